@@ -1,4 +1,4 @@
-"""Scenarios that show what the simulator does: each a template, its recording, its picture and its numbers."""
+"""Demonstrations: a template scenario, its recording, its figure and its checked numbers."""
 
 import json
 from collections.abc import Callable
@@ -18,9 +18,9 @@ from insonify.scenario.load import load_scenario
 from insonify.simulator import record
 
 NOMINAL = "nominal"
-"""The scene of the paper and of the first page: one ping, drawn as its recording."""
+"""Scene of the paper: one ping, drawn as its recording."""
 DEMOS = (NOMINAL, "coherent-sidescan", "forward-looking", "multibeam", "interferometric", "synthetic-aperture")
-"""Scenarios that can be shown, by the names of their templates."""
+"""Demonstrations, by the names of their templates."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,7 +35,7 @@ class DemoFiles:
 
 
 def template(name: str) -> str:
-    """The scenario file of a demonstration, as text.
+    """Text of the scenario file of a demonstration.
 
     Args:
         name: One of `DEMOS`.
@@ -45,52 +45,52 @@ def template(name: str) -> str:
 
 def show(name: str, folder: Path, *, overwrite: bool = False, threads: int | None = None,
          on_ping: Callable[[int, int], None] | None = None) -> DemoFiles:  # fmt: skip
-    """Write a scenario, simulate it, draw what it makes and say how that agrees with the truth.
+    """Write a scenario, simulate it, draw its product and compare its numbers with the truth.
 
     Args:
         name: One of `DEMOS`.
-        folder: Where the files go, named after it; made where it is not there. A recording that was begun goes on.
-        overwrite: Whether a scenario or a recording of that name that is another is replaced.
-        threads: How many cores to use.
-        on_ping: Told the pings done and the pings wanted.
+        folder: Folder of the files, created if necessary. An incomplete recording is continued.
+        overwrite: True to replace another scenario or recording of that name.
+        threads: Number of threads.
+        on_ping: Called with the numbers of recorded pings and of all pings.
 
     Raises:
-        FileExistsError: The folder has a scenario of that name that says something else.
+        FileExistsError: The folder has another scenario of that name.
     """
     folder.mkdir(parents=True, exist_ok=True)
     paths = [folder / f"{name}{suffix}" for suffix in (".yaml", ".zarr", ".png", ".json")]
     scenario, recording, picture, table = paths
     text = template(name)
     if scenario.exists() and scenario.read_text(encoding="utf-8") != text and not overwrite:
-        raise FileExistsError(f"{scenario} is there and says something else. Give another folder, or --overwrite; or "
+        raise FileExistsError(f"{scenario} exists and is another scenario. Give another folder, or --overwrite; or "
                               f"run it yourself: insonify run {scenario} -o {recording}")  # fmt: skip
     scenario.write_text(text, encoding="utf-8")
     record(load_scenario(scenario), recording, threads=threads, overwrite=overwrite, on_ping=on_ping)
-    numbers = _drawn(name, scenario, recording, picture)
+    numbers = _draw_product(name, scenario, recording, picture)
     rows = [{**asdict(number), "relation": number.relation, "holds": number.holds} for number in numbers]
     content = {"demo": name, "version": version("insonify"), "numbers": rows}
     table.write_text(json.dumps(content, indent=1, default=float) + "\n", encoding="utf-8")
     return DemoFiles(scenario, recording, picture, table, numbers)
 
 
-def _drawn(name: str, scenario: Path, recording: Path, picture: Path) -> list[CheckedNumber]:
-    held = open_recording(recording)
+def _draw_product(name: str, scenario: Path, recording: Path, picture: Path) -> list[CheckedNumber]:
+    dataset = open_recording(recording)
     if name == NOMINAL:
-        draw_recording(held, picture)
-        return nominal_box.numbers(held.load(), load_scenario(scenario))
+        draw_recording(dataset, picture)
+        return nominal_box.numbers(dataset.load(), load_scenario(scenario))
     if name != "coherent-sidescan":
-        return draw(held, picture)
+        return draw(dataset, picture)
     with style.plot_style():
-        figure, numbers = coherent_sidescan.coherent_sidescan(held.load(), load_scenario(scenario))
+        figure, numbers = coherent_sidescan.coherent_sidescan(dataset.load(), load_scenario(scenario))
         style.save_figure(figure, picture)
     return numbers
 
 
 def numbers_table(numbers: list[CheckedNumber]) -> str:
-    """Numbers as a table: what was measured, what is true, and whether they agree.
+    """Table of numbers: measured value, expected value, and agreement.
 
     Args:
-        numbers: As of `show`.
+        numbers: Numbers of `show`.
     """
     lines = []
     for number in numbers:

@@ -1,1 +1,1 @@
-"""Files that recordings are kept in and exchanged by."""
+"""File formats of recordings, labels and arrivals."""

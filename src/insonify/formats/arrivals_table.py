@@ -1,4 +1,4 @@
-"""Arrivals as a table: one row a path, a header with units, readable by anything that reads CSV."""
+"""Arrivals as a table of comma-separated values: one row for each path, a header with units."""
 
 from __future__ import annotations
 
@@ -17,41 +17,41 @@ COLUMNS: dict[str, tuple[str, str]] = {
     "delay": ("s", "two-way travel time from the start of transmission"),
     "amplitude_real": ("1", "pressure re the source at 1 m, real part"),
     "amplitude_imaginary": ("1", "pressure re the source at 1 m, imaginary part"),
-    "spreading": ("1", "pressure ratio by spreading, out and back"),
-    "absorption": ("1", "pressure ratio by absorption, out and back"),
+    "spreading": ("1", "pressure ratio by spreading, two-way"),
+    "absorption": ("1", "pressure ratio by absorption, two-way"),
     "boundary_real": ("1", "product of reflection coefficients, real part"),
     "boundary_imaginary": ("1", "product of reflection coefficients, imaginary part"),
     "scattering": ("m", "pressure scattered to 1 m re incident pressure"),
     "group": ("", "arrivals of one group interfere in the mean"),
-    "transmit_family": ("", "family of the leg out"),
-    "receive_family": ("", "family of the leg back, named from the sonar outward"),
-    "transmit_branch": ("", "which of the family's rays to that place, leg out"),
-    "receive_branch": ("", "which of the family's rays to that place, leg back"),
-    "caustics": ("", "caustics touched, out and back"),
-    "object": ("", "what echoed"),
-    "north": ("m", "place of the scatterer"),
-    "east": ("m", "place of the scatterer"),
-    "depth": ("m", "place of the scatterer"),
+    "transmit_family": ("", "family of the transmit leg"),
+    "receive_family": ("", "family of the receive leg, named from the sonar outward"),
+    "transmit_branch": ("", "number of the ray branch of the family, transmit leg"),
+    "receive_branch": ("", "number of the ray branch of the family, receive leg"),
+    "caustics": ("", "caustics touched, two-way"),
+    "object": ("", "object that scattered: seabed, surface, water or a target"),
+    "north": ("m", "position of the scatterer"),
+    "east": ("m", "position of the scatterer"),
+    "depth": ("m", "position of the scatterer"),
     "departure_north": ("1", "unit vector of travel at the transmitter"),
     "departure_east": ("1", "unit vector of travel at the transmitter"),
     "departure_down": ("1", "unit vector of travel at the transmitter"),
-    "arrival_north": ("1", "unit vector from the receiver towards where the sound comes from"),
-    "arrival_east": ("1", "unit vector from the receiver towards where the sound comes from"),
-    "arrival_down": ("1", "unit vector from the receiver towards where the sound comes from"),
-    "grazing_out": ("rad", "grazing angle at the scatterer, leg out"),
-    "grazing_back": ("rad", "grazing angle at the scatterer, leg back"),
+    "arrival_north": ("1", "unit vector from the receiver towards the arriving sound"),
+    "arrival_east": ("1", "unit vector from the receiver towards the arriving sound"),
+    "arrival_down": ("1", "unit vector from the receiver towards the arriving sound"),
+    "grazing_out": ("rad", "grazing angle at the scatterer, transmit leg"),
+    "grazing_back": ("rad", "grazing angle at the scatterer, receive leg"),
 }
 """Unit and meaning of each column; no unit for names, counts and numbers of groups."""
 
 
 def arrivals_dataset(arrivals: Arrivals) -> xr.Dataset:
-    """Arrivals as labelled columns over `path`, in order of delay.
+    """Convert arrivals to labelled columns over `path`, in order of delay.
 
     Args:
         arrivals: Paths of one ping, n of them, of one band.
 
     Returns:
-        A dataset of the columns above, each of shape (n,), with units and long name.
+        Dataset of `COLUMNS`, each of shape (n,), with units and long name.
     """
     import xarray as xr
 
@@ -72,9 +72,9 @@ def arrivals_dataset(arrivals: Arrivals) -> xr.Dataset:
 
 
 def arrivals_table(arrivals: Arrivals, path: str | Path) -> Path:
-    """Write arrivals as CSV, in order of delay; the header says name and unit, such as "delay [s]".
+    """Write arrivals as CSV, in order of delay; the header has name and unit, such as "delay [s]".
 
-    Numbers are written with all their digits.
+    Numbers are written with full precision.
 
     Args:
         arrivals: Paths of one ping.

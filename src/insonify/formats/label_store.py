@@ -1,4 +1,4 @@
-"""Labels on disk: a folder of its own inside the recording, ping by ping, with a mask of the pings done."""
+"""Labels on disk: a folder inside the recording, one chunk for each ping, with a mask of the labelled pings."""
 
 import os
 import shutil
@@ -30,13 +30,13 @@ from insonify.records.labels import COLUMNS, LabelNames, Labels, with_names
 from insonify.records.recording import RecordingLayout
 
 FOLDER = "labels"
-"""Name of the folder."""
+"""Name of the folder of the labels."""
 MANTISSA_BITS = 12
-"""Bits of the mantissa of intensities and angles that are stored: 0.001 dB, in half the space once packed [1]."""
+"""Stored bits of the mantissa of intensities and angles: 0.001 dB, in half the space after compression [1]."""
 FINEST = 2.0**-10
 """Step of stored positions and distances: a binary fraction, whose last bytes are zero [m]."""
-LABEL_COMPRESSION_RATIO = (BloscCodec(cname="lz4", clevel=5, shuffle="shuffle"),)
-"""Codec of the labels: a tenth of the time of the sound's, which made up half of the price of labels."""
+LABEL_CODECS = (BloscCodec(cname="lz4", clevel=5, shuffle="shuffle"),)
+"""Codec of the labels, ten times as fast as that of the sound."""
 _PACKER = Blosc("lz4", 5, Blosc.SHUFFLE)
 
 
@@ -44,22 +44,22 @@ def create_labels(
     path: str | Path, names: LabelNames, layout: RecordingLayout, attributes: Mapping[str, Any], *,
     into: str | None = None
 ) -> None:  # fmt: skip
-    """Make room for labels in a recording, or find what an earlier run began.
+    """Create empty labels in a recording, or keep those of an earlier run.
 
-    Labels of another recording, which a run has left there that this recording replaced, make room.
+    Labels of another recording, which this recording has replaced, are deleted.
 
     Args:
-        path: Folder of the recording, which is there.
-        names: Owners and pairs.
-        layout: What the recording holds.
-        attributes: Whatever describes the recording as a whole.
-        into: Identity of the recording that is meant; None: whichever stands there.
+        path: Folder of the existing recording.
+        names: Objects and pairs.
+        layout: Layout of the recording.
+        attributes: Attributes of the recording.
+        into: Identity of the intended recording; None: the present one.
 
     Raises:
         StoreError: Another run has replaced the recording meanwhile.
     """
     target, mine = Path(path) / FOLDER, require_own_recording(path, into)
-    if _recording_identity(target) == mine:
+    if _labelled_identity(target) == mine:
         return
     aside = target.parent / f".{FOLDER}.{uuid.uuid4().hex}.partial"
     try:
@@ -67,14 +67,14 @@ def create_labels(
         shutil.rmtree(target, ignore_errors=True)
         os.replace(aside, target)
     except OSError:  # another process was first
-        if _recording_identity(target) != mine:
+        if _labelled_identity(target) != mine:
             raise
     finally:
         shutil.rmtree(aside, ignore_errors=True)
 
 
-def _recording_identity(folder: Path) -> str | None:
-    """Identity of the recording that some labels belong to; None where there are no labels, or it is unknown."""
+def _labelled_identity(folder: Path) -> str | None:
+    """Identity of the recording to which labels belong; None without labels."""
     return identity(folder) if (folder / "zarr.json").is_file() else None
 
 
@@ -87,12 +87,12 @@ def _build(path: Path, names: LabelNames, layout: RecordingLayout, attributes: M
     }  # fmt: skip
     for name, (dims, dtype, units, meaning) in COLUMNS.items():
         shape = tuple(sizes[dim] for dim in dims)
-        # 255 is no object; a mask that is not there yet is False
+        # 255 is no object; a mask that is not written yet is False
         fill = np.nan if np.issubdtype(dtype, np.floating) else dtype(0) if dtype is np.bool_ else 255
         group.create_array(
             name, shape=shape, chunks=(1, *shape[1:]), dtype=dtype, fill_value=fill, dimension_names=dims,
-            chunk_key_encoding={"name": "default", "separator": "."},  # a file a ping, without folders of its own
-            compressors=LABEL_COMPRESSION_RATIO,
+            chunk_key_encoding={"name": "default", "separator": "."},  # a file for each ping, without subfolders
+            compressors=LABEL_CODECS,
             attributes={"units": units, "long_name": meaning},
         )  # fmt: skip
     group.create_array(
@@ -114,19 +114,19 @@ def _build(path: Path, names: LabelNames, layout: RecordingLayout, attributes: M
 
 
 def write_label_ping(path: str | Path, ping: int, labels: Labels, *, into: str | None = None) -> None:
-    """Write the labels of one ping, then mark it in the mask of pings done.
+    """Write the labels of one ping, then its entry in the mask of labelled pings.
 
     Args:
         path: Folder of the recording.
         ping: Number of the ping.
-        labels: Its labels.
-        into: Identity of the recording that is meant; None: whichever stands there.
+        labels: Labels of the ping.
+        into: Identity of the intended recording; None: the present one.
 
     Raises:
         StoreError: Another run has replaced the recording meanwhile.
     """
     mine, folder = require_own_recording(path, into), Path(path) / FOLDER
-    if _recording_identity(folder) != mine:
+    if _labelled_identity(folder) != mine:
         raise StoreError(
             f"{folder} are labels of another recording. Label this one: insonify run FILE -o {path} --labels"
         )
@@ -138,18 +138,18 @@ def write_label_ping(path: str | Path, ping: int, labels: Labels, *, into: str |
 
 
 def labelled_pings(path: str | Path) -> NDArray[np.bool_]:
-    """Mask of the pings of a recording that are labelled, shape (ping,)."""
+    """Mask of the labelled pings of a recording, shape (ping,)."""
     return recorded_pings(Path(path) / FOLDER)
 
 
 def open_labels(path: str | Path) -> xr.Dataset:
-    """The labels of a recording, read from the file when they are used.
+    """Open the labels of a recording, which are read from disk on access.
 
     Args:
         path: Folder of the recording.
 
     Returns:
-        The variables of `insonify.records.labels.COLUMNS`; `labelled_pings` says which pings are there.
+        The variables of `insonify.records.labels.COLUMNS`; `labelled_pings` is the mask of labelled pings.
 
     Raises:
         StoreError: The recording has no labels.
@@ -159,26 +159,26 @@ def open_labels(path: str | Path) -> xr.Dataset:
         raise StoreError(f"{path} has no labels. Make them: insonify run FILE -o {path} --labels")
     require_consistent_sizes(folder)
     with errors_as_store_errors(folder):
-        if _recording_identity(folder) != identity(path):
+        if _labelled_identity(folder) != identity(path):
             raise StoreError(
                 f"{folder} are labels of another recording. Make its own: insonify run FILE -o {path} --labels"
             )
-        held: xr.Dataset = xr.open_zarr(
+        dataset: xr.Dataset = xr.open_zarr(
             folder, chunks=None, consolidated=True, decode_times=False, mask_and_scale=False
         )
-        held["done"].load()
-        return with_names(held, LabelNames(tuple(held.attrs["owners"]), tuple(held.attrs["pairs"])))
+        dataset["done"].load()
+        return with_names(dataset, LabelNames(tuple(dataset.attrs["owners"]), tuple(dataset.attrs["pairs"])))
 
 
 def _stored(values: NDArray[Any], units: str) -> NDArray[Any]:
-    """Values of one column as they are stored: without digits that mean nothing."""
+    """Values of one column as they are stored, without insignificant digits."""
     if units == "m":
         return np.asarray(np.round(values * (1 / FINEST)) * FINEST, values.dtype)
     return _rounded(values) if units in ("uPa^2", "rad") else values
 
 
 def _rounded(values: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Numbers of one sign with all but the first bits of their mantissa cleared, to the nearest."""
+    """Numbers of one sign rounded to the first bits of their mantissa."""
     dropped = 23 - MANTISSA_BITS
     bits = np.ascontiguousarray(values, np.float32).view(np.uint32)
     return ((bits + np.uint32(1 << (dropped - 1))) & np.uint32(0xFFFFFFFF << dropped & 0xFFFFFFFF)).view(np.float32)

@@ -1,6 +1,6 @@
-"""Recordings as netCDF files: complex pressure, which netCDF does not support, as two variables of real numbers.
+"""Recordings as netCDF files: complex pressure, which netCDF does not support, as two real variables.
 
-Any program that reads netCDF reads them; `read_netcdf` gives the recording back, bit by bit.
+Any program that reads netCDF reads the files; `read_netcdf` returns the bit-identical recording.
 """
 
 from importlib.util import find_spec
@@ -15,15 +15,15 @@ from insonify.records.netcdf_recording import as_recording, join_complex, split_
 from insonify.records.recording import FIELDS
 
 MAX_NUMBERS = 1 << 30
-"""Most numbers of a variable that is read into memory: 8 GB of pressure [1]."""
+"""Largest size of a variable that is read into memory: 8 GB of pressure [1]."""
 
 
 def write_netcdf(recording: xr.Dataset, path: str | Path) -> Path:
     """Write a recording, an image, soundings or labels to a netCDF file.
 
     Complex variables become two real ones, such as `pressure_real` and `pressure_imag`; lists among the attributes
-    become text of one line an entry. Everything else stays as it is. The file is netCDF 4 where the package netCDF4
-    is installed (the extra `io`), else netCDF 3.
+    become text with one line for each entry. Everything else is unchanged. The file is netCDF 4 where the package
+    netCDF4 is installed (the extra `io`), else netCDF 3.
 
     Args:
         recording: As from `insonify.simulate` or `open_recording`.
@@ -33,7 +33,7 @@ def write_netcdf(recording: xr.Dataset, path: str | Path) -> Path:
         The path.
 
     Raises:
-        ValueError: A variable bears the name of another one's part.
+        ValueError: A variable has the name of a part of a complex variable.
     """
     target, engine = Path(path), _engine()
     xr.Dataset.to_netcdf(split_complex(recording), target, engine=engine)
@@ -41,16 +41,16 @@ def write_netcdf(recording: xr.Dataset, path: str | Path) -> Path:
 
 
 def read_netcdf(path: str | Path) -> xr.Dataset:
-    """A recording from a netCDF file that `write_netcdf` or the recording's own `to_netcdf` wrote, in memory.
+    """Read a recording from a netCDF file of `write_netcdf` or of the recording's `to_netcdf` into memory.
 
     Args:
-        path: The file.
+        path: File to read.
 
     Returns:
-        The dataset as it was, complex variables whole again.
+        The dataset as it was written, with complex variables.
 
     Raises:
-        StoreError: There is no such file, or it is no netCDF file.
+        StoreError: The file does not exist, or is not a netCDF file.
     """
     if not Path(path).is_file():
         raise StoreError(f"{path}: there is no such file")
@@ -59,15 +59,15 @@ def read_netcdf(path: str | Path) -> xr.Dataset:
         complex_too: dict[str, Any] = {"auto_complex": True} if _engine() == "netcdf4" else {}
         with xr.open_dataset(path, engine=_engine(), decode_times=False, **complex_too) as file:
             if (count := max((variable.size for variable in file.variables.values()), default=0)) > MAX_NUMBERS:
-                raise ValueError(f"it promises {count} numbers, and {MAX_NUMBERS} is the most")
-            held = file.load()
+                raise ValueError(f"it declares {count} numbers; {MAX_NUMBERS} is the most")
+            dataset = file.load()
     except Exception as fault:  # a reader of foreign files may fail in any way
-        said = " ".join(str(fault).split())[:200] or type(fault).__name__
-        raise StoreError(f"{path} cannot be read as netCDF: {said}") from None
-    held = join_complex(held)
-    return as_recording(held) if set(FIELDS) & set(held.variables) else held
+        message = " ".join(str(fault).split())[:200] or type(fault).__name__
+        raise StoreError(f"{path} cannot be read as netCDF: {message}") from None
+    dataset = join_complex(dataset)
+    return as_recording(dataset) if set(FIELDS) & set(dataset.variables) else dataset
 
 
 def _engine() -> Literal["netcdf4", "scipy"]:
-    """Library that reads and writes files: netCDF 4 where it is installed."""
+    """Library that reads and writes the files: netCDF4 where it is installed."""
     return "netcdf4" if find_spec("netCDF4") else "scipy"

@@ -1,7 +1,7 @@
-"""Descriptions of arrays on disk: read, and refused by name where they are damaged or promise what is not there.
+"""Descriptions of arrays on disk, checked before arrays are opened.
 
-An array is described by a few hundred bytes of JSON. Reading one takes the memory that its description promises, so
-the promises are compared with one another, and with limits, before any array is opened.
+An array is described by a few hundred bytes of JSON. Reading an array takes the memory that its description declares,
+so the declared sizes are compared with one another, and with limits, before any array is opened.
 """
 
 import json
@@ -13,27 +13,27 @@ from typing import Any
 
 REPAIR_ADVICE = "Restore it from a copy, or delete the folder and simulate again"
 MOST_IN_PING = 1 << 28
-"""Most numbers of one chunk, which is a ping with all its channels [1]."""
+"""Largest size of one chunk, which is a ping with all its channels [1]."""
 MAX_PINGS = 100_000_000
 _KINDS = ("bool", "uint8", "int32", "int64", "float32", "float64", "complex64")
 
 
 class StoreError(ValueError):
-    """A path at which a recording cannot be written or read, and the fix."""
+    """A recording that cannot be written or read; the message gives the remedy."""
 
 
 def read_description(folder: Path) -> dict[str, Any]:
-    """Description of a group or an array, as zarr wrote it.
+    """Read the description of a group or an array that zarr wrote.
 
     Args:
         folder: Folder of the group or array.
 
     Raises:
-        StoreError: Its file is not there, or describes nothing; it is named.
+        StoreError: The file is missing or damaged; the message names it.
     """
     file = folder / "zarr.json"
     try:
-        said = json.loads(file.read_text(encoding="utf-8"))
+        content = json.loads(file.read_text(encoding="utf-8"))
     except UnicodeDecodeError:
         raise StoreError(f"{file} is damaged: not text. {REPAIR_ADVICE}") from None
     except json.JSONDecodeError as fault:
@@ -43,19 +43,19 @@ def read_description(folder: Path) -> dict[str, Any]:
         raise StoreError(f"{file}: damaged, not JSON ({fault}). {REPAIR_ADVICE}") from None
     except FileNotFoundError:
         raise StoreError(f"{file} is missing from the recording. {REPAIR_ADVICE}") from None
-    if not isinstance(said, dict):
+    if not isinstance(content, dict):
         raise StoreError(f"{file} is damaged: it describes nothing. {REPAIR_ADVICE}")
-    return said
+    return content
 
 
 def require_consistent_sizes(folder: Path) -> None:
-    """Refuse a group whose arrays promise sizes that contradict one another, or that no recording has.
+    """Refuse a group whose arrays declare contradictory or impossible sizes.
 
     Args:
         folder: Folder of the group, whose description lists its arrays.
 
     Raises:
-        StoreError: They do; the array is named.
+        StoreError: The sizes are inconsistent; the message names the array.
     """
     file = folder / "zarr.json"
     try:
@@ -81,20 +81,20 @@ def require_consistent_sizes(folder: Path) -> None:
 
 @contextmanager
 def errors_as_store_errors(folder: Path) -> Iterator[None]:
-    """While a recording is opened: whatever the library raises is the recording's fault.
+    """Convert all errors of the library while a recording is opened into `StoreError`.
 
     Args:
         folder: Folder of the recording.
 
     Raises:
-        StoreError: It cannot be opened.
+        StoreError: The recording cannot be opened.
     """
     try:
         yield
     except (StoreError, MemoryError):
         raise
     except Exception as fault:  # a reader of foreign files may fail in any way
-        said = " ".join(str(fault).split())[:120]
+        content = " ".join(str(fault).split())[:120]
         raise StoreError(
-            f"{folder} is damaged: it cannot be opened ({said or type(fault).__name__}). {REPAIR_ADVICE}"
+            f"{folder} is damaged: it cannot be opened ({content or type(fault).__name__}). {REPAIR_ADVICE}"
         ) from None

@@ -1,9 +1,9 @@
-"""A recording on disk, ping by ping, that survives being killed at any moment.
+"""Recording on disk, one chunk for each ping, safe against interruption at any moment.
 
 One zarr chunk holds one ping with all its channels, so that pings can be written in any
-order by any number of writers. Beside the data stands a mask of the pings done; a ping
-enters the mask after its data has arrived, and zarr puts each chunk in place whole or
-not at all. What the mask says is there, is there.
+order by any number of writers. A mask of the recorded pings is stored with the data; a ping
+enters the mask after its data are written, and each chunk is replaced atomically. All pings
+in the mask are therefore complete.
 """
 
 import errno
@@ -42,32 +42,38 @@ from insonify.records.recording import COLUMNS, FIELDS, OPTIONAL_COLUMNS, Record
 
 _MUST_AGREE = ("scenario", "seed", "version")
 IDENTITY = "insonify_recording"
-"""Attribute that identifies a recording."""
+"""Attribute with the unique identity of a recording."""
 _LEVEL = 0  # of compression: zarr's own
 _PACKER = Zstd(level=_LEVEL)
 PACKED = (ZstdCodec(level=_LEVEL),)
 """Codec of `put_chunk`."""
-_FAILURES = (errno.ENOSPC, errno.EDQUOT, errno.EIO, errno.EMFILE, errno.ENFILE)  # the machine's, whatever the name
-_STALE = 600.0  # seconds: creating an empty store never takes that long
+_FAILURES = (
+    errno.ENOSPC,
+    errno.EDQUOT,
+    errno.EIO,
+    errno.EMFILE,
+    errno.ENFILE,
+)  # failures of the machine, independent of the name
+_STALE = 600.0  # seconds, longer than the creation of any empty store
 
 
 def create_recording(
     path: str | Path, layout: RecordingLayout, attributes: Mapping[str, Any], *, overwrite: bool = False
 ) -> str:
-    """Make an empty recording, or find the one that an earlier run began.
+    """Create an empty recording, or keep that of an earlier run.
 
     Args:
         path: Folder of the recording, such as "harbour.zarr".
-        layout: What it will hold.
-        attributes: Whatever describes the recording as a whole, ready for JSON. An existing
+        layout: Layout of the recording.
+        attributes: Attributes of the recording, serialisable as JSON. An existing
             recording is continued only where `scenario`, `seed` and `version` are the same.
-        overwrite: Whether to replace an existing recording instead.
+        overwrite: True to replace an existing recording.
 
     Returns:
-        Its `identity`: what is written later goes into this recording and no other.
+        The `identity` of the recording, to be given to the functions that write into it.
 
     Raises:
-        StoreError: The path is taken by another recording, or by something else.
+        StoreError: The folder is another recording, or something else.
     """
     target = Path(path)
     with _placing(target):
@@ -75,7 +81,7 @@ def create_recording(
         if _is_taken(target) and not overwrite:
             return _require_same_scenario(target, attributes)
         target.parent.mkdir(parents=True, exist_ok=True)
-        # Built aside and renamed, so that a recording is either whole or not there.
+        # Built under another name and renamed, so that a recording is either complete or absent.
         aside = _aside(target)
         try:
             _build(aside, layout, attributes)
@@ -87,20 +93,20 @@ def create_recording(
 
 @contextmanager
 def _placing(target: Path) -> Iterator[None]:
-    """While a recording is begun: a place where none can be is said to be the fault of its name."""
+    """Convert errors of the file system while a recording is created into `StoreError`, unless the disk fails."""
     try:
         yield
     except OSError as error:
         if error.errno in _FAILURES:
             raise
         raise StoreError(
-            f"{target} cannot be written: {error.strerror or error}. Choose a folder that is there, or can be made, "
-            "and may be written to"
+            f"{target} cannot be written: {error.strerror or error}. Choose a folder that exists, or can be created, "
+            "and is writable"
         ) from None
 
 
 def identity(path: str | Path) -> str:
-    """Identity of this recording among all that ever stood at the same path."""
+    """Unique identity of a recording, different from those of earlier recordings in the same folder."""
     file = os.path.join(path, "zarr.json")
     state = os.stat(file)
     return _identity(file, state.st_ino, state.st_mtime_ns)
@@ -108,43 +114,43 @@ def identity(path: str | Path) -> str:
 
 @lru_cache(maxsize=4)
 def _identity(file: str, number: int, changed: int) -> str:
-    """The identity of a file as it was at one time: reading it takes long, and every ping needs it."""
-    described = json.loads(Path(file).read_text(encoding="utf-8"))
-    return str(described["attributes"].get(IDENTITY))
+    """Identity of a recording by file, inode and time of change, cached because every ping needs it."""
+    description = json.loads(Path(file).read_text(encoding="utf-8"))
+    return str(description["attributes"].get(IDENTITY))
 
 
 def write_ping(path: str | Path, ping: int, data: ArrayLike, *, into: str | None = None) -> None:
-    """Write one ping, then mark it in the mask of pings done.
+    """Write one ping, then its entry in the mask of recorded pings.
 
     Args:
         path: Folder of the recording.
         ping: Number of the ping, from 0.
         data: Pressure [uPa] or intensity [uPa^2], shape (channel, time).
-        into: Identity of the recording that is meant; by default whichever stands there.
+        into: Identity of the intended recording; None: the present one.
 
     Raises:
         StoreError: Another run has replaced the recording meanwhile.
-        ValueError: The data do not fit, or are not finite.
+        ValueError: The data have another shape, or are not finite.
     """
     mine = require_own_recording(path, into)
-    field, shape, dtype = _sound(str(path), mine)
+    field, shape, dtype = _sound_array(str(path), mine)
     values = np.asarray(data, dtype=dtype)
     if values.shape != shape[1:]:
         raise ValueError(f"a ping of {path} has shape {shape[1:]}; these data have {values.shape}")
     if not 0 <= ping < shape[0]:
         raise ValueError(f"{path} has pings 0 to {shape[0] - 1}; there is no ping {ping}")
     if not np.isfinite(values).all():
-        raise ValueError(f"ping {ping} has values that are not finite: a level in the scenario is beyond all bounds")
+        raise ValueError(f"ping {ping} has values that are not finite: a level in the scenario is too high")
     put_chunk(Path(path) / field / "c" / str(ping) / "0" / "0", values.astype(dtype.newbyteorder("<"), order="C"))
     put_chunk(Path(path) / "done" / "c" / str(ping), np.ones(1, bool))
 
 
 def require_own_recording(path: str | Path, into: str | None) -> str:
-    """Identity of the recording at a path, which must be the one that is meant.
+    """Identity of the present recording, refused if it is not the intended one.
 
     Args:
         path: Folder of the recording.
-        into: Identity of the recording that is meant; None: whichever stands there.
+        into: Identity of the intended recording; None: the present one.
 
     Raises:
         StoreError: Another run has replaced the recording meanwhile.
@@ -156,70 +162,70 @@ def require_own_recording(path: str | Path, into: str | None) -> str:
 
 
 @lru_cache(maxsize=4)
-def _sound(path: str, mine: str) -> tuple[str, tuple[int, ...], np.dtype[Any]]:
-    """Name, shape and kind of the sound in the recording of one identity: to open it takes as long as a ping."""
+def _sound_array(path: str, mine: str) -> tuple[str, tuple[int, ...], np.dtype[Any]]:
+    """Name, shape and type of the sound in the recording of one identity, cached: opening takes as long as a ping."""
     field = next(name for name in FIELDS if (Path(path) / name).is_dir())
-    there = zarr.open_array(Path(path) / field, mode="r")
-    return field, there.shape, np.dtype(there.dtype)
+    array = zarr.open_array(Path(path) / field, mode="r")
+    return field, array.shape, np.dtype(array.dtype)
 
 
-def put_chunk(place: Path, values: NDArray[Any], packer: Codec = _PACKER) -> None:
-    """Write one chunk as zarr does, ten times as fast: whole, under another name, which then becomes its own.
+def put_chunk(file: Path, values: NDArray[Any], packer: Codec = _PACKER) -> None:
+    """Write one chunk atomically, as zarr does but ten times as fast: under another name, then renamed.
 
     Args:
-        place: File of the chunk.
-        values: Its values, in the order and the byte order of the array.
+        file: File of the chunk.
+        values: Values of the chunk, in the order and the byte order of the array.
         packer: Compressor of the array.
     """
-    aside = place.with_name(f".{place.name}.{uuid.uuid4().hex}.partial")
+    aside = file.with_name(f".{file.name}.{uuid.uuid4().hex}.partial")
     packed = packer.encode(values)
     try:
         aside.write_bytes(packed)
     except FileNotFoundError:
-        place.parent.mkdir(parents=True, exist_ok=True)
+        file.parent.mkdir(parents=True, exist_ok=True)
         aside.write_bytes(packed)
-    os.replace(aside, place)
+    os.replace(aside, file)
 
 
 def recorded_pings(path: str | Path) -> NDArray[np.bool_]:
-    """Mask of the pings of a recording that are done, shape (ping,)."""
-    there = np.zeros(zarr.open_array(Path(path) / "done", mode="r").shape, bool)
+    """Mask of the recorded pings, shape (ping,)."""
+    mask = np.zeros(zarr.open_array(Path(path) / "done", mode="r").shape, bool)
     chunks = Path(path) / "done" / "c"
-    # A ping that is not done has no chunk: the names of chunks hold as much as their contents, and are read at once.
+    # A ping that is not recorded has no chunk: the names are sufficient, and are read in one call.
     for chunk in os.scandir(chunks) if chunks.is_dir() else ():
         if chunk.name.isdigit() and chunk.stat().st_size > 0:
-            there[int(chunk.name)] = True
-    return there
+            mask[int(chunk.name)] = True
+    return mask
 
 
 def open_recording(path: str | Path) -> xr.Dataset:
-    """A recording as a labelled dataset, read from disk as it is needed.
+    """Open a recording as a labelled dataset, which is read from disk on access.
 
     Args:
         path: Folder of the recording.
 
     Returns:
         `pressure` complex64 [uPa] or `intensity` [uPa^2] over (ping, channel, time), NaN
-        where a ping is not done; `recorded_pings`, `position`, `attitude`; coordinates with units.
+        where a ping is not recorded; `done`, `position`, `attitude`; coordinates with units.
 
     Raises:
-        StoreError: There is no recording at that path.
+        StoreError: The folder is not a recording, or is damaged.
     """
     if not _is_recording(Path(path)):
         raise StoreError(f"{path} is not a recording. Make one with: insonify run FILE -o {path}")
     _require_complete(Path(path))
     require_consistent_sizes(Path(path))
     with errors_as_store_errors(Path(path)):
-        held: xr.Dataset = xr.open_zarr(path, chunks=None, consolidated=True, decode_times=False)
-        held["done"].load()
-        if "scenario" not in held.attrs or not set(FIELDS) & set(held.variables):
+        dataset: xr.Dataset = xr.open_zarr(path, chunks=None, consolidated=True, decode_times=False)
+        dataset["done"].load()
+        if "scenario" not in dataset.attrs or not set(FIELDS) & set(dataset.variables):
             raise StoreError(f"{path} is damaged: its scenario or its sound is not described. {REPAIR_ADVICE}")
-    return as_recording(held)
+    return as_recording(dataset)
 
 
 @contextmanager
 def chunk_errors_as_store_errors(path: str | Path) -> Iterator[None]:
-    """While sound is read from a recording: a chunk that cannot be unpacked is said to be the recording's fault.
+    """Convert errors of decompression while a recording is read into `StoreError`.
 
     Args:
         path: Folder of the recording.
@@ -259,7 +265,7 @@ def _build(path: Path, layout: RecordingLayout, attributes: Mapping[str, Any]) -
         attributes={"units": "1", "long_name": "number of the ping"},
     )  # fmt: skip
     with warnings.catch_warnings():
-        # One file that names all the arrays: readers look for it, though the format calls it an extension.
+        # One file with all descriptions: readers use it, though the format calls it an extension.
         warnings.simplefilter("ignore", ZarrUserWarning)
         zarr.consolidate_metadata(group.store)
 
@@ -272,7 +278,7 @@ def _is_recording(path: Path) -> bool:
 
 
 def _require_complete(path: Path) -> None:
-    """Names the first file without which a recording cannot be read."""
+    """Refuse a recording with a missing file, and name the first."""
     fields = [name for name in FIELDS if (path / name).is_dir()]
     if not fields:
         raise StoreError(f"{path} is damaged: it has neither {' nor '.join(FIELDS)}. {REPAIR_ADVICE}")
@@ -285,7 +291,7 @@ def _require_complete(path: Path) -> None:
 
 
 def _is_taken(target: Path) -> bool:
-    """Check that a recording stands there; anything else that does is never touched."""
+    """True where the folder is a recording; any other content is refused and never changed."""
     if _is_recording(target):
         return True
     if target.is_dir() and not any(target.iterdir()):
@@ -296,7 +302,7 @@ def _is_taken(target: Path) -> bool:
 
 
 def _require_same_scenario(target: Path, attributes: Mapping[str, Any]) -> str:
-    """Refuse a recording of another scenario; returns the identity of this one."""
+    """Refuse a recording of another scenario; return the identity of the recording."""
     _require_complete(target)
     stored = zarr.open_group(target, mode="r").attrs.asdict()
     differ = [name for name in _MUST_AGREE if stored.get(name) != attributes.get(name)]
@@ -309,14 +315,14 @@ def _require_same_scenario(target: Path, attributes: Mapping[str, Any]) -> str:
 
 
 def _first_difference(stored: Mapping[str, Any], attributes: Mapping[str, Any]) -> str:
-    """First difference between the texts of two scenarios, in brackets; empty where they are no texts or the same."""
-    texts = [one.get("scenario") for one in (stored, attributes)]
+    """First difference of the texts of two scenarios, in brackets; empty without texts or a difference."""
+    texts = [attrs.get("scenario") for attrs in (stored, attributes)]
     if not all(isinstance(text, str) for text in texts):
         return ""
-    for there, here in zip_longest(*(str(text).splitlines() for text in texts), fillvalue=""):
-        if there != here:
-            then, now = (" ".join(line.split()[:6]) or "nothing" for line in (there, here))
-            return f" (the first line that differs: there {then!r}, now {now!r})"
+    for old_line, new_line in zip_longest(*(str(text).splitlines() for text in texts), fillvalue=""):
+        if old_line != new_line:
+            old, new = (" ".join(line.split()[:6]) or "nothing" for line in (old_line, new_line))
+            return f" (the first line that differs: there {old!r}, now {new!r})"
     return ""
 
 
@@ -335,12 +341,12 @@ def _move(aside: Path, target: Path, *, overwrite: bool) -> None:
 
 
 def _aside(target: Path) -> Path:
-    """A new name beside the target, which no other process uses."""
+    """Unique temporary name in the folder of the target."""
     return target.parent / f".{target.name}.{uuid.uuid4().hex}.partial"
 
 
 def _sweep(target: Path) -> None:
-    """Remove what runs that were killed while creating have left beside the target."""
+    """Remove temporary folders of interrupted runs in the folder of the target."""
     for stale in target.parent.glob(f".{target.name}.*.partial"):
         if clock.time() - stale.stat().st_mtime > _STALE:
             shutil.rmtree(stale, ignore_errors=True)

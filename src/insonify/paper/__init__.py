@@ -1,4 +1,4 @@
-"""The paper's figures, each a scenario, a picture and a JSON file of the numbers that it must show."""
+"""Figures of the paper, each with its scenarios, a picture and a JSON file of checked numbers."""
 
 from collections.abc import Callable
 from importlib import import_module
@@ -12,9 +12,9 @@ def run(figures: list[int] | None, folder: Path, *, on_figure: Callable[[int, in
     """Draw some of the paper's figures.
 
     Args:
-        figures: Their numbers in the paper; None for all there are.
-        folder: Where pictures and numbers go; made where it is not there.
-        on_figure: Told the figures done and the figures wanted, before the first and after each.
+        figures: Numbers of the figures in the paper; None for all.
+        folder: Folder of pictures and numbers, created if necessary.
+        on_figure: Called with the numbers of completed and of all figures, before the first and after each.
 
     Returns:
         The files written, in order.
@@ -23,10 +23,10 @@ def run(figures: list[int] | None, folder: Path, *, on_figure: Callable[[int, in
         ValueError: A figure that is not available.
     """
     wanted = list(FIGURES) if figures is None else figures
-    strange = [number for number in wanted if number not in FIGURES]
-    if strange:
-        there = ", ".join(map(str, FIGURES))
-        raise ValueError(f"figure {', '.join(map(str, strange))} is not available; choose from {there}")
+    unknown = [number for number in wanted if number not in FIGURES]
+    if unknown:
+        available = ", ".join(map(str, FIGURES))
+        raise ValueError(f"figure {', '.join(map(str, unknown))} is not available; choose from {available}")
     folder.mkdir(parents=True, exist_ok=True)
     report = on_figure or (lambda *_: None)
     report(0, len(wanted))

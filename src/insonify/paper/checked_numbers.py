@@ -1,4 +1,4 @@
-"""Numbers of a figure, beside what they should be and who says so."""
+"""Numbers of a figure, compared with expected values and their sources."""
 
 import hashlib
 import json
@@ -13,28 +13,28 @@ from insonify.scenario.write import to_yaml
 
 @dataclass(frozen=True, slots=True)
 class CheckedNumber:
-    """One measured number."""
+    """Measured number with its expected value."""
 
     name: str
     value: float
     unit: str
     expected: float | None = None
-    """Expected value, in the same unit; None where the value is only reported."""
+    """Expected value, in the same unit; None where the number is only reported."""
     tolerance: float | None = None
-    """Largest error; None with an expected value: that is a lower bound."""
+    """Largest difference from the expected value; None: the expected value is a lower bound."""
     source: str = ""
     """Source of the expected value."""
 
     @property
     def relation(self) -> str | None:
-        """Relation of the value to the expected one: ">=" to a lower bound, "=" within the tolerance."""
+        """Relation of the value to the expected one: ">=" for a lower bound, "=" within the tolerance."""
         if self.expected is None:
             return None
         return ">=" if self.tolerance is None else "="
 
     @property
     def holds(self) -> bool | None:
-        """True where the value agrees with the expected one; None where nothing is expected."""
+        """True where the value agrees with the expected one; None without an expected value."""
         if self.expected is None:
             return None
         if self.tolerance is None:
@@ -50,14 +50,14 @@ def write_numbers(
     Args:
         path: File to write.
         figure: Number of the figure.
-        title: What it shows.
-        scenarios: What was simulated, by name.
-        numbers: What came out.
+        title: Title of the figure.
+        scenarios: Simulated scenarios, by name.
+        numbers: Measured numbers.
 
     Returns:
         The path.
     """
-    scenarios_used = {
+    provenance = {
         name: {"seed": scenario.seed, "sha256": hashlib.sha256(to_yaml(scenario).encode()).hexdigest()}
         for name, scenario in scenarios.items()
     }
@@ -66,7 +66,7 @@ def write_numbers(
         "figure": figure,
         "title": title,
         "version": version("insonify"),
-        "scenarios": scenarios_used,
+        "scenarios": provenance,
         "numbers": rows,
     }
     path.write_text(json.dumps(content, indent=1, default=float) + "\n", encoding="utf-8")

@@ -1,7 +1,7 @@
-"""Figure 1: the sound-speed profile, as the scenario holds it.
+"""Figure 1: the sound-speed profile of the scenario.
 
-The paper prints it as a picture without numbers; `thermocline` says what stands in for it. The numbers are those of
-a scenario that was written out as YAML and read back, and of a table written and read as a person would.
+The paper prints it as a picture without numbers; `thermocline_model` has the values used instead. The numbers are
+those of a scenario that was written as YAML and read back, and of a table that was written and read.
 """
 
 import tempfile
@@ -26,13 +26,13 @@ SONAR, TARGET = 11.0, (19.0, 20.0)
 
 
 def profile_read_from_yaml() -> SoundSpeedProfile:
-    """The profile of a scenario that went out as YAML and came back."""
+    """Profile of a scenario that was written as YAML and read back."""
     scenario = parse_model(Scenario, to_yaml(layered()))
     return scenario.water.profile_to_depth(scenario.seabed.depth)
 
 
 def profile_read_from_table() -> SoundSpeedProfile:
-    """The profile of a table of comma-separated values."""
+    """Profile of a table of comma-separated values that was written and read back."""
     with tempfile.TemporaryDirectory() as folder:
         table = Path(folder) / "cast.csv"
         rows = [f"{depth!r},{speed!r}" for depth, speed in PROFILE]
@@ -41,21 +41,19 @@ def profile_read_from_table() -> SoundSpeedProfile:
 
 
 def numbers() -> list[CheckedNumber]:
-    """Speeds at the knots after the journey, and between them."""
+    """Speeds at the knots after the round trip, and between them."""
     rows = []
-    for name, found in (("scenario file", profile_read_from_yaml()), ("table", profile_read_from_table())):
+    for name, profile in (("scenario file", profile_read_from_yaml()), ("table", profile_read_from_table())):
         for depth, speed in PROFILE:
-            interpolated = float(found.at(depth))
+            value = float(profile.at(depth))
             rows.append(
-                CheckedNumber(
-                    f"{name}: speed at the knot at {depth:g} m", interpolated, "m/s", speed, 0.0, "as written"
-                )
+                CheckedNumber(f"{name}: speed at the knot at {depth:g} m", value, "m/s", speed, 0.0, "as written")
             )
-    found, line = profile_read_from_yaml(), "straight line between knots"
-    rows.append(CheckedNumber("speed at the sonar, 11 m", float(found.at(SONAR)), "m/s", 1500.0, 1e-10, line))
+    profile, line = profile_read_from_yaml(), "straight line between knots"
+    rows.append(CheckedNumber("speed at the sonar, 11 m", float(profile.at(SONAR)), "m/s", 1500.0, 1e-10, line))
     slope = (PROFILE[2][1] - PROFILE[1][1]) / (PROFILE[2][0] - PROFILE[1][0])
-    rows.append(CheckedNumber("gradient at the sonar", float(found.gradient(SONAR)), "1/s", slope, 1e-12, line))
-    rows.append(CheckedNumber("radius of a level ray at the sonar", 1500.0 / abs(slope), "m"))
+    rows.append(CheckedNumber("gradient at the sonar", float(profile.gradient(SONAR)), "1/s", slope, 1e-12, line))
+    rows.append(CheckedNumber("radius of a horizontal ray at the sonar", 1500.0 / abs(slope), "m"))
     return rows
 
 
@@ -86,10 +84,10 @@ def draw(folder: Path) -> list[Path]:
 
 
 def _mark_depths(axes: Axes) -> None:
-    """Sonar and target at their depths."""
+    """Mark sonar and target at their depths."""
     low, high = axes.get_xlim()
-    depths, speeds_there = np.array(PROFILE).T
-    speed = float(np.interp(SONAR, depths, speeds_there))
+    depths, knot_speeds = np.array(PROFILE).T
+    speed = float(np.interp(SONAR, depths, knot_speeds))
     axes.plot([speed], [SONAR], "o", color=style.CONTRIBUTION_COLOURS["target"], markersize=8)
     axes.annotate(
         f"sonar, {SONAR:g} m: {speed:g} m/s", (speed, SONAR), xytext=(10, 0), textcoords="offset points", va="center"

@@ -1,6 +1,6 @@
 """Figure 10: the five legs a-e between the transducer and the target, their lengths, angles and delays.
 
-The nominal scene as it is. Lengths follow from image sources: L = sqrt(r^2 + (z - z_image)^2), with the image at
+The nominal scene, unchanged. Lengths follow from image sources: L = sqrt(r^2 + (z - z_image)^2), with the image at
 z_s, -z_s, 2H - z_s, 2H + z_s and z_s - 2H for a, b, c, d, e.
 """
 
@@ -29,7 +29,7 @@ SOURCE = "image sources: L = sqrt(r^2 + (z - z_image)^2)"
 
 
 def legs() -> Legs:
-    """The five legs to the three points, as the engine finds them, shape (5, 3)."""
+    """The five legs to the three points, as the engine computes them, shape (5, 3)."""
     scenario = nominal({"targets": []})
     depth = np.array(list(POINTS.values()))
     position = true_poses(scenario.track, seed=scenario.seed).position[0]
@@ -51,19 +51,19 @@ def expected_delays() -> NDArray[np.float64]:
 
 def numbers() -> list[CheckedNumber]:
     """Length, angle and delay of each leg, and the fifteen two-way delays of each point."""
-    found, expected, speed = legs(), expected_delays(), nominal().water.sound_speed
+    computed, expected, speed = legs(), expected_delays(), nominal().water.sound_speed
     rows: list[CheckedNumber] = []
     for column, point in enumerate(POINTS):
-        for row, family in enumerate(found.families):
-            name, delay = f"{LETTERS[family]} to {point}", found.delay[row, column]
-            angle = float(np.degrees(np.arcsin(np.abs(found.arrival[row, column, 2]))))
+        for row, family in enumerate(computed.families):
+            name, delay = f"{LETTERS[family]} to {point}", computed.delay[row, column]
+            angle = float(np.degrees(np.arcsin(np.abs(computed.arrival[row, column, 2]))))
             rows.append(CheckedNumber(f"{name}: length", delay * speed, "m"))
             rows.append(CheckedNumber(f"{name}: angle from the horizontal", angle, "deg"))
             rows.append(CheckedNumber(f"{name}: delay", delay, "s", expected[row, column], 1e-9, SOURCE))
         for i, j in combinations_with_replacement(range(5), 2):
-            name = f"{LETTERS[found.families[i]]}{LETTERS[found.families[j]]} to {point}: two-way delay"
-            value, there = (float(x[i, column] + x[j, column]) for x in (found.delay, expected))
-            rows.append(CheckedNumber(name, value, "s", there, 1e-9, SOURCE))
+            name = f"{LETTERS[computed.families[i]]}{LETTERS[computed.families[j]]} to {point}: two-way delay"
+            value, target = (float(x[i, column] + x[j, column]) for x in (computed.delay, expected))
+            rows.append(CheckedNumber(name, value, "s", target, 1e-9, SOURCE))
     return rows
 
 
@@ -87,7 +87,7 @@ def draw(folder: Path) -> list[Path]:
 
 
 def _comb(axes: Axes, delay: NDArray[np.float64]) -> None:
-    """The two-way delays of each point, one tick each."""
+    """Draw the two-way delays of each point, one tick each."""
     names = list(LETTERS)
     for y, (point, column) in enumerate(zip(POINTS, delay.T, strict=True)):
         for pair in reversed(list(combinations_with_replacement(range(5), 2))):

@@ -1,9 +1,9 @@
-"""Figure 11: near the target, the energy model, the spikes behind it, and one coherent series made of them.
+"""Figure 11: near the target, the energy model, its spikes, and one coherent series computed from them.
 
-Changed in the nominal scene: one vertical plane (`paths.geometry: slice`, the paper's 2-D); a window of 35 ms about
+Changed in the nominal scene: one vertical plane (`paths.geometry: slice`, the paper's 2-D); a window of 35 ms around
 the target, as in the paper; a sea surface that scatters by Lambert's law at -30 dB, a little less than the bed, so
-that both reverberations are in the picture; and noise of 5 dB re 1 uPa^2/Hz in the beam, what is left of some
-28 dB of thermal and wind noise at 100 kHz behind the array's directivity of 10 log10(2 L / wavelength) = 23 dB.
+that both reverberations are visible; and noise of 5 dB re 1 uPa^2/Hz in the beam, from about
+28 dB of thermal and wind noise at 100 kHz less the array's directivity of 10 log10(2 L / wavelength) = 23 dB.
 """
 
 from pathlib import Path
@@ -29,7 +29,7 @@ TITLE = "Energy model, spike array and coherent series about the target"
 WINDOW = (0.195, 0.230)
 REALISATIONS = 200
 BIN = 1e-3
-"""Width of the bins in which spikes are counted [s]."""
+"""Width of the bins in which spikes are summed [s]."""
 PARTS = {
     "whole window": WINDOW,
     "before the target": (0.195, 0.2),
@@ -42,11 +42,11 @@ Floats = NDArray[np.float64]
 
 
 def scene(seed: int = 1, field: str = "coherent") -> Scenario:
-    """The figure's scenario.
+    """Scenario of the figure.
 
     Args:
-        seed: Seed.
-        field: The reading.
+        seed: Random seed.
+        field: Coherent pressure or expected (incoherent) intensity.
     """
     return nominal(
         {
@@ -57,10 +57,10 @@ def scene(seed: int = 1, field: str = "coherent") -> Scenario:
 
 
 def mean_power(realisations: int = REALISATIONS) -> tuple[Floats, Floats]:
-    """Mean coherent power, and mean of the energy model, over the same redrawn scatterers [uPa^2], (time,).
+    """Mean coherent power, and mean of the energy model, over the same realisations [uPa^2], shape (time,).
 
     Args:
-        realisations: How many seeds.
+        realisations: Number of seeds.
     """
     coherent, expected = [], []
     for seed in range(1, realisations + 1):
@@ -71,7 +71,7 @@ def mean_power(realisations: int = REALISATIONS) -> tuple[Floats, Floats]:
 
 
 def binned_spikes() -> tuple[Floats, Floats]:
-    """Mean power of the spikes, and of the energy model, in bins of 1 ms [uPa^2], each of shape (bins,)."""
+    """Mean power of the spikes, and of the energy model, in bins of 1 ms [uPa^2], shape (bins,) each."""
     scenario = scene(field="incoherent")
     simulator = build_simulator(scenario)
     counted = spike_power(arrivals(scenario), simulator.ping_geometry(0), simulator.grid.time)
@@ -82,25 +82,28 @@ def binned_spikes() -> tuple[Floats, Floats]:
 
 
 def numbers(realisations: int = REALISATIONS) -> list[CheckedNumber]:
-    """Agreement of the three quantities computed from one list of paths.
+    """Agreement of energy model, spikes and coherent series of one list of paths.
 
     Args:
-        realisations: How many seeds are averaged.
+        realisations: Number of seeds that are averaged.
     """
     coherent, expected = mean_power(realisations)
     time = build_simulator(scene()).grid.time
     rows = []
     for name, (first, last) in PARTS.items():
         inside = (time >= first) & (time < last)
-        off = float(level_db(np.mean(coherent[inside] / expected[inside])))
+        difference = float(level_db(np.mean(coherent[inside] / expected[inside])))
         # fewer cells in the shorter windows: three standard errors of about 0.2 dB there
         limit = 0.2 if name == "whole window" else 0.5
         rows.append(
-            CheckedNumber(f"mean coherent power re energy model, {name}", off, "dB", 0.0, limit, "energy is kept")
+            CheckedNumber(
+                f"mean coherent power re energy model, {name}", difference, "dB", 0.0, limit, "conservation of energy"
+            )
         )
     counted, modelled = binned_spikes()
-    off = np.abs(level_db(counted / modelled)).max()
-    rows.append(CheckedNumber("spike energy in 1 ms re energy model, worst bin", off, "dB", 0.0, 0.1, "energy is kept"))
+    difference = np.abs(level_db(counted / modelled)).max()
+    name, source = "spike energy in 1 ms re energy model, worst bin", "conservation of energy"
+    rows.append(CheckedNumber(name, difference, "dB", 0.0, 0.1, source))
     rows.append(CheckedNumber("realisations", realisations, "1"))
     return rows
 
@@ -110,7 +113,7 @@ def draw(folder: Path, realisations: int = REALISATIONS) -> list[Path]:
 
     Args:
         folder: Where they go.
-        realisations: How many seeds the numbers are of.
+        realisations: Number of seeds of the numbers.
 
     Returns:
         The files written.
@@ -127,8 +130,8 @@ def _panels(figure: Figure) -> None:
     curves(energy, levels(scene()), WINDOW)
     energy.set_title("a  energy model, by contribution")
     scenario = scene()
-    paths, here = _sampled(arrivals(scenario)), build_simulator(scenario).ping_geometry(0)
-    spike_array(stems, paths, level_db(np.abs(arrival_weights(paths, here)) ** 2), "level [dB re 1 uPa]")
+    paths, geometry = _sampled(arrivals(scenario)), build_simulator(scenario).ping_geometry(0)
+    spike_array(stems, paths, level_db(np.abs(arrival_weights(paths, geometry)) ** 2), "level [dB re 1 uPa]")
     stems.set_title("b  spike array: one mark for each path, in the hue of the longer of its two legs")
     recording = simulate(scenario)
     pressure = recording["pressure"].values[0, 0] / 1e3
@@ -144,6 +147,6 @@ def _panels(figure: Figure) -> None:
 
 
 def _sampled(paths: Arrivals) -> Arrivals:
-    """All paths by way of targets, and every fifth of the others: enough dust to see."""
-    kept = ((paths.object != "seabed") & (paths.object != "surface")) | (paths.group % 5 == 0)
-    return paths.take(kept)
+    """Select all paths of targets, and every fifth of the others, for drawing."""
+    drawn = ((paths.object != "seabed") & (paths.object != "surface")) | (paths.group % 5 == 0)
+    return paths.take(drawn)

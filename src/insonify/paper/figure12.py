@@ -1,9 +1,9 @@
-"""Figure 12: the shadow of the target fills as paths with one and two reflections come in.
+"""Figure 12: the shadow of the target fills with paths of one and two reflections.
 
 Changed in the nominal scene: `paths.max_reflections` is 0, 1 and 2; the pictures are of the vertical plane
 (`paths.geometry: slice`, the paper's 2-D) in the paper's window of 35 ms. The numbers are of the whole scene, from the
-expected intensity, once with a box 6 m wide, so that little sound comes round its sides, and once with the paper's
-2 m: level with no box over level with it, on the bed behind it. Edges are hard.
+expected intensity, once with a box 6 m wide, so that little sound passes its sides, and once with the paper's
+2 m: level without the box over level with it, on the bed behind it. Without edge diffraction.
 """
 
 from functools import lru_cache
@@ -28,21 +28,21 @@ LATE, DOUBLE = (0.2145, 0.2255), (0.206, 0.211)
 WIDE, OWN = 6.0, 2.0
 """Lengths of the box in the numbers: a wide one, and the paper's [m]."""
 DARK = 30.0
-"""Contrasts beyond this are only reported to be beyond it [dB]."""
+"""Contrast above which only this lower bound is reported [dB]."""
 SOURCE = "independent prototype, 120 realisations; ratios of Lambert strengths with and without the cut legs"
 ORDERS = ("direct paths", "one reflection per leg", "two reflections per leg")
 EXPECTED: dict[tuple[int, tuple[float, float]], tuple[float, float | None]] = {
     (0, LATE): (DARK, None), (1, LATE): (3.5, 0.6), (2, LATE): (2.6, 0.6),
     (0, DOUBLE): (DARK, None), (1, DOUBLE): (DARK, None), (2, DOUBLE): (11.0, 1.5),
 }  # fmt: skip
-"""Contrast of the 6 m box [dB] and how far it may be off; None: at least that."""
+"""Contrast of the 6 m box and its tolerance [dB]; None: lower bound."""
 
 
 def scene(reflections: int, **changes: Any) -> Scenario:
     """The figure's scenario.
 
     Args:
-        reflections: Most bounces of one leg.
+        reflections: Largest number of bounces of one leg.
         changes: Other values, with `__` for the dots.
     """
     named = {name.replace("__", "."): value for name, value in changes.items()}
@@ -50,10 +50,10 @@ def scene(reflections: int, **changes: Any) -> Scenario:
 
 
 def shadow_scene(reflections: int, length: float) -> Scenario:
-    """The expected intensity of the bed alone, behind a box or without one.
+    """Scenario of the expected intensity of the bed only, behind a box or without one.
 
     Args:
-        reflections: Most bounces of one leg.
+        reflections: Largest number of bounces of one leg.
         length: Length of the box along the track [m]; 0 for none.
     """
     targets = [box(length)] if length else []
@@ -70,7 +70,7 @@ def contrast(reflections: int, length: float, window: tuple[float, float]) -> fl
     """Level of the bare seabed over that behind a box [dB].
 
     Args:
-        reflections: Most bounces of one leg.
+        reflections: Largest number of bounces of one leg.
         length: Length of the box along the track [m].
         window: Time over which both are averaged [s].
     """
@@ -121,7 +121,7 @@ def draw(folder: Path) -> list[Path]:
 
 
 def _contrasts(axes: Axes, reflections: int) -> None:
-    """Write the contrasts in both windows of the whole scene into them."""
+    """Write the contrasts of the whole scene into both windows."""
     for window in (LATE, DOUBLE):
         lines = [f"{length:g} m box: {_contrast_text(contrast(reflections, length, window))}" for length in (WIDE, OWN)]
         middle = 1e3 * (window[0] + window[1]) / 2
@@ -130,12 +130,12 @@ def _contrasts(axes: Axes, reflections: int) -> None:
 
 
 def _contrast_text(contrast_db: float) -> str:
-    """Text of a contrast; beyond the bound it depends on the resolution of sidelobes."""
+    """Text of a contrast; above the bound it depends on the resolution of sidelobes only."""
     return f"≥ {DARK:g} dB" if contrast_db >= DARK else f"{contrast_db:.1f} dB"
 
 
 def _panel(axes: Axes, scenario: Scenario) -> None:
-    """One ping and its expectation, with the two windows of the numbers marked."""
+    """Draw one ping and its expected level, with the two windows of the numbers marked."""
     recording = simulate(scenario)
     level = level_db(np.abs(recording["pressure"].values[0, 0]) ** 2)
     mean = simulate(scenario.model_copy(update={"field": "incoherent"}))["intensity"].values[0, 0]

@@ -1,8 +1,8 @@
-"""Figure 13: the same spikes with more and more phase jitter.
+"""Figure 13: the same spikes with increasing phase jitter.
 
 Changed in the nominal scene: one vertical plane (`paths.geometry: slice`), `paths.jitter` of 0, 0.1, 0.25, 0.5 and 1
-wavelength, and a static track of two pings, which differ by nothing but their jitter. The numbers are of direct paths
-and of the seabed before the target, 30-195 ms, where each replica stands alone: there the correlation of two pings is
+wavelength, and a static track of two pings, which differ only in their jitter. The numbers are of direct paths
+and of the seabed before the target, 30-195 ms, where replicas do not overlap: there the correlation of two pings is
 |E exp(-j 2 pi J u)|^2 = sinc^2(J), for u uniform in 0..1.
 """
 
@@ -23,7 +23,7 @@ JITTERS = (0.0, 0.1, 0.25, 0.5, 1.0)
 WINDOW = (0.195, 0.230)
 BEFORE = (0.030, 0.195)
 REALISATIONS = 40
-"""Seeds averaged: 33000 cells of 0.2 ms, so 0.005 of standard error."""
+"""Seeds that are averaged: 33000 cells of 0.2 ms, a standard error of 0.005."""
 
 
 def scene(jitter: float, changes: dict[str, Any] | None = None) -> Scenario:
@@ -42,7 +42,7 @@ def correlation(jitter: float, realisations: int = REALISATIONS) -> float:
 
     Args:
         jitter: Largest random delay of each replica [wavelengths].
-        realisations: How many seeds.
+        realisations: Number of seeds.
     """
     changes = {"paths.max_reflections": 0, "paths.contributions": ["seabed"], "track.window": BEFORE}
     steady = scene(0.0, {**changes, "field": "incoherent", "track.pings": 1})
@@ -59,14 +59,13 @@ def numbers(realisations: int = REALISATIONS) -> list[CheckedNumber]:
     """Correlation of two pings at each level of jitter.
 
     Args:
-        realisations: How many seeds.
+        realisations: Number of seeds.
     """
-    source = "characteristic function of a uniform phase: sinc^2(J)"
-    return [
-        CheckedNumber(f"correlation of two pings, jitter {jitter:g} wavelengths", correlation(jitter, realisations),
-               "1", float(np.sinc(jitter) ** 2), 0.02, source)
-        for jitter in JITTERS
-    ]  # fmt: skip
+    source, rows = "characteristic function of a uniform phase: sinc^2(J)", []
+    for jitter in JITTERS:
+        name, value = f"correlation of two pings, jitter {jitter:g} wavelengths", correlation(jitter, realisations)
+        rows.append(CheckedNumber(name, value, "1", float(np.sinc(jitter) ** 2), 0.02, source))
+    return rows
 
 
 def draw(folder: Path, realisations: int = REALISATIONS) -> list[Path]:
@@ -74,7 +73,7 @@ def draw(folder: Path, realisations: int = REALISATIONS) -> list[Path]:
 
     Args:
         folder: Where they go.
-        realisations: How many seeds the numbers are of.
+        realisations: Number of seeds of the numbers.
 
     Returns:
         The files written.

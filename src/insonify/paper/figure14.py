@@ -1,8 +1,8 @@
-"""Figure 14: steered beams, in and out of which the target lies, and the image they make together.
+"""Figure 14: steered beams on and off the target, and the image of all beams.
 
 Changed in the nominal scene: the whole scene in three dimensions, `sonar.receive.steer` from -6 to 6 deg in steps of
-0.25 deg (the transmit beam follows), the box turned 2.1 deg to the right of boresight at the same range, and a window
-about it. For the beam pattern the box gives way to a point at that bearing, alone and over direct paths.
+0.25 deg (the transmit beam follows), the box 2.1 deg to the right of boresight at the same range, and a window
+around it. For the beam pattern the box is replaced by a point at that bearing, over direct paths only.
 """
 
 from functools import lru_cache
@@ -27,7 +27,7 @@ from insonify.units import level_db
 TITLE = "Multi-beam image of the target, and some of the beams behind it"
 WINDOW = (0.185, 0.235)
 DIRECT = (0.1995, 0.2015)
-"""Delays of the direct echo of the target without any other [s]."""
+"""Window of the direct echo of the target, and no other [s]."""
 BEARING = np.radians(2.1)
 """Bearing of the target, to the right of boresight [rad]."""
 STEERS = np.radians(np.arange(-6, 6.01, 0.25))
@@ -53,15 +53,16 @@ def scene(changes: dict[str, Any] | None = None) -> Scenario:
 
 
 def _at(distance: float) -> list[float]:
-    """North and east of a place at the target's bearing; boresight looks east and right is south."""
+    """North and east of a position at the target's bearing [m]; boresight points east and right is south."""
     return [float(-distance * np.sin(BEARING)), float(distance * np.cos(BEARING))]
 
 
 def point_scene(alone: bool) -> Scenario:
-    """A point at the target's bearing and range.
+    """Scenario of a point at the target's bearing and range.
 
     Args:
-        alone: Heard by finely steered beams over direct paths, and nothing else; or in place of the box.
+        alone: True for finely steered beams over direct paths of the point only; False for the point instead of the
+            box.
     """
     point = {"shape": "point", "label": "point", "position": [*_at(150.0), 19.5], "target_strength_db": 0.0}
     if not alone:
@@ -76,7 +77,7 @@ def point_scene(alone: bool) -> Scenario:
 
 @lru_cache(maxsize=1)
 def pattern() -> tuple[Floats, Floats]:
-    """Echo energy of the point over steer angle, and the two-way pattern it should follow [dB re its peak].
+    """Echo energy of the point over steer angle, and the expected two-way pattern [dB re peak].
 
     Source: a uniform line steered by phase, sinc^4(L / wavelength (sin a - sin s)) for transmit and receive together.
     """
@@ -90,13 +91,13 @@ def pattern() -> tuple[Floats, Floats]:
 
 
 def numbers() -> list[CheckedNumber]:
-    """Agreement of the echo with the beam pattern, and the target's position in the image."""
+    """Agreement of the echo with the beam pattern, and position of the target in the image."""
     energy, expected = pattern()
-    away = np.abs(np.sin(FINE) - np.sin(BEARING)) / APERTURE
-    lobe, side = away < 0.75, (away > 1.2) & (away < 1.8)
+    offset = np.abs(np.sin(FINE) - np.sin(BEARING)) / APERTURE
+    lobe, side = offset < 0.75, (offset > 1.2) & (offset < 1.8)
     bearing, reach = image_peak()
     beamwidth = float(np.degrees(HALF_POWER * APERTURE))
-    source, put = "two-way pattern of uniform lines, sinc^4", "where the point was put"
+    source, put = "two-way pattern of uniform lines, sinc^4", "true position of the point"
     worst = float(np.abs(energy - expected)[lobe].max())
     return [
         CheckedNumber("echo re two-way pattern, worst in the main lobe", worst, "dB", 0.0, 0.2, source),
@@ -110,7 +111,7 @@ def numbers() -> list[CheckedNumber]:
 
 
 def image_peak() -> tuple[float, float]:
-    """Bearing [deg] and slant range [m] of the brightest spot, with a point in place of the box.
+    """Bearing [deg] and slant range [m] of the peak of the image, with a point instead of the box.
 
     Bearing from a parabola through the strongest beam and its neighbours, range from the centre of its echo.
     """

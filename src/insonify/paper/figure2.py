@@ -1,9 +1,9 @@
 """Figure 2: one ping about the target, direct paths only, over a fractal bed and over a flat one.
 
-The scenario is that of `sidescan_model`. A flat bed is smooth in the mean; a fractal one of a few centimetres rms, at a
-grazing angle of 3.4 degrees, is not: it shadows itself. The box shows as the echo of its face and the shadow behind it.
-Under the thermocline sound comes down on the bed at 9 degrees: the shadow is a third as long, the bed fluctuates less,
-and beyond 162 m no direct sound reaches it.
+The scenario is that of `sidescan_model`. The mean level of a flat bed is smooth; that of a fractal one of a few
+centimetres rms, at 3.4 degrees grazing angle, is not, because of shadows. The box causes the echo of its face and the
+shadow behind it. Under the thermocline the grazing angle on the bed is 9 degrees: the shadow is a third as long, the
+level fluctuates less, and no direct sound reaches the bed beyond 162 m.
 """
 
 from pathlib import Path
@@ -22,13 +22,13 @@ from insonify.units import level_db
 TITLE = "One ping about the target over a fractal and a flat bed, direct paths"
 WINDOW = (0.195, 0.230)
 BEFORE = (0.160, 0.198)
-"""Bed alone [s]."""
+"""Window of the bed only [s]."""
 LOCAL = (0.1985, 0.2)
 """Bed just before the target in both waters [s]."""
 SEEDS = 3
-"""Beds whose fluctuation is averaged."""
+"""Number of beds whose fluctuation is averaged."""
 ROUGHNESS = {0.02: 1.5, 0.05: 3.0}
-"""Rms height of the relief [m], and by how much the level fluctuates at least [dB]."""
+"""Rms height of the relief [m], and least fluctuation of the level [dB]."""
 SPAN = (30.0, 120.0)
 PROTOTYPE = "independent prototype: 2.2 dB at 2 cm, 5.8 dB at 5 cm of relief with Lambert's law"
 
@@ -39,35 +39,33 @@ def scene(water: Water, *, relief: float = 0.0, boxed: bool = True, window: tupl
     """The figure's scenario.
 
     Args:
-        water: With or without the profile.
+        water: Water with or without the profile.
         relief: Rms height of the bed's relief [m].
-        boxed: With the target.
-        window: Time recorded [s].
+        boxed: True for the scene with the target.
+        window: Recorded window [s].
     """
-    settings = {"paths.max_reflections": 0, "track.window": window}
-    return sidescan_model.scene(water, settings if boxed else sidescan_model.without_box(settings), relief=relief)
+    changes = {"paths.max_reflections": 0, "track.window": window}
+    return sidescan_model.scene(water, changes if boxed else sidescan_model.without_box(changes), relief=relief)
 
 
 def fluctuation(relief: float, *, seeds: int = SEEDS, geometry: str = "3d") -> float:
-    """Fluctuation of the level of the bed before the target at one speed, mean of some beds [dB].
+    """Fluctuation of the level of the bed before the target at one sound speed, mean over realisations [dB].
 
     Args:
-        relief: Rms height [m].
-        seeds: How many beds.
-        geometry: The whole scene, or one vertical plane.
+        relief: Rms height of the relief [m].
+        seeds: Number of realisations of the bed.
+        geometry: "3d" for the whole scene, or "slice" for one vertical plane.
     """
-    settings = sidescan_model.without_box(
+    changes = sidescan_model.without_box(
         {"paths.max_reflections": 0, "paths.geometry": geometry, "paths.scatterers_per_cell": sidescan_model.GRAINS,
          "track.window": BEFORE}
     )  # fmt: skip
-    beds = [
-        sidescan_model.scene("one speed", {**settings, "seed": seed}, relief=relief) for seed in range(1, seeds + 1)
-    ]
+    beds = [sidescan_model.scene("one speed", {**changes, "seed": seed}, relief=relief) for seed in range(1, seeds + 1)]
     return float(np.mean([sidescan_model.ripple(*sidescan_model.expected_ping(bed), BEFORE) for bed in beds]))
 
 
 def dark(water: Water) -> tuple[float, float]:
-    """Delays at which the whole pulse is in the box's shadow [s]: after the foot of its back, before the end."""
+    """Start and end of the window in which the whole pulse is in the box's shadow [s]."""
     foot = sidescan_model.two_way(water, "D", "D", sidescan_model.BACK, sidescan_model.BED) + sidescan_model.PULSE
     return foot, sidescan_model.two_way(water, "D", "D", sidescan_model.shadow_end(water), sidescan_model.BED)
 
@@ -85,10 +83,10 @@ def peak(water: Water, relief: float) -> float:
 
 
 def numbers(seeds: int = SEEDS) -> list[CheckedNumber]:
-    """Smoothness of a flat bed, roughness of a fractal one, level of the target, contrast and length of its shadow.
+    """Fluctuation over a flat and a fractal bed; level of the target; level and length of its shadow.
 
     Args:
-        seeds: How many fractal beds are averaged.
+        seeds: Number of fractal beds that are averaged.
     """
     smooth = "a flat bed is smooth: less than 0.2 dB"
     rows = []
@@ -108,14 +106,13 @@ def numbers(seeds: int = SEEDS) -> list[CheckedNumber]:
             rows.append(
                 CheckedNumber(f"{water}: target over a {name} bed", peak(water, relief), "dB", 10.0, None, "stands out")
             )
-        rows.append(CheckedNumber(f"{water}: shadow below the flat bed", contrast(water), "dB",
-                                  sidescan_model.beam_leakage_db(), 1.0,
-                                  "sound round the sides of a 2 m box: integral of sinc^4"))  # fmt: skip
+        source, leakage = "sound round the sides of a 2 m box: integral of sinc^4", sidescan_model.beam_leakage_db()
+        rows.append(CheckedNumber(f"{water}: shadow below the flat bed", contrast(water), "dB", leakage, 1.0, source))
         time, intensity = sidescan_model.expected_ping(scene(water))
         end = dark(water)[1]
-        found = sidescan_model.shadow_end_time(time, intensity, end)
+        measured = sidescan_model.shadow_end_time(time, intensity, end)
         rows.append(
-            CheckedNumber(f"{water}: shadow ends", 1e3 * found, "ms", 1e3 * end, 0.05, "exact ray over the far edge")
+            CheckedNumber(f"{water}: shadow ends", 1e3 * measured, "ms", 1e3 * end, 0.05, "exact ray over the far edge")
         )
     return rows
 
@@ -134,7 +131,7 @@ def draw(folder: Path) -> list[Path]:
         rows = figure.subplots(2, 1, sharex=True, sharey=True)
         for axes, letter, water in zip(rows, "ab", WATERS, strict=True):
             _panel(axes, water)
-            axes.set_title(f"{letter}  {sidescan_model.WATER_TITLES[water]}")
+            axes.set_title(f"{letter}  {sidescan_model.TITLES[water]}")
         rows[0].legend(ncols=2, loc="upper right")
         rows[-1].set_xlabel("time after the start of transmission [ms]")
         picture = style.save_figure(figure, folder / "figure2.png")
@@ -144,7 +141,7 @@ def draw(folder: Path) -> list[Path]:
 
 
 def _panel(axes: Axes, water: Water) -> None:
-    """Both beds in one water, with the shadow where exact rays put it."""
+    """Draw both beds in one water, with the shadow by exact rays."""
     start, end = (1e3 * when for when in dark(water))
     axes.axvspan(start - 1e3 * sidescan_model.PULSE, end, color=style.QUIET, alpha=0.13, linewidth=0)
     axes.text((start + end) / 2, SPAN[1] - 16, "shadow by exact rays", ha="center", color=style.QUIET, fontsize=9)

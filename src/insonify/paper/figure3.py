@@ -1,8 +1,8 @@
 """Figure 3: the sidescan image of the target on the fractal bed, direct paths only.
 
-The scenario is that of `sidescan_model`, on a track north past the box. The numbers are of a flat bed, where geometry
-says all of them: the face shows at its distance, the shadow ends where the ray over the far edge comes down, and along
-the track it is as wide as the box and the beam together.
+The scenario is that of `sidescan_model`, on a track north past the box. The numbers are of a flat bed, where they
+follow from geometry: the highlight is at the distance of the face, the shadow ends where the ray over the far edge
+reaches the bed, and along the track it is as wide as the box and the beam together.
 """
 
 from functools import lru_cache
@@ -33,19 +33,19 @@ WINDOW = (0.190, 0.234)
 HALF, PINGS = 5.5, 37
 """Distance run before and after the target [m], and pings of the image."""
 FINE = 41
-"""Pings over a flat bed that the width of the shadow is taken from."""
+"""Pings over a flat bed for the width of the shadow [1]."""
 HEIGHTS: dict[Water, tuple[float, ...]] = {"one speed": (0.25, 0.5, 1.0, 2.0), "thermocline": (0.25, 0.5, 1.0)}
-"""Heights of the boxes whose shadows are measured [m]; under the thermocline no direct sound reaches higher ones."""
+"""Heights of the boxes whose shadows are measured [m]; under the thermocline the limit of direct sound is lower."""
 DIMMED = 0.05
-"""Part of the bed's energy that is missing at the rim of the shadow [1]."""
+"""Part of the bed's energy that is missing at the edge of the shadow [1]."""
 PICTURE = (145.0, 174.0)
-"""Slant ranges that the pictures show [m]."""
+"""Slant ranges of the pictures [m]."""
 SPAN = (-30.0, 30.0)
-"""Levels that the pictures show [dB re the flat bed]."""
+"""Levels of the pictures [dB re the flat bed]."""
 LOWEST = 0.0
-"""Lowest level that counts as sound [dB re 1 uPa]."""
+"""Lower limit of levels [dB re 1 uPa]."""
 ENDS = 30.0
-"""Fall of the level at which the bed ends [dB]."""
+"""Fall of the level that marks the end of the bed [dB]."""
 COLUMNS = 900
 
 Floats = NDArray[np.float64]
@@ -56,38 +56,38 @@ def scene(water: Water, *, relief: float = sidescan_model.RELIEF, pings: int = P
     """The figure's scenario.
 
     Args:
-        water: With or without the profile.
+        water: Water with or without the profile.
         relief: Rms height of the bed's relief [m].
         pings: Number of pings.
         half: Distance run before and after the target [m].
         window: Time recorded [s].
         changes: Other values by dotted name.
     """
-    settings = {"paths.max_reflections": 0, **(changes or {})}
-    return sidescan_model.along(water, settings, half=half, pings=pings, window=window, relief=relief)
+    values = {"paths.max_reflections": 0, **(changes or {})}
+    return sidescan_model.along(water, values, half=half, pings=pings, window=window, relief=relief)
 
 
 def shadow_end(water: Water, height: float) -> tuple[float, float]:
-    """Distance at which the shadow of a box ends, as simulated abeam, and by geometry [m].
+    """Distance of the end of a box's shadow abeam, measured and by geometry [m].
 
     Args:
-        water: With or without the profile.
-        height: Of the box [m].
+        water: Water with or without the profile.
+        height: Height of the box [m].
     """
     expected = sidescan_model.shadow_end(water, height=height)
     when = sidescan_model.two_way(water, "D", "D", expected, sidescan_model.BED)
     window = (when - 1.5e-3, when + 1.5e-3)
-    settings = {"paths.max_reflections": 0, "track.window": window, **sidescan_model.with_box(height=height)}
-    found = sidescan_model.shadow_end_time(
-        *sidescan_model.expected_ping(sidescan_model.scene(water, settings)), when, reach=0.4e-3
+    values = {"paths.max_reflections": 0, "track.window": window, **sidescan_model.with_box(height=height)}
+    measured = sidescan_model.shadow_end_time(
+        *sidescan_model.expected_ping(sidescan_model.scene(water, values)), when, reach=0.4e-3
     )
-    return sidescan_model.distance_of(water, found), expected
+    return sidescan_model.distance_of(water, measured), expected
 
 
 def face(water: Water) -> float:
-    """Distance of the face abeam, from the centre of its echo, taken as on the middle of its height [m]."""
-    settings = {"paths.max_reflections": 0, "track.window": (0.199, 0.204)}
-    time, intensity = sidescan_model.expected_ping(sidescan_model.scene(water, sidescan_model.target_only(settings)))
+    """Distance of the face abeam from the centre of its echo, assumed at half its height [m]."""
+    values = {"paths.max_reflections": 0, "track.window": (0.199, 0.204)}
+    time, intensity = sidescan_model.expected_ping(sidescan_model.scene(water, sidescan_model.target_only(values)))
     near = (
         time
         < sidescan_model.two_way(water, "D", "D", sidescan_model.FACE, sidescan_model.BED) + 1.5 * sidescan_model.PULSE
@@ -98,7 +98,7 @@ def face(water: Water) -> float:
 
 @lru_cache(maxsize=2)
 def shadow_width(water: Water) -> float:
-    """Width along the track over which the shadow takes a twentieth or more of the bed's energy [m]."""
+    """Width along the track over which the shadow reduces the bed's energy by a twentieth or more [m]."""
     start, end = (sidescan_model.two_way(water, "D", "D", at, sidescan_model.BED) for at in (
         sidescan_model.BACK, sidescan_model.shadow_end(water)
     ))  # fmt: skip
@@ -114,26 +114,18 @@ def shadow_width(water: Water) -> float:
 
 
 def numbers() -> list[CheckedNumber]:
-    """Position of the highlight, length and width of the shadow, in both waters."""
+    """Position of the highlight, and length and width of the shadow, in both waters."""
     rows = []
-    put, over = "where the box was put", "exact ray over the far edge"
+    put, over = "true position of the box", "exact ray over the far edge"
     for water in WATERS:
         rows.append(
             CheckedNumber(f"{water}: highlight", face(water), "m", sidescan_model.FACE, sidescan_model.CELL, put)
         )
         for height in HEIGHTS[water]:
-            found, expected = shadow_end(water, height)
+            measured, expected = (distance - sidescan_model.BACK for distance in shadow_end(water, height))
             name = f"{water}: length of the shadow, box {height:g} m high"
-            rows.append(
-                CheckedNumber(
-                    name,
-                    found - sidescan_model.BACK,
-                    "m",
-                    expected - sidescan_model.BACK,
-                    sidescan_model.ground_cell(water, expected),
-                    over,
-                )
-            )
+            cell = sidescan_model.ground_cell(water, sidescan_model.shadow_end(water, height=height))
+            rows.append(CheckedNumber(name, measured, "m", expected, cell, over))
         wide = sidescan_model.OWN + sidescan_model.footprint(1 - 2 * DIMMED)
         source = "box, and the width that holds 90 % of the two-way beam, sinc^4"
         rows.append(
@@ -153,7 +145,7 @@ def draw(folder: Path) -> list[Path]:
     """
     with style.plot_style():
         figure = style.new_figure(10.5, 6.8)
-        picture(figure, [(sidescan_model.WATER_TITLES[water], water, simulate(scene(water))) for water in WATERS])
+        picture(figure, [(sidescan_model.TITLES[water], water, simulate(scene(water))) for water in WATERS])
         path = style.save_figure(figure, folder / "figure3.png")
     return [
         path,
@@ -162,14 +154,14 @@ def draw(folder: Path) -> list[Path]:
 
 
 def picture(figure: Figure | SubFigure, sounds: list[tuple[str, Water, xr.Dataset]]) -> list[Axes]:
-    """Images one above the other.
+    """Draw images one above the other.
 
     Args:
-        figure: Where to draw.
-        sounds: Title, water and recording of each.
+        figure: Figure to draw on.
+        sounds: Title, water and recording of each image.
 
     Returns:
-        Their axes.
+        Axes of the images.
     """
     rows = list(figure.subplots(len(sounds), 1, sharex=True, sharey=True))
     for axes, letter, (title, water, sound) in zip(rows, "abc", sounds, strict=False):
@@ -182,15 +174,15 @@ def picture(figure: Figure | SubFigure, sounds: list[tuple[str, Water, xr.Datase
 
 
 def image(axes: Axes, water: Water, sound: xr.Dataset) -> AxesImage:
-    """One image over slant range, with the outline of the shadow where exact rays put it.
+    """Draw one image over slant range, with the outline of the shadow by exact rays.
 
     Args:
-        axes: Where to draw.
-        water: With or without the profile.
+        axes: Axes to draw on.
+        water: Water with or without the profile.
         sound: Recording of the image.
     """
     run, time, level = sidescan_model.images(sound)
-    shown = np.nan_to_num(np.maximum(level, LOWEST) - usual(water, sound), neginf=SPAN[0])
+    shown = np.nan_to_num(np.maximum(level, LOWEST) - flat_bed_level(water, sound), neginf=SPAN[0])
     slant = (time - sidescan_model.PULSE / 2) * SOUND_SPEED / 2
     step = (run[1] - run[0]) / 2
     drawn = axes.imshow(
@@ -202,38 +194,38 @@ def image(axes: Axes, water: Water, sound: xr.Dataset) -> AxesImage:
     first, last = (
         two_way_slant(water, "D", "D", at) for at in (sidescan_model.BACK, sidescan_model.shadow_end(water))
     )  # fmt: skip
+    length, blue = sidescan_model.OWN, style.FAMILIES["S"]
     axes.add_patch(
-        Rectangle((first, -sidescan_model.OWN / 2), last - first, sidescan_model.OWN, fill=False,
-                  color=style.FAMILIES["S"], linewidth=1.0, linestyle="--")
-    )  # fmt: skip
+        Rectangle((first, -length / 2), last - first, length, fill=False, color=blue, linewidth=1.0, linestyle="--")
+    )
     return drawn
 
 
 def two_way_slant(water: Water, out: str, back: str, distance: float, depth: float = sidescan_model.BED) -> float:
-    """Slant range at which an image shows what comes back from a place by two families [m].
+    """Slant range in an image of an echo by two families [m].
 
     Args:
-        water: With or without the profile.
-        out: Family of the leg out.
-        back: Family of the leg back.
-        distance: Horizontal distance of the place [m].
-        depth: Its depth [m].
+        water: Water with or without the profile.
+        out: Family of the transmit leg.
+        back: Family of the receive leg.
+        distance: Horizontal distance of the scatterer [m].
+        depth: Depth of the scatterer [m].
     """
     return sidescan_model.two_way(water, out, back, distance, depth) * SOUND_SPEED / 2
 
 
-def usual(water: Water, sound: xr.Dataset) -> Floats:
-    """Level of a bare flat bed over the same paths, held where it ends [dB re 1 uPa], shape (time,).
+def flat_bed_level(water: Water, sound: xr.Dataset) -> Floats:
+    """Level of a bare flat bed over the same paths, constant beyond its end [dB re 1 uPa], shape (time,).
 
     Args:
-        water: With or without the profile.
-        sound: A recording of `scene`.
+        water: Water with or without the profile.
+        sound: Recording of `scene`.
     """
     scenario = parse_model(Scenario, sound.attrs["scenario"])
-    settings = {
+    values = {
         "paths.max_reflections": scenario.paths.max_reflections, "track.window": scenario.track.window,
         "sonar": scenario.sonar.model_dump(mode="json"),
     }  # fmt: skip
-    level = level_db(sidescan_model.expected_ping(sidescan_model.scene(water, sidescan_model.without_box(settings)))[1])
+    level = level_db(sidescan_model.expected_ping(sidescan_model.scene(water, sidescan_model.without_box(values)))[1])
     bright = level > level.max() - ENDS
     return level[np.maximum.accumulate(np.where(bright, np.arange(level.size), int(np.argmax(bright))))]

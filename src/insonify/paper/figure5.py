@@ -1,10 +1,10 @@
 """Figure 5: one ping about the target with sea surface and bottom in it: ghosts of the target, and a filled shadow.
 
-The scenario is that of `sidescan_model`, with up to two reflections per leg off a flat surface and a flat bed. A leg by
-way of the surface comes down steeper and later: out or back by it (ab), the target shows once more 1.9 ms later, out
-and back (bb) 3.8 ms later. Out one way and back the other, two paths of one length add as amplitudes, so that the first
-ghost is stronger than the target itself. The shadow is lit by the surface, which sees over the box. Over the fractal
-bed the legs that bounce steeply off it (e) are fainter: a mirror of a few millimetres of roughness loses there.
+The scenario is that of `sidescan_model`, with up to two reflections per leg off a flat surface and a flat bed. A leg
+reflected by the surface arrives steeper and later: with one such leg (ab) a ghost of the target follows 1.9 ms later,
+with two (bb) 3.8 ms later. The two mixed pairs of legs have the same length and add as amplitudes, so that the first
+ghost is stronger than the target itself. Surface paths pass over the box and insonify its shadow. Over the fractal bed
+the legs reflected steeply by it (e) are weaker: roughness of a few millimetres reduces the coherent reflection.
 """
 
 from functools import lru_cache
@@ -27,13 +27,13 @@ from insonify.units import level_db
 TITLE = "One ping about the target with surface and bottom reflections"
 WINDOW = (0.195, 0.230)
 ECHOES = (0.1995, 0.2130)
-"""Delays of the target's echoes [s]."""
+"""Window of the target's echoes [s]."""
 GHOSTS = {"D-S": "ab", "S-S": "bb"}
 """Pairs of legs that make the ghosts, and the paper's letters."""
 MIDDLE = sidescan_model.BED - 0.5
 """Depth of the middle of the face [m]."""
 RISE = 10.0
-"""By how much the shadow rises at least [dB]."""
+"""Least rise of the level in the shadow [dB]."""
 SPAN = (30.0, 128.0)
 EXACT = "exact rays to the middle of the face"
 
@@ -44,13 +44,13 @@ def scene(water: Water, *, reflections: int = 2, relief: float = 0.0, only_targe
     """The figure's scenario.
 
     Args:
-        water: With or without the profile.
-        reflections: Most bounces of one leg.
+        water: Water with or without the profile.
+        reflections: Largest number of bounces of one leg.
         relief: Rms height of the bed's relief [m].
-        only_target: True: only the box contributes.
+        only_target: True for the contribution of the box only.
     """
-    settings = {"paths.max_reflections": reflections, "track.window": WINDOW}
-    return sidescan_model.scene(water, sidescan_model.target_only(settings) if only_target else settings, relief=relief)
+    changes = {"paths.max_reflections": reflections, "track.window": WINDOW}
+    return sidescan_model.scene(water, sidescan_model.target_only(changes) if only_target else changes, relief=relief)
 
 
 @lru_cache(maxsize=2)
@@ -60,32 +60,36 @@ def echoes(water: Water) -> xr.Dataset:
 
 
 def ghost_delay(water: Water, pair: str) -> tuple[float, float]:
-    """Delay of a ghost after the target: as simulated, and by exact rays [s]."""
+    """Delay of a ghost after the target, measured and by exact rays [s]."""
     out, back = pair.split("-")
-    place = (sidescan_model.FACE, MIDDLE)
-    expected = sidescan_model.two_way(water, out, back, *place) - sidescan_model.two_way(water, "D", "D", *place)
+    point = (sidescan_model.FACE, MIDDLE)
+    expected = sidescan_model.two_way(water, out, back, *point) - sidescan_model.two_way(water, "D", "D", *point)
     return sidescan_model.echo(echoes(water), pair)[0] - sidescan_model.echo(echoes(water), "D-D")[0], expected
 
 
 def ghost_level(water: Water, pair: str) -> tuple[float, float]:
-    """Energy of a ghost re the target's direct echo, as simulated, and by exact rays [dB].
+    """Energy of a ghost re the target's direct echo, measured and by exact rays [dB].
 
-    Each leg by the surface has another spreading, absorption and slant on the face, which scatters by Lambert's law;
-    out one way and back the other are two paths that add as amplitudes: twice the pressure, four times the energy.
+    Each leg by the surface has another spreading, absorption and angle at the face, which scatters by Lambert's law;
+    the two mixed pairs of legs add as amplitudes: twice the pressure, four times the energy.
     """
-    direct, bent = (sidescan_model.ray(water, name, sidescan_model.FACE, MIDDLE) for name in ("D", "S"))
+    direct, reflected = (sidescan_model.ray(water, name, sidescan_model.FACE, MIDDLE) for name in ("D", "S"))
     scenario = scene(water)
-    lost = float(scenario.water.absorption(scenario.sonar.pulse.frequency)) * (bent.length - direct.length)
-    one = 2 * level_db(bent.amplitude / direct.amplitude) - lost + level_db(np.cos(bent.angle) / np.cos(direct.angle))
+    lost = float(scenario.water.absorption(scenario.sonar.pulse.frequency)) * (reflected.length - direct.length)
+    one = (
+        2 * level_db(reflected.amplitude / direct.amplitude)
+        - lost
+        + level_db(np.cos(reflected.angle) / np.cos(direct.angle))
+    )
     expected = {"D-S": float(one) + float(level_db(4.0)), "S-S": 2 * float(one)}[pair]
     ghost, target = (sidescan_model.echo(echoes(water), name)[1] for name in (pair, "D-D"))
     return float(level_db(ghost / target)), expected
 
 
 def slope(water: Water) -> tuple[float, float]:
-    """Delay of the first ghost re the target, for each metre that a point lies deeper [s/m]: as found, by exact rays.
+    """Change of the first ghost's delay re the target per metre of depth, computed and by exact rays [s/m].
 
-    By Fermat's principle a leg grows by the sine of its angle of arrival over the speed there.
+    By Fermat's principle the travel time of a leg grows by the sine of its angle of arrival over the sound speed.
     """
     paths = arrivals(scene(water, reflections=1, only_target=True), window=ECHOES)
     face = paths.take(paths.position[:, 1] < sidescan_model.FACE + 1e-6)
@@ -100,16 +104,16 @@ def slope(water: Water) -> tuple[float, float]:
 
 
 def rise(water: Water) -> float:
-    """By how much the reflections lift the shadow on the flat bed, ghosts of the target apart [dB]."""
+    """Rise of the level in the shadow on the flat bed by reflections, without ghosts of the target [dB]."""
     window = figure2.dark(water)
-    settings = {"paths.contributions": ["seabed"], "track.window": WINDOW}
-    beds = [sidescan_model.scene(water, {**settings, "paths.max_reflections": n}) for n in (0, 2)]
-    dark, lit = (sidescan_model.mean_level(*sidescan_model.expected_ping(bed), window) for bed in beds)
-    return lit - dark
+    changes = {"paths.contributions": ["seabed"], "track.window": WINDOW}
+    beds = [sidescan_model.scene(water, {**changes, "paths.max_reflections": n}) for n in (0, 2)]
+    direct, reflected = (sidescan_model.mean_level(*sidescan_model.expected_ping(bed), window) for bed in beds)
+    return reflected - direct
 
 
 def numbers() -> list[CheckedNumber]:
-    """Delays and levels of the ghosts; contrast that the shadow keeps."""
+    """Delays and levels of the ghosts, and rise of the level in the shadow."""
     rows = []
     for water in WATERS:
         for pair, letters in GHOSTS.items():
@@ -127,12 +131,12 @@ def numbers() -> list[CheckedNumber]:
         )
         rows.append(
             CheckedNumber(
-                f"{water}: shadow lifted by the bed by way of the surface",
+                f"{water}: rise of the shadow by surface paths to the bed",
                 rise(water),
                 "dB",
                 RISE,
                 None,
-                "the surface sees over the box",
+                "surface paths pass over the box",
             )
         )
     return rows
@@ -153,7 +157,7 @@ def draw(folder: Path) -> list[Path]:
         rows = above.subplots(2, 1, sharex=True, sharey=True)
         for axes, letter, water in zip(rows, "ab", WATERS, strict=True):
             _panel(axes, water)
-            axes.set_title(f"{letter}  {sidescan_model.WATER_TITLES[water]}")
+            axes.set_title(f"{letter}  {sidescan_model.TITLES[water]}")
         rows[0].legend(ncols=2, loc="upper right")
         rows[-1].set_xlabel("time after the start of transmission [ms]")
         for axes, letter, water in zip(below.subplots(1, 2, sharey=True), "cd", WATERS, strict=True):
@@ -166,7 +170,7 @@ def draw(folder: Path) -> list[Path]:
 
 
 def _panel(axes: Axes, water: Water) -> None:
-    """The fractal bed with and without reflections, and where exact rays put target, ghosts and shadow."""
+    """Draw the fractal bed with and without reflections, and target, ghosts and shadow by exact rays."""
     start, end = (1e3 * when for when in figure2.dark(water))
     axes.axvspan(start - 1e3 * sidescan_model.PULSE, end, color=style.QUIET, alpha=0.13, linewidth=0)
     for reflections, colour, wide, name in (
@@ -188,7 +192,7 @@ def _panel(axes: Axes, water: Water) -> None:
 
 
 def _pairs(axes: Axes, water: Water) -> None:
-    """The target's echoes over the pairs of legs that differ in delay."""
+    """Draw the target's echoes by the pairs of legs that are separate in time."""
     curve = echoes(water)
     for pair, colour in style.PAIRS.items():
         if pair in curve["pair"].values:

@@ -1,8 +1,8 @@
 """Figure 6: the sidescan image with surface and bottom reflections: the target is harder to see.
 
-The image of figure 3 with up to two reflections per leg. Ghosts stand behind the target, and the shadow is lit by way
-of the surface, as far as the arrays receive all elevations alike. The third image shows the remedy of real sonars:
-arrays 10 degrees wide in elevation, tilted 6 degrees down, which receive little by way of the surface.
+The image of figure 3 with up to two reflections per leg. Ghosts follow the target, and surface paths fill the shadow,
+with arrays omnidirectional in elevation. The third image shows the remedy of real sonars: arrays
+10 degrees wide in elevation, tilted 6 degrees down, which receive little from the surface.
 """
 
 from functools import lru_cache
@@ -26,16 +26,16 @@ from insonify.units import level_db
 TITLE = "Sidescan image of the target with surface and bottom reflections"
 Beam = Literal["broad", "narrow"]
 TILT, WIDE = 6.0, 10.0
-"""Of the narrow arrays: tilt and width at half power, one way [deg]."""
+"""Tilt and one-way beam width at half power of the narrow arrays [deg]."""
 HEIGHT = 0.8859 * sidescan_model.WAVELENGTH / float(np.radians(WIDE))
-"""Height of a line of that width [m]: sinc^2 is half where its argument is 0.443."""
+"""Height of a line with that beam width [m]: sinc^2 is half where its argument is 0.443."""
 FALL = 15.0
-"""Least fall of the contrast with arrays that receive all elevations, in water of one speed [dB]."""
+"""Least reduction of the contrast with arrays omnidirectional in elevation, in water of one speed [dB]."""
 WINDOW = (0.193, 0.232)
 HALF, PINGS = 4.4, 19
 """Distance run before and after the target [m], and pings of each image."""
 LATE = (0.2145, 0.2255)
-"""In the direct path's shadow, behind all ghosts, in water of one speed [s]."""
+"""Window in the direct path's shadow, after all ghosts, in water of one speed [s]."""
 
 Floats = NDArray[np.float64]
 
@@ -50,11 +50,11 @@ def sonar(beam: Beam) -> dict[str, Any]:
 
 
 def scene(water: Water, *, beam: Beam = "broad") -> Scenario:
-    """The scenario of an image.
+    """Scenario of an image.
 
     Args:
-        water: With or without the profile.
-        beam: Beam pattern over elevation.
+        water: Water with or without the profile.
+        beam: Beam width of the arrays in elevation.
     """
     return figure3.scene(
         water, pings=PINGS, half=HALF, window=WINDOW, changes={"paths.max_reflections": 2, **sonar(beam)}
@@ -63,15 +63,15 @@ def scene(water: Water, *, beam: Beam = "broad") -> Scenario:
 
 @lru_cache(maxsize=16)
 def _bed(water: Water, reflections: int, boxed: bool, beam: Beam) -> tuple[Floats, Floats]:
-    """Intensity of the flat bed alone abeam, in the shadow of the box or without one."""
-    settings = {
+    """Time [s] and expected intensity of the flat bed only, abeam, with or without the box [uPa^2]."""
+    changes = {
         "paths.max_reflections": reflections,
         "paths.contributions": ["seabed"],
         "track.window": (0.2, 0.228),
         **sonar(beam),
     }
     return sidescan_model.expected_ping(
-        sidescan_model.scene(water, settings if boxed else sidescan_model.without_box(settings))
+        sidescan_model.scene(water, changes if boxed else sidescan_model.without_box(changes))
     )
 
 
@@ -79,9 +79,9 @@ def shadow_contrast(water: Water, reflections: int, beam: Beam = "broad") -> flo
     """Level of the bare flat bed over that in the shadow [dB].
 
     Args:
-        water: With or without the profile.
-        reflections: Most bounces of one leg.
-        beam: Beam pattern over elevation.
+        water: Water with or without the profile.
+        reflections: Largest number of bounces of one leg.
+        beam: Beam width of the arrays in elevation.
     """
     window = LATE if water == "one speed" else figure2.dark(water)
     free, cut = (sidescan_model.mean_level(*_bed(water, reflections, boxed, beam), window) for boxed in (False, True))
@@ -89,14 +89,14 @@ def shadow_contrast(water: Water, reflections: int, beam: Beam = "broad") -> flo
 
 
 def highlight(water: Water, reflections: int) -> float:
-    """Peak of the target over the mean of its shadow, ghosts and all [dB].
+    """Peak of the target over the mean of its shadow, including ghosts [dB].
 
     Args:
-        water: With or without the profile.
-        reflections: Most bounces of one leg.
+        water: Water with or without the profile.
+        reflections: Largest number of bounces of one leg.
     """
-    settings = {"paths.max_reflections": reflections, "track.window": (0.2, 0.228)}
-    time, intensity = sidescan_model.expected_ping(sidescan_model.scene(water, settings))
+    changes = {"paths.max_reflections": reflections, "track.window": (0.2, 0.228)}
+    time, intensity = sidescan_model.expected_ping(sidescan_model.scene(water, changes))
     start, end = figure2.dark(water)
     return float(level_db(intensity[time < start - sidescan_model.PULSE].max())) - sidescan_model.mean_level(
         time, intensity, (start, end)
@@ -104,7 +104,7 @@ def highlight(water: Water, reflections: int) -> float:
 
 
 def numbers() -> list[CheckedNumber]:
-    """Contrast of shadow and target that reflections leave."""
+    """Contrast of shadow and target with and without reflections."""
     rows = []
     for water in WATERS:
         none, two = (shadow_contrast(water, n) for n in (0, 2))
@@ -116,14 +116,14 @@ def numbers() -> list[CheckedNumber]:
         )
         rows.append(CheckedNumber(f"{water}: shadow contrast, two reflections", two, "dB"))
         least = FALL if water == "one speed" else None
-        source = "the surface sees over the box" if least else ""
+        source = "surface paths pass over the box" if least else ""
         rows.append(CheckedNumber(f"{water}: shadow contrast falls by", none - two, "dB", least, None, source))
         bright = highlight(water, 0) - highlight(water, 2)
         rows.append(
             CheckedNumber(f"{water}: target over its shadow falls by", bright, "dB", FALL, None, "ghosts and surface")
         )
-        kept = shadow_contrast(water, 2, "narrow")
-        rows.append(CheckedNumber(f"{water}: shadow contrast, two reflections, narrow in elevation", kept, "dB"))
+        narrow = shadow_contrast(water, 2, "narrow")
+        rows.append(CheckedNumber(f"{water}: shadow contrast, two reflections, narrow in elevation", narrow, "dB"))
     return rows
 
 
@@ -136,7 +136,7 @@ def draw(folder: Path) -> list[Path]:
     Returns:
         The files written.
     """
-    scenarios = {sidescan_model.WATER_TITLES[water]: scene(water) for water in WATERS}
+    scenarios = {sidescan_model.TITLES[water]: scene(water) for water in WATERS}
     narrow = f"1500 m/s, arrays {WIDE:g} deg wide in elevation, {TILT:g} deg down"
     scenarios[narrow] = scene("one speed", beam="narrow")
     waters: tuple[Water, ...] = (*WATERS, "one speed")
@@ -148,13 +148,15 @@ def draw(folder: Path) -> list[Path]:
 
 
 def _panels(figure: Figure, scenarios: dict[str, Scenario], waters: tuple[Water, ...]) -> None:
-    sounds = [(title, water, simulate(one)) for (title, one), water in zip(scenarios.items(), waters, strict=True)]
+    sounds = [
+        (title, water, simulate(scenario)) for (title, scenario), water in zip(scenarios.items(), waters, strict=True)
+    ]
     for axes, water in zip(figure3.picture(figure, sounds), waters, strict=True):
         _name_ghosts(axes, water)
 
 
 def _name_ghosts(axes: Axes, water: Water) -> None:
-    """The paper's letters over target and ghosts, where exact rays put them."""
+    """Label target and ghosts with the paper's letters at the slant ranges by exact rays."""
     for pair, letters in {"D-D": "aa", **GHOSTS}.items():
         out, back = pair.split("-")
         slant = figure3.two_way_slant(water, out, back, sidescan_model.FACE, sidescan_model.BED - 0.5)

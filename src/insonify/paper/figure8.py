@@ -1,8 +1,8 @@
-"""Figure 8: rays under the profile, the spikes that they leave by source of the return, and the coherent series.
+"""Figure 8: rays under the profile, spike array by contribution, and the coherent series.
 
-The scenario is that of `thermocline`: one vertical plane, direct paths only. The numbers say that the series is the
-sum of its replicas, that adding them coherently makes speckle of a flat bed (index 2, where an incoherent flat bed
-has 1), what the random amplitude adds, and where the direct paths to the bed end.
+The scenario is that of `thermocline_model`: one vertical plane, direct paths only. The numbers check that the series is
+the sum of its replicas, that coherent addition causes speckle of a flat bed (index 2, where expected intensity
+has 1), the effect of the random amplitude, and the largest range of direct paths to the bed.
 """
 
 from pathlib import Path
@@ -34,29 +34,29 @@ from insonify.units import level_db
 
 TITLE = "Rays, spike array and coherent series under the profile, direct paths"
 BEFORE = (0.060, 0.195)
-"""Seabed alone [s]."""
+"""Window of the seabed only [s]."""
 SPAN = (32.0, 128.0)
-"""Levels that the pictures show [dB re 1 uPa]."""
+"""Levels of the pictures [dB re 1 uPa]."""
 REALISATIONS = 15
-"""Seeds of the speckle: 10000 cells of 0.2 ms, so 2 / sqrt(N) = 0.02 of standard error."""
+"""Seeds of the speckle: 10000 cells of 0.2 ms, a standard error of 2 / sqrt(N) = 0.02."""
 CROWDED = 40
-"""Scatterers in each cell of the speckle: N unit phasors have an index of 2 - 1 / N, and some lie in the flanks."""
+"""Scatterers in each cell of the speckle: N unit phasors have an index of 2 - 1 / N, less at the edges of a cell."""
 
 Floats = NDArray[np.float64]
 
 
 def speckle_index(realisations: int = REALISATIONS) -> tuple[float, float]:
-    """Mean square over squared mean of the bed's intensity, its trend taken off: coherent, and expected [1].
+    """Mean square over squared mean of the bed's intensity without its trend: coherent, and expected [1].
 
     Args:
-        realisations: How many seeds.
+        realisations: Number of seeds.
     """
-    settings = {"paths.contributions": ["seabed"], "paths.scatterers_per_cell": CROWDED, "track.window": BEFORE}
-    smooth = simulate(scene(True, {**settings, "field": "incoherent"}))["intensity"].values[0, 0]
+    changes = {"paths.contributions": ["seabed"], "paths.scatterers_per_cell": CROWDED, "track.window": BEFORE}
+    smooth = simulate(scene(True, {**changes, "field": "incoherent"}))["intensity"].values[0, 0]
     time = np.linspace(-1, 1, smooth.size)
     trend = 10 ** np.polyval(np.polyfit(time, np.log10(smooth), 12), time)
     speckled = [
-        np.abs(simulate(scene(True, {**settings, "seed": seed}))["pressure"].values[0, 0].astype(complex)) ** 2 / trend
+        np.abs(simulate(scene(True, {**changes, "seed": seed}))["pressure"].values[0, 0].astype(complex)) ** 2 / trend
         for seed in range(1, realisations + 1)
     ]
     return _index(np.array(speckled)), _index(smooth / trend)
@@ -68,22 +68,22 @@ def _index(intensity: Floats) -> float:
 
 def perturbation_gain() -> float:
     """Increase of the expected intensity by the random amplitude [dB]."""
-    shaken, still = (
+    perturbed, unperturbed = (
         simulate(scene(True, {"field": "incoherent", "paths.amplitude_perturbation": part}))["intensity"].values.mean()
         for part in (PERTURBATION, 0.0)
     )
-    return float(level_db(shaken / still))
+    return float(level_db(perturbed / unperturbed))
 
 
 def shadow_edge() -> tuple[float, float]:
-    """Ends of the direct paths to the bed: horizontal range [m] and two-way delay [s], by hand.
+    """Largest horizontal range [m] and two-way delay [s] of direct paths to the bed, in closed form.
 
-    The last ray turns just below 8 m, where it is level: cos(launch) = 1500 / 1510. Level at the knot, it is on a
-    circle of radius c / |g| down to 14 m and straight below.
+    The last ray turns just below 8 m, where it is horizontal: cos(launch) = 1500 / 1510. From that knot it is an arc
+    of a circle of radius c / |g| down to 14 m, and straight below.
     """
     (_, _), (top, fast), (foot, slow), (bed, _) = PROFILE
-    gradient, source, here = (fast - slow) / (foot - top), 11.0, 1500.0
-    sine, steep = (np.sqrt(1 - (speed / fast) ** 2) for speed in (here, slow))
+    gradient, source, source_speed = (fast - slow) / (foot - top), 11.0, 1500.0
+    sine, steep = (np.sqrt(1 - (speed / fast) ** 2) for speed in (source_speed, slow))
     # in the gradient: x = s / (p g), t = atanh(s) / g, up from the sonar and down to 14 m
     reach = (sine + steep) * fast / gradient + (bed - foot) * (slow / fast) / steep
     time = (np.arctanh(sine) + np.arctanh(steep)) / gradient + (bed - foot) / (slow * steep)
@@ -92,18 +92,18 @@ def shadow_edge() -> tuple[float, float]:
 
 
 def numbers(realisations: int = REALISATIONS) -> list[CheckedNumber]:
-    """Agreement of the series with its expectation.
+    """Agreement of the series with the sum of its replicas, speckle index and range of direct paths.
 
     Args:
-        realisations: How many seeds make the speckle index.
+        realisations: Number of seeds of the speckle index.
     """
-    whole, series = replica_sum(scene(True)), simulate(scene(True))["pressure"].values[0, 0]
-    off = float(np.linalg.norm(series - whole) / np.linalg.norm(whole))
+    total, series = replica_sum(scene(True)), simulate(scene(True))["pressure"].values[0, 0]
+    off = float(np.linalg.norm(series - total) / np.linalg.norm(total))
     speckled, smooth = speckle_index(realisations)
     reach, delay = shadow_edge()
     bed = _of(arrivals(scene(True)), "seabed")
     gain = 10 * np.log10(1 + PERTURBATION**2 / 3)
-    circle, uniform = "arcs of circles: the ray that is level at 8 m", "variance of a uniform change, e^2 / 3"
+    circle, uniform = "arcs of circles: the ray that is horizontal at 8 m", "variance of a uniform change, e^2 / 3"
     rows = [
         CheckedNumber("series re the sum of its replicas, rms", off, "1", 0.0, 1e-5, "sum of pulses in float64"),
         CheckedNumber("speckle index of the coherent seabed", speckled, "1", 2.0, 0.07, "complex Gaussian sum"),
@@ -112,28 +112,28 @@ def numbers(realisations: int = REALISATIONS) -> list[CheckedNumber]:
         CheckedNumber("last direct return of the seabed", float(bed.delay.max()), "s", delay, 1e-4, circle),
         CheckedNumber("its range", float(np.hypot(*bed.position[:, :2].T).max()), "m", reach, 0.05, circle),
     ]
-    rows += [CheckedNumber(f"Lambert strength of the {who}", value, "dB") for who, value in STRENGTHS_DB.items()]
+    rows += [CheckedNumber(f"Lambert strength of the {name}", value, "dB") for name, value in STRENGTHS_DB.items()]
     return rows + strongest(scene(True))
 
 
 def strongest(scenario: Scenario) -> list[CheckedNumber]:
-    """The first and the strongest spike of each source.
+    """Level of the strongest spike and number of spikes of each object.
 
     Args:
-        scenario: Whose spikes.
+        scenario: Scenario of the spikes.
     """
     paths = arrivals(scenario, window=WINDOW)
     level = level_db(np.abs(arrival_weights(paths, build_simulator(scenario).ping_geometry(0))) ** 2)
     rows = []
-    for source in ("box", "seabed", "surface"):
-        own = paths.object == source
-        rows.append(CheckedNumber(f"strongest spike of the {source}", float(level[own].max()), "dB re 1 uPa"))
-        rows.append(CheckedNumber(f"spikes of the {source}", float(own.sum()), "1"))
+    for name in ("box", "seabed", "surface"):
+        own = paths.object == name
+        rows.append(CheckedNumber(f"strongest spike of the {name}", float(level[own].max()), "dB re 1 uPa"))
+        rows.append(CheckedNumber(f"spikes of the {name}", float(own.sum()), "1"))
     return rows
 
 
-def _of(paths: Arrivals, source: str) -> Arrivals:
-    return paths.take(paths.object == source)
+def _of(paths: Arrivals, name: str) -> Arrivals:
+    return paths.take(paths.object == name)
 
 
 def draw(folder: Path) -> list[Path]:
@@ -153,18 +153,18 @@ def draw(folder: Path) -> list[Path]:
 
 
 def panels(figure: Figure, scenario: Scenario) -> None:
-    """Rays, spikes and series of one scenario, from top to bottom.
+    """Draw rays, spikes and series of one scenario, from top to bottom.
 
     Args:
-        figure: Where to draw.
-        scenario: What is simulated.
+        figure: Figure to draw on.
+        scenario: Scenario to simulate.
     """
     above, below = figure.subfigures(2, 1, height_ratios=(1, 1.75), squeeze=False)[:, 0]
     scene_panel(above, scenario, "a  direct rays, -20 to 20 deg")
     spikes, energy, series = below.subplots(3, 1, sharex=True)
-    spike_panel(spikes, scenario, "b  spike array: one mark for each path, by source of the return")
+    spike_panel(spikes, scenario, "b  spike array: one mark for each path, by contribution")
     curves(energy, levels(scenario), WINDOW)
-    energy.set_title("c  expected level of each source")
+    energy.set_title("c  expected level of each contribution")
     energy.set_ylim(*SPAN)
     series_panel(series, scenario, "d  coherent series")
     for axes in (spikes, energy):
@@ -172,12 +172,12 @@ def panels(figure: Figure, scenario: Scenario) -> None:
 
 
 def scene_panel(above: SubFigure, scenario: Scenario, title: str) -> None:
-    """Rays over the scene, beside the profile.
+    """Draw rays over the scene, beside the profile.
 
     Args:
-        above: Where to draw.
-        scenario: Whose water.
-        title: Above the rays.
+        above: Part of the figure to draw on.
+        scenario: Scenario with the water.
+        title: Title of the rays.
     """
     left, right = above.subplots(1, 2, sharey=True, width_ratios=(1, 4.2))
     draw_rays(left, right, scenario)
@@ -185,12 +185,12 @@ def scene_panel(above: SubFigure, scenario: Scenario, title: str) -> None:
 
 
 def spike_panel(axes: Axes, scenario: Scenario, title: str) -> None:
-    """The paths of a scenario by source of the return.
+    """Draw the spike array of a scenario by contribution.
 
     Args:
-        axes: Where to draw.
-        scenario: What is simulated.
-        title: Above the spikes.
+        axes: Axes to draw on.
+        scenario: Scenario to simulate.
+        title: Title of the spikes.
     """
     paths = thinned(arrivals(scenario))
     weight = arrival_weights(paths, build_simulator(scenario).ping_geometry(0))
@@ -199,12 +199,12 @@ def spike_panel(axes: Axes, scenario: Scenario, title: str) -> None:
 
 
 def series_panel(axes: Axes, scenario: Scenario, title: str) -> None:
-    """One coherent ping of a scenario, and what is expected of it.
+    """Draw one coherent ping of a scenario, and its expected level.
 
     Args:
-        axes: Where to draw.
-        scenario: What is simulated.
-        title: Above the series.
+        axes: Axes to draw on.
+        scenario: Scenario to simulate.
+        title: Title of the series.
     """
     recording = simulate(scenario)
     level, time = level_db(np.abs(recording["pressure"].values[0, 0]) ** 2), recording["time"].values * 1e3

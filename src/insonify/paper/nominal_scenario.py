@@ -1,4 +1,4 @@
-"""The paper's nominal scene, with what a figure changes in it. Its surface is a mirror and its shadows end at once."""
+"""Nominal scene of the paper, with the changes of a figure; with a flat surface and without edge diffraction."""
 
 from functools import lru_cache
 from importlib.resources import files
@@ -12,14 +12,14 @@ from insonify.scenario.scenario import Scenario
 def _template() -> Scenario:
     text = (files("insonify.scenario") / "templates" / "nominal.yaml").read_text(encoding="utf-8")
     scenario = parse_model(Scenario, text)
-    mirror = scenario.surface.model_copy(update={"reflection": "flat", "wind_speed": None})
+    surface = scenario.surface.model_copy(update={"reflection": "flat", "wind_speed": None})
     return scenario.model_copy(
-        update={"surface": mirror, "paths": scenario.paths.model_copy(update={"edge_diffraction": "none"})}
+        update={"surface": surface, "paths": scenario.paths.model_copy(update={"edge_diffraction": "none"})}
     )
 
 
 def nominal(changes: dict[str, Any] | None = None) -> Scenario:
-    """The nominal scenario with some values changed.
+    """Nominal scenario with some values changed.
 
     Args:
         changes: New values by dotted name, such as {"paths.max_reflections": 0}.
@@ -29,16 +29,16 @@ def nominal(changes: dict[str, Any] | None = None) -> Scenario:
     """
     values = _template().model_dump(mode="json")
     for name, value in (changes or {}).items():
-        *way, last = name.split(".")
-        place = values
-        for step in way:
-            place = place[step]
-        if last not in place:
-            raise KeyError(f"{name} is no value of the nominal scenario")
-        place[last] = value
+        *sections, last = name.split(".")
+        parent = values
+        for section in sections:
+            parent = parent[section]
+        if last not in parent:
+            raise KeyError(f"{name} is not a value of the nominal scenario")
+        parent[last] = value
     return Scenario.model_validate(values)
 
 
 def box(length: float) -> dict[str, Any]:
-    """The paper's target, of any length along the track [m]."""
+    """Box target of the paper, with a given length along the track [m]."""
     return {"shape": "box", "label": "box", "position": [0.0, 150.5], "size": [length, 1.0, 1.0]}

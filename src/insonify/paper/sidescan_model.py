@@ -2,10 +2,11 @@
 
 Changed in the nominal scene: expected intensity (`field: incoherent`); medium sand by Jackson's model; and relief of
 Hurst exponent 0.8, 3 cm rms, for wavelengths up to 20 m. The paper gives neither the sand nor its relief. Reflections
-are up to each figure. Every figure is drawn twice, in water of 1500 m/s and under the thermocline of `thermocline`.
+are set by each figure. Every figure is drawn twice, in water of 1500 m/s and under the thermocline of
+`thermocline_model`.
 
-What is expected of the numbers comes from straight lines and exact eigenrays over a flat bed, and from the pattern of
-the arrays: no scatterer, table or synthesis of the engine has a part in it.
+The expected numbers follow from straight lines and exact eigenrays over a flat bed, and from the pattern of
+the arrays, without scatterers, tables or synthesis of the engine.
 """
 
 from functools import lru_cache
@@ -28,10 +29,7 @@ WATERS: tuple[Water, ...] = ("one speed", "thermocline")
 """Constant sound speed, and the summer profile of figure 1."""
 SONAR, BED, FACE, BACK, TOP = 11.0, 20.0, 150.0, 151.0, 19.0
 """Depths of sonar and bed, distances of the box's near and far faces, and depth of its top [m]."""
-WATER_TITLES: dict[Water, str] = {
-    "one speed": "1500 m/s at all depths",
-    "thermocline": "under the thermocline of figure 1",
-}
+TITLES: dict[Water, str] = {"one speed": "1500 m/s at all depths", "thermocline": "under the thermocline of figure 1"}
 """Titles of the waters."""
 OWN = 2.0
 """Length of the paper's box along the track [m]."""
@@ -44,23 +42,23 @@ CELL = PULSE * SOUND_SPEED / 2
 APERTURE, WAVELENGTH = 1.5, SOUND_SPEED / 100e3
 """Length of the arrays and wavelength [m]."""
 INTERVAL = 0.3
-"""From ping to ping [s]."""
+"""Ping interval [s]."""
 GRAINS = 2.0
-"""Scatterers in each cell of a bare bed: an expectation has no speckle or shadow there that would need more."""
+"""Scatterers in each cell of a bare bed, sufficient for an expected intensity without speckle and shadow [1]."""
 
 Floats = NDArray[np.float64]
 
 
 def fractal(rms: float) -> dict[str, Any] | None:
-    """Relief of one rms height [m]; none for 0."""
+    """Relief of an rms height [m]; None for 0."""
     return {"kind": "power-law", "hurst": 0.8, "rms": rms, "outer_scale": 20.0} if rms else None
 
 
 def scene(water: Water, changes: dict[str, Any] | None = None, *, relief: float = 0.0) -> Scenario:
-    """The scenario of the first model.
+    """Scenario of the first model.
 
     Args:
-        water: With or without the profile.
+        water: Water with or without the profile.
         changes: Other values by dotted name.
         relief: Rms height of the bed's relief [m]; 0 for a flat bed.
     """
@@ -75,11 +73,11 @@ def scene(water: Water, changes: dict[str, Any] | None = None, *, relief: float 
 
 
 def passing(half: float, pings: int) -> dict[str, Any]:
-    """A track that goes north past the box.
+    """Track to the north past the box.
 
     Args:
-        half: Distance run on either side of it [m].
-        pings: Number of pings, evenly spaced.
+        half: Distance run on either side of the box [m].
+        pings: Number of pings, uniformly spaced.
     """
     return {
         "kind": "line", "start": [-half, 0.0, SONAR], "heading": 0.0, "speed": 2 * half / (pings - 1) / INTERVAL,
@@ -89,18 +87,18 @@ def passing(half: float, pings: int) -> dict[str, Any]:
 
 def along(water: Water, changes: dict[str, Any], *, half: float, pings: int, window: tuple[float, float],
           relief: float = 0.0) -> Scenario:  # fmt: skip
-    """The scenario of an image, see `scene` and `passing`.
+    """Scenario of an image, see `scene` and `passing`.
 
     Args:
-        water: With or without the profile.
+        water: Water with or without the profile.
         changes: Other values by dotted name.
         half: Distance run on either side of the box [m].
         pings: Number of pings.
-        window: Time recorded after each [s].
+        window: Recorded window of each ping [s].
         relief: Rms height of the bed's relief [m].
     """
-    settings = {"track": {**passing(half, pings), "window": window}}
-    return scene(water, {**settings, **changes}, relief=relief)
+    track = {"track": {**passing(half, pings), "window": window}}
+    return scene(water, {**track, **changes}, relief=relief)
 
 
 @lru_cache(maxsize=2)
@@ -110,7 +108,7 @@ def _profile(water: Water) -> SoundSpeedProfile:
 
 
 class Ray(NamedTuple):
-    """One exact ray to a point."""
+    """Exact ray to a point."""
 
     delay: float
     """Travel time [s]."""
@@ -119,88 +117,88 @@ class Ray(NamedTuple):
     amplitude: float
     """Pressure by spreading re 1 m [1]."""
     length: float
-    """Length of the way [m]."""
+    """Path length [m]."""
 
 
 @lru_cache(maxsize=256)
 def ray(water: Water, family: str, distance: float, depth: float) -> Ray:
-    """The first exact ray of a family; NaN where none is.
+    """First exact ray of a family; NaN where there is none.
 
     Args:
-        water: With or without the profile.
-        family: Such as D or S.
+        water: Water with or without the profile.
+        family: Family, such as D or S.
         distance: Horizontal distance of the point [m].
-        depth: Its depth [m].
+        depth: Depth of the point [m].
     """
-    found = eigenrays(
+    solutions = eigenrays(
         _profile(water), water_depth=BED, source_depth=SONAR, point_depth=depth, range=distance, families=(family,)
     )
-    first = int(np.argmin(np.where(np.isnan(found.delay), np.inf, found.delay)))
-    columns = (found.delay, found.arrival_angle, found.amplitude, found.path_length)
+    first = int(np.argmin(np.where(np.isnan(solutions.delay), np.inf, solutions.delay)))
+    columns = (solutions.delay, solutions.arrival_angle, solutions.amplitude, solutions.path_length)
     return Ray(*(float(column[first]) for column in columns))
 
 
 def two_way(water: Water, out: str, back: str, distance: float, depth: float) -> float:
-    """Delay out by one family and back by another [s]."""
+    """Two-way delay by one family of the transmit leg and another of the receive leg [s]."""
     return ray(water, out, distance, depth).delay + ray(water, back, distance, depth).delay
 
 
 def shadow_end(water: Water, family: str = "D", height: float = BED - TOP) -> float:
-    """Distance at which the box's shadow ends on the flat bed [m]: where the ray over its far edge comes down.
+    """Distance of the end of the box's shadow on the flat bed, by the ray over its far edge [m].
 
     Args:
-        water: With or without the profile; the lowest metres have one speed in both.
-        family: Which legs are cut.
-        height: Of the box [m].
+        water: Water with or without the profile; the lowest metres have one speed in both.
+        family: Family of the shadowed legs.
+        height: Height of the box [m].
     """
     return BACK + height / float(np.tan(ray(water, family, BACK, BED - height).angle))
 
 
 @lru_cache(maxsize=8)
 def _two_way_delays(water: Water, depth: float) -> tuple[Floats, Floats]:
-    """Distances [m] and delays out and back by direct rays [s] about the target."""
+    """Distances [m] and two-way delays by direct rays [s] around the target."""
     distance = np.linspace(140.0, 200.0 if water == "one speed" else 161.5, 601)
-    found = eigenrays(
+    solutions = eigenrays(
         _profile(water), water_depth=BED, source_depth=SONAR, point_depth=depth, range=distance, families=("D",)
     )
-    first = np.searchsorted(found.point, np.arange(distance.size))
-    return distance, 2 * found.delay[first]
+    first = np.searchsorted(solutions.point, np.arange(distance.size))
+    return distance, 2 * solutions.delay[first]
 
 
 def distance_of(water: Water, delay: float, depth: float = BED) -> float:
-    """Horizontal distance from which a direct echo comes back after a delay [m].
+    """Horizontal distance of a direct echo with a delay [m].
 
     Args:
-        water: With or without the profile.
-        delay: Out and back [s].
-        depth: Of what echoes [m].
+        water: Water with or without the profile.
+        delay: Two-way delay [s].
+        depth: Depth of the scatterer [m].
     """
     distance, delays = _two_way_delays(water, depth)
     return float(np.interp(delay, delays, distance))
 
 
 def ground_cell(water: Water, distance: float) -> float:
-    """Part of the flat bed that the pulse covers at a distance [m]."""
+    """Length of the flat bed covered by the pulse at a distance [m]."""
     delay = two_way(water, "D", "D", distance, BED)
     return distance_of(water, delay + PULSE) - distance_of(water, delay)
 
 
 @lru_cache(maxsize=1)
 def _pattern() -> tuple[Floats, Floats]:
-    """Bearings [rad] and the part of the two-way energy to the left of each, of two uniform lines: sinc^4."""
+    """Bearings [rad] and cumulative two-way energy of two uniform lines, sinc^4 [1]."""
     bearing = np.linspace(-np.pi / 2, np.pi / 2, 400_001)
     energy = np.cumsum(np.sinc(APERTURE / WAVELENGTH * np.sin(bearing)) ** 4)
     return bearing, energy / energy[-1]
 
 
 def beam_leakage_db(length: float = OWN) -> float:
-    """Contrast of the shadow of a box of some length abeam [dB]: the part of the two-way beam beside it."""
+    """Contrast of the shadow of a box, limited by the two-way beam's energy beside the box [dB]."""
     cut = np.interp(np.arctan2(length / 2, FACE) * np.array([-1, 1]), *_pattern())
     return -float(level_db(1 - (cut[1] - cut[0])))
 
 
 def footprint(part: float) -> float:
-    """Width at the box's face that holds a part of the two-way beam's energy [m]."""
+    """Width at the box's face that contains a part of the two-way beam's energy [m]."""
     bearing, energy = _pattern()
     left, right = np.interp([(1 - part) / 2, (1 + part) / 2], energy, bearing)
     return float(FACE * (np.tan(right) - np.tan(left)))
@@ -208,31 +206,31 @@ def footprint(part: float) -> float:
 
 @lru_cache(maxsize=24)
 def expected_ping(scenario: Scenario) -> tuple[Floats, Floats]:
-    """Times [s] and expected intensity of the first ping [uPa^2], each of shape (time,)."""
+    """Times [s] and expected intensity of the first ping [uPa^2], shape (time,) each."""
     sound = simulate(scenario)
     return sound["time"].values, sound["intensity"].values[0, 0]
 
 
 def mean_level(time: Floats, intensity: Floats, window: tuple[float, float]) -> float:
-    """Mean over a window [dB re 1 uPa]."""
+    """Level of the mean intensity over a window [dB re 1 uPa]."""
     return float(level_db(intensity[(time >= window[0]) & (time < window[1])].mean()))
 
 
 def ripple(time: Floats, intensity: Floats, window: tuple[float, float]) -> float:
-    """Standard deviation of the level in a window, a cubic trend taken off [dB]."""
+    """Standard deviation of the level in a window without a cubic trend [dB]."""
     inside = (time >= window[0]) & (time < window[1])
     level, x = level_db(intensity[inside]), np.linspace(-1, 1, int(inside.sum()))
     return float(np.std(level - np.polyval(np.polyfit(x, level, 3), x)))
 
 
 def shadow_end_time(time: Floats, intensity: Floats, around: float, *, reach: float = 0.5e-3) -> float:
-    """Delay at which a shadow ends [s]: where the intensity has come halfway back, less half of the pulse.
+    """End of a shadow [s]: half the rise of the intensity, less half of the pulse.
 
     Args:
         time: Times [s], shape (time,).
         intensity: Expected intensity [uPa^2], shape (time,).
-        around: Where to look [s].
-        reach: How far before and after [s].
+        around: Centre of the search window [s].
+        reach: Half length of the search window [s].
     """
     near = (time > around - reach) & (time < around + PULSE + reach)
     part = intensity[near]
@@ -245,7 +243,7 @@ def shadow_end_time(time: Floats, intensity: Floats, around: float, *, reach: fl
 
 
 def echo(curves: xr.Dataset, pair: str) -> tuple[float, float]:
-    """Centre of the face's part [s] and energy [uPa^2 s] of the target's echo over one pair of legs.
+    """Centre of the face's echo [s] and energy of the target's echo [uPa^2 s] by one pair of legs.
 
     Args:
         curves: Levels of the target over (pair, time) [dB re 1 uPa].
@@ -258,17 +256,17 @@ def echo(curves: xr.Dataset, pair: str) -> tuple[float, float]:
 
 
 def target_only(changes: dict[str, Any] | None = None) -> dict[str, Any]:
-    """Changes under which only the box contributes."""
+    """Changes for the contribution of the box only."""
     return {"paths.contributions": ["target"], **(changes or {})}
 
 
 def without_box(changes: dict[str, Any] | None = None) -> dict[str, Any]:
-    """Changes under which there is no box."""
+    """Changes for a scene without the box."""
     return {"targets": [], **(changes or {})}
 
 
 def with_box(length: float = OWN, height: float = BED - TOP) -> dict[str, Any]:
-    """Changes under which the box has another length or height [m]."""
+    """Changes for a box of another length or height [m]."""
     return {"targets": [{**box(length), "size": [length, 1.0, height]}]}
 
 

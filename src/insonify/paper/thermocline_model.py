@@ -1,7 +1,7 @@
 """The paper's second model: one vertical plane, direct paths, the profile of figure 1 or none.
 
-The paper prints its profile as a picture only. Decided here: a summer thermocline, 1510 m/s down to 8 m and 1490 m/s
-from 14 m to the bed at 20 m, so that the sonar at 11 m swims in water of 1500 m/s. That is also the one speed of the
+The paper prints its profile as a picture only. Assumed here: a summer thermocline, 1510 m/s down to 8 m and 1490 m/s
+from 14 m to the bed at 20 m, with 1500 m/s at the sonar at 11 m. That is also the sound speed of the
 water without a profile. Changed in the nominal scene besides: no reflections (`paths.max_reflections: 0`), a sea
 surface that echoes by Lambert's law at -30 dB, and an amplitude of each replica that varies by up to 30 % at random
 (`paths.amplitude_perturbation`), the paper's "less than perfect surfaces".
@@ -28,21 +28,21 @@ from insonify.synthesis.arrival_weights import arrival_weights
 PROFILE = ((0.0, 1510.0), (8.0, 1510.0), (14.0, 1490.0), (20.0, 1490.0))
 """Depth [m] and sound speed [m/s] of the knots."""
 SOUND_SPEED = 1500.0
-"""Speed of the water without a profile, and at the sonar with one [m/s]."""
+"""Sound speed of the water without a profile, and at the sonar with one [m/s]."""
 WINDOW = (0.195, 0.230)
 """The paper's window of 35 ms [s]."""
 PERTURBATION = 0.3
 """Largest random change of each replica's amplitude [1]."""
 STRENGTHS_DB = {"target": -10.0, "seabed": -27.0, "surface": -30.0}
-"""Lambert strengths by the source of the return [dB]."""
+"""Lambert strengths by contribution [dB]."""
 FARTHEST = 180.0
-"""Range that the pictures show [m]."""
+"""Largest range of the pictures [m]."""
 
 Floats = NDArray[np.float64]
 
 
 def layered(changes: dict[str, Any] | None = None) -> Scenario:
-    """The nominal scene under the profile.
+    """Nominal scene with the profile.
 
     Args:
         changes: Other values by dotted name.
@@ -52,52 +52,52 @@ def layered(changes: dict[str, Any] | None = None) -> Scenario:
 
 
 def scene(profile: bool, changes: dict[str, Any] | None = None) -> Scenario:
-    """The scenario of the second model.
+    """Scenario of the second model.
 
     Args:
-        profile: With the profile, or with one sound speed.
+        profile: True for the profile, False for one sound speed.
         changes: Other values by dotted name.
     """
     fixed = {
         "paths.geometry": "slice", "paths.max_reflections": 0, "paths.amplitude_perturbation": PERTURBATION,
         "surface.scattering": {"strength_db": STRENGTHS_DB["surface"]}, "track.window": WINDOW,
     }  # fmt: skip
-    settings = {**fixed, **(changes or {})}
-    return layered(settings) if profile else nominal({"water.sound_speed": SOUND_SPEED, **settings})
+    values = {**fixed, **(changes or {})}
+    return layered(values) if profile else nominal({"water.sound_speed": SOUND_SPEED, **values})
 
 
 def replica_sum(scenario: Scenario) -> NDArray[np.complex128]:
-    """The sound as the paper computes it: every replica of the pulse at its delay, added in float64 [uPa].
+    """Coherent series by the method of the paper: the sum of all replicas at their delays, in float64 [uPa].
 
     Args:
-        scenario: What is simulated; its first ping and first beam.
+        scenario: Scenario whose first ping and first beam are computed.
 
     Returns:
         Complex envelope at the times of the recording, shape (time,).
     """
     simulator = build_simulator(scenario)
-    here, time = simulator.ping_geometry(0), simulator.grid.time
+    geometry, time = simulator.ping_geometry(0), simulator.grid.time
     paths = arrivals(scenario)
-    weight = arrival_weights(paths, here)
+    weight = arrival_weights(paths, geometry)
     series = np.zeros(len(time), complex)
     for begin in range(0, len(paths), 500):  # a pulse with all its ringing is as long as the window
         part = slice(begin, begin + 500)
-        series += weight[part] @ here.pulse.samples(time - paths.delay[part, None])
+        series += weight[part] @ geometry.pulse.samples(time - paths.delay[part, None])
     return series
 
 
 def thinned(paths: Arrivals) -> Arrivals:
-    """All paths by way of targets, and every second of the others: enough dust to see."""
+    """Select all paths of targets, and every second of the others, for drawing."""
     return paths.take(~np.isin(paths.object, ("seabed", "surface")) | (paths.group % 2 == 0))
 
 
 def draw_rays(left: Axes, right: Axes, scenario: Scenario) -> None:
-    """Direct rays over the scene, beside the profile.
+    """Draw direct rays over the scene, beside the profile.
 
     Args:
-        left: Where the profile goes.
-        right: Where the rays go.
-        scenario: Whose water.
+        left: Axes of the profile.
+        right: Axes of the rays.
+        scenario: Scenario with the water.
     """
     bed, source = scenario.seabed.depth, float(build_simulator(scenario).ping_geometry(0).transmit_position[2])
     profile = scenario.water.profile_to_depth(bed)

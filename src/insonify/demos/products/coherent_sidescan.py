@@ -1,4 +1,4 @@
-"""A sidescan in phase past a body: its echoes by each pair of paths, and the shadow that multipath fills."""
+"""Coherent sidescan past a body: its echoes by each pair of families, and the shadow with multipath."""
 
 import numpy as np
 import xarray as xr
@@ -17,44 +17,46 @@ from insonify.units import level_db
 Floats = NDArray[np.float64]
 
 PAIRS = (("D", "D"), ("D", "S"), ("S", "S"), ("D", "BS"), ("S", "BS"), ("BS", "BS"))
-"""Pairs of legs whose echoes of a body stand apart: straight, by the surface on one way, and so on."""
+"""Pairs of families whose echoes of a body are separate in time."""
 LIT = 0.4
-"""Part of the body's half length about its middle within which pings are averaged [1]."""
+"""Largest distance of averaged pings from the centre of the body, relative to its half length [1]."""
 BESIDE = 4.0
-"""Distance along the track from the middle of the box at which the seabed beside it begins [m]."""
+"""Least along-track distance of the undisturbed seabed from the centre of the box [m]."""
 BEHIND = 0.15, 0.9
-"""Part of the shadow's length in which it is as dark as it gets [1]."""
+"""Part of the shadow's length over which its level is averaged [1]."""
 
 
 def coherent_sidescan(recording: xr.Dataset, scenario: Scenario) -> tuple[Figure, list[CheckedNumber]]:
-    """The image beside that of direct paths alone, the mean echo of the body, and when its echoes come.
+    """Draw the image beside that of direct paths only, and the mean echo of the body with its numbers.
 
     Args:
-        recording: Recording of one beam that looks east from a track to the north, all of its pings done.
-        scenario: The scenario, with a box in it; also simulated without reflections, and as an expectation.
+        recording: Complete recording of one beam that looks east from a track to the north.
+        scenario: Scenario with a box; it is simulated again without reflections, and as expected intensity.
     """
     box = next(target for target in scenario.targets if isinstance(target, Box))
     pings, north = recording["ping"].values, recording["position"].values[:, 0]
     on = np.flatnonzero(np.abs(north - box.position[0]) <= LIT * box.size[0] / 2)
     direct = scenario.model_copy(update={"paths": scenario.paths.model_copy(update={"max_reflections": 0})})
-    alone = simulate(direct, pings=pings.tolist())
-    both, one = (np.abs(r["pressure"].values[:, 0].astype(complex)) ** 2 for r in (recording, alone))
-    hoped = [simulate(s.model_copy(update={"field": "incoherent"}), pings=pings[on].tolist())["intensity"].values[:, 0]
-             for s in (scenario, direct)]  # fmt: skip
+    direct_recording = simulate(direct, pings=pings.tolist())
+    every, single = (np.abs(r["pressure"].values[:, 0].astype(complex)) ** 2 for r in (recording, direct_recording))
+    expected = []
+    for modelled in (scenario, direct):
+        incoherent = modelled.model_copy(update={"field": "incoherent"})
+        expected.append(simulate(incoherent, pings=pings[on].tolist())["intensity"].values[:, 0])
     time, echoes, dark = recording["time"].values, echo_times(scenario, box), shadow(scenario, box)
-    passing = PassByLevels(time, north - box.position[0], both, one, both[on].mean(axis=0), one[on].mean(axis=0),
-                      hoped[0].mean(axis=0), hoped[1].mean(axis=0))  # fmt: skip
+    passing = PassByLevels(time, north - box.position[0], every, single, every[on].mean(axis=0),
+                           single[on].mean(axis=0), expected[0].mean(axis=0), expected[1].mean(axis=0))  # fmt: skip
     title = f"{scenario.title}: {scenario.sonar.pulse.frequency / 1e3:g} kHz, {len(pings)} pings"
     figure = multipath_view(passing, echoes, dark, scenario.water.sound_speed, title)
     return figure, [*echo_numbers(passing, echoes, scenario), *shadow_numbers(passing, dark, echoes)]
 
 
 def echo_times(scenario: Scenario, box: Box) -> list[TargetEcho]:
-    """Begin of the echoes of a box's near face, by image sources.
+    """Start times of the echoes of a box's near face, by image sources.
 
     Args:
-        scenario: What was simulated.
-        box: Its near face looks west at the track.
+        scenario: Scenario of the recording.
+        box: Box whose near face is turned west to the track.
     """
     position = _start(scenario)
     floor, source = scenario.seabed.depth, position[2]
@@ -70,11 +72,11 @@ def echo_times(scenario: Scenario, box: Box) -> list[TargetEcho]:
 
 
 def shadow(scenario: Scenario, box: Box) -> tuple[float, float]:
-    """Begin and end of the shadow of direct sound behind a box on a flat seabed [s].
+    """Start and end of the shadow of a box for direct paths on a flat seabed [s].
 
     Args:
-        scenario: What was simulated.
-        box: The box.
+        scenario: Scenario of the recording.
+        box: Box that casts the shadow.
     """
     position = _start(scenario)
     height = scenario.seabed.depth - position[2]
@@ -85,12 +87,12 @@ def shadow(scenario: Scenario, box: Box) -> tuple[float, float]:
 
 
 def echo_numbers(passing: PassByLevels, echoes: list[TargetEcho], scenario: Scenario) -> list[CheckedNumber]:
-    """Rise of each echo to half of its peak, beside its begin from the top or the foot of the face.
+    """Times at which each echo rises to half its maximum, compared with image sources to the face.
 
     Args:
-        passing: The mean of the pings on the box.
-        echoes: When they begin.
-        scenario: What was simulated.
+        passing: Mean-square pressures of the pass.
+        echoes: Echoes with their start times.
+        scenario: Scenario of the recording.
     """
     numbers, pulse = [], scenario.sonar.pulse.duration
     for echo in echoes:
@@ -98,31 +100,30 @@ def echo_numbers(passing: PassByLevels, echoes: list[TargetEcho], scenario: Scen
         time, power = passing.time[near], passing.trace[near]
         after = int(np.argmax(power > power.max() / 2))
         numbers.append(CheckedNumber(f"echo {echo.pair}: rises", float(time[after]) * 1e3, "ms",
-                           (echo.delay + echo.spread / 2) * 1e3, (echo.spread + pulse) / 2 * 1e3,
-                           "image sources to the near face"))  # fmt: skip
+                                     (echo.delay + echo.spread / 2) * 1e3, (echo.spread + pulse) / 2 * 1e3,
+                                     "image sources to the near face"))  # fmt: skip
     return numbers
 
 
 def shadow_numbers(passing: PassByLevels, dark: tuple[float, float], echoes: list[TargetEcho]) -> list[CheckedNumber]:
-    """Contrast of the shadow, with and without multipath, beside that of the expected intensity.
+    """Level of the shadow with and without multipath, compared with the expected intensity.
 
     Args:
-        passing: The mean of the pings on the box.
-        dark: When the shadow of direct sound begins and ends [s].
-        echoes: When the box's echoes begin.
+        passing: Mean-square pressures of the pass.
+        dark: Start and end of the shadow of direct sound [s].
+        echoes: Echoes of the box with their start times.
     """
     first = max(dark[0] + BEHIND[0] * (dark[1] - dark[0]), echoes[-1].delay + echoes[-1].spread + 1e-3)
     inside = (passing.time > first) & (passing.time < dark[0] + BEHIND[1] * (dark[1] - dark[0]))
     numbers = []
-    for name, image, trace, hoped in (
+    for name, image, trace, expected in (
         ("direct paths alone", passing.direct, passing.direct_trace, passing.direct_expected),
         ("with multipath", passing.image, passing.trace, passing.expected),
     ):
         bed = float(image[np.abs(passing.along) > BESIDE][:, inside].mean())
-        contrast, expected = (float(level_db(row[inside].mean() / bed)) for row in (trace, hoped))
-        numbers.append(
-            CheckedNumber(f"shadow re the bed beside it, {name}", contrast, "dB", expected, 1.5, "expected intensity")
-        )
+        value, target = (float(level_db(row[inside].mean() / bed)) for row in (trace, expected))
+        label = f"shadow re the bed beside it, {name}"
+        numbers.append(CheckedNumber(label, value, "dB", target, 1.5, "expected intensity"))
     return numbers
 
 

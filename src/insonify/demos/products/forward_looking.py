@@ -1,4 +1,4 @@
-"""The fan of a forward-looking sonar, and how its beams stand at targets whose place is known."""
+"""Sector image of a forward-looking sonar, and its beams at targets of known position."""
 
 from dataclasses import replace
 
@@ -24,26 +24,26 @@ from insonify.units import level_db
 Floats = NDArray[np.float64]
 
 FIELD_DB = -6.0
-"""Two-way level of transmitter and elements, re their highest, down to which bearings are drawn [dB]."""
+"""Two-way level of transmitter and elements, re their maximum, down to which bearings are drawn [dB]."""
 WIDEST = np.radians(80)
-"""Bearing from boresight up to which beams are made at most [rad]."""
+"""Largest bearing of a beam from boresight [rad]."""
 BEAMS_IN_A_WIDTH = 4
-"""Beams made within the width of one."""
+"""Number of beams within a beam width [1]."""
 SHADING = "hamming"
 SHOWN = 600
-"""Samples of range in the picture, averaged as energy."""
+"""Samples of range in the figure, averaged as energy [1]."""
 ABOUT = np.radians(15)
-"""Angle to either side of a point to which its beam pattern is drawn [rad]."""
+"""Half width of the cut over bearing through a point [rad]."""
 ALONE = 1.0
-"""Distance in range around a point in which its echo is searched [m]."""
+"""Half length of the search window for a point's echo in range [m]."""
 
 
 def forward_looking(recording: xr.Dataset, scenario: Scenario, ping: int | None) -> tuple[Figure, list[CheckedNumber]]:
-    """The fan of one ping, and its numbers.
+    """Draw the sector image of one ping, and compute its numbers.
 
     Args:
-        recording: Recording of elements, all of its pings done.
-        scenario: What was simulated.
+        recording: Complete recording of elements.
+        scenario: Scenario of the recording.
         ping: Number of the ping; None: the first.
     """
     number = int(recording["ping"].values[0]) if ping is None else ping
@@ -53,9 +53,9 @@ def forward_looking(recording: xr.Dataset, scenario: Scenario, ping: int | None)
     seen = targets_in_view(scenario, number)
     numbers: list[CheckedNumber] = []
     cuts: list[BeamCut] = []
-    whole = (fan.time[-1] - scenario.sonar.pulse.duration) * fan.sound_speed / 2
+    farthest = (fan.time[-1] - scenario.sonar.pulse.duration) * fan.sound_speed / 2
     for target, position in zip(scenario.targets, seen, strict=True):
-        if not bearings[0] <= position.bearing <= bearings[-1] or position.slant + position.half_extent > whole:
+        if not bearings[0] <= position.bearing <= bearings[-1] or position.slant + position.half_extent > farthest:
             continue
         if isinstance(target, PointTarget):
             cuts.append(cut_through(short, scenario, position))
@@ -69,13 +69,13 @@ def forward_looking(recording: xr.Dataset, scenario: Scenario, ping: int | None)
 
 
 def recorded_bearings(scenario: Scenario) -> Floats:
-    """Bearings of the beams that are drawn: those that the scenario steers, or the whole field of its sonar.
+    """Bearings of the beams that are drawn: those that the scenario steers, or the whole field of view.
 
     Args:
-        scenario: What was simulated.
+        scenario: Scenario of the recording.
 
     Returns:
-        To the right of boresight, growing [rad], shape (beams,).
+        Bearings to the right of boresight, increasing [rad], shape (beams,).
     """
     steer = getattr(scenario.sonar.receive, "steer", None)
     if steer is not None and len(steer) > 1:
@@ -86,18 +86,18 @@ def recorded_bearings(scenario: Scenario) -> Floats:
 
 
 def field_of_view(scenario: Scenario) -> tuple[float, float]:
-    """Bearings between which transmitter and elements are no more than `FIELD_DB` below their highest level [rad].
+    """Bearings between which transmitter and elements are at most `FIELD_DB` below their maximum [rad].
 
     Args:
-        scenario: What was simulated.
+        scenario: Scenario of the recording.
     """
     sonar, speed = scenario.sonar, scenario.water.sound_speed
     bearing = np.linspace(-WIDEST, WIDEST, 1601)
-    sent = beams(sonar.beam_arrays[0], sonar.pulse.frequency, speed)
-    received = beams(one_element(sonar.receive), sonar.pulse.frequency, speed)
-    facings = np.unique(element_layout(sonar.receive)[1])
-    gain = np.abs(sent.gain(_ahead(bearing))).max(axis=0)
-    gain *= np.max([np.abs(received.gain(_ahead(bearing - angle))).max(axis=0) for angle in facings], axis=0)
+    transmit = beams(sonar.beam_arrays[0], sonar.pulse.frequency, speed)
+    receive = beams(one_element(sonar.receive), sonar.pulse.frequency, speed)
+    orientations = np.unique(element_layout(sonar.receive)[1])
+    gain = np.abs(transmit.gain(_ahead(bearing))).max(axis=0)
+    gain *= np.max([np.abs(receive.gain(_ahead(bearing - angle))).max(axis=0) for angle in orientations], axis=0)
     inside = bearing[gain >= 10 ** (FIELD_DB / 20) * gain.max()]
     return float(inside[0]), float(inside[-1])
 
@@ -108,11 +108,11 @@ def _ahead(bearing: Floats) -> Floats:
 
 
 def compressed(recording: xr.Dataset, scenario: Scenario) -> xr.Dataset:
-    """A recording after its matched filter, where that has not been done: echoes then stand at their delays.
+    """Apply the matched filter to a recording, unless it has been applied.
 
     Args:
-        recording: Of elements.
-        scenario: What was simulated.
+        recording: Recording of elements.
+        scenario: Scenario of the recording.
     """
     sonar = scenario.sonar
     if sonar.receiver.matched_filter:
@@ -122,12 +122,12 @@ def compressed(recording: xr.Dataset, scenario: Scenario) -> xr.Dataset:
 
 
 def beams_of(recording: xr.Dataset, scenario: Scenario, bearings: Floats) -> RecordingLevels:
-    """Beams in the plane of an array, in the place of channels.
+    """Form beams in the plane of an array, and return their levels with beams as channels.
 
     Args:
-        recording: Of elements, compressed.
-        scenario: What was simulated.
-        bearings: To the right of boresight in the array's own plane [rad], shape (beam,).
+        recording: Recording of elements, compressed.
+        scenario: Scenario of the recording.
+        bearings: Bearings to the right of boresight in the plane of the array [rad], shape (beam,).
     """
     sonar, time = scenario.sonar, np.asarray(recording["time"].values, float)
     position = element_layout(sonar.receive)[0]
@@ -141,14 +141,14 @@ def beams_of(recording: xr.Dataset, scenario: Scenario, bearings: Floats) -> Rec
 
 
 def fewer(fan: RecordingLevels) -> RecordingLevels:
-    """The same beams in the samples that a picture shows, averaged as energy."""
-    held = xr.Dataset({"intensity": (("ping", "beam", "time"), 10 ** (fan.level / 10))}, {"time": fan.time})
-    thin = decimated_recording(held, min(SHOWN, len(fan.time)))
+    """Average beams as energy to the samples that the figure shows."""
+    dataset = xr.Dataset({"intensity": (("ping", "beam", "time"), 10 ** (fan.level / 10))}, {"time": fan.time})
+    thin = decimated_recording(dataset, min(SHOWN, len(fan.time)))
     return replace(fan, level=np.asarray(recorded_level(thin).values, float), time=thin["time"].values)
 
 
 def _right(scenario: Scenario) -> tuple[Floats, float]:
-    """Positions of elements to the right of the array's middle, and the length of their line."""
+    """Positions of the elements to the right of the array's centre [m], and length of the array [m]."""
     right = element_layout(scenario.sonar.receive)[0][:, 1]
     return right - (right.max() + right.min()) / 2, float(np.ptp(right) * len(right) / (len(right) - 1))
 
@@ -159,10 +159,10 @@ def _weights(scenario: Scenario) -> Floats:
 
 
 def expected_pattern(scenario: Scenario, sine: Floats) -> Floats:
-    """Level of a beam of a line at some sines off its axis [dB], shape of sine.
+    """Expected level of a beam of a line array off its axis [dB], shape of sine.
 
     Args:
-        scenario: What was simulated.
+        scenario: Scenario of the recording.
         sine: Difference of the sines of direction and axis [1].
     """
     right, length = _right(scenario)
@@ -174,19 +174,19 @@ def beam_width(scenario: Scenario) -> float:
     """Width at -3 dB of a beam that looks ahead [rad].
 
     Args:
-        scenario: What was simulated.
+        scenario: Scenario of the recording.
     """
     sine = np.linspace(-0.5, 0.5, 20001)
     return width(np.arcsin(sine), expected_pattern(scenario, sine), 10000)
 
 
 def cut_through(short: xr.Dataset, scenario: Scenario, target: TargetView) -> BeamCut:
-    """Levels about a point target over bearing and over range, with the pattern that they should have.
+    """Levels around a point target over bearing and over range, with the expected beam pattern.
 
     Args:
         short: Elements of one ping, compressed.
-        scenario: What was simulated.
-        target: The point.
+        scenario: Scenario of the recording.
+        target: Point target.
     """
     bearings = target.bearing + np.linspace(-ABOUT, ABOUT, 301)
     beams = beams_of(short, scenario, bearings)
@@ -202,17 +202,17 @@ def cut_through(short: xr.Dataset, scenario: Scenario, target: TargetView) -> Be
 
 
 def point_numbers(cut: BeamCut, target: TargetView) -> list[CheckedNumber]:
-    """Position of a point in the image, and the width of its peak.
+    """Measured bearing, range and beam width at a point target.
 
     Args:
-        cut: Through the point.
-        target: Where it is.
+        cut: Cut through the point.
+        target: Point target with its true position.
     """
     bearing = parabolic_peak_position(cut.bearings, cut.over_bearing, cut.row)
     reach = parabolic_peak_position(cut.slant, cut.over_range, cut.sample)
     due = width(cut.bearings, cut.expected, int(np.argmax(cut.expected)))
     wide = width(cut.bearings, cut.over_bearing, cut.row)
-    put, line = "where the point was put", "pattern of a Hamming line"
+    put, line = "true position of the point", "pattern of a Hamming line"
     return [
         _degrees(f"{target.label}: bearing", bearing, target.bearing, due / 10, put),
         CheckedNumber(f"{target.label}: slant range", reach, "m", target.slant, 0.05, put),
@@ -221,11 +221,11 @@ def point_numbers(cut: BeamCut, target: TargetView) -> list[CheckedNumber]:
 
 
 def body_numbers(fan: RecordingLevels, target: TargetView) -> list[CheckedNumber]:
-    """Bearing and slant range of the brightest of a body, which must lie on it.
+    """Bearing and slant range of the strongest echo of a body, which must lie on it.
 
     Args:
         fan: Beams of one ping.
-        target: Where its middle is.
+        target: Body with its true position.
     """
     slant = fan.time * fan.sound_speed / 2
     half = target.half_extent
@@ -246,5 +246,5 @@ def body_numbers(fan: RecordingLevels, target: TargetView) -> list[CheckedNumber
 
 
 def _degrees(name: str, value: float, expected: float, tolerance: float, source: str) -> CheckedNumber:
-    found, due, off = (float(angle) for angle in np.degrees([value, expected, tolerance]))
-    return CheckedNumber(name, found, "deg", due, off, source)
+    measured, target, limit = (float(angle) for angle in np.degrees([value, expected, tolerance]))
+    return CheckedNumber(name, measured, "deg", target, limit, source)

@@ -1,4 +1,4 @@
-"""The soundings of a multibeam sonar, beside the depths that there are."""
+"""Soundings of a multibeam sonar, compared with true depths."""
 
 import numpy as np
 import xarray as xr
@@ -15,45 +15,45 @@ from insonify.scenario.scenario import Scenario
 Floats = NDArray[np.float64]
 
 BEAMS, WIDEST = 256, np.radians(64)
-"""Beams made, and the angle of the outermost from the keel [rad]."""
+"""Number of beams, and the angle of the outermost from the keel [rad]."""
 MARGIN = 3.0
-"""Distance from targets beyond which soundings count [m]: echoes and shadows of targets reach further than they do."""
+"""Least distance of evaluated soundings from targets, whose echoes and shadows extend beyond them [m]."""
 BLUNDER = 0.05
-"""Part of the height above the bed by which a sounding may be off before it counts as one [1]."""
+"""Error of a blunder, relative to the height above the seabed [1]."""
 STEEP = np.radians(45)
-"""Angle from the keel that parts inner from outer beams [rad]."""
+"""Angle from the keel between inner and outer beams [rad]."""
 
 
 def multibeam(recording: xr.Dataset, scenario: Scenario, ping: int | None) -> tuple[Figure, list[CheckedNumber]]:
-    """A ping, the swath and its errors, and how good the soundings are.
+    """Draw a ping, the swath and its errors, and compute the errors of the soundings.
 
     Args:
-        recording: Recording of the elements of a line across the ship, all of its pings done.
-        scenario: What was simulated.
+        recording: Complete recording of the elements of a line across the ship.
+        scenario: Scenario of the recording.
         ping: Number of the ping that is drawn; None: the one with the shallowest target, or the middle one.
     """
     short, angles = compressed(recording, scenario), np.linspace(-WIDEST, WIDEST, BEAMS)
-    found = soundings_and_truth(short, scenario, angles, ping)
+    soundings = soundings_and_truth(short, scenario, angles, ping)
     sonar = scenario.sonar
     title = (f"{scenario.title}: {BEAMS} beams of {sonar.beam_count} elements, {sonar.pulse.frequency / 1e3:g} kHz, "
              f"{recording.sizes['ping']} pings")  # fmt: skip
-    return soundings_view(found, title), sounding_numbers(found, scenario)
+    return soundings_view(soundings, title), sounding_numbers(soundings, scenario)
 
 
 def soundings_and_truth(
     short: xr.Dataset, scenario: Scenario, angles: Floats, ping: int | None = None
 ) -> SwathSoundings:
-    """Soundings and the truth at the places that they were put, and one ping's beams.
+    """Soundings and the true depths at the same positions, and one ping's beams.
 
     Args:
         short: Elements, compressed.
-        scenario: What was simulated.
-        angles: Of the beams from the keel [rad], shape (beam,).
-        ping: Number of the ping that is looked at closer.
+        scenario: Scenario of the recording.
+        angles: Angles of the beams from the keel [rad], shape (beam,).
+        ping: Number of the ping drawn in detail.
     """
     speed = scenario.water.sound_speed
-    found = multibeam_soundings(short, angles, sound_speed=speed)
-    north, east, depth = (found[name].values for name in ("north", "east", "depth"))
+    measured = multibeam_soundings(short, angles, sound_speed=speed)
+    north, east, depth = (measured[name].values for name in ("north", "east", "depth"))
     truth = depth_from_above(scenario, np.nan_to_num(north), np.nan_to_num(east))
     rows = short["ping"].values
     row = _shallowest(truth) if ping is None else int(np.flatnonzero(rows == ping)[0])
@@ -75,32 +75,32 @@ def soundings_and_truth(
 
 
 def _shallowest(truth: Floats) -> int:
-    """The ping with the most that stands out of the bed."""
+    """Row of the ping with most soundings well above the seabed."""
     high = np.nanmedian(truth) - truth
     return int(np.argmax(np.sum(high > 0.25 * np.nanmax(high), axis=1)))
 
 
 def sounding_numbers(soundings: SwathSoundings, scenario: Scenario) -> list[CheckedNumber]:
-    """Errors of soundings of the seabed.
+    """Errors of the soundings of the seabed.
 
     Args:
-        soundings: The soundings.
-        scenario: What was simulated.
+        soundings: Soundings with true depths.
+        scenario: Scenario of the recording.
     """
     height = scenario.seabed.depth - soundings.keel[0]
-    off, angle = soundings.depth - soundings.truth, np.broadcast_to(np.abs(soundings.angle), soundings.depth.shape)
+    error, angle = soundings.depth - soundings.truth, np.broadcast_to(np.abs(soundings.angle), soundings.depth.shape)
     numbers = []
     for name, chosen in (("inner", angle < STEEP), ("outer", angle >= STEEP)):
-        here = off[soundings.bed & chosen]
-        if not here.size:
+        errors = error[soundings.bed & chosen]
+        if not errors.size:
             continue
-        good = here[np.abs(here) < BLUNDER * height]
+        good = errors[np.abs(errors) < BLUNDER * height]
         about = f"beams {'within' if name == 'inner' else 'beyond'} {np.degrees(STEEP):.0f} deg, bed alone"
+        share = 100 * good.size / errors.size
         numbers += [
             CheckedNumber(f"{name} beams: mean of depth less truth", float(good.mean()) * 100, "cm", 0.0, 5.0, about),
             CheckedNumber(f"{name} beams: rms of depth less truth", float(np.sqrt(np.mean(good**2))) * 100, "cm", 0.0,
-                   height, f"1 % of the height, {about}"),
-            CheckedNumber(f"{name} beams: soundings within 5 % of the height", 100 * good.size / here.size, "%", 98.0,
-                   None, about),
+                          height, f"1 % of the height, {about}"),
+            CheckedNumber(f"{name} beams: soundings within 5 % of the height", share, "%", 98.0, None, about),
         ]  # fmt: skip
     return numbers

@@ -1,4 +1,4 @@
-"""The nominal scene as a demonstration: range of the box's echo, and its level above the seabed before it."""
+"""Numbers of the nominal scene: range of the box's echo, and its level above the seabed."""
 
 import numpy as np
 import xarray as xr
@@ -9,29 +9,31 @@ from insonify.scenario.scenario import Scenario
 from insonify.scene.target import Box
 
 AROUND, BEFORE = 2.0, (30.0, 5.0)
-"""Range about the near face in which the echo is looked for, and from where to where before it the bed is [m]."""
+"""Length of the search window around the near face, and start and end of the seabed before it [m]."""
 
 
 def numbers(recording: xr.Dataset, scenario: Scenario) -> list[CheckedNumber]:
-    """Measured beside what the scenario says.
+    """Compare the measured echo of the box with its position in the scenario.
 
     Args:
         recording: One ping of the nominal scene.
-        scenario: The scene: one box on the bed, abeam.
+        scenario: Scenario with one box on the seabed, abeam.
     """
     (box,) = (target for target in scenario.targets if isinstance(target, Box))
     level = recorded_level(recording).values[0, 0]
     slant = np.asarray(recording["slant_range"].values, float)
     sonar = np.asarray(recording["position"].values[0], float)
     face = np.array([box.position[0], box.position[1] - box.size[1] / 2, scenario.seabed.depth - box.size[2] / 2])
-    away = float(np.linalg.norm(face - sonar))
+    distance = float(np.linalg.norm(face - sonar))
     pulse = scenario.water.sound_speed * scenario.sonar.pulse.duration / 2
-    near = np.abs(slant - away) < AROUND / 2
-    bed = (slant > away - BEFORE[0]) & (slant < away - BEFORE[1])
+    near = np.abs(slant - distance) < AROUND / 2
+    bed = (slant > distance - BEFORE[0]) & (slant < distance - BEFORE[1])
     strongest = float(slant[near][level[near].argmax()])
     above = float(level[near].max() - np.median(level[bed]))
     where = "slant range of the middle of its near face, and half the pulse"
     return [
-        CheckedNumber("box: slant range of its strongest direct echo", strongest, "m", away + pulse / 2, pulse, where),
+        CheckedNumber(
+            "box: slant range of its strongest direct echo", strongest, "m", distance + pulse / 2, pulse, where
+        ),
         CheckedNumber("box: strongest direct echo above the bed before it", above, "dB"),
     ]

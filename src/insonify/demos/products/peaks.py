@@ -1,4 +1,4 @@
-"""Position of a peak between its samples, and its width."""
+"""Position of a peak between samples, and its width."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -7,12 +7,12 @@ Floats = NDArray[np.float64]
 
 
 def parabolic_peak_position(position: Floats, level: Floats, top: int) -> float:
-    """Place of a peak, by a parabola through its highest sample and its neighbours.
+    """Position of a peak, by a parabola through its highest sample and its neighbours.
 
     Args:
-        position: Of the samples, evenly spaced, shape (n,).
-        level: Of the samples [dB], shape (n,).
-        top: Which is the highest; at either end it is the peak itself.
+        position: Positions of the samples, uniformly spaced, shape (n,).
+        level: Levels of the samples [dB], shape (n,).
+        top: Index of the highest sample; at either end its position is returned.
     """
     if not 0 < top < len(level) - 1:
         return float(position[top])
@@ -22,13 +22,13 @@ def parabolic_peak_position(position: Floats, level: Floats, top: int) -> float:
 
 
 def width(position: Floats, level: Floats, top: int, below: float = 3.0103) -> float:
-    """Width of a peak, between straight lines through its samples [unit of place]; NaN where it does not fall so far.
+    """Width of a peak by linear interpolation [unit of position]; NaN where the level does not fall so far.
 
     Args:
-        position: Of the samples, growing, shape (n,).
-        level: Of the samples [dB], shape (n,).
-        top: Which is the highest.
-        below: How far under it the width is taken [dB].
+        position: Positions of the samples, increasing, shape (n,).
+        level: Levels of the samples [dB], shape (n,).
+        top: Index of the highest sample.
+        below: Level below the peak at which the width is measured [dB].
     """
     limit = level[top] - below
     under = np.flatnonzero(level < limit)

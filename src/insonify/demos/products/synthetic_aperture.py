@@ -1,4 +1,4 @@
-"""The strip that a synthetic aperture makes of all its pings, beside what one ping after the other shows."""
+"""Strip map of a synthetic aperture from all pings, beside the image of single pings."""
 
 from dataclasses import dataclass
 from typing import Self
@@ -30,33 +30,33 @@ from insonify.units import level_db
 Floats = NDArray[np.float64]
 
 PIXELS_IN_A_CELL = 1.5
-"""Pixels within the resolution, along the track and across it."""
+"""Pixels per resolution cell, along the track and across it [1]."""
 MOST_PIXELS = 1_000_000
 CLEAR, BEHIND, LONG, ENOUGH = 0.7, 0.8, 0.7, 50
-"""Half lengths behind a body at which its shadow is clear of it, part of the rest that counts, least length [m], least
+"""Start of the evaluated shadow behind a body [half lengths], evaluated part of the rest [1], least length [m], least
 number of pixels."""
 HALF, FINE = 0.5, 0.004
-"""Half the side of the patch about a point, and the side of its pixels [m]."""
+"""Half the side of the patch around a point, and the side of its pixels [m]."""
 HAMMING = 1.3030
 """Width at -3 dB of the peak of a Hamming window's spectrum [1 / length]."""
 
 
 @dataclass(frozen=True, slots=True)
 class StripFrame:
-    """A straight track past a strip of the bed, in its own axes: along it, and across to where the sonar looks."""
+    """Frame of a straight track: along the track, and across it to the side of the sonar."""
 
     start: Floats
     """North and east of the first ping [m], shape (2,)."""
     axes: Floats
     """Unit vectors along and across, north and east each, shape (2, 2)."""
     run: Floats
-    """Distance of each ping along the track [m], shape (ping,)."""
+    """Along-track position of each ping [m], shape (ping,)."""
     height: float
-    """Above the bed [m]."""
+    """Height above the seabed [m]."""
 
     @classmethod
     def of(cls, recording: xr.Dataset, scenario: Scenario) -> Self:
-        """The pass of a recording, by its log."""
+        """Frame of a recording, from its logged navigation."""
         position, heading = recording["logged_position"].values, float(recording["logged_attitude"].values[0, 0])
         side = np.sign(np.sin(scenario.sonar.mounting.bearing)) or 1.0
         axes = np.array([[np.cos(heading), np.sin(heading)], [-side * np.sin(heading), side * np.cos(heading)]])
@@ -64,30 +64,29 @@ class StripFrame:
         return cls(position[0, :2], axes, run, scenario.seabed.depth - float(np.mean(position[:, 2])))
 
     def along_across(self, position: ArrayLike) -> Floats:
-        """A place in the strip's own axes [m], from north and east, shape (..., 2)."""
+        """Along-track and across-track position [m] from north and east, shape (..., 2)."""
         return np.asarray((np.asarray(position, float) - self.start) @ self.axes.T)
 
     def pixels(self, along: Floats, across: Floats, depth: float) -> Floats:
         """North, east, depth of a grid [m], shape (along, across, 3)."""
-        level = self.start + along[:, None, None] * self.axes[0] + across[None, :, None] * self.axes[1]
-        return np.concatenate([level, np.full((*level.shape[:2], 1), depth)], axis=2)
+        horizontal = self.start + along[:, None, None] * self.axes[0] + across[None, :, None] * self.axes[1]
+        return np.concatenate([horizontal, np.full((*horizontal.shape[:2], 1), depth)], axis=2)
 
 
 def synthetic_aperture(
     recording: xr.Dataset, scenario: Scenario, ping: int | None
 ) -> tuple[Figure, list[CheckedNumber]]:
-    """The strip, and its numbers.
+    """Draw the strip map, and compute its numbers.
 
     Args:
-        recording: Recording of elements, all of its pings done.
-        scenario: What was simulated.
-        ping: Makes no difference: all pings are focused together.
+        recording: Complete recording of elements.
+        scenario: Scenario of the recording.
+        ping: Unused: all pings are focused together.
     """
     short, course = compressed(recording, scenario), StripFrame.of(recording, scenario)
     along, across = swath(recording, scenario, course)
-    pixels = course.pixels(along, across, scenario.seabed.depth)
-    strip = StripMap(along, across, _level(focused(short, scenario, pixels)), course.run,
-                  single_ping_image(short, scenario, course, across))  # fmt: skip
+    image = focused(short, scenario, course.pixels(along, across, scenario.seabed.depth))
+    strip = StripMap(along, across, _level(image), course.run, single_ping_image(short, scenario, course, across))
     points = [response(short, scenario, course, t) for t in scenario.targets if isinstance(t, PointTarget)]
     numbers = [number for point in points for number in point_numbers(point, scenario, course)]
     numbers += shadow_numbers(strip, scenario, course)
@@ -100,28 +99,28 @@ def synthetic_aperture(
 
 
 def half_angle(scenario: Scenario) -> float:
-    """Largest angle off broadside of the pings for a pixel [rad]: to the -3.9 dB of the narrower one-way beam."""
+    """Largest angle off broadside of pings that contribute to a pixel [rad]: -3.9 dB of the narrower one-way beam."""
     wavelength = scenario.water.sound_speed / scenario.sonar.pulse.frequency
     return float(np.arcsin(min(wavelength / (2 * max(*lengths(scenario), wavelength)), 0.9)))
 
 
 def aperture(scenario: Scenario, across: float) -> float:
-    """Length of track that a pixel is focused over [m].
+    """Length of the synthetic aperture of a pixel [m].
 
     Args:
-        scenario: What was simulated.
-        across: How far away the pixel is, on the level [m].
+        scenario: Scenario of the recording.
+        across: Ground range of the pixel [m].
     """
     return float(2 * np.tan(half_angle(scenario)) * across)
 
 
 def swath(recording: xr.Dataset, scenario: Scenario, course: StripFrame) -> tuple[Floats, Floats]:
-    """Pixels of the strip, along and across [m]: those recorded whole, and seen by the whole aperture.
+    """Pixels of the strip, along and across [m]: those with complete echoes and a complete aperture.
 
     Args:
-        recording: Of elements.
-        scenario: What was simulated.
-        course: The track.
+        recording: Recording of elements.
+        scenario: Scenario of the recording.
+        course: Frame of the track.
     """
     speed, pulse = scenario.water.sound_speed, scenario.sonar.pulse
     first, last = recording["time"].values[[0, -1]] * speed / 2
@@ -138,10 +137,10 @@ def cells(scenario: Scenario) -> tuple[float, float]:
     """Width at -3 dB of a point along the track, and in slant range [m].
 
     Args:
-        scenario: What was simulated.
+        scenario: Scenario of the recording.
 
-    Along the track the aperture is weighted with the patterns of transmitter and element, which makes it blunter than
-    `along_track_resolution` has it. Source: in range, the width of a sweep under a Hamming window; F. J. Harris (1978),
+    Along the track the aperture is weighted with the patterns of transmitter and element, so that the cell is wider
+    than `along_track_resolution`. Source: in range, the width of a sweep under a Hamming window; F. J. Harris (1978),
     Proc. IEEE 66(1), 51-83.
     """
     pulse, speed = scenario.sonar.pulse, scenario.water.sound_speed
@@ -158,7 +157,7 @@ def lengths(scenario: Scenario) -> tuple[float, float]:
     """Length along the track of the transmitter, and of one element [m]; 0 for points.
 
     Args:
-        scenario: What was simulated.
+        scenario: Scenario of the recording.
     """
     ends = (scenario.sonar.transmit, one_element(scenario.sonar.receive))
     transmit, receive = (float(getattr(end, "width", getattr(end, "length", 0.0))) for end in ends)
@@ -166,33 +165,33 @@ def lengths(scenario: Scenario) -> tuple[float, float]:
 
 
 def focused(short: xr.Dataset, scenario: Scenario, pixels: Floats) -> NDArray[np.complex64]:
-    """The image of some places by the log; see `backproject`.
+    """Focused image of pixels from the logged navigation; see `backproject`.
 
     Args:
         short: Elements, compressed.
-        scenario: What was simulated.
+        scenario: Scenario of the recording.
         pixels: North, east, depth [m], shape (..., 3).
     """
     position, rotation = recorded_poses(short)
-    receive_position = body_to_world(position, rotation, recorded_element_positions(short))
-    still = scenario.track.stop_and_hop or len(receive_position) < 2
+    elements = body_to_world(position, rotation, recorded_element_positions(short))
+    is_static = scenario.track.stop_and_hop or len(elements) < 2
     return backproject(
         short["pressure"].transpose("ping", "channel", "time").values, short["time"].values,
-        body_to_world(position, rotation, recorded_transmitter_position(short)), receive_position, pixels,
+        body_to_world(position, rotation, recorded_transmitter_position(short)), elements, pixels,
         centre_frequency=scenario.sonar.pulse.frequency, sound_speed=scenario.water.sound_speed,
-        receive_velocity=None if still else np.gradient(receive_position, short["ping_time"].values, axis=0),
+        receive_velocity=None if is_static else np.gradient(elements, short["ping_time"].values, axis=0),
         track_direction=rotation[:, :, 0], max_angle=half_angle(scenario),
     )  # fmt: skip
 
 
 def single_ping_image(short: xr.Dataset, scenario: Scenario, course: StripFrame, across: Floats) -> Floats:
-    """Image of each ping by itself, its elements as one array [dB re 1 uPa], shape (ping, across).
+    """Level of each single ping over ground range, its elements as one array [dB re 1 uPa], shape (ping, across).
 
     Args:
         short: Elements, compressed.
-        scenario: What was simulated.
-        course: The track.
-        across: Places on the bed [m], shape (across,).
+        scenario: Scenario of the recording.
+        course: Frame of the track.
+        across: Ground ranges [m], shape (across,).
     """
     speed, abeam = scenario.water.sound_speed, scenario.sonar.mounting.bearing
     beams = beam_recording(short, [abeam], sound_speed=speed)
@@ -202,13 +201,13 @@ def single_ping_image(short: xr.Dataset, scenario: Scenario, course: StripFrame,
 
 
 def response(short: xr.Dataset, scenario: Scenario, course: StripFrame, point: PointTarget) -> PointResponse:
-    """The image about a point target, finely.
+    """Focused image around a point target, at a fine spacing.
 
     Args:
         short: Elements, compressed.
-        scenario: What was simulated.
-        course: The track.
-        point: The target; pixels lie at its own depth.
+        scenario: Scenario of the recording.
+        course: Frame of the track.
+        point: Point target; pixels lie at its depth.
     """
     position = course.along_across(point.position[:2])
     off = np.arange(-HALF, HALF + FINE / 2, FINE)
@@ -219,12 +218,12 @@ def response(short: xr.Dataset, scenario: Scenario, course: StripFrame, point: P
 
 
 def point_numbers(point: PointResponse, scenario: Scenario, course: StripFrame) -> list[CheckedNumber]:
-    """Position and width of a point's peak, beside theory.
+    """Position errors and widths of a focused point, compared with theory.
 
     Args:
-        point: The image about it.
-        scenario: What was simulated.
-        course: The track.
+        point: Image around the point.
+        scenario: Scenario of the recording.
+        course: Frame of the track.
     """
     row, column = point.top
     along, across = point.level[:, column], point.level[row]
@@ -232,26 +231,26 @@ def point_numbers(point: PointResponse, scenario: Scenario, course: StripFrame) 
     target = next(t for t in scenario.targets if isinstance(t, PointTarget) and t.label == point.label)
     below = course.height - (scenario.seabed.depth - target.position[2])
     deep *= float(np.hypot(1, below / point.across))
-    put = "where the point was put"
+    put, label = "true position of the point", point.label
+    error_along = parabolic_peak_position(point.off, along, row) * 100
+    error_across = parabolic_peak_position(point.off, across, column) * 100
     return [
-        CheckedNumber(f"{point.label}: along the track, off", parabolic_peak_position(point.off, along, row) * 100,
-               "cm", 0.0, 1.0, put),
-        CheckedNumber(f"{point.label}: across the track, off", parabolic_peak_position(point.off, across, column) * 100,
-               "cm", 0.0, 1.0, put),
-        CheckedNumber(f"{point.label}: width at -3 dB along", width(point.off, along, row) * 100, "cm", wide * 100,
-               wide * 10, "aperture weighted with both beams"),
-        CheckedNumber(f"{point.label}: width at -3 dB across", width(point.off, across, column) * 100, "cm", deep * 100,
-               deep * 10, "Hamming window over the sweep, on the level"),
+        CheckedNumber(f"{label}: along the track, off", error_along, "cm", 0.0, 1.0, put),
+        CheckedNumber(f"{label}: across the track, off", error_across, "cm", 0.0, 1.0, put),
+        CheckedNumber(f"{label}: width at -3 dB along", width(point.off, along, row) * 100, "cm", wide * 100,
+                      wide * 10, "aperture weighted with both beams"),
+        CheckedNumber(f"{label}: width at -3 dB across", width(point.off, across, column) * 100, "cm", deep * 100,
+                      deep * 10, "Hamming window over the sweep, in ground range"),
     ]  # fmt: skip
 
 
 def shadow_numbers(strip: StripMap, scenario: Scenario, course: StripFrame) -> list[CheckedNumber]:
-    """Contrast of the shadows of bodies that are long enough, re the seabed at their range.
+    """Levels of the shadows of bodies that are long enough, re the seabed at their range.
 
     Args:
-        strip: What was focused.
-        scenario: What was simulated.
-        course: The track.
+        strip: Focused strip.
+        scenario: Scenario of the recording.
+        course: Frame of the track.
     """
     level, numbers = strip.level - range_trend(strip.level), []
     for target in scenario.targets:
@@ -265,9 +264,8 @@ def shadow_numbers(strip: StripMap, scenario: Scenario, course: StripFrame) -> l
         columns = (strip.across > first) & (strip.across < first + BEHIND * length)
         if length > LONG and rows.sum() * columns.sum() > ENOUGH:
             dark = float(level_db(np.mean(10 ** (level[np.ix_(rows, columns)] / 10))))
-            numbers.append(
-                CheckedNumber(f"{target.label}: shadow below the bed", -dark, "dB", 10.0, None, "usual of such images")
-            )
+            name = f"{target.label}: shadow below the bed"
+            numbers.append(CheckedNumber(name, -dark, "dB", 10.0, None, "typical of such images"))
     return numbers
 
 

@@ -1,4 +1,4 @@
-"""The scene as it is, for what was measured of it: how deep it lies under each place, bed or target."""
+"""True depths of a scene at positions, of the seabed or of a target."""
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -11,16 +11,16 @@ from insonify.scene.triangle_surfaces import Triangles
 Floats = NDArray[np.float64]
 
 AROUND = np.radians(np.arange(0, 360, 30))
-"""Directions in which a target may be near [rad]."""
+"""Directions in which the distance to targets is checked [rad]."""
 
 
 def bed_depth(scenario: Scenario, north: ArrayLike, east: ArrayLike) -> Floats:
-    """Depth of the bed [m] at places [m], broadcast shape.
+    """Depth of the seabed at positions [m], broadcast shape.
 
     Args:
-        scenario: What was simulated.
-        north: Of the places.
-        east: Of the places.
+        scenario: Scenario of the recording.
+        north: North of the positions [m].
+        east: East of the positions [m].
     """
     x, y = np.broadcast_arrays(np.asarray(north, float), np.asarray(east, float))
     bed = scenario.scene.seabed.terrain
@@ -28,12 +28,12 @@ def bed_depth(scenario: Scenario, north: ArrayLike, east: ArrayLike) -> Floats:
 
 
 def depth_from_above(scenario: Scenario, north: ArrayLike, east: ArrayLike) -> Floats:
-    """Depth of the first object straight down, a target or the seabed [m].
+    """Depth of the highest surface at positions, of a target or of the seabed [m].
 
     Args:
-        scenario: What was simulated.
-        north: Of the places [m].
-        east: Of the places [m].
+        scenario: Scenario of the recording.
+        north: North of the positions [m].
+        east: East of the positions [m].
     """
     depth = bed_depth(scenario, north, east)
     x, y = np.broadcast_arrays(np.asarray(north, float), np.asarray(east, float))
@@ -45,40 +45,40 @@ def depth_from_above(scenario: Scenario, north: ArrayLike, east: ArrayLike) -> F
 
 
 def is_clear_of_targets(scenario: Scenario, north: ArrayLike, east: ArrayLike, margin: float) -> NDArray[np.bool_]:
-    """Mask of positions with only seabed within some distance.
+    """True for positions with no target within a distance.
 
     Args:
-        scenario: What was simulated.
-        north: Of the places [m].
-        east: Of the places [m].
-        margin: The distance [m].
+        scenario: Scenario of the recording.
+        north: North of the positions [m].
+        east: East of the positions [m].
+        margin: Distance to targets [m].
     """
     x, y = np.broadcast_arrays(np.asarray(north, float), np.asarray(east, float))
-    alone = np.ones(x.shape, bool)
+    is_clear = np.ones(x.shape, bool)
     for target in scenario.targets:
         if not isinstance(target, PointTarget):
             surface = complete_triangles(target, scenario.scene.seabed)
             for step in (np.zeros(2), *margin * np.stack([np.cos(AROUND), np.sin(AROUND)], axis=1)):
-                alone &= np.isnan(_top(surface, x + step[0], y + step[1]))
-    return alone
+                is_clear &= np.isnan(_top(surface, x + step[0], y + step[1]))
+    return is_clear
 
 
 def _top(surface: Triangles, north: Floats, east: Floats) -> Floats:
-    """Depth of the highest face over or under places [m]; NaN beside the body."""
+    """Depth of the highest face at positions [m]; NaN beside the body."""
     corners = np.asarray(surface.vertices, float)[np.asarray(surface.faces)]
     top = np.full(north.shape, np.nan)
     low, high = corners[..., :2].min(axis=(0, 1)), corners[..., :2].max(axis=(0, 1))
     near = (north >= low[0]) & (north <= high[0]) & (east >= low[1]) & (east <= high[1])
     position = np.stack([north[near], east[near]], axis=-1)
-    found = np.full(len(position), np.nan)
+    highest = np.full(len(position), np.nan)
     for a, b, c in corners:
-        turn = np.array([b[:2] - a[:2], c[:2] - a[:2]])
-        area = float(np.linalg.det(turn))
+        sides = np.array([b[:2] - a[:2], c[:2] - a[:2]])
+        area = float(np.linalg.det(sides))
         if abs(area) < 1e-12:
-            continue  # stands upright: its edge belongs to its neighbours
-        share = (position - a[:2]) @ np.linalg.inv(turn)
+            continue  # vertical: its edge belongs to its neighbours
+        share = (position - a[:2]) @ np.linalg.inv(sides)
         inside = (share >= 0).all(axis=1) & (share.sum(axis=1) <= 1)
         depth = a[2] + share @ np.array([b[2] - a[2], c[2] - a[2]])
-        found = np.where(inside, np.fmin(found, depth), found)
-    top[near] = found
+        highest = np.where(inside, np.fmin(highest, depth), highest)
+    top[near] = highest
     return top
