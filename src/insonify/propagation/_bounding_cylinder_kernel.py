@@ -1,4 +1,4 @@
-"""Points behind upright cylinders. Plain numbers and arrays only."""
+"""Kernel that finds points behind upright cylinders. Plain numbers and arrays only."""
 
 import math
 from typing import Any
@@ -16,19 +16,18 @@ Integers = NDArray[Any]
 def points_behind_cylinder(
     position: Floats, points: Floats, directions: Floats, cylinder: Floats, clearance: float, rows: Integers
 ) -> int:
-    """Points to which some way passes a cylinder, seen from above.
+    """Find points whose path passes a cylinder, seen from above; return their number.
 
     Args:
-        position: Where the ways begin [m], (3,).
-        points: Where they end [m], (n, 3).
-        directions: Directions in which they get there, of any length, (f, n, 3); none: straight from `position`, (0, n,
-            3).
-        cylinder: North, east, radius of the cylinder [m], and more, (3 or more,).
-        clearance: How far beside it a way may pass [m].
-        rows: Result, the points, increasing, (n,).
+        position: Start of the paths [m], (3,).
+        points: Ends of the paths [m], (n, 3).
+        directions: Directions of arrival, of any length, (f, n, 3); or (0, n, 3): straight from `position`.
+        cylinder: North, east, radius of the cylinder [m], and further columns, (3 or more,).
+        clearance: Largest distance between cylinder and path [m].
+        rows: Result: indices of the points, increasing, (n,).
 
     Returns:
-        How many they are.
+        Number of points.
     """
     met, radius = 0, cylinder[2]
     most = (radius + clearance) ** 2
@@ -41,7 +40,7 @@ def points_behind_cylinder(
                 north, east = directions[f, n, 0], directions[f, n, 1]
             along = north * north + east * east
             off = dy * north - dx * east
-            if off * off > most * along:  # a way straight up or down has no side
+            if off * off > most * along:  # a vertical path has no side
                 continue
             back, length = dx * north + dy * east, math.sqrt(along)
             if back >= -radius * length and back <= (math.sqrt(square) + radius) * length:

@@ -1,4 +1,4 @@
-"""The sum of waves that a field of delays is made of, along the ways of one family. Plain numbers and arrays."""
+"""Kernel of a random delay field: sum of its waves along the paths of one family. Plain numbers and arrays."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,21 +13,21 @@ def add_delay_waves(
     position: Floats, north: Floats, east: Floats, down: Floats, water_depth: float, part: Floats, wave: Floats,
     wave_phase: Floats, total: Floats,
 ) -> None:  # fmt: skip
-    """Add the waves of a field, each taken where the ray has done its own part of the way.
+    """Add the waves of a field, each taken at its own fraction of the path.
 
-    A ray goes straight through surface and bottom; the depth in the water is how far it is from the nearest image of
+    A ray is unfolded straight through surface and bottom; the depth in the water is its distance from the nearest image
     the surface.
 
     Args:
-        position: Where the rays start: north, east, depth [m], (3,).
-        north: Where each ends [m], (n,).
-        east: Likewise.
-        down: Likewise, unfolded.
-        water_depth: Between surface and bottom [m].
-        part: Part of the way at which each wave is met [1], (m,).
+        position: Start of the rays: north, east, depth [m], (3,).
+        north: North coordinate of each end [m], (n,).
+        east: East coordinate of each end [m], (n,).
+        down: Unfolded depth of each end [m], (n,).
+        water_depth: Distance between surface and bottom [m].
+        part: Fraction of the path of each wave [1], (m,).
         wave: Cycles per metre to the north, to the east and down of each wave [1/m], (m, 3).
-        wave_phase: Phase of each [cycles], (m,).
-        total: Result, the sum of all cosines [1], (n,); filled with zeros at first.
+        wave_phase: Phase of each wave [cycles], (m,).
+        total: Result: the sum of all cosines [1], (n,); filled with zeros at first.
     """
     period = 2 * water_depth
     for m in range(part.size):

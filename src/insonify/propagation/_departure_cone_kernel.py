@@ -1,4 +1,4 @@
-"""Directions in which straight rays leave for neighbourhoods on a boundary. Plain numbers and arrays only."""
+"""Kernel of departure cones: directions of straight rays to neighbourhoods on a boundary. Plain numbers and arrays."""
 
 import math
 
@@ -20,15 +20,15 @@ def departure_cones(
     axis: Floats,
     half_angle: Floats,
 ) -> None:
-    """Middle and half width of the cone of rays to the neighbourhood of each place.
+    """Axis and half angle of the cone of rays to each neighbourhood.
 
     Args:
         position: North, east, depth of the sonar [m], shape (3,).
-        down: How far down the rays lead as they leave, to the image of the boundary [m].
-        centre: North and east of the places [m], shape (n, 2).
-        radius: How far the neighbourhoods extend [m], shape (n,).
-        relief_height: How much farther they do up and down [m].
-        axis: Result, unit vectors, shape (n, 3).
+        down: Vertical travel of the departing rays to the image of the boundary [m].
+        centre: North and east of the neighbourhoods' centres [m], shape (n, 2).
+        radius: Radii of the neighbourhoods [m], shape (n,).
+        relief_height: Largest deviation of their depth [m].
+        axis: Result: unit vectors, shape (n, 3).
         half_angle: Result [rad], shape (n,); pi where the sonar may be in the neighbourhood.
     """
     for n in range(radius.size):

@@ -1,4 +1,4 @@
-"""Lines with a corner at every surface bounce: the law of reflection off planes that are a little tilted.
+"""Kernel of displaced bounces: unfolded lines with a corner at every surface bounce on slightly tilted planes.
 
 Plain numbers and arrays only. A line is unfolded: it runs from the sonar over a distance ahead and a climb, and meets
 the surface at given heights of the climb.
@@ -14,23 +14,23 @@ from insonify.jit import njit
 Floats = NDArray[np.float64]
 
 STEEPEST = 0.4
-"""Slope of the surface beyond which a facet counts as one of this slope [1]."""
+"""Largest slope of the surface that is applied [1]."""
 WIDEST = 0.9
-"""Share of the way from the mirror's point to either end that a bounce may be moved [1]."""
+"""Largest displacement of a bounce, as a fraction of the distance to either end [1]."""
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def bounce_offset(
     horizontal_distance: float, vertical_travel: float, height: float, along: float, across: float
 ) -> tuple[float, float]:
-    """Where one surface bounce lies: distance ahead and to the right [m].
+    """Displacement of one surface bounce: ahead and to the right [m].
 
     Args:
         horizontal_distance: Horizontal distance of the end of the line [m].
         vertical_travel: Vertical travel of the whole line [m].
         height: Vertical travel up to the bounce [m].
-        along: Slope of the elevation ahead [1].
-        across: Slope to the right [1].
+        along: Slope of the surface ahead [1].
+        across: Slope of the surface to the right [1].
     """
     h2 = max(vertical_travel - height, 1e-6)
     slope = min(max(along, -STEEPEST), STEEPEST)
@@ -56,17 +56,17 @@ def displaced_bounce_path(
     reverses_vertically: bool, bounce_heights: Floats, slopes: Floats,
     change: Floats,
 ) -> None:  # fmt: skip
-    """What corners change in one line.
+    """Changes of one line by displaced bounces.
 
     Args:
         horizontal_distance: Horizontal distance of its end [m].
         vertical_travel: Vertical travel of the whole line [m].
-        north: Horizontal unit vector ahead.
-        east: Likewise.
-        starts_upward: Whether it begins upwards.
-        reverses_vertically: Whether it ends in the other sense than it began.
+        north: Horizontal unit vector ahead, north component.
+        east: East component of the unit vector.
+        starts_upward: True if it begins upwards.
+        reverses_vertically: True for a line that ends in the opposite vertical direction.
         bounce_heights: Vertical travel up to each surface bounce [m], (bounces,).
-        slopes: Slope of the elevation ahead and to the right at each [1], (bounces, 2).
+        slopes: Slope of the surface ahead and to the right at each [1], (bounces, 2).
         change: Result: additional length [m], change of the unit vector of travel at the sonar and at the end, (7,).
     """
     length = math.sqrt(horizontal_distance * horizontal_distance + vertical_travel * vertical_travel)

@@ -1,7 +1,7 @@
 """All rays of one path family from a source to points. Plain numbers and arrays only.
 
-For each route of the family (`_route_kernel`) the rays that may follow it form lanes (`_lane_kernel`); a lane is cut
-into pieces where the distance is monotone, so that each piece holds one ray to a point or none, and none is missed.
+For each layer sequence of the family (`_layer_sequence_kernel`) its rays form ray branches (`_ray_branch_kernel`),
+which are cut into segments of monotone distance: each segment holds one ray to a point or none, and none is missed.
 """
 
 import math
@@ -84,20 +84,20 @@ def solve_eigenrays(
     depth: Floats, speed: Floats, plane: float, source_depth: float, bounces: int, first_up: bool,
     point_depth: Floats, ranges: Floats, rays: Floats, count: Integers, status: Integers,
 ) -> None:  # fmt: skip
-    """All rays of one family to each point. Points of one depth that follow each other share the work on it.
+    """All rays of one family to each point. Consecutive points of equal depth share work.
 
     Args:
-        depth: Knots of the column, from 0 to the seabed or the deepest ground [m], (m,).
+        depth: Knots of the column, from 0 to the deepest seabed [m], (m,).
         speed: Sound speed there [m/s], (m,).
-        plane: Depth of the knot that mirrors sound [m]; infinite for the last one.
+        plane: Depth of the knot that reflects sound [m]; infinite for the last one.
         source_depth: Depth of the source [m], in the water.
         bounces: Bounces off the boundaries in turn.
-        first_up: Whether the first is off the surface; without bounces it plays no part.
+        first_up: True if the first is off the surface; ignored without bounces.
         point_depth: Depths of the points [m], in the water, (n,).
-        ranges: Their horizontal distances [m], 0 or more, (n,).
-        rays: Result, (n, MOST, COLUMNS); the first `count` rows of each point, by launch angle, upward first.
-        count: Result, rays found, (n,).
-        status: Result, CLEAR, or why there is none: SHADOW (no ray of the family gets there), TURNED (its rays
+        ranges: Horizontal distances of the points [m], 0 or more, (n,).
+        rays: Result: (n, MOST, COLUMNS); the first `count` rows of each point, by launch angle, upward first.
+        count: Result: number of rays, (n,).
+        status: Result: CLEAR, or the reason for no ray: SHADOW (no ray of the family gets there), TURNED (its rays
             turn before the bounce or before the depth), BEYOND_CRITICAL (in a gap between rays that turn at a kink
             of the profile and rays that pass it), (n,).
     """
@@ -141,14 +141,14 @@ def direct_rays(ray_branch: Floats, bounces: int, first_up: bool, workspace: Any
     """Rays that never turn: at most one to each point.
 
     Args:
-        ray_branch: Nodes, see `_route_kernel`; its route changes.
+        ray_branch: Nodes, see `_layer_sequence_kernel`; its layer sequence changes.
         bounces: See `solve_eigenrays`.
         first_up: See `solve_eigenrays`.
-        workspace: Room for a block of rays, their points, guesses, and ends of pieces.
+        workspace: Work arrays for a block of rays, their points, guesses, and ends of segments.
         out: First and last + 1 of points at one depth; ranges, rays and their count of all, see `solve_eigenrays`.
 
     Returns:
-        Distance that no such ray exceeds [m].
+        Greatest distance of such rays [m].
     """
     here, ranges, rays, count = out
     block, pick = workspace[0], workspace[1]
@@ -158,7 +158,7 @@ def direct_rays(ray_branch: Floats, bounces: int, first_up: bool, workspace: Any
         int(ray_branch[LAYER_SEQUENCE, WALL]),
     )
     if bounces and first_up == (bounces % 2 == 0) and r > wall:
-        return 0.0  # nothing that rises from the plane gets below it
+        return 0.0  # rays that rise from the plane never get below it
     start_layer_sequence(ray_branch)
     at, up, first, last = s, first_up, min(s, r), max(s, r)
     for _ in range(bounces):
@@ -203,7 +203,7 @@ def direct_rays(ray_branch: Floats, bounces: int, first_up: bool, workspace: Any
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def horizontal_rays(ray_branch: Floats, s: int, out: Any) -> float:
-    """Straight rays along the source's own depth, where the speed of sound does not change.
+    """Straight rays along the source's own depth, in a layer of constant sound speed.
 
     Args:
         ray_branch: Nodes.
@@ -211,7 +211,7 @@ def horizontal_rays(ray_branch: Floats, s: int, out: Any) -> float:
         out: See `direct_rays`.
 
     Returns:
-        Distance that no such ray exceeds [m].
+        Greatest distance of such rays [m].
     """
     here, ranges, rays, count = out
     nodes, c = int(ray_branch[LAYER_SEQUENCE, NODES]), ray_branch[SPEED, s]
@@ -235,19 +235,19 @@ def horizontal_rays(ray_branch: Floats, s: int, out: Any) -> float:
 def ducted_rays(
     ray_branch: Floats, slabs: Floats, low: float, high: float, limit: float, workspace: Any, out: Any
 ) -> float:  # fmt: skip
-    """Rays that turn without meeting a boundary, those with the fewest turns first.
+    """Rays that turn without reaching a boundary, those with the fewest turns first.
 
     Args:
-        ray_branch: Nodes; its route changes.
-        slabs: Room for turning slabs, above and below, (2, 3, nodes).
+        ray_branch: Nodes; its layer sequence changes.
+        slabs: Work array for turning slabs, above and below, (2, 3, nodes).
         low: Distance of the nearest point [m].
         high: Distance of the farthest point [m].
-        limit: Distance that no ray without turn exceeds [m].
+        limit: Greatest distance of rays without turns [m].
         workspace: See `direct_rays`.
         out: See `direct_rays`.
 
     Returns:
-        Distance that no ray of the family exceeds [m], unless it turns more often than needed here.
+        Greatest distance of rays of the family [m], unless more turns than needed here occur.
     """
     s, r, nodes = (
         int(ray_branch[LAYER_SEQUENCE, SOURCE]),
@@ -277,7 +277,7 @@ def ducted_rays(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def is_full(out: Any) -> bool:
-    """Whether no point can take another ray; `out` as in `direct_rays`."""
+    """Return True if no point can take another ray; `out` as in `direct_rays`."""
     here, _, _, count = out
     least = MOST
     for i in range(here[0], here[1]):
@@ -289,21 +289,21 @@ def is_full(out: Any) -> bool:
 def ducted_layer_sequence(
     ray_branch: Floats, s: int, r: int, turns: int, first: int, i: int, k: int, so_far: float, slabs: Floats
 ) -> float:
-    """Lays the route of rays that turn some times.
+    """Set the layer sequence of rays with a given number of turns.
 
     Args:
-        ray_branch: Nodes; its route changes.
+        ray_branch: Nodes; its layer sequence changes.
         s: Node of the source.
         r: Node of the point.
-        turns: How often they turn.
+        turns: Number of turns.
         first: Side of the first turn: 0 above, 1 below.
-        i: Which of the turning slabs above.
-        k: Which of those below.
+        i: Index of the turning slab above.
+        k: Index of the turning slab below.
         so_far: Highest speed between source and point [m/s].
         slabs: Turning slabs, above and below.
 
     Returns:
-        Highest turning speed of the lane [m/s]; 0 where there is no such ray, and the route is as it was.
+        Highest turning speed of the ray branch [m/s]; 0 if there is none, with the layer sequence unchanged.
     """
     half_turns = (2 * ((turns + 1 - first) // 2), 2 * ((turns + first) // 2))
     slow, fast = so_far, math.inf
@@ -335,8 +335,8 @@ def bounced_rays(
     """Rays with one bounce that turn before it, after it, or both: away from the boundary and back.
 
     Args:
-        ray_branch: Nodes; its route changes.
-        first_up: Whether the bounce is off the surface.
+        ray_branch: Nodes; its layer sequence changes.
+        first_up: True if the bounce is off the surface.
         slabs: See `ducted_rays`.
         low: See `ducted_rays`.
         high: See `ducted_rays`.
@@ -345,7 +345,7 @@ def bounced_rays(
         out: See `direct_rays`.
 
     Returns:
-        Distance that no ray of the family exceeds [m].
+        Greatest distance of rays of the family [m].
     """
     s, r, nodes = (
         int(ray_branch[LAYER_SEQUENCE, SOURCE]),
@@ -386,7 +386,7 @@ def bounced_rays(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def sort_by_launch_angle(rows: Floats, count: int) -> None:
-    """Sorts the first rows by launch angle, upward first."""
+    """Sort the first rows by launch angle, upward first."""
     for k in range(1, count):
         j = k
         while j > 0 and rows[j, SIN_LAUNCH] < rows[j - 1, SIN_LAUNCH]:

@@ -1,4 +1,4 @@
-"""Making a table: the grid, the nodes for one depth of the source, and the cells that stand the test."""
+"""Building of an eigenray table: grid, nodes for one source depth, and checked cells."""
 
 from dataclasses import dataclass
 from itertools import pairwise
@@ -22,9 +22,9 @@ Floats = NDArray[np.float64]
 Bytes = NDArray[np.uint8]
 
 LATE = 4e-10
-"""Error of the delay above which a cell is given to the exact solver [s]: less than half of what is promised."""
+"""Error of the delay above which a cell is left to the exact solver [s]: less than half of the guaranteed error."""
 LOUD = 1.2e-3
-"""Relative error of amplitude and length above which it is [1]: 0.01 dB, half of what is promised."""
+"""Relative error of amplitude and length above which it is [1]: 0.01 dB, half of the guaranteed error."""
 _MERGED = 2e-3
 _TRACE = 0.25
 _PARTS = (0.15, 0.85)
@@ -33,29 +33,29 @@ _NEAR_CORNERS = ((0.06, 0.06), (0.94, 0.06), (0.06, 0.94), (0.94, 0.94))
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TableGrid:
-    """Where the nodes of a table stand."""
+    """Grid of the nodes of a table."""
 
     node_depths: Floats
     """Depths [m], increasing, (l,)."""
     node_ranges: Floats
     """Ranges [m], evenly spaced from 0, (s,)."""
     cell_rows: Floats
-    """Rows of cells, see `_table_kernel.find_cells`, (rows, 5)."""
+    """Rows of cells, see `_eigenray_table_kernel.find_cells`, (rows, 5)."""
     buckets: NDArray[np.int32]
     per_metre: float
 
     @property
     def step(self) -> float:
-        """Distance of the stations [m]."""
+        """Spacing of the ranges [m]."""
         return float(self.node_ranges[1])
 
     @property
     def cells(self) -> int:
-        """Cells along a row."""
+        """Number of cells in a row."""
         return self.node_ranges.size - 1
 
     def find(self, cell_state: Bytes, depth: Floats, ranges: Floats) -> tuple[NDArray[np.int32], Bytes]:
-        """Row and cell of points, (2, n), and the number of paths in it, (n,)."""
+        """Row and cell of points, (2, n), and the number of paths in each, (n,)."""
         cell, paths = np.empty((2, depth.size), np.int32), np.empty(depth.size, np.uint8)
         find_cells(cell_state, self.cell_rows, self.buckets, self.per_metre, 1 / self.step, depth, ranges, cell, paths)
         return cell, paths
@@ -64,14 +64,14 @@ class TableGrid:
 def table_grid(
     water: SoundSpeedLayers, point_depths: tuple[float, float], max_range: float, step: float, height: float
 ) -> TableGrid:
-    """Lines of depth through every knot of the profile, and stations of range.
+    """Lines of depth through every knot of the profile, and evenly spaced ranges.
 
     Args:
         water: The column.
         point_depths: Least and greatest depth of the points [m].
         max_range: Greatest range [m].
-        step: Distance of the stations at most [m].
-        height: Distance of the lines at most [m].
+        step: Largest spacing of the ranges [m].
+        height: Largest spacing of the lines [m].
     """
     lines = subdivide(point_depths, water.depth, height)
     tops = lines[:-1] if lines.size > 1 else lines
@@ -89,10 +89,10 @@ def table_grid(
 
 
 def subdivide(span: tuple[float, float], knots: Floats, max_spacing: float) -> Floats:
-    """Depths from one end of a span to the other, the knots between them, nowhere further apart than `max_spacing` [m].
+    """Depths from one end of a span to the other, with the knots between them, at most `max_spacing` apart [m].
 
-    Knots within millimetres of each other count as one: what bends in between is less than a table can tell, and the
-    comparison with the exact solver has the last word.
+    Knots within millimetres of each other count as one: the difference is below the resolution of a table, and the
+    comparison with the exact solver is decisive.
     """
     low, high = span
     if high - low < 1e-9:
@@ -110,7 +110,7 @@ def subdivide(span: tuple[float, float], knots: Floats, max_spacing: float) -> F
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TableSpecification:
-    """What a table is made of: a family of paths in a column, on a grid."""
+    """Specification of a table: a path family in a water column, on a grid."""
 
     layers: SoundSpeedLayers
     bounces: int
@@ -120,31 +120,31 @@ class TableSpecification:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TablePlane:
-    """A table for one depth of the source; b branches, l lines, s stations."""
+    """Table for one source depth; b branches, l lines, s ranges."""
 
     specification: TableSpecification
     source_depth: float
     nodes: Floats
-    """Shape (b, l, s, 8)."""
+    """Eight numbers of every node, see `_eigenray_table_kernel`, shape (b, l, s, 8)."""
     mean_speed: NDArray[np.float32]
     """Length over delay [m/s], shape (b, l, s)."""
     path_count: Bytes
-    """Paths in each cell, `EXACT` where the exact solver answers, (rows, cells)."""
+    """Number of paths in each cell, `EXACT` where the exact solver is used, (rows, cells)."""
     missing_status: Bytes
-    """LegStatus of cells that have no path, (rows, cells)."""
+    """`LegStatus` of cells without paths, (rows, cells)."""
     history: Bytes
     """Caustics and fewest turns of the paths in each cell, (b, rows, cells, 2)."""
 
     def read(self, depth: Floats, ranges: Floats) -> tuple[Floats, NDArray[np.int32], Bytes]:
-        """What stands in the table for points.
+        """Interpolate the table at points.
 
         Args:
             depth: Depths of the points [m], (n,).
             ranges: Their ranges [m], (n,).
 
         Returns:
-            Rays, as of the exact solver, (n, branches, COLUMNS), 0 where there is none or the exact solver has
-            to answer; row and cell, (2, n); number of paths or `EXACT`, (n,).
+            Rays, as from the exact solver, (n, branches, COLUMNS), 0 where there is none or the exact solver is
+            needed; row and cell, (2, n); number of paths or `EXACT`, (n,).
         """
         task, where = self.specification, self.specification.grid
         cell, paths = where.find(self.path_count, depth, ranges)
@@ -161,7 +161,7 @@ class TablePlane:
 
 
 def build_plane(task: TableSpecification, source_depth: float) -> TablePlane:
-    """The table for one depth of the source, its cells tried.
+    """Build the table for one source depth, with its cells checked.
 
     Args:
         task: Family, column and grid.
@@ -192,13 +192,13 @@ def build_plane(task: TableSpecification, source_depth: float) -> TablePlane:
 
 
 def interpolated_plane(above: TablePlane, below: TablePlane, source_depth: float, cell_state: Bytes) -> TablePlane:
-    """The table for a source between two planes.
+    """Interpolate the table for a source between two planes.
 
     Args:
         above: Plane above the source.
         below: Plane below it.
         source_depth: Depth of the source [m].
-        cell_state: Paths in each cell for sources between the two, `EXACT` where the exact solver answers.
+        cell_state: Number of paths in each cell for sources between the two, or `EXACT`.
     """
     apart = below.source_depth - above.source_depth
     t = (source_depth - above.source_depth) / apart
@@ -212,7 +212,7 @@ def interpolated_plane(above: TablePlane, below: TablePlane, source_depth: float
 
 
 def state_between_planes(above: TablePlane, below: TablePlane) -> Bytes:
-    """Cells that may be used for every source between two planes: used in both, and right in between."""
+    """States of cells for all sources between two planes: valid in both, and accurate in between."""
     same = (above.path_count == below.path_count) & (
         (above.path_count > 0) | (above.missing_status == below.missing_status)
     )
@@ -223,7 +223,7 @@ def state_between_planes(above: TablePlane, below: TablePlane) -> Bytes:
     doubtful = check_cells(interpolated_plane(above, below, above.source_depth + 0.5 * apart, state))
     for t in _PARTS:
         plane = interpolated_plane(above, below, above.source_depth + t * apart, state)
-        if plane.nodes.shape[1] == 1:  # one line: cheap enough to try them all
+        if plane.nodes.shape[1] == 1:  # one line: cheap enough to check all cells
             rows, cells = np.nonzero(state != EXACT)
             compare(plane, *_inside(plane, rows, cells, 0.5, 0.5))
         check_corners(plane, doubtful)
@@ -231,13 +231,13 @@ def state_between_planes(above: TablePlane, below: TablePlane) -> Bytes:
 
 
 def check_cells(plane: TablePlane) -> NDArray[np.bool_]:
-    """Compares every cell with the exact solver: in its middle, and doubtful ones near their corners too.
+    """Compare every cell with the exact solver: in its middle, and doubtful ones near their corners too.
 
-    Doubtful are those with more than a trace of error, and those that touch a cell of the exact solver. Cells that fail
-    become the exact solver's.
+    Doubtful cells are those with a noticeable error, and those next to a cell of the exact solver. Cells that fail
+    are left to the exact solver.
 
     Returns:
-        Which cells are doubtful, (rows, cells).
+        Mask of doubtful cells, (rows, cells).
     """
     rows, cells = np.nonzero(plane.path_count != EXACT)
     late, loud = compare(plane, *_inside(plane, rows, cells, 0.5, 0.5))
@@ -250,7 +250,7 @@ def check_cells(plane: TablePlane) -> NDArray[np.bool_]:
 
 
 def check_corners(plane: TablePlane, chosen: NDArray[np.bool_]) -> None:
-    """Compares some cells with the exact solver near their corners; those that fail become the latter's."""
+    """Compare some cells with the exact solver near their corners; those that fail are left to it."""
     rows, cells = np.nonzero(chosen & (plane.path_count != EXACT))
     for u, v in _NEAR_CORNERS:
         compare(plane, *_inside(plane, rows, cells, u, v))
@@ -259,13 +259,13 @@ def check_corners(plane: TablePlane, chosen: NDArray[np.bool_]) -> None:
 def _inside(
     plane: TablePlane, rows: NDArray[np.intp], cells: NDArray[np.intp], u: float, v: float
 ) -> tuple[Floats, Floats]:
-    """Depths and ranges of a place in each of some cells."""
+    """Depths and ranges of one relative position in each of some cells."""
     where = plane.specification.grid
     return where.cell_rows[rows, TOP] + v * where.cell_rows[rows, HEIGHT], np.asarray((cells + u) * where.step, float)
 
 
 def compare(plane: TablePlane, depth: Floats, ranges: Floats) -> Floats:
-    """Errors of delay [s] and amplitude [1] at points, (2, n); cells that fail become the exact solver's."""
+    """Errors of delay [s] and amplitude [1] at points, (2, n); cells that fail are left to the exact solver."""
     task, errors = plane.specification, np.empty((2, depth.size))
     rays, cell, paths = plane.read(depth, ranges)
     compare_points(
@@ -277,7 +277,7 @@ def compare(plane: TablePlane, depth: Floats, ranges: Floats) -> Floats:
 
 
 def _layers(water: SoundSpeedLayers, depth: Floats) -> NDArray[np.int64]:
-    """Layer that each depth lies inside of, -1 on a knot."""
+    """Layer of each depth, -1 on a knot."""
     layer = np.searchsorted(water.depth, depth, side="right") - 1
     apart = np.abs(depth[:, None] - water.depth).min(axis=1)
     return np.where(apart > 1e-6, np.clip(layer, 0, water.depth.size - 2), -1)

@@ -1,12 +1,12 @@
-"""Reading a table of delays: Hermite's polynomials over range and depth. Plain numbers and arrays only.
+"""Interpolation of an eigenray table: Hermite polynomials over range and depth. Plain numbers and arrays only.
 
-At every node of the grid stand eight exact numbers of U = T^2, the square of the delay, and of its derivatives: with
+Every node of the grid has eight exact numbers of U = T^2, the square of the delay, and of its derivatives: with
 V = dU/dz, W = dU/dz_s and Y = d2U/(dz dz_s),
 
     U, W, V, Y and their derivatives with range, times the step in range.
 
-U, unlike T, is smooth down to the sonar itself; in water of one speed it is a quadratic, which the polynomials hold
-exactly. Slowness, both angles and the spreading of the ray tube are derivatives of the one function, with no formula
+U, unlike T, is smooth down to the sonar itself; in water of one speed it is a quadratic, which the polynomials
+represent exactly. Slowness, both angles and ray-tube spreading are derivatives of the one function, with no formula
 that fails at horizontal launch or at a turning ray:
 
     p = dT/dR,  sin(arrival) = c dT/dz,  sin(launch) = -c_s dT/dz_s,  A^2 = c^2 |U_z W_R - U_R W_z| / (4 U R),
@@ -44,12 +44,12 @@ U, W, V, Y = range(4)
 NUMBERS = 8
 """Numbers of one node: one cache line."""
 EXACT = 255
-"""State of a cell that the exact solver answers for; else the number of paths in it."""
+"""State of a cell that is left to the exact solver; other states are its number of paths."""
 TOP, HEIGHT, SPEED, GRADIENT, PER_HEIGHT = range(5)  # of a row of cells: depth and speed are those of its upper line
 NEAREST = 1e-4
-"""Range below which a ray is as good as vertical [m]."""
+"""Range below which a ray counts as vertical [m]."""
 LEVEL_WITHIN = 1e-9
-"""How far a point may lie beside the table's first or last line [m]."""
+"""Largest distance of a point beyond the table's first or last line [m]."""
 OUTSIDE = -1
 
 
@@ -58,21 +58,21 @@ def find_cells(
     cell_state: Bytes, rows: Floats, buckets: NDArray[np.int32], per_metre: float, per_step: float, depth: Floats,
     ranges: Floats, cell: NDArray[np.int32], paths: Bytes,
 ) -> int:  # fmt: skip
-    """Cells of many points, and how many paths each has.
+    """Cells of many points, and the number of paths in each.
 
     Args:
         cell_state: Number of paths in every cell, or `EXACT`, (rows, cells).
         rows: Rows of cells, (rows, 5): top, height [m], speed there [m/s], its gradient [1/s], 1 / height [1/m].
-        buckets: Row at the top of each of many equal slices of depth, none thicker than any row, (m,).
-        per_metre: Slices per metre [1/m].
-        per_step: Stations per metre [1/m].
+        buckets: Row at the top of each of many equal depth intervals, none thicker than any row, (m,).
+        per_metre: Depth intervals per metre [1/m].
+        per_step: Columns of nodes per metre of range [1/m].
         depth: Depths of the points [m], (n,).
         ranges: Their horizontal distances [m], (n,).
-        cell: Result, row and cell along it, OUTSIDE outside the table, (2, n).
-        paths: Result, number of paths, `EXACT` where the exact solver has to answer, (n,).
+        cell: Result: row and cell along it, OUTSIDE outside the table, (2, n).
+        paths: Result: number of paths, or `EXACT`, (n,).
 
     Returns:
-        Number of points that the exact solver has to answer.
+        Number of points that need the exact solver.
     """
     last, slices, cells, top = rows.shape[0] - 1, buckets.size - 1, cell_state.shape[1], rows[0, TOP]
     bottom = rows[last, TOP] + rows[last, HEIGHT] + LEVEL_WITHIN
@@ -102,25 +102,25 @@ def interpolate_cells(
     source_speed: float, history: Bytes, bounces: int, branch: int, depth: Floats, ranges: Floats,
     cell: NDArray[np.int32], paths: Bytes, rays: Floats,
 ) -> None:  # fmt: skip
-    """One branch at many points, whose cells are known.
+    """Interpolate one branch at many points in given cells.
 
     Args:
-        nodes: Eight numbers of every node, by branch, line and station, flat.
+        nodes: Eight numbers of every node, by branch, line and range, flat.
         mean_speed: Path length over delay at the nodes [m/s], flat in the same order.
-        node_depths: Lines of nodes: one more than rows of cells, or one for a table of one depth.
-        node_ranges: Nodes of a line.
+        node_depths: Number of lines: one more than rows of cells, or one for a table of one depth.
+        node_ranges: Number of nodes of a line.
         rows: As in `find_cells`.
-        per_step: Stations per metre [1/m].
+        per_step: Columns of nodes per metre of range [1/m].
         source_speed: Sound speed at the source [m/s].
         history: Caustics and turns of every cell, the fewest of its corners, (branches, rows, cells, 2).
         bounces: Bounces of the family.
-        branch: Which of the paths, in the order of their launch angles.
+        branch: Index of the path, in the order of launch angles.
         depth: Depths of the points [m], (n,).
         ranges: Their horizontal distances [m], (n,).
         cell: From `find_cells`, (2, n).
         paths: From `find_cells`, (n,).
-        rays: Result, (n, branches, COLUMNS), as of the exact solver; 0 where there is no such branch or the exact
-            solver has to answer.
+        rays: Result: (n, branches, COLUMNS), as from the exact solver; 0 where there is no such branch or the exact
+            solver is needed.
     """
     first = branch * node_depths
     for n in range(depth.size):

@@ -1,4 +1,4 @@
-"""Exact numbers at the nodes of a table, and which of its cells may be trusted. Plain numbers and arrays only.
+"""Exact numbers at the nodes of an eigenray table, and the validity of its cells. Plain numbers and arrays only.
 
 Every derivative of the delay that a node needs follows from the ray that the exact solver finds there. With A the
 spreading of the ray tube, c and c_s the speeds at the point and at the source, and sigma = -1 for every bounce and
@@ -41,13 +41,13 @@ Bytes = NDArray[np.uint8]
 Integers = NDArray[Any]
 
 BRANCHES = 4
-"""Rays of one family at one point that a table can hold; where there are more, the exact solver answers."""
+"""Rays of one family at one point that a table can hold; beyond, the exact solver is used."""
 LOWEST_FREQUENCY = 10e3
-"""Where a fold matters at this frequency [Hz], the exact solver answers, for tables do not know how far it is."""
+"""Frequency at which folds must be negligible [Hz]; otherwise the exact solver is used."""
 FOLD_MATTERS = 4.0
 """Distance from a fold, in Airy's scale, within which it changes a ray by 0.01 dB or 0.75 degrees [1]."""
 NO_RAY, NEAR_FOLD = -1, -2
-TURN, LAYER, UPWARD = 100, 10_000, 10**13  # what a kind counts in: caustics below, then turns, layers, and the launch
+TURN, LAYER, UPWARD = 100, 10_000, 10**13  # units of a sheet code: caustics below, then turns, layers, and the launch
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -63,14 +63,14 @@ def solve_nodes(
         plane: See `solve_eigenrays`.
         source_depth: Depth of the source [m].
         bounces: Bounces of the family.
-        first_up: Whether the first is off the surface.
+        first_up: True if the first is off the surface.
         node_depths: Depths of the lines of nodes [m], (l,).
         node_ranges: Their ranges, evenly spaced [m], (s,).
-        nodes: Result, (BRANCHES, l, s, 8), see `_table_kernel`.
-        mean_speed: Result, length over delay [m/s], (BRANCHES, l, s).
-        sheet: Result, what distinguishes the smooth sheets of rays, NO_RAY or NEAR_FOLD, (BRANCHES, l, s).
-        count: Result, paths at the node, (l, s).
-        status: Result, why there is none, (l, s).
+        nodes: Result: (BRANCHES, l, s, 8), see `_eigenray_table_kernel`.
+        mean_speed: Result: length over delay [m/s], (BRANCHES, l, s).
+        sheet: Result: code of the smooth sheet of rays, NO_RAY or NEAR_FOLD, (BRANCHES, l, s).
+        count: Result: number of paths at the node, (l, s).
+        status: Result: reason for no path, as `LegStatus`, (l, s).
     """
     n = node_ranges.size
     rays, found, why = np.zeros((n, MOST, COLUMNS)), np.zeros(n, np.int64), np.zeros(n, np.uint8)
@@ -99,7 +99,7 @@ def solve_nodes(
 def node_values(
     ray: Floats, ranges: float, step: float, speed: float, source_speed: float, bounces: int, node: Floats
 ) -> None:
-    """The eight numbers of one ray at one node, all but the last; see the head of this file."""
+    """Eight numbers of one ray at one node, all but the last; see the module docstring."""
     t, p = ray[DELAY], ray[SLOWNESS]
     t_z, t_s = ray[SIN_ARRIVAL] / speed, -ray[SIN_LAUNCH] / source_speed
     sigma = -1.0 if (bounces + int(ray[CAUSTICS])) % 2 else 1.0
@@ -116,9 +116,9 @@ def node_values(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def y_slopes(nodes: Floats, sheet: Integers) -> None:
-    """The one slope that no ray gives by itself: that of Y with range, from its neighbours on the same sheet.
+    """Slope of Y with range, from neighbours on the same sheet, as no single ray gives it.
 
-    At range 0 it is 0, for U depends on the square of the range.
+    At range 0 it is 0, because U depends on the square of the range.
     """
     n = sheet.size
     for k in range(1, n):
@@ -134,7 +134,7 @@ def y_slopes(nodes: Floats, sheet: Integers) -> None:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def sheet_code(ray: Floats, depth: Floats, speed: Floats, source_depth: float, bounces: int, first_up: bool) -> int:
-    """Number that two rays of one smooth sheet share: their turns and caustics, and the layers in which they turn."""
+    """Code that rays of one smooth sheet share: their turns and caustics, and the layers in which they turn."""
     if ray[FOLD_SIDE] != 0:
         scale = (2 * (2 * math.pi * LOWEST_FREQUENCY) ** 2 / ray[FOLD_CURVATURE]) ** (1 / 3)
         if not abs(ray[FOLD]) * scale > FOLD_MATTERS:
@@ -159,10 +159,10 @@ def sheet_code(ray: Floats, depth: Floats, speed: Floats, source_depth: float, b
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def on_same_sheet(one: int, other: int, bounces: int, first_up: bool, source_layer: int, point_layer: int) -> bool:
-    """Whether two rays lie on the same smooth sheet.
+    """Return True if two rays lie on the same smooth sheet.
 
-    Rays that leave level join those that turn first in the source's own layer to those that do not turn, smoothly, for
-    they are arcs of the same circles; so do rays that arrive level, in the point's own layer. Turns in other layers
+    Rays that leave horizontally join those that turn first in the source's own layer to those that do not turn,
+    smoothly: they are arcs of the same circles; so do rays that arrive horizontally, in the point's own layer. Turns in
     are other sheets.
     """
     if one < 0 or other < 0:
@@ -174,7 +174,7 @@ def on_same_sheet(one: int, other: int, bounces: int, first_up: bool, source_lay
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def joined_sheet(sheet: int, bounces: int, first_up: bool, source_layer: int, point_layer: int) -> int:
-    """The kind of a ray's smooth sheet: without its one turn, where that turn joins it to rays without turns."""
+    """Code of a ray's smooth sheet: without its one turn, where that turn joins it to rays without turns."""
     if sheet % LAYER // TURN != 1:
         return sheet
     layer, upward = sheet % UPWARD // LAYER, sheet >= UPWARD
@@ -189,19 +189,19 @@ def compare_corners(
     sheet: Integers, count: Bytes, status: Bytes, bounces: int, first_up: bool, source_layer: int, layers: Integers,
     cell_state: Bytes, missing_status: Bytes, history: Bytes,
 ) -> None:  # fmt: skip
-    """Paths of every cell whose corners all lie on the same sheets; `EXACT` elsewhere.
+    """Number of paths of every cell whose corners all lie on the same sheets; `EXACT` elsewhere.
 
     Args:
         sheet: From `solve_nodes`, (BRANCHES, l, s).
         count: From `solve_nodes`, (l, s).
         status: From `solve_nodes`, (l, s).
         bounces: Bounces of the family.
-        first_up: Whether the first is off the surface.
-        source_layer: Layer that the source lies inside of, -1 for none.
+        first_up: True if the first is off the surface.
+        source_layer: Layer of the source, -1 on a knot.
         layers: Layer of each row of cells, -1 for none, (rows,).
-        cell_state: Result, (rows, s - 1).
-        missing_status: Result, why cells without a path have none, (rows, s - 1).
-        history: Result, caustics and fewest turns of the paths, (BRANCHES, rows, s - 1, 2).
+        cell_state: Result: (rows, s - 1).
+        missing_status: Result: reason for cells without paths, (rows, s - 1).
+        history: Result: caustics and fewest turns of the paths, (BRANCHES, rows, s - 1, 2).
     """
     below = 1 if count.shape[0] > 1 else 0
     for i in range(cell_state.shape[0]):
@@ -227,7 +227,7 @@ def compare_corners(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def mark_neighbours_of_exact(cell_state: Bytes, chosen: NDArray[np.bool_]) -> None:
-    """Marks the cells of a table that touch one of the exact solver's, corners included."""
+    """Mark the cells of a table next to one of the exact solver, corners included."""
     rows, cells = cell_state.shape
     for i in range(rows):
         for k in range(cells):
@@ -244,7 +244,7 @@ def compare_points(
     point_depth: Floats, ranges: Floats, cell: NDArray[np.int32], paths: Bytes, interpolated: Floats, tolerance: float,
     relative_tolerance: float, cell_state: Bytes, errors: Floats,
 ) -> None:  # fmt: skip
-    """Holds what was read from a table against the exact solver, and gives the cells that fail to the latter.
+    """Compare interpolated rays with the exact solver, and mark the cells that fail.
 
     Args:
         depth: Knots of the column [m].
@@ -252,16 +252,16 @@ def compare_points(
         plane: See `solve_eigenrays`.
         source_depth: Depth of the source [m].
         bounces: Bounces of the family.
-        first_up: Whether the first is off the surface.
+        first_up: True if the first is off the surface.
         point_depth: Depths of the points, in runs of equal ones [m], (n,).
         ranges: Their ranges [m], (n,).
         cell: Their cells, (2, n).
-        paths: Paths that the table has there, or `EXACT`, (n,).
-        interpolated: What was read, (n, branches, COLUMNS).
-        tolerance: Error of the delay allowed [s].
-        relative_tolerance: Relative error of amplitude and length allowed [1].
+        paths: Number of paths of the table there, or `EXACT`, (n,).
+        interpolated: Interpolated rays, (n, branches, COLUMNS).
+        tolerance: Largest error of the delay [s].
+        relative_tolerance: Largest relative error of amplitude and length [1].
         cell_state: Changed: `EXACT` where a point fails.
-        errors: Result, error of the delay [s] and relative one of amplitude, inf where the paths differ, (2, n).
+        errors: Result: error of the delay [s] and relative one of amplitude, inf where the paths differ, (2, n).
     """
     n = ranges.size
     rays, found, why = np.zeros((n, MOST, COLUMNS)), np.zeros(n, np.int64), np.zeros(n, np.uint8)
@@ -292,9 +292,9 @@ def interpolate_planes(upper_nodes: Floats, lower_nodes: Floats, t: float, plane
     Args:
         upper_nodes: Nodes of the plane above, flat.
         lower_nodes: Nodes of the plane below, flat.
-        t: Fraction of the way, 0 to 1.
+        t: Fraction of the distance, 0 to 1.
         plane_spacing: Distance of the planes [m].
-        nodes: Result, flat.
+        nodes: Result: flat.
     """
     w = 1 - t
     a, b, c, d = w * w * (1 + 2 * t), t * t * (3 - 2 * t), t * w * w * plane_spacing, -t * t * w * plane_spacing

@@ -1,4 +1,4 @@
-"""A path by one point of an uneven surface: how long it is, and how that changes as the point moves. Arithmetic only.
+"""Kernels of a path by one point of an uneven surface: its length and derivatives as the point moves.
 
 The surface is a sum of waves. North and east are counted from the sea's own origin, heights upwards; both ends of the
 path lie below the mean surface, by a height each.
@@ -16,7 +16,7 @@ Floats = NDArray[np.float64]
 SurfaceDerivatives = tuple[float, float, float, float, float, float]
 PathDerivatives = tuple[float, float, float, float, float, float, float, float, float]
 
-_FAST = {"contract", "reassoc", "nsz", "arcp"}  # sums over waves may be taken several at a time
+_FAST = {"contract", "reassoc", "nsz", "arcp"}  # sums over waves may be reordered
 TURN = 2 * math.pi
 LEAST_HEIGHT = 1e-3
 """Least height of the surface above an end of a path [m]."""
@@ -26,14 +26,14 @@ LEAST_HEIGHT = 1e-3
 def surface_derivatives(
     north: float, east: float, time: float, delay_per_north: float, delay_per_east: float, waves: Floats
 ) -> SurfaceDerivatives:
-    """The surface, and its slopes and curvatures as sound meets them that gets everywhere at another time.
+    """Height, slopes and curvatures of the surface at the times at which sound arrives.
 
     Args:
-        north: [m].
-        east: [m].
-        time: [s].
-        delay_per_north: How much later sound gets to what lies further north [s/m].
-        delay_per_east: The same of east.
+        north: North coordinate [m].
+        east: East coordinate [m].
+        time: Time [s].
+        delay_per_north: Growth of the arrival time to the north [s/m].
+        delay_per_east: Growth of the arrival time to the east [s/m].
         waves: Cycles per metre north and east, per second (negative), at the origin, and amplitude [m], shape (5, m).
 
     Returns:
@@ -59,15 +59,15 @@ def surface_derivatives(
 def surface_derivatives_along(
     north: float, east: float, time: float, unit_north: float, unit_east: float, waves: Floats
 ) -> tuple[float, float, float]:
-    """How curvature changes at one place of the surface.
+    """Third and fourth derivatives of the surface along one direction.
 
     Args:
-        north: [m].
-        east: [m].
-        time: [s].
-        unit_north: North of a unit vector.
-        unit_east: East of it.
-        waves: As of `surface_derivatives`.
+        north: North coordinate [m].
+        east: East coordinate [m].
+        time: Time [s].
+        unit_north: North component of a unit vector.
+        unit_east: East component of the unit vector.
+        waves: Waves, as for `surface_derivatives`.
 
     Returns:
         Third derivative of the height along the vector [1/m^2]; fourth ones along it, and to the right of it [1/m^3].
@@ -89,17 +89,17 @@ def surface_derivatives_along(
 def end_to_surface_path(
     offset_north: float, offset_east: float, end_depth: float, sea: SurfaceDerivatives
 ) -> PathDerivatives:
-    """The way between one end and a point of the surface, as the point moves.
+    """Length of the path between one end and a point of the surface, with derivatives as the point moves.
 
     Args:
         offset_north: Point less end, north [m].
-        offset_east: The same, east [m].
+        offset_east: Point less end, east [m].
         end_depth: Depth of the end below the mean surface [m].
-        sea: The surface at the point, of `surface_derivatives`.
+        sea: The surface at the point, from `surface_derivatives`.
 
     Returns:
         Length [m]; its derivatives by north and east; second ones by north twice, both, and east twice; height over
-        length; cosine between the way and the surface's normal, times the length of the normal that has 1 upwards; and
+        length; cosine between the path and the surface's normal, times the length of the normal that has 1 upwards; and
         height [m].
     """
     height, north1, east1, north2, both, east2 = sea

@@ -1,8 +1,8 @@
-"""Glints drawn from the waves that make them. Plain numbers and arrays only.
+"""Kernels that draw glints from the waves of a sea. Plain numbers and arrays only.
 
-The phase that the surface's height gives to mirrored sound is a Gaussian process. Its exponential splits exactly into
-quanta: n of them with Poisson's probability for the mean nu = (2 k sigma sin(grazing))^2, each taking one wave of the
-sea, drawn in proportion to its share of the variance, with either sign; their wavenumbers and frequencies add. No
+The phase that the surface's height adds to reflected sound is a Gaussian process. Its exponential splits exactly into
+quanta: n of them with Poisson's probability for the mean nu = (2 k sigma sin(grazing))^2, each of one wave of the
+sea, drawn in proportion to its variance, with either sign; their wavenumbers and frequencies add. No
 quantum is the coherent bounce. Where nu is large, the many quanta of long waves are one Gaussian draw.
 """
 
@@ -19,23 +19,23 @@ from insonify.random_keys import philox, uniform_from_word
 Floats = NDArray[np.float64]
 
 STAGGER = 1 << 16
-"""Fourth counter of the draw that says when a glint's first life ends: above all quanta."""
+"""Fourth counter of the random number for the end of a glint's first life: above all quanta."""
 LIVES = 0xFFF
-"""Lives of a glint after which its draws come again."""
-MOST = 4.0  # mean number of quanta that are drawn one by one; those of the longer waves, beyond it, as one Gaussian
+"""Lives of a glint after which its random numbers repeat."""
+MOST = 4.0  # mean number of quanta that are drawn one by one; those of longer waves, beyond it, as one Gaussian
 NONE_OF_MOST = math.exp(-MOST)
-"""Probability of none of them: most glints of a lively sea ask for it."""
+"""Probability of no quantum: used by most glints of a rough sea."""
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def tabulated_row(column: Floats, value: float, guide: NDArray[np.int32]) -> int:
     """Row of the last entry of an increasing column that is not above a value, and never the last row.
 
-    It is searched where the guide says, see `insonify.propagation.wind_waves.Waves`.
+    The search starts at the guide, see `insonify.propagation.wind_waves.WindWaves`.
     """
     whole, steps = column[-1], guide.size - 1
     i = min(int(steps * math.sqrt(max(1 - value / whole, 0.0))), steps - 1)
-    # a row more on each side: the guide's own roundings
+    # one more row on each side, for rounding of the guide
     low, high = max(guide[i + 1] - 1, 0), min(guide[i] + 2, column.size - 1)
     while high - low > 1:
         middle = (low + high) // 2
@@ -62,21 +62,21 @@ def sample_glint(
     variance: Floats,
     frequency: Floats, direction_quantiles: Floats, moment: Floats, guide: NDArray[np.int32],
 ) -> tuple[float, float, float, float]:  # fmt: skip
-    """One glint of one place: wavenumber along and across the wind [rad/m], angular frequency [rad/s], phase [rad].
+    """One glint of one scatterer: wavenumber along and across the wind [rad/m], angular frequency [rad/s], phase [rad].
 
     Args:
-        scatterer_id: Key of the place.
-        code: Which glint of a place, in the third counter of the draw.
+        scatterer_id: Identifier of the scatterer.
+        code: Identifier of the glint, third counter of its random numbers.
         k0: First word of the key.
         k1: Second word of the key.
         phase: Phase per height, 2 k sin(grazing) [rad/m].
-        at_least_one: Whether there is at least one quantum, or also none with its own probability.
-        wavenumber: Table of `insonify.propagation.wind_waves.Waves`.
-        variance: Likewise.
-        frequency: Likewise.
-        direction_quantiles: Likewise.
-        moment: Likewise.
-        guide: Likewise.
+        at_least_one: True to condition on at least one quantum.
+        wavenumber: Table of `insonify.propagation.wind_waves.WindWaves`.
+        variance: Table of `WindWaves`.
+        frequency: Table of `WindWaves`.
+        direction_quantiles: Table of `WindWaves`.
+        moment: Table of `WindWaves`.
+        guide: Table of `WindWaves`.
     """
     whole = variance[-1]
     low, high = scatterer_id & np.uint64(0xFFFFFFFF), scatterer_id >> np.uint64(32)
@@ -113,7 +113,7 @@ def _gaussian(
     w2: np.uint32, w3: np.uint32, low: np.uint64, high: np.uint64, code: int, k0: int, k1: int, phase: float,
     upto: float, variance: Floats, moment: Floats, guide: NDArray[np.int32],
 ) -> tuple[float, float, float]:  # fmt: skip
-    """Wavenumbers and frequency that all quanta of the longer waves add up to."""
+    """Sum of the wavenumbers and frequencies of all quanta of the longer waves."""
     row = tabulated_row(variance, upto, guide)
     part = min(1.0, (upto - variance[row]) / max(variance[row + 1] - variance[row], 1e-300))
     ahead = moment[0, row] + part * (moment[0, row + 1] - moment[0, row])
@@ -134,7 +134,7 @@ def _gaussian(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _poisson(u: float, mean: float, at_least_one: bool) -> int:
-    """A Poisson number from a uniform one, at least one if asked for."""
+    """Poisson number from a uniform one, optionally conditioned on at least one."""
     chance = NONE_OF_MOST if mean == MOST else math.exp(-mean)
     if at_least_one:
         u = chance + u * -math.expm1(-mean)
@@ -148,7 +148,7 @@ def _poisson(u: float, mean: float, at_least_one: bool) -> int:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _turned(direction_quantiles: Floats, length: float, chance: float) -> float:
-    """Direction of a wave re the wind's [rad], between the entries of the table."""
+    """Direction of a wave re the wind's [rad], interpolated in the table."""
     x, y = length * (direction_quantiles.shape[0] - 1), chance * (direction_quantiles.shape[1] - 1)
     i, j = min(int(x), direction_quantiles.shape[0] - 2), min(int(y), direction_quantiles.shape[1] - 2)
     p, q = x - i, y - j
@@ -169,45 +169,45 @@ def apply_glints_to_row(
     absorption: Floats, departure: Floats, arrival: Floats, grazing: Floats, status: NDArray[np.uint8],
     facing_away: int, visibility: Any, phasor_out: NDArray[np.complex128], phasor_back: NDArray[np.complex128],
 ) -> None:  # fmt: skip
-    """Turn one row of mirrored legs into glints, in place; legs that are not there are left alone.
+    """Turn one row of legs off a flat surface into glints, in place; legs that do not exist stay unchanged.
 
     Args:
-        keys: Of the places, (n,).
+        keys: Identifiers of the scatterers, (n,).
         points: Ends of the legs [m], (n, 3).
-        normal: Of their interfaces; 0 for points that face nowhere, (n, 3).
-        code: Number of the glint, the same out and back.
+        normal: Normals of their interfaces; 0 for points without one, (n, 3).
+        code: Identifier of the glint, the same for transmit and receive legs.
         k0: First word of the key.
         k1: Second word of the key.
         phase: Phase per height of one bounce, 2 k sin(grazing) [rad/m], (n,).
-        wavenumber: Table of `insonify.propagation.wind_waves.Waves`.
-        variance: Likewise.
-        frequency: Likewise.
-        direction_quantiles: Likewise.
-        moment: Likewise.
-        guide: Likewise.
+        wavenumber: Table of `insonify.propagation.wind_waves.WindWaves`.
+        variance: Table of `WindWaves`.
+        frequency: Table of `WindWaves`.
+        direction_quantiles: Table of `WindWaves`.
+        moment: Table of `WindWaves`.
+        guide: Table of `WindWaves`.
         axes: North and east of the waves' direction, and of that to the right of it, (2, 2).
         sonar_position: North, east, depth of this end of the sonar [m], (3,).
-        transmit_position: The same of the end that sends, (3,).
-        start: Of the ping [s].
-        correlation_time: After which a glint gives way to another [s].
+        transmit_position: North, east, depth of the transmitting end [m], (3,).
+        start: Start of the ping [s].
+        correlation_time: Lifetime of a glint [s].
         image_depth: Depth of the family's image source [m].
-        starts_upward: Whether the legs begin upwards.
-        reverses_vertically: Whether they end in the other sense.
+        starts_upward: True if the legs begin upwards.
+        reverses_vertically: True for legs that end in the opposite vertical direction.
         bounce_heights: Vertical travel up to each surface bounce [m], (bounces,).
         sound_frequency: Frequency of the sound [Hz].
-        speed: Of sound at the sonar [m/s].
+        speed: Sound speed at the sonar [m/s].
         loss: Absorption [dB/m].
         delay: Changed, one-way travel time [s], (n,).
         length: Changed [m], (n,).
         absorption: Changed, pressure ratio [1], (n,).
         departure: Changed, unit vectors of travel at the sonar, (n, 3).
-        arrival: Changed, the same at the points, (n, 3).
+        arrival: Changed, unit vectors of travel at the points, (n, 3).
         grazing: Changed [rad], (n,).
-        status: Changed where legs now come from behind, (n,).
-        facing_away: LegStatus of such legs.
-        visibility: Changed likewise, (n,).
-        phasor_out: Result, phasor on the way out, (n,).
-        phasor_back: Result, phasor on the way back, (n,).
+        status: Changed for legs that now arrive from behind, (n,).
+        facing_away: `LegStatus` of such legs.
+        visibility: Changed for such legs, (n,).
+        phasor_out: Result: phasor of transmit legs, (n,).
+        phasor_back: Result: phasor of receive legs, (n,).
     """
     slopes, bent = np.empty((bounce_heights.size, 2)), np.empty(7)
     for n in range(keys.size):
@@ -226,20 +226,21 @@ def apply_glints_to_row(
         turned, gone, came = 0.0, 0.0, 0.0
         living = code << 4 | _glint_generation(keys[n], code, k0, k1, start / correlation_time) << 20
         for b in range(bounce_heights.size):
-            # One bounce at least is not coherent; of several the first stands for it.
+            # At least one bounce is incoherent; of several the first represents it.
             along, across, omega, first = sample_glint(keys[n], living | b, k0, k1, phase[n], b == 0, wavenumber,
                                                      variance, frequency, direction_quantiles, moment,
                                                      guide)  # fmt: skip
             k_north, k_east = along * axes[0, 0] + across * axes[1, 0], along * axes[0, 1] + across * axes[1, 1]
             part = min(bounce_heights[b] / climb, 1.0)
             reach = part * far
-            # from the point itself: from far away a wavenumber that follows a moving sonar would turn the phase
+            # from the point itself: re a distant origin, a wavenumber that follows a moving sonar would change the
+            # phase
             turned += k_north * (sonar_position[0] + reach * north - points[n, 0])
             turned += k_east * (sonar_position[1] + reach * east - points[n, 1]) + first
             slopes[b, 0] = -(k_north * north + k_east * east) / phase[n]
             slopes[b, 1] = -(k_east * north - k_north * east) / phase[n]
             before = part * delay[n]
-            # Before it comes back, sound is taken to have gone out directly: the other leg makes milliseconds.
+            # Receive legs are timed after a direct transmit leg: other legs differ by milliseconds.
             gone += omega * (start + before)
             came += omega * (start + there + delay[n] - before)
         displaced_bounce_path(far, climb, north, east, starts_upward, reverses_vertically, bounce_heights, slopes, bent)
@@ -263,14 +264,14 @@ def apply_glints_to_row(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _glint_generation(scatterer_id: np.uint64, code: int, k0: int, k1: int, lives: float) -> int:
-    """How many glints have come and gone before the one that is there; each place's change at times of its own."""
+    """Index of the current glint; each scatterer's glints change at times of their own."""
     w0, _, _, _ = philox(scatterer_id & np.uint64(0xFFFFFFFF), scatterer_id >> np.uint64(32), code, STAGGER, k0, k1)
     return math.floor(lives + uniform_from_word(w0)) & LIVES
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _turn(direction: Floats, change: Floats, at: int) -> None:
-    """Add three entries to a unit vector, and make it one again."""
+    """Add three entries to a unit vector, and normalise it."""
     x, y, z = direction[0] + change[at], direction[1] + change[at + 1], direction[2] + change[at + 2]
     inverse = 1 / math.sqrt(x * x + y * y + z * z)
     direction[0], direction[1], direction[2] = x * inverse, y * inverse, z * inverse

@@ -1,4 +1,4 @@
-"""Straight legs from image sources, folded back between surface and bottom. Plain numbers and arrays only."""
+"""Kernel of straight legs from image sources, folded between surface and bottom. Plain numbers and arrays only."""
 
 import math
 from typing import Any
@@ -20,7 +20,7 @@ def straight_legs(
     speed: float, points: Floats, normals: Floats, boxes: Floats, own_box: int, delay: Floats, length: Floats,
     spreading: Floats, departure: Floats, arrival: Floats, grazing_sine: Floats, status: Integers, occluder: Integers,
 ) -> None:  # fmt: skip
-    """Geometry and hard occlusion of every leg.
+    """Geometry and geometric occlusion of every leg.
 
     Args:
         source: North, east, depth of the sonar [m], (3,).
@@ -30,17 +30,17 @@ def straight_legs(
         water_depth: Depth of the bottom [m].
         speed: Speed of sound [m/s].
         points: Scatterers [m], (n, 3).
-        normals: Their unit normals, (n, 3).
+        normals: Unit normals of the scatterers, (n, 3).
         boxes: Occluding bodies, (b, 8), see `insonify.scene.box.box_body`.
         own_box: Row of the box that the points lie on, or -1.
-        delay: Result, one-way travel time [s], (f, n).
+        delay: Result: one-way travel time [s], (f, n).
         length: Result [m], (f, n).
-        spreading: Result, 1 m over the length [1], (f, n).
-        departure: Result, direction of travel at the sonar, (f, n, 3).
-        arrival: Result, direction of travel at the point, (f, n, 3).
-        grazing_sine: Result, sine of the angle between the ray and the point's interface [1], (f, n).
-        status: Result, (f, n).
-        occluder: Result, row of the box that cuts the leg, -1 for none, (f, n).
+        spreading: Result: 1 m over the length [1], (f, n).
+        departure: Result: direction of travel at the sonar, (f, n, 3).
+        arrival: Result: direction of travel at the point, (f, n, 3).
+        grazing_sine: Result: sine of the angle between the ray and the point's interface [1], (f, n).
+        status: Result: (f, n).
+        occluder: Result: row of the box that cuts the leg, -1 for none, (f, n).
     """
     slowness = 1 / speed
     for f in range(image_depths.size):
@@ -59,7 +59,7 @@ def straight_legs(
             sine = -(dx * normals[n, 0] + dy * normals[n, 1] + dz * normals[n, 2]) * once
             grazing_sine[f, n] = min(1.0, max(-1.0, sine))
             occluder[f, n] = -1
-            # A point without a normal answers in all directions.
+            # A point without a normal scatters in all directions.
             free = normals[n, 0] == 0 and normals[n, 1] == 0 and normals[n, 2] == 0
             status[f, n] = CLEAR if sine > 0 or free else FACING_AWAY
         if boxes.shape[0] > 0:
@@ -97,7 +97,7 @@ def first_occluder(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def footprint_crossing(source: Floats, dx: float, dy: float, boxes: Floats, b: int) -> tuple[float, float]:
-    """Parts of the way, 0 to 1, at which a leg enters and leaves the upright prism over a box's footprint.
+    """Fractions of the path, 0 to 1, at which a leg enters and leaves the upright prism over a box's footprint.
 
     Enter exceeds leave where the leg misses it.
     """

@@ -1,4 +1,4 @@
-"""LaunchAngles read from a grid of places. Plain numbers and arrays only."""
+"""Kernels of launch angles interpolated on a grid of positions. Plain numbers and arrays only."""
 
 import math
 from typing import Any
@@ -15,16 +15,16 @@ Floats = NDArray[np.floating[Any]]
 def interpolate_launch_slope(nodes: Floats, first_depth: float, row_spacing: float, column_spacing: float,
                              distance: Floats, depth: Floats,
                launch_slope: Floats) -> None:  # fmt: skip
-    """Steepness of rays to places, linear between the nodes of a grid.
+    """Launch slope of rays to positions, linear between the nodes of a grid.
 
     Args:
-        nodes: Distance times steepness at the nodes [m], NaN where there is no ray, (lines, stations).
-        first_depth: Depth of the first line [m].
-        row_spacing: Distance of the lines [m].
-        column_spacing: Distance of the stations, the first of which is at 0 [m].
-        distance: Horizontal distance of the places [m], (n,), or that of their columns.
-        depth: Depths of the places [m], (m, n).
-        launch_slope: Result, NaN outside the grid, (m, n).
+        nodes: Distance times launch slope at the nodes [m], NaN where there is no ray, (depths, distances).
+        first_depth: First depth of the grid [m].
+        row_spacing: Spacing of the depths [m].
+        column_spacing: Spacing of the distances, the first of which is 0 [m].
+        distance: Horizontal distance of the positions [m], (n,), or that of their columns.
+        depth: Depths of the positions [m], (m, n).
+        launch_slope: Result: NaN outside the grid, (m, n).
     """
     lines, stations = nodes.shape
     for m in range(depth.shape[0]):
@@ -50,17 +50,17 @@ def unturned_distances(
     range_to_surface: Floats,
     range_to_plane: Floats,
 ) -> None:
-    """Horizontal ways of rays that do not turn, from the sonar up to the surface and down to the plane.
+    """Horizontal distances of rays that do not turn, from the sonar up to the surface and down to the plane.
 
     Args:
         depth: Depths of the layers' ends between surface and plane, the sonar's among them [m], (m,).
-        ratio: Sound speed there over that at the sonar [1], (m,).
-        source_row: Which of them is the sonar's.
-        launch_slope: Of the rays [1], (n,).
+        ratio: Sound speed at these depths over that at the sonar [1], (m,).
+        source_row: Row of the sonar's depth.
+        launch_slope: Launch slope of the rays [1], (n,).
         range_to_surface: Result [m], infinite for a ray that turns before, (n,).
-        range_to_plane: Likewise, (n,).
+        range_to_plane: Result [m], infinite for a ray that turns before, (n,).
 
-    Source: Snell's law over layers of one gradient, as in `_lane_kernel`.
+    Source: Snell's law over layers of one gradient, as in `_ray_branch_kernel`.
     """
     for n in range(launch_slope.size):
         square = launch_slope[n] * launch_slope[n]

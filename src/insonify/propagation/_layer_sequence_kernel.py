@@ -1,10 +1,10 @@
-"""Which layers a ray crosses, how often, and where it may turn. Plain numbers and arrays only.
+"""Layer sequences: the layers that a ray crosses, how often, and where it may turn. Plain numbers and arrays only.
 
 The knots of the column, the source and the point together are the nodes; between two of them lies a slab of
 one gradient. A ray of given slowness that reaches the point crosses every slab between its highest and its
 lowest visited node a whole number of times, and turns inside at most one slab above and one below these.
 
-Nodes and route stand together in one array, the lane.
+Nodes and layer sequence are stored together in one array, the ray branch.
 """
 
 from typing import Any
@@ -17,32 +17,32 @@ from insonify.jit import njit
 Floats = NDArray[np.float64]
 Integers = NDArray[Any]
 
-# Rows of a lane. A column each for every node, or for the slab below it.
+# Rows of a ray branch. A column each for every node, or for the slab below it.
 DEPTH = 0  # of the node [m]
-SPEED = 1  # of sound there [m/s]
+SPEED = 1  # sound speed of the node [m/s]
 GRADIENT = 2  # of the slab [1/s]
 KAPPA = 3  # 1 - (c / c_m)^2, c_m the speed at the fastest node visited [1]
 STRETCH = 4  # passages (c_j + c_j+1) dz / c_m of the slab [m]
-PASSAGES = 5  # how often the slab is crossed
+PASSAGES = 5  # number of crossings of the slab
 LAYER_SEQUENCE = 6  # the numbers below
 RAY_BRANCH_ROWS = 7
 
 # Columns of the row LAYER_SEQUENCE.
-NODES = 0  # how many there are
+NODES = 0  # number of nodes
 SOURCE = 1  # node of the source
 POINT = 2  # node of the point
 FIRST = 3  # highest node visited
 LAST = 4  # lowest node visited
 TOP = 5  # speed at the fastest node visited [m/s]
-WALL = 6  # node of the plane that mirrors sound at the bottom
+WALL = 6  # node of the plane that reflects sound at the bottom
 HALF_TURNS = 7  # half turns above (7) and below (8)
-NEAR = 9  # node at which the ray gets into the slab where it turns, above (9) and below (10)
+NEAR = 9  # node at which the ray enters the slab where it turns, above (9) and below (10)
 BEND = 11  # half turns x c_m / |g| of that slab [m], 0 without a turn, above (11) and below (12)
 LAYER_SEQUENCE_COLUMNS = 13
 
 # Rows of the slabs in which a ray may turn.
-TURN_NODE = 0  # node at which it gets in
-TURN_SLOW = 1  # turning speed above which it does so, and turns there [m/s]
+TURN_NODE = 0  # node at which the ray enters it
+TURN_SLOW = 1  # least turning speed of rays that turn there [m/s]
 TURN_FAST = 2  # turning speed at which it would reach the far side [m/s]
 
 
@@ -53,10 +53,10 @@ def build_nodes(depth: Floats, speed: Floats, plane: float, source: float, point
     Args:
         depth: Depths of the knots [m], (m,).
         speed: Sound speed there [m/s], (m,).
-        plane: Depth of the knot that mirrors sound [m]; the last one where no knot lies there.
+        plane: Depth of the knot that reflects sound [m]; the last one where no knot lies there.
         source: Depth of the source [m], in the water.
         point: Depth of the point [m], in the water.
-        ray_branch: Result, (RAY_BRANCH_ROWS, at least m + 2).
+        ray_branch: Result: (RAY_BRANCH_ROWS, at least m + 2).
     """
     nodes = 0
     upper, lower = min(source, point), max(source, point)
@@ -87,7 +87,7 @@ def build_nodes(depth: Floats, speed: Floats, plane: float, source: float, point
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def start_layer_sequence(ray_branch: Floats) -> None:
-    """Forgets the route before this one."""
+    """Reset the layer sequence."""
     ray_branch[PASSAGES, :] = 0.0
     for k in range(HALF_TURNS, LAYER_SEQUENCE_COLUMNS):
         ray_branch[LAYER_SEQUENCE, k] = 0.0
@@ -95,7 +95,7 @@ def start_layer_sequence(ray_branch: Floats) -> None:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def count_passages(ray_branch: Floats, start: int, stop: int) -> int:
-    """Counts one passage from one node to another; returns the other."""
+    """Count one passage from one node to another; return the other."""
     for j in range(min(start, stop), max(start, stop)):
         ray_branch[PASSAGES, j] += 1.0
     return stop
@@ -103,10 +103,10 @@ def count_passages(ray_branch: Floats, start: int, stop: int) -> int:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def finish_layer_sequence(ray_branch: Floats, first: int, last: int) -> None:
-    """Notes what is the same for all rays of a route whose passages, half turns and turning slabs are known.
+    """Set the quantities common to all rays of a layer sequence with known passages, half turns and turning slabs.
 
     Args:
-        ray_branch: The lane, changed.
+        ray_branch: The ray branch, changed.
         first: Highest node visited.
         last: Lowest node visited.
     """
@@ -143,14 +143,14 @@ def turning_slabs(ray_branch: Floats, start: int, stop: int, so_far: float, slab
     """Slabs in which a ray may turn as it goes on from a node, nearest first.
 
     Args:
-        ray_branch: The lane.
+        ray_branch: The ray branch.
         start: Node from which it goes on.
         stop: Node of the boundary ahead.
-        so_far: Highest speed that it has met [m/s].
-        slabs: Result, (3, nodes).
+        so_far: Highest sound speed on the path so far [m/s].
+        slabs: Result: (3, nodes).
 
     Returns:
-        How many there are.
+        Number of slabs.
     """
     count, step = 0, (1 if stop > start else -1)
     i = start

@@ -1,6 +1,6 @@
-"""Rays of one lane that turns, to many points of one depth. Plain numbers and arrays only.
+"""Rays of one ray branch with turns, to many points of one depth. Plain numbers and arrays only.
 
-A lane is cut into pieces where the distance is monotone; on each, a point has one ray or none.
+A ray branch is cut into segments of monotone distance; on each, a point has one ray or none.
 """
 
 import math
@@ -40,7 +40,7 @@ from insonify.propagation._ray_properties_kernel import (
 Floats = NDArray[np.float64]
 
 MOST = 8  # rays of one family to one point; those with the fewest turns are kept
-GUESSES = 17  # rays of a piece from which those to many points are guessed
+GUESSES = 17  # rays of a segment from which those to many points are interpolated
 ROUNDING = 2e-13  # of a distance, at the end of a branch
 
 
@@ -55,10 +55,10 @@ def branch_rays(
     workspace: Any,
     out: Any,
 ) -> tuple[float, float]:
-    """Rays of a lane that turns, to points of one depth.
+    """Rays of a ray branch with turns, to points of one depth.
 
     Args:
-        ray_branch: The lane.
+        ray_branch: The ray branch.
         max_turning_speed: Highest turning speed [m/s].
         launch_sign: Sign of the launch angle, + down.
         arrival_sign: Sign of the angle of arrival.
@@ -68,7 +68,7 @@ def branch_rays(
         out: See `direct_rays`.
 
     Returns:
-        Bounds of the lane's distances [m].
+        Bounds of the ray branch's distances [m].
     """
     edges, slow = workspace[3], ray_branch[LAYER_SEQUENCE, TOP]
     end = math.sqrt((max_turning_speed - slow) / slow * ((max_turning_speed + slow) / slow))
@@ -96,11 +96,11 @@ def segment_rays(
     workspace: Any,
     out: Any,
 ) -> None:
-    """Rays of one monotone piece of a lane.
+    """Rays of one monotone segment of a ray branch.
 
     Args:
-        ray_branch: The lane.
-        segment: Which piece.
+        ray_branch: The ray branch.
+        segment: Index of the segment.
         x_left: Distance at its lower end [m].
         x_right: Distance at its upper end [m].
         launch_sign: See `branch_rays`.
@@ -146,16 +146,16 @@ def segment_rays(
 def initial_guesses(
     ray_branch: Floats, block: Floats, point_count: int, a: float, b: float, falls: bool, guesses: Floats
 ) -> None:
-    """Guesses v for many points from a few rays of a piece, by Hermite's cubics of v over distance.
+    """Guesses v for many points from a few rays of a segment, by Hermite cubics of v over distance.
 
     Args:
-        ray_branch: The lane.
+        ray_branch: The ray branch.
         block: The rays; B_V changes where it is not pinned.
-        point_count: How many.
+        point_count: Number of points.
         a: Least v.
         b: Greatest v.
-        falls: Whether distance falls with v.
-        guesses: Room, (3, GUESSES).
+        falls: True if distance falls with v.
+        guesses: Work array, (3, GUESSES).
     """
     for k in range(GUESSES):
         part = k / (GUESSES - 1.0)
@@ -185,16 +185,16 @@ def initial_guesses(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def record_fold(row: Floats, distance: float, v: float, ray_tube: float, ray_branch: Floats) -> None:
-    """Notes a fold that bounds the ray's branch, if it is nearer than the one noted before.
+    """Record a fold that bounds the ray's branch, if it is nearer than the one recorded before.
 
-    Nearer as diffraction sees it: by FOLD / FOLD_CURVATURE^(1/3).
+    Distance in the scale of diffraction: FOLD / FOLD_CURVATURE^(1/3).
 
     Args:
         row: The ray, changed.
-        distance: Of its point [m].
-        v: Of the fold.
+        distance: Distance of its point [m].
+        v: Parameter of the fold.
         ray_tube: dX/dp of the ray [m^2/s].
-        ray_branch: The lane.
+        ray_branch: The ray branch.
     """
     offset = distance - ray_distance(v, ray_branch)[0]
     bend = abs(curvature_at_fold(v, ray_branch))
@@ -205,7 +205,7 @@ def record_fold(row: Floats, distance: float, v: float, ray_tube: float, ray_bra
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def is_duplicate_ray(rows: Floats, count: int) -> bool:
-    """Whether the ray in row `count` joins two branches and was found on the other one already."""
+    """Return True if the ray in row `count` joins two branches and is already listed by the other one."""
     for k in range(count):
         if (
             rows[k, AT_END] == 1

@@ -1,6 +1,6 @@
-"""How far rays of one route get. Plain numbers and arrays only.
+"""Horizontal distance of the rays of one ray branch. Plain numbers and arrays only.
 
-A lane is a route together with the turning speeds for which it is followed. Its rays are told apart by
+A ray branch is a layer sequence with a span of turning speeds. Its rays have the parameter
 v = tan(grazing angle at the fastest visited node), which is regular both at level passage (v = 0) and
 at the turning kinks. With k_i = 1 - (c_i / c_m)^2 and t_i = sqrt(v^2 + k_i) at node i, c_m the speed at the fastest,
 
@@ -22,8 +22,8 @@ from insonify.propagation._layer_sequence_kernel import BEND, FIRST, KAPPA, LAST
 
 Floats = NDArray[np.float64]
 
-LEVEL = 1e-100  # v of a ray that is level at its fastest node: its cube and the inverse of that are still numbers
-EDGE, IS_FOLD = 0, 1  # rows of the ends of a lane's pieces
+LEVEL = 1e-100  # v of a ray that is horizontal at its fastest node: its cube and the inverse of that are finite
+EDGE, IS_FOLD = 0, 1  # rows of the ends of a ray branch's segments
 _HALVINGS = 12
 
 
@@ -32,8 +32,8 @@ def ray_distance(v: float, ray_branch: Floats) -> tuple[float, float]:
     """Horizontal distance of a ray [m] and its derivative by v [m].
 
     Args:
-        v: Which ray, at least LEVEL.
-        ray_branch: The lane, see `_route_kernel`.
+        v: Parameter of the ray, at least LEVEL.
+        ray_branch: The ray branch, see `_layer_sequence_kernel`.
     """
     first, last = int(ray_branch[LAYER_SEQUENCE, FIRST]), int(ray_branch[LAYER_SEQUENCE, LAST])
     vv = v * v
@@ -60,8 +60,8 @@ def distance_derivatives(v: float, ray_branch: Floats) -> tuple[float, float, fl
     """Parts of X and of dX/dv = rise - fall + v (rise_far - fall_far); all but the first two fall as v grows.
 
     Args:
-        v: Which ray.
-        ray_branch: The lane.
+        v: Parameter of the ray.
+        ray_branch: The ray branch.
 
     Returns:
         Distance in turning slabs (grows with v), rise (constant), distance in crossed slabs, fall, rise_far, fall_far.
@@ -97,8 +97,8 @@ def curvature_at_fold(v: float, ray_branch: Floats) -> float:
     """Second derivative of distance by slowness where the first vanishes [m^3/s^2].
 
     Args:
-        v: Where.
-        ray_branch: The lane.
+        v: Parameter of the fold.
+        ray_branch: The ray branch.
     """
     first, last = int(ray_branch[LAYER_SEQUENCE, FIRST]), int(ray_branch[LAYER_SEQUENCE, LAST])
     vv = v * v
@@ -121,18 +121,18 @@ def curvature_at_fold(v: float, ray_branch: Floats) -> float:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def monotone_segments(end: float, high: float, ray_branch: Floats, edges: Floats) -> int:
-    """Cuts the rays of a lane where the distance is extreme (the folds of caustics).
+    """Cut the rays of a ray branch where the distance is extreme (the folds of caustics).
 
-    Halves the lane until the bounds of each part say that distance is monotone there, or the part is 1/4096 of it.
+    Halves the ray branch until bounds show each part to be monotone, or the part is 1/4096 of it.
 
     Args:
-        end: Largest v of the lane.
+        end: Largest v of the ray branch.
         high: Farthest distance of interest [m].
-        ray_branch: The lane.
-        edges: Result, v at the ends of the pieces, from LEVEL to `end`, and whether that is a fold, (2, many).
+        ray_branch: The ray branch.
+        edges: Result: v at the ends of the pieces, from LEVEL to `end`, and whether that is a fold, (2, many).
 
     Returns:
-        Number of pieces; 0 if all rays of the lane go farther, by the same bounds.
+        Number of segments; 0 if all rays of the ray branch go beyond `high`, by the same bounds.
     """
     pieces, left, width = 0, 0, 1 << _HALVINGS  # the part, in steps of sqrt(v): graded towards v = 0
     a, at_a, at_end = LEVEL, distance_derivatives(LEVEL, ray_branch), distance_derivatives(end, ray_branch)
@@ -162,21 +162,21 @@ def monotone_segments(end: float, high: float, ray_branch: Floats, edges: Floats
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def logarithmic_midpoint(a: float, b: float) -> float:
-    """A number between two, halfway as their logarithms go where they differ much."""
+    """Midpoint of two numbers, logarithmic where they differ much."""
     return 0.5 * (a + b) if a > 1e-3 * b or b < 1e-90 else math.sqrt(a * b)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def distance_extremum(a: float, b: float, slope_a: float, ray_branch: Floats) -> float:
-    """The v between a and b where the distance is extreme, to rounding.
+    """Parameter v between a and b of extreme distance, to rounding.
 
-    Regula falsi with the Illinois rule (Dowell & Jarratt 1971, BIT 11, 168, from memory), and halvings now and then.
+    Regula falsi with the Illinois rule (Dowell & Jarratt 1971, BIT 11, 168, from memory), with occasional halvings.
 
     Args:
         a: Lower end.
         b: Upper end.
         slope_a: dX/dv at a; that at b has the other sign.
-        ray_branch: The lane.
+        ray_branch: The ray branch.
     """
     at_a, at_b = slope_a, ray_distance(b, ray_branch)[1]
     for k in range(200):
@@ -197,16 +197,16 @@ def distance_extremum(a: float, b: float, slope_a: float, ray_branch: Floats) ->
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def ray_to_distance(distance: float, a: float, b: float, falls: bool, ray_branch: Floats) -> float:
-    """The v between a and b at which a ray goes just that far, to rounding, on a piece where distance is monotone.
+    """Parameter v between a and b of the ray to a given distance, to rounding, on a monotone segment.
 
-    Newton's steps while they stay inside and shrink, halvings otherwise.
+    Newton steps while they stay inside and shrink, halvings otherwise.
 
     Args:
-        distance: Horizontal distance wanted [m].
+        distance: Horizontal distance [m].
         a: Lower end.
         b: Upper end.
-        falls: Whether distance falls with v.
-        ray_branch: The lane.
+        falls: True if distance falls with v.
+        ray_branch: The ray branch.
     """
     v, last_step = 0.5 * (a + b), b - a
     for _ in range(400):

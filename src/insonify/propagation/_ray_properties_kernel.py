@@ -1,7 +1,7 @@
-"""Blocks of rays of one lane: to the point by Newton's steps, and what each ray is like. Plain numbers and arrays only.
+"""Blocks of rays of one ray branch: Newton steps to the points, and ray properties. Plain numbers and arrays only.
 
-Rays of a block go through the slabs side by side, so that the processor takes several at once. Time, length and ray
-tube of a slab in closed form, finite for vanishing gradient, for level rays and at turning points (Officer 1958 for
+Rays of a block go through the slabs together, so that loops over rays are vectorised. Time, length and ray
+tube of a slab in closed form, finite for vanishing gradient, for horizontal rays and at turning points (Officer 1958
 the arcs, from memory; the atanh and arctan forms are rearranged so that nothing nearly equal is subtracted):
 
     t = w atanh(g w) / (g w),  w = dz (c1 + c2) (1 + s1 s2) / ((s1 + s2) (c1^2 + c2^2 s1^2)),
@@ -38,10 +38,10 @@ Floats = NDArray[np.float64]
 DELAY = 0  # one-way travel time [s]
 SIN_LAUNCH = 1  # sine of the launch angle, + down [1]
 SIN_ARRIVAL = 2  # sine of the angle of travel at the point, + down [1]
-SLOWNESS = 3  # horizontal slowness p = cos(launch) / c(source), the same all along the ray [s/m]
+SLOWNESS = 3  # horizontal slowness p = cos(launch) / c(source), constant along the ray [s/m]
 AMPLITUDE = 4  # pressure by ray-tube spreading re 1 m, unlimited but for 1e6 [1]
 LENGTH = 5  # path length [m]
-CAUSTICS = 6  # caustics touched on the way: each advances the phase by 90 degrees, a factor 1j for exp(+j 2 pi f t)
+CAUSTICS = 6  # number of caustics touched: each advances the phase by 90 degrees, a factor 1j for exp(+j 2 pi f t)
 TURNS = 7  # turning points
 AT_END = 8  # 1 where the point lies at the end of the ray's branch (or at its join with the next), else 0
 FOLD = 9  # range of the point less that of the fold (dX/dp = 0) that ends the ray's branch [m]; inf: it ends at none
@@ -51,10 +51,10 @@ COLUMNS = 12
 
 # Rows of a block of rays.
 B_FAR = 0  # distance of the point [m]
-B_V = 1  # v of the ray, see `_lane_kernel`
+B_V = 1  # v of the ray, see `_ray_branch_kernel`
 B_PINNED = 2  # 0: v is a guess; 1: v is known, at an end of the branch; 2: v is known
-B_X = 3  # how far it goes [m]; X / p while it is finished
-B_SLOPE = 4  # dX/dv; dX/dp [m^2/s] when it is finished
+B_X = 3  # its distance [m]; X / p during completion
+B_SLOPE = 4  # dX/dv; dX/dp [m^2/s] after completion
 B_SINE = 5  # at the fastest node
 B_COSINE = 6
 B_BEFORE = 7  # sine at the last node passed; t while Newton's steps are made
@@ -74,10 +74,10 @@ def atanh_ratios(block: Floats, row: int, count: int, sign: float) -> None:
     """atanh(u) / u (sign 1) or arctan(u) / u (sign -1), in place of u.
 
     Args:
-        block: Where the arguments stand, below 1.
-        row: In which row.
-        count: How many.
-        sign: Which function.
+        block: Array with the arguments, below 1.
+        row: Row of the arguments.
+        count: Number of arguments.
+        sign: Selects the function.
     """
     most = 0.0
     for i in range(count):
@@ -104,12 +104,12 @@ def atanh_ratios(block: Floats, row: int, count: int, sign: float) -> None:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def ray_distances(ray_branch: Floats, block: Floats, count: int) -> None:
-    """Distances B_X and slopes B_SLOPE of the first rays of a block; the same sums as `_lane_kernel.reach`.
+    """Distances B_X and slopes B_SLOPE of the first rays of a block; sums as in `_ray_branch_kernel.ray_distance`.
 
     Args:
-        ray_branch: The lane.
+        ray_branch: The ray branch.
         block: The rays, changed.
-        count: How many.
+        count: Number of rays.
     """
     first, last = int(ray_branch[LAYER_SEQUENCE, FIRST]), int(ray_branch[LAYER_SEQUENCE, LAST])
     kappa = ray_branch[KAPPA, first]
@@ -139,17 +139,17 @@ def ray_distances(ray_branch: Floats, block: Floats, count: int) -> None:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def newton_steps(ray_branch: Floats, block: Floats, count: int, a: float, b: float, direct: bool) -> None:
-    """Newton's steps of a block, a few for all; B_PINNED of a ray that has arrived becomes 2 (1 stays).
+    """A few Newton steps of all rays of a block; B_PINNED of a converged ray becomes 2 (1 stays).
 
     Args:
-        ray_branch: The lane.
+        ray_branch: The ray branch.
         block: The rays, changed.
-        count: How many.
+        count: Number of rays.
         a: Least v.
         b: Greatest v.
-        direct: Whether the lane never turns: then 1/X is nearly linear in v, and the steps are made on it.
+        direct: True for a ray branch without turns: then 1/X is nearly linear in v, and the steps are made on it.
     """
-    enough = 3e-6 if direct else 1e-8  # of v: the error that is left is its square, or near a fold some more
+    enough = 3e-6 if direct else 1e-8  # of v: the remaining error is its square, or near a fold somewhat more
     for _ in range(6):
         ray_distances(ray_branch, block, count)
         moving = 0
@@ -167,12 +167,12 @@ def newton_steps(ray_branch: Floats, block: Floats, count: int, a: float, b: flo
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def complete_rays(ray_branch: Floats, block: Floats, count: int) -> None:
-    """Time, length and ray tube of rays whose v is known: B_DELAY, B_LENGTH, B_X = X / p, B_SLOPE = dX/dp.
+    """Time, length and ray tube of rays of known v: B_DELAY, B_LENGTH, B_X = X / p, B_SLOPE = dX/dp.
 
     Args:
-        ray_branch: The lane.
+        ray_branch: The ray branch.
         block: The rays, changed.
-        count: How many.
+        count: Number of rays.
     """
     first, last, top = (
         int(ray_branch[LAYER_SEQUENCE, FIRST]),
@@ -207,7 +207,7 @@ def complete_rays(ray_branch: Floats, block: Floats, count: int) -> None:
         atanh_ratios(block, B_RATIO, count, 1.0)
         for i in range(count):
             block[B_DELAY, i] += n * block[B_SLOW, i] * block[B_RATIO, i]
-        # The sum of the sines from w: dz / (s1 + s2) again, the sines themselves being gone.
+        # The sum of the sines from w: dz / (s1 + s2) again, as the sines are overwritten.
         kappa = ray_branch[KAPPA, j]
         for i in range(count):
             upper = math.sqrt(block[B_SINE, i] * block[B_SINE, i] + block[B_COSINE, i] * block[B_COSINE, i] * kappa)
@@ -223,12 +223,12 @@ def complete_rays(ray_branch: Floats, block: Floats, count: int) -> None:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def add_turns(ray_branch: Floats, block: Floats, count: int, side: int) -> None:
-    """Adds the turns to what `complete_rays` sums: half a turn is X = s / (p |g|), t = atanh(s) / |g|.
+    """Add the turns to the sums of `complete_rays`: half a turn is X = s / (p |g|), t = atanh(s) / |g|.
 
     Args:
-        ray_branch: The lane.
+        ray_branch: The ray branch.
         block: The rays, changed.
-        count: How many.
+        count: Number of rays.
         side: The turns above (0) or below (1).
     """
     near, top = int(ray_branch[LAYER_SEQUENCE, NEAR + side]), ray_branch[LAYER_SEQUENCE, TOP]
@@ -265,22 +265,22 @@ def write_ray_properties(
     k: int,
     n: int,
 ) -> None:
-    """One ray of a finished block. One more step of Newton is taken on the way.
+    """Write one ray of a completed block, after one more Newton step.
 
     The delay is corrected by Fermat's principle, T(R) = T + p e + e^2 / (2 dX/dp) with e = R - X, to the third order
-    in e. dX/dp grows along a ray from +0 until it turns, and comes back from a turn at minus infinity: its one passage
+    in e. dX/dp grows along a ray from +0 until it turns, and restarts from minus infinity at a turn: its one passage
     through 0 between two turns, or after the last, is a caustic.
 
     Args:
-        ray_branch: The lane.
+        ray_branch: The ray branch.
         block: The rays.
-        i: Which.
+        i: Index of the ray.
         launch_sign: Sign of the launch angle, + down.
         arrival_sign: Sign of the angle of arrival.
-        turns: Turns of the lane.
-        rays: Result, (points, most, COLUMNS).
-        k: Point.
-        n: Row of the point's rays.
+        turns: Number of turns of the ray branch.
+        rays: Result: (points, most, COLUMNS).
+        k: Index of the point.
+        n: Row among the point's rays.
     """
     top = ray_branch[LAYER_SEQUENCE, TOP]
     at_source, at_point = int(ray_branch[LAYER_SEQUENCE, SOURCE]), int(ray_branch[LAYER_SEQUENCE, POINT])

@@ -1,7 +1,7 @@
-"""One ray after another through a layered column, arc by arc. Plain numbers and arrays only.
+"""Kernel that traces rays through a layered column, arc by arc. Plain numbers and arrays only.
 
 Between two knots sound speed is linear in depth and a ray is an arc of a circle, so nothing is integrated: with
-theta the elevation (+ down) and p = cos(theta) / c kept by Snell's law, the sine falls by p g over each metre of
+theta the elevation (+ down) and p = cos(theta) / c constant by Snell's law, the sine falls by p g over each metre of
 range, the chord leans by half the sum of the angles at its ends, and its travel time is that of the closed form
 T = (2 / |g|) asinh(|g| d / (2 sqrt(c1 c2))), d the length of the chord. The formulas hold for g = 0.
 """
@@ -18,7 +18,7 @@ Floats = NDArray[np.float64]
 Integers = NDArray[Any]
 
 RANGE, DEPTH, TIME, SINE, GRADIENT = range(5)
-"""Columns of a vertex: where, when, sine of the elevation (+ down) and gradient of the arc that begins there."""
+"""Columns of a vertex: range, depth, time, sine of the elevation (+ down) and gradient of the arc that begins there."""
 COLUMNS = 5
 
 
@@ -35,11 +35,11 @@ def trace_rays(
         source_depth: Depth of the source [m].
         sines: Sine of the launch elevation, + down, (rays,).
         max_range: Range at which rays end [m].
-        most_bounces: Bounces after which the next one ends a ray.
-        first: Result, row of the first vertex of each ray, and the number of all, (rays + 1,).
-        vertices: Result, (v, COLUMNS); rows beyond v are counted and not written.
-        bounces: Result, bounces so far, (v,).
-        turns: Result, turning points so far, (v,).
+        most_bounces: Largest number of bounces; the next one ends a ray.
+        first: Result: row of the first vertex of each ray, and the number of all, (rays + 1,).
+        vertices: Result: (v, COLUMNS); rows beyond v are counted and not written.
+        bounces: Result: bounces so far, (v,).
+        turns: Result: turning points so far, (v,).
     """
     row = 0
     for ray in range(sines.size):
@@ -53,7 +53,7 @@ def _trace(
     depth: Floats, speed: Floats, source_depth: float, launch: float, max_range: float, most_bounces: int, row: int,
     vertices: Floats, bounces: Integers, turns: Integers,
 ) -> int:  # fmt: skip
-    """One ray; the row after its last vertex."""
+    """Trace one ray; return the row after its last vertex."""
     z, x, t = source_depth, 0.0, 0.0
     down = launch >= 0
     layer = _layer(depth, z, down)
@@ -68,10 +68,10 @@ def _trace(
         # from the launch, not from p: at a nearly horizontal ray 1 - (p c)^2 would be a difference of equals
         s2 = launch * launch - square * (speed[knot] - c0) * (speed[knot] + c0) / (c0 * c0)
         if s == 0 and s2 <= 0 and idle < 2 and g != 0 and _has_layer(depth, z, not down):
-            down, idle = not down, idle + 1  # bends the other way, or not at all
+            down, idle = not down, idle + 1  # refracts the other way, or not at all
             layer = _layer(depth, z, down)
             continue
-        held = s == 0 and s2 <= 0  # along the axis of a channel, or in still water
+        held = s == 0 and s2 <= 0  # along the axis of a channel, or in isovelocity water
         apex = s2 <= 0 and not held
         _write(row, vertices, bounces, turns, x, z, t, sense * s, 0.0 if held else g, met, turned)
         row, idle = row + 1, 0
@@ -110,7 +110,7 @@ def chord_time(chord: float, c1: float, c2: float, gradient: float) -> float:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _layer(depth: Floats, z: float, down: bool) -> int:
-    """The layer that a ray enters; at a knot the one on its side."""
+    """Layer that a ray enters; at a knot the one on its side."""
     layer = 0
     while layer < depth.size - 2 and (depth[layer + 1] <= z if down else depth[layer + 1] < z):
         layer += 1
@@ -119,7 +119,7 @@ def _layer(depth: Floats, z: float, down: bool) -> int:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _has_layer(depth: Floats, z: float, down: bool) -> bool:
-    """Whether there is water on that side."""
+    """Return True if there is water on that side."""
     return z < depth[-1] if down else z > depth[0]
 
 
@@ -135,7 +135,7 @@ def _write(
     row: int, vertices: Floats, bounces: Integers, turns: Integers, x: float, z: float, t: float, sine: float,
     gradient: float, met: int, turned: int,
 ) -> None:  # fmt: skip
-    """One vertex, where there is room for it."""
+    """Write one vertex, if it fits."""
     if row < bounces.size:
         vertices[row, RANGE], vertices[row, DEPTH], vertices[row, TIME] = x, z, t
         vertices[row, SINE], vertices[row, GRADIENT] = sine, gradient

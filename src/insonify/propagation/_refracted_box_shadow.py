@@ -1,4 +1,4 @@
-"""Whether a curved ray cuts a box: its depth while it is over the box's footprint. Plain numbers and arrays only.
+"""Occlusion of refracted rays by a box: depth of the ray over the box's footprint. Plain numbers and arrays only.
 
 Between two knots the speed of sound is c = c0 + g (z - z0), and along a ray of horizontal slowness p the sine s of
 its angle (+ down) falls by g p for every metre of range. So its depth over range is the root of a quadratic.
@@ -14,7 +14,7 @@ from insonify.jit import njit
 Floats = NDArray[np.float64]
 
 MAX_PIECES = 100_000
-"""Pieces of a ray after which the walk is given up: more than any ray has that is heard."""
+"""Arcs of a ray after which the trace is given up: more than any contributing ray has."""
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -25,18 +25,18 @@ def ray_hits_box(
 ) -> bool:  # fmt: skip
     """True where a ray is at a depth of the box while over its footprint.
 
-    The ray is walked piece by piece, from knot to knot. One that ends on the box itself may touch it with its last
-    segment: the box is convex, the end faces the water, and over a box a ray bends by far less than its side.
+    The ray is traced arc by arc, from knot to knot. One that ends on the box itself may touch it with its last
+    segment: the box is convex, the end faces the water, and over a box a ray curves by far less than its side.
 
     Args:
         knots: Depths of the column [m], (m,).
         speeds: Speeds there [m/s], (m,).
-        plane: Depth of the knot that mirrors sound [m]; infinite for the last one.
+        plane: Depth of the knot that reflects sound [m]; infinite for the last one.
         source_depth: Depth of the sonar [m].
         slowness: Horizontal slowness of the ray [s/m].
         sine: Sine of the launch angle, + down [1].
         bounces: Reflections of the ray before it ends.
-        first_up: Whether the first is off the surface.
+        first_up: True if the first is off the surface.
         horizontal_distance: Horizontal distance at which it ends [m].
         point_depth: Depth at which it ends [m].
         enter: Horizontal distance at which it comes over the footprint [m].
@@ -57,7 +57,7 @@ def ray_hits_box(
         down = s > 0 or (s == 0 and g < 0)
         goal = knots[layer + 1] if down else knots[layer]
         if horizontal_distance < 1e-9 and met == bounces:
-            # Straight up or down: no range tells where it ends, but its depth does.
+            # Vertical: the range does not determine its end, but the depth does.
             return min(z, point_depth) <= base and max(z, point_depth) >= top
         step, goal, s_end = _piece(z, s, c, g, slowness, goal, knots[layer], knots[layer + 1], down)
         if x + step >= enter:
@@ -87,9 +87,9 @@ def ray_hits_box(
 def is_at_boundary(
     knots: Floats, plane: float, layer: int, depth: float, sine: float, met: int, bounces: int, first_up: bool
 ) -> bool:
-    """Whether a ray that has crossed a layer is at a boundary that it cannot pass; arguments of `ray_hits_box`.
+    """Return True if a ray that has crossed a layer is at a boundary that it cannot pass; arguments of `ray_hits_box`.
 
-    Below the mirroring plane there is water for rays that do not bounce off it: it stands over deeper ground.
+    Below the reflecting plane there is water for rays that do not bounce off it, over deeper terrain.
     """
     if sine > 0:
         bottom_next = met < bounces and (met % 2 == 0) != first_up
@@ -103,7 +103,7 @@ def ray_depths_along_range(
     knots: Floats, speeds: Floats, plane: float, source_depth: float, slowness: Floats, sines: Floats, bounces: int,
     first_up: bool, start: Floats, stop: Floats, depths: Floats,
 ) -> None:  # fmt: skip
-    """Depths of rays at even distances.
+    """Depths of rays at evenly spaced distances.
 
     Args:
         knots: As of `ray_hits_box`.
@@ -115,7 +115,7 @@ def ray_depths_along_range(
         bounces: As of `ray_hits_box`.
         first_up: As of `ray_hits_box`.
         start: Horizontal distance of the first depth [m], (n,).
-        stop: Of the last one [m], (n,).
+        stop: Horizontal distance of the last depth [m], (n,).
         depths: Result [m], NaN beyond a ray's end, (n, k).
     """
     count = depths.shape[1]
@@ -157,7 +157,7 @@ def ray_depths_along_range(
 def _piece(
     z: float, s: float, c: float, g: float, p: float, goal: float, above: float, below: float, down: bool
 ) -> tuple[float, float, float]:
-    """Range [m] to the end of a ray's piece in one layer, depth [m] and signed sine [1] there; endless where level."""
+    """Range [m] to the end of a ray's arc in one layer, depth [m] and signed sine [1]; infinite if horizontal."""
     slack = 1 - p * (c + g * (goal - z))
     if slack >= 0:
         s_end = math.sqrt(slack * (2 - slack))
@@ -165,7 +165,7 @@ def _piece(
         if both == 0:
             return math.inf, z, 0.0
         return p * (2 * c + g * (goal - z)) * abs(goal - z) / both, goal, s_end if down else -s_end
-    # It turns in this layer, and leaves it where it came from.
+    # The ray turns in this layer, and leaves it on the side of entry.
     back = above if down else below
     slack = max(1 - p * (c + g * (back - z)), 0.0)
     s_end = -math.sqrt(slack * (2 - slack)) if down else math.sqrt(slack * (2 - slack))
@@ -174,14 +174,14 @@ def _piece(
 
 @njit(inline="always")
 def _depth_change(x: float, s: float, c: float, g: float, p: float) -> float:
-    """How much deeper a ray is after a range x within one layer [m]."""
+    """Change of depth of a ray after a range x within one layer [m]."""
     q = x * (2 * s - g * p * x) / p
     return q / (c + math.sqrt(max(c * c + g * q, 0.0)))
 
 
 @njit(inline="always")
 def _layer(knots: Floats, depth: float, sine: float, speeds: Floats) -> int:
-    """The layer that a ray enters from a depth: on a knot, the one that it heads for, or bends into."""
+    """Layer that a ray enters from a depth: on a knot, the one that it points to, or is refracted into."""
     layer = 0
     while layer < knots.size - 2 and depth >= knots[layer + 1]:
         layer += 1

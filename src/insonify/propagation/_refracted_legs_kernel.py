@@ -1,4 +1,4 @@
-"""From rays in layered water to legs: directions, grazing and boxes in the way. Plain numbers and arrays only."""
+"""Kernels from rays in layered water to legs: directions, grazing angles, boxes. Plain numbers and arrays only."""
 
 import math
 from typing import Any
@@ -24,20 +24,19 @@ Integers = NDArray[Any]
 
 SHADOW = 3  # the value of records.legs.LegStatus
 RANGE, DEPTH, NORTH, EAST, SPEED = range(5)
-"""Rows of `horizontal_geometry`: what all rays to a point share."""
+"""Rows of `horizontal_geometry`: quantities common to all rays to a point."""
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def horizontal_geometry(knots: Floats, speeds: Floats, position: Floats, points: Floats, point_columns: Floats) -> None:
-    """Horizontal distance, depth, bearing and speed of sound of some points, held between surface and bottom.
+    """Horizontal distance, depth, bearing and sound speed of some points, clamped between surface and bottom.
 
     Args:
         knots: Depths of the column [m], (m,).
         speeds: Speeds there [m/s], (m,).
         position: North, east, depth of the sonar [m], (3,).
         points: Scatterers [m], (n, 3).
-        point_columns: Result, distance [m], depth [m], north and east of the unit vector towards it, speed [m/s], (5,
-            n).
+        point_columns: Result: distance [m], depth [m], north and east of the unit vector, sound speed [m/s], (5, n).
     """
     layer = 0
     for n in range(points.shape[0]):
@@ -66,25 +65,25 @@ def refracted_leg_row(
         point_columns: See `horizontal_geometry`, (5, n).
         normals: Unit normals of the points, (n, 3).
         source_depth: Depth of the sonar [m].
-        source_speed: Speed of sound there [m/s].
-        branch: Which of the rays to each point.
+        source_speed: Sound speed at the sonar [m/s].
+        branch: Index of the ray to each point.
         rays: The family's rays to the points, (n, branches, COLUMNS).
-        count: How many there are, (n,).
-        missing: LegStatus of the points that none reaches, (n,).
-        delay: Result, one-way travel time [s], (n,).
-        length: Result, path length [m], (n,).
-        spreading: Result, spreading re 1 m [1], (n,).
-        caustics: Result, caustics touched, (n,).
-        slowness: Result, horizontal slowness [s/m], (n,).
-        departure: Result, direction of travel at the sonar, (n, 3).
-        arrival: Result, direction of travel at the point, (n, 3).
-        grazing: Result, angle between the ray and the point's interface [rad], (n,).
-        status: Result, (n,).
+        count: Number of rays to each point, (n,).
+        missing: `LegStatus` of the points without rays, (n,).
+        delay: Result: one-way travel time [s], (n,).
+        length: Result: path length [m], (n,).
+        spreading: Result: spreading re 1 m [1], (n,).
+        caustics: Result: caustics touched, (n,).
+        slowness: Result: horizontal slowness [s/m], (n,).
+        departure: Result: direction of travel at the sonar, (n, 3).
+        arrival: Result: direction of travel at the point, (n, 3).
+        grazing: Result: angle between the ray and the point's interface [rad], (n,).
+        status: Result: `LegStatus`, (n,).
     """
     for n in range(delay.size):
         north, east = point_columns[NORTH, n], point_columns[EAST, n]
         if branch >= count[n]:
-            # No leg: the numbers of a straight line, so that nothing wild is met later.
+            # No leg: numbers of a straight line, which keep later arithmetic finite.
             dz = point_columns[DEPTH, n] - source_depth
             away = max(math.sqrt(point_columns[RANGE, n] ** 2 + dz * dz), 1e-6)
             level, down = point_columns[RANGE, n] / away, dz / away
@@ -103,7 +102,7 @@ def refracted_leg_row(
         arrival[n, 0], arrival[n, 1], arrival[n, 2] = landing * north, landing * east, down_there
         sine = -(landing * (north * normals[n, 0] + east * normals[n, 1]) + down_there * normals[n, 2])
         grazing[n] = math.asin(min(1.0, max(-1.0, sine)))
-        # A point without a normal answers in all directions.
+        # A point without a normal scatters in all directions.
         free = normals[n, 0] == 0 and normals[n, 1] == 0 and normals[n, 2] == 0
         if status[n] == CLEAR and not (sine > 0 or free):
             status[n] = FACING_AWAY
@@ -115,23 +114,23 @@ def occlude_row_by_boxes(
     first_up: bool, slowness: Floats, departure: Floats, boxes: Floats, own_box: int, status: Integers,
     occluder: Integers,
 ) -> None:  # fmt: skip
-    """Mark the clear legs of one row that a box cuts. Seen from above a leg is straight, however it bends.
+    """Mark the clear legs of one row that a box cuts. Seen from above a leg is straight, also a refracted one.
 
     Args:
         knots: Depths of the column [m], (m,).
         speeds: Speeds there [m/s], (m,).
-        plane: Depth of the knot that mirrors sound [m]; infinite for the last one.
+        plane: Depth of the knot that reflects sound [m]; infinite for the last one.
         position: North, east, depth of the sonar [m], (3,).
         points: Scatterers [m], (n, 3).
         point_columns: See `horizontal_geometry`, (5, n).
         bounces: Number of bounces of the family.
-        first_up: Whether the first is off the surface.
+        first_up: True if the first is off the surface.
         slowness: Horizontal slowness of the rays [s/m], (n,).
-        departure: Their directions at the sonar, (n, 3).
+        departure: Directions of the rays at the sonar, (n, 3).
         boxes: Occluding bodies, (b, 8), see `insonify.scene.box.box_body`.
         own_box: Row of the box that the points lie on, or -1.
-        status: Result, (n,).
-        occluder: Result, row of the first box that cuts the leg, (n,).
+        status: Result: `LegStatus`, (n,).
+        occluder: Result: row of the first box that cuts the leg, (n,).
     """
     for n in range(slowness.size):
         if status[n] != CLEAR:
@@ -151,16 +150,16 @@ def occlude_row_by_boxes(
 def bodies_passed_over(
     position: Floats, leg_ends: Floats, bounds: Floats, status: Integers
 ) -> tuple[NDArray[np.int64], NDArray[np.int64], Floats, Floats]:
-    """Which clear legs pass over which bodies, seen from above.
+    """Pairs of clear legs and bodies that the leg passes over, seen from above.
 
     Args:
         position: North, east, depth of the sonar [m], (3,).
-        leg_ends: Where the legs end [m], (n, 3).
+        leg_ends: Ends of the legs [m], (n, 3).
         bounds: Least and greatest coordinates of the bodies [m], (b, 6).
-        status: Of the legs, (n,).
+        status: `LegStatus` of the legs, (n,).
 
     Returns:
-        Rows of legs and of bodies, and the parts of the leg at which it comes over the body and leaves it, all (m,).
+        Rows of legs and of bodies, and the fractions of the leg at which it enters and leaves the body, all (m,).
     """
     total = 0
     for fill in range(2):

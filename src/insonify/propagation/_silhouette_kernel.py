@@ -1,4 +1,4 @@
-"""What bends around a solid: its silhouette as columns side by side, each with a top and a base."""
+"""Kernels of diffraction around a solid: its silhouette as adjacent columns, each with a top and a base."""
 
 import math
 from typing import Any
@@ -27,10 +27,10 @@ def silhouette_columns(corners: Floats, bearing: Floats, borders: Floats, column
     """Tops and bases of the columns of a silhouette, where the edges of triangles cross their middles.
 
     Args:
-        corners: Along, across, below the way from the sonar to the middle of the solid [m], (t, 3, 3).
-        bearing: Of the corners re that way [rad], (t, 3).
+        corners: Along, across, below the line from the sonar to the middle of the solid [m], (t, 3, 3).
+        bearing: Bearing of the corners re that line [rad], (t, 3).
         borders: Bearings between the columns, evenly spaced [rad], (c + 1,).
-        columns: Result, as of `diffract_around_solid`, depths re the sonar.
+        columns: Result: as for `diffract_around_solid`, depths re the sonar.
     """
     count = columns.shape[0]
     per_width = count / (borders[count] - borders[0])
@@ -72,30 +72,30 @@ def diffract_around_solid(
     occluder: Integers,
     visibility: Complexes,
 ) -> None:  # fmt: skip
-    """Multiply what one solid leaves of the legs of one family into their visibility.
+    """Multiply the diffraction factor of one solid into the visibility of the legs of one family.
 
     Args:
-        rows: Which of the legs are looked at, (r,).
+        rows: Indices of the legs to process, (r,).
         position: North, east, depth of the sonar [m], (3,).
         points: Ends of the legs [m], (n, 3).
         arrival: Direction of travel at the points, (n, 3).
         length: Length of the legs [m], (n,).
-        has_bounce: Whether the family bounces: then the last segment is looked at.
+        has_bounce: True if the family bounces; then only the last segment is diffracted.
         water_depth: Depth of the bottom [m].
-        wavelength: Of the sound [m].
+        wavelength: Wavelength of the sound [m].
         centre_bearing: Bearing from the sonar to the solid [rad].
         borders: Bearings between the columns re that, increasing [rad], (c + 1,).
         border_ranges: Horizontal distance of each border from the sonar [m], (c + 1,).
         columns: Of each column: distance and depth of its top, of its base, nearest and farthest distance [m], (c, 6).
-        bed_depth: Depth from which on a base stands on the bed [m].
+        bed_depth: Depth from which on a base counts as standing on the seabed [m].
         row: Row of the solid among the occluders.
-        infinitely_wide: Whether it is taken as endlessly wide: then the one column in the way of each leg screens it.
-        max_fresnel_number: Fresnel number beyond which a solid that a ray passes beside, or above, takes nothing.
-        table: See `edge_diffraction`.
-        per_unit: See `edge_diffraction`.
-        status: Of the legs, (n,).
-        occluder: Of the legs, (n,).
-        visibility: Result, (n,); a leg that this solid cuts is taken as clear of all others.
+        infinitely_wide: True for an infinitely wide screen: each leg is screened by the one column in its path.
+        max_fresnel_number: Fresnel number beyond which a solid beside or below a ray is neglected.
+        table: Table of `edge_diffraction`.
+        per_unit: Entries of the table per unit of the Fresnel number.
+        status: `LegStatus` of the legs, (n,).
+        occluder: Occluders of the legs, (n,).
+        visibility: Result: (n,); a leg that this solid cuts counts as clear of all others.
     """
     nearest, ahead_n, ahead_e = np.min(columns[:, 4]), math.cos(centre_bearing), math.sin(centre_bearing)
     for n in rows:
@@ -164,7 +164,7 @@ def passes_beside(
     border_ranges: Floats,
     max_fresnel_number: float,
 ) -> bool:
-    """Whether a ray passes so far beside a silhouette that nothing is missing from it."""
+    """Return True if a ray passes so far beside a silhouette that its field is unchanged."""
     low, high = ENDLESS, -ENDLESS
     for k in (0, borders.size - 1):
         behind = distance - border_ranges[k] * math.cos(borders[k] - relative_bearing)
@@ -185,7 +185,7 @@ def passes_above(
     columns: Floats,
     max_fresnel_number: float,
 ) -> bool:
-    """Whether a ray passes so far above a silhouette that nothing is missing from it."""
+    """Return True if a ray passes so far above a silhouette that its field is unchanged."""
     for k in range(columns.shape[0]):
         behind = distance - columns[k, 0]
         if behind <= 0 or columns[k, 4] < distance < columns[k, 5]:
@@ -208,7 +208,7 @@ def screen_fresnel_number(
     length: float,
     wavelength: float,
 ) -> float:
-    """Fresnel number of a level edge at a depth [m], some way [m] before the end of a straight ray."""
+    """Fresnel number of a horizontal edge at a depth [m], at a distance [m] before the end of a straight ray."""
     return edge_fresnel_number(
         (depth - distance_behind * slope - edge) * horizontal_component,
         distance_behind / horizontal_component,

@@ -1,7 +1,7 @@
-"""All points of an uneven surface by which a path is stationary: found along its track, then followed to each end.
+"""All points of an uneven surface with stationary path length: searched along a track, then refined for each end.
 
-Ends that lie close together share their search, for it costs a hundred points of the surface; from what it finds
-Newton's method goes to each end's own bounce points in a few steps. Plain numbers and arrays only.
+Ends that lie close together share their search, which evaluates a hundred points of the surface; from its results
+Newton's method converges to each end's own bounce points in a few steps. Plain numbers and arrays only.
 """
 
 import math
@@ -25,20 +25,20 @@ Integers = NDArray[np.int64]
 SurfaceAndPaths = tuple[SurfaceDerivatives, PathDerivatives, PathDerivatives, float]
 
 MOST_NODES = 20_000
-"""Points of one track at most [1]."""
+"""Largest number of points of one track [1]."""
 STEPS = 16
-"""Newton's steps to a bounce point at most [1]."""
+"""Largest number of Newton steps to a bounce point [1]."""
 CLOSE = 1e-4
-"""Last step of a bounce point that has been found [m]: its path is then right to a nanometre."""
+"""Last Newton step at convergence [m]: the path length is then exact to a nanometre."""
 FARTHEST = 3.0
-"""Distance into the dark beyond a fold, in the scale of Airy's function, up to which there still is a bounce [1]."""
+"""Distance into the shadow beyond a fold, in the scale of Airy's function, up to which there is a bounce [1]."""
 COLUMNS = 14
-"""What is known of a bounce point, in this order.
+"""Columns of a bounce point, in this order.
 
-North, east, height [m]; ways before and after it [m]; cosine between the ways and the surface's normal, times the
-length of the normal that has 1 upwards; mean of height over way [1]; curvature of the path along the axis where it
+North, east, height [m]; distances before and after it [m]; cosine between the path and the surface's normal, times the
+length of the normal that has 1 upwards; mean of height over distance [1]; curvature of the path along the axis where it
 is weakest, and along the other [1/m]; fourth derivatives along both by the waves [1/m^3]; gradient [1]: 0, but for a
-fold in whose dark the end lies, which has its third derivative [1/m^2] where others have the first fourth one; weak
+fold in whose shadow the end lies, which has its third derivative [1/m^2] in place of the first fourth one; weak
 axis, north and east [1].
 """
 NONE, THERE, LIT = 0, 1, 2
@@ -47,7 +47,7 @@ NONE, THERE, LIT = 0, 1, 2
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def bounce_range_for_slope(slope: float, horizontal_distance: float, before: float, after: float) -> float:
-    """Distance at which a level track's bounce wants the surface to rise with a slope [m].
+    """Distance at which a bounce on a flat track requires a given slope of the surface [m].
 
     With g1, g2 the grazing angles towards both ends, tan(g1 - g2) = tan 2e where tan e is the slope: a quadratic.
     """
@@ -61,9 +61,9 @@ def bounce_range_for_slope(slope: float, horizontal_distance: float, before: flo
 def surface_and_paths(
     north: float, east: float, start: Floats, end: Floats, leg_timing: Floats, is_transmit_leg: bool, waves: Floats
 ) -> SurfaceAndPaths:
-    """The surface at one point, when sound gets there, and the ways to both ends.
+    """The surface at one point when sound arrives there, and the paths to both ends.
 
-    On the way out the first part of a leg lies before its bounce, on the way back the second.
+    The first part of a transmit leg lies before its bounce; of a receive leg, the second.
     """
     an, ae, bn, be = north - start[0], east - start[1], north - end[0], east - end[1]
     dn, de, below = (an, ae, start[2]) if is_transmit_leg else (bn, be, end[2])
@@ -84,10 +84,10 @@ def _transverse_stationary_point(
     is_transmit_leg: bool,
     waves: Floats, step: float,
 ) -> tuple[float, float, float, float]:  # fmt: skip
-    """Beside one point of the track, where the path is stationary across it.
+    """Point beside one point of the track where the path is stationary across the track.
 
     Returns:
-        Distance to the right of the track [m]; how far that grows per metre ahead; derivative of the length along the
+        Distance to the right of the track [m]; its growth per metre ahead; derivative of the length along the
         ridge, and the second one.
     """
     north, east = start[0] + x * ahead_n - y * ahead_e, start[1] + x * ahead_e + y * ahead_n
@@ -100,7 +100,7 @@ def _transverse_stationary_point(
     hxy = (hee - hnn) * ahead_n * ahead_e + hne * (ahead_n**2 - ahead_e**2)
     stiff = max(
         hyy, 0.2 * (1 / one[0] + 1 / two[0])
-    )  # the surface's curvature across the track may not turn the search round
+    )  # the surface's curvature across the track may not reverse the search
     aside = min(max(-gy / stiff, -step), step)
     return y + aside, -hxy / stiff, gx + hxy * aside, hxx - hxy * hxy / stiff
 
@@ -114,7 +114,7 @@ def _cubic(t: float, f0: float, d0: float, f1: float, d1: float) -> float:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _bisected(low: float, high: float, f0: float, d0: float, f1: float, d1: float) -> float:
-    """Zero of the cubic between two places where its signs differ."""
+    """Zero of the cubic between two positions of opposite signs."""
     begin = _cubic(low, f0, d0, f1, d1)
     for _ in range(12):
         middle = (low + high) / 2
@@ -127,7 +127,7 @@ def _bisected(low: float, high: float, f0: float, d0: float, f1: float, d1: floa
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _monotone_intervals(f0: float, d0: float, f1: float, d1: float, knots: Floats) -> int:
-    """Places from 0 to 1 between which Hermite's cubic only rises or only falls; how many intervals."""
+    """Positions from 0 to 1 between which Hermite's cubic is monotone; returns the number of intervals."""
     c0, c1, c2 = d0, 6 * (f1 - f0) - 4 * d0 - 2 * d1, 6 * (f0 - f1) + 3 * (d0 + d1)  # of the derivative
     knots[0], count = 0.0, 1
     inner = c1 * c1 - 4 * c0 * c2
@@ -148,21 +148,21 @@ def _rough_zeros(
     f0: float, d0: float, f1: float, d1: float, pitch: float, gradient_spread: float, wavenumber: float, seeds: Floats,
     folds: Floats,
 ) -> tuple[int, int]:  # fmt: skip
-    """Rough zeros of a gradient between two points of a track, and folds that are about to be zeros or just were.
+    """Approximate zeros of a gradient between two points of a track, and folds that are nearly zeros.
 
     Args:
         f0: Gradient at the first point.
-        d0: How it grows from point to point there.
+        d0: Its growth per point there.
         f1: Gradient at the second point.
-        d1: How it grows there.
-        pitch: Distance of the points [m].
-        gradient_spread: How much the gradient differs among the ends that share the search.
-        wavenumber: Of the sound [rad/m].
-        seeds: Filled with places of zeros, from 0 to 1, and with both sides of folds that lie near.
-        folds: Filled with places of folds.
+        d1: Its growth there.
+        pitch: Spacing of the points [m].
+        gradient_spread: Variation of the gradient among the ends that share the search.
+        wavenumber: Wavenumber of the sound [rad/m].
+        seeds: Filled with positions of zeros, from 0 to 1, and with both sides of nearby folds.
+        folds: Filled with positions of folds.
 
     Returns:
-        How many of both.
+        Number of both.
     """
     knots, many, dark = np.empty(4), 0, 0
     count = _monotone_intervals(f0, d0, f1, d1, knots)
@@ -192,28 +192,28 @@ def search_bounce_points(
     size: float,
     wavenumber: float, seeds: Floats, folds: Floats,
 ) -> tuple[int, int]:  # fmt: skip
-    """Rough bounce points of one path: zeros along a track whose every point is stationary across the track.
+    """Approximate bounce points of one path: zeros along a track whose every point is stationary across the track.
 
     Args:
         start: North, east of one end from the sea's origin, and depth [m], bottom bounces unfolded, shape (3,).
-        end: The same of the other end.
-        leg_timing: When the leg begins in the sense of the sound [s], and seconds per metre.
-        is_transmit_leg: Whether the sound comes from the start.
-        waves: Of `surface_derivatives`.
+        end: North, east and unfolded depth of the other end [m], shape (3,).
+        leg_timing: Start of the leg in the sense of the sound [s], and seconds per metre.
+        is_transmit_leg: True if the sound comes from the start.
+        waves: Waves, as for `surface_derivatives`.
         slope: Greatest slope that the surface may have [1].
         step: Distance between points of the track [m].
-        size: How far off the end may lie for those that share the search [m].
-        wavenumber: Of the sound [rad/m].
-        seeds: Filled with north and east of rough bounce points [m], shape (2, most).
-        folds: Filled with those of rough folds, likewise.
+        size: Largest distance of the ends that share the search [m].
+        wavenumber: Wavenumber of the sound [rad/m].
+        seeds: Filled with north and east of approximate bounce points [m], shape (2, most).
+        folds: Filled with north and east of approximate folds [m], shape (2, most).
 
     Returns:
-        How many there are of both.
+        Number of both.
     """
     north, east = end[0] - start[0], end[1] - start[1]
     far = math.hypot(north, east)
     ahead_n, ahead_e = (north / far, east / far) if far > 1e-6 else (1.0, 0.0)
-    # A little farther than the surface is steep: folds that are just short of it still send sound.
+    # Slightly beyond the largest slope: folds just short of it still contribute.
     sine = max((start[2] + end[2]) / math.hypot(far, start[2] + end[2]), 1e-3)
     sharp = slope * (math.pi / 4 / step) ** 2  # of the slope, at most, along the track
     steep = slope + min(FARTHEST * (sine * sharp / wavenumber**2) ** (1 / 3) / (2 * sine), slope)
@@ -235,7 +235,7 @@ def search_bounce_points(
         y, lean, f1, d1 = _transverse_stationary_point(
             x, y + lean * pitch, ahead_n, ahead_e, start, end, leg_timing, is_transmit_leg, waves, step
         )
-        # how much the gradient changes as the end moves by the size of the group
+        # change of the gradient as the end moves by the size of the group
         r2 = math.sqrt((far - x) ** 2 + end[2] ** 2)
         near = 1.5 * size * (end[2] / r2) ** 2 / r2
         many, also = _rough_zeros(f0, d0 * pitch, f1, d1 * pitch, pitch, near, wavenumber, zeros, turns)
@@ -259,13 +259,13 @@ def refine_bounce_point(
     stride: float,
     wavenumber: float, fold: bool, point: Floats,
 ) -> int:  # fmt: skip
-    """From a rough bounce point, or fold, to the exact one, by Newton's method.
+    """Refine an approximate bounce point, or fold, by Newton's method.
 
     At a fold the path is stationary along its stiff axis, and its curvature along the weak one is zero.
 
     Args:
-        north: Of the rough one [m].
-        east: The same.
+        north: North coordinate of the approximate point [m].
+        east: East coordinate of the approximate point [m].
         start: As for `search_bounce_points`.
         end: As for `search_bounce_points`.
         leg_timing: As for `search_bounce_points`.
@@ -273,11 +273,11 @@ def refine_bounce_point(
         waves: As for `search_bounce_points`.
         stride: Longest step [m].
         wavenumber: As for `search_bounce_points`.
-        fold: Whether a fold is wanted.
-        point: Filled with what is known of the point, see `COLUMNS`.
+        fold: True to search for a fold.
+        point: Filled with the columns of the point, see `COLUMNS`.
 
     Returns:
-        NONE, THERE or LIT. A fold is there where the end lies in its dark, but not far.
+        NONE, THERE or LIT. A fold exists where the end lies in its shadow, but not deeply.
     """
     moved = math.inf
     for _ in range(STEPS):
@@ -315,16 +315,16 @@ def refine_bounce_point(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def shadow_depth(gradient: float, third: float, wavenumber: float) -> float:
-    """How far beyond a fold an end lies, in the scale of Airy's function [1]."""
+    """Distance of an end beyond a fold, in the scale of Airy's function [1]."""
     return abs(gradient) * (2 * wavenumber**2 / max(abs(third), 1e-30)) ** (1 / 3)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _insert_bounce(point: Floats, stationary_points: Floats, count: int, min_separation: float) -> int:
-    """Put a bounce point among those found of one path, in the order of the ways before it; the weakest falls out.
+    """Insert a bounce point among those of one path, in the order of the distance before it; the weakest is dropped.
 
     Returns:
-        How many there are now.
+        New number of bounce points.
     """
     weakest, least = 0, math.inf
     for row in range(count):
@@ -349,7 +349,7 @@ def _insert_bounce(point: Floats, stationary_points: Floats, count: int, min_sep
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _bounce_strength(point: Floats) -> float:
-    """Square of what focusing and spreading leave, up to a factor, to rank bounce points by [1]."""
+    """Square of the spreading with focusing, up to a factor, to rank bounce points by [1]."""
     weak = abs(point[7]) if point[11] == 0 else abs(point[9]) ** (2 / 3)
     return (point[5] / (point[3] * point[4])) ** 2 / max(weak * abs(point[8]), 1e-30)
 
@@ -361,25 +361,25 @@ def bounce_points(
     order: Integers, cell_end: Floats, cell_base: Floats, waves: Floats, slope: float, step: float, size: float,
     count: Integers, stationary_points: Floats,
 ) -> None:  # fmt: skip
-    """All bounce points of the paths from one place to many ends, and the folds in whose dark they lie.
+    """All bounce points of the paths from one position to many ends, and the folds in whose shadow they lie.
 
     Args:
         start: As for `search_bounce_points`, shape (3,).
         ends: As for `search_bounce_points`, shape (n, 3).
-        base: When the leg begins for each end [s], shape (n,).
-        slowness: Of sound [s/m].
+        base: Start of the leg for each end [s], shape (n,).
+        slowness: Slowness of sound [s/m].
         wavenumber: As for `search_bounce_points`.
-        is_transmit_leg: Whether sound comes from the start.
+        is_transmit_leg: True if sound comes from the start.
         cell_first: First row in `order` of each group of ends that share a search, and the end, shape (cells + 1,).
         order: Rows of the ends, group by group, shape (n,).
-        cell_end: Where each group's search leads, shape (cells, 3).
-        cell_base: When its leg begins [s], shape (cells,).
+        cell_end: End of each group's search, shape (cells, 3).
+        cell_base: Start of its leg [s], shape (cells,).
         waves: As for `search_bounce_points`.
         slope: As for `search_bounce_points`.
         step: As for `search_bounce_points`.
         size: As for `search_bounce_points`.
-        count: Filled with how many there are for each end, shape (n,).
-        stationary_points: Filled with what is known of them, nearest to the start first, shape (n, most, COLUMNS).
+        count: Filled with the number of bounce points of each end, shape (n,).
+        stationary_points: Filled with their columns, nearest to the start first, shape (n, most, COLUMNS).
     """
     seeds, folds = np.empty((2, 4 * stationary_points.shape[1])), np.empty((2, 4 * stationary_points.shape[1]))
     point, clock = np.empty(COLUMNS), np.array([0.0, slowness])
@@ -396,7 +396,7 @@ def bounce_points(
                 place = seeds[:, seed] if seed < many else folds[:, seed - many]
                 before = math.hypot(math.hypot(place[0] - start[0], place[1] - start[1]), start[2])
                 after = math.hypot(math.hypot(place[0] - middle[0], place[1] - middle[1]), middle[2])
-                part = before / (before + after)  # of a level surface
+                part = before / (before + after)  # of a flat surface
                 north = place[0] + part * (ends[n, 0] - middle[0])
                 east = place[1] + part * (ends[n, 1] - middle[1])
                 count[n] = _follow_bounce(
@@ -412,10 +412,10 @@ def _follow_bounce(
     stride: float,
     wavenumber: float, fold: bool, point: Floats, stationary_points: Floats, count: int,
 ) -> int:  # fmt: skip
-    """Put what a rough bounce point or fold leads to among those found; a bright fold leads to one on each side.
+    """Refine one approximate bounce point or fold, and insert the results; a bright fold gives one on each side.
 
     Returns:
-        How many there are now.
+        New number of bounce points.
     """
     apart = stride / 100
     what = refine_bounce_point(

@@ -1,6 +1,6 @@
-"""Rays and solids: a tree of boxes around triangles, and what a straight way through it meets. Plain arrays only.
+"""Triangle tree: bounding boxes around triangles, and the segments that hit them. Plain arrays only.
 
-The tree is in depth-first order; each node knows where to go on when it is missed, so a walk needs no stack.
+The tree is in depth-first order; each node stores the next node after a miss, so a traversal needs no stack.
 """
 
 from typing import Any
@@ -16,26 +16,26 @@ Integers = NDArray[Any]
 BINS = 16
 LEAF = 4
 EDGE = 1e-9
-"""How far outside its edges a triangle still stops a ray, as a part of its sides [1]: no gap where two meet."""
+"""Margin outside its edges at which a triangle still stops a ray, as a fraction of its sides [1]: no gaps."""
 
 OFF = 1e-6
-"""Ways to a face end this far before it [m]: less than any wave, more than any rounding."""
+"""Distance before a face at which segments to it end [m]: less than any wavelength, more than any rounding."""
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def build_tree(
     low: Floats, high: Floats, order: Integers, bounds: Floats, next_on_miss: Integers, first: Integers, count: Integers
 ) -> int:
-    """Sort triangles into a tree by the surface-area heuristic, in bins.
+    """Build a triangle tree by the surface-area heuristic, in bins.
 
     Args:
         low: Least coordinates of each triangle [m], (t, 3).
-        high: Greatest coordinates, (t, 3).
+        high: Greatest coordinates of each triangle [m], (t, 3).
         order: Rows of the triangles, in any order; on return in the order of the leaves, (t,).
-        bounds: Result, least and greatest coordinates of each node, (2 t, 6).
-        next_on_miss: Result, node to go on with after a miss, (2 t,).
-        first: Result, first triangle of a leaf in `order`, -1 for other nodes, (2 t,).
-        count: Result, triangles of a leaf, (2 t,).
+        bounds: Result: least and greatest coordinates of each node, (2 t, 6).
+        next_on_miss: Result: node to go on with after a miss, (2 t,).
+        first: Result: first triangle of a leaf in `order`, -1 for other nodes, (2 t,).
+        count: Result: number of triangles of a leaf, (2 t,).
 
     Returns:
         Number of nodes.
@@ -56,7 +56,7 @@ def build_tree(
         middle = start if stop - start <= LEAF else split_node(low, high, order, start, stop)
         first[node], count[node] = (-1, 0) if middle > start else (start, stop - start)
         if middle > start:
-            # the first half is taken from the pile next, so that it follows its parent
+            # the first half is popped next, so that it follows its parent
             starts[waiting], stops[waiting], parents[waiting] = middle, stop, node
             starts[waiting + 1], stops[waiting + 1], parents[waiting + 1] = start, middle, node
             waiting += 2
@@ -71,7 +71,7 @@ def build_tree(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def bounding_box(low: Floats, high: Floats, order: Integers, start: int, stop: int, bounds: Floats) -> None:
-    """Least and greatest coordinates of some triangles, a little wider than they are, into bounds (6,)."""
+    """Least and greatest coordinates of some triangles, slightly enlarged, into bounds (6,)."""
     for axis in range(3):
         least, most = np.inf, -np.inf
         for n in range(start, stop):
@@ -83,7 +83,7 @@ def bounding_box(low: Floats, high: Floats, order: Integers, start: int, stop: i
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def split_node(low: Floats, high: Floats, order: Integers, start: int, stop: int) -> int:
-    """Put the triangles of a node in two groups; row of the second's first, or `start` where they stay one leaf."""
+    """Split the triangles of a node in two groups; return the first row of the second, or `start` for a leaf."""
     axis, least, extent = 0, 0.0, 0.0
     for a in range(3):
         near, far = np.inf, -np.inf
@@ -111,7 +111,7 @@ def split_node(low: Floats, high: Floats, order: Integers, start: int, stop: int
 def cheapest_split(
     low: Floats, high: Floats, order: Integers, start: int, stop: int, axis: int, least: float, scale: float
 ) -> int:
-    """The bin before which a node is best cut: least sum of surface times triangles. First and last bin are filled."""
+    """Bin of the best split: least sum of surface times triangles. First and last bin are filled."""
     box = np.empty((BINS, 6))
     box[:, :3], box[:, 3:] = np.inf, -np.inf
     number = np.zeros(BINS, np.int64)
@@ -140,7 +140,7 @@ def cheapest_split(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def merged_half_area(grown: Floats, box: Floats) -> float:
-    """Half the surface of a box (6,) after it has grown around another."""
+    """Half the surface of a box (6,) merged with another."""
     for a in range(3):
         grown[a] = min(grown[a], box[a])
         grown[3 + a] = max(grown[3 + a], box[3 + a])
@@ -150,13 +150,13 @@ def merged_half_area(grown: Floats, box: Floats) -> float:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def inverse_step(step: float) -> float:
-    """One over a step; a huge number where there is none, which never makes a NaN."""
+    """One over a step; a huge number for zero, which never makes a NaN."""
     return 1 / step if abs(step) > 1e-200 else 1e200
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def misses_box(box: Floats, x: float, y: float, z: float, ix: float, iy: float, iz: float, max_fraction: float) -> bool:
-    """Whether a way from (x, y, z) passes a box by, up to a part of it; given by the inverse of its steps."""
+    """Return True if a segment from (x, y, z), up to a fraction, misses a box; given by the inverse of its steps."""
     a, b = (box[0] - x) * ix, (box[3] - x) * ix
     enter, leave = max(0.0, min(a, b)), min(max_fraction, max(a, b))
     a, b = (box[1] - y) * iy, (box[4] - y) * iy
@@ -168,7 +168,7 @@ def misses_box(box: Floats, x: float, y: float, z: float, ix: float, iy: float, 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def triangle_hit(corner: Floats, x: float, y: float, z: float, dx: float, dy: float, dz: float) -> float:
-    """Part of a way from (x, y, z) at which it meets a triangle, corner and two sides (9,); infinite for a miss.
+    """Fraction of a segment from (x, y, z) at which it hits a triangle, corner and two sides (9,); infinite for a miss.
 
     Source: Moller & Trumbore (1997), J. Graphics Tools 2(1), 21.
     """
@@ -194,18 +194,18 @@ def nearest_hits(
     step: Floats,
     part: Floats, triangle: Integers,
 ) -> None:  # fmt: skip
-    """First triangle that each way meets.
+    """First triangle that each segment hits.
 
     Args:
         bounds: Nodes of the tree, (m, 6), as by `build_tree`.
         next_on_miss: Node to go on with after a miss, (m,).
         first: First triangle of a leaf, -1 for other nodes, (m,).
-        count: Triangles of a leaf, (m,).
+        count: Number of triangles of a leaf, (m,).
         corner: A corner and the two sides from it of each triangle, in the order of the leaves [m], (t, 9).
-        start: Where the ways begin [m], (n, 3).
-        step: Where to, from there [m], (n, 3).
-        part: Result, part of the way at the hit; infinite where nothing is met, (n,).
-        triangle: Result, row of the triangle that is met, -1 for none, (n,).
+        start: Starts of the segments [m], (n, 3).
+        step: Vectors of the segments [m], (n, 3).
+        part: Result: fraction of the segment at the hit; infinite for no hit, (n,).
+        triangle: Result: row of the triangle, -1 for none, (n,).
     """
     for n in range(start.shape[0]):
         x, y, z = start[n, 0], start[n, 1], start[n, 2]
@@ -233,7 +233,7 @@ def lowest_owner_below(
     for node in range(next_on_miss.size - 1, -1, -1):
         if first[node] >= 0:
             node_owner[node] = owner[first[node] : first[node] + count[node]].min()
-        else:  # its children come next, and after the first of them
+        else:  # its children follow, and after the first of them
             node_owner[node] = min(node_owner[node + 1], node_owner[next_on_miss[node + 1]])
 
 
@@ -241,7 +241,7 @@ def lowest_owner_below(
 def misses_all_leaves(
     bounds: Floats, next_on_miss: Integers, first: Integers, x: float, y: float, dx: float, dy: float
 ) -> bool:
-    """Whether a way, seen from above, comes near no leaf of a tree; arguments as in `nearest_hits`."""
+    """Return True if a segment, seen from above, misses all leaves of a tree; arguments as in `nearest_hits`."""
     ix, iy = inverse_step(dx), inverse_step(dy)
     node = 0
     while node < next_on_miss.size:
@@ -263,23 +263,23 @@ def lowest_owner(
     owner: Integers,
     x: float, y: float, z: float, dx: float, dy: float, dz: float, owner_so_far: int,
 ) -> int:  # fmt: skip
-    """Lowest owner of the triangles that a way meets, or `owner_so_far` where none is lower.
+    """Lowest owner of the triangles that a segment hits, or `owner_so_far` where none is lower.
 
     Args:
         bounds: Nodes of the tree, as in `nearest_hits`.
         next_on_miss: Node to go on with after a miss, (m,).
         first: First triangle of a leaf, -1 for other nodes, (m,).
-        count: Triangles of a leaf, (m,).
+        count: Number of triangles of a leaf, (m,).
         node_owner: Lowest owner below each node, (m,).
         corner: Triangles, (t, 9).
         owner: Owner of each triangle, (t,).
-        x: Where the way begins [m].
-        y: The same.
-        z: The same.
-        dx: Where to, from there [m].
-        dy: The same.
-        dz: The same.
-        owner_so_far: An owner already found; only lower ones are looked for.
+        x: Start of the segment, north [m].
+        y: Start of the segment, east [m].
+        z: Start of the segment, depth [m].
+        dx: Vector of the segment, north [m].
+        dy: Vector of the segment, east [m].
+        dz: Vector of the segment, depth [m].
+        owner_so_far: Lowest owner so far.
     """
     ix, iy, iz = inverse_step(dx), inverse_step(dy), inverse_step(dz)
     node = 0
@@ -311,27 +311,27 @@ def occlude_legs(
         bounces: Number of bounces of each family, (f,).
         first_up: True where the first bounce is off the surface, (f,).
         water_depth: Depth of the bottom [m].
-        rows: Which of the points are looked at, (r,).
+        rows: Indices of the points to process, (r,).
         points: Scatterers [m], (n, 3).
-        normals: Their unit normals, (n, 3); ways end `OFF` before a point, on the side that its normal faces.
+        normals: Unit normals, (n, 3); segments end `OFF` before a point, on the side that its normal faces.
         bounds: Nodes of the tree, as in `nearest_hits`.
         next_on_miss: Node to go on with after a miss, (m,).
         first: First triangle of a leaf, -1 for other nodes, (m,).
-        count: Triangles of a leaf, (m,).
+        count: Number of triangles of a leaf, (m,).
         node_owner: Lowest owner below each node, (m,).
         corner: Triangles, (t, 9).
         owner: Owner of each triangle among the occluders, (t,).
-        clear_status: LegStatus of a leg that is there; only such legs are looked at.
-        occluded_status: LegStatus of a leg that is cut.
-        status: Changed where a leg is cut, (f, n).
-        occluder: Set to the lowest owner there, (f, n).
+        clear_status: `LegStatus` of a clear leg; only such legs are processed.
+        occluded_status: `LegStatus` of an occluded leg.
+        status: Changed for occluded legs, (f, n).
+        occluder: Set to the lowest owner for occluded legs, (f, n).
     """
     none = np.iinfo(np.int64).max
     for n in rows:
         x = points[n, 0] + OFF * normals[n, 0]
         y = points[n, 1] + OFF * normals[n, 1]
         z = points[n, 2] + OFF * normals[n, 2]
-        # From above a leg of any family is one line: most points end here.
+        # Seen from above legs of all families follow one line: most points end here.
         if misses_all_leaves(bounds, next_on_miss, first, source[0], source[1], x - source[0], y - source[1]):
             continue
         for f in range(image_depths.size):
@@ -351,7 +351,7 @@ def lowest_owner_of_leg(
     owner: Integers,
     no_owner: int,
 ) -> int:  # fmt: skip
-    """Lowest owner that a leg meets on any of its segments, or `no_owner`; arguments as `occlude_legs`."""
+    """Lowest owner that a leg hits on any of its segments, or `no_owner`; arguments as in `occlude_legs`."""
     dx, dy, climb = x - source[0], y - source[1], abs(z - image_depth)
     part, depth, down, found = 0.0, source[2], not first_up, no_owner
     for segment in range(bounces + 1):
@@ -375,18 +375,18 @@ def owners_along(
     corner: Floats,
     owner: Integers, owners: Integers,
 ) -> None:  # fmt: skip
-    """Lowest owner that each polyline meets, -1 for none.
+    """Lowest owner that each polyline hits, -1 for none.
 
     Args:
         polylines: Corners of the polylines [m], (n, k, 3).
         bounds: Nodes of the tree, as in `nearest_hits`.
         next_on_miss: Node to go on with after a miss, (m,).
         first: First triangle of a leaf, -1 for other nodes, (m,).
-        count: Triangles of a leaf, (m,).
+        count: Number of triangles of a leaf, (m,).
         node_owner: Lowest owner below each node, (m,).
         corner: Triangles, (t, 9).
         owner: Owner of each triangle, (t,).
-        owners: Result, (n,).
+        owners: Result: lowest owners, (n,).
     """
     none = np.iinfo(np.int64).max
     for n in range(polylines.shape[0]):
