@@ -92,32 +92,34 @@ class Simulator:
         """Poses of the platform that carries the transmitter."""
         return self.platforms.transmitter_poses
 
-    def expectation_accumulator(self, here: PingGeometry) -> IncoherentAccumulator | TracedAccumulator:
+    def expectation_accumulator(self, geometry: PingGeometry) -> IncoherentAccumulator | TracedAccumulator:
         """Accumulator of the expected intensity of one ping, by the scenario's engine."""
         if self.tracer is None:
-            return self.incoherent_accumulator(here)
-        return TracedAccumulator(here, self.grid, replica_jitter(self.scenario.seed, here.ping, self.scenario.paths))
+            return self.incoherent_accumulator(geometry)
+        return TracedAccumulator(
+            geometry, self.grid, replica_jitter(self.scenario.seed, geometry.ping, self.scenario.paths)
+        )
 
-    def incoherent_accumulator(self, here: PingGeometry) -> IncoherentAccumulator:
+    def incoherent_accumulator(self, geometry: PingGeometry) -> IncoherentAccumulator:
         """Accumulator of the expected intensity of one ping, by eigenrays."""
         scenario = self.scenario
-        shaken = replica_jitter(scenario.seed, here.ping, scenario.paths)
-        return IncoherentAccumulator(here, self.grid, shaken, self._table, delay_field(scenario))
+        jitter = replica_jitter(scenario.seed, geometry.ping, scenario.paths)
+        return IncoherentAccumulator(geometry, self.grid, jitter, self._table, delay_field(scenario))
 
-    def fast_reverberation(self, here: PingGeometry) -> FastReverberation | None:
+    def fast_reverberation(self, geometry: PingGeometry) -> FastReverberation | None:
         """Fast reverberation of one ping, where it applies."""
-        return None if self.tracer is not None else self._ground(here, self.engine.choice)
+        return None if self.tracer is not None else self._ground(geometry, self.engine.choice)
 
-    def label_ground(self, here: PingGeometry) -> FastReverberation | None:
+    def label_ground(self, geometry: PingGeometry) -> FastReverberation | None:
         """Fast reverberation of one ping for its labels, whatever engine is recorded."""
-        return self._ground(here, self._label_paths)
+        return self._ground(geometry, self._label_paths)
 
-    def _ground(self, here: PingGeometry, choice: PathSettings) -> FastReverberation | None:
-        bed = self.engine.scene.seabed.terrain
-        if bed is None or bed.span[0] == bed.span[1] or delay_field(self.scenario) is not None:
+    def _ground(self, geometry: PingGeometry, choice: PathSettings) -> FastReverberation | None:
+        terrain = self.engine.scene.seabed.terrain
+        if terrain is None or terrain.span[0] == terrain.span[1] or delay_field(self.scenario) is not None:
             return None
-        quick = prepare_fast_reverberation(self.engine.scene, choice, here, self.engine.rays)
-        return None if quick is None or self._terrain_hides_much else quick
+        reverberation = prepare_fast_reverberation(self.engine.scene, choice, geometry, self.engine.rays)
+        return None if reverberation is None or self._terrain_hides_much else reverberation
 
     @property
     def shares_ground(self) -> bool:
@@ -141,11 +143,11 @@ class Simulator:
             parts += [hidden_part(bed, here) for here in self.ping_geometries(ping)] if bed is not None else []
         return bool(parts) and float(np.mean(parts)) > MOST_HIDDEN
 
-    def label_accumulator(self, here: PingGeometry) -> LabelAccumulator:
+    def label_accumulator(self, geometry: PingGeometry) -> LabelAccumulator:
         """Accumulator of the labels of one ping."""
         floor = float(np.mean(self.noise.power))
         occluder_names = tuple(target.label for target in self.engine.scene.occluders)
-        return LabelAccumulator(self.incoherent_accumulator(here), self.label_names, occluder_names, floor)
+        return LabelAccumulator(self.incoherent_accumulator(geometry), self.label_names, occluder_names, floor)
 
     @cached_property
     def label_names(self) -> LabelNames:
@@ -167,8 +169,8 @@ class Simulator:
 
     @cached_property
     def _sides(self) -> tuple[MountedSonar, ...]:
-        told = self.platforms, self.scenario.track.window, self.pulse, self.scenario.water, self.track_extents
-        return tuple(MountedSonar(side, *told, self.scenario.seed) for side in self.scenario.sonar.side_sonars)
+        shared = self.platforms, self.scenario.track.window, self.pulse, self.scenario.water, self.track_extents
+        return tuple(MountedSonar(side, *shared, self.scenario.seed) for side in self.scenario.sonar.side_sonars)
 
     @cached_property
     def _table(self) -> PulseTable:
@@ -176,10 +178,10 @@ class Simulator:
         more = (self.pulse.stop - self.pulse.start) / 4
         return pulse_table(self.pulse.samples, self.pulse.start - more, self.pulse.stop + more, self.grid.sample_rate)
 
-    def coherent_accumulator(self, here: PingGeometry) -> CoherentAccumulator:
+    def coherent_accumulator(self, geometry: PingGeometry) -> CoherentAccumulator:
         """Accumulator of the complex pressure of one ping."""
-        shaken = replica_jitter(self.scenario.seed, here.ping, self.scenario.paths)
-        return CoherentAccumulator(here, self.grid, shaken, waveform_basis(here), self.scenario.water)
+        jitter = replica_jitter(self.scenario.seed, geometry.ping, self.scenario.paths)
+        return CoherentAccumulator(geometry, self.grid, jitter, waveform_basis(geometry), self.scenario.water)
 
 
 def build_simulator(scenario: Scenario) -> Simulator:
@@ -299,19 +301,19 @@ def _simulate_jobs(
         if len(jobs) < 2 * workers or not _pings_fit_concurrently(simulator, jobs[0].ping):
             yield from ((job, *_simulate_ping(simulator, job, pool)) for job in jobs)
             return
-        begun: deque[tuple[Job, Future[tuple[NDArray[np.generic] | None, Labels | None]]]] = deque()
+        submitted: deque[tuple[Job, Future[tuple[NDArray[np.generic] | None, Labels | None]]]] = deque()
         try:
             for job in jobs:
-                begun.append((job, pool.submit(_simulate_ping, simulator, job, SerialPool())))
-                if len(begun) == workers + QUEUED_PINGS:
-                    ready, made = begun.popleft()
-                    yield (ready, *made.result())
-            while begun:
-                ready, made = begun.popleft()
-                yield (ready, *made.result())
+                submitted.append((job, pool.submit(_simulate_ping, simulator, job, SerialPool())))
+                if len(submitted) == workers + QUEUED_PINGS:
+                    finished, result = submitted.popleft()
+                    yield (finished, *result.result())
+            while submitted:
+                finished, result = submitted.popleft()
+                yield (finished, *result.result())
         finally:
-            for _, made in begun:
-                made.cancel()
+            for _, result in submitted:
+                result.cancel()
 
 
 def _simulate_ping(
@@ -328,11 +330,11 @@ def _pings_fit_concurrently(simulator: Simulator, ping: int) -> bool:
     """True: pings are so fast that sharing one among threads does not pay, or small enough for one on each thread."""
     if simulator.tracer is not None:
         return False
-    here = simulator.ping_geometries(ping)
+    sides = simulator.ping_geometries(ping)
     if simulator.scenario.field == "coherent":
-        return all(simulator.coherent_accumulator(side).empty().nbytes <= MAX_CONCURRENT_PING_BYTES for side in here)
+        return all(simulator.coherent_accumulator(side).empty().nbytes <= MAX_CONCURRENT_PING_BYTES for side in sides)
     return all(
-        simulator.incoherent_accumulator(side).is_short_pulse and simulator.fast_reverberation(side) for side in here
+        simulator.incoherent_accumulator(side).is_short_pulse and simulator.fast_reverberation(side) for side in sides
     )
 
 
@@ -340,19 +342,19 @@ def _record_ping(
     simulator: Simulator, ping: int, pool: WorkerPool, seabeds: Sequence[SeabedSums | None] | None = None
 ) -> NDArray[np.generic]:  # fmt: skip
     """Series of all sides of one ping with noise and receiver electronics, shape (channels, samples)."""
-    sides, behind = simulator.ping_geometries(ping), simulator.electronics
+    sides, electronics = simulator.ping_geometries(ping), simulator.electronics
     if simulator.scenario.field == "incoherent":
         expected = [
-            accumulate_ping(simulator, simulator.expectation_accumulator(here), here, pool, seabed)
-            for here, seabed in zip(sides, seabeds or [None] * len(sides), strict=True)
+            accumulate_ping(simulator, simulator.expectation_accumulator(side), side, pool, seabed)
+            for side, seabed in zip(sides, seabeds or [None] * len(sides), strict=True)
         ]
         intensity = np.asarray(np.concatenate(expected) + simulator.noise.power[:, None])
-        return intensity if behind is None else behind.intensities(intensity)
+        return intensity if electronics is None else electronics.intensities(intensity)
     sound = np.concatenate(
-        [accumulate_ping(simulator, simulator.coherent_accumulator(here), here, pool) for here in sides]
+        [accumulate_ping(simulator, simulator.coherent_accumulator(side), side, pool) for side in sides]
     )
     sound = sound + simulator.noise.draw(ping, sides[0].time, simulator.grid)
-    return sound if behind is None else behind.pressures(sound)
+    return sound if electronics is None else electronics.pressures(sound)
 
 
 class SeabedSums(NamedTuple):
@@ -363,7 +365,7 @@ class SeabedSums(NamedTuple):
 
 
 def accumulate_ping(
-    simulator: Simulator, accumulator: Accumulator, here: PingGeometry, pool: WorkerPool,
+    simulator: Simulator, accumulator: Accumulator, geometry: PingGeometry, pool: WorkerPool,
     seabed: SeabedSums | None = None,
 ) -> Any:  # fmt: skip
     """Result of one ping in one accumulator, over time.
@@ -371,18 +373,18 @@ def accumulate_ping(
     Args:
         simulator: A prepared scenario.
         accumulator: Sum over the path pairs.
-        here: One side of the sonar at that ping.
+        geometry: One side of the sonar at that ping.
         pool: Threads for the parts of the ping.
         seabed: Its seabed by the fast reverberation, where it has been evaluated; for an `IncoherentAccumulator`.
     """
     if seabed is not None:
-        return accumulator.time_series(_sums(simulator, accumulator, here, pool, *seabed))
-    ground = simulator.fast_reverberation(here) if accumulator.requirements.fast_reverberation else None
-    return accumulator.time_series(_sums(simulator, accumulator, here, pool, ground))
+        return accumulator.time_series(_sums(simulator, accumulator, geometry, pool, *seabed))
+    ground = simulator.fast_reverberation(geometry) if accumulator.requirements.fast_reverberation else None
+    return accumulator.time_series(_sums(simulator, accumulator, geometry, pool, ground))
 
 
 def _sums(
-    simulator: Simulator, accumulator: Accumulator, here: PingGeometry, pool: WorkerPool,
+    simulator: Simulator, accumulator: Accumulator, geometry: PingGeometry, pool: WorkerPool,
     ground: FastReverberation | None, known: IntensityBuffer | None = None,
 ) -> Any:  # fmt: skip
     """Sum of one ping in one accumulator: blocks are shared into a fixed number of parts, added in a fixed order.
@@ -390,19 +392,19 @@ def _sums(
     Args:
         simulator: A prepared scenario.
         accumulator: Sum over the path pairs.
-        here: One side of the sonar at that ping.
+        geometry: One side of the sonar at that ping.
         pool: Threads for the parts of the ping.
         ground: Fast reverberation of its seabed; None: the seabed comes in blocks, as all else.
         known: Energies of the seabed by the fast reverberation; None: not yet evaluated.
     """
     wants = accumulator.requirements
     engine = simulator.tracer if wants.rays else _engine(simulator.engine, wants, pool, ground)
-    blocks = engine.blocks(here, quadrature=wants.quadrature)
+    blocks = engine.blocks(geometry, quadrature=wants.quadrature)
 
     def blocks_sum(some: list[Any]) -> Any:
         buffer = accumulator.empty()
         for block in some:
-            for pairs in engine.pair_batches(here, block, include_negligible=wants.negligible_pairs):
+            for pairs in engine.pair_batches(geometry, block, include_negligible=wants.negligible_pairs):
                 accumulator.add(buffer, pairs)
         return buffer
 
@@ -446,16 +448,16 @@ def label_ping(simulator: Simulator, ping: int, threads: int | None = None) -> L
 
 def _labels(simulator: Simulator, ping: int, pool: WorkerPool) -> tuple[Labels, list[SeabedSums | None]]:
     """Labels of one ping, and the seabed of each side where the recorded expectation has the same points."""
-    made: list[Labels] = []
+    results: list[Labels] = []
     seabeds: list[SeabedSums | None] = []
-    for here in simulator.ping_geometries(ping):
-        accumulator = simulator.label_accumulator(here)
-        ground = simulator.label_ground(here) if accumulator.accumulator.is_short_pulse else None
-        sums = _sums(simulator, accumulator, here, pool, ground)
-        made.append(accumulator.time_series(sums))
+    for geometry in simulator.ping_geometries(ping):
+        accumulator = simulator.label_accumulator(geometry)
+        ground = simulator.label_ground(geometry) if accumulator.accumulator.is_short_pulse else None
+        sums = _sums(simulator, accumulator, geometry, pool, ground)
+        results.append(accumulator.time_series(sums))
         shared = ground is not None and simulator.shares_ground
         seabeds.append(SeabedSums(ground, sums.curves["seabed", ALL]) if shared else None)
-    return concatenate_channels(made), seabeds
+    return concatenate_channels(results), seabeds
 
 
 def labels(scenario: Scenario, ping: int = 0, *, threads: int | None = None) -> xr.Dataset:
@@ -476,9 +478,9 @@ def labels(scenario: Scenario, ping: int = 0, *, threads: int | None = None) -> 
     if scenario.sonar.receiver.record == "elements":
         raise ValueError("sonar.receiver.record is elements, and labels are those of beams. Write record: beams.")
     simulator = build_simulator(scenario)
-    made = label_ping(simulator, ping, threads)
-    held = label_dataset([made], simulator.label_names, simulator.grid.time, np.array([ping]))
-    return held.isel(ping=0).assign_attrs(attributes(scenario))
+    result = label_ping(simulator, ping, threads)
+    dataset = label_dataset([result], simulator.label_names, simulator.grid.time, np.array([ping]))
+    return dataset.isel(ping=0).assign_attrs(attributes(scenario))
 
 
 def arrivals(scenario: Scenario, ping: int = 0, *, window: DelayInterval | None = None, channel: int = 0) -> Arrivals:
@@ -502,31 +504,31 @@ def arrivals(scenario: Scenario, ping: int = 0, *, window: DelayInterval | None 
             "paths.engine is tracer, and rays are energies, not paths. For arrivals write engine: eigenrays."
         )
     simulator = build_simulator(scenario)
-    here = simulator.ping_geometry(ping, channel=channel)
-    first, last = delay_interval(here, window)
+    geometry = simulator.ping_geometry(ping, channel=channel)
+    first, last = delay_interval(geometry, window)
     even = scenario.field == "incoherent"
-    shaken = replica_jitter(scenario.seed, ping, scenario.paths)
-    found: list[Arrivals] = []
+    jitter = replica_jitter(scenario.seed, ping, scenario.paths)
+    tables: list[Arrivals] = []
     group = 0
-    for block in simulator.engine.blocks(here, quadrature=even):
+    for block in simulator.engine.blocks(geometry, quadrature=even):
         points = block()
         if window is not None:
             points = points.take(
-                in_delay_window(points, here, scenario.scene, scenario.paths.followed_families, (first, last))
+                in_delay_window(points, geometry, scenario.scene, scenario.paths.followed_families, (first, last))
             )
         if not len(points):
             continue
-        pairs = simulator.engine.pairs(here, partial(_unchanged, points), include_negligible=even)
-        factors = {} if shaken.is_zero else {
-            names: shaken.factor(pairs.scatterers.scatterer_id, *names) for names in pairs.rays()
+        pairs = simulator.engine.pairs(geometry, partial(_unchanged, points), include_negligible=even)
+        factors = {} if jitter.is_zero else {
+            names: jitter.factor(pairs.scatterers.scatterer_id, *names) for names in pairs.rays()
         }  # fmt: skip
-        heard = None
-        if scenario.field == "coherent" and not simulator.coherent_accumulator(here).uses_far_field:
-            heard = channel_arrivals(pairs, here, channel % scenario.sonar.beam_count, scenario.water)
-        paths = expand_arrivals(pairs, group, factors, heard)
-        found.append(paths.take((paths.delay >= first) & (paths.delay <= last)))
+        received = None
+        if scenario.field == "coherent" and not simulator.coherent_accumulator(geometry).uses_far_field:
+            received = channel_arrivals(pairs, geometry, channel % scenario.sonar.beam_count, scenario.water)
+        paths = expand_arrivals(pairs, group, factors, received)
+        tables.append(paths.take((paths.delay >= first) & (paths.delay <= last)))
         group += len(pairs.scatterers) if pairs.scatterers.has_random_phase else 1
-    return concatenate_arrivals(found)
+    return concatenate_arrivals(tables)
 
 
 def levels(scenario: Scenario, ping: int = 0, *, channel: int = 0, threads: int | None = None) -> xr.Dataset:
@@ -547,13 +549,15 @@ def levels(scenario: Scenario, ping: int = 0, *, channel: int = 0, threads: int 
     selected_pings(scenario, [ping])
     _require_channel(scenario, channel)
     simulator = build_simulator(scenario)
-    here = element_as_beam(simulator.ping_geometry(ping, channel=channel), channel % scenario.sonar.beam_count)
+    geometry = element_as_beam(simulator.ping_geometry(ping, channel=channel), channel % scenario.sonar.beam_count)
     with ThreadPoolExecutor(threads or os.cpu_count()) as pool:
-        whole = simulator.expectation_accumulator(here)
+        whole = simulator.expectation_accumulator(geometry)
         apart = TracedLevelAccumulator(whole) if isinstance(whole, TracedAccumulator) else LevelAccumulator(whole)
-        intensity = accumulate_ping(simulator, apart, here, pool)
+        intensity = accumulate_ping(simulator, apart, geometry, pool)
     floor = float(simulator.noise.power[channel])
-    curves = level_curves(intensity, floor, simulator.grid, channel % scenario.sonar.beam_count % here.channel_count)
+    curves = level_curves(
+        intensity, floor, simulator.grid, channel % scenario.sonar.beam_count % geometry.channel_count
+    )
     return curves.assign_attrs(**attributes(scenario), ping=ping, channel=channel)
 
 
@@ -571,13 +575,13 @@ def recording_layout(simulator: Simulator) -> RecordingLayout:
     """All that a recording of this scenario holds besides its series."""
     scenario, true = simulator.scenario, simulator.poses
     logged = logged_poses(scenario.track.navigation_errors, true, scenario.seed)
-    ears, other = simulator.platforms.own_receiver_poses, scenario.receiver_track
+    own_poses, other = simulator.platforms.own_receiver_poses, scenario.receiver_track
     second: dict[str, NDArray[np.float64]] = {}
-    if ears is not None and other is not None:
-        told = logged_poses(other.navigation_errors, ears, receiver_seed(scenario))
+    if own_poses is not None and other is not None:
+        logged_second = logged_poses(other.navigation_errors, own_poses, receiver_seed(scenario))
         second = {
-            "receiver_position": ears.position, "receiver_attitude": ears.attitude,
-            "logged_receiver_position": told.position, "logged_receiver_attitude": told.attitude,
+            "receiver_position": own_poses.position, "receiver_attitude": own_poses.attitude,
+            "logged_receiver_position": logged_second.position, "logged_receiver_attitude": logged_second.attitude,
         }  # fmt: skip
     if not second:
         second["slant_range"] = simulator.grid.time * scenario.water.sound_speed / 2

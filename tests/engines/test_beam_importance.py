@@ -1,4 +1,4 @@
-"""Scatterers are left out where a beam hardly listens, and nothing that is received changes."""
+"""Scatterers are left out where the gain is low, and the received levels do not change."""
 
 import numpy as np
 import pytest

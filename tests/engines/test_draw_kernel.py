@@ -23,7 +23,7 @@ from oracles.scenes import nominal
 SEED = 5
 
 
-def listener(*, order=1, importance_sampling=True, window=(0.035, 0.042), **changes):
+def importance_of(*, order=1, importance_sampling=True, window=(0.035, 0.042), **changes):
     """A ping's level over the seabed, its tiles, and the parts of them that fill the sonar's cells."""
     scenario = nominal(
         track={"window": window},
@@ -45,7 +45,7 @@ def keep_probability_of(gain, wide=False):
     return np.clip(np.maximum(gain**2, 0 if wide else LINEAR_BELOW * gain), MIN_KEEP_PROBABILITY, 1)
 
 
-def judged(strong, tiles, bounds, *, wide=False):
+def reference_kept(strong, tiles, bounds, *, wide=False):
     """Key, area and tile of what is kept, by drawing every cell of every tile and asking for each by itself."""
     drawn, keep_probabilities = (
         jittered_points(tiles, SEED, random_keys.SEABED),
@@ -78,7 +78,7 @@ def judged(strong, tiles, bounds, *, wide=False):
 
 
 def by_key(kept):
-    """What is kept, in the order of its keys."""
+    """Kept scatterers, ordered by scatterer id."""
     order = np.argsort(kept.key)
     return KeptScatterers(*(column[order] for column in kept))
 
@@ -96,10 +96,10 @@ CASES = {
 @pytest.mark.parametrize("case", CASES)
 def test_what_is_kept_at_once_is_what_is_kept_one_by_one(case):
     """The same keys; areas, positions, phases, ranks to rounding: squares only save questions, and change the order."""
-    importance, tiles, density = listener(**CASES[case])
+    importance, tiles, density = importance_of(**CASES[case])
     bounds = importance.bounds(tiles, density)
     kept = by_key(importance.kept_scatterers(tiles, bounds, SEED, random_keys.SEABED, 20.0))
-    key, area, tile, place, phase, rank = judged(importance, tiles, bounds, wide=case == "elements")
+    key, area, tile, place, phase, rank = reference_kept(importance, tiles, bounds, wide=case == "elements")
     np.testing.assert_array_equal(kept.key, key)
     np.testing.assert_array_equal(kept.tile, tile)
     np.testing.assert_array_equal(kept.rank, rank)
@@ -115,7 +115,7 @@ def test_without_importance_sampling_every_scatterer_that_fills_the_cells_is_kep
     Tile by tile the scatterers of `jittered_points` below it, and the seabed that these represent is the tile's to one
     scatterer.
     """
-    importance, tiles, density = listener(importance_sampling=False)
+    importance, tiles, density = importance_of(importance_sampling=False)
     bounds = importance.bounds(tiles, density)
     kept = by_key(importance.kept_scatterers(tiles, bounds, SEED, random_keys.SEABED, 20.0))
     whole = np.broadcast_to(density[:, None, None], (len(density), PARTS, PARTS))
@@ -128,7 +128,7 @@ def test_without_importance_sampling_every_scatterer_that_fills_the_cells_is_kep
     ground = np.bincount(kept.tile, kept.area, len(density))
     # of priorities that are stratified as many as not lie below any share
     np.testing.assert_allclose(ground, TILE**2 * pitch**2, atol=1.01 * np.max(pitch**2 / density))
-    sampled = listener()[0]
+    sampled = importance_of()[0]
     some = by_key(sampled.kept_scatterers(tiles, sampled.bounds(tiles, density), SEED, random_keys.SEABED, 20.0))
     assert set(some.key.tolist()) < set(kept.key.tolist())
     same = np.isin(kept.key, some.key)
@@ -138,7 +138,7 @@ def test_without_importance_sampling_every_scatterer_that_fills_the_cells_is_kep
 @pytest.mark.parametrize("blocks", [1, 2, 3, 7])
 def test_tiles_cut_in_any_blocks_keep_the_same(blocks):
     """All at once or some tiles at a time, an empty block among them: the same bits, position by position."""
-    importance, tiles, density = listener(order=2)
+    importance, tiles, density = importance_of(order=2)
     bounds, cuts = importance.bounds(tiles, density), np.linspace(0, len(density), blocks + 1).astype(int)
     every = by_key(importance.kept_scatterers(tiles, bounds, SEED, random_keys.SEABED, 20.0))
     parts = [slice(a, b) for a, b in zip([0, *cuts], [0, *cuts[1:], cuts[-1]], strict=False)]
@@ -156,7 +156,7 @@ def test_the_mean_ground_kept_is_the_ground():
 
     Where gains are evaluated by corners, where they are evaluated one by one, and where a thousandth is kept.
     """
-    importance, tiles, density = listener(order=0, window=(0.035, 0.038))
+    importance, tiles, density = importance_of(order=0, window=(0.035, 0.038))
     bounds = importance.bounds(tiles, density)
     expected = np.stack([
         np.bincount(kept.tile, kept.area, len(density)) for kept in
@@ -176,7 +176,7 @@ def test_the_mean_ground_kept_is_the_ground():
 
 def test_a_split_scatterer_stands_for_the_same_ground():
     """Half the keep probability, twice the area: on average, area times keep probability is that of the cell."""
-    importance, tiles, density = listener(order=1)
+    importance, tiles, density = importance_of(order=1)
     bounds = importance.bounds(tiles, density)
     one, half = (importance.kept_scatterers(tiles, bounds._replace(density=part), SEED, random_keys.SEABED,
     20.0) for part in
@@ -189,7 +189,7 @@ def test_a_split_scatterer_stands_for_the_same_ground():
 
 def test_no_tiles_keep_nothing():
     """Columns without rows."""
-    importance, _, _ = listener()
+    importance, _, _ = importance_of()
     none = Tiles(*np.empty((3, 0), np.int64))
     kept = importance.kept_scatterers(none, importance.bounds(none, np.empty(0)), SEED, random_keys.SEABED, 20.0)
     assert [len(column) for column in kept] == [0] * 6
@@ -218,9 +218,9 @@ def test_keep_probabilities_have_the_documented_layout(count):
     np.testing.assert_array_equal(many, np.flatnonzero(some))
     np.testing.assert_array_equal(odd, np.flatnonzero(~some & (middle < PEAK_RATIO * np.minimum(whole, 1))))
     at_parts, at_ends = rng.random((len(many), PARTS + 1, PARTS + 1)), rng.random((len(odd), 2, 2))
-    corner, loudest = np.empty((count, PARTS + 1, PARTS + 1)), np.empty((count, PARTS, PARTS))
+    corner, largest = np.empty((count, PARTS + 1, PARTS + 1)), np.empty((count, PARTS, PARTS))
     _keep_probability_kernel.interpolate_corner_gains(
-        whole, middle, row, parts, many, at_parts.ravel(), odd, at_ends.ravel(), corner, loudest
+        whole, middle, row, parts, many, at_parts.ravel(), odd, at_ends.ravel(), corner, largest
     )
     along = np.linspace(0, 1, PARTS + 1)
     for t in range(count):
@@ -231,22 +231,22 @@ def test_keep_probabilities_have_the_documented_layout(count):
             rows = np.array([np.interp(along, [0, 1], side) for side in at_ends[odd.tolist().index(t)]])
             want = np.array([np.interp(along, [0, 1], rows[:, j]) for j in range(PARTS + 1)]).T
         np.testing.assert_allclose(corner[t], want)
-        np.testing.assert_array_equal(loudest[t], parts[row[t]] if some[t] else np.full((PARTS, PARTS), whole[t]))
-    density, peaked, most = rng.uniform(0.2, 1, count), np.empty(loudest.shape, bool), np.empty(loudest.shape)
+        np.testing.assert_array_equal(largest[t], parts[row[t]] if some[t] else np.full((PARTS, PARTS), whole[t]))
+    density, peaked, most = rng.uniform(0.2, 1, count), np.empty(largest.shape, bool), np.empty(largest.shape)
     _keep_probability_kernel.find_peaked_parts(
-        corner, loudest, row, density, PEAK_RATIO, LINEAR_BELOW, MIN_KEEP_PROBABILITY, peaked, most
+        corner, largest, row, density, PEAK_RATIO, LINEAR_BELOW, MIN_KEEP_PROBABILITY, peaked, most
     )
-    for t, i, j in np.ndindex(loudest.shape):
+    for t, i, j in np.ndindex(largest.shape):
         near = corner[t, i : i + 2, j : j + 2].max()
         known = near if some[t] else corner[t, [0, 0, -1, -1], [0, -1, 0, -1]].max()
-        assert peaked[t, i, j] == (known < PEAK_RATIO * min(loudest[t, i, j], 1))
-        top = loudest[t, i, j] if peaked[t, i, j] else min(near, loudest[t, i, j])
+        assert peaked[t, i, j] == (known < PEAK_RATIO * min(largest[t, i, j], 1))
+        top = largest[t, i, j] if peaked[t, i, j] else min(near, largest[t, i, j])
         assert most[t, i, j] == pytest.approx(density[t] * keep_probability_of(top))
 
 
 def test_positions_in_tiles_are_those_of_the_scatterer_grid():
     """Parts of tiles of many levels, some left out: as the scatterer grid itself puts them into the world."""
-    importance, _, _ = listener(**CASES["moved and turned"])
+    importance, _, _ = importance_of(**CASES["moved and turned"])
     rng = np.random.default_rng(2)
     tiles, rows = Tiles(rng.integers(0, 6, 20), *rng.integers(-300, 300, (2, 20))), np.array([3, 3, 0, 19])
     part = np.array([0.0, 0.3, 1.0])

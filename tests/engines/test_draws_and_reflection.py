@@ -47,7 +47,7 @@ SEAS = {
 def test_pressure_is_a_polynomial_of_the_reflection_coefficient(seabed, sea):
     """Pairs of D, S and BS have 0, 1 or 2 bottom bounces: p = a + R b + R^2 c, to 1e-5 of what bounces.
 
-    Pressures at R = 0.1, 0.35 and 0.9 tell those at 0 and -0.5; scatterers or pairs drawn anew would not fit.
+    Pressures at R = 0.1, 0.35 and 0.9 determine those at 0 and -0.5; scatterers or pairs drawn anew would not fit.
     """
 
     def pressure(reflection):

@@ -1,4 +1,4 @@
-"""Fast reverberation to an expected intensity tells the same as the general one, whatever it leaves out on its way."""
+"""Fast reverberation gives the expected intensity of the general engine."""
 
 from dataclasses import replace
 from typing import Any
@@ -127,7 +127,8 @@ def test_a_box_casts_the_same_shadow(order: int) -> None:
 def test_a_box_has_the_same_soft_edges() -> None:
     """Only the box has edges on a flat bed: three pings are within 1 dB of the general way behind it, 0.05 dB beyond.
 
-    Behind it the few lines of fast reverberation meet the ripples of the light from the sides at single bearings.
+    Behind it the few lines of fast reverberation sample the ripples of the visible ground at the sides at single
+    bearings.
     """
     flat, soft = {**SIDESCAN["seabed"], "relief": None}, {"max_reflections": 0, "edge_diffraction": "knife-edge"}
     simulator = build_simulator(made(0, targets=[CRATE], seabed=flat, paths=soft))

@@ -43,7 +43,7 @@ def counted(simulator):
 
 @pytest.mark.parametrize(("floor_db", "low", "high"), [(-100.0, -0.3, 0.3), (-50.0, -12.0, -3.0)])
 def test_the_first_return_is_whole_where_the_floor_lies_below_its_side_lobes(floor_db, low, high):
-    """Panels 10 cm high, tilted by 20 degrees: what is under them answers by lobes of -50 dB and less.
+    """Panels 10 cm high, tilted by 20 degrees: the seabed below them is received by lobes of -50 dB and less.
 
     With `paths.beam_cutoff_db` at -100 the level at 8.1 ms is that of all cells counted, to 0.3 dB; at its default
     of -50 much of that ground is left out, and the return with it.

@@ -1,4 +1,4 @@
-"""Claims about ground that nothing hides, and about crests that nobody feels."""
+"""Unobstructed terrain, and crests with a negligible effect."""
 
 import numpy as np
 import pytest
@@ -39,7 +39,7 @@ def test_lines_that_are_reported_open_have_no_crest(seed: int, rough: float, hei
 
 
 def test_level_ground_is_open_and_a_step_up_is_not() -> None:
-    """A plane is open from any height; with one sample higher by 20 cm, or one that nobody knows, it is not told to be.
+    """A plane is open from any height; with one sample higher by 20 cm, or one unknown, it is not reported open.
 
     Nor is ground above the image.
     """
@@ -123,7 +123,7 @@ def test_crests_are_where_the_skyline_stops_sinking(seed: int, rising: bool) -> 
 
 
 def test_a_ray_to_ground_is_one_of_that_launch() -> None:
-    """At samples of drawn ground, seen or hidden: told by the seabed or by the ray's own launch, the same is left."""
+    """At terrain samples, visible or hidden: by the seabed or by the ray's own launch, the factor is the same."""
     rng = np.random.default_rng(5)
     distance = (np.arange(400, dtype=np.float32) + 1) * np.float32(STEP)
     launch = ((8 + rng.standard_normal((2, 400)).cumsum(axis=1) / 30) / distance).astype(np.float32)

@@ -175,8 +175,8 @@ def test_the_engine_is_the_sum_over_all_echoes(case):
     integrated. Relative rms 1e-5; seen: 3e-7.
     """
     pulse, compress, perturbed = CASES[case]
-    told, blocks = scenario(pulse, compress, perturbed), scatterers()
-    simulator = build_simulator(told)
+    case, blocks = scenario(pulse, compress, perturbed), scatterers()
+    simulator = build_simulator(case)
     moved = simulator.coherent_accumulator(simulator.ping_geometry(0)).replica_jitter
     delay, weight = brute_force(blocks, lambda block, f, g: moved.factor(block.scatterer_id, f, g))
     assert len(delay) > 1500
@@ -188,7 +188,7 @@ def test_the_engine_is_the_sum_over_all_echoes(case):
 
     time = WINDOW[0] + np.arange(round((WINDOW[1] - WINDOW[0]) * 25e3)) / 25e3
     truth = np.array([heard(delay, w, time, CARRIER, spectrum, 25e3, 4096) for w in weight])
-    assert relative_rms(hear_blocks(told, blocks), truth) < 1e-5
+    assert relative_rms(hear_blocks(case, blocks), truth) < 1e-5
 
 
 def test_a_non_uniform_transform_of_the_arrivals_agrees():

@@ -1,4 +1,4 @@
-"""How many paths there are out and back, and what each of them costs."""
+"""Number of two-way paths, and the losses of each."""
 
 import numpy as np
 import pytest
@@ -91,7 +91,7 @@ def test_the_records_say_what_happened():
 
 
 def test_a_target_out_of_the_window_leaves_no_arrival():
-    """No paths is an answer too."""
+    """A scene without paths is valid."""
     found = arrivals(
         nominal(targets=[point(*TARGET)], paths={"contributions": ["target"]}, track={"window": (0.0, 0.1)})
     )

@@ -1,4 +1,4 @@
-"""What of the scene one ping meets: enough of it, and no more."""
+"""Scatterers in reach of one ping: sufficient, and no more."""
 
 import numpy as np
 import pytest
@@ -69,7 +69,7 @@ def test_a_slice_has_the_level_of_the_whole_scene():
 
 
 def test_a_world_without_scattering_has_no_echo():
-    """A seabed that only mirrors, and a surface too: nothing is met, nothing is received."""
+    """Purely specular seabed and surface: no scatterers, no echo."""
     scenario = nominal(seabed={"depth": 20, "scattering": None}, track=WINDOW)
     assert not build_simulator(scenario).engine.blocks(build_simulator(scenario).ping_geometry(0))
     assert np.all(simulate(scenario).pressure.values == 0)

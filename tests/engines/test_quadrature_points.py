@@ -14,7 +14,7 @@ BOX = {"label": "box", "position": (0.0, 80.0), "size": (6.0, 1.0, 1.0)}
 
 
 def points(importance_sampling=True, layouts=None, ping=0, box=None, **changes):
-    """Positions and areas of all even points of the seabed, with the sonar that meets them."""
+    """Positions and areas of all even points of the seabed, with the sonar's geometry."""
     made = {
         "track": {"window": (0.08, 0.12)},
         "paths": {"importance_sampling": importance_sampling, "contributions": ["seabed"]},
@@ -91,7 +91,7 @@ def test_ranges_of_a_targets_shadow_keep_more_points():
 
 
 def test_a_sonar_that_turns_has_other_points():
-    """Attitude is part of what is kept: beams that turned do not meet the points of those before."""
+    """Attitude is part of what is kept: beams that turned do not reuse the points of those before."""
     held, turn = LayoutCache(), {"sonar": {"mounting": {"bearing": 1.75}}}
     before, after, fresh = points(layouts=held), points(layouts=held, **turn), points(**turn)
     np.testing.assert_array_equal(after[0], fresh[0])
@@ -99,7 +99,7 @@ def test_a_sonar_that_turns_has_other_points():
 
 
 def test_a_sonar_elsewhere_reaches_the_same_points_moved():
-    """Two metres on, as far as single numbers of doubles tell: the same offsets and areas."""
+    """Two metres on, to rounding error: the same offsets and areas."""
     one = points()
     way = np.array([2.0, 1.0, 0.0])
     here = replace(

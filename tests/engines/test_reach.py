@@ -48,7 +48,7 @@ def covered(found: Tiles, scenario: Scenario, place: np.ndarray) -> np.ndarray:
     return count
 
 
-def audible(here: PingGeometry, kept: tuple[str, ...], place: np.ndarray, depth: float, floor: float) -> bool:
+def is_in_reach(here: PingGeometry, kept: tuple[str, ...], place: np.ndarray, depth: float, floor: float) -> bool:
     """Return True if any pair of legs to a position falls into the window with a two-way gain above the floor."""
     out, back = (
         [fold(end, place, name, depth).length / 1500 for name in kept] for end in
@@ -91,7 +91,7 @@ def test_what_can_be_received_is_in_view(boundary: str, ends: str, window: str) 
     place = np.column_stack([radius * np.cos(turn), radius * np.sin(turn), np.full(300, depth)])
     count = covered(found, scenario, place)
     assert count.max(initial=0) <= 1
-    received = np.array([audible(here, kept, p, 20.0, 1e-2) for p in place])
+    received = np.array([is_in_reach(here, kept, p, 20.0, 1e-2) for p in place])
     assert np.all(count[received] == 1)
     assert received.any() or window == "under the sonar"
 

@@ -17,7 +17,7 @@ FAR = {"window": (0.16, 0.2)}
 
 
 def received(**changes):
-    """What one ping of the nominal scene sounds like: time, and series."""
+    """Time and series of one ping of the nominal scene."""
     found = simulate(nominal(**changes), threads=2)
     series = found.pressure if "pressure" in found else found.intensity
     return found.time.values, series.values[0, 0]
@@ -128,7 +128,7 @@ def test_a_facet_lies_and_faces_as_the_ground_does():
 
 
 def test_what_is_kept_changes_nothing():
-    """Ground asked anew and ground kept are the same bits; the store forgets the oldest beyond its bound."""
+    """Ground evaluated anew and cached ground are bit-identical; the store forgets the oldest beyond its bound."""
     scenario = nominal(seabed={"relief": FRACTAL}, track=FAR)
     simulator = build_simulator(scenario)
     here = simulator.ping_geometry(0)

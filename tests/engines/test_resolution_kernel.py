@@ -1,4 +1,4 @@
-"""How fine cells are, which tiles are near enough, and how these are divided: against plain loops over tiles."""
+"""Cell areas, tiles in reach and their division, against plain loops over tiles."""
 
 import numpy as np
 import pytest

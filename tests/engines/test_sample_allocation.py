@@ -31,14 +31,14 @@ def forget():
 def whole(monkeypatch):
     """Calls a function twice: with faint pairs sampled, and with every point of every pair."""
 
-    def both(listen):
+    def both(run):
         forget()
-        sampled = listen()
+        sampled = run()
         with monkeypatch.context() as all_of_it:
             all_of_it.setattr(sample_allocation, "MIN_PROBABILITY_STEPS", sample_allocation.FULL_PROBABILITY)
             all_of_it.setattr(sample_allocation, "NEGLIGIBLE", 0.0)
             forget()
-            full = listen()
+            full = run()
         forget()
         return sampled, full
 
@@ -89,14 +89,14 @@ def test_pairs_that_may_interfere_share_their_points():
     simulator = build_simulator(made(1, track=track, seabed=FLAT))
     changes = {}
 
-    def hear(swath):
+    def add(swath):
         for first, last in swath.interference_ranges:
             for k, rows in enumerate(swath.rows):
                 there = rows[: swath.count[k]]
                 changes.setdefault(k, []).append(there[(there >= first) & (there < last)])
 
     here, engine = simulator.ping_geometry(0), simulator.engine
-    prepare_fast_reverberation(engine.scene, engine.choice, here, engine.rays).accumulate(map, hear)
+    prepare_fast_reverberation(engine.scene, engine.choice, here, engine.rays).accumulate(map, add)
     direct, mixed, surface = (np.concatenate(changes[k]) for k in range(3))
     assert len(direct) > 1000
     np.testing.assert_array_equal(direct, mixed)
@@ -171,7 +171,7 @@ def test_ground_along_a_line_is_that_of_the_map():
 
 
 def test_a_law_of_two_factors_may_as_well_be_evaluated_pair_by_pair(monkeypatch):
-    """Lambert's law as a part of each leg, or as an answer to each pair: the same to a ten thousandth."""
+    """Lambert's law as a part of each leg, or as a cross section of each pair: the same to a ten thousandth."""
     simulator = build_simulator(made(2))
     forget()
     in_legs = quickly(simulator)[0, PART]

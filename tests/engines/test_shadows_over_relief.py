@@ -36,9 +36,9 @@ def scene(relief: float = 0.02, off: float = 0.0, families: tuple[str, ...] = ("
     return sidescan_model.scene(water, changes, relief=relief)
 
 
-def means(scenario: Any, listen: Any = None, starts: Floats = DARK) -> Floats:
+def means(scenario: Any, run: Any = None, starts: Floats = DARK) -> Floats:
     """Level of each 2 ms [dB]."""
-    intensity = simulate(scenario).intensity.values[0, 0] if listen is None else listen(build_simulator(scenario))[0]
+    intensity = simulate(scenario).intensity.values[0, 0] if run is None else run(build_simulator(scenario))[0]
     time = build_simulator(scenario).grid.time
     return np.array([10 * np.log10(intensity[(time >= t) & (time < t + STEP)].mean()) for t in starts])
 
@@ -163,7 +163,7 @@ def test_narrow_lines_cover_the_ground_of_those_they_replace() -> None:
 
 
 def test_a_line_is_cut_evenly_in_each_of_its_strips() -> None:
-    """Two lines, one in 2 strips of 1 and 3 parts: borders of the parts meet, and widths are those of the strips."""
+    """Two lines, one in 2 strips of 1 and 3 parts: borders coincide, and widths are those of the strips."""
     radials = np.zeros((2, 9))
     radials[:, 0], radials[:, 2], radials[:, 4], radials[:, 5] = 1.0, (0.08, 0.02), 5.0, 50.0
     parts = np.zeros((5, STRIPS), np.int64)

@@ -1,4 +1,4 @@
-"""Smooth faces as the engine meets them: canonical bodies, plates near and far, the corner with the seabed."""
+"""Smooth faces in the engine: canonical bodies, plates near and far, the corner with the seabed."""
 
 import numpy as np
 import pytest

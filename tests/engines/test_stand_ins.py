@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from insonify.engines import _keep_probability_kernel, _resolution_kernel, resolution
-from insonify.engines import beam_importance as loud
+from insonify.engines import _keep_probability_kernel, _resolution_kernel, beam_importance, resolution
 from insonify.engines._gain_envelope_kernel import gain_re_threshold, max_two_way_gain
 from insonify.engines.glint_spread import glint_spread
 from insonify.propagation._departure_cone_kernel import departure_cones
@@ -106,10 +105,10 @@ def test_beam_importance_agrees_with_and_without_a_moving_surface(surface):
         simulator.engine.rays,
         scenario.seabed.scatterer_grid,
     )
-    one = loud.BeamImportance(ping_geometry, 15.0, rays, ("D", "S", "B"), lattice, 45.0, True, glints)
+    one = beam_importance.BeamImportance(ping_geometry, 15.0, rays, ("D", "S", "B"), lattice, 45.0, True, glints)
     out, back = one._ends
-    far = loud._nodes(45.0)
-    sectors = np.arange(loud.SECTORS) * 2 * np.pi / loud.SECTORS
+    far = beam_importance._nodes(45.0)
+    sectors = np.arange(beam_importance.SECTORS) * 2 * np.pi / beam_importance.SECTORS
     expected = (
         out,
         back,
@@ -118,8 +117,8 @@ def test_beam_importance_agrees_with_and_without_a_moving_surface(surface):
         ping_geometry.midpoint,
         np.array(one._axes),
         sectors,
-        loud.HALVINGS,
-        loud.FIRST_NODE,
+        beam_importance.HALVINGS,
+        beam_importance.FIRST_NODE,
     )
     kernel, plain = np.empty((2, len(far)))
     max_two_way_gain.dispatcher(*expected, kernel)

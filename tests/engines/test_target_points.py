@@ -1,4 +1,4 @@
-"""How finely targets are drawn, and what the scene says of targets that cannot be there."""
+"""Density of target points, and refusal of impossible targets."""
 
 import numpy as np
 import pytest
@@ -52,7 +52,7 @@ def test_however_finely_drawn_a_target_keeps_its_surface(monkeypatch):
 
 
 def test_a_finer_sonar_requests_as_many_more_points_as_its_cells_are_smaller():
-    """Where fringes are dear, four times the points for half the resolution; never fewer than the fewest."""
+    """With costly fringes, four times the points for half the resolution; never below the minimum."""
     wreck = {"shape": "wreck", "position": (0.0, 100.0), "size": (20.0, 6.0, 5.0)}
     counts = [len(drawn(wreck, slant=slant)["wreck"]) for slant in (0.3, 0.15)]
     assert min(counts) > FRINGE_POINTS
@@ -112,7 +112,7 @@ def test_a_slice_keeps_of_a_box_what_its_plane_reaches():
     ],
 )
 def test_a_target_that_cannot_be_there_is_refused_with_the_reason(target, said):
-    """What, its value, the limit, the way out."""
+    """The message has the key, its value, the limit and the remedy."""
     with pytest.raises(ValidationError, match=said):
         Scene(seabed={"depth": 20.0}, targets=[target])
 
@@ -131,7 +131,7 @@ def test_a_point_in_a_solid_is_refused_and_one_beside_it_is_received(body):
 
 
 def test_all_errors_of_a_scene_are_reported_at_once():
-    """Three targets that cannot be there: one answer names all three."""
+    """Three targets that cannot be there: one message names all three."""
     deep, high, twin = (0, 50, 30), (0, 50, -1), (0, 50, 5)
     with pytest.raises(ValidationError) as scenario:
         Scene(targets=[{"shape": "point", "label": "a", "position": place} for place in (deep, high, twin)])

@@ -43,7 +43,7 @@ def lines_of_ground(seed, count, samples):
 @pytest.mark.parametrize("rising", [False, True])
 @pytest.mark.parametrize("samples", [1, 2, 3, 100])
 def test_a_skyline_is_the_least_launch_so_far_and_a_crest_where_it_stops_sinking(samples, rising):
-    """50 lines: the running minimum (of rising rays the maximum from the far end), and crests told one by one."""
+    """50 lines: the running minimum (of rising rays the maximum from the far end), and crests one by one."""
     expected = lines_of_ground(samples, 50, samples)
     launch, distance, bound, crest, computed = found_along(expected, rising=rising)
     known, sense = np.where(np.isfinite(expected), expected, -np.inf if rising else np.inf), -1 if rising else 1
@@ -104,7 +104,7 @@ def test_what_never_rises_is_what_falls_at_every_sample(samples):
     for at in {0, samples // 2, samples - 1} - {0}:
         for value in (-1e3, np.nan):
             rough = level.copy()
-            # beyond it the launch is less again; the sample itself is met more steeply than the one before
+            # beyond it the launch is less again; the sample itself has a steeper launch than the one before
             rough[1, at] = 11 + 9 * (at + 1) / at * 1.03 if value == -1e3 else value
             assert not surely_unobstructed(rough, distance, np.float32(11), 256)
             above = level.copy()
@@ -167,8 +167,8 @@ def test_ground_that_still_rises_cuts_like_an_endless_screen():
         assert left == pytest.approx(complex(knife_edge(number)), abs=2e-5)
 
 
-def asked_over(way, reach, launch, bound, crest, computed, *, ground, soft=True):
-    """What is seen of some points of line 0, and what is left of the rays."""
+def crest_factor_over(way, reach, launch, bound, crest, computed, *, ground, soft=True):
+    """Visibility of some points of line 0, and the factors of their rays."""
     count = len(reach)
     lit, left = np.ones(count, bool), np.full(count, 1 + 0j)
     diffract_over_crests(launch, bound, crest, computed, np.zeros(count, np.int64), np.arange(count), reach, way, STEP,
@@ -181,7 +181,7 @@ def test_ground_is_visible_where_no_nearer_ground_has_a_flatter_launch(seed):
     """Positions between samples, a launch linear between two: lit where it is not above the least of all before it."""
     launch, _, bound, crest, computed = found_along(np.nan_to_num(lines_of_ground(seed, 1, 80), nan=0.4))
     reach = np.random.default_rng(seed).uniform(0.2, 40.4, 400)
-    lit, left = asked_over(np.empty(400), reach, launch, bound, crest, computed, ground=True)
+    lit, left = crest_factor_over(np.empty(400), reach, launch, bound, crest, computed, ground=True)
     for far, seen, part in zip(reach, lit, left, strict=True):
         k = min(int(far / STEP) - 1, 78)
         if k < 0:
@@ -192,13 +192,13 @@ def test_ground_is_visible_where_no_nearer_ground_has_a_flatter_launch(seed):
         if abs(way - float(bound[0, k])) > 1e-6:
             assert seen == (way < bound[0, k])
         assert seen or part != 1  # what is dark is dimmed
-    hard, same = asked_over(np.empty(400), reach, launch, bound, crest, computed, ground=True, soft=False)
+    hard, same = crest_factor_over(np.empty(400), reach, launch, bound, crest, computed, ground=True, soft=False)
     np.testing.assert_array_equal(hard, lit)
     assert np.all(same == 1)
 
 
 def test_points_do_not_depend_on_the_others_and_are_evaluated_once():
-    """Any order, any part of them: the same bits; those that are not asked keep what they had."""
+    """Any order, any part of them: bit-identical; rows not requested are unchanged."""
     launch, _, bound, crest, computed = found_along(lines_of_ground(3, 5, 90))
     rng = np.random.default_rng(4)
     reach, way, rows = rng.uniform(1, 45, 300), rng.uniform(0.1, 0.6, 300), rng.integers(0, 5, 300)

@@ -83,7 +83,7 @@ def test_port_is_starboard_in_a_mirror():
 
 @pytest.mark.parametrize("count", [0, 1, 500])
 def test_points_sorted_by_lines_are_each_there_once_in_their_order(count):
-    """As a stable sort of where each one's line is kept; positions that nobody requests are empty."""
+    """As a stable sort of where each one's line is kept; positions not requested are empty."""
     rng = np.random.default_rng(count)
     home, row = rng.integers(0, 9, 64).astype(np.int32), rng.integers(0, 50, 64).astype(np.int32)
     own, starts = rng.integers(0, 64, count), np.empty(12, np.int64)

@@ -15,8 +15,8 @@ BACK = {"scatterer_grid": {"origin": (800.0, -600.0), "heading": 1.0}}
 def assert_agree(tolerance_db, faint_db=90.0, whole=True, **changes):
     """Both engines on one scene: every pair of families within a tolerance in the mean over the window."""
     ours, theirs = curves(scene("tracer", **changes)), curves(scene("eigenrays", **changes))
-    loudest = max(power.mean() for power in theirs.values())
-    wanted = {key for key, power in theirs.items() if power.mean() > loudest * 10 ** (-faint_db / 10)}
+    strongest_mean = max(power.mean() for power in theirs.values())
+    wanted = {key for key, power in theirs.items() if power.mean() > strongest_mean * 10 ** (-faint_db / 10)}
     wanted -= set() if whole else {key for key in wanted if key[1] == "all"}
     assert wanted <= set(ours)
     apart = {key: apart_db(ours[key], theirs[key]) for key in wanted}
@@ -130,7 +130,7 @@ def test_jitter_takes_the_same_from_both():
 
 
 def test_a_world_moved_as_a_whole_sounds_the_same():
-    """ScattererGrid, ship, relief and box 1 km away and turned by 1 rad: the same rays meet the same, within 1e-3."""
+    """ScattererGrid, ship, relief and box 1 km away and turned by 1 rad: the same rays hit the same, within 1e-3."""
     bed, box = {"relief": FRACTAL, "seed": 3}, {**BOX, "position": (0.0, 75.5)}
     still = simulate(scene("tracer", rays=5000, seabed=bed, targets=[box]), threads=2).intensity.values
     c, s = np.cos(1.0), np.sin(1.0)
@@ -195,13 +195,13 @@ def test_each_side_and_each_ping_has_rays_of_its_own():
 
 
 def test_labels_are_those_of_the_other_engine():
-    """Who echoes from where does not depend on the engine that is received: bit for bit."""
+    """Labels of object and position do not depend on the engine: bit-identical."""
     ours, theirs = (labels(scene(engine, targets=[BOX], window=(0.09, 0.105))) for engine in ("tracer", "eigenrays"))
     for name in theirs:
         np.testing.assert_array_equal(ours[name].values, theirs[name].values)
 
 
 def test_the_other_engine_is_the_default():
-    """Nothing changes for those who do not ask."""
+    """Nothing changes without the option."""
     assert nominal().paths.engine == "eigenrays"
     assert build_simulator(nominal()).tracer is None

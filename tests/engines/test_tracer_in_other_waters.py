@@ -21,8 +21,8 @@ def both(rays=20_000, **changes):
 
 def assert_agree(ours, theirs, tolerance_db, faint_db=60.0):
     """Every pair that is not too faint within a tolerance, and no other pairs in either."""
-    loudest = max(power.mean() for power in theirs.values())
-    floor = loudest * 10 ** (-faint_db / 10)
+    strongest_mean = max(power.mean() for power in theirs.values())
+    floor = strongest_mean * 10 ** (-faint_db / 10)
     assert {key for key in ours if ours[key].mean() > 2 * floor} <= set(theirs)
     apart = {key: apart_db(ours[key], theirs[key]) for key, power in theirs.items() if power.mean() > floor}
     assert max(np.abs(list(apart.values()))) < tolerance_db, apart

@@ -1,4 +1,4 @@
-"""How the tracer throws its rays, and what a ray meets: against sums, and against every triangle and sample in turn."""
+"""Launch sampling and hits of the tracer, against sums and against every triangle and sample in turn."""
 
 import numpy as np
 import pytest

@@ -121,7 +121,7 @@ def on_targets(scenario):
 def test_bodies_have_the_points_that_fill_resolution_cells():
     """Two bodies at 3.5 m: each point represents a fifth of 2.5 mm by 9 cm at its nearest, at most 15 % less.
 
-    Of bodies with so many points only those towards the sonar are met: front, side and top of the box are whole, and
+    Of bodies with so many points only those towards the sonar are kept: front, side and top of the box are whole, and
     of the cylinder, half of its round and of its ends in sight, nine tenths. None past the window.
     """
     found, here = on_targets(imaging(bandwidth=300e3, stop=6e-3, targets=BLOCKS))

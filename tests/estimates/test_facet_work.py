@@ -27,7 +27,7 @@ def near(*targets, max_reflections=1, pings=1, **changes):
 
 
 def test_facets_are_counted_as_a_ping_splits_them():
-    """What smooth faces add to the scatterers of an estimate is what the engine makes of them."""
+    """Facets of smooth faces in an estimate are as many as the engine makes."""
     rough, smooth = near(BOX), near({**BOX, "face_reflection_coefficient": 0.5})
     ready = build_simulator(smooth)
     here = ready.ping_geometry(0)
@@ -75,7 +75,7 @@ def test_a_large_smooth_target_is_counted_by_few_pieces(monkeypatch):
 
 
 def test_bounces_off_waves_make_smooth_targets_dear():
-    """Orders 1 and 4 have 9 and 51 legs to each facet: pairs, and the time told for them, grow 20 times and more."""
+    """Orders 1 and 4 have 9 and 51 legs to each facet: pairs, and their estimated time, grow 20 times and more."""
     box = {**BOX, "face_reflection_coefficient": 0.5}
     rough, *seconds = (
         ping_work(build_simulator(scene)).seconds for scene in (near(BOX), near(box), near(box, max_reflections=4))

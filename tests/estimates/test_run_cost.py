@@ -156,7 +156,7 @@ def test_points_in_the_water_are_counted(field):
 
 @pytest.mark.parametrize(("field", "limit"), [("coherent", "MAX_CUBES"), ("incoherent", "MAX_TILES")])
 def test_water_that_would_take_forever_is_refused_with_what_to_change(monkeypatch, field, limit):
-    """More blocks than anybody waits for, here a hundred: named before anything is drawn, and if nobody asked, then."""
+    """More blocks than the limit, here a hundred: refused before anything is drawn, and otherwise in the run."""
     monkeypatch.setattr(volume, limit, 100)
     endless = nominal(water={"noise_level_db": None, "volume_strength_db": -70}, field=field,
                       track={"window": (0.0, 0.2)},

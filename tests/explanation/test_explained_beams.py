@@ -80,7 +80,7 @@ TRACED = {"engine": "tracer", "rays": 20_000, "edge_diffraction": "none"}
 
 
 def test_a_page_of_the_tracer_names_contributions_and_pairs(tmp_path, capsys):
-    """What rays can tell, and a total that is the sample; on the command line as well."""
+    """Energies of rays, and a total equal to the sample; on the command line as well."""
     scenario = nominal(box={"position": (0, 83)}, field="incoherent", paths=TRACED, track={"window": (0.1, 0.12)})
     traced = simulate(scenario)
     time = 0.1107

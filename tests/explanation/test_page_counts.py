@@ -93,7 +93,7 @@ def scenario():
 
 @pytest.fixture(scope="module")
 def recording(scenario):
-    """What it sounds like."""
+    """Recording of the scenario."""
     return simulate(scenario)
 
 
@@ -140,8 +140,8 @@ def test_pings_that_stand_still_have_one_page(recording):
 
 def test_what_stands_behind_a_sample_scales_with_the_source(scenario):
     """6 dB more at the source are 6 dB more of each arrival, and of the mean square."""
-    louder = scenario.model_copy(update={"sonar": scenario.sonar.model_copy(update={"source_level_db": 226.0})})
-    quiet, strong = (SampleArrivals(case, 0, 0.0801, 0) for case in (scenario, louder))
+    stronger = scenario.model_copy(update={"sonar": scenario.sonar.model_copy(update={"source_level_db": 226.0})})
+    quiet, strong = (SampleArrivals(case, 0, 0.0801, 0) for case in (scenario, stronger))
     np.testing.assert_allclose(strong.pressure, quiet.pressure * 10**0.3, rtol=1e-6)
     np.testing.assert_allclose(
         strong.sonar_equation_terms()[:, -1] - quiet.sonar_equation_terms()[:, -1], 6.0, atol=1e-5
@@ -152,7 +152,7 @@ def test_what_stands_behind_a_sample_scales_with_the_source(scenario):
 def test_the_numbers_of_a_figure_name_the_scenarios_they_came_from(tmp_path, scenario):
     """The digest is that of the scenario's own YAML, so that equal scenarios, and only those, have equal digests."""
     other = scenario.model_copy(update={"seed": 77})
-    rows = [CheckedNumber("width", np.float64(1.25), "m", 1.2, 0.1, "theory"), CheckedNumber("told", 3, "dB")]
+    rows = [CheckedNumber("width", np.float64(1.25), "m", 1.2, 0.1, "theory"), CheckedNumber("given", 3, "dB")]
     path = write_numbers(
         tmp_path / "a.json", 7, "Seven", {"one": scenario, "same": scenario, "other": other}, iter(rows)
     )

@@ -29,9 +29,9 @@ def _envelope(bound: Floats, per_unit: float, x: Floats) -> Floats:
 
 def _among(distance: Floats, last: float, count: int) -> tuple[Integers, Floats]:
     """Row of the node below each distance [m], and the part of the way to the next [1]."""
-    place = np.sqrt(np.clip(distance / last, 0.0, 1.0)) * (count - 1)
-    row = np.minimum(place.astype(np.int64), count - 2)
-    return row, np.asarray(place - row)
+    position = np.sqrt(np.clip(distance / last, 0.0, 1.0)) * (count - 1)
+    row = np.minimum(position.astype(np.int64), count - 2)
+    return row, np.asarray(position - row)
 
 
 def _at_nodes(value: Floats, row: Integers, part: Floats) -> Floats:
@@ -50,8 +50,8 @@ class _Neighbourhoods:
             there: Positions (north, east) [m], shape (n, 2).
             around: Distance from each position within which the gain is the largest [m], shape (n,).
         """
-        place, sines, last, height = end[:4]
-        away = there - place[:2]
+        position, sines, last, height = end[:4]
+        away = there - position[:2]
         distance = np.hypot(*away.T)
         self.end, self.wide = end, bool(np.any(around > 0))
         self.node, self.part = _among(distance, last, sines.shape[1])
@@ -121,55 +121,55 @@ def _spread_value(table: Floats, plain: Floats, per_unit: float, x: Floats, spre
     """Pattern at distances x from its axis, in the fourth mean over spread directions, as `pattern_with_spread` [1]."""
     if not len(table):
         return plain
-    place = np.minimum(x * (per_unit / ROWS_PER_SPREAD_ROW), table.shape[1] - 1.0)
-    row = np.minimum(place.astype(np.int64), table.shape[1] - 2)
-    part, times = place - row, np.maximum(spread * (per_unit / MIN_SPREAD_ROWS), 0.0)
+    position = np.minimum(x * (per_unit / ROWS_PER_SPREAD_ROW), table.shape[1] - 1.0)
+    row = np.minimum(position.astype(np.int64), table.shape[1] - 2)
+    part, times = position - row, np.maximum(spread * (per_unit / MIN_SPREAD_ROWS), 0.0)
     octave = np.minimum(np.log2(np.maximum(times, 1.0)), table.shape[0] - 1.0)
     i = np.minimum(octave.astype(np.int64), table.shape[0] - 2)
     low, high = (table[k, row] + part * (table[k, row + 1] - table[k, row]) for k in (i, i + 1))
     return np.where(times <= 1.0, plain + times * (low - plain), low + (octave - i) * (high - low))
 
 
-def _two_way(out: EnvelopeEnd, back: EnvelopeEnd, alike: bool, there: Floats, around: Floats) -> Floats:
+def _two_way(out: EnvelopeEnd, back: EnvelopeEnd, same_beams: bool, there: Floats, around: Floats) -> Floats:
     """Largest envelope of the two-way gain within a radius [m] of each position [1], shape (n,)."""
     once = _Neighbourhoods(out, there, around).envelope()
-    return np.asarray(once * (once if alike else _Neighbourhoods(back, there, around).envelope()))
+    return np.asarray(once * (once if same_beams else _Neighbourhoods(back, there, around).envelope()))
 
 
 @gain_re_threshold.stand_in
 def _re_edge(gains: EnvelopeArguments, there: Floats, around: Floats, found: Floats) -> None:
     """Envelope of the two-way gain re that above which all scatterers are kept, into found (n,) [1]."""
-    out, back, alike, edge, last, middle, faintest = gains
+    out, back, same_beams, edge, last, middle, faintest = gains
     for first in range(0, len(found), BATCH):
         part = slice(first, first + BATCH)
         distance = np.hypot(*(there[part] - middle).T)
         ends = (distance - around[part], distance + around[part])
         least = np.minimum(*(_at_nodes(edge, *_among(one, last, len(edge))) for one in ends))
-        found[part] = _two_way(out, back, alike, there[part], around[part]) / np.maximum(least, faintest)
+        found[part] = _two_way(out, back, same_beams, there[part], around[part]) / np.maximum(least, faintest)
 
 
 @max_two_way_gain.stand_in
 def _max_gain_at(
-    out: EnvelopeEnd, back: EnvelopeEnd, alike: bool, far: Floats, middle: Floats, axes: Floats, sectors: Floats,
-    halvings: int,
+    out: EnvelopeEnd, back: EnvelopeEnd, same_beams: bool, distance: Floats, middle: Floats, axes: Floats,
+    sectors: Floats, halvings: int,
     close: float, best: Floats,
 ) -> None:  # fmt: skip
     """Envelope of the largest two-way gain at some distances, over all bearings, into best (n,) [1]."""
 
     def places(node: Integers, bearing: Floats) -> Floats:
-        return np.asarray(middle + far[node, None] * np.stack([np.cos(bearing), np.sin(bearing)], axis=-1))
+        return np.asarray(middle + distance[node, None] * np.stack([np.cos(bearing), np.sin(bearing)], axis=-1))
 
     def raise_best(node: Integers, there: Floats) -> None:
-        np.maximum.at(best, node, _two_way(out, back, alike, there, np.zeros(len(node))))
+        np.maximum.at(best, node, _two_way(out, back, same_beams, there, np.zeros(len(node))))
 
     best[:], wide = 0.0, np.pi / len(sectors)
-    node, bearing = np.arange(len(far)).repeat(len(axes)), np.tile(axes, len(far))
+    node, bearing = np.arange(len(distance)).repeat(len(axes)), np.tile(axes, len(distance))
     raise_best(node, places(node, bearing))
-    node, bearing = np.arange(len(far)).repeat(len(sectors)), np.tile(sectors, len(far))
+    node, bearing = np.arange(len(distance)).repeat(len(sectors)), np.tile(sectors, len(distance))
     for _ in range(halvings):
         there = places(node, bearing)
         raise_best(node, there)
-        found = _two_way(out, back, alike, there, wide * far[node])
+        found = _two_way(out, back, same_beams, there, wide * distance[node])
         wide /= 2
         hopeful = found > best[node] * close
         if not hopeful.any():

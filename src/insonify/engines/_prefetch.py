@@ -25,10 +25,10 @@ def prefetch(typing_context: Any, array: Any, at: Any) -> Any:
 
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         data = cgutils.create_struct_proxy(signature.args[0])(context, builder, value=arguments[0]).data
-        place = builder.bitcast(builder.gep(data, [arguments[1]]), _BYTES)
+        position = builder.bitcast(builder.gep(data, [arguments[1]]), _BYTES)
         kind = ir.FunctionType(ir.VoidType(), [_BYTES, _FLAG, _FLAG, _FLAG])
         call = builder.module.declare_intrinsic("llvm.prefetch", [_BYTES], kind)
-        builder.call(call, [place, _READ, _SOON, _DATA])
+        builder.call(call, [position, _READ, _SOON, _DATA])
         return context.get_dummy_value()
 
     return types.void(array, types.uint64), generate

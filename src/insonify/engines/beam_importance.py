@@ -142,12 +142,12 @@ class BeamImportance:
         if self.ping_geometry.receive_track_extent is not None or not self.importance_sampling:
             return GainBounds(density, np.ones(len(density)), np.ones(len(density)), row, none)
         every, around = np.arange(len(density)), TILE * tiles.pitch * np.sqrt(0.5)
-        place = self._positions(tiles, every, np.array([0.5]))
-        whole, middle = self._relative_gain(place, around), self._relative_gain(place)
+        position = self._positions(tiles, every, np.array([0.5]))
+        whole, middle = self._relative_gain(position, around), self._relative_gain(position)
         many = np.flatnonzero(density * self._keep_probability(whole) * TILE**2 > MIN_SCATTERERS_BY_PART)
         row[many] = np.arange(len(many))
-        place = self._positions(tiles, many, (np.arange(PARTS) + 0.5) / PARTS)
-        parts = self._relative_gain(place, np.repeat(around[many] / PARTS, PARTS**2))
+        position = self._positions(tiles, many, (np.arange(PARTS) + 0.5) / PARTS)
+        parts = self._relative_gain(position, np.repeat(around[many] / PARTS, PARTS**2))
         return GainBounds(density, whole, middle, row, parts.reshape(-1, PARTS, PARTS))
 
     def expected(self, bounds: GainBounds) -> Floats:

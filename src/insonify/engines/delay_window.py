@@ -67,17 +67,17 @@ def in_delay_window(
     """
     if not scatterers.has_random_phase:
         return np.ones(len(scatterers), bool)
-    bed = scene.seabed.terrain
-    rise = 0.0 if bed is None else max(bed.depth - bed.span[0], bed.span[1] - bed.depth)
+    terrain = scene.seabed.terrain
+    rise = 0.0 if terrain is None else max(terrain.depth - terrain.span[0], terrain.span[1] - terrain.depth)
     nearest, farthest = np.zeros((2, len(scatterers)))
-    for place in (ping_geometry.transmit_position, ping_geometry.receive_position):
-        flat = np.linalg.norm(scatterers.position[:, :2] - place[:2], axis=1)
+    for position in (ping_geometry.transmit_position, ping_geometry.receive_position):
+        flat = np.linalg.norm(scatterers.position[:, :2] - position[:2], axis=1)
         longest = np.zeros(len(scatterers))
         for family in families:
-            down = scatterers.position[:, 2] - image_depth(family, float(place[2]), scene.seabed.depth)
+            down = scatterers.position[:, 2] - image_depth(family, float(position[2]), scene.seabed.depth)
             bounces = 0 if family == "D" else len(family)
             np.maximum(longest, np.hypot(flat, down) + 2 * bounces * (rise + BOUNCE_EXCESS_LENGTH), out=longest)
-        nearest += np.linalg.norm(scatterers.position - place, axis=1)
+        nearest += np.linalg.norm(scatterers.position - position, axis=1)
         farthest += longest
     earliest = MIN_TRAVEL_TIME_RATIO * nearest / scene.water.max_sound_speed - ping_geometry.delay_margin
     latest = MAX_TRAVEL_TIME_RATIO * farthest / scene.water.min_sound_speed + ping_geometry.delay_margin

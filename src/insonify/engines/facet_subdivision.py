@@ -104,10 +104,10 @@ def _patches(
         pieces = clip_to_water(panel, pieces, water_clearance(scene.seabed), finest)
         d, rows, area = patch_terms(panel, pieces)
         columns.append((d.position, outward_normals(d), area, rows))
-    place, normal, area, rows = (np.concatenate(column) for column in zip(*columns, strict=True))
+    position, normal, area, rows = (np.concatenate(column) for column in zip(*columns, strict=True))
     count = len(area)
     return Scatterers(
-        object=solid.label, boundary="target", law=KirchhoffPatch(solid.face_reflection_coefficient), position=place,
+        object=solid.label, boundary="target", law=KirchhoffPatch(solid.face_reflection_coefficient), position=position,
         normal=normal, area=area,
         phase=np.ones(count, complex), scatterer_id=whole_target_id(solid.label, count), has_random_phase=False,
         occluder=scene.occluders.index(solid), corners=rows, centre=_middle(scene, solid),
@@ -198,8 +198,8 @@ def _relative_sides(corners: Floats, sides: Floats, insonification: TargetInsoni
     nearness, along, turned = np.zeros(len(middle)), np.zeros(length.shape), np.zeros(length.shape)
     for places in insonification.images:
         closest = np.full(len(middle), np.inf)
-        for place in places:
-            ray = middle - place
+        for position in places:
+            ray = middle - position
             away = np.maximum(np.linalg.norm(ray, axis=1), 1e-6)
             ray = ray / away[:, None]
             deep = np.einsum("tsk,tk->ts", sides, ray)
@@ -223,7 +223,7 @@ def _faces_any(corners: Floats, places: Floats, max_deviation: float) -> NDArray
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-300)
     seen = np.zeros(len(corners), bool)
-    for place in places:
-        ray = place - corners.mean(axis=1)
+    for position in places:
+        ray = position - corners.mean(axis=1)
         seen |= np.einsum("tk,tk->t", ray, normal) > -max_deviation * np.linalg.norm(ray, axis=1)
     return seen

@@ -24,8 +24,8 @@ Singles = NDArray[np.float32]
 
 
 def bounce_off_relief(
-    scene: Scene, bed: SeabedTerrain, ping_geometry: PingGeometry, plan: ReverberationPlan, part: RadialSet,
-    first: NDArray[np.int64], place: Floats,
+    scene: Scene, terrain: SeabedTerrain, ping_geometry: PingGeometry, plan: ReverberationPlan, part: RadialSet,
+    first: NDArray[np.int64], position: Floats,
     normal: Singles, rows: NDArray[np.int32], found: NDArray[np.int64], delay: Floats,
     amplitude: NDArray[np.complex64], departure: Singles, arrival: Singles,
 ) -> None:  # fmt: skip
@@ -33,12 +33,12 @@ def bounce_off_relief(
 
     Args:
         scene: The scene.
-        bed: Its ground, which has relief.
+        terrain: Its ground, which has relief.
         ping_geometry: The sonar at this ping.
         plan: What all such pings have in common.
         part: The lines, s of them.
         first: First point of each line, shape (s + 1,).
-        place: Horizontal distance and depth of each point [m], shape (2, n).
+        position: Horizontal distance and depth of each point [m], shape (2, n).
         normal: Unit normal into the water, shape (3, n).
         rows: Points of each pair, shape (p, most).
         found: How many they are, shape (p,).
@@ -60,10 +60,10 @@ def bounce_off_relief(
             many = np.diff(first)
             listed = np.repeat(part.lists.first[part.taken] - first[:-1], many) + np.arange(first[-1])
         ahead = part.lists.ahead[:, listed[some]]
-        here, (reach, depth) = ping_geometry.transmit_position, place[:, some]
+        here, (reach, depth) = ping_geometry.transmit_position, position[:, some]
         points = np.stack([here[0] + reach * ahead[0], here[1] + reach * ahead[1], depth], axis=-1)
-        way = local_plane_paths(plan.families[f], here, points, bed, ping_geometry.wavelength)
-        left = reflection_product(plan.families[f], way, bed, ping_geometry.wavelength, scene)
+        way = local_plane_paths(plan.families[f], here, points, terrain, ping_geometry.wavelength)
+        left = reflection_product(plan.families[f], way, terrain, ping_geometry.wavelength, scene)
         write_image_paths(
             some, way, left.astype(np.complex64), normal, plan.factor, plan.loss, 1 / scene.water.sound_speed,
             delay[f], amplitude[f], departure[f], arrival[f],

@@ -119,7 +119,7 @@ class FastReverberation:
         if not scene.occluders:
             return False
         here = self.ping_geometry.transmit_position[:2]
-        if any(math.dist(here, place) <= RECHECK_DISTANCE for place in self.known.positions_off_targets):
+        if any(math.dist(here, position) <= RECHECK_DISTANCE for position in self.known.positions_off_targets):
             return False
         if not self._may_reach_target_from(RECHECK_DISTANCE):
             self.known.positions_off_targets[:] = [here]
@@ -151,11 +151,11 @@ class FastReverberation:
         Returns:
             What reception it came to.
         """
-        bed, window = self.scene.seabed.terrain, self.window
-        if bed is None:
+        terrain, window = self.scene.seabed.terrain, self.window
+        if terrain is None:
             pieces, slot = empty_terrain_map()
             return [accumulate_samples(self._walk(part, pieces, slot, 1.0, labelled)) for part in self.parts]
-        kept = terrain_map(bed)
+        kept = terrain_map(terrain)
         slot = np.zeros((window.side, window.side), np.uint32)
         with kept.reading(window.corner + window.crossed, map_function) as rows:
             slot[tuple(window.crossed.T)] = rows
@@ -174,7 +174,7 @@ class FastReverberation:
         amplitude = _SCRATCH.of("amplitude", (f, most), np.complex64)
         departure = _SCRATCH.of("departure", (f, 3, most), np.float32)
         arrival = _SCRATCH.of("arrival", (f, 3, most), np.float32)
-        normal, place = _SCRATCH.of("normal", (3, most), np.float32), _SCRATCH.of("place", (2, most), np.float64)
+        normal, position = _SCRATCH.of("normal", (3, most), np.float32), _SCRATCH.of("place", (2, most), np.float64)
         rows, weight = _SCRATCH.of("rows", (p, takes), np.int32), _SCRATCH.of("weight", (p, takes), np.float32)
         found, first = np.empty(p, np.int64), np.empty(len(radials) + 1, np.int64)
         interference_ranges = _SCRATCH.of("meeting", (ranges, 2), np.int64)
@@ -184,21 +184,21 @@ class FastReverberation:
             ping_geometry.wavelength, radials, plan.step, lists, taken, cell, slot, pieces, seabed.terrain is None,
             plan.images,
             plan.bounce_codes, plan.horizon_row, plan.launch_image_depths, plan.launch_rising, plan.mirrors,
-            plan.factor, plan.loss, place,
+            plan.factor, plan.loss, position,
             delay, amplitude, departure, arrival, normal, rows, weight, found, first, interference_ranges,
         )  # fmt: skip
-        bed = seabed.terrain
-        if bed is not None and bed.span[0] < bed.span[1]:
+        terrain = seabed.terrain
+        if terrain is not None and terrain.span[0] < terrain.span[1]:
             bounce_off_relief(
-                self.scene, bed, ping_geometry, plan, part, first, place, normal, rows, found, delay, amplitude,
+                self.scene, terrain, ping_geometry, plan, part, first, position, normal, rows, found, delay, amplitude,
                 departure,
                 arrival,
             )  # fmt: skip
-        walked = Walked(first, place, normal, arrival, rows, found)
+        walked = Walked(first, position, normal, arrival, rows, found)
         dark = unlit(plan, walked, amplitude) if labelled else None
-        shaded = self._apply_target_shadows(part, first, place, normal, amplitude) if passing.any() else None
+        shaded = self._apply_target_shadows(part, first, position, normal, amplitude) if passing.any() else None
         if seabed.texture is not None:
-            factor = self._texture(radials, heading, first, place).astype(np.float32)
+            factor = self._texture(radials, heading, first, position).astype(np.float32)
             for k, many in enumerate(found):
                 weight[k, :many] *= factor[rows[k, :many]]
         for k, (i, j) in enumerate(thin.pair if not plan.factor.size else ()):
@@ -208,12 +208,12 @@ class FastReverberation:
             delay, amplitude, departure, thin.pair, found, rows, weight, interference_ranges[:ranges], held
         )
 
-    def _texture(self, radials: Floats, heading: float, first: NDArray[np.int64], place: Floats) -> Floats:
+    def _texture(self, radials: Floats, heading: float, first: NDArray[np.int64], position: Floats) -> Floats:
         """Factor of the seabed's texture on the area of points of some radials [1], shape (n,)."""
         bearing = np.repeat(np.arctan2(radials[:, 1], radials[:, 0]) + heading, np.diff(first))
         ahead = np.stack([np.cos(bearing), np.sin(bearing)], axis=-1)
         here = self.ping_geometry.transmit_position[:2]
-        return self.scene.seabed.texture_factor(here + place[0, : len(bearing), None] * ahead)
+        return self.scene.seabed.texture_factor(here + position[0, : len(bearing), None] * ahead)
 
     def _apply_law(
         self, into: NDArray[np.float32], out: NDArray[np.float32], normal: NDArray[np.float32],
@@ -230,7 +230,7 @@ class FastReverberation:
             section[begin : begin + DIRECTIONS_PER_BATCH] *= values[: len(some)]
 
     def _apply_target_shadows(
-        self, part: RadialSet, first: NDArray[np.int64], place: Floats, normal: NDArray[np.float32],
+        self, part: RadialSet, first: NDArray[np.int64], position: Floats, normal: NDArray[np.float32],
         amplitude: NDArray[np.complex64],
     ) -> Shaded | None:  # fmt: skip
         """Reduce legs by the occlusion of targets, on radials that pass one; returns these legs, if any."""
@@ -241,12 +241,12 @@ class FastReverberation:
         )
         behind, listed = [], part.lists.first[part.taken]
         for s in np.flatnonzero(part.passes_target):
-            point = np.flatnonzero(place[0, first[s] : first[s + 1]] > nearest)
+            point = np.flatnonzero(position[0, first[s] : first[s + 1]] > nearest)
             behind.append(np.stack([first[s] + point, listed[s] + point]))
         row, point = np.concatenate(behind, axis=1)
         if not len(row):
             return None
-        reach, depth = place[:, row]
+        reach, depth = position[:, row]
         points = np.stack([here[0] + reach * ahead[0, point], here[1] + reach * ahead[1, point], depth], axis=-1)
         up = np.ascontiguousarray(normal[:, row].T, float)
         left, legs = shaded_legs(self.scene, self.ping_geometry, self.plan, self.choice.edge_diffraction, points, up)
@@ -336,7 +336,7 @@ def _prepare(
     scene: Scene, choice: PathSettings, ping_geometry: PingGeometry, rays: PropagationModel
 ) -> PreparedReverberation | None:
     """Tables of a sonar that only moves horizontally; None where the scene does not meet the conditions."""
-    seabed, bed = scene.seabed, scene.seabed.terrain
+    seabed, terrain = scene.seabed, scene.seabed.terrain
     law = _compiled_law(seabed.law(ping_geometry.frequency, float(scene.water.sound_speed_at(seabed.depth))))
     families = families_reaching("seabed", choice.followed_families)
     moving = scene.surface.reflection != "flat" and any("S" in name for name in families)
@@ -345,19 +345,19 @@ def _prepare(
     if ping_geometry.channel_count != 1 or law is None or not families:
         return None
     source, rise = float(ping_geometry.transmit_position[2]), 0.0
-    if bed is not None:
-        if bed.span[0] <= source:
+    if terrain is not None:
+        if terrain.span[0] <= source:
             return None
-        rise = max(bed.depth - bed.span[0], bed.span[1] - bed.depth)
+        rise = max(terrain.depth - terrain.span[0], terrain.span[1] - terrain.depth)
     window_range = receivable_range(ping_geometry, seabed.depth, rays, families, rise=rise)
     sampling = ping_scatterers(scene, choice, 0, ping_geometry, rays, quadrature=True).resolution
     step = min(sampling.slant_resolution, MAX_RADIAL_STEP)
-    if bed is not None:
-        step = bed.heightmap_cell_size / int(np.ceil(bed.heightmap_cell_size / sampling.slant_resolution))
-        if 2 * window_range.farthest / (bed.heightmap_cell_size * CELLS) > AROUND - 4:
+    if terrain is not None:
+        step = terrain.heightmap_cell_size / int(np.ceil(terrain.heightmap_cell_size / sampling.slant_resolution))
+        if 2 * window_range.farthest / (terrain.heightmap_cell_size * CELLS) > AROUND - 4:
             return None
     floor = float(amplitude_ratio(choice.beam_cutoff_db))
-    heading = 0.0 if bed is None else bed.relief.resolved.scatterer_grid.heading
+    heading = 0.0 if terrain is None else terrain.relief.resolved.scatterer_grid.heading
     radials = radials_in_view(ping_geometry, seabed.depth, window_range, sampling, families, floor, heading)
     plan = plan_reverberation(scene, ping_geometry, families, law, radials, step, heading, rise)
     return PreparedReverberation(

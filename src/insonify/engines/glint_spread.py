@@ -76,21 +76,21 @@ class GlintSpread:
         return _legs(self, family, source_depth, np.ascontiguousarray(distance, float).tobytes(), depth)
 
     def bound(
-        self, beams: Beams, family: str, place: Floats, centre: Floats, cones: DepartureCones, depth: float
+        self, beams: Beams, family: str, position: Floats, centre: Floats, cones: DepartureCones, depth: float
     ) -> Floats:
         """Bound of all beams for the glints of one family from neighbourhoods on a boundary [1], shape (n,).
 
         Args:
             beams: Beams of this end of the sonar.
             family: Name of a family with a surface bounce.
-            place: North, east, depth of this end [m], shape (3,).
+            position: North, east, depth of this end [m], shape (3,).
             centre: North and east of the neighbourhoods [m], shape (n, 2).
             cones: Directions of the legs off a calm surface.
             depth: Depth of the boundary [m].
         """
-        legs = self.legs(family, float(place[2]), _NODES, depth)
+        legs = self.legs(family, float(position[2]), _NODES, depth)
         assert legs is not None
-        away = centre - place[:2]
+        away = centre - position[:2]
         distance = np.linalg.norm(away, axis=1)
         level, tilt, turn = (
             np.interp(distance, _NODES, one) for one in (legs.glints, legs.elevation_change, legs.bearing_change)

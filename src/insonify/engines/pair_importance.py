@@ -166,9 +166,9 @@ def _elevation_cells(ping_geometry: PingGeometry) -> float:
     if ping_geometry.elements is None:
         return 1.0
     ahead = np.array([np.cos(ping_geometry.first_beam_bearing), np.sin(ping_geometry.first_beam_bearing), 0.0])
-    place = ping_geometry.elements.positions @ ping_geometry.receive_beams.axes
-    reach = np.hypot(np.ptp(place @ ahead), np.ptp(place[:, 2]))
-    return float(min(1 + 2 * reach / ping_geometry.wavelength, len(place)))
+    position = ping_geometry.elements.positions @ ping_geometry.receive_beams.axes
+    reach = np.hypot(np.ptp(position @ ahead), np.ptp(position[:, 2]))
+    return float(min(1 + 2 * reach / ping_geometry.wavelength, len(position)))
 
 
 def significant_families(

@@ -147,9 +147,9 @@ def by_size(panel: Panel, patches: Patches, insonification: TargetInsonification
     return patches.take(small), patches.take(~small), (along_s >= along_t)[~small]
 
 
-def _rays(place: Floats, image: Floats) -> tuple[Floats, Floats]:
+def _rays(position: Floats, image: Floats) -> tuple[Floats, Floats]:
     """Directions from an image to positions, (n, 3), and distances [m], (n,)."""
-    ray = place - image
+    ray = position - image
     length = np.maximum(np.linalg.norm(ray, axis=1), 1e-6)
     return ray / length[:, None], length
 
@@ -165,8 +165,8 @@ def _receivable(d: PanelDerivatives, patches: Patches, insonification: TargetIns
     round_one = np.where(np.linalg.norm(d.tt, axis=1) > 0, patches.half_t, 0.0)
     for places in insonification.images:
         seen, least, most = np.zeros(len(radius), bool), np.full(len(radius), np.inf), np.zeros(len(radius))
-        for place in places:
-            ray, length = _rays(d.position, place)
+        for position in places:
+            ray, length = _rays(d.position, position)
             leeway = np.minimum(bent + round_one + radius / length, np.pi / 2)
             seen |= -np.einsum("nk,nk->n", ray, normal) > -np.sin(leeway) - insonification.max_deviation
             least, most = np.minimum(least, length - radius), np.maximum(most, length + radius)
@@ -203,8 +203,8 @@ def _sizes(d: PanelDerivatives, patches: Patches, insonification: TargetInsonifi
     twist = np.zeros(len(long))
     for places in insonification.images:
         most, nearest = np.zeros((7, len(long))), np.full(len(long), np.inf)
-        for place in places:
-            ray, length = _rays(d.position, place)
+        for position in places:
+            ray, length = _rays(d.position, position)
             along = np.stack([np.einsum("nk,nk->n", ray, term) for term in patch_terms])
             most, nearest = np.maximum(most, np.abs(along)), np.minimum(nearest, length)
             for lobe in insonification.lobes:

@@ -147,8 +147,8 @@ class PingScatterers:
         )  # fmt: skip
 
         def lie(lay: Callable[[], Columns]) -> Scatterers:
-            place, area, key = lay()
-            return self._points_on_boundary(boundary, depth, law, place, area, np.ones(len(area), complex), key)
+            position, area, key = lay()
+            return self._points_on_boundary(boundary, depth, law, position, area, np.ones(len(area), complex), key)
 
         return [partial(lie, lay) for lay in even.blocks(_cut_into_blocks)]
 
@@ -172,10 +172,10 @@ class PingScatterers:
             cell = np.arange(start, stop)
             u = random_keys.uniforms(self.seed, random_keys.SLICE, cell, along, across, line)
             shift = 0.5 if self.quadrature else u[:, 0]
-            place = here + ((cell + shift) * pitch)[:, None] * ahead
+            position = here + ((cell + shift) * pitch)[:, None] * ahead
             key = np.uint64(random_keys.SLICE << 59 | int(boundary == "surface") << 58) | cell.astype(np.uint64)
             area = np.full(len(cell), pitch)
-            return self._points_on_boundary(boundary, depth, law, place, area, np.exp(2j * np.pi * u[:, 1]), key)
+            return self._points_on_boundary(boundary, depth, law, position, area, np.exp(2j * np.pi * u[:, 1]), key)
 
         starts = range(first, last, SCATTERERS_PER_BLOCK)
         return [partial(drawn, s, min(s + SCATTERERS_PER_BLOCK, last)) for s in starts]
@@ -201,14 +201,14 @@ class PingScatterers:
         return max(self.bed.depth - self.bed.span[0], self.bed.span[1] - self.bed.depth)
 
     def _points_on_boundary(
-        self, boundary: Boundary, depth: float, law: Law, place: NDArray[np.float64], area: NDArray[np.float64],
+        self, boundary: Boundary, depth: float, law: Law, position: NDArray[np.float64], area: NDArray[np.float64],
         phase: NDArray[np.complex128], key: NDArray[np.uint64],
     ) -> Scatterers:  # fmt: skip
         """Points of a boundary at positions that do not come again: on the seabed, or on the plane."""
         if boundary == "seabed" and self.bed is not None:
-            ground = self.bed.relief.sample(place[:, 0], place[:, 1])
-            return self._textured(seabed_scatterers(depth, ground, law, place, area, phase, key))
-        return self._textured(_on_boundary(boundary, depth, law, place, area, phase, key))
+            ground = self.bed.relief.sample(position[:, 0], position[:, 1])
+            return self._textured(seabed_scatterers(depth, ground, law, position, area, phase, key))
+        return self._textured(_on_boundary(boundary, depth, law, position, area, phase, key))
 
     def _textured(self, points: Scatterers) -> Scatterers:
         """Points of a boundary, with areas multiplied by the seabed's texture."""
@@ -283,7 +283,7 @@ def _cut_into_blocks(count: NDArray[np.float64]) -> list[slice]:
 
 
 def lay_on_terrain(
-    bed: SeabedTerrain,
+    terrain: SeabedTerrain,
     law: Law,
     tiles: Tiles,
     density: NDArray[np.float64],
@@ -297,7 +297,7 @@ def lay_on_terrain(
     are evaluated together.
 
     Args:
-        bed: The seabed.
+        terrain: The seabed.
         law: Scattering law.
         tiles: The tiles.
         density: The largest part of their scatterers that any ping keeps, shape (tiles,).
@@ -312,11 +312,11 @@ def lay_on_terrain(
         return next_positions(some.take(rows), seed, stream, known, size[rows])
 
     key = grid_scatterer_id(stream, some.level, some.along, some.across).view(np.int64)
-    rows, begin = bed.sample_tiles(seed, key, size, places)
+    rows, begin = terrain.sample_tiles(seed, key, size, places)
     start = np.zeros(len(density), np.int64)
     start[requested] = begin
     return tile_scatterers(
-        bed.depth, (rows, start), law, kept.tile, kept.rank, kept.position, kept.area, kept.phase, kept.key
+        terrain.depth, (rows, start), law, kept.tile, kept.rank, kept.position, kept.area, kept.phase, kept.key
     )
 
 

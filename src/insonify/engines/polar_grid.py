@@ -121,7 +121,7 @@ class PolarGrid:
             gain_factor: Factor on the gain in each piece of each row of tiles [1], shape (rows, PIECES_PER_TILE);
                 None: 1.
         """
-        place = np.empty((len(tiles) * (PIECES_PER_TILE + 1) * SECTORS_PER_TILE, 2))
+        position = np.empty((len(tiles) * (PIECES_PER_TILE + 1) * SECTORS_PER_TILE, 2))
         kernel.piece_edges(
             tiles,
             (RINGS_PER_TILE, PIECES_PER_TILE, SECTORS_PER_TILE),
@@ -129,9 +129,9 @@ class PolarGrid:
             self.height,
             self.azimuth,
             self._origin,
-            place,
+            position,
         )
-        gain = beam_importance.gain_at(place).reshape(-1, PIECES_PER_TILE + 1, SECTORS_PER_TILE)
+        gain = beam_importance.gain_at(position).reshape(-1, PIECES_PER_TILE + 1, SECTORS_PER_TILE)
         gain = self.evenness * np.maximum(gain[:, 1:], gain[:, :-1])
         if gain_factor is not None:
             gain *= gain_factor[tiles[:, 0] - self.rows[0]][..., None]
@@ -173,12 +173,12 @@ class PolarGrid:
         """
         kept = np.ones((len(tiles), 1, SECTORS_PER_TILE)) if keep_probability is None else keep_probability
         kept, most = np.repeat(kept, strips, axis=2), len(tiles) * RINGS_PER_TILE * SECTORS_PER_TILE * strips
-        place, area, key = np.empty((most, 2)), np.empty(most), np.empty(most, np.uint64)
+        position, area, key = np.empty((most, 2)), np.empty(most), np.empty(most, np.uint64)
         across = self.azimuth / strips
         n = kernel.kept_points(
-            tiles, kept, RINGS_PER_TILE, self.slant, self.height, across, self._origin, place, area, key
+            tiles, kept, RINGS_PER_TILE, self.slant, self.height, across, self._origin, position, area, key
         )
-        return place[:n], area[:n], key[:n] + np.uint64(strips - 1 << STRIP_BIT)
+        return position[:n], area[:n], key[:n] + np.uint64(strips - 1 << STRIP_BIT)
 
     @property
     def _origin(self) -> tuple[float, float, float]:

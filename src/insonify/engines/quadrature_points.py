@@ -154,16 +154,16 @@ class QuadraturePoints:
         )
 
         def points_of_tiles(rows: slice) -> Columns:
-            place, area, key = layout.points(keep_probability, rows)
-            return place + middle, area, key
+            position, area, key = layout.points(keep_probability, rows)
+            return position + middle, area, key
 
         shaded = self._tiles_near_shadows(layout)
         if not shaded.any():
             return [partial(points_of_tiles, rows) for rows in cut(keep_probability.sum(axis=(1, 2)) * RINGS_PER_PIECE)]
 
         def cells_of(some: NDArray[np.int64], strips: int) -> Columns:
-            place, area, key = layout.cells.points(layout.tiles[some], keep_probability[some], strips)
-            return place + middle, area, key
+            position, area, key = layout.cells.points(layout.tiles[some], keep_probability[some], strips)
+            return position + middle, area, key
 
         made: list[Callable[[], Columns]] = []
         fine = SPARSE_EDGE_STRIPS if self.resolution.sparse else EDGE_STRIPS
@@ -190,7 +190,7 @@ class QuadraturePoints:
         """The sonar, at the origin."""
         north, east = self.ping_geometry.midpoint
         ends = (self.ping_geometry.transmit_position, self.ping_geometry.receive_position)
-        out, back = (np.round(place - [north, east, 0.0], POSITION_DECIMALS) for place in ends)
+        out, back = (np.round(position - [north, east, 0.0], POSITION_DECIMALS) for position in ends)
         return replace(self.ping_geometry, transmit_position=out, receive_position=back)
 
     @property

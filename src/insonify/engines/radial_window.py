@@ -46,30 +46,30 @@ class TerrainWindow:
 
 
 def terrain_window(
-    bed: SeabedTerrain | None, ping_geometry: PingGeometry, step: float, parts: list[RadialSet], farthest: float
+    terrain: SeabedTerrain | None, ping_geometry: PingGeometry, step: float, parts: list[RadialSet], farthest: float
 ) -> TerrainWindow | None:
     """The window of one ping, or None where its lines cross more pieces than are kept.
 
     Args:
-        bed: The seabed; None for a flat bed.
+        terrain: The seabed; None for a flat bed.
         ping_geometry: The sonar at this ping.
         step: Distance of samples along the lines [m].
         parts: All its lines with their points.
         farthest: Distance that is received [m].
     """
-    if bed is None:
+    if terrain is None:
         return TerrainWindow()
-    lattice, piece = bed.relief.resolved.scatterer_grid, bed.heightmap_cell_size * CELLS
+    lattice, piece = terrain.relief.resolved.scatterer_grid, terrain.heightmap_cell_size * CELLS
     own = lattice.from_world(ping_geometry.transmit_position[:2]).tolist()
     reach = math.ceil(farthest / piece) + 1
-    first = [math.floor(place / piece) - reach for place in own]
+    first = [math.floor(position / piece) - reach for position in own]
     start = own[0] - first[0] * piece, own[1] - first[1] * piece
     side = 2 * reach + 1
     mark, found = np.zeros((side, side), np.int8), np.empty((MAX_PIECES + 1, 2), np.int64)
     crossed = np.zeros((side, side), bool)
     for part in parts:
         count = tiles_under_radials(
-            *start, part.radials, step, part.lists.samples, part.taken, bed.heightmap_cell_size, mark, found
+            *start, part.radials, step, part.lists.samples, part.taken, terrain.heightmap_cell_size, mark, found
         )  # fmt: skip
         crossed[tuple(found[:count].T)] = True
     pieces = np.argwhere(crossed)
@@ -90,9 +90,12 @@ def radials_past_targets(
     passed = np.zeros((len(plan.bounding_cylinders), len(plan.radials)), bool)
     if not len(plan.bounding_cylinders):
         return passed
-    bearing, place = np.arctan2(plan.radials[:, 1], plan.radials[:, 0]) + heading, ping_geometry.transmit_position
+    bearing, position = np.arctan2(plan.radials[:, 1], plan.radials[:, 0]) + heading, ping_geometry.transmit_position
     for t, (north, east, radius) in enumerate(plan.bounding_cylinders[:, :3].tolist()):
-        apart, towards = math.hypot(north - place[0], east - place[1]), math.atan2(east - place[1], north - place[0])
+        apart, towards = (
+            math.hypot(north - position[0], east - position[1]),
+            math.atan2(east - position[1], north - position[0]),
+        )
         off = np.abs(np.mod(bearing - towards + np.pi, 2 * np.pi) - np.pi) - plan.radials[:, 2] / 2
         half = math.asin(min(1.0, radius / max(apart, 1e-9))) + _diffraction_margin(
             apart, ping_geometry.wavelength, edges

@@ -194,7 +194,7 @@ def straight_gain_bound(ping_geometry: PingGeometry, depth: float, families: tup
     """
     if ping_geometry.receive_track_extent is not None or not families:
         return None
-    ends = {float(place[2]) for place in (ping_geometry.transmit_position, ping_geometry.receive_position)}
+    ends = {float(position[2]) for position in (ping_geometry.transmit_position, ping_geometry.receive_position)}
     climbs, odd = (
         np.concatenate(part)
         for part in zip(*(_image_verticals(families, end, depth) for end in sorted(ends)), strict=True)

@@ -36,8 +36,8 @@ NEGLIGIBLE_PRESSURE = 3e-4
 
 
 def reflect_off_relief(
-    legs: Legs, scatterers: Scatterers, place: NDArray[np.float64], terrain_occlusion: TerrainOcclusion, scene: Scene,
-    *,
+    legs: Legs, scatterers: Scatterers, position: NDArray[np.float64], terrain_occlusion: TerrainOcclusion,
+    scene: Scene, *,
     soft: bool = False, wanted: NDArray[np.bool_] | None = None,
 ) -> Legs:  # fmt: skip
     """Legs as relief leaves them: moved to the planes that they bounce off, dimmed by roughness, hidden by ground.
@@ -45,7 +45,7 @@ def reflect_off_relief(
     Args:
         legs: Legs over the mean plane, owned by the caller alone: their columns are overwritten.
         scatterers: The points that they reach.
-        place: North, east, depth of the sonar's end [m], shape (3,).
+        position: North, east, depth of the sonar's end [m], shape (3,).
         terrain_occlusion: What the seabed hides from there.
         scene: The scene; its bed has relief.
         soft: See `occlude_by_terrain`; legs off local planes end at once behind ground.
@@ -57,22 +57,22 @@ def reflect_off_relief(
     low, high = terrain_occlusion.bed.span
     bounced = [row for row, family in enumerate(legs.families) if "B" in family] if high > low else []
     if not bounced:
-        return occlude_by_terrain(legs, scatterers, place, terrain_occlusion, soft=soft)
+        return occlude_by_terrain(legs, scatterers, position, terrain_occlusion, soft=soft)
     if not isinstance(terrain_occlusion.launches, StraightLaunchAngles):
-        shaded = occlude_by_terrain(legs, scatterers, place, terrain_occlusion, soft=soft)
-        return _displace_refracted(shaded, bounced, legs, scatterers, place, terrain_occlusion, scene)
-    made = _without_bottom_bounces(legs, bounced, scatterers, place, terrain_occlusion, soft=soft)
+        shaded = occlude_by_terrain(legs, scatterers, position, terrain_occlusion, soft=soft)
+        return _displace_refracted(shaded, bounced, legs, scatterers, position, terrain_occlusion, scene)
+    made = _without_bottom_bounces(legs, bounced, scatterers, position, terrain_occlusion, soft=soft)
     for row in bounced:
         some = np.flatnonzero(wanted[row]) if wanted is not None else np.arange(len(scatterers))
-        followed = some[~_negligible(made, row, some, place, terrain_occlusion)]
+        followed = some[~_negligible(made, row, some, position, terrain_occlusion)]
         made.reflection_coefficient[row] = 0.0
         if len(followed):
-            _write_bounced(made, row, followed, scatterers, place, terrain_occlusion, scene, soft=soft)
+            _write_bounced(made, row, followed, scatterers, position, terrain_occlusion, scene, soft=soft)
     return made
 
 
 def _without_bottom_bounces(
-    legs: Legs, bounced: list[int], scatterers: Scatterers, place: NDArray[np.float64],
+    legs: Legs, bounced: list[int], scatterers: Scatterers, position: NDArray[np.float64],
     terrain_occlusion: TerrainOcclusion, *,
     soft: bool,
 ) -> Legs:  # fmt: skip
@@ -83,35 +83,35 @@ def _without_bottom_bounces(
     if plain:
         ahead = plain == list(range(len(plain)))
         first = legs.first_rows(len(plain)) if ahead else leg_rows(legs, plain)
-        lit = occlude_by_terrain(first, scatterers, place, terrain_occlusion, soft=soft)
+        lit = occlude_by_terrain(first, scatterers, position, terrain_occlusion, soft=soft)
         for name in ("status", "occluder", "visibility"):
             getattr(made, name)[slice(len(plain)) if ahead else plain] = getattr(lit, name)
     return made
 
 
 def _negligible(
-    legs: Legs, row: int, some: NDArray[np.int64], place: NDArray[np.float64], terrain_occlusion: TerrainOcclusion
+    legs: Legs, row: int, some: NDArray[np.int64], position: NDArray[np.float64], terrain_occlusion: TerrainOcclusion
 ) -> NDArray[np.bool_]:
     """True for legs of one family that are too weak to be followed, evaluated on the mean plane, shape of `some`."""
-    family, bed, wavelength = legs.families[row], terrain_occlusion.bed, terrain_occlusion.wavelength
+    family, terrain, wavelength = legs.families[row], terrain_occlusion.bed, terrain_occlusion.wavelength
     length, sine = legs.length[row, some], np.abs(legs.departure[row, some, 2])
     if not _may_be_faint(family, length, sine, terrain_occlusion):
         return np.zeros(len(some), bool)
-    way = flat_bounces(family, float(place[2]), length, sine, bed.depth)
-    return coherent_bounce_factor(family, way, bed, wavelength) < NEGLIGIBLE_PRESSURE
+    way = flat_bounces(family, float(position[2]), length, sine, terrain.depth)
+    return coherent_bounce_factor(family, way, terrain, wavelength) < NEGLIGIBLE_PRESSURE
 
 
 def _write_bounced(
-    legs: Legs, row: int, some: NDArray[np.int64], scatterers: Scatterers, place: NDArray[np.float64],
+    legs: Legs, row: int, some: NDArray[np.int64], scatterers: Scatterers, position: NDArray[np.float64],
     terrain_occlusion: TerrainOcclusion, scene: Scene, *, soft: bool,
 ) -> None:  # fmt: skip
     """Write some straight legs of one family anew, off local planes."""
     family, points = legs.families[row], scatterers.position[some]
-    way = local_plane_paths(family, place, points, terrain_occlusion.bed, terrain_occlusion.wavelength)
+    way = local_plane_paths(family, position, points, terrain_occlusion.bed, terrain_occlusion.wavelength)
     left = reflection_product(family, way, terrain_occlusion.bed, terrain_occlusion.wavelength, scene)
     per_metre = np.log(legs.absorption[row, some[0]]) / legs.length[row, some[0]]
     taken = np.exp(per_metre * way.length)
-    clear = clear_of_terrain(way, place, points, terrain_occlusion, ground=scatterers.boundary == "seabed")
+    clear = clear_of_terrain(way, position, points, terrain_occlusion, ground=scatterers.boundary == "seabed")
     write_bounced_legs(
         some, way, left, taken, clear, scatterers.normal, 1 / scene.water.sound_speed, soft,
         *(getattr(legs, name)[row] for name in _WRITTEN_COLUMNS),
@@ -130,7 +130,7 @@ def _may_be_faint(
 
 
 def reflection_product(
-    family: str, way: ImagePaths, bed: SeabedTerrain, wavelength: float, scene: Scene
+    family: str, way: ImagePaths, terrain: SeabedTerrain, wavelength: float, scene: Scene
 ) -> NDArray[np.complex128]:
     """Product of what all mirrors of a family leave of the coherent sound, with its phase [1], shape (n,).
 
@@ -142,11 +142,11 @@ def reflection_product(
     Args:
         family: Name of the family.
         way: Its paths.
-        bed: The seabed.
+        terrain: The seabed.
         wavelength: Acoustic wavelength [m].
         scene: The scene.
     """
-    left = coherent_bounce_factor(family, way, bed, wavelength)
+    left = coherent_bounce_factor(family, way, terrain, wavelength)
     coefficient = 1 + 0j
     product: NDArray[np.complex128] | complex = 1.0
     for k, letter in enumerate(bounce_sequence(family)):
@@ -158,14 +158,14 @@ def reflection_product(
 
 
 def coherent_bounce_factor(
-    family: str, way: ImagePaths | BounceGeometry, bed: SeabedTerrain, wavelength: float
+    family: str, way: ImagePaths | BounceGeometry, terrain: SeabedTerrain, wavelength: float
 ) -> NDArray[np.float64]:
     """Coherent reflection factor of all bottom bounces of a family [1], shape (n,).
 
     Args:
         family: Name of the family.
         way: Its paths.
-        bed: The seabed.
+        terrain: The seabed.
         wavelength: Acoustic wavelength [m].
     """
     product = np.ones(len(way.length))
@@ -173,7 +173,7 @@ def coherent_bounce_factor(
         if letter == "B":
             length, width = fresnel_zone(way, k, wavelength)
             axis = np.maximum(2 * np.sqrt(length * width), 1e-6)
-            product *= bed.roughness_reflection_factor(
+            product *= terrain.roughness_reflection_factor(
                 way.grazing_sine[k], wavelength, axis, residual_variance=way.residual_variance[k]
             )
     return product
@@ -181,7 +181,7 @@ def coherent_bounce_factor(
 
 def clear_of_terrain(
     way: ImagePaths,
-    place: NDArray[np.float64],
+    position: NDArray[np.float64],
     points: NDArray[np.float64],
     terrain_occlusion: TerrainOcclusion,
     *,
@@ -194,20 +194,20 @@ def clear_of_terrain(
 
     Args:
         way: The paths.
-        place: North, east, depth of the sonar's end [m], shape (3,).
+        position: North, east, depth of the sonar's end [m], shape (3,).
         points: The same of the points [m], shape (n, 3).
         terrain_occlusion: The seabed about that end.
         ground: True if the points lie on it.
     """
-    seen = locate_points(terrain_occlusion, place, points)
+    seen = locate_points(terrain_occlusion, position, points)
     count, n = way.fraction.shape
     nodes, spared = np.empty((count + 2, n, 2)), np.empty((count + 2, n))
-    set_path_nodes(way, place, points, seen.distance, terrain_occlusion.wavelength, nodes, spared)
+    set_path_nodes(way, position, points, seen.distance, terrain_occlusion.wavelength, nodes, spared)
     return way.is_valid & terrain_occlusion.image_paths_clear(seen.groups, nodes, spared, ground=ground)
 
 
 def _displace_refracted(
-    legs: Legs, bounced: list[int], plain: Legs, scatterers: Scatterers, place: NDArray[np.float64],
+    legs: Legs, bounced: list[int], plain: Legs, scatterers: Scatterers, position: NDArray[np.float64],
     terrain_occlusion: TerrainOcclusion, scene: Scene,
 ) -> Legs:  # fmt: skip
     """Bent legs over the mean plane, moved by what local planes change in straight ones.
@@ -216,7 +216,7 @@ def _displace_refracted(
     the straight way's change is scaled by the ratio of the sines.
     """
     made = replace(legs, **{name: getattr(legs, name).copy() for name in _COPIED_COLUMNS})
-    north, east = (scatterers.position[:, :2] - place[:2]).T
+    north, east = (scatterers.position[:, :2] - position[:2]).T
     distance, speed = np.hypot(north, east), float(scene.water.sound_speed_at(terrain_occlusion.bed.depth))
     for row in bounced:
         family = made.families[row]
@@ -224,10 +224,10 @@ def _displace_refracted(
         evaluated = np.array(
             [np.clip(at, 0.0, distance) for at in terrain_occlusion.launches.bounce_ranges(family, launch)]
         )
-        level = flat_image_paths(family, place, scatterers.position, terrain_occlusion.bed.depth)
+        level = flat_image_paths(family, position, scatterers.position, terrain_occlusion.bed.depth)
         local = local_plane_paths(
             family,
-            place,
+            position,
             scatterers.position,
             terrain_occlusion.bed,
             terrain_occlusion.wavelength,

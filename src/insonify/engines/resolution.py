@@ -219,14 +219,14 @@ def tiles_in_view(
         widest = np.inf
     found: list[tuple[Integers, Integers, Integers, Floats]] = []
     while len(along):
-        pitch, (centre, place) = float(np.ldexp(BASE_PITCH, level)), np.empty((2, len(along), 2))
+        pitch, (centre, position) = float(np.ldexp(BASE_PITCH, level)), np.empty((2, len(along), 2))
         half = TILE * pitch / np.sqrt(2)
         n = kernel.tiles_in_reach(
             pitch, along, across, here, other, window_range.nearest, window_range.farthest, widest, lattice.frame,
-            centre, place,
+            centre, position,
         )  # fmt: skip
         bound = two_way_gain_bound(
-            place[:n], np.full(n, half), ping_geometry, boundary_depth, rays, families, rise=rise, enough=beam_floor,
+            position[:n], np.full(n, half), ping_geometry, boundary_depth, rays, families, rise=rise, enough=beam_floor,
             glints=glints,
         )  # fmt: skip
         n = kernel.tiles_above_floor(bound, beam_floor, along, across, centre)
@@ -256,11 +256,11 @@ def fill_fraction(
         most: Part that fills the cells of any ping, shape (n,): it is not exceeded.
     """
     half, spans = TILE * tiles.pitch / np.sqrt(2), []
-    for place in (ping_geometry.transmit_position, ping_geometry.receive_position)[
+    for position in (ping_geometry.transmit_position, ping_geometry.receive_position)[
         : 1 if ping_geometry.is_monostatic else 2
     ]:
-        away = np.linalg.norm(tiles.centre - lattice.from_world(place[:2]), axis=-1)
-        spans.append((np.maximum(away - half, 0), away + half, abs(boundary_depth - float(place[2]))))
+        away = np.linalg.norm(tiles.centre - lattice.from_world(position[:2]), axis=-1)
+        spans.append((np.maximum(away - half, 0), away + half, abs(boundary_depth - float(position[2]))))
     area = resolution.finest(*spans[0]) if ping_geometry.is_monostatic else resolution.finest_bistatic(spans)
     return np.minimum(tiles.pitch**2 / area, most)
 
@@ -303,12 +303,13 @@ class _TrackResolution:
         )
         self.ends = [
             (
-                lattice.from_world(one.nearest_segments(place, reach + more)), lattice.from_world(one.hull_corners),
+                lattice.from_world(one.nearest_segments(position, reach + more)), lattice.from_world(one.hull_corners),
                 one.polyline_error,
                 min_track_height(one, boundary_depth),
             )
-            for one, place, more in zip(ping_geometry.track_extents, (here, ping_geometry.receive_position[:2]), (0.0,
-            apart), strict=False)
+            for one, position, more in zip(
+                ping_geometry.track_extents, (here, ping_geometry.receive_position[:2]), (0.0, apart), strict=False
+            )
         ]  # fmt: skip
 
     def finest(self, centre: Floats, half_diagonal: Floats) -> Floats:
@@ -352,13 +353,13 @@ def two_way_gain_bound(
         ends.append((ping_geometry.receive_position, ping_geometry.bounding_receive_beams, receive))
     rows = np.arange(len(centre))
     for name in families:
-        for place, beams, best in ends:
+        for position, beams, best in ends:
             cones = rays.departure_cones(
-                name, place, centre[rows], half_diagonal[rows], boundary_depth, relief_height=rise
+                name, position, centre[rows], half_diagonal[rows], boundary_depth, relief_height=rise
             )
             one = np.where(cones.exists, beams.bound(cones.axis, cones.half_angle), 0.0)
             if glints is not None and "S" in name:
-                spread = glints.bound(beams, name, place, centre[rows], cones, boundary_depth)
+                spread = glints.bound(beams, name, position, centre[rows], cones, boundary_depth)
                 one = np.where(cones.exists, np.maximum(one, spread), 0.0)
             best[rows] = np.maximum(best[rows], one)
         rows = rows[transmit[rows] * receive[rows] < enough]

@@ -210,7 +210,7 @@ def _reflection_table(
 ) -> NDArray[np.complex64]:
     """All bounces of each family over evenly spaced sines, on ground at the mean depth, (f, nodes)."""
     sine = np.linspace(0, 1, REFLECTION_NODES)
-    grazing, depth, bed = np.arcsin(sine), scene.seabed.depth, scene.seabed.terrain
+    grazing, depth, terrain = np.arcsin(sine), scene.seabed.depth, scene.seabed.terrain
     tangent = np.maximum(sine, 1e-6) / np.sqrt(np.maximum(1 - sine**2, 1e-12))
     table = np.ones((len(families), REFLECTION_NODES), np.complex128)
     for row, string in enumerate(map(bounce_sequence, families)):
@@ -221,8 +221,8 @@ def _reflection_table(
                 table[row] *= scene.surface.reflection_coefficient(grazing)
                 continue
             table[row] *= scene.seabed.reflection_coefficient(grazing)
-            if rough and bed is not None:
+            if rough and terrain is not None:
                 half = fresnel_half_length((first + k * depth) / tangent, distance, tangent, wavelength)
                 zone = np.maximum(2 * half * np.sqrt(np.maximum(sine, 1e-6)), 1e-6)
-                table[row] *= bed.roughness_reflection_factor(sine, wavelength, np.asarray(zone, float))
+                table[row] *= terrain.roughness_reflection_factor(sine, wavelength, np.asarray(zone, float))
     return table.astype(np.complex64)

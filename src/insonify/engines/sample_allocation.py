@@ -97,7 +97,7 @@ def allocate_samples(
     middle = (edges[1:] + edges[:-1]) / 2
     strength = _strengths(middle, climbs, pair, law, mirrors, absorption_db, steepness)
     odd = np.array([len(bounce_sequence(name)) % 2 == 1 for name in families])
-    sent, received, alike = (
+    sent, received, same_beams = (
         _beam(ping_geometry.transmit_beams),
         _beam(ping_geometry.receive_beams),
         ping_geometry.same_beams,
@@ -105,7 +105,7 @@ def allocate_samples(
 
     def energies(some: Floats) -> NDArray[np.float32]:
         found = np.empty((len(some), RANGE_BINS, len(pair)), np.float32)
-        pair_energies(some, heading, edges, climbs, odd, pair, strength, sent, received, alike, found)
+        pair_energies(some, heading, edges, climbs, odd, pair, strength, sent, received, same_beams, found)
         return found
 
     energy = energies(radials)

@@ -99,11 +99,11 @@ def _cut(
     if shaded is None or straight < 0:
         return dark, lost, occluder_row
     count = int(walked.found[straight])
-    place = np.full(int(walked.first[-1]), -1, np.int64)
-    place[walked.rows[straight, :count]] = np.arange(count)
+    position = np.full(int(walked.first[-1]), -1, np.int64)
+    position[walked.rows[straight, :count]] = np.arange(count)
     mine = np.flatnonzero(shaded.legs.status[direct] == LegStatus.OCCLUDED)
-    mine = mine[place[shaded.points[mine]] >= 0]
-    behind, unlit_too = place[shaded.points[mine]], np.zeros(count, bool)
+    mine = mine[position[shaded.points[mine]] >= 0]
+    behind, unlit_too = position[shaded.points[mine]], np.zeros(count, bool)
     unlit_too[dark] = True
     left = np.abs(shaded.visibility[direct, mine]) ** 4
     taken = np.where(unlit_too[behind], 1.0, np.maximum(1 - left, 0.0))

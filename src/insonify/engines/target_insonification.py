@@ -50,14 +50,14 @@ def target_insonification(
     """
     families = families_reaching("target", choice.followed_families)
     straight = isinstance(rays, StraightRays) and scene.surface.reflection == "flat"
-    bed = scene.seabed.terrain
-    level = bed is None or bed.span[0] == bed.span[1]
+    terrain = scene.seabed.terrain
+    level = terrain is None or terrain.span[0] == terrain.span[1]
     max_deviation = 0.0 if straight and level else MAX_DEVIATION
     slowest = float(np.min(scene.water.sound_speed_at(np.linspace(*scene.body_depths, 9))))
     wavelength = slowest / ping_geometry.frequency
     images = tuple(
-        np.array([[*place[:2], image_depth(name, place[2], scene.seabed.depth)] for name in families])
-        for place in (ping_geometry.transmit_position, ping_geometry.receive_position)
+        np.array([[*position[:2], image_depth(name, position[2], scene.seabed.depth)] for name in families])
+        for position in (ping_geometry.transmit_position, ping_geometry.receive_position)
     )
     shaded = len(scene.occluders) > 1 or not level or scene.surface.reflection == "explicit"
     zone = FRESNEL_FRACTION * np.sqrt(wavelength * max(distance, wavelength))

@@ -46,14 +46,17 @@ def shadow_sector(
         farthest: Greatest horizontal distance that matters [m].
         soft: True if its edges are soft.
     """
-    place, (north, east, radius, *_) = ping_geometry.transmit_position, bounding_cylinders(scene)[row]
-    apart, bearing = float(np.hypot(north - place[0], east - place[1])), np.arctan2(east - place[1], north - place[0])
+    position, (north, east, radius, *_) = ping_geometry.transmit_position, bounding_cylinders(scene)[row]
+    apart, bearing = (
+        float(np.hypot(north - position[0], east - position[1])),
+        np.arctan2(east - position[1], north - position[0]),
+    )
     if apart <= radius:
         return ShadowSector(float(bearing), np.pi, 0.0, farthest)
     half, near = float(np.arcsin(radius / apart)), apart - radius
     distance = near + np.maximum(farthest - near, 0.0) * np.linspace(0, 1, PROBES) ** 2
     points, up = np.full((PROBES, 3), scene.seabed.depth), np.zeros((PROBES, 3))
-    points[:, 0], points[:, 1] = place[0] + distance * np.cos(bearing), place[1] + distance * np.sin(bearing)
+    points[:, 0], points[:, 1] = position[0] + distance * np.cos(bearing), position[1] + distance * np.sin(bearing)
     up[:, 2] = -1.0
     law = scene.seabed.law(ping_geometry.frequency, float(scene.water.sound_speed_at(scene.seabed.depth)))
     if law is None:
@@ -61,14 +64,14 @@ def shadow_sector(
     probes = Scatterers(
         "seabed", "seabed", law, points, up, np.ones(PROBES), np.ones(PROBES, complex), np.zeros(PROBES, np.uint64)
     )
-    legs = rays.legs(place, probes, families, ping_geometry.frequency)
+    legs = rays.legs(position, probes, families, ping_geometry.frequency)
     hidden = np.flatnonzero((legs.occluder == row).any(axis=0))
     last = int(hidden[-1]) if len(hidden) else 0
     if last == PROBES - 1:
         return ShadowSector(float(bearing), half, near, farthest)
     far = float(distance[min(last + 1, PROBES - 1)])
-    bed, grazing = scene.seabed.terrain, legs.grazing[0, last]
-    lower = 0.0 if bed is None else bed.span[1] - scene.seabed.depth
+    terrain, grazing = scene.seabed.terrain, legs.grazing[0, last]
+    lower = 0.0 if terrain is None else terrain.span[1] - scene.seabed.depth
     if soft:
         lower += np.sqrt(ping_geometry.wavelength * far) / 2  # about the penumbra of an edge half way
     tangent = float(np.tan(grazing)) if np.isfinite(grazing) else 0.0

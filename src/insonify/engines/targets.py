@@ -248,8 +248,8 @@ def _box_points(
     whole = box_scatterers(box, base, seed, pitch, occluder, rise=rise, quadrature=even, reaches=reaches)
     if not seabed.relief:
         return whole
-    place = whole.position
-    return whole.take(place[:, 2] < seabed_depth_at(seabed, place[:, :2]))
+    position = whole.position
+    return whole.take(position[:, 2] < seabed_depth_at(seabed, position[:, :2]))
 
 
 def _section(
@@ -385,11 +385,11 @@ def _below_beam_floor(
 
     A sidescan's beams swim past a target long before and after they receive more of it than their side lobes take in.
     """
-    bed, (north, east, radius, top, base) = (
+    terrain, (north, east, radius, top, base) = (
         scene.seabed.terrain,
         bounding_cylinders(scene)[scene.occluders.index(target)],
     )
-    rise = (base - top) / 2 + (0.0 if bed is None else (bed.span[1] - bed.span[0]) / 2)
+    rise = (base - top) / 2 + (0.0 if terrain is None else (terrain.span[1] - terrain.span[0]) / 2)
     bound = two_way_gain_bound(
         np.array([[north, east]]), np.array([radius]), ping_geometry, (top + base) / 2, rays,
         families_reaching("target", choice.followed_families), rise=rise, glints=glint_spread(scene,

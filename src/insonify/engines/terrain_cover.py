@@ -19,21 +19,21 @@ SAMPLES = 4096
 """Samples of a profile, at most."""
 
 
-def hidden_part(bed: SeabedTerrain, ping_geometry: PingGeometry) -> float:
+def hidden_part(terrain: SeabedTerrain, ping_geometry: PingGeometry) -> float:
     """Part of the horizontal distances in the window at which direct paths are cut by terrain [1].
 
     Args:
-        bed: The terrain.
+        terrain: The terrain.
         ping_geometry: The sonar at one ping.
     """
     north, east, depth = ping_geometry.transmit_position
     near, far = (ping_geometry.sound_speed * delay / 2 for delay in ping_geometry.recorded_delays)
-    step = max(bed.heightmap_cell_size, far / SAMPLES)
+    step = max(terrain.heightmap_cell_size, far / SAMPLES)
     distance: NDArray[np.float64] = np.arange(step, far, step)
     if not len(distance):
         return 0.0
     bearing = np.arctan2(ping_geometry.boresight[1], ping_geometry.boresight[0]) + np.array(BEARINGS)[:, None]
-    ground = bed.relief.sample(north + distance * np.cos(bearing), east + distance * np.sin(bearing))
-    launch = (bed.depth - np.asarray(ground.height) - depth) / distance
+    ground = terrain.relief.sample(north + distance * np.cos(bearing), east + distance * np.sin(bearing))
+    launch = (terrain.depth - np.asarray(ground.height) - depth) / distance
     hidden = launch > np.minimum.accumulate(launch, axis=1)
     return float(hidden[:, distance > min(near, far - step) - step].mean())

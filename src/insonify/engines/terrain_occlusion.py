@@ -54,26 +54,26 @@ class TerrainOcclusion:
     """Occlusion by the seabed for one end of the sonar at one ping; lines are walked when they are requested."""
 
     def __init__(
-        self, bed: SeabedTerrain, place: Floats, launches: LaunchAngles, *, farthest: float, wavelength: float,
+        self, terrain: SeabedTerrain, position: Floats, launches: LaunchAngles, *, farthest: float, wavelength: float,
         min_profile_width: float,
         gain_bound: GainBound | None = None,
     ) -> None:  # fmt: skip
         """Prepare without walking any line.
 
         Args:
-            bed: The seabed.
-            place: North, east, depth of the end [m], shape (3,).
+            terrain: The seabed.
+            position: North, east, depth of the end [m], shape (3,).
             launches: How launch angles belong to positions.
             farthest: Horizontal distance beyond which occlusion is that at this distance [m].
             wavelength: Acoustic wavelength, for the size of a bounce's mirror [m].
             min_profile_width: Slices need not be narrower than this [rad].
             gain_bound: How strong sound of some bearings can be; None: all alike.
         """
-        self.bed, self.launches, self.wavelength = bed, launches, wavelength
-        self._all_below = bed.span[0] > place[2]
+        self.bed, self.launches, self.wavelength = terrain, launches, wavelength
+        self._all_below = terrain.span[0] > position[2]
         self.profiles = AzimuthProfiles(
-            bed,
-            place,
+            terrain,
+            position,
             launches,
             farthest=farthest,
             wavelength=wavelength,
@@ -298,7 +298,7 @@ def locate_points(terrain_occlusion: TerrainOcclusion, place: Floats, position: 
 
 
 def occlude_by_terrain(
-    legs: Legs, scatterers: Scatterers, place: Floats, terrain_occlusion: TerrainOcclusion, *, soft: bool = False,
+    legs: Legs, scatterers: Scatterers, position: Floats, terrain_occlusion: TerrainOcclusion, *, soft: bool = False,
     seen: ProfiledPoints | None = None,
 ) -> Legs:  # fmt: skip
     """Legs over relief: the seabed hides some of them, and its roughness takes from every bottom bounce.
@@ -306,13 +306,13 @@ def occlude_by_terrain(
     Args:
         legs: Legs over the mean plane.
         scatterers: The points that they reach.
-        place: North, east, depth of the sonar's end [m], shape (3,).
+        position: North, east, depth of the sonar's end [m], shape (3,).
         terrain_occlusion: What the seabed hides from there.
         soft: True if sound bends around crests. Visibility is complex then, and that of legs that targets cut is what
             the seabed alone leaves, for `knife_edge.diffract_at_edges` to take from.
         seen: Of `locate_points`, where it is known.
     """
-    distance, groups = locate_points(terrain_occlusion, place, scatterers.position) if seen is None else seen
+    distance, groups = locate_points(terrain_occlusion, position, scatterers.position) if seen is None else seen
     status, occluder, boundary = legs.status.copy(), legs.occluder.copy(), legs.reflection_coefficient
     if any("B" in family for family in legs.families):
         boundary = boundary.copy()

@@ -125,16 +125,16 @@ class AzimuthProfiles:
     """Seabed about one end of the sonar at one ping; lines are walked when they are requested."""
 
     def __init__(
-        self, bed: SeabedTerrain, place: Floats, launches: LaunchAngles, *, farthest: float, wavelength: float,
+        self, terrain: SeabedTerrain, position: Floats, launches: LaunchAngles, *, farthest: float, wavelength: float,
         min_profile_width: float,
         gain_bound: GainBound | None = None,
     ) -> None:  # fmt: skip
         """Prepare without walking any line; arguments see `terrain_occlusion.TerrainOcclusion`."""
-        self._bed, self._launches, self._wavelength = bed, launches, wavelength
-        self._lattice, self.step = bed.relief.resolved.scatterer_grid, bed.heightmap_cell_size
-        self._here = self._lattice.from_world(np.asarray(place, float)[:2])
+        self._bed, self._launches, self._wavelength = terrain, launches, wavelength
+        self._lattice, self.step = terrain.relief.resolved.scatterer_grid, terrain.heightmap_cell_size
+        self._here = self._lattice.from_world(np.asarray(position, float)[:2])
         self.edges, self.counts = _zones(
-            max(bed.relief.shortest_wavelength / PROFILES_PER_WAVE, self.step), farthest, min_profile_width
+            max(terrain.relief.shortest_wavelength / PROFILES_PER_WAVE, self.step), farthest, min_profile_width
         )
         self.starts = np.concatenate([[0], np.cumsum(self.counts)])
         self.merged = np.zeros(int(self.starts[-1]) // MERGE_GROUP, np.uint8)

@@ -173,11 +173,13 @@ class VolumeScatterers:
 
     def _min_track_distance(self, centre: Floats, radius: Floats, top: Floats, low: Floats) -> Floats:
         """Least distance between some bodies of water and either end of the sonar on its whole track [m], (n,)."""
-        here, level = self.ping_geometry, np.full(len(centre), np.inf)
-        for one, place in zip(here.track_extents, (here.transmit_position, here.receive_position), strict=False):
-            runs = one.nearest_segments(place[:2], self._farthest + float(radius.max(initial=0)) * 4)
+        geometry, level = self.ping_geometry, np.full(len(centre), np.inf)
+        for one, position in zip(
+            geometry.track_extents, (geometry.transmit_position, geometry.receive_position), strict=False
+        ):
+            runs = one.nearest_segments(position[:2], self._farthest + float(radius.max(initial=0)) * 4)
             np.minimum(level, distance_to_segments(centre[:, :2], runs) - radius - one.polyline_error, out=level)
-        level, depth = np.maximum(level, 0), here.platform_positions[:, 2]
+        level, depth = np.maximum(level, 0), geometry.platform_positions[:, 2]
         up = np.maximum.reduce([top - depth.max(), depth.min() - low, np.zeros(len(top))])
         return np.asarray(np.hypot(level, up) - np.linalg.norm(self.ping_geometry.lever_arms, axis=1).max())
 
@@ -186,14 +188,14 @@ class VolumeScatterers:
         ping_geometry, water = self.ping_geometry, self.scene.water
         near, far, gain = np.zeros((3, len(centre)))
         gain += 1
-        for place, beams in (
+        for position, beams in (
             (ping_geometry.transmit_position, ping_geometry.transmit_beams),
             (ping_geometry.receive_position, ping_geometry.bounding_receive_beams),
         ):
             closest, farthest, best = np.full(len(centre), np.inf), np.zeros(len(centre)), np.zeros(len(centre))
             for family in self.choice.followed_families:
                 around = radius + self._relief_height * 2 * family.count("B")
-                ray = centre - [*place[:2], image_depth(family, float(place[2]), self.scene.seabed.depth)]
+                ray = centre - [*position[:2], image_depth(family, float(position[2]), self.scene.seabed.depth)]
                 length = np.maximum(np.linalg.norm(ray, axis=1), 1e-9)
                 ray[:, 2] *= (-1) ** len(bounce_sequence(family))
                 np.minimum(closest, length - around, out=closest)
@@ -288,12 +290,18 @@ class VolumeScatterers:
         volume = (ring + 0.5) * slant**2 * azimuth * thick
         level = reach**2 - (depth - self.ping_geometry.transmit_position[2]) ** 2
         there = level > 0
-        place = np.column_stack(
+        position = np.column_stack(
             [self._place(np.sqrt(level[there]).astype(float), np.asarray(bearing[there], float)), depth[there]]
         )
         number = (ring << 38 | sector << 16 | stratum & 0xFFFF).astype(np.uint64)[there]
-        return layer_scatterers(self.scene.water, self.scene.seabed, place, volume[there], np.ones(len(place), complex),
-                               LAYERS | number)  # fmt: skip
+        return layer_scatterers(
+            self.scene.water,
+            self.scene.seabed,
+            position,
+            volume[there],
+            np.ones(len(position), complex),
+            LAYERS | number,
+        )
 
     def _place(self, distance: Floats, azimuth: Floats) -> Floats:
         """North and east [m], azimuth counted from half a turn off boresight."""
@@ -332,8 +340,8 @@ class VolumeScatterers:
     @property
     def _relief_height(self) -> float:
         """Largest height of the seabed above its mean depth, or depth below it [m]."""
-        bed = self.scene.seabed.terrain
-        return 0.0 if bed is None else max(bed.depth - bed.span[0], bed.span[1] - bed.depth)
+        terrain = self.scene.seabed.terrain
+        return 0.0 if terrain is None else max(terrain.depth - terrain.span[0], terrain.span[1] - terrain.depth)
 
 
 TOO_MANY = (

@@ -402,8 +402,8 @@ def _on_boundary(
     reach = receivable_range(ping_geometry, level, rays, families, rise=rise)
     if reach.farthest <= reach.nearest:
         return np.zeros(1), np.zeros(1), 0.0
-    far = np.array([reach.farthest])
-    margin = _tile(resolution, far, reach.vertical_distance, scenario)[0] / 2  # ground comes in whole tiles
+    distance = np.array([reach.farthest])
+    margin = _tile(resolution, distance, reach.vertical_distance, scenario)[0] / 2  # ground comes in whole tiles
     outer = reach.farthest + margin
     edges = np.geomspace(max(reach.nearest - margin, outer * 1e-3), outer, RINGS + 1)
     middle = np.sqrt(edges[:-1] * edges[1:])

@@ -95,13 +95,13 @@ def _retraced_echoes(ping: TracedPing, hits: RayHits, sent: Floats) -> Iterator[
         yield EchoEnergies(hits.contribution, hits.object, rays.family, rays.family, delay, energy, np.zeros(rows.size))
 
 
-def point_echoes(ping: TracedPing, target: PointTarget, place: Floats) -> Iterator[EchoEnergies]:
+def point_echoes(ping: TracedPing, target: PointTarget, position: Floats) -> Iterator[EchoEnergies]:
     """Echoes of a point, which no ray would ever hit: every transmit leg with every receive leg.
 
     Args:
         ping: The ping.
         target: The point.
-        place: Where it is, in the scatterer grid's frame [m], shape (1, 3).
+        position: Where it is, in the scatterer grid's frame [m], shape (1, 3).
     """
     wavelength, strength = ping.ping_geometry.wavelength, float(intensity_ratio(target.target_strength_db))
     level = float(intensity_ratio(ping.ping_geometry.source_level_db))
@@ -109,8 +109,8 @@ def point_echoes(ping: TracedPing, target: PointTarget, place: Floats) -> Iterat
     for end, beams in ((ping.transmit, ping.transmit_beams), (ping.receive, ping.receive_beams)):
         found = {}
         for family in ping.choice.followed_families:
-            one = image_legs(ping.scene, end, place, family, wavelength)
-            clear = ping.intersector.clear(end, place, family, wavelength, np.ones(1, bool))
+            one = image_legs(ping.scene, end, position, family, wavelength)
+            clear = ping.intersector.clear(end, position, family, wavelength, np.ones(1, bool))
             loss = one.intensity * np.exp(-ping.attenuation * one.length) / one.length**2
             found[family] = one.length, beams.gain(one.departure) ** 2 * loss * clear
         ends.append(found)
@@ -119,18 +119,18 @@ def point_echoes(ping: TracedPing, target: PointTarget, place: Floats) -> Iterat
             length = length_out + length_back
             energy = _channels(ping, level * sent, strength * channels)
             if _in_window(ping, length)[0] and energy.any():
-                same = np.zeros(1) if out == back else _reciprocal(ping, place, out, back)
+                same = np.zeros(1) if out == back else _reciprocal(ping, position, out, back)
                 yield EchoEnergies("target", target.label, out, back, length / _speed(ping), energy, same)
 
 
-def _reciprocal(ping: TracedPing, place: Floats, out: str, back: str) -> Floats:
+def _reciprocal(ping: TracedPing, position: Floats, out: str, back: str) -> Floats:
     """Cosine of the phase between a way and the same travelled backwards [1]: 1 where both ends are at one position."""
     if ping.ping_geometry.is_monostatic:
-        return np.ones(len(place))
-    apart = np.zeros(len(place))
+        return np.ones(len(position))
+    apart = np.zeros(len(position))
     for end, sign in ((ping.transmit, 1.0), (ping.receive, -1.0)):
         for family, turn in ((out, sign), (back, -sign)):
-            apart += turn * image_legs(ping.scene, end, place, family, ping.ping_geometry.wavelength).length
+            apart += turn * image_legs(ping.scene, end, position, family, ping.ping_geometry.wavelength).length
     return np.asarray(np.cos(2 * np.pi * ping.ping_geometry.frequency / _speed(ping) * apart))
 
 

@@ -97,8 +97,8 @@ class Tracer:
         """
         scene, turn = self.scene, lattice_rotation(self.world.lattice).T
         transmit, receive = (
-            self.world.to_lattice_frame(place)
-            for place in (ping_geometry.transmit_position, ping_geometry.receive_position)
+            self.world.to_lattice_frame(position)
+            for position in (ping_geometry.transmit_position, ping_geometry.receive_position)
         )
         transmit_beams, receive_beams = (
             one.rotated(one.axes @ turn) for one in (ping_geometry.transmit_beams, ping_geometry.receive_beams)
@@ -145,10 +145,12 @@ class Tracer:
         if "target" not in self.choice.contributions:
             return []
         places = [self.world.to_lattice_frame(np.array([target.position])) for target in points]
-        return [echo for one, place in zip(points, places, strict=True) for echo in point_echoes(ping, one, place)]
+        return [
+            echo for one, position in zip(points, places, strict=True) for echo in point_echoes(ping, one, position)
+        ]
 
     def _launch_sampler(
-        self, ping_geometry: PingGeometry, place: Floats, transmit: Beams, receive: Beams, answering: set[int]
+        self, ping_geometry: PingGeometry, position: Floats, transmit: Beams, receive: Beams, answering: set[int]
     ) -> LaunchSampler:
         """Sampler of launch directions: over boundaries that scatter, within the recorded window, and at bodies."""
         bed = self.scene.seabed.depth
@@ -158,16 +160,16 @@ class Tracer:
             if kind not in answering or contribution not in self.choice.contributions:
                 continue
             ways = [family for family in self.choice.followed_families if not family.endswith(letter)]
-            climbs = {family: abs(depth - image_source_depth(family, place[2], bed)) for family in ways}
+            climbs = {family: abs(depth - image_source_depth(family, position[2], bed)) for family in ways}
             for family, climb in climbs.items():
                 # The way back may be by another family, longer or shorter than the way out.
                 near = first - (max(climbs.values()) ** 2 - climb**2) / (4 * max(first, 1.0))
                 far = last + (climb**2 - min(climbs.values()) ** 2) / (4 * max(last, 1.0))
-                reaches.append((climb, _vertical_sense(family, float(depth - place[2])), max(near, 0.0), far))
-        return launch_sampler(transmit, receive, reaches, list(self._body_windows(place, last, transmit, receive)))
+                reaches.append((climb, _vertical_sense(family, float(depth - position[2])), max(near, 0.0), far))
+        return launch_sampler(transmit, receive, reaches, list(self._body_windows(position, last, transmit, receive)))
 
     def _body_windows(
-        self, place: Floats, last: float, transmit: Beams, receive: Beams
+        self, position: Floats, last: float, transmit: Beams, receive: Beams
     ) -> Iterator[tuple[Floats, bool]]:
         """Every body as each family sees it: rays to the corners around it, and whether their sense is turned."""
         floor, left = 10 ** (self.choice.beam_cutoff_db / 10), MAX_WINDOWS
@@ -175,7 +177,9 @@ class Tracer:
             surface = self.world.to_lattice_frame(world_triangles(body, self.scene.seabed).vertices)
             corners = np.array(np.meshgrid(*zip(surface.min(axis=0), surface.max(axis=0), strict=True)))
             for family in self.choice.followed_families:
-                image = np.array([place[0], place[1], image_source_depth(family, place[2], self.scene.seabed.depth)])
+                image = np.array(
+                    [position[0], position[1], image_source_depth(family, position[2], self.scene.seabed.depth)]
+                )
                 rays = corners.reshape(3, 8).T - image
                 turned = len(bounce_letters(family)) % 2 == 1
                 ways = np.vstack([rays, rays.mean(axis=0)]) * np.array([1, 1, -1 if turned else 1])

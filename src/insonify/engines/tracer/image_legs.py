@@ -36,18 +36,18 @@ def image_source_depth(family: str, depth: float, water_depth: float) -> float:
     return depth
 
 
-def image_legs(scene: Scene, end: Floats, place: Floats, family: str, wavelength: float) -> ImageLegs:
+def image_legs(scene: Scene, end: Floats, position: Floats, family: str, wavelength: float) -> ImageLegs:
     """The paths of one family.
 
     Args:
         scene: Its mirrors: the level surface, and the mean plane of the seabed.
         end: The sonar's end [m], shape (3,).
-        place: Positions [m], shape (n, 3).
+        position: Positions [m], shape (n, 3).
         family: Name of the family.
         wavelength: Acoustic wavelength [m].
     """
     bed = scene.seabed.depth
-    ray = place - np.array([end[0], end[1], image_source_depth(family, end[2], bed)])
+    ray = position - np.array([end[0], end[1], image_source_depth(family, end[2], bed)])
     length = np.maximum(np.linalg.norm(ray, axis=1), 1e-6)
     arrival = ray / length[:, None]
     sense = np.array([1, 1, -1 if len(bounce_letters(family)) % 2 else 1])
@@ -79,16 +79,16 @@ def coherent_intensity_factor(
         sine: Of their grazing angles at the mirrors [1].
         wavelength: Acoustic wavelength [m].
     """
-    bed, left = scene.seabed.terrain, np.ones(np.shape(length))
-    if bed is None:
+    terrain, left = scene.seabed.terrain, np.ones(np.shape(length))
+    if terrain is None:
         return left
     climb, z = 0.0, depth
     for letter in bounce_letters(family):
-        goal = bed.depth if letter == "B" else 0.0
+        goal = terrain.depth if letter == "B" else 0.0
         climb, z = climb + abs(goal - z), goal
         if letter == "B":
             part = np.clip(climb / np.maximum(sine * length, 1e-12), 0, 1)
             # the first Fresnel zone: an ellipse, its mean axis
             zone = 2 * np.sqrt(wavelength * length * part * (1 - part) / np.maximum(sine, 1e-9))
-            left = left * bed.roughness_reflection_factor(sine, wavelength, np.maximum(zone, 1e-6)) ** 2
+            left = left * terrain.roughness_reflection_factor(sine, wavelength, np.maximum(zone, 1e-6)) ** 2
     return left

@@ -115,11 +115,11 @@ def _reflected_fraction(ping: TracedPing, hits: RayHits) -> Floats:
     sine = np.minimum(np.abs(rays.way[:, 2]), 1.0)
     if hits.letter != "T":
         left = reflected_intensity(ping.scene, hits.letter, np.arcsin(sine))
-        bed = ping.scene.seabed.terrain
-        if hits.letter == "B" and "T" in rays.chain and bed is not None:
+        terrain = ping.scene.seabed.terrain
+        if hits.letter == "B" and "T" in rays.chain and terrain is not None:
             # the remaining path is unknown: taken as long as the path so far
             zone = np.sqrt(wavelength * rays.length / np.maximum(sine, 1e-9))
-            left = left * bed.roughness_reflection_factor(sine, wavelength, np.maximum(zone, 1e-6)) ** 2
+            left = left * terrain.roughness_reflection_factor(sine, wavelength, np.maximum(zone, 1e-6)) ** 2
         return left
     facing = np.where(np.einsum("ij,ij->i", rays.way, hits.normal) < 0, hits.mirror, 0.0)
     if "T" in rays.chain:

@@ -46,9 +46,9 @@ class TracingScene:
         """Vectors of the world in the scatterer grid's frame, shape (..., 3)."""
         return np.asarray(vector @ lattice_rotation(self.lattice).T)
 
-    def to_lattice_frame(self, place: Floats) -> Floats:
+    def to_lattice_frame(self, position: Floats) -> Floats:
         """Positions of the world in the scatterer grid's frame [m], shape (..., 3)."""
-        return np.concatenate([self.lattice.from_world(place[..., :2]), place[..., 2:]], axis=-1)
+        return np.concatenate([self.lattice.from_world(position[..., :2]), position[..., 2:]], axis=-1)
 
     def intersector(self, here: Floats, farthest: float) -> "RayIntersector":
         """The seabed about a position in the scatterer grid's frame [m], as far as anything is received [m]."""
@@ -60,9 +60,9 @@ class TracingScene:
 class TerrainTileCache:
     """Pieces of ground that have been fetched; rows are only ever added."""
 
-    def __init__(self, bed: SeabedTerrain) -> None:
+    def __init__(self, terrain: SeabedTerrain) -> None:
         """Nothing fetched yet."""
-        self.bed, self.lock = bed, Lock()
+        self.bed, self.lock = terrain, Lock()
         self.rows: dict[tuple[int, int], int] = {}
         blocks = TILE_CELLS // BLOCK
         self.tiles = np.empty((64, TILE_CELLS + 1, TILE_CELLS + 1), np.float32)
@@ -159,12 +159,12 @@ class RayIntersector:
             if not self._fetch_missing(missing):
                 return distance, interface, body_row, normal
 
-    def clear(self, end: Floats, place: Floats, family: str, wavelength: float, requested: Marks) -> Marks:
+    def clear(self, end: Floats, position: Floats, family: str, wavelength: float, requested: Marks) -> Marks:
         """Return True for positions that a reflected path from one end of the sonar reaches, see `clear_image_paths`.
 
         Args:
             end: The sonar's end, in the scatterer grid's frame [m], shape (3,).
-            place: The positions in the same frame [m], shape (n, 3).
+            position: The positions in the same frame [m], shape (n, 3).
             family: Letters of the mirrors from the sonar outwards, D for none.
             wavelength: Acoustic wavelength [m].
             requested: Positions to test, shape (n,).
@@ -172,7 +172,7 @@ class RayIntersector:
         bottom = np.array([letter == "B" for letter in family if letter != "D"], bool)
         while True:
             found, missing = requested.copy(), np.zeros(self.ground.row_of.shape, bool)
-            clear_image_paths(end, place, bottom, wavelength, self.ground, self._scene_bvh, missing, found)
+            clear_image_paths(end, position, bottom, wavelength, self.ground, self._scene_bvh, missing, found)
             if not self._fetch_missing(missing):
                 return found
 

@@ -12,7 +12,7 @@ from insonify.scene.terrain import PowerLaw, RoughnessCutoff, build_terrain
 from oracles.ridges import Corduroy, bed_of, seen_from
 
 
-def skylines_of(finest, *, farthest=200.0, received=None, bed=None):
+def occlusion_of(finest, *, farthest=200.0, received=None, bed=None):
     """TerrainOcclusion of flat ground for beams of which a third is so wide."""
     return TerrainOcclusion(
         bed or bed_of(), np.array([0.0, 0.0, 11.0]), StraightLaunchAngles(11.0, 20.0), farthest=farthest,
@@ -30,7 +30,7 @@ def narrow(bearing, width, zone):
 @pytest.mark.parametrize("count", [0, 1, 2000])
 def test_every_point_lies_in_the_slice_that_passes_it(count, received):
     """Each point once, by a line at most half a slice aside, or half of four slices at low gain."""
-    terrain_occlusion = skylines_of(1e-3, received=received)
+    terrain_occlusion = occlusion_of(1e-3, received=received)
     rng = np.random.default_rng(count)
     place, heading = np.array([0.0, 0.0, 10.0]), terrain_occlusion.bed.relief.resolved.scatterer_grid.heading
     position = np.concatenate([rng.uniform(-15, 15, (count, 2)), np.full((count, 1), 20.0)], axis=1)
@@ -98,8 +98,8 @@ def test_the_ground_along_a_line_is_that_of_the_position():
 
 @pytest.mark.parametrize("finest", [0.1, 0.03, 0.01, 0.003, 0.001])
 def test_slices_are_no_narrower_than_they_need_be(finest):
-    """The narrowest are at most as wide as was asked, or a quarter of a wave of ground: never half as wide as both."""
-    terrain_occlusion = skylines_of(finest)
+    """The narrowest are at most as wide as requested, or a quarter of a wave of ground: never half as wide as both."""
+    terrain_occlusion = occlusion_of(finest)
     width = 2 * np.pi / terrain_occlusion.profiles.counts
     across = max(terrain_occlusion.bed.relief.shortest_wavelength / 4, terrain_occlusion.bed.heightmap_cell_size)
     assert (width > finest / 2 - 1e-12).all() or terrain_occlusion.profiles.counts.max() == 128
@@ -109,14 +109,14 @@ def test_slices_are_no_narrower_than_they_need_be(finest):
 
 def test_a_finer_beam_wants_more_slices_far_away_and_none_near():
     """Halved widths: the innermost zone has as many slices as before, the outermost more until waves decide."""
-    counts = [skylines_of(finest).profiles.counts for finest in (0.04, 0.02, 0.01)]
+    counts = [occlusion_of(finest).profiles.counts for finest in (0.04, 0.02, 0.01)]
     assert {int(slices[0]) for slices in counts} == {128}
     assert [int(slices[-1]) for slices in counts] == [256, 512, 1024]
 
 
 def test_zones_do_not_depend_on_how_far_is_requested():
     """Ground nearer than the farthest is cut the same however long the window is."""
-    near, far = skylines_of(0.01, farthest=60.0), skylines_of(0.01, farthest=200.0)
+    near, far = occlusion_of(0.01, farthest=60.0), occlusion_of(0.01, farthest=200.0)
     distance, azimuth = np.linspace(0.5, 59.5, 200), np.linspace(-3, 3, 200)
     for points in (slice(None, 100), slice(100, None)):
         cut = [
@@ -129,7 +129,7 @@ def test_zones_do_not_depend_on_how_far_is_requested():
 
 
 def test_ground_in_merged_slices_is_lit_as_often_and_nearly_as_brightly():
-    """Half of rough ground is lit either way, within 1.5 %; what it answers there falls by less than 0.3 dB.
+    """Half of rough ground is lit either way, within 1.5 %; its echo falls by less than 0.3 dB.
 
     24 000 positions of a fractal of 20 cm rms, 30 to 150 m from 9 m above it: who faces the sonar is more often lit,
     and slices that are four times as wide know less of that. Halves of the positions differ by 0.5 %.
@@ -144,7 +144,7 @@ def test_ground_in_merged_slices_is_lit_as_often_and_nearly_as_brightly():
     facing = np.maximum((9.0 - ground.height) / distance + np.sum(ground.slope * ahead, axis=1), 0.0) ** 2
     seen = []
     for received in (None, lambda bearing, width, zone: np.where(bearing < 0.1, 1.0, 0.01)):
-        terrain_occlusion = skylines_of(4e-3, farthest=150.0, received=received, bed=bed)
+        terrain_occlusion = occlusion_of(4e-3, farthest=150.0, received=received, bed=bed)
         level, groups = np.full(distance.shape, 20.0), terrain_occlusion.profile_groups(azimuth, distance)
         seen.append(terrain_occlusion.visible(("D",), distance, np.zeros((1, 24_000)), level, groups, ground=True)[0])
     own, merged = seen
@@ -167,7 +167,7 @@ def test_concurrent_threads_read_the_same_ground():
             found[points] = lines.depth[rows, -1]
         return found
 
-    alone, together = skylines_of(0.01, bed=bed), skylines_of(0.01, bed=bed)
+    alone, together = occlusion_of(0.01, bed=bed), occlusion_of(0.01, bed=bed)
     with ThreadPoolExecutor(8) as pool:
         found = list(pool.map(lambda position: described(together, position), places))
     np.testing.assert_array_equal(found, [described(alone, position) for position in places])

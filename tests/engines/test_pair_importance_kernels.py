@@ -166,7 +166,7 @@ def test_parts_are_those_of_the_sonar_equation(sent, received):
 
 @pytest.mark.parametrize(("sent", "received"), [(-6.0, 5.0), (0.0, 8.0)])
 def test_parts_of_exchanged_ends_are_the_pairs_turned_round(sent, received):
-    """What has D out and S back has S out and D back from the other end, 1e-9; and at two depths these differ."""
+    """D out and S back is S out and D back from the other end, 1e-9; at two depths these differ."""
     families = ("D", "B", "S", "BS")
     one, other = (parts(*sonar(*ends), families) for ends in ((sent, received), (received, sent)))
     np.testing.assert_allclose(other, one.swapaxes(0, 1), rtol=1e-9)

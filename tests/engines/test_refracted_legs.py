@@ -45,7 +45,7 @@ def rays(profile, targets=(), farthest=200.0):
 
 
 def points(position, normal=(0.0, 0.0, 0.0), boundary="target", occluder=-1):
-    """Points that answer in all directions, unless they have a normal."""
+    """Points that scatter in all directions, unless they have a normal."""
     position = np.atleast_2d(np.asarray(position, float))
     n = len(position)
     return Scatterers(
@@ -105,7 +105,7 @@ def test_legs_are_reciprocal(seed, profile):
     one, other = (np.array([0.0, away, random.uniform(0.5, 19.5)]) for away in (0.0, random.uniform(5, 120)))
     water = rays(profile)
     for family in families_up_to(3):
-        # the family met from the other end
+        # the family from the other end
         backwards = family if family == "D" else family[::-1]
         forth = water.legs(one, points(other), (family,), 100e3)
         back = water.legs(other, points(one), (backwards,), 100e3)
@@ -170,7 +170,7 @@ def test_a_box_cuts_the_rays_that_run_into_it():
 
 
 def _depth_inside(body, north, east, depth, before_the_end):
-    """How far each path gets into a box [m], negative outside it, (rays,)."""
+    """Depth of penetration of each path into a box [m], negative outside it, (rays,)."""
     x, y = north - body[0], east - body[1]
     along, across = np.abs(body[2] * x + body[3] * y), np.abs(body[2] * y - body[3] * x)
     inside = np.min([body[4] - along, body[5] - across, depth - body[6], body[7] - depth], axis=0)
@@ -308,7 +308,7 @@ def test_all_that_is_received_is_in_reach():
 
 @pytest.mark.filterwarnings("ignore:water.profile")  # its corner is meant
 def test_arrivals_and_explain_name_each_ray():
-    """Where the target is met by two direct rays, the second is D2, in the arrivals and on the page that explains."""
+    """With two direct rays to a target, the second is D2, in the arrivals and in the explanation."""
     scenario = nominal(
         water={"noise_level_db": None, "profile": CAUSTIC}, track={"window": (0.2, 0.24)},
         paths={"max_reflections": 0, "contributions": ["target"]}, targets=[point(0, 165, 15)],

@@ -68,7 +68,7 @@ def received(families, time):
 )
 def test_each_pair_is_as_strong_as_its_sonar_equation(families):
     """One family alone, and two with both of their mixed pairs in phase: within 0.05 dB of a sum over the flat bed."""
-    time = (0.08, 0.095)  # all are a while past the seabed below the sonar, which BSBS meets at 61 ms
+    time = (0.08, 0.095)  # all are a while past the seabed below the sonar, which BSBS reaches at 61 ms
     found, energy = received(families, time)
     pairs = [(f, f) for f in families] + ([tuple(families)] if len(families) == 2 else [])
     shift = 0.1e-3  # middle of the pulse

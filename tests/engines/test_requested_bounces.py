@@ -1,4 +1,4 @@
-"""Bounced legs that are requested are those of all asked together, and others are silent."""
+"""Legs with bounces that are requested alone equal those of all together; others are zero."""
 
 import numpy as np
 import pytest
@@ -104,7 +104,7 @@ def test_a_mirror_takes_no_less_than_its_own_coefficient(world):
 
 
 def test_no_points_have_no_bounces(world):
-    """Columns of no rows; what was asked of them is nothing."""
+    """Columns without rows give empty results."""
     requested, _ = world
     none = requested(which=np.empty(0, np.int64))
     assert none.delay.shape == (len(FAMILIES), 0)

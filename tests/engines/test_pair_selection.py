@@ -1,4 +1,4 @@
-"""Claims about which rows of what is audible belong to which pair of legs, and what a run is given of shares ahead."""
+"""Rows of a pair selection by pair of legs, and keep probabilities estimated ahead of a run."""
 
 import numpy as np
 import pytest
@@ -69,7 +69,7 @@ def test_all_pairs_in_their_order_are_the_table_itself():
 
 
 def test_glints_of_one_family_share_its_row():
-    """A rough surface splits a family into several legs of one name: all are met where the family is."""
+    """A rough surface splits a family into several legs of one name: all are evaluated where the family is."""
     received = known()
     out, back = ("S", "S", "S", "D"), ("D", "S", "D", "S")
     rows = received.sampling_of(out, back).keep_probability
@@ -97,7 +97,7 @@ def test_without_sampling_amplitude_weights_are_one():
 
 @pytest.mark.parametrize("reflections", [1, 2])
 def test_keep_probabilities_estimated_ahead_are_those_of_the_scatterers(reflections):
-    """Pairs met by all of a ping's scatterers, by their distances, are those that its blocks meet: to 2 %.
+    """Pairs evaluated at all of a ping's scatterers, estimated by distance, are those of its blocks: to 2 %.
 
     Some 10 000 scatterers, of which one number each decides: its standard error is below 1 %.
     """
@@ -136,7 +136,7 @@ def test_keep_probabilities_lie_between_the_least_and_all():
 
 
 def test_a_family_that_is_negligible_has_no_keep_probability():
-    """Parts of a hundred-thousandth throughout: neither its own pairs nor those with others are met at any position."""
+    """Fractions of 1e-5 throughout: no pair of the family is evaluated at any position."""
     simulator = build_simulator(scene())
     here, families = simulator.ping_geometry(0), ("D", "B", "S")
     part = np.full((3, 3, RANGE_BINS), 0.2)

@@ -1,4 +1,4 @@
-"""What faces of targets mirror: echoes between targets and the seabed, which only rays find."""
+"""Specular faces of targets: echoes between targets and the seabed, which only the tracer has."""
 
 import numpy as np
 import pytest
@@ -17,7 +17,7 @@ FAR = {"window": (0.1, 0.115), "paths": {"families": None, "max_reflections": 1,
 def test_a_wall_mirrors_the_world_in_front_of_it():
     """Echoes by a wall out and back, after its own: those of the open bed at that time, as if there were no wall.
 
-    A face that scatters 3e-6 of what it gets mirrors the rest; a beam 11 m deep meets it from 60 m on.
+    A face that scatters 3e-6 of the incident energy reflects the rest; a beam 11 m deep reaches it from 60 m on.
     """
     free = curves(scene("tracer", window=FAR["window"], paths={"families": ["D"]}))["seabed", "D-D"]
     mirrored = curves(scene("tracer", targets=[WALL], rays=100_000, **FAR))["seabed", "T-T"]
@@ -107,7 +107,7 @@ def test_bottom_bounces_and_faces_alone_brighten_the_front_of_a_box():
 
 
 def test_bodies_are_flat_or_round():
-    """A box has faces that meet at edges; spheres and cylinders bend, and nothing is retraced over them."""
+    """A box has faces with common edges; spheres and cylinders bend, and nothing is retraced over them."""
     assert has_flat_faces(Box(position=(0, 0), size=(2, 1, 1)))
     assert not has_flat_faces(Sphere(position=(0, 0), diameter=1.0))
     assert not has_flat_faces(Cylinder(position=(0, 0), length=2.0, diameter=1.0))

@@ -1,4 +1,4 @@
-"""What the engine makes of points: pairs of legs and their strengths, mirrors unfolded, and targets as points."""
+"""Points and their path pairs: scattering strengths, image sources, and targets as points."""
 
 import numpy as np
 import pytest

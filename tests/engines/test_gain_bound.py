@@ -1,4 +1,4 @@
-"""Where next to nothing is received slices are merged: the bound that tells so, and what is lost by it."""
+"""Bound of the two-way gain by which azimuth slices are merged, and the error of merging."""
 
 import numpy as np
 import pytest
@@ -18,7 +18,7 @@ BEAMS = {
 }
 
 
-def stance_of(**changes):
+def geometry_of(**changes):
     """The nominal sonar's first ping."""
     return build_simulator(nominal(**changes)).ping_geometry(0)
 
@@ -41,7 +41,7 @@ def gain(ping_geometry, families, bearing, distance):
 @pytest.mark.parametrize("families", [("D",), ("D", "S")])
 def test_the_gain_in_a_patch_is_at_most_the_bound(beams, families):
     """200 patches of four widths and distances, 10 positions in each: never above the bound; high on the axes."""
-    ping_geometry, rng, closest = stance_of(**BEAMS[beams]), np.random.default_rng(1), []
+    ping_geometry, rng, closest = geometry_of(**BEAMS[beams]), np.random.default_rng(1), []
     gain_bound = straight_gain_bound(ping_geometry, 20.0, families)
     for width in (0.005, 0.03, 0.1, 0.3):
         middle = np.append(ping_geometry.first_beam_bearing, rng.uniform(-np.pi, np.pi, 49))
@@ -53,12 +53,12 @@ def test_the_gain_in_a_patch_is_at_most_the_bound(beams, families):
         found = gain(ping_geometry, families, *(part.ravel() for part in places)).reshape(50, 10)
         assert np.all(found.max(axis=1) <= bound * (1 + 1e-6) + 1e-9)
         closest.append((found.max(axis=1) / np.maximum(bound, 1e-3)).max())
-    assert max(closest) > 0.3  # it is no bound that is never met
+    assert max(closest) > 0.3  # a bound that is nearly attained
 
 
 def test_bounds_grow_with_families_and_width():
-    """What is added can only be stronger."""
-    ping_geometry, bearing = stance_of(), np.linspace(-3, 3, 40)
+    """Further families and width can only raise the bound."""
+    ping_geometry, bearing = geometry_of(), np.linspace(-3, 3, 40)
     one, two = (straight_gain_bound(ping_geometry, 20.0, families) for families in (("D",), ("D", "S", "BS")))
     for width in (0.01, 0.1):
         assert np.all(two(bearing, width, (20.0, 40.0)) >= one(bearing, width, (20.0, 40.0)))
@@ -67,8 +67,8 @@ def test_bounds_grow_with_families_and_width():
 
 
 def test_wide_patches_two_platforms_and_no_families_have_no_bound():
-    """Infinite where a patch, or what ends apart make of it, is too wide; nothing told without families."""
-    ping_geometry = stance_of(**BEAMS["apart"])
+    """Infinite where a patch, or its parallax between the ends, is too wide; no bound without families."""
+    ping_geometry = geometry_of(**BEAMS["apart"])
     gain_bound = straight_gain_bound(ping_geometry, 20.0, ("D",))
     assert np.all(np.isinf(gain_bound(np.zeros(3), MAX_PATCH_WIDTH * 1.01, (20.0, 40.0))))
     assert np.all(np.isinf(gain_bound(np.zeros(3), 0.01, (0.0, 40.0))))
@@ -85,7 +85,7 @@ def cut_of(received, *, finest=4e-3, bed=None):
 
 def test_slices_are_merged_where_their_eight_have_low_gain_and_nowhere_else():
     """Merged slices by zone: those with a gain below a tenth of the largest at that distance; none without a bound."""
-    gain_bound = straight_gain_bound(stance_of(), 20.0, ("D",))
+    gain_bound = straight_gain_bound(geometry_of(), 20.0, ("D",))
     cut, inner = cut_of(gain_bound), 0.0
     for start, count, outer in zip(cut.starts, cut.counts, cut.edges, strict=False):
         first, width = np.arange(0, count, MERGE_GROUP), 2 * np.pi / count
@@ -103,7 +103,8 @@ def test_slices_are_merged_where_their_eight_have_low_gain_and_nowhere_else():
 def test_ground_that_does_not_change_with_bearing_loses_nothing_by_merged_slices():
     """Level crests far off along a line: four slices as one move a crest by its sagitta alone, and light what they did.
 
-    Within 0.1 rad of square to the crests a line 1.5 slices aside meets them at sec(0.1 + 1.5 slices) of the distance.
+    Within 0.1 rad of square to the crests a line 1.5 slices aside crosses them at sec(0.1 + 1.5 slices) of the
+    distance.
     """
     bed = bed_of(Corduroy(8.0, 0.8))
     rng = np.random.default_rng(3)

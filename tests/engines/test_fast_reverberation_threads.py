@@ -17,7 +17,7 @@ def test_threads_share_the_cache(monkeypatch):
     monkeypatch.setattr(fast_reverberation, "_CACHE", {})
     often = sys.getswitchinterval()
 
-    def ask(thread):
+    def request(thread):
         for n in range(6000):
             assert (
                 fast_reverberation.prepare_fast_reverberation(
@@ -29,6 +29,6 @@ def test_threads_share_the_cache(monkeypatch):
     sys.setswitchinterval(1e-6)
     try:
         with ThreadPoolExecutor(8) as pool:
-            list(pool.map(ask, range(8)))
+            list(pool.map(request, range(8)))
     finally:
         sys.setswitchinterval(often)

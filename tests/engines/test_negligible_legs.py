@@ -88,7 +88,7 @@ def test_families_left_out_are_negligible_beside_simultaneous_arrivals(monkeypat
 
 
 def test_crests_passed_over_change_as_little_as_that():
-    """50000 crests below rays, of any depth and position: told to change the pressure by less than a part, they do."""
+    """50000 crests below rays: those reported to change the pressure by less than a limit do so."""
     rng, table = np.random.default_rng(2), edge_diffraction_table()
     count = 0
     for clear, hollow, behind, before, exponent in zip(
@@ -104,7 +104,7 @@ def test_crests_passed_over_change_as_little_as_that():
 
 @pytest.mark.parametrize("family", ["B", "BS", "SBS", "BSBS"])
 def test_legs_that_cannot_be_negligible_are_recognised_first(family):
-    """Where the widest zone and the steepest bounce together leave enough, every leg on the mean plane has enough."""
+    """If widest zone and steepest bounce together leave enough energy, every leg on the mean plane has enough."""
     bed = Seabed(**ROUGH, cutoff_wavelength=0.5, seed=1).completed(1, 1e5, 1500.0).terrain
     place, found = np.array([0.0, 0.0, 12.0]), set()
     for near, wavelength in itertools.product((5.0, 40.0, 150.0), (0.015, 0.15, 0.6)):

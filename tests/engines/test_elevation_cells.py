@@ -12,7 +12,7 @@ WAVE = 0.015
 """Wavelength [m]: 100 kHz at 1500 m/s."""
 
 
-def hears(places, bearing=0.0, **changes):
+def scenario_with(places, bearing=0.0, **changes):
     """The nominal sonar over rough ground with elements ahead, to the right of and below its middle [m]."""
     receive = {"kind": "elements", "positions": [tuple(map(float, place)) for place in places], "length": None}
     sonar = {"receiver": {"record": "elements"}, "mounting": {"bearing": bearing}}
@@ -21,12 +21,12 @@ def hears(places, bearing=0.0, **changes):
 
 def ping_geometry(places, bearing=0.0):
     """That sonar at its first ping."""
-    return build_simulator(hears(places, bearing)).ping_geometry(0)
+    return build_simulator(scenario_with(places, bearing)).ping_geometry(0)
 
 
 def occlude_by_terrain(places):
     """The same, with a window that receives the seabed at 150 m, by legs of up to two bounces."""
-    return hears(
+    return scenario_with(
         places, track={"window": (0.2, 0.206)}, paths={"max_reflections": 2, "scatterers_per_cell": 1.0}
     )  # fmt: skip
 
@@ -51,7 +51,7 @@ def test_an_upright_array_has_a_beam_for_each_half_wavelength(length):
 
 
 def test_no_more_beams_than_elements():
-    """Three elements that are a metre apart in height tell three directions apart at most."""
+    """Three elements that are a metre apart in height resolve three directions at most."""
     assert _elevation_cells(ping_geometry(line([0, 0, 1], 2.0, 3))) == 3
 
 
@@ -81,7 +81,7 @@ def evaluate(places):
 
 
 def test_an_upright_array_follows_legs_that_a_level_one_leaves_out():
-    """Legs off the bottom are met at several times as many positions where the array could steer to them."""
+    """Legs off the bottom are evaluated at several times as many positions where the array could steer to them."""
     level, upright = evaluate(line([0, 1, 0], 0.2, 16)), evaluate(line([0, 0, 1], 0.2, 16))
     assert level["D"] == pytest.approx(upright["D"], abs=0.05)
     assert upright["BS"] > 2 * level["BS"] > 0

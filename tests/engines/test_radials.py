@@ -153,7 +153,7 @@ def test_what_is_requested_again_is_the_same_whatever_was_requested_between(simu
 
 
 def test_more_families_take_in_no_less(simulator):
-    """What any of the families receives is in view: with the surface's too the seabed covered cannot shrink."""
+    """The range of any family is covered: with surface bounces the seabed covered cannot shrink."""
     direct, both = (area(lines(simulator, 1e-2, families=families)) for families in (("D",), ("D", "S")))
     assert both >= direct * (1 - 1e-12)
 

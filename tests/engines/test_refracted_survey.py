@@ -1,4 +1,4 @@
-"""Claims about surveys through layered water: runs in parts agree, and every reading tells the same story."""
+"""Surveys through layered water: runs in parts agree, and so do all accumulators."""
 
 import warnings
 from itertools import product

@@ -48,7 +48,7 @@ def test_occlusion_in_nearly_uniform_water_is_that_of_straight_rays(tmp_path, mo
         clear &= one.reflection_coefficient != 0  # legs that rough ground leaves nothing of are not followed
         np.testing.assert_allclose(one.delay[clear], other.delay[clear], atol=1e-7)
         hidden |= set(np.unique(one.occluder))
-    assert hidden == {-2, -1, 0, 1, 2, 4}  # the drum, 3, lies behind the baffle: nobody requests its points
+    assert hidden == {-2, -1, 0, 1, 2, 4}  # the drum, 3, lies behind the baffle: its points are not needed
     assert computed > 300_000 and unlike <= 1e-5 * computed
 
 

@@ -91,7 +91,7 @@ def summed(transmit: dict[str, object], receive: dict[str, object], lean: dict[s
 
 
 def steer_of(array: dict[str, object]) -> tuple[float, float]:
-    """Where the only beam of an array looks."""
+    """Direction of the only beam of an array."""
     return (array.get("steer") or [0.0])[0], array.get("steer_down") or 0.0
 
 

@@ -1,4 +1,4 @@
-"""Claims about pairs of legs that are met at some scatterers: nothing is lost in the mean, and nobody disagrees."""
+"""Weak pairs of legs, evaluated at some scatterers: the mean is unbiased and all selections agree."""
 
 import numpy as np
 import pytest
@@ -44,13 +44,16 @@ def test_scatterers_stand_for_those_left_out():
     share = np.array([[[1.0, 1.0], [0.5, 0.04]], [[0.5, 0.04], [0.25, 0.03125]]], np.float32)
     wanted = np.empty((2, count), bool)
     mark_sampled_families(number, stretch, share.max(axis=1), wanted)
-    louder = PairSampling(number, stretch, share.reshape(4, 2)).amplitude_weight.reshape(2, 2, count)
+    amplitude_weight = PairSampling(number, stretch, share.reshape(4, 2)).amplitude_weight.reshape(2, 2, count)
     for b in range(2):
         own = stretch == b
-        computed, error = (louder[..., own] > 0).mean(axis=-1), np.sqrt(share[..., b] * (1 - share[..., b]) / own.sum())
+        computed, error = (
+            (amplitude_weight[..., own] > 0).mean(axis=-1),
+            np.sqrt(share[..., b] * (1 - share[..., b]) / own.sum()),
+        )
         assert (np.abs(computed - share[..., b]) <= 4 * error).all()
-        np.testing.assert_allclose((louder[..., own] ** 2).mean(axis=-1) * share[..., b], computed, rtol=1e-5)
-    np.testing.assert_array_equal(wanted, (louder > 0).any(axis=1))
+        np.testing.assert_allclose((amplitude_weight[..., own] ** 2).mean(axis=-1) * share[..., b], computed, rtol=1e-5)
+    np.testing.assert_array_equal(wanted, (amplitude_weight > 0).any(axis=1))
 
 
 def test_keep_probabilities_follow_what_a_pair_has_of_all():
