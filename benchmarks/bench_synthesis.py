@@ -14,7 +14,7 @@ from insonify.synthesis._gridding import deposit_carrier, deposit_energy, deposi
 from insonify.synthesis._gridding_kernel import CELLS_PER_SPIKE, WIDTH, tap_coefficients
 from insonify.synthesis.chebyshev_nodes import aperture_nodes
 from insonify.synthesis.coherent_groups import add_groups, pulse_table
-from insonify.synthesis.sector_interpolation import NONE
+from insonify.synthesis.sector_interpolation import NO_SECTOR
 from insonify.synthesis.time_grid import convolve_pulse, time_grid
 from insonify.synthesis.waveform_basis import WaveformBasis
 from measure import Result, best_seconds
@@ -116,7 +116,7 @@ def element_by_element() -> list[Result]:
         ears = ReceiveBeams(place, velocity, still, channels, 0 * number, 0 * number)
         nodes = aperture_nodes(place, velocity, still, float(radius.min()), WINDOW, 1500 / CARRIER)
         deposit_on_elements(
-            held[shapes], *PLACE, np.zeros((1, 3), np.int64), sent, heard, ones, ears, nodes, NONE, 1 / 1500, 0.0, 0.0,
+            held[shapes], *PLACE, np.zeros((1, 3), np.int64), sent, heard, ones, ears, nodes, NO_SECTOR, 1 / 1500, 0.0, 0.0,
             bent, 1e-4 * (speed > 0), CARRIER, made.doppler,
         )  # fmt: skip
 

@@ -46,7 +46,7 @@ from insonify.synthesis.coherent import CoherentAccumulator
 from insonify.synthesis.coherent_groups import PulseTable, pulse_table
 from insonify.synthesis.element_arrivals import element_as_beam
 from insonify.synthesis.incoherent import IncoherentAccumulator, IntensityBuffer
-from insonify.synthesis.label_accumulator import GROUND_POINTS, LabelAccumulator, label_names
+from insonify.synthesis.label_accumulator import SEABED_POINTS, LabelAccumulator, label_names
 from insonify.synthesis.level_curves import ALL, LevelAccumulator, level_curves
 from insonify.synthesis.receiver_chain import ReceiverChain, receiver_chain
 from insonify.synthesis.replica_jitter import replica_jitter
@@ -132,7 +132,7 @@ class Simulator:
         choice = self.engine.choice
         if self.scenario.field == "incoherent" and self.tracer is None:
             return choice
-        return choice.unchecked_copy(scatterers_per_cell=min(choice.scatterers_per_cell, GROUND_POINTS))
+        return choice.unchecked_copy(scatterers_per_cell=min(choice.scatterers_per_cell, SEABED_POINTS))
 
     @cached_property
     def _terrain_hides_much(self) -> bool:

@@ -7,7 +7,7 @@ from insonify.synthesis._arrival_kernel import ReceiveBeams, ReceiveLegs, Transm
 from insonify.synthesis._element_arrivals_kernel import _PART, deposit_on_elements
 from insonify.synthesis._waveform_basis_kernel import group_layout
 from insonify.synthesis.chebyshev_nodes import aperture_nodes
-from insonify.synthesis.sector_interpolation import NONE
+from insonify.synthesis.sector_interpolation import NO_SECTOR
 from insonify.synthesis.waveform_basis import WaveformBasis
 from oracles.echoes import spread_echoes
 from synthesis.oracle import relative_rms
@@ -40,7 +40,7 @@ def laid(told, *, kernel=deposit_on_elements, first_time=0.0, cells=2000, ears=N
     ears, pair = own if ears is None else ears, np.array([[0, 0, 0], [0, 1, 1]])
     groups, together = group_layout(len(node))
     grid = np.zeros((len(ears.position), groups, cells, together), np.complex64)
-    nodes = (aperture_nodes(*own[:3], 6.0, 0.04, SPEED / CARRIER), NONE) if kernel is deposit_on_elements else ()
+    nodes = (aperture_nodes(*own[:3], 6.0, 0.04, SPEED / CARRIER), NO_SECTOR) if kernel is deposit_on_elements else ()
     kernel(grid, first_time, RATE, pair, sent, heard, strength, ears, *nodes, 1 / SPEED, 0.0, 1e-3, False, middle,
            CARRIER, node)  # fmt: skip
     return grid

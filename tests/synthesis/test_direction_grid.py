@@ -10,7 +10,7 @@ from insonify.scenario.scenario import Scenario
 from insonify.simulator import build_simulator, simulate, simulate_pings
 from insonify.sonar.hydrophones import element_layout
 from insonify.synthesis import coherent
-from insonify.synthesis.direction_grid import FEWEST, direction_grid
+from insonify.synthesis.direction_grid import MIN_BEAMS, direction_grid
 
 BEAMS = tuple(np.radians(np.linspace(-60, 60, 31)))
 WIDE = {"kind": "planar", "width": 0.8e-3, "height": 5e-3, "steer": (0.0,)}
@@ -114,7 +114,7 @@ def test_elements_summed_with_delays_are_the_beams_of_the_grid():
 
 def test_beams_that_share_too_little_are_made_one_by_one():
     """Few beams, a narrow transmitter steered along, recorded elements: no grid; many beams of a wide one: a grid."""
-    few = {**LINE, "steer": BEAMS[: FEWEST - 1]}
+    few = {**LINE, "steer": BEAMS[: MIN_BEAMS - 1]}
     alike = {**LINE, "steer": None}
     for scenario in (imaging(receive=few), imaging(transmit=alike), imaging(receiver={"record": "elements"})):
         assert direction_grid(build_simulator(scenario).ping_geometry(0)) is None

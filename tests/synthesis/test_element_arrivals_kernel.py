@@ -7,7 +7,7 @@ from insonify.synthesis._arrival_kernel import ReceiveBeams, ReceiveLegs, Transm
 from insonify.synthesis._element_arrivals_kernel import ApertureNodes, deposit_on_elements
 from insonify.synthesis._waveform_basis_kernel import group_layout
 from insonify.synthesis.chebyshev_nodes import aperture_nodes, chebyshev_node_count
-from insonify.synthesis.sector_interpolation import NONE
+from insonify.synthesis.sector_interpolation import NO_SECTOR
 from insonify.synthesis.waveform_basis import WaveformBasis
 from oracles.echoes import spread_echoes
 
@@ -59,7 +59,7 @@ def test_nodes_tell_what_each_element_hears(elements, bent, patterns, dopplers, 
     nodes = aperture_nodes(*ears[:3], nearest, 0.04, SPEED / CARRIER)
     assert bent or len(nodes.position) < elements / 2
     few, each = silence(elements, dopplers), silence(elements, dopplers)
-    deposit_on_elements(few, *begin, nodes, NONE, *end)
+    deposit_on_elements(few, *begin, nodes, NO_SECTOR, *end)
     spread_echoes(each, *begin, *end)
     assert np.linalg.norm(few - each) < 2e-6 * np.linalg.norm(each)
 
@@ -70,7 +70,7 @@ def test_echoes_before_the_grid_are_not_heard_by_way_of_a_second_part():
     begin = (0.028, *begin[1:])
     nodes = aperture_nodes(*ears[:3], NEAREST, 0.04, SPEED / CARRIER)
     few, each = silence(8, 1), silence(6, 1)
-    deposit_on_elements(few[1:7], *begin, nodes, NONE, *end)
+    deposit_on_elements(few[1:7], *begin, nodes, NO_SECTOR, *end)
     spread_echoes(each, *begin, *end)
     assert not few[0].any() and not few[7].any() and each.any()
     assert np.linalg.norm(few[1:7] - each) < 1e-5 * np.linalg.norm(each)
@@ -84,7 +84,7 @@ def test_elements_off_a_line_are_told_one_by_one():
     assert isinstance(nodes, ApertureNodes) and len(nodes.position) == 12
     begin = (*begin[:-1], ears._replace(position=place))
     few, each = silence(12, 3), silence(12, 3)
-    deposit_on_elements(few, *begin, nodes, NONE, *end)
+    deposit_on_elements(few, *begin, nodes, NO_SECTOR, *end)
     spread_echoes(each, *begin, *end)
     assert np.linalg.norm(few - each) < 1e-6 * np.linalg.norm(each)
 

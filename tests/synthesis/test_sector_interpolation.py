@@ -7,7 +7,14 @@ from insonify.synthesis._arrival_kernel import ReceiveBeams, ReceiveLegs, Transm
 from insonify.synthesis._element_arrivals_kernel import deposit_on_elements
 from insonify.synthesis._waveform_basis_kernel import group_layout
 from insonify.synthesis.chebyshev_nodes import aperture_nodes
-from insonify.synthesis.sector_interpolation import FEWEST, LEFT, NONE, POINT_COUNT, TURN, sector_interpolation
+from insonify.synthesis.sector_interpolation import (
+    MAX_LINEAR_PHASE,
+    MAX_RESIDUAL_PHASE,
+    MIN_ELEMENTS,
+    NO_SECTOR,
+    POINT_COUNT,
+    sector_interpolation,
+)
 from insonify.synthesis.time_grid import convolve_waveforms, time_grid
 from insonify.synthesis.waveform_basis import WaveformBasis
 from oracles.echoes import spread_echoes
@@ -75,15 +82,21 @@ def test_weights_tell_waves_of_the_whole_sector():
     x = np.linspace(-1, 1, 2000)
     place = np.outer(0.5 * x, [1.0, 0, 0])
     few = sector_interpolation(place, 0 * place, 0 * place, GRID, CARRIER, SPEED)
-    turn, bow = (part.ravel() for part in np.meshgrid(np.linspace(-TURN, TURN, 77), np.linspace(-LEFT, LEFT, 7)))
+    turn, bow = (
+        part.ravel()
+        for part in np.meshgrid(
+            np.linspace(-MAX_LINEAR_PHASE, MAX_LINEAR_PHASE, 77),
+            np.linspace(-MAX_RESIDUAL_PHASE, MAX_RESIDUAL_PHASE, 7),
+        )
+    )
     known, told = (np.exp(1j * (at[:, None] * turn + at[:, None] ** 2 * bow)) for at in (few.point_position, x))
     assert np.abs(few.weights.astype(float) @ known - told).max() < 1e-6
 
 
 def test_arrays_that_are_bent_or_short_have_no_sector():
     """Elements off a line, or so few that places would save nothing, each hear all their echoes."""
-    place = np.outer(np.linspace(-0.5, 0.5, FEWEST), [1.0, 0, 0])
-    bent = place + np.outer(np.linspace(-1, 1, FEWEST) ** 2, [0, 0, 0.01])
+    place = np.outer(np.linspace(-0.5, 0.5, MIN_ELEMENTS), [1.0, 0, 0])
+    bent = place + np.outer(np.linspace(-1, 1, MIN_ELEMENTS) ** 2, [0, 0, 0.01])
     assert sector_interpolation(place, 0 * place, 0 * place, GRID, CARRIER, SPEED) is not None
     for other in (bent, place[1:]):
         assert sector_interpolation(other, 0 * other, 0 * other, GRID, CARRIER, SPEED) is None
@@ -96,5 +109,5 @@ def test_a_dead_element_leaves_all_echoes_to_the_others():
     nodes = aperture_nodes(*ears[:3], 8.0, 0.06, SPEED / CARRIER, few.point_position)
     told, each = silence(30 + POINT_COUNT, 2), silence(30, 2)
     deposit_on_elements(told, *begin, nodes, few.sector, *end)
-    deposit_on_elements(each, *begin, nodes, NONE, *end)
+    deposit_on_elements(each, *begin, nodes, NO_SECTOR, *end)
     assert not told[0].any() and not told[30:].any() and np.array_equal(told[:30], each)

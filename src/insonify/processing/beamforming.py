@@ -30,9 +30,9 @@ Floats = NDArray[np.float64]
 
 BEAMS_AT_ONCE = 8
 """Beams of one ping that a thread processes together."""
-LEFT = 0.05
+MAX_FOCUS_ERROR = 0.05
 """Largest phase error at the ends of a line for beams that share a focus [rad]."""
-FAR = 1e12
+FOCUS_AT_INFINITY = 1e12
 
 
 def beamform_delay_sum(
@@ -109,7 +109,7 @@ def beamform_fft(
     the delays are exact over the whole band. The cost for each frequency grows as n log n of elements and beams.
     A dynamic focus is shared by a few neighbouring beams each: the remaining phase at the outermost elements, their
     distance from the middle squared over twice the range, times the difference of the sines' squares, is at most
-    `LEFT` where the series begins, and smaller later.
+    `MAX_FOCUS_ERROR` where the series begins, and smaller later.
 
     Args:
         pressure: Complex baseband, shape (..., channel, time), the elements in order along the line.
@@ -188,7 +188,7 @@ def _beams_sharing_focus(sines: Floats, half: float, nearest: float, wavelength:
         nearest: Range of the first sample [m]; at least half the array's length is used.
         wavelength: Wavelength of the carrier [m].
     """
-    width = 2 * LEFT * wavelength * max(nearest, half, 1e-9) / (np.pi * max(half, 1e-9) ** 2)
+    width = 2 * MAX_FOCUS_ERROR * wavelength * max(nearest, half, 1e-9) / (np.pi * max(half, 1e-9) ** 2)
     sector = np.sign(sines) * np.round(sines**2 / width)
     edges = np.concatenate([[0], np.flatnonzero(np.diff(sector)) + 1, [len(sines)]]).tolist()
     focus_sine = np.sign(sector) * np.sqrt(np.minimum(np.abs(sector) * width, 1.0))
@@ -279,7 +279,7 @@ def _focus(focus: str | float) -> float:
     if focus == "dynamic":
         return -1.0
     if focus == "far":
-        return FAR
+        return FOCUS_AT_INFINITY
     if isinstance(focus, str):
         raise ValueError(f"focus is {focus!r}; choose dynamic, far, or a range in metres")
     return require_number("focus", focus, "m", 0.0, exclude_low=True, example="10.0")

@@ -14,7 +14,7 @@ from insonify.validity import require_number, require_numbers
 
 Floats = NDArray[np.float64]
 
-STRAIGHT = 1.0
+LINEAR_PHASE = 1.0
 """Phase up to which the phase ramp of a beam counts as a straight line [rad]."""
 REFITS = 4
 """Number of times that the line is refitted to the samples near its zero."""
@@ -170,7 +170,7 @@ def _crossing(product: NDArray[np.complex128], times: Floats, looks: int) -> tup
     line = _PhaseLine.through(times, phase, np.abs(product))
     for _ in range(REFITS):
         line_phase = line.at(times)
-        is_linear = np.abs(line_phase) < STRAIGHT
+        is_linear = np.abs(line_phase) < LINEAR_PHASE
         if line.slope == 0 or is_linear.sum() < 4:
             return np.nan, np.nan
         # cycles are resolved again by the fitted line

@@ -8,9 +8,9 @@ from insonify.units import intensity_ratio, level_db
 
 Floats = NDArray[np.float64]
 
-RISE = 12.0
+MIN_RISE_DB = 12.0
 """Rise of the first bottom return above the water column [dB]."""
-DEPTH = 50.0
+MAX_DROP_DB = 50.0
 """Level of the first bottom return re the strongest sample, where the water column is silent, at least [dB]."""
 NEIGHBOURS = 9
 """Pings of the running median of altitude, which removes single fish and gaps."""
@@ -50,7 +50,7 @@ def _rise(power: Floats, slant_range: Floats) -> float:
         return float("nan")
     strongest = int(np.argmax(power))
     column = power[: max(strongest // 2, 1)]
-    floor = max(float(np.median(column)) * 10 ** (RISE / 10), power.max() * 10 ** (-DEPTH / 10))
+    floor = max(float(np.median(column)) * 10 ** (MIN_RISE_DB / 10), power.max() * 10 ** (-MAX_DROP_DB / 10))
     if floor >= power.max():
         return float("nan")
     return float(slant_range[int(np.argmax(power >= floor))])

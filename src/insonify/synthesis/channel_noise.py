@@ -27,9 +27,9 @@ from insonify.units import amplitude_ratio, level_db
 
 Floats = NDArray[np.float64]
 
-NODES = 129
+SPECTRUM_NODES = 129
 """Frequencies across the band at which the sea's spectrum is evaluated; linear interpolation is 1e-4 dB off."""
-FAINT = 1e-7
+NEGLIGIBLE = 1e-7
 """Amplitude below which an entry of a mixing matrix is left out [1]."""
 
 
@@ -194,7 +194,7 @@ def sea_noise_spectrum(sea: SeaNoise, pulse: ReceivedPulse) -> SeaNoiseSpectrum:
         sea: Noise of the sea.
         pulse: The sonar's received pulse, which has centre and band.
     """
-    offset = np.linspace(-0.5, 0.5, NODES) * pulse.receiver.sample_rate
+    offset = np.linspace(-0.5, 0.5, SPECTRUM_NODES) * pulse.receiver.sample_rate
     return SeaNoiseSpectrum(offset, sea.density(pulse.pulse.frequency + offset))
 
 
@@ -262,7 +262,7 @@ def _mix_channels(white: NDArray[np.complex64], mixing_matrices: tuple[Complexes
     for lower in mixing_matrices:
         rows = slice(first, first + len(lower))
         # for elements half a wavelength apart, most off-diagonal entries are rounding errors
-        significant = np.where(np.abs(lower) > FAINT, lower, 0)
+        significant = np.where(np.abs(lower) > NEGLIGIBLE, lower, 0)
         triangle = (np.ascontiguousarray(part, np.float32) for part in (significant.real, significant.imag))
         mix_noise(*triangle, parts[0][rows], parts[1][rows], out[0, rows], out[1, rows])
         first = rows.stop

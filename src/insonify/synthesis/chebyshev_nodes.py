@@ -19,9 +19,9 @@ from insonify.synthesis._element_arrivals_kernel import ApertureNodes
 Floats = NDArray[np.float64]
 ERROR = 2e-7
 """Error of an echo's phase at an element [cycles]."""
-STRAIGHT = 1e-9
+MAX_DEVIATION = 1e-9
 """Largest deviation of elements from a straight line, and from the interpolated parabolic motion [m]."""
-FEWEST = 4
+MIN_NODES = 4
 """Least number of nodes [1]."""
 
 
@@ -81,7 +81,7 @@ def chebyshev_node_count(min_radius: float, half: float, wavelength: float) -> i
     ratio = min_radius / half if half > 0 else math.inf
     rho = min(ratio + math.sqrt(ratio * ratio - 1), 1e9)
     error = 4 * min_radius / (rho - 1) / wavelength / ERROR
-    return max(FEWEST, math.ceil(math.log(max(error, 1.0)) / math.log(rho)) + 1)
+    return max(MIN_NODES, math.ceil(math.log(max(error, 1.0)) / math.log(rho)) + 1)
 
 
 def straight_array(
@@ -99,10 +99,13 @@ def straight_array(
     middle = (motion[0] + motion[-1]) / 2
     half = (motion[-1] - motion[0]) / 2
     length = float(half[:3] @ half[:3])
-    if len(motion) <= FEWEST or not length > 0:
+    if len(motion) <= MIN_NODES or not length > 0:
         return None
     coordinate = (motion - middle)[:, :3] @ half[:3] / length
-    if np.abs(coordinate).max() > 1 + 1e-9 or np.abs(motion - middle - coordinate[:, None] * half).max() > STRAIGHT:
+    if (
+        np.abs(coordinate).max() > 1 + 1e-9
+        or np.abs(motion - middle - coordinate[:, None] * half).max() > MAX_DEVIATION
+    ):
         return None
     return coordinate, np.stack([middle, half])
 

@@ -22,7 +22,7 @@ NEGLIGIBLE = 1e-3
 """Columns of L below this everywhere are left out: a millionth of the energy [1]."""
 SAMPLE_POINTS = 256
 """Points of a block at which L is evaluated, about; the others take it from the point before them [1]."""
-FLOOR = 1e-9
+DIAGONAL_LOADING = 1e-9
 """Added to the diagonal of K, so that equal replicas keep it positive definite [1]."""
 
 
@@ -53,7 +53,7 @@ def split_by_coherence(pairs: Pairs, field: DelayField | None, ping_geometry: Pi
     coherence = _mean_products(
         replica_legs, field.covariance(sides, pairs.scatterers.position, sample_points), ping_geometry.frequency
     )
-    lower = np.linalg.cholesky(coherence + FLOOR * np.eye(len(replicas)))
+    lower = np.linalg.cholesky(coherence + DIAGONAL_LOADING * np.eye(len(replicas)))
     lower = np.repeat(lower, np.diff(np.append(sample_points, len(pairs.scatterers))), axis=0)
     blocks = []
     for column in range(len(replicas)):

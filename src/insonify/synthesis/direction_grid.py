@@ -20,19 +20,19 @@ from insonify.synthesis._gridding_kernel import CELLS_PER_SPIKE, WIDTH, tap_coef
 
 Floats = NDArray[np.float64]
 Cells = NDArray[np.complex64]
-FEWEST = 24
+MIN_BEAMS = 24
 """Number of beams from which on a direction grid is faster than separate beams [1]."""
 OVERSAMPLING = 2.0
 """Rows per wavelength over the aperture [1]."""
 ROWS_PER_BEAM = 3.0
 """Largest number of rows per beam, which limits the memory [1]."""
-LEVEL = 1e-12
+MAX_TILT_DIFFERENCE = 1e-12
 """Largest difference of downward steering among beams that share a grid [1]."""
 
 
 NO_DIRECTION_GRID = DirectionRows(0.0, 0.0, np.empty((0, 4)), 1.0)
 """No grid."""
-MIXED = 0.25
+LEG_DIFFERENCE = 0.25
 """Difference of the direction cosines of two different legs for which transmit beams are checked [1]."""
 TOLERANCE = 1e-2
 """Largest error of the two-way pattern of different legs on the grid, re the beam's axis [1]."""
@@ -121,17 +121,19 @@ def _extent(beams: Beams) -> float:
 def _differ_in_steering(transmit_beams: Beams, receive_beams: Beams) -> bool:
     """Return True if a sonar has many beams that differ in horizontal steering alone."""
     if (
-        receive_beams.channel_count < FEWEST
+        receive_beams.channel_count < MIN_BEAMS
         or receive_beams.tables[0].shape[0] == 0
-        or np.ptp(receive_beams.steer[:, 1]) > LEVEL
+        or np.ptp(receive_beams.steer[:, 1]) > MAX_TILT_DIFFERENCE
     ):
         return False
     if transmit_beams.channel_count == 1:
         return True
     same = np.array_equal(transmit_beams.axes, receive_beams.axes) and np.allclose(
-        transmit_beams.steer[:, 0], receive_beams.steer[:, 0], atol=LEVEL
+        transmit_beams.steer[:, 0], receive_beams.steer[:, 0], atol=MAX_TILT_DIFFERENCE
     )
-    return bool(same and np.ptp(transmit_beams.steer[:, 1]) <= LEVEL and _is_wide(transmit_beams, receive_beams))
+    return bool(
+        same and np.ptp(transmit_beams.steer[:, 1]) <= MAX_TILT_DIFFERENCE and _is_wide(transmit_beams, receive_beams)
+    )
 
 
 def _is_wide(transmit_beams: Beams, receive_beams: Beams) -> bool:
@@ -143,9 +145,9 @@ def _is_wide(transmit_beams: Beams, receive_beams: Beams) -> bool:
     def pattern(beams: Beams, sine: Floats) -> Floats:
         return _horizontal_patterns(replace(beams, steer=axis))(sine)[0]
 
-    error = pattern(transmit_beams, np.clip(direction_sine + MIXED, -1, 1)) - pattern(
+    error = pattern(transmit_beams, np.clip(direction_sine + LEG_DIFFERENCE, -1, 1)) - pattern(
         transmit_beams, direction_sine
-    ) * pattern(transmit_beams, np.array([MIXED]))
+    ) * pattern(transmit_beams, np.array([LEG_DIFFERENCE]))
     return bool(np.abs(error * pattern(receive_beams, direction_sine)).max() <= TOLERANCE)
 
 

@@ -23,7 +23,7 @@ from insonify.synthesis._element_arrivals_kernel import deposit_on_elements
 from insonify.synthesis._leg_pressure_kernel import transmitted_pressure
 from insonify.synthesis.chebyshev_nodes import aperture_nodes
 from insonify.synthesis.replica_jitter import ReplicaJitter
-from insonify.synthesis.sector_interpolation import NONE, SectorInterpolation
+from insonify.synthesis.sector_interpolation import NO_SECTOR, SectorInterpolation
 from insonify.synthesis.time_grid import TimeGrid
 from insonify.synthesis.waveform_basis import WaveformBasis
 from insonify.units import amplitude_ratio
@@ -163,7 +163,7 @@ def deposit(
         extra_positions,
     )
     sector = (
-        NONE
+        NO_SECTOR
         if interpolation is None or nodes.weights.shape[1] == len(receive_points.position)
         else interpolation.sector
     )

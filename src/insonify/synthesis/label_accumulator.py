@@ -32,7 +32,7 @@ from insonify.units import intensity_ratio
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
 Rows = NDArray[np.intp]
-GROUND_POINTS = 2.0
+SEABED_POINTS = 2.0
 """Points per resolution cell at most along radials of the seabed, which the intensity does not use [1]."""
 POINTS = 1.5
 """Points per resolution cell at most; sparser than for the intensity, off by a few tenths of a decibel [1]."""

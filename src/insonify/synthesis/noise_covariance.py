@@ -21,7 +21,7 @@ from insonify.synthesis.element_arrivals import rotated_beams
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
 
-FLAT = 1e-9
+MAX_DEPTH = 1e-9
 """Depth of an array along boresight, in wavelengths, below which it counts as planar [1]."""
 AT_ONCE = 4_000_000
 """Channels times directions that are processed together."""
@@ -76,7 +76,7 @@ def _closed_form(ping_geometry: PingGeometry) -> Floats | None:
     phase = 2 * np.pi / wavelength * _distances(elements.positions)
     if pattern.element == OMNI:
         return np.sinc(phase / np.pi)
-    flat = np.ptp(elements.positions[:, 0]) < FLAT * wavelength
+    flat = np.ptp(elements.positions[:, 0]) < MAX_DEPTH * wavelength
     if not flat or np.any(elements.orientations != 0):
         return None
     # by symmetry the front half space contributes half of the total

@@ -26,9 +26,9 @@ if TYPE_CHECKING:
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
 
-NEIGHBOUR = 1.2
+MAX_NEIGHBOUR_DISTANCE = 1.2
 """Distance up to which elements are neighbours, re the distance to their nearest neighbour [1]."""
-COARSE = 1.5
+MAX_STEPWISE_DEVIATION = 1.5
 """Standard deviation up to which rounding is summed over codes [steps]; above, it adds a twelfth (1e-18 off)."""
 STEPS = 16
 """Number of codes in that sum."""
@@ -106,7 +106,7 @@ class ReceiverChain:
             return power
         deviation = np.sqrt(power / 2) / self.quantisation_step
         rounded = power + self.quantisation_step**2 / 6
-        fine = deviation < COARSE
+        fine = deviation < MAX_STEPWISE_DEVIATION
         edges = np.arange(STEPS) + 0.5
         beyond = erfc(edges / (np.sqrt(2) * np.maximum(deviation[fine], 1e-12)[:, None]))
         rounded[fine] = 2 * self.quantisation_step**2 * (beyond @ (2 * np.arange(STEPS) + 1.0))
@@ -181,5 +181,5 @@ def neighbour_matrix(sonar: Sonar) -> Floats:
         distance = np.linalg.norm(position[:, None] - position, axis=-1)
         np.fill_diagonal(distance, np.inf)
         nearest = distance.min(axis=1)
-        sides.append((distance <= NEIGHBOUR * np.maximum(nearest[:, None], nearest)).astype(float))
+        sides.append((distance <= MAX_NEIGHBOUR_DISTANCE * np.maximum(nearest[:, None], nearest)).astype(float))
     return np.asarray(block_diag(sides).toarray())

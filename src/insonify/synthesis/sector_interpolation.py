@@ -22,13 +22,13 @@ from insonify.synthesis.time_grid import TimeGrid
 Floats = NDArray[np.float64]
 POINT_COUNT = 16
 """Number of interpolation points along the array [1]."""
-TURN = 8.0
+MAX_LINEAR_PHASE = 8.0
 """Largest linear phase of echoes of a sector, from the array's middle to its end [rad]."""
-LEFT = 0.3
+MAX_RESIDUAL_PHASE = 0.3
 """Largest deviation of the curved phase at the array's end from that of echoes of the same delay [rad]."""
-FEWEST = 24
+MIN_ELEMENTS = 24
 """Least number of elements for which interpolation is faster [1]."""
-NONE = ArraySector(0, 0.0, 0.0, 0.0)
+NO_SECTOR = ArraySector(0, 0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,7 +78,7 @@ def sector_interpolation(
         speed: Sound speed at the array [m/s].
     """
     along = None
-    if len(element_position) >= FEWEST:
+    if len(element_position) >= MIN_ELEMENTS:
         along = straight_array(
             element_position, velocity, acceleration, grid.start + grid.sample_count / grid.sample_rate
         )
@@ -89,9 +89,9 @@ def sector_interpolation(
     highest = frequency + grid.sample_rate / 2  # of the recorded band
     sector = ArraySector(
         POINT_COUNT,
-        TURN / (2 * math.pi * highest),
+        MAX_LINEAR_PHASE / (2 * math.pi * highest),
         2 * math.pi * frequency * (half / speed) ** 2,
-        LEFT * frequency / highest,
+        MAX_RESIDUAL_PHASE * frequency / highest,
     )
     node = np.cos((np.arange(POINT_COUNT) + 0.5) * math.pi / POINT_COUNT)
     return SectorInterpolation(sector, node, element, _weights(tuple(element)))
@@ -100,7 +100,12 @@ def sector_interpolation(
 @lru_cache(maxsize=16)
 def _weights(element: tuple[float, ...]) -> NDArray[np.float32]:
     """Weight of each point at elements, fitted to waves of all linear and curved phases of the sector, shape (m, p)."""
-    linear, quadratic = (part.ravel() for part in np.meshgrid(np.linspace(0, TURN, 60), np.linspace(-LEFT, LEFT, 5)))
+    linear, quadratic = (
+        part.ravel()
+        for part in np.meshgrid(
+            np.linspace(0, MAX_LINEAR_PHASE, 60), np.linspace(-MAX_RESIDUAL_PHASE, MAX_RESIDUAL_PHASE, 5)
+        )
+    )
 
     def waves(x: Floats) -> Floats:
         phase = x[:, None] * linear + x[:, None] ** 2 * quadratic

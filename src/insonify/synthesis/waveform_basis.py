@@ -29,7 +29,7 @@ ERROR = 1e-6
 """Error of the weighted sum, re the pulse's peak [1]."""
 MOST = 48
 """Largest number of waveforms [1]."""
-FAINT = 10 ** (-45 / 20)
+NEGLIGIBLE_GAIN = 10 ** (-45 / 20)
 """Two-way gain below which a direction's Doppler factor is neglected, re the largest gain [1]."""
 _AZIMUTHS, _ELEVATIONS = 720, 37
 
@@ -217,7 +217,7 @@ def _insonified_directions(
             if is_bistatic
             else (transmit_gain * receive_gain, transmit_gain * receive_gain)
         )
-        transmit_directions, receive_directions = (direction[gain >= FAINT * gain.max()] for gain in gains)
+        transmit_directions, receive_directions = (direction[gain >= NEGLIGIBLE_GAIN * gain.max()] for gain in gains)
         if len(_DIRECTION_CACHE) >= _MAX_CACHE_ENTRIES:
             _DIRECTION_CACHE.clear()
         # the cached beams keep their tables alive, so that no other table takes their identity
