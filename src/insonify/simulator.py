@@ -197,7 +197,7 @@ def build_simulator(scenario: Scenario) -> Simulator:
     engine = EigenrayEngine(scenario.scene, scenario.paths, scenario.seed, rays, delay_field=late)
     tracer = None
     if scenario.paths.engine == "tracer":
-        from insonify.engines.tracer import Tracer  # kernels of its own, which few runs ask for
+        from insonify.engines.tracer import Tracer  # kernels of its own, which few runs need
 
         tracer = Tracer(scenario.scene, scenario.paths, scenario.seed)
     return Simulator(scenario, engine, carried, track_extents_of(scenario.sonar, carried), pulse, grid, tracer)
@@ -253,8 +253,8 @@ def record(
     whole = label_store.labelled_pings(path) if labelled else np.ones(len(there), bool)
     jobs = [Job(ping, wants_sound=False, wants_labels=True) for ping in wanted if there[ping] and not whole[ping]]
     jobs += [Job(ping, wants_sound=True, wants_labels=not whole[ping]) for ping in wanted if not there[ping]]
-    done, tell = len(wanted) - len(jobs), on_ping or (lambda *_: None)
-    tell(done, len(wanted))
+    done, report = len(wanted) - len(jobs), on_ping or (lambda *_: None)
+    report(done, len(wanted))
     for job, series, labelling in _simulate_jobs(simulator, jobs, threads):
         # labels first: a ping whose sound is there is whole
         if labelling is not None:
@@ -262,7 +262,7 @@ def record(
         if series is not None:
             zarr_store.write_ping(path, job.ping, series, into=mine)
         done += 1
-        tell(done, len(wanted))
+        report(done, len(wanted))
     return Path(path)
 
 
