@@ -83,7 +83,7 @@ def test_a_demonstration_leaves_files_that_agree(tmp_path, quick, monkeypatch):
         assert row["value"] == pytest.approx(number.value) and row["holds"] == number.holds
     assert pings and pings[-1] == (1, 1)
     sound = open_recording(shown.recording)["pressure"].values
-    monkeypatch.setattr(demo, "_drawn", lambda *paths: shown.numbers)
+    monkeypatch.setattr(demo, "_draw_product", lambda *paths: shown.numbers)
     again = demo.show("forward-looking", shown.scenario.parent)
     np.testing.assert_array_equal(open_recording(again.recording)["pressure"].values, sound)
     assert demo.numbers_table(again.numbers) == demo.numbers_table(shown.numbers)
