@@ -64,7 +64,7 @@ def test_python_is_answered_with_the_new_name():
     with pytest.raises(ValidationError, match="engine: paths is called eigenrays"):
         PathSettings(engine="paths")
     for copy in (PathSettings().model_copy, lambda update: PathSettings().unchecked_copy(**update)):
-        with pytest.raises(AttributeError, match="called PathSettings.importance_sampling"):
+        with pytest.raises(AttributeError, match=r"called PathSettings\.importance_sampling"):
             copy(update={"thinning": False})
     with pytest.raises(AttributeError, match="did you mean 'geometry'"):
         PathSettings().unchecked_copy(geometri="slice")

@@ -12,7 +12,7 @@ from insonify.scattering.point_target import PointTargetLaw
 from insonify.scattering.sediments import Sediment
 from insonify.scene.scatterers import Scatterers
 from insonify.simulator import arrivals, build_simulator, simulate
-from insonify.synthesis.coherent import coherent_from_arrivals
+from oracles.arrival_sum import coherent_from_arrivals
 from oracles.listening import heard, pulse_spectrum, relative_rms, row
 from oracles.scenes import hear_blocks, nominal, point
 from oracles.water import Block, cut, fold, letters

@@ -8,7 +8,7 @@ from insonify.engines._pair_importance_kernel import assign_priorities, mark_sam
 from insonify.engines.pair_importance import MIN_KEEP_PROBABILITY, RANGE_BINS, _keep_probabilities
 from insonify.records.pairs import PairSampling
 from insonify.simulator import arrivals, build_simulator, simulate, simulate_pings
-from insonify.synthesis.coherent import coherent_from_arrivals
+from oracles.arrival_sum import coherent_from_arrivals
 from oracles.listening import relative_rms
 from oracles.scenes import nominal
 

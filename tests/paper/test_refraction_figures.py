@@ -55,7 +55,10 @@ def test_the_profile_moves_more_than_the_surface() -> None:
     assert 0.64 < told["box at 150 m: later by, least"] < told["box at 150 m: later by, most"] < 0.79
     assert told["seabed at 150 m: later by"] == pytest.approx(0.778, abs=2e-3)
     assert -1.2 < told["surface at 150 m: later by"] < -1.17
-    assert told["echo of the target: more energy"] > 3 and told["seabed at 150 m: level higher by, mean of the spikes"] > 10
+    assert (
+        told["echo of the target: more energy"] > 3
+        and told["seabed at 150 m: level higher by, mean of the spikes"] > 10
+    )
     assert told["seabed over direct paths, farthest"] == pytest.approx(162.03, abs=0.1)
 
 

@@ -8,13 +8,14 @@ import pytest
 from insonify.frames import pose_rotation
 from insonify.propagation.families import families_up_to
 from insonify.propagation.image_sources import image_legs
-from insonify.propagation.solid_shadows import cast_rays, occluders_of_paths, triangle_tree
+from insonify.propagation.solid_shadows import occluders_of_paths, triangle_tree
 from insonify.records.legs import LegStatus
 from insonify.scattering.point_target import PointTargetLaw
 from insonify.scene.scatterers import Scatterers
 from insonify.scene.scene import Scene
 from insonify.scene.solid import solid_scatterers, world_triangles
 from insonify.scene.triangle_surfaces import cylinder, merged_surfaces, sphere, torus
+from oracles.ray_casting import cast_rays
 from oracles.water import fold
 
 SONAR = np.array([0.0, 0.0, 11.0])

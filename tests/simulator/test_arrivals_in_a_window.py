@@ -18,14 +18,19 @@ SCENES: dict[str, dict] = {
     "four bounces": {"paths": {"max_reflections": 4}},
     "sea": {"surface": SEA},
     "relief": {"seabed": RELIEF},
-    "relief, hard edges, a body": {"seabed": RELIEF, "paths": {"edge_diffraction": "none"},
-                                   "targets": [{"shape": "box", "position": (2, 83), "size": (2, 1, 1)}]},
+    "relief, hard edges, a body": {
+        "seabed": RELIEF,
+        "paths": {"edge_diffraction": "none"},
+        "targets": [{"shape": "box", "position": (2, 83), "size": (2, 1, 1)}],
+    },
     "thermocline": {"water": THERMOCLINE},
     "slice": {"paths": {"geometry": "slice"}},
     "expected": {"field": "incoherent"},
-    "smooth sphere": {"targets": [{"shape": "sphere", "position": (0, 83), "diameter": 1, "face_reflection_coefficient": 1}]},
+    "smooth sphere": {
+        "targets": [{"shape": "sphere", "position": (0, 83), "diameter": 1, "face_reflection_coefficient": 1}]
+    },
     "water": {"water": {"volume_strength_db": -60}, "track": {"window": (0.1, 0.115)}},
-}  # fmt: skip
+}
 
 
 def sorted_rows(found):

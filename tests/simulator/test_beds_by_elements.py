@@ -18,12 +18,17 @@ POINT = {"kind": "point", "element": "omni"}
 def ground(record, transmit, sub_bands, importance_sampling):
     """Flat ground 45 to 48 m away by direct paths, a line of 0.12 m."""
     return nominal(
-        water={"noise_level_db": None}, line={"length": None}, transmit=transmit,
+        water={"noise_level_db": None},
+        line={"length": None},
+        transmit=transmit,
         receive={"kind": "line", "length": SIZE, "elements": COUNT, "element": "baffled"},
-        sonar={"pulse": {"kind": "cw", "frequency": 100e3, "duration": 0.5e-3},
-               "receiver": {"bandwidth": 8e3, "record": record, "sub_bands": sub_bands}},
-        paths={"contributions": ["seabed"], "max_reflections": 0, "importance_sampling": importance_sampling}, track={"window": (0.059, 0.065)},
-    )  # fmt: skip
+        sonar={
+            "pulse": {"kind": "cw", "frequency": 100e3, "duration": 0.5e-3},
+            "receiver": {"bandwidth": 8e3, "record": record, "sub_bands": sub_bands},
+        },
+        paths={"contributions": ["seabed"], "max_reflections": 0, "importance_sampling": importance_sampling},
+        track={"window": (0.059, 0.065)},
+    )
 
 
 def apart_db(transmit, sub_bands, *, importance_sampling):

@@ -102,8 +102,12 @@ def test_what_a_box_hides_from_each_family_is_what_a_walked_path_cannot_reach(he
     600 points of the drawn bed, three families; paths that graze an edge within 1 cm are left out.
     """
     box = {"position": (0.0, 60.0), "size": (4.0, 2.0, 8.0), "heading": heading}
-    scenario = nominal(box=box, track={"window": (0.083, 0.1)}, line={"length": 0.2},
-                       paths={"contributions": ["seabed"], "beam_cutoff_db": -20, "scatterers_per_cell": 1})  # fmt: skip
+    scenario = nominal(
+        box=box,
+        track={"window": (0.083, 0.1)},
+        line={"length": 0.2},
+        paths={"contributions": ["seabed"], "beam_cutoff_db": -20, "scatterers_per_cell": 1},
+    )
     simulator = build_simulator(scenario)
     here = simulator.ping_geometry(0)
     plain, small, large = (
@@ -126,10 +130,15 @@ def test_what_a_box_hides_from_each_family_is_what_a_walked_path_cannot_reach(he
 def test_a_box_has_the_size_that_it_says() -> None:
     """Length along its heading: 4 m by 1 m turned by 90 degrees lies east-west."""
     along, across = (
-        arrivals(nominal(targets=[Box(position=(0, 60), size=(4, 1, 1), heading=turn).model_dump()],
-                         track={"window": (0.075, 0.09)}, paths={"max_reflections": 0, "contributions": ["target"]})).position
+        arrivals(
+            nominal(
+                targets=[Box(position=(0, 60), size=(4, 1, 1), heading=turn).model_dump()],
+                track={"window": (0.075, 0.09)},
+                paths={"max_reflections": 0, "contributions": ["target"]},
+            )
+        ).position
         for turn in (0.0, np.pi / 2)
-    )  # fmt: skip
+    )
     assert np.ptp(along[:, 0]) == pytest.approx(4, abs=0.1) and np.ptp(along[:, 1]) == pytest.approx(1, abs=0.1)
     assert np.ptp(across[:, 0]) == pytest.approx(1, abs=0.1) and np.ptp(across[:, 1]) == pytest.approx(4, abs=0.1)
 

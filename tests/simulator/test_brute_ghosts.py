@@ -18,15 +18,40 @@ def scene(count, interval, seed, **more):
     """Pings over one fixed aperture abeam of a point target, under 3 m/s of wind."""
     step, line = APERTURE / count, {"kind": "line", "length": 0.3}
     speed = step / interval if interval else 100.0
-    return Scenario(**{
-        "water": {"noise_level_db": None, "absorption_db_per_m": 0.0}, "seabed": BED, "seed": seed, "field": "coherent",
-        "surface": {"reflection": "statistical", "wind_speed": 3.0}, "targets": [point(0.0, AWAY, DEPTH)],
-        "sonar": {"source_level_db": 220, "pulse": {"kind": "cw", "frequency": 100e3, "duration": 0.1e-3},
-                  "transmit": line, "receive": line, "receiver": {"bandwidth": 20e3}, "mounting": {"bearing": np.pi / 2}},
-        "track": {"kind": "line", "start": ((step - APERTURE) / 2, 0.0, 11.0), "speed": speed, "interval": step / speed,
-                  "pings": count, "window": (0.199, 0.208), "stop_and_hop": True},
-        "paths": {"max_reflections": 1, "families": ["D", "S"], "contributions": ["target"], "edge_diffraction": "none"}, **more,
-    })  # fmt: skip
+    return Scenario(
+        **{
+            "water": {"noise_level_db": None, "absorption_db_per_m": 0.0},
+            "seabed": BED,
+            "seed": seed,
+            "field": "coherent",
+            "surface": {"reflection": "statistical", "wind_speed": 3.0},
+            "targets": [point(0.0, AWAY, DEPTH)],
+            "sonar": {
+                "source_level_db": 220,
+                "pulse": {"kind": "cw", "frequency": 100e3, "duration": 0.1e-3},
+                "transmit": line,
+                "receive": line,
+                "receiver": {"bandwidth": 20e3},
+                "mounting": {"bearing": np.pi / 2},
+            },
+            "track": {
+                "kind": "line",
+                "start": ((step - APERTURE) / 2, 0.0, 11.0),
+                "speed": speed,
+                "interval": step / speed,
+                "pings": count,
+                "window": (0.199, 0.208),
+                "stop_and_hop": True,
+            },
+            "paths": {
+                "max_reflections": 1,
+                "families": ["D", "S"],
+                "contributions": ["target"],
+                "edge_diffraction": "none",
+            },
+            **more,
+        }
+    )
 
 
 def image(scenario, north, east, depth=DEPTH):

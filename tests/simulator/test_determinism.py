@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from oracles.listening import relative_rms
 
 from insonify.simulator import arrivals, build_simulator, simulate, simulate_pings
-from insonify.synthesis.coherent import coherent_from_arrivals
+from oracles.arrival_sum import coherent_from_arrivals
+from oracles.listening import relative_rms
 from oracles.scenes import nominal, point
 
 SHORT = {"window": (0.19, 0.21)}

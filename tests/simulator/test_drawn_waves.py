@@ -4,13 +4,13 @@ import warnings
 
 import numpy as np
 import pytest
-from oracles.listening import relative_rms
 
 from insonify.propagation.explicit_surface import explicit_waves
 from insonify.scenario.scenario import Scenario
 from insonify.scenario.wave_warnings import wave_focusing
 from insonify.simulator import arrivals, simulate
 from insonify.validity import PhysicsWarning
+from oracles.listening import relative_rms
 from oracles.scenes import each_ping, nominal, point
 
 CALM = {"reflection": "explicit", "swell": {"height": 1e-8, "length": 30.0}}

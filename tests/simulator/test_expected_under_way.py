@@ -10,7 +10,9 @@ from oracles.scenes import nominal
 YAW = {"yaw": {"rms": 0.03, "period": 4.0}}
 
 
-def abeam(speed, *, hop=False, field="incoherent", motion=None, max_reflections=0, seed=1, apart=0.0, window=(0.1, 0.13)):
+def abeam(
+    speed, *, hop=False, field="incoherent", motion=None, max_reflections=0, seed=1, apart=0.0, window=(0.1, 0.13)
+):
     """Sand heard by 1 m arrays at 100 kHz; ends a little apart in depth take the general way."""
     ends = {"transmit": {"offset": (0.0, 0.0, -apart)}, "receive": {"offset": (0.0, 0.0, apart)}}
     paths = {"contributions": ["seabed"], "max_reflections": max_reflections, "scatterers_per_cell": 2}

@@ -23,16 +23,29 @@ def pairs(shading, pings, floor_db=-30):
         "water": {"sound_speed": SPEED, "absorption_db_per_m": 0.0, "noise_level_db": None},
         "seabed": {"depth": 20.0, "scattering": {"law": "lambert", "strength_db": -27.0}, "reflection": 0.35},
         "sonar": {
-            "source_level_db": 200, "pulse": {"kind": "cw", "frequency": 100e3, "duration": 0.4e-3},
+            "source_level_db": 200,
+            "pulse": {"kind": "cw", "frequency": 100e3, "duration": 0.4e-3},
             "transmit": {"kind": "line", "length": SENDER, "shading": shading},
             "receive": {"kind": "elements", "positions": places, "element": "omni"},
             "receiver": {"bandwidth": 6e3, "record": "elements"},
         },
-        "track": {"kind": "line", "start": (0.0, 0.0, 11.0), "speed": 10.0, "interval": 1.0, "pings": pings,
-                  "window": (0.04, 0.13), "stop_and_hop": True},
-        "paths": {"max_reflections": 0, "contributions": ["seabed"], "edge_diffraction": "none", "beam_cutoff_db": floor_db,
-                  "scatterers_per_cell": 2},
-    }  # fmt: skip
+        "track": {
+            "kind": "line",
+            "start": (0.0, 0.0, 11.0),
+            "speed": 10.0,
+            "interval": 1.0,
+            "pings": pings,
+            "window": (0.04, 0.13),
+            "stop_and_hop": True,
+        },
+        "paths": {
+            "max_reflections": 0,
+            "contributions": ["seabed"],
+            "edge_diffraction": "none",
+            "beam_cutoff_db": floor_db,
+            "scatterers_per_cell": 2,
+        },
+    }
     held = simulate(Scenario(**described)).pressure.values
     level = held / np.sqrt(np.mean(np.abs(held) ** 2, axis=(0, 1)))
     return np.array(

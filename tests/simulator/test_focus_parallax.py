@@ -6,9 +6,9 @@ import pytest
 from insonify.processing import beam_recording, complex_coherence, compressed_recording
 from insonify.scenario.scenario import Scenario
 from insonify.simulator import arrivals, build_simulator, simulate
-from insonify.synthesis.coherent import coherent_from_arrivals
 from oracles.aperture import ALTITUDE, strip
 from oracles.arrays import HEADING, START, heard_by_elements, some_targets
+from oracles.arrival_sum import coherent_from_arrivals
 from oracles.scenes import nominal, point
 from synthesis.oracle import relative_rms
 

@@ -101,7 +101,16 @@ def test_legs_and_pairs_of_one_part_stay_within_their_memory(reflections):
     held = sum(
         getattr(legs, name).nbytes
         for legs in (pairs.out, pairs.back)
-        for name in ("delay", "length", "spreading", "absorption", "reflection_coefficient", "visibility", "departure", "arrival")
+        for name in (
+            "delay",
+            "length",
+            "spreading",
+            "absorption",
+            "reflection_coefficient",
+            "visibility",
+            "departure",
+            "arrival",
+        )
     )
     held += 4 * pairs.strength.nbytes
     assert held <= BYTES_AT_ONCE / 2

@@ -51,9 +51,12 @@ def test_exchanging_the_ends_finds_the_same_scatterers(water, field):
     from where a distance is counted.
     """
     ends = {"length": 0.3, "offset": (0.5, 0.0, -2.0)}, {"length": 0.1, "offset": (-0.3, 0.3, 1.5)}
-    told = {"targets": [{"shape": "box", "position": (0.0, 30.0), "size": (2.0, 1.0, 1.0)}], "field": field,
-            "track": {"window": (0.035, 0.045)},
-            "paths": {"contributions": ["seabed", "target"], "edge_diffraction": "knife-edge", "scatterers_per_cell": 1}}  # fmt: skip
+    told = {
+        "targets": [{"shape": "box", "position": (0.0, 30.0), "size": (2.0, 1.0, 1.0)}],
+        "field": field,
+        "track": {"window": (0.035, 0.045)},
+        "paths": {"contributions": ["seabed", "target"], "edge_diffraction": "knife-edge", "scatterers_per_cell": 1},
+    }
     both = [scene(water, transmit=a, receive=b, **told) for a, b in (ends, ends[::-1])]
     one, other = (next(iter(simulate(scenario).data_vars.values())).values[0, 0] for scenario in both)
     assert np.linalg.norm(one) > 0

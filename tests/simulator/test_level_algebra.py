@@ -46,7 +46,9 @@ def test_there_is_a_curve_for_each_pair_that_can_be(everything: xr.Dataset) -> N
     assert set(everything.pair.values) == named | {ALL}
     heard = {
         cause: {
-            str(p) for p in everything.pair.values if np.isfinite(everything.level_db.sel(contribution=cause, pair=p)).any()
+            str(p)
+            for p in everything.pair.values
+            if np.isfinite(everything.level_db.sel(contribution=cause, pair=p)).any()
         }
         for cause in ("seabed", "surface", "target")
     }

@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from oracles.listening import relative_rms
 
 from insonify.simulator import arrivals, levels, simulate
+from oracles.listening import relative_rms
 from oracles.scenes import each_ping, nominal, point
 
 pytestmark = pytest.mark.filterwarnings("ignore::insonify.validity.PhysicsWarning")  # winds below 3 m/s are meant
@@ -80,7 +80,9 @@ def test_a_rough_sea_returns_what_a_mirror_would(wind, memory):
 
     def mean(surface):
         scenario = nominal(surface=surface, line={"length": 0.05}, paths=whole, track={"window": (0.1, 0.102)})
-        return 10 * np.log10(np.mean(10 ** (levels(scenario).level_db.sel(contribution="seabed", pair="D-S").values / 10)))
+        return 10 * np.log10(
+            np.mean(10 ** (levels(scenario).level_db.sel(contribution="seabed", pair="D-S").values / 10))
+        )
 
     loss = mean({"reflection": "statistical", "wind_speed": wind}) - mean({})
     assert loss == pytest.approx(10 * np.log10((1 + memory) / 2), abs=1.0)
@@ -133,11 +135,14 @@ def test_a_world_turned_and_moved_as_a_whole_sounds_the_same(surface):
         north, east = np.array([[c, -s], [s, c]]) @ [3.0, 75.0] + move
         return simulate(
             nominal(
-                targets=[point(north, east, 19.5)], surface={**surface, "wave_direction": 0.4 + angle},
-                seabed={"scatterer_grid": {"origin": tuple(move), "heading": angle}}, line={"length": 0.5},
-                paths={"max_reflections": 2}, track={"position": (*move, 11.0), "heading": angle, "window": (0.1, 0.106)},
+                targets=[point(north, east, 19.5)],
+                surface={**surface, "wave_direction": 0.4 + angle},
+                seabed={"scatterer_grid": {"origin": tuple(move), "heading": angle}},
+                line={"length": 0.5},
+                paths={"max_reflections": 2},
+                track={"position": (*move, 11.0), "heading": angle, "window": (0.1, 0.106)},
             )
-        )["pressure"].values  # fmt: skip
+        )["pressure"].values
 
     assert relative_rms(heard(turn, shift), heard(0.0, np.zeros(2))) < 1e-4
 

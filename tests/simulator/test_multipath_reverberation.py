@@ -158,5 +158,7 @@ def test_the_mean_coherent_power_of_sand_and_surface_is_the_closed_sum(contribut
     )  # fmt: skip
     worlds = [scenario.model_copy(update={"seed": seed}) for seed in range(100)]
     heard = each_ping(worlds, lambda world: simulate(world, threads=1).pressure.values[0, 0])
-    whole = reverberation(build_simulator(scenario).grid.time, FAMILIES[contribution], SONAR, **closed(contribution, sand))
+    whole = reverberation(
+        build_simulator(scenario).grid.time, FAMILIES[contribution], SONAR, **closed(contribution, sand)
+    )
     assert 10 * np.log10(np.mean(np.abs(heard) ** 2 / whole)) == pytest.approx(0, abs=0.2)

@@ -20,9 +20,17 @@ def windy(wind):
 def bed(surface, seed=1, *, families=("D", "S"), window=(0.1, 0.11), importance_sampling=True, paths=None, **more):
     """The nominal seabed alone, under two narrow beams, by some families."""
     return nominal(
-        seed=seed, surface=surface, track={"window": window},
-        paths={"contributions": ["seabed"], "families": list(families), "importance_sampling": importance_sampling, **(paths or {})}, **more,
-    )  # fmt: skip
+        seed=seed,
+        surface=surface,
+        track={"window": window},
+        paths={
+            "contributions": ["seabed"],
+            "families": list(families),
+            "importance_sampling": importance_sampling,
+            **(paths or {}),
+        },
+        **more,
+    )
 
 
 def speckle(seeds, **told):

@@ -26,8 +26,15 @@ def recorded(count, interval, seed, **more):
     step, line = APERTURE / count, {"kind": "line", "length": ELEMENT}
     speed = step / interval if interval else 100.0
     window = tuple(2 * np.hypot(east, ALTITUDE) / 1500 for east in (108.0, 112.6))
-    paths = {"max_reflections": 1, "families": ["D", "S"], "contributions": ["seabed"], "edge_diffraction": "none", "beam_cutoff_db": -30,
-             "scatterers_per_cell": 1, **more.pop("paths", {})}  # fmt: skip
+    paths = {
+        "max_reflections": 1,
+        "families": ["D", "S"],
+        "contributions": ["seabed"],
+        "edge_diffraction": "none",
+        "beam_cutoff_db": -30,
+        "scatterers_per_cell": 1,
+        **more.pop("paths", {}),
+    }
     scenario = Scenario(**{
         "water": {"noise_level_db": None, "absorption_db_per_m": 0.0}, "seabed": BED, "seed": seed, "targets": [WALL],
         "surface": {"reflection": "statistical", "wind_speed": 3.0}, "paths": paths, "field": "coherent",

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from insonify.simulator import accumulate_ping, arrivals, build_simulator, labels, simulate
-from insonify.synthesis.coherent import coherent_from_arrivals
+from oracles.arrival_sum import coherent_from_arrivals
 from oracles.scenes import nominal
 from oracles.smooth import ROUGH
 
@@ -51,7 +51,9 @@ def test_the_mean_over_jitter_is_the_expected_intensity():
         ]
     assert 10 * np.log10(np.mean(found) / expected) == pytest.approx(0, abs=0.7)
     alone = scene(max_reflections=0, **shaken)
-    assert intensity(alone).sum() == pytest.approx(intensity(scene(max_reflections=0, size=shaken["size"])).sum(), rel=1e-6)
+    assert intensity(alone).sum() == pytest.approx(
+        intensity(scene(max_reflections=0, size=shaken["size"])).sum(), rel=1e-6
+    )
 
 
 def _pings(count):

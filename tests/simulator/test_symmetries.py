@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from oracles.listening import relative_rms
 
 from insonify.propagation.families import bounce_sequence, families_reaching, families_up_to, image_depth, is_family
 from insonify.propagation.image_sources import image_legs
@@ -15,6 +14,7 @@ from insonify.scene.scatterers import Scatterers
 from insonify.scene.scene import Scene, point_scatterer
 from insonify.scene.target import PointTarget
 from insonify.simulator import arrivals, levels, simulate
+from oracles.listening import relative_rms
 from oracles.scenes import nominal, point
 
 DEPTH = 20.0
@@ -145,10 +145,12 @@ def test_a_world_moved_as_a_whole_sounds_the_same(north: float, east: float, tur
         box = {"shape": "box", "label": "box", "position": put((-1.3, 150.0)), "size": (2.0, 1.0, 1.0),
                "heading": 0.2 + (turn if shift else 0.0)}  # fmt: skip
         return arrivals(
-            nominal(targets=[point(*put((1.0, 148.0, 15.0))), box], paths={"max_reflections": 1, "contributions": ["target"]},
-                    track={"position": put((0.0, 0.0, 11.0)), "heading": turn if shift else 0.0,
-                           "window": (0.19, 0.21)})
-        )  # fmt: skip
+            nominal(
+                targets=[point(*put((1.0, 148.0, 15.0))), box],
+                paths={"max_reflections": 1, "contributions": ["target"]},
+                track={"position": put((0.0, 0.0, 11.0)), "heading": turn if shift else 0.0, "window": (0.19, 0.21)},
+            )
+        )
 
     here, there = ping(False), ping(True)
     # a leg that grazes an edge may be cut by the last bit of a turned coordinate
@@ -232,9 +234,16 @@ def test_a_mirrored_world_is_heard_by_the_other_side() -> None:
 def test_twice_the_way_is_twelve_decibels_less() -> None:
     """40 log10 2 in water that takes nothing: a point at 30 m and at 60 m, straight ahead of the sonar."""
     level = [
-        levels(nominal(water={"absorption_db_per_m": 0.0}, targets=[point(0, away, 11)],
-                       track={"window": (away / 750 - 1e-3, away / 750 + 1e-3)},
-                       paths={"max_reflections": 0, "contributions": ["target"]})).level_db.sel(contribution="target", pair="all").max()
+        levels(
+            nominal(
+                water={"absorption_db_per_m": 0.0},
+                targets=[point(0, away, 11)],
+                track={"window": (away / 750 - 1e-3, away / 750 + 1e-3)},
+                paths={"max_reflections": 0, "contributions": ["target"]},
+            )
+        )
+        .level_db.sel(contribution="target", pair="all")
+        .max()
         for away in (30.0, 60.0)
-    ]  # fmt: skip
+    ]
     assert float(level[0] - level[1]) == pytest.approx(40 * np.log10(2), abs=0.05)

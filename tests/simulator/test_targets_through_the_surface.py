@@ -114,8 +114,12 @@ def test_nothing_is_heard_over_a_quay_wall(edges, roll):
     for high in (12.0, 9.9):
         wall = {"shape": "box", "label": "wall", "position": (0, 10), "size": (400, 1, high), "roll": roll,
                 "scattering": ROUGH}  # fmt: skip
-        behind = nominal(targets=[wall, point(0, 20.0, 1.0)], surface={"scattering": None}, **SHORT,
-                         paths={"contributions": ["target"], "max_reflections": 1, "edge_diffraction": edges})  # fmt: skip
+        behind = nominal(
+            targets=[wall, point(0, 20.0, 1.0)],
+            surface={"scattering": None},
+            **SHORT,
+            paths={"contributions": ["target"], "max_reflections": 1, "edge_diffraction": edges},
+        )
         energies.append(float(np.sum(np.abs(simulate(behind).pressure.values) ** 2)))
     open_water = nominal(targets=[point(0, 20.0, 1.0)], surface={"scattering": None}, **SHORT,
                          paths={"contributions": ["target"], "max_reflections": 1})  # fmt: skip

@@ -19,7 +19,10 @@ RELIEF = {"kind": "power-law", "rms": 0.05, "hurst": 0.8, "outer_scale": 20.0}
 
 def textured(*, length=0.6, shape=SHAPE, window=(0.05, 0.1), **top):
     """A flat bed from 38 to 75 m under a narrow beam, its cells small against the texture; direct paths."""
-    seabed = {"texture": None if shape is None else {"k_shape": shape, "correlation_length": length}, **top.pop("seabed", {})}
+    seabed = {
+        "texture": None if shape is None else {"k_shape": shape, "correlation_length": length},
+        **top.pop("seabed", {}),
+    }
     return nominal(water=WATER, seabed=seabed, line={"length": 5.0}, track={"window": window},
                    sonar={"pulse": SHORT}, paths={"max_reflections": 0}, **top)  # fmt: skip
 

@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from simulator.test_two_platforms import GOES, LISTENS, SAND, STAYS, told
 
 from insonify.ocean.inhomogeneity import delay_variance
 from insonify.propagation.delay_field import DelayField
@@ -11,6 +10,7 @@ from insonify.scenario.scenario import Scenario
 from insonify.scenario.write import to_yaml
 from insonify.simulator import arrivals, levels, simulate
 from insonify.validity import PhysicsWarning
+from simulator.test_two_platforms import GOES, LISTENS, SAND, STAYS, told
 from synthesis.oracle import relative_rms
 
 CALM = {"sound_speed": 1500.0, "absorption_db_per_m": 0.0, "noise_level_db": None}
@@ -44,7 +44,7 @@ def test_water_without_changes_is_even_to_the_bit():
 
 
 def test_pings_through_changing_water_lose_coherence():
-    """500 pings, water of 1 s correlation_time: the sum's energy is exp(-4 Phi^2) of full coherence, out and back alike.
+    """500 pings, water of correlation time 1 s: the sum's energy is exp(-4 Phi^2) of full coherence, out and back alike.
 
     Monostatic delays are the same both ways, so the phase is twice that of a leg: 4 Phi^2 is its variance. Standard
     error of |mean| by the ratio estimate, sqrt((1 - exp(-2 V)) / 2 N) at most: 0.032; the bar is three of them.

@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from oracles.listening import relative_rms
 
 from insonify.simulator import arrivals, simulate
+from oracles.listening import relative_rms
 from oracles.scenes import nominal, point
 
 SURFACE = {"surface": {"scattering": {"strength_db": -27}}, "contributions": ("surface",), "first": 2 * 11 / 1500}

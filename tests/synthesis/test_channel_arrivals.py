@@ -5,8 +5,8 @@ import pytest
 
 from insonify.explanation.sample_report import SampleArrivals, explain_sample
 from insonify.simulator import arrivals, build_simulator, levels, simulate
-from insonify.synthesis.coherent import coherent_from_arrivals
 from oracles.arrays import HEADING, START, heard_by_elements, line_of, some_targets
+from oracles.arrival_sum import coherent_from_arrivals
 from oracles.underway import CARRIER, SPEED
 from synthesis.oracle import relative_rms
 

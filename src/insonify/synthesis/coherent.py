@@ -11,13 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from insonify.ocean.water import Water
-from insonify.records.arrivals import Arrivals
 from insonify.records.pairs import Pairs
 from insonify.sonar.ping_geometry import PingGeometry
 from insonify.synthesis._gridding import deposit_pressure
 from insonify.synthesis._waveform_basis_kernel import group_layout
 from insonify.synthesis.accumulator import Requirements
-from insonify.synthesis.arrival_weights import arrival_weights
 from insonify.synthesis.direction_grid import DirectionGrid, direction_grid
 from insonify.synthesis.element_arrivals import ReceivePoints, absorption_np_per_m, deposit, receive_points
 from insonify.synthesis.leg_weights import leg_weights
@@ -25,7 +23,7 @@ from insonify.synthesis.moving_beams import deposit_beams
 from insonify.synthesis.replica_jitter import ReplicaJitter
 from insonify.synthesis.sector_interpolation import SectorInterpolation, sector_interpolation
 from insonify.synthesis.time_grid import TimeGrid, convolve_pulse, convolve_waveforms
-from insonify.synthesis.waveform_basis import WaveformBasis, start_delay, waveform_basis
+from insonify.synthesis.waveform_basis import WaveformBasis
 from insonify.units import amplitude_ratio
 
 Cells = NDArray[np.complex64]
@@ -145,43 +143,3 @@ class CoherentAccumulator:
         series = convolve_waveforms(cells, self.grid, spectra)
         elements = self.ping_geometry.elements
         return series if elements is None else (series * elements.response[:, None]).astype(np.complex64)
-
-
-def coherent_from_arrivals(
-    arrivals: Arrivals,
-    ping_geometry: PingGeometry,
-    grid: TimeGrid,
-    basis: WaveformBasis | None = None,
-    *,
-    channel: int | None = None,
-) -> NDArray[np.complex64]:
-    """Complex envelope of a list of arrivals, computed row by row.
-
-    Args:
-        arrivals: Paths of one ping.
-        ping_geometry: The sonar at that ping.
-        grid: Output times.
-        basis: Waveforms of which received echoes are weighted sums; None: derived from the ping geometry.
-        channel: Receive channel; None: all beams of the side, which share the arrivals.
-
-    Returns:
-        Complex envelope [uPa], shape (channels, samples).
-
-    Raises:
-        ValueError: No channel is given and the channels are elements, each with arrivals of its own.
-    """
-    if channel is None and ping_geometry.elements is not None:
-        raise ValueError("channel is None, and each element has arrivals of its own. Give the channel of the arrivals.")
-    waveforms = waveform_basis(ping_geometry) if basis is None else basis
-    basis_weights = waveforms.weights(arrivals.doppler)
-    channels = range(ping_geometry.channel_count) if channel is None else [channel]
-    start_shift = start_delay(ping_geometry.pulse, arrivals.doppler)  # shapes are stretched about their middle
-    delay, phase = arrivals.delay - start_shift, np.exp(2j * np.pi * ping_geometry.frequency * start_shift)
-    cells = grid.cells(len(waveforms.band) * len(channels) * len(basis_weights)).reshape(
-        len(waveforms.band), len(channels), len(basis_weights), -1
-    )
-    for band, row in np.ndindex(cells.shape[:2]):
-        weight = arrival_weights(arrivals, ping_geometry, channels[row], band) * phase
-        for cell, basis_weight in zip(cells[band, row], basis_weights, strict=True):
-            deposit_pressure(cell, grid.first_time, grid.cell_rate, delay, (weight * basis_weight).astype(np.complex64))
-    return convolve_waveforms(cells[..., None], grid, waveforms.spectra(ping_geometry.pulse, grid.frequencies))
