@@ -44,7 +44,7 @@ def test_water_without_changes_is_even_to_the_bit():
 
 
 def test_pings_through_changing_water_lose_coherence():
-    """500 pings, water of correlation time 1 s: the sum's energy is exp(-4 Phi^2) of full coherence, out and back alike.
+    """500 pings, correlation time 1 s: the sum's energy is exp(-4 Phi^2) of full coherence, out and back alike.
 
     Monostatic delays are the same both ways, so the phase is twice that of a leg: 4 Phi^2 is its variance. Standard
     error of |mean| by the ratio estimate, sqrt((1 - exp(-2 V)) / 2 N) at most: 0.032; the bar is three of them.
