@@ -116,8 +116,8 @@ def element_by_element() -> list[Result]:
         ears = ReceiveBeams(place, velocity, still, channels, 0 * number, 0 * number)
         nodes = aperture_nodes(place, velocity, still, float(radius.min()), WINDOW, 1500 / CARRIER)
         deposit_on_elements(
-            held[shapes], *PLACE, np.zeros((1, 3), np.int64), sent, heard, ones, ears, nodes, NO_SECTOR, 1 / 1500, 0.0, 0.0,
-            bent, 1e-4 * (speed > 0), CARRIER, made.doppler,
+            held[shapes], *PLACE, np.zeros((1, 3), np.int64), sent, heard, ones, ears, nodes, NO_SECTOR, 1 / 1500, 0.0,
+            0.0, bent, 1e-4 * (speed > 0), CARRIER, made.doppler,
         )  # fmt: skip
 
     kernels = {

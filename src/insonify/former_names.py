@@ -1,4 +1,4 @@
-"""Former names of scenario keys and of their values, so that an old file is answered with the name to write."""
+"""Former names of scenario keys and of their values, so that an old file gets an error with the name to write."""
 
 FORMER_KEYS: dict[str, dict[str, str]] = {
     "ArcArray": {"span": "arc_angle"},

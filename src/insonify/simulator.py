@@ -586,15 +586,9 @@ def recording_layout(simulator: Simulator) -> RecordingLayout:
     if not second:
         second["slant_range"] = simulator.grid.time * scenario.water.sound_speed / 2
     return RecordingLayout(
-        field="pressure" if scenario.field == "coherent" else "intensity",
-        time=simulator.grid.time,
-        ping_time=true.time,
-        steer=np.array(scenario.sonar.steers),
-        side=np.array(scenario.sonar.channel_sides, dtype=float),
-        element_position=channel_positions(scenario.sonar),
-        position=true.position,
-        attitude=true.attitude,
-        logged_position=logged.position,
-        logged_attitude=logged.attitude,
-        **second,
-    )
+        field="pressure" if scenario.field == "coherent" else "intensity", time=simulator.grid.time,
+        ping_time=true.time, steer=np.array(scenario.sonar.steers),
+        side=np.array(scenario.sonar.channel_sides, dtype=float), element_position=channel_positions(scenario.sonar),
+        position=true.position, attitude=true.attitude, logged_position=logged.position,
+        logged_attitude=logged.attitude, **second,
+    )  # fmt: skip

@@ -52,16 +52,9 @@ def warn_outside(law: str, quantity: str, value: ArrayLike, low: float, high: fl
 
 
 def require_numbers(
-    name: str,
-    value: ArrayLike,
-    unit: str,
-    low: float = -math.inf,
-    high: float = math.inf,
-    *,
-    exclude_low: bool = False,
-    allow_nan: bool = True,
-    example: str = "",
-) -> NDArray[np.float64]:
+    name: str, value: ArrayLike, unit: str, low: float = -math.inf, high: float = math.inf, *,
+    exclude_low: bool = False, allow_nan: bool = True, example: str = "",
+) -> NDArray[np.float64]:  # fmt: skip
     """A quantity as numbers, refused where it means nothing.
 
     Args:
@@ -92,15 +85,9 @@ def require_numbers(
 
 
 def require_number(
-    name: str,
-    value: object,
-    unit: str,
-    low: float = -math.inf,
-    high: float = math.inf,
-    *,
-    exclude_low: bool = False,
+    name: str, value: object, unit: str, low: float = -math.inf, high: float = math.inf, *, exclude_low: bool = False,
     example: str = "",
-) -> float:
+) -> float:  # fmt: skip
     """One number, refused where it means nothing; arguments and errors as `require_numbers`, and a gap is refused too.
 
     Args:

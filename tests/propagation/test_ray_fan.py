@@ -183,7 +183,7 @@ def test_a_fan_that_means_nothing_is_refused(told: dict[str, float], advice: str
 def test_a_fan_says_what_it_is() -> None:
     """Count, angles, range and what was met."""
     rays = trace_fan(sound_speed_layers(THERMO, 20.0), 11.0, np.radians([-12.0, 0.0, 12.0]), max_range=100.0)
-    assert repr(rays) == "Fan: 3 rays from -12.0 to 12.0 deg, to 100.0 m; they met D, B, S"
+    assert repr(rays) == "Fan: 3 rays from -12.0 to 12.0 deg, to 100.0 m; paths D, B, S"
     assert len(trace_fan(sound_speed_layers(THERMO, 20.0), 11.0, [], max_range=100.0)) == 0
 
 

@@ -66,19 +66,9 @@ def draw_and_keep(
         crowded = _subdivided_parts(max_probability[t], is_peaked[t])
         if crowded > 0:
             _bound_squares(
-                crowded,
-                a0,
-                b0,
-                pitch,
-                density[t],
-                max_probability[t],
-                is_peaked[t],
-                linear_below,
-                min_probability,
-                gains,
-                frame,
-                top,
-            )
+                crowded, a0, b0, pitch, density[t], max_probability[t], is_peaked[t], linear_below, min_probability,
+                gains, frame, top,
+            )  # fmt: skip
             left = 0
             for w in range(drawn):
                 if order[w] < top[(row[w] - a0) // SQUARE, (column[w] - b0) // SQUARE] * (TILE * TILE):

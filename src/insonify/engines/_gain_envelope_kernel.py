@@ -365,15 +365,9 @@ def max_two_way_gain(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _raise_best(
-    out: EnvelopeEnd,
-    back: EnvelopeEnd,
-    same_beams: bool,
-    far: Floats,
-    midpoint: Floats,
-    node: Integers,
-    bearing: Floats,
-    best: Floats,
-) -> Floats:
+    out: EnvelopeEnd, back: EnvelopeEnd, same_beams: bool, far: Floats, midpoint: Floats, node: Integers,
+    bearing: Floats, best: Floats,
+) -> Floats:  # fmt: skip
     """Raise the best at some nodes to the gain in some bearings there; returns these positions."""
     position, result = np.empty((node.size, 2)), np.empty(node.size)
     for n in range(node.size):

@@ -86,15 +86,9 @@ def keep_uncut_visibility(status: NDArray[Any], visibility: NDArray[Any], left: 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def clear_of_terrain(
-    ray_depths: Floats,
-    depth: Floats,
-    rows: Integers,
-    reach: Floats,
-    ends: Floats,
-    ignored_below: Floats,
-    penetration: float,
-    on_terrain: bool,
-) -> NDArray[np.bool_]:
+    ray_depths: Floats, depth: Floats, rows: Integers, reach: Floats, ends: Floats, ignored_below: Floats,
+    penetration: float, on_terrain: bool,
+) -> NDArray[np.bool_]:  # fmt: skip
     """Return True if rays, given by their depths, stay above the seabed of a line until they end.
 
     Args:

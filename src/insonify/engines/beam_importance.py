@@ -169,29 +169,14 @@ class BeamImportance:
         count = len(bounds.row)
         corner, largest = np.empty((count, PARTS + 1, PARTS + 1)), np.empty((count, PARTS, PARTS))
         share_kernel.interpolate_corner_gains(
-            bounds.tile_gain,
-            bounds.centre_gain,
-            bounds.row,
-            bounds.part_gains,
-            by_part,
-            at_parts,
-            nonuniform,
-            at_ends,
-            corner,
-            largest,
-        )
+            bounds.tile_gain, bounds.centre_gain, bounds.row, bounds.part_gains, by_part, at_parts, nonuniform,
+            at_ends, corner, largest,
+        )  # fmt: skip
         peaked, max_probability = np.empty(largest.shape, np.bool_), np.empty(largest.shape)
         share_kernel.find_peaked_parts(
-            corner,
-            largest,
-            bounds.row,
-            bounds.density,
-            PEAK_RATIO,
-            self._linear_below,
-            MIN_KEEP_PROBABILITY,
-            peaked,
+            corner, largest, bounds.row, bounds.density, PEAK_RATIO, self._linear_below, MIN_KEEP_PROBABILITY, peaked,
             max_probability,
-        )
+        )  # fmt: skip
         return KeepProbabilities(bounds.density, max_probability, corner, peaked)
 
     def _relative_gain(self, position: Floats, around: Floats | None = None) -> Floats:
@@ -227,15 +212,9 @@ class BeamImportance:
             MIN_KEEP_PROBABILITY,
         )
         count = draw_and_keep(
-            *tiles,
-            first,
-            *random_keys.stream_key(seed, stream),
-            probabilities,
-            self._gains,
-            self.lattice.frame,
-            depth,
-            columns,
-        )
+            *tiles, first, *random_keys.stream_key(seed, stream), probabilities, self._gains, self.lattice.frame,
+            depth, columns,
+        )  # fmt: skip
         return KeptScatterers(*(column[:count] for column in columns))
 
     def gain_at(self, position: Floats, around: Floats | None = None) -> Floats:
@@ -323,17 +302,9 @@ class BeamImportance:
         sectors = self.ping_geometry.first_beam_bearing + (2 * np.arange(SECTORS) + 1) * (np.pi / SECTORS)
         best = np.empty(len(distance))
         kernel.max_two_way_gain(
-            out,
-            back,
-            out is back,
-            distance,
-            self.ping_geometry.midpoint,
-            np.array(self._axes),
-            sectors,
-            HALVINGS,
-            GAIN_TOLERANCE,
-            best,
-        )
+            out, back, out is back, distance, self.ping_geometry.midpoint, np.array(self._axes), sectors, HALVINGS,
+            GAIN_TOLERANCE, best,
+        )  # fmt: skip
         return best
 
     @property

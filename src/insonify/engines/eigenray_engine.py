@@ -196,14 +196,9 @@ class EigenrayEngine:
         return families, np.asarray(fractions, float)
 
     def _end_legs(
-        self,
-        position: Floats,
-        scatterers: Scatterers,
-        ping_geometry: PingGeometry,
-        selection: PairSelection | None,
-        *,
-        elements: bool,
-    ) -> Legs:
+        self, position: Floats, scatterers: Scatterers, ping_geometry: PingGeometry, selection: PairSelection | None,
+        *, elements: bool,
+    ) -> Legs:  # fmt: skip
         """Legs between one end and the scatterers, with bounces off flat boundaries and terrain.
 
         Args:
@@ -300,13 +295,9 @@ class EigenrayEngine:
         return first, (first if out is back else diffracted(back, ping_geometry.receive_position))
 
     def _with_terrain(
-        self,
-        legs: Legs,
-        scatterers: Scatterers,
-        ping_geometry: PingGeometry,
-        position: Floats,
+        self, legs: Legs, scatterers: Scatterers, ping_geometry: PingGeometry, position: Floats,
         wanted: NDArray[np.bool_] | None,
-    ) -> Legs:
+    ) -> Legs:  # fmt: skip
         """Apply terrain occlusion and relief reflections to legs."""
         terrain = self.scene.seabed.terrain
         if terrain is None or not len(scatterers):  # a block of water may lie wholly below the seabed
@@ -395,13 +386,9 @@ def _cross_section(
 
 
 def _compiled_sections(
-    law: CompiledLaw,
-    normal: Floats,
-    out: Legs,
-    back: Legs,
-    pair: NDArray[np.int64],
+    law: CompiledLaw, normal: Floats, out: Legs, back: Legs, pair: NDArray[np.int64],
     amplitude_weight: NDArray[np.float32] | None,
-) -> Floats:
+) -> Floats:  # fmt: skip
     """Cross sections by a compiled law, 0 where a pair is not evaluated [1], shape (p, n)."""
     sections = np.zeros((len(pair), len(normal)))
     for row, (i, j) in enumerate(pair):

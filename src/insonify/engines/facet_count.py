@@ -24,13 +24,9 @@ SAMPLE = 500
 
 
 def facet_count(
-    scene: Scene,
-    solid: Solid,
-    choice: PathSettings,
-    ping_geometry: PingGeometry,
-    slant: float,
+    scene: Scene, solid: Solid, choice: PathSettings, ping_geometry: PingGeometry, slant: float,
     rays: PropagationModel | None = None,
-) -> float:
+) -> float:  # fmt: skip
     """Number of smooth pieces of a target at one ping [1]; arguments see `facet_subdivision.smooth_facets`."""
     sight = facet_subdivision.solid_insonification(scene, solid, choice, ping_geometry, slant, rays)
     closed = panels(solid, scene.seabed, ping_geometry.transmit_position)

@@ -45,13 +45,9 @@ MAX_FACETS = 300_000
 
 
 def smooth_facets(
-    scene: Scene,
-    solid: Solid,
-    choice: PathSettings,
-    ping_geometry: PingGeometry,
-    slant: float,
+    scene: Scene, solid: Solid, choice: PathSettings, ping_geometry: PingGeometry, slant: float,
     rays: PropagationModel | None = None,
-) -> Scatterers:
+) -> Scatterers:  # fmt: skip
     """The smooth faces of a target that one ping may receive, piece by piece.
 
     Args:
@@ -77,13 +73,9 @@ def smooth_facets(
 
 
 def solid_insonification(
-    scene: Scene,
-    solid: Solid,
-    choice: PathSettings,
-    ping_geometry: PingGeometry,
-    slant: float,
+    scene: Scene, solid: Solid, choice: PathSettings, ping_geometry: PingGeometry, slant: float,
     rays: PropagationModel | None,
-) -> TargetInsonification:
+) -> TargetInsonification:  # fmt: skip
     """The sonar as one target sees it: arguments see `smooth_facets`."""
     surface = world_triangles(solid, scene.seabed)
     ends = ping_geometry.transmit_position, ping_geometry.receive_position

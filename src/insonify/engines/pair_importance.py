@@ -245,13 +245,9 @@ def _edges(ping_geometry: PingGeometry) -> Floats:
 
 
 def _legs(
-    scene: Scene,
-    terrain: SeabedTerrain,
-    ping_geometry: PingGeometry,
-    families: tuple[str, ...],
-    distance: Floats,
+    scene: Scene, terrain: SeabedTerrain, ping_geometry: PingGeometry, families: tuple[str, ...], distance: Floats,
     depth: float,
-) -> tuple[Floats, Floats, Floats]:
+) -> tuple[Floats, Floats, Floats]:  # fmt: skip
     """Lengths [m], directions of arrival to the north, powers re 1 m [m^-2] of level legs from a depth, (f, n), 3.
 
     Powers are those over a seabed that reflects all, but for what its roughness takes.

@@ -283,14 +283,9 @@ def _cut_into_blocks(count: NDArray[np.float64]) -> list[slice]:
 
 
 def lay_on_terrain(
-    terrain: SeabedTerrain,
-    law: Law,
-    tiles: Tiles,
-    density: NDArray[np.float64],
-    seed: int,
-    stream: int,
+    terrain: SeabedTerrain, law: Law, tiles: Tiles, density: NDArray[np.float64], seed: int, stream: int,
     kept: KeptScatterers,
-) -> Scatterers:
+) -> Scatterers:  # fmt: skip
     """Scatterers of the seabed's scatterer grid on the terrain; heights and normals are cached for later pings.
 
     Of each tile all scatterers that any ping may keep, or the first quarter of them, or a quarter of that, and so on,

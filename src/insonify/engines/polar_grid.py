@@ -49,14 +49,9 @@ class PolarGrid:
     """The cells about one ping_geometry on one flat boundary."""
 
     def __init__(
-        self,
-        ping_geometry: PingGeometry,
-        depth: float,
-        reach: ReachableRange,
-        resolution: Resolution,
-        *,
+        self, ping_geometry: PingGeometry, depth: float, reach: ReachableRange, resolution: Resolution, *,
         rise: float = 0.0,
-    ) -> None:
+    ) -> None:  # fmt: skip
         """Lay out the cells.
 
         Args:

@@ -152,13 +152,9 @@ def _cells(
 
 
 def radial_gain_bound(
-    ping_geometry: PingGeometry,
-    bearing: Floats,
-    width: float,
-    zone: tuple[float, float],
-    climbs: Floats,
+    ping_geometry: PingGeometry, bearing: Floats, width: float, zone: tuple[float, float], climbs: Floats,
     odd: NDArray[np.bool_],
-) -> Floats:
+) -> Floats:  # fmt: skip
     """Two-way gain that no patch of a boundary exceeds, about some bearings [1], shape (n,).
 
     Args:

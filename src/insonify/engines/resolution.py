@@ -278,13 +278,9 @@ class _TrackResolution:
     """Scatterer density of a boundary, from the whole track of each platform."""
 
     def __init__(
-        self,
-        ping_geometry: PingGeometry,
-        lattice: ScattererGrid,
-        boundary_depth: float,
-        resolution: Resolution,
+        self, ping_geometry: PingGeometry, lattice: ScattererGrid, boundary_depth: float, resolution: Resolution,
         reach: float,
-    ) -> None:
+    ) -> None:  # fmt: skip
         """Look up what of each track can matter to one ping.
 
         Args:

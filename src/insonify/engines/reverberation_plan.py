@@ -132,18 +132,9 @@ def _plan(
     mirrors = _reflection_table(scene, families, round(source, 2), ping_geometry.wavelength, rough)
     absorption_db = float(scene.water.absorption(ping_geometry.frequency))
     thin = allocate_samples(
-        ping_geometry,
-        depth,
-        rise,
-        families,
-        radials,
-        step,
-        heading,
-        law,
-        mirrors,
-        absorption_db,
+        ping_geometry, depth, rise, families, radials, step, heading, law, mirrors, absorption_db,
         ASSUMED_SLOPE if rough else 0.0,
-    )
+    )  # fmt: skip
     radials, (bounce_codes, horizon_row, ways) = thin.radials, _bounce_tables(families)
     lists = _sample_lists(radials, heading, step, thin, thin.keep_probability, bounce_codes, horizon_row, len(ways))
     return ReverberationPlan(

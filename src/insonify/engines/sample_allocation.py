@@ -126,15 +126,9 @@ def allocate_samples(
         length = np.clip(np.minimum(edges[1:], some[:, 5:6]) - np.maximum(edges[:-1], some[:, 4:5]), 0, None)
         keep_probability = np.empty(pair_energy.shape, np.uint8)
         pair_keep_probabilities(
-            pair_energy,
-            length / (step * some[:, 8:9]),
-            least,
-            wanted,
-            together,
-            keep_probability,
-            FULL_PROBABILITY,
+            pair_energy, length / (step * some[:, 8:9]), least, wanted, together, keep_probability, FULL_PROBABILITY,
             MIN_PROBABILITY_STEPS,
-        )
+        )  # fmt: skip
         return keep_probability
 
     made, row = np.empty((2 * len(radials), radials.shape[1])), np.empty(2 * len(radials), np.int64)

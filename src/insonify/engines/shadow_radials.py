@@ -80,15 +80,9 @@ def shaded_legs(
     """
     count = len(points)
     hidden = Scatterers(
-        "seabed",
-        "seabed",
-        plan.law,
-        points,
-        normal,
-        np.ones(count),
-        np.ones(count, complex),
+        "seabed", "seabed", plan.law, points, normal, np.ones(count), np.ones(count, complex),
         np.zeros(count, np.uint64),
-    )
+    )  # fmt: skip
     legs = StraightRays(scene).legs(ping_geometry.transmit_position, hidden, plan.families, ping_geometry.frequency)
     if edges == "none":
         return legs.visibility, legs
@@ -101,13 +95,9 @@ def shaded_legs(
 
 
 def shadow_radials(
-    plan: ReverberationPlan,
-    scene: Scene,
-    ping_geometry: PingGeometry,
-    choice: PathSettings,
-    heading: float,
+    plan: ReverberationPlan, scene: Scene, ping_geometry: PingGeometry, choice: PathSettings, heading: float,
     passing: NDArray[np.bool_],
-) -> ShadowRadials:
+) -> ShadowRadials:  # fmt: skip
     """Narrower lines where shadows of targets matter to one ping, and the rest of the lines that these replace.
 
     Args:
@@ -211,13 +201,9 @@ def _split_radials(
 
 
 def _shadow_runs(
-    plan: ReverberationPlan,
-    scene: Scene,
-    ping_geometry: PingGeometry,
-    choice: PathSettings,
-    heading: float,
+    plan: ReverberationPlan, scene: Scene, ping_geometry: PingGeometry, choice: PathSettings, heading: float,
     passing: NDArray[np.bool_],
-) -> list[ShadowRun]:
+) -> list[ShadowRun]:  # fmt: skip
     """The distances at which lines are cut, and how finely."""
     edges = plan.allocation.edges
     stretch, distance, zone = _probed(plan, scene, ping_geometry, choice, passing)

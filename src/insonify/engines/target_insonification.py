@@ -31,13 +31,9 @@ NEAREST_WAVES = 4.0
 
 
 def target_insonification(
-    scene: Scene,
-    choice: PathSettings,
-    ping_geometry: PingGeometry,
-    slant: float,
-    distance: float,
+    scene: Scene, choice: PathSettings, ping_geometry: PingGeometry, slant: float, distance: float,
     rays: PropagationModel | None,
-) -> TargetInsonification:
+) -> TargetInsonification:  # fmt: skip
     """The sonar as a target sees it.
 
     Args:

@@ -129,13 +129,9 @@ class TerrainOcclusion:
         )
 
     def _occlude_terrain_points(
-        self,
-        groups: list[ProfileGroup],
-        family: str,
-        distance: Floats,
-        lit: NDArray[np.bool_],
+        self, groups: list[ProfileGroup], family: str, distance: Floats, lit: NDArray[np.bool_],
         left: NDArray[np.complex128] | None,
-    ) -> None:
+    ) -> None:  # fmt: skip
         """Mark ground that the seabed before it hides, and take what crests take of the rays to it, on one segment."""
         soft = left is not None
         held = np.empty(0, complex) if left is None else left

@@ -258,13 +258,9 @@ def _pairs_received(
 
 
 def _leg_and_pair_work(
-    simulator: Simulator,
-    ping_geometry: PingGeometry,
-    boundary: Boundary,
-    kept: tuple[str, ...],
-    points: Floats,
+    simulator: Simulator, ping_geometry: PingGeometry, boundary: Boundary, kept: tuple[str, ...], points: Floats,
     position: Floats,
-) -> tuple[float, float]:
+) -> tuple[float, float]:  # fmt: skip
     """Processor time of the legs to scatterers at some distances [s], and the number of pairs evaluated there."""
     drawn = boundary == "seabed" and simulator.scenario.field == "coherent"
     known = simulator.engine.family_keep_probabilities(ping_geometry, position) if drawn else None
@@ -387,17 +383,9 @@ def _on_boundary(
     if ping_geometry.receive_track_extent is not None:  # no rings about two positions: its tiles are counted
         widest = max_path_length(ping_geometry, scenario.water.max_sound_speed)
         found, density = tiles_in_view(
-            ping_geometry,
-            scenario.seabed.scatterer_grid,
-            level,
-            rays,
-            families,
-            resolution,
-            floor,
-            rise=rise,
-            widest=widest,
-            glints=glints,
-        )
+            ping_geometry, scenario.seabed.scatterer_grid, level, rays, families, resolution, floor, rise=rise,
+            widest=widest, glints=glints,
+        )  # fmt: skip
         return density * TILE**2, np.zeros(len(density)), float(len(found.level))
     reach = receivable_range(ping_geometry, level, rays, families, rise=rise)
     if reach.farthest <= reach.nearest:

@@ -26,14 +26,9 @@ MODELS: dict[str, Callable[..., NDArray[np.float64]]] = {
 
 
 def absorption_db_per_m(
-    frequency: ArrayLike,
-    *,
-    temperature: ArrayLike = 10.0,
-    salinity: ArrayLike = 35.0,
-    depth: ArrayLike = 0.0,
-    ph: ArrayLike = 8.0,
-    model: str = "francois-garrison",
-) -> NDArray[np.float64]:
+    frequency: ArrayLike, *, temperature: ArrayLike = 10.0, salinity: ArrayLike = 35.0, depth: ArrayLike = 0.0,
+    ph: ArrayLike = 8.0, model: str = "francois-garrison",
+) -> NDArray[np.float64]:  # fmt: skip
     """Absorption coefficient of sea water [dB/m].
 
     Args:
@@ -58,16 +53,10 @@ def absorption_db_per_m(
 
 
 def absorption_filter(
-    frequency: ArrayLike,
-    path_length: ArrayLike,
-    *,
-    centre_frequency: float | None = None,
-    temperature: ArrayLike = 10.0,
-    salinity: ArrayLike = 35.0,
-    depth: ArrayLike = 0.0,
-    ph: ArrayLike = 8.0,
+    frequency: ArrayLike, path_length: ArrayLike, *, centre_frequency: float | None = None,
+    temperature: ArrayLike = 10.0, salinity: ArrayLike = 35.0, depth: ArrayLike = 0.0, ph: ArrayLike = 8.0,
     model: str = "francois-garrison",
-) -> NDArray[np.float64]:
+) -> NDArray[np.float64]:  # fmt: skip
     """Frequency response of absorption over a path [1].
 
     A chirp of 300 to 600 kHz over 100 m returns with its upper end about 9 dB below its lower;

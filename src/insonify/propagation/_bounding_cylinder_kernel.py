@@ -29,7 +29,7 @@ def points_behind_cylinder(
     Returns:
         Number of points.
     """
-    met, radius = 0, cylinder[2]
+    hit_count, radius = 0, cylinder[2]
     most = (radius + clearance) ** 2
     for n in range(points.shape[0]):
         dx, dy = points[n, 0] - cylinder[0], points[n, 1] - cylinder[1]
@@ -44,7 +44,7 @@ def points_behind_cylinder(
                 continue
             back, length = dx * north + dy * east, math.sqrt(along)
             if back >= -radius * length and back <= (math.sqrt(square) + radius) * length:
-                rows[met] = n
-                met += 1
+                rows[hit_count] = n
+                hit_count += 1
                 break
-    return met
+    return hit_count

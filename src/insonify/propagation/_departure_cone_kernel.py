@@ -12,14 +12,9 @@ Floats = NDArray[np.float64]
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def departure_cones(
-    position: Floats,
-    down: float,
-    centre: Floats,
-    radius: Floats,
-    relief_height: float,
-    axis: Floats,
+    position: Floats, down: float, centre: Floats, radius: Floats, relief_height: float, axis: Floats,
     half_angle: Floats,
-) -> None:
+) -> None:  # fmt: skip
     """Axis and half angle of the cone of rays to each neighbourhood.
 
     Args:

@@ -1,6 +1,6 @@
 """Kernel of displaced bounces: unfolded lines with a corner at every surface bounce on slightly tilted planes.
 
-Plain numbers and arrays only. A line is unfolded: it runs from the sonar over a distance ahead and a climb, and meets
+Plain numbers and arrays only. A line is unfolded: it runs from the sonar over a distance ahead and a climb, and reaches
 the surface at given heights of the climb.
 """
 
@@ -93,25 +93,12 @@ def displaced_bounce_path(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def displaced_bounce_paths(
-    horizontal_distance: Floats,
-    vertical_travel: Floats,
-    horizontal_directions: Floats,
-    starts_upward: bool,
-    reverses_vertically: bool,
-    bounce_heights: Floats,
-    slopes: Floats,
-    change: Floats,
-) -> None:
+    horizontal_distance: Floats, vertical_travel: Floats, horizontal_directions: Floats, starts_upward: bool,
+    reverses_vertically: bool, bounce_heights: Floats, slopes: Floats, change: Floats,
+) -> None:  # fmt: skip
     """Displaced bounces of n lines by `displaced_bounce_path`; slopes (n, bounces, 2), ahead (n, 2), change (n, 7)."""
     for n in range(horizontal_distance.size):
         displaced_bounce_path(
-            horizontal_distance[n],
-            vertical_travel[n],
-            horizontal_directions[n, 0],
-            horizontal_directions[n, 1],
-            starts_upward,
-            reverses_vertically,
-            bounce_heights,
-            slopes[n],
-            change[n],
-        )
+            horizontal_distance[n], vertical_travel[n], horizontal_directions[n, 0], horizontal_directions[n, 1],
+            starts_upward, reverses_vertically, bounce_heights, slopes[n], change[n],
+        )  # fmt: skip

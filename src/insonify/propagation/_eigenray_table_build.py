@@ -240,10 +240,10 @@ def check_cells(plane: TablePlane) -> NDArray[np.bool_]:
         Mask of doubtful cells, (rows, cells).
     """
     rows, cells = np.nonzero(plane.path_count != EXACT)
-    late, loud = compare(plane, *_inside(plane, rows, cells, 0.5, 0.5))
+    late, amplitude_error = compare(plane, *_inside(plane, rows, cells, 0.5, 0.5))
     chosen = np.zeros(plane.path_count.shape, bool)
     mark_neighbours_of_exact(plane.path_count, chosen)
-    rough = (late > _TRACE * LATE) | (loud > _TRACE * LOUD)
+    rough = (late > _TRACE * LATE) | (amplitude_error > _TRACE * LOUD)
     chosen[rows[rough], cells[rough]] = True
     check_corners(plane, chosen)
     return chosen

@@ -276,11 +276,13 @@ def compare_points(
             for b in range(found[i]):
                 ray = rays[i, b]
                 late = abs(interpolated[i, b, DELAY] - ray[DELAY])
-                loud = abs(interpolated[i, b, AMPLITUDE] / ray[AMPLITUDE] - 1)
+                amplitude_error = abs(interpolated[i, b, AMPLITUDE] / ray[AMPLITUDE] - 1)
                 long = abs(interpolated[i, b, LENGTH] / ray[LENGTH] - 1)
                 # NaN counts as a failure
                 errors[0, i] = max(errors[0, i], late) if late >= 0 else math.inf
-                errors[1, i] = max(errors[1, i], loud, long) if loud >= 0 and long >= 0 else math.inf
+                errors[1, i] = (
+                    max(errors[1, i], amplitude_error, long) if amplitude_error >= 0 and long >= 0 else math.inf
+                )
         if not (errors[0, i] <= tolerance and errors[1, i] <= relative_tolerance):
             cell_state[cell[0, i], cell[1, i]] = EXACT
 

@@ -244,7 +244,7 @@ def apply_glints_to_row(
             gone += omega * (start + before)
             came += omega * (start + there + delay[n] - before)
         displaced_bounce_path(far, climb, north, east, starts_upward, reverses_vertically, bounce_heights, slopes, bent)
-        # The waves set the phase; the glint's own way only when it is heard.
+        # The waves set the phase; the glint's own way only when it is received.
         cycles = sound_frequency * bent[0] / speed
         still = turned + 2 * math.pi * (cycles - math.floor(cycles + 0.5))
         phasor_out[n] = complex(math.cos(still - gone), math.sin(still - gone))

@@ -43,13 +43,9 @@ def interpolate_launch_slope(nodes: Floats, first_depth: float, row_spacing: flo
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def unturned_distances(
-    depth: Floats,
-    ratio: Floats,
-    source_row: int,
-    launch_slope: Floats,
-    range_to_surface: Floats,
+    depth: Floats, ratio: Floats, source_row: int, launch_slope: Floats, range_to_surface: Floats,
     range_to_plane: Floats,
-) -> None:
+) -> None:  # fmt: skip
     """Horizontal distances of rays that do not turn, from the sonar up to the surface and down to the plane.
 
     Args:

@@ -46,15 +46,9 @@ ROUNDING = 2e-13  # of a distance, at the end of a branch
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def branch_rays(
-    ray_branch: Floats,
-    max_turning_speed: float,
-    launch_sign: float,
-    arrival_sign: float,
-    low: float,
-    high: float,
-    workspace: Any,
-    out: Any,
-) -> tuple[float, float]:
+    ray_branch: Floats, max_turning_speed: float, launch_sign: float, arrival_sign: float, low: float, high: float,
+    workspace: Any, out: Any,
+) -> tuple[float, float]:  # fmt: skip
     """Rays of a ray branch with turns, to points of one depth.
 
     Args:
@@ -87,15 +81,9 @@ def branch_rays(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def segment_rays(
-    ray_branch: Floats,
-    segment: int,
-    x_left: float,
-    x_right: float,
-    launch_sign: float,
-    arrival_sign: float,
-    workspace: Any,
-    out: Any,
-) -> None:
+    ray_branch: Floats, segment: int, x_left: float, x_right: float, launch_sign: float, arrival_sign: float,
+    workspace: Any, out: Any,
+) -> None:  # fmt: skip
     """Rays of one monotone segment of a ray branch.
 
     Args:

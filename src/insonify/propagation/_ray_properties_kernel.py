@@ -255,16 +255,9 @@ def add_turns(ray_branch: Floats, block: Floats, count: int, side: int) -> None:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def write_ray_properties(
-    ray_branch: Floats,
-    block: Floats,
-    i: int,
-    launch_sign: float,
-    arrival_sign: float,
-    turns: int,
-    rays: Floats,
-    k: int,
-    n: int,
-) -> None:
+    ray_branch: Floats, block: Floats, i: int, launch_sign: float, arrival_sign: float, turns: int, rays: Floats,
+    k: int, n: int,
+) -> None:  # fmt: skip
     """Write one ray of a completed block, after one more Newton step.
 
     The delay is corrected by Fermat's principle, T(R) = T + p e + e^2 / (2 dX/dp) with e = R - X, to the third order

@@ -60,7 +60,7 @@ def _trace(
     c0 = _speed_in(depth, speed, layer, z)
     c, s = c0, abs(launch)
     square, p = (1 - s) * (1 + s), math.sqrt((1 - s) * (1 + s)) / c0
-    met, turned, idle = 0, 0, 0
+    bounce_count, turned, idle = 0, 0, 0
     while True:
         g = (speed[layer + 1] - speed[layer]) / (depth[layer + 1] - depth[layer])
         sense = 1.0 if down else -1.0
@@ -73,7 +73,7 @@ def _trace(
             continue
         held = s == 0 and s2 <= 0  # along the axis of a channel, or in isovelocity water
         apex = s2 <= 0 and not held
-        _write(row, vertices, bounces, turns, x, z, t, sense * s, 0.0 if held else g, met, turned)
+        _write(row, vertices, bounces, turns, x, z, t, sense * s, 0.0 if held else g, bounce_count, turned)
         row, idle = row + 1, 0
         end_s, end_z, end_c = math.sqrt(max(s2, 0.0)), depth[knot], speed[knot]
         dx = math.inf if held else abs(end_z - z) * p * (c + end_c) / (s + end_s)
@@ -93,10 +93,10 @@ def _trace(
         elif not last and 0 < knot < depth.size - 1:
             layer = layer + 1 if down else layer - 1
         elif not last:
-            met += 1
-            last, down = met > most_bounces, not down
+            bounce_count += 1
+            last, down = bounce_count > most_bounces, not down
         if last:
-            _write(row, vertices, bounces, turns, x, z, t, sense * s, 0.0, min(met, most_bounces), turned)
+            _write(row, vertices, bounces, turns, x, z, t, sense * s, 0.0, min(bounce_count, most_bounces), turned)
             return row + 1
 
 
@@ -133,10 +133,10 @@ def _speed_in(depth: Floats, speed: Floats, layer: int, z: float) -> float:
 @njit(cache=True, nogil=True, error_model="numpy")
 def _write(
     row: int, vertices: Floats, bounces: Integers, turns: Integers, x: float, z: float, t: float, sine: float,
-    gradient: float, met: int, turned: int,
+    gradient: float, bounce_count: int, turned: int,
 ) -> None:  # fmt: skip
     """Write one vertex, if it fits."""
     if row < bounces.size:
         vertices[row, RANGE], vertices[row, DEPTH], vertices[row, TIME] = x, z, t
         vertices[row, SINE], vertices[row, GRADIENT] = sine, gradient
-        bounces[row], turns[row] = met, turned
+        bounces[row], turns[row] = bounce_count, turned

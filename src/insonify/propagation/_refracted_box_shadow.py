@@ -45,10 +45,10 @@ def ray_hits_box(
         base: Depth of its base [m].
         is_own_box: True where the ray ends on this box.
     """
-    x, z, s, met = 0.0, source_depth, sine, 0
+    x, z, s, bounce_count = 0.0, source_depth, sine, 0
     layer = _layer(knots, z, s, speeds)
     for _ in range(MAX_PIECES):
-        if x > leave or x > horizontal_distance or (is_own_box and met == bounces):
+        if x > leave or x > horizontal_distance or (is_own_box and bounce_count == bounces):
             return False
         if s == 0:
             layer = _layer(knots, z, s, speeds)
@@ -56,7 +56,7 @@ def ray_hits_box(
         c = speeds[layer] + g * (z - knots[layer])
         down = s > 0 or (s == 0 and g < 0)
         goal = knots[layer + 1] if down else knots[layer]
-        if horizontal_distance < 1e-9 and met == bounces:
+        if horizontal_distance < 1e-9 and bounce_count == bounces:
             # Vertical: the range does not determine its end, but the depth does.
             return min(z, point_depth) <= base and max(z, point_depth) >= top
         step, goal, s_end = _piece(z, s, c, g, slowness, goal, knots[layer], knots[layer + 1], down)
@@ -71,10 +71,10 @@ def ray_hits_box(
             if high >= top and low <= base:
                 return True
         x, z, s = x + step, goal, s_end
-        if is_at_boundary(knots, plane, layer, z, s, met, bounces, first_up):
-            if met == bounces:
+        if is_at_boundary(knots, plane, layer, z, s, bounce_count, bounces, first_up):
+            if bounce_count == bounces:
                 return False
-            met += 1
+            bounce_count += 1
             s = -s
         elif s > 0 or (s == 0 and down):
             layer = min(layer + 1, knots.size - 2) if z == knots[layer + 1] else layer
@@ -85,14 +85,14 @@ def ray_hits_box(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def is_at_boundary(
-    knots: Floats, plane: float, layer: int, depth: float, sine: float, met: int, bounces: int, first_up: bool
+    knots: Floats, plane: float, layer: int, depth: float, sine: float, bounce_count: int, bounces: int, first_up: bool
 ) -> bool:
     """Return True if a ray that has crossed a layer is at a boundary that it cannot pass; arguments of `ray_hits_box`.
 
     Below the reflecting plane there is water for rays that do not bounce off it, over deeper terrain.
     """
     if sine > 0:
-        bottom_next = met < bounces and (met % 2 == 0) != first_up
+        bottom_next = bounce_count < bounces and (bounce_count % 2 == 0) != first_up
         below = layer + 1
         return depth == knots[below] and (below + 1 == knots.size or (bottom_next and depth == plane))
     return sine < 0 and layer == 0 and depth == knots[0]
@@ -120,7 +120,7 @@ def ray_depths_along_range(
     """
     count = depths.shape[1]
     for n in range(sines.size):
-        x, z, s, met, row = 0.0, source_depth, sines[n], 0, 0
+        x, z, s, bounce_count, row = 0.0, source_depth, sines[n], 0, 0
         layer = _layer(knots, z, s, speeds)
         p = slowness[n]
         for _ in range(MAX_PIECES):
@@ -140,10 +140,10 @@ def ray_depths_along_range(
                 depths[n, row] = z + _depth_change(there - x, s, c, g, p)
                 row += 1
             x, z, s = x + step, goal, s_end
-            if is_at_boundary(knots, plane, layer, z, s, met, bounces, first_up):
-                if met == bounces:
+            if is_at_boundary(knots, plane, layer, z, s, bounce_count, bounces, first_up):
+                if bounce_count == bounces:
                     break
-                met += 1
+                bounce_count += 1
                 s = -s
             elif s > 0 or (s == 0 and down):
                 layer = min(layer + 1, knots.size - 2) if z == knots[layer + 1] else layer

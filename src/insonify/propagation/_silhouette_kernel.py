@@ -155,15 +155,9 @@ def diffract_around_solid(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def passes_beside(
-    distance: float,
-    relative_bearing: float,
-    horizontal_component: float,
-    length: float,
-    wavelength: float,
-    borders: Floats,
-    border_ranges: Floats,
-    max_fresnel_number: float,
-) -> bool:
+    distance: float, relative_bearing: float, horizontal_component: float, length: float, wavelength: float,
+    borders: Floats, border_ranges: Floats, max_fresnel_number: float,
+) -> bool:  # fmt: skip
     """Return True if a ray passes so far beside a silhouette that its field is unchanged."""
     low, high = ENDLESS, -ENDLESS
     for k in (0, borders.size - 1):
@@ -176,15 +170,9 @@ def passes_beside(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def passes_above(
-    depth: float,
-    slope: float,
-    horizontal_component: float,
-    distance: float,
-    length: float,
-    wavelength: float,
-    columns: Floats,
-    max_fresnel_number: float,
-) -> bool:
+    depth: float, slope: float, horizontal_component: float, distance: float, length: float, wavelength: float,
+    columns: Floats, max_fresnel_number: float,
+) -> bool:  # fmt: skip
     """Return True if a ray passes so far above a silhouette that its field is unchanged."""
     for k in range(columns.shape[0]):
         behind = distance - columns[k, 0]
@@ -200,14 +188,9 @@ def passes_above(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def screen_fresnel_number(
-    depth: float,
-    slope: float,
-    horizontal_component: float,
-    distance_behind: float,
-    edge: float,
-    length: float,
+    depth: float, slope: float, horizontal_component: float, distance_behind: float, edge: float, length: float,
     wavelength: float,
-) -> float:
+) -> float:  # fmt: skip
     """Fresnel number of a horizontal edge at a depth [m], at a distance [m] before the end of a straight ray."""
     return edge_fresnel_number(
         (depth - distance_behind * slope - edge) * horizontal_component,

@@ -330,9 +330,9 @@ def _insert_bounce(point: Floats, stationary_points: Floats, count: int, min_sep
     for row in range(count):
         if math.hypot(stationary_points[row, 0] - point[0], stationary_points[row, 1] - point[1]) < min_separation:
             return count
-        loud = _bounce_strength(stationary_points[row])
-        if loud < least:
-            weakest, least = row, loud
+        strength = _bounce_strength(stationary_points[row])
+        if strength < least:
+            weakest, least = row, strength
     if count == stationary_points.shape[0]:
         if _bounce_strength(point) <= least:
             return count

@@ -226,15 +226,15 @@ def nearest_hits(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def lowest_owner_below(
-    next_on_miss: Integers, first: Integers, count: Integers, owner: Integers, node_owner: Integers
+def lowest_solid_below(
+    next_on_miss: Integers, first: Integers, count: Integers, solid: Integers, node_solid: Integers
 ) -> None:
-    """Lowest owner of the triangles below each node, into `node_owner`; the other arguments as in `nearest_hits`."""
+    """Lowest solid of the triangles below each node, into `node_solid`; the other arguments as in `nearest_hits`."""
     for node in range(next_on_miss.size - 1, -1, -1):
         if first[node] >= 0:
-            node_owner[node] = owner[first[node] : first[node] + count[node]].min()
+            node_solid[node] = solid[first[node] : first[node] + count[node]].min()
         else:  # its children follow, and after the first of them
-            node_owner[node] = min(node_owner[node + 1], node_owner[next_on_miss[node + 1]])
+            node_solid[node] = min(node_solid[node + 1], node_solid[next_on_miss[node + 1]])
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -258,48 +258,48 @@ def misses_all_leaves(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def lowest_owner(
-    bounds: Floats, next_on_miss: Integers, first: Integers, count: Integers, node_owner: Integers, corner: Floats,
-    owner: Integers,
-    x: float, y: float, z: float, dx: float, dy: float, dz: float, owner_so_far: int,
+def lowest_solid(
+    bounds: Floats, next_on_miss: Integers, first: Integers, count: Integers, node_solid: Integers, corner: Floats,
+    solid: Integers,
+    x: float, y: float, z: float, dx: float, dy: float, dz: float, lowest_so_far: int,
 ) -> int:  # fmt: skip
-    """Lowest owner of the triangles that a segment hits, or `owner_so_far` where none is lower.
+    """Lowest solid of the triangles that a segment hits, or `lowest_so_far` where none is lower.
 
     Args:
         bounds: Nodes of the tree, as in `nearest_hits`.
         next_on_miss: Node to go on with after a miss, (m,).
         first: First triangle of a leaf, -1 for other nodes, (m,).
         count: Number of triangles of a leaf, (m,).
-        node_owner: Lowest owner below each node, (m,).
+        node_solid: Lowest solid below each node, (m,).
         corner: Triangles, (t, 9).
-        owner: Owner of each triangle, (t,).
+        solid: Solid of each triangle, (t,).
         x: Start of the segment, north [m].
         y: Start of the segment, east [m].
         z: Start of the segment, depth [m].
         dx: Vector of the segment, north [m].
         dy: Vector of the segment, east [m].
         dz: Vector of the segment, depth [m].
-        owner_so_far: Lowest owner so far.
+        lowest_so_far: Lowest solid so far.
     """
     ix, iy, iz = inverse_step(dx), inverse_step(dy), inverse_step(dz)
     node = 0
     while node < next_on_miss.size:
-        if node_owner[node] >= owner_so_far or misses_box(bounds[node], x, y, z, ix, iy, iz, 1.0):
+        if node_solid[node] >= lowest_so_far or misses_box(bounds[node], x, y, z, ix, iy, iz, 1.0):
             node = next_on_miss[node]
             continue
         if first[node] >= 0:
             for t in range(first[node], first[node] + count[node]):
-                if owner[t] < owner_so_far and 0 <= triangle_hit(corner[t], x, y, z, dx, dy, dz) <= 1:
-                    owner_so_far = owner[t]
+                if solid[t] < lowest_so_far and 0 <= triangle_hit(corner[t], x, y, z, dx, dy, dz) <= 1:
+                    lowest_so_far = solid[t]
         node += 1
-    return owner_so_far
+    return lowest_so_far
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def occlude_legs(
     source: Floats, image_depths: Floats, bounces: Integers, first_up: NDArray[np.bool_], water_depth: float,
     rows: Integers, points: Floats, normals: Floats, bounds: Floats, next_on_miss: Integers, first: Integers,
-    count: Integers, node_owner: Integers, corner: Floats, owner: Integers, clear_status: int, occluded_status: int,
+    count: Integers, node_solid: Integers, corner: Floats, solid: Integers, clear_status: int, occluded_status: int,
     status: Integers,
     occluder: Integers,
 ) -> None:  # fmt: skip
@@ -318,13 +318,13 @@ def occlude_legs(
         next_on_miss: Node to go on with after a miss, (m,).
         first: First triangle of a leaf, -1 for other nodes, (m,).
         count: Number of triangles of a leaf, (m,).
-        node_owner: Lowest owner below each node, (m,).
+        node_solid: Lowest solid below each node, (m,).
         corner: Triangles, (t, 9).
-        owner: Owner of each triangle among the occluders, (t,).
+        solid: Solid of each triangle among the occluders, (t,).
         clear_status: `LegStatus` of a clear leg; only such legs are processed.
         occluded_status: `LegStatus` of an occluded leg.
         status: Changed for occluded legs, (f, n).
-        occluder: Set to the lowest owner for occluded legs, (f, n).
+        occluder: Set to the lowest solid for occluded legs, (f, n).
     """
     none = np.iinfo(np.int64).max
     for n in rows:
@@ -337,31 +337,31 @@ def occlude_legs(
         for f in range(image_depths.size):
             if status[f, n] != clear_status:
                 continue
-            found = lowest_owner_of_leg(source, x, y, z, image_depths[f], bounces[f], first_up[f], water_depth,
+            found = lowest_solid_of_leg(source, x, y, z, image_depths[f], bounces[f], first_up[f], water_depth,
                                         bounds, next_on_miss, first,
-                           count, node_owner, corner, owner, none)  # fmt: skip
+                           count, node_solid, corner, solid, none)  # fmt: skip
             if found != none:
                 status[f, n], occluder[f, n] = occluded_status, found
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def lowest_owner_of_leg(
+def lowest_solid_of_leg(
     source: Floats, x: float, y: float, z: float, image_depth: float, bounces: int, first_up: bool, water_depth: float,
-    bounds: Floats, next_on_miss: Integers, first: Integers, count: Integers, node_owner: Integers, corner: Floats,
-    owner: Integers,
-    no_owner: int,
+    bounds: Floats, next_on_miss: Integers, first: Integers, count: Integers, node_solid: Integers, corner: Floats,
+    solid: Integers,
+    no_solid: int,
 ) -> int:  # fmt: skip
-    """Lowest owner that a leg hits on any of its segments, or `no_owner`; arguments as in `occlude_legs`."""
+    """Lowest solid that a leg hits on any of its segments, or `no_solid`; arguments as in `occlude_legs`."""
     dx, dy, climb = x - source[0], y - source[1], abs(z - image_depth)
-    part, depth, down, found = 0.0, source[2], not first_up, no_owner
+    part, depth, down, found = 0.0, source[2], not first_up, no_solid
     for segment in range(bounces + 1):
         if segment == bounces:
             stop, end = 1.0, z
         else:
             end = water_depth if down else 0.0
             stop = part + abs(end - depth) / max(climb, 1e-12)
-        found = lowest_owner(
-            bounds, next_on_miss, first, count, node_owner, corner, owner, source[0] + part * dx,
+        found = lowest_solid(
+            bounds, next_on_miss, first, count, node_solid, corner, solid, source[0] + part * dx,
             source[1] + part * dy, depth,
             (stop - part) * dx, (stop - part) * dy, end - depth, found,
         )  # fmt: skip
@@ -370,12 +370,12 @@ def lowest_owner_of_leg(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def owners_along(
-    polylines: Floats, bounds: Floats, next_on_miss: Integers, first: Integers, count: Integers, node_owner: Integers,
+def solids_along(
+    polylines: Floats, bounds: Floats, next_on_miss: Integers, first: Integers, count: Integers, node_solid: Integers,
     corner: Floats,
-    owner: Integers, owners: Integers,
+    solid: Integers, solids_hit: Integers,
 ) -> None:  # fmt: skip
-    """Lowest owner that each polyline hits, -1 for none.
+    """Lowest solid that each polyline hits, -1 for none.
 
     Args:
         polylines: Corners of the polylines [m], (n, k, 3).
@@ -383,17 +383,17 @@ def owners_along(
         next_on_miss: Node to go on with after a miss, (m,).
         first: First triangle of a leaf, -1 for other nodes, (m,).
         count: Number of triangles of a leaf, (m,).
-        node_owner: Lowest owner below each node, (m,).
+        node_solid: Lowest solid below each node, (m,).
         corner: Triangles, (t, 9).
-        owner: Owner of each triangle, (t,).
-        owners: Result: lowest owners, (n,).
+        solid: Solid of each triangle, (t,).
+        solids_hit: Result: lowest solids_hit, (n,).
     """
     none = np.iinfo(np.int64).max
     for n in range(polylines.shape[0]):
         known = none
         for k in range(polylines.shape[1] - 1):
             a, b = polylines[n, k], polylines[n, k + 1]
-            known = lowest_owner(bounds, next_on_miss, first, count, node_owner, corner, owner, a[0], a[1], a[2],
+            known = lowest_solid(bounds, next_on_miss, first, count, node_solid, corner, solid, a[0], a[1], a[2],
                                  b[0] - a[0],
                                  b[1] - a[1], b[2] - a[2], known)  # fmt: skip
-        owners[n] = -1 if known == none else known
+        solids_hit[n] = -1 if known == none else known

@@ -34,14 +34,9 @@ ANOTHER = 3e-6
 
 
 def aperture_expansion(
-    legs: Legs,
-    position: Floats,
-    points: Floats,
-    water: Water,
-    aperture_extent: tuple[float, float],
-    max_depth: float,
+    legs: Legs, position: Floats, points: Floats, water: Water, aperture_extent: tuple[float, float], max_depth: float,
     ray_source: RaySource,
-) -> Floats:
+) -> Floats:  # fmt: skip
     """Expansion of the field about an array's centre beyond spherical wavefronts, for all its legs.
 
     Args:
@@ -63,20 +58,22 @@ def aperture_expansion(
     ahead = np.maximum(ahead, 1e-3)
     depth = float(position[2])
     down = min(max(aperture_extent[1], LEAST), depth, max_depth - depth) if aperture_extent[1] > 1e-4 else 0.0
-    told = np.zeros((len(legs.families), TERMS, len(points)))
-    asked: dict[str, list[FamilyRays]] = {}
+    terms = np.zeros((len(legs.families), TERMS, len(points)))
+    rays_at: dict[str, list[FamilyRays]] = {}
     for row, family in enumerate(legs.families):
         front = wavefront(legs, row, position, points, water)
-        if family not in asked:
-            asked[family] = [ray_source(family, depth, front.horizontal_distance - side * ahead) for side in (1, -1)]
-            asked[family] += [
+        if family not in rays_at:
+            rays_at[family] = [ray_source(family, depth, front.horizontal_distance - side * ahead) for side in (1, -1)]
+            rays_at[family] += [
                 ray_source(family, depth + side * down, front.horizontal_distance) for side in (1, -1) if down > 1e-3
             ]
         around = _RayExpansion(legs, row, position, front.vertical_curvature, front.sound_speed_gradient, water)
-        level = [around.excess(asked[family][k], side * ahead, 0.0) for k, side in ((0, 1), (1, -1))]
-        upright = [around.excess(one, 0.0, side * down) for one, side in zip(asked[family][2:], (1, -1), strict=False)]
-        _terms(told[row], level, upright, ahead, down)
-    return np.nan_to_num(told)
+        level = [around.excess(rays_at[family][k], side * ahead, 0.0) for k, side in ((0, 1), (1, -1))]
+        upright = [
+            around.excess(one, 0.0, side * down) for one, side in zip(rays_at[family][2:], (1, -1), strict=False)
+        ]
+        _terms(terms[row], level, upright, ahead, down)
+    return np.nan_to_num(terms)
 
 
 class _RayExpansion:
@@ -90,7 +87,7 @@ class _RayExpansion:
         self.speed = float(water.sound_speed_at(self.depth))
         self.sine = legs.departure[row, :, 2]
         self.cosine = np.hypot(legs.departure[row, :, 0], legs.departure[row, :, 1])
-        self.loudness = np.where(legs.spreading[row] > 0, legs.spreading[row], np.nan)
+        self.amplitude = np.where(legs.spreading[row] > 0, legs.spreading[row], np.nan)
 
     def sphere(self, x: Floats | float, z: float) -> tuple[Floats, Floats, Floats, Floats]:
         """Delay less that of the centre [s], its derivatives to x and z [s/m], and logarithm of the pressure [1]."""
@@ -106,7 +103,7 @@ class _RayExpansion:
 
     def excess(self, family_rays: FamilyRays, x: Floats | float, z: float) -> Floats:
         """Deviation of rays to one position from the sphere: delay, both derivatives, log pressure, (4, n)."""
-        late, to_x, to_z, louder = self.sphere(x, z)
+        late, to_x, to_z, log_reference = self.sphere(x, z)
         there = np.arange(family_rays.rays.shape[1]) < np.minimum(family_rays.count, MOST)[:, None]
         apart = np.where(there, np.abs(family_rays.rays[:, :, DELAY] - (self.delay + late)[:, None]), np.inf)
         nearest = np.argmin(apart, axis=1)
@@ -114,13 +111,13 @@ class _RayExpansion:
         ray = family_rays.rays[n, nearest]
         speed = float(self.water.sound_speed_at(self.depth + z))
         with np.errstate(divide="ignore", invalid="ignore"):
-            loud = np.log(ray[:, AMPLITUDE] / self.loudness) - louder
-        told = np.array(
-            [ray[:, DELAY] - self.delay - late, -ray[:, SLOWNESS] - to_x, -ray[:, SIN_LAUNCH] / speed - to_z, loud]
+            log_ratio = np.log(ray[:, AMPLITUDE] / self.amplitude) - log_reference
+        terms = np.array(
+            [ray[:, DELAY] - self.delay - late, -ray[:, SLOWNESS] - to_x, -ray[:, SIN_LAUNCH] / speed - to_z, log_ratio]
         )
-        told[:, ~(apart[n, nearest] < ANOTHER)] = np.nan
-        told[3, ray[:, FOLD_SIDE] != 0] = np.nan
-        return told
+        terms[:, ~(apart[n, nearest] < ANOTHER)] = np.nan
+        terms[3, ray[:, FOLD_SIDE] != 0] = np.nan
+        return terms
 
 
 def _terms(coefficients: Floats, level: list[Floats], upright: list[Floats], ahead: Floats, down: float) -> None:

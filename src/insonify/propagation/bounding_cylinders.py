@@ -53,9 +53,9 @@ def points_near_cylinders(
     """
     held = bounding_cylinders(scene)
     rows = np.empty((len(held), len(points)), np.int64)
-    told = np.empty((0, len(points), 3)) if directions is None else directions
+    directions_to_solid = np.empty((0, len(points), 3)) if directions is None else directions
     return [
-        row[: points_behind_cylinder(position, points, told, rim, clearance + TOUCH, row)]
+        row[: points_behind_cylinder(position, points, directions_to_solid, rim, clearance + TOUCH, row)]
         for rim, row in zip(held, rows, strict=True)
     ]
 

@@ -100,8 +100,8 @@ def limited_amplitude(
         the caustic counts as 0.
     """
     factor = fold_factor(fold, fold_curvature, fold_side, frequency)
-    loud, factor = np.broadcast_arrays(np.asarray(amplitude, float), factor)
-    return np.where(np.isfinite(loud), loud, 0.0) * factor
+    incoming_amplitude, factor = np.broadcast_arrays(np.asarray(amplitude, float), factor)
+    return np.where(np.isfinite(incoming_amplitude), incoming_amplitude, 0.0) * factor
 
 
 def _near(distance: Floats, fold_side: Floats) -> NDArray[np.complex128]:

@@ -105,10 +105,10 @@ def displace_bounces(paths: UnfoldedPaths, slopes: Floats) -> DisplacedBounce:
     Source: the law of reflection, derived here.
     """
     count = len(paths.horizontal_distance)
-    bent, told = np.empty((count, 7)), np.ascontiguousarray(np.moveaxis(np.asarray(slopes, float), 2, 0))
+    bent, slope_rows = np.empty((count, 7)), np.ascontiguousarray(np.moveaxis(np.asarray(slopes, float), 2, 0))
     displaced_bounce_paths(
         paths.horizontal_distance, paths.vertical_travel * np.ones(count), paths.horizontal_direction,
         paths.starts_upward, paths.reverses_vertically, np.array(paths.vertical_travel_to_bounces),
-        told, bent,
+        slope_rows, bent,
     )  # fmt: skip
     return DisplacedBounce(bent[:, 0], bent[:, 1:4], bent[:, 4:7])

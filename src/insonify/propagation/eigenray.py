@@ -22,15 +22,9 @@ _AT_ONCE = 4096  # points: limits the memory for rays
 
 
 def eigenrays(
-    profile: SoundSpeedProfile,
-    *,
-    water_depth: float,
-    source_depth: float,
-    point_depth: ArrayLike,
-    range: ArrayLike,
-    families: Sequence[str] = ("D", "S", "B", "SB", "BS"),
-    method: Literal["exact", "table"] = "exact",
-) -> Eigenrays:
+    profile: SoundSpeedProfile, *, water_depth: float, source_depth: float, point_depth: ArrayLike, range: ArrayLike,
+    families: Sequence[str] = ("D", "S", "B", "SB", "BS"), method: Literal["exact", "table"] = "exact",
+) -> Eigenrays:  # fmt: skip
     """All rays from a source to points, in water whose sound speed depends on depth alone.
 
     Rays are arcs of circles between the knots of the profile (Officer 1958, from memory), without step length

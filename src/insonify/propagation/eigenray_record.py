@@ -123,18 +123,12 @@ def eigenray_record(families: tuple[str, ...], solutions: Iterable[tuple[int, In
         return np.where(there, values, -1).astype(np.int64)
 
     return Eigenrays(
-        point=point[order],
-        family=np.array(families)[family[order]],
-        branch=branch[order],
-        delay=real(ray[:, DELAY]),
+        point=point[order], family=np.array(families)[family[order]], branch=branch[order], delay=real(ray[:, DELAY]),
         launch_angle=real(np.arcsin(np.clip(ray[:, SIN_LAUNCH], -1, 1))),
-        arrival_angle=real(np.arcsin(np.clip(ray[:, SIN_ARRIVAL], -1, 1))),
-        amplitude=real(ray[:, AMPLITUDE]),
-        caustics=whole(ray[:, CAUSTICS]),
-        path_length=real(ray[:, LENGTH]),
-        turning_points=whole(ray[:, TURNS]),
+        arrival_angle=real(np.arcsin(np.clip(ray[:, SIN_ARRIVAL], -1, 1))), amplitude=real(ray[:, AMPLITUDE]),
+        caustics=whole(ray[:, CAUSTICS]), path_length=real(ray[:, LENGTH]), turning_points=whole(ray[:, TURNS]),
         status=words[status],
-    )
+    )  # fmt: skip
 
 
 def _rows(family: int, points: Integers, solutions: RaySolutions) -> _RecordRows:

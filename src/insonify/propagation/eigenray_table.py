@@ -197,11 +197,11 @@ def check_sample(table: EigenrayTable) -> None:
         n = _SAMPLE // len(sources)
         depth = np.sort(draw.uniform(where.node_depths[0], where.node_depths[-1], n))
         ranges = draw.uniform(0, where.node_ranges[-1], n)
-        late, loud = compare(table.plane_at(source_depth), depth, ranges)
-        worst = int(np.argmax(np.maximum(late / LATEST, loud / LOUDEST)))
-        if late[worst] > LATEST or loud[worst] > LOUDEST:
+        late, amplitude_error = compare(table.plane_at(source_depth), depth, ranges)
+        worst = int(np.argmax(np.maximum(late / LATEST, amplitude_error / LOUDEST)))
+        if late[worst] > LATEST or amplitude_error[worst] > LOUDEST:
             place = f"from {source_depth:.3f} m to {depth[worst]:.3f} m at {ranges[worst]:.3f} m"
-            error = f"{late[worst]:.1e} s and {20 * np.log10(1 + loud[worst]):.3f} dB"
+            error = f"{late[worst]:.1e} s and {20 * np.log10(1 + amplitude_error[worst]):.3f} dB"
             raise TableError(
                 f"the table of {table.family} {place} is wrong by {error}; {LATEST:g} s and 0.02 dB are allowed. "
                 "Use method='exact', or a profile with rounder kinks."
@@ -215,18 +215,9 @@ def _exact(
     water, rays = task.layers, np.zeros((ranges.size, MOST, COLUMNS))
     count, status = np.zeros(ranges.size, np.int64), np.zeros(ranges.size, np.uint8)
     solve_eigenrays(
-        water.depth,
-        water.speed,
-        water.reflecting_depth,
-        source_depth,
-        task.bounces,
-        task.first_up,
-        depth,
-        ranges,
-        rays,
-        count,
-        status,
-    )
+        water.depth, water.speed, water.reflecting_depth, source_depth, task.bounces, task.first_up, depth, ranges,
+        rays, count, status,
+    )  # fmt: skip
     return rays, count, status
 
 

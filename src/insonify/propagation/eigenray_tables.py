@@ -150,16 +150,7 @@ def exact_rays(water: SoundSpeedLayers, family: str, source_depth: float, depths
     rays, count, missing = np.zeros((n, MOST, COLUMNS)), np.zeros(n, np.int64), np.zeros(n, np.uint8)
     string = bounce_sequence(family)
     solve_eigenrays(
-        water.depth,
-        water.speed,
-        water.reflecting_depth,
-        source_depth,
-        len(string),
-        string.startswith("S"),
-        depths,
-        ranges,
-        rays,
-        count,
-        missing,
-    )
+        water.depth, water.speed, water.reflecting_depth, source_depth, len(string), string.startswith("S"), depths,
+        ranges, rays, count, missing,
+    )  # fmt: skip
     return FamilyRays(family, rays, count, missing)

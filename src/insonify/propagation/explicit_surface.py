@@ -133,7 +133,7 @@ def find_bounce_points(
     size = sea.shortest_wavelength / SHARED
     cells = _cells(scatterers.position, scene.seabed.scatterer_grid, size)
 
-    def told(places: Floats) -> tuple[Floats, Floats]:
+    def node_values(places: Floats) -> tuple[Floats, Floats]:
         there = 0.0 if is_transmit_leg else np.linalg.norm(places - sonar_end.transmit_position, axis=1) / speed
         ends = places - origin
         ends[:, 2] = _unfolded_depth(places[:, 2], after, bed)
@@ -141,11 +141,11 @@ def find_bounce_points(
 
     start = sonar_end.position - origin
     start[2] = _unfolded_depth(sonar_end.position[2], before, bed)
-    ends, base = told(scatterers.position)
+    ends, base = node_values(scatterers.position)
     count, at = np.zeros(len(ends), np.int64), np.empty((len(ends), max_count, COLUMNS))
     bounce_points(
         start, ends, base, 1 / speed, 2 * math.pi * frequency / speed, is_transmit_leg, cells.first_row, cells.order,
-        *told(cells.centre), sea.waves, sea.max_slope, sea.shortest_wavelength / NODES, size, count, at,
+        *node_values(cells.centre), sea.waves, sea.max_slope, sea.shortest_wavelength / NODES, size, count, at,
     )  # fmt: skip
     at = at[:, : max(1, int(count.max(initial=0)))].copy()
     at[np.arange(at.shape[1]) >= count[:, None]] = 1.0
@@ -182,15 +182,9 @@ def explicit_surface_legs(
         }
         moved, sines, place = _moved(legs, found, scene, scatterers, frequency)
         rough = _with_rough_reflection(
-            moved,
-            sines,
-            GlintBouncePoints(place, APART * sea.shortest_wavelength),
-            scene,
-            seed,
-            scatterers,
-            frequency,
-            sonar_end,
-        )
+            moved, sines, GlintBouncePoints(place, APART * sea.shortest_wavelength), scene, seed, scatterers,
+            frequency, sonar_end,
+        )  # fmt: skip
         ways.append(rough[not out])
     return ways[0], ways[1]
 
@@ -216,9 +210,9 @@ def _moved(
             there = surface_points[row].bounce_count > branch
             sines[to] = np.where(there, surface_points[row].points[:, branch, _SINE], sines[to])
             place[to] = surface_points[row].points[:, branch, _NORTH : _EAST + 1]
-            loud = spread[row][there, branch]
-            moved.spreading[to, there] *= np.abs(loud) * np.linalg.norm(_level(surface_points[row], there), axis=1)
-            caustic[to, there] = loud / np.abs(loud)
+            strength = spread[row][there, branch]
+            moved.spreading[to, there] *= np.abs(strength) * np.linalg.norm(_level(surface_points[row], there), axis=1)
+            caustic[to, there] = strength / np.abs(strength)
             _bounce(moved, to, surface_points[row], branch, there, scene)
             update_grazing(moved, to, scatterers.normal)
             moved.status[to][~there] = LegStatus.SHADOW
@@ -348,11 +342,11 @@ def _merging_factors(at: Floats, shadow: NDArray[np.bool_], k: float) -> NDArray
     sign = np.where(at[..., _WEAK] * at[..., _STRONG] < 0, 1.0, -1.0)  # +1 for the bounce that has touched the fold
     factor = np.ones(length.shape, complex)
     for row in range(length.shape[1] - 1):
-        met = ~(shadow[:, row] | shadow[:, row + 1]) & (sign[:, row] != sign[:, row + 1])
-        apart = np.where(met, np.abs(length[:, row + 1] - length[:, row]), 1.0)
+        meeting = ~(shadow[:, row] | shadow[:, row + 1]) & (sign[:, row] != sign[:, row + 1])
+        apart = np.where(meeting, np.abs(length[:, row + 1] - length[:, row]), 1.0)
         distance = np.maximum(0.75 * k * apart, 1e-12) ** (2 / 3)
         for one in (row, row + 1):
-            factor[:, one] *= np.where(met, merging_factor(distance, sign[:, one]), 1.0)
+            factor[:, one] *= np.where(meeting, merging_factor(distance, sign[:, one]), 1.0)
     return factor
 
 

@@ -276,7 +276,7 @@ def paths_off_local_planes(
     """
     mirrors, left = is_seabed_bounce.size, np.flatnonzero(~is_done)
     room, known = _workspace(mirrors), np.empty(_CHUNK, np.bool_)
-    ask = _zone_rows(room)
+    zone_rows = _zone_rows(room)
     for begin in range(0, left.size, _CHUNK):
         which = left[begin : begin + _CHUNK]
         _level(position, points, which, is_seabed_bounce, frame.depth, room)
@@ -288,7 +288,7 @@ def paths_off_local_planes(
                     _zone_ellipses(which.size, k, frame, room)
                     if bounce_shift.shape[1] > 0:
                         _shift_zones(which, bounce_shift[k], frame, room)
-                    fit_planes(ask, which.size, pattern, heightmap, wanted, known)
+                    fit_planes(zone_rows, which.size, pattern, heightmap, wanted, known)
                     _set_planes(which.size, k, frame.depth, room)
             _unfold(position, points, which, mirrors, room)
         _write_columns(room, which, mirrors, paths)
@@ -314,13 +314,9 @@ def _zone_rows(workspace: Floats) -> EllipsePatches:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _level(
-    position: Floats,
-    points: Floats,
-    indices: NDArray[np.int64],
-    is_seabed_bounce: NDArray[np.bool_],
-    depth: float,
+    position: Floats, points: Floats, indices: NDArray[np.int64], is_seabed_bounce: NDArray[np.bool_], depth: float,
     workspace: Floats,
-) -> None:
+) -> None:  # fmt: skip
     """Set flat planes in the work array, and the bearings of the points; arguments as of `paths_off_local_planes`."""
     for k in range(is_seabed_bounce.size):
         plane = _row(k, _ANCHOR)

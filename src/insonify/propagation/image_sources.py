@@ -61,21 +61,12 @@ def image_legs(
     occlude_by_solids(scene, position, scatterers, images, count, starts_up, status, occluder)
     np.multiply(length, -_absorption_np_per_m(scene.water, frequency), out=absorption)
     return Legs(
-        families=kept,
-        branch=(0,) * f,
-        delay=delay,
-        length=length,
-        spreading=spreading,
+        families=kept, branch=(0,) * f, delay=delay, length=length, spreading=spreading,
         absorption=np.exp(absorption, out=absorption),
         reflection_coefficient=_boundary(scene, strings, departure[..., 2], flat_bottom=flat_bottom),
-        caustics=np.zeros((f, n), np.uint8),
-        visibility=(status == LegStatus.CLEAR).astype(float),
-        departure=departure,
-        arrival=arrival,
-        grazing=np.arcsin(grazing, out=grazing),
-        status=status,
-        occluder=occluder,
-    )
+        caustics=np.zeros((f, n), np.uint8), visibility=(status == LegStatus.CLEAR).astype(float), departure=departure,
+        arrival=arrival, grazing=np.arcsin(grazing, out=grazing), status=status, occluder=occluder,
+    )  # fmt: skip
 
 
 @lru_cache(maxsize=16)
@@ -153,15 +144,9 @@ class StraightRays:
         return StraightLaunchAngles(source_depth, self.scene.seabed.depth)
 
     def departure_cones(
-        self,
-        family: str,
-        position: Floats,
-        centre: Floats,
-        radius: Floats,
-        boundary_depth: float,
-        *,
+        self, family: str, position: Floats, centre: Floats, radius: Floats, boundary_depth: float, *,
         relief_height: float = 0.0,
-    ) -> DepartureCones:
+    ) -> DepartureCones:  # fmt: skip
         """Cones about the straight lines to the centres; see `PropagationModel.departure_cones`."""
         climb = boundary_depth - image_depth(family, position[2], self.scene.seabed.depth)
         turned = -climb if len(bounce_sequence(family)) % 2 else climb

@@ -133,18 +133,9 @@ def diffract_at_edges(
     for row, solid in enumerate(scene.solids, start=len(scene.boxes)):
         if row != scatterers.occluder and len(near[row]):
             _around(
-                legs,
-                scatterers,
-                near[row],
-                position,
-                scene,
-                wavelength,
-                solid,
-                row,
-                visibility,
-                infinitely_wide=infinitely_wide,
-                approximate=approximate,
-            )
+                legs, scatterers, near[row], position, scene, wavelength, solid, row, visibility,
+                infinitely_wide=infinitely_wide, approximate=approximate,
+            )  # fmt: skip
     # legs that the terrain cuts, or that do not exist, stay unchanged; over relief the terrain has been applied
     by_target = (legs.status == LegStatus.OCCLUDED) & (legs.occluder >= 0)
     ground = 1.0 if scene.seabed.terrain is None else legs.visibility
@@ -173,13 +164,9 @@ def close_gap_above(screens: NDArray[np.float64], top: int) -> NDArray[np.float6
 
 
 def _near(
-    legs: Legs,
-    scatterers: Scatterers,
-    position: NDArray[np.float64],
-    scene: Scene,
-    wavelength: float,
+    legs: Legs, scatterers: Scatterers, position: NDArray[np.float64], scene: Scene, wavelength: float,
     max_fresnel_number: float,
-) -> list[NDArray[np.int64]]:
+) -> list[NDArray[np.int64]]:  # fmt: skip
     """Rows of the points at which each occluding target may change the field."""
     longest = float(legs.length.max(initial=0.0))
     if not np.isfinite(longest):  # legs that do not exist have no length

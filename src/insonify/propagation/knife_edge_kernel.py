@@ -108,7 +108,7 @@ def diffract_around_boxes(
             if has_bounce[f]:
                 wall = 0.0 if slope > 0 else water_depth
                 ahead = min(ahead, (points[n, 2] - wall) / slope) if slope != 0 else ahead
-            left, told = 1 + 0j, not cut
+            left, is_known = 1 + 0j, not cut
             for b in range(boxes.shape[0]):
                 if b == own_box:
                     continue
@@ -116,12 +116,12 @@ def diffract_around_boxes(
                                           boxes[b], bed_depths[b], infinitely_wide, numbers)  # fmt: skip
                 if crossed < 0:
                     continue
-                told = told or (crossed > 0 and b == occluder[f, n])
+                is_known = is_known or (crossed > 0 and b == occluder[f, n])
                 across = edge_diffraction(numbers[0], table, per_unit) - edge_diffraction(numbers[1], table, per_unit)
                 up = edge_diffraction(numbers[2], table, per_unit) - edge_diffraction(numbers[3], table, per_unit)
                 left *= 1 - across * up
             # a leg that its box cuts before the last bounce stays at zero
-            visibility[f, n] = left if told else 0j
+            visibility[f, n] = left if is_known else 0j
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -222,18 +222,13 @@ def excess_path_length(edge_offset: float, distance_behind: float, length: float
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def crest_diffraction_factor(
-    clearance: float,
-    trough_depth: float,
-    distance_behind: float,
-    length: float,
-    wavelength: float,
-    table: Complexes,
+    clearance: float, trough_depth: float, distance_behind: float, length: float, wavelength: float, table: Complexes,
     per_unit: float,
-) -> complex:
+) -> complex:  # fmt: skip
     """Pressure past a crest of the terrain, re that without it [1].
 
     A knife edge, weighted by the depth of the hollow behind it re the Fresnel zone there: with nu_h the
-    Fresnel number of that depth the crest counts by 1 - exp(-pi nu_h^2). Where the ray over the crest meets the
+    Fresnel number of that depth the crest counts by 1 - exp(-pi nu_h^2). Where the ray over the crest reaches the
     floor, pi nu_h^2 = k hollow sin(grazing), Rayleigh's roughness parameter: a smooth terrain casts no shadow.
 
     Args:

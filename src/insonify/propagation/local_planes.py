@@ -1,7 +1,7 @@
 """Legs off local planes: over relief, each bounce reflects off the plane fitted to its first Fresnel zone.
 
 Images of the sonar in one plane after the other give the leg to a point exactly, as between flat boundaries, except
-that each leg has its own planes. The bounce lies where the line from the image meets the plane; the zone about it
+that each leg has its own planes. The bounce lies where the line from the image reaches the plane; the zone about it
 determines the plane. So planes are fitted twice: approximately about the bounce on the mean plane, and accurately about
 the resulting bounce. On an even slope once would suffice.
 """
@@ -87,14 +87,9 @@ def flat_bounces(family: str, depth: float, length: Floats, sine: Floats, bed_de
 
 
 def local_plane_paths(
-    family: str,
-    position: Floats,
-    points: Floats,
-    terrain: SeabedTerrain,
-    wavelength: float,
-    *,
+    family: str, position: Floats, points: Floats, terrain: SeabedTerrain, wavelength: float, *,
     terrain_bounce_ranges: Floats | None = None,
-) -> ImagePaths:
+) -> ImagePaths:  # fmt: skip
     """Paths of a family off the planes fitted to the terrain over the first Fresnel zone of each bounce.
 
     Args:

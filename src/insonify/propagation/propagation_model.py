@@ -104,15 +104,9 @@ class PropagationModel(Protocol):
         """
 
     def departure_cones(
-        self,
-        family: str,
-        position: Floats,
-        centre: Floats,
-        radius: Floats,
-        boundary_depth: float,
-        *,
+        self, family: str, position: Floats, centre: Floats, radius: Floats, boundary_depth: float, *,
         relief_height: float = 0.0,
-    ) -> DepartureCones:
+    ) -> DepartureCones:  # fmt: skip
         """Cones that bound the directions in which one family leaves for neighbourhoods on a boundary.
 
         Args:

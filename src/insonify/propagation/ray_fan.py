@@ -56,13 +56,13 @@ class RayFan:
 
     def segments(self) -> Iterator[tuple[str, Floats, Floats]]:
         """Segments of all rays between their bounces: family so far, ranges and depths [m]."""
-        for ray, met in enumerate(self.boundaries):
+        for ray, bounce_counts in enumerate(self.boundaries):
             rows = self.rows(ray)
             bounces, x, z = self.bounces[rows], self.range[rows], self.depth[rows]
             cuts = [0, *(np.flatnonzero(np.diff(bounces)) + 1), x.size - 1]
             for start, stop in pairwise(cuts):
                 if stop > start:
-                    yield met[: bounces[start]] or DIRECT, x[start : stop + 1], z[start : stop + 1]
+                    yield bounce_counts[: bounces[start]] or DIRECT, x[start : stop + 1], z[start : stop + 1]
 
     def __repr__(self) -> str:
         """Number of rays, their angles and range."""
@@ -70,19 +70,14 @@ class RayFan:
             return "Fan: no rays"
         low, high = np.degrees(self.launch_elevation.min()), np.degrees(self.launch_elevation.max())
         kinds = sorted(set(self.boundaries), key=lambda name: (len(name), name[::-1]))
-        told = ", ".join(name or DIRECT for name in kinds[:8]) + (", ..." if len(kinds) > 8 else "")
-        return f"Fan: {len(self)} rays from {low:.1f} to {high:.1f} deg, to {self.range.max():.1f} m; they met {told}"
+        paths = ", ".join(name or DIRECT for name in kinds[:8]) + (", ..." if len(kinds) > 8 else "")
+        return f"Fan: {len(self)} rays from {low:.1f} to {high:.1f} deg, to {self.range.max():.1f} m; paths {paths}"
 
 
 def trace_fan(
-    column: SoundSpeedLayers,
-    source_depth: float,
-    launch_elevation: ArrayLike,
-    *,
-    max_range: float,
-    max_bounces: int = 2,
-    step: float = 1.0,
-) -> RayFan:
+    column: SoundSpeedLayers, source_depth: float, launch_elevation: ArrayLike, *, max_range: float,
+    max_bounces: int = 2, step: float = 1.0,
+) -> RayFan:  # fmt: skip
     """Trace rays through a column of layers.
 
     Args:
@@ -109,10 +104,10 @@ def trace_fan(
         raise ValueError(f"max_bounces is {max_bounces}; give 0 to {MOST_BOUNCES}.")
     if not step > 0:
         raise ValueError(f"step is {step:g} m; give a length above 0, such as 1.")
-    first, vertices, met, turns = _traced(column, source, np.sin(angles), end, max_bounces)
+    first, vertices, bounce_counts, turns = _traced(column, source, np.sin(angles), end, max_bounces)
     slowness = np.cos(angles) / np.interp(source, column.depth, column.speed)
-    names = _boundaries(first, vertices[:, DEPTH], met, bottom)
-    return _refined_rays(angles, slowness, first, vertices, met, turns, names, step, column)
+    names = _boundaries(first, vertices[:, DEPTH], bounce_counts, bottom)
+    return _refined_rays(angles, slowness, first, vertices, bounce_counts, turns, names, step, column)
 
 
 def bounce_ranges(
@@ -132,10 +127,10 @@ def bounce_ranges(
     """
     found = np.full((max_bounces, sines.size), np.nan)
     there = np.flatnonzero(np.isfinite(sines))
-    first, vertices, met, _ = _traced(column, source_depth, sines[there], max_range, max_bounces)
+    first, vertices, bounce_counts, _ = _traced(column, source_depth, sines[there], max_range, max_bounces)
     ray = np.repeat(there, np.diff(first))
-    row = np.flatnonzero((np.diff(met) > 0) & (np.diff(ray) == 0)) + 1
-    found[met[row] - 1, ray[row]] = vertices[row, RANGE]
+    row = np.flatnonzero((np.diff(bounce_counts) > 0) & (np.diff(ray) == 0)) + 1
+    found[bounce_counts[row] - 1, ray[row]] = vertices[row, RANGE]
     return found
 
 
@@ -146,10 +141,10 @@ def _traced(
     first = np.zeros(sines.size + 1, np.int64)
     size = 0
     while True:
-        vertices, met, turns = np.empty((size, COLUMNS)), np.empty(size, np.int64), np.empty(size, np.int64)
-        trace_rays(column.depth, column.speed, source, sines, max_range, bounces, first, vertices, met, turns)
+        vertices, bounce_counts, turns = np.empty((size, COLUMNS)), np.empty(size, np.int64), np.empty(size, np.int64)
+        trace_rays(column.depth, column.speed, source, sines, max_range, bounces, first, vertices, bounce_counts, turns)
         if first[-1] <= size:
-            return first, vertices, met, turns
+            return first, vertices, bounce_counts, turns
         size = int(first[-1])
 
 

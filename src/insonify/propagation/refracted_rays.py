@@ -90,7 +90,7 @@ class RefractedRays:
         """Legs with the expansion from rays to four positions beside that end."""
         points = scatterers.position
 
-        def ask(family: str, depth: float, ranges: Floats) -> FamilyRays:
+        def rays_to(family: str, depth: float, ranges: Floats) -> FamilyRays:
             if not self.tables.uses_table(family, scatterers.boundary, depth):
                 n = len(ranges)
                 return FamilyRays(family, np.zeros((n, 1, COLUMNS)), np.zeros(n, np.int64), np.zeros(n, np.uint8))
@@ -99,7 +99,7 @@ class RefractedRays:
         return replace(
             legs,
             aperture_expansion=aperture_expansion(
-                legs, position, points, self.scene.water, aperture_extent, self.layers.water_depth, ask
+                legs, position, points, self.scene.water, aperture_extent, self.layers.water_depth, rays_to
             ),
         )
 
@@ -117,15 +117,9 @@ class RefractedRays:
         return ReachableRange(min(abs(boundary_depth - image) for image in images), nearest, farthest)
 
     def departure_cones(
-        self,
-        family: str,
-        position: Floats,
-        centre: Floats,
-        radius: Floats,
-        boundary_depth: float,
-        *,
+        self, family: str, position: Floats, centre: Floats, radius: Floats, boundary_depth: float, *,
         relief_height: float = 0.0,
-    ) -> DepartureCones:
+    ) -> DepartureCones:  # fmt: skip
         """Cones about all rays between the nearest and the farthest point of each neighbourhood."""
         levels = self._levels(boundary_depth, relief_height)
         sweeps = [self._sweep(family, float(position[2]), level) for level in levels]
@@ -161,13 +155,9 @@ class RefractedRays:
         return self.travel_time_curves[key]
 
     def _assemble(
-        self,
-        position: Floats,
-        scatterers: Scatterers,
-        point_columns: Floats,
-        family_rays: list[FamilyRays],
+        self, position: Floats, scatterers: Scatterers, point_columns: Floats, family_rays: list[FamilyRays],
         frequency: float,
-    ) -> Legs:
+    ) -> Legs:  # fmt: skip
         """Assemble rows of legs from rays."""
         rows = [(one, branch) for one in family_rays for branch in range(one.branch_count)]
         shape = len(rows), len(scatterers)
@@ -199,22 +189,12 @@ class RefractedRays:
         caustic = _at_caustics(rows, caustics, spreading, frequency)
         families = tuple(one.family for one, _ in rows)
         return Legs(
-            families=families,
-            branch=tuple(branch for _, branch in rows),
-            delay=delay,
-            length=length,
-            spreading=spreading,
-            absorption=10 ** (-self.scene.water.absorption(frequency) * length / 20),
-            reflection_coefficient=self._boundary(families, slowness),
-            caustics=caustics,
-            visibility=(status == LegStatus.CLEAR).astype(float),
-            departure=departure,
-            arrival=arrival,
-            grazing=grazing,
-            status=status,
-            occluder=occluder,
-            caustic=caustic,
-        )
+            families=families, branch=tuple(branch for _, branch in rows), delay=delay, length=length,
+            spreading=spreading, absorption=10 ** (-self.scene.water.absorption(frequency) * length / 20),
+            reflection_coefficient=self._boundary(families, slowness), caustics=caustics,
+            visibility=(status == LegStatus.CLEAR).astype(float), departure=departure, arrival=arrival,
+            grazing=grazing, status=status, occluder=occluder, caustic=caustic,
+        )  # fmt: skip
 
     def _boundary(self, families: tuple[str, ...], slowness: Floats) -> NDArray[np.complex128]:
         """Product of the reflection coefficients of each row, at the grazing angles that follow from its slowness."""
@@ -253,7 +233,7 @@ def refracted_rays(scene: Scene, domain: RayDomain) -> RefractedRays:
     depth, bed = scene.seabed.depth, scene.seabed.terrain
     profile = scene.water.profile_to_depth(depth)
     deepest = depth if bed is None else max(depth, bed.span[1])
-    # below what was measured the water is as it was there, as for all else that asks for its speed
+    # below what was measured the water is as it was there, as for all else that uses its speed
     return RefractedRays(scene, domain, sound_speed_layers(profile.extended(deepest), deepest, plane=depth))
 
 
@@ -276,8 +256,8 @@ def _at_caustics(
             phase = np.ones(spreading.shape, complex) if phase is None else phase
             ray = one.rays[near, branch]
             factor = fold_factor(np.abs(ray[:, FOLD]), ray[:, FOLD_CURVATURE], ray[:, FOLD_SIDE], frequency)
-            loud = np.where(np.isfinite(ray[:, AMPLITUDE]), ray[:, AMPLITUDE], 0.0) * factor
-            spreading[row, near] = np.abs(loud)
+            limited = np.where(np.isfinite(ray[:, AMPLITUDE]), ray[:, AMPLITUDE], 0.0) * factor
+            spreading[row, near] = np.abs(limited)
             phase[row, near] *= np.exp(1j * np.angle(factor))
     return phase
 

@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 
 from insonify.propagation._triangle_tree_kernel import (
     build_tree,
-    lowest_owner_below,
+    lowest_solid_below,
     occlude_legs,
-    owners_along,
+    solids_along,
 )
 from insonify.propagation.bounding_cylinders import points_near_cylinders
 from insonify.records.legs import LegStatus
@@ -38,22 +38,22 @@ class TriangleTree(NamedTuple):
     """First triangle of a leaf, -1 for other nodes, shape (m,)."""
     triangle_count: NDArray[np.int32]
     """Number of triangles of a leaf, shape (m,)."""
-    lowest_owner: NDArray[np.int32]
-    """Lowest owner below each node, shape (m,)."""
+    lowest_solid: NDArray[np.int32]
+    """Row of the lowest solid below each node, shape (m,)."""
     corner_and_sides: Floats
     """One corner and the two sides from it of each triangle, in the order of the leaves [m], shape (t, 9)."""
-    owner: NDArray[np.int32]
-    """Owner of each triangle, shape (t,)."""
+    solid_row: NDArray[np.int32]
+    """Row of the solid of each triangle, shape (t,)."""
     original_row: NDArray[np.int64]
     """Row of each triangle before sorting, shape (t,)."""
 
 
-def triangle_tree(corners: Floats, owner: NDArray[np.int32]) -> TriangleTree:
+def triangle_tree(corners: Floats, solid_row: NDArray[np.int32]) -> TriangleTree:
     """Build a triangle tree.
 
     Args:
         corners: Corners of each triangle [m], shape (t, 3, 3).
-        owner: Owner of each triangle, shape (t,).
+        solid_row: Row of the solid of each triangle, shape (t,).
     """
     low, high = corners.min(axis=1), corners.max(axis=1)
     order, most = np.arange(len(corners)), 2 * len(corners)
@@ -61,19 +61,19 @@ def triangle_tree(corners: Floats, owner: NDArray[np.int32]) -> TriangleTree:
     skip, first, count = np.empty((3, most), np.int32)
     nodes = build_tree(low, high, order, bounds, skip, first, count)
     bounds, skip, first, count = bounds[:nodes].copy(), skip[:nodes].copy(), first[:nodes].copy(), count[:nodes].copy()
-    sorted_owner, least = owner[order].astype(np.int32), np.empty(nodes, np.int32)
-    lowest_owner_below(skip, first, count, sorted_owner, least)
+    sorted_solid_row, least = solid_row[order].astype(np.int32), np.empty(nodes, np.int32)
+    lowest_solid_below(skip, first, count, sorted_solid_row, least)
     a, b, c = np.moveaxis(corners[order], 1, 0)
     corner = np.concatenate([a, b - a, c - a], axis=1)
-    return TriangleTree(bounds, skip, first, count, least, corner, sorted_owner, order)
+    return TriangleTree(bounds, skip, first, count, least, corner, sorted_solid_row, order)
 
 
 @lru_cache(maxsize=8)
 def _scene_tree(solids: tuple[Solid, ...], seabed: Seabed, before: int) -> TriangleTree:
     """Tree of all solids of a scene, whose rows among the occluders follow those of the boxes."""
     corners = [world_triangles(solid, seabed).corners for solid in solids]
-    owner = np.repeat(np.arange(before, before + len(solids)), [len(part) for part in corners])
-    return triangle_tree(np.concatenate(corners), owner.astype(np.int32))
+    solid_row = np.repeat(np.arange(before, before + len(solids)), [len(part) for part in corners])
+    return triangle_tree(np.concatenate(corners), solid_row.astype(np.int32))
 
 
 def occlude_by_solids(
@@ -121,5 +121,5 @@ def occluders_of_paths(scene: Scene, polylines: Floats) -> NDArray[np.int16]:
     found = np.full(len(polylines), -1, np.int16)
     if scene.solids:
         tree = _scene_tree(scene.solids, scene.seabed, len(scene.boxes))
-        owners_along(polylines, *tree[:7], found)
+        solids_along(polylines, *tree[:7], found)
     return found

@@ -1,6 +1,6 @@
 """Legs off one plane for each bounce, tilted and raised as a swell is at the flat surface's bounce point.
 
-The paper's moving surface: its plane follows the wave at the point and time at which a ray meets it.
+The paper's moving surface: its plane follows the wave at the point and time at which a ray reaches it.
 A swell so steep that a path has several bounce points is refused with the scenario, see `scenario.swell_errors`.
 """
 
@@ -52,10 +52,10 @@ def _reflect_in_tilted_planes(
     speed = float(scene.water.sound_speed_at(sonar_end.position[2]))
     on, normal = tilted_planes(scene, paths.flat_bounce_points(), time)
     level = np.array([0.0, 0.0, 1.0])
-    image, facings, met = np.broadcast_to(sonar_end.position, scatterers.position.shape), [], 0
+    image, facings, bounce = np.broadcast_to(sonar_end.position, scatterers.position.shape), [], 0
     for letter in bounce_sequence(family):
-        at, facing = (on[met], normal[met]) if letter == "S" else (np.array([0.0, 0.0, bed]), level)
-        met += letter == "S"
+        at, facing = (on[bounce], normal[bounce]) if letter == "S" else (np.array([0.0, 0.0, bed]), level)
+        bounce += letter == "S"
         facings.append(facing)
         image = image - 2 * np.sum((image - at) * facing, axis=-1, keepdims=True) * facing
     way = scatterers.position - image

@@ -195,26 +195,15 @@ def _rows(pairs: Pairs, row: int, i: int, j: int, group: NDArray[np.int64],
         else channel_arrivals(row)
     )
     return Arrivals(
-        delay=delay,
-        amplitude=(amplitude[:, None] * bands).astype(np.complex64),
-        spreading=out.spreading[i] * back.spreading[j],
-        absorption=out.absorption[i] * back.absorption[j],
+        delay=delay, amplitude=(amplitude[:, None] * bands).astype(np.complex64),
+        spreading=out.spreading[i] * back.spreading[j], absorption=out.absorption[i] * back.absorption[j],
         reflection_coefficient=out.reflection_coefficient[i] * back.reflection_coefficient[j],
-        scattering_amplitude=np.abs(pairs.strength[row]),
-        group=group,
-        transmit_family=np.full(n, out.families[i]),
-        receive_family=np.full(n, back.families[j]),
-        transmit_branch=np.full(n, out.branch[i], np.uint8),
-        receive_branch=np.full(n, back.branch[j], np.uint8),
-        caustics=out.caustics[i] + back.caustics[j],
-        object=np.full(n, points.object),
-        position=points.position,
-        departure=out.departure[i],
-        arrival=direction,
-        transmit_grazing=out.grazing[i],
-        receive_grazing=back.grazing[j],
-        doppler=doppler,
-    )
+        scattering_amplitude=np.abs(pairs.strength[row]), group=group, transmit_family=np.full(n, out.families[i]),
+        receive_family=np.full(n, back.families[j]), transmit_branch=np.full(n, out.branch[i], np.uint8),
+        receive_branch=np.full(n, back.branch[j], np.uint8), caustics=out.caustics[i] + back.caustics[j],
+        object=np.full(n, points.object), position=points.position, departure=out.departure[i], arrival=direction,
+        transmit_grazing=out.grazing[i], receive_grazing=back.grazing[j], doppler=doppler,
+    )  # fmt: skip
 
 
 def concatenate_arrivals(parts: list[Arrivals]) -> Arrivals:

@@ -123,17 +123,9 @@ def half_direction_change_terms(
 
 @njit(inline="always")
 def integral_index(
-    n: SedimentParameters,
-    ix: float,
-    iy: float,
-    iz: float,
-    ox: float,
-    oy: float,
-    oz: float,
-    nx: float,
-    ny: float,
+    n: SedimentParameters, ix: float, iy: float, iz: float, ox: float, oy: float, oz: float, nx: float, ny: float,
     nz: float,
-) -> float:
+) -> float:  # fmt: skip
     """Fractional index of Kirchhoff's integral in its table, from sediment parameters n and unit vectors [1]."""
     a, b, flat2 = half_direction_change_terms(ix, iy, iz, ox, oy, oz, nx, ny, nz)
     vertical = _HALF * (max(a, _LEAST_SINE) + max(b, _LEAST_SINE))
@@ -143,18 +135,9 @@ def integral_index(
 
 @njit(inline="always")
 def surface_cross_section(
-    n: SedimentParameters,
-    log2_integral: float,
-    ix: float,
-    iy: float,
-    iz: float,
-    ox: float,
-    oy: float,
-    oz: float,
-    nx: float,
-    ny: float,
-    nz: float,
-) -> float:
+    n: SedimentParameters, log2_integral: float, ix: float, iy: float, iz: float, ox: float, oy: float, oz: float,
+    nx: float, ny: float, nz: float,
+) -> float:  # fmt: skip
     """Cross section of a sediment's surface and volume, from sediment parameters n and unit vectors [1]."""
     a, b, flat2 = half_direction_change_terms(ix, iy, iz, ox, oy, oz, nx, ny, nz)
     is_illuminated = (a > _ZERO) & (b > _ZERO)
@@ -182,18 +165,9 @@ def surface_cross_section(
 
 @njit(inline="always")
 def kirchhoff_cross_section(
-    n: SedimentParameters,
-    log2_integral: float,
-    ix: float,
-    iy: float,
-    iz: float,
-    ox: float,
-    oy: float,
-    oz: float,
-    nx: float,
-    ny: float,
-    nz: float,
-) -> float:
+    n: SedimentParameters, log2_integral: float, ix: float, iy: float, iz: float, ox: float, oy: float, oz: float,
+    nx: float, ny: float, nz: float,
+) -> float:  # fmt: skip
     """Cross section in Kirchhoff's approximation, from sediment parameters n and unit vectors [1]."""
     a, b, flat2 = half_direction_change_terms(ix, iy, iz, ox, oy, oz, nx, ny, nz)
     is_illuminated = (a > _ZERO) & (b > _ZERO)

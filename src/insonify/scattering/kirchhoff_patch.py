@@ -55,16 +55,7 @@ class KirchhoffPatch:
         """
         echo = np.empty(arriving.shape[:2], complex)
         patch_pressures(
-            self.reflection,
-            terms,
-            area,
-            normal,
-            arriving,
-            leaving,
-            length_in,
-            length_out,
-            wavenumber,
-            fresnel_tail(),
+            self.reflection, terms, area, normal, arriving, leaving, length_in, length_out, wavenumber, fresnel_tail(),
             echo,
-        )
+        )  # fmt: skip
         return echo

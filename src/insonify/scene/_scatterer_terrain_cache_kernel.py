@@ -40,16 +40,9 @@ def put(key: Integers, start: Integers, size: Integers, table: Integers) -> int:
 
 @njit(cache=True, nogil=True)
 def find(
-    key: Integers,
-    size: Integers,
-    table: Integers,
-    rows: Floats,
-    old_table: Integers,
-    old_rows: Floats,
-    used: int,
-    start: Integers,
-    known: Integers,
-) -> tuple[int, int]:
+    key: Integers, size: Integers, table: Integers, rows: Floats, old_table: Integers, old_rows: Floats, used: int,
+    start: Integers, known: Integers,
+) -> tuple[int, int]:  # fmt: skip
     """Find the rows of tiles; those of the older table move to the newer, for others room is set apart.
 
     Of a tile of which fewer rows are known these come along.

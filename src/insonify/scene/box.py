@@ -94,17 +94,9 @@ def box_scatterers(
     ]
     position, normal, area, phase, place = (np.concatenate(column) for column in zip(*faces, strict=True))
     return Scatterers(
-        box.label,
-        "target",
-        box.scattering,
-        position,
-        normal,
-        area,
-        phase,
-        place,
-        has_random_phase=True,
+        box.label, "target", box.scattering, position, normal, area, phase, place, has_random_phase=True,
         occluder=occluder,
-    )
+    )  # fmt: skip
 
 
 def box_cells(box: Box, seabed_depth: float, pitch: float, rise: float) -> float:

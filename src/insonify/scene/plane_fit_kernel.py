@@ -44,13 +44,9 @@ class EllipsePatches(NamedTuple):
 
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
 def fit_planes(
-    patches: EllipsePatches,
-    count: int,
-    pattern: Singles,
-    pages: HeightmapTiles,
-    wanted: NDArray[np.bool_],
+    patches: EllipsePatches, count: int, pattern: Singles, pages: HeightmapTiles, wanted: NDArray[np.bool_],
     known: NDArray[np.bool_],
-) -> None:
+) -> None:  # fmt: skip
     """Least-squares planes of the heights at the samples of ellipses, linear between the nodes of the map.
 
     The pattern is symmetric about both axes, so that mean and slopes are found one by one. Samples without terrain

@@ -169,13 +169,7 @@ def _out_of_water_errors(path: str, depth: float, seabed_depth: float) -> Pydant
 def point_scatterer(target: PointTarget) -> Scatterers:
     """A point target as the one scatterer it is, answering alike in all directions."""
     return Scatterers(
-        object=target.label,
-        boundary="target",
-        law=PointTargetLaw(target.target_strength_db),
-        position=np.array([target.position]),
-        normal=np.zeros((1, 3)),
-        area=np.ones(1),
-        phase=np.ones(1, complex),
-        scatterer_id=whole_target_id(target.label, 1),
-        has_random_phase=False,
-    )
+        object=target.label, boundary="target", law=PointTargetLaw(target.target_strength_db),
+        position=np.array([target.position]), normal=np.zeros((1, 3)), area=np.ones(1), phase=np.ones(1, complex),
+        scatterer_id=whole_target_id(target.label, 1), has_random_phase=False,
+    )  # fmt: skip

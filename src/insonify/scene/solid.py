@@ -197,17 +197,11 @@ def solid_scatterers(
     place, normal = cells.points(u[:, :3], quadrature=quadrature)
     position = place @ turn.T + shift
     points = Scatterers(
-        object=solid.label,
-        boundary="target",
-        law=solid.scattering,
-        position=position,
-        normal=normal @ turn.T,
-        area=np.full(len(n), whole / len(n)),
-        phase=np.exp(2j * np.pi * u[:, 3]),
-        scatterer_id=target_scatterer_id(solid.label, SOLID_FACE, n // ROW, n % ROW),
-        has_random_phase=True,
+        object=solid.label, boundary="target", law=solid.scattering, position=position, normal=normal @ turn.T,
+        area=np.full(len(n), whole / len(n)), phase=np.exp(2j * np.pi * u[:, 3]),
+        scatterer_id=target_scatterer_id(solid.label, SOLID_FACE, n // ROW, n % ROW), has_random_phase=True,
         occluder=occluder,
-    )
+    )  # fmt: skip
     return points.take(position[:, 2] < seabed_depth_at(seabed, position[:, :2]) - STANDING)
 
 

@@ -114,16 +114,9 @@ def distance_to_interval(least: float, greatest: float, axis: float) -> float:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def beam_bounds(
-    direction: Floats,
-    margin: Floats,
-    axes: Floats,
-    steer: Floats,
-    scale: Floats,
-    tables: tuple[Floats, ...],
-    per_unit: Floats,
-    element: int,
-    out: Floats,
-) -> None:
+    direction: Floats, margin: Floats, axes: Floats, steer: Floats, scale: Floats, tables: tuple[Floats, ...],
+    per_unit: Floats, element: int, out: Floats,
+) -> None:  # fmt: skip
     """Upper bound of every beam's magnitude within a margin of each direction, largest channel, into out (n,)."""
     across, down, piston_across, piston_down = tables
     for i in range(direction.shape[0]):

@@ -233,31 +233,17 @@ class MountedSonar:
         speeds = tuple(self._speed(float(place[2])) for place in positions)
         facing, courses = self._attitude(bodies, speeds), both.ping_motions(ping, self.window[1])
         return PingGeometry(
-            ping=ping,
-            sound_speed=speeds[0],
-            receive_sound_speed=speeds[1],
-            transmit_position=positions[0],
-            receive_position=positions[1],
-            transmit_beams=facing.transmit_beams,
-            receive_beams=facing.receive_beams,
-            boresight=facing.boresight,
-            first_beam_bearing=facing.bearing,
-            platform_positions=both.positions,
-            track_extent=self.track_extents[0],
-            window=self.window,
-            pulse=self.pulse,
-            source_level_db=self.sonar.source_level_db,
-            channel_count=self._channel_count,
-            time=float(both.transmitter_poses.time[ping]),
-            elements=self._elements,
-            full_aperture_beams=facing.resolving,
-            sub_bands=facing.bands,
-            lever_arms=self._arms,
-            receive_motion=courses[1],
-            transmit_motion=courses[0],
+            ping=ping, sound_speed=speeds[0], receive_sound_speed=speeds[1], transmit_position=positions[0],
+            receive_position=positions[1], transmit_beams=facing.transmit_beams, receive_beams=facing.receive_beams,
+            boresight=facing.boresight, first_beam_bearing=facing.bearing, platform_positions=both.positions,
+            track_extent=self.track_extents[0], window=self.window, pulse=self.pulse,
+            source_level_db=self.sonar.source_level_db, channel_count=self._channel_count,
+            time=float(both.transmitter_poses.time[ping]), elements=self._elements,
+            full_aperture_beams=facing.resolving, sub_bands=facing.bands, lever_arms=self._arms,
+            receive_motion=courses[1], transmit_motion=courses[0],
             max_displacement=0.0 if self._moved is None or courses[0] is None else float(self._moved[ping]),
             receive_track_extent=self.track_extents[1] if len(self.track_extents) > 1 else None,
-        )
+        )  # fmt: skip
 
     def _attitude(self, bodies: list[Floats], speeds: tuple[float, ...]) -> _AttitudeBeams:
         """The beams of one attitude, the same ones as long as it is kept."""

@@ -155,19 +155,12 @@ def receive_pulse(pulse: Pulse, receiver: Receiver) -> ReceivedPulse:
     start, stop = _support(magnitude**2, TAIL_ENERGY)
     ringing_start, ringing_stop = _support(magnitude**2, RINGING_ENERGY)
     return ReceivedPulse(
-        pulse=pulse,
-        receiver=receiver,
-        start=first + start / rate,
-        stop=first + stop / rate,
-        ringing_start=first + ringing_start / rate,
-        ringing_stop=first + ringing_stop / rate,
+        pulse=pulse, receiver=receiver, start=first + start / rate, stop=first + stop / rate,
+        ringing_start=first + ringing_start / rate, ringing_stop=first + ringing_stop / rate,
         effective_duration=float(np.sum(np.abs(spectrum) ** 2) / period),
         out_of_band_energy=max(0.0, 1 - float(np.sum(passed)) / period / energy_duration(pulse)),
-        peak=float(magnitude.max()),
-        table_start=first,
-        table_rate=rate,
-        table=table,
-    )
+        peak=float(magnitude.max()), table_start=first, table_rate=rate, table=table,
+    )  # fmt: skip
 
 
 def _received_spectrum(

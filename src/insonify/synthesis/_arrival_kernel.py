@@ -113,13 +113,9 @@ def nonzero_legs(transmit_legs: TransmitLegs, receive_legs: ReceiveLegs) -> tupl
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def scatterers_with_echo(
-    part_start: int,
-    strength: NDArray[Any],
-    legs_out: Flags,
-    legs_back: Flags,
-    has_gain: Flags,
+    part_start: int, strength: NDArray[Any], legs_out: Flags, legs_back: Flags, has_gain: Flags,
     indices: NDArray[np.int32],
-) -> int:
+) -> int:  # fmt: skip
     """Select the scatterers of a part that have an echo by one pair of legs; return their number.
 
     Args:

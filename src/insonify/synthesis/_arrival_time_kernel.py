@@ -29,14 +29,9 @@ _FAST = {"contract", "reassoc", "nsz", "arcp"}
 
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
 def transmitter_motion_of_leg(
-    north: float,
-    east: float,
-    down: float,
-    wavefront_radius: float,
-    velocity: Floats,
-    pulse_middle: float,
+    north: float, east: float, down: float, wavefront_radius: float, velocity: Floats, pulse_middle: float,
     slowness: float,
-) -> tuple[float, float, float]:
+) -> tuple[float, float, float]:  # fmt: skip
     """Emission delay, radial Mach number and pressure ratio of one leg, as in `transmit_moving`."""
     x = wavefront_radius * north - pulse_middle * velocity[0]
     y = wavefront_radius * east - pulse_middle * velocity[1]
@@ -74,15 +69,9 @@ def transmit_moving(
 
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
 def direction_at_arrival(
-    north: float,
-    east: float,
-    down: float,
-    path_length: float,
-    t: float,
-    element_position: Floats,
-    velocity: Floats,
+    north: float, east: float, down: float, path_length: float, t: float, element_position: Floats, velocity: Floats,
     acceleration: Floats,
-) -> tuple[float, float, float]:
+) -> tuple[float, float, float]:  # fmt: skip
     """Direction of one echo from a displaced element, as in `turn_to_element`."""
     inverse = 1 / max(path_length, CLOSEST)
     x = north - inverse * (element_position[0] + t * (velocity[0] + t / 2 * acceleration[0]))
@@ -94,14 +83,9 @@ def direction_at_arrival(
 
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
 def turn_to_element(
-    direction: Floats,
-    path_length: Floats,
-    arrival_time: Floats,
-    element_position: Floats,
-    velocity: Floats,
-    acceleration: Floats,
-    directions: Floats,
-) -> None:
+    direction: Floats, path_length: Floats, arrival_time: Floats, element_position: Floats, velocity: Floats,
+    acceleration: Floats, directions: Floats,
+) -> None:  # fmt: skip
     """Directions of echoes from an element at the times of arrival.
 
     Args:
@@ -115,15 +99,9 @@ def turn_to_element(
     """
     for n in range(path_length.size):
         directions[n, 0], directions[n, 1], directions[n, 2] = direction_at_arrival(
-            direction[n, 0],
-            direction[n, 1],
-            direction[n, 2],
-            path_length[n],
-            arrival_time[n],
-            element_position,
-            velocity,
-            acceleration,
-        )
+            direction[n, 0], direction[n, 1], direction[n, 2], path_length[n], arrival_time[n], element_position,
+            velocity, acceleration,
+        )  # fmt: skip
 
 
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")

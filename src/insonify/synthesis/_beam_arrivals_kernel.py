@@ -135,14 +135,9 @@ _COLUMNS = 13
 
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
 def _fill_leg(
-    legs: LegColumns,
-    f: int,
-    part_start: int,
-    end: int,
-    extra_attenuation: float,
-    strengths: ScatteringStrengths,
+    legs: LegColumns, f: int, part_start: int, end: int, extra_attenuation: float, strengths: ScatteringStrengths,
     leg: _Leg,
-) -> int:
+) -> int:  # fmt: skip
     """Select the scatterers of a part that a leg reaches, fill in the leg's columns, and return their number."""
     count = 0
     visibility, boundary = legs.visibility[f, part_start:end], legs.reflection_coefficient[f, part_start:end]
@@ -284,15 +279,9 @@ def _receive_gain(
         )
         for k in range(count):
             c[_NORTH + k], c[_EAST + k], c[_DOWN + k] = direction_at_arrival(
-                c[_NORTH + k],
-                c[_EAST + k],
-                c[_DOWN + k],
-                c[_LENGTH + k],
-                c[_TIME + k],
-                position,
-                velocity,
+                c[_NORTH + k], c[_EAST + k], c[_DOWN + k], c[_LENGTH + k], c[_TIME + k], position, velocity,
                 acceleration,
-            )
+            )  # fmt: skip
     if receiving_array.is_rotating:
         for k in range(count):
             c[_NORTH + k], c[_EAST + k], c[_DOWN + k] = _rotated_direction(
@@ -409,15 +398,9 @@ def _record_reached(reached: _ReachedScatterers, f: int, count: int, leg: _Leg) 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _echoes_of_pair(
-    p: int,
-    i: int,
-    j: int,
-    part_start: int,
-    strengths: ScatteringStrengths,
-    legs_out: _ReachedScatterers,
-    legs_back: _ReachedScatterers,
-    buffer: ArrivalBuffer,
-) -> int:
+    p: int, i: int, j: int, part_start: int, strengths: ScatteringStrengths, legs_out: _ReachedScatterers,
+    legs_back: _ReachedScatterers, buffer: ArrivalBuffer,
+) -> int:  # fmt: skip
     """Select scatterers with an echo by one pair of legs, store their strengths in `buffer`, return their number."""
     shorter = legs_out.scatterer_count[i] <= legs_back.scatterer_count[j]
     scatterer = (
@@ -552,19 +535,9 @@ def deposit_block(
                 continue
             if receiving_array.is_rotating:
                 _receive_gain_by_pair(
-                    begin,
-                    i,
-                    j,
-                    count,
-                    buffer,
-                    transmit_legs,
-                    receive_legs,
-                    legs_back.length,
-                    receiving_array,
-                    receive_beams,
-                    leg,
-                    right_cosine,
-                )
+                    begin, i, j, count, buffer, transmit_legs, receive_legs, legs_back.length, receiving_array,
+                    receive_beams, leg, right_cosine,
+                )  # fmt: skip
             row = 0 if receiving_array.is_rotating else j
             if by_direction:
                 deposit_pair_by_direction(cells, first_time, cell_rate, i, j, row, count, buffer, transmit_legs,

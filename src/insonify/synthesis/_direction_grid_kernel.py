@@ -79,13 +79,9 @@ def row_sort_buffer(rows: int) -> RowSortBuffer:
 
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
 def _sort_by_row(
-    right_cosine: Floats,
-    column_number: NDArray[np.int32],
-    count: int,
-    rows: DirectionRows,
-    row_count: int,
+    right_cosine: Floats, column_number: NDArray[np.int32], count: int, rows: DirectionRows, row_count: int,
     sort_buffer: RowSortBuffer,
-) -> None:
+) -> None:  # fmt: skip
     """First rows of some echoes, their weights in these and the following rows, and their order by row.
 
     Args:

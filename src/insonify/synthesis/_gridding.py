@@ -25,13 +25,9 @@ _FAST = {"contract", "reassoc", "nsz", "arcp"}  # not "nnan": NaN delays must be
 
 @njit(inline="always")
 def _locate(
-    delay: NDArray[np.float64],
-    first_time: float,
-    cell_rate: float,
-    last: int,
-    first_cell: NDArray[np.int32],
+    delay: NDArray[np.float64], first_time: float, cell_rate: float, last: int, first_cell: NDArray[np.int32],
     fraction: NDArray[np.float32],
-) -> None:
+) -> None:  # fmt: skip
     """First cell of each spike of a block (-1 unless all its cells are on the grid), and its position between cells."""
     for i in range(delay.size):
         position = (delay[i] - first_time) * cell_rate - _SHIFT
@@ -85,13 +81,9 @@ def deposit_pressure(
 
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
 def deposit_carrier(
-    cells: NDArray[np.complex64],
-    first_time: float,
-    cell_rate: float,
-    delay: NDArray[np.float64],
-    amplitude: NDArray[np.complex64],
-    frequency: float,
-) -> None:
+    cells: NDArray[np.complex64], first_time: float, cell_rate: float, delay: NDArray[np.float64],
+    amplitude: NDArray[np.complex64], frequency: float,
+) -> None:  # fmt: skip
     """Deposit echoes of a carrier: each amplitude is multiplied by exp(-j 2 pi frequency delay).
 
     Args:
@@ -118,15 +110,10 @@ def deposit_carrier(
 
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
 def deposit_leg_pairs(
-    cells: NDArray[np.complex64],
-    first_time: float,
-    cell_rate: float,
-    delay_out: NDArray[np.float64],
-    delay_back: NDArray[np.float64],
-    weight_out: NDArray[np.complex64],
-    weight_back: NDArray[np.complex64],
+    cells: NDArray[np.complex64], first_time: float, cell_rate: float, delay_out: NDArray[np.float64],
+    delay_back: NDArray[np.float64], weight_out: NDArray[np.complex64], weight_back: NDArray[np.complex64],
     strength: NDArray[Any],
-) -> None:
+) -> None:  # fmt: skip
     """Deposit echoes of pairs of legs: delays add, weights multiply; pairs of zero weight are skipped.
 
     Args:

@@ -110,14 +110,9 @@ def _deposit_energy(cells: Floats, grid: LabelGrid, delay: float, energy: float)
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _deposit_position(
-    bins: Floats,
-    grid: LabelGrid,
-    delay: float,
-    energy: float,
-    scatterer_position: Floats,
-    distance: float,
+    bins: Floats, grid: LabelGrid, delay: float, energy: float, scatterer_position: Floats, distance: float,
     grazing: float,
-) -> None:
+) -> None:  # fmt: skip
     """Add one energy, and energy times position, to the two bins beside its delay."""
     position = (delay - grid.start) * grid.bin_rate
     if not (energy > 0 and 0 <= position < bins.shape[0] - 1):

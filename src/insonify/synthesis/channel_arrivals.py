@@ -111,15 +111,9 @@ def arrivals_at_channel(
                     wavefront.sound_speed_gradient, attenuation, pulse_middle, delay, factor, doppler)  # fmt: skip
     elif ping_geometry.is_static:
         arrival_stationary(
-            echoes.delay,
-            1 / wavefront.vertical_curvature,
-            *direction,
-            receive_points.position[element],
-            slowness,
-            attenuation,
-            delay,
-            factor,
-        )
+            echoes.delay, 1 / wavefront.vertical_curvature, *direction, receive_points.position[element], slowness,
+            attenuation, delay, factor,
+        )  # fmt: skip
     else:
         arrival_moving(echoes.delay, 1 / wavefront.vertical_curvature, *direction, emission_rate, *motion, slowness,
                        attenuation,

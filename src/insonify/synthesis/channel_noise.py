@@ -140,15 +140,9 @@ def channel_noise(
     )
     self_noise_level_db = None if self_noise is None else self_noise.level_db
     return ChannelNoise(
-        pulse,
-        seed,
-        level,
-        slope,
-        mixing_matrices,
-        self_noise_gain,
-        self_noise_level_db,
+        pulse, seed, level, slope, mixing_matrices, self_noise_gain, self_noise_level_db,
         _tones(sonar, ping_geometries, pulse, seed),
-    )
+    )  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True)

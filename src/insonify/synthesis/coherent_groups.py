@@ -120,18 +120,9 @@ def _polyphase(table: NDArray[np.complex128], step: int) -> tuple[NDArray[np.flo
 
 @njit(inline="always")
 def _add_pulse(
-    cluster: NDArray[np.float64],
-    count: int,
-    first: int,
-    stop: int,
-    real: NDArray[np.float64],
-    imaginary: NDArray[np.float64],
-    row: int,
-    length: int,
-    fraction: float,
-    weight: complex,
-    power: float,
-) -> None:
+    cluster: NDArray[np.float64], count: int, first: int, stop: int, real: NDArray[np.float64],
+    imaginary: NDArray[np.float64], row: int, length: int, fraction: float, weight: complex, power: float,
+) -> None:  # fmt: skip
     """Add one pulse to samples first..stop of a cluster: real part, imaginary part, and power."""
     c0, c1, c2, c3 = _cubic(fraction)
     # Unsigned indices: negative-index checks on signed ones would prevent vectorisation.
@@ -148,16 +139,9 @@ def _add_pulse(
 
 @njit(inline="always")
 def _add_single_pulse(
-    intensity: NDArray[np.float64],
-    first: int,
-    stop: int,
-    real: NDArray[np.float64],
-    imaginary: NDArray[np.float64],
-    row: int,
-    length: int,
-    fraction: float,
-    power: float,
-) -> None:
+    intensity: NDArray[np.float64], first: int, stop: int, real: NDArray[np.float64], imaginary: NDArray[np.float64],
+    row: int, length: int, fraction: float, power: float,
+) -> None:  # fmt: skip
     """Add the power of one pulse that overlaps no other of its group."""
     c0, c1, c2, c3 = _cubic(fraction)
     k0, k1, k2, k3 = np.uint64(row), np.uint64(row + length), np.uint64(row + 2 * length), np.uint64(row + 3 * length)
@@ -170,13 +154,9 @@ def _add_single_pulse(
 
 @njit(inline="always")
 def _end_cluster(
-    intensity: NDArray[np.float64],
-    cluster: NDArray[np.float64],
-    first: int,
-    stop: int,
-    interfering: float,
+    intensity: NDArray[np.float64], cluster: NDArray[np.float64], first: int, stop: int, interfering: float,
     independent: float,
-) -> None:
+) -> None:  # fmt: skip
     """Add the power of samples first..stop of a cluster to the intensity, and clear them."""
     count = intensity.size
     for n in range(first, stop):
@@ -187,18 +167,10 @@ def _end_cluster(
 
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
 def add_groups(
-    intensity: NDArray[np.float64],
-    start: float,
-    rate: float,
-    table: NDArray[np.complex128],
-    table_start: float,
-    table_rate: float,
-    group_first: NDArray[np.int64],
-    delay: NDArray[np.float64],
-    weight: NDArray[Any],
-    interfering: float = 1.0,
-    independent: float = 0.0,
-) -> None:
+    intensity: NDArray[np.float64], start: float, rate: float, table: NDArray[np.complex128], table_start: float,
+    table_rate: float, group_first: NDArray[np.int64], delay: NDArray[np.float64], weight: NDArray[Any],
+    interfering: float = 1.0, independent: float = 0.0,
+) -> None:  # fmt: skip
     """Add interfering |sum_k w_k p(t - tau_k)|^2 + independent sum_k |w_k p(t - tau_k)|^2 of every group.
 
     With phase jitter up to J wavelengths per replica and relative amplitude spread p, the expectation has

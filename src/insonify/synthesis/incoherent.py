@@ -252,15 +252,9 @@ class IncoherentAccumulator:
             correlation, _ = _autocorrelation(self.table)
             lags = correlation, self.table.rate / LAGS_PER_CELL
             deposit_interference(
-                *pairs,
-                swath.amplitude,
-                swath.interference_ranges,
-                level,
-                interference_factor,
-                ping_geometry.frequency,
-                *lags,
-                *cells,
-            )
+                *pairs, swath.amplitude, swath.interference_ranges, level, interference_factor,
+                ping_geometry.frequency, *lags, *cells,
+            )  # fmt: skip
 
     def time_series(self, energies: IntensityBuffer) -> Floats:
         """Expected intensity at the grid's times [uPa^2], shape (channels, samples)."""

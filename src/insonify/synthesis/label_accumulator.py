@@ -157,14 +157,9 @@ class LabelAccumulator:
         return buffer.cells[object_name, pair_names]
 
     def _deposit_all_pairs(
-        self,
-        buffer: LabelBuffer,
-        object_name: str,
-        label_cells: LabelCells,
-        pairs: Pairs,
-        transmit_weights: Complexes,
-        receive_weights: Complexes,
-    ) -> None:
+        self, buffer: LabelBuffer, object_name: str, label_cells: LabelCells, pairs: Pairs,
+        transmit_weights: Complexes, receive_weights: Complexes,
+    ) -> None:  # fmt: skip
         """Add all pairs of a block to their cells, and the interference between pairs to their object."""
         accumulator, table, legs = self.accumulator, self.accumulator.table, pairs.out
         geometry, grid, (lead, _) = accumulator.ping_geometry, accumulator.grid, self._ringing
@@ -198,14 +193,9 @@ class LabelAccumulator:
         self.accumulator.add_weighted(buffer.curves[key], pairs, transmit_weights, receive_weights)
 
     def _deposit_positions(
-        self,
-        buffer: LabelBuffer,
-        key: Key,
-        pairs: Pairs,
-        power_out: Floats,
-        power_back: Floats,
+        self, buffer: LabelBuffer, key: Key, pairs: Pairs, power_out: Floats, power_back: Floats,
         point_rows: Rows | None = None,
-    ) -> None:
+    ) -> None:  # fmt: skip
         """Add the positions of some paths, given the powers of their legs, to the bins of a key.
 
         Args:

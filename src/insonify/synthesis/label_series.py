@@ -46,19 +46,12 @@ def labels_of(buffer: LabelBuffer, accumulator: IncoherentAccumulator, names: La
     strongest = np.where(is_received, np.argmax(by_object, axis=1), NO_ROW).astype(np.uint8)
     position = _positions(bins, energy, pulse, names, strongest, shadowing_object)
     return Labels(
-        expected_intensity=by_object.sum(axis=1),
-        object_intensity=by_object,
-        pair_intensity=by_pair,
+        expected_intensity=by_object.sum(axis=1), object_intensity=by_object, pair_intensity=by_pair,
         strongest_object=strongest,
-        strongest_pair=np.where(is_received, np.argmax(by_pair, axis=1), NO_ROW).astype(np.uint8),
-        highlight=highlight,
-        shadow=shadow,
-        ghost=ghost,
-        shadowing_object=shadowing_object,
-        position=np.moveaxis(position[:3], 0, -1),
-        distance=position[3],
-        grazing=position[4],
-    )
+        strongest_pair=np.where(is_received, np.argmax(by_pair, axis=1), NO_ROW).astype(np.uint8), highlight=highlight,
+        shadow=shadow, ghost=ghost, shadowing_object=shadowing_object, position=np.moveaxis(position[:3], 0, -1),
+        distance=position[3], grazing=position[4],
+    )  # fmt: skip
 
 
 def ringing(accumulator: IncoherentAccumulator) -> tuple[int, int]:
@@ -178,13 +171,9 @@ def _targets(
 
 
 def _positions(
-    bins: dict[Key, Floats],
-    energy: dict[Key, Floats],
-    pulse: Floats,
-    names: LabelNames,
-    strongest: Rows,
+    bins: dict[Key, Floats], energy: dict[Key, Floats], pulse: Floats, names: LabelNames, strongest: Rows,
     shadowing_object: Rows,
-) -> Floats:
+) -> Floats:  # fmt: skip
     """North, east, depth, distance, grazing of each sample, (5, channels, samples); NaN where nothing is received."""
     keys, highest = list(energy), np.zeros(strongest.shape)
     winner = np.full(strongest.shape, -1, np.int16)

@@ -117,18 +117,9 @@ class Tracer:
         intersector = self.world.intersector(transmit, 2 * one_way_range)
         attenuation = float(scene.water.absorption(ping_geometry.frequency)) * DB_TO_NEPER
         return TracedPing(
-            scene,
-            self.choice,
-            ping_geometry,
-            intersector,
-            thrown,
-            transmit,
-            receive,
-            transmit_beams,
-            receive_beams,
-            laws,
-            attenuation,
-        )
+            scene, self.choice, ping_geometry, intersector, thrown, transmit, receive, transmit_beams, receive_beams,
+            laws, attenuation,
+        )  # fmt: skip
 
     def _trace(self, ping: TracedPing, part: int) -> list[EchoEnergies]:
         """All that comes back of one part of the rays."""
