@@ -63,14 +63,9 @@ def _of_a_scenario(file: Path, out: Path, depth: float | None, far: float | None
         depth = float(array_position(scenario.sonar.transmit, track.position[0], track.rotation(0))[2])
     max_range = scenario.water.max_sound_speed * scenario.track.window[1] / 2
     _draw(
-        scenario.water.profile_to_depth(bed),
-        out,
-        depth,
-        bed,
-        far or max_range,
-        scenario.title,
+        scenario.water.profile_to_depth(bed), out, depth, bed, far or max_range, scenario.title,
         scenario.paths.max_reflections,
-    )
+    )  # fmt: skip
 
 
 def _draw(profile: "SoundSpeedProfile", out: Path, depth: float, bed: float, far: float, title: str,

@@ -11,7 +11,7 @@ from insonify.engines._gain_envelope_kernel import (
     max_two_way_gain,
 )
 from insonify.engines._glint_spread_kernel import MIN_SPREAD_ROWS, ROWS_PER_SPREAD_ROW
-from insonify.sonar._beam_arrays import distance_to_span, element_gains, spans
+from insonify.sonar.beam_arrays import distance_to_span, element_gains, spans
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]

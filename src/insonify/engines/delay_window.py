@@ -47,12 +47,9 @@ def delay_interval(ping_geometry: PingGeometry, window: DelayInterval | None) ->
 
 
 def in_delay_window(
-    scatterers: Scatterers,
-    ping_geometry: PingGeometry,
-    scene: Scene,
-    families: tuple[str, ...],
+    scatterers: Scatterers, ping_geometry: PingGeometry, scene: Scene, families: tuple[str, ...],
     window: tuple[float, float],
-) -> NDArray[np.bool_]:
+) -> NDArray[np.bool_]:  # fmt: skip
     """Scatterers of which some pair of paths may fall into an interval of delays, none of those that do left out.
 
     Args:

@@ -283,13 +283,9 @@ class EigenrayEngine:
         def diffracted(legs: Legs, position: Floats) -> Legs:
             is_slice = self.choice.geometry == "slice"
             return diffract_at_edges(
-                legs,
-                scatterers,
-                position,
-                self.scene,
-                self._wavelength(ping_geometry, position),
+                legs, scatterers, position, self.scene, self._wavelength(ping_geometry, position),
                 infinitely_wide=is_slice,
-            )
+            )  # fmt: skip
 
         first = diffracted(out, ping_geometry.transmit_position)
         return first, (first if out is back else diffracted(back, ping_geometry.receive_position))
@@ -315,14 +311,9 @@ class EigenrayEngine:
                     ping_geometry, terrain.depth, families_reaching("seabed", self.choice.followed_families)
                 )
             return TerrainOcclusion(
-                terrain,
-                position,
-                launches,
-                farthest=farthest,
-                wavelength=wavelength,
-                min_profile_width=width / 3,
+                terrain, position, launches, farthest=farthest, wavelength=wavelength, min_profile_width=width / 3,
                 gain_bound=gain_bound,
-            )
+            )  # fmt: skip
 
         key = (ping_geometry.ping, position.tobytes(), ping_geometry.first_beam_bearing)
         soft = self.choice.edge_diffraction == "knife-edge"

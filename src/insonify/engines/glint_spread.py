@@ -18,8 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from insonify.engines import _glint_spread_kernel as kernel
-from insonify.propagation._displaced_bounce_kernel import STEEPEST
-from insonify.propagation.displaced_bounce import displace_bounces, unfold_paths
+from insonify.propagation.displaced_bounce import STEEPEST, displace_bounces, unfold_paths
 from insonify.propagation.families import bounce_sequence
 from insonify.propagation.propagation_model import DepartureCones
 from insonify.propagation.wind_waves import shortest_wavenumber, wind_waves

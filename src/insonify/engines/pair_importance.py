@@ -290,12 +290,9 @@ def _elevation_spreads(
 
 
 def _gains(
-    ping_geometry: PingGeometry,
-    transmit_arrival: Floats,
-    receive_arrival: Floats,
-    up: NDArray[np.bool_],
+    ping_geometry: PingGeometry, transmit_arrival: Floats, receive_arrival: Floats, up: NDArray[np.bool_],
     rises: list[Floats],
-) -> Floats:
+) -> Floats:  # fmt: skip
     """Two-way gain of each channel for each pair of families, mean square over all bearings [1], (c, f, f, n).
 
     Args:

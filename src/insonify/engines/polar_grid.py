@@ -118,14 +118,9 @@ class PolarGrid:
         """
         position = np.empty((len(tiles) * (PIECES_PER_TILE + 1) * SECTORS_PER_TILE, 2))
         kernel.piece_edges(
-            tiles,
-            (RINGS_PER_TILE, PIECES_PER_TILE, SECTORS_PER_TILE),
-            self.slant,
-            self.height,
-            self.azimuth,
-            self._origin,
-            position,
-        )
+            tiles, (RINGS_PER_TILE, PIECES_PER_TILE, SECTORS_PER_TILE), self.slant, self.height, self.azimuth,
+            self._origin, position,
+        )  # fmt: skip
         gain = beam_importance.gain_at(position).reshape(-1, PIECES_PER_TILE + 1, SECTORS_PER_TILE)
         gain = self.evenness * np.maximum(gain[:, 1:], gain[:, :-1])
         if gain_factor is not None:

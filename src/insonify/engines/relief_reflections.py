@@ -180,13 +180,9 @@ def coherent_bounce_factor(
 
 
 def clear_of_terrain(
-    way: ImagePaths,
-    position: NDArray[np.float64],
-    points: NDArray[np.float64],
-    terrain_occlusion: TerrainOcclusion,
-    *,
-    ground: bool,
-) -> NDArray[np.bool_]:
+    way: ImagePaths, position: NDArray[np.float64], points: NDArray[np.float64], terrain_occlusion: TerrainOcclusion,
+    *, ground: bool,
+) -> NDArray[np.bool_]:  # fmt: skip
     """Return True if paths off local planes are there, and clear the seabed but the mirrors' own, shape (n,).
 
     They are walked in the vertical plane through sonar and point: planes tilted across it displace the path by less
@@ -226,13 +222,9 @@ def _displace_refracted(
         )
         level = flat_image_paths(family, position, scatterers.position, terrain_occlusion.bed.depth)
         local = local_plane_paths(
-            family,
-            position,
-            scatterers.position,
-            terrain_occlusion.bed,
-            terrain_occlusion.wavelength,
+            family, position, scatterers.position, terrain_occlusion.bed, terrain_occlusion.wavelength,
             terrain_bounce_ranges=evaluated,
-        )
+        )  # fmt: skip
         tangent = terrain_occlusion.launches.bottom_grazing_tangent(launch)
         sine = tangent / np.hypot(1, tangent)
         straight = level.grazing_sine[bounce_sequence(family).index("B")]

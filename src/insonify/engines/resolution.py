@@ -51,12 +51,9 @@ class Resolution:
     def cell(self) -> kernel.ResolutionCell:
         """The same columns for kernels."""
         return kernel.ResolutionCell(
-            float(self.slant_resolution),
-            float(self.beam_width),
-            float(self.scatterers_per_cell),
-            float(self.pulse_resolution),
-            float(self.elongation),
-        )
+            float(self.slant_resolution), float(self.beam_width), float(self.scatterers_per_cell),
+            float(self.pulse_resolution), float(self.elongation),
+        )  # fmt: skip
 
     def ground_length(self, distance: Floats, height: float) -> Floats:
         """Length of a resolution cell on the seabed [m], at a horizontal distance [m] and height [m]."""
@@ -148,13 +145,9 @@ def max_path_length(ping_geometry: PingGeometry, fastest: float) -> float:
 
 
 def receivable_range(
-    ping_geometry: PingGeometry,
-    boundary_depth: float,
-    rays: PropagationModel,
-    families: tuple[str, ...],
-    *,
+    ping_geometry: PingGeometry, boundary_depth: float, rays: PropagationModel, families: tuple[str, ...], *,
     rise: float = 0.0,
-) -> ReachableRange:
+) -> ReachableRange:  # fmt: skip
     """Distances whose earliest or latest pair of legs falls into the window.
 
     Args:

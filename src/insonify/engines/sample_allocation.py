@@ -137,13 +137,9 @@ def allocate_samples(
     energy = energy[row]
     energy[(edges[1:] <= radials[:, 4:5]) | (edges[:-1] >= radials[:, 5:6])] = 0
     return SampleAllocation(
-        radials,
-        pair,
-        edges,
-        keep_probabilities(radials, energy),
-        (together != np.arange(len(pair))).any(axis=1),
+        radials, pair, edges, keep_probabilities(radials, energy), (together != np.arange(len(pair))).any(axis=1),
         energies,
-    )
+    )  # fmt: skip
 
 
 def _beam(beams: Beams) -> BeamArguments:

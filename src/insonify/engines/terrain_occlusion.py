@@ -72,14 +72,9 @@ class TerrainOcclusion:
         self.bed, self.launches, self.wavelength = terrain, launches, wavelength
         self._all_below = terrain.span[0] > position[2]
         self.profiles = AzimuthProfiles(
-            terrain,
-            position,
-            launches,
-            farthest=farthest,
-            wavelength=wavelength,
-            min_profile_width=min_profile_width,
+            terrain, position, launches, farthest=farthest, wavelength=wavelength, min_profile_width=min_profile_width,
             gain_bound=gain_bound,
-        )
+        )  # fmt: skip
         self.step = self.profiles.step
 
     def visible(

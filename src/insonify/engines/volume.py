@@ -295,13 +295,9 @@ class VolumeScatterers:
         )
         number = (ring << 38 | sector << 16 | stratum & 0xFFFF).astype(np.uint64)[there]
         return layer_scatterers(
-            self.scene.water,
-            self.scene.seabed,
-            position,
-            volume[there],
-            np.ones(len(position), complex),
+            self.scene.water, self.scene.seabed, position, volume[there], np.ones(len(position), complex),
             LAYERS | number,
-        )
+        )  # fmt: skip
 
     def _place(self, distance: Floats, azimuth: Floats) -> Floats:
         """North and east [m], azimuth counted from half a turn off boresight."""

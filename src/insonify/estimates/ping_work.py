@@ -63,12 +63,9 @@ class PingWork:
     def __add__(self, other: "PingWork") -> "PingWork":
         """Both together."""
         return PingWork(
-            self.points + other.points,
-            self.seconds + other.seconds,
-            self.tiles + other.tiles,
-            self.pieces + other.pieces,
-            max(self.facets, other.facets),
-        )
+            self.points + other.points, self.seconds + other.seconds, self.tiles + other.tiles,
+            self.pieces + other.pieces, max(self.facets, other.facets),
+        )  # fmt: skip
 
 
 def ping_work(simulator: Simulator, *, labels: bool = False) -> PingWork:

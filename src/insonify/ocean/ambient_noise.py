@@ -175,13 +175,9 @@ def _rain_db(frequency: ArrayLike, rain_rate: ArrayLike) -> Floats:
 
 
 def noise_components_db(
-    frequency: ArrayLike,
-    *,
-    wind_speed: ArrayLike = 5.0,
-    shipping: ArrayLike = 0.5,
-    rain_rate: ArrayLike = 0.0,
+    frequency: ArrayLike, *, wind_speed: ArrayLike = 5.0, shipping: ArrayLike = 0.5, rain_rate: ArrayLike = 0.0,
     spectrum: NoiseSpectrum | None = None,
-) -> dict[str, Floats]:
+) -> dict[str, Floats]:  # fmt: skip
     """Spectrum level of each noise source by name [dB re 1 uPa^2/Hz].
 
     Args:
@@ -207,13 +203,9 @@ def noise_components_db(
 
 
 def noise_level_db(
-    frequency: ArrayLike,
-    *,
-    wind_speed: ArrayLike = 5.0,
-    shipping: ArrayLike = 0.5,
-    rain_rate: ArrayLike = 0.0,
+    frequency: ArrayLike, *, wind_speed: ArrayLike = 5.0, shipping: ArrayLike = 0.5, rain_rate: ArrayLike = 0.0,
     spectrum: NoiseSpectrum | None = None,
-) -> Floats:
+) -> Floats:  # fmt: skip
     """Spectrum level of the ambient noise, its sources added as powers [dB re 1 uPa^2/Hz].
 
     Args:

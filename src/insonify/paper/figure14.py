@@ -164,13 +164,9 @@ def _panels(figure: Figure) -> None:
     rows[2].set_xlabel("time after the start of transmission [ms]")
     energy, expected = pattern()
     rows[3].plot(
-        np.degrees(FINE),
-        expected,
-        color=style.CONTRIBUTION_COLOURS["surface"],
-        linewidth=3,
-        alpha=0.4,
+        np.degrees(FINE), expected, color=style.CONTRIBUTION_COLOURS["surface"], linewidth=3, alpha=0.4,
         label="sinc$^4$",
-    )
+    )  # fmt: skip
     rows[3].plot(np.degrees(FINE), energy, color=style.INK, linewidth=0.9, label="echo")
     rows[3].set_title("d  echo of a point at +2.1° over steer angle")
     rows[3].set_ylim(-60, 4)

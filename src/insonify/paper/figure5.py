@@ -131,14 +131,10 @@ def numbers() -> list[CheckedNumber]:
         )
         rows.append(
             CheckedNumber(
-                f"{water}: rise of the shadow by surface paths to the bed",
-                rise(water),
-                "dB",
-                RISE,
-                None,
+                f"{water}: rise of the shadow by surface paths to the bed", rise(water), "dB", RISE, None,
                 "surface paths pass over the box",
             )
-        )
+        )  # fmt: skip
     return rows
 
 

@@ -117,13 +117,10 @@ def recording_levels(dataset: xr.Dataset) -> RecordingLevels:
     """
     text = dataset.attrs.get("scenario")
     return RecordingLevels(
-        level=np.asarray(recorded_level(dataset).values),
-        time=np.asarray(dataset["time"].values, float),
-        steer=np.asarray(dataset["steer"].values, float),
-        scenario=_scenario(text) if text else None,
-        title=str(dataset.attrs.get("title", "")),
-        expected="intensity" in dataset,
-    )
+        level=np.asarray(recorded_level(dataset).values), time=np.asarray(dataset["time"].values, float),
+        steer=np.asarray(dataset["steer"].values, float), scenario=_scenario(text) if text else None,
+        title=str(dataset.attrs.get("title", "")), expected="intensity" in dataset,
+    )  # fmt: skip
 
 
 @lru_cache(maxsize=2)

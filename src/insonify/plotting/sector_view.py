@@ -63,13 +63,9 @@ def _cuts(figure: Figure, cut: BeamCut) -> None:
     over, along = figure.subplots(2, 1)
     degrees = np.degrees(cut.bearings)
     over.plot(
-        degrees,
-        cut.expected,
-        color=style.CONTRIBUTION_COLOURS["surface"],
-        linewidth=3,
-        alpha=0.4,
+        degrees, cut.expected, color=style.CONTRIBUTION_COLOURS["surface"], linewidth=3, alpha=0.4,
         label="pattern of the array",
-    )
+    )  # fmt: skip
     over.plot(degrees, cut.over_bearing, color=style.INK, linewidth=0.9, label="simulated")
     over.set_title(f"{cut.label}, over bearing")
     over.set_xlabel("bearing [deg]")

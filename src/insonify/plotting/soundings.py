@@ -104,13 +104,9 @@ def _ping(figure: Figure, axes: Axes, soundings: SwathSoundings) -> None:
                            rasterized=True)  # fmt: skip
     axes.plot(*soundings.profile, color=style.FAMILIES["S"], linewidth=1.2, label="true bed and targets under the ship")
     axes.plot(
-        soundings.across[soundings.row],
-        soundings.depth[soundings.row],
-        ".",
-        color=style.EXPECTED,
-        markersize=3,
+        soundings.across[soundings.row], soundings.depth[soundings.row], ".", color=style.EXPECTED, markersize=3,
         label="soundings",
-    )
+    )  # fmt: skip
     axes.set_aspect("equal")
     deepest = float(np.nanmax(soundings.profile[1]))
     axes.set_ylim(deepest + 0.25 * (deepest - soundings.keel[0]), soundings.keel[0] - 0.5)

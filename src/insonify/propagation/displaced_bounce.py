@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from insonify.propagation._displaced_bounce_kernel import STEEPEST as STEEPEST
 from insonify.propagation._displaced_bounce_kernel import displaced_bounce_paths
 from insonify.propagation.families import bounce_sequence, image_depth
 

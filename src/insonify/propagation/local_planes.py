@@ -121,13 +121,9 @@ def local_plane_paths(
         )
     lattice, done = terrain.relief.resolved.scatterer_grid, np.zeros(len(points), bool)
     frame = TerrainFrame(
-        *lattice.origin,
-        np.cos(lattice.heading),
-        np.sin(lattice.heading),
-        terrain.depth,
-        wavelength,
+        *lattice.origin, np.cos(lattice.heading), np.sin(lattice.heading), terrain.depth, wavelength,
         min_half_axis(terrain),
-    )
+    )  # fmt: skip
     is_seabed_bounce = np.array([letter == "B" for letter in string])
     here = np.asarray(position, float)
     span = np.empty((2, 2))

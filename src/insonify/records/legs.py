@@ -111,13 +111,9 @@ class Legs:
         caustic = None if self.caustic is None else self.caustic[:rows]
         expansion = None if self.aperture_expansion is None else self.aperture_expansion[:rows]
         return replace(
-            self,
-            families=self.families[:rows],
-            branch=self.branch[:rows],
-            caustic=caustic,
-            aperture_expansion=expansion,
-            **columns,
-        )
+            self, families=self.families[:rows], branch=self.branch[:rows], caustic=caustic,
+            aperture_expansion=expansion, **columns,
+        )  # fmt: skip
 
     @property
     def amplitude(self) -> NDArray[np.complex128]:

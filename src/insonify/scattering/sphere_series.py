@@ -20,13 +20,9 @@ LARGEST_KA = 5000.0
 
 
 def sphere_series_strength_db(
-    radius: ArrayLike,
-    frequency: ArrayLike,
-    *,
-    boundary: Boundary = "rigid",
-    angle: ArrayLike = np.pi,
+    radius: ArrayLike, frequency: ArrayLike, *, boundary: Boundary = "rigid", angle: ArrayLike = np.pi,
     sound_speed: ArrayLike = 1500.0,
-) -> Floats:
+) -> Floats:  # fmt: skip
     """Target strength of a sphere by its partial waves [dB re 1 m^2].
 
     Args:

@@ -61,13 +61,9 @@ def coherent_reflection(
 
 
 def mean_extra_delay(
-    mean_square_slope: ArrayLike,
-    grazing: ArrayLike,
-    range_in: ArrayLike,
-    range_out: ArrayLike,
-    *,
+    mean_square_slope: ArrayLike, grazing: ArrayLike, range_in: ArrayLike, range_out: ArrayLike, *,
     sound_speed: ArrayLike = 1500.0,
-) -> Floats:
+) -> Floats:  # fmt: skip
     """Mean delay of the incoherent reflection after the specular reflection [s].
 
     Args:

@@ -55,13 +55,9 @@ def curved_strength_db(radius_one: ArrayLike, radius_two: ArrayLike) -> Floats:
 
 
 def cylinder_strength_db(
-    radius: ArrayLike,
-    length: ArrayLike,
-    frequency: ArrayLike,
-    *,
-    tilt: ArrayLike = 0.0,
+    radius: ArrayLike, length: ArrayLike, frequency: ArrayLike, *, tilt: ArrayLike = 0.0,
     sound_speed: ArrayLike = 1500.0,
-) -> Floats:
+) -> Floats:  # fmt: skip
     """Target strength of the side of a cylinder [dB re 1 m^2].
 
     Args:
@@ -87,13 +83,9 @@ def cylinder_strength_db(
 
 
 def plate_strength_db(
-    side: ArrayLike,
-    other_side: ArrayLike,
-    frequency: ArrayLike,
-    *,
-    tilt: ArrayLike = 0.0,
+    side: ArrayLike, other_side: ArrayLike, frequency: ArrayLike, *, tilt: ArrayLike = 0.0,
     sound_speed: ArrayLike = 1500.0,
-) -> Floats:
+) -> Floats:  # fmt: skip
     """Target strength of a flat rectangular plate [dB re 1 m^2].
 
     Args:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from insonify.jit import njit
 from insonify.random_keys import philox_consecutive
 from insonify.scene._simd_splines import LANES, add_spline
-from insonify.scene.terrain._lattice_noise_kernel import add_band
+from insonify.scene.terrain.lattice_noise_kernel import add_band
 
 Floats = NDArray[np.float64]
 Singles = NDArray[np.float32]

@@ -119,13 +119,9 @@ class SeabedTerrain:
         )
 
     def roughness_reflection_factor(
-        self,
-        sine: Floats,
-        wavelength: float,
-        fresnel_length: Floats,
-        *,
+        self, sine: Floats, wavelength: float, fresnel_length: Floats, *,
         residual_variance: Floats | float | None = None,
-    ) -> Floats:
+    ) -> Floats:  # fmt: skip
         """Factor of roughness on the coherent sound of one bounce, exp(-2 k^2 h^2 sin^2) [1].
 
         Args:

@@ -12,7 +12,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from insonify.sonar import _beam_arrays as _beam_arrays  # stand-ins of the kernels
+from insonify.sonar import beam_arrays as beam_arrays  # stand-ins of the kernels
 from insonify.sonar.aperture import pattern
 from insonify.sonar.array import LineArray, PlanarArray, PointTransducer
 from insonify.sonar.beam_kernels import BAFFLED, COSINE, OMNI, BeamTables, beam_bounds, beam_gains
@@ -149,14 +149,10 @@ def _beams_in_array_frame(
     across, down = _extent(array, wavelength)
     tables, majorants, per_unit = _four_tables(array, across, down, 1 + np.abs(steer).max(axis=0))
     bare = Beams(
-        axes=np.eye(3),
-        steer=steer,
-        scale=np.ones(len(steer)),
-        element={"omni": OMNI, "cosine": COSINE}.get(array.element, BAFFLED),
-        tables=tables,
-        majorants=majorants,
+        axes=np.eye(3), steer=steer, scale=np.ones(len(steer)),
+        element={"omni": OMNI, "cosine": COSINE}.get(array.element, BAFFLED), tables=tables, majorants=majorants,
         per_unit=per_unit,
-    )
+    )  # fmt: skip
     # the aperture's pattern is one on axis already: what is left is the element's directivity
     on_axis = np.abs(np.diag(bare.gain(_in_array_frame(steer))))
     if on_axis.min() < MIN_BOUND:

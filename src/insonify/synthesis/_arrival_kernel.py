@@ -261,13 +261,9 @@ def deposit_pair(
             if receive_beams.beam[c] != beam:
                 beam = receive_beams.beam[c]
                 _fill_weights(
-                    transmit_legs.weight[beam, i],
-                    receive_legs.weight[j],
-                    buffer.strength,
-                    scatterer,
-                    count,
+                    transmit_legs.weight[beam, i], receive_legs.weight[j], buffer.strength, scatterer, count,
                     source_weight,
-                )
+                )  # fmt: skip
             if receive_beams.pattern[c] != pattern:
                 pattern = receive_beams.pattern[c]
                 gain = receive_legs.gain[gain_row, pattern]

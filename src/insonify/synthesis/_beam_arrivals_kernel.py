@@ -285,13 +285,9 @@ def _receive_gain(
     if receiving_array.is_rotating:
         for k in range(count):
             c[_NORTH + k], c[_EAST + k], c[_DOWN + k] = _rotated_direction(
-                c[_NORTH + k],
-                c[_EAST + k],
-                c[_DOWN + k],
-                c[_TIME + k],
-                receiving_array.rotation_rate,
+                c[_NORTH + k], c[_EAST + k], c[_DOWN + k], c[_TIME + k], receiving_array.rotation_rate,
                 receiving_array.rotation_acceleration,
-            )
+            )  # fmt: skip
     _array_cosines(beams.axes, count, c)
     _apply_element_pattern(beams, count, c)
     if right_cosine.shape[0]:

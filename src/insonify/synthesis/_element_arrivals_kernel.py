@@ -95,13 +95,9 @@ def _sort_echoes(
         i, j, row = pair[p]
         found, key = order.unsorted_echo[total:], order.cell[total:]
         count = scatterers_with_echo(
-            0,
-            strength[p, part_start:end],
-            outs[i, part_start:end],
-            backs[j, part_start:end],
-            gain_flags[row, part_start:end],
-            found,
-        )
+            0, strength[p, part_start:end], outs[i, part_start:end], backs[j, part_start:end],
+            gain_flags[row, part_start:end], found,
+        )  # fmt: skip
         out, back = transmit_legs.delay[i, part_start:end], receive_legs.delay[j, part_start:end]
         for k in range(count):
             n = np.uintp(found[k])

@@ -40,12 +40,9 @@ def _locate(
 
 @njit(inline="always")
 def _deposit(
-    cells: NDArray[np.float32],
-    first_cell: NDArray[np.int32],
-    fraction: NDArray[np.float32],
-    weight: NDArray[np.float32],
-    count: int,
-) -> None:
+    cells: NDArray[np.float32], first_cell: NDArray[np.int32], fraction: NDArray[np.float32],
+    weight: NDArray[np.float32], count: int,
+) -> None:  # fmt: skip
     """Deposit the spikes of a block one after the other; those off the grid or of zero weight are skipped."""
     for i in range(count):
         if first_cell[i] >= 0 and (weight[2 * i] != 0 or weight[2 * i + 1] != 0):
@@ -54,12 +51,9 @@ def _deposit(
 
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
 def deposit_pressure(
-    cells: NDArray[np.complex64],
-    first_time: float,
-    cell_rate: float,
-    delay: NDArray[np.float64],
+    cells: NDArray[np.complex64], first_time: float, cell_rate: float, delay: NDArray[np.float64],
     weight: NDArray[np.complex64],
-) -> None:
+) -> None:  # fmt: skip
     """Deposit echoes whose weights include the phase of the carrier.
 
     Args:
@@ -145,12 +139,9 @@ def deposit_leg_pairs(
 
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
 def deposit_energy(
-    cells: NDArray[np.float64],
-    first_time: float,
-    cell_rate: float,
-    delay: NDArray[np.float64],
+    cells: NDArray[np.float64], first_time: float, cell_rate: float, delay: NDArray[np.float64],
     energy: NDArray[np.float64],
-) -> None:
+) -> None:  # fmt: skip
     """Energies of echoes that do not interfere, added to the cells of the energy grid.
 
     Args:

@@ -65,12 +65,9 @@ def interpolate_to_elements(
         block, size = slice(stride * begin, stride * stop), stride * (stop - begin)
         for p in range(points):
             _wavefront_corrected(
-                flat[elements + p, block],
-                lanes,
-                cell_phase[: stop - begin],
-                point_position[p] * point_position[p],
+                flat[elements + p, block], lanes, cell_phase[: stop - begin], point_position[p] * point_position[p],
                 flattened[p],
-            )
+            )  # fmt: skip
         flat[elements:, block] = 0
         for e in range(elements):
             interpolated[:size] = 0

@@ -31,13 +31,9 @@ class PulseTable:
 
 
 def pulse_table(
-    pulse: Callable[[NDArray[np.float64]], NDArray[np.complex128]],
-    pulse_start: float,
-    pulse_stop: float,
-    sample_rate: float,
-    *,
-    oversampling: int = 32,
-) -> PulseTable:
+    pulse: Callable[[NDArray[np.float64]], NDArray[np.complex128]], pulse_start: float, pulse_stop: float,
+    sample_rate: float, *, oversampling: int = 32,
+) -> PulseTable:  # fmt: skip
     """Sample the received pulse for `add_groups`.
 
     Args:

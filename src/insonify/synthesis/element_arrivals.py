@@ -154,14 +154,9 @@ def deposit(
     )
     extra_positions = None if interpolation is None else interpolation.point_position
     nodes = aperture_nodes(
-        receive_points.position,
-        receive_points.velocity,
-        receive_points.acceleration,
-        min_radius,
-        latest_arrival,
-        wavelength,
-        extra_positions,
-    )
+        receive_points.position, receive_points.velocity, receive_points.acceleration, min_radius, latest_arrival,
+        wavelength, extra_positions,
+    )  # fmt: skip
     sector = (
         NO_SECTOR
         if interpolation is None or nodes.weights.shape[1] == len(receive_points.position)
@@ -307,13 +302,9 @@ def _receive_beams(receive_points: ReceivePoints, channels: int, views: int) -> 
     channel_ranges = np.stack([number, number + 1], axis=1)
     pattern = receive_points.orientation_row if views == 1 else np.where(receive_points.orientation_row < 0, -1, number)
     return ReceiveBeams(
-        receive_points.position,
-        receive_points.velocity,
-        receive_points.acceleration,
-        channel_ranges,
-        0 * number,
+        receive_points.position, receive_points.velocity, receive_points.acceleration, channel_ranges, 0 * number,
         pattern,
-    )
+    )  # fmt: skip
 
 
 def carrier_band(ping_geometry: PingGeometry) -> SubBand:

@@ -205,12 +205,9 @@ class IncoherentAccumulator:
         )
 
     def add_swath(
-        self,
-        energies: IntensityBuffer,
-        swath: ReverberationSamples,
-        transmit_amplitude: NDArray[np.float32],
+        self, energies: IntensityBuffer, swath: ReverberationSamples, transmit_amplitude: NDArray[np.float32],
         receive_amplitude: NDArray[np.float32],
-    ) -> None:
+    ) -> None:  # fmt: skip
         """Add the energies of all pairs of a block, without the interference of pairs within one pulse duration."""
         level = float(amplitude_ratio(self.ping_geometry.source_level_db))
         interference_factor, mean_energy = self.replica_jitter.interference_factor, self.replica_jitter.mean_energy
@@ -229,12 +226,9 @@ class IncoherentAccumulator:
         )  # fmt: skip
 
     def add_fringes(
-        self,
-        energies: IntensityBuffer,
-        swath: ReverberationSamples,
-        transmit_amplitude: NDArray[np.float32],
+        self, energies: IntensityBuffer, swath: ReverberationSamples, transmit_amplitude: NDArray[np.float32],
         receive_amplitude: NDArray[np.float32],
-    ) -> None:
+    ) -> None:  # fmt: skip
         """Add the interference of pairs that arrive within one pulse duration, which may be negative."""
         ping_geometry, level = self.ping_geometry, float(amplitude_ratio(self.ping_geometry.source_level_db))
         interference_factor = self.replica_jitter.interference_factor

@@ -98,12 +98,9 @@ class LabelAccumulator:
             self._add_intensity(buffer, (object_name, ALL), pairs, transmit_weights, receive_weights)
         for name, named_pairs in pairs_by_name.items():
             self._add_intensity(
-                buffer,
-                (object_name, PAIR_ONLY + name if len(pairs_by_name) > 1 else name),
-                named_pairs,
-                transmit_weights,
-                receive_weights,
-            )
+                buffer, (object_name, PAIR_ONLY + name if len(pairs_by_name) > 1 else name), named_pairs,
+                transmit_weights, receive_weights,
+            )  # fmt: skip
             self._deposit_positions(buffer, (object_name, name), named_pairs, power_out, power_back)
         if pairs.scatterers.boundary == "seabed" and STRAIGHT in pairs_by_name:
             self._add_occluded(buffer, pairs_by_name[STRAIGHT])
@@ -246,13 +243,9 @@ class LabelAccumulator:
             for row, (i, j) in enumerate(pairs.pair):
                 removed_fraction = _removed_fraction(pairs.out, pairs.back, int(i), int(j), occluder_row)[point_rows]
                 self._deposit_positions(
-                    buffer,
-                    (object_name, HIDDEN),
-                    pairs.select(np.array([row])),
-                    power_out * removed_fraction,
-                    power_back,
-                    point_rows,
-                )
+                    buffer, (object_name, HIDDEN), pairs.select(np.array([row])), power_out * removed_fraction,
+                    power_back, point_rows,
+                )  # fmt: skip
 
     @property
     def _ringing(self) -> tuple[int, int]:

@@ -136,14 +136,9 @@ def _kernel_strengths(pairs: Pairs, replica_jitter: ReplicaJitter) -> Scattering
             )
         no_strengths = np.empty((0, 0), np.complex64)
         return ScatteringStrengths(
-            no_strengths,
-            stored.direction_factor,
-            stored.root_area,
-            stored.weight,
-            priority,
-            range_bin,
+            no_strengths, stored.direction_factor, stored.root_area, stored.weight, priority, range_bin,
             keep_probability,
-        )
+        )  # fmt: skip
     strength = pairs.strength
     if not replica_jitter.is_zero:
         strength = strength * np.array(

@@ -53,14 +53,9 @@ class SectorInterpolation:
         """
         for band in cells:
             interpolate_to_elements(
-                band,
-                grid.first_time + pulse_middle,
-                grid.cell_rate,
-                self.sector.curvature_phase,
-                self.point_position,
-                self.element_position,
-                self.weights,
-            )
+                band, grid.first_time + pulse_middle, grid.cell_rate, self.sector.curvature_phase, self.point_position,
+                self.element_position, self.weights,
+            )  # fmt: skip
         return cells[:, : len(self.element_position)]
 
 

@@ -72,12 +72,9 @@ def logged_poses(errors: NavigationErrors, true: Poses, seed: int) -> Poses:
     """
     wrong = [_error(getattr(errors, name), true.time, seed, row) for row, name in enumerate(COLUMNS)]
     return Poses(
-        time=true.time,
-        position=true.position + np.stack(wrong[:3], axis=-1),
-        heading=true.heading + wrong[3],
-        pitch=true.pitch + wrong[4],
-        roll=true.roll + wrong[5],
-    )
+        time=true.time, position=true.position + np.stack(wrong[:3], axis=-1), heading=true.heading + wrong[3],
+        pitch=true.pitch + wrong[4], roll=true.roll + wrong[5],
+    )  # fmt: skip
 
 
 def _error(error: PositionError | AngleError, time: Floats, seed: int, row: int) -> Floats:

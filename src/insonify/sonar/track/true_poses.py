@@ -32,9 +32,6 @@ def true_poses(
     surge, sway = moved["surge"], moved["sway"]
     offset = np.stack([c * surge - s * sway, s * surge + c * sway, moved["heave"]], axis=-1)
     return replace(
-        plan,
-        position=plan.position + offset,
-        heading=plan.heading + moved["yaw"],
-        pitch=plan.pitch + moved["pitch"],
+        plan, position=plan.position + offset, heading=plan.heading + moved["yaw"], pitch=plan.pitch + moved["pitch"],
         roll=plan.roll + moved["roll"],
-    )
+    )  # fmt: skip
