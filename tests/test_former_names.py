@@ -3,12 +3,16 @@
 from importlib import import_module
 from pathlib import Path
 
+import numpy as np
 import pytest
+import xarray as xr
 from pydantic import ValidationError
 
 from insonify.cli import main
+from insonify.cli.arguments import InputError, require_choice
 from insonify.former_names import FORMER_KEYS, FORMER_VALUES
 from insonify.model import Model
+from insonify.processing import GAINS, sidescan
 from insonify.propagation.path_settings import PathSettings
 from insonify.scenario.load import load_scenario, parse_model
 from insonify.scenario.scenario import Scenario
@@ -70,6 +74,15 @@ def test_python_is_answered_with_the_new_name():
         PathSettings().unchecked_copy(geometri="slice")
     with pytest.raises(ValueError, match="is called importance_sampling"):
         load_scenario(NOMINAL).with_("paths.thinning", False)
+
+
+def test_a_former_gain_is_answered_with_the_new_one():
+    """On the command line with the option to write, in Python with the value."""
+    with pytest.raises(InputError, match=r"--gain learnt is called empirical\. Write --gain empirical"):
+        require_choice("learnt", GAINS, "--gain")
+    recording = xr.Dataset({"pressure": (("ping", "channel", "time"), np.zeros((1, 1, 4), complex))})
+    with pytest.raises(ValueError, match="gain is 'learnt', which is called 'empirical'"):
+        sidescan(recording, gain="learnt")
 
 
 def test_a_key_of_the_same_name_elsewhere_is_left_alone():

@@ -38,6 +38,9 @@ FORMER_VALUES: dict[str, dict[str, dict[str, str]]] = {
 }
 """By the name of a model and of its key: the new name of each value that was renamed."""
 
+FORMER_WORDS = {"learnt": "empirical"}
+"""New names of options' and arguments' values that were renamed: the gain of a sidescan image."""
+
 
 def former_key(model: type, name: str) -> str:
     """New name of a key of a model, or of one of its base classes, that was renamed; empty for any other name.

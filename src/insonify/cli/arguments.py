@@ -6,6 +6,8 @@ import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
+from insonify.former_names import FORMER_WORDS
+
 PICTURES = (".png", ".pdf", ".svg")
 """Suffixes of the pictures that can be written."""
 
@@ -79,6 +81,8 @@ def require_choice(text: str, known: Sequence[str], option: str) -> None:
         option: The option it was typed for, as messages name it.
     """
     if text not in known:
+        if FORMER_WORDS.get(text) in known:
+            raise InputError(f"{option} {text} is called {FORMER_WORDS[text]}. Write {option} {FORMER_WORDS[text]}")
         near = difflib.get_close_matches(text.lower(), known, n=1)
         hint = f"Did you mean {near[0]}?" if near else f"Choose one of {', '.join(known)}"
         raise InputError(f"{option} {text}: there is no such choice. {hint}")

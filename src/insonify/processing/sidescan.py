@@ -6,6 +6,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from insonify.former_names import FORMER_WORDS
 from insonify.processing.gain import LAWS, along_track_gain_db, empirical_gain_db, lambert_gain_db
 from insonify.processing.recorded_geometry import require_one_platform
 from insonify.processing.recording_level import recorded_level
@@ -75,6 +76,8 @@ def sidescan(
 
 def _require_choice(name: str, value: str, choices: tuple[str, ...]) -> None:
     if value not in choices:
+        if FORMER_WORDS.get(value) in choices:
+            raise ValueError(f"{name} is {value!r}, which is called {FORMER_WORDS[value]!r}")
         raise ValueError(f"{name} is {value!r}; choose one of {', '.join(choices)}")
 
 
