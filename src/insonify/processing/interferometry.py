@@ -119,8 +119,7 @@ def interferometric_depth(
         ValueError: Shapes that do not fit.
 
     Phase is averaged after the flat seabed's phase has been removed, so that its slope does not reduce coherence. With
-    a
-    baseline of a wavelengths, cycles are resolved correctly within slant_range / (2 a cos) of the expected seabed.
+    a baseline of a wavelengths, cycles are resolved correctly within slant_range / (2 a cos) of the expected seabed.
     """
     a, b = np.asarray(upper), np.asarray(lower)
     distance = require_numbers("slant_range", slant_range, "m", allow_nan=False)

@@ -35,8 +35,7 @@ def synthetic_aperture_image(
         stop_and_hop: True for a sonar at rest during each ping; otherwise the velocity of its elements follows from
             their
                 positions from ping to ping, and each echo is transmitted and received where they are at the middle of
-                its
-                pulse, if the recording has the pulse duration (`compressed_recording` adds it).
+                its pulse, if the recording has the pulse duration (`compressed_recording` adds it).
         max_angle: Largest angle off broadside that contributes to a pixel [rad]; None: all.
         angle_shading: Taper over that angle.
         shading: Weight of each ping (ping,), or of each series (ping, channel).

@@ -96,8 +96,7 @@ def limited_amplitude(
 
     Returns:
         Amplitude re 1 m, with the small phase of the merging, broadcast shape. Always finite: a ray that ends exactly
-        on
-        the caustic counts as 0.
+        on the caustic counts as 0.
     """
     factor = fold_factor(fold, fold_curvature, fold_side, frequency)
     incoming_amplitude, factor = np.broadcast_arrays(np.asarray(amplitude, float), factor)

@@ -113,8 +113,7 @@ class EigenrayTable:
 
         Returns:
             Results of `solve_eigenrays`: rays of shape (n, most rays to one point, COLUMNS), by launch angle, of which
-            the
-            first `count` rows are filled; their count, (n,); `LegStatus` where there is none, (n,).
+            the first `count` rows are filled; their count, (n,); `LegStatus` where there is none, (n,).
         """
         if not self.covers(source_depth):
             rays, count, status = _exact(self.specification, source_depth, point_depth, ranges)

@@ -99,8 +99,7 @@ def local_plane_paths(
         terrain: Terrain of the seabed.
         wavelength: Wavelength of the sound [m].
         terrain_bounce_ranges: Horizontal distance of the bounces of refracted rays off flat terrain [m], shape (m, n):
-            the
-                planes are fitted there, and moved under the bounces of straight rays.
+            the planes are fitted there, and moved under the bounces of straight rays.
 
     Returns:
         Paths in water of one sound speed; the sonar's images, the bounces and the grazing angles are exact for the

@@ -48,8 +48,7 @@ class Legs:
     A family with several rays to some point has a row for each ray. Rays to a point are numbered by launch angle, from
     the steepest up to the steepest down; a point with fewer rays has no path in the last rows.
     A missing path has visibility 0 and its reason in `status`; its other columns are undefined. With edge diffraction
-    an
-    occluded leg keeps a small visibility.
+    an occluded leg keeps a small visibility.
     Every column refers to travel away from the sonar; by reciprocity the receive leg is the same path.
     """
 

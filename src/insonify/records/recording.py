@@ -96,8 +96,7 @@ class RecordingLayout:
 
     slant_range: NDArray[np.float64] = dataclasses.field(default_factory=lambda: np.empty(0))
     """Slant range of a direct echo at each time [m], shape (time,); empty: not known, or a receiver on a platform of
-    its
-    own."""
+    its own."""
 
     def __post_init__(self) -> None:
         """Fill in defaults; refuse columns of unequal length."""

@@ -47,7 +47,7 @@ class FlatPanel:
 
     @property
     def start(self) -> tuple[int, int, float, float]:
-        """Patches along s and t to begin with, and the span of s and of t."""
+        """Patches of the first division along s and t, and the spans of s and t."""
         return 1, 1, 1.0, 1.0
 
     def at(self, s: Floats, t: Floats) -> PanelDerivatives:
@@ -76,7 +76,7 @@ class RevolvedPanel:
 
     @property
     def start(self) -> tuple[int, int, float, float]:
-        """Patches along s and t to begin with, and the span of s and of t."""
+        """Patches of the first division along s (8 on a half circle) and t (16 sectors), and the spans of s and t."""
         return (8 if self.line is None else 1), 16, (np.pi if self.line is None else 1.0), 2 * np.pi
 
     def at(self, s: Floats, t: Floats) -> PanelDerivatives:
@@ -123,8 +123,8 @@ def panels(solid: Solid, seabed: Seabed, place: Floats) -> list[Panel]:
     Args:
         solid: The target.
         seabed: What it lies on.
-        place: North, east, depth that a sphere's angles are counted from [m], shape (3,): its patches then lie alike
-            from wherever it is seen.
+        place: Position of the viewer: north, east, depth [m], shape (3,). The azimuth t of a sphere, about its vertical
+            axis, begins at the viewer's bearing, so that its patches look the same from every bearing.
     """
     solid = submerged(solid, seabed)
     turn, middle = resting_pose(solid, seabed)

@@ -20,7 +20,13 @@ OMNI, BAFFLED, COSINE = 0, 1, 2
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def interpolate_pattern(table: Floats, per_unit: float, x: float) -> float:
-    """Pattern at distance x from its axis, from a table of cubics of shape (rows, 4)."""
+    """Amplitude pattern at a direction cosine x off its axis, from a table of cubics [1].
+
+    Args:
+        table: Coefficients of the cubics, constant first, shape (rows, 4); no rows: 1 everywhere.
+        per_unit: Rows of the table per unit of direction cosine [1].
+        x: Difference of direction cosines, within the table [1].
+    """
     if table.shape[0] == 0:
         return 1.0
     place = abs(x) * per_unit
@@ -31,7 +37,7 @@ def interpolate_pattern(table: Floats, per_unit: float, x: float) -> float:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def interpolate_majorant(bound: Floats, per_unit: float, x: float) -> float:
-    """Largest magnitude of a pattern at distance x from its axis or beyond."""
+    """Largest magnitude of a pattern at direction cosine x off its axis or beyond [1]; x and `per_unit` as above."""
     if bound.shape[0] == 0:
         return 1.0
     # a hair inwards: a place rounded across a row's edge must not lose that row's maximum
@@ -40,7 +46,7 @@ def interpolate_majorant(bound: Floats, per_unit: float, x: float) -> float:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def element_gain(element: int, w: float) -> float:
-    """Directivity of one element by the cosine w of the angle from boresight."""
+    """Amplitude directivity of one element, by the cosine w of the angle off boresight [1]."""
     if element == OMNI:
         return 1.0
     if element == BAFFLED:
@@ -49,14 +55,20 @@ def element_gain(element: int, w: float) -> float:
 
 
 class BeamTables(NamedTuple):
-    """Arguments of beam kernels: the columns of `Beams`, but for the majorants."""
+    """Arguments of beam kernels: the beams of one array, see `Beams`."""
 
     axes: Floats
+    """Boresight, right and down of the array in the world, as rows [1], shape (3, 3)."""
     steer: Floats
+    """Direction cosines to the right and down that each channel is steered to [1], shape (channels, 2)."""
     scale: Floats
+    """Amplitude factor of each channel [1], shape (channels,)."""
     tables: tuple[Floats, Floats, Floats, Floats]
+    """Patterns of the array across and down, and of one element across and down, each of shape (rows, 4)."""
     per_unit: Floats
+    """Rows of each table per unit of direction cosine [1], shape (4,)."""
     element: int
+    """Directivity of one element: `OMNI`, `BAFFLED` or the cosine."""
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -70,7 +82,7 @@ def array_cosines(axes: Floats, north: float, east: float, depth: float) -> tupl
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def element_amplitude(beams: BeamTables, w: float, u: float, v: float) -> float:
-    """Amplitude of one element at cosines to boresight, right and down."""
+    """Amplitude of one element at direction cosines to boresight, right and down [1]."""
     one = element_gain(beams.element, w)
     return (
         one
@@ -81,7 +93,10 @@ def element_amplitude(beams: BeamTables, w: float, u: float, v: float) -> float:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def beam_amplitude(beams: BeamTables, channel: int, u: float, v: float) -> float:
-    """Amplitude of one beam at cosines to right and down, re that of an element."""
+    """Amplitude of one beam at direction cosines to the right and down, without that of the element [1].
+
+    The product of the array's patterns across and down about the steering cosines, times the channel's factor.
+    """
     beam = interpolate_pattern(beams.tables[0], beams.per_unit[0], u - beams.steer[channel, 0])
     beam *= interpolate_pattern(beams.tables[1], beams.per_unit[1], v - beams.steer[channel, 1])
     return beam * beams.scale[channel]

@@ -116,8 +116,7 @@ class LabelAccumulator:
         """Cells and bins for the pairs of a block, in the order of their names; None where names do not identify pairs.
 
         Names identify pairs where transmit and receive legs are the same, with one ray per family, and only the phases
-        of
-        the scatterers are random.
+        of the scatterers are random.
         """
         accumulator = self.accumulator
         if (

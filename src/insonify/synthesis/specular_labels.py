@@ -42,8 +42,7 @@ class Flashes:
         """Energy, and energy times position, of all blocks, shape (channels, bins, MOMENTS).
 
         Facets cancel except at the specular flash: the energy of a bin is that of the sum of pressures, its position
-        the
-        energy-weighted mean over the facets. Bins do not interfere with one another.
+        the energy-weighted mean over the facets. Bins do not interfere with one another.
         """
         energy, weight = np.abs(self.pressure) ** 2, self.apart[..., :1]
         means = np.divide(self.apart, weight, out=np.zeros_like(self.apart), where=weight > 0)
@@ -57,7 +56,7 @@ def deposit_specular_labels(
 
     Args:
         sums: Sums, added to in place.
-        start: Delay of the first bin [s].
+        start: Delay of the centre of the first bin [s]; each facet is added to the nearest bin.
         rate: Bins per second [Hz].
         pairs: Facets of one target or of a part of it, and their pairs of legs.
         ping_geometry: The sonar at that ping.

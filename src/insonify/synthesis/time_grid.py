@@ -87,8 +87,7 @@ def time_grid(start: float, stop: float, sample_rate: float, pulse_start: float,
 
     An arrival at delay tau lasts from tau + pulse_start to tau + pulse_stop, so the delays that
     matter lie between start - pulse_stop and stop - pulse_start. Deposits outside the grid are dropped; the few cells
-    of
-    margin beyond those bounds do not contribute to the window.
+    of margin beyond those bounds do not contribute to the window.
 
     Args:
         start: First time of the window [s].

@@ -21,10 +21,10 @@ OWN_BOUNCE = {"seabed": "B", "surface": "S", "target": "-"}
 def echoes(ping: TracedPing, hits: RayHits) -> Iterator[EchoEnergies]:
     """Echoes of some hits at the receiver, family by family.
 
-    A way out by one family and back by another arrives together with the same way travelled backwards, and the two
-    interfere. Between flat interfaces both orders of a pair are traced, each with half the energy of their
-    interference. No receive leg is traced over a target's face, except along the transmit path: there one represents
-    both.
+    A path out by one family and back by another arrives together with its reverse, and the two interfere. Each item
+    has the energy of one order, and as `reciprocal` the cosine of its phase to the other order: 0 where there is no
+    distinct other order. Paths over a target's face are traced in one order only, so that their energy counts twice;
+    the path back along itself is added for monostatic sonars and flat faces.
 
     Args:
         ping: The ping.
@@ -67,7 +67,7 @@ def echoes(ping: TracedPing, hits: RayHits) -> Iterator[EchoEnergies]:
 
 
 def _transmitted_energy(ping: TracedPing, rays: RayBundle) -> Floats:
-    """Energy that rays bring to where they are, by transmit beam [uPa^2 m^2], (beams, n)."""
+    """Mean-square pressure times the area of each ray at its hit, by transmit beam [uPa^2 m^2], shape (beams, n)."""
     level = float(intensity_ratio(ping.ping_geometry.source_level_db))
     left = rays.solid_angle * rays.left * np.exp(-ping.attenuation * rays.length)
     if "T" not in rays.chain:
@@ -96,12 +96,12 @@ def _retraced_echoes(ping: TracedPing, hits: RayHits, sent: Floats) -> Iterator[
 
 
 def point_echoes(ping: TracedPing, target: PointTarget, position: Floats) -> Iterator[EchoEnergies]:
-    """Echoes of a point, which no ray would ever hit: every transmit leg with every receive leg.
+    """Echoes of a point target, which no ray hits: every transmit leg with every receive leg, occlusion included.
 
     Args:
         ping: The ping.
         target: The point.
-        position: Where it is, in the scatterer grid's frame [m], shape (1, 3).
+        position: Its position in the frame of the scatterer grid [m], shape (1, 3).
     """
     wavelength, strength = ping.ping_geometry.wavelength, float(intensity_ratio(target.target_strength_db))
     level = float(intensity_ratio(ping.ping_geometry.source_level_db))
