@@ -31,9 +31,8 @@ from insonify.scene.scatterers import Scatterers
 from insonify.scene.scene import Scene
 from insonify.scene.target import Solid
 
-PER_UNIT = 64
-"""Entries of the table per unit of the Fresnel number: cubic interpolation errs by at most 4e-8
-up to the first entry and 2e-8 beyond."""
+PER_UNIT = 96
+"""Entries of the table per unit of the Fresnel number: cubic interpolation errs by less than 1e-8."""
 
 TOUCHING = 0.01
 """Largest gap between a base and the seabed that counts as none [m]."""
