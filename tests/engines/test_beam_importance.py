@@ -1,5 +1,9 @@
 """Scatterers are left out where the gain is low, and the received levels do not change."""
 
+import subprocess
+import sys
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -115,8 +119,7 @@ def test_no_scatterer_left_over_is_stronger_than_those_at_the_edge():
 def test_pings_nearby_keep_the_same():
     """A sonar that moves by 5 cm keeps nearly all; a scatterer that stays has the same key, position and phase.
 
-    Nine in ten represent as much ground as before, to a quarter, and those of the main lobe, down to 12 dB below its
-    axis, to 1e-3: at its flank and beyond weights follow the beam.
+    Those of the main lobe, down to 12 dB below its axis, represent as much ground as before, to 1e-3.
     """
     simulator = build_simulator(passing(step=0.05))
     pings = [
@@ -128,9 +131,26 @@ def test_pings_nearby_keep_the_same():
     assert len(both) > 0.93 * len(pings[0])
     assert all(pings[0][key][:3] == pings[1][key][:3] for key in both)
     change = np.array([pings[1][key][3] / pings[0][key][3] for key in both])
-    assert np.mean(np.abs(change - 1) < 0.25) > 0.89
     lobe = off_axis(np.array([pings[0][key][:3] for key in both])) < 0.6
     np.testing.assert_allclose(change[lobe], 1, rtol=1e-3)
+
+
+def test_nine_in_ten_keep_their_weight_between_pings_nearby():
+    """To a quarter, after 5 cm, in a process of its own: off the main lobe weights follow the beam."""
+    code = (
+        "from engines.test_beam_importance import *; s = build_simulator(passing(step=0.05))\n"
+        "a, b = ({int(k): x for part in (block() for block in s.engine.blocks(s.ping_geometry(n)))"
+        " for k, x in zip(part.scatterer_id, part.area)} for n in (0, 1))\n"
+        "print(np.mean([abs(b[k] / a[k] - 1) < 0.25 for k in a.keys() & b.keys()]))"
+    )
+    done = subprocess.run(
+        [sys.executable, "-W", "ignore", "-c", code],
+        cwd=Path(__file__).parents[1],
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert float(done.stdout) > 0.9
 
 
 def test_the_coherence_of_pings_is_that_of_all_scatterers(monkeypatch):
