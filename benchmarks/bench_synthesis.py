@@ -10,7 +10,7 @@ from numba import njit
 
 from insonify.synthesis._arrival_kernel import ReceiveBeams, ReceiveLegs, TransmitLegs
 from insonify.synthesis._element_arrivals_kernel import deposit_on_elements
-from insonify.synthesis._gridding import deposit_carrier, deposit_energy, deposit_leg_pairs, deposit_pressure
+from insonify.synthesis._gridding import deposit_energy, deposit_pressure
 from insonify.synthesis._gridding_kernel import CELLS_PER_SPIKE, WIDTH, tap_coefficients
 from insonify.synthesis.chebyshev_nodes import aperture_nodes
 from insonify.synthesis.coherent_groups import add_groups, pulse_table
@@ -69,15 +69,13 @@ def one_core() -> list[Result]:
     for count in (100_000, 1_000_000):
         delay, weight = spikes(count)
         sorted_delay = np.sort(delay)
-        half, one, energy = delay / 2, np.ones(count, np.float32), np.abs(weight).astype(float)
+        energy = np.abs(weight).astype(float)
         cells, energies = GRID.cells()[0], GRID.energy_cells()[0]
         kernels = {
-            "deposit_carrier": lambda d=delay, w=weight, c=cells: deposit_carrier(c, *PLACE, d, w, CARRIER),
-            "deposit_carrier, delays in order": lambda d=sorted_delay, w=weight, c=cells: deposit_carrier(
-                c, *PLACE, d, w, CARRIER
+            "deposit_pressure": lambda d=delay, w=weight, c=cells: deposit_pressure(c, *PLACE, d, w),
+            "deposit_pressure, delays in order": lambda d=sorted_delay, w=weight, c=cells: deposit_pressure(
+                c, *PLACE, d, w
             ),
-            "spread (carrier in the weights)": lambda d=delay, w=weight, c=cells: deposit_pressure(c, *PLACE, d, w),
-            "deposit_leg_pairs": lambda h=half, w=weight, s=one, c=cells: deposit_leg_pairs(c, *PLACE, h, h, w, w, s),
             "deposit_energy": lambda d=delay, e=energy, c=energies: deposit_energy(
                 c, GRID.first_time, GRID.energy_rate, d, e
             ),
@@ -86,7 +84,7 @@ def one_core() -> list[Result]:
         seconds = best_seconds(kernels)
         plain = seconds["plain gridding"]
         for name, best in seconds.items():
-            note = "goal 40" if name == "deposit_carrier" else f"{plain / best:.1f} x plain gridding"
+            note = "goal 40" if name == "deposit_pressure" else f"{plain / best:.1f} x plain gridding"
             results.append(Result(f"{name}, {count:.0e}", count / best / 1e6, UNIT, note))
     return results
 
@@ -137,7 +135,7 @@ def against_replicas() -> list[Result]:
 
     def gridded() -> None:
         cells = GRID.cells()
-        deposit_carrier(cells[0], *PLACE, *many, CARRIER)
+        deposit_pressure(cells[0], *PLACE, *many)
         convolve_pulse(cells, GRID, spectrum)
 
     seconds = best_seconds(
@@ -163,7 +161,7 @@ def two_threads() -> list[Result]:
 
     def chunk(part: slice) -> np.ndarray:
         cells = GRID.cells()[0]
-        deposit_carrier(cells, *PLACE, delay[part], weight[part], CARRIER)
+        deposit_pressure(cells, *PLACE, delay[part], weight[part])
         return cells
 
     with ThreadPoolExecutor(1) as one, ThreadPoolExecutor(2) as two:

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from insonify.frames import array_axes, bearing_and_elevation, direction, mounting_rotation, pose_rotation
+from insonify.frames import array_axes, direction, mounting_rotation, pose_rotation
 
 NORTH, EAST, DOWN = np.eye(3)
 BOW, STARBOARD, KEEL = np.eye(3)
@@ -97,14 +97,6 @@ def test_a_direction_down_has_positive_depth():
     """Elevation is positive down; bearing 90 deg is east."""
     assert_same(direction(np.pi / 2, 0), EAST)
     assert_same(direction(0, np.pi / 2), DOWN)
-
-
-@given(angles, slopes, st.floats(1e-3, 1e3))
-def test_bearing_and_elevation_undo_direction(bearing, elevation, length):
-    """Round trip, whatever the length of the vector."""
-    found = bearing_and_elevation(length * direction(bearing, elevation))
-    assert_same(np.exp(1j * found[0]), np.exp(1j * bearing))
-    assert found[1] == pytest.approx(elevation, abs=1e-9)
 
 
 def test_a_track_of_poses_turns_all_at_once():

@@ -86,17 +86,3 @@ def direction(bearing: ArrayLike, elevation: ArrayLike = 0.0) -> Floats:
     bearing, elevation = np.broadcast_arrays(np.asarray(bearing, dtype=float), np.asarray(elevation, dtype=float))
     level = np.cos(elevation)
     return np.stack([level * np.cos(bearing), level * np.sin(bearing), np.sin(elevation)], axis=-1)
-
-
-def bearing_and_elevation(vector: ArrayLike) -> tuple[Floats, Floats]:
-    """Direction of a vector, whatever its length.
-
-    Args:
-        vector: Vectors, shape (..., 3).
-
-    Returns:
-        Bearing, clockwise from the first axis, in (-pi, pi] [rad], shape (...).
-        Elevation, down from the plane of the first two axes, in [-pi/2, pi/2] [rad], shape (...).
-    """
-    x, y, z = np.moveaxis(np.asarray(vector, dtype=float), -1, 0)
-    return np.asarray(np.arctan2(y, x)), np.asarray(np.arctan2(z, np.hypot(x, y)))

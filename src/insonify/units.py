@@ -11,9 +11,6 @@ import re
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-PRESSURE_UNIT = "uPa"
-"""Unit of every recorded pressure; intensity is its square, uPa^2."""
-
 UNITS: dict[str, dict[str, float]] = {
     "length": {"m": 1.0, "km": 1e3, "cm": 1e-2, "mm": 1e-3, "ft": 0.3048},
     "time": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "min": 60.0},

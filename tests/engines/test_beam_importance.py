@@ -11,8 +11,9 @@ from insonify import random_keys
 from insonify.engines import beam_importance
 from insonify.engines.ping_scatterers import ping_scatterers
 from insonify.scenario.scenario import Scenario
-from insonify.scene.scatterer_grid import ScattererGrid, Tiles, jittered_points
+from insonify.scene.scatterer_grid import ScattererGrid, Tiles
 from insonify.simulator import build_simulator, simulate
+from oracles.jittered_points import jittered_points
 from oracles.scenes import each_ping, nominal
 
 WINDOW = {"window": (0.12, 0.16)}

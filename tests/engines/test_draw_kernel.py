@@ -16,8 +16,9 @@ from insonify.engines.beam_importance import (
 from insonify.engines.ping_scatterers import ping_scatterers
 from insonify.engines.resolution import fill_fraction, tiles_in_view
 from insonify.propagation.families import families_reaching
-from insonify.scene.scatterer_grid import BASE_PITCH, PARTS, SIDE, TILE, Tiles, jittered_points, max_point_count
+from insonify.scene.scatterer_grid import BASE_PITCH, PARTS, SIDE, TILE, Tiles, max_point_count
 from insonify.simulator import build_simulator
+from oracles.jittered_points import jittered_points
 from oracles.scenes import nominal
 
 SEED = 5

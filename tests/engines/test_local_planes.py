@@ -7,6 +7,7 @@ from scipy.optimize import minimize
 from insonify.records.legs import SEABED_OCCLUDER, LegStatus
 from insonify.scene.scatterers import Scatterers
 from insonify.simulator import build_simulator
+from oracles.roughness import roughness_rms
 from oracles.scenes import nominal
 
 SONAR = np.array([0.0, 0.0, 11.0])
@@ -144,7 +145,7 @@ def test_what_a_bounce_loses_is_the_roughness_between_its_zone_and_the_sound(tmp
     below = 9 / np.sqrt(1 + NORTHWARD**2 + EASTWARD**2) / sine  # the way to the bounce
     half = np.sqrt(0.015 * below * (length - below) / length)
     ground = scenario.seabed.terrain.relief
-    rms = np.array([ground.roughness_rms(2 * np.pi / (2 * one), k) for one in half / np.sqrt(sine)])
+    rms = np.array([roughness_rms(ground, 2 * np.pi / (2 * one), k) for one in half / np.sqrt(sine)])
     exponent = 2 * (k * rms * sine) ** 2
     clear = legs.status[0] == LegStatus.CLEAR
     lost = -np.log(np.abs(legs.reflection_coefficient[0]) / 0.35)

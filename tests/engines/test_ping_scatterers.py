@@ -32,7 +32,7 @@ def test_there_are_as_many_scatterers_to_a_cell_as_requested():
     """Five per resolution cell (0.12 m by the half-power beam) on the beam's axis, a tenth more as tiles are cut."""
     scenario = nominal(paths={"max_reflections": 0}, track=WINDOW)
     place, area, here = evaluate(scenario)
-    slant = here.pulse.range_resolution(1500.0)
+    slant = 750 * here.pulse.resolution_time
     cell = slant * np.linalg.norm(place - [0, 0, 11], axis=1) * 0.638 * 0.015 / 1.5
     axis = np.abs(np.arctan2(place[:, 0], place[:, 1])) < 0.003
     count = cell[axis] / area[axis]

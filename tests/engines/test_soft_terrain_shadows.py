@@ -6,13 +6,14 @@ import pytest
 from insonify.engines.terrain_occlusion import occlude_by_terrain
 from insonify.propagation.families import bounce_sequence, families_up_to
 from insonify.propagation.image_sources import image_legs
-from insonify.propagation.knife_edge import diffract_at_edges, fresnel_number, knife_edge
+from insonify.propagation.knife_edge import diffract_at_edges, knife_edge
 from insonify.records.legs import LegStatus
 from insonify.scattering.lambert import Lambert
 from insonify.scene.scatterers import Scatterers
 from insonify.scene.scene import Scene, point_scatterer
 from insonify.scene.target import PointTarget
 from insonify.simulator import simulate
+from oracles.fresnel import fresnel_number
 from oracles.ridges import DEPTH, SONAR, Corduroy, Ridge, bed_of, seen_from
 from oracles.scenes import nominal
 

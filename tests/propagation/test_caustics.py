@@ -17,7 +17,7 @@ from insonify.propagation._eigenray_kernel import (
     TURNS,
     solve_eigenrays,
 )  # fmt: skip
-from insonify.propagation.caustic import fold_distance, fold_factor, limited_amplitude
+from insonify.propagation.caustic import fold_distance, fold_factor
 
 # A source at 11 m below a layer in which sound speed falls from 1510 m/s at 4 m to 1490 m/s at 8 m: rays that turn in
 # it come back to the source's depth at 6 / tan + 2 c tan / g, no nearer than 119.6 m: a fold.
@@ -41,9 +41,8 @@ def turned_rays(ranges, depth=SOURCE):
 
 def limited(rays, frequency):
     """Amplitudes with the limit at the fold."""
-    return limited_amplitude(
-        rays[..., AMPLITUDE], rays[..., FOLD], rays[..., FOLD_CURVATURE], rays[..., FOLD_SIDE], frequency
-    )
+    amplitude = np.where(np.isfinite(rays[..., AMPLITUDE]), rays[..., AMPLITUDE], 0.0)
+    return amplitude * fold_factor(rays[..., FOLD], rays[..., FOLD_CURVATURE], rays[..., FOLD_SIDE], frequency)
 
 
 def sound(rays, amplitude, frequency):
@@ -95,8 +94,8 @@ def test_sound_at_a_fold_is_finite_and_grows_with_frequency_to_the_sixth_root():
 
 
 def test_a_ray_that_ends_on_the_caustic_counts_for_nothing():
-    """Infinity times zero is no sound level."""
-    assert limited_amplitude(np.inf, 0.0, 3e12, 1, 20e3) == 0
+    """Its factor is zero."""
+    assert fold_factor(0.0, 3e12, 1, 20e3) == 0
 
 
 def rays_and_wave(ranges, depth, frequency):

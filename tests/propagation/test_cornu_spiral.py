@@ -7,8 +7,9 @@ from hypothesis import strategies as st
 from scipy.integrate import quad
 from scipy.optimize import minimize_scalar
 
-from insonify.propagation.knife_edge import PER_UNIT, edge_diffraction_table, fresnel_number, knife_edge
+from insonify.propagation.knife_edge import PER_UNIT, edge_diffraction_table, knife_edge
 from insonify.propagation.knife_edge_kernel import edge_diffraction
+from oracles.fresnel import fresnel_number
 
 NUMBERS = st.floats(-6, 6)
 WAYS = st.floats(0.5, 500)

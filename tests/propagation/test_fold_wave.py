@@ -5,7 +5,7 @@ import pytest
 
 from insonify.ocean import SoundSpeedProfile
 from insonify.propagation import _eigenray_kernel as kernel
-from insonify.propagation.caustic import limited_amplitude
+from insonify.propagation.caustic import fold_factor
 from oracles.wave import direct_field
 
 FREQUENCY = 10e3
@@ -44,7 +44,7 @@ def summed(found, *, limited=True, turn=1j):
     amplitude = column["AMPLITUDE"].astype(complex)
     if limited:
         fold = [found[..., getattr(kernel, name)] for name in ("FOLD", "FOLD_CURVATURE", "FOLD_SIDE")]
-        amplitude = limited_amplitude(amplitude.real, *fold, FREQUENCY)
+        amplitude = np.where(np.isfinite(amplitude), amplitude, 0.0) * fold_factor(*fold, FREQUENCY)
     phase = turn ** column["CAUSTICS"] * np.exp(-2j * np.pi * FREQUENCY * column["DELAY"])
     return np.sum(amplitude * phase, axis=1), np.sqrt(np.sum(np.abs(amplitude) ** 2, axis=1))
 

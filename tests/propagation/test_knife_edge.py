@@ -9,7 +9,6 @@ from insonify.propagation.knife_edge import (
     PER_UNIT,
     diffract_at_edges,
     edge_diffraction_table,
-    fresnel_number,
     knife_edge,
 )
 from insonify.propagation.knife_edge_kernel import FAR, edge_diffraction
@@ -17,6 +16,7 @@ from insonify.records.legs import LegStatus
 from insonify.scattering.lambert import Lambert
 from insonify.scene.scatterers import Scatterers
 from insonify.scene.scene import Scene
+from oracles.fresnel import fresnel_number
 
 FREQUENCY, SPEED = 100e3, 1500.0
 WAVE = SPEED / FREQUENCY

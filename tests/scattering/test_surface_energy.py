@@ -7,8 +7,7 @@ from hypothesis import strategies as st
 
 from insonify.scattering import AplSurface, Bubbles, SurfaceFacets, SurfaceScattering, albedo, bubble_loss_db
 from insonify.scattering.bubbles import bubble_extinction
-from insonify.scattering.surface_coherence import doppler_spread, mean_extra_delay
-from insonify.scattering.surface_facets import apl_slope_variance, cox_munk_slopes, facet_shadowing_excess
+from insonify.scattering.surface_facets import apl_slope_variance, facet_shadowing_excess
 
 steep = st.floats(0.05, np.pi / 2)
 winds = st.floats(2, 20)
@@ -113,34 +112,12 @@ def test_heading_unless_told_is_with_the_wind():
         assert sea.cross_section(0.6, 0.8, 2.0) != sea.cross_section(0.6, 0.8, 2.0, 1.0)
 
 
-def test_glitter_is_printed_for_each_direction():
-    """Cox & Munk at 10 m/s: 0.0316 upwind, 0.0222 crosswind; with a slick 0.0118 each way."""
-    assert cox_munk_slopes(10.0) == pytest.approx((0.0316, 0.0222))
-    assert cox_munk_slopes(10.0, slick=True) == pytest.approx((0.0118, 0.0118))
-
-
 @given(st.floats(1, 10), st.floats(1.01, 2))
 def test_slopes_seen_by_sound_grow_with_the_logarithm_of_the_wind(wind, factor):
     """Twice 0.0046 for each e-fold of the wind above 1 m/s, and level below."""
     growth = apl_slope_variance(wind * factor) - apl_slope_variance(wind)
     assert growth == pytest.approx(2 * 4.6e-3 * np.log(factor), rel=1e-6)
     assert apl_slope_variance(wind / 20) == apl_slope_variance(0.2) == 0.0034
-
-
-@given(st.floats(0.001, 0.05), steep, st.floats(1, 1e4), st.floats(1, 1e4))
-def test_delay_does_not_care_which_end_speaks(mean_square, grazing, one, other):
-    """Ranges exchanged: the same; both doubled: twice; a nearby end rules, as r1 r2 / (r1 + r2)."""
-    delay = float(mean_extra_delay(mean_square, grazing, one, other))
-    assert mean_extra_delay(mean_square, grazing, other, one) == pytest.approx(delay)
-    assert mean_extra_delay(mean_square, grazing, 2 * one, 2 * other) == pytest.approx(2 * delay)
-    assert delay <= mean_square * 2 * min(one, other) / 1500
-    assert mean_extra_delay(0.0, grazing, one, other) == 0
-
-
-def test_a_heaving_sea_blurs_by_wavelengths_per_second():
-    """2 w sin(grazing) over the wavelength: 0.5 m/s from straight below at 15 mm is 66.7 Hz; halved at 30 degrees."""
-    assert doppler_spread(100e3, 0.5, np.pi / 2) == pytest.approx(2 * 0.5 / 0.015)
-    assert doppler_spread(100e3, 0.5, np.pi / 6) == pytest.approx(0.5 / 0.015)
 
 
 @given(winds, st.floats(1e4, 1e5), steep, around)

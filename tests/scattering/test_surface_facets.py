@@ -6,25 +6,20 @@ import numpy as np
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
-from scipy.optimize import minimize
 
 from insonify.scattering.albedo import albedo
 from insonify.scattering.bubbles import Bubbles
 from insonify.scattering.facet_geometry import half_direction_change
 from insonify.scattering.surface_coherence import (
     coherent_reflection,
-    doppler_spread,
-    mean_extra_delay,
     rayleigh_parameter,
 )
 from insonify.scattering.surface_facets import (
     SurfaceFacets,
     apl_slope_variance,
-    cox_munk_slopes,
     facet_shadowing_excess,
 )
 from insonify.scattering.surface_scattering import SurfaceScattering
-from insonify.validity import PhysicsWarning
 
 angles, azimuths = st.floats(0.01, np.pi / 2), st.floats(-np.pi, np.pi)
 slopes = st.floats(0.005, 0.1)
@@ -160,15 +155,6 @@ def test_slope_variance_has_no_step_at_one_metre_per_second():
     assert apl_slope_variance(10.0) == pytest.approx(4.6e-3 * np.log(210))
 
 
-def test_glitter_slopes_add_up_to_the_published_total():
-    """Cox & Munk (1954): 0.003 + 0.00512 U clean (both fits add up to 0.8 % less), 0.008 + 0.00156 U with a slick."""
-    assert sum(cox_munk_slopes(8.0)) == pytest.approx(0.003 + 5.12e-3 * 8, rel=0.01)
-    assert sum(cox_munk_slopes(8.0, slick=True)) == pytest.approx(0.008 + 1.56e-3 * 8)
-    assert cox_munk_slopes(8.0)[0] > cox_munk_slopes(8.0)[1]
-    with pytest.warns(PhysicsWarning, match="Cox & Munk.*1 to 14 m/s"):
-        cox_munk_slopes(18.0)
-
-
 def test_the_whole_surface_is_its_parts():
     """Facets dimmed on each way, plus bubbles; reciprocal together."""
     law = SurfaceScattering.at_wind(8.0, 40e3)
@@ -184,8 +170,6 @@ def test_a_sea_without_slope_is_refused(wrong):
     """A flat sea has no facets: it mirrors."""
     with pytest.raises(ValueError, match=r"SurfaceFacets\.along"):
         SurfaceFacets(wrong, 0.01)
-    with pytest.raises(ValueError, match="wind_speed"):
-        cox_munk_slopes(-1.0)
 
 
 def test_nothing_comes_from_behind_the_surface():
@@ -202,30 +186,3 @@ def test_the_mean_over_gaussian_heights_is_the_coherent_part():
     assert coherent_reflection(30e3, 0.01, 0.5) == pytest.approx(mean.real, abs=1e-12)
     assert coherent_reflection(100e3, 0.0, 0.5) == -1
     assert coherent_reflection(100e3, 1.0, 1.5) == pytest.approx(0, abs=1e-12)
-
-
-@pytest.mark.parametrize(("grazing_deg", "r1", "r2"), [(30, 80.0, 200.0), (80, 50.0, 50.0), (10, 300.0, 100.0)])
-def test_a_tilted_facet_lies_on_a_longer_path(grazing_deg, r1, r2):
-    """By ray geometry: the mean over two slopes of the detour to the place where each slope is a mirror."""
-    grazing, slope = np.radians(grazing_deg), 1e-3
-    source = np.array([-np.cos(grazing), 0, np.sin(grazing)]) * r1
-    receiver = np.array([np.cos(grazing), 0, np.sin(grazing)]) * r2
-
-    def missed(place, wanted):
-        here = np.array([place[0], place[1], 0.0])
-        middle = (source - here) / np.linalg.norm(source - here) + (receiver - here) / np.linalg.norm(receiver - here)
-        return np.sum((middle[:2] / middle[2] - wanted) ** 2) * 1e8
-
-    detours = []
-    for wanted in ((slope, 0.0), (0.0, slope)):
-        spot = minimize(missed, np.zeros(2), args=(np.array(wanted),), method="Nelder-Mead", options={"xatol": 1e-9})
-        here = np.array([*spot.x, 0.0])
-        detours.append(np.linalg.norm(source - here) + np.linalg.norm(receiver - here) - r1 - r2)
-    # Equal variances in both directions: s^2 / 2 each, and the detour goes as the slope squared.
-    mean = sum(detours) / 2 * (0.02 / slope**2) / 1500
-    assert mean_extra_delay(0.02, grazing, r1, r2) == pytest.approx(mean, rel=0.02)
-
-
-def test_a_rising_mirror_shifts_the_tone():
-    """A surface that moves by w along the vertical shortens each way by w sin(grazing) per second."""
-    assert doppler_spread(100e3, 0.5, np.pi / 6) == pytest.approx(2 * 100e3 * 0.5 * 0.5 / 1500)

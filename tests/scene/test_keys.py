@@ -10,11 +10,12 @@ from scipy.stats import chisquare, kstest
 
 from insonify import random_keys
 from insonify.scene.box import box_scatterers
-from insonify.scene.scatterer_grid import BASE_PITCH, TILE, Tiles, jittered_points
+from insonify.scene.scatterer_grid import BASE_PITCH, TILE, Tiles
 from insonify.scene.scatterers import grid_scatterer_id, target_scatterer_id
 from insonify.scene.scene import point_scatterer
 from insonify.scene.target import Box, PointTarget
 from insonify.simulator import build_simulator
+from oracles.jittered_points import jittered_points
 from oracles.scenes import nominal, point
 
 CELLS = st.integers(-(2**26), 2**26 - 1)

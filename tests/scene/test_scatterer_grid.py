@@ -6,8 +6,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from insonify import random_keys
-from insonify.scene.scatterer_grid import BASE_PITCH, PARTS, SIDE, TILE, ScattererGrid, Tiles, jittered_points
+from insonify.scene.scatterer_grid import BASE_PITCH, PARTS, SIDE, TILE, ScattererGrid, Tiles
 from insonify.scene.scatterers import grid_scatterer_id
+from oracles.jittered_points import jittered_points
 
 
 def tiles(*rows):

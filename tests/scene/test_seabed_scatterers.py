@@ -9,7 +9,7 @@ from pydantic import ValidationError
 from insonify.scattering.lambert import Lambert
 from insonify.scattering.point_target import PointTargetLaw
 from insonify.scene.scatterer_grid import ScattererGrid
-from insonify.scene.scatterers import Scatterers, quadrature_scatterer_id
+from insonify.scene.scatterers import Scatterers
 from insonify.scene.seabed import Seabed
 from insonify.scene.seabed_law import SedimentLaw, infer_law_kind, sediment
 from insonify.scene.seabed_scatterers import seabed_scatterers
@@ -95,13 +95,6 @@ def test_a_short_column_is_refused_by_its_name(column):
     columns[column] = columns[column][:3]
     with pytest.raises(ValueError, match=rf"Scatterers\.{column} has 3 rows; position has 4"):
         Scatterers("seabed", "seabed", PointTargetLaw(), **columns)
-
-
-@given(st.integers(0, 2**29 - 1), st.integers(0, 2**29 - 1))
-def test_keys_of_even_cells_can_be_read_back(row, column):
-    """Packed side by side: both numbers come out again, so no two cells share a key."""
-    key = int(quadrature_scatterer_id(np.array([row]), np.array([column]))[0])
-    assert (key >> 29, key & (2**29 - 1)) == (row, column)
 
 
 def bed(relief, **more):

@@ -11,11 +11,12 @@ from hypothesis import strategies as st
 import insonify.scene.terrain_map as module
 from insonify import random_keys
 from insonify.scene._heightmap_kernel import add_upsampled, synthesize_octaves
-from insonify.scene.scatterer_grid import BASE_PITCH, TILE, ScattererGrid, Tiles, jittered_points
+from insonify.scene.scatterer_grid import BASE_PITCH, TILE, ScattererGrid, Tiles
 from insonify.scene.seabed import Seabed
 from insonify.scene.seabed_terrain import TILE_CELLS
 from insonify.scene.terrain.octaves import quantiles, unit_octave
 from insonify.scene.terrain_map import AROUND, TerrainMap, empty_terrain_map, terrain_map
+from oracles.jittered_points import jittered_points
 
 FRACTAL = {"kind": "power-law", "hurst": 0.8, "rms": 0.1}
 RIPPLES = {"kind": "ripples", "wavelength": 2.0, "height": 0.1}

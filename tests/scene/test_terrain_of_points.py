@@ -10,11 +10,12 @@ from insonify.engines.beam_importance import KeptScatterers
 from insonify.engines.ping_scatterers import lay_on_terrain
 from insonify.scattering.lambert import Lambert
 from insonify.scene import _scatterer_terrain_cache_kernel as held
-from insonify.scene.scatterer_grid import TILE, ScattererGrid, Tiles, jittered_points, next_positions, tile_prefixes
+from insonify.scene.scatterer_grid import TILE, ScattererGrid, Tiles, next_positions, tile_prefixes
 from insonify.scene.seabed import Seabed
 from insonify.scene.seabed_scatterers import seabed_scatterers, tile_scatterers
 from insonify.scene.terrain._gradient_rotation_kernel import turned
 from insonify.scene.terrain.relief import TerrainSample
+from oracles.jittered_points import jittered_points
 
 SEED = 3
 KEYS = st.sampled_from([0, 1, -1, 7, 4096, 1 << 44, -(1 << 60), (1 << 63) - 1, 12345678901])

@@ -4,14 +4,14 @@ import numpy as np
 import pytest
 
 from insonify.frames import pose_rotation
-from insonify.sonar.platform_motion import PlatformMotion, ping_motion
+from insonify.sonar.platform_motion import PlatformMotion, track_motion
 from insonify.sonar.track import LineTrack, NavigationTrack, WaypointTrack, true_poses
 
 
 def after(track, window):
     """Course of ping 0 of a track."""
     later = tuple(true_poses(track, seed=2, after=t) for t in (window / 2, window))
-    return ping_motion(true_poses(track, seed=2), later, 0, window)
+    return track_motion(true_poses(track, seed=2), later).at(0, window)
 
 
 def test_a_platform_at_rest_is_told_to_be():

@@ -70,7 +70,7 @@ def test_time_and_band_scale_together_in_the_recording(taper, compress):
     np.testing.assert_allclose(slow.samples(2 * time), quick.samples(time), atol=3e-6)
     assert slow.effective_duration == pytest.approx(2 * quick.effective_duration, rel=1e-6)
     assert slow.out_of_band_energy == pytest.approx(quick.out_of_band_energy, abs=1e-6)
-    assert slow.range_resolution(1500) == pytest.approx(2 * quick.range_resolution(1500), rel=1e-5)
+    assert slow.resolution_time == pytest.approx(2 * quick.resolution_time, rel=1e-5)
 
 
 @pytest.mark.parametrize("taper", TAPERS)
@@ -120,7 +120,7 @@ def test_later_compression_never_makes_the_cell_coarser(duration, bandwidth, com
     """The finest cell is at most the recording's own, and c / 2B at most for any sweep."""
     pulse = Pulse(frequency=100e3, duration=duration, kind="lfm", bandwidth=bandwidth)
     heard = receive_pulse(pulse, Receiver(bandwidth=40e3, matched_filter=compress))
-    assert heard.finest_resolution(1500) <= heard.range_resolution(1500) * (1 + 1e-12)
+    assert heard.finest_resolution(1500) <= 750 * heard.resolution_time * (1 + 1e-12)
     assert heard.finest_resolution(1500) <= 750 / bandwidth * (1 + 1e-12)
     assert heard.finest_resolution(3000) == pytest.approx(2 * heard.finest_resolution(1500))
 

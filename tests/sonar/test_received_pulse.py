@@ -119,12 +119,12 @@ def test_a_narrow_receiver_loses_the_sweep_outside_its_band():
     assert receive_pulse(long, Receiver()).out_of_band_energy == pytest.approx(1 - passed / 30e3, abs=0.01)
 
 
-def test_range_resolution():
-    """Half the sound speed times the energy duration of a tone, c / (2 B) for a compressed sweep."""
+def test_resolution_time():
+    """The energy duration of a tone, 1 / B for a compressed sweep."""
     tone = receive_pulse(TONE, Receiver(bandwidth="150 kHz"))
-    assert tone.range_resolution(1500) == pytest.approx(750 * energy_duration(TONE), rel=1e-3)
+    assert tone.resolution_time == pytest.approx(energy_duration(TONE), rel=1e-3)
     sweep = receive_pulse(SWEEP, Receiver(bandwidth="100 kHz", matched_filter=True))
-    assert sweep.range_resolution(1500) == pytest.approx(750 / 30e3, rel=0.01)
+    assert sweep.resolution_time == pytest.approx(1 / 30e3, rel=0.01)
 
 
 def test_both_readings_get_the_sonars_own_pulse():

@@ -6,9 +6,9 @@ import finufft
 import numpy as np
 import pytest
 
-from insonify.synthesis._gridding import deposit_carrier, deposit_energy, deposit_leg_pairs, deposit_pressure
+from insonify.synthesis._gridding import deposit_energy, deposit_pressure
 from insonify.synthesis.time_grid import convolve_energy, convolve_pulse, time_grid
-from synthesis.oracle import CARRIER, RATE, carried, pulse_spectrum, relative_rms, series, spikes
+from synthesis.oracle import RATE, carried, pulse_spectrum, relative_rms, series, spikes
 
 GRID = time_grid(0.0, 0.1, RATE, -2e-3, 2e-3)
 
@@ -25,11 +25,16 @@ def laid(kernel, *columns, grid=GRID):
     return cells
 
 
+def laid_carrier(delay, amplitude, grid=GRID):
+    """Cells filled by echoes of a carrier."""
+    return laid(deposit_pressure, delay, carried(delay, amplitude).astype(np.complex64), grid=grid)
+
+
 def test_engine_sum_equals_the_sum_over_frequencies():
     """200 spikes at 100 kHz: the gridded series equals the float64 frequency-domain sum to 2e-6 (bar: 1e-5)."""
     delay, amplitude = spikes(200, 0.0, 0.099)
     truth = series(delay, carried(delay, amplitude), GRID.time)
-    assert relative_rms(heard(laid(deposit_carrier, delay, amplitude, CARRIER)), truth) <= 2e-6
+    assert relative_rms(heard(laid_carrier(delay, amplitude)), truth) <= 2e-6
 
 
 def test_finufft_agrees():
@@ -39,7 +44,7 @@ def test_finufft_agrees():
     bins = finufft.nufft1d1(angle, carried(delay, amplitude).astype(complex), GRID.padded_samples, eps=1e-12, isign=-1)
     shaped = np.fft.ifftshift(bins) * pulse_spectrum(GRID.frequencies)
     truth = (np.fft.ifft(shaped) * RATE)[: GRID.sample_count]
-    assert relative_rms(heard(laid(deposit_carrier, delay, amplitude, CARRIER)), truth) <= 3e-6
+    assert relative_rms(heard(laid_carrier(delay, amplitude)), truth) <= 3e-6
 
 
 def test_a_long_chirp_costs_no_accuracy():
@@ -51,7 +56,7 @@ def test_a_long_chirp_costs_no_accuracy():
 
     grid = time_grid(0.0, 0.1, RATE, -0.012, 0.012)
     delay, amplitude = spikes(200, 0.0, 0.099)
-    cells = laid(deposit_carrier, delay, amplitude, CARRIER, grid=grid)
+    cells = laid_carrier(delay, amplitude, grid)
     got = convolve_pulse(cells[np.newaxis], grid, chirp(grid.frequencies))[0]
     assert relative_rms(got, series(delay, carried(delay, amplitude), grid.time, chirp)) <= 2e-6
 
@@ -60,8 +65,8 @@ def test_sound_adds():
     """Two crowds heard together are the sum of each heard alone."""
     one, two = spikes(300, 0, 0.1, seed=1), spikes(300, 0, 0.1, seed=2)
     both = [np.concatenate(columns) for columns in zip(one, two, strict=True)]
-    together = laid(deposit_carrier, *both, CARRIER)
-    apart = laid(deposit_carrier, *one, CARRIER) + laid(deposit_carrier, *two, CARRIER)
+    together = laid_carrier(*both)
+    apart = laid_carrier(*one) + laid_carrier(*two)
     assert relative_rms(together, apart) <= 3e-7
 
 
@@ -71,19 +76,6 @@ def test_a_delay_of_one_sample_shifts_the_series():
     turned = carried(delay, amplitude).astype(np.complex64)
     first, later = heard(laid(deposit_pressure, delay, turned)), heard(laid(deposit_pressure, delay + 1 / RATE, turned))
     assert relative_rms(later[1:], first[:-1]) <= 2e-6
-
-
-def test_pairs_are_arrivals():
-    """Delays add and weights multiply: pairs of legs give what the list of arrivals gives."""
-    count = 3000
-    (out, weight_out), (back, weight_back) = spikes(count, 0, 0.05, seed=3), spikes(count, 0, 0.05, seed=4)
-    strength = np.random.default_rng(5).normal(size=count).astype(np.float32)
-    product = (weight_out * weight_back * strength).astype(np.complex64)
-    weight = [carried(out, weight_out).astype(np.complex64), carried(back, weight_back).astype(np.complex64)]
-    arrivals = laid(deposit_carrier, out + back, product, CARRIER)
-    for kind in (np.float32, np.complex64):
-        pairs = laid(deposit_leg_pairs, out, back, *weight, strength.astype(kind))
-        assert relative_rms(pairs, arrivals) <= 1e-6
 
 
 @pytest.mark.parametrize("count", [0, 1, 511, 512, 513, 1025])
@@ -99,9 +91,6 @@ def test_silent_spikes_leave_no_trace():
     delay = np.array([0.05, -1.0, 7.0, np.nan, np.inf])
     weight = np.array([0, 1, 1, 1, 1], np.complex64)
     assert not laid(deposit_pressure, delay, weight).any()
-    assert not laid(deposit_carrier, delay, weight, CARRIER).any()
-    one = np.ones(5, np.complex64)
-    assert not laid(deposit_leg_pairs, delay, np.zeros(5), weight, one, one).any()
 
 
 def test_threads_do_not_change_a_bit():
@@ -110,7 +99,7 @@ def test_threads_do_not_change_a_bit():
 
     def chunk(k):
         part = slice(10_000 * k, 10_000 * (k + 1))
-        return laid(deposit_carrier, delay[part], amplitude[part], CARRIER)
+        return laid_carrier(delay[part], amplitude[part])
 
     sums = []
     for threads in (1, 2):

@@ -189,47 +189,10 @@ def triangle_hit(corner: Floats, x: float, y: float, z: float, dx: float, dy: fl
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def nearest_hits(
-    bounds: Floats, next_on_miss: Integers, first: Integers, count: Integers, corner: Floats, start: Floats,
-    step: Floats,
-    part: Floats, triangle: Integers,
-) -> None:  # fmt: skip
-    """First triangle that each segment hits.
-
-    Args:
-        bounds: Nodes of the tree, (m, 6), as by `build_tree`.
-        next_on_miss: Node to go on with after a miss, (m,).
-        first: First triangle of a leaf, -1 for other nodes, (m,).
-        count: Number of triangles of a leaf, (m,).
-        corner: A corner and the two sides from it of each triangle, in the order of the leaves [m], (t, 9).
-        start: Starts of the segments [m], (n, 3).
-        step: Vectors of the segments [m], (n, 3).
-        part: Result: fraction of the segment at the hit; infinite for no hit, (n,).
-        triangle: Result: row of the triangle, -1 for none, (n,).
-    """
-    for n in range(start.shape[0]):
-        x, y, z = start[n, 0], start[n, 1], start[n, 2]
-        dx, dy, dz = step[n, 0], step[n, 1], step[n, 2]
-        ix, iy, iz = inverse_step(dx), inverse_step(dy), inverse_step(dz)
-        part[n], triangle[n] = np.inf, -1
-        node = 0
-        while node < next_on_miss.size:
-            if misses_box(bounds[node], x, y, z, ix, iy, iz, min(part[n], 1.0)):
-                node = next_on_miss[node]
-                continue
-            if first[node] >= 0:
-                for t in range(first[node], first[node] + count[node]):
-                    there = triangle_hit(corner[t], x, y, z, dx, dy, dz)
-                    if 0 <= there <= 1 and there < part[n]:
-                        part[n], triangle[n] = there, t
-            node += 1
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
 def lowest_solid_below(
     next_on_miss: Integers, first: Integers, count: Integers, solid: Integers, node_solid: Integers
 ) -> None:
-    """Lowest solid of the triangles below each node, into `node_solid`; the other arguments as in `nearest_hits`."""
+    """Lowest solid of the triangles below each node, into `node_solid`; the other arguments as in `lowest_solid`."""
     for node in range(next_on_miss.size - 1, -1, -1):
         if first[node] >= 0:
             node_solid[node] = solid[first[node] : first[node] + count[node]].min()
@@ -241,7 +204,7 @@ def lowest_solid_below(
 def misses_all_leaves(
     bounds: Floats, next_on_miss: Integers, first: Integers, x: float, y: float, dx: float, dy: float
 ) -> bool:
-    """Return True if a segment, seen from above, misses all leaves of a tree; arguments as in `nearest_hits`."""
+    """Return True if a segment, seen from above, misses all leaves of a tree; arguments as in `lowest_solid`."""
     ix, iy = inverse_step(dx), inverse_step(dy)
     node = 0
     while node < next_on_miss.size:
@@ -266,7 +229,7 @@ def lowest_solid(
     """Lowest solid of the triangles that a segment hits, or `lowest_so_far` where none is lower.
 
     Args:
-        bounds: Nodes of the tree, as in `nearest_hits`.
+        bounds: Nodes of the tree, (m, 6), as by `build_tree`.
         next_on_miss: Node to go on with after a miss, (m,).
         first: First triangle of a leaf, -1 for other nodes, (m,).
         count: Number of triangles of a leaf, (m,).
@@ -314,7 +277,7 @@ def occlude_legs(
         rows: Indices of the points to process, (r,).
         points: Scatterers [m], (n, 3).
         normals: Unit normals, (n, 3); segments end `OFF` before a point, on the side that its normal faces.
-        bounds: Nodes of the tree, as in `nearest_hits`.
+        bounds: Nodes of the tree, (m, 6), as by `build_tree`.
         next_on_miss: Node to go on with after a miss, (m,).
         first: First triangle of a leaf, -1 for other nodes, (m,).
         count: Number of triangles of a leaf, (m,).
@@ -379,7 +342,7 @@ def solids_along(
 
     Args:
         polylines: Corners of the polylines [m], (n, k, 3).
-        bounds: Nodes of the tree, as in `nearest_hits`.
+        bounds: Nodes of the tree, (m, 6), as by `build_tree`.
         next_on_miss: Node to go on with after a miss, (m,).
         first: First triangle of a leaf, -1 for other nodes, (m,).
         count: Number of triangles of a leaf, (m,).

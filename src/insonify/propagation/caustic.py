@@ -54,7 +54,7 @@ def fold_factor(
     Returns:
         Factor on the ray's amplitude, for a time factor exp(+j omega t), broadcast shape. Zero at the fold itself,
         where
-        the amplitude is infinite; see `limited_amplitude`.
+        the amplitude is infinite: such a ray counts as none.
 
     Source: Chester, Friedman & Ursell (1957), leading term; modulus and phase as in DLMF 9.8.1-9.8.11 (from memory).
     Valid: two merging rays, isolated and of nearly equal amplitudes. Sound in the shadow beyond the fold is neglected:
@@ -80,27 +80,6 @@ def merging_factor(distance: Floats, fold_side: Floats) -> NDArray[np.complex128
     if near.any():
         factor[near] = _near(distance[near], fold_side[near])
     return factor
-
-
-def limited_amplitude(
-    amplitude: ArrayLike, fold: ArrayLike, fold_curvature: ArrayLike, fold_side: ArrayLike, frequency: float
-) -> NDArray[np.complex128]:
-    """Ray-tube amplitude limited at fold caustics as in the wave equation.
-
-    Args:
-        amplitude: Spreading of the ray tube re 1 m, unlimited [1], any shape; inf on the caustic itself.
-        fold: As in `fold_factor`.
-        fold_curvature: As in `fold_factor`.
-        fold_side: As in `fold_factor`.
-        frequency: Frequency of the sound [Hz].
-
-    Returns:
-        Amplitude re 1 m, with the small phase of the merging, broadcast shape. Always finite: a ray that ends exactly
-        on the caustic counts as 0.
-    """
-    factor = fold_factor(fold, fold_curvature, fold_side, frequency)
-    incoming_amplitude, factor = np.broadcast_arrays(np.asarray(amplitude, float), factor)
-    return np.where(np.isfinite(incoming_amplitude), incoming_amplitude, 0.0) * factor
 
 
 def _near(distance: Floats, fold_side: Floats) -> NDArray[np.complex128]:

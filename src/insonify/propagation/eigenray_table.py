@@ -70,11 +70,6 @@ class EigenrayTable:
         """Return True if the table spans this source depth [m]."""
         return self.planes[0].source_depth - 1e-9 <= source_depth <= self.planes[-1].source_depth + 1e-9
 
-    @property
-    def exact_fraction(self) -> float:
-        """Fraction of the cells in which the exact solver is used [1]."""
-        return float(np.mean([plane.path_count == EXACT for plane in self.planes]))
-
     def plane_at(self, source_depth: float) -> TablePlane:
         """Table for one source depth: stored, or interpolated between the two planes around it.
 

@@ -46,27 +46,6 @@ ROUGH_RIPPLES = 6.0
 """Fresnel number beyond which it is neglected where ripples below 0.04 are acceptable [1]."""
 
 
-def fresnel_number(
-    height: ArrayLike, distance_before: ArrayLike, distance_behind: ArrayLike, wavelength: float
-) -> NDArray[np.float64]:
-    """Height of an edge above the straight path past it, in Fresnel zones [1].
-
-    Args:
-        height: Height of the edge above the ray, negative below [m], any shape.
-        distance_before: Distance from the source to the edge [m].
-        distance_behind: Distance from the edge to the point [m].
-        wavelength: Wavelength of the sound [m].
-
-    Returns:
-        height sqrt(2 / wavelength (1 / before + 1 / behind)), broadcast shape. Positive in the shadow.
-
-    Source: ITU-R P.526-15, eq. 26 (from memory). Valid where both distances are many wavelengths and the height is
-    small against them.
-    """
-    ways = 1 / np.asarray(distance_before, float) + 1 / np.asarray(distance_behind, float)
-    return np.asarray(np.asarray(height, float) * np.sqrt(2 / wavelength * ways))
-
-
 def knife_edge(number: ArrayLike) -> NDArray[np.complex128]:
     """Pressure behind a half plane, re that without it [1].
 

@@ -35,11 +35,6 @@ class SoundSpeedLayers:
         """Depth of the plane that reflects sound at the bottom [m]."""
         return min(self.reflecting_depth, self.water_depth)
 
-    @property
-    def is_isovelocity(self) -> bool:
-        """Return True if the sound speed is constant and rays are straight."""
-        return bool(np.all(self.speed == self.speed[0]))
-
     def __repr__(self) -> str:
         speeds = f"{self.speed.min():.1f}-{self.speed.max():.1f} m/s"
         return f"Column: {self.depth.size - 1} layers, {self.water_depth:g} m deep, {speeds}"

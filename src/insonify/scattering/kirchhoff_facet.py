@@ -57,25 +57,6 @@ class KirchhoffFacet:
         return echo
 
 
-def triangle_transform(phase: Floats) -> Complexes:
-    """Mean of exp(j phase) over triangles on which the phase is linear [1].
-
-    Args:
-        phase: Phases of the three corners [rad], shape (..., 3).
-
-    Returns:
-        Shape (...,); 1 where all three are 0.
-
-    Source: the Hermite-Genocchi formula: an integral over a simplex is a divided difference. The same closed form, as
-        a sum over the edges of a polygon, is Gordon (1975), IEEE Trans. Antennas Propag. 23, 590.
-    """
-    flat = np.ascontiguousarray(phase, dtype=float).reshape(-1, 3)
-    mean = np.empty(len(flat), complex)
-    for row, (a, b, c) in enumerate(flat):
-        mean[row] = mean_phasor(a, b, c)
-    return mean.reshape(np.shape(phase)[:-1])
-
-
 @njit(cache=True, nogil=True, error_model="numpy")
 def mean_phasor(a: float, b: float, c: float) -> complex:
     """Mean of exp(j phase) over a triangle, from the phases at its corners [rad]."""

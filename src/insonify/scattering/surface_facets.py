@@ -12,29 +12,7 @@ import numpy as np
 
 from insonify.scattering.facet_geometry import SHALLOWEST, half_direction_change, illumination
 from insonify.scattering.law import Floats, checked_angles
-from insonify.validity import require_number, require_numbers, warn_outside
-
-
-def cox_munk_slopes(wind_speed: float, *, slick: bool = False) -> tuple[float, float]:
-    """Variance of the sea's slope along the wind and across it, from sun glitter.
-
-    Args:
-        wind_speed: Wind 12.5 m above the sea [m/s].
-        slick: True where a film of oil has smoothed the short waves.
-
-    Returns:
-        Variance of slope upwind and crosswind [1].
-
-    Source: Cox & Munk (1954), J. Opt. Soc. Am. 44, 838; coefficients from secondary sources.
-    With a slick the paper's total, 0.008 + 0.00156 U, is divided equally here.
-    Valid: 1 to 14 m/s. It includes the slopes of all ripples, more than sound below a few hundred kHz responds to.
-    """
-    wind_speed = require_number("wind_speed", wind_speed, "m/s", 0.0, example="7")
-    warn_outside("Cox & Munk (1954) slopes", "wind speed", wind_speed, 1.0, 14.0, "m/s")
-    if slick:
-        half = (0.008 + 1.56e-3 * wind_speed) / 2
-        return half, half
-    return 3.16e-3 * wind_speed, 0.003 + 1.92e-3 * wind_speed
+from insonify.validity import require_number, require_numbers
 
 
 def apl_slope_variance(wind_speed: float) -> float:

@@ -6,7 +6,7 @@ cell can be drawn at any time by any worker, and a world moved as a whole keeps 
 priority: a sonar with little gain towards a position keeps only those of low priority, the same in every ping.
 """
 
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +15,6 @@ from pydantic import Field
 from insonify import random_keys
 from insonify.jit import njit
 from insonify.model import Metres, Model, Radians
-from insonify.scene.scatterers import grid_scatterer_id
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -99,81 +98,6 @@ class Tiles(NamedTuple):
         return Tiles(np.repeat(self.level - 1, 4), along, across)
 
 
-class JitteredPoints(NamedTuple):
-    """Random points in cells of some tiles, columns of shape (n,)."""
-
-    stream: int
-    """Stream of the interface."""
-    level: Integers
-    """Level of the cell."""
-    row: Integers
-    """Number of the cell along the lattice's first axis."""
-    column: Integers
-    """Number of the cell along its second axis."""
-    along: Floats
-    """ScattererGrid coordinate of the scatterer [m]."""
-    across: Floats
-    """Likewise [m]."""
-    turn: Floats
-    """Phase of the place, in turns."""
-    priority: Floats
-    """Uniform number below one that belongs to the place: who keeps a part p of them keeps those below p."""
-    tile: Integers
-    """Row of the tile among the given ones."""
-    rank: Integers
-    """Place in the tile's order, 0 to TILE * TILE - 1: the whole part of its size times the priority."""
-
-    @property
-    def area(self) -> Floats:
-        """Of the cell [m^2]."""
-        return np.square(np.ldexp(BASE_PITCH, self.level))
-
-    @property
-    def phase(self) -> NDArray[np.complex128]:
-        """Unit phasor of the place [1]."""
-        phase = np.empty(len(self.turn), complex)
-        _phasors(self.turn, phase)
-        return phase
-
-    @property
-    def scatterer_id(self) -> NDArray[np.uint64]:
-        """Key of the place."""
-        return grid_scatterer_id(self.stream, self.level, self.row, self.column)
-
-    def take(self, rows: NDArray[np.bool_] | NDArray[np.int64]) -> "JitteredPoints":
-        """Select some rows."""
-        columns: list[Any] = [column[rows] for column in self[1:]]
-        return JitteredPoints(self.stream, *columns)
-
-
-def jittered_points(tiles: Tiles, seed: int, stream: int, priority_limit: Floats | None = None) -> JitteredPoints:
-    """The scatterers of some tiles, one for each cell, or those of least priority.
-
-    The order of a tile's cells is stratified: of any first 4**k one lies in each of 4**k equal squares, and the next
-    are spread over these, as far from the first as they can be. Few of them are still an even lattice of jittered
-    points.
-
-    Args:
-        tiles: Which tiles.
-        seed: Seed of the scenario.
-        stream: Stream of the interface, one of `insonify.random_keys`.
-        priority_limit: Priority below which scatterers of each part of each tile are wanted, shape (n, PARTS, PARTS);
-            None: all.
-
-    Returns:
-        Tile by tile, part by part, by increasing priority.
-
-    Source: the order is a scrambled base-4 radical inverse, Owen (1995), "Randomly permuted (t,m,s)-nets and
-    (t,s)-sequences", with the digits' order that keeps two of four on a diagonal.
-    """
-    wanted = np.ones((len(tiles.level), PARTS, PARTS)) if priority_limit is None else priority_limit
-    count = max_point_count(wanted)
-    kinds = (np.int64,) * 3 + (float,) * 4 + (np.int64,) * 2
-    columns: list[Any] = [np.empty(count, kind) for kind in kinds]
-    count = _draw(*tiles, wanted, *random_keys.stream_key(seed, stream), *columns)
-    return JitteredPoints(stream, *(column[:count] for column in columns))
-
-
 def next_positions(tiles: Tiles, seed: int, stream: int, begin: Integers, end: Integers) -> tuple[Floats, Floats]:
     """ScattererGrid coordinates [m] of some scatterers of tiles, one tile after the other, by rank.
 
@@ -248,14 +172,6 @@ def max_point_count(wanted: Floats) -> int:
 
 
 @njit(cache=True, nogil=True)
-def _phasors(turn: Floats, phase: NDArray[np.complex128]) -> None:
-    """Unit phasors of some turns, into phase (n,)."""
-    for n in range(turn.size):
-        angle = 2 * np.pi * turn[n]
-        phase[n] = complex(np.cos(angle), np.sin(angle))
-
-
-@njit(cache=True, nogil=True)
 def _digit(square: int, scramble: int) -> int:
     """Place in the order of a square (two bits) of one of its four cells under a scramble (two bits)."""
     shuffled = square ^ scramble  # in the order 0, 3, 1, 2: the second lies across from the first
@@ -263,41 +179,18 @@ def _digit(square: int, scramble: int) -> int:
 
 
 @njit(cache=True, nogil=True)
-def _draw(
-    tile_level: Integers, tile_along: Integers, tile_across: Integers, most: Floats, k0: int, k1: int, level: Integers,
-    row: Integers, column: Integers, along: Floats, across: Floats, turn: Floats, priority: Floats, tile: Integers,
-    rank: Integers,
-) -> int:  # fmt: skip
-    """Fill the columns of `JitteredPoints`; their number is returned."""
-    words, n = np.empty((4, TILE * TILE), np.uint32), 0
-    for t in range(tile_level.size):
-        scale = tile_level[t]
-        pitch = BASE_PITCH * 2.0**scale
-        last = n + priority_ordered_cells(
-            scale, tile_along[t], tile_across[t], most[t], k0, k1, row[n:], column[n:], rank[n:]
-        )
-        random_keys.philox_at(row[n:last], column[n:last], scale, 0, k0, k1, words)
-        first = n
-        for m in range(first, last):
-            w = m - first
-            before = (rank[m] + random_keys.uniform_from_word(words[3, w])) / (TILE * TILE)
-            a, b = row[m], column[m]
-            if before >= most[t, a % TILE // SIDE, b % TILE // SIDE]:
-                continue
-            level[n], row[n], column[n], tile[n], rank[n], priority[n] = scale, a, b, t, rank[m], before
-            along[n] = (a + random_keys.uniform_from_word(words[0, w])) * pitch
-            across[n] = (b + random_keys.uniform_from_word(words[1, w])) * pitch
-            turn[n] = random_keys.uniform_from_word(words[2, w])
-            n += 1
-    return n
-
-
-@njit(cache=True, nogil=True)
 def priority_ordered_cells(
     scale: int, tile_along: int, tile_across: int, most: Floats, k0: int, k1: int, row: Integers, column: Integers,
     rank: Integers,
 ) -> int:  # fmt: skip
-    """Cells of one tile that come before some priority in each part: their row, column and place in the order."""
+    """Cells of one tile that come before some priority in each part: their row, column and place in the order.
+
+    The order of a tile's cells is stratified: of any first 4**k one lies in each of 4**k equal squares, and the next
+    are spread over these, as far from the first as they can be. Few of them are still an even lattice.
+
+    Source: the order is a scrambled base-4 radical inverse, Owen (1995), "Randomly permuted (t,m,s)-nets and
+    (t,s)-sequences", with the digits' order that keeps two of four on a diagonal.
+    """
     n = 0
     coarse, _, _, _ = random_keys.philox(tile_along & 0xFFFFFFFF, tile_across & 0xFFFFFFFF, scale, TILE_ORDER, k0, k1)
     for part in range(PARTS * PARTS):

@@ -83,11 +83,6 @@ def grid_scatterer_id(
     return cell | np.asarray((stream << 59) | ((np.asarray(level, np.int64) & 31) << 54)).astype(np.uint64)
 
 
-def quadrature_scatterer_id(row: NDArray[np.int64], column: NDArray[np.int64]) -> NDArray[np.uint64]:
-    """Keys of cells of quadrature points: their numbers (each below 2**29) packed in 64 bits."""
-    return np.asarray(((row << 29) | column).astype(np.uint64))
-
-
 def whole_target_id(label: str, count: int) -> NDArray[np.uint64]:
     """Key of a target as a whole, as often as it is wanted: for points that belong together, shape (count,)."""
     return np.repeat(target_scatterer_id(label, 7, np.zeros(1, int), np.zeros(1, int)), count)

@@ -131,18 +131,6 @@ def track_motion(start_poses: Poses, window_poses: tuple[Poses, Poses]) -> Track
     return TrackMotion(position, rotation, moves | (np.ptp(rotation, axis=1).max(axis=(-2, -1)) > 0))
 
 
-def ping_motion(start_poses: Poses, window_poses: tuple[Poses, Poses], ping: int, window: float) -> PlatformMotion:
-    """Motion of the platform from the start of one ping.
-
-    Args:
-        start_poses: Poses at the start of each ping.
-        window_poses: Poses half a window, and a whole window, after the start of each ping.
-        ping: Number of the ping.
-        window: Length of the window [s].
-    """
-    return track_motion(start_poses, window_poses).at(ping, window)
-
-
 def _parabola(middle: Floats, last: Floats, window: float) -> tuple[Floats, Floats]:
     """Velocity at the start [m/s] and acceleration [m/s^2] of what has moved so far at the middle and the end [m]."""
     return (4 * middle - last) / window, 4 * (last - 2 * middle) / window**2

@@ -121,14 +121,6 @@ class ReceivedPulse:
         compressed = 1 / band if band > 0 else np.inf
         return sound_speed / 2 * float(min(self.resolution_time, compressed))
 
-    def range_resolution(self, sound_speed: float) -> float:
-        """Depth of the resolution cell along the line of sight [m].
-
-        Args:
-            sound_speed: Sound speed [m/s].
-        """
-        return sound_speed / 2 * self.resolution_time
-
 
 def received_pulse(sonar: Sonar) -> ReceivedPulse:
     """The pulse that both readings of a ping use: what one unit echo leaves in the recording.

@@ -8,12 +8,9 @@ in a fixed order, give bit-identical results for any number of threads.
 Spikes whose cells are not all on the grid, or whose delay is NaN, are dropped.
 """
 
-from typing import Any
-
 import numpy as np
 from numpy.typing import NDArray
 
-from insonify.fast_sincos import sincos_cycles
 from insonify.jit import njit
 from insonify.synthesis._gridding_kernel import CELLS_PER_SPIKE, WIDTH
 from insonify.synthesis._simd_gridding import add_complex_spike, add_real_spike
@@ -71,70 +68,6 @@ def deposit_pressure(
         tau, source = delay[begin : begin + _BLOCK], weight[begin : begin + _BLOCK]
         _locate(tau, first_time, cell_rate, last, first_cell, fraction)
         _deposit(flat, first_cell, fraction, source.view(np.float32), tau.size)
-
-
-@njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
-def deposit_carrier(
-    cells: NDArray[np.complex64], first_time: float, cell_rate: float, delay: NDArray[np.float64],
-    amplitude: NDArray[np.complex64], frequency: float,
-) -> None:  # fmt: skip
-    """Deposit echoes of a carrier: each amplitude is multiplied by exp(-j 2 pi frequency delay).
-
-    Args:
-        cells: Grid of one channel, added to in place, shape (cell_count,).
-        first_time: Time of the first cell [s].
-        cell_rate: Cells per second [Hz].
-        delay: Delay of each echo [s], shape (n,).
-        amplitude: Complex amplitude of each echo, without the carrier's phase, shape (n,).
-        frequency: Carrier [Hz].
-    """
-    last = cells.size - CELLS_PER_SPIKE
-    flat = cells.view(np.float32)
-    first_cell, fraction = np.empty(_BLOCK, np.int32), np.empty(_BLOCK, np.float32)
-    carrier_weight = np.empty(2 * _BLOCK, np.float32)
-    for begin in range(0, delay.size, _BLOCK):
-        tau, source = delay[begin : begin + _BLOCK], amplitude[begin : begin + _BLOCK].view(np.float32)
-        _locate(tau, first_time, cell_rate, last, first_cell, fraction)
-        for i in range(tau.size):
-            sine, cosine = sincos_cycles(frequency * tau[i])
-            carrier_weight[2 * i] = source[2 * i] * cosine + source[2 * i + 1] * sine
-            carrier_weight[2 * i + 1] = source[2 * i + 1] * cosine - source[2 * i] * sine
-        _deposit(flat, first_cell, fraction, carrier_weight, tau.size)
-
-
-@njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
-def deposit_leg_pairs(
-    cells: NDArray[np.complex64], first_time: float, cell_rate: float, delay_out: NDArray[np.float64],
-    delay_back: NDArray[np.float64], weight_out: NDArray[np.complex64], weight_back: NDArray[np.complex64],
-    strength: NDArray[Any],
-) -> None:  # fmt: skip
-    """Deposit echoes of pairs of legs: delays add, weights multiply; pairs of zero weight are skipped.
-
-    Args:
-        cells: Grid of one channel, added to in place, shape (cell_count,).
-        first_time: Time of the first cell [s].
-        cell_rate: Cells per second [Hz].
-        delay_out: Delay of the transmit leg [s], shape (n,).
-        delay_back: Delay of the receive leg [s], shape (n,).
-        weight_out: Weight of the transmit leg, carrier phase included, shape (n,).
-        weight_back: Weight of the receive leg, carrier phase included, shape (n,).
-        strength: Strength of the scatterer, float32 or complex64, shape (n,).
-    """
-    last = cells.size - CELLS_PER_SPIKE
-    flat = cells.view(np.float32)
-    first_cell, fraction = np.empty(_BLOCK, np.int32), np.empty(_BLOCK, np.float32)
-    carrier_weight = np.empty(2 * _BLOCK, np.float32)
-    delays = np.empty(_BLOCK)
-    for begin in range(0, delay_out.size, _BLOCK):
-        transmit_delay, receive_delay = delay_out[begin : begin + _BLOCK], delay_back[begin : begin + _BLOCK]
-        out, back = weight_out[begin : begin + _BLOCK], weight_back[begin : begin + _BLOCK]
-        block_strength, tau = strength[begin : begin + _BLOCK], delays[: transmit_delay.size]
-        for i in range(tau.size):
-            tau[i] = transmit_delay[i] + receive_delay[i]
-            weight = out[i] * back[i] * block_strength[i]
-            carrier_weight[2 * i], carrier_weight[2 * i + 1] = weight.real, weight.imag
-        _locate(tau, first_time, cell_rate, last, first_cell, fraction)
-        _deposit(flat, first_cell, fraction, carrier_weight, tau.size)
 
 
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")

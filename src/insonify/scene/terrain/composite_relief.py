@@ -15,7 +15,6 @@ from insonify.scene.terrain.relief import Relief, ReliefSum, TerrainSample
 from insonify.scene.terrain.ripples import Ripples
 from insonify.scene.terrain.roughness_cutoff import RoughnessCutoff
 from insonify.scene.terrain.scour import Scour
-from insonify.validity import require_numbers
 
 Floats = NDArray[np.float64]
 Kind = PowerLaw | Ripples | BathymetryGrid | Scour
@@ -64,43 +63,6 @@ class CompositeRelief(Relief):
         """True: the relief consists of waves, whose heights have a spectrum: no survey, no scour."""
         return all(isinstance(kind, PowerLaw | Ripples) for kind in self.components)
 
-    def residual_spectrum(self, wavenumber: ArrayLike) -> Floats:
-        """Spectrum of the fractal roughness that the terrain leaves to the scattering law [m^4].
-
-        Args:
-            wavenumber: Magnitude [rad/m], any shape.
-
-        Returns:
-            Spectrum of the relief, less the share that the terrain has of it; shape of the wavenumbers. Ripples below
-            the split are lines, not a spectrum: they count in `residual_rms` only.
-        """
-        K = require_numbers("wavenumber", wavenumber, "rad/m", 0.0)
-        left = np.zeros(K.shape)
-        for kind in self.components:
-            if isinstance(kind, PowerLaw):
-                left += kind.spectrum(K) * (1 - kind.resolved_fraction(K, self.cutoff))
-        return left
-
-    @property
-    def residual_rms(self) -> float:
-        """Root mean square height of all that is finer than the terrain [m].
-
-        It is what the coherent reflection of a facet loses by, exp(-2 k^2 h^2 sin^2). Where the mirror is
-        not as large as the split's wavelength, take the band from its own wavenumber: `roughness_rms`.
-        """
-        # The cut is an octave wide: below and above it the integral is known.
-        K = np.geomspace(self.cutoff.wavenumber / 100, 100 * self.cutoff.wavenumber, 2000)
-        cut = np.trapezoid(2 * np.pi * K**2 * self.residual_spectrum(K), np.log(K))
-        return float(np.hypot(np.sqrt(cut + self._unresolved_ripples()), self._fractal_rms(K[-1], np.inf)))
-
-    def roughness_rms(self, low: float, high: float) -> float:
-        """Root mean square height [m] between two wavenumbers [rad/m], resolved or not.
-
-        It is the roughness that a mirror as large as 2 pi / low sees at an acoustic wavenumber `high`.
-        """
-        ripples = sum(kind.variance for kind in self._ripples() if low <= kind.wavenumber < high)
-        return float(np.hypot(self._fractal_rms(low, high), np.sqrt(ripples)))
-
     def band_variance(self, low: Floats, high: float) -> Floats:
         """Mean square height of the relief, resolved or not, between wavenumbers [m^2].
 
@@ -116,16 +78,6 @@ class CompositeRelief(Relief):
             elif isinstance(kind, Ripples):
                 total += np.where((low <= kind.wavenumber) & (kind.wavenumber < high), kind.variance, 0.0)
         return total
-
-    def _ripples(self) -> tuple[Ripples, ...]:
-        return tuple(kind for kind in self.components if isinstance(kind, Ripples))
-
-    def _unresolved_ripples(self) -> float:
-        """Mean square height of the ripples that are not ground [m^2]."""
-        return sum(kind.variance for kind in self._ripples() if kind.wavenumber >= self.cutoff.wavenumber)
-
-    def _fractal_rms(self, low: float, high: float) -> float:
-        return float(np.sqrt(sum(k.band_variance(low, high) for k in self.components if isinstance(k, PowerLaw))))
 
 
 def build_terrain(

@@ -93,24 +93,6 @@ class PowerLaw(Model):
         K = require_numbers("wavenumber", wavenumber, "rad/m", 0.0)
         return np.asarray(self.w2 * (K**2 + self.outer_wavenumber**2) ** (-self.gamma / 2))
 
-    def structure(self, lag: ArrayLike) -> Floats:
-        """Asked structure function, mean square difference of height over a lag [m^2].
-
-        Args:
-            lag: Horizontal distance [m], any shape.
-
-        Returns:
-            2 rms^2 (1 - 2^(1-H)/Gamma(H) (K0 r)^H K_H(K0 r)), H = gamma/2 - 1; C^2 r^(2H) well below the
-            outer scale. Whole, as if nothing were split.
-        """
-        from scipy.special import gamma as gamma_function
-        from scipy.special import kv
-
-        x, H = self.outer_wavenumber * require_numbers("lag", lag, "m", 0.0), self.gamma / 2 - 1
-        safe = np.maximum(x, 1e-12)
-        correlation = 2 ** (1 - H) / gamma_function(H) * safe**H * kv(H, safe)
-        return np.asarray(np.where(x == 0, 0.0, 2 * self.band_variance() * (1 - correlation)))
-
     def band_variance(self, low: float = 0.0, high: float = math.inf) -> float:
         """Mean square height [m^2] between two wavenumbers [rad/m]; of everything by default."""
         n, K0 = self.gamma / 2 - 1, self.outer_wavenumber
