@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from insonify.engines.tracer._bvh_kernel import build_bvh, bvh_hit
 from insonify.engines.tracer.image_legs import image_legs, image_source_depth
 from insonify.engines.tracer.interaction import scattered_per_steradian, specular_direction, specular_fraction
 from insonify.engines.tracer.launch_sampling import tabulated_density
+from insonify.propagation.triangle_tree import nearest_hit, triangle_tree
 from insonify.scattering.apl_surface import AplSurface
 from insonify.scattering.compiled_law import compile_law
 from insonify.scattering.lambert import Lambert
@@ -72,7 +72,7 @@ def test_sorted_triangles_are_hit_where_each_of_them_is():
         triangle_surfaces.sphere(1.5, around=24),
     ]
     corners = np.concatenate([part.corners for part in parts])
-    bodies = build_bvh(corners, np.repeat([0, 1], [len(part.corners) for part in parts]))
+    bodies = triangle_tree(corners, np.repeat([0, 1], [len(part.corners) for part in parts]))
     start = RNG.uniform(-6, 6, (1000, 3))
     way = RNG.uniform(-1.5, 4.5, (1000, 3)) * [1, 0.3, 0.3] - start
     way /= np.linalg.norm(way, axis=1, keepdims=True)
@@ -80,7 +80,7 @@ def test_sorted_triangles_are_hit_where_each_of_them_is():
     normal = np.cross(b - a, c - a)
     computed = 0
     for x, d in zip(start, way, strict=True):
-        found, row = bvh_hit(*x, *d, 100.0, bodies)
+        found, row = nearest_hit(bodies, tuple(x), tuple(d), 1e-6, 100.0)
         along = np.einsum("ij,ij->i", a - x, normal) / (normal @ d)
         place = x + along[:, None] * d
         inside = np.all(

@@ -32,4 +32,6 @@ def residual_rms(relief):
 
 def roughness_rms(relief, low, high):
     """Root mean square height [m] between two wavenumbers [rad/m], resolved or not."""
-    return np.sqrt(relief.band_variance(np.array(low), high))
+    laws = [kind for kind in relief.components if isinstance(kind, PowerLaw)]
+    ripples = [k for k in relief.components if isinstance(k, Ripples) and low <= k.wavenumber < high]
+    return np.sqrt(sum(k.band_variance(low, high) for k in laws) + sum(k.variance for k in ripples))

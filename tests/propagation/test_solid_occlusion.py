@@ -8,7 +8,8 @@ import pytest
 from insonify.frames import pose_rotation
 from insonify.propagation.families import families_up_to
 from insonify.propagation.image_sources import image_legs
-from insonify.propagation.solid_shadows import occluders_of_paths, triangle_tree
+from insonify.propagation.solid_shadows import occluders_of_paths
+from insonify.propagation.triangle_tree import triangle_tree
 from insonify.records.legs import LegStatus
 from insonify.scattering.point_target import PointTargetLaw
 from insonify.scene.scatterers import Scatterers

@@ -35,7 +35,7 @@ RELIEF = FeatureKernels("engines._terrain_occlusion_kernel", "horizon_at", 25.0)
 REFRACTION = FeatureKernels("propagation._eigenray_table_kernel", "interpolate_cells", 25.0)
 GLINTS = FeatureKernels("propagation._glint_kernel", "sample_glint", 8.0)
 WAVES = FeatureKernels("propagation._stationary_point_kernel", "search_bounce_points", 20.0)
-SOLIDS = FeatureKernels("propagation._triangle_tree_kernel", "occlude_legs", 12.0)
+SOLIDS = FeatureKernels("propagation._solid_shadow_kernel", "occlude_legs", 12.0)
 TRACER = FeatureKernels("engines.tracer._trace_kernel", "first_hits", 20.0)
 
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from insonify.propagation._refracted_box_shadow import ray_depths_along_range
 from insonify.propagation._refracted_legs_kernel import RANGE, bodies_passed_over
-from insonify.propagation._triangle_tree_kernel import OFF
+from insonify.propagation._solid_shadow_kernel import OFF
 from insonify.propagation.families import bounce_sequence
 from insonify.propagation.solid_shadows import occluders_of_paths
 from insonify.propagation.sound_speed_layers import SoundSpeedLayers

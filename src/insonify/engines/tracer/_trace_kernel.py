@@ -5,18 +5,20 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from insonify.engines.tracer._bvh_kernel import CLEARANCE, TriangleBvh, bvh_hit
 from insonify.engines.tracer._terrain_hit_kernel import TerrainTiles, terrain_hit, terrain_normal
 from insonify.jit import njit
+from insonify.propagation.triangle_tree import TriangleTree, nearest_hit
 
 Floats = NDArray[np.float64]
 
 NOTHING, BED, SURFACE, BODY = 0, 1, 2, 3
+CLEARANCE = 1e-6
+"""Distance below which an intersection is that with the face just left [m]."""
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def first_hits(
-    origin: Floats, way: Floats, farthest: Floats, ground: TerrainTiles, bodies: TriangleBvh,
+    origin: Floats, way: Floats, farthest: Floats, ground: TerrainTiles, bodies: TriangleTree,
     missing: NDArray[np.bool_],
     distance: Floats, hit_kind: NDArray[np.int8], body_row: NDArray[np.int64], normal: Floats,
 ) -> None:  # fmt: skip
@@ -40,16 +42,15 @@ def first_hits(
         far, kind, row = farthest[n], NOTHING, -1
         if w < 0 and -z / w < far:
             far, kind = -z / w, SURFACE
-        if bodies.body_row.size > 0:
-            far, row = bvh_hit(x, y, z, u, v, w, far, bodies)
-            if row >= 0:
-                kind = BODY
+        far, row = nearest_hit(bodies, (x, y, z), (u, v, w), CLEARANCE, far)
+        if row >= 0:
+            kind = BODY
         bed = terrain_hit(x, y, z, u, v, w, 0.0, far, ground, missing)
         if bed < far:
             far, kind, row = bed, BED, -1
         distance[n], hit_kind[n], body_row[n] = far, kind, -1
         if kind == BODY:
-            body_row[n] = bodies.body_row[row]
+            body_row[n] = bodies.solid_row[row]
             normal[n] = bodies.normal[row]
         elif kind == BED:
             normal[n, 0], normal[n, 1], normal[n, 2] = terrain_normal(x + u * far, y + v * far, ground, missing)
@@ -59,8 +60,8 @@ def first_hits(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def clear_image_paths(
-    end: Floats, place: Floats, bottom: NDArray[np.bool_], wavelength: float, ground: TerrainTiles, bodies: TriangleBvh,
-    missing: NDArray[np.bool_], clear: NDArray[np.bool_],
+    end: Floats, place: Floats, bottom: NDArray[np.bool_], wavelength: float, ground: TerrainTiles,
+    bodies: TriangleTree, missing: NDArray[np.bool_], clear: NDArray[np.bool_],
 ) -> None:  # fmt: skip
     """Return True if reflected paths between one end of the sonar and some positions are clear, segment by segment.
 
@@ -122,7 +123,7 @@ def _segment_clear(  # type: ignore[no-untyped-def]
     if length <= 2 * CLEARANCE:
         return True
     u, v, w = u / length, v / length, w / length
-    if bodies.body_row.size > 0 and bvh_hit(x, y, z, u, v, w, length - CLEARANCE, bodies)[1] >= 0:
+    if nearest_hit(bodies, (x, y, z), (u, v, w), CLEARANCE, length - CLEARANCE)[1] >= 0:
         return False
     if ground.cell == 0.0:
         return True

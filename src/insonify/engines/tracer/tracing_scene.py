@@ -10,9 +10,9 @@ from threading import Lock
 import numpy as np
 from numpy.typing import NDArray
 
-from insonify.engines.tracer._bvh_kernel import TriangleBvh, build_bvh
 from insonify.engines.tracer._terrain_hit_kernel import BLOCK, TerrainTiles
 from insonify.engines.tracer._trace_kernel import clear_image_paths, first_hits
+from insonify.propagation.triangle_tree import TriangleTree, triangle_tree
 from insonify.scene.scatterer_grid import ScattererGrid
 from insonify.scene.scene import Scene
 from insonify.scene.seabed_terrain import TILE_CELLS, SeabedTerrain
@@ -39,7 +39,7 @@ class TracingScene:
         """
         self.scene, self.lattice, self.bed = scene, scene.seabed.scatterer_grid, scene.seabed.terrain
         self.solids: tuple[Solid, ...] = scene.occluders
-        self.bodies = _scene_bvh(scene)
+        self.bodies = _scene_tree(scene)
         self.store = None if self.bed is None else TerrainTileCache(self.bed)
 
     def turned(self, vector: Floats) -> Floats:
@@ -102,7 +102,7 @@ class RayIntersector:
             here: Middle of the sheet, in the scatterer grid's frame [m], shape (>= 2,).
             farthest: How far it reaches [m].
         """
-        self._scene_bvh, self._store = world.bodies, world.store
+        self._scene_tree, self._store = world.bodies, world.store
         if world.store is None:
             self.ground = _flat_tiles(world.scene.seabed.depth)
             return
@@ -154,7 +154,7 @@ class RayIntersector:
         while True:
             missing = np.zeros(self.ground.row_of.shape, bool)
             first_hits(
-                origin, way, farthest, self.ground, self._scene_bvh, missing, distance, interface, body_row, normal
+                origin, way, farthest, self.ground, self._scene_tree, missing, distance, interface, body_row, normal
             )
             if not self._fetch_missing(missing):
                 return distance, interface, body_row, normal
@@ -172,7 +172,7 @@ class RayIntersector:
         bottom = np.array([letter == "B" for letter in family if letter != "D"], bool)
         while True:
             found, missing = requested.copy(), np.zeros(self.ground.row_of.shape, bool)
-            clear_image_paths(end, position, bottom, wavelength, self.ground, self._scene_bvh, missing, found)
+            clear_image_paths(end, position, bottom, wavelength, self.ground, self._scene_tree, missing, found)
             if not self._fetch_missing(missing):
                 return found
 
@@ -206,7 +206,7 @@ def _flat_tiles(depth: float) -> TerrainTiles:
 
 
 @lru_cache(maxsize=8)
-def _scene_bvh(scene: Scene) -> TriangleBvh:
+def _scene_tree(scene: Scene) -> TriangleTree:
     """Triangles of all occluders, in the scatterer grid's frame."""
     corners, body_rows = [np.zeros((0, 3, 3))], [np.zeros(0, np.int64)]
     lattice = scene.seabed.scatterer_grid
@@ -214,4 +214,4 @@ def _scene_bvh(scene: Scene) -> TriangleBvh:
         found = world_triangles(solid, scene.seabed).corners
         corners.append(np.concatenate([lattice.from_world(found[..., :2]), found[..., 2:]], axis=-1))
         body_rows.append(np.full(len(found), row))
-    return build_bvh(np.concatenate(corners), np.concatenate(body_rows))
+    return triangle_tree(np.concatenate(corners), np.concatenate(body_rows))

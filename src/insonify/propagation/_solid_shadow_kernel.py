@@ -1,0 +1,111 @@
+"""Legs that solids cut, segment by segment."""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.jit import njit
+from insonify.propagation.triangle_tree import TriangleTree, inverse_step, lowest_solid
+from insonify.records.legs import LegStatus
+
+Floats = NDArray[np.float64]
+Integers = NDArray[Any]
+
+OFF = 1e-6
+"""Distance before a face at which segments to it end [m]: less than any wavelength, more than any rounding."""
+NONE = np.iinfo(np.int64).max
+_CLEAR, _OCCLUDED = int(LegStatus.CLEAR), int(LegStatus.OCCLUDED)
+
+
+class FoldedLegs(NamedTuple):
+    """Straight legs from one sonar, folded at flat boundaries: f families."""
+
+    source: Floats
+    """North, east, depth of the sonar [m], (3,)."""
+    image_depths: Floats
+    """Depth of the image source of each family [m], (f,)."""
+    bounces: Integers
+    """Number of bounces of each family, (f,)."""
+    first_up: NDArray[np.bool_]
+    """True where the first bounce is off the surface, (f,)."""
+    water_depth: float
+    """Depth of the bottom [m]."""
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _misses_all_leaves(tree: TriangleTree, source: Floats, x: float, y: float) -> bool:
+    """Return True if a segment from the sonar, seen from above, misses all leaves of a tree."""
+    ix, iy = inverse_step(x - source[0]), inverse_step(y - source[1])
+    node = 0
+    while node < tree.next_on_miss.size:
+        a, b = (tree.bounds[node, 0] - source[0]) * ix, (tree.bounds[node, 3] - source[0]) * ix
+        enter, leave = max(0.0, min(a, b)), min(1.0, max(a, b))
+        a, b = (tree.bounds[node, 1] - source[1]) * iy, (tree.bounds[node, 4] - source[1]) * iy
+        if max(enter, min(a, b)) > min(leave, max(a, b)):
+            node = tree.next_on_miss[node]
+        elif tree.first_triangle[node] >= 0:
+            return False
+        else:
+            node += 1
+    return True
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def occlude_legs(
+    legs: FoldedLegs, tree: TriangleTree, rows: Integers, points: Floats, normals: Floats, status: Integers,
+    occluder: Integers,
+) -> None:  # fmt: skip
+    """Mark the clear legs that solids cut; each segment between two bounces is tested on its own.
+
+    Args:
+        legs: The legs.
+        tree: Triangles of the solids.
+        rows: Indices of the points to process, (r,).
+        points: Scatterers [m], (n, 3).
+        normals: Unit normals, (n, 3); segments end `OFF` before a point, on the side that its normal faces.
+        status: `LegStatus`, changed for occluded legs, (f, n).
+        occluder: Set to the lowest solid for occluded legs, (f, n).
+    """
+    for n in rows:
+        x = points[n, 0] + OFF * normals[n, 0]
+        y = points[n, 1] + OFF * normals[n, 1]
+        z = points[n, 2] + OFF * normals[n, 2]
+        # Seen from above legs of all families follow one line: most points end here.
+        if _misses_all_leaves(tree, legs.source, x, y):
+            continue
+        for f in range(legs.image_depths.size):
+            if status[f, n] != _CLEAR:
+                continue
+            found = _lowest_solid_of_leg(legs, tree, f, x, y, z)
+            if found != NONE:
+                status[f, n], occluder[f, n] = _OCCLUDED, found
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _lowest_solid_of_leg(legs: FoldedLegs, tree: TriangleTree, f: int, x: float, y: float, z: float) -> int:
+    """Lowest solid that a leg of one family hits on any of its segments, or `NONE`."""
+    source, bounces = legs.source, legs.bounces[f]
+    dx, dy, climb = x - source[0], y - source[1], abs(z - legs.image_depths[f])
+    part, depth, down, found = 0.0, source[2], not legs.first_up[f], NONE
+    for segment in range(bounces + 1):
+        if segment == bounces:
+            stop, end = 1.0, z
+        else:
+            end = legs.water_depth if down else 0.0
+            stop = part + abs(end - depth) / max(climb, 1e-12)
+        start = source[0] + part * dx, source[1] + part * dy, depth
+        found = lowest_solid(tree, start, ((stop - part) * dx, (stop - part) * dy, end - depth), found)
+        part, depth, down = stop, end, not down
+    return found
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def solids_along(polylines: Floats, tree: TriangleTree, solids_hit: Integers) -> None:
+    """Lowest solid that each polyline (n, k, 3) [m] hits, -1 for none, into solids_hit (n,)."""
+    for n in range(polylines.shape[0]):
+        known = NONE
+        for k in range(polylines.shape[1] - 1):
+            a, b = polylines[n, k], polylines[n, k + 1]
+            known = lowest_solid(tree, (a[0], a[1], a[2]), (b[0] - a[0], b[1] - a[1], b[2] - a[2]), known)
+        solids_hit[n] = -1 if known == NONE else known

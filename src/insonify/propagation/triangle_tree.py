@@ -1,0 +1,279 @@
+"""Triangle tree: triangles in nested bounding boxes, and the first or lowest of them that a segment hits.
+
+The tree is in depth-first order; each node stores the next node after a miss, so a traversal needs no stack.
+"""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.jit import njit
+
+Floats = NDArray[np.float64]
+Integers = NDArray[Any]
+Vector = tuple[float, float, float]
+
+BINS = 16
+LEAF = 4
+EDGE = 1e-9
+"""Margin outside its edges at which a triangle still stops a ray, as a fraction of its sides [1]: no gaps."""
+
+
+class TriangleTree(NamedTuple):
+    """Triangles in nested bounding boxes, in depth-first order: m nodes, t triangles."""
+
+    bounds: Floats
+    """Least and greatest coordinates of each node [m], shape (m, 6)."""
+    next_on_miss: NDArray[np.int32]
+    """Next node where one is missed, shape (m,)."""
+    first_triangle: NDArray[np.int32]
+    """First triangle of a leaf, -1 for other nodes, shape (m,)."""
+    triangle_count: NDArray[np.int32]
+    """Number of triangles of a leaf, shape (m,)."""
+    lowest_solid: NDArray[np.int32]
+    """Row of the lowest solid below each node, shape (m,)."""
+    corner_and_sides: Floats
+    """One corner and the two sides from it of each triangle, in the order of the leaves [m], shape (t, 9)."""
+    normal: Floats
+    """Unit normal of each triangle, outwards where corners are counter-clockwise from outside [1], shape (t, 3)."""
+    solid_row: NDArray[np.int32]
+    """Row of the solid of each triangle, shape (t,)."""
+    original_row: NDArray[np.int64]
+    """Row of each triangle before sorting, shape (t,)."""
+
+
+def triangle_tree(corners: Floats, solid_row: Integers) -> TriangleTree:
+    """Build a triangle tree.
+
+    Args:
+        corners: Corners of each triangle [m], shape (t, 3, 3).
+        solid_row: Row of the solid of each triangle, shape (t,).
+    """
+    low, high = corners.min(axis=1), corners.max(axis=1)
+    order, most = np.arange(len(corners)), 2 * len(corners)
+    bounds = np.empty((most, 6))
+    skip, first, count = np.empty((3, most), np.int32)
+    nodes = _build_nodes(low, high, order, bounds, skip, first, count) if most else 0
+    bounds, skip, first, count = bounds[:nodes].copy(), skip[:nodes].copy(), first[:nodes].copy(), count[:nodes].copy()
+    sorted_solid_row, least = solid_row[order].astype(np.int32), np.empty(nodes, np.int32)
+    _lowest_solid_below(skip, first, count, sorted_solid_row, least)
+    a, b, c = np.moveaxis(corners[order], 1, 0)
+    across = np.cross(b - a, c - a)
+    normal = across / np.maximum(np.linalg.norm(across, axis=1, keepdims=True), 1e-300)
+    corner = np.concatenate([a, b - a, c - a], axis=1)
+    return TriangleTree(bounds, skip, first, count, least, corner, normal, sorted_solid_row, order)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _build_nodes(
+    low: Floats, high: Floats, order: Integers, bounds: Floats, next_on_miss: Integers, first: Integers, count: Integers
+) -> int:
+    """Build a triangle tree by the surface-area heuristic, in bins.
+
+    Args:
+        low: Least coordinates of each triangle [m], (t, 3).
+        high: Greatest coordinates of each triangle [m], (t, 3).
+        order: Rows of the triangles, in any order; on return in the order of the leaves, (t,).
+        bounds: Result: least and greatest coordinates of each node, (2 t, 6).
+        next_on_miss: Result: node to go on with after a miss, (2 t,).
+        first: Result: first triangle of a leaf in `order`, -1 for other nodes, (2 t,).
+        count: Result: number of triangles of a leaf, (2 t,).
+
+    Returns:
+        Number of nodes.
+
+    Source: Wald (2007), "On fast construction of SAH-based bounding volume hierarchies", IEEE Symp. on Interactive
+    Ray Tracing, sections 3.1-3.2.
+    """
+    starts, stops, parents = np.empty((3, order.size + 1), np.int64)
+    parent = np.full(bounds.shape[0], -1, np.int64)
+    starts[0], stops[0], parents[0] = 0, order.size, -1
+    waiting, nodes = 1, 0
+    while waiting > 0:
+        waiting -= 1
+        start, stop, node = starts[waiting], stops[waiting], nodes
+        nodes += 1
+        parent[node] = parents[waiting]
+        bounding_box(low, high, order, start, stop, bounds[node])
+        middle = start if stop - start <= LEAF else split_node(low, high, order, start, stop)
+        first[node], count[node] = (-1, 0) if middle > start else (start, stop - start)
+        if middle > start:
+            # the first half is popped next, so that it follows its parent
+            starts[waiting], stops[waiting], parents[waiting] = middle, stop, node
+            starts[waiting + 1], stops[waiting + 1], parents[waiting + 1] = start, middle, node
+            waiting += 2
+    for node in range(nodes):
+        next_on_miss[node] = 1
+    for node in range(nodes - 1, 0, -1):  # children come after their parents
+        next_on_miss[parent[node]] += next_on_miss[node]
+    for node in range(nodes):
+        next_on_miss[node] += node
+    return nodes
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def bounding_box(low: Floats, high: Floats, order: Integers, start: int, stop: int, bounds: Floats) -> None:
+    """Least and greatest coordinates of some triangles, slightly enlarged, into bounds (6,)."""
+    for axis in range(3):
+        least, most = np.inf, -np.inf
+        for n in range(start, stop):
+            least = min(least, low[order[n], axis])
+            most = max(most, high[order[n], axis])
+        margin = 1e-6 * (most - least) + 1e-12 * max(abs(least), abs(most)) + 1e-9
+        bounds[axis], bounds[3 + axis] = least - margin, most + margin
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def split_node(low: Floats, high: Floats, order: Integers, start: int, stop: int) -> int:
+    """Split the triangles of a node in two groups; return the first row of the second, or `start` for a leaf."""
+    axis, least, extent = 0, 0.0, 0.0
+    for a in range(3):
+        near, far = np.inf, -np.inf
+        for n in range(start, stop):
+            middle = low[order[n], a] + high[order[n], a]
+            near, far = min(near, middle), max(far, middle)
+        if far - near > extent:
+            axis, least, extent = a, near, far - near
+    if extent <= 0:
+        return start
+    scale = BINS * (1 - 1e-9) / extent
+    border = cheapest_split(low, high, order, start, stop, axis, least, scale)
+    i, j = start, stop - 1
+    while i <= j:
+        row = order[i]
+        if int((low[row, axis] + high[row, axis] - least) * scale) < border:
+            i += 1
+        else:
+            order[i], order[j] = order[j], row
+            j -= 1
+    return i
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def cheapest_split(
+    low: Floats, high: Floats, order: Integers, start: int, stop: int, axis: int, least: float, scale: float
+) -> int:
+    """Bin of the best split: least sum of surface times triangles. First and last bin are filled."""
+    box = np.empty((BINS, 6))
+    box[:, :3], box[:, 3:] = np.inf, -np.inf
+    number = np.zeros(BINS, np.int64)
+    for n in range(start, stop):
+        row = order[n]
+        b = int((low[row, axis] + high[row, axis] - least) * scale)
+        number[b] += 1
+        for a in range(3):
+            box[b, a] = min(box[b, a], low[row, a])
+            box[b, 3 + a] = max(box[b, 3 + a], high[row, a])
+    after = np.zeros(BINS)
+    grown = np.array([np.inf, np.inf, np.inf, -np.inf, -np.inf, -np.inf])
+    total = 0
+    for b in range(BINS - 1, 0, -1):
+        total += number[b]
+        after[b] = total * merged_half_area(grown, box[b])
+    best, border, total = np.inf, 1, 0
+    grown[:3], grown[3:] = np.inf, -np.inf
+    for b in range(BINS - 1):
+        total += number[b]
+        cost = total * merged_half_area(grown, box[b]) + after[b + 1]
+        if cost < best:
+            best, border = cost, b + 1
+    return border
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def merged_half_area(grown: Floats, box: Floats) -> float:
+    """Half the surface of a box (6,) merged with another."""
+    for a in range(3):
+        grown[a] = min(grown[a], box[a])
+        grown[3 + a] = max(grown[3 + a], box[3 + a])
+    x, y, z = grown[3] - grown[0], grown[4] - grown[1], grown[5] - grown[2]
+    return x * y + y * z + z * x
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _lowest_solid_below(
+    next_on_miss: Integers, first: Integers, count: Integers, solid: Integers, node_solid: Integers
+) -> None:
+    """Lowest solid of the triangles below each node, into `node_solid`."""
+    for node in range(next_on_miss.size - 1, -1, -1):
+        if first[node] >= 0:
+            node_solid[node] = solid[first[node] : first[node] + count[node]].min()
+        else:  # its children follow, and after the first of them
+            node_solid[node] = min(node_solid[node + 1], node_solid[next_on_miss[node + 1]])
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def inverse_step(step: float) -> float:
+    """One over a step; a huge number for zero, which never makes a NaN."""
+    return 1 / step if abs(step) > 1e-200 else 1e200
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _misses_box(box: Floats, start: Vector, inverse: Vector, most: float) -> bool:
+    """Return True if a segment, up to a multiple of its step, misses a box; given by the inverse of its step."""
+    a, b = (box[0] - start[0]) * inverse[0], (box[3] - start[0]) * inverse[0]
+    enter, leave = max(0.0, min(a, b)), min(most, max(a, b))
+    a, b = (box[1] - start[1]) * inverse[1], (box[4] - start[1]) * inverse[1]
+    enter, leave = max(enter, min(a, b)), min(leave, max(a, b))
+    a, b = (box[2] - start[2]) * inverse[2], (box[5] - start[2]) * inverse[2]
+    enter, leave = max(enter, min(a, b)), min(leave, max(a, b))
+    return enter > leave
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _triangle_hit(corner: Floats, start: Vector, step: Vector) -> float:
+    """Multiple of a step at which it hits a triangle, corner and two sides (9,); infinite for a miss.
+
+    Source: Moller & Trumbore (1997), J. Graphics Tools 2(1), 21.
+    """
+    dx, dy, dz = step
+    ax, ay, az, bx, by, bz = corner[3], corner[4], corner[5], corner[6], corner[7], corner[8]
+    px, py, pz = dy * bz - dz * by, dz * bx - dx * bz, dx * by - dy * bx
+    det = ax * px + ay * py + az * pz
+    if det == 0:
+        return np.inf
+    sx, sy, sz = start[0] - corner[0], start[1] - corner[1], start[2] - corner[2]
+    u = (sx * px + sy * py + sz * pz) / det
+    if u < -EDGE or u > 1 + EDGE:
+        return np.inf
+    qx, qy, qz = sy * az - sz * ay, sz * ax - sx * az, sx * ay - sy * ax
+    v = (dx * qx + dy * qy + dz * qz) / det
+    if v < -EDGE or u + v > 1 + EDGE:
+        return np.inf
+    return (bx * qx + by * qy + bz * qz) / det
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def nearest_hit(tree: TriangleTree, start: Vector, step: Vector, least: float, most: float) -> tuple[float, int]:
+    """First triangle along a ray: multiple of its step, between limits, and row; the upper limit and -1 for none."""
+    inverse = inverse_step(step[0]), inverse_step(step[1]), inverse_step(step[2])
+    found, node = -1, 0
+    while node < tree.next_on_miss.size:
+        if _misses_box(tree.bounds[node], start, inverse, most):
+            node = tree.next_on_miss[node]
+            continue
+        if tree.first_triangle[node] >= 0:
+            for t in range(tree.first_triangle[node], tree.first_triangle[node] + tree.triangle_count[node]):
+                there = _triangle_hit(tree.corner_and_sides[t], start, step)
+                if least < there < most:
+                    most, found = there, t
+        node += 1
+    return most, found
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def lowest_solid(tree: TriangleTree, start: Vector, step: Vector, lowest_so_far: int) -> int:
+    """Lowest solid of the triangles that a segment hits, or `lowest_so_far` where none is lower."""
+    inverse = inverse_step(step[0]), inverse_step(step[1]), inverse_step(step[2])
+    node = 0
+    while node < tree.next_on_miss.size:
+        if tree.lowest_solid[node] >= lowest_so_far or _misses_box(tree.bounds[node], start, inverse, 1.0):
+            node = tree.next_on_miss[node]
+            continue
+        if tree.first_triangle[node] >= 0:
+            for t in range(tree.first_triangle[node], tree.first_triangle[node] + tree.triangle_count[node]):
+                if tree.solid_row[t] < lowest_so_far and 0 <= _triangle_hit(tree.corner_and_sides[t], start, step) <= 1:
+                    lowest_so_far = tree.solid_row[t]
+        node += 1
+    return lowest_so_far
