@@ -5,6 +5,7 @@ Newton's method converges to each end's own bounce points in a few steps. Plain 
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -45,6 +46,62 @@ NONE, THERE, LIT = 0, 1, 2
 """Results of `refine_bounce_point`: nothing; a bounce; a fold on its bright side, with two bounces."""
 
 
+class SurfaceLeg(NamedTuple):
+    """One leg by way of the surface; both ends count from the sea's origin."""
+
+    start: Floats
+    """North, east and depth of the sonar's end [m], bottom bounces unfolded, (3,)."""
+    end: Floats
+    """North, east and unfolded depth of the other end [m], (3,)."""
+    time: float
+    """Start of the leg in the sense of the sound [s]."""
+    slowness: float
+    """Slowness of sound [s/m]."""
+    is_transmit: bool
+    """True if the sound comes from the start."""
+    waves: Floats
+    """Waves, as for `surface_derivatives`, (5, m)."""
+
+
+class BounceSearch(NamedTuple):
+    """Extent and resolution of the search for bounce points."""
+
+    slope: float
+    """Greatest slope that the surface may have [1]."""
+    step: float
+    """Distance between points of the track, and the longest step of the refinement [m]."""
+    size: float
+    """Largest distance of the ends that share the search [m]."""
+    wavenumber: float
+    """Wavenumber of the sound [rad/m]."""
+
+
+class LegEnds(NamedTuple):
+    """Ends of the legs from one position, in groups that share a search: n ends, g groups."""
+
+    position: Floats
+    """North, east and unfolded depth of each end [m], (n, 3)."""
+    time: Floats
+    """Start of the leg of each end [s], (n,)."""
+    first: Integers
+    """First row in `order` of each group, and the end, (g + 1,)."""
+    order: Integers
+    """Rows of the ends, group by group, (n,)."""
+    group_position: Floats
+    """End of each group's search [m], (g, 3)."""
+    group_time: Floats
+    """Start of its leg [s], (g,)."""
+
+
+class Cubic(NamedTuple):
+    """Hermite's cubic between two nodes, at 0 and 1: values, and slopes per interval."""
+
+    f0: float
+    d0: float
+    f1: float
+    d1: float
+
+
 @njit(cache=True, nogil=True, error_model="numpy")
 def bounce_range_for_slope(slope: float, horizontal_distance: float, before: float, after: float) -> float:
     """Distance at which a bounce on a flat track requires a given slope of the surface [m].
@@ -58,40 +115,33 @@ def bounce_range_for_slope(slope: float, horizontal_distance: float, before: flo
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def surface_and_paths(
-    north: float, east: float, start: Floats, end: Floats, leg_timing: Floats, is_transmit_leg: bool, waves: Floats
-) -> SurfaceAndPaths:
+def surface_and_paths(north: float, east: float, leg: SurfaceLeg) -> SurfaceAndPaths:
     """The surface at one point when sound arrives there, and the paths to both ends.
 
     The first part of a transmit leg lies before its bounce; of a receive leg, the second.
     """
+    start, end = leg.start, leg.end
     an, ae, bn, be = north - start[0], east - start[1], north - end[0], east - end[1]
-    dn, de, below = (an, ae, start[2]) if is_transmit_leg else (bn, be, end[2])
+    dn, de, below = (an, ae, start[2]) if leg.is_transmit else (bn, be, end[2])
     before = math.sqrt(dn * dn + de * de + below * below)
-    slow = leg_timing[1] / before
-    sea = surface_derivatives(north, east, leg_timing[0] + leg_timing[1] * before, slow * dn, slow * de, waves)
-    return (
-        sea,
-        end_to_surface_path(an, ae, start[2], sea),
-        end_to_surface_path(bn, be, end[2], sea),
-        leg_timing[0] + leg_timing[1] * before,
-    )
+    slow = leg.slowness / before
+    time = leg.time + leg.slowness * before
+    sea = surface_derivatives(north, east, time, slow * dn, slow * de, leg.waves)
+    return sea, end_to_surface_path(an, ae, start[2], sea), end_to_surface_path(bn, be, end[2], sea), time
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _transverse_stationary_point(
-    x: float, y: float, ahead_n: float, ahead_e: float, start: Floats, end: Floats, leg_timing: Floats,
-    is_transmit_leg: bool,
-    waves: Floats, step: float,
-) -> tuple[float, float, float, float]:  # fmt: skip
+    x: float, y: float, ahead_n: float, ahead_e: float, leg: SurfaceLeg, step: float
+) -> tuple[float, float, float, float]:
     """Point beside one point of the track where the path is stationary across the track.
 
     Returns:
         Distance to the right of the track [m]; its growth per metre ahead; derivative of the length along the
         ridge, and the second one.
     """
-    north, east = start[0] + x * ahead_n - y * ahead_e, start[1] + x * ahead_e + y * ahead_n
-    _, one, two, _ = surface_and_paths(north, east, start, end, leg_timing, is_transmit_leg, waves)
+    north, east = leg.start[0] + x * ahead_n - y * ahead_e, leg.start[1] + x * ahead_e + y * ahead_n
+    _, one, two, _ = surface_and_paths(north, east, leg)
     gn, ge = one[1] + two[1], one[2] + two[2]
     hnn, hne, hee = one[3] + two[3], one[4] + two[4], one[5] + two[5]
     gx, gy = gn * ahead_n + ge * ahead_e, ge * ahead_n - gn * ahead_e
@@ -106,19 +156,20 @@ def _transverse_stationary_point(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _cubic(t: float, f0: float, d0: float, f1: float, d1: float) -> float:
-    """Hermite's cubic between two nodes, t from 0 to 1, slopes per interval."""
+def _value(cubic: Cubic, t: float) -> float:
+    """Hermite's cubic at t, from 0 to 1."""
+    f0, d0, f1, d1 = cubic
     s = 1 - t
     return s * s * (f0 * (1 + 2 * t) + d0 * t) + t * t * (f1 * (3 - 2 * t) - d1 * s)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _bisected(low: float, high: float, f0: float, d0: float, f1: float, d1: float) -> float:
+def _bisected(cubic: Cubic, low: float, high: float) -> float:
     """Zero of the cubic between two positions of opposite signs."""
-    begin = _cubic(low, f0, d0, f1, d1)
+    begin = _value(cubic, low)
     for _ in range(12):
         middle = (low + high) / 2
-        if (_cubic(middle, f0, d0, f1, d1) > 0) == (begin > 0):
+        if (_value(cubic, middle) > 0) == (begin > 0):
             low = middle
         else:
             high = middle
@@ -126,8 +177,9 @@ def _bisected(low: float, high: float, f0: float, d0: float, f1: float, d1: floa
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _monotone_intervals(f0: float, d0: float, f1: float, d1: float, knots: Floats) -> int:
+def _monotone_intervals(cubic: Cubic, knots: Floats) -> int:
     """Positions from 0 to 1 between which Hermite's cubic is monotone; returns the number of intervals."""
+    f0, d0, f1, d1 = cubic
     c0, c1, c2 = d0, 6 * (f1 - f0) - 4 * d0 - 2 * d1, 6 * (f0 - f1) + 3 * (d0 + d1)  # of the derivative
     knots[0], count = 0.0, 1
     inner = c1 * c1 - 4 * c0 * c2
@@ -145,16 +197,12 @@ def _monotone_intervals(f0: float, d0: float, f1: float, d1: float, knots: Float
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _rough_zeros(
-    f0: float, d0: float, f1: float, d1: float, pitch: float, gradient_spread: float, wavenumber: float, seeds: Floats,
-    folds: Floats,
-) -> tuple[int, int]:  # fmt: skip
+    gradient: Cubic, pitch: float, gradient_spread: float, wavenumber: float, seeds: Floats, folds: Floats
+) -> tuple[int, int]:
     """Approximate zeros of a gradient between two points of a track, and folds that are nearly zeros.
 
     Args:
-        f0: Gradient at the first point.
-        d0: Its growth per point there.
-        f1: Gradient at the second point.
-        d1: Its growth there.
+        gradient: Gradient from the first point to the second.
         pitch: Spacing of the points [m].
         gradient_spread: Variation of the gradient among the ends that share the search.
         wavenumber: Wavenumber of the sound [rad/m].
@@ -165,12 +213,13 @@ def _rough_zeros(
         Number of both.
     """
     knots, many, dark = np.empty(4), 0, 0
-    count = _monotone_intervals(f0, d0, f1, d1, knots)
+    count = _monotone_intervals(gradient, knots)
+    f0, d0, f1, d1 = gradient
     low = f0
     for k in range(count):
-        high = _cubic(knots[k + 1], f0, d0, f1, d1)
+        high = _value(gradient, knots[k + 1])
         if (low > 0) != (high > 0):
-            seeds[many] = _bisected(knots[k], knots[k + 1], f0, d0, f1, d1)
+            seeds[many] = _bisected(gradient, knots[k], knots[k + 1])
             many += 1
         low = high
         if k + 1 < count:
@@ -187,36 +236,26 @@ def _rough_zeros(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def search_bounce_points(
-    start: Floats, end: Floats, leg_timing: Floats, is_transmit_leg: bool, waves: Floats, slope: float, step: float,
-    size: float,
-    wavenumber: float, seeds: Floats, folds: Floats,
-) -> tuple[int, int]:  # fmt: skip
+def search_bounce_points(leg: SurfaceLeg, search: BounceSearch, seeds: Floats, folds: Floats) -> tuple[int, int]:
     """Approximate bounce points of one path: zeros along a track whose every point is stationary across the track.
 
     Args:
-        start: North, east of one end from the sea's origin, and depth [m], bottom bounces unfolded, shape (3,).
-        end: North, east and unfolded depth of the other end [m], shape (3,).
-        leg_timing: Start of the leg in the sense of the sound [s], and seconds per metre.
-        is_transmit_leg: True if the sound comes from the start.
-        waves: Waves, as for `surface_derivatives`.
-        slope: Greatest slope that the surface may have [1].
-        step: Distance between points of the track [m].
-        size: Largest distance of the ends that share the search [m].
-        wavenumber: Wavenumber of the sound [rad/m].
+        leg: The leg.
+        search: Extent and resolution.
         seeds: Filled with north and east of approximate bounce points [m], shape (2, most).
         folds: Filled with north and east of approximate folds [m], shape (2, most).
 
     Returns:
         Number of both.
     """
+    start, end, step, wavenumber = leg.start, leg.end, search.step, search.wavenumber
     north, east = end[0] - start[0], end[1] - start[1]
     far = math.hypot(north, east)
     ahead_n, ahead_e = (north / far, east / far) if far > 1e-6 else (1.0, 0.0)
     # Slightly beyond the largest slope: folds just short of it still contribute.
     sine = max((start[2] + end[2]) / math.hypot(far, start[2] + end[2]), 1e-3)
-    sharp = slope * (math.pi / 4 / step) ** 2  # of the slope, at most, along the track
-    steep = slope + min(FARTHEST * (sine * sharp / wavenumber**2) ** (1 / 3) / (2 * sine), slope)
+    sharp = search.slope * (math.pi / 4 / step) ** 2  # of the slope, at most, along the track
+    steep = search.slope + min(FARTHEST * (sine * sharp / wavenumber**2) ** (1 / 3) / (2 * sine), search.slope)
     one, two = (
         bounce_range_for_slope(steep, far, start[2], end[2]),
         bounce_range_for_slope(-steep, far, start[2], end[2]),
@@ -227,21 +266,18 @@ def search_bounce_points(
     y = lean = f0 = d0 = 0.0
     zeros, turns, count, dark = np.empty(12), np.empty(4), 0, 0
     for _ in range(6):
-        y, lean, f0, d0 = _transverse_stationary_point(
-            low, y, ahead_n, ahead_e, start, end, leg_timing, is_transmit_leg, waves, step
-        )
+        y, lean, f0, d0 = _transverse_stationary_point(low, y, ahead_n, ahead_e, leg, step)
     for node in range(1, nodes):
         x, y0, lean0 = low + node * pitch, y, lean
-        y, lean, f1, d1 = _transverse_stationary_point(
-            x, y + lean * pitch, ahead_n, ahead_e, start, end, leg_timing, is_transmit_leg, waves, step
-        )
+        y, lean, f1, d1 = _transverse_stationary_point(x, y + lean * pitch, ahead_n, ahead_e, leg, step)
         # change of the gradient as the end moves by the size of the group
         r2 = math.sqrt((far - x) ** 2 + end[2] ** 2)
-        near = 1.5 * size * (end[2] / r2) ** 2 / r2
-        many, also = _rough_zeros(f0, d0 * pitch, f1, d1 * pitch, pitch, near, wavenumber, zeros, turns)
+        near = 1.5 * search.size * (end[2] / r2) ** 2 / r2
+        gradient, ridge = Cubic(f0, d0 * pitch, f1, d1 * pitch), Cubic(y0, lean0 * pitch, y, lean * pitch)
+        many, also = _rough_zeros(gradient, pitch, near, wavenumber, zeros, turns)
         for k in range(many + also):
             t = zeros[k] if k < many else turns[k - many]
-            along, aside = x - pitch + t * pitch, _cubic(t, y0, lean0 * pitch, y, lean * pitch)
+            along, aside = x - pitch + t * pitch, _value(ridge, t)
             place = start[0] + along * ahead_n - aside * ahead_e, start[1] + along * ahead_e + aside * ahead_n
             if k < many and count < seeds.shape[1]:
                 seeds[0, count], seeds[1, count] = place
@@ -255,10 +291,8 @@ def search_bounce_points(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def refine_bounce_point(
-    north: float, east: float, start: Floats, end: Floats, leg_timing: Floats, is_transmit_leg: bool, waves: Floats,
-    stride: float,
-    wavenumber: float, fold: bool, point: Floats,
-) -> int:  # fmt: skip
+    north: float, east: float, leg: SurfaceLeg, search: BounceSearch, fold: bool, point: Floats
+) -> int:
     """Refine an approximate bounce point, or fold, by Newton's method.
 
     At a fold the path is stationary along its stiff axis, and its curvature along the weak one is zero.
@@ -266,27 +300,22 @@ def refine_bounce_point(
     Args:
         north: North coordinate of the approximate point [m].
         east: East coordinate of the approximate point [m].
-        start: As for `search_bounce_points`.
-        end: As for `search_bounce_points`.
-        leg_timing: As for `search_bounce_points`.
-        is_transmit_leg: As for `search_bounce_points`.
-        waves: As for `search_bounce_points`.
-        stride: Longest step [m].
-        wavenumber: As for `search_bounce_points`.
+        leg: The leg.
+        search: Longest step and wavenumber.
         fold: True to search for a fold.
         point: Filled with the columns of the point, see `COLUMNS`.
 
     Returns:
         NONE, THERE or LIT. A fold exists where the end lies in its shadow, but not deeply.
     """
-    moved = math.inf
+    moved, stride = math.inf, search.step
     for _ in range(STEPS):
-        sea, one, two, time = surface_and_paths(north, east, start, end, leg_timing, is_transmit_leg, waves)
+        sea, one, two, time = surface_and_paths(north, east, leg)
         gn, ge = one[1] + two[1], one[2] + two[2]
         weak, strong, un, ue = principal_curvatures(one[3] + two[3], one[4] + two[4], one[5] + two[5])
         gu, gv, third = un * gn + ue * ge, un * ge - ue * gn, 0.0
         if fold or moved < CLOSE:
-            sea_third, fourth, aside = surface_derivatives_along(north, east, time, un, ue, waves)
+            sea_third, fourth, aside = surface_derivatives_along(north, east, time, un, ue, leg.waves)
             third = path_third_derivative(un, ue, one, sea, sea_third) + path_third_derivative(
                 un, ue, two, sea, sea_third
             )
@@ -305,7 +334,7 @@ def refine_bounce_point(
                 return THERE
             if gu * third <= 0:
                 return LIT
-            return THERE if shadow_depth(gu, third, wavenumber) < FARTHEST else NONE
+            return THERE if shadow_depth(gu, third, search.wavenumber) < FARTHEST else NONE
         shift = weak / third if fold and third != 0 else gu / weak if weak != 0 else math.inf
         du, dv = -min(max(shift, -stride), stride), -min(max(gv / strong, -stride), stride)
         moved = math.hypot(du, dv)
@@ -356,95 +385,62 @@ def _bounce_strength(point: Floats) -> float:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def bounce_points(
-    start: Floats, ends: Floats, base: Floats, slowness: float, wavenumber: float, is_transmit_leg: bool,
-    cell_first: Integers,
-    order: Integers, cell_end: Floats, cell_base: Floats, waves: Floats, slope: float, step: float, size: float,
+    start: Floats, ends: LegEnds, slowness: float, is_transmit: bool, waves: Floats, search: BounceSearch,
     count: Integers, stationary_points: Floats,
 ) -> None:  # fmt: skip
     """All bounce points of the paths from one position to many ends, and the folds in whose shadow they lie.
 
     Args:
-        start: As for `search_bounce_points`, shape (3,).
-        ends: As for `search_bounce_points`, shape (n, 3).
-        base: Start of the leg for each end [s], shape (n,).
+        start: North, east and unfolded depth of the position [m], shape (3,).
+        ends: The n ends.
         slowness: Slowness of sound [s/m].
-        wavenumber: As for `search_bounce_points`.
-        is_transmit_leg: True if sound comes from the start.
-        cell_first: First row in `order` of each group of ends that share a search, and the end, shape (cells + 1,).
-        order: Rows of the ends, group by group, shape (n,).
-        cell_end: End of each group's search, shape (cells, 3).
-        cell_base: Start of its leg [s], shape (cells,).
-        waves: As for `search_bounce_points`.
-        slope: As for `search_bounce_points`.
-        step: As for `search_bounce_points`.
-        size: As for `search_bounce_points`.
+        is_transmit: True if sound comes from the start.
+        waves: Waves, as for `surface_derivatives`.
+        search: Extent and resolution.
         count: Filled with the number of bounce points of each end, shape (n,).
         stationary_points: Filled with their columns, nearest to the start first, shape (n, most, COLUMNS).
     """
     seeds, folds = np.empty((2, 4 * stationary_points.shape[1])), np.empty((2, 4 * stationary_points.shape[1]))
-    point, clock = np.empty(COLUMNS), np.array([0.0, slowness])
-    for cell in range(cell_first.size - 1):
-        middle, clock[0] = cell_end[cell], cell_base[cell]
-        many, dark = search_bounce_points(
-            start, middle, clock, is_transmit_leg, waves, slope, step, size, wavenumber, seeds, folds
-        )
-        for k in range(cell_first[cell], cell_first[cell + 1]):
-            n = order[k]
-            clock[0] = base[n]
+    point = np.empty(COLUMNS)
+    for group in range(ends.first.size - 1):
+        middle = ends.group_position[group]
+        shared = SurfaceLeg(start, middle, ends.group_time[group], slowness, is_transmit, waves)
+        many, dark = search_bounce_points(shared, search, seeds, folds)
+        for k in range(ends.first[group], ends.first[group + 1]):
+            n = ends.order[k]
+            leg = SurfaceLeg(start, ends.position[n], ends.time[n], slowness, is_transmit, waves)
             count[n] = 0
             for seed in range(many + dark):
                 place = seeds[:, seed] if seed < many else folds[:, seed - many]
                 before = math.hypot(math.hypot(place[0] - start[0], place[1] - start[1]), start[2])
                 after = math.hypot(math.hypot(place[0] - middle[0], place[1] - middle[1]), middle[2])
                 part = before / (before + after)  # of a flat surface
-                north = place[0] + part * (ends[n, 0] - middle[0])
-                east = place[1] + part * (ends[n, 1] - middle[1])
-                count[n] = _follow_bounce(
-                    north, east, start, ends[n], clock, is_transmit_leg, waves, step, wavenumber, seed >= many, point,
-                    stationary_points[n],
-                    count[n],
-                )  # fmt: skip
+                north = place[0] + part * (leg.end[0] - middle[0])
+                east = place[1] + part * (leg.end[1] - middle[1])
+                count[n] = _follow_bounce(north, east, leg, search, seed >= many, point, stationary_points[n], count[n])
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _follow_bounce(
-    north: float, east: float, start: Floats, end: Floats, leg_timing: Floats, is_transmit_leg: bool, waves: Floats,
-    stride: float,
-    wavenumber: float, fold: bool, point: Floats, stationary_points: Floats, count: int,
+    north: float, east: float, leg: SurfaceLeg, search: BounceSearch, fold: bool, point: Floats,
+    stationary_points: Floats, count: int,
 ) -> int:  # fmt: skip
     """Refine one approximate bounce point or fold, and insert the results; a bright fold gives one on each side.
 
     Returns:
         New number of bounce points.
     """
-    apart = stride / 100
-    what = refine_bounce_point(
-        north, east, start, end, leg_timing, is_transmit_leg, waves, stride, wavenumber, fold, point
-    )
+    apart = search.step / 100
+    what = refine_bounce_point(north, east, leg, search, fold, point)
     if what == THERE:
         return _insert_bounce(point, stationary_points, count, apart)
     if what == NONE:
         return count
     wide = math.sqrt(2 * abs(point[11] / point[9]))
-    if wide > 2 * stride:
+    if wide > 2 * search.step:
         return count
     n, e, un, ue = point[0], point[1], wide * point[12], wide * point[13]
     for side in (-1.0, 1.0):
-        if (
-            refine_bounce_point(
-                n + side * un,
-                e + side * ue,
-                start,
-                end,
-                leg_timing,
-                is_transmit_leg,
-                waves,
-                stride,
-                wavenumber,
-                False,
-                point,
-            )
-            == THERE
-        ):
+        if refine_bounce_point(n + side * un, e + side * ue, leg, search, False, point) == THERE:
             count = _insert_bounce(point, stationary_points, count, apart)
     return count

@@ -21,7 +21,7 @@ from insonify.ocean.directional_spreading import ElfouhailySpreading
 from insonify.ocean.elfouhaily import Elfouhaily
 from insonify.ocean.sea_surface import SeaSurface
 from insonify.ocean.wave_spectrum import angular_frequency
-from insonify.propagation._stationary_point_kernel import COLUMNS, bounce_points
+from insonify.propagation._stationary_point_kernel import COLUMNS, BounceSearch, LegEnds, bounce_points
 from insonify.propagation.caustic import merging_factor
 from insonify.propagation.families import bounce_sequence
 from insonify.propagation.glints import GlintBouncePoints, GlintSurface, SonarEnd, leg_rows, update_grazing
@@ -143,10 +143,9 @@ def find_bounce_points(
     start[2] = _unfolded_depth(sonar_end.position[2], before, bed)
     ends, base = node_values(scatterers.position)
     count, at = np.zeros(len(ends), np.int64), np.empty((len(ends), max_count, COLUMNS))
-    bounce_points(
-        start, ends, base, 1 / speed, 2 * math.pi * frequency / speed, is_transmit_leg, cells.first_row, cells.order,
-        *node_values(cells.centre), sea.waves, sea.max_slope, sea.shortest_wavelength / NODES, size, count, at,
-    )  # fmt: skip
+    groups = LegEnds(ends, base, cells.first_row, cells.order, *node_values(cells.centre))
+    search = BounceSearch(sea.max_slope, sea.shortest_wavelength / NODES, size, 2 * math.pi * frequency / speed)
+    bounce_points(start, groups, 1 / speed, is_transmit_leg, sea.waves, search, count, at)
     at = at[:, : max(1, int(count.max(initial=0)))].copy()
     at[np.arange(at.shape[1]) >= count[:, None]] = 1.0
     return SurfaceBouncePoints(count, at, start, ends)
