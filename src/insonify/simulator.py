@@ -435,6 +435,8 @@ def _engine(
         changes["choice"] = choice.unchecked_copy(scatterers_per_cell=wants.max_scatterers_per_cell)
     if wants.quadrature:
         changes["delay_field"] = None  # an expectation is a mean over random delays
+    if wants.approximate_edges:
+        changes["approximate_edges"] = True
     if isinstance(pool, SerialPool):
         changes["terrain_occlusion"] = pool.terrain_occlusion  # of this ping alone
     return replace(engine, **changes) if changes else engine

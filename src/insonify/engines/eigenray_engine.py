@@ -58,6 +58,8 @@ class EigenrayEngine:
     """Quadrature points about the sonar at its last attitudes."""
     delay_field: DelayField | None = None
     """Random travel-time delays of inhomogeneous water; None: none, as for an expected intensity."""
+    approximate_edges: bool = False
+    """True: diffraction around targets without weak ripples and fine details, see `diffract_at_edges`."""
 
     def blocks(self, ping_geometry: PingGeometry, *, quadrature: bool = False) -> list[Block]:
         """Scatterers of one ping, as blocks that are generated when called.
@@ -284,7 +286,7 @@ class EigenrayEngine:
             is_slice = self.choice.geometry == "slice"
             return diffract_at_edges(
                 legs, scatterers, position, self.scene, self._wavelength(ping_geometry, position),
-                infinitely_wide=is_slice,
+                infinitely_wide=is_slice, approximate=self.approximate_edges,
             )  # fmt: skip
 
         first = diffracted(out, ping_geometry.transmit_position)

@@ -21,6 +21,8 @@ class Requirements:
     """True: such samples come with the positions and occluders that labels need."""
     max_scatterers_per_cell: float = math.inf
     """Points in a resolution cell beyond which further ones do not matter [1]."""
+    approximate_edges: bool = False
+    """True: diffraction around targets without weak ripples and fine details, see `knife_edge.diffract_at_edges`."""
 
 
 class Accumulator(Protocol):

@@ -26,7 +26,7 @@ from insonify.synthesis.accumulator import Requirements
 from insonify.synthesis.coherence_factors import split_by_coherence
 from insonify.synthesis.coherent_groups import PulseTable, add_groups
 from insonify.synthesis.coherent_subsets import coherent_subsets
-from insonify.synthesis.leg_weights import leg_weights, weights_from_gain
+from insonify.synthesis.leg_weights import leg_weights, weights_from_gain, weights_from_two_gains
 from insonify.synthesis.receive_beam_motion import moving_array_axes, receive_directions
 from insonify.synthesis.replica_jitter import ReplicaJitter
 from insonify.synthesis.specular_sums import SpecularSums
@@ -96,12 +96,15 @@ class IncoherentAccumulator:
         """Complex weight of the transmit legs [uPa] and the receive legs [1] in each beam, (beams, f, n) each."""
         geometry, level = self.ping_geometry, float(amplitude_ratio(self.ping_geometry.source_level_db))
         receive_direction = receive_directions(pairs, geometry)
-        receive_weight = weights_from_gain(
-            geometry.receive_beams.gain(receive_direction), pairs.back, geometry.frequency
-        )
-        if pairs.out is pairs.back and geometry.same_beams and receive_direction is pairs.back.departure:
+        receive_gain = geometry.receive_beams.gain(receive_direction)
+        if pairs.out is not pairs.back:
+            receive_weight = weights_from_gain(receive_gain, pairs.back, geometry.frequency)
+            return leg_weights(pairs.out, geometry.transmit_beams, geometry.frequency, level), receive_weight
+        if geometry.same_beams and receive_direction is pairs.back.departure:
+            receive_weight = weights_from_gain(receive_gain, pairs.back, geometry.frequency)
             return level * receive_weight, receive_weight
-        return leg_weights(pairs.out, geometry.transmit_beams, geometry.frequency, level), receive_weight
+        transmit_gain = geometry.transmit_beams.gain(pairs.out.departure)
+        return weights_from_two_gains(transmit_gain, receive_gain, pairs.out, geometry.frequency, level)
 
     def add_weighted(
         self, energies: IntensityBuffer, pairs: Pairs, transmit_weights: Complexes, receive_weights: Complexes

@@ -73,7 +73,7 @@ class LabelAccumulator:
     @property
     def requirements(self) -> Requirements:
         """Properties of the path pairs that `add` expects."""
-        return Requirements(origins=True, max_scatterers_per_cell=POINTS)
+        return Requirements(origins=True, max_scatterers_per_cell=POINTS, approximate_edges=True)
 
     def empty(self) -> LabelBuffer:
         """Empty buffer."""
@@ -224,7 +224,8 @@ class LabelAccumulator:
     def _add_occluded(self, buffer: LabelBuffer, pairs: Pairs) -> None:
         """Add the energies that occluded direct paths to the seabed would have without occlusion."""
         occluded = np.zeros(len(pairs.scatterers), bool)
-        for legs, rows in ((pairs.out, pairs.pair[:, 0]), (pairs.back, pairs.pair[:, 1])):
+        ends = (pairs.out, pairs.pair[:, 0]), (pairs.back, pairs.pair[:, 1])
+        for legs, rows in ends:
             occluded |= (legs.status[rows] == LegStatus.OCCLUDED).any(axis=0)
         point_rows = np.flatnonzero(occluded)
         if not len(point_rows):
@@ -234,10 +235,8 @@ class LabelAccumulator:
             geometry.source_level_db
         )
         power_back = _unoccluded_power(pairs.back, geometry.receive_beams, point_rows)
-        occluder_names = {
-            int(row) for legs in (pairs.out, pairs.back) for row in np.unique(legs.occluder[:, point_rows])
-        }
-        for occluder_row in sorted(occluder_names - {-1}):
+        occluders = [legs.occluder[rows][:, point_rows] for legs, rows in ends]
+        for occluder_row in sorted(set(np.concatenate(occluders, axis=None).tolist()) - {-1}):
             object_name = "seabed" if occluder_row == SEABED_OCCLUDER else self.occluder_names[occluder_row]
             for row, (i, j) in enumerate(pairs.pair):
                 removed_fraction = _removed_fraction(pairs.out, pairs.back, int(i), int(j), occluder_row)[point_rows]

@@ -39,20 +39,40 @@ def weights_from_gain(gain: Floats, legs: Legs, frequency: float, scale: float =
     Returns:
         Amplitude times gain times exp(-j 2 pi frequency delay), shape (beams, f, n).
     """
-    weight = np.empty(gain.shape, complex)
-    _fill_weights(gain, legs.amplitude, legs.delay, frequency, scale, weight)
-    return weight
+    return weights_from_two_gains(gain, gain[:0], legs, frequency, scale)[0]
+
+
+def weights_from_two_gains(
+    transmit_gain: Floats, receive_gain: Floats, legs: Legs, frequency: float, scale: float
+) -> tuple[Complexes, Complexes]:
+    """Complex weights of legs that are the same out and back; see `weights_from_gain`.
+
+    Args:
+        transmit_gain: Gain of the transmit beams towards the legs [1], shape (beams, f, n).
+        receive_gain: Gain of the receive beams towards the legs [1], shape (beams, f, n).
+        legs: Legs between one end and n points, by f families.
+        frequency: Carrier [Hz].
+        scale: Factor on the weights of the transmit beams.
+    """
+    transmit, receive = np.empty(transmit_gain.shape, complex), np.empty(receive_gain.shape, complex)
+    _fill_weights(transmit_gain, receive_gain, legs.amplitude, legs.delay, frequency, scale, transmit, receive)
+    return transmit, receive
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _fill_weights(
-    gain: Floats, amplitude: Complexes, delay: Floats, frequency: float, scale: float, weight: Complexes
-) -> None:
-    """Fill `weight`; the carrier's cycles are in float64 because there are thousands of them."""
+    transmit_gain: Floats, receive_gain: Floats, amplitude: Complexes, delay: Floats, frequency: float, scale: float,
+    transmit: Complexes, receive: Complexes,
+) -> None:  # fmt: skip
+    """Fill the weights; the carrier's cycles are in float64 because there are thousands of them."""
     for f in range(delay.shape[0]):
         for n in range(delay.shape[1]):
             cycles = -frequency * delay[f, n]
             sine, cosine = sincos_cycles(cycles - np.rint(cycles))
             carrier = scale * amplitude[f, n] * complex(cosine, sine)
-            for c in range(gain.shape[0]):
-                weight[c, f, n] = gain[c, f, n] * carrier
+            for c in range(transmit_gain.shape[0]):
+                transmit[c, f, n] = transmit_gain[c, f, n] * carrier
+            if receive_gain.shape[0] > 0:
+                carrier = amplitude[f, n] * complex(cosine, sine)
+            for c in range(receive_gain.shape[0]):
+                receive[c, f, n] = receive_gain[c, f, n] * carrier
