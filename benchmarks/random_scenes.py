@@ -263,7 +263,7 @@ def _paths(draw: _Draw, field: str) -> Description:
     elif field == "incoherent" and draw.chance(0.15):
         found |= {"engine": "tracer", "rays": draw.one((20_000, 100_000))}
     if draw.chance(0.1):
-        found["thinning"] = False
+        found["importance_sampling"] = False
     if draw.chance(0.1):
         found["jitter"] = draw.between(0, 0.5)
     if draw.chance(0.1):

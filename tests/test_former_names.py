@@ -1,5 +1,6 @@
 """Claims about keys and values that were renamed: each is answered with its new name, in files and in Python."""
 
+import re
 from importlib import import_module
 from pathlib import Path
 
@@ -8,6 +9,7 @@ import pytest
 import xarray as xr
 from pydantic import ValidationError
 
+import insonify
 from insonify.cli import main
 from insonify.cli.arguments import InputError, require_choice
 from insonify.former_names import FORMER_KEYS, FORMER_VALUES
@@ -74,6 +76,14 @@ def test_python_is_answered_with_the_new_name():
         PathSettings().unchecked_copy(geometri="slice")
     with pytest.raises(ValueError, match="is called importance_sampling"):
         load_scenario(NOMINAL).with_("paths.thinning", False)
+
+
+def test_no_text_of_the_program_names_a_former_key():
+    """Neither messages nor docstrings: by section and key, such as paths.thinning."""
+    sections = {"PathSettings": "paths", "Receiver": "receiver", "Surface": "surface", "Seabed": "seabed"}
+    former = [rf"{sections[model]}\.{old}" for model, keys in FORMER_KEYS.items() if model in sections for old in keys]
+    for file in Path(insonify.__file__).parent.rglob("*.py"):
+        assert re.findall(rf"\b(?:{'|'.join(former)})\b", file.read_text(encoding="utf-8")) == [], file
 
 
 def test_a_former_gain_is_answered_with_the_new_one():

@@ -28,7 +28,7 @@ from insonify.records.labels import LabelNames, Labels, concatenate_channels, la
 from insonify.records.recording import RecordingLayout, recording_dataset
 from insonify.records.reverberation_samples import ReverberationSamples
 from insonify.scenario.attributes import attributes
-from insonify.scenario.pings import selected_pings
+from insonify.scenario.pings import require_index, selected_pings
 from insonify.scenario.platform_poses import platforms, receiver_seed
 from insonify.scenario.ray_domain import delay_field, domain
 from insonify.scenario.scenario import Scenario
@@ -500,7 +500,7 @@ def arrivals(scenario: Scenario, ping: int = 0, *, window: DelayInterval | None 
         ValueError: The track has no such ping, the sonar no such channel, or the window lies beyond the recording.
     """
     selected_pings(scenario, [ping])
-    _require_channel(scenario, channel)
+    require_index("channel", channel, scenario.sonar.channel_count, "sonar")
     if scenario.paths.engine == "tracer":
         raise ValueError(
             "paths.engine is tracer, and rays are energies, not paths. For arrivals write engine: eigenrays."
@@ -549,7 +549,7 @@ def levels(scenario: Scenario, ping: int = 0, *, channel: int = 0, threads: int 
         ValueError: The track has no such ping, or the sonar no such channel.
     """
     selected_pings(scenario, [ping])
-    _require_channel(scenario, channel)
+    require_index("channel", channel, scenario.sonar.channel_count, "sonar")
     simulator = build_simulator(scenario)
     geometry = element_as_beam(simulator.ping_geometry(ping, channel=channel), channel % scenario.sonar.beam_count)
     with ThreadPoolExecutor(threads or os.cpu_count()) as pool:
@@ -566,11 +566,6 @@ def levels(scenario: Scenario, ping: int = 0, *, channel: int = 0, threads: int 
 def _unchanged(points: Scatterers) -> Scatterers:
     """The given scatterers, as a block."""
     return points
-
-
-def _require_channel(scenario: Scenario, channel: int) -> None:
-    if not 0 <= channel < scenario.sonar.channel_count:
-        raise ValueError(f"channel is {channel}; the sonar has channels 0 to {scenario.sonar.channel_count - 1}")
 
 
 def recording_layout(simulator: Simulator) -> RecordingLayout:

@@ -111,6 +111,23 @@ def test_what_no_line_covers_is_below_the_floor(simulator, floor):
     assert bound[~covered].max() < floor * (1 + 1e-6)
 
 
+@pytest.mark.parametrize("farthest", [5.0, 12.0])
+def test_no_line_leaves_out_relief_that_beams_reach(farthest, rise=3.0, floor=3e-3):
+    """A low panel's side lobes, 3000 positions up to 3 m off the mean plane: a radial where gain exceeds the floor."""
+    rng, panel = np.random.default_rng(5), {"kind": "planar", "width": 0.3, "height": 0.06}
+    sonar = {"transmit": panel, "receive": panel}
+    here = build_simulator(nominal(paths={"max_reflections": 0}, sonar=sonar)).ping_geometry(0)
+    found = radials_in_view(here, DEPTH, ReachableRange(HEIGHT, 0, farthest), RESOLUTION, ("D",), floor, 0.0, rise)
+    distance, bearing, height = rng.uniform([[1], [-0.3], [-rise]], [[farthest], [0.3], [rise]], (3, 3000))
+    way = np.column_stack([distance * -np.sin(bearing), distance * np.cos(bearing), HEIGHT + height])
+    way /= np.linalg.norm(way, axis=1, keepdims=True)
+    gain = np.abs(here.transmit_beams.gain(way)[0] * here.receive_beams.gain(way)[0])
+    off = np.angle(np.exp(1j * (np.arctan2(way[:, 1], way[:, 0])[:, None] - np.arctan2(found[:, 1], found[:, 0]))))
+    within = (np.abs(off) <= found[:, 2] / 2 + 1e-9) & (distance[:, None] >= found[:, 4])
+    covered = (within & (distance[:, None] <= found[:, 5])).any(axis=1)
+    assert np.all(covered[gain >= floor]) and not covered.all()
+
+
 def test_no_high_gain_line_is_wider_than_a_cell(simulator):
     """Away from the sonar and from the beam's outskirts, where the seabed is broad, each cell has its own line."""
     cell = min(RESOLUTION.beam_width, MAX_CELL_WIDTH) / np.sqrt(RESOLUTION.scatterers_per_cell)

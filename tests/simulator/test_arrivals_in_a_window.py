@@ -100,6 +100,12 @@ def test_one_ping_may_be_given_by_its_number():
         assert insonify.simulate(scenario, pings=alone).identical(listed)
     with pytest.raises(ValueError, match="ping is 3; the track has pings 0 to 2"):
         insonify.simulate(scenario, pings=3)
-    for strange in (1.5, True):
-        with pytest.raises(TypeError, match=r"pings is .*; give the number of a ping, or several"):
+    for strange in (1.5, True, "0", [0.5], ["0"], [True], np.array([0.5]), [None], [[0]]):
+        with pytest.raises(TypeError, match=r"ping is .*; give a whole number, 0 to 2"):
             insonify.simulate(scenario, pings=strange)
+    for strange in (0.5, "0", True, None):
+        for function in (insonify.arrivals, insonify.labels, insonify.levels):
+            with pytest.raises(TypeError, match=r"ping is .*; give a whole number, 0 to 2"):
+                function(scenario, ping=strange)
+        with pytest.raises(TypeError, match=r"channel is .*; give a whole number, 0 to 0"):
+            insonify.levels(scenario, channel=strange)

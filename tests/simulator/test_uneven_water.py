@@ -1,14 +1,18 @@
 """Claims about recordings in uneven water: what it blurs, what shares it, what an expectation makes of it."""
 
+import tracemalloc
+
 import numpy as np
 import pytest
 
 from insonify.ocean.inhomogeneity import delay_variance
 from insonify.propagation.delay_field import DelayField
 from insonify.scenario.load import parse_model
+from insonify.scenario.ray_domain import delay_field
 from insonify.scenario.scenario import Scenario
 from insonify.scenario.write import to_yaml
-from insonify.simulator import arrivals, levels, simulate
+from insonify.simulator import arrivals, build_simulator, levels, simulate
+from insonify.synthesis.coherence_factors import split_by_coherence
 from insonify.validity import PhysicsWarning
 from simulator.test_two_platforms import GOES, LISTENS, SAND, STAYS, told
 from synthesis.oracle import relative_rms
@@ -162,3 +166,18 @@ def test_a_moving_surface_over_uneven_water_takes_work_in_proportion_to_its_pair
                     paths={"contributions": ["target"], "max_reflections": 3}))  # fmt: skip
     assert len(groups) > 20
     assert len(followed) <= 8 * len(groups)
+
+
+def test_copies_of_a_block_in_uneven_water_come_one_after_the_other():
+    """2000 positions, 9 families: 45 copies that interfere each by itself come one by one: a third of the memory of all."""
+    scenario = uneven(paths={"contributions": ["seabed"], "max_reflections": 8, "scatterers_per_cell": 1})
+    simulator = build_simulator(scenario.with_("surface.reflection", "flat"))
+    here = simulator.ping_geometry(0)
+    points = simulator.engine.blocks(here, quadrature=True)[0]().take(slice(2000))
+    pairs = simulator.engine.pairs(here, lambda: points)
+    tracemalloc.start()
+    copies = sum(1 for _ in split_by_coherence(pairs, delay_field(scenario), here))
+    taken = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert copies > 40
+    assert taken < 20 * pairs.strength.nbytes

@@ -66,7 +66,8 @@ def smooth_facets(
     if not whole:
         warnings.warn(
             f"target {solid.label}: its smooth faces would be split into more than {MAX_FACETS} facets, and are left "
-            "coarser; their echo is not exact. Give a smaller target, a longer pulse, or leave smooth out.",
+            "coarser; their echo is not exact. Give a smaller target, a longer pulse, or leave "
+            "face_reflection_coefficient out.",
             PhysicsWarning, stacklevel=2,
         )  # fmt: skip
     return found

@@ -358,7 +358,7 @@ def _prepare(
             return None
     floor = float(amplitude_ratio(choice.beam_cutoff_db))
     heading = 0.0 if terrain is None else terrain.relief.resolved.scatterer_grid.heading
-    radials = radials_in_view(ping_geometry, seabed.depth, window_range, sampling, families, floor, heading)
+    radials = radials_in_view(ping_geometry, seabed.depth, window_range, sampling, families, floor, heading, rise)
     plan = plan_reverberation(scene, ping_geometry, families, law, radials, step, heading, rise)
     return PreparedReverberation(
         plan, heading, window_range.farthest, _reduced_choice(choice, scene, ping_geometry, ()),

@@ -40,7 +40,7 @@ FAINT_RADIAL_STRIDE = 2
 
 def radials_in_view(
     ping_geometry: PingGeometry, depth: float, window_range: ReachableRange, resolution: Resolution,
-    families: tuple[str, ...], floor: float, heading: float,
+    families: tuple[str, ...], floor: float, heading: float, rise: float = 0.0,
 ) -> Floats:  # fmt: skip
     """The lines of a boundary that one ping can receive.
 
@@ -52,6 +52,7 @@ def radials_in_view(
         families: Families that reach the boundary.
         floor: Two-way gain below which ground is left out [1].
         heading: Heading of the frame in which the lines are wanted [rad].
+        rise: How far the boundary may stand above or lie below its depth [m], less than the sonar's height above it.
 
     Returns:
         Lines as `_swath_kernel.walk` wants them, shape (n, 9).
@@ -59,14 +60,14 @@ def radials_in_view(
     key = (
         ping_geometry.transmit_beams.axes.tobytes(), ping_geometry.receive_beams.axes.tobytes(),
         ping_geometry.boresight.tobytes(),
-        float(ping_geometry.transmit_position[2]), depth, window_range, resolution, families, floor, heading,
+        float(ping_geometry.transmit_position[2]), depth, window_range, resolution, families, floor, heading, rise,
         ping_geometry.transmit_beams.pattern_key, ping_geometry.receive_beams.pattern_key,
     )  # fmt: skip
     held = _CACHE.get(key)
     if held is None:
         if len(_CACHE) >= _CACHE_SIZE:
             _CACHE.clear()
-        lines = _radials(ping_geometry, depth, window_range, resolution, families, floor, heading)
+        lines = _radials(ping_geometry, depth, window_range, resolution, families, floor, heading, rise)
         # the tables are kept, so that no others can take their numbers
         held = _CACHE[key] = lines, (*ping_geometry.transmit_beams.tables, *ping_geometry.receive_beams.tables)
     return held[0]
@@ -78,13 +79,13 @@ _CACHE_SIZE = 8
 
 def _radials(
     ping_geometry: PingGeometry, depth: float, window_range: ReachableRange, resolution: Resolution,
-    families: tuple[str, ...], floor: float, heading: float,
+    families: tuple[str, ...], floor: float, heading: float, rise: float,
 ) -> Floats:  # fmt: skip
     """Lay out radials without the cache."""
     cell = min(resolution.beam_width, MAX_CELL_WIDTH) / np.sqrt(resolution.scatterers_per_cell)
     whole = int(np.ceil(2 * np.pi / cell / CELLS_PER_SECTOR)) * CELLS_PER_SECTOR
     source, height = float(ping_geometry.transmit_position[2]), window_range.vertical_distance
-    climbs, odd = _image_verticals(families, source, depth)
+    images = _image_verticals(families, source, depth)
     boresight = float(np.arctan2(ping_geometry.boresight[1], ping_geometry.boresight[0]))
     keys: list[tuple[int, int]] = []
     zones: list[list[float]] = []
@@ -93,13 +94,16 @@ def _radials(
     while outer > window_range.nearest and outer > 0:
         merged = 1 << int(np.clip(np.log2(np.hypot(outer, height) / outer), 0, 4))
         inner = outer / 2 if merged < 16 else 0.0
-        for first, count in _cells(ping_geometry, boresight, whole, merged, (inner, outer), climbs, odd, floor):
-            zone = last.get((first, count))
-            if zone is None or zone[0] != outer:  # one that comes back after finer ones begins anew
-                zone = last[first, count] = [inner, outer]
+        zone = inner, outer
+        for first, count in _cells(
+            ping_geometry, boresight, whole, merged, zone, _zone_over_relief(zone, images[0], rise), images, floor
+        ):
+            held = last.get((first, count))
+            if held is None or held[0] != outer:  # one that comes back after finer ones begins anew
+                held = last[first, count] = [inner, outer]
                 keys.append((first, count))
-                zones.append(zone)
-            zone[0] = inner
+                zones.append(held)
+            held[0] = inner
         outer = inner
     number = np.arange(len(keys))
     lines = np.empty((len(keys), 9))
@@ -122,29 +126,35 @@ def _is_faint(key: tuple[int, int]) -> bool:
     return key[1] >= CELLS_PER_FAINT_RADIAL[-1]
 
 
+def _zone_over_relief(zone: tuple[float, float], climbs: Floats, rise: float) -> tuple[float, float]:
+    """Zone of a level boundary whose elevations, from every image source, are those of relief over another zone [m]."""
+    least = float(np.abs(climbs).min())
+    return zone[0] * least / (least + rise), zone[1] * least / max(least - rise, 1e-9 * least)
+
+
 def _cells(
-    ping_geometry: PingGeometry, boresight: float, whole: int, merged: int, zone: tuple[float, float], climbs: Floats,
-    odd: NDArray[np.bool_], floor: float,
+    ping_geometry: PingGeometry, boresight: float, whole: int, merged: int, zone: tuple[float, float],
+    over_relief: tuple[float, float], images: tuple[Floats, NDArray[np.bool_]], floor: float,
 ) -> list[tuple[int, int]]:  # fmt: skip
     """First cell and number of cells of each radial of one zone: cells count from boresight in steps of the finest."""
     angle = 2 * np.pi / whole
 
-    def level(first: NDArray[np.int64], count: int) -> Floats:
+    def level(first: NDArray[np.int64], count: int, zone: tuple[float, float]) -> Floats:
         bearing = np.asarray(boresight + (first + count / 2) * angle, float)
-        return radial_gain_bound(ping_geometry, bearing, count * angle, zone, climbs, odd)
+        return radial_gain_bound(ping_geometry, bearing, count * angle, zone, *images)
 
     first = np.arange(-whole // 2, whole // 2, CELLS_PER_SECTOR)
-    is_high = level(first, CELLS_PER_SECTOR)
+    is_high = level(first, CELLS_PER_SECTOR, zone)
     # near the sonar even the largest gain may be a side lobe of the vertical beam
     faint = LOW_GAIN * min(float(is_high.max(initial=0.0)) / SIDE_LOBE, 1.0)
-    first, kept = first[is_high >= floor], []
+    first, kept = first[level(first, CELLS_PER_SECTOR, over_relief) >= floor], []
     coarser = CELLS_PER_SECTOR
     for width in sorted({*(max(count, merged) for count in CELLS_PER_FAINT_RADIAL), merged}, reverse=True):
         first = (first[:, None] + np.arange(0, coarser, width)).ravel()
-        is_high = level(first, width)
+        is_high = level(first, width, zone)
         rest = (is_high >= faint) if width > merged else np.zeros(len(first), bool)
         if width >= CELLS_PER_FAINT_RADIAL[-1]:
-            kept += [(int(cell), width) for cell in first[(is_high >= floor) & ~rest]]
+            kept += [(int(cell), width) for cell in first[(level(first, width, over_relief) >= floor) & ~rest]]
         else:
             kept += [(int(cell), width) for cell in first]
         first, coarser = first[rest], width

@@ -342,6 +342,6 @@ class VolumeScatterers:
 
 TOO_MANY = (
     "water.volume_strength_db: the beams cover so much water so finely that it would take more than a hundred million "
-    "points. Shorten track.window, take a longer pulse or a wider beam, raise paths.beam_floor_db, lower "
+    "points. Shorten track.window, take a longer pulse or a wider beam, raise paths.beam_cutoff_db, lower "
     "paths.scatterers_per_cell, or give rows that leave clear water clear, such as [[0 m, -70], [5 m, null]]."
 )

@@ -1,6 +1,7 @@
-"""Pings of a track, by number."""
+"""Pings of a track and channels of a sonar, by number."""
 
 from collections.abc import Iterable
+from typing import Any
 
 import numpy as np
 
@@ -11,22 +12,33 @@ def selected_pings(scenario: Scenario, pings: int | Iterable[int] | None) -> lis
     """Return the selected pings, all by default.
 
     Raises:
+        TypeError: A number of a ping is not a whole number.
         ValueError: The track has no such ping.
     """
     if not isinstance(scenario, Scenario):
         raise TypeError(f"a Scenario is wanted, not a {type(scenario).__name__}; load one with insonify.load_scenario")
     count = scenario.track.ping_count
-    chosen = list(range(count)) if pings is None else [int(ping) for ping in _ping_numbers(pings)]
-    for ping in chosen:
-        if not 0 <= ping < count:
-            raise ValueError(f"ping is {ping}; the track has pings 0 to {count - 1}")
-    return chosen
+    if pings is None:
+        return list(range(count))
+    several: Iterable[Any] = pings if isinstance(pings, Iterable) and not isinstance(pings, str | bytes) else [pings]
+    return [require_index("ping", ping, count, "track") for ping in several]
 
 
-def _ping_numbers(pings: int | Iterable[int]) -> Iterable[int]:
-    """Numbers of pings, where one alone may be given."""
-    if isinstance(pings, Iterable):
-        return pings
-    if isinstance(pings, bool) or not isinstance(pings, int | np.integer):
-        raise TypeError(f"pings is {pings!r}; give the number of a ping, or several, such as range(10)")
-    return [int(pings)]
+def require_index(name: str, value: Any, count: int, container: str) -> int:
+    """Check the number of a ping or channel.
+
+    Args:
+        name: What is counted, such as "ping".
+        value: Its number.
+        count: Number of them.
+        container: What has them, such as "track".
+
+    Raises:
+        TypeError: It is not a whole number.
+        ValueError: There is none of that number.
+    """
+    if isinstance(value, bool) or not isinstance(value, int | np.integer):
+        raise TypeError(f"{name} is {value!r}; give a whole number, 0 to {count - 1}")
+    if not 0 <= value < count:
+        raise ValueError(f"{name} is {value}; the {container} has {name}s 0 to {count - 1}")
+    return int(value)

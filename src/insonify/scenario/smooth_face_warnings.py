@@ -27,7 +27,7 @@ def smooth_face_warnings(scenario: Scenario) -> Iterator[str]:
         name = f"targets.{row}.face_reflection_coefficient ({target.label})"
         rough = _albedo(target.scattering)
         if smooth**2 + rough > 1 + 1e-9:
-            most = f"smooth up to {np.floor(100 * np.sqrt(max(1 - rough, 0))) / 100:g}, or" if rough < 1 else ""
+            most = f"a magnitude up to {np.floor(100 * np.sqrt(max(1 - rough, 0))) / 100:g}, or" if rough < 1 else ""
             yield (
                 f"{name}: {smooth:g} and a scattering strength of {target.scattering.strength_db:g} dB together send "
                 f"back {100 * (smooth**2 + rough):.0f} % of the sound. Write {most} a lower strength."

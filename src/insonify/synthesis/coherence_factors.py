@@ -8,6 +8,7 @@ their random delays; a pair of legs and its reverse keep all of it. That matrix 
 and each column of L makes a copy of the block, of fewer and fewer replicas, that interferes as in homogeneous water.
 """
 
+from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -19,15 +20,15 @@ from insonify.sonar.ping_geometry import PingGeometry
 
 Floats = NDArray[np.float64]
 NEGLIGIBLE = 1e-3
-"""Columns of L below this everywhere are left out: a millionth of the energy [1]."""
+"""Elements of L below this at all points are left out: a millionth of the energy [1]."""
 SAMPLE_POINTS = 256
 """Points of a block at which L is evaluated, about; the others take it from the point before them [1]."""
 DIAGONAL_LOADING = 1e-9
 """Added to the diagonal of K, so that equal replicas keep it positive definite [1]."""
 
 
-def split_by_coherence(pairs: Pairs, field: DelayField | None, ping_geometry: PingGeometry) -> list[Pairs]:
-    """Split a block into blocks whose intensities add, each as if the water were homogeneous.
+def split_by_coherence(pairs: Pairs, field: DelayField | None, ping_geometry: PingGeometry) -> Iterator[Pairs]:
+    """Yield blocks that a block is split into, whose intensities add, each as if the water were homogeneous.
 
     Args:
         pairs: Pairs of one block; returned as they are where the water is homogeneous.
@@ -35,7 +36,8 @@ def split_by_coherence(pairs: Pairs, field: DelayField | None, ping_geometry: Pi
         ping_geometry: The sonar at this ping.
     """
     if field is None or field.inhomogeneity.rms_index == 0 or len(pairs.pair) < 2 or not len(pairs.scatterers):
-        return [pairs]
+        yield pairs
+        return
     monostatic = pairs.out is pairs.back
     sorted_pairs = np.sort(pairs.pair, axis=1) if monostatic else pairs.pair
     replicas, replica_row = np.unique(sorted_pairs, axis=0, return_inverse=True)
@@ -54,15 +56,13 @@ def split_by_coherence(pairs: Pairs, field: DelayField | None, ping_geometry: Pi
         replica_legs, field.covariance(sides, pairs.scatterers.position, sample_points), ping_geometry.frequency
     )
     lower = np.linalg.cholesky(coherence + DIAGONAL_LOADING * np.eye(len(replicas)))
-    lower = np.repeat(lower, np.diff(np.append(sample_points, len(pairs.scatterers))), axis=0)
-    blocks = []
+    represented = np.diff(np.append(sample_points, len(pairs.scatterers)))
     for column in range(len(replicas)):
-        factor = lower[:, column:, column].T  # (replicas from this one on, n)
-        if np.abs(factor).max() >= NEGLIGIBLE:
-            rows = np.flatnonzero(replica_row >= column)
-            subset = pairs.select(rows)
-            blocks.append(replace(subset, stored_strengths=subset.strength * factor[replica_row[rows] - column]))
-    return blocks
+        factor = lower[:, :, column].T  # (replicas, sampled points)
+        rows = np.flatnonzero((np.abs(factor).max(axis=1) >= NEGLIGIBLE)[replica_row])
+        if len(rows):
+            subset, factors = pairs.select(rows), np.repeat(factor[replica_row[rows]], represented, axis=1)
+            yield replace(subset, stored_strengths=subset.strength * factors)
 
 
 def _mean_products(replicas: NDArray[np.int64], covariance: Floats, frequency: float) -> Floats:

@@ -48,7 +48,7 @@ def is_followed(ping: TracedPing, chain: str) -> bool:
     """Return True if rays of a chain of mirrors are followed.
 
     Those of level mirrors as far as a family requests them. Those with a target's face up to the most reflections, off
-    the level mirrors of the families; where families are named, only if `target_mirror` is, too.
+    the level mirrors of the families; where families are named, only if `target_specular_fraction` is, too.
     """
     choice = ping.choice
     if "T" not in chain:
