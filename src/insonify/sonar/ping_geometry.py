@@ -154,7 +154,9 @@ class PingGeometry:
         return transmit is receive or (
             np.array_equal(transmit.axes, receive.axes) and np.array_equal(transmit.steer, receive.steer)
             and transmit.element == receive.element and np.array_equal(transmit.scale, receive.scale)
-            and all(a is b for a, b in zip(transmit.tables, receive.tables, strict=True))
+            and np.array_equal(transmit.per_unit, receive.per_unit)
+            # equal tables are one object only as long as the first is cached
+            and all(a is b or np.array_equal(a, b) for a, b in zip(transmit.tables, receive.tables, strict=True))
         )  # fmt: skip
 
     @property
