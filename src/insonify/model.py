@@ -75,7 +75,7 @@ def raise_errors(errors: Iterable[PydanticCustomError]) -> None:
 class Model(BaseModel):
     """A frozen, validated thing of the scenario; unknown fields and NaN are refused."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, defer_build=True)
 
     @model_validator(mode="before")
     @classmethod

@@ -1,5 +1,6 @@
 """The commands, gathered, and what becomes of an error."""
 
+import atexit
 import gc
 import os
 import warnings
@@ -14,7 +15,7 @@ from insonify.cli.compile_progress import reporting
 
 DONE, FAILED, WRONG_INPUT = 0, 1, 2
 STOPPED_BY_KEY = 130  # what typer makes of Ctrl-C
-YOUNG = 100_000
+YOUNG = 500_000
 """New objects between two searches for cyclic garbage: imports make a million objects and no garbage [1]."""
 INTERRUPTED = "interrupted; the same command goes on where this one stopped"
 
@@ -61,6 +62,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         Exit code: 0 done, 1 the run failed, 2 the input is wrong.
     """
     gc.set_threshold(YOUNG)
+    atexit.register(gc.freeze)  # the interpreter's last search would go through all that is about to end anyway
     command = typer.main.get_command(app)
     words = None if arguments is None else list(arguments)
     _shown_warnings.clear()

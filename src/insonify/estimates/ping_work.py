@@ -299,7 +299,7 @@ def _on_targets(simulator: Simulator, *, label: bool = False) -> PingWork:
         return PingWork()
     kept, scene, total, seconds = scenario.paths.followed_families, simulator.engine.scene, 0.0, 0.0
     looks = int(np.clip(TARGET_LOOKS // len(scenario.targets), 2, TARGET_PINGS))
-    pings = np.unique(np.linspace(0, scenario.track.ping_count - 1, looks).round().astype(int)).tolist()
+    pings = sorted(set(np.linspace(0, scenario.track.ping_count - 1, looks).round().astype(int).tolist()))
     pieces: list[float] = []
     fullest: tuple[float, PingGeometry | None] = (0.0, None)
     for ping_geometry in (side for ping in pings for side in simulator.ping_geometries(ping)):

@@ -349,4 +349,5 @@ def array_depths(sonar: Sonar, poses: Poses | Platforms) -> Floats:
     both = Platforms(poses) if isinstance(poses, Poses) else poses
     ends = [pair for side in sonar.side_sonars for pair in zip(side.arrays, both.end_poses, strict=True)]
     depths = [carrier.offset_depths(array.offset) for array, carrier in ends]
-    return np.unique(np.round(depths, 9))  # rounding would make one depth many
+    found = np.sort(np.round(depths, 9), axis=None)  # rounding would make one depth many
+    return found[np.append(True, np.diff(found) > 0)]
