@@ -33,10 +33,14 @@ def pose_rotation(heading: ArrayLike, pitch: ArrayLike = 0.0, roll: ArrayLike = 
     ch, sh = np.cos(heading), np.sin(heading)
     cp, sp = np.cos(pitch), np.sin(pitch)
     cr, sr = np.cos(roll), np.sin(roll)
-    bow = np.stack([ch * cp, sh * cp, -sp], axis=-1)
-    starboard = np.stack([ch * sp * sr - sh * cr, sh * sp * sr + ch * cr, cp * sr], axis=-1)
-    keel = np.stack([ch * sp * cr + sh * sr, sh * sp * cr - ch * sr, cp * cr], axis=-1)
-    return np.stack([bow, starboard, keel], axis=-1)
+    bow = ch * cp, sh * cp, -sp
+    starboard = ch * sp * sr - sh * cr, sh * sp * sr + ch * cr, cp * sr
+    keel = ch * sp * cr + sh * sr, sh * sp * cr - ch * sr, cp * cr
+    rotation = np.empty((*heading.shape, 3, 3))
+    for column, axis in enumerate((bow, starboard, keel)):
+        for row, part in enumerate(axis):
+            rotation[..., row, column] = part
+    return rotation
 
 
 def mounting_rotation(bearing: ArrayLike, tilt: ArrayLike = 0.0) -> Floats:

@@ -99,5 +99,10 @@ def test_many_targets_are_counted_at_few_pings(monkeypatch):
     )
     monkeypatch.setattr(targets, "solid_scatterers", None)
     drums = [{"shape": "drum", "label": f"drum {n}", "position": (n % 10, 10 + n // 10)} for n in range(100)]
-    assert ping_work(build_simulator(near(*drums, pings=100))).points > 1000
-    assert 100 <= sum(counts) <= 400
+    block = {"shape": "box", "label": "block", "position": (0, 14), "size": (3, 2, 1)}
+    simulator = build_simulator(near(*drums, block, pings=100))
+    some = ping_work(simulator)
+    assert some.points > 1000 and 100 <= sum(counts) <= 400
+    monkeypatch.setattr(work_module, "LARGEST", 51)
+    assert some.points == pytest.approx(ping_work(simulator).points, rel=0.1)
+    assert len(some.pieces) == pytest.approx(101, abs=3)

@@ -1,5 +1,7 @@
 """Claims about beams: tables against direct sums over the aperture, and the textbook's numbers."""
 
+from time import process_time
+
 import numpy as np
 import pytest
 from scipy.optimize import brentq
@@ -212,6 +214,22 @@ def test_a_planar_array_repeats_both_ways():
     """Elements two wavelengths apart down, a third across: replicas only above and below, to the very edge."""
     panel = PlanarArray(width=0.3, height=0.12, columns=60, rows=4, element="omni")
     np.testing.assert_allclose(np.sort(grating_lobes(panel, FREQUENCY, SPEED)[:, 1]), [-1, -0.5, 0.5, 1], atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    "array",
+    [
+        PlanarArray(width=80.0, height=0.03, columns=10_000, rows=1, element="piston"),
+        LineArray(length=0.5, elements=100, steer=tuple(np.linspace(-1.0, 1.0, 2048))),
+    ],
+    ids=["elements", "beams"],
+)
+def test_large_arrays_are_tabulated_in_proportion_to_their_lobes(array):
+    """10,000 elements of 8000 wavelengths, or 2048 beams: a second, neither a sum over elements nor pairs of beams."""
+    start = process_time()
+    beams(array, 150e3, 1500.0)
+    grating_lobes(array, 150e3, 1500.0)
+    assert process_time() - start < 3
 
 
 def test_a_beam_cannot_be_steered_where_its_elements_are_deaf():

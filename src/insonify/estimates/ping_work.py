@@ -27,6 +27,9 @@ from insonify.scattering.lambert import Lambert
 from insonify.scenario.scenario import Scenario
 from insonify.scene.scatterer_grid import BASE_PITCH, FINEST_LEVEL, TILE
 from insonify.scene.scatterers import Boundary
+from insonify.scene.scene import Scene
+from insonify.scene.solid import world_triangles
+from insonify.scene.target import PointTarget
 from insonify.simulator import Simulator
 from insonify.sonar.ping_geometry import PingGeometry
 from insonify.synthesis.label_accumulator import POINTS
@@ -43,6 +46,8 @@ PLACES = 12
 """Distances, and depths, at which pairs of legs to points in the water are counted [1]."""
 TARGET_PINGS, TARGET_LOOKS = 9, 300
 """Most pings at which targets are counted, and counts of single targets from which on there are fewer pings [1]."""
+LARGEST = 20
+"""Targets that are counted for their size, and as many of the others [1]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -298,17 +303,23 @@ def _on_targets(simulator: Simulator, *, label: bool = False) -> PingWork:
     if "target" not in scenario.paths.contributions or not scenario.targets or scenario.paths.geometry == "slice":
         return PingWork()
     kept, scene, total, seconds = scenario.paths.followed_families, simulator.engine.scene, 0.0, 0.0
-    looks = int(np.clip(TARGET_LOOKS // len(scenario.targets), 2, TARGET_PINGS))
+    parts = _counted_targets(scene)
+    looks = int(np.clip(TARGET_LOOKS // sum(len(part.targets) for part, _ in parts), 2, TARGET_PINGS))
     pings = sorted(set(np.linspace(0, scenario.track.ping_count - 1, looks).round().astype(int).tolist()))
     pieces: list[float] = []
     fullest: tuple[float, PingGeometry | None] = (0.0, None)
     for ping_geometry in (side for ping in pings for side in simulator.ping_geometries(ping)):
         seen = ping_scatterers(scene, scenario.paths, scenario.seed, ping_geometry, simulator.engine.rays)
-        pieces = pieces or solid_pieces(scene, ping_geometry, seen.resolution)
+        pieces = pieces or [
+            one for part, each in parts for one in solid_pieces(part, ping_geometry, seen.resolution) * round(each)
+        ]
         drawn = seen.resolution if scenario.field == "coherent" or label else None  # labels take as few points
-        points, facing = target_count(
-            scene, scenario.paths, ping_geometry, seen.resolution.slant_resolution, simulator.engine.rays, drawn
-        )
+        slant, rays = seen.resolution.slant_resolution, simulator.engine.rays
+        counts = [
+            each * np.array(target_count(part, scenario.paths, ping_geometry, slant, rays, drawn))
+            for part, each in parts
+        ]
+        points, facing = np.sum(counts, axis=0).tolist()
         total += points
         fullest = max(fullest, (points, ping_geometry), key=lambda one: one[0])
         seconds += points * sum(_legs(simulator, ping_geometry, name) for name in kept)
@@ -321,6 +332,21 @@ def _on_targets(simulator: Simulator, *, label: bool = False) -> PingWork:
     part = total / len(pings) / most
     return PingWork(total / len(pings) + facets * part, seconds / len(pings) + split * part, pieces=tuple(pieces),
                 facets=held)  # fmt: skip
+
+
+def _counted_targets(scene: Scene) -> list[tuple[Scene, float]]:
+    """Scenes with the largest targets and with some of the others, and the number of targets that each stands for."""
+    if len(scene.targets) <= 2 * LARGEST:
+        return [(scene, 1.0)]
+    area = [0.0 if isinstance(one, PointTarget) else float(world_triangles(one, scene.seabed).area.sum())
+            for one in scene.targets]  # fmt: skip
+    order = np.argsort(area)[::-1]
+    others = order[LARGEST:]
+    some = others[np.linspace(0, len(others) - 1, LARGEST).round().astype(int)]
+    return [
+        (scene.unchecked_copy(targets=tuple(scene.targets[row] for row in rows)), each)
+        for rows, each in ((order[:LARGEST], 1.0), (some, len(others) / LARGEST))
+    ]
 
 
 def _fast_reverberation_steps(simulator: Simulator, ping_geometry: PingGeometry) -> float | None:

@@ -112,8 +112,8 @@ def _dopplers(scenario: Scenario, carried: Platforms, ping: int) -> tuple[float,
     pulse, found = received_pulse(scenario.sonar), []
     for side in scenario.sonar.side_sonars:
         try:
-            here = ping_geometry(side, carried, ping, window=scenario.track.window, pulse=pulse, water=scenario.water,
-                          seed=scenario.seed)  # fmt: skip
+            here = ping_geometry(side, carried.single_ping(ping), 0, window=scenario.track.window, pulse=pulse,
+                          water=scenario.water, seed=scenario.seed)  # fmt: skip
         except ValueError:
             return None
         found += list((0.0, 0.0) if here.is_static else doppler_range(here))

@@ -157,7 +157,8 @@ def inside_body(
     # a face that stands on the seabed is no way in
     prism = box_body(body, seabed_depth_under(body, seabed)) + np.array([0, 0, 0, 0, -edge, -edge, edge, 0])
     near = np.hypot(*(position[:, :2] - prism[:2]).T) <= np.hypot(prism[4], prism[5])
-    return np.array([close and inside_box(prism, row) for close, row in zip(near, position, strict=True)], bool)
+    near[near] = [inside_box(prism, row) for row in position[near]]
+    return near
 
 
 def _out_of_water_errors(path: str, depth: float, seabed_depth: float) -> PydanticCustomError:

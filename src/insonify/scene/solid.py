@@ -88,6 +88,7 @@ def _made(solid: Solid) -> Triangles:
             return made if size is None else made.scaled(np.array(size) / (made.high - made.low))
 
 
+@lru_cache(maxsize=1024)
 def height(solid: Solid) -> float:
     """Height of a solid as it leans, from its lowest point to its highest [m]."""
     leaning = _rotated_triangles(solid)

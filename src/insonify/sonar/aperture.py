@@ -70,17 +70,31 @@ def pattern(x: ArrayLike, shading: str, elements: int | None = None) -> tuple[Fl
     Source: Fourier transform of the shading; van Trees (2002), Optimum Array Processing, ch. 2-3.
     """
     x = np.asarray(x, dtype=float)
-    return _continuous(x, shading) if elements is None else _discrete(x, shading, elements)
-
-
-def _continuous(x: Floats, shading: str) -> tuple[Floats, Floats]:
     value, slope, on_axis = np.zeros_like(x), np.zeros_like(x), 0.0
     for order, coefficient in shading_series(shading):
         for shift in (-order, order):
-            value += coefficient / 2 * np.sinc(x + shift)
-            slope += coefficient / 2 * _sinc_slope(x + shift)
-        on_axis += coefficient * float(np.sinc(order))
+            shifted, change = _unshaded(x + shift, elements)
+            value += coefficient / 2 * shifted
+            slope += coefficient / 2 * change
+        on_axis += coefficient * float(_unshaded(np.array(order), elements)[0])
     return value / on_axis, slope / on_axis
+
+
+def _unshaded(x: Floats, elements: int | None) -> tuple[Floats, Floats]:
+    """Pattern without shading, and its slope: of a continuous aperture a sinc, of elements a periodic one.
+
+    The sum over n elements is sin(pi x) / (n sin(pi x / n)), a ratio of two sincs; it repeats after n, for an even n
+    with the other sign.
+
+    Source: van Trees (2002), Optimum Array Processing, ch. 2 (from memory).
+    """
+    if elements is None:
+        return np.sinc(x), _sinc_slope(x)
+    replica = np.round(x / elements)
+    near, sign = x - replica * elements, 1 - 2 * (replica * (elements - 1) % 2)
+    element = np.sinc(near / elements)  # 2 / pi or more
+    value = np.sinc(near) / element
+    return sign * value, sign * (_sinc_slope(near) - value * _sinc_slope(near / elements) / elements) / element
 
 
 def _sinc_slope(x: Floats) -> Floats:
@@ -89,20 +103,6 @@ def _sinc_slope(x: Floats) -> Floats:
     safe = np.where(near, 1.0, x)
     series = -(np.pi**2) * x / 3 + np.pi**4 * x**3 / 30
     return np.where(near, series, (np.cos(np.pi * safe) - np.sinc(safe)) / safe)
-
-
-def _discrete(x: Floats, shading: str, elements: int) -> tuple[Floats, Floats]:
-    position = element_positions(elements)
-    weight = shading_weight(shading, position)
-    weight = weight / weight.sum()
-    value, slope = np.zeros(x.size), np.zeros(x.size)
-    size = max(1, 2_000_000 // elements)
-    for first in range(0, x.size, size):
-        part = slice(first, first + size)
-        phase = 2 * np.pi * np.outer(x.ravel()[part], position)
-        value[part] = np.cos(phase) @ weight
-        slope[part] = -np.sin(phase) @ (2 * np.pi * position * weight)
-    return value.reshape(x.shape), slope.reshape(x.shape)
 
 
 def _taylor_series() -> tuple[tuple[float, float], ...]:

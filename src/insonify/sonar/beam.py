@@ -154,7 +154,7 @@ def _beams_in_array_frame(
         per_unit=per_unit,
     )  # fmt: skip
     # the aperture's pattern is one on axis already: what is left is the element's directivity
-    on_axis = np.abs(np.diag(bare.gain(_in_array_frame(steer))))
+    on_axis = np.abs([bare.single_beam(k).gain(axis)[0] for k, axis in enumerate(_in_array_frame(steer))])
     if on_axis.min() < MIN_BOUND:
         angle = np.degrees(array.steers[int(np.argmin(on_axis))][0])
         raise ValueError(
@@ -184,7 +184,7 @@ def grating_lobes(array: LineArray | PlanarArray | PointTransducer, frequency: f
         order = np.stack(np.meshgrid(*reach), axis=-1).reshape(-1, 2)
         replica = axis + order * np.asarray(period)
         replica = replica[np.any(order != 0, axis=1) & (np.sum(replica**2, axis=1) <= 1)]
-        high = np.abs(all_beams.gain(_in_array_frame(replica))[channel]) > MIN_GRATING_LOBE
+        high = np.abs(all_beams.single_beam(channel).gain(_in_array_frame(replica))[0]) > MIN_GRATING_LOBE
         found.append(replica[high])
     return np.concatenate(found)
 

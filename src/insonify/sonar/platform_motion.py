@@ -105,16 +105,14 @@ class TrackMotion:
         return PlatformMotion(window, self.position[ping], self.rotation[ping])
 
     def max_displacement(self, offset: Floats) -> Floats:
-        """Farthest that something fixed to the platform gets during each ping [m], as `Course.farthest`, (pings,).
+        """Largest displacement of a point of the platform at the middle or the end of each ping [m], (pings,).
 
         Args:
             offset: Its position from the reference point: forward, starboard, down [m], shape (3,).
         """
-        place = self.position + self.rotation @ offset
-        middle, last = (place[:, k] - place[:, 0] for k in (1, 2))
-        velocity, acceleration = _parabola(middle, last, 1.0)
-        halves = [velocity * t + acceleration / 2 * t**2 for t in (0.5, 1.0)]
-        return np.asarray(np.linalg.norm(halves, axis=-1).max(axis=0))
+        place = self.position + self.rotation @ offset if offset.any() else self.position
+        moved = place[:, 1:] - place[:, :1]
+        return np.asarray(np.sqrt(np.einsum("pmi,pmi->pm", moved, moved).max(axis=1)))
 
 
 def track_motion(start_poses: Poses, window_poses: tuple[Poses, Poses]) -> TrackMotion:
@@ -127,8 +125,8 @@ def track_motion(start_poses: Poses, window_poses: tuple[Poses, Poses]) -> Track
     moments = (start_poses, *window_poses)
     position = np.stack([poses.position for poses in moments], axis=1)
     rotation = np.stack([poses.rotations for poses in moments], axis=1)
-    moves = np.ptp(position, axis=1).max(axis=-1) > 0
-    return TrackMotion(position, rotation, moves | (np.ptp(rotation, axis=1).max(axis=(-2, -1)) > 0))
+    moves = (position[:, 1:] != position[:, :1]).any(axis=(1, 2))
+    return TrackMotion(position, rotation, moves | (rotation[:, 1:] != rotation[:, :1]).any(axis=(1, 2, 3)))
 
 
 def _parabola(middle: Floats, last: Floats, window: float) -> tuple[Floats, Floats]:

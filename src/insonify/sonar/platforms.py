@@ -79,6 +79,20 @@ class Platforms:
         way = first.at(ping, window)
         return way, way if other is first else other.at(ping, window)
 
+    def single_ping(self, ping: int) -> "Platforms":
+        """The platforms at one ping alone, as its number 0.
+
+        Args:
+            ping: Number of the ping.
+        """
+        here = slice(ping, ping + 1)
+        own, first, other = self.own_receiver_poses, self.transmitter_window_poses, self.receiver_window_poses
+        return Platforms(
+            self.transmitter_poses.take(here), None if own is None else own.take(here),
+            None if first is None else (first[0].take(here), first[1].take(here)),
+            None if other is None else (other[0].take(here), other[1].take(here)),
+        )  # fmt: skip
+
     @cached_property
     def track_motions(self) -> tuple[TrackMotion, TrackMotion] | None:
         """Motion of each platform from the start of every ping; None where they stop and hop."""

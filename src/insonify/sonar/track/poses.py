@@ -37,6 +37,16 @@ class Poses:
         """Number of pings."""
         return len(self.time)
 
+    def take(self, pings: slice) -> "Poses":
+        """Poses of some of the pings.
+
+        Args:
+            pings: Their numbers.
+        """
+        return Poses(
+            self.time[pings], self.position[pings], self.heading[pings], self.pitch[pings], self.roll[pings]
+        )  # fmt: skip
+
     @property
     def attitude(self) -> Floats:
         """Heading, pitch and roll [rad], shape (pings, 3)."""
@@ -66,6 +76,8 @@ class Poses:
         Args:
             offset: Its position from the reference point: forward, starboard, down [m].
         """
+        if not any(offset):
+            return np.asarray(self.position[:, 2])
         # The third row of the rotation from body to world, for every ping at once.
         level = np.cos(self.pitch)
         down = np.stack([-np.sin(self.pitch), level * np.sin(self.roll), level * np.cos(self.roll)], axis=-1)
@@ -80,4 +92,6 @@ class Poses:
         Returns:
             North, east, down at every ping [m], shape (pings, 3).
         """
+        if not any(offset):
+            return self.position
         return np.asarray(self.position + self.rotations @ np.asarray(offset))
