@@ -266,6 +266,9 @@ def record(
     return Path(path)
 
 
+SeriesAndLabels = tuple[NDArray[np.generic] | None, Labels | None]
+
+
 class Job(NamedTuple):
     """Results wanted of one ping."""
 
@@ -301,7 +304,7 @@ def _simulate_jobs(
         if len(jobs) < 2 * workers or not _pings_fit_concurrently(simulator, jobs[0].ping):
             yield from ((job, *_simulate_ping(simulator, job, pool)) for job in jobs)
             return
-        submitted: deque[tuple[Job, Future[tuple[NDArray[np.generic] | None, Labels | None]]]] = deque()
+        submitted: deque[tuple[Job, Future[SeriesAndLabels]]] = deque()
         try:
             for job in jobs:
                 submitted.append((job, pool.submit(_simulate_ping, simulator, job, SerialPool())))
@@ -316,14 +319,13 @@ def _simulate_jobs(
                 result.cancel()
 
 
-def _simulate_ping(
-    simulator: Simulator, job: Job, pool: WorkerPool
-) -> tuple[NDArray[np.generic] | None, Labels | None]:
+def _simulate_ping(simulator: Simulator, job: Job, pool: WorkerPool) -> SeriesAndLabels:
     """Series and labels of one ping, as far as they are wanted; terrain occlusion is evaluated once for both."""
+    sides = simulator.ping_geometries(job.ping)
     if not job.wants_labels:
-        return _record_ping(simulator, job.ping, pool), None
-    labelling, seabeds = _labels(simulator, job.ping, pool)
-    return _record_ping(simulator, job.ping, pool, seabeds) if job.wants_sound else None, labelling
+        return _record_ping(simulator, sides, pool), None
+    labelling, seabeds = _labels(simulator, sides, pool)
+    return _record_ping(simulator, sides, pool, seabeds) if job.wants_sound else None, labelling
 
 
 def _pings_fit_concurrently(simulator: Simulator, ping: int) -> bool:
@@ -333,16 +335,14 @@ def _pings_fit_concurrently(simulator: Simulator, ping: int) -> bool:
     sides = simulator.ping_geometries(ping)
     if simulator.scenario.field == "coherent":
         return all(simulator.coherent_accumulator(side).empty().nbytes <= MAX_CONCURRENT_PING_BYTES for side in sides)
-    return all(
-        simulator.incoherent_accumulator(side).is_short_pulse and simulator.fast_reverberation(side) for side in sides
-    )
+    return all(simulator.incoherent_accumulator(s).is_short_pulse and simulator.fast_reverberation(s) for s in sides)
 
 
 def _record_ping(
-    simulator: Simulator, ping: int, pool: WorkerPool, seabeds: Sequence[SeabedSums | None] | None = None
+    simulator: Simulator, sides: list[PingGeometry], pool: WorkerPool, seabeds: Sequence[SeabedSums | None] = ()
 ) -> NDArray[np.generic]:  # fmt: skip
     """Series of all sides of one ping with noise and receiver electronics, shape (channels, samples)."""
-    sides, electronics = simulator.ping_geometries(ping), simulator.electronics
+    electronics = simulator.electronics
     if simulator.scenario.field == "incoherent":
         expected = [
             accumulate_ping(simulator, simulator.expectation_accumulator(side), side, pool, seabed)
@@ -350,10 +350,8 @@ def _record_ping(
         ]
         intensity = np.asarray(np.concatenate(expected) + simulator.noise.power[:, None])
         return intensity if electronics is None else electronics.intensities(intensity)
-    sound = np.concatenate(
-        [accumulate_ping(simulator, simulator.coherent_accumulator(side), side, pool) for side in sides]
-    )
-    sound = sound + simulator.noise.draw(ping, sides[0].time, simulator.grid)
+    sound = np.concatenate([accumulate_ping(simulator, simulator.coherent_accumulator(s), s, pool) for s in sides])
+    sound = sound + simulator.noise.draw(sides[0].ping, sides[0].time, simulator.grid)
     return sound if electronics is None else electronics.pressures(sound)
 
 
@@ -362,6 +360,8 @@ class SeabedSums(NamedTuple):
 
     ground: FastReverberation | None
     energies: IntensityBuffer
+    intensity: NDArray[np.floating[Any]]
+    """Their time series [uPa^2], shape (channels, samples)."""
 
 
 def accumulate_ping(
@@ -378,7 +378,8 @@ def accumulate_ping(
         seabed: Its seabed by the fast reverberation, where it has been evaluated; for an `IncoherentAccumulator`.
     """
     if seabed is not None:
-        return accumulator.time_series(_sums(simulator, accumulator, geometry, pool, *seabed))
+        sums = _sums(simulator, accumulator, geometry, pool, seabed.ground, seabed.energies)
+        return seabed.intensity if sums is seabed.energies else accumulator.time_series(sums)
     ground = simulator.fast_reverberation(geometry) if accumulator.requirements.fast_reverberation else None
     return accumulator.time_series(_sums(simulator, accumulator, geometry, pool, ground))
 
@@ -445,20 +446,22 @@ def _engine(
 def label_ping(simulator: Simulator, ping: int, threads: int | None = None) -> Labels:
     """The labels of one ping, all its sides."""
     with ThreadPoolExecutor(threads or os.cpu_count()) as pool:
-        return _labels(simulator, ping, pool)[0]
+        return _labels(simulator, simulator.ping_geometries(ping), pool)[0]
 
 
-def _labels(simulator: Simulator, ping: int, pool: WorkerPool) -> tuple[Labels, list[SeabedSums | None]]:
+def _labels(
+    simulator: Simulator, sides: list[PingGeometry], pool: WorkerPool
+) -> tuple[Labels, list[SeabedSums | None]]:
     """Labels of one ping, and the seabed of each side where the recorded expectation has the same points."""
-    results: list[Labels] = []
-    seabeds: list[SeabedSums | None] = []
-    for geometry in simulator.ping_geometries(ping):
+    results, seabeds = list[Labels](), list[SeabedSums | None]()
+    for geometry in sides:
         accumulator = simulator.label_accumulator(geometry)
         ground = simulator.label_ground(geometry) if accumulator.accumulator.is_short_pulse else None
         sums = _sums(simulator, accumulator, geometry, pool, ground)
         results.append(accumulator.time_series(sums))
         shared = ground is not None and simulator.shares_ground
-        seabeds.append(SeabedSums(ground, sums.curves["seabed", ALL]) if shared else None)
+        seabed = results[-1].object_intensity[:, 0]
+        seabeds.append(SeabedSums(ground, sums.curves["seabed", ALL], seabed) if shared else None)
     return concatenate_channels(results), seabeds
 
 

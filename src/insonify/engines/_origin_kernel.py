@@ -65,3 +65,53 @@ def positions(
             position[0, i] = north + place[0, i] * ahead[0, listed]
             position[1, i] = east + place[0, i] * ahead[1, listed]
             position[2, i] = place[1, i]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def unlit_points(amplitude: NDArray[np.complex64], points: Integers, found: Integers) -> int:
+    """Find points that no direct leg reaches; return their number.
+
+    Args:
+        amplitude: Amplitude of the direct legs [1], (n,).
+        points: Indices of some points, (m,).
+        found: Result: positions of those points in `points`, (m,).
+    """
+    count = 0
+    for k in range(points.size):
+        leg = amplitude[points[k]]
+        if leg.real == 0 and leg.imag == 0:
+            found[count] = k
+            count += 1
+    return count
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def unoccluded_amplitudes(
+    points: Integers, place: Floats, depth: float, arrival: Singles, normal: Singles, loss: float, factor: Floats,
+    free: NDArray[np.complex64],
+) -> None:  # fmt: skip
+    """Fill the amplitudes of direct legs to some points without occlusion, 0 for a point that faces away.
+
+    Args:
+        points: Indices of the points, (m,).
+        place: Horizontal distance and depth of each point [m], (2, n).
+        depth: Depth of the sonar [m].
+        arrival: Direction of travel of the direct legs at the points [1], (3, n).
+        normal: Unit normals into the water, (3, n).
+        loss: Absorption [octaves of pressure per m].
+        factor: Factor of one direction in the cross section, by the root of 1 less the sine of grazing; or none, (k,).
+        free: Result [1], (m,).
+    """
+    last = factor.size - 1
+    for k in range(points.size):
+        n = points[k]
+        facing = -(arrival[0, n] * normal[0, n] + arrival[1, n] * normal[1, n] + arrival[2, n] * normal[2, n])
+        free[k] = 0
+        if facing > 0 and place[1, n] > 0:
+            slant = math.hypot(place[0, n], place[1, n] - depth)
+            size = 2.0 ** (-loss * slant) / slant
+            if last > 0:
+                at = math.sqrt(max(1.0 - facing, 0.0)) * last
+                row = min(int(at), last - 1)
+                size *= math.sqrt(factor[row] + (at - row) * (factor[row + 1] - factor[row]))
+            free[k] = size

@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from insonify.engines._origin_kernel import grazing_angles, positions
+from insonify.engines._origin_kernel import grazing_angles, positions, unlit_points, unoccluded_amplitudes
 from insonify.engines.radial_window import RadialSet
 from insonify.engines.reverberation_plan import ReverberationPlan
 from insonify.propagation.families import DIRECT
@@ -51,7 +51,9 @@ def unlit(plan: ReverberationPlan, walked: Walked, amplitude: NDArray[np.complex
     straight, direct = straight_rows(plan)
     if straight < 0:
         return np.zeros(0, np.int64)
-    return np.flatnonzero(amplitude[direct][walked.rows[straight, : walked.found[straight]]] == 0)
+    points = walked.rows[straight, : walked.found[straight]]
+    dark = np.empty(len(points), np.int64)
+    return dark[: unlit_points(amplitude[direct], points, dark)]
 
 
 def straight_rows(plan: ReverberationPlan) -> tuple[int, int]:
@@ -86,7 +88,12 @@ def origins(
     cut, lost, occluder_row = _cut(walked, dark, shaded, straight, direct)
     free = np.zeros(0, np.complex64)
     if len(cut):
-        free, there = _unoccluded_power(plan, ping_geometry, walked, walked.rows[straight, cut], direct)
+        free = np.empty(len(cut), np.complex64)
+        unoccluded_amplitudes(
+            walked.rows[straight, cut], walked.place, plan.images[direct], walked.arrival[direct], walked.normal,
+            plan.loss, plan.factor, free,
+        )  # fmt: skip
+        there = np.flatnonzero(free)
         cut, free, lost, occluder_row = cut[there], free[there], lost[there], occluder_row[there]
     return Origins(plan.families, position, grazing, direct, straight, cut, free, lost, occluder_row)
 
@@ -113,17 +120,3 @@ def _cut(
         np.concatenate([dark[rest], behind]), np.concatenate([lost[rest], taken]),
         np.concatenate([occluder_row[rest], shaded.legs.occluder[direct, mine]]).astype(np.int16),
     )  # fmt: skip
-
-
-def _unoccluded_power(
-    plan: ReverberationPlan, ping_geometry: PingGeometry, walked: Walked, points: NDArray[np.int32], direct: int
-) -> tuple[NDArray[np.complex64], NDArray[np.bool_]]:
-    """Amplitudes of direct legs to some points without occlusion, and True for those that face the sonar."""
-    reach, depth = walked.place[:, points]
-    slant = np.hypot(reach, depth - plan.images[direct])
-    facing = -np.einsum("cm,cm->m", walked.arrival[direct][:, points], walked.normal[:, points]).astype(float)
-    free = np.exp2(-plan.loss * slant) / slant
-    if plan.factor.size:
-        steps = np.linspace(0, 1, plan.factor.size)
-        free *= np.sqrt(np.interp(np.sqrt(np.clip(1 - facing, 0, 1)), steps, plan.factor))
-    return free.astype(np.complex64), (facing > 0) & (depth > 0)

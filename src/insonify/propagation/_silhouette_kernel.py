@@ -98,6 +98,7 @@ def diffract_around_solid(
         visibility: Result: (n,); a leg that this solid cuts counts as clear of all others.
     """
     nearest, ahead_n, ahead_e = np.min(columns[:, 4]), math.cos(centre_bearing), math.sin(centre_bearing)
+    farthest, highest = max(np.max(columns[:, 0]), np.max(columns[:, 5])), np.min(columns[:, 1])
     for n in rows:
         mine = status[n] == OCCLUDED and occluder[n] == row
         level = math.sqrt(arrival[n, 0] ** 2 + arrival[n, 1] ** 2)
@@ -112,9 +113,13 @@ def diffract_around_solid(
         if passes_beside(reach, turn, level, length[n], wavelength, borders, border_ranges, max_fresnel_number):
             continue
         slope = arrival[n, 2] / level
-        if not mine and passes_above(
-            points[n, 2], slope, level, reach, length[n], wavelength, columns, max_fresnel_number
-        ):
+        if not mine and (
+            passes_above_all(
+                points[n, 2], slope, level, reach - farthest, reach - nearest, highest, length[n], wavelength,
+                max_fresnel_number,
+            )
+            or passes_above(points[n, 2], slope, level, reach, length[n], wavelength, columns, max_fresnel_number)
+        ):  # fmt: skip
             continue
         ahead = reach
         if has_bounce and slope != 0:
@@ -166,6 +171,37 @@ def passes_beside(
         number = edge_fresnel_number(off, behind / horizontal_component, length, wavelength)
         low, high = min(low, number), max(high, number)
     return low > max_fresnel_number or high < -max_fresnel_number
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def passes_above_all(
+    depth: float, slope: float, horizontal_component: float, least_behind: float, most_behind: float, top: float,
+    length: float, wavelength: float, max_fresnel_number: float,
+) -> bool:  # fmt: skip
+    """Return True only if `passes_above` is true for any columns between two distances, none higher than a top.
+
+    Each of the two parts of `excess_path_length` decreases with its distance.
+
+    Args:
+        depth: Depth of the end of the ray [m].
+        slope: Depth gained per horizontal metre.
+        horizontal_component: Horizontal part of the direction [1].
+        least_behind: Horizontal distance from the farthest column to the end of the ray [m].
+        most_behind: That from the nearest column [m].
+        top: Depth of the highest column [m].
+        length: Length of the leg [m].
+        wavelength: Wavelength of the sound [m].
+        max_fresnel_number: Fresnel number beyond which a solid below a ray is neglected.
+    """
+    clear = (top - depth + min(least_behind * slope, most_behind * slope)) * horizontal_component
+    if least_behind <= 0 or clear <= 0:
+        return False
+    behind = max(most_behind / horizontal_component, wavelength)
+    before = max(length - least_behind / horizontal_component, wavelength)
+    square = clear * clear
+    excess = square / (math.sqrt(square + behind * behind) + behind)
+    excess += square / (math.sqrt(square + before * before) + before)
+    return 4 * excess > 1.000001 * max_fresnel_number * max_fresnel_number * wavelength
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -131,19 +131,22 @@ def smear(energy: Floats, pulse: Floats, out: Floats) -> None:
 
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
-def smear_positions(bins: Floats, pulse: Floats, samples: Integers, out: Floats) -> None:
-    """Mean position of the contributions to some samples, weighted by energy.
+def smear_positions(bins: Floats, pulse: Floats, strongest: Integers, number: int, out: Floats) -> None:
+    """Mean position of the contributions to the samples of one contribution, weighted by energy.
 
     Args:
-        bins: Energies and positions by delay, (bins, MOMENTS).
+        bins: Energies and positions of the contribution by delay, (bins, MOMENTS).
         pulse: Energy of the pulse at the lag of each bin, the first bin first [1], (bins - samples + 1,).
-        samples: Indices of the samples, (m,).
-        out: Result, (MOMENTS - 1, m).
+        strongest: Number of the contribution that each sample is of, (samples,).
+        number: Number of this one.
+        out: Result, the samples of other contributions unchanged, (MOMENTS - 1, samples).
     """
-    for m in range(samples.size):
+    for m in range(strongest.size):
+        if strongest[m] != number:
+            continue
         energy, north, east, down, away, grazing = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
         for k in range(pulse.size):
-            row, part = bins[samples[m] + k], pulse[k]
+            row, part = bins[m + k], pulse[k]
             energy += part * row[0]
             north += part * row[1]
             east += part * row[2]
@@ -152,3 +155,45 @@ def smear_positions(bins: Floats, pulse: Floats, samples: Integers, out: Floats)
             grazing += part * row[5]
         out[0, m], out[1, m], out[2, m] = north / energy, east / energy, down / energy
         out[3, m], out[4, m] = away / energy, grazing / energy
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def largest_rows(values: Floats, counts: NDArray[np.bool_], none: int, largest: Integers) -> None:
+    """Row of the largest value of each sample, the first of equals.
+
+    Args:
+        values: Values, (channels, rows, samples).
+        counts: False: a sample of no row, (channels, samples).
+        none: Number of no row.
+        largest: Result, (channels, samples).
+    """
+    best = np.empty(values.shape[2])
+    for c in range(values.shape[0]):
+        best[:], largest[c] = values[c, 0], 0
+        for k in range(1, values.shape[1]):
+            for n in range(best.size):
+                if values[c, k, n] > best[n]:
+                    best[n], largest[c, n] = values[c, k, n], k
+        for n in range(best.size):
+            if not counts[c, n]:
+                largest[c, n] = none
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def take_stronger(
+    value: Floats, own: Integers, row: int, number: int, highest: Floats, strongest: Integers
+) -> None:  # fmt: skip
+    """Give one contribution the samples of its object in which it is stronger than those before.
+
+    Args:
+        value: Energies of the contribution, (channels, samples).
+        own: Row of the object of each sample, (channels, samples).
+        row: Row of the contribution's object.
+        number: Number of the contribution.
+        highest: Energy of the strongest so far, changed in place, (channels, samples).
+        strongest: Its number, changed in place, (channels, samples).
+    """
+    for c in range(value.shape[0]):
+        for n in range(value.shape[1]):
+            if own[c, n] == row and value[c, n] > highest[c, n]:
+                highest[c, n], strongest[c, n] = value[c, n], number

@@ -9,7 +9,7 @@ from insonify.propagation.families import DIRECT
 from insonify.records.labels import NO_ROW, LabelNames, Labels
 from insonify.sonar.received_pulse import ReceivedPulse
 from insonify.synthesis._label_kernel import MOMENTS
-from insonify.synthesis._position_kernel import smear, smear_positions
+from insonify.synthesis._position_kernel import largest_rows, smear, smear_positions, take_stronger
 from insonify.synthesis.incoherent import IncoherentAccumulator, IntensityBuffer
 from insonify.synthesis.label_sums import ALL, HIDDEN, PAIR_ONLY, Key, LabelBuffer
 from insonify.synthesis.level_curves import LevelBuffers, pair_name
@@ -42,13 +42,12 @@ def labels_of(buffer: LabelBuffer, accumulator: IncoherentAccumulator, names: La
     occluded_energy = occluded.sum(axis=0)
     highlight, ghost = _targets(by_object, echo, occluded_energy, names, noise)
     shadow = (occluded_energy > energy.get(("seabed", STRAIGHT), zeros)) & ~highlight
-    shadowing_object = np.where(shadow, np.argmax(occluded, axis=0), NO_ROW).astype(np.uint8)
-    strongest = np.where(is_received, np.argmax(by_object, axis=1), NO_ROW).astype(np.uint8)
+    shadowing_object = _largest_rows(np.moveaxis(occluded, 0, 1), shadow)
+    strongest = _largest_rows(by_object, is_received)
     position = _positions(bins, energy, pulse, names, strongest, shadowing_object)
     return Labels(
         expected_intensity=by_object.sum(axis=1), object_intensity=by_object, pair_intensity=by_pair,
-        strongest_object=strongest,
-        strongest_pair=np.where(is_received, np.argmax(by_pair, axis=1), NO_ROW).astype(np.uint8), highlight=highlight,
+        strongest_object=strongest, strongest_pair=_largest_rows(by_pair, is_received), highlight=highlight,
         shadow=shadow, ghost=ghost, shadowing_object=shadowing_object, position=np.moveaxis(position[:3], 0, -1),
         distance=position[3], grazing=position[4],
     )  # fmt: skip
@@ -175,21 +174,19 @@ def _positions(
     shadowing_object: Rows,
 ) -> Floats:  # fmt: skip
     """North, east, depth, distance, grazing of each sample, (5, channels, samples); NaN where nothing is received."""
-    keys, highest = list(energy), np.zeros(strongest.shape)
-    winner = np.full(strongest.shape, -1, np.int16)
-    for number, (object_name, pair) in enumerate(keys):
-        row, value = names.objects.index(object_name), energy[keys[number]]
-        candidates = (shadowing_object == row) if pair == HIDDEN else (strongest == row) & (shadowing_object == NO_ROW)
-        is_higher = candidates & (value > highest)
-        np.copyto(highest, value, where=is_higher)
-        winner[is_higher] = number
+    own = {False: np.where(shadowing_object == NO_ROW, strongest, NO_ROW), True: shadowing_object}
+    highest, winner = np.zeros(strongest.shape), np.full(strongest.shape, -1, np.int16)
+    for number, ((object_name, pair), value) in enumerate(energy.items()):
+        take_stronger(value, own[pair == HIDDEN], names.objects.index(object_name), number, highest, winner)
     position = np.full((MOMENTS - 1, *strongest.shape), np.nan)
     for channel, channel_winner in enumerate(winner):
-        for number in range(len(keys)):
-            samples = np.flatnonzero(channel_winner == number)
-            if not len(samples):
-                continue
-            moments = np.empty((MOMENTS - 1, len(samples)))
-            smear_positions(bins[keys[number]][channel], pulse, samples, moments)
-            position[:, channel, samples] = moments
+        for number, key in enumerate(energy):
+            smear_positions(bins[key][channel], pulse, channel_winner, number, position[:, channel])
     return position
+
+
+def _largest_rows(values: Floats, counts: Masks) -> Rows:
+    """Row of the largest value of each sample, (channels, rows, samples) to (channels, samples); `NO_ROW` for none."""
+    largest = np.empty(counts.shape, np.uint8)
+    largest_rows(values, counts, NO_ROW, largest)
+    return largest

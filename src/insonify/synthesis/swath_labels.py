@@ -90,9 +90,11 @@ def _add_occluded(
     pressure = level * transmit_amplitude[0].astype(float) * receive_amplitude[0]
     energy = pressure**2 * swath.cross_section[origins.straight, origins.cut] * origins.lost
     grazing = origins.grazing[origins.direct]
-    for occluder_row in sorted(set(origins.occluder_row.tolist())):
-        occluded = origins.occluder_row == occluder_row
-        key = occluder_names[occluder_row], HIDDEN
+    for occluder_row, name in occluder_names.items():
+        occluded = np.flatnonzero(origins.occluder_row == occluder_row)
+        if not len(occluded):
+            continue
+        key = name, HIDDEN
         shape = 1, grid.sample_count + lead + tail, MOMENTS
         deposit_positions(
             buffer.bins.setdefault(key, np.zeros(shape))[0], grid.start - lead / grid.sample_rate, grid.sample_rate,
