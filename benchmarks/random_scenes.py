@@ -1,5 +1,6 @@
 """Random valid scenarios: every feature at any value, small enough for one ping in some seconds."""
 
+import math
 import random
 from collections.abc import Sequence
 from pathlib import Path
@@ -11,6 +12,8 @@ SOUND_SPEED = 1500.0
 """Nominal, for wavelengths and windows [m/s]."""
 SEDIMENTS = ("rock", "gravel", "coarse sand", "medium sand", "fine silt", "clay")
 LIBRARY = ("rock", "drum", "manta", "tyre", "anchor", "rockan", "cylinder_mine", "pipe")
+SHORTEST_WINDOW = 6e-4
+"""Window of a small scene, where its pulse is short [s]."""
 SMOOTH_LARGEST = 1.5
 """Largest smooth target [m]."""
 TETRAHEDRON = """v 0 0 0
@@ -56,7 +59,25 @@ def random_description(seed: int, folder: Path) -> Description:
     if draw.chance(0.1) and "sides" not in found["sonar"]:
         place = [draw.between(-5, 5), draw.between(-5, 5), depth * draw.between(0.1, 0.85)]
         found["receiver_track"] = {"kind": "static", "position": place}
+    if draw.chance(0.15):
+        found["water"]["patches"] = [_patch(draw, depth, reach)]
     return _reconciled(found)
+
+
+def small_description(seed: int, folder: Path) -> Description:
+    """Contents of a random scenario file of two pings and a short window, most often at its first target.
+
+    Args:
+        seed: Number of the scene.
+        folder: Folder that files named by the scenario are written to.
+    """
+    found, draw = random_description(seed, folder), _Draw(-1 - seed)
+    track, first = found["track"], found["track"]["window"][1] * draw.between(0.3, 0.9)
+    if found["targets"] and draw.chance(0.7):
+        first = 2 * math.hypot(*found["targets"][0]["position"][:2], found["seabed"]["depth"] / 4) / SOUND_SPEED
+    length = max(SHORTEST_WINDOW, 1.5 * found["sonar"]["pulse"]["duration"])
+    track |= {"window": [max(first - SHORTEST_WINDOW / 2, 0), first + length], "pings": 2}
+    return found
 
 
 def _reconciled(found: Description) -> Description:
@@ -73,6 +94,7 @@ def _reconciled(found: Description) -> Description:
     if paths.get("geometry") == "slice" or "engine" in paths:
         found["surface"] = surface = {"reflection": "flat"}
         found["water"].pop("volume_strength_db", None)
+        found["water"].pop("patches", None)
         found["track"].pop("motion", None)
         found["sonar"].pop("sides", None)
     if surface["reflection"] == "explicit":
@@ -121,6 +143,13 @@ def _water(draw: _Draw, depth: float) -> Description:
     elif draw.chance(0.3):
         found["noise"] = {"wind_speed": draw.between(1, 15)}
     return found
+
+
+def _patch(draw: _Draw, depth: float, reach: float) -> Description:
+    height = depth * draw.between(0.1, 0.3)
+    place = [draw.between(-5, 5), reach * draw.between(0.2, 1), depth * draw.between(0.3, 0.7)]
+    return {"label": "school", "position": place, "size": [draw.log(1, 10), draw.log(1, 10), height],
+            "volume_strength_db": draw.between(-60, -35)}  # fmt: skip
 
 
 def _seabed(draw: _Draw, depth: float) -> Description:

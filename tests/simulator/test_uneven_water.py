@@ -169,7 +169,7 @@ def test_a_moving_surface_over_uneven_water_takes_work_in_proportion_to_its_pair
 
 
 def test_copies_of_a_block_in_uneven_water_come_one_after_the_other():
-    """2000 positions, 9 families: 45 copies that interfere each by itself come one by one: a third of the memory of all."""
+    """2000 positions, 9 families: 45 copies, one by one: a third of the memory of all."""
     scenario = uneven(paths={"contributions": ["seabed"], "max_reflections": 8, "scatterers_per_cell": 1})
     simulator = build_simulator(scenario.with_("surface.reflection", "flat"))
     here = simulator.ping_geometry(0)
