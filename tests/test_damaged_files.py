@@ -184,12 +184,21 @@ def test_a_library_that_broods_or_crashes_is_given_up(tmp_path, monkeypatch, tri
 
 
 @pytest.mark.parametrize(
-    ("step", "endless"), [("with netCDF4", "sum(iter(int, 1))\n    with netCDF4"), ("found[...]", "sum(iter(int, 1))")]
+    ("step", "endless", "promised"),
+    [
+        ("with netCDF4", "sum(iter(int, 1))\n    with netCDF4", 0),
+        ("found[first", "sum(iter(int, 1)); found[first", 0),
+        ("found[first", "row == 9000 and sum(iter(int, 1)); found[first", 9000),
+    ],
 )
-def test_a_file_that_keeps_its_library_busy_is_given_up_by_processor_time(tmp_path, monkeypatch, step, endless):
-    """A small file has a second or two of processor time to be opened and read in, however long the clock may run."""
+def test_a_file_that_keeps_its_library_busy_is_given_up_by_processor_time(
+    tmp_path, monkeypatch, step, endless, promised
+):
+    """A small file has two seconds of processor time for each part, however long the clock runs and its arrays are."""
     resource = pytest.importorskip("resource")
     damage.nc(tmp_path / "a.nc")
+    if promised:
+        damage.huge_nc(tmp_path / "a.nc", promised)
     monkeypatch.setattr(data_file, "_TRIAL", data_file._TRIAL.replace(step, endless))
     monkeypatch.setattr(data_file, "_TRIAL_TIMEOUT", 600.0)
     before = resource.getrusage(resource.RUSAGE_CHILDREN)

@@ -38,6 +38,8 @@ Fingerprint = Annotated[str | None, AfterValidator(_fill_in_digest), Field(valid
 _OUT_OF_TIME = getattr(signal, "SIGXCPU", 0)
 MAX_TRIAL_VALUES = 100_000_000
 """Numbers of an array above which it is not read on trial."""
+_TRIAL_VALUES = 1_000_000
+"""Numbers that are read at once on trial, and whole chunks: what a damaged file promises sets no time limit."""
 _HDF5 = b"\x89HDF\r\n\x1a\n"
 _TRIAL_TIMEOUT = 20.0  # seconds on the clock, and one more for each megabyte, also where the machine is busy
 _TRIAL_SECONDS, _TRIAL_RATE = (
@@ -52,25 +54,29 @@ except ImportError:  # not on this system: the clock alone decides
     resource = None
 
 def allow(size):
-    if resource:
+    if resource:  # one limit for each part that is read, so that a library in circles is stopped in seconds
         most = math.ceil(time.process_time() + {_TRIAL_SECONDS} + size / {_TRIAL_RATE})
         resource.setrlimit(resource.RLIMIT_CPU, (most, resource.getrlimit(resource.RLIMIT_CPU)[1]))
-
-def tried(size):
-    allow(8 * size)
-    return size <= {MAX_TRIAL_VALUES}
 
 if sys.argv[1].lower().endswith(".bag"):
     import rasterio
     allow(float(sys.argv[2]))
     with rasterio.open(sys.argv[1], driver="BAG") as file:
-        tried(file.width * file.height) and file.read(1)
+        for _, window in file.block_windows(1) if file.width * file.height <= {MAX_TRIAL_VALUES} else ():
+            allow(8 * window.width * window.height)
+            file.read(1, window=window)
 else:
     import netCDF4
     allow(float(sys.argv[2]))
     with netCDF4.Dataset(sys.argv[1]) as file:
         for found in file.variables.values():
-            tried(math.prod(found.shape)) and found[...]
+            if not found.shape or math.prod(found.shape) > {MAX_TRIAL_VALUES}:
+                continue
+            row, chunks = math.prod(found.shape[1:]), found.chunking()
+            rows = max({_TRIAL_VALUES} // max(row, 1), 1 if isinstance(chunks, str) else chunks[0])
+            for first in range(0, found.shape[0], rows):
+                allow(8 * row * min(rows, found.shape[0]))
+                found[first : first + rows]
 """
 MAX_TABLE_BYTES = 256 << 20
 """Most bytes of a table in text: some millions of rows."""
