@@ -57,6 +57,19 @@ def test_the_sound_does_not_know_of_its_labels(stored: Path, tmp_path: Path) -> 
     np.testing.assert_array_equal(open_recording(stored).intensity, open_recording(tmp_path / "b.zarr").intensity)
 
 
+def test_a_ping_cut_short_is_written_over(tmp_path: Path) -> None:
+    """Torn and overlong chunks of a ping that is not yet in the mask: labelled anew, all columns are as they were."""
+    path = tmp_path / "h.zarr"
+    record(survey(), path, with_labels=True, pings=[1])
+    before = open_labels(path).load()
+    for name, change in (("position", lambda whole: whole[:100]), ("grazing", lambda whole: 2 * whole)):
+        (chunk,) = (path / "labels" / name).glob("c.1.*")
+        chunk.write_bytes(change(chunk.read_bytes()))
+    (path / "labels" / "done" / "c" / "1").unlink()
+    record(survey(), path, with_labels=True, pings=[1])
+    assert open_labels(path).load().identical(before)
+
+
 def test_a_scenario_can_ask_for_labels(tmp_path: Path) -> None:
     """`output.labels: true` is enough; only the pings asked for are there, the others are nobody's."""
     record(survey(output={"labels": True}), tmp_path / "c.zarr", pings=[1])

@@ -133,8 +133,22 @@ def write_label_ping(path: str | Path, ping: int, labels: Labels, *, into: str |
         if not np.issubdtype(dtype, np.floating) and (values == _fill(dtype)).all():
             continue  # a chunk that is not there reads as such values, and every file costs a tenth of a millisecond
         key = ".".join(["c", str(ping), *("0" for _ in dims[1:])])
-        put_chunk(folder / name / key, np.ascontiguousarray(_stored(values, units)), _PACKER)
+        _write_in_place(folder / name / key, _PACKER.encode(np.ascontiguousarray(_stored(values, units))))
     put_chunk(folder / "done" / "c" / str(ping), np.ones(1, bool))
+
+
+def _write_in_place(file: Path, content: bytes) -> None:
+    """Write a chunk under its own name, in two thirds of the time of `put_chunk`.
+
+    A chunk counts from its ping's entry in the mask on, which follows; any run writes the same bytes over it.
+    """
+    descriptor, rest = os.open(file, os.O_WRONLY | os.O_CREAT | getattr(os, "O_BINARY", 0), 0o666), memoryview(content)
+    try:
+        while len(rest):
+            rest = rest[os.write(descriptor, rest) :]
+        os.ftruncate(descriptor, len(content))
+    finally:
+        os.close(descriptor)
 
 
 def _fill(dtype: type) -> Any:
