@@ -13,6 +13,7 @@ from insonify.engines.targets import target_count
 from insonify.estimates import compile_time, unit_costs
 from insonify.estimates.compile_time import FeatureKernels
 from insonify.estimates.run_cost import RunCost, estimate_cost, size_refusal
+from insonify.estimates.run_limits import run_refusal
 from insonify.simulator import build_simulator
 from oracles.arrays import heard_by_elements, line_of
 from oracles.scenes import nominal
@@ -152,6 +153,20 @@ def test_points_in_the_water_are_counted(field):
     blocks = simulator.engine.blocks(simulator.ping_geometry(0), quadrature=field == "incoherent")
     drawn = sum(len(block()) for block in blocks)
     assert estimate_cost(murky).scatterers == pytest.approx(drawn, rel=0.05)
+
+
+def test_water_is_counted_once_by_a_check(monkeypatch):
+    """Estimate and refusal share the count of one ping; labels have points of their own."""
+    asked, count = [], volume.VolumeScatterers.count
+    monkeypatch.setattr(
+        volume.VolumeScatterers,
+        "count",
+        lambda own, *, quadrature: asked.append(1) or count(own, quadrature=quadrature),
+    )
+    murky = nominal(water={"volume_strength_db": -70}, paths={"max_reflections": 0}, track={"window": (0.03, 0.04)})
+    whole = estimate_cost(murky)
+    assert run_refusal(murky, whole) == "" and len(asked) == 1
+    assert run_refusal(murky, whole, labels=True) == "" and len(asked) == 2
 
 
 @pytest.mark.parametrize(("field", "limit"), [("coherent", "MAX_CUBES"), ("incoherent", "MAX_TILES")])

@@ -188,10 +188,11 @@ class VolumeScatterers:
         ping_geometry, water = self.ping_geometry, self.scene.water
         near, far, gain = np.zeros((3, len(centre)))
         gain += 1
-        for position, beams in (
-            (ping_geometry.transmit_position, ping_geometry.transmit_beams),
-            (ping_geometry.receive_position, ping_geometry.bounding_receive_beams),
-        ):
+        ends = [(ping_geometry.transmit_position, ping_geometry.transmit_beams)]
+        alike = ping_geometry.same_beams and ping_geometry.is_monostatic
+        if not alike:
+            ends.append((ping_geometry.receive_position, ping_geometry.bounding_receive_beams))
+        for position, beams in ends:
             closest, farthest, best = np.full(len(centre), np.inf), np.zeros(len(centre)), np.zeros(len(centre))
             for family in self.choice.followed_families:
                 around = radius + self._relief_height * 2 * family.count("B")
@@ -203,6 +204,8 @@ class VolumeScatterers:
                 margin = np.where(around < length, np.arcsin(np.minimum(1, around / length)), np.pi)
                 for way, more in self._refracted_directions(ray / length[:, None]):
                     np.maximum(best, beams.bound(way, margin + more), out=best)
+            near, far, gain = near + closest, far + farthest, gain * best
+        if alike:
             near, far, gain = near + closest, far + farthest, gain * best
         early, late = ping_geometry.recorded_delays
         latest = far / water.min_sound_speed * (MAX_TRAVEL_TIME_RATIO if water.layered else 1.0)

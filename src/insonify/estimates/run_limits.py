@@ -22,11 +22,18 @@ def run_refusal(scenario: Scenario, whole: RunCost, *, labels: bool = False) -> 
             "--labels is for beams, and sonar.receiver.record is elements. Leave it out; a run of the same scene with "
             "record: beams has them"
         )
-    return size_refusal(whole) or _water_limit_error(scenario, labels=labels or scenario.output.labels)
+    counted = {(0, scenario.field == "incoherent")} if np.isfinite(whole.scatterers) else set()
+    return size_refusal(whole) or _water_limit_error(scenario, counted, labels=labels or scenario.output.labels)
 
 
-def _water_limit_error(scenario: Scenario, *, labels: bool) -> str:
-    """The fault of a ping that receives too much scattering water, at any depth of the track; empty otherwise."""
+def _water_limit_error(scenario: Scenario, counted: set[tuple[int, bool]], *, labels: bool) -> str:
+    """The fault of a ping that receives too much scattering water, at any depth of the track; empty otherwise.
+
+    Args:
+        scenario: The scenario.
+        counted: Pings whose points have been counted, with True for quadrature points; they are few enough.
+        labels: True if labels are wanted.
+    """
     if not scenario.water.scatters or "water" not in scenario.paths.contributions or scenario.paths.geometry == "slice":
         return ""
     simulator = build_simulator(scenario)
@@ -36,6 +43,6 @@ def _water_limit_error(scenario: Scenario, *, labels: bool) -> str:
         for side in simulator.ping_geometries(ping):
             seen = ping_scatterers(simulator.engine.scene, scenario.paths, scenario.seed, side, simulator.engine.rays)
             suspended = VolumeScatterers(simulator.engine.scene, scenario.paths, scenario.seed, side, seen.resolution)
-            if any(np.isinf(suspended.count(quadrature=even)) for even in kinds):
+            if any(np.isinf(suspended.count(quadrature=even)) for even in kinds if (ping, even) not in counted):
                 return TOO_MANY
     return ""
