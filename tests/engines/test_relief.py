@@ -138,7 +138,7 @@ def test_what_is_kept_changes_nothing():
     np.testing.assert_array_equal(first.position, again.position)
     bed = scenario.scene.seabed.terrain
     fresh = SeabedTerrain(bed.depth, bed.relief)
-    np.testing.assert_array_equal(fresh.heightmap_tile(3, 4), bed.heightmap_tile(3, 4))
+    np.testing.assert_array_equal(fresh.heightmap_synthesizer.heights(3, 4), bed.heightmap_synthesizer.heights(3, 4))
     store = ArrayCache(100)
     made = []
     for key in (1, 2, 1, 3, 1, 2):

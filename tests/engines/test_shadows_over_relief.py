@@ -71,9 +71,12 @@ def test_shadows_over_relief_are_those_of_the_tracer(relief: float, most: float,
 @pytest.mark.parametrize("relief", [0.01, 0.02, 0.03, 0.05])
 @pytest.mark.parametrize("off", [0.0, 0.35, 0.6, -0.9, 1.5])
 def test_shadows_of_many_rows_are_those_of_the_tracer(relief: float, off: float) -> None:
-    """Both paths of the first engine against four million rays: within 0.4 dB any 2 ms, 0.15 dB rms."""
+    """What a run gives, and the general path, against four million rays: within 0.4 dB any 2 ms, 0.15 dB rms.
+
+    A run takes the fast path up to 3 cm of relief; 5 cm hides a tenth of the seabed, and it takes the general one.
+    """
     traced = means(scene(relief, off, engine="tracer", rays=4_000_000))
-    for way in (quickly, thoroughly):
+    for way in (None, thoroughly):
         error = means(scene(relief, off), way) - traced
         assert np.abs(error).max() < 0.4
         assert np.sqrt(np.mean(error**2)) < 0.15

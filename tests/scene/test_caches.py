@@ -78,19 +78,10 @@ def bed(seed=1, **relief):
 def test_pieces_of_the_map_join():
     """The last row and column of a piece are the first of the next: no step where a shadow crosses a seam."""
     ground = bed()
-    here, north, east = (ground.heightmap_tile(*which) for which in ((0, 0), (1, 0), (0, 1)))
+    here, north, east = (ground.heightmap_synthesizer.heights(*which) for which in ((0, 0), (1, 0), (0, 1)))
     assert here.shape == (TILE_CELLS + 1, TILE_CELLS + 1)
     np.testing.assert_allclose(here[-1], north[0], atol=2e-6)
     np.testing.assert_allclose(here[:, -1], east[:, 0], atol=2e-6)
-
-
-def test_the_map_is_the_ground():
-    """Heights of the map are those that scatterers meet at the same places."""
-    ground = bed()
-    nodes = np.arange(TILE_CELLS + 1) * ground.heightmap_cell_size
-    a, b = (grid.ravel() for grid in np.meshgrid(nodes, nodes, indexing="ij"))
-    heights = ground.depth - ground.depth_at(a, b)
-    np.testing.assert_allclose(ground.heightmap_tile(0, 0).ravel(), heights, atol=2e-6)
 
 
 def test_points_of_one_key_are_the_ground_at_these_points():

@@ -76,7 +76,7 @@ def test_the_map_of_shadows_has_the_moat():
     a, b = ((number * 64 + node) * bed.heightmap_cell_size for number in piece)
     truth = bed.relief.height(a[:, None], b[None, :])
     assert truth.min() < -0.15
-    np.testing.assert_allclose(bed.heightmap_tile(*piece), truth, atol=1e-6)
+    np.testing.assert_allclose(bed.heightmap_synthesizer.heights(*piece), truth, atol=1e-6)
     kept = TerrainMap(bed)
     (row,) = rows = kept.claim(np.array([piece]))
     kept.draw(rows)

@@ -35,7 +35,7 @@ Columns = tuple[Floats, Floats, NDArray[np.uint64]]
 
 SHADOW_GAIN_FACTOR = 16.0
 """Factor on the gain at the ranges that a target in the largest gain direction casts a shadow on [1]."""
-EDGE_STRIPS = 8
+EDGE_STRIPS = 16
 """Strips that cells are cut into across, in and about shadows of targets."""
 SPARSE_EDGE_STRIPS = 4
 """Number of strips for sparse points."""

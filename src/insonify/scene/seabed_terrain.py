@@ -14,7 +14,6 @@ from numpy.typing import ArrayLike, NDArray
 from insonify.scene.heightmap_cache import CELLS, HeightmapCache, HeightmapTiles
 from insonify.scene.heightmap_synthesis import HeightmapSynthesizer
 from insonify.scene.scatterer_terrain_cache import ScattererTerrainCache
-from insonify.scene.terrain.array_cache import ArrayCache
 from insonify.scene.terrain.composite_relief import CompositeRelief
 
 Floats = NDArray[np.float64]
@@ -29,7 +28,6 @@ MIN_CELL_SIZE = 0.02
 MAX_CELL_SIZE = 0.5
 """Largest [m]: edges of shadows are no sharper."""
 _MAX_CACHE_BYTES = 192 << 20  # bytes of points
-_MAX_TILE_BYTES = 64 << 20  # of single pieces of the map; kernels read pages of their own
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,7 +39,6 @@ class SeabedTerrain:
     relief: CompositeRelief
     """Heights above that plane, and what they leave to the scattering law."""
     _points: dict[int, ScattererTerrainCache] = field(default_factory=dict, repr=False)
-    _maps: ArrayCache = field(default_factory=lambda: ArrayCache(_MAX_TILE_BYTES), repr=False)
     _pages: HeightmapCache = field(default_factory=HeightmapCache, repr=False)
 
     @cached_property
@@ -87,25 +84,6 @@ class SeabedTerrain:
     def heightmap_synthesizer(self) -> HeightmapSynthesizer:
         """Synthesiser of the map that kernels read."""
         return HeightmapSynthesizer(self.relief.resolved, self.heightmap_cell_size)
-
-    def heightmap_tile(self, along: int, across: int) -> NDArray[np.floating]:
-        """Heights on a square of the lattice frame, for shadows [m]; single precision, 10 um at 100 m.
-
-        Args:
-            along: Number of the piece along the lattice's first axis [1].
-            across: Along its second axis [1].
-
-        Returns:
-            Heights on nodes a `heightmap_cell_size` apart, shape (65, 65): the last row and column are the next piece's
-            first.
-        """
-        return self._maps.get((along, across), lambda: self._drawn(along, across))
-
-    def _drawn(self, along: int, across: int) -> NDArray[np.floating]:
-        """The same, drawn anew."""
-        cells = np.arange(TILE_CELLS + 1)
-        a, b = ((number * TILE_CELLS + cells) * self.heightmap_cell_size for number in (along, across))
-        return self.relief.resolved.sample_in_grid_axes(a[:, None], b[None, :]).height.astype(np.float32)
 
     def read_heightmap(self, own: Floats, evaluate: Callable[[HeightmapTiles, NDArray[np.bool_]], bool]) -> None:
         """Let a kernel read the map until it has all the pieces that it comes to.

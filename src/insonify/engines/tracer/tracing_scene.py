@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from insonify.engines.tracer._terrain_hit_kernel import BLOCK, TerrainTiles
 from insonify.engines.tracer._trace_kernel import clear_image_paths, first_hits
 from insonify.propagation.triangle_tree import TriangleTree, triangle_tree
+from insonify.scene.heightmap_synthesis import HeightmapSynthesizer
 from insonify.scene.scatterer_grid import ScattererGrid
 from insonify.scene.scene import Scene
 from insonify.scene.seabed_terrain import TILE_CELLS, SeabedTerrain
@@ -24,6 +25,9 @@ Marks = NDArray[np.bool_]
 
 MAX_PIECES = 8192
 """Pieces of ground that are kept, some 140 MB [1]."""
+CELL_PARTS = 2
+"""Parts of the sides of the map's cells. Facets of whole cells, an eighth of the shortest wave, are gentler than the
+relief: 5 cm rms scatters 0.1 dB too little at 4 degrees, and 0.02 dB with halves [1]."""
 MAX_FLAT_ANGLE, MIN_EDGE_ANGLE = 2e-3, 0.5
 """Angles between neighbouring triangles: of one face below the first, of two faces above the second [rad]."""
 
@@ -63,6 +67,7 @@ class TerrainTileCache:
     def __init__(self, terrain: SeabedTerrain) -> None:
         """Nothing fetched yet."""
         self.bed, self.lock = terrain, Lock()
+        self.synthesizer = HeightmapSynthesizer(terrain.relief.resolved, terrain.heightmap_cell_size / CELL_PARTS)
         self.rows: dict[tuple[int, int], int] = {}
         blocks = TILE_CELLS // BLOCK
         self.tiles = np.empty((64, TILE_CELLS + 1, TILE_CELLS + 1), np.float32)
@@ -79,7 +84,7 @@ class TerrainTileCache:
                     np.concatenate([kept, np.empty_like(kept)])
                     for kept in (self.tiles, self.block_maxima, self.tile_maxima)
                 )
-            piece = np.asarray(self.bed.heightmap_tile(along, across))
+            piece = self.synthesizer.heights(along, across)
             self.tiles[row] = piece
             known = np.where(np.isnan(piece), -np.inf, piece)
             corners = (known[:-1, :-1], known[1:, :-1], known[:-1, 1:], known[1:, 1:])
@@ -107,7 +112,8 @@ class RayIntersector:
             self.ground = _flat_tiles(world.scene.seabed.depth)
             return
         bed = world.store.bed
-        side = bed.heightmap_cell_size * TILE_CELLS
+        cell = world.store.synthesizer.cell
+        side = cell * TILE_CELLS
         corner = np.floor((here[:2] - farthest) / side).astype(int) - 1
         size = np.floor((here[:2] + farthest) / side).astype(int) + 2 - corner
         low, high = bed.relief.span
@@ -118,7 +124,7 @@ class RayIntersector:
                 if 0 <= p < size[0] and 0 <= q < size[1]:
                     row_of[p, q] = row
         self.ground = TerrainTiles(
-            float(bed.depth), float(bed.heightmap_cell_size), float(low), float(high), int(corner[0]), int(corner[1]),
+            float(bed.depth), cell, float(low), float(high), int(corner[0]), int(corner[1]),
             row_of, world.store.tiles, world.store.block_maxima, world.store.tile_maxima,
         )  # fmt: skip
 
