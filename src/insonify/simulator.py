@@ -21,6 +21,7 @@ from insonify.engines.fast_reverberation import FastReverberation, prepare_fast_
 from insonify.engines.parts import SerialPool, WorkerPool, parts_of
 from insonify.engines.terrain_cover import MOST_HIDDEN, hidden_part
 from insonify.malloc_tuning import keep_freed_memory
+from insonify.propagation.families import families_reaching
 from insonify.propagation.path_settings import PathSettings
 from insonify.propagation.propagation_model_choice import propagation_model_for
 from insonify.records.arrivals import Arrivals, concatenate_arrivals, expand_arrivals
@@ -117,6 +118,9 @@ class Simulator:
     def _ground(self, geometry: PingGeometry, choice: PathSettings) -> FastReverberation | None:
         terrain = self.engine.scene.seabed.terrain
         if terrain is None or terrain.span[0] == terrain.span[1] or delay_field(self.scenario) is not None:
+            return None
+        # its radials follow the mean plane: off relief alone, sound comes from elsewhere
+        if all("B" in name for name in families_reaching("seabed", choice.followed_families)):
             return None
         reverberation = prepare_fast_reverberation(self.engine.scene, choice, geometry, self.engine.rays)
         return None if reverberation is None or self._terrain_hides_much else reverberation
