@@ -5,6 +5,7 @@ the surface at given heights of the climb.
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +18,17 @@ STEEPEST = 0.4
 """Largest slope of the surface that is applied [1]."""
 WIDEST = 0.9
 """Largest displacement of a bounce, as a fraction of the distance to either end [1]."""
+
+
+class SurfaceBounces(NamedTuple):
+    """Vertical sequence of an unfolded line with bounces off the surface."""
+
+    starts_upward: bool
+    """True if it begins upwards."""
+    reverses_vertically: bool
+    """True for a line that ends in the opposite vertical direction."""
+    heights: Floats
+    """Vertical travel up to each surface bounce [m], (bounces,)."""
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -52,9 +64,8 @@ def bounce_offset(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def displaced_bounce_path(
-    horizontal_distance: float, vertical_travel: float, north: float, east: float, starts_upward: bool,
-    reverses_vertically: bool, bounce_heights: Floats, slopes: Floats,
-    change: Floats,
+    horizontal_distance: float, vertical_travel: float, north: float, east: float, bounces: SurfaceBounces,
+    slopes: Floats, change: Floats,
 ) -> None:  # fmt: skip
     """Changes of one line by displaced bounces.
 
@@ -63,27 +74,26 @@ def displaced_bounce_path(
         vertical_travel: Vertical travel of the whole line [m].
         north: Horizontal unit vector ahead, north component.
         east: East component of the unit vector.
-        starts_upward: True if it begins upwards.
-        reverses_vertically: True for a line that ends in the opposite vertical direction.
-        bounce_heights: Vertical travel up to each surface bounce [m], (bounces,).
+        bounces: Its bounces.
         slopes: Slope of the surface ahead and to the right at each [1], (bounces, 2).
         change: Result: additional length [m], change of the unit vector of travel at the sonar and at the end, (7,).
     """
+    heights = bounces.heights
     length = math.sqrt(horizontal_distance * horizontal_distance + vertical_travel * vertical_travel)
     straight, rise = horizontal_distance / length, vertical_travel / length
-    down = -1.0 if starts_upward else 1.0
+    down = -1.0 if bounces.starts_upward else 1.0
     px, py, pz, total = 0.0, 0.0, 0.0, 0.0
-    for b in range(bounce_heights.size + 1):
+    for b in range(heights.size + 1):
         x, y, z = horizontal_distance, 0.0, vertical_travel
-        if b < bounce_heights.size:
-            x, y = bounce_offset(horizontal_distance, vertical_travel, bounce_heights[b], slopes[b, 0], slopes[b, 1])
-            z = bounce_heights[b]
+        if b < heights.size:
+            x, y = bounce_offset(horizontal_distance, vertical_travel, heights[b], slopes[b, 0], slopes[b, 1])
+            z = heights[b]
         dx, dy, dz = x - px, y - py, z - pz
         piece = math.sqrt(dx * dx + dy * dy + dz * dz)
         total += piece
         px, py, pz = x, y, z
-        if b == 0 or b == bounce_heights.size:
-            sense = down if b == 0 or not reverses_vertically else -down
+        if b == 0 or b == heights.size:
+            sense = down if b == 0 or not bounces.reverses_vertically else -down
             ahead, right, to = dx / piece - straight, dy / piece, 1 if b == 0 else 4
             change[to] = ahead * north - right * east
             change[to + 1] = ahead * east + right * north
@@ -93,12 +103,12 @@ def displaced_bounce_path(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def displaced_bounce_paths(
-    horizontal_distance: Floats, vertical_travel: Floats, horizontal_directions: Floats, starts_upward: bool,
-    reverses_vertically: bool, bounce_heights: Floats, slopes: Floats, change: Floats,
+    horizontal_distance: Floats, vertical_travel: Floats, horizontal_directions: Floats, bounces: SurfaceBounces,
+    slopes: Floats, change: Floats,
 ) -> None:  # fmt: skip
     """Displaced bounces of n lines by `displaced_bounce_path`; slopes (n, bounces, 2), ahead (n, 2), change (n, 7)."""
     for n in range(horizontal_distance.size):
         displaced_bounce_path(
             horizontal_distance[n], vertical_travel[n], horizontal_directions[n, 0], horizontal_directions[n, 1],
-            starts_upward, reverses_vertically, bounce_heights, slopes[n], change[n],
+            bounces, slopes[n], change[n],
         )  # fmt: skip

@@ -7,14 +7,16 @@ quantum is the coherent bounce. Where nu is large, the many quanta of long waves
 """
 
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from insonify.jit import njit
-from insonify.propagation._displaced_bounce_kernel import displaced_bounce_path
+from insonify.propagation._displaced_bounce_kernel import SurfaceBounces, displaced_bounce_path
+from insonify.propagation.wind_waves import WindWaves
 from insonify.random_keys import philox, uniform_from_word
+from insonify.records.legs import LegStatus
 
 Floats = NDArray[np.float64]
 
@@ -25,6 +27,77 @@ LIVES = 0xFFF
 MOST = 4.0  # mean number of quanta that are drawn one by one; those of longer waves, beyond it, as one Gaussian
 NONE_OF_MOST = math.exp(-MOST)
 """Probability of no quantum: used by most glints of a rough sea."""
+_FACING_AWAY = int(LegStatus.FACING_AWAY)
+
+
+class GlintPoints(NamedTuple):
+    """Scatterers at the ends of the legs: n of them."""
+
+    scatterer_id: NDArray[np.uint64]
+    """Identifiers, (n,)."""
+    position: Floats
+    """North, east, depth [m], (n, 3)."""
+    normal: Floats
+    """Normals of their interfaces; 0 for points without one, (n, 3)."""
+    phase: Floats
+    """Phase per height of one bounce, 2 k sin(grazing) [rad/m], (n,)."""
+
+
+class GlintSource(NamedTuple):
+    """Origin of the random numbers of one glint, and the waves that it is drawn from."""
+
+    waves: WindWaves
+    """Tables of the waves."""
+    axes: Floats
+    """North and east of the waves' direction, and of that to the right of it, (2, 2)."""
+    lifetime: float
+    """Lifetime of a glint [s]."""
+    key: tuple[int, int]
+    """Key of the random numbers."""
+    code: int
+    """Identifier of the glint, third counter of its random numbers, the same for transmit and receive legs."""
+
+
+class CalmPaths(NamedTuple):
+    """Geometry and medium of one family's legs off a calm surface."""
+
+    sonar_position: Floats
+    """North, east, depth of this end of the sonar [m], (3,)."""
+    transmit_position: Floats
+    """North, east, depth of the transmitting end [m], (3,)."""
+    ping_time: float
+    """Start of the ping [s]."""
+    image_depth: float
+    """Depth of the family's image source [m]."""
+    bounces: SurfaceBounces
+    """Bounces off the surface."""
+    frequency: float
+    """Frequency of the sound [Hz]."""
+    speed: float
+    """Sound speed at the sonar [m/s]."""
+    absorption: float
+    """Absorption [dB/m]."""
+
+
+class LegColumns(NamedTuple):
+    """Columns of one row of legs, changed in place."""
+
+    delay: Floats
+    """One-way travel time [s], (n,)."""
+    length: Floats
+    """Length [m], (n,)."""
+    absorption: Floats
+    """Pressure ratio [1], (n,)."""
+    departure: Floats
+    """Unit vectors of travel at the sonar, (n, 3)."""
+    arrival: Floats
+    """Unit vectors of travel at the points, (n, 3)."""
+    grazing: Floats
+    """Grazing angle [rad], (n,)."""
+    status: NDArray[np.uint8]
+    """`LegStatus`, (n,)."""
+    visibility: Any
+    """Fraction of the pressure that passes edges [1], (n,)."""
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -58,27 +131,20 @@ def sine_cosine(angle: float) -> tuple[float, float]:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def sample_glint(
-    scatterer_id: np.uint64, code: int, k0: int, k1: int, phase: float, at_least_one: bool, wavenumber: Floats,
-    variance: Floats,
-    frequency: Floats, direction_quantiles: Floats, moment: Floats, guide: NDArray[np.int32],
-) -> tuple[float, float, float, float]:  # fmt: skip
+    scatterer_id: np.uint64, code: int, key: tuple[int, int], phase: float, at_least_one: bool, waves: WindWaves
+) -> tuple[float, float, float, float]:
     """One glint of one scatterer: wavenumber along and across the wind [rad/m], angular frequency [rad/s], phase [rad].
 
     Args:
         scatterer_id: Identifier of the scatterer.
         code: Identifier of the glint, third counter of its random numbers.
-        k0: First word of the key.
-        k1: Second word of the key.
+        key: Key of the random numbers.
         phase: Phase per height, 2 k sin(grazing) [rad/m].
         at_least_one: True to condition on at least one quantum.
-        wavenumber: Table of `insonify.propagation.wind_waves.WindWaves`.
-        variance: Table of `WindWaves`.
-        frequency: Table of `WindWaves`.
-        direction_quantiles: Table of `WindWaves`.
-        moment: Table of `WindWaves`.
-        guide: Table of `WindWaves`.
+        waves: Tables of the waves.
     """
-    whole = variance[-1]
+    variance, guide = waves.variance, waves.row_guide
+    whole, (k0, k1) = variance[-1], key
     low, high = scatterer_id & np.uint64(0xFFFFFFFF), scatterer_id >> np.uint64(32)
     w0, w1, w2, w3 = philox(low, high, code, 0, k0, k1)
     along, across, turning = 0.0, 0.0, 0.0
@@ -87,9 +153,8 @@ def sample_glint(
     if mean > MOST:
         from_variance = whole - MOST / q2
         mean = MOST
-        along, across, turning = _gaussian(
-            w2, w3, low, high, code, k0, k1, phase, from_variance, variance, moment, guide
-        )
+        v0, v1, _, _ = philox(low, high, code, 1, k0, k1)
+        along, across, turning = _gaussian((w2, w3, v0, v1), phase, from_variance, waves)
     count = _poisson(uniform_from_word(w0), mean, at_least_one and from_variance == 0.0)
     for quantum in range(count):
         u0, u1, u2, _ = philox(low, high, code, quantum + 2, k0, k1)
@@ -97,9 +162,9 @@ def sample_glint(
         row = tabulated_row(variance, share, guide)
         step = max(variance[row + 1] - variance[row], 1e-300)
         part = min(1.0, max(0.0, (share - variance[row]) / step))
-        k = wavenumber[row] + part * (wavenumber[row + 1] - wavenumber[row])
-        omega = frequency[row] + part * (frequency[row + 1] - frequency[row])
-        angle = _turned(direction_quantiles, (row + part) / (wavenumber.size - 1), uniform_from_word(u1))
+        k = waves.wavenumber[row] + part * (waves.wavenumber[row + 1] - waves.wavenumber[row])
+        omega = waves.frequency[row] + part * (waves.frequency[row + 1] - waves.frequency[row])
+        angle = _turned(waves.direction_quantiles, (row + part) / (waves.wavenumber.size - 1), uniform_from_word(u1))
         sign = 1.0 if u2 & np.uint32(1) else -1.0
         sine, cosine = sine_cosine(angle)
         along += sign * k * cosine
@@ -110,17 +175,17 @@ def sample_glint(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _gaussian(
-    w2: np.uint32, w3: np.uint32, low: np.uint64, high: np.uint64, code: int, k0: int, k1: int, phase: float,
-    upto: float, variance: Floats, moment: Floats, guide: NDArray[np.int32],
-) -> tuple[float, float, float]:  # fmt: skip
-    """Sum of the wavenumbers and frequencies of all quanta of the longer waves."""
-    row = tabulated_row(variance, upto, guide)
+    words: tuple[np.uint32, np.uint32, np.uint32, np.uint32], phase: float, upto: float, waves: WindWaves
+) -> tuple[float, float, float]:
+    """Sum of the wavenumbers and frequencies of all quanta of the longer waves, from four random words."""
+    variance, moment = waves.variance, waves.slope_moments
+    w2, w3, v0, v1 = words
+    row = tabulated_row(variance, upto, waves.row_guide)
     part = min(1.0, (upto - variance[row]) / max(variance[row + 1] - variance[row], 1e-300))
     ahead = moment[0, row] + part * (moment[0, row + 1] - moment[0, row])
     aside = moment[1, row] + part * (moment[1, row + 1] - moment[1, row])
     speed = moment[2, row] + part * (moment[2, row + 1] - moment[2, row])
     both = moment[3, row] + part * (moment[3, row + 1] - moment[3, row])
-    v0, v1, _, _ = philox(low, high, code, 1, k0, k1)
     r, s = math.sqrt(-2 * math.log(uniform_from_word(w2))), math.sqrt(-2 * math.log(uniform_from_word(v0)))
     sine, cosine = sine_cosine(math.pi * (2 * uniform_from_word(w3) - 1))
     _, other = sine_cosine(math.pi * (2 * uniform_from_word(v1) - 1))
@@ -159,113 +224,76 @@ def _turned(direction_quantiles: Floats, length: float, chance: float) -> float:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def apply_glints_to_row(
-    keys: NDArray[np.uint64], points: Floats, normal: Floats, code: int, k0: int, k1: int, phase: Floats,
-    wavenumber: Floats, variance: Floats, frequency: Floats, direction_quantiles: Floats, moment: Floats,
-    guide: NDArray[np.int32],
-    axes: Floats, sonar_position: Floats, transmit_position: Floats, start: float, correlation_time: float,
-    image_depth: float, starts_upward: bool,
-    reverses_vertically: bool, bounce_heights: Floats, sound_frequency: float, speed: float, loss: float,
-    delay: Floats, length: Floats,
-    absorption: Floats, departure: Floats, arrival: Floats, grazing: Floats, status: NDArray[np.uint8],
-    facing_away: int, visibility: Any, phasor_out: NDArray[np.complex128], phasor_back: NDArray[np.complex128],
+    points: GlintPoints, source: GlintSource, paths: CalmPaths, legs: LegColumns, phasor_out: NDArray[np.complex128],
+    phasor_back: NDArray[np.complex128],
 ) -> None:  # fmt: skip
     """Turn one row of legs off a flat surface into glints, in place; legs that do not exist stay unchanged.
 
     Args:
-        keys: Identifiers of the scatterers, (n,).
-        points: Ends of the legs [m], (n, 3).
-        normal: Normals of their interfaces; 0 for points without one, (n, 3).
-        code: Identifier of the glint, the same for transmit and receive legs.
-        k0: First word of the key.
-        k1: Second word of the key.
-        phase: Phase per height of one bounce, 2 k sin(grazing) [rad/m], (n,).
-        wavenumber: Table of `insonify.propagation.wind_waves.WindWaves`.
-        variance: Table of `WindWaves`.
-        frequency: Table of `WindWaves`.
-        direction_quantiles: Table of `WindWaves`.
-        moment: Table of `WindWaves`.
-        guide: Table of `WindWaves`.
-        axes: North and east of the waves' direction, and of that to the right of it, (2, 2).
-        sonar_position: North, east, depth of this end of the sonar [m], (3,).
-        transmit_position: North, east, depth of the transmitting end [m], (3,).
-        start: Start of the ping [s].
-        correlation_time: Lifetime of a glint [s].
-        image_depth: Depth of the family's image source [m].
-        starts_upward: True if the legs begin upwards.
-        reverses_vertically: True for legs that end in the opposite vertical direction.
-        bounce_heights: Vertical travel up to each surface bounce [m], (bounces,).
-        sound_frequency: Frequency of the sound [Hz].
-        speed: Sound speed at the sonar [m/s].
-        loss: Absorption [dB/m].
-        delay: Changed, one-way travel time [s], (n,).
-        length: Changed [m], (n,).
-        absorption: Changed, pressure ratio [1], (n,).
-        departure: Changed, unit vectors of travel at the sonar, (n, 3).
-        arrival: Changed, unit vectors of travel at the points, (n, 3).
-        grazing: Changed [rad], (n,).
-        status: Changed for legs that now arrive from behind, (n,).
-        facing_away: `LegStatus` of such legs.
-        visibility: Changed for such legs, (n,).
+        points: Ends of the legs.
+        source: Origin of the glints.
+        paths: Geometry of the legs off a calm surface.
+        legs: Columns of the legs; status and visibility change where legs now arrive from behind.
         phasor_out: Result: phasor of transmit legs, (n,).
         phasor_back: Result: phasor of receive legs, (n,).
     """
+    bounce_heights, code, axes = paths.bounces.heights, source.code, source.axes
+    sonar_position, transmit_position, start = paths.sonar_position, paths.transmit_position, paths.ping_time
+    keys, normal, phase = points.scatterer_id, points.normal, points.phase
+    delay, visibility = legs.delay, legs.visibility
     slopes, bent = np.empty((bounce_heights.size, 2)), np.empty(7)
     for n in range(keys.size):
         if visibility[n] == 0:
             continue
-        dn, de = points[n, 0] - sonar_position[0], points[n, 1] - sonar_position[1]
-        away = (
-            (points[n, 0] - transmit_position[0]) ** 2
-            + (points[n, 1] - transmit_position[1]) ** 2
-            + (points[n, 2] - transmit_position[2]) ** 2
-        )
+        x, y, z = points.position[n]
+        dn, de = x - sonar_position[0], y - sonar_position[1]
+        away = (x - transmit_position[0]) ** 2 + (y - transmit_position[1]) ** 2 + (z - transmit_position[2]) ** 2
         far = math.sqrt(dn * dn + de * de)
         north, east = (dn / far, de / far) if far > 1e-6 else (1.0, 0.0)
-        climb = max(abs(points[n, 2] - image_depth), 1e-6)
-        there = math.sqrt(away) / speed
+        climb = max(abs(z - paths.image_depth), 1e-6)
+        there = math.sqrt(away) / paths.speed
         turned, gone, came = 0.0, 0.0, 0.0
-        living = code << 4 | _glint_generation(keys[n], code, k0, k1, start / correlation_time) << 20
+        living = code << 4 | _glint_generation(keys[n], code, source.key, start / source.lifetime) << 20
         for b in range(bounce_heights.size):
             # At least one bounce is incoherent; of several the first represents it.
-            along, across, omega, first = sample_glint(keys[n], living | b, k0, k1, phase[n], b == 0, wavenumber,
-                                                     variance, frequency, direction_quantiles, moment,
-                                                     guide)  # fmt: skip
+            along, across, omega, first = sample_glint(keys[n], living | b, source.key, phase[n], b == 0, source.waves)
             k_north, k_east = along * axes[0, 0] + across * axes[1, 0], along * axes[0, 1] + across * axes[1, 1]
             part = min(bounce_heights[b] / climb, 1.0)
             reach = part * far
             # from the point itself: re a distant origin, a wavenumber that follows a moving sonar would change the
             # phase
-            turned += k_north * (sonar_position[0] + reach * north - points[n, 0])
-            turned += k_east * (sonar_position[1] + reach * east - points[n, 1]) + first
+            turned += k_north * (sonar_position[0] + reach * north - x)
+            turned += k_east * (sonar_position[1] + reach * east - y) + first
             slopes[b, 0] = -(k_north * north + k_east * east) / phase[n]
             slopes[b, 1] = -(k_east * north - k_north * east) / phase[n]
             before = part * delay[n]
             # Receive legs are timed after a direct transmit leg: other legs differ by milliseconds.
             gone += omega * (start + before)
             came += omega * (start + there + delay[n] - before)
-        displaced_bounce_path(far, climb, north, east, starts_upward, reverses_vertically, bounce_heights, slopes, bent)
+        displaced_bounce_path(far, climb, north, east, paths.bounces, slopes, bent)
         # The waves set the phase; the glint's own way only when it is received.
-        cycles = sound_frequency * bent[0] / speed
+        cycles = paths.frequency * bent[0] / paths.speed
         still = turned + 2 * math.pi * (cycles - math.floor(cycles + 0.5))
         phasor_out[n] = complex(math.cos(still - gone), math.sin(still - gone))
         phasor_back[n] = complex(math.cos(still - came), math.sin(still - came))
-        delay[n] += bent[0] / speed
-        length[n] += bent[0]
-        absorption[n] *= math.exp(-loss * bent[0] * (math.log(10) / 20))
-        _turn(departure[n], bent, 1)
-        _turn(arrival[n], bent, 4)
-        sine = -(arrival[n, 0] * normal[n, 0] + arrival[n, 1] * normal[n, 1] + arrival[n, 2] * normal[n, 2])
-        grazing[n] = math.asin(min(max(sine, -1.0), 1.0))
+        delay[n] += bent[0] / paths.speed
+        legs.length[n] += bent[0]
+        legs.absorption[n] *= math.exp(-paths.absorption * bent[0] * (math.log(10) / 20))
+        _turn(legs.departure[n], bent, 1)
+        _turn(legs.arrival[n], bent, 4)
+        arrival = legs.arrival[n]
+        sine = -(arrival[0] * normal[n, 0] + arrival[1] * normal[n, 1] + arrival[2] * normal[n, 2])
+        legs.grazing[n] = math.asin(min(max(sine, -1.0), 1.0))
         if sine <= 0 and (normal[n, 0] != 0 or normal[n, 1] != 0 or normal[n, 2] != 0):
-            if status[n] == 0:
-                status[n] = facing_away
+            if legs.status[n] == 0:
+                legs.status[n] = _FACING_AWAY
             visibility[n] = 0
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _glint_generation(scatterer_id: np.uint64, code: int, k0: int, k1: int, lives: float) -> int:
+def _glint_generation(scatterer_id: np.uint64, code: int, key: tuple[int, int], lives: float) -> int:
     """Index of the current glint; each scatterer's glints change at times of their own."""
-    w0, _, _, _ = philox(scatterer_id & np.uint64(0xFFFFFFFF), scatterer_id >> np.uint64(32), code, STAGGER, k0, k1)
+    w0, _, _, _ = philox(scatterer_id & np.uint64(0xFFFFFFFF), scatterer_id >> np.uint64(32), code, STAGGER, *key)
     return math.floor(lives + uniform_from_word(w0)) & LIVES
 
 

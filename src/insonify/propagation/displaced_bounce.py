@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from insonify.propagation._displaced_bounce_kernel import STEEPEST as STEEPEST
-from insonify.propagation._displaced_bounce_kernel import displaced_bounce_paths
+from insonify.propagation._displaced_bounce_kernel import SurfaceBounces, displaced_bounce_paths
 from insonify.propagation.families import bounce_sequence, image_depth
 
 Floats = NDArray[np.float64]
@@ -107,9 +107,7 @@ def displace_bounces(paths: UnfoldedPaths, slopes: Floats) -> DisplacedBounce:
     """
     count = len(paths.horizontal_distance)
     bent, slope_rows = np.empty((count, 7)), np.ascontiguousarray(np.moveaxis(np.asarray(slopes, float), 2, 0))
-    displaced_bounce_paths(
-        paths.horizontal_distance, paths.vertical_travel * np.ones(count), paths.horizontal_direction,
-        paths.starts_upward, paths.reverses_vertically, np.array(paths.vertical_travel_to_bounces),
-        slope_rows, bent,
-    )  # fmt: skip
+    bounces = SurfaceBounces(paths.starts_upward, paths.reverses_vertically, np.array(paths.vertical_travel_to_bounces))
+    climb = paths.vertical_travel * np.ones(count)
+    displaced_bounce_paths(paths.horizontal_distance, climb, paths.horizontal_direction, bounces, slope_rows, bent)
     return DisplacedBounce(bent[:, 0], bent[:, 1:4], bent[:, 4:7])

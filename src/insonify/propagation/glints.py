@@ -24,7 +24,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from insonify import random_keys
-from insonify.propagation._glint_kernel import STAGGER, apply_glints_to_row
+from insonify.propagation._displaced_bounce_kernel import SurfaceBounces
+from insonify.propagation._glint_kernel import (
+    STAGGER,
+    CalmPaths,
+    GlintPoints,
+    GlintSource,
+    LegColumns,
+    apply_glints_to_row,
+)  # fmt: skip
 from insonify.propagation.displaced_bounce import UnfoldedPaths, vertical_travel_to_bounces
 from insonify.propagation.families import bounce_sequence, image_depth
 from insonify.propagation.wind_waves import WindWaves, shortest_wavenumber, wind_waves
@@ -247,17 +255,20 @@ class GlintSurface:
             )
         if not scatterers.has_random_phase:  # facets of one target share the waves, or they would decorrelate
             phase = np.full_like(phase, self._mean_target_phase(phase, image, scatterers, sonar_end))
-        apply_glints_to_row(
-            scatterers.scatterer_id, scatterers.position, scatterers.normal, code,
-            *random_keys.stream_key(self.seed, random_keys.GLINT), phase, *waves, self.axes,
-            sonar_end.position, sonar_end.transmit_position, sonar_end.ping_time, self.glint_lifetime,
-            image, string[0] == "S", len(string) % 2 == 1, np.array(vertical_travel_to_bounces(family, depth, bed)),
-            self.frequency,
+        points = GlintPoints(scatterers.scatterer_id, scatterers.position, scatterers.normal, phase)
+        key = random_keys.stream_key(self.seed, random_keys.GLINT)
+        heights = np.array(vertical_travel_to_bounces(family, depth, bed))
+        paths = CalmPaths(
+            sonar_end.position, sonar_end.transmit_position, sonar_end.ping_time, image,
+            SurfaceBounces(string[0] == "S", len(string) % 2 == 1, heights), self.frequency,
             float(self.scene.water.sound_speed_at(depth)), float(self.scene.water.absorption(self.frequency)),
-            legs.delay[row], legs.length[row], legs.absorption[row], legs.departure[row], legs.arrival[row],
-            legs.grazing[row], legs.status[row], int(LegStatus.FACING_AWAY), legs.visibility[row], phasor[0, row],
-            phasor[1, row],
         )  # fmt: skip
+        columns = LegColumns(
+            legs.delay[row], legs.length[row], legs.absorption[row], legs.departure[row], legs.arrival[row],
+            legs.grazing[row], legs.status[row], legs.visibility[row],
+        )  # fmt: skip
+        source = GlintSource(waves, self.axes, self.glint_lifetime, key, code)
+        apply_glints_to_row(points, source, paths, columns, phasor[0, row], phasor[1, row])
 
 
 def glint_surface(scene: Scene, seed: int, frequency: float) -> GlintSurface:
