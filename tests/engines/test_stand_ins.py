@@ -65,7 +65,7 @@ def test_bounds_agree(array):
     rng = np.random.default_rng(4)
     made, way, margin = turned(array, rng), directions(rng), rng.exponential(0.1, 4000)
     kernel, plain = np.empty((2, len(way)))
-    expected = way, margin, made.axes, made.steer, made.scale, made.majorants, made.per_unit, made.element
+    expected = way, margin, made.kernel_majorants
     beam_bounds.dispatcher(*expected, kernel)
     beam_bounds._stand_in(*expected, plain)
     assert np.mean(~np.isclose(plain, kernel, rtol=1e-12, atol=0)) < 1e-3

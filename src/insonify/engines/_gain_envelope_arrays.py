@@ -4,7 +4,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from insonify.engines._gain_envelope_kernel import (
-    BeamArguments,
     EnvelopeArguments,
     EnvelopeEnd,
     gain_re_threshold,
@@ -12,6 +11,7 @@ from insonify.engines._gain_envelope_kernel import (
 )
 from insonify.engines._glint_spread_kernel import MIN_SPREAD_ROWS, ROWS_PER_SPREAD_ROW
 from insonify.sonar.beam_arrays import distance_to_span, element_gains, spans
+from insonify.sonar.beam_kernels import BeamMajorants
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -94,7 +94,7 @@ class _Neighbourhoods:
 
 
 def _gain(
-    beam: BeamArguments,
+    beam: BeamMajorants,
     seen: list[tuple[Floats, Floats]],
     spread: tuple[Floats, Floats] | None,
     patterns: tuple[Floats, ...],

@@ -12,12 +12,10 @@ from numpy.typing import NDArray
 
 from insonify.engines._glint_spread_kernel import cosine_spreads, pattern_with_spread
 from insonify.jit import njit
-from insonify.sonar.beam_kernels import cosine_bounds, distance_to_interval, element_gain
+from insonify.sonar.beam_kernels import BeamMajorants, cosine_bounds, distance_to_interval, element_gain
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
-BeamArguments = tuple[Floats, Floats, Floats, tuple[Floats, Floats, Floats, Floats], Floats, int]
-"""Axes, steer, scale, majorants, rows per unit and element of `Beams`."""
 
 
 class RaySpreads(NamedTuple):
@@ -37,7 +35,7 @@ class RaySpreads(NamedTuple):
     """See `glint_spread.spread_patterns`."""
 
 
-EnvelopeEnd = tuple[Floats, Floats, float, float, BeamArguments, RaySpreads]
+EnvelopeEnd = tuple[Floats, Floats, float, float, BeamMajorants, RaySpreads]
 """Place of one end [m], shape (3,); sines of the rays' departure at nodes of distance, positive down, NaN for none,
 shape (rows, nodes): one row a family, and one more for its glints; distance of the last node [m]; height of the end
 above the boundary, or depth below it [m]; its beams; and the spreads of its rows by a moving surface."""
@@ -118,22 +116,12 @@ def _direction_cosines(axes: Floats, workspace: Floats, has_radius: bool, size: 
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _add_beam_envelope(beam: BeamArguments, workspace: Floats, size: int) -> None:
+def _add_beam_envelope(beam: BeamMajorants, workspace: Floats, size: int) -> None:
     """Raise the result of a batch to the envelope of the beams there, unless it is sufficient already."""
     _, steer, scale, (across, deep, long, tall), per_unit, element = beam
-    enough, result, down, level = (
-        _row(workspace, _SUFFICIENT),
-        _row(workspace, _RESULT),
-        _row(workspace, 12),
-        _row(workspace, _LEVEL),
-    )
-    w, u, v, u_most, v_most = (
-        _row(workspace, 13),
-        _row(workspace, 14),
-        _row(workspace, 15),
-        _row(workspace, 16),
-        _row(workspace, _SPARE),
-    )
+    enough, result, level = _row(workspace, _SUFFICIENT), _row(workspace, _RESULT), _row(workspace, _LEVEL)
+    down, w, u, v = _row(workspace, 12), _row(workspace, 13), _row(workspace, 14), _row(workspace, 15)
+    u_most, v_most = _row(workspace, 16), _row(workspace, _SPARE)
     for n in range(size):
         largest = result[n]
         if largest >= enough[n] or math.isnan(down[n]):
@@ -156,19 +144,9 @@ def _add_beam_envelope(beam: BeamArguments, workspace: Floats, size: int) -> Non
 def _add_glint_envelope(end: EnvelopeEnd, row: int, workspace: Floats, size: int) -> None:
     """Raise the result of a batch to the envelope over one row's glints, in the fourth mean of their directions."""
     (axes, steer, scale, (across, deep, long, tall), per_unit, element), spreads = end[4], end[5]
-    enough, result, down, level = (
-        _row(workspace, _SUFFICIENT),
-        _row(workspace, _RESULT),
-        _row(workspace, 12),
-        _row(workspace, _LEVEL),
-    )
-    w, u, v, u_most, v_most = (
-        _row(workspace, 13),
-        _row(workspace, 14),
-        _row(workspace, 15),
-        _row(workspace, 16),
-        _row(workspace, _SPARE),
-    )
+    enough, result, level = _row(workspace, _SUFFICIENT), _row(workspace, _RESULT), _row(workspace, _LEVEL)
+    down, w, u, v = _row(workspace, 12), _row(workspace, 13), _row(workspace, 14), _row(workspace, 15)
+    u_most, v_most = _row(workspace, 16), _row(workspace, _SPARE)
     node, part, ahead, aside = _row(workspace, 6), _row(workspace, 7), _row(workspace, 8), _row(workspace, 9)
     for n in range(size):
         largest = result[n]

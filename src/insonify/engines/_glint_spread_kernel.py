@@ -1,12 +1,13 @@
 """Gain of beams for legs whose directions are spread by a moving surface: arithmetic of `engines.glint_spread`."""
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from insonify.jit import njit
-from insonify.sonar.beam_kernels import cosine_bounds, distance_to_interval, element_gain, interpolate_majorant
+from insonify.sonar.beam_kernels import BeamMajorants, array_cosines, cosine_bounds, largest_beam
 
 Floats = NDArray[np.float64]
 
@@ -19,6 +20,19 @@ MIN_SPREAD_ROWS = 8.0
 """Least spread that is tabulated, in rows of the beam's table: a quarter of a lobe."""
 MAX_SPREAD = 0.7
 """Greatest spread that is tabulated, at least [1]."""
+
+
+class GlintDeviations(NamedTuple):
+    """Deviations of the glints of n neighbourhoods from the departure off a calm surface."""
+
+    tilt: Floats
+    """See `glint_spread.LegSpread`, shape (n,)."""
+    turn: Floats
+    """See `glint_spread.LegSpread`, shape (n,)."""
+    slopes: Floats
+    """See `glint_spread.GlintSpread`."""
+    reach: float
+    """Standard deviations that count."""
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -74,43 +88,26 @@ def cosine_spreads(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def glint_bounds(
-    direction: Floats, margin: Floats, ahead: Floats, tilt: Floats, turn: Floats, slopes: Floats, reach: float,
-    axes: Floats, steer: Floats, scale: Floats, majorants: tuple[Floats, Floats, Floats, Floats], per_unit: Floats,
-    element: int, out: Floats,
-) -> None:  # fmt: skip
+    direction: Floats, margin: Floats, ahead: Floats, spread: GlintDeviations, beams: BeamMajorants, out: Floats
+) -> None:
     """Bound of every beam's magnitude within some deviations of the glints of n neighbourhoods, into out (n,).
 
     Args:
         direction: Unit vectors of departure off a calm surface, shape (n, 3).
         margin: How far from them rays to the neighbourhood can leave [rad], shape (n,).
         ahead: Horizontal directions to the neighbourhoods [1], shape (n, 2).
-        tilt: See `glint_spread.LegSpread`, shape (n,).
-        turn: See `glint_spread.LegSpread`, shape (n,).
-        slopes: See `glint_spread.GlintSpread`.
-        reach: Standard deviations that count.
-        axes: Columns of `Beams`, as are all the rest.
-        steer: Cosines of the steered axes.
-        scale: One over the element's directivity there.
-        majorants: Largest magnitudes outwards of four patterns.
-        per_unit: Rows per unit of each.
-        element: Code of the element.
+        spread: Deviations of the glints.
+        beams: The beams.
         out: Result.
     """
-    across, down, long, tall = majorants
+    tilt, turn = spread.tilt, spread.turn
     for n in range(direction.shape[0]):
         cos_margin, sin_margin = math.cos(min(margin[n], math.pi)), math.sin(min(margin[n], math.pi))
-        north, east, depth = direction[n, 0], direction[n, 1], direction[n, 2]
-        su, sv = cosine_spreads(ahead[n, 0], ahead[n, 1], depth, tilt[n], turn[n], slopes, axes)
-        su, sv = reach * su, reach * sv
-        _, w = cosine_bounds(north * axes[0, 0] + east * axes[0, 1] + depth * axes[0, 2], cos_margin, sin_margin)
-        u0, u1 = cosine_bounds(north * axes[1, 0] + east * axes[1, 1] + depth * axes[1, 2], cos_margin, sin_margin)
-        v0, v1 = cosine_bounds(north * axes[2, 0] + east * axes[2, 1] + depth * axes[2, 2], cos_margin, sin_margin)
-        one = element_gain(element, min(w + max(su, sv), 1.0) + 1e-12)
-        one *= interpolate_majorant(long, per_unit[2], distance_to_interval(u0 - su, u1 + su, 0.0))
-        one *= interpolate_majorant(tall, per_unit[3], distance_to_interval(v0 - sv, v1 + sv, 0.0))
-        largest = 0.0
-        for channel in range(steer.shape[0]):
-            beam = interpolate_majorant(across, per_unit[0], distance_to_interval(u0 - su, u1 + su, steer[channel, 0]))
-            beam *= interpolate_majorant(down, per_unit[1], distance_to_interval(v0 - sv, v1 + sv, steer[channel, 1]))
-            largest = max(largest, beam * scale[channel])
-        out[n] = largest * one
+        w, u, v = array_cosines(beams.axes, direction[n, 0], direction[n, 1], direction[n, 2])
+        su, sv = cosine_spreads(ahead[n, 0], ahead[n, 1], direction[n, 2], tilt[n], turn[n], spread.slopes, beams.axes)
+        su, sv = spread.reach * su, spread.reach * sv
+        _, w = cosine_bounds(w, cos_margin, sin_margin)
+        u0, u1 = cosine_bounds(u, cos_margin, sin_margin)
+        v0, v1 = cosine_bounds(v, cos_margin, sin_margin)
+        w = min(w + max(su, sv), 1.0) + 1e-12
+        out[n] = largest_beam(beams, w, (u0 - su, u1 + su), (v0 - sv, v1 + sv))

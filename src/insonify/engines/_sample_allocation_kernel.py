@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from insonify.jit import njit
-from insonify.sonar.beam_kernels import element_gain, interpolate_pattern
+from insonify.sonar.beam_kernels import BeamTables, array_cosines, element_gain, interpolate_pattern
 
 Floats = NDArray[np.float64]
 Singles = NDArray[np.float32]
@@ -15,20 +15,16 @@ Singles = NDArray[np.float32]
 POINTS_NARROW, POINTS_WIDE = 2, 5
 """Positions in a range bin of a line at which the beams are evaluated, for lines of one cell and for wide ones."""
 GOLDEN = 0.6180339887498949
-BeamArguments = tuple[Floats, Floats, Floats, tuple[Floats, ...], Floats, int]
-"""Axes, steer, scale, tables, per_unit and element of `Beams`."""
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def gain_towards(x: float, y: float, z: float, beam: BeamArguments) -> float:
-    """Amplitude of one beam in the direction of a unit vector in the world [1], as `_beam_kernels.gains`."""
-    axes, steer, scale, tables, per_unit, element = beam
-    w = x * axes[0, 0] + y * axes[0, 1] + z * axes[0, 2]
-    u = x * axes[1, 0] + y * axes[1, 1] + z * axes[1, 2]
-    v = x * axes[2, 0] + y * axes[2, 1] + z * axes[2, 2]
-    gain = scale[0] * element_gain(element, w)
-    gain *= interpolate_pattern(tables[0], per_unit[0], u - steer[0, 0]) * interpolate_pattern(
-        tables[1], per_unit[1], v - steer[0, 1]
+def gain_towards(x: float, y: float, z: float, beams: BeamTables) -> float:
+    """Amplitude of the first beam in the direction of a unit vector in the world [1], as `beam_kernels.beam_gains`."""
+    w, u, v = array_cosines(beams.axes, x, y, z)
+    tables, per_unit = beams.tables, beams.per_unit
+    gain = beams.scale[0] * element_gain(beams.element, w)
+    gain *= interpolate_pattern(tables[0], per_unit[0], u - beams.steer[0, 0]) * interpolate_pattern(
+        tables[1], per_unit[1], v - beams.steer[0, 1]
     )
     return gain * interpolate_pattern(tables[2], per_unit[2], u) * interpolate_pattern(tables[3], per_unit[3], v)
 
@@ -36,7 +32,7 @@ def gain_towards(x: float, y: float, z: float, beam: BeamArguments) -> float:
 @njit(cache=True, nogil=True, error_model="numpy")
 def pair_energies(
     radials: Floats, heading: float, edges: Floats, verticals: Floats, odd: NDArray[np.bool_], pair: NDArray[np.int64],
-    strength: Floats, transmit_beam: BeamArguments, receive_beam: BeamArguments, same_beams: bool, energy: Singles,
+    strength: Floats, transmit_beam: BeamTables, receive_beam: BeamTables, same_beams: bool, energy: Singles,
 ) -> None:  # fmt: skip
     """Energy of every pair from each range bin of each line [m^-2], both orders of a pair together.
 

@@ -335,8 +335,14 @@ class BeamImportance:
             cones = self.rays.departure_cones(name, position, centre, np.zeros(len(distance)), self.depth)
             sines[row] = np.where(cones.exists, cones.axis[:, 2], np.nan)
         spread, sines = self._spread(beams, float(position[2]), distance, sines)
-        beam = beams.axes, beams.steer, beams.scale, beams.majorants, beams.per_unit, beams.element
-        return position, sines, float(distance[-1]), abs(self.depth - float(position[2])), beam, spread
+        return (
+            position,
+            sines,
+            float(distance[-1]),
+            abs(self.depth - float(position[2])),
+            beams.kernel_majorants,
+            spread,
+        )
 
     def _spread(
         self, beams: Beams, source_depth: float, distance: Floats, sines: Floats

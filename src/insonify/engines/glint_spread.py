@@ -96,10 +96,8 @@ class GlintSpread:
         )
         ahead = np.where(distance[:, None] > 1e-6, away / np.maximum(distance, 1e-6)[:, None], [1.0, 0.0])
         found = np.empty(len(centre))
-        kernel.glint_bounds(
-            cones.axis, cones.half_angle, ahead, tilt, turn, np.array(self.slopes), REACH, beams.axes, beams.steer,
-            beams.scale, beams.majorants, beams.per_unit, beams.element, found,
-        )  # fmt: skip
+        spread = kernel.GlintDeviations(tilt, turn, np.array(self.slopes), REACH)
+        kernel.glint_bounds(cones.axis, cones.half_angle, ahead, spread, beams.kernel_majorants, found)
         return np.asarray(found * level)
 
 

@@ -220,8 +220,5 @@ def _patch_gain_bounds(
     beams: Beams, bearing: Floats, width: float, zone: tuple[float, float], climbs: Floats, odd: NDArray[np.bool_]
 ) -> Floats:
     out = np.empty(len(bearing))
-    patch_gain_bounds(
-        bearing, width, *zone, climbs, odd, beams.axes, beams.steer, beams.scale, beams.majorants, beams.per_unit,
-        beams.element, out,
-    )  # fmt: skip
+    patch_gain_bounds(bearing, width, zone, climbs, odd, beams.kernel_majorants, out)
     return out

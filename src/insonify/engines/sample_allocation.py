@@ -16,14 +16,12 @@ from numpy.typing import NDArray
 
 from insonify.engines._radial_samples_kernel import FULL_PROBABILITY
 from insonify.engines._sample_allocation_kernel import (
-    BeamArguments,
     lengthen_steps,
     pair_energies,
     pair_keep_probabilities,
 )
 from insonify.propagation.families import bounce_sequence, image_depth
 from insonify.scattering.compiled_law import CompiledLaw
-from insonify.sonar.beam import Beams
 from insonify.sonar.ping_geometry import PingGeometry
 
 Floats = NDArray[np.float64]
@@ -98,8 +96,8 @@ def allocate_samples(
     strength = _strengths(middle, climbs, pair, law, mirrors, absorption_db, steepness)
     odd = np.array([len(bounce_sequence(name)) % 2 == 1 for name in families])
     sent, received, same_beams = (
-        _beam(ping_geometry.transmit_beams),
-        _beam(ping_geometry.receive_beams),
+        ping_geometry.transmit_beams.kernel_tables,
+        ping_geometry.receive_beams.kernel_tables,
         ping_geometry.same_beams,
     )
 
@@ -140,10 +138,6 @@ def allocate_samples(
         radials, pair, edges, keep_probabilities(radials, energy), (together != np.arange(len(pair))).any(axis=1),
         energies,
     )  # fmt: skip
-
-
-def _beam(beams: Beams) -> BeamArguments:
-    return beams.axes, beams.steer, beams.scale, beams.tables, beams.per_unit, beams.element
 
 
 def _strengths(

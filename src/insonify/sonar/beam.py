@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from insonify.sonar import beam_arrays as beam_arrays  # stand-ins of the kernels
 from insonify.sonar.aperture import pattern
 from insonify.sonar.array import LineArray, PlanarArray, PointTransducer
-from insonify.sonar.beam_kernels import BAFFLED, COSINE, OMNI, BeamTables, beam_bounds, beam_gains
+from insonify.sonar.beam_kernels import BAFFLED, COSINE, OMNI, BeamMajorants, BeamTables, beam_bounds, beam_gains
 
 Floats = NDArray[np.float64]
 Tables = tuple[Floats, Floats, Floats, Floats]
@@ -62,6 +62,11 @@ class Beams:
     def kernel_tables(self) -> BeamTables:
         """The same for kernels."""
         return BeamTables(self.axes, self.steer, self.scale, self.tables, self.per_unit, self.element)
+
+    @property
+    def kernel_majorants(self) -> BeamMajorants:
+        """The same for kernels that bound beams."""
+        return BeamMajorants(self.axes, self.steer, self.scale, self.majorants, self.per_unit, self.element)
 
     def single_beam(self, channel: int) -> "Beams":
         """One of the beams alone; a single beam serves every channel.
@@ -112,7 +117,7 @@ class Beams:
         rows = np.ascontiguousarray(d.reshape(-1, 3))
         margins = np.ascontiguousarray(np.broadcast_to(np.asarray(margin, dtype=float), d.shape[:-1]).reshape(-1))
         out = np.empty(len(rows))
-        beam_bounds(rows, margins, self.axes, self.steer, self.scale, self.majorants, self.per_unit, self.element, out)
+        beam_bounds(rows, margins, self.kernel_majorants, out)
         return out.reshape(d.shape[:-1])
 
 

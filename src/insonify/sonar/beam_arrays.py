@@ -1,11 +1,9 @@
 """Beam patterns over arrays of directions in NumPy: stand-ins of kernels while numba is not loaded."""
 
-from typing import Any
-
 import numpy as np
 from numpy.typing import NDArray
 
-from insonify.sonar.beam_kernels import BAFFLED, OMNI, BeamTables, beam_bounds, beam_gains
+from insonify.sonar.beam_kernels import BAFFLED, OMNI, BeamMajorants, BeamTables, beam_bounds, beam_gains
 
 Floats = NDArray[np.float64]
 
@@ -101,19 +99,16 @@ def _gains(direction: Floats, beams: BeamTables, out: Floats) -> None:
 
 
 @beam_bounds.stand_in
-def _bounds(
-    direction: Floats, margin: Floats, axes: Floats, steer: Floats, scale: Floats, tables: tuple[Any, ...],
-    per_unit: Floats, element: int, out: Floats,
-) -> None:  # fmt: skip
+def _bounds(direction: Floats, margin: Floats, beams: BeamMajorants, out: Floats) -> None:
     """Upper bound of every beam's magnitude within a margin of each direction, largest channel, into out (n,)."""
     near = np.minimum(margin, np.pi)
     cos_margin, sin_margin = np.cos(near), np.sin(near)
-    (_, w), (u0, u1), (v0, v1) = (spans(one, cos_margin, sin_margin) for one in cosines(axes, *direction.T))
-    across, down, long, tall = tables
-    one = element_gains(element, w + 1e-12) * bound_value(long, per_unit[2], distance_to_span(u0, u1, 0.0))
+    (_, w), (u0, u1), (v0, v1) = (spans(one, cos_margin, sin_margin) for one in cosines(beams.axes, *direction.T))
+    (across, down, long, tall), per_unit = beams.majorants, beams.per_unit
+    one = element_gains(beams.element, w + 1e-12) * bound_value(long, per_unit[2], distance_to_span(u0, u1, 0.0))
     one *= bound_value(tall, per_unit[3], distance_to_span(v0, v1, 0.0))
     out[:] = 0.0
-    for (right, below), size in zip(steer, scale, strict=True):
+    for (right, below), size in zip(beams.steer, beams.scale, strict=True):
         beam = bound_value(across, per_unit[0], distance_to_span(u0, u1, right))
         np.maximum(out, beam * bound_value(down, per_unit[1], distance_to_span(v0, v1, below)) * size, out=out)
     out *= one

@@ -127,30 +127,54 @@ def distance_to_interval(least: float, greatest: float, axis: float) -> float:
     return max(least - axis, axis - greatest, 0.0)
 
 
+class BeamMajorants(NamedTuple):
+    """Arguments of kernels that bound beams: those of `BeamTables`, with majorants in place of patterns."""
+
+    axes: Floats
+    """Boresight, right and down of the array in the world, as rows [1], shape (3, 3)."""
+    steer: Floats
+    """Direction cosines to the right and down that each channel is steered to [1], shape (channels, 2)."""
+    scale: Floats
+    """Amplitude factor of each channel [1], shape (channels,)."""
+    majorants: tuple[Floats, Floats, Floats, Floats]
+    """Largest magnitudes outwards of the four patterns, each of shape (rows,)."""
+    per_unit: Floats
+    """Rows of each table per unit of direction cosine [1], shape (4,)."""
+    element: int
+    """Directivity of one element: `OMNI`, `BAFFLED` or the cosine."""
+
+
 @njit(cache=True, nogil=True, error_model="numpy")
-def beam_bounds(
-    direction: Floats, margin: Floats, axes: Floats, steer: Floats, scale: Floats, tables: tuple[Floats, ...],
-    per_unit: Floats, element: int, out: Floats,
-) -> None:  # fmt: skip
+def largest_beam(beams: BeamMajorants, w: float, u: tuple[float, float], v: tuple[float, float]) -> float:
+    """Upper bound of every beam's magnitude, largest channel, over spans of direction cosines [1].
+
+    Args:
+        beams: The beams.
+        w: Greatest cosine to boresight [1].
+        u: Least and greatest cosine to the right [1].
+        v: Least and greatest cosine downwards [1].
+    """
+    across, down, piston_across, piston_down = beams.majorants
+    per_unit, steer = beams.per_unit, beams.steer
+    one = element_gain(beams.element, w)
+    one *= interpolate_majorant(piston_across, per_unit[2], distance_to_interval(u[0], u[1], 0.0))
+    one *= interpolate_majorant(piston_down, per_unit[3], distance_to_interval(v[0], v[1], 0.0))
+    largest = 0.0
+    for channel in range(steer.shape[0]):
+        beam = interpolate_majorant(across, per_unit[0], distance_to_interval(u[0], u[1], steer[channel, 0]))
+        beam *= interpolate_majorant(down, per_unit[1], distance_to_interval(v[0], v[1], steer[channel, 1]))
+        largest = max(largest, beam * beams.scale[channel])
+    return largest * one
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def beam_bounds(direction: Floats, margin: Floats, beams: BeamMajorants, out: Floats) -> None:
     """Upper bound of every beam's magnitude within a margin of each direction, largest channel, into out (n,)."""
-    across, down, piston_across, piston_down = tables
     for i in range(direction.shape[0]):
         cos_margin, sin_margin = math.cos(min(margin[i], math.pi)), math.sin(min(margin[i], math.pi))
-        north, east, depth = direction[i, 0], direction[i, 1], direction[i, 2]
-        _, w = cosine_bounds(north * axes[0, 0] + east * axes[0, 1] + depth * axes[0, 2], cos_margin, sin_margin)
-        u_least, u_most = cosine_bounds(
-            north * axes[1, 0] + east * axes[1, 1] + depth * axes[1, 2], cos_margin, sin_margin
-        )
-        v_least, v_most = cosine_bounds(
-            north * axes[2, 0] + east * axes[2, 1] + depth * axes[2, 2], cos_margin, sin_margin
-        )
+        w, u, v = array_cosines(beams.axes, direction[i, 0], direction[i, 1], direction[i, 2])
+        _, w_most = cosine_bounds(w, cos_margin, sin_margin)
         # the baffle's edge is sharp: rounding of w must not hide what is just in front of it
-        one = element_gain(element, w + 1e-12)
-        one *= interpolate_majorant(piston_across, per_unit[2], distance_to_interval(u_least, u_most, 0.0))
-        one *= interpolate_majorant(piston_down, per_unit[3], distance_to_interval(v_least, v_most, 0.0))
-        largest = 0.0
-        for channel in range(steer.shape[0]):
-            beam = interpolate_majorant(across, per_unit[0], distance_to_interval(u_least, u_most, steer[channel, 0]))
-            beam *= interpolate_majorant(down, per_unit[1], distance_to_interval(v_least, v_most, steer[channel, 1]))
-            largest = max(largest, beam * scale[channel])
-        out[i] = largest * one
+        out[i] = largest_beam(
+            beams, w_most + 1e-12, cosine_bounds(u, cos_margin, sin_margin), cosine_bounds(v, cos_margin, sin_margin)
+        )
