@@ -8,8 +8,9 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 from numba import njit
 
-from insonify.synthesis._arrival_kernel import ReceiveBeams, ReceiveLegs, TransmitLegs
-from insonify.synthesis._element_arrivals_kernel import deposit_on_elements
+from insonify.synthesis._arrival_kernel import ReceiveBeams, ReceiveLegs, Reception, TransmitLegs
+from insonify.synthesis._arrival_time_kernel import ArrayWater
+from insonify.synthesis._element_arrivals_kernel import PairedLegs, deposit_on_elements
 from insonify.synthesis._gridding import deposit_energy, deposit_pressure
 from insonify.synthesis._gridding_kernel import CELLS_PER_SPIKE, WIDTH, tap_coefficients
 from insonify.synthesis.chebyshev_nodes import aperture_nodes
@@ -113,10 +114,10 @@ def element_by_element() -> list[Result]:
         velocity = np.tile([speed, 0.0, 0.0], (elements, 1))
         ears = ReceiveBeams(place, velocity, still, channels, 0 * number, 0 * number)
         nodes = aperture_nodes(place, velocity, still, float(radius.min()), WINDOW, 1500 / CARRIER)
-        deposit_on_elements(
-            held[shapes], *PLACE, np.zeros((1, 3), np.int64), sent, heard, ones, ears, nodes, NO_SECTOR, 1 / 1500, 0.0,
-            0.0, bent, 1e-4 * (speed > 0), CARRIER, made.doppler,
-        )  # fmt: skip
+        legs = PairedLegs(np.zeros((1, 3), np.int64), sent, heard, ones)
+        water = ArrayWater(1 / 1500, 0.0, 0.0, bent, 1e-4 * (speed > 0))
+        reception = Reception(*PLACE, CARRIER, made.doppler, water)
+        deposit_on_elements(held[shapes], legs, ears, nodes, NO_SECTOR, reception)
 
     kernels = {
         "deposit_on_elements, at rest": lambda: kernel(0.0, False, 1),

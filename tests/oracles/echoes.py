@@ -2,62 +2,37 @@
 
 from typing import Any
 
-import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
 from insonify.synthesis._arrival_kernel import (
     BLOCK,
-    Floats,
-    Integers,
+    BlockLegs,
     ReceiveBeams,
-    ReceiveLegs,
-    TransmitLegs,
+    Reception,
     arrival_buffer,
     deposit_pair,
     nonzero_legs,
     scatterers_with_echo,
 )
+from insonify.synthesis._element_arrivals_kernel import PairedLegs
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def spread_echoes(
-    cells: NDArray[np.complex64],
-    first_time: float,
-    cell_rate: float,
-    pair: Integers,
-    sent: TransmitLegs,
-    heard: ReceiveLegs,
-    strength: NDArray[Any],
-    ears: ReceiveBeams,
-    slowness: float,
-    gradient: float,
-    loss: float,
-    bent: bool,
-    middle: float,
-    frequency: float,
-    node: Floats,
-) -> None:
+def spread_echoes(cells: NDArray[Any], paired: PairedLegs, ears: ReceiveBeams, reception: Reception) -> None:
     """Echoes of one block by all pairs of legs, for all channels, each ear asked by itself.
 
     Args:
         cells: Grids of pressure, shape (channels, groups, cells, shapes of a group): see `group_layout`.
-        first_time: Time of the first cell [s].
-        cell_rate: Cells per second [Hz].
-        pair: Row of the leg out, of the leg back and of the gain of each pair, (p, 3).
-        sent: The legs out.
-        heard: The legs back.
-        strength: What each scatterer makes of each pair, real or complex, (p, n).
+        paired: The legs, and what each scatterer makes of each pair.
         ears: Who hears.
-        slowness: Of sound at the array [s/m].
-        gradient: Growth of the speed of sound with depth at the array [1/s].
-        loss: Part of the pressure that the water takes on a metre [1/m].
-        bent: Whether rays bend.
-        middle: Time from the pulse's start to its middle, for an array under way; 0 for one that stands [s].
-        frequency: Of the carrier [Hz].
-        node: Doppler factor less one of each shape [1], (shapes,).
+        reception: Time grid, carrier and water.
     """
-    room = arrival_buffer(heard.expansion.shape[1], cells.shape[1], node)
+    pair, sent, heard, strength = paired
+    room, legs = (
+        arrival_buffer(heard.expansion.shape[1], cells.shape[1], reception.doppler_nodes),
+        BlockLegs(sent, heard),
+    )
     outs, backs, hears = nonzero_legs(sent, heard)
     for begin in range(0, strength.shape[1], BLOCK):
         end = min(begin + BLOCK, strength.shape[1])
@@ -74,23 +49,4 @@ def spread_echoes(
             for k in range(count):
                 room.strength[k] = strength[p, room.scatterer[k]]
             if count > 0:
-                deposit_pair(
-                    cells,
-                    first_time,
-                    cell_rate,
-                    i,
-                    j,
-                    row,
-                    count,
-                    room,
-                    sent,
-                    heard,
-                    ears,
-                    slowness,
-                    gradient,
-                    loss,
-                    bent,
-                    middle,
-                    frequency,
-                    node,
-                )
+                deposit_pair(cells, (i, j, row), count, room, legs, ears, reception)

@@ -5,7 +5,7 @@ import pytest
 
 from insonify.propagation.wavefront import wavefront
 from insonify.simulator import build_simulator
-from insonify.synthesis._arrival_time_kernel import arrival_refracted
+from insonify.synthesis._arrival_time_kernel import ArrayWater, ArrivalColumns, ElementMotion, arrival_refracted
 from oracles.arrays import heard_by_elements, some_targets
 
 PROFILES = {
@@ -52,18 +52,9 @@ def test_a_leg_to_the_centre_tells_the_legs_beside_it(name, bar):
                 front = wavefront(one.back, row, here.receive_position, one.scatterers.position, scenario.water)
                 when, fade, doppler = np.empty(clear.size), np.empty(clear.size, np.float32), np.empty(clear.size)
                 way = np.ascontiguousarray(one.back.departure[row].T)
-                still = np.ones(clear.size), front.expansion, offset, np.zeros(3), np.zeros(3), 1 / here.sound_speed
-                arrival_refracted(
-                    one.back.delay[row],
-                    front.vertical_curvature,
-                    front.horizontal_distance,
-                    *way,
-                    *still,
-                    front.sound_speed_gradient,
-                    0.0,
-                    0.0,
-                    when,
-                    fade,
-                    doppler,
-                )
+                curvature, still = front.vertical_curvature, ElementMotion(offset, np.zeros(3), np.zeros(3))
+                echoes = ArrivalColumns(one.back.delay[row], curvature, 1 / curvature, front.horizontal_distance, *way,
+                                        np.ones(clear.size), front.expansion)  # fmt: skip
+                water = ArrayWater(1 / here.sound_speed, front.sound_speed_gradient, 0.0, True, 0.0)
+                arrival_refracted(echoes, clear.size, still, water, when, fade, doppler)
                 np.testing.assert_allclose(when[clear], other.back.delay[row][clear], rtol=0, atol=bar)

@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
-from insonify.synthesis._arrival_kernel import ReceiveBeams, ReceiveLegs, TransmitLegs
-from insonify.synthesis._element_arrivals_kernel import _PART, deposit_on_elements
+from insonify.synthesis._arrival_kernel import ReceiveBeams, ReceiveLegs, Reception, TransmitLegs
+from insonify.synthesis._arrival_time_kernel import ArrayWater
+from insonify.synthesis._element_arrivals_kernel import _PART, PairedLegs, deposit_on_elements
 from insonify.synthesis._waveform_basis_kernel import group_layout
 from insonify.synthesis.chebyshev_nodes import aperture_nodes
 from insonify.synthesis.sector_interpolation import NO_SECTOR
@@ -41,8 +42,8 @@ def laid(told, *, kernel=deposit_on_elements, first_time=0.0, cells=2000, ears=N
     groups, together = group_layout(len(node))
     grid = np.zeros((len(ears.position), groups, cells, together), np.complex64)
     nodes = (aperture_nodes(*own[:3], 6.0, 0.04, SPEED / CARRIER), NO_SECTOR) if kernel is deposit_on_elements else ()
-    kernel(grid, first_time, RATE, pair, sent, heard, strength, ears, *nodes, 1 / SPEED, 0.0, 1e-3, False, middle,
-           CARRIER, node)  # fmt: skip
+    reception = Reception(first_time, RATE, CARRIER, node, ArrayWater(1 / SPEED, 0.0, 1e-3, False, middle))
+    kernel(grid, PairedLegs(pair, sent, heard, strength), ears, *nodes, reception)
     return grid
 
 

@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
-from insonify.synthesis._arrival_kernel import ReceiveBeams, ReceiveLegs, TransmitLegs
-from insonify.synthesis._arrival_time_kernel import arrival_moving
+from insonify.synthesis._arrival_kernel import ReceiveBeams, ReceiveLegs, Reception, TransmitLegs
+from insonify.synthesis._arrival_time_kernel import ArrayWater, ArrivalColumns, ElementMotion, arrival_moving
+from insonify.synthesis._element_arrivals_kernel import PairedLegs
 from insonify.synthesis._gridding import deposit_pressure
 from insonify.synthesis._waveform_basis_kernel import group_layout
 from insonify.synthesis.waveform_basis import WaveformBasis
@@ -17,6 +18,11 @@ def legs(rng, rows):
     """Complex weights of some legs, a third of them nothing."""
     weight = rng.normal(size=(rows, COUNT)) + 1j * rng.normal(size=(rows, COUNT))
     return (weight * (rng.uniform(size=weight.shape) > 1 / 3)).astype(np.complex64)
+
+
+def reception(middle, doppler_nodes):
+    """Water of one speed without absorption, and a grid that begins at 0."""
+    return Reception(0.0, RATE, CARRIER, doppler_nodes, ArrayWater(1 / 1500, 0.0, 0.0, False, middle))
 
 
 @pytest.mark.parametrize(("beams", "patterns"), [(1, 3), (3, 3), (3, 1)])
@@ -32,23 +38,10 @@ def test_beams_hear_the_sum_over_pairs(beams, patterns):
     channel = np.arange(3)
     ears = ReceiveBeams(centre, centre, centre, np.array([[0, 3]]), channel % beams, channel % patterns)
     cells = np.zeros((3, 1, 4000, 1), np.complex64)
-    spread_echoes(
-        cells,
-        0.0,
-        RATE,
-        pair,
-        TransmitLegs(out, np.ones_like(out), (sent * shading).astype(np.complex64)),
-        ReceiveLegs(back, 1 / (1500 * back), back, np.empty((3, 0, COUNT)), way, heard, gain),
-        strength,
-        ears,
-        1 / 1500,
-        0.0,
-        0.0,
-        False,
-        0.0,
-        CARRIER,
-        np.zeros(1),
-    )
+    out_legs = TransmitLegs(out, np.ones_like(out), (sent * shading).astype(np.complex64))
+    back_legs = ReceiveLegs(back, 1 / (1500 * back), back, np.empty((3, 0, COUNT)), way, heard, gain)
+    paired = PairedLegs(pair, out_legs, back_legs, strength)
+    spread_echoes(cells, paired, ears, reception(0.0, np.zeros(1)))
     expected = np.zeros((3, 4000), np.complex64)
     for row, (i, j, _) in enumerate(pair):
         delay = out[i] + back[j]
@@ -70,23 +63,8 @@ def test_deaf_channels_stay_silent():
         0.01 * one, one, one, np.empty((1, 0, 5)), np.ones((1, 5, 3)), single, np.ones((1, 1, 5), np.float32)
     )
     pair = np.zeros((1, 3), np.int64)
-    spread_echoes(
-        cells,
-        0.0,
-        RATE,
-        pair,
-        TransmitLegs(0.01 * one, one, single[None]),
-        heard,
-        one,
-        ears,
-        1 / 1500,
-        0.0,
-        0.0,
-        False,
-        0.0,
-        CARRIER,
-        np.zeros(1),
-    )
+    paired = PairedLegs(pair, TransmitLegs(0.01 * one, one, single[None]), heard, one)
+    spread_echoes(cells, paired, ears, reception(0.0, np.zeros(1)))
     assert not cells[0].any() and cells[1].any()
 
 
@@ -105,27 +83,14 @@ def test_an_echo_under_way_is_shared_among_its_shapes(shapes):
     heard = ReceiveLegs(away / 1500, 1 / away, away, none, way, one.astype(np.complex64), one[None].astype(np.float32))
     groups, together = group_layout(shapes)
     cells, middle = np.zeros((2, groups, 4000, together), np.complex64), 1e-3
-    spread_echoes(
-        cells,
-        0.0,
-        RATE,
-        np.zeros((1, 3), np.int64),
-        TransmitLegs(away / 1500, one, weight[None]),
-        heard,
-        one,
-        ears,
-        1 / 1500,
-        0.0,
-        0.0,
-        False,
-        middle,
-        CARRIER,
-        made.doppler,
-    )
+    paired = PairedLegs(np.zeros((1, 3), np.int64), TransmitLegs(away / 1500, one, weight[None]), heard, one)
+    spread_echoes(cells, paired, ears, reception(middle, made.doppler))
     for e in range(2):
         when, fade, doppler = np.empty(COUNT), np.empty(COUNT, np.float32), np.empty(COUNT)
-        arrival_moving(2 * away[0] / 1500, away[0], *np.ascontiguousarray(way[0].T), one[0], place[e], velocity[e],
-                      still[e], 1 / 1500, 0.0, middle, when, fade, doppler)  # fmt: skip
+        echoes = ArrivalColumns(2 * away[0] / 1500, 1 / away[0], away[0], away[0], *np.ascontiguousarray(way[0].T),
+                                one[0], none[0])  # fmt: skip
+        motion = ElementMotion(place[e], velocity[e], still[e])
+        arrival_moving(echoes, COUNT, motion, reception(middle, made.doppler).water, when, fade, doppler)
         turned = weight[0] * fade * np.exp(-2j * np.pi * CARRIER * when)
         grids = np.moveaxis(cells[e], 2, 1).reshape(-1, 4000)
         for grid, part in zip(grids, made.weights(doppler), strict=False):

@@ -4,6 +4,9 @@ import numpy as np
 import pytest
 
 from insonify.synthesis._arrival_time_kernel import (
+    ArrayWater,
+    ArrivalColumns,
+    ElementMotion,
     arrival_moving,
     arrival_refracted,
     arrival_stationary,
@@ -24,13 +27,25 @@ def ways(count=200, nearest=0.3, farthest=80.0):
     return away, way / np.linalg.norm(way, axis=0)
 
 
+def columns(delay, away, way):
+    """Echoes of scatterers at some distances and directions, from a transmitter at rest."""
+    return ArrivalColumns(
+        delay, 1 / away, away, away * np.hypot(way[0], way[1]), *way, np.ones(away.size), np.zeros((0, away.size))
+    )
+
+
+def water(middle=0.0):
+    """Water of one speed without absorption."""
+    return ArrayWater(1 / SPEED, 0.0, 0.0, False, middle)
+
+
 @pytest.mark.parametrize("size", [0.01, 0.5, 3.0])
 def test_an_element_hears_from_where_it_stands(size):
     """Spheres: arrays of a centimetre to three metres, scatterers from 0.3 m: exact distances, 1e-13 s, 1e-6."""
     away, way = ways()
     place = size * np.array([0.6, -0.5, 0.3])
     when, fade = np.empty(200), np.empty(200, np.float32)
-    arrival_stationary(np.zeros(200), away, *way, place, 1 / SPEED, 0.0, when, fade)
+    arrival_stationary(columns(np.zeros(200), away, way), 200, place, water(), when, fade)
     there = np.linalg.norm(away * way - place[:, None], axis=0)
     np.testing.assert_allclose(when, (there - away) / SPEED, atol=1e-13)
     np.testing.assert_allclose(fade, away / there, rtol=1e-6)
@@ -39,7 +54,8 @@ def test_an_element_hears_from_where_it_stands(size):
 def test_an_element_at_the_scatterer_itself_hears_no_infinity():
     """Nearer than a centimetre the sphere grows no louder."""
     when, fade = np.empty(1), np.empty(1, np.float32)
-    arrival_stationary(np.zeros(1), np.ones(1), *np.eye(3)[:, :1], np.array([1.0, 0, 0]), 1 / SPEED, 0.0, when, fade)
+    echo = columns(np.zeros(1), np.ones(1), np.eye(3)[:, :1])
+    arrival_stationary(echo, 1, np.array([1.0, 0, 0]), water(), when, fade)
     assert np.isfinite(when[0]) and fade[0] == pytest.approx(100.0)
 
 
@@ -50,26 +66,10 @@ def test_a_moving_element_meets_the_wavefront(bent):
     start = away / SPEED  # the sound left the scatterer then
     place, velocity, acceleration = np.array([0.3, -0.2, 0.1]), np.array([4.0, -3.0, 0.2]), np.array([0.1, 0.5, -0.3])
     when, fade, doppler = np.empty(200), np.empty(200, np.float32), np.empty(200)
-    motion = (place, velocity, acceleration, 1 / SPEED)
-    if bent:
-        level = away * np.hypot(way[0], way[1])
-        arrival_refracted(
-            2 * start,
-            1 / away,
-            level,
-            *way,
-            np.ones(200),
-            np.zeros((0, 200)),
-            *motion,
-            0.0,
-            0.0,
-            0.0,
-            when,
-            fade,
-            doppler,
-        )
-    else:
-        arrival_moving(2 * start, away, *way, np.ones(200), *motion, 0.0, 0.0, when, fade, doppler)
+    kernel = arrival_refracted if bent else arrival_moving
+    kernel(
+        columns(2 * start, away, way), 200, ElementMotion(place, velocity, acceleration), water(), when, fade, doppler
+    )
     rx = place[:, None] + velocity[:, None] * when + acceleration[:, None] / 2 * when**2
     there = np.linalg.norm(away * way - rx, axis=0)
     np.testing.assert_allclose(there / SPEED, when - start, atol=1e-11)
@@ -86,8 +86,8 @@ def test_an_echo_is_where_its_middle_is():
     told = []
     for half in (0.0, middle):
         when, fade, doppler = np.empty(200), np.empty(200, np.float32), np.empty(200)
-        motion = np.ones(200), NONE, velocity, NONE, 1 / SPEED
-        arrival_moving(2 * away / SPEED, away, *way, *motion, 0.0, half, when, fade, doppler)
+        motion = ElementMotion(NONE, velocity, NONE)
+        arrival_moving(columns(2 * away / SPEED, away, way), 200, motion, water(half), when, fade, doppler)
         told.append(when)
     np.testing.assert_allclose(told[0] - told[1], middle, atol=1e-15)
 

@@ -4,11 +4,13 @@ import numpy as np
 import pytest
 
 from insonify.sonar import LineArray, beams
-from insonify.synthesis._arrival_kernel import ReceiveBeams
+from insonify.synthesis._arrival_kernel import ReceiveBeams, Reception
+from insonify.synthesis._arrival_time_kernel import ArrayWater
 from insonify.synthesis._beam_arrivals_kernel import (
     _PART,
     LegColumns,
     ReceivingArray,
+    ScattererBlock,
     ScatteringStrengths,
     Transmitter,
     WavefrontColumns,
@@ -53,32 +55,17 @@ def laid(told, *, both=None, fronts=FRONTS, cells=None):
     channel = np.arange(channels)
     ears = ReceiveBeams(told["place"], told["velocity"], told["acceleration"], np.array([[0, channels]]),
                 channel % len(sent.steer), channel % len(ear.steer))  # fmt: skip
-    listener = ReceivingArray(told["middle"], told["has_parallax"], told["turns"], told["rate"], told["bend"], ear)
-    away, home = (LegColumns(**told[end]) for end in ("out", "back"))
-    deposit_block(
-        cells,
-        0.0,
-        RATE,
-        told["pair"],
-        away,
-        home,
-        told["out"] is told["back"] if both is None else both,
-        told["taken"],
-        told["phase"],
-        answers(told),
-        Transmitter(told["level"], told["sent"], told["middle"], 1 / SPEED, sent),
-        listener,
-        fronts,
-        ears,
-        1 / SPEED,
-        0.0,
-        told["loss"],
-        fronts is not FRONTS,
-        told["middle"],
-        CARRIER,
-        told["node"],
-        NO_DIRECTION_GRID,
+    listener = ReceivingArray(
+        told["middle"], told["has_parallax"], told["turns"], told["rate"], told["bend"], ear, ears
     )
+    away, home = (LegColumns(**told[end]) for end in ("out", "back"))
+    same = told["out"] is told["back"] if both is None else both
+    block = ScattererBlock(told["pair"], away, home, same, told["phase"], answers(told), fronts)
+    water = ArrayWater(1 / SPEED, 0.0, told["loss"], fronts is not FRONTS, told["middle"])
+    deposit_block(
+        cells, block, told["taken"], Transmitter(told["level"], told["sent"], told["middle"], 1 / SPEED, sent),
+        listener, Reception(0.0, RATE, CARRIER, told["node"], water), NO_DIRECTION_GRID,
+    )  # fmt: skip
     return cells
 
 

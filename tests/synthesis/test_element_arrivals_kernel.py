@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
-from insonify.synthesis._arrival_kernel import ReceiveBeams, ReceiveLegs, TransmitLegs
-from insonify.synthesis._element_arrivals_kernel import ApertureNodes, deposit_on_elements
+from insonify.synthesis._arrival_kernel import ReceiveBeams, ReceiveLegs, Reception, TransmitLegs
+from insonify.synthesis._arrival_time_kernel import ArrayWater
+from insonify.synthesis._element_arrivals_kernel import ApertureNodes, PairedLegs, deposit_on_elements
 from insonify.synthesis._waveform_basis_kernel import group_layout
 from insonify.synthesis.chebyshev_nodes import aperture_nodes, chebyshev_node_count
 from insonify.synthesis.sector_interpolation import NO_SECTOR
@@ -38,8 +39,9 @@ def met(elements, *, bent, patterns, dopplers, velocity, count=COUNT):
     pair = np.array([[i, j, j] for i in range(2) for j in range(2)])
     shapes = WaveformBasis(velocity * 3e-3 * -np.cos((np.arange(dopplers) + 0.5) * np.pi / dopplers))
     middle = 1e-3 if velocity else 0.0
-    end = 1 / SPEED, 0.02 * bent, 1e-3, bent, middle, CARRIER, shapes.doppler
-    return ears, (0.0, RATE, pair, sent, heard, rng.uniform(0.5, 1, (4, count)), ears), end
+    water = ArrayWater(1 / SPEED, 0.02 * bent, 1e-3, bent, middle)
+    end = (Reception(0.0, RATE, CARRIER, shapes.doppler, water),)
+    return ears, (PairedLegs(pair, sent, heard, rng.uniform(0.5, 1, (4, count))), ears), end
 
 
 def silence(elements, dopplers):
@@ -55,7 +57,7 @@ def silence(elements, dopplers):
 def test_nodes_tell_what_each_element_hears(elements, bent, patterns, dopplers, velocity):
     """A line of 1 m from 6 m on, under way and at rest: as laid down element by element, to 2e-6 of the rms."""
     ears, begin, end = met(elements, bent=bent, patterns=patterns, dopplers=dopplers, velocity=velocity)
-    nearest = float(begin[4].horizontal_distance.min()) if bent else NEAREST
+    nearest = float(begin[0].receive.horizontal_distance.min()) if bent else NEAREST
     nodes = aperture_nodes(*ears[:3], nearest, 0.04, SPEED / CARRIER)
     assert bent or len(nodes.position) < elements / 2
     few, each = silence(elements, dopplers), silence(elements, dopplers)
@@ -67,7 +69,7 @@ def test_nodes_tell_what_each_element_hears(elements, bent, patterns, dopplers, 
 def test_echoes_before_the_grid_are_not_heard_by_way_of_a_second_part():
     """Of 33,000 scatterers, more than are taken at once, most echo before the grid: as one by one, none before it."""
     ears, begin, end = met(6, bent=False, patterns=1, dopplers=1, velocity=0.0, count=33_000)
-    begin = (0.028, *begin[1:])
+    end = (end[0]._replace(first_time=0.028),)
     nodes = aperture_nodes(*ears[:3], NEAREST, 0.04, SPEED / CARRIER)
     few, each = silence(8, 1), silence(6, 1)
     deposit_on_elements(few[1:7], *begin, nodes, NO_SECTOR, *end)

@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
-from insonify.synthesis._arrival_kernel import ReceiveBeams, ReceiveLegs, TransmitLegs
-from insonify.synthesis._element_arrivals_kernel import deposit_on_elements
+from insonify.synthesis._arrival_kernel import ReceiveBeams, ReceiveLegs, Reception, TransmitLegs
+from insonify.synthesis._arrival_time_kernel import ArrayWater
+from insonify.synthesis._element_arrivals_kernel import PairedLegs, deposit_on_elements
 from insonify.synthesis._waveform_basis_kernel import group_layout
 from insonify.synthesis.chebyshev_nodes import aperture_nodes
 from insonify.synthesis.sector_interpolation import (
@@ -43,8 +44,9 @@ def echoes(elements, dopplers, spread, faults=0):
         away / SPEED, 1 / away, away, np.empty((1, 0, COUNT)), way, weight[1], np.ones((1, 1, COUNT), np.float32)
     )
     shapes = WaveformBasis(3e-3 * -np.cos((np.arange(dopplers) + 0.5) * np.pi / dopplers))
-    begin = GRID.first_time, GRID.cell_rate, np.zeros((1, 3), np.int64), sent, heard, np.ones((1, COUNT)), ears
-    return ears, begin, (1 / SPEED, 0.0, 1e-3, False, 1e-3, CARRIER, shapes.doppler)
+    begin = PairedLegs(np.zeros((1, 3), np.int64), sent, heard, np.ones((1, COUNT))), ears
+    water = ArrayWater(1 / SPEED, 0.0, 1e-3, False, 1e-3)
+    return ears, begin, (Reception(GRID.first_time, GRID.cell_rate, CARRIER, shapes.doppler, water),)
 
 
 def silence(elements, dopplers):

@@ -79,7 +79,7 @@ class CalmPaths(NamedTuple):
     """Absorption [dB/m]."""
 
 
-class LegColumns(NamedTuple):
+class GlintLegs(NamedTuple):
     """Columns of one row of legs, changed in place."""
 
     delay: Floats
@@ -224,7 +224,7 @@ def _turned(direction_quantiles: Floats, length: float, chance: float) -> float:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def apply_glints_to_row(
-    points: GlintPoints, source: GlintSource, paths: CalmPaths, legs: LegColumns, phasor_out: NDArray[np.complex128],
+    points: GlintPoints, source: GlintSource, paths: CalmPaths, legs: GlintLegs, phasor_out: NDArray[np.complex128],
     phasor_back: NDArray[np.complex128],
 ) -> None:  # fmt: skip
     """Turn one row of legs off a flat surface into glints, in place; legs that do not exist stay unchanged.

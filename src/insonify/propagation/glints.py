@@ -28,9 +28,9 @@ from insonify.propagation._displaced_bounce_kernel import SurfaceBounces
 from insonify.propagation._glint_kernel import (
     STAGGER,
     CalmPaths,
+    GlintLegs,
     GlintPoints,
     GlintSource,
-    LegColumns,
     apply_glints_to_row,
 )  # fmt: skip
 from insonify.propagation.displaced_bounce import UnfoldedPaths, vertical_travel_to_bounces
@@ -263,7 +263,7 @@ class GlintSurface:
             SurfaceBounces(string[0] == "S", len(string) % 2 == 1, heights), self.frequency,
             float(self.scene.water.sound_speed_at(depth)), float(self.scene.water.absorption(self.frequency)),
         )  # fmt: skip
-        columns = LegColumns(
+        columns = GlintLegs(
             legs.delay[row], legs.length[row], legs.absorption[row], legs.departure[row], legs.arrival[row],
             legs.grazing[row], legs.status[row], legs.visibility[row],
         )  # fmt: skip

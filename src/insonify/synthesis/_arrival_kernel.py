@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from insonify.fast_sincos import sincos_cycles
 from insonify.jit import njit
-from insonify.synthesis._arrival_time_kernel import arrival_moving, arrival_refracted, arrival_stationary
+from insonify.synthesis._arrival_time_kernel import ArrayWater, ArrivalColumns, ElementMotion, arrival_times
 from insonify.synthesis._gridding import _locate
 from insonify.synthesis._gridding_kernel import CELLS_PER_SPIKE
 from insonify.synthesis._waveform_basis_kernel import (
@@ -62,6 +62,28 @@ class ReceiveLegs(NamedTuple):
     """Gain of each receive pattern, for each leg or each pair of legs [1], (legs or pairs, patterns, n)."""
 
 
+class BlockLegs(NamedTuple):
+    """Legs of both ends to the same scatterers."""
+
+    transmit: TransmitLegs
+    receive: ReceiveLegs
+
+
+class Reception(NamedTuple):
+    """Time grid, carrier and water with which echoes are deposited."""
+
+    first_time: float
+    """Time of the first cell [s]."""
+    cell_rate: float
+    """Cells per second [Hz]."""
+    frequency: float
+    """Carrier frequency [Hz]."""
+    doppler_nodes: Floats
+    """Doppler factor less one of each waveform [1], (waveforms,)."""
+    water: ArrayWater
+    """Water at the array."""
+
+
 class ReceiveBeams(NamedTuple):
     """Receive points, and the channels of each."""
 
@@ -80,11 +102,11 @@ class ReceiveBeams(NamedTuple):
 
 
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
-def _apply_carrier(arrival_time: Floats, spreading_ratio: NDArray[Any], weight: NDArray[Any], gain: NDArray[Any],
-          frequency: float,
-          turned: NDArray[Any]) -> None:  # fmt: skip
+def _apply_carrier(count: int, frequency: float, buffer: "ArrivalBuffer") -> None:
     """Apply the element's gain and the carrier's phase to weights, real and imaginary parts alternating."""
-    for i in range(arrival_time.size):
+    arrival_time, weight, turned = buffer.arrival_time, buffer.source_weight, buffer.carrier_weight
+    _, gain, spreading_ratio, _ = buffer.single
+    for i in range(count):
         sine, cosine = sincos_cycles(frequency * arrival_time[i])
         size = spreading_ratio[i] * gain[i]
         turned[2 * i] = size * (weight[2 * i] * cosine + weight[2 * i + 1] * sine)
@@ -140,11 +162,12 @@ class ArrivalBuffer(NamedTuple):
     """Indices of the scatterers with an echo; one longer."""
     strength: NDArray[np.complex64]
     """Their strengths for the pair."""
-    column: tuple[Floats, Floats, Floats, Floats, Floats, Floats, Floats, Floats, Floats, Floats]
-    """Columns of the arrival times: delay, curvature, distance, emission rate, direction, radius;
-    results: time, Doppler factor.
-    """
-    expansion: Floats
+    echoes: ArrivalColumns
+    """The echoes at the array's centre."""
+    arrival_time: Floats
+    """Time of arrival at one receive point [s]."""
+    doppler: Floats
+    """Doppler factor less one there [1]."""
     first_cell: NDArray[np.int32]
     """First grid cell of each echo."""
     single: tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]]
@@ -161,65 +184,24 @@ def arrival_buffer(terms: int, groups: int, doppler_nodes: Floats) -> ArrivalBuf
     """Work arrays for echoes with `terms` expansion terms, on the grids of `groups` groups of waveforms."""
     column = np.empty((10, BLOCK))
     single = np.zeros((4, BLOCK), np.float32)
+    echoes = ArrivalColumns(
+        column[0], column[1], column[2], column[3], column[4], column[5], column[6], column[7], np.empty((terms, BLOCK))
+    )
     return ArrivalBuffer(
-        np.empty(BLOCK + 1, np.int32), np.empty(BLOCK, np.complex64),
-        (column[0], column[1], column[2], column[3], column[4], column[5], column[6], column[7], column[8], column[9]),
-        np.empty((terms, BLOCK)), np.empty(BLOCK, np.int32), (single[0], single[1], single[2], single[3]),
+        np.empty(BLOCK + 1, np.int32), np.empty(BLOCK, np.complex64), echoes, column[8], column[9],
+        np.empty(BLOCK, np.int32), (single[0], single[1], single[2], single[3]),
         np.empty(2 * BLOCK, np.float32), np.empty(2 * BLOCK, np.float32), basis_weight_table(doppler_nodes),
         np.zeros((4 * groups, BLOCK if groups > 1 else 1), np.float32),
     )  # fmt: skip
 
 
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
-def deposit_pair(
-    cells: NDArray[np.complex64], first_time: float, cell_rate: float, i: int, j: int, gain_row: int, count: int,
-    buffer: ArrivalBuffer, transmit_legs: TransmitLegs, receive_legs: ReceiveLegs, receive_beams: ReceiveBeams,
-    slowness: float, sound_speed_gradient: float, attenuation: float, is_refracted: bool,
-    pulse_middle: float, frequency: float, doppler_nodes: Floats,
-) -> None:  # fmt: skip
-    """Deposit the echoes of some scatterers by one pair of legs on the cells of all channels.
-
-    Args:
-        cells: Grids of pressure, shape (channels, groups, cells, waveforms of a group): see `group_layout`.
-        first_time: Time of the first cell [s].
-        cell_rate: Cells per second [Hz].
-        i: Row of the transmit leg.
-        j: Row of the receive leg.
-        gain_row: Row of the gain.
-        count: Number of scatterers with an echo.
-        buffer: Their indices and strengths, and work arrays.
-        transmit_legs: Transmit legs.
-        receive_legs: Receive legs.
-        receive_beams: Receive points and their channels.
-        slowness: Slowness of sound at the array [s/m].
-        sound_speed_gradient: Growth of the speed of sound with depth at the array [1/s].
-        attenuation: Absorption [Np/m].
-        is_refracted: True in layered water.
-        pulse_middle: Time from the pulse's start to its middle; 0 for an array at rest [s].
-        frequency: Carrier frequency [Hz].
-        doppler_nodes: Doppler factor less one of each waveform [1], (waveforms,).
-    """
-    last, is_stationary, scatterer, basis = (
-        cells.shape[2] - CELLS_PER_SPIKE,
-        pulse_middle == 0.0,
-        buffer.scatterer,
-        buffer.basis,
-    )
-    tau, curvature, distance, doppler_out, u, v, w, r, arrival_time, doppler = buffer.column
-    fraction, pattern_gain, spreading_ratio, x = buffer.single
-    expansion, first_cell, source_weight, turned, node_weights = (
-        buffer.expansion,
-        buffer.first_cell,
-        buffer.source_weight,
-        buffer.carrier_weight,
-        buffer.basis_weights,
-    )
-    transmit_delay, receive_delay, vertical_curvature, transmit_doppler = (
-        transmit_legs.delay[i],
-        receive_legs.delay[j],
-        receive_legs.vertical_curvature[j],
-        transmit_legs.transmit_doppler[i],
-    )
+def _gather_echoes(i: int, j: int, count: int, buffer: ArrivalBuffer, legs: BlockLegs, is_layered: bool) -> None:
+    """Gather the columns of some echoes by one pair of legs at the array's centre into a buffer."""
+    tau, curvature, r, distance, u, v, w, doppler_out, expansion = buffer.echoes
+    scatterer, transmit_legs, receive_legs = buffer.scatterer, legs.transmit, legs.receive
+    transmit_delay, transmit_doppler = transmit_legs.delay[i], transmit_legs.transmit_doppler[i]
+    receive_delay, vertical_curvature = receive_legs.delay[j], receive_legs.vertical_curvature[j]
     direction = receive_legs.direction[j]
     for k in range(count):
         n = np.uintp(scatterer[k])
@@ -228,31 +210,52 @@ def deposit_pair(
         u[k], v[k], w[k] = direction[n, 0], direction[n, 1], direction[n, 2]
     for k in range(count):
         r[k] = 1 / curvature[k]
-    if is_refracted:
+    if is_layered:
         for k in range(count):
             distance[k] = receive_legs.horizontal_distance[j, np.uintp(scatterer[k])]
         for t in range(expansion.shape[0]):
             for k in range(count):
                 expansion[t, k] = receive_legs.expansion[j, t, np.uintp(scatterer[k])]
+
+
+@njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
+def locate_arrivals(
+    e: int, count: int, last: int, buffer: ArrivalBuffer, receive_beams: ReceiveBeams, reception: Reception
+) -> None:
+    """Times of arrival of gathered echoes at one receive point, their cells, and coordinates in the waveform basis."""
+    element = ElementMotion(receive_beams.position[e], receive_beams.velocity[e], receive_beams.acceleration[e])
+    fraction, _, spreading_ratio, x = buffer.single
+    arrival_time, doppler = buffer.arrival_time, buffer.doppler
+    arrival_times(buffer.echoes, count, element, reception.water, arrival_time, spreading_ratio, doppler)
+    _locate(arrival_time[:count], reception.first_time, reception.cell_rate, last, buffer.first_cell, fraction)
+    if reception.doppler_nodes.size > 1:
+        basis_coordinate(doppler[:count], buffer.basis, x)
+
+
+@njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
+def deposit_pair(
+    cells: NDArray[np.complex64], rows: tuple[int, int, int], count: int, buffer: ArrivalBuffer, legs: BlockLegs,
+    receive_beams: ReceiveBeams, reception: Reception,
+) -> None:  # fmt: skip
+    """Deposit the echoes of some scatterers by one pair of legs on the cells of all channels.
+
+    Args:
+        cells: Grids of pressure, shape (channels, groups, cells, waveforms of a group): see `group_layout`.
+        rows: Rows of the transmit leg, the receive leg and the gain.
+        count: Number of scatterers with an echo.
+        buffer: Their indices and strengths, and work arrays.
+        legs: BlockLegs of both ends.
+        receive_beams: Receive points and their channels.
+        reception: Time grid, carrier and water.
+    """
+    i, j, gain_row = rows
+    last, scatterer, basis = cells.shape[2] - CELLS_PER_SPIKE, buffer.scatterer, buffer.basis
+    fraction, pattern_gain, _, x = buffer.single
+    first_cell, turned, node_weights = buffer.first_cell, buffer.carrier_weight, buffer.basis_weights
+    _gather_echoes(i, j, count, buffer, legs, reception.water.is_layered)
     beam, pattern = -1, -1
     for e in range(receive_beams.position.shape[0]):
-        position, velocity, acceleration = (
-            receive_beams.position[e],
-            receive_beams.velocity[e],
-            receive_beams.acceleration[e],
-        )
-        if is_refracted:
-            arrival_refracted(tau[:count], curvature, distance, u, v, w, doppler_out, expansion, position, velocity,
-                        acceleration, slowness, sound_speed_gradient, attenuation, pulse_middle, arrival_time,
-                        spreading_ratio, doppler)  # fmt: skip
-        elif is_stationary:
-            arrival_stationary(tau[:count], r, u, v, w, position, slowness, attenuation, arrival_time, spreading_ratio)
-        else:
-            arrival_moving(tau[:count], r, u, v, w, doppler_out, position, velocity, acceleration, slowness,
-                          attenuation, pulse_middle, arrival_time, spreading_ratio, doppler)  # fmt: skip
-        _locate(arrival_time[:count], first_time, cell_rate, last, first_cell, fraction)
-        if doppler_nodes.size > 1:
-            basis_coordinate(doppler[:count], basis, x)
+        locate_arrivals(e, count, last, buffer, receive_beams, reception)
         if cells.shape[1] > 1:
             basis_weights(x[:count], basis.node_coordinate, basis.node_scale, node_weights)
         for c in range(receive_beams.channels[e, 0], receive_beams.channels[e, 1]):
@@ -260,26 +263,22 @@ def deposit_pair(
                 continue
             if receive_beams.beam[c] != beam:
                 beam = receive_beams.beam[c]
-                _fill_weights(
-                    transmit_legs.weight[beam, i], receive_legs.weight[j], buffer.strength, scatterer, count,
-                    source_weight,
-                )  # fmt: skip
+                _fill_weights(legs.transmit.weight[beam, i], legs.receive.weight[j], count, buffer)
             if receive_beams.pattern[c] != pattern:
                 pattern = receive_beams.pattern[c]
-                gain = receive_legs.gain[gain_row, pattern]
+                gain = legs.receive.gain[gain_row, pattern]
                 for k in range(count):
                     pattern_gain[k] = gain[np.uintp(scatterer[k])]
-            _apply_carrier(arrival_time[:count], spreading_ratio, source_weight, pattern_gain, frequency, turned)
+            _apply_carrier(count, reception.frequency, buffer)
             deposit_waveforms(cells, c, 1, 1, first_cell, fraction, turned, x, basis, node_weights, count)
 
 
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
 def _fill_weights(
-    transmit_legs: NDArray[np.complex64], receive_legs: NDArray[np.complex64], strength: NDArray[np.complex64],
-    indices: NDArray[np.int32],
-    count: int, source_weight: NDArray[np.float32],
-) -> None:  # fmt: skip
+    transmit_legs: NDArray[np.complex64], receive_legs: NDArray[np.complex64], count: int, buffer: ArrivalBuffer
+) -> None:
     """Products of transmit pressure, strength and receive pressure ratio, real and imaginary parts alternating."""
+    strength, indices, source_weight = buffer.strength, buffer.scatterer, buffer.source_weight
     for k in range(count):
         n = np.uintp(indices[k])
         transmit_weight, receive_weight = transmit_legs[n], receive_legs[n]

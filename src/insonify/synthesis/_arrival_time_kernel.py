@@ -14,7 +14,7 @@ arrays.
 """
 
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +25,55 @@ Floats = NDArray[np.float64]
 CLOSEST = 0.01
 """Distance below which the pressure of a sphere about a scatterer grows no further [m]."""
 _FAST = {"contract", "reassoc", "nsz", "arcp"}
+
+
+class ArrivalColumns(NamedTuple):
+    """Echoes at an array's centre, n or more."""
+
+    delay: Floats
+    """Delay at a centre at rest, of the pulse's middle for a moving sonar, emission delay included [s], (n,)."""
+    vertical_curvature: Floats
+    """Curvature of the wavefronts in the vertical plane [1/m], (n,)."""
+    radius: Floats
+    """Radius of the wavefronts [m], (n,)."""
+    horizontal_distance: Floats
+    """Horizontal distance of each scatterer [m], (n,); needed in layered water only."""
+    north: Floats
+    """Direction of each scatterer, away from the sonar, north component [1], (n,)."""
+    east: Floats
+    """East component of the direction [1], (n,)."""
+    down: Floats
+    """Down component of the direction [1], (n,)."""
+    transmit_doppler: Floats
+    """1 / (1 - radial Mach number of the transmitter) [1], (n,)."""
+    expansion: Floats
+    """Deviation from spherical wavefronts, see `propagation.aperture_expansion`, (terms, n); or (0, n)."""
+
+
+class ElementMotion(NamedTuple):
+    """Motion of an element from the start of the ping."""
+
+    position: Floats
+    """Position from the array's centre, in the world [m], (3,)."""
+    velocity: Floats
+    """Velocity [m/s], (3,)."""
+    acceleration: Floats
+    """Acceleration [m/s^2], (3,)."""
+
+
+class ArrayWater(NamedTuple):
+    """Water at a receiving array, and the instant of the pulse that is timed."""
+
+    slowness: float
+    """Slowness of sound [s/m]."""
+    sound_speed_gradient: float
+    """Growth of the speed of sound with depth [1/s]."""
+    attenuation: float
+    """Absorption [Np/m]."""
+    is_layered: bool
+    """True in layered water."""
+    pulse_middle: float
+    """Time from the pulse's start to its middle; 0 for a sonar at rest [s]."""
 
 
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
@@ -69,10 +118,10 @@ def transmit_moving(
 
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
 def direction_at_arrival(
-    north: float, east: float, down: float, path_length: float, t: float, element_position: Floats, velocity: Floats,
-    acceleration: Floats,
-) -> tuple[float, float, float]:  # fmt: skip
+    north: float, east: float, down: float, path_length: float, t: float, element: ElementMotion
+) -> tuple[float, float, float]:
     """Direction of one echo from a displaced element, as in `turn_to_element`."""
+    element_position, velocity, acceleration = element
     inverse = 1 / max(path_length, CLOSEST)
     x = north - inverse * (element_position[0] + t * (velocity[0] + t / 2 * acceleration[0]))
     y = east - inverse * (element_position[1] + t * (velocity[1] + t / 2 * acceleration[1]))
@@ -83,49 +132,34 @@ def direction_at_arrival(
 
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
 def turn_to_element(
-    direction: Floats, path_length: Floats, arrival_time: Floats, element_position: Floats, velocity: Floats,
-    acceleration: Floats, directions: Floats,
-) -> None:  # fmt: skip
+    direction: Floats, path_length: Floats, arrival_time: Floats, element: ElementMotion, directions: Floats
+) -> None:
     """Directions of echoes from an element at the times of arrival.
 
     Args:
         direction: Directions of the scatterers from the array's centre at the start, (n, 3).
         path_length: Lengths of the receive legs [m], (n,).
         arrival_time: Times of arrival [s], (n,).
-        element_position: Position of the element from the centre at the start, in the world [m], (3,).
-        velocity: Velocity of the element [m/s], (3,).
-        acceleration: Acceleration of the element [m/s^2], (3,).
+        element: The element.
         directions: Result: directions from the element, (n, 3).
     """
     for n in range(path_length.size):
         directions[n, 0], directions[n, 1], directions[n, 2] = direction_at_arrival(
-            direction[n, 0], direction[n, 1], direction[n, 2], path_length[n], arrival_time[n], element_position,
-            velocity, acceleration,
-        )  # fmt: skip
+            direction[n, 0], direction[n, 1], direction[n, 2], path_length[n], arrival_time[n], element
+        )
 
 
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
 def arrival_stationary(
-    delay: Floats, radius: Floats, north: Floats, east: Floats, down: Floats, element_position: Floats, slowness: float,
-    attenuation: float, arrival_time: Floats, spreading_ratio: NDArray[Any],
+    echoes: ArrivalColumns, count: int, element_position: Floats, water: ArrayWater, arrival_time: Floats,
+    spreading_ratio: NDArray[Any],
 ) -> None:  # fmt: skip
-    """Arrival times at an element at rest, and the spreading ratio by its distance.
-
-    Args:
-        delay: Delay at the array's centre [s], (n,).
-        radius: Radius of the wavefronts [m], (n,).
-        north: Direction of each scatterer, away from the sonar, north component [1], (n,).
-        east: East component of the direction [1], (n,).
-        down: Down component of the direction [1], (n,).
-        element_position: Position of the element from the centre, in the world [m], (3,).
-        slowness: Slowness of sound at the array [s/m].
-        attenuation: Absorption [Np/m].
-        arrival_time: Result: time of arrival at the element [s], (n,).
-        spreading_ratio: Result: spreading at the element over that at the centre [1], (n,).
-    """
+    """Arrival times at an element at rest, and the spreading ratio by its distance; see `arrival_times`."""
+    delay, radius, north, east, down = echoes.delay, echoes.radius, echoes.north, echoes.east, echoes.down
+    slowness, attenuation = water.slowness, water.attenuation
     x, y, z = element_position[0], element_position[1], element_position[2]
     square = x * x + y * y + z * z
-    for i in range(delay.size):
+    for i in range(count):
         r = radius[i]
         square_change = square - 2 * r * (north[i] * x + east[i] * y + down[i] * z)
         distance = max(math.sqrt(max(r * r + square_change, 0.0)), CLOSEST)
@@ -138,35 +172,19 @@ def arrival_stationary(
 
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
 def arrival_moving(
-    delay: Floats, radius: Floats, north: Floats, east: Floats, down: Floats, transmit_doppler: Floats,
-    element_position: Floats,
-    velocity: Floats, acceleration: Floats, slowness: float, attenuation: float, pulse_middle: float,
-    arrival_time: Floats,
+    echoes: ArrivalColumns, count: int, element: ElementMotion, water: ArrayWater, arrival_time: Floats,
     spreading_ratio: NDArray[Any], doppler: Floats,
 ) -> None:  # fmt: skip
-    """Arrival times at a moving element, whose position is taken when the pulse's middle arrives.
+    """Arrival times at a moving element, whose position is taken when the pulse's middle arrives; see `arrival_times`.
 
     Two Newton steps find that time. Waveforms are stretched about their middle, so an echo is timed by its middle, less
     half of the transmitted pulse.
-
-    Args:
-        delay: Delay of the pulse's middle at a centre at rest, emission delay included [s], (n,).
-        radius: Radius of the wavefronts [m], (n,).
-        north: North component of each direction of arrival [1], (n,).
-        east: East component [1], (n,).
-        down: Down component [1], (n,).
-        transmit_doppler: 1 / (1 - radial Mach number of the transmitter) [1], (n,).
-        element_position: Position of the element from the centre, at the start of the ping [m], (3,).
-        velocity: Velocity of the element at the start of the ping [m/s], (3,).
-        acceleration: Acceleration of the element [m/s^2], (3,).
-        slowness: Slowness of sound at the array [s/m].
-        attenuation: Absorption [Np/m].
-        pulse_middle: Time from the pulse's start to its middle [s].
-        arrival_time: Result: time of arrival at the element [s], (n,).
-        spreading_ratio: Result: spreading at the element over that at the centre [1], (n,).
-        doppler: Result, d(emission) / d(arrival) - 1 [1], (n,).
     """
-    for i in range(delay.size):
+    delay, radius, north, east, down = echoes.delay, echoes.radius, echoes.north, echoes.east, echoes.down
+    element_position, velocity, acceleration = element
+    transmit_doppler = echoes.transmit_doppler
+    slowness, attenuation, pulse_middle = water.slowness, water.attenuation, water.pulse_middle
+    for i in range(count):
         r, u, v, w = radius[i], north[i], east[i], down[i]
         rate = 1 - (u * velocity[0] + v * velocity[1] + w * velocity[2]) * slowness  # an approximate step suffices
         tau = delay[i]
@@ -213,36 +231,20 @@ def _expansion_delay(expansion: Floats, i: int, x: float, z: float) -> tuple[flo
 
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
 def arrival_refracted(
-    delay: Floats, vertical_curvature: Floats, horizontal_distance: Floats, north: Floats, east: Floats, down: Floats,
-    transmit_doppler: Floats,
-    expansion: Floats, element_position: Floats, velocity: Floats, acceleration: Floats, slowness: float,
-    sound_speed_gradient: float,
-    attenuation: float, pulse_middle: float, arrival_time: Floats, spreading_ratio: NDArray[Any], doppler: Floats,
+    echoes: ArrivalColumns, count: int, element: ElementMotion, water: ArrayWater, arrival_time: Floats,
+    spreading_ratio: NDArray[Any], doppler: Floats,
 ) -> None:  # fmt: skip
-    """Arrival times in layered water at an element that may be moving, by the expansion of the wavefront.
-
-    Args:
-        delay: Delay of the pulse's middle at a centre at rest, emission delay included [s], (n,).
-        vertical_curvature: Curvature of the wavefronts in the vertical plane [1/m], (n,).
-        horizontal_distance: Horizontal distance of each scatterer [m], (n,).
-        north: North component of each direction of arrival [1], (n,).
-        east: East component [1], (n,).
-        down: Down component [1], (n,).
-        transmit_doppler: 1 / (1 - radial Mach number of the transmitter) [1], (n,).
-        expansion: Higher terms, see `propagation.aperture_expansion`, (terms, n); or (0, n).
-        element_position: Position of the element from the centre, at the start of the ping [m], (3,).
-        velocity: Velocity of the element at the start of the ping [m/s], (3,).
-        acceleration: Acceleration of the element [m/s^2], (3,).
-        slowness: Slowness of sound at the array [s/m].
-        sound_speed_gradient: Growth of the speed of sound with depth at the array [1/s].
-        attenuation: Absorption [Np/m].
-        pulse_middle: Time from the pulse's start to its middle [s].
-        arrival_time: Result: time of arrival at the element [s], (n,).
-        spreading_ratio: Result: spreading at the element over that at the centre [1], (n,).
-        doppler: Result: d(emission) / d(arrival) - 1 [1], (n,).
-    """
-    half_gradient = 0.5 * sound_speed_gradient * slowness * slowness
-    for i in range(delay.size):
+    """Arrival times in layered water at an element that may be moving, by the expansion of the wavefront."""
+    delay, north, east, down, transmit_doppler = (
+        echoes.delay, echoes.north, echoes.east, echoes.down, echoes.transmit_doppler,
+    )  # fmt: skip
+    vertical_curvature, horizontal_distance, expansion = (
+        echoes.vertical_curvature, echoes.horizontal_distance, echoes.expansion,
+    )  # fmt: skip
+    element_position, velocity, acceleration = element
+    slowness, attenuation, pulse_middle = water.slowness, water.attenuation, water.pulse_middle
+    half_gradient = 0.5 * water.sound_speed_gradient * slowness * slowness
+    for i in range(count):
         u, v, w, b, distance = north[i], east[i], down[i], vertical_curvature[i], horizontal_distance[i]
         cosine = math.sqrt(max(u * u + v * v, 1e-30))
         inverse_cosine = 1 / cosine
@@ -291,3 +293,28 @@ def arrival_refracted(
         )
         doppler[i] = (1 + closing) * transmit_doppler[i] - 1
         arrival_time[i] = tau - pulse_middle
+
+
+@njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
+def arrival_times(
+    echoes: ArrivalColumns, count: int, element: ElementMotion, water: ArrayWater, arrival_time: Floats,
+    spreading_ratio: NDArray[Any], doppler: Floats,
+) -> None:  # fmt: skip
+    """Arrival times at one element, with spreading and Doppler factor.
+
+    Args:
+        echoes: Echoes at the array's centre.
+        count: Number of echoes, n.
+        element: The element.
+        water: Water at the array.
+        arrival_time: Result: time of arrival at the element [s], (n,).
+        spreading_ratio: Result: spreading at the element over that at the centre [1], (n,).
+        doppler: Result: d(emission) / d(arrival) - 1 [1], (n,); unchanged for an element at rest in water of one
+            sound speed.
+    """
+    if water.is_layered:
+        arrival_refracted(echoes, count, element, water, arrival_time, spreading_ratio, doppler)
+    elif water.pulse_middle == 0.0:
+        arrival_stationary(echoes, count, element.position, water, arrival_time, spreading_ratio)
+    else:
+        arrival_moving(echoes, count, element, water, arrival_time, spreading_ratio, doppler)

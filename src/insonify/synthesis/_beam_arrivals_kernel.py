@@ -17,16 +17,23 @@ from insonify.propagation.wavefront import CLOSEST_SOURCE
 from insonify.sonar.beam_kernels import BeamTables, array_cosines, beam_amplitude, element_amplitude
 from insonify.synthesis._arrival_kernel import (
     ArrivalBuffer,
+    BlockLegs,
     Flags,
     Integers,
     ReceiveBeams,
     ReceiveLegs,
+    Reception,
     TransmitLegs,
     arrival_buffer,
     deposit_pair,
 )
-from insonify.synthesis._arrival_time_kernel import direction_at_arrival, transmitter_motion_of_leg
-from insonify.synthesis._direction_grid_kernel import DirectionRows, deposit_pair_by_direction, row_sort_buffer
+from insonify.synthesis._arrival_time_kernel import ElementMotion, direction_at_arrival, transmitter_motion_of_leg
+from insonify.synthesis._direction_grid_kernel import (
+    DirectionColumns,
+    DirectionRows,
+    deposit_pair_by_direction,
+    row_sort_buffer,
+)
 
 Floats = NDArray[np.float64]
 Singles = NDArray[np.float32]
@@ -65,7 +72,7 @@ class Transmitter(NamedTuple):
 
 
 class ReceivingArray(NamedTuple):
-    """Receiving array without its positions, which are in `ReceiveBeams`."""
+    """Receiving array."""
 
     pulse_middle: float
     """Time from the pulse's start to its middle; 0 for a sonar at rest [s]."""
@@ -78,6 +85,8 @@ class ReceivingArray(NamedTuple):
     rotation_acceleration: Floats
     """Second-order rotation, from `PlatformMotion.rotation_rates` [1/s^2], (3, 3)."""
     beams: BeamTables
+    point: ReceiveBeams
+    """One receive point, and its channels."""
 
 
 class WavefrontColumns(NamedTuple):
@@ -105,6 +114,25 @@ class ScatteringStrengths(NamedTuple):
     """Range bin of each scatterer, (n,)."""
     keep_probability: Singles
     """Keep probability of each pair in each range bin, (p, bins); or (0, 0): 1."""
+
+
+class ScattererBlock(NamedTuple):
+    """Block of n scatterers: legs of both ends, and strengths."""
+
+    pair: Integers
+    """Rows of the transmit and the receive leg of each pair, (p, 2)."""
+    out: LegColumns
+    """Transmit legs."""
+    back: LegColumns
+    """Receive legs."""
+    same_legs: bool
+    """True if both are the same."""
+    phase: Complexes
+    """Phasors of the scatterers [1], (n,)."""
+    strengths: ScatteringStrengths
+    """Strengths of the pairs."""
+    wavefronts: WavefrontColumns
+    """Wavefronts in layered water."""
 
 
 class _Leg(NamedTuple):
@@ -187,9 +215,8 @@ def _direction_factor_roots(factor: Floats, grazing_to_root: Floats) -> None:
 
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
 def _transmit_leg(
-    f: int, part_start: int, count: int, transmitter: Transmitter, phase: Complexes, delay: Floats, leg: _Leg,
-    transmit_legs: TransmitLegs,
-    transmit_cosine: Floats,
+    f: int, part_start: int, count: int, transmitter: Transmitter, block: ScattererBlock, leg: _Leg,
+    transmit_legs: TransmitLegs, transmit_cosine: Floats,
 ) -> None:  # fmt: skip
     """Transmitted pressure at the scatterers that a leg reaches, and direction cosines as in `_receive_gain`."""
     beams, c, scatterer = transmitter.beams, leg.column, leg.scatterer
@@ -205,7 +232,7 @@ def _transmit_leg(
         for k in range(count):
             transmit_cosine[f, np.uintp(scatterer[k])] = c[_RIGHT + k]
     leg_delay, leg_doppler = transmit_legs.delay[f], transmit_legs.transmit_doppler[f]
-    transmit_delay, phasor = delay[part_start:], phase[part_start:]
+    transmit_delay, phasor = block.out.delay[f, part_start:], block.phase[part_start:]
     for k in range(count):
         n = np.uintp(scatterer[k])
         leg_delay[n], leg_doppler[n] = transmit_delay[n] + c[_TIME + k], c[_DOPPLER + k]
@@ -256,32 +283,26 @@ def _rotated_direction(
 
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
 def _receive_gain(
-    row: int, count: int, receiving_array: ReceivingArray, receive_beams: ReceiveBeams, leg: _Leg, gain: Singles,
-    right_cosine: Floats
-) -> None:  # fmt: skip
+    row: int, count: int, receiving_array: ReceivingArray, leg: _Leg, gain: Singles, right_cosine: Floats
+) -> None:
     """Gain of each pattern towards a leg's scatterers at the times of reception.
 
     Args:
         row: Row of the gains.
         count: Number of scatterers that the leg reaches.
         receiving_array: Receiving array.
-        receive_beams: Receive point and its channels.
         leg: The leg; its columns hold the times of arrival, and factors that start at 1.
         gain: Result: gains, (rows, patterns, part).
         right_cosine: Result: direction cosines to the array's right, (rows, part); or (0, 0): not needed.
     """
     beams, c, scatterer = receiving_array.beams, leg.column, leg.scatterer
     if receiving_array.has_parallax:
-        position, velocity, acceleration = (
-            receive_beams.position[0],
-            receive_beams.velocity[0],
-            receive_beams.acceleration[0],
-        )
+        point = receiving_array.point
+        element = ElementMotion(point.position[0], point.velocity[0], point.acceleration[0])
         for k in range(count):
             c[_NORTH + k], c[_EAST + k], c[_DOWN + k] = direction_at_arrival(
-                c[_NORTH + k], c[_EAST + k], c[_DOWN + k], c[_LENGTH + k], c[_TIME + k], position, velocity,
-                acceleration,
-            )  # fmt: skip
+                c[_NORTH + k], c[_EAST + k], c[_DOWN + k], c[_LENGTH + k], c[_TIME + k], element
+            )
     if receiving_array.is_rotating:
         for k in range(count):
             c[_NORTH + k], c[_EAST + k], c[_DOWN + k] = _rotated_direction(
@@ -304,39 +325,28 @@ def _receive_gain(
 
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
 def _receive_leg(
-    j: int, part_start: int, end: int, count: int, legs: LegColumns, first: Floats, receiving_array: ReceivingArray,
-    wavefronts: WavefrontColumns,
-    receive_beams: ReceiveBeams, root_area: Floats, leg: _Leg, receive_legs: ReceiveLegs, right_cosine: Floats,
+    j: int, part: tuple[int, int], count: int, block: ScattererBlock, receiving_array: ReceivingArray, leg: _Leg,
+    receive_legs: ReceiveLegs, right_cosine: Floats,
 ) -> None:  # fmt: skip
     """Received pressure ratio of the scatterers of a part that a receive leg reaches.
 
     Args:
         j: Row of the leg.
-        part_start: Index of the part's first scatterer.
-        end: One past the index of its last scatterer.
+        part: Index of the part's first scatterer, and one past that of its last.
         count: Number of scatterers that the leg reaches.
-        legs: Receive legs.
-        first: Delays of the first transmit leg [s], (n,); other legs give nearly the same direction of arrival.
+        block: The block.
         receiving_array: Receiving array.
-        wavefronts: Wavefronts in layered water.
-        receive_beams: Receive point and its channels.
-        root_area: Root of the areas [m], (n,); or (0,).
         leg: Columns of the leg.
         receive_legs: Result: pressure ratios and gains.
         right_cosine: Result: direction cosines to the array's right, as in `_receive_gain`.
     """
-    c, delay, first_delay, middle = (
-        leg.column,
-        legs.delay[j, part_start:end],
-        first[part_start:end],
-        receiving_array.pulse_middle,
-    )
+    part_start, end = part
+    # delays of the first transmit leg: other legs give nearly the same direction of arrival
+    c, delay, first_delay = leg.column, block.back.delay[j, part_start:end], block.out.delay[0, part_start:end]
+    middle, wavefronts, root_area = receiving_array.pulse_middle, block.wavefronts, block.strengths.root_area
     leg_delay, curvature, direction, weight = (
-        receive_legs.delay[j],
-        receive_legs.vertical_curvature[j],
-        receive_legs.direction[j],
-        receive_legs.weight[j],
-    )
+        receive_legs.delay[j], receive_legs.vertical_curvature[j], receive_legs.direction[j], receive_legs.weight[j],
+    )  # fmt: skip
     if root_area.size:
         for k in range(count):
             c[_FACTOR + k] *= root_area[np.uintp(part_start + leg.scatterer[k])]
@@ -357,7 +367,7 @@ def _receive_leg(
         receive_legs.expansion[j, :, :part_count] = wavefronts.expansion[j, :, part_start:end]
     c[_WEIGHT : _WEIGHT + count] = 1.0
     if not receiving_array.is_rotating:
-        _receive_gain(j, count, receiving_array, receive_beams, leg, receive_legs.gain, right_cosine)
+        _receive_gain(j, count, receiving_array, leg, receive_legs.gain, right_cosine)
 
 
 class _ReachedScatterers(NamedTuple):
@@ -434,114 +444,78 @@ def _echoes_of_pair(
 
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
 def _receive_gain_by_pair(
-    part_start: int, i: int, j: int, count: int, buffer: ArrivalBuffer, transmit_legs: TransmitLegs,
-    receive_legs: ReceiveLegs, length: Floats, receiving_array: ReceivingArray,
-    receive_beams: ReceiveBeams, leg: _Leg, right_cosine: Floats,
+    rows: tuple[int, int], count: int, buffer: ArrivalBuffer, legs: BlockLegs, length: Floats,
+    receiving_array: ReceivingArray, leg: _Leg, right_cosine: Floats,
 ) -> None:  # fmt: skip
     """Gains of a rotating array for one pair of legs, whose echoes have their own times of arrival."""
-    c, direction = leg.column, receive_legs.direction[j]
+    i, j = rows
+    c, direction = leg.column, legs.receive.direction[j]
     leg.scatterer[:count] = buffer.scatterer[:count]
     for k in range(count):
         n = np.uintp(buffer.scatterer[k])
-        c[_TIME + k], c[_LENGTH + k] = transmit_legs.delay[i, n] + receive_legs.delay[j, n], length[j, part_start + n]
+        c[_TIME + k], c[_LENGTH + k] = legs.transmit.delay[i, n] + legs.receive.delay[j, n], length[n]
         c[_NORTH + k], c[_EAST + k], c[_DOWN + k] = direction[n, 0], direction[n, 1], direction[n, 2]
     c[_WEIGHT : _WEIGHT + count] = 1.0
-    _receive_gain(0, count, receiving_array, receive_beams, leg, receive_legs.gain, right_cosine)
+    _receive_gain(0, count, receiving_array, leg, legs.receive.gain, right_cosine)
 
 
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
 def deposit_block(
-    cells: NDArray[np.complex64], first_time: float, cell_rate: float, pair: Integers, legs_out: LegColumns,
-    legs_back: LegColumns,
-    same_legs: bool, extra_attenuation: float, phase: Complexes, strengths: ScatteringStrengths,
-    transmitter: Transmitter, receiving_array: ReceivingArray, wavefronts: WavefrontColumns,
-    receive_beams: ReceiveBeams, slowness: float, sound_speed_gradient: float, attenuation: float, is_refracted: bool,
-    pulse_middle: float, frequency: float,
-    doppler_nodes: Floats, grid: DirectionRows,
+    cells: NDArray[np.complex64], block: ScattererBlock, extra_attenuation: float, transmitter: Transmitter,
+    receiving_array: ReceivingArray, reception: Reception, grid: DirectionRows,
 ) -> None:  # fmt: skip
     """Deposit the echoes of one block by all pairs of legs on the cells of all beams.
 
     Args:
         cells: Grids of pressure, shape (channels, groups, cells, waveforms of a group): see `group_layout`.
-        first_time: Time of the first cell [s].
-        cell_rate: Cells per second [Hz].
-        pair: Rows of the transmit and the receive leg of each pair, (p, 2).
-        legs_out: Transmit legs.
-        legs_back: Receive legs.
-        same_legs: True if both are the same.
+        block: The block.
         extra_attenuation: Absorption at this frequency beyond that of the legs [Np/m].
-        phase: Phasors of the scatterers [1], (n,).
-        strengths: Strengths of the pairs.
         transmitter: Transmitter.
         receiving_array: Receiving array.
-        wavefronts: Wavefronts in layered water.
-        receive_beams: One receive point, and its channels.
-        slowness: Slowness of sound at the array [s/m].
-        sound_speed_gradient: Growth of the speed of sound with depth at the array [1/s].
-        attenuation: Absorption at the carrier [Np/m].
-        is_refracted: True in layered water.
-        pulse_middle: Time from the pulse's start to its middle; 0 for an array at rest [s].
-        frequency: Carrier frequency [Hz].
-        doppler_nodes: Doppler factor less one of each waveform [1], (waveforms,).
+        reception: Time grid, carrier and water.
         grid: Direction grid, whose rows take the place of channels; of step 0: channels are beams.
     """
-    f, g, patterns, scatterer_count = (
-        len(legs_out.delay),
-        len(legs_back.delay),
-        len(receiving_array.beams.steer),
-        phase.size,
-    )
-    beams, rows = len(transmitter.beams.steer), 1 if receiving_array.is_rotating else g
+    f, g, scatterer_count, strengths = len(block.out.delay), len(block.back.delay), block.phase.size, block.strengths
+    terms, patterns = block.wavefronts.expansion.shape[1], len(receiving_array.beams.steer)
+    beams, gain_rows = len(transmitter.beams.steer), 1 if receiving_array.is_rotating else g
     transmit_legs = TransmitLegs(np.zeros((f, _PART)), np.ones((f, _PART)), np.zeros((beams, f, _PART), np.complex64))
-    receive_legs = ReceiveLegs(np.zeros((g, _PART)), np.ones((g, _PART)), np.zeros((g, _PART)),
-                  np.zeros((g, wavefronts.expansion.shape[1], _PART)), np.zeros((g, _PART, 3)),
-                  np.zeros((g, _PART), np.complex64), np.zeros((rows, patterns, _PART), np.float32))  # fmt: skip
-    leg, buffer = (
-        _Leg(np.empty(_PART + 1, np.int32), np.empty(_COLUMNS * _PART)),
-        arrival_buffer(wavefronts.expansion.shape[1], cells.shape[1], doppler_nodes),
-    )
+    receive_legs = ReceiveLegs(
+        np.zeros((g, _PART)), np.ones((g, _PART)), np.zeros((g, _PART)), np.zeros((g, terms, _PART)),
+        np.zeros((g, _PART, 3)), np.zeros((g, _PART), np.complex64), np.zeros((gain_rows, patterns, _PART), np.float32),
+    )  # fmt: skip
+    legs, leg = BlockLegs(transmit_legs, receive_legs), _Leg(np.empty(_PART + 1, np.int32), np.empty(_COLUMNS * _PART))
+    buffer = arrival_buffer(terms, cells.shape[1], reception.doppler_nodes)
     reached_out, reached_back, by_direction = _reached_buffer(f), _reached_buffer(g), grid.step > 0
-    right_cosine, sort_buffer = (
-        np.zeros((rows if by_direction else 0, _PART)),
-        row_sort_buffer(cells.shape[0] if by_direction else 0),
-    )
+    right_cosine = np.zeros((gain_rows if by_direction else 0, _PART))
+    sort_buffer = row_sort_buffer(cells.shape[0] if by_direction else 0)
     transmit_cosine = np.zeros((f if by_direction else 0, _PART))
     for begin in range(0, scatterer_count, _PART):
         end = min(begin + _PART, scatterer_count)
         for i in range(f):
-            count = _fill_leg(legs_out, i, begin, end, extra_attenuation, strengths, leg)
-            _transmit_leg(i, begin, count, transmitter, phase, legs_out.delay[i], leg, transmit_legs, transmit_cosine)
+            count = _fill_leg(block.out, i, begin, end, extra_attenuation, strengths, leg)
+            _transmit_leg(i, begin, count, transmitter, block, leg, transmit_legs, transmit_cosine)
             _record_reached(reached_out, i, count, leg)
-            if same_legs:
-                _receive_leg(i, begin, end, count, legs_back, legs_out.delay[0], receiving_array, wavefronts,
-                             receive_beams, strengths.root_area, leg,
-                           receive_legs, right_cosine)  # fmt: skip
+            if block.same_legs:
+                _receive_leg(i, (begin, end), count, block, receiving_array, leg, receive_legs, right_cosine)
                 _record_reached(reached_back, i, count, leg)
-        if not same_legs:
+        if not block.same_legs:
             for j in range(g):
-                count = _fill_leg(legs_back, j, begin, end, extra_attenuation, strengths, leg)
-                _receive_leg(j, begin, end, count, legs_back, legs_out.delay[0], receiving_array, wavefronts,
-                             receive_beams, strengths.root_area, leg,
-                           receive_legs, right_cosine)  # fmt: skip
+                count = _fill_leg(block.back, j, begin, end, extra_attenuation, strengths, leg)
+                _receive_leg(j, (begin, end), count, block, receiving_array, leg, receive_legs, right_cosine)
                 _record_reached(reached_back, j, count, leg)
-        for p in range(len(pair)):
-            i, j = pair[p]
+        for p in range(len(block.pair)):
+            i, j = block.pair[p]
             count = _echoes_of_pair(p, i, j, begin, strengths, reached_out, reached_back, buffer)
             if count == 0:
                 continue
             if receiving_array.is_rotating:
-                _receive_gain_by_pair(
-                    begin, i, j, count, buffer, transmit_legs, receive_legs, legs_back.length, receiving_array,
-                    receive_beams, leg, right_cosine,
-                )  # fmt: skip
+                length = block.back.length[j, begin:]
+                _receive_gain_by_pair((i, j), count, buffer, legs, length, receiving_array, leg, right_cosine)
             row = 0 if receiving_array.is_rotating else j
             if by_direction:
-                deposit_pair_by_direction(cells, first_time, cell_rate, i, j, row, count, buffer, transmit_legs,
-                                          receive_legs, receive_beams,
-                                      transmit_cosine[i], right_cosine[row], grid, sort_buffer, slowness,
-                                      sound_speed_gradient, attenuation, is_refracted, pulse_middle,
-                                      frequency, doppler_nodes)  # fmt: skip
+                directions = DirectionColumns(grid, transmit_cosine[i], right_cosine[row], sort_buffer)
+                deposit_pair_by_direction(
+                    cells, (i, j, row), count, buffer, legs, receiving_array.point, reception, directions
+                )
             else:
-                deposit_pair(cells, first_time, cell_rate, i, j, row, count, buffer, transmit_legs, receive_legs,
-                             receive_beams, slowness, sound_speed_gradient,
-                         attenuation, is_refracted, pulse_middle, frequency, doppler_nodes)  # fmt: skip
+                deposit_pair(cells, (i, j, row), count, buffer, legs, receiving_array.point, reception)

@@ -14,16 +14,16 @@ from insonify.sonar.beam_kernels import interpolate_pattern
 from insonify.synthesis._arrival_kernel import (
     BLOCK,
     ArrivalBuffer,
+    BlockLegs,
     ReceiveBeams,
-    ReceiveLegs,
-    TransmitLegs,
+    Reception,
     _apply_carrier,
     _fill_weights,
+    _gather_echoes,
+    locate_arrivals,
 )
-from insonify.synthesis._arrival_time_kernel import arrival_moving, arrival_refracted, arrival_stationary
-from insonify.synthesis._gridding import _locate
 from insonify.synthesis._gridding_kernel import CELLS_PER_SPIKE, DEGREE, WIDTH, tap_coefficients
-from insonify.synthesis._waveform_basis_kernel import basis_coordinate, basis_weights, deposit_waveforms
+from insonify.synthesis._waveform_basis_kernel import basis_weights, deposit_waveforms
 
 Floats = NDArray[np.float64]
 Singles = NDArray[np.float32]
@@ -120,82 +120,45 @@ def _sort_by_row(
             sort_buffer.row_weights[t, m] = value
 
 
+class DirectionColumns(NamedTuple):
+    """Grid of directions, and the direction cosines of one pair of legs to an array's right."""
+
+    rows: DirectionRows
+    """The grid."""
+    transmit_cosine: Floats
+    """Direction cosines of departure, (part,); needed for steered transmit beams."""
+    right_cosine: Floats
+    """Direction cosines of arrival, (part,)."""
+    sort_buffer: RowSortBuffer
+    """Work arrays for sorting."""
+
+
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
 def deposit_pair_by_direction(
-    cells: NDArray[np.complex64], first_time: float, cell_rate: float, i: int, j: int, gain_row: int, count: int,
-    buffer: ArrivalBuffer, transmit_legs: TransmitLegs, receive_legs: ReceiveLegs, receive_beams: ReceiveBeams,
-    transmit_cosine: Floats, right_cosine: Floats, rows: DirectionRows, sort_buffer: RowSortBuffer,
-    slowness: float, sound_speed_gradient: float, attenuation: float, is_refracted: bool, pulse_middle: float,
-    frequency: float, doppler_nodes: Floats,
+    cells: NDArray[np.complex64], leg_rows: tuple[int, int, int], count: int, buffer: ArrivalBuffer, legs: BlockLegs,
+    receive_beams: ReceiveBeams, reception: Reception, directions: DirectionColumns,
 ) -> None:  # fmt: skip
     """Deposit the echoes of some scatterers by one pair of legs on the rows about their directions.
 
     Args:
         cells: Grids of pressure, shape (rows, groups, cells, waveforms of a group): see `group_layout`.
-        first_time: Time of the first cell [s].
-        cell_rate: Cells per second [Hz].
-        i: Row of the transmit leg.
-        j: Row of the receive leg.
-        gain_row: Row of the gain.
+        leg_rows: Rows of the transmit leg, the receive leg and the gain, which is common to all beams.
         count: Number of scatterers with an echo.
         buffer: Their indices and strengths, and work arrays.
-        transmit_legs: Transmit legs.
-        receive_legs: Receive legs; the gain is that common to all beams.
+        legs: BlockLegs of both ends.
         receive_beams: The one receive point.
-        transmit_cosine: Direction cosines of departure to the array's right, (part,); needed for steered transmit
-            beams.
-        right_cosine: Direction cosines of arrival to the array's right, (part,).
-        rows: The grid of directions.
-        sort_buffer: Work arrays for sorting.
-        slowness: Slowness of sound at the array [s/m].
-        sound_speed_gradient: Growth of the speed of sound with depth at the array [1/s].
-        attenuation: Absorption [Np/m].
-        is_refracted: True in layered water.
-        pulse_middle: Time from the pulse's start to its middle; 0 for an array at rest [s].
-        frequency: Carrier frequency [Hz].
-        doppler_nodes: Doppler factor less one of each waveform [1], (waveforms,).
+        reception: Time grid, carrier and water.
+        directions: The grid, and the directions of the legs.
     """
-    last, scatterer, basis = cells.shape[2] - CELLS_PER_SPIKE, buffer.scatterer, buffer.basis
-    tau, curvature, distance, doppler_out, u, v, w, r, arrival_time, doppler = buffer.column
-    fraction, pattern_gain, spreading_ratio, x = buffer.single
-    transmit_delay, receive_delay, vertical_curvature, transmit_doppler, direction = (
-        transmit_legs.delay[i], receive_legs.delay[j], receive_legs.vertical_curvature[j],
-        transmit_legs.transmit_doppler[i], receive_legs.direction[j]
-    )  # fmt: skip
-    gain = receive_legs.gain[gain_row, 0]
+    i, j, gain_row = leg_rows
+    last, scatterer, rows = cells.shape[2] - CELLS_PER_SPIKE, buffer.scatterer, directions.rows
+    sort_buffer, right_cosine = directions.sort_buffer, directions.right_cosine
+    fraction, pattern_gain, _, x = buffer.single
+    gain = legs.receive.gain[gain_row, 0]
     for k in range(count):
-        n = np.uintp(scatterer[k])
-        tau[k], curvature[k], doppler_out[k], pattern_gain[k] = (
-            transmit_delay[n] + receive_delay[n],
-            vertical_curvature[n],
-            transmit_doppler[n],
-            gain[n],
-        )
-        u[k], v[k], w[k], r[k] = direction[n, 0], direction[n, 1], direction[n, 2], 1 / vertical_curvature[n]
-    position, velocity, acceleration = (
-        receive_beams.position[0],
-        receive_beams.velocity[0],
-        receive_beams.acceleration[0],
-    )
-    if is_refracted:
-        for k in range(count):
-            distance[k] = receive_legs.horizontal_distance[j, np.uintp(scatterer[k])]
-        for t in range(buffer.expansion.shape[0]):
-            for k in range(count):
-                buffer.expansion[t, k] = receive_legs.expansion[j, t, np.uintp(scatterer[k])]
-        arrival_refracted(tau[:count], curvature, distance, u, v, w, doppler_out, buffer.expansion, position, velocity,
-                          acceleration, slowness,
-                    sound_speed_gradient, attenuation, pulse_middle, arrival_time, spreading_ratio,
-                    doppler)  # fmt: skip
-    elif pulse_middle == 0.0:
-        arrival_stationary(tau[:count], r, u, v, w, position, slowness, attenuation, arrival_time, spreading_ratio)
-    else:
-        arrival_moving(tau[:count], r, u, v, w, doppler_out, position, velocity, acceleration, slowness, attenuation,
-                       pulse_middle, arrival_time,
-                      spreading_ratio, doppler)  # fmt: skip
-    _locate(arrival_time[:count], first_time, cell_rate, last, buffer.first_cell, fraction)
-    if doppler_nodes.size > 1:
-        basis_coordinate(doppler[:count], basis, x)
+        pattern_gain[k] = gain[np.uintp(scatterer[k])]
+    _gather_echoes(i, j, count, buffer, legs, reception.water.is_layered)
+    locate_arrivals(0, count, last, buffer, receive_beams, reception)
     if rows.transmit_pattern.shape[0]:
         # a wide transmit pattern, taken at the direction of the receive leg: exact on each beam's axis, and for equal
         # legs
@@ -203,15 +166,11 @@ def deposit_pair_by_direction(
             n = np.uintp(scatterer[k])
             pattern_gain[k] *= np.float32(
                 interpolate_pattern(
-                    rows.transmit_pattern, rows.transmit_rows_per_unit, transmit_cosine[n] - right_cosine[n]
+                    rows.transmit_pattern, rows.transmit_rows_per_unit, directions.transmit_cosine[n] - right_cosine[n]
                 )
             )
-    _fill_weights(
-        transmit_legs.weight[0, i], receive_legs.weight[j], buffer.strength, scatterer, count, buffer.source_weight
-    )
-    _apply_carrier(
-        arrival_time[:count], spreading_ratio, buffer.source_weight, pattern_gain, frequency, buffer.carrier_weight
-    )
+    _fill_weights(legs.transmit.weight[0, i], legs.receive.weight[j], count, buffer)
+    _apply_carrier(count, reception.frequency, buffer)
     _sort_by_row(right_cosine, scatterer, count, rows, cells.shape[0], sort_buffer)
     for m in range(count):
         k = int(sort_buffer.order[m])

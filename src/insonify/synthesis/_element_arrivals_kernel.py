@@ -20,11 +20,12 @@ from insonify.synthesis._arrival_kernel import (
     Integers,
     ReceiveBeams,
     ReceiveLegs,
+    Reception,
     TransmitLegs,
     nonzero_legs,
     scatterers_with_echo,
 )
-from insonify.synthesis._arrival_time_kernel import arrival_moving, arrival_refracted, arrival_stationary
+from insonify.synthesis._arrival_time_kernel import ArrivalColumns, ElementMotion, arrival_times
 from insonify.synthesis._gridding import _locate
 from insonify.synthesis._gridding_kernel import CELLS_PER_SPIKE
 from insonify.synthesis._polynomial_moments import MARGIN, WINDOW, deposit_moments, empty_window, gather_moments
@@ -68,6 +69,19 @@ class ArraySector(NamedTuple):
     """Largest deviation of the phase at its ends from that [rad]."""
 
 
+class PairedLegs(NamedTuple):
+    """Legs of both ends to n scatterers, and the strengths of their p pairs."""
+
+    pair: Integers
+    """Rows of the transmit leg, the receive leg and the gain of each pair, (p, 3)."""
+    transmit: TransmitLegs
+    """Transmit legs, one beam."""
+    receive: ReceiveLegs
+    """Receive legs."""
+    strength: NDArray[Any]
+    """Strength of each scatterer for each pair, real or complex, (p, n)."""
+
+
 class _EchoOrder(NamedTuple):
     """Work arrays for the echoes of a part of the scatterers, in order of arrival."""
 
@@ -83,12 +97,12 @@ class _EchoOrder(NamedTuple):
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _sort_echoes(
-    part_start: int, first_time: float, cell_rate: float, last: int, pair: Integers, transmit_legs: TransmitLegs,
-    receive_legs: ReceiveLegs,
-    strength: NDArray[Any], flags: tuple[Flags, Flags, Flags], order: _EchoOrder,
+    part_start: int, reception: Reception, last: int, legs: PairedLegs, flags: tuple[Flags, Flags, Flags],
+    order: _EchoOrder,
 ) -> int:  # fmt: skip
     """Sort the echoes of a part of the scatterers by counting the echoes of each cell; return their number."""
-    total, low, high = 0, last, 0
+    total, low, high, pair, strength = 0, last, 0, legs.pair, legs.strength
+    first_time, cell_rate = reception.first_time, reception.cell_rate
     end = min(part_start + _PART, strength.shape[1])
     outs, backs, gain_flags = flags
     for p in range(pair.shape[0]):
@@ -98,7 +112,7 @@ def _sort_echoes(
             0, strength[p, part_start:end], outs[i, part_start:end], backs[j, part_start:end],
             gain_flags[row, part_start:end], found,
         )  # fmt: skip
-        out, back = transmit_legs.delay[i, part_start:end], receive_legs.delay[j, part_start:end]
+        out, back = legs.transmit.delay[i, part_start:end], legs.receive.delay[j, part_start:end]
         for k in range(count):
             n = np.uintp(found[k])
             position = (out[n] + back[n] - first_time) * cell_rate
@@ -171,23 +185,20 @@ def _partition_by_sector(
 
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
 def _gather_echoes(
-    echo: NDArray[np.int32], part_start: int, pair: Integers, transmit_legs: TransmitLegs, receive_legs: ReceiveLegs,
-    strength: NDArray[Any],
-    single_pattern: bool, columns: Floats, source_weight: Singles,
+    echo: NDArray[np.int32], part_start: int, legs: PairedLegs, single_pattern: bool, columns: Floats,
+    source_weight: Singles,
 ) -> None:  # fmt: skip
     """Gather the columns of some echoes at the array's centre.
 
     Args:
         echo: Echoes as in `_EchoOrder`.
         part_start: First scatterer of the part.
-        pair: Rows of the transmit leg, the receive leg and the gain of each pair, (p, 3).
-        transmit_legs: Transmit legs.
-        receive_legs: Receive legs.
-        strength: Strength of each scatterer for each pair, real or complex, (p, n).
+        legs: Legs of both ends, and strengths.
         single_pattern: True if all elements have the first pattern.
         columns: Result: delay, curvature, its inverse, distance, direction, emission rate; (8, count or more).
         source_weight: Result: weights, real and imaginary parts alternating, (2 count or more,).
     """
+    pair, transmit_legs, receive_legs, strength = legs
     for k in range(echo.size):
         p, n = np.uintp(echo[k] // _PART), np.uintp(part_start + echo[k] % _PART)
         i, j = np.uintp(pair[p, 0]), np.uintp(pair[p, 1])
@@ -221,43 +232,33 @@ def _apply_pattern(
 
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
 def deposit_on_elements(
-    cells: NDArray[np.complex64], first_time: float, cell_rate: float, pair: Integers, transmit_legs: TransmitLegs,
-    receive_legs: ReceiveLegs, strength: NDArray[Any], receive_beams: ReceiveBeams, nodes: ApertureNodes,
-    sector: ArraySector, slowness: float, sound_speed_gradient: float, attenuation: float, is_refracted: bool,
-    pulse_middle: float, frequency: float, doppler_nodes: Floats,
+    cells: NDArray[np.complex64], legs: PairedLegs, receive_beams: ReceiveBeams, nodes: ApertureNodes,
+    sector: ArraySector, reception: Reception,
 ) -> None:  # fmt: skip
     """Deposit the echoes of one block by all pairs of legs on the cells of all elements of an array.
 
     Args:
         cells: Grids of pressure, shape (channels, groups, cells, waveforms of a group), see `group_layout`: elements
             first, then interpolation points.
-        first_time: Time of the first cell [s].
-        cell_rate: Cells per second [Hz].
-        pair: Rows of the transmit leg, the receive leg and the gain of each pair, (p, 3).
-        transmit_legs: Transmit legs, one beam.
-        receive_legs: Receive legs.
-        strength: Strength of each scatterer for each pair, real or complex, (p, n).
+        legs: Legs of both ends, and strengths.
         receive_beams: The elements, each with its own channel.
         nodes: Nodes at which echoes are evaluated.
         sector: Sector whose echoes are deposited at interpolation points, which are channels after the elements.
-        slowness: Slowness of sound at the array [s/m].
-        sound_speed_gradient: Growth of the speed of sound with depth at the array [1/s].
-        attenuation: Absorption [Np/m].
-        is_refracted: True in layered water.
-        pulse_middle: Time from the pulse's start to its middle; 0 for an array at rest [s].
-        frequency: Carrier frequency [Hz].
-        doppler_nodes: Doppler factor less one of each waveform [1], (waveforms,).
+        reception: Time grid, carrier and water.
     """
+    pair, transmit_legs, receive_legs, strength = legs
+    first_time, cell_rate, frequency, doppler_nodes, water = reception
     last, elements = cells.shape[2] - CELLS_PER_SPIKE, receive_beams.position.shape[0]
     node_count, terms = nodes.weights.shape[0], receive_legs.expansion.shape[1]
-    capacity, is_stationary = pair.shape[0] * min(_PART, strength.shape[1]), pulse_middle == 0.0
+    capacity = pair.shape[0] * min(_PART, strength.shape[1])
     order = _EchoOrder(np.empty(capacity, np.int32), np.empty(capacity + 1, np.int32), np.empty(capacity, np.int32),
                    np.empty(cells.shape[2] + 2, np.int32))  # fmt: skip
     flags = nonzero_legs(transmit_legs, receive_legs)
     columns = np.empty((8, _TILE))
-    tau, curvature, r, distance = columns[0], columns[1], columns[2], columns[3]
-    u, v, w, emission = columns[4], columns[5], columns[6], columns[7]
-    expansion, source_weight = np.empty((terms, _TILE)), np.empty(2 * _TILE, np.float32)
+    expansion, source_weight, tau = np.empty((terms, _TILE)), np.empty(2 * _TILE, np.float32), columns[0]
+    echoes = ArrivalColumns(
+        columns[0], columns[1], columns[2], columns[3], columns[4], columns[5], columns[6], columns[7], expansion
+    )
     arrival, doppler = np.empty((node_count, _TILE)), np.zeros((node_count, _TILE))
     spreading, new_index = np.empty((node_count, _TILE), np.float32), np.arange(_TILE).astype(np.int32)
     sorted_time, sorted_columns = np.zeros((node_count, _ROW)), np.zeros((3, node_count, _ROW), np.float32)
@@ -275,29 +276,19 @@ def deposit_on_elements(
         uniform = uniform and receive_beams.pattern[e] == 0
     points = sector.point_count if uniform else 0
     for begin in range(0, strength.shape[1], _PART):
-        total = _sort_echoes(begin, first_time, cell_rate, last, pair, transmit_legs, receive_legs, strength, flags,
-                             order)  # fmt: skip
+        total = _sort_echoes(begin, reception, last, legs, flags, order)
         for tile in range(0, total, _TILE):
             count = min(_TILE, total - tile)
             echo = order.echo[tile : tile + count]
-            _gather_echoes(echo, begin, pair, transmit_legs, receive_legs, strength, uniform, columns, source_weight)
-            if is_refracted:
+            _gather_echoes(echo, begin, legs, uniform, columns, source_weight)
+            if water.is_layered:
                 for k in range(count):
                     p, n = echo[k] // _PART, begin + echo[k] % _PART
                     for t in range(terms):
                         expansion[t, k] = receive_legs.expansion[pair[p, 1], t, n]
             for k in range(node_count):
-                position, velocity, acceleration = nodes.position[k], nodes.velocity[k], nodes.acceleration[k]
-                if is_refracted:
-                    arrival_refracted(tau[:count], curvature, distance, u, v, w, emission, expansion, position,
-                                velocity, acceleration, slowness, sound_speed_gradient, attenuation, pulse_middle,
-                                arrival[k], spreading[k], doppler[k])  # fmt: skip
-                elif is_stationary:
-                    arrival_stationary(tau[:count], r, u, v, w, position, slowness, attenuation, arrival[k],
-                                       spreading[k])  # fmt: skip
-                else:
-                    arrival_moving(tau[:count], r, u, v, w, emission, position, velocity, acceleration, slowness,
-                                  attenuation, pulse_middle, arrival[k], spreading[k], doppler[k])  # fmt: skip
+                node = ElementMotion(nodes.position[k], nodes.velocity[k], nodes.acceleration[k])
+                arrival_times(echoes, count, node, water, arrival[k], spreading[k], doppler[k])
             in_sector = _partition_by_sector(arrival, count, tau, frequency, sector, new_index) if points > 0 else 0
             for k in range(node_count):
                 for m in range(count):
@@ -307,7 +298,7 @@ def deposit_on_elements(
                     sorted_imaginary[k, k_new] = spreading[k, m] * source_weight[2 * m + 1]
                     sorted_x[k, k_new] = np.float32((doppler[k, m] - basis.centre_doppler) * inverse_range)
             if cells.shape[1] == 1:
-                cell = int(min(max((tau[0] - pulse_middle - first_time) * cell_rate, 0.0), float(last)))
+                cell = int(min(max((tau[0] - water.pulse_middle - first_time) * cell_rate, 0.0), float(last)))
                 if cell >= window + WINDOW - 2 * MARGIN or cell < window:
                     deposit_moments(cells, moments, window, elements + points)
                     window = max(cell - MARGIN, 0)  # an echo off the grid has -1, which must not lie in the window
@@ -332,13 +323,13 @@ def deposit_on_elements(
                     _locate(arrival_time[block], first_time, cell_rate, last, first_cell[block], fraction[block])
                     _fill_weights(arrival_time[block], real[block], imaginary[block], frequency,
                                   weight[2 * (s * _ROW + first) :])  # fmt: skip
-                rest, echoes = slice(first, size), stop - first
+                rest, number = slice(first, size), stop - first
                 if cells.shape[1] > 1:
                     basis_weights(x[rest], basis.node_coordinate, basis.node_scale, basis_share)
                     deposit_waveforms(cells, e, at_once, _ROW, first_cell[rest], fraction[rest], weight[2 * first :],
-                                      x[rest], basis, basis_share, echoes)  # fmt: skip
+                                      x[rest], basis, basis_share, number)  # fmt: skip
                 else:
                     gather_moments(cells, moments, window, e, at_once, _ROW, first_cell[rest], fraction[rest],
-                                   weight[2 * first :], x[rest], basis, echoes)  # fmt: skip
+                                   weight[2 * first :], x[rest], basis, number)  # fmt: skip
         if cells.shape[1] == 1:
             deposit_moments(cells, moments, window, elements + points)

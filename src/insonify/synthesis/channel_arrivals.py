@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from insonify.ocean.water import Water
 from insonify.records.pairs import Pairs
 from insonify.sonar.ping_geometry import PingGeometry
-from insonify.synthesis._arrival_time_kernel import arrival_moving, arrival_refracted, arrival_stationary
+from insonify.synthesis._arrival_time_kernel import ArrayWater, ArrivalColumns, arrival_times
 from insonify.synthesis.element_arrivals import (
     PairEchoes,
     ReceivePoints,
@@ -99,25 +99,15 @@ def arrivals_at_channel(
     element = channel if ping_geometry.elements is not None else 0
     n = len(echoes.delay)
     delay, doppler, factor = np.empty(n), np.zeros(n), np.empty(n, np.float32)
-    motion = receive_points.position[element], receive_points.velocity[element], receive_points.acceleration[element]
     pulse_middle = 0.0 if ping_geometry.is_static else ping_geometry.pulse.pulse.duration / 2
-    direction, slowness = list(np.ascontiguousarray(echoes.direction.T)), 1 / ping_geometry.receive_sound_speed
+    (north, east, down), slowness = np.ascontiguousarray(echoes.direction.T), 1 / ping_geometry.receive_sound_speed
     attenuation = absorption_np_per_m(water, ping_geometry.frequency)
     wavefront, emission_rate = echoes.wavefront, 1 / (1 - echoes.transmitter_mach)
-    if water.layered:
-        arrival_refracted(echoes.delay, wavefront.vertical_curvature, wavefront.horizontal_distance, *direction,
-                          emission_rate,
-                          wavefront.expansion, *motion, slowness,
-                    wavefront.sound_speed_gradient, attenuation, pulse_middle, delay, factor, doppler)  # fmt: skip
-    elif ping_geometry.is_static:
-        arrival_stationary(
-            echoes.delay, 1 / wavefront.vertical_curvature, *direction, receive_points.position[element], slowness,
-            attenuation, delay, factor,
-        )  # fmt: skip
-    else:
-        arrival_moving(echoes.delay, 1 / wavefront.vertical_curvature, *direction, emission_rate, *motion, slowness,
-                       attenuation,
-                       pulse_middle, delay,
-                      factor, doppler)  # fmt: skip
+    columns = ArrivalColumns(
+        echoes.delay, wavefront.vertical_curvature, 1 / wavefront.vertical_curvature, wavefront.horizontal_distance,
+        north, east, down, emission_rate, wavefront.expansion,
+    )  # fmt: skip
+    array_water = ArrayWater(slowness, wavefront.sound_speed_gradient, attenuation, water.layered, pulse_middle)
+    arrival_times(columns, n, receive_points.motion(element), array_water, delay, factor, doppler)
     # the kernel returns the start of an unstretched pulse with the same middle
     return delay + pulse_middle * doppler / (1 + doppler), np.asarray(factor * echoes.amplitude_factor), doppler

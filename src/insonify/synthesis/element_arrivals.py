@@ -17,9 +17,9 @@ from insonify.records.pairs import Pairs
 from insonify.sonar.beam import POINTS_PER_LOBE, Beams
 from insonify.sonar.ping_geometry import PingGeometry
 from insonify.sonar.sub_bands import SubBand
-from insonify.synthesis._arrival_kernel import ReceiveBeams, ReceiveLegs, TransmitLegs
-from insonify.synthesis._arrival_time_kernel import CLOSEST, transmit_moving, turn_to_element
-from insonify.synthesis._element_arrivals_kernel import deposit_on_elements
+from insonify.synthesis._arrival_kernel import ReceiveBeams, ReceiveLegs, Reception, TransmitLegs
+from insonify.synthesis._arrival_time_kernel import CLOSEST, ArrayWater, ElementMotion, transmit_moving, turn_to_element
+from insonify.synthesis._element_arrivals_kernel import PairedLegs, deposit_on_elements
 from insonify.synthesis._leg_pressure_kernel import transmitted_pressure
 from insonify.synthesis.chebyshev_nodes import aperture_nodes
 from insonify.synthesis.replica_jitter import ReplicaJitter
@@ -48,6 +48,14 @@ class ReceivePoints:
     """Row of each channel in `orientations`, -1 for a dead one, shape (m,)."""
     orientations: Floats
     """Distinct angles to the right of boresight [rad], shape (orientations,)."""
+
+    def motion(self, point: int) -> ElementMotion:
+        """Motion of one point, in the form of the kernels.
+
+        Args:
+            point: Number of the point.
+        """
+        return ElementMotion(self.position[point], self.velocity[point], self.acceleration[point])
 
 
 def receive_points(ping_geometry: PingGeometry) -> ReceivePoints:
@@ -140,11 +148,8 @@ def deposit(
     rows, directions = _directions(pairs, ping_geometry, emission_delay, receive_points)
     receive_beams = _receive_beams(receive_points, ping_geometry.channel_count, len(directions))
     pulse_middle = 0.0 if ping_geometry.is_static else ping_geometry.pulse.pulse.duration / 2
-    kernel_settings = (
-        1 / ping_geometry.receive_sound_speed, gradient, attenuation, water.layered, pulse_middle,
-        ping_geometry.frequency,
-        basis.doppler,
-    )  # fmt: skip
+    array_water = ArrayWater(1 / ping_geometry.receive_sound_speed, gradient, attenuation, water.layered, pulse_middle)
+    reception = Reception(grid.first_time, grid.cell_rate, ping_geometry.frequency, basis.doppler, array_water)
     min_radius = 1 / float(np.fmax.reduce(np.abs(curvature), axis=None, initial=1e-9))
     if water.layered:
         min_radius = float(np.fmin.reduce(distance, axis=None, initial=min_radius))
@@ -173,14 +178,14 @@ def deposit(
         transmit_pressure = np.empty(beams.shape, np.complex64)
         transmitted_pressure(amplitude, amplitude_factor, phase, level, absorption_factor, beams, transmit_pressure)
         gain = element_gains(ping_geometry, sub_band.receive_beams, receive_points, directions)
-        deposit_on_elements(
-            cells[band], grid.first_time, grid.cell_rate, np.column_stack([pairs.pair, rows]),
+        legs = PairedLegs(
+            np.column_stack([pairs.pair, rows]),
             TransmitLegs(out.delay + emission_delay, 1 / (1 - mach), transmit_pressure),
             ReceiveLegs(back.delay, curvature, distance, expansion, back.departure,
-                        receive_pressure.astype(np.complex64),
-                  np.ascontiguousarray(np.moveaxis(gain, 1, 0))),
-            strength, receive_beams, nodes, sector, *kernel_settings,
+                        receive_pressure.astype(np.complex64), np.ascontiguousarray(np.moveaxis(gain, 1, 0))),
+            strength,
         )  # fmt: skip
+        deposit_on_elements(cells[band], legs, receive_beams, nodes, sector, reception)
 
 
 def wavefront_columns(pairs: Pairs, ping_geometry: PingGeometry, water: Water) -> tuple[Floats, Floats, float, Floats]:
@@ -289,9 +294,7 @@ def element_directions(
     element_direction = np.empty(direction.shape)
     turn_to_element(
         np.ascontiguousarray(direction).reshape(-1, 3), np.ascontiguousarray(path_length).ravel(),
-        np.ascontiguousarray(arrival_time).ravel(), receive_points.position[element],
-        receive_points.velocity[element], receive_points.acceleration[element],
-        element_direction.reshape(-1, 3),
+        np.ascontiguousarray(arrival_time).ravel(), receive_points.motion(element), element_direction.reshape(-1, 3),
     )  # fmt: skip
     return element_direction
 

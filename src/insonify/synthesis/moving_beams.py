@@ -11,10 +11,12 @@ from insonify.records.legs import Legs
 from insonify.records.pairs import Pairs, SeparableStrengths
 from insonify.sonar.beam import Beams
 from insonify.sonar.ping_geometry import PingGeometry
-from insonify.synthesis._arrival_kernel import ReceiveBeams
+from insonify.synthesis._arrival_kernel import ReceiveBeams, Reception
+from insonify.synthesis._arrival_time_kernel import ArrayWater
 from insonify.synthesis._beam_arrivals_kernel import (
     LegColumns,
     ReceivingArray,
+    ScattererBlock,
     ScatteringStrengths,
     Transmitter,
     WavefrontColumns,
@@ -69,13 +71,15 @@ def deposit_beams(
     if water.layered:
         curvature, distance, gradient, expansion = wavefront_columns(pairs, ping_geometry, water)
         wavefronts = WavefrontColumns(curvature, distance, expansion)
-    strengths, phase = _kernel_strengths(pairs, replica_jitter), np.ascontiguousarray(pairs.scatterers.phase)
     pulse_middle = 0.0 if ping_geometry.is_static else ping_geometry.pulse.pulse.duration / 2
     grid_rows = direction_grid
-    rows, channels = (
-        np.ascontiguousarray(pairs.pair),
-        _receive_beams(receive_points, cells.shape[1] if grid_rows is None else 1, ping_geometry),
-    )
+    channels = _receive_beams(receive_points, cells.shape[1] if grid_rows is None else 1, ping_geometry)
+    block = ScattererBlock(
+        np.ascontiguousarray(pairs.pair), transmit_columns, receive_columns, back is out,
+        np.ascontiguousarray(pairs.scatterers.phase), _kernel_strengths(pairs, replica_jitter), wavefronts,
+    )  # fmt: skip
+    array_water = ArrayWater(1 / ping_geometry.receive_sound_speed, gradient, attenuation, water.layered, pulse_middle)
+    reception = Reception(grid.first_time, grid.cell_rate, ping_geometry.frequency, basis.doppler, array_water)
     parallax = has_parallax(
         ping_geometry, receive_points, _min_length(back), grid.start + grid.sample_count / grid.sample_rate
     )
@@ -86,14 +90,9 @@ def deposit_beams(
         transmit_beams, receive_beams = (
             (sub_band.transmit_beams, sub_band.receive_beams) if grid_rows is None else grid_rows.shared_patterns[band]
         )
-        receiving_array = _receiving_array(ping_geometry, receive_beams, pulse_middle, has_parallax=parallax)
         deposit_block(
-            cells[band], grid.first_time, grid.cell_rate, rows, transmit_columns, receive_columns, back is out,
-            extra_absorption, phase, strengths,
-            _transmitter(ping_geometry, transmit_beams, pulse_middle), receiving_array, wavefronts, channels,
-            1 / ping_geometry.receive_sound_speed,
-            gradient, attenuation,
-            water.layered, pulse_middle, ping_geometry.frequency, basis.doppler,
+            cells[band], block, extra_absorption, _transmitter(ping_geometry, transmit_beams, pulse_middle),
+            _receiving_array(ping_geometry, receive_beams, channels, pulse_middle, has_parallax=parallax), reception,
             NO_DIRECTION_GRID if grid_rows is None else grid_rows.rows[band],
         )  # fmt: skip
 
@@ -167,10 +166,10 @@ def _transmitter(ping_geometry: PingGeometry, beams: Beams, pulse_middle: float)
 
 
 def _receiving_array(
-    ping_geometry: PingGeometry, beams: Beams, pulse_middle: float, *, has_parallax: bool
+    ping_geometry: PingGeometry, beams: Beams, point: ReceiveBeams, pulse_middle: float, *, has_parallax: bool
 ) -> ReceivingArray:
     is_rotating = ping_geometry.receive_motion is not None and ping_geometry.receive_motion.is_rotating
     rate, acceleration = (np.zeros((3, 3)),) * 2
     if ping_geometry.receive_motion is not None and is_rotating:
         rate, acceleration = (np.ascontiguousarray(part) for part in ping_geometry.receive_motion.rotation_rates)
-    return ReceivingArray(pulse_middle, has_parallax, is_rotating, rate, acceleration, beams.kernel_tables)
+    return ReceivingArray(pulse_middle, has_parallax, is_rotating, rate, acceleration, beams.kernel_tables, point)
