@@ -29,10 +29,7 @@ FORMER_KEYS: dict[str, dict[str, str]] = {
 """By the name of a model: the new name of each key that was renamed."""
 
 FORMER_VALUES: dict[str, dict[str, dict[str, str]]] = {
-    "PathSettings": {
-        "edge_diffraction": {"fresnel": "knife-edge", "hard": "none"},
-        "engine": {"paths": "eigenrays"},
-    },
+    "PathSettings": {"edge_diffraction": {"fresnel": "knife-edge", "hard": "none"}, "engine": {"paths": "eigenrays"}},
     "SeaNoise": {"directionality": {"everywhere": "isotropic"}},
     "Surface": {"reflection": {"mirror": "flat", "waves": "explicit"}},
 }

@@ -171,8 +171,7 @@ def _bound_squares(
 @njit(cache=True, nogil=True, error_model="numpy")
 def _decide_batch(
     positions: Floats, pending: Floats, tile_rank: Integers, keys: NDArray[np.uint64], linear_below: float,
-    min_probability: float, gains: EnvelopeArguments,
-    depth: float, columns: ScattererColumns, count: int,
+    min_probability: float, gains: EnvelopeArguments, depth: float, columns: ScattererColumns, count: int,
 ) -> int:  # fmt: skip
     """Keep or leave out scatterers in parts with a gain peak.
 

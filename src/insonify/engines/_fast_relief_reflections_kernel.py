@@ -16,8 +16,7 @@ Singles = NDArray[np.float32]
 @njit(cache=True, nogil=True, error_model="numpy")
 def write_image_paths(
     some: NDArray[np.int64], way: ImagePaths, mirrors: NDArray[np.complex64], normal: Singles, factor: Singles,
-    loss: float, slowness: float, delay: Floats, amplitude: NDArray[np.complex64], departure: Singles,
-    arrival: Singles,
+    loss: float, slowness: float, delay: Floats, amplitude: NDArray[np.complex64], departure: Singles, arrival: Singles,
 ) -> None:  # fmt: skip
     """Write some legs of one family anew.
 

@@ -3,12 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from insonify.engines._gain_envelope_kernel import (
-    EnvelopeArguments,
-    EnvelopeEnd,
-    gain_re_threshold,
-    max_two_way_gain,
-)
+from insonify.engines._gain_envelope_kernel import EnvelopeArguments, EnvelopeEnd, gain_re_threshold, max_two_way_gain
 from insonify.engines._glint_spread_kernel import MIN_SPREAD_ROWS, ROWS_PER_SPREAD_ROW
 from insonify.sonar.beam_arrays import distance_to_span, element_gains, spans
 from insonify.sonar.beam_kernels import BeamMajorants
@@ -151,8 +146,7 @@ def _re_edge(gains: EnvelopeArguments, there: Floats, around: Floats, found: Flo
 @max_two_way_gain.stand_in
 def _max_gain_at(
     out: EnvelopeEnd, back: EnvelopeEnd, same_beams: bool, distance: Floats, middle: Floats, axes: Floats,
-    sectors: Floats, halvings: int,
-    close: float, best: Floats,
+    sectors: Floats, halvings: int, close: float, best: Floats,
 ) -> None:  # fmt: skip
     """Envelope of the largest two-way gain at some distances, over all bearings, into best (n,) [1]."""
 

@@ -295,9 +295,8 @@ def _at_nodes(value: Floats, last: float, distance: float) -> float:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def max_two_way_gain(
-    out: EnvelopeEnd, back: EnvelopeEnd, same_beams: bool, far: Floats, midpoint: Floats, axes: Floats,
-    sectors: Floats, halvings: int,
-    close: float, best: Floats,
+    out: EnvelopeEnd, back: EnvelopeEnd, same_beams: bool, far: Floats, midpoint: Floats, axes: Floats, sectors: Floats,
+    halvings: int, close: float, best: Floats,
 ) -> None:  # fmt: skip
     """Envelope of the largest two-way gain at some distances, over all bearings, into best (n,) [1].
 

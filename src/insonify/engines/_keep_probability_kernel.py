@@ -76,8 +76,7 @@ def classify_tiles(tile_gain: Floats, centre_gain: Floats, row: Integers, peak: 
 @njit(cache=True, nogil=True, error_model="numpy")
 def interpolate_corner_gains(
     tile_gain: Floats, centre_gain: Floats, row: Integers, parts: Floats, by_part: Integers, at_parts: Floats,
-    nonuniform: Integers,
-    at_ends: Floats, corner: Floats, largest: Floats,
+    nonuniform: Integers, at_ends: Floats, corner: Floats, largest: Floats,
 ) -> None:  # fmt: skip
     """Gains at the corners of all parts of some tiles, and the largest gain in each part.
 
@@ -114,8 +113,7 @@ def interpolate_corner_gains(
 @njit(cache=True, nogil=True, error_model="numpy")
 def find_peaked_parts(
     corner: Floats, largest: Floats, row: Integers, density: Floats, peak: float, linear_below: float,
-    min_probability: float,
-    is_peaked: NDArray[np.bool_], most: Floats,
+    min_probability: float, is_peaked: NDArray[np.bool_], most: Floats,
 ) -> None:  # fmt: skip
     """Parts of tiles with a gain peak far above their corners, and the largest keep probability in each part.
 

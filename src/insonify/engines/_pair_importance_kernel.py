@@ -14,8 +14,7 @@ Floats = NDArray[np.float64]
 @njit(cache=True, nogil=True, error_model="numpy")
 def assign_priorities(
     position: Floats, north: float, east: float, edges: Floats, first: NDArray[np.uint8],
-    scatterer_id: NDArray[np.uint64],
-    key: np.uint64, range_bin: NDArray[np.uint8], priority: NDArray[np.float32],
+    scatterer_id: NDArray[np.uint64], key: np.uint64, range_bin: NDArray[np.uint8], priority: NDArray[np.float32],
 ) -> tuple[int, int]:  # fmt: skip
     """The number of each position, and the range bin that it lies in, the last for those beyond.
 

@@ -48,9 +48,8 @@ def set_path_nodes(
 @njit(cache=True, nogil=True, error_model="numpy")
 def write_bounced_legs(
     some: Integers, way: ImagePaths, mirrored: Floats, taken: Floats, clear: NDArray[np.bool_], normals: Floats,
-    slowness: float, soft: bool, delay: Floats, length: Floats, spreading: Floats, absorption: Floats,
-    boundary: Floats, departure: Floats, arrival: Floats, grazing: Floats, status: Floats, occluder: Floats,
-    visibility: Floats,
+    slowness: float, soft: bool, delay: Floats, length: Floats, spreading: Floats, absorption: Floats, boundary: Floats,
+    departure: Floats, arrival: Floats, grazing: Floats, status: Floats, occluder: Floats, visibility: Floats,
 ) -> None:  # fmt: skip
     """Write some legs of one family anew; columns are those of `Legs`, one row of each.
 

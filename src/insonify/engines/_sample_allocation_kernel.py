@@ -80,8 +80,7 @@ def pair_energies(
 @njit(cache=True, nogil=True, error_model="numpy")
 def pair_keep_probabilities(
     energy: Singles, points: Floats, least: Floats, wanted: Any, together: NDArray[np.int64],
-    keep_probability: NDArray[np.uint8],
-    whole: int, fewest: int,
+    keep_probability: NDArray[np.uint8], whole: int, fewest: int,
 ) -> None:  # fmt: skip
     """Fraction of the points of each range bin of each line that every pair needs.
 

@@ -101,9 +101,8 @@ def _patches(
     count = len(area)
     return Scatterers(
         object=solid.label, boundary="target", law=KirchhoffPatch(solid.face_reflection_coefficient), position=position,
-        normal=normal, area=area,
-        phase=np.ones(count, complex), scatterer_id=whole_target_id(solid.label, count), has_random_phase=False,
-        occluder=scene.occluders.index(solid), corners=rows, centre=_middle(scene, solid),
+        normal=normal, area=area, phase=np.ones(count, complex), scatterer_id=whole_target_id(solid.label, count),
+        has_random_phase=False, occluder=scene.occluders.index(solid), corners=rows, centre=_middle(scene, solid),
     ), complete  # fmt: skip
 
 

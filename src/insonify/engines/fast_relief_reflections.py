@@ -25,9 +25,8 @@ Singles = NDArray[np.float32]
 
 def bounce_off_relief(
     scene: Scene, terrain: SeabedTerrain, ping_geometry: PingGeometry, plan: ReverberationPlan, part: RadialSet,
-    first: NDArray[np.int64], position: Floats,
-    normal: Singles, rows: NDArray[np.int32], found: NDArray[np.int64], delay: Floats,
-    amplitude: NDArray[np.complex64], departure: Singles, arrival: Singles,
+    first: NDArray[np.int64], position: Floats, normal: Singles, rows: NDArray[np.int32], found: NDArray[np.int64],
+    delay: Floats, amplitude: NDArray[np.complex64], departure: Singles, arrival: Singles,
 ) -> None:  # fmt: skip
     """Write the legs with bottom bounces of some lines anew, off the planes fitted to the seabed under each bounce.
 

@@ -83,8 +83,7 @@ class PairSelection:
 
 def select_pairs(
     families: tuple[str, ...], energy_fraction: Floats, ping_geometry: PingGeometry, position: NDArray[np.float64],
-    place: NDArray[np.uint64],
-    seed: int,
+    place: NDArray[np.uint64], seed: int,
 ) -> PairSelection:  # fmt: skip
     """Select the families and pairs that are evaluated at scatterers of the seabed.
 
@@ -100,8 +99,7 @@ def select_pairs(
     range_bin, number = np.empty(len(place), np.uint8), np.empty(len(place), np.float32)
     least, most = assign_priorities(
         position, float(ping_geometry.midpoint[0]), float(ping_geometry.midpoint[1]), _edges(ping_geometry),
-        _bin_lookup(), place,
-        np.uint64(high << 32 | low), range_bin, number,
+        _bin_lookup(), place, np.uint64(high << 32 | low), range_bin, number,
     )  # fmt: skip
     span = slice(least, most + 1) if len(place) else slice(0, 0)
     kept = significant_families(families, energy_fraction, ping_geometry, span)

@@ -221,8 +221,7 @@ class PingScatterers:
         made: list[Block] = []
         for points in target_points(
             self.scene, self.choice, self.seed, self.ping_geometry, self.resolution.slant_resolution,
-            quadrature=self.quadrature, rays=self.rays,
-            resolution=self.resolution,
+            quadrature=self.quadrature, rays=self.rays, resolution=self.resolution,
         ):  # fmt: skip
             size = (
                 SCATTERERS_PER_BLOCK if points.has_random_phase else max(len(points), 1)
@@ -233,8 +232,7 @@ class PingScatterers:
 
 def ping_scatterers(
     scene: Scene, choice: PathSettings, seed: int, ping_geometry: PingGeometry, rays: PropagationModel, *,
-    quadrature: bool = False,
-    layouts: LayoutCache | None = None,
+    quadrature: bool = False, layouts: LayoutCache | None = None,
 ) -> PingScatterers:  # fmt: skip
     """Scatterers of the scene in reach of one ping, with the finest resolution that processing can attain."""
     resolution = resolution_of(scene, choice, ping_geometry)

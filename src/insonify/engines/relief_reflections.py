@@ -37,8 +37,7 @@ NEGLIGIBLE_PRESSURE = 3e-4
 
 def reflect_off_relief(
     legs: Legs, scatterers: Scatterers, position: NDArray[np.float64], terrain_occlusion: TerrainOcclusion,
-    scene: Scene, *,
-    soft: bool = False, wanted: NDArray[np.bool_] | None = None,
+    scene: Scene, *, soft: bool = False, wanted: NDArray[np.bool_] | None = None,
 ) -> Legs:  # fmt: skip
     """Legs as relief leaves them: moved to the planes that they bounce off, dimmed by roughness, hidden by ground.
 
@@ -73,8 +72,7 @@ def reflect_off_relief(
 
 def _without_bottom_bounces(
     legs: Legs, bounced: list[int], scatterers: Scatterers, position: NDArray[np.float64],
-    terrain_occlusion: TerrainOcclusion, *,
-    soft: bool,
+    terrain_occlusion: TerrainOcclusion, *, soft: bool,
 ) -> Legs:  # fmt: skip
     """The legs with their rows without bottom bounces as the seabed leaves them, the others as they are."""
     made = replace(legs, visibility=np.empty(legs.delay.shape, complex)) if soft else legs
@@ -245,9 +243,8 @@ def _displace_refracted(
 
 
 _WRITTEN_COLUMNS = (
-    "delay", "length", "spreading", "absorption", "reflection_coefficient", "departure", "arrival", "grazing",
-    "status", "occluder",
-    "visibility",
+    "delay", "length", "spreading", "absorption", "reflection_coefficient", "departure", "arrival", "grazing", "status",
+    "occluder", "visibility",
 )  # fmt: skip
 """Columns in the order of `write_bounced_legs`."""
 _COPIED_COLUMNS = (

@@ -168,8 +168,7 @@ def receivable_range(
 
 def tiles_in_view(
     ping_geometry: PingGeometry, lattice: ScattererGrid, boundary_depth: float, rays: PropagationModel,
-    families: tuple[str, ...],
-    resolution: Resolution, beam_floor: float, *, rise: float = 0.0, widest: float = np.inf,
+    families: tuple[str, ...], resolution: Resolution, beam_floor: float, *, rise: float = 0.0, widest: float = np.inf,
     glints: GlintSpread | None = None,
 ) -> tuple[Tiles, Floats]:  # fmt: skip
     """The tiles of a boundary that one ping can receive, each at the level that the whole track requests.

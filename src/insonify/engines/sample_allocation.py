@@ -15,11 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from insonify.engines._radial_samples_kernel import FULL_PROBABILITY
-from insonify.engines._sample_allocation_kernel import (
-    lengthen_steps,
-    pair_energies,
-    pair_keep_probabilities,
-)
+from insonify.engines._sample_allocation_kernel import lengthen_steps, pair_energies, pair_keep_probabilities
 from insonify.propagation.families import bounce_sequence, image_depth
 from insonify.scattering.compiled_law import CompiledLaw
 from insonify.sonar.ping_geometry import PingGeometry
@@ -65,8 +61,7 @@ class SampleAllocation:
 
 def allocate_samples(
     ping_geometry: PingGeometry, depth: float, rise: float, families: tuple[str, ...], radials: Floats, step: float,
-    heading: float,
-    law: CompiledLaw, mirrors: NDArray[np.complex64], absorption_db: float, steepness: float,
+    heading: float, law: CompiledLaw, mirrors: NDArray[np.complex64], absorption_db: float, steepness: float,
 ) -> SampleAllocation:  # fmt: skip
     """Keep probabilities of all pairs along the lines of one ping.
 

@@ -32,8 +32,7 @@ class ShadowSector(NamedTuple):
 
 def shadow_sector(
     scene: Scene, rays: PropagationModel, ping_geometry: PingGeometry, families: tuple[str, ...], row: int,
-    farthest: float, *,
-    soft: bool,
+    farthest: float, *, soft: bool,
 ) -> ShadowSector:  # fmt: skip
     """The zone of one target; all around where the sonar is above or inside it.
 

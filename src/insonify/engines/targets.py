@@ -27,12 +27,7 @@ from insonify.scene.box import Reaches, box_body, box_cells, box_scatterers, box
 from insonify.scene.scatterers import Scatterers
 from insonify.scene.scene import Scene, point_scatterer, seabed_depth_under
 from insonify.scene.seabed import Seabed
-from insonify.scene.solid import (
-    cell_side,
-    seabed_depth_at,
-    solid_scatterers,
-    world_triangles,
-)
+from insonify.scene.solid import cell_side, seabed_depth_at, solid_scatterers, world_triangles
 from insonify.scene.solid_section import solid_section
 from insonify.scene.surface_cells import LONGEST, even_points, pieces_about
 from insonify.scene.target import Box, PointTarget, Solid
@@ -62,8 +57,7 @@ MIN_TRAVEL_TIME_RATIO = 0.95
 
 def target_points(
     scene: Scene, choice: PathSettings, seed: int, ping_geometry: PingGeometry, slant: float, *, quadrature: bool,
-    rays: PropagationModel | None = None,
-    resolution: Resolution | None = None,
+    rays: PropagationModel | None = None, resolution: Resolution | None = None,
 ) -> list[Scatterers]:  # fmt: skip
     """The points of all targets that one ping can receive, target by target.
 

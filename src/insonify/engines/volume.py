@@ -28,7 +28,7 @@ from insonify.scene.volume_scatterers import (
     max_water_depth,
     patch_scatterers,
     water_scatterers,
-)  # fmt: skip
+)
 from insonify.sonar.ping_geometry import PingGeometry
 from insonify.sonar.track_extent import distance_to_segments
 from insonify.sonar.two_way_beam import two_way_height

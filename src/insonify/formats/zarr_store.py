@@ -248,8 +248,7 @@ def _build(path: Path, layout: RecordingLayout, attributes: Mapping[str, Any]) -
     dtype, units, long_name = FIELDS[layout.field]
     group.create_array(
         layout.field, shape=(pings, channels, samples), chunks=(1, channels, samples), dtype=dtype, fill_value=np.nan,
-        compressors=PACKED,
-        dimension_names=("ping", "channel", "time"),
+        compressors=PACKED, dimension_names=("ping", "channel", "time"),
         attributes={"units": units, "long_name": long_name, "coordinates": " ".join(coordinates_of(layout))},
     )  # fmt: skip
     group.create_array(

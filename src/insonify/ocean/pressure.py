@@ -54,8 +54,7 @@ def depth_from_pressure(pressure_dbar: ArrayLike, latitude: ArrayLike = 45.0) ->
     Source and validity: as `pressure_dbar`, inverted.
     """
     pressure, north = np.broadcast_arrays(
-        checked_pressure(pressure_dbar),
-        require_numbers("latitude", latitude, "degrees", -90.0, 90.0),
+        checked_pressure(pressure_dbar), require_numbers("latitude", latitude, "degrees", -90.0, 90.0)
     )
     z = pressure * 0.99
     for _ in range(NEWTON_STEPS):

@@ -22,7 +22,7 @@ from insonify.paper.thermocline_model import (
     replica_sum,
     scene,
     thinned,
-)  # fmt: skip
+)
 from insonify.plotting import style
 from insonify.plotting.levels import curves
 from insonify.plotting.spikes_by_source import spikes_by_source

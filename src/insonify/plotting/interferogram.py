@@ -100,8 +100,7 @@ def _profile(axes: Axes, sides: list[SwathSide], row: int, run: Floats) -> None:
         order = np.argsort(across)
         axes.plot(across[order], truth[order], color=blue, linewidth=2.5, alpha=0.5,
                   label="true" if side is sides[0] else None)  # fmt: skip
-        axes.plot(across, depth, ".", markersize=2, color=style.INK,
-                  label="by phase" if side is sides[0] else None)  # fmt: skip
+        axes.plot(across, depth, ".", markersize=2, color=style.INK, label="by phase" if side is sides[0] else None)
     deep = depth_span(np.concatenate([side.truth[row][side.sure[row]] for side in sides]))
     axes.set_ylim(deep[1] + 0.5, deep[0] - 0.5)
     axes.set_xlabel("across the track, to starboard [m]")

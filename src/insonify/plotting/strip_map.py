@@ -93,8 +93,7 @@ def _edges(run: Floats) -> tuple[float, float]:
 def _image(axes: Axes, level: Floats, extent: tuple[float, float, float, float], strip: StripMap) -> AxesImage:
     image = axes.imshow(
         (level - range_trend(level)).T, origin="lower", extent=extent, cmap=style.COPPER, vmin=SPAN[0], vmax=SPAN[1],
-        aspect="equal",
-        interpolation="antialiased", interpolation_stage="data",
+        aspect="equal", interpolation="antialiased", interpolation_stage="data",
     )  # fmt: skip
     axes.set_xlim(strip.along[0], strip.along[-1])
     axes.set_ylim(strip.across[0], strip.across[-1])

@@ -27,14 +27,7 @@ CONTRIBUTION_COLOURS = {
 """Colour of each contribution."""
 FAMILIES = {"D": "#1A1A1A", "S": "#1E8FD5", "B": "#E69F00", "SB": "#009E73", "BS": "#CC79A7"}
 """Colour of each family of legs."""
-PAIRS = {
-    "D-D": "#1A1A1A",
-    "D-S": "#1E8FD5",
-    "S-S": "#7CC4EE",
-    "D-BS": "#8E2F66",
-    "S-BS": "#CC79A7",
-    "BS-BS": "#E3A9C9",
-}
+PAIRS = {"D-D": "#1A1A1A", "D-S": "#1E8FD5", "S-S": "#7CC4EE", "D-BS": "#8E2F66", "S-BS": "#CC79A7", "BS-BS": "#E3A9C9"}
 """Colour of each pair of families that differs in delay near the seabed: the hue of the longer leg."""
 INK = "#1A1A1A"
 EXPECTED = "#009E73"

@@ -67,8 +67,7 @@ def backproject_pings(
                     continue
                 _delays(
                     count, x, y, z, transmit_distance, receive[ping, channel], velocity[ping, channel], sound_speed,
-                    first_time,
-                    cell_rate, frequency, position, cycles,
+                    first_time, cell_rate, frequency, position, cycles,
                 )  # fmt: skip
                 series_weight = np.float32(weight[ping, channel])
                 for i in range(count):
@@ -82,8 +81,7 @@ def backproject_pings(
 @njit(inline="always")
 def _delays(
     count: int, x: Doubles, y: Doubles, z: Doubles, transmit_distance: Doubles, receive: Doubles, velocity: Doubles,
-    c: float,
-    first_time: float, cell_rate: float, frequency: float, position: Doubles, cycles: Doubles,
+    c: float, first_time: float, cell_rate: float, frequency: float, position: Doubles, cycles: Doubles,
 ) -> None:  # fmt: skip
     """Delay of each pixel's echo at one moving receiver, in cells and in cycles of the carrier.
 

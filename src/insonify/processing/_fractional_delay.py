@@ -89,8 +89,7 @@ def oversampled_cells(series: NDArray[np.complex64], *, workers: int = 1) -> NDA
 @njit(inline="always")
 def prepare_taps(
     count: int, position: Doubles, cycles: Doubles, real_weight: Singles, last: int, at: NDArray[np.int32],
-    tap_columns: Singles,
-    taps: Singles, phasors: Singles,
+    tap_columns: Singles, taps: Singles, phasors: Singles,
 ) -> None:  # fmt: skip
     """Cells, kernel weights and carrier phases of a block of interpolated values.
 

@@ -71,10 +71,9 @@ def beam_recording(
     elevations = np.broadcast_to(np.asarray(elevation, float), bearing.shape)
     formed = beamform_delay_sum(
         recording["pressure"].transpose(..., "channel", "time").values, recorded_element_positions(recording),
-        recording["time"].values,
-        direction(bearing, elevations), centre_frequency=centre_frequency(recording), sound_speed=sound_speed,
-        shading=shading, focus=focus, transmitter=recorded_transmitter_position(recording, transmitter_position),
-        threads=threads,
+        recording["time"].values, direction(bearing, elevations), centre_frequency=centre_frequency(recording),
+        sound_speed=sound_speed, shading=shading, focus=focus,
+        transmitter=recorded_transmitter_position(recording, transmitter_position), threads=threads,
     )  # fmt: skip
     template = recording.drop_vars(
         [name for name, variable in recording.variables.items() if "channel" in variable.dims]

@@ -94,8 +94,7 @@ def phase_deviation(coherence: ArrayLike, looks: ArrayLike) -> Floats:
 
 def interferometric_depth(
     upper: ArrayLike, lower: ArrayLike, slant_range: ArrayLike, *, altitude: ArrayLike, baseline: float,
-    tilt: ArrayLike,
-    centre_frequency: float, sound_speed: float = 1500.0, looks: int | tuple[int, int] = (1, 15),
+    tilt: ArrayLike, centre_frequency: float, sound_speed: float = 1500.0, looks: int | tuple[int, int] = (1, 15),
 ) -> tuple[Floats, Floats, Floats]:  # fmt: skip
     """Position of the seabed from the phase between two receivers, one above the other.
 

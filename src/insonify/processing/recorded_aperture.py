@@ -65,12 +65,11 @@ def synthetic_aperture_image(
     pixel_depth = np.broadcast_to(np.asarray(depth, float), (x.size, y.size))
     pixels = np.stack([*np.meshgrid(x, y, indexing="ij"), pixel_depth], axis=-1)
     image = backproject(
-        recording["pressure"].transpose("ping", "channel", "time").values, recording["time"].values,
-        transmit_positions, receive_positions,
-        pixels, centre_frequency=centre_frequency(recording), sound_speed=sound_speed,
+        recording["pressure"].transpose("ping", "channel", "time").values, recording["time"].values, transmit_positions,
+        receive_positions, pixels, centre_frequency=centre_frequency(recording), sound_speed=sound_speed,
         receive_velocity=receive_velocity, shading=shading,
-        track_direction=None if max_angle is None else rotation[:, :, 0],
-        max_angle=max_angle, angle_shading=angle_shading, threads=threads,
+        track_direction=None if max_angle is None else rotation[:, :, 0], max_angle=max_angle,
+        angle_shading=angle_shading, threads=threads,
     )  # fmt: skip
     pressure_attributes = {"units": "uPa", "long_name": "back-projected pressure, complex, mean over pings"}
     axes = {name: (name, values, {"units": "m", "long_name": name}) for name, values in (("north", x), ("east", y))}

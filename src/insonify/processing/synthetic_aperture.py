@@ -82,8 +82,7 @@ def backproject(
                 end = begin + PIXELS_AT_ONCE
                 backproject_pings(
                     cells, clock[0] - REACH / clock[1], clock[1] * FINER, frequency, speed, transmit_position[part],
-                    receive_position[part],
-                    velocity[part], weight[part], axis[part], max_sine, window,
+                    receive_position[part], velocity[part], weight[part], axis[part], max_sine, window,
                     np.ascontiguousarray(flat_pixels[:, begin:end]), sums[2 * begin : 2 * end], weights[begin:end],
                 )  # fmt: skip
 

@@ -36,11 +36,7 @@ from insonify.propagation._layer_sequence_kernel import (
     turning_slabs,
 )
 from insonify.propagation._monotone_segment_kernel import GUESSES, MOST, ROUNDING, branch_rays
-from insonify.propagation._ray_branch_kernel import (
-    LEVEL,
-    ray_distance,
-    ray_to_distance,
-)
+from insonify.propagation._ray_branch_kernel import LEVEL, ray_distance, ray_to_distance
 from insonify.propagation._ray_properties_kernel import (
     AMPLITUDE,
     AT_END,

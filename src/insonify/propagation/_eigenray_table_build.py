@@ -172,9 +172,8 @@ def build_plane(task: TableSpecification, source_depth: float) -> TablePlane:
     nodes, mean_speed = np.zeros((BRANCHES, *shape, 8)), np.zeros((BRANCHES, *shape), np.float32)
     kind, count, status = np.zeros((BRANCHES, *shape), np.int64), np.zeros(shape, np.uint8), np.zeros(shape, np.uint8)
     solve_nodes(
-        water.depth, water.speed, water.reflecting_depth, source_depth, task.bounces, task.first_up,
-        where.node_depths, where.node_ranges,
-        nodes, mean_speed, kind, count, status,
+        water.depth, water.speed, water.reflecting_depth, source_depth, task.bounces, task.first_up, where.node_depths,
+        where.node_ranges, nodes, mean_speed, kind, count, status,
     )  # fmt: skip
     state, why = np.empty(cells, np.uint8), np.empty(cells, np.uint8)
     history = np.zeros((BRANCHES, *cells, 2), np.uint8)
@@ -270,8 +269,7 @@ def compare(plane: TablePlane, depth: Floats, ranges: Floats) -> Floats:
     rays, cell, paths = plane.read(depth, ranges)
     compare_points(
         task.layers.depth, task.layers.speed, task.layers.reflecting_depth, plane.source_depth, task.bounces,
-        task.first_up, depth,
-        ranges, cell, paths, rays, LATE, LOUD, plane.path_count, errors,
+        task.first_up, depth, ranges, cell, paths, rays, LATE, LOUD, plane.path_count, errors,
     )  # fmt: skip
     return errors
 

@@ -7,15 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from insonify.jit import njit
-from insonify.propagation._eigenray_kernel import (
-    AMPLITUDE,
-    CAUSTICS,
-    DELAY,
-    LENGTH,
-    SIN_ARRIVAL,
-    SIN_LAUNCH,
-    SLOWNESS,
-)
+from insonify.propagation._eigenray_kernel import AMPLITUDE, CAUSTICS, DELAY, LENGTH, SIN_ARRIVAL, SIN_LAUNCH, SLOWNESS
 from insonify.propagation._image_source_kernel import CLEAR, FACING_AWAY, OCCLUDED, footprint_crossing
 from insonify.propagation._refracted_box_shadow import ray_hits_box
 

@@ -65,12 +65,9 @@ def silhouette_columns(corners: Floats, bearing: Floats, borders: Floats, column
 @njit(cache=True, nogil=True, error_model="numpy")
 def diffract_around_solid(
     rows: Integers, position: Floats, points: Floats, arrival: Floats, length: Floats, has_bounce: bool,
-    water_depth: float,
-    wavelength: float, centre_bearing: float, borders: Floats, border_ranges: Floats, columns: Floats,
-    bed_depth: float, row: int,
-    infinitely_wide: bool, max_fresnel_number: float, table: Complexes, per_unit: float, status: Integers,
-    occluder: Integers,
-    visibility: Complexes,
+    water_depth: float, wavelength: float, centre_bearing: float, borders: Floats, border_ranges: Floats,
+    columns: Floats, bed_depth: float, row: int, infinitely_wide: bool, max_fresnel_number: float, table: Complexes,
+    per_unit: float, status: Integers, occluder: Integers, visibility: Complexes,
 ) -> None:  # fmt: skip
     """Multiply the diffraction factor of one solid into the visibility of the legs of one family.
 

@@ -83,9 +83,8 @@ def explicit_waves(surface: Surface, seed: int, water_depth: float) -> ExplicitW
     if surface.wind_speed is not None:
         spectrum = Elfouhaily(surface.wind_speed)
         drawn = SeaSurface(
-            spectrum, ElfouhailySpreading(spectrum), surface.wave_direction, seed,
-            surface.shortest_explicit_wavelength, water_depth, BANDS,
-            SECTORS,
+            spectrum, ElfouhailySpreading(spectrum), surface.wave_direction, seed, surface.shortest_explicit_wavelength,
+            water_depth, BANDS, SECTORS,
         )  # fmt: skip
         cycles = np.stack([*drawn.wavenumber, -drawn.frequency]) / (2 * math.pi)
         columns.append(np.concatenate([cycles, drawn.phase[None], drawn.amplitude[None]]))
@@ -111,8 +110,7 @@ class SurfaceBouncePoints(NamedTuple):
 
 def find_bounce_points(
     sea: ExplicitWaves, family: str, scatterers: Scatterers, sonar_end: SonarEnd, scene: Scene, frequency: float, *,
-    is_transmit_leg: bool,
-    max_count: int = MOST,
+    is_transmit_leg: bool, max_count: int = MOST,
 ) -> SurfaceBouncePoints:  # fmt: skip
     """Find all points of a surface that reflect the legs of a family with one surface bounce.
 
@@ -253,10 +251,7 @@ def _bounce(
         column[row, has_bounce] = turned / np.linalg.norm(turned, axis=1, keepdims=True)
     departure, arrival = legs.departure[row, has_bounce], legs.arrival[row, has_bounce]
     # The bottom's coefficient follows the changed angle of incidence.
-    for count, old, new in (
-        (before, steep[0], departure[:, 2]),
-        (after, steep[1], arrival[:, 2]),
-    ):
+    for count, old, new in ((before, steep[0], departure[:, 2]), (after, steep[1], arrival[:, 2])):
         if count:
             was, now = (scene.seabed.reflection_coefficient(np.arcsin(np.minimum(np.abs(z), 1.0))) for z in (old, new))
             ratio = np.divide(now, was, out=np.zeros_like(now), where=was != 0)
@@ -360,8 +355,7 @@ def _beyond(gradient: Floats, third: Floats, k: float) -> NDArray[np.complex128]
 
 def _with_rough_reflection(
     legs: Legs, sines: Floats, bounced: GlintBouncePoints, scene: Scene, seed: int, scatterers: Scatterers,
-    frequency: float,
-    sonar_end: SonarEnd,
+    frequency: float, sonar_end: SonarEnd,
 ) -> tuple[Legs, Legs]:  # fmt: skip
     """Legs off a surface with waves too short to be explicit; a swell alone leaves them unchanged."""
     wind = scene.surface.wind_speed

@@ -32,7 +32,7 @@ from insonify.propagation._glint_kernel import (
     GlintPoints,
     GlintSource,
     apply_glints_to_row,
-)  # fmt: skip
+)
 from insonify.propagation.displaced_bounce import UnfoldedPaths, vertical_travel_to_bounces
 from insonify.propagation.families import bounce_sequence, image_depth
 from insonify.propagation.wind_waves import WindWaves, shortest_wavenumber, wind_waves
@@ -57,8 +57,7 @@ RAMP = STAGGER + 1
 """Fourth counter of the random numbers for a glint's phase gradient over the surface."""
 _ROWS = (
     "delay", "length", "spreading", "absorption", "reflection_coefficient", "caustics", "visibility", "departure",
-    "arrival",
-    "grazing", "status", "occluder",
+    "arrival", "grazing", "status", "occluder",
 )  # fmt: skip
 
 
@@ -234,8 +233,7 @@ class GlintSurface:
 
     def _apply_glints(
         self, legs: Legs, row: int, code: int, reflection: CoherentReflection, scatterers: Scatterers,
-        sonar_end: SonarEnd,
-        phasor: NDArray[np.complex128],
+        sonar_end: SonarEnd, phasor: NDArray[np.complex128],
     ) -> None:  # fmt: skip
         """Turn one row of legs off a flat surface into glints, in place."""
         family, bed, waves = legs.families[row], self.scene.seabed.depth, self.waves

@@ -106,8 +106,7 @@ def diffract_at_edges(
         diffract_around_boxes(
             union(boxed, len(scatterers)), position, scatterers.position, legs.arrival, legs.length, bounced,
             scene.seabed.depth, wavelength, close_gap_above(scene.bodies, 6), beds, scatterers.occluder,
-            infinitely_wide,
-            edge_diffraction_table(), PER_UNIT, legs.status, legs.occluder, visibility,
+            infinitely_wide, edge_diffraction_table(), PER_UNIT, legs.status, legs.occluder, visibility,
         )  # fmt: skip
     for row, solid in enumerate(scene.solids, start=len(scene.boxes)):
         if row != scatterers.occluder and len(near[row]):
@@ -176,6 +175,5 @@ def _around(
                 rows, position, scatterers.position, legs.arrival[f], legs.length[f], bool(bounce_sequence(family)),
                 scene.seabed.depth, wavelength, seen.centre_bearing, seen.border_bearings, seen.border_ranges,
                 close_gap_above(seen.columns, 1), bed, row, infinitely_wide, far, edge_diffraction_table(), PER_UNIT,
-                legs.status[f],
-                legs.occluder[f], visibility[f],
+                legs.status[f], legs.occluder[f], visibility[f],
             )  # fmt: skip

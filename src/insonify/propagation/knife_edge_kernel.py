@@ -70,8 +70,7 @@ def sincos_of_quarter_turns(quarter_turns: float) -> tuple[float, float]:
 def diffract_around_boxes(
     rows: Integers, position: Floats, points: Floats, arrival: Floats, length: Floats, has_bounce: NDArray[np.bool_],
     water_depth: float, wavelength: float, boxes: Floats, bed_depths: Floats, own_box: int, infinitely_wide: bool,
-    table: Complexes,
-    per_unit: float, status: Integers, occluder: Integers, visibility: Complexes,
+    table: Complexes, per_unit: float, status: Integers, occluder: Integers, visibility: Complexes,
 ) -> None:  # fmt: skip
     """Multiply the diffraction factors of boxes into the visibility of legs that no other occluder cuts.
 
@@ -126,9 +125,8 @@ def diffract_around_boxes(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def fresnel_numbers(
-    point: Floats, arrival: Floats, horizontal_component: float, slope: float, horizontal_length: float,
-    length: float, wavelength: float,
-    box: Floats, bed_depth: float, infinitely_wide: bool, numbers: Floats,
+    point: Floats, arrival: Floats, horizontal_component: float, slope: float, horizontal_length: float, length: float,
+    wavelength: float, box: Floats, bed_depth: float, infinitely_wide: bool, numbers: Floats,
 ) -> int:  # fmt: skip
     """Fresnel numbers of a box's sides, base and top for one straight last segment of a leg.
 

@@ -102,8 +102,7 @@ class RefractedLaunchAngles:
         found, ends = np.empty((len(steep), count)), np.full(len(steep), count * step)
         ray_depths_along_range(
             water.depth, water.speed, water.reflecting_depth, self._source, 1 / (slant * self._speed), sines,
-            len(string),
-            string.startswith("S"), np.full(len(steep), step), ends, found,
+            len(string), string.startswith("S"), np.full(len(steep), step), ends, found,
         )  # fmt: skip
         return found
 

@@ -10,13 +10,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from insonify.propagation._eigenray_kernel import (
-    AMPLITUDE,
-    COLUMNS,
-    FOLD,
-    FOLD_CURVATURE,
-    FOLD_SIDE,
-)
+from insonify.propagation._eigenray_kernel import AMPLITUDE, COLUMNS, FOLD, FOLD_CURVATURE, FOLD_SIDE
 from insonify.propagation._eigenray_table_nodes import LOWEST_FREQUENCY
 from insonify.propagation._refracted_legs_kernel import (
     DEPTH,
@@ -169,16 +163,14 @@ class RefractedRays:
         for row, (one, branch) in enumerate(rows):
             refracted_leg_row(
                 point_columns, scatterers.normal, position[2], speed, branch, one.rays, one.count, one.missing_status,
-                delay[row],
-                length[row], spreading[row], caustics[row], slowness[row], departure[row], arrival[row], grazing[row],
-                status[row],
+                delay[row], length[row], spreading[row], caustics[row], slowness[row], departure[row], arrival[row],
+                grazing[row], status[row],
             )  # fmt: skip
             if len(self.boxes):
                 string = bounce_sequence(one.family)
                 occlude_row_by_boxes(
                     water.depth, water.speed, water.reflecting_depth, position, scatterers.position, point_columns,
-                    len(string),
-                    string.startswith("S"), slowness[row], departure[row], self.boxes, scatterers.occluder,
+                    len(string), string.startswith("S"), slowness[row], departure[row], self.boxes, scatterers.occluder,
                     status[row], occluder[row],
                 )  # fmt: skip
             if len(self.body_bounds):

@@ -77,8 +77,7 @@ def occlude_refracted_row(
 
 def _depths(
     water: SoundSpeedLayers, position: Floats, leg_ends: Floats, ranges: Floats, family: str, slowness: Floats,
-    departure: Floats,
-    along: Floats,
+    departure: Floats, along: Floats,
 ) -> Floats:  # fmt: skip
     """Depths of rays at fractions of their horizontal distance [m], shape of `along`; 1 is exactly their end."""
     string = bounce_sequence(family)

@@ -24,11 +24,7 @@ COLUMNS: dict[str, tuple[tuple[str, ...], str, str]] = {
     "ping_time": (("ping",), "s", "start of transmission after the start of the track"),
     "steer": (("channel",), "rad", "steering of the beam, to the right of boresight"),
     "side": (("channel",), "1", "side of the platform: -1 port, 1 starboard, 0 where the sonar has no sides"),
-    "element_position": (
-        ("channel", "axis"),
-        "m",
-        "position of the channel on its platform: forward, starboard, down",
-    ),
+    "element_position": (("channel", "axis"), "m", "position of the channel on its platform: forward, starboard, down"),
     "position": (("ping", "axis"), "m", "platform position: north, east, down"),
     "attitude": (("ping", "axis"), "rad", "platform heading, pitch, roll"),
     "logged_position": (("ping", "axis"), "m", "platform position as its navigation system logged it"),
@@ -47,7 +43,7 @@ BISTATIC_COLUMNS: dict[str, tuple[tuple[str, ...], str, str]] = {
 }
 """Further columns where the receiver has a platform of its own; `element_position` then refers to that platform."""
 RANGE_COLUMNS: dict[str, tuple[tuple[str, ...], str, str]] = {
-    "slant_range": (("time",), "m", "slant range of a direct echo, half its path at the sound speed of the scenario"),
+    "slant_range": (("time",), "m", "slant range of a direct echo, half its path at the sound speed of the scenario")
 }
 """Column of monostatic sonars only: between two platforms, a travel time is an ellipse."""
 COORDINATES = ("ping_time", "slant_range", "steer", "side", "element_position")

@@ -11,12 +11,7 @@ import numpy as np
 from insonify.model import Hertz, MetresPerSecond
 from insonify.scattering.law import Floats
 from insonify.scattering.reflection import reflection_coefficient
-from insonify.scattering.roughness import (
-    check_sediment_law,
-    hurst_exponent,
-    kirchhoff_integral,
-    structure_constant,
-)
+from insonify.scattering.roughness import check_sediment_law, hurst_exponent, kirchhoff_integral, structure_constant
 from insonify.scattering.scattering_geometry import ScatteringGeometry, scattering_geometry
 from insonify.scattering.sediments import Sediment
 

@@ -22,9 +22,7 @@ if TYPE_CHECKING:
     from insonify.scene.target import TruncatedCone as TruncatedCone
     from insonify.scene.texture import Texture as Texture
 
-_TARGETS = (
-    "Box", "Cone", "Cylinder", "LibraryTarget", "Mesh", "Plate", "PointTarget", "Sphere", "TruncatedCone",
-)  # fmt: skip
+_TARGETS = ("Box", "Cone", "Cylinder", "LibraryTarget", "Mesh", "Plate", "PointTarget", "Sphere", "TruncatedCone")
 _HOMES = {
     "ScattererGrid": "scatterer_grid", "Scene": "scene", "Seabed": "seabed", "Surface": "surface", "Texture": "texture",
 } | dict.fromkeys(_TARGETS, "target")  # fmt: skip

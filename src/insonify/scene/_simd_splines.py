@@ -68,9 +68,11 @@ class Arithmetic:
             minus(2 / 3, times(times(0.5, rr), minus(2.0, r))), times(times(1 / 6, ff), f),
         ]  # fmt: skip
         slopes = [
-            times(-0.5, rr), times(f, minus(times(1.5, f), 2.0)),
-            times(r, minus(2.0, times(1.5, r))), times(0.5, ff),
-        ]  # fmt: skip
+            times(-0.5, rr),
+            times(f, minus(times(1.5, f), 2.0)),
+            times(r, minus(2.0, times(1.5, r))),
+            times(0.5, ff),
+        ]
         return values, slopes
 
 

@@ -145,16 +145,8 @@ def box_section(
 
 
 def _face(
-    face: int,
-    centre: Floats,
-    out: Floats,
-    first: Floats,
-    second: Floats,
-    pitch: tuple[float, float],
-    seed: int,
-    label: str,
-    even: bool,
-    reaches: Reaches | None,
+    face: int, centre: Floats, out: Floats, first: Floats, second: Floats, pitch: tuple[float, float], seed: int,
+    label: str, even: bool, reaches: Reaches | None,
 ) -> tuple[Floats, Floats, Floats, NDArray[np.complex128], NDArray[np.uint64]]:  # fmt: skip
     """Jittered cells of one face spanned by two edge vectors about centre + out."""
     spans = [float(np.linalg.norm(first)), float(np.linalg.norm(second))]

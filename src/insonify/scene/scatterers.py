@@ -65,9 +65,8 @@ class Scatterers:
     def take(self, rows: slice | NDArray[np.bool_] | NDArray[np.int64]) -> "Scatterers":
         """The scatterers of some rows."""
         return replace(
-            self, position=self.position[rows], normal=self.normal[rows], area=self.area[rows],
-            phase=self.phase[rows], scatterer_id=self.scatterer_id[rows],
-            corners=None if self.corners is None else self.corners[rows],
+            self, position=self.position[rows], normal=self.normal[rows], area=self.area[rows], phase=self.phase[rows],
+            scatterer_id=self.scatterer_id[rows], corners=None if self.corners is None else self.corners[rows],
         )  # fmt: skip
 
 

@@ -48,8 +48,7 @@ class Seabed(Model):
     seed: Annotated[int, Field(ge=0, lt=2**63)] | None = None
     """Seed of the relief and of the texture; None: the scenario's."""
     scattering: Annotated[
-        Annotated[Lambert | SedimentLaw | TableLaw, Field(discriminator="law")] | None,
-        BeforeValidator(infer_law_kind),
+        Annotated[Lambert | SedimentLaw | TableLaw, Field(discriminator="law")] | None, BeforeValidator(infer_law_kind)
     ] = SedimentLaw()
     """Law of diffuse scattering; None for a seabed that only mirrors."""
     texture: Texture | None = None

@@ -127,9 +127,7 @@ LIBRARY: dict[str, LibraryShape] = {
         lambda _: cylinder(0.851, 0.572),
     ),
     "rock": LibraryShape(
-        "a rough boulder of about 1.0 by 0.8 by 0.6 m; every variant is another one",
-        "generic",
-        _rock,
+        "a rough boulder of about 1.0 by 0.8 by 0.6 m; every variant is another one", "generic", _rock
     ),
     "tyre": LibraryShape(
         "a car tyre, lying flat: 0.632 m outside, 0.205 m wide, 0.113 m from tread to rim",
@@ -154,10 +152,6 @@ LIBRARY: dict[str, LibraryShape] = {
         "typical of the Mk 82, 273 mm thick, from memory",
         _bomb,
     ),
-    "wreck": LibraryShape(
-        "a small ship as blocks: hull 60 by 10 by 6 m, deckhouse, a mast to 16 m",
-        "generic",
-        _wreck,
-    ),
+    "wreck": LibraryShape("a small ship as blocks: hull 60 by 10 by 6 m, deckhouse, a mast to 16 m", "generic", _wreck),
 }
 """Shape and description of each name."""

@@ -22,17 +22,7 @@ from insonify.scene.scatterers import Scatterers, target_scatterer_id
 from insonify.scene.seabed import Seabed
 from insonify.scene.shape_library import preset_triangles
 from insonify.scene.surface_cells import SurfaceCells, surface_cells
-from insonify.scene.target import (
-    Box,
-    Cone,
-    Cylinder,
-    LibraryTarget,
-    Mesh,
-    Plate,
-    Solid,
-    Sphere,
-    TruncatedCone,
-)
+from insonify.scene.target import Box, Cone, Cylinder, LibraryTarget, Mesh, Plate, Solid, Sphere, TruncatedCone
 from insonify.scene.triangle_surfaces import Triangles
 
 Floats = NDArray[np.float64]

@@ -94,8 +94,7 @@ def transmitter_motion_of_leg(
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
 def transmit_moving(
     departure: Floats, wavefront_radius: Floats, velocity: Floats, pulse_middle: float, slowness: float,
-    delay_change: Floats, transmitter_mach: Floats,
-    amplitude_factor: Floats,
+    delay_change: Floats, transmitter_mach: Floats, amplitude_factor: Floats,
 ) -> None:  # fmt: skip
     """Effects of a moving transmitter on the pulse's middle: emission delay, radial Mach number, pressure ratio.
 
@@ -295,7 +294,7 @@ def arrival_refracted(
         arrival_time[i] = tau - pulse_middle
 
 
-@njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
+@njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy", inline="always")
 def arrival_times(
     echoes: ArrivalColumns, count: int, element: ElementMotion, water: ArrayWater, arrival_time: Floats,
     spreading_ratio: NDArray[Any], doppler: Floats,

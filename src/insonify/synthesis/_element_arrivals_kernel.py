@@ -198,20 +198,19 @@ def _gather_echoes(
         columns: Result: delay, curvature, its inverse, distance, direction, emission rate; (8, count or more).
         source_weight: Result: weights, real and imaginary parts alternating, (2 count or more,).
     """
-    pair, transmit_legs, receive_legs, strength = legs
+    pair, strength = legs.pair, legs.strength
+    delay_out, transmit_doppler, weight_out = legs.transmit
+    delay_back, curvature, distance, _, direction, weight_back, gain = legs.receive
     for k in range(echo.size):
         p, n = np.uintp(echo[k] // _PART), np.uintp(part_start + echo[k] % _PART)
         i, j = np.uintp(pair[p, 0]), np.uintp(pair[p, 1])
-        columns[0, k], columns[1, k] = (
-            transmit_legs.delay[i, n] + receive_legs.delay[j, n],
-            receive_legs.vertical_curvature[j, n],
-        )
-        columns[3, k], columns[7, k] = receive_legs.horizontal_distance[j, n], transmit_legs.transmit_doppler[i, n]
+        columns[0, k], columns[1, k] = delay_out[i, n] + delay_back[j, n], curvature[j, n]
+        columns[3, k], columns[7, k] = distance[j, n], transmit_doppler[i, n]
         for axis in range(3):
-            columns[4 + axis, k] = receive_legs.direction[j, n, axis]
-        weight = transmit_legs.weight[0, i, n] * receive_legs.weight[j, n] * np.complex64(strength[p, n])
+            columns[4 + axis, k] = direction[j, n, axis]
+        weight = weight_out[0, i, n] * weight_back[j, n] * np.complex64(strength[p, n])
         if single_pattern:
-            weight *= receive_legs.gain[np.uintp(pair[p, 2]), 0, n]
+            weight *= gain[np.uintp(pair[p, 2]), 0, n]
         source_weight[2 * k], source_weight[2 * k + 1] = weight.real, weight.imag
     for k in range(echo.size):
         columns[2, k] = 1 / columns[1, k]

@@ -10,9 +10,8 @@ Floats = NDArray[np.float64]
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def transmitted_pressure(
-    amplitude: NDArray[np.complex128], amplitude_factor: Floats, phase: NDArray[np.complex128],
-    source_pressure: float, lost: Floats,
-    beams: Floats, transmitted: NDArray[np.complex64],
+    amplitude: NDArray[np.complex128], amplitude_factor: Floats, phase: NDArray[np.complex128], source_pressure: float,
+    lost: Floats, beams: Floats, transmitted: NDArray[np.complex64],
 ) -> None:  # fmt: skip
     """Pressure at the scatterers by each transmit beam, with the phase of the scatterer.
 

@@ -68,8 +68,7 @@ def deposit_positions(
 def deposit_pair_positions(
     delay: Floats, transmit_weights: Singles, receive_weights: Singles, pair: Integers, count: Integers, rows: Integers,
     cross_section: NDArray[Any], source_pressure: float, interference_factor: float, independent_energy: float,
-    bins: Floats, start: float, rate: float,
-    position: Floats, grazing: Singles, receiver: Floats,
+    bins: Floats, start: float, rate: float, position: Floats, grazing: Singles, receiver: Floats,
 ) -> None:  # fmt: skip
     """Deposit energies and positions of all pairs; energies are those of `deposit_pair_energies`.
 

@@ -37,8 +37,7 @@ def _wavefront_corrected(
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
 def interpolate_to_elements(
     cells: NDArray[np.complex64], first_time: float, cell_rate: float, curvature_phase: float, point_position: Floats,
-    element: Floats,
-    weights: Singles,
+    element: Floats, weights: Singles,
 ) -> None:  # fmt: skip
     """Add the cells of the interpolation points to those of the elements, and clear the former.
 

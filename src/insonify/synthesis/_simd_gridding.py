@@ -150,9 +150,7 @@ def _gathered_spike(lanes: int) -> Any:
     """Intrinsic that adds spikes to the moments of a cell of 1, 2 or 4 waveforms."""
 
     @intrinsic
-    def add(
-        typingctx: Any, moments: Any, cell: Any, fraction: Any, weights: Any, x: Any, curve: Any, i: Any
-    ) -> Any:  # fmt: skip
+    def add(typingctx: Any, moments: Any, cell: Any, fraction: Any, weights: Any, x: Any, curve: Any, i: Any) -> Any:
         """moments[8 vectors cell + 2 lanes p + 2 s ...] += fraction^p share[s] weights[2 i ...] (power p)."""
 
         def codegen(context: Any, builder: Any, signature: Any, args: Any) -> Any:
@@ -242,8 +240,7 @@ deposit_cell_of_4 = _gathered_cell(4)
 @intrinsic
 def add_shaped_spike(
     typingctx: Any, cells: Any, group_stride: Any, first_cell: Any, fraction: Any, weights: Any, shares: Any,
-    stride: Any, groups: Any,
-    i: Any,
+    stride: Any, groups: Any, i: Any,
 ) -> Any:  # fmt: skip
     """Spike for groups of 4 waveforms, `group_stride` apart; waveform s has shares[s stride + i] of the weight."""
 

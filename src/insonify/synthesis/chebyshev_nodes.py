@@ -27,8 +27,7 @@ MIN_NODES = 4
 
 def aperture_nodes(
     position: Floats, velocity: Floats, acceleration: Floats, min_radius: float, latest_arrival: float,
-    wavelength: float,
-    extra_positions: Floats | None = None,
+    wavelength: float, extra_positions: Floats | None = None,
 ) -> ApertureNodes:  # fmt: skip
     """Chebyshev nodes of a straight array, or all elements where nodes would not be fewer.
 

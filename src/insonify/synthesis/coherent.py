@@ -90,15 +90,13 @@ class CoherentAccumulator:
         if not self.uses_far_field and self.ping_geometry.elements is None:
             deposit_beams(
                 cells, pairs, self.ping_geometry, self.grid, self.replica_jitter, self.basis, self._receive_points,
-                self.water,
-                self._attenuation, self._direction_grid,
+                self.water, self._attenuation, self._direction_grid,
             )  # fmt: skip
             return
         if not self.uses_far_field:
             deposit(
                 cells, pairs, self.ping_geometry, self.grid, self.replica_jitter, self.basis, self._receive_points,
-                self.water,
-                self._attenuation, self._sector,
+                self.water, self._attenuation, self._sector,
             )  # fmt: skip
             return
         level = float(amplitude_ratio(self.ping_geometry.source_level_db))

@@ -379,9 +379,8 @@ def transmitter_motion(
     if ping_geometry.receive_motion is not None:
         transmit_moving(
             np.ascontiguousarray(departure).reshape(-1, 3), np.ascontiguousarray(wavefront_radius).ravel(),
-            ping_geometry.transmit_velocity,
-            ping_geometry.pulse.pulse.duration / 2, 1 / ping_geometry.sound_speed, emission_delay.ravel(), mach.ravel(),
-            amplitude_factor.ravel(),
+            ping_geometry.transmit_velocity, ping_geometry.pulse.pulse.duration / 2, 1 / ping_geometry.sound_speed,
+            emission_delay.ravel(), mach.ravel(), amplitude_factor.ravel(),
         )  # fmt: skip
     return emission_delay, mach, amplitude_factor
 

@@ -138,9 +138,8 @@ class IncoherentAccumulator:
         for channel in range(self.ping_geometry.channel_count):
             delay, energy, first, grouped_delay, weight = _sort(
                 pairs.out.delay, pairs.back.delay, transmit_weights[channel % len(transmit_weights)],
-                receive_weights[channel % len(receive_weights)],
-                pairs.pair, rows, reciprocal, pairs.strength, support, interference_factor,
-                mean_energy - interference_factor,
+                receive_weights[channel % len(receive_weights)], pairs.pair, rows, reciprocal, pairs.strength, support,
+                interference_factor, mean_energy - interference_factor,
             )  # fmt: skip
             deposit_energy(energies.cells[channel], self.grid.first_time, self.grid.energy_rate, delay, energy)
             if len(grouped_delay):
@@ -320,9 +319,8 @@ def contains_reversed_pairs(pair: NDArray[np.int64]) -> bool:
 @njit(cache=True, nogil=True, error_model="numpy")
 def _sort(
     delay_out: Floats, delay_back: Floats, transmit_weights: Complexes, receive_weights: Complexes,
-    pair: NDArray[np.int64],
-    rows: NDArray[np.int64], reciprocal: bool, strength: Floats, support: float, interference_factor: float,
-    independent_energy: float,
+    pair: NDArray[np.int64], rows: NDArray[np.int64], reciprocal: bool, strength: Floats, support: float,
+    interference_factor: float, independent_energy: float,
 ) -> tuple[Floats, Floats, NDArray[np.int64], Floats, Complexes]:  # fmt: skip
     """Separate the replicas of every scatterer into single arrivals and groups that interfere.
 

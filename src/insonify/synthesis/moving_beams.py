@@ -41,9 +41,8 @@ _NOTHING = np.empty((0, 0), np.float32)
 
 def deposit_beams(
     cells: NDArray[np.complex64], pairs: Pairs, ping_geometry: PingGeometry, grid: TimeGrid,
-    replica_jitter: ReplicaJitter,
-    basis: WaveformBasis, receive_points: ReceivePoints, water: Water, attenuation: float,
-    direction_grid: DirectionGrid | None = None,
+    replica_jitter: ReplicaJitter, basis: WaveformBasis, receive_points: ReceivePoints, water: Water,
+    attenuation: float, direction_grid: DirectionGrid | None = None,
 ) -> None:  # fmt: skip
     """Deposit the echoes of one block of scatterers on the cells of all beams.
 
@@ -107,8 +106,7 @@ def _leg_columns(legs: Legs) -> LegColumns:
     contiguous = np.ascontiguousarray
     return LegColumns(
         contiguous(legs.delay), contiguous(legs.length), contiguous(legs.spreading), contiguous(legs.absorption),
-        contiguous(reflection), contiguous(visibility),
-        contiguous(legs.departure), contiguous(legs.grazing),
+        contiguous(reflection), contiguous(visibility), contiguous(legs.departure), contiguous(legs.grazing),
     )  # fmt: skip
 
 

@@ -132,8 +132,7 @@ def beams_of(recording: xr.Dataset, scenario: Scenario, bearings: Floats) -> Rec
     sonar, time = scenario.sonar, np.asarray(recording["time"].values, float)
     position = element_layout(sonar.receive)[0]
     formed = beamform_delay_sum(
-        recording["pressure"].transpose("ping", "channel", "time").values, position, time,
-        _ahead(bearings),
+        recording["pressure"].transpose("ping", "channel", "time").values, position, time, _ahead(bearings),
         centre_frequency=sonar.pulse.frequency, sound_speed=scenario.water.sound_speed, shading=_weights(scenario),
     )  # fmt: skip
     level = recorded_level(recording.drop_vars("pressure").assign(pressure=(("ping", "beam", "time"), formed)))

@@ -143,9 +143,8 @@ def _wrapped(psi: Floats) -> Floats:
 
 
 def launch_sampler(
-    transmit: Beams, receive: Beams, reaches: list[tuple[float, float, float, float]],
-    sights: list[tuple[Floats, bool]],
-) -> LaunchSampler:  # fmt: skip
+    transmit: Beams, receive: Beams, reaches: list[tuple[float, float, float, float]], sights: list[tuple[Floats, bool]]
+) -> LaunchSampler:
     """Sampler of the launch directions of one ping.
 
     Args:
