@@ -109,9 +109,6 @@ def require_regular_file(path: str | Path, max_bytes: int) -> int:
 def table_text(path: str | Path) -> str:
     """Text of a table, without a mark of byte order.
 
-    Args:
-        path: Its path.
-
     Raises:
         OSError: It cannot be opened.
         ValueError: It is not text in UTF-8, no ordinary file, or too large; the file and its line are named.
@@ -127,9 +124,6 @@ def table_text(path: str | Path) -> str:
 
 def file_digest(file: str | Path) -> str:
     """SHA-256 of a file's bytes, in hexadecimal digits; read again only where its time or size has changed.
-
-    Args:
-        file: Its path.
 
     Raises:
         OSError: The file cannot be opened.

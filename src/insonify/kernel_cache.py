@@ -29,9 +29,6 @@ _NUMBA_PATTERN = re.compile(r"\b(?:numba|insonify\.jit)\b")
 def delete_stale_kernels(package: Path) -> list[str]:
     """Delete the machine code of kernels whose own source, or that of a kernel they may call, has changed.
 
-    Args:
-        package: Folder of the package.
-
     Returns:
         Files of kernels whose machine code was dropped, relative to the package; none where no place for machine code
         can be written to.

@@ -157,12 +157,7 @@ class BeamImportance:
         return bounds.density * share * TILE**2
 
     def keep_probabilities(self, tiles: Tiles, bounds: GainBounds) -> KeepProbabilities:
-        """Keep probabilities of the scatterers of some tiles.
-
-        Args:
-            tiles: The tiles.
-            bounds: Of these tiles.
-        """
+        """Keep probabilities of the scatterers of some tiles."""
         by_part, nonuniform = share_kernel.classify_tiles(bounds.tile_gain, bounds.centre_gain, bounds.row, PEAK_RATIO)
         at_parts = self._relative_gain(self._positions(tiles, by_part, np.arange(PARTS + 1) / PARTS))
         at_ends = self._relative_gain(self._positions(tiles, nonuniform, np.arange(2.0)))

@@ -21,10 +21,6 @@ BOUNCE_EXCESS_LENGTH = 2.0
 def delay_interval(ping_geometry: PingGeometry, window: DelayInterval | None) -> tuple[float, float]:
     """First and last delay of an interval that echoes are wanted from [s]; all that touch the recording by default.
 
-    Args:
-        ping_geometry: The sonar at this ping.
-        window: The interval.
-
     Raises:
         ValueError: The interval is empty, or lies beyond all that touches the recording: then often in milliseconds.
     """

@@ -46,10 +46,6 @@ class DrawnBodies:
 
 
 def size(points: Scatterers) -> int:
-    """Memory of the columns of some points [bytes].
-
-    Args:
-        points: The points.
-    """
+    """Memory of the columns of some points [bytes]."""
     columns = points.position, points.normal, points.area, points.phase, points.scatterer_id
     return sum(column.nbytes for column in columns)

@@ -180,9 +180,6 @@ def _table(majorant: bytes, per_unit: float) -> Floats:
 def spread_patterns(beams: Beams) -> tuple[Floats, Floats, Floats, Floats]:
     """Fourth root of the mean fourth power of each pattern of some beams, over spreads of directions, as tables.
 
-    Args:
-        beams: The beams.
-
     Returns:
         Of the four patterns of `Beams.majorants`, shape (spreads, rows): spreads double from `kernel.FIRST` rows of
         the majorant's table, of which each row here represents `kernel.ROWS`.

@@ -37,13 +37,7 @@ def bytes_per_point(scene: Scene, choice: PathSettings, boundary: Boundary, *, d
 
 
 def points_at_once(scene: Scene, choice: PathSettings, scatterers: Scatterers) -> int:
-    """Points of a block whose pairs are made at once.
-
-    Args:
-        scene: The scene.
-        choice: Paths followed.
-        scatterers: The block.
-    """
+    """Points of a block whose pairs are made at once."""
     each = bytes_per_point(scene, choice, scatterers.boundary, drawn=scatterers.has_random_phase)
     share = BYTES_AT_ONCE if scatterers.has_random_phase else BYTES_AT_ONCE / 2
     return max(int(share / max(each, 1.0)), MIN_POINTS)

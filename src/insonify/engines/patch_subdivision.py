@@ -118,10 +118,6 @@ def initial_patches(panel: Panel) -> Patches:
 def subdivide(panel: Panel, insonification: TargetInsonification) -> tuple[Patches, bool]:
     """Patches of a panel that one ping may receive, small enough for their closed form.
 
-    Args:
-        panel: Part of a body's surface.
-        insonification: The sonar.
-
     Returns:
         The patches, and whether all are small enough.
     """

@@ -240,13 +240,7 @@ def ping_scatterers(
 
 
 def resolution_of(scene: Scene, choice: PathSettings, ping_geometry: PingGeometry) -> Resolution:
-    """Resolution cells of one ping: the finest that processing of the recording can attain.
-
-    Args:
-        scene: The scene.
-        choice: Scatterers in each cell.
-        ping_geometry: The sonar at this ping.
-    """
+    """Resolution cells of one ping: the finest that processing of the recording can attain."""
     # A pulse longer than the scene is deep would blur the legs' spreading, grazing angles and shadows.
     shallowest, deepest = ping_geometry.track_depths
     height = max(0.1, min(shallowest, scene.seabed.depth - deepest))

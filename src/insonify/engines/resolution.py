@@ -116,10 +116,6 @@ def track_sound_speed(scene: Scene, ping_geometry: PingGeometry) -> float:
 
     The same at every ping, where the speed at the sonar's own depth is not: in layered water a sonar that heaves
     would find other cells at each.
-
-    Args:
-        scene: Whose water.
-        ping_geometry: The sonar at any ping.
     """
     return float(np.min(scene.water.sound_speed_at(np.array(ping_geometry.track_depths))))
 

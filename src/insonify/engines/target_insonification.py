@@ -78,11 +78,7 @@ def target_insonification(
 
 
 def lobes(ping_geometry: PingGeometry) -> tuple[Lobe, ...]:
-    """Main lobes that a patch must be small beside: of the narrowest two-way beam, along the axes of both arrays.
-
-    Args:
-        ping_geometry: The sonar.
-    """
+    """Main lobes that a patch must be small beside: of the narrowest two-way beam, along the axes of both arrays."""
     sent, receive = ping_geometry.transmit_beams, ping_geometry.full_aperture_beams or ping_geometry.receive_beams
     width, height = (measure(sent, receive) / BEAM_CELLS for measure in (two_way_width, two_way_height))
     if ping_geometry.elements is not None:

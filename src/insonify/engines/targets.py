@@ -173,13 +173,7 @@ def _coarse(target: Solid, seabed: Seabed) -> tuple[Floats, Floats]:
 
 
 def solid_pieces(scene: Scene, ping_geometry: PingGeometry, resolution: Resolution) -> list[float]:
-    """Approximate number of pieces into which each solid is divided before points are placed on it [1].
-
-    Args:
-        scene: The scene.
-        ping_geometry: The sonar.
-        resolution: Resolution cells of that sonar.
-    """
+    """Approximate number of pieces into which each solid is divided before points are placed on it [1]."""
     found = []
     for solid in scene.solids:
         longest = LONGEST * _solid_pitch(scene, solid, ping_geometry, resolution.slant_resolution, resolution)
@@ -396,11 +390,6 @@ def _outside_beams(scene: Scene, target: Solid, ping_geometry: PingGeometry) -> 
     """Return True if no beam sends, or none receives, anything towards a body, however the paths rise or fall.
 
     One side of a sidescan sonar does not receive from behind its baffle; its other side does.
-
-    Args:
-        scene: The scene.
-        target: The body.
-        ping_geometry: The sonar.
     """
     north, east, radius, *_ = bounding_cylinders(scene)[scene.occluders.index(target)]
     middle = np.array([north, east])

@@ -76,10 +76,6 @@ def arrivals_table(arrivals: Arrivals, path: str | Path) -> Path:
 
     Numbers are written with full precision.
 
-    Args:
-        arrivals: Paths of one ping.
-        path: File to write.
-
     Returns:
         The path.
     """

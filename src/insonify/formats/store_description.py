@@ -83,9 +83,6 @@ def require_consistent_sizes(folder: Path) -> None:
 def errors_as_store_errors(folder: Path) -> Iterator[None]:
     """Convert all errors of the library while a recording is opened into `StoreError`.
 
-    Args:
-        folder: Folder of the recording.
-
     Raises:
         StoreError: The recording cannot be opened.
     """

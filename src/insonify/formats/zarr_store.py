@@ -227,9 +227,6 @@ def open_recording(path: str | Path) -> xr.Dataset:
 def chunk_errors_as_store_errors(path: str | Path) -> Iterator[None]:
     """Convert errors of decompression while a recording is read into `StoreError`.
 
-    Args:
-        path: Folder of the recording.
-
     Raises:
         StoreError: A chunk is damaged.
     """

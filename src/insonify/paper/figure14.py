@@ -135,9 +135,6 @@ def _image() -> xr.Dataset:
 def draw(folder: Path) -> list[Path]:
     """The picture and its numbers.
 
-    Args:
-        folder: Where they go.
-
     Returns:
         The files written.
     """

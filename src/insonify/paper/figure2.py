@@ -120,9 +120,6 @@ def numbers(seeds: int = SEEDS) -> list[CheckedNumber]:
 def draw(folder: Path) -> list[Path]:
     """The picture and its numbers.
 
-    Args:
-        folder: Where they go.
-
     Returns:
         The files written.
     """

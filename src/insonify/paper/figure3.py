@@ -137,9 +137,6 @@ def numbers() -> list[CheckedNumber]:
 def draw(folder: Path) -> list[Path]:
     """The picture and its numbers.
 
-    Args:
-        folder: Where they go.
-
     Returns:
         The files written.
     """

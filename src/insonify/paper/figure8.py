@@ -117,11 +117,7 @@ def numbers(realisations: int = REALISATIONS) -> list[CheckedNumber]:
 
 
 def strongest(scenario: Scenario) -> list[CheckedNumber]:
-    """Level of the strongest spike and number of spikes of each object.
-
-    Args:
-        scenario: Scenario of the spikes.
-    """
+    """Level of the strongest spike and number of spikes of each object."""
     paths = arrivals(scenario, window=WINDOW)
     level = level_db(np.abs(arrival_weights(paths, build_simulator(scenario).ping_geometry(0))) ** 2)
     rows = []
@@ -139,9 +135,6 @@ def _of(paths: Arrivals, name: str) -> Arrivals:
 def draw(folder: Path) -> list[Path]:
     """The picture and its numbers.
 
-    Args:
-        folder: Where they go.
-
     Returns:
         The files written.
     """
@@ -153,12 +146,7 @@ def draw(folder: Path) -> list[Path]:
 
 
 def panels(figure: Figure, scenario: Scenario) -> None:
-    """Draw rays, spikes and series of one scenario, from top to bottom.
-
-    Args:
-        figure: Figure to draw on.
-        scenario: Scenario to simulate.
-    """
+    """Draw rays, spikes and series of one scenario, from top to bottom."""
     above, below = figure.subfigures(2, 1, height_ratios=(1, 1.75), squeeze=False)[:, 0]
     scene_panel(above, scenario, "a  direct rays, -20 to 20 deg")
     spikes, energy, series = below.subplots(3, 1, sharex=True)

@@ -150,9 +150,6 @@ def echo_gain() -> float:
 def draw(folder: Path) -> list[Path]:
     """The picture and its numbers.
 
-    Args:
-        folder: Where they go.
-
     Returns:
         The files written.
     """

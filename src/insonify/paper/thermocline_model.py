@@ -92,13 +92,7 @@ def thinned(paths: Arrivals) -> Arrivals:
 
 
 def draw_rays(left: Axes, right: Axes, scenario: Scenario) -> None:
-    """Draw direct rays over the scene, beside the profile.
-
-    Args:
-        left: Axes of the profile.
-        right: Axes of the rays.
-        scenario: Scenario with the water.
-    """
+    """Draw direct rays over the scene, beside the profile."""
     bed, source = scenario.seabed.depth, float(build_simulator(scenario).ping_geometry(0).transmit_position[2])
     profile = scenario.water.profile_to_depth(bed)
     water = sound_speed_layers(profile, bed)

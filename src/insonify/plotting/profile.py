@@ -41,12 +41,7 @@ def profile(column: SoundSpeedProfile, path: str | Path, *, temperature: ArrayLi
 
 
 def speeds(axes: Axes, column: SoundSpeedProfile) -> None:
-    """Draw sound speed over depth, with its knots.
-
-    Args:
-        axes: Axes to draw on.
-        column: Sound-speed profile.
-    """
+    """Draw sound speed over depth, with its knots."""
     axes.plot(column.speed, column.depth, color=style.INK)
     if column.depth.size <= 60:
         axes.plot(column.speed, column.depth, "o", color=style.INK, markersize=3.5)
@@ -57,12 +52,7 @@ def speeds(axes: Axes, column: SoundSpeedProfile) -> None:
 
 
 def gradients(axes: Axes, column: SoundSpeedProfile) -> None:
-    """Draw the gradient of each layer: sound is refracted up where speed grows with depth, and down where it falls.
-
-    Args:
-        axes: Axes to draw on.
-        column: Sound-speed profile.
-    """
+    """Draw the gradient of each layer: sound is refracted up where speed grows with depth, and down where it falls."""
     slope = column.gradient((column.depth[1:] + column.depth[:-1]) / 2)
     for bends, colour in (
         (slope > 0, style.CONTRIBUTION_COLOURS["surface"]),

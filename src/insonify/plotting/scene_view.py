@@ -52,12 +52,7 @@ def scene(scenario: Scenario, path: str | Path) -> Path:
 
 
 def section(axes: Axes, scenario: Scenario) -> None:
-    """Draw the vertical plane of the beam at the first ping: water, seabed, beam, and the targets that beams pass.
-
-    Args:
-        axes: Axes to draw on.
-        scenario: Scenario to draw.
-    """
+    """Draw the vertical plane of the beam at the first ping: water, seabed, beam, and the targets that beams pass."""
     track = true_poses(scenario.track, seed=scenario.seed)
     far = scenario.water.max_sound_speed * scenario.track.window[1] / 2
     edges, signs = [0.0], [side or 1 for side in scenario.sonar.channel_sides[:: scenario.sonar.beam_count]]

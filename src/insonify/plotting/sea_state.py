@@ -118,12 +118,7 @@ def slopes(axes: Axes, kinds: dict[str, WaveSpectrum], frequency: float) -> None
 
 
 def surface_patch(axes: Axes, drawn: SeaSurface) -> None:
-    """Draw a patch of the sea surface from above, with its significant height and rms slope.
-
-    Args:
-        axes: Axes to draw on.
-        drawn: Random sea surface.
-    """
+    """Draw a patch of the sea surface from above, with its significant height and rms slope."""
     side = ACROSS * 2 * np.pi / drawn.spectrum.peak
     at = np.linspace(0, side, POINTS)
     motion = drawn.motion(at[:, None], at[None, :], 0.0)

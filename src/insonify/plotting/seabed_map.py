@@ -38,10 +38,6 @@ SIDES = {-1: ("#B02318", "port swath"), 0: ("#0B3F73", "beam on the bed"), 1: ("
 def plot_seabed(scenario: Scenario, path: str | Path) -> Path:
     """Draw the depth of the seabed around a scenario's track.
 
-    Args:
-        scenario: Scenario to draw.
-        path: File of the figure.
-
     Returns:
         The path.
     """
@@ -148,10 +144,6 @@ def _bearings(side: Sonar, track: Poses, ping: int, steer: Floats) -> Floats:
 
 def swaths(scenario: Scenario, track: Poses) -> list[tuple[int, Floats]]:
     """Outline of the seabed in the beams and the recorded window: a strip along the track, or a sector of one ping.
-
-    Args:
-        scenario: Scenario to draw.
-        track: Poses of its platform.
 
     Returns:
         For each side of the sonar -1, 0 or 1 and a ring of north and east [m], shape (n, 2).

@@ -13,11 +13,7 @@ COLUMNS = 1600
 
 
 def waterfall(sound: RecordingLevels) -> Figure:
-    """Draw all pings of a recording, one panel for each channel.
-
-    Args:
-        sound: Levels of the recording.
-    """
+    """Draw all pings of a recording, one panel for each channel."""
     channels = sound.level.shape[1]
     figure = style.new_figure(10, 1.0 + 4.2 * channels)
     rows = figure.subplots(channels, 1, squeeze=False)[:, 0]

@@ -50,19 +50,12 @@ def recorded_transmitter_position(recording: xr.Dataset, override: ArrayLike | N
 
 
 def is_bistatic(recording: xr.Dataset) -> bool:
-    """Return True if the receiver has its own platform.
-
-    Args:
-        recording: Any recording.
-    """
+    """Return True if the receiver has its own platform."""
     return "receiver_position" in recording
 
 
 def require_one_platform(recording: xr.Dataset) -> None:
     """Refuse a recording whose receiver has its own platform.
-
-    Args:
-        recording: Any recording.
 
     Raises:
         ValueError: The receiver has its own platform.

@@ -19,9 +19,6 @@ TOUCH = 1e-3
 def bounding_cylinders(scene: Scene) -> Floats:
     """Cylinders about the targets that cast shadows, in the order of `Scene.occluders`.
 
-    Args:
-        scene: The scene.
-
     Returns:
         North and east of each axis, radius, depth of top and of base [m], shape (t, 5).
     """

@@ -46,11 +46,7 @@ class Recording(xr.Dataset):
 
 
 def as_recording(dataset: xr.Dataset) -> Recording:
-    """The same dataset as a recording; nothing is loaded.
-
-    Args:
-        dataset: Any dataset.
-    """
+    """The same dataset as a recording; nothing is loaded."""
     return Recording(dataset.data_vars, dataset.coords, dataset.attrs)
 
 
@@ -65,9 +61,6 @@ def real_imaginary_names(name: str) -> tuple[str, str]:
 
 def split_complex(recording: xr.Dataset) -> xr.Dataset:
     """The dataset with each complex variable as two real ones and each list attribute as text.
-
-    Args:
-        recording: Any dataset.
 
     Raises:
         ValueError: A variable has the name of another variable's real or imaginary part.

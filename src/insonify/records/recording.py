@@ -122,21 +122,13 @@ class RecordingLayout:
 
 
 def columns_of(layout: RecordingLayout) -> dict[str, tuple[tuple[str, ...], str, str]]:
-    """Columns that accompany a recording, in the form of `COLUMNS`.
-
-    Args:
-        layout: Layout of the recording.
-    """
+    """Columns that accompany a recording, in the form of `COLUMNS`."""
     columns = COLUMNS | RANGE_COLUMNS if layout.slant_range.size else COLUMNS
     return columns | BISTATIC_COLUMNS if layout.receiver_position.size else columns
 
 
 def coordinates_of(layout: RecordingLayout) -> list[str]:
-    """Names of the columns that label pings, channels and times of a recording, as `COORDINATES`.
-
-    Args:
-        layout: Layout of the recording.
-    """
+    """Names of the columns that label pings, channels and times of a recording, as `COORDINATES`."""
     return [name for name in COORDINATES if name in columns_of(layout)]
 
 

@@ -60,10 +60,6 @@ class Perturbation:
 def grating_strength(sediment: Sediment, d: ScatteringGeometry) -> Floats:
     """Coupling of two directions by the corrugation of a fluid sediment, |A|^2 [1].
 
-    Args:
-        sediment: Sediment below the water.
-        d: The pair of directions.
-
     Source: as :meth:`Perturbation.cross_section`, with both transmission coefficients multiplied out so that nothing
     cancels at low grazing angles: 1 + R = 2 rho sin / (rho sin + P), 1 - R = 2 P / (rho sin + P).
     """
@@ -76,10 +72,6 @@ def grating_strength(sediment: Sediment, d: ScatteringGeometry) -> Floats:
 
 def transmission(sediment: Sediment, d: ScatteringGeometry) -> Floats:
     """Share of sound that enters the sediment on one way and returns on the other [1].
-
-    Args:
-        sediment: Sediment below the water.
-        d: The pair of directions.
 
     Returns:
         |1 + R_in|^2 |1 + R_out|^2 / (16 rho^4).

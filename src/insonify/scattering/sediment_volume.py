@@ -121,9 +121,6 @@ def check_sediment_volume(law: str, sediment: Sediment, volume_spectrum: str) ->
 def isotropic_strength(sediment: Sediment) -> float:
     """Volume scattering cross section of the sediment, over the wavenumber in the water.
 
-    Args:
-        sediment: Sediment below the water.
-
     Returns:
         sigma_2 times the attenuation [dB/m], over k: per unit volume, solid angle and wavenumber [1].
 

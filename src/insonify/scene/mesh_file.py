@@ -173,9 +173,6 @@ def repaired(surface: Triangles) -> tuple[Triangles, list[str]]:
     Corners at one position become one. A closed surface that looks inwards is turned inside out. An open surface, or
     one whose faces disagree, gets every face once for each side: the side that faces the sonar scatters.
 
-    Args:
-        surface: Any triangles.
-
     Raises:
         MeshError: No face has an area.
     """

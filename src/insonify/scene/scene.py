@@ -130,12 +130,7 @@ def _point_errors(
 
 @lru_cache(maxsize=1024)
 def seabed_depth_under(target: Solid, seabed: Seabed) -> float:
-    """Depth of the seabed under the middle of a target [m].
-
-    Args:
-        target: Any target but a point.
-        seabed: What it lies on.
-    """
+    """Depth of the seabed under the middle of a target [m]."""
     return float(seabed_depth_at(seabed, np.array(target.position)))
 
 

@@ -14,12 +14,7 @@ Floats = NDArray[np.float64]
 
 
 def smooth_triangles(solid: Solid, seabed: Seabed) -> Floats:
-    """Corners of the faces of a target under water where it lies, counter-clockwise from outside [m], shape (t, 3, 3).
-
-    Args:
-        solid: The target.
-        seabed: What it lies on.
-    """
+    """Corners of the faces of a target under water where it lies, counter-clockwise from outside [m], (t, 3, 3)."""
     return world_triangles(solid, seabed).corners
 
 

@@ -106,10 +106,6 @@ def resting_pose(solid: Solid, seabed: Seabed) -> tuple[Floats, Floats]:
 
     Its middle stands over its position, whatever its attitude; its lowest point is at its base depth, or in the seabed
     as deep as it has sunk.
-
-    Args:
-        solid: The solid.
-        seabed: What it lies on.
     """
     leaning = _rotated_triangles(solid)
     base = solid.base_depth
@@ -133,12 +129,7 @@ def emerges(solid: Solid, seabed: Seabed) -> bool:
 
 @lru_cache(maxsize=1024)
 def submerged(solid: Solid, seabed: Seabed) -> Solid:
-    """A solid as high as the water: upright boxes and cylinders that emerge are shortened, others stay as they are.
-
-    Args:
-        solid: The solid.
-        seabed: What it lies on.
-    """
+    """A solid as high as the water: upright boxes and cylinders that emerge are shortened, others stay as they are."""
     base = float(complete_triangles(solid, seabed).high[2])
     changes: dict[str, object] = {"base_depth": base, "burial": 0.0, "burial_depth": 0.0}
     if emerges(solid, seabed):

@@ -119,11 +119,7 @@ def one_element(array: AnyArray) -> Steered:
 
 
 def filled_aperture(array: AnyArray) -> Steered:
-    """The array as one filled aperture facing ahead: as fine as anything that can be made of its elements.
-
-    Args:
-        array: The array.
-    """
+    """The array as one filled aperture facing ahead: as fine as anything that can be made of its elements."""
     if isinstance(array, ElementArray | ArcArray):
         place, _ = element_layout(array)
         width, height = np.ptp(place[:, 1:], axis=0) + np.array(array.size)

@@ -169,11 +169,7 @@ class Sonar(Model):
 
 
 def mirrored(sonar: Sonar) -> Sonar:
-    """The same sonar on the platform's other side: its image in the plane of bow and keel.
-
-    Args:
-        sonar: A sonar without sides.
-    """
+    """The same sonar on the platform's other side: its image in the plane of bow and keel."""
     turned = sonar.mounting.unchecked_copy(bearing=-sonar.mounting.bearing)
     ends = {"transmit": _mirrored(sonar.transmit), "receive": _mirrored(sonar.receive)}
     return sonar.unchecked_copy(mounting=turned, **ends)
@@ -215,11 +211,7 @@ def receiver_rotation(sonar: Sonar, body: NDArray[np.float64]) -> NDArray[np.flo
 
 
 def receiver_mounting(sonar: Sonar) -> Mounting:
-    """Orientation of the receive array on its platform.
-
-    Args:
-        sonar: The sonar.
-    """
+    """Orientation of the receive array on its platform."""
     return sonar.mounting if sonar.receive_mounting is None else sonar.receive_mounting
 
 

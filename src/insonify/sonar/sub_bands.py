@@ -34,11 +34,7 @@ class SubBand:
 
 
 def half_bandwidth(pulse: ReceivedPulse) -> float:
-    """Half the width about the carrier that holds the received pulse's energy, but for `ENERGY` of it [Hz].
-
-    Args:
-        pulse: Pulse as received.
-    """
+    """Half the width about the carrier that holds the received pulse's energy, but for `ENERGY` of it [Hz]."""
     edge = pulse.receiver.sample_rate / 2
     offset = (np.arange(_POINTS) + 0.5) / _POINTS * edge
     energy = sum(np.abs(pulse.spectrum(sign * offset)) ** 2 for sign in (1, -1))

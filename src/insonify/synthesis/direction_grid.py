@@ -71,11 +71,7 @@ class DirectionGrid:
 
 
 def direction_grid(ping_geometry: PingGeometry) -> DirectionGrid | None:
-    """Direction grid of a ping's beams; None where beams are few or differ in more than horizontal steering.
-
-    Args:
-        ping_geometry: The sonar at this ping.
-    """
+    """Direction grid of a ping's beams; None where beams are few or differ in more than horizontal steering."""
     pairs = tuple((band.transmit_beams, band.receive_beams) for band in ping_geometry.sub_bands)
     pairs = pairs or ((ping_geometry.transmit_beams, ping_geometry.receive_beams),)
     if ping_geometry.elements is not None or not all(_differ_in_steering(*pair) for pair in pairs):

@@ -59,11 +59,7 @@ class ReceivePoints:
 
 
 def receive_points(ping_geometry: PingGeometry) -> ReceivePoints:
-    """Elements of the receiver in the world; for beams, the array's centre.
-
-    Args:
-        ping_geometry: The sonar at one ping.
-    """
+    """Elements of the receiver in the world; for beams, the array's centre."""
     elements = ping_geometry.elements
     axes = ping_geometry.receive_beams.axes
     element_position = np.zeros((1, 3)) if elements is None else elements.positions

@@ -156,9 +156,6 @@ def doppler_range(ping_geometry: PingGeometry) -> tuple[float, float]:
     """Least and greatest Doppler factor less one in the beams during one ping [1].
 
     A monostatic sonar has both legs in one direction; a bistatic one combines all transmit with all receive directions.
-
-    Args:
-        ping_geometry: The moving sonar.
     """
     assert ping_geometry.receive_motion is not None
     is_bistatic = ping_geometry.receive_track_extent is not None

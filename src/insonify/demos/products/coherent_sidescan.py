@@ -72,12 +72,7 @@ def echo_times(scenario: Scenario, box: Box) -> list[TargetEcho]:
 
 
 def shadow(scenario: Scenario, box: Box) -> tuple[float, float]:
-    """Start and end of the shadow of a box for direct paths on a flat seabed [s].
-
-    Args:
-        scenario: Scenario of the recording.
-        box: Box that casts the shadow.
-    """
+    """Start and end of the shadow of a box for direct paths on a flat seabed [s]."""
     position = _start(scenario)
     height = scenario.seabed.depth - position[2]
     far = box.position[1] + box.size[1] / 2 - position[1]

@@ -71,9 +71,6 @@ def forward_looking(recording: xr.Dataset, scenario: Scenario, ping: int | None)
 def recorded_bearings(scenario: Scenario) -> Floats:
     """Bearings of the beams that are drawn: those that the scenario steers, or the whole field of view.
 
-    Args:
-        scenario: Scenario of the recording.
-
     Returns:
         Bearings to the right of boresight, increasing [rad], shape (beams,).
     """
@@ -86,11 +83,7 @@ def recorded_bearings(scenario: Scenario) -> Floats:
 
 
 def field_of_view(scenario: Scenario) -> tuple[float, float]:
-    """Bearings between which transmitter and elements are at most `FIELD_DB` below their maximum [rad].
-
-    Args:
-        scenario: Scenario of the recording.
-    """
+    """Bearings between which transmitter and elements are at most `FIELD_DB` below their maximum [rad]."""
     sonar, speed = scenario.sonar, scenario.water.sound_speed
     bearing = np.linspace(-WIDEST, WIDEST, 1601)
     transmit = beams(sonar.beam_arrays[0], sonar.pulse.frequency, speed)
@@ -108,12 +101,7 @@ def _ahead(bearing: Floats) -> Floats:
 
 
 def compressed(recording: xr.Dataset, scenario: Scenario) -> xr.Dataset:
-    """Apply the matched filter to a recording, unless it has been applied.
-
-    Args:
-        recording: Recording of elements.
-        scenario: Scenario of the recording.
-    """
+    """Apply the matched filter to a recording, unless it has been applied."""
     sonar = scenario.sonar
     if sonar.receiver.matched_filter:
         return recording
@@ -170,23 +158,13 @@ def expected_pattern(scenario: Scenario, sine: Floats) -> Floats:
 
 
 def beam_width(scenario: Scenario) -> float:
-    """Width at -3 dB of a beam that looks ahead [rad].
-
-    Args:
-        scenario: Scenario of the recording.
-    """
+    """Width at -3 dB of a beam that looks ahead [rad]."""
     sine = np.linspace(-0.5, 0.5, 20001)
     return width(np.arcsin(sine), expected_pattern(scenario, sine), 10000)
 
 
 def cut_through(short: xr.Dataset, scenario: Scenario, target: TargetView) -> BeamCut:
-    """Levels around a point target over bearing and over range, with the expected beam pattern.
-
-    Args:
-        short: Elements of one ping, compressed.
-        scenario: Scenario of the recording.
-        target: Point target.
-    """
+    """Levels around a point target over bearing and over range, with the expected beam pattern."""
     bearings = target.bearing + np.linspace(-ABOUT, ABOUT, 301)
     beams = beams_of(short, scenario, bearings)
     slant, level = beams.time * beams.sound_speed / 2, beams.level[0]
@@ -220,12 +198,7 @@ def point_numbers(cut: BeamCut, target: TargetView) -> list[CheckedNumber]:
 
 
 def body_numbers(fan: RecordingLevels, target: TargetView) -> list[CheckedNumber]:
-    """Bearing and slant range of the strongest echo of a body, which must lie on it.
-
-    Args:
-        fan: Beams of one ping.
-        target: Body with its true position.
-    """
+    """Bearing and slant range of the strongest echo of a body, which must lie on it."""
     slant = fan.time * fan.sound_speed / 2
     half = target.half_extent
     near = np.flatnonzero(np.abs(slant - target.slant) < half + ALONE)

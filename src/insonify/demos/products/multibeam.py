@@ -81,12 +81,7 @@ def _shallowest(truth: Floats) -> int:
 
 
 def sounding_numbers(soundings: SwathSoundings, scenario: Scenario) -> list[CheckedNumber]:
-    """Errors of the soundings of the seabed.
-
-    Args:
-        soundings: Soundings with true depths.
-        scenario: Scenario of the recording.
-    """
+    """Errors of the soundings of the seabed."""
     height = scenario.seabed.depth - soundings.keel[0]
     error, angle = soundings.depth - soundings.truth, np.broadcast_to(np.abs(soundings.angle), soundings.depth.shape)
     numbers = []

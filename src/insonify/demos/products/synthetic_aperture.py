@@ -115,13 +115,7 @@ def aperture(scenario: Scenario, across: float) -> float:
 
 
 def swath(recording: xr.Dataset, scenario: Scenario, course: StripFrame) -> tuple[Floats, Floats]:
-    """Pixels of the strip, along and across [m]: those with complete echoes and a complete aperture.
-
-    Args:
-        recording: Recording of elements.
-        scenario: Scenario of the recording.
-        course: Frame of the track.
-    """
+    """Pixels of the strip, along and across [m]: those with complete echoes and a complete aperture."""
     speed, pulse = scenario.water.sound_speed, scenario.sonar.pulse
     first, last = recording["time"].values[[0, -1]] * speed / 2
     last -= pulse.duration * speed / 2
@@ -135,9 +129,6 @@ def swath(recording: xr.Dataset, scenario: Scenario, course: StripFrame) -> tupl
 
 def cells(scenario: Scenario) -> tuple[float, float]:
     """Width at -3 dB of a point along the track, and in slant range [m].
-
-    Args:
-        scenario: Scenario of the recording.
 
     Along the track the aperture is weighted with the patterns of transmitter and element, so that the cell is wider
     than `along_track_resolution`. Source: in range, the width of a sweep under a Hamming window; F. J. Harris (1978),
@@ -154,11 +145,7 @@ def cells(scenario: Scenario) -> tuple[float, float]:
 
 
 def lengths(scenario: Scenario) -> tuple[float, float]:
-    """Length along the track of the transmitter, and of one element [m]; 0 for points.
-
-    Args:
-        scenario: Scenario of the recording.
-    """
+    """Length along the track of the transmitter, and of one element [m]; 0 for points."""
     ends = (scenario.sonar.transmit, one_element(scenario.sonar.receive))
     transmit, receive = (float(getattr(end, "width", getattr(end, "length", 0.0))) for end in ends)
     return transmit, receive
@@ -218,13 +205,7 @@ def response(short: xr.Dataset, scenario: Scenario, course: StripFrame, point: P
 
 
 def point_numbers(point: PointResponse, scenario: Scenario, course: StripFrame) -> list[CheckedNumber]:
-    """Position errors and widths of a focused point, compared with theory.
-
-    Args:
-        point: Image around the point.
-        scenario: Scenario of the recording.
-        course: Frame of the track.
-    """
+    """Position errors and widths of a focused point, compared with theory."""
     row, column = point.top
     along, across = point.level[:, column], point.level[row]
     wide, deep = cells(scenario)
@@ -245,13 +226,7 @@ def point_numbers(point: PointResponse, scenario: Scenario, course: StripFrame) 
 
 
 def shadow_numbers(strip: StripMap, scenario: Scenario, course: StripFrame) -> list[CheckedNumber]:
-    """Levels of the shadows of bodies that are long enough, re the seabed at their range.
-
-    Args:
-        strip: Focused strip.
-        scenario: Scenario of the recording.
-        course: Frame of the track.
-    """
+    """Levels of the shadows of bodies that are long enough, re the seabed at their range."""
     level, numbers = strip.level - range_trend(strip.level), []
     for target in scenario.targets:
         if isinstance(target, PointTarget):

@@ -25,10 +25,6 @@ UP = np.array([0.0, 0.0, -1.0])
 def trace_hits(ping: TracedPing, rays: RayBundle) -> Iterator[RayHits]:
     """Hits of some rays, interface by interface.
 
-    Args:
-        ping: The ping.
-        rays: Rays that leave the sonar.
-
     Yields:
         RayHits, chain by chain, including those of chains that are not followed further.
     """

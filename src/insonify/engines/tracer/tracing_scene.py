@@ -36,11 +36,7 @@ class TracingScene:
     """A scene for rays; shared by all pings and threads."""
 
     def __init__(self, scene: Scene) -> None:
-        """Sort the bodies; the seabed is fetched when rays come to it.
-
-        Args:
-            scene: What is traced.
-        """
+        """Sort the bodies; the seabed is fetched when rays come to it."""
         self.scene, self.lattice, self.bed = scene, scene.seabed.scatterer_grid, scene.seabed.terrain
         self.solids: tuple[Solid, ...] = scene.occluders
         self.bodies = _scene_tree(scene)
