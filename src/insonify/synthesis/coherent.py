@@ -17,7 +17,13 @@ from insonify.synthesis._gridding import deposit_pressure
 from insonify.synthesis._waveform_basis_kernel import group_layout
 from insonify.synthesis.accumulator import Requirements
 from insonify.synthesis.direction_grid import DirectionGrid, direction_grid
-from insonify.synthesis.element_arrivals import ReceivePoints, absorption_np_per_m, deposit, receive_points
+from insonify.synthesis.element_arrivals import (
+    PingReception,
+    ReceivePoints,
+    absorption_np_per_m,
+    deposit,
+    receive_points,
+)
 from insonify.synthesis.leg_weights import leg_weights
 from insonify.synthesis.moving_beams import deposit_beams
 from insonify.synthesis.replica_jitter import ReplicaJitter
@@ -59,8 +65,12 @@ class CoherentAccumulator:
         return direction_grid(self.ping_geometry)
 
     @cached_property
-    def _attenuation(self) -> float:
-        return absorption_np_per_m(self.water, self.ping_geometry.frequency)
+    def _reception(self) -> PingReception:
+        attenuation = absorption_np_per_m(self.water, self.ping_geometry.frequency)
+        return PingReception(
+            self.ping_geometry, self.grid, self.replica_jitter, self.basis, self._receive_points, self.water,
+            attenuation,
+        )  # fmt: skip
 
     @property
     def uses_far_field(self) -> bool:
@@ -88,16 +98,10 @@ class CoherentAccumulator:
     def add(self, cells: Cells, pairs: Pairs) -> None:
         """Add the arrivals of one block of scatterers to the cells."""
         if not self.uses_far_field and self.ping_geometry.elements is None:
-            deposit_beams(
-                cells, pairs, self.ping_geometry, self.grid, self.replica_jitter, self.basis, self._receive_points,
-                self.water, self._attenuation, self._direction_grid,
-            )  # fmt: skip
+            deposit_beams(cells, pairs, self._reception, self._direction_grid)
             return
         if not self.uses_far_field:
-            deposit(
-                cells, pairs, self.ping_geometry, self.grid, self.replica_jitter, self.basis, self._receive_points,
-                self.water, self._attenuation, self._sector,
-            )  # fmt: skip
+            deposit(cells, pairs, self._reception, self._sector)
             return
         level = float(amplitude_ratio(self.ping_geometry.source_level_db))
         transmit_weights = leg_weights(

@@ -113,28 +113,51 @@ def pair_echoes(pairs: Pairs, ping_geometry: PingGeometry, water: Water) -> Iter
         yield PairEchoes(delay, back.departure[j], mach, amplitude_factor, wavefronts[j])
 
 
-def deposit(
-    cells: Cells, pairs: Pairs, ping_geometry: PingGeometry, grid: TimeGrid, replica_jitter: ReplicaJitter,
-    basis: WaveformBasis, receive_points: ReceivePoints,
-    water: Water, attenuation: float, interpolation: SectorInterpolation | None = None,
-) -> None:  # fmt: skip
+@dataclass(frozen=True)
+class PingReception:
+    """Conditions under which the echoes of one ping are received."""
+
+    ping_geometry: PingGeometry
+    """The sonar at this ping."""
+    grid: TimeGrid
+    """Time grid of the cells."""
+    replica_jitter: ReplicaJitter
+    """Jitter of replicas."""
+    basis: WaveformBasis
+    """Waveforms of which received echoes are weighted sums."""
+    receive_points: ReceivePoints
+    """Receiver channels as points, from `receive_points`."""
+    water: Water
+    """Water between sonar and scatterers."""
+    attenuation: float
+    """Absorption at the carrier, from `absorption_np_per_m` [1/m]."""
+
+    def for_kernels(self, sound_speed_gradient: float) -> Reception:
+        """Time grid, carrier and water in the form of the kernels.
+
+        Args:
+            sound_speed_gradient: Growth of the speed of sound with depth at the array [1/s].
+        """
+        geometry, grid = self.ping_geometry, self.grid
+        pulse_middle = 0.0 if geometry.is_static else geometry.pulse.pulse.duration / 2
+        slowness = 1 / geometry.receive_sound_speed
+        water = ArrayWater(slowness, sound_speed_gradient, self.attenuation, self.water.layered, pulse_middle)
+        return Reception(grid.first_time, grid.cell_rate, geometry.frequency, self.basis.doppler, water)
+
+
+def deposit(cells: Cells, pairs: Pairs, ping: PingReception, interpolation: SectorInterpolation | None = None) -> None:
     """Deposit the echoes of one block of scatterers on the cells of all elements.
 
     Args:
         cells: Grids of pressure, shape (bands, elements, groups, cells, waveforms of a group).
         pairs: Transmit and receive legs of the block, and strengths.
-        ping_geometry: The sonar at this ping.
-        grid: Time grid of the cells.
-        replica_jitter: Jitter of replicas.
-        basis: Waveforms of which received echoes are weighted sums.
-        receive_points: Receiver channels as points, from `receive_points`.
-        water: Water between sonar and scatterers.
-        attenuation: Absorption at the carrier, from `absorption_np_per_m` [1/m].
+        ping: Conditions of reception.
         interpolation: Sector interpolation, whose points are channels after the elements.
     """
+    ping_geometry, grid, receive_points, water = ping.ping_geometry, ping.grid, ping.receive_points, ping.water
     out, back, strength = pairs.out, pairs.back, pairs.strength
-    if not replica_jitter.is_zero:
-        factors = [replica_jitter.factor(pairs.scatterers.scatterer_id, *names) for names in pairs.rays()]
+    if not ping.replica_jitter.is_zero:
+        factors = [ping.replica_jitter.factor(pairs.scatterers.scatterer_id, *names) for names in pairs.rays()]
         strength = strength * np.array(factors)
     emission_delay, mach, amplitude_factor = transmitter_motion(out.departure, out.length, ping_geometry)
     amplitude = out.amplitude
@@ -143,9 +166,7 @@ def deposit(
     curvature, distance, gradient, expansion = wavefront_columns(pairs, ping_geometry, water)
     rows, directions = _directions(pairs, ping_geometry, emission_delay, receive_points)
     receive_beams = _receive_beams(receive_points, ping_geometry.channel_count, len(directions))
-    pulse_middle = 0.0 if ping_geometry.is_static else ping_geometry.pulse.pulse.duration / 2
-    array_water = ArrayWater(1 / ping_geometry.receive_sound_speed, gradient, attenuation, water.layered, pulse_middle)
-    reception = Reception(grid.first_time, grid.cell_rate, ping_geometry.frequency, basis.doppler, array_water)
+    reception = ping.for_kernels(gradient)
     min_radius = 1 / float(np.fmax.reduce(np.abs(curvature), axis=None, initial=1e-9))
     if water.layered:
         min_radius = float(np.fmin.reduce(distance, axis=None, initial=min_radius))

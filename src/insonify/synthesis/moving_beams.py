@@ -6,13 +6,11 @@ The kernel takes legs as they are, and derives their pressures for a range of th
 import numpy as np
 from numpy.typing import NDArray
 
-from insonify.ocean.water import Water
 from insonify.records.legs import Legs
 from insonify.records.pairs import Pairs, SeparableStrengths
 from insonify.sonar.beam import Beams
 from insonify.sonar.ping_geometry import PingGeometry
-from insonify.synthesis._arrival_kernel import ReceiveBeams, Reception
-from insonify.synthesis._arrival_time_kernel import ArrayWater
+from insonify.synthesis._arrival_kernel import ReceiveBeams
 from insonify.synthesis._beam_arrivals_kernel import (
     LegColumns,
     ReceivingArray,
@@ -24,6 +22,7 @@ from insonify.synthesis._beam_arrivals_kernel import (
 )
 from insonify.synthesis.direction_grid import NO_DIRECTION_GRID, DirectionGrid
 from insonify.synthesis.element_arrivals import (
+    PingReception,
     ReceivePoints,
     absorption_np_per_m,
     carrier_band,
@@ -31,8 +30,6 @@ from insonify.synthesis.element_arrivals import (
     wavefront_columns,
 )
 from insonify.synthesis.replica_jitter import ReplicaJitter
-from insonify.synthesis.time_grid import TimeGrid
-from insonify.synthesis.waveform_basis import WaveformBasis
 from insonify.units import amplitude_ratio
 
 _NONE = np.empty(0)
@@ -40,10 +37,8 @@ _NOTHING = np.empty((0, 0), np.float32)
 
 
 def deposit_beams(
-    cells: NDArray[np.complex64], pairs: Pairs, ping_geometry: PingGeometry, grid: TimeGrid,
-    replica_jitter: ReplicaJitter, basis: WaveformBasis, receive_points: ReceivePoints, water: Water,
-    attenuation: float, direction_grid: DirectionGrid | None = None,
-) -> None:  # fmt: skip
+    cells: NDArray[np.complex64], pairs: Pairs, ping: PingReception, direction_grid: DirectionGrid | None = None
+) -> None:
     """Deposit the echoes of one block of scatterers on the cells of all beams.
 
     The strength of a scatterer, its occlusion and the transmit beam are taken at the start of the ping; delay,
@@ -52,17 +47,12 @@ def deposit_beams(
     Args:
         cells: Grids of pressure, shape (bands, channels, groups, cells, waveforms of a group).
         pairs: Transmit and receive legs of the block, and strengths.
-        ping_geometry: The sonar at this ping.
-        grid: Time grid of the cells.
-        replica_jitter: Jitter of replicas.
-        basis: Waveforms of which received echoes are weighted sums.
-        receive_points: Receiver channels as points, from `receive_points`.
-        water: Water between sonar and scatterers.
-        attenuation: Absorption at the carrier, from `absorption_np_per_m` [1/m].
+        ping: Conditions of reception.
         direction_grid: Direction grid, whose rows take the place of channels; None: beams directly.
     """
     if not len(pairs.scatterers) or not len(pairs.pair):
         return
+    ping_geometry, grid, receive_points, water = ping.ping_geometry, ping.grid, ping.receive_points, ping.water
     out, back = pairs.out, pairs.back
     transmit_columns = _leg_columns(out)
     receive_columns = transmit_columns if back is out else _leg_columns(back)
@@ -70,22 +60,20 @@ def deposit_beams(
     if water.layered:
         curvature, distance, gradient, expansion = wavefront_columns(pairs, ping_geometry, water)
         wavefronts = WavefrontColumns(curvature, distance, expansion)
-    pulse_middle = 0.0 if ping_geometry.is_static else ping_geometry.pulse.pulse.duration / 2
-    grid_rows = direction_grid
+    reception, grid_rows = ping.for_kernels(gradient), direction_grid
+    pulse_middle = reception.water.pulse_middle
     channels = _receive_beams(receive_points, cells.shape[1] if grid_rows is None else 1, ping_geometry)
     block = ScattererBlock(
         np.ascontiguousarray(pairs.pair), transmit_columns, receive_columns, back is out,
-        np.ascontiguousarray(pairs.scatterers.phase), _kernel_strengths(pairs, replica_jitter), wavefronts,
+        np.ascontiguousarray(pairs.scatterers.phase), _kernel_strengths(pairs, ping.replica_jitter), wavefronts,
     )  # fmt: skip
-    array_water = ArrayWater(1 / ping_geometry.receive_sound_speed, gradient, attenuation, water.layered, pulse_middle)
-    reception = Reception(grid.first_time, grid.cell_rate, ping_geometry.frequency, basis.doppler, array_water)
     parallax = has_parallax(
         ping_geometry, receive_points, _min_length(back), grid.start + grid.sample_count / grid.sample_rate
     )
     for band, sub_band in enumerate(ping_geometry.sub_bands or (carrier_band(ping_geometry),)):
         extra_absorption = 0.0
         if sub_band.offset != 0:
-            extra_absorption = absorption_np_per_m(water, ping_geometry.frequency + sub_band.offset) - attenuation
+            extra_absorption = absorption_np_per_m(water, ping_geometry.frequency + sub_band.offset) - ping.attenuation
         transmit_beams, receive_beams = (
             (sub_band.transmit_beams, sub_band.receive_beams) if grid_rows is None else grid_rows.shared_patterns[band]
         )
