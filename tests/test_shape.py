@@ -73,6 +73,12 @@ def test_a_test_that_asserts_nothing_is_noticed(tmp_path, body, idle):
     assert told.owing == (["tests/test_a.py:1 test_a asserts nothing"] if idle else [])
 
 
+def test_functions_with_many_parameters_are_counted(tmp_path):
+    """Nine are too many for one function, self left out; the bar is on the number of such functions."""
+    wide = "\n\ndef _f(self, a, b, c, d, e, f, g, h, *, {}) -> None:\n    pass\n"
+    assert _tree(tmp_path, WELL + wide.format("i")).wide == ["src/a.py:9 _f (9)"]
+
+
 def test_a_long_explanation_does_not_make_a_function_long(tmp_path):
     """A docstring of 50 lines weighs nothing."""
     source = WELL.replace('"""A sound."""', '"""A sound.' + "\n    more" * 50 + '\n    """')

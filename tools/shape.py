@@ -16,6 +16,10 @@ FILE_BARS = (180, 400, 600)
 """Lines of a source file: median, 90th percentile, longest."""
 FUNCTION_BARS = (12, 45, 100)
 """Lines of a function without its docstring: median, 90th percentile, longest."""
+PARAMETERS = 8
+"""Parameters of a function, self and cls left out."""
+WIDE_FUNCTIONS = 111
+"""Largest number of functions with more parameters; to be lowered as they become fewer."""
 TEST_SHARE = 0.8
 """Least number of test lines per source line."""
 
@@ -36,6 +40,7 @@ class Shape:
 
     files: list[Measured]
     functions: list[Measured]
+    wide: list[str]
     owing: list[str]
     test_lines: int
 
@@ -50,12 +55,14 @@ def measure(root: Path) -> Shape:
     files: list[Measured] = []
     functions: list[Measured] = []
     owing: list[str] = []
+    wide: list[str] = []
     for path in sorted((root / "src").rglob("*.py")):
         text, name = path.read_text(encoding="utf-8"), path.relative_to(root).as_posix()
         tree = ast.parse(text, name)
         if text.strip():
             files.append(Measured(name, len(text.splitlines())))
         functions += [Measured(f"{name}:{f.lineno} {f.name}", _code_lines(f)) for f in _functions(tree)]
+        wide += [f"{name}:{f.lineno} {f.name} ({n})" for f in _functions(tree) if (n := _parameters(f)) > PARAMETERS]
         owing += [f"{name}:{line}" for line in _owing(tree)]
     # A folder without __init__.py is invisible to the import contract.
     folders = sorted({path.parent for path in (root / "src").glob("*/**/*.py")})
@@ -66,7 +73,7 @@ def measure(root: Path) -> Shape:
         tests += len(text.splitlines())
         idle = [f for f in _functions(ast.parse(text, name)) if f.name.startswith("test_") and not _asserts(f)]
         owing += [f"{name}:{f.lineno} {f.name} asserts nothing" for f in idle]
-    return Shape(files, functions, owing, tests)
+    return Shape(files, functions, wide, owing, tests)
 
 
 def broken(shape: Shape) -> list[str]:
@@ -74,6 +81,9 @@ def broken(shape: Shape) -> list[str]:
     lines = _too_long("file", shape.files, FILE_BARS)
     lines += _too_long("function", shape.functions, FUNCTION_BARS)
     lines += shape.owing
+    if len(shape.wide) > WIDE_FUNCTIONS:
+        found = ", ".join(shape.wide)
+        lines.append(f"{len(shape.wide)} functions pass {PARAMETERS} parameters; at most {WIDE_FUNCTIONS} may: {found}")
     if shape.test_lines < TEST_SHARE * shape.source_lines:
         share = shape.test_lines / shape.source_lines
         lines.append(f"tests have {share:.2f} lines per source line; at least {TEST_SHARE} are wanted")
@@ -85,7 +95,8 @@ def summary(shape: Shape) -> str:
     share = shape.test_lines / max(shape.source_lines, 1)
     return (
         f"shape: {len(shape.files)} files {_spread(shape.files)}, {len(shape.functions)} functions "
-        f"{_spread(shape.functions)} lines (median/90%/max); {len(shape.owing)} owe a word; tests/source {share:.2f}"
+        f"{_spread(shape.functions)} lines (median/90%/max), {len(shape.wide)} wide; "
+        f"{len(shape.owing)} owe a word; tests/source {share:.2f}"
     )
 
 
@@ -99,6 +110,12 @@ def _asserts(test: Function) -> bool:
     names = {name.rpartition(".")[2] for name in called}
     seen = any(isinstance(node, ast.Assert) for node in ast.walk(test))
     return seen or bool(names & {"raises", "warns", "fail"}) or any(name.startswith("assert_") for name in names)
+
+
+def _parameters(function: Function) -> int:
+    given = function.args
+    names = [argument.arg for argument in (*given.posonlyargs, *given.args, *given.kwonlyargs)]
+    return len(names) - (names[:1] in (["self"], ["cls"]))
 
 
 def _code_lines(function: Function) -> int:
