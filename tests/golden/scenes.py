@@ -41,7 +41,7 @@ def scenario(**changes: object) -> Scenario:
             "kind": "line", "start": [0, 0, 11], "heading": 0, "speed": 2.0, "pings": 2, "interval": 0.1,
             "window": [0.0, 0.08],
         },
-        "paths": {"max_reflections": 1},
+        "paths": {"max_reflections": 1, "contributions": ["seabed", "surface", "target", "water"]},
     }  # fmt: skip
     for key, value in changes.items():
         merged = key in ("track", "sonar", "seabed", "paths") and "kind" not in value  # type: ignore[operator]
@@ -144,6 +144,11 @@ SCENES: Mapping[str, Callable[[int], Output]] = {
     "tracer": recorded(field="incoherent", paths={"engine": "tracer", "rays": 20_000, "max_reflections": 1}),
     "incoherent": recorded(field="incoherent", seabed={"relief": RELIEF}, sonar={"sides": ["port", "starboard"]}),
     "incoherent-layered": recorded(field="incoherent", water={"profile": PROFILE, "smoothing": 1.0}),
+    "boundary-echoes": recorded(
+        seabed={"relief": RELIEF}, surface={"reflection": "statistical", "wind_speed": 1.0},
+        paths={"max_reflections": 3, "contributions": ["boundary echo"]},
+        sonar={"sides": ["port", "starboard"], "transmit": {"kind": "point"}},
+    ),
     "labels": labelled,
     "levels": levelled,
     "arrivals": listed,

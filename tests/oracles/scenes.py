@@ -9,6 +9,8 @@ from insonify.simulator import build_simulator
 
 BED = {"depth": 20.0, "scattering": {"law": "lambert", "strength_db": -27.0}, "reflection": 0.35}
 BOX = {"shape": "box", "position": (0.0, 150.5), "size": (2.0, 1.0, 1.0)}
+SCATTERED = ("seabed", "surface", "target", "water")
+"""All contributions but the boundary echoes."""
 PULSE = {"kind": "cw", "frequency": 100e3, "duration": 0.2e-3, "taper": "tukey", "taper_fraction": 0.2}
 
 
@@ -35,7 +37,7 @@ def nominal(*, box=None, line=None, transmit=None, receive=None, paths=None, tra
         "targets": [] if box is None else [{**BOX, **box}],
         "sonar": {"source_level_db": 220, "pulse": PULSE, **ends, **(sonar or {})},
         "track": {"kind": "static", "position": (0.0, 0.0, 11.0), **(track or {})},
-        "paths": {"edge_diffraction": "none", **(paths or {})},
+        "paths": {"edge_diffraction": "none", "contributions": SCATTERED, **(paths or {})},
         **top,
         "seabed": {**BED, **top.get("seabed", {})},
     }

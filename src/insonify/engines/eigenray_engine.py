@@ -5,12 +5,20 @@ sonar. Each ordered pair of legs scatters with the strength that the object's la
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
+from insonify.engines.boundary_echoes import (
+    boundary_echo_families,
+    boundary_echo_pairs,
+    scatters_facets,
+    sediment_roughness_factor,
+    without_glints,
+)
+from insonify.engines.hull_echoes import hull_families, with_hull
 from insonify.engines.memory_budget import points_at_once
 from insonify.engines.pair_importance import PairSelection, keep_probabilities_at, pair_energy_fractions, select_pairs
 from insonify.engines.ping_scatterers import Block, ping_scatterers, slice_footprint
@@ -32,7 +40,7 @@ from insonify.scattering.compiled_law import CompiledLaw
 from insonify.scattering.kirchhoff_facet import KirchhoffFacet
 from insonify.scattering.kirchhoff_patch import KirchhoffPatch
 from insonify.scattering.lambert import Lambert
-from insonify.scene.scatterers import Law, Scatterers
+from insonify.scene.scatterers import BOUNDARY_ECHO, Law, Scatterers
 from insonify.scene.scene import Scene
 from insonify.scene.terrain.array_cache import ArrayCache
 from insonify.sonar.ping_geometry import PingGeometry
@@ -119,6 +127,8 @@ class EigenrayEngine:
             scatterers: End points of the legs.
             selection: Families and the scatterers at which their pairs are evaluated; None: all of both.
         """
+        if scatterers.boundary == BOUNDARY_ECHO:
+            return self._boundary_echoes(ping_geometry, scatterers)
         out = self._end_legs(
             ping_geometry.transmit_position, scatterers, ping_geometry, selection, elements=ping_geometry.is_monostatic
         )
@@ -141,6 +151,26 @@ class EigenrayEngine:
                 ping_geometry, out, back, pair
             )
         return Pairs(scatterers, out, back, pair, strengths)
+
+    def _boundary_echoes(self, ping_geometry: PingGeometry, transmitter: Scatterers) -> Pairs:
+        """Paths from the transmitter to the receiver by reflections alone, see `insonify.engines.boundary_echoes`."""
+        end, hull, depth = ping_geometry.receive_position, ping_geometry.hull, 0.0
+        families = boundary_echo_families(self.choice, two_platforms=ping_geometry.receive_track_extent is not None)
+        back = self._end_legs(end, transmitter, ping_geometry, None, elements=True, families=families)
+        if hull is not None:
+            depth, below = float(hull.centre[2]), hull_families(families)
+            back = with_hull(back, below, self.scene, hull, end, transmitter, ping_geometry.frequency)
+        roughness = sediment_roughness_factor(
+            back, end, self.scene.seabed, self._wavelength(ping_geometry, end), hull_depth=depth
+        )
+        back = replace(back, reflection_coefficient=back.reflection_coefficient * roughness)
+        if self.scene.surface.reflection != "flat":
+            _, back = self._with_surface_reflection(back, back, transmitter, ping_geometry)
+            if scatters_facets(self.scene, self.choice):
+                back = without_glints(back)
+        if self.choice.edge_diffraction == "knife-edge":
+            back, _ = self._with_diffraction(back, back, transmitter, ping_geometry)
+        return boundary_echo_pairs(transmitter, back)
 
     def family_keep_probabilities(
         self, ping_geometry: PingGeometry, distance: Floats
@@ -199,7 +229,7 @@ class EigenrayEngine:
 
     def _end_legs(
         self, position: Floats, scatterers: Scatterers, ping_geometry: PingGeometry, selection: PairSelection | None,
-        *, elements: bool,
+        *, elements: bool, families: tuple[str, ...] | None = None,
     ) -> Legs:  # fmt: skip
         """Legs between one end and the scatterers, with bounces off flat boundaries and terrain.
 
@@ -209,8 +239,12 @@ class EigenrayEngine:
             ping_geometry: The sonar at this ping.
             selection: Families and the scatterers at which they are followed; None: all of both.
             elements: True: array elements about that end receive them.
+            families: Families that are followed without a selection; None: all of the path settings.
         """
-        families = self.choice.followed_families if selection is None else selection.families
+        if selection is not None:
+            families = selection.families
+        elif families is None:
+            families = self.choice.followed_families
         legs = self.rays.legs(position, scatterers, families, ping_geometry.frequency)
         if elements and ping_geometry.elements is not None:
             legs = self.rays.with_aperture_expansion(legs, position, scatterers, ping_geometry.element_extent)

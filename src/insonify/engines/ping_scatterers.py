@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from insonify import random_keys
 from insonify.engines._resolution_kernel import MAX_CELL_LENGTH_RATIO
 from insonify.engines.beam_importance import BeamImportance, KeptScatterers
+from insonify.engines.boundary_echoes import boundary_echo_families, transmitter_point
 from insonify.engines.glint_spread import GlintSpread, glint_spread
 from insonify.engines.quadrature_points import Columns, LayoutCache, QuadraturePoints
 from insonify.engines.resolution import (
@@ -82,6 +83,9 @@ class PingScatterers:
         if "water" in self.choice.contributions and self.scene.water.scatters:
             suspended = VolumeScatterers(self.scene, self.choice, self.seed, self.ping_geometry, self.resolution)
             made += suspended.blocks(quadrature=self.quadrature)
+        two_platforms = self.ping_geometry.receive_track_extent is not None
+        if boundary_echo_families(self.choice, two_platforms=two_platforms):
+            made.append(partial(transmitter_point, self.ping_geometry))
         return made
 
     def _boundary(self, boundary: Boundary, depth: float, law: Law) -> list[Block]:

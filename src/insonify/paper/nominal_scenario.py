@@ -1,4 +1,4 @@
-"""Nominal scene of the paper, with the changes of a figure; with a flat surface and without edge diffraction."""
+"""Nominal scene of the paper, with the changes of a figure: flat surface, no edge diffraction, no boundary echoes."""
 
 from functools import lru_cache
 from importlib.resources import files
@@ -6,6 +6,7 @@ from typing import Any
 
 from insonify.scenario.load import parse_model
 from insonify.scenario.scenario import Scenario
+from insonify.scene.scatterers import BOUNDARY_ECHO
 
 
 @lru_cache(maxsize=1)
@@ -13,9 +14,9 @@ def _template() -> Scenario:
     text = (files("insonify.scenario") / "templates" / "nominal.yaml").read_text(encoding="utf-8")
     scenario = parse_model(Scenario, text)
     surface = scenario.surface.model_copy(update={"reflection": "flat", "wind_speed": None})
-    return scenario.model_copy(
-        update={"surface": surface, "paths": scenario.paths.model_copy(update={"edge_diffraction": "none"})}
-    )
+    contributions = tuple(name for name in scenario.paths.contributions if name != BOUNDARY_ECHO)
+    paths = scenario.paths.model_copy(update={"edge_diffraction": "none", "contributions": contributions})
+    return scenario.model_copy(update={"surface": surface, "paths": paths})
 
 
 def nominal(changes: dict[str, Any] | None = None) -> Scenario:

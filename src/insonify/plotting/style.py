@@ -21,6 +21,7 @@ CONTRIBUTION_COLOURS = {
     "surface": "#0B3F73",
     "target": "#D5350E",
     "water": "#2A9D8F",
+    "boundary echo": "#7B3294",
     "noise": "#8A8A8A",
     "total": "#1A1A1A",
 }

@@ -10,7 +10,7 @@ from itertools import pairwise
 from insonify.scene.scatterers import Boundary
 
 DIRECT = "D"
-_OWN_LETTER = {"seabed": "B", "surface": "S", "target": "", "water": ""}
+_OWN_LETTER = {"seabed": "B", "surface": "S", "target": "", "water": "", "boundary echo": ""}
 
 
 def families_up_to(order: int) -> tuple[str, ...]:

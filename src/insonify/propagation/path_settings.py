@@ -11,7 +11,7 @@ from pydantic import Field, field_validator, model_validator
 from insonify.model import Decibels, Model, field_error
 from insonify.propagation.families import bounce_sequence, families_up_to, is_family
 
-Contribution = Literal["seabed", "surface", "target", "water"]
+Contribution = Literal["seabed", "surface", "target", "water", "boundary echo"]
 
 
 class PathSettings(Model):
@@ -37,8 +37,11 @@ class PathSettings(Model):
     """Largest number of bounces of one leg."""
     families: tuple[str, ...] | None = None
     """Families to follow, such as [D, S, BS]; None: all up to `max_reflections`."""
-    contributions: tuple[Contribution, ...] = ("seabed", "surface", "target", "water")
-    """Scattering boundaries and objects that contribute; the others still cast shadows."""
+    contributions: tuple[Contribution, ...] = ("seabed", "surface", "target", "water", "boundary echo")
+    """Scattering boundaries and objects that contribute; the others still cast shadows.
+
+    `boundary echo`: specular echoes of seabed and surface and their multiples, and the direct sound between platforms.
+    """
     edge_diffraction: Literal["none", "knife-edge"] = "knife-edge"
     """Diffraction at shadow edges of targets and terrain: knife-edge, or none (hard shadows).
 

@@ -40,9 +40,9 @@ class Arrivals:
     """Number of the coherent group: a scatterer, or a deterministic target; one group interferes in the mean, shape
     (n,)."""
     transmit_family: NDArray[np.str_]
-    """Family of the transmit leg, shape (n,)."""
+    """Family of the transmit leg, shape (n,); of a boundary echo that of its whole path, from the transmitter on."""
     receive_family: NDArray[np.str_]
-    """Family of the receive leg, named from the sonar outwards too, shape (n,)."""
+    """Family of the receive leg, named from the sonar outwards too, shape (n,); empty for a boundary echo."""
     transmit_branch: NDArray[np.uint8]
     """Number of the transmit ray within its family, from 0, by launch angle, shape (n,)."""
     receive_branch: NDArray[np.uint8]
@@ -50,7 +50,8 @@ class Arrivals:
     caustics: NDArray[np.uint8]
     """Caustics touched by both legs; each advances the phase by 90 degrees, shape (n,)."""
     object: NDArray[np.str_]
-    """Object that returns the echo: "seabed", "surface", "water" or the label of a target or a patch, shape (n,)."""
+    """Object that returns the echo: "seabed", "surface", "water", "boundary echo" or the label of a target or a patch,
+    shape (n,)."""
     position: Floats
     """Position of the scatterer: north, east, depth [m], shape (n, 3)."""
     departure: Floats
@@ -144,7 +145,7 @@ class Arrivals:
         for row in np.argsort(-highest, kind="stable")[:MAX_KINDS_LISTED]:
             code, b = divmod(int(kinds[row]), len(names))
             k, a = divmod(code, len(names))
-            leg_names = "-".join(sorted((str(names[a]), str(names[b])), key=_fewest_bounces))
+            leg_names = "-".join(sorted(filter(None, (str(names[a]), str(names[b]))), key=_fewest_bounces))
             span = f"{first[row]:.2f}-{last[row]:.2f} ms"
             lines.append(f"  {objects[k]:<14s} {leg_names:<9s} {count[row]:8d} {span:>20s} {highest[row]:9.1f} dB")
         return lines + (
@@ -201,7 +202,7 @@ def _rows(pairs: Pairs, row: int, i: int, j: int, group: NDArray[np.int64],
         scattering_amplitude=np.abs(pairs.strength[row]), group=group, transmit_family=np.full(n, out.families[i]),
         receive_family=np.full(n, back.families[j]), transmit_branch=np.full(n, out.branch[i], np.uint8),
         receive_branch=np.full(n, back.branch[j], np.uint8), caustics=out.caustics[i] + back.caustics[j],
-        object=np.full(n, points.object), position=points.position, departure=out.departure[i], arrival=direction,
+        object=np.full(n, points.object), position=pairs.positions(row), departure=out.departure[i], arrival=direction,
         transmit_grazing=out.grazing[i], receive_grazing=back.grazing[j], doppler=doppler,
     )  # fmt: skip
 

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, replace
 from enum import IntEnum
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -120,6 +121,26 @@ class Legs:
         product = np.asarray(self.spreading * self.absorption * self.visibility * self.reflection_coefficient)
         product = product if self.caustic is None else product * self.caustic
         return product if self.glints is None else product * self.glints.phasor
+
+
+def joined_legs(first: Legs, second: Legs) -> Legs:
+    """Rows of two sets of legs between the same end and the same points; neither off a moving surface."""
+    columns: dict[str, Any] = {
+        name: np.concatenate([getattr(first, name), getattr(second, name)])
+        for name in (*_COLUMNS, "departure", "arrival")
+    }
+    for name in ("families", "branch"):
+        columns[name] = (*getattr(first, name), *getattr(second, name))
+    if first.caustic is not None or second.caustic is not None:
+        ones = (
+            np.ones(legs.delay.shape, complex) if legs.caustic is None else legs.caustic for legs in (first, second)
+        )
+        columns["caustic"] = np.concatenate(list(ones))
+    expansion = first.aperture_expansion
+    if expansion is not None:  # the rows of the second have spherical wavefronts
+        none = np.zeros((len(second.families), *expansion.shape[1:]))
+        columns["aperture_expansion"] = np.concatenate([expansion, none])
+    return replace(first, **columns)
 
 
 def ray_name(family: str, branch: int) -> str:

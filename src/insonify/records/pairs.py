@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from insonify.records._pair_strengths_kernel import amplitude_weights, separable_strengths
 from insonify.records.legs import Legs
-from insonify.scene.scatterers import Scatterers
+from insonify.scene.scatterers import BOUNDARY_ECHO, Scatterers
 
 Floats = NDArray[np.float64]
 Strengths = NDArray[np.float64] | NDArray[np.complex128]
@@ -131,6 +131,17 @@ class Pairs:
         """Transmit and receive ray of each ordered pair: its family, with a number where a family has several rays."""
         out, back = self.out.ray_names, self.back.ray_names
         return [(out[i], back[j]) for i, j in self.pair]
+
+    def positions(self, row: int) -> Floats:
+        """Positions from which one ordered pair returns its echoes: those of the scatterers [m], shape (n, 3).
+
+        A boundary echo has no scatterer: half its length away along its departure, where an image shows it.
+        """
+        points = self.scatterers
+        if points.boundary != BOUNDARY_ECHO:
+            return points.position
+        i, j = self.pair[row]
+        return np.asarray(points.position + self.out.departure[i] * self.back.length[j, :, None] / 2)
 
     def select(self, pairs: NDArray[np.int64]) -> "Pairs":
         """The same block with strengths of its ordered pairs, given by their rows."""

@@ -51,6 +51,19 @@ def roughness_spectrum(sediment: Sediment, wavenumber: ArrayLike) -> Floats:
     return np.asarray(bed.spectral_strength * k**-bed.spectral_exponent)
 
 
+def band_variance(sediment: Sediment, low: ArrayLike, high: ArrayLike) -> Floats:
+    """Mean-square height of the relief between two wavenumbers: the spectrum's integral over that ring [m^2].
+
+    Args:
+        sediment: Sediment below the water.
+        low: Least wavenumber [rad/m], any shape.
+        high: Greatest wavenumber, not below `low` [rad/m], broadcast.
+    """
+    power = sediment.spectral_exponent - 2
+    ring = np.asarray(low, float) ** -power - np.asarray(high, float) ** -power
+    return np.asarray(2 * math.pi * sediment.spectral_strength / power * ring)
+
+
 def structure_constant(sediment: Sediment) -> float:
     """Mean-square difference of two heights 1 m apart, C^2 of <(h(x + r) - h(x))^2> = C^2 r^(2 alpha).
 

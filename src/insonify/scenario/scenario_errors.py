@@ -16,6 +16,7 @@ from insonify.model import field_error
 from insonify.propagation.families import bounce_sequence
 from insonify.scenario.bistatic_errors import bistatic_errors, clock_errors
 from insonify.scenario.element_errors import element_errors
+from insonify.scenario.hull_errors import hull_errors
 from insonify.scenario.platform_poses import platforms
 from insonify.scenario.receiver_errors import receiver_errors
 from insonify.scenario.swell_errors import swell_errors
@@ -61,6 +62,7 @@ def scenario_errors(scenario: Scenario) -> Iterator[PydanticCustomError]:
     yield from element_errors(scenario)
     yield from bistatic_errors(scenario)
     yield from receiver_errors(scenario)
+    yield from hull_errors(scenario, found)
     if scenario.paths.geometry == "slice":
         yield from _slice_errors(scenario)
     if scenario.paths.engine == "tracer":

@@ -2,7 +2,7 @@
 
 import zlib
 from dataclasses import dataclass, replace
-from typing import Literal
+from typing import Final, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +14,9 @@ from insonify.scattering.kirchhoff_patch import KirchhoffPatch
 from insonify.scattering.law import ScatteringLaw
 
 Law = ScatteringLaw | CompiledLaw
-Boundary = Literal["seabed", "surface", "target", "water"]
+Boundary = Literal["seabed", "surface", "target", "water", "boundary echo"]
+BOUNDARY_ECHO: Final = "boundary echo"
+"""Contribution and object of the sound that reaches the receiver by reflections alone."""
 KEY_ROW = 1 << 27
 """By how much the key of a lattice cell is larger than that of the cell a row before; than that a column before: 1."""
 
@@ -26,7 +28,8 @@ class Scatterers:
     object: str
     """Name of their object: "seabed", "surface", "water" or the label of a target or a patch."""
     boundary: Boundary
-    """Boundary that they lie on; bounces on that very boundary are not legs of theirs."""
+    """Boundary that they lie on; bounces on that very boundary are not legs of theirs. "boundary echo": the transmitter
+    itself, see `insonify.engines.boundary_echoes`."""
     law: Law | KirchhoffFacet | KirchhoffPatch
     """Scattering law."""
     position: NDArray[np.float64]

@@ -13,14 +13,14 @@ from insonify.model import Model, field_error, raise_errors
 from insonify.ocean.water import Water
 from insonify.scattering.point_target import PointTargetLaw
 from insonify.scene.box import box_body, inside_box
-from insonify.scene.scatterers import Scatterers, whole_target_id
+from insonify.scene.scatterers import BOUNDARY_ECHO, Scatterers, whole_target_id
 from insonify.scene.scour_pits import with_scour_pits
 from insonify.scene.seabed import Seabed
 from insonify.scene.solid import complete_triangles, inside_solid, seabed_depth_at, solid_errors, world_triangles
 from insonify.scene.surface import Surface
 from insonify.scene.target import Box, PointTarget, Solid, Target, is_solid
 
-RESERVED = ("seabed", "surface", "target", "water", "noise", "total")
+RESERVED = ("seabed", "surface", "target", "water", BOUNDARY_ECHO, "noise", "total")
 _ROUNDING = 1e-9  # what is left when a depth is summed up [m]
 
 

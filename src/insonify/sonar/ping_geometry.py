@@ -14,6 +14,7 @@ from insonify.ocean.water import Water
 from insonify.sonar.beam import Beams, beams
 from insonify.sonar.beam_kernels import OMNI
 from insonify.sonar.element_array import AnyArray
+from insonify.sonar.hull import HullPlate, hull_plate
 from insonify.sonar.hydrophones import Hydrophones, filled_aperture, hydrophones, one_element
 from insonify.sonar.platform_motion import PlatformMotion
 from insonify.sonar.platforms import Platforms
@@ -73,6 +74,8 @@ class PingGeometry:
     """Motion of the transmitter's platform: the same as the receiver's where it is the same platform."""
     max_displacement: float = 0.0
     """Largest displacement of either end before the window ends [m]."""
+    hull: HullPlate | None = None
+    """Underside of the hull above the transmitter; None: none."""
     receive_track_extent: TrackExtent | None = None
     """Track extent of a receiver on a platform of its own; None: both ends ride the same platform."""
 
@@ -244,6 +247,9 @@ class MountedSonar:
             full_aperture_beams=facing.resolving, sub_bands=facing.bands, lever_arms=self._arms,
             receive_motion=courses[1], transmit_motion=courses[0],
             max_displacement=0.0 if self._moved is None or courses[0] is None else float(self._moved[ping]),
+            hull=None if self.sonar.hull is None else hull_plate(
+                self.sonar.hull, both.transmitter_poses.position[ping], bodies[0]
+            ),
             receive_track_extent=self.track_extents[1] if len(self.track_extents) > 1 else None,
         )  # fmt: skip
 

@@ -10,6 +10,7 @@ from insonify.frames import array_axes, mounting_rotation
 from insonify.model import Decibels, Model, Radians, field_error
 from insonify.sonar.array import LineArray, PlanarArray, PointTransducer
 from insonify.sonar.element_array import AnyArray, ArcArray, Array, ElementArray
+from insonify.sonar.hull import Hull
 from insonify.sonar.hydrophones import element_layout, one_element
 from insonify.sonar.pulse import Pulse
 from insonify.sonar.receiver import ROLL_OFF, Receiver
@@ -42,6 +43,8 @@ class Sonar(Model):
     mounting: Mounting = Mounting()
     receive_mounting: Mounting | None = None
     """Orientation of the receive array on a platform of its own; None: that of the transmit array."""
+    hull: Hull | None = None
+    """Hull above the transmitter, whose underside reflects boundary echoes; None: none."""
     sides: tuple[Side, ...] | None = None
     """A sidescan's sides, in the order of their channels: starboard as mounted, port its mirror image, each with
     its own transmitter and receiver that receives nothing of the other; None: one sonar, as mounted."""

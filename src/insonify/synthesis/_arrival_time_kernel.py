@@ -81,7 +81,13 @@ def transmitter_motion_of_leg(
     north: float, east: float, down: float, wavefront_radius: float, velocity: Floats, pulse_middle: float,
     slowness: float,
 ) -> tuple[float, float, float]:  # fmt: skip
-    """Emission delay, radial Mach number and pressure ratio of one leg, as in `transmit_moving`."""
+    """Emission delay, radial Mach number and pressure ratio of one leg, as in `transmit_moving`.
+
+    A leg without length is that of a boundary echo, whose wavefront is plane over the motion during the pulse.
+    """
+    if wavefront_radius == 0.0:
+        radial = (north * velocity[0] + east * velocity[1] + down * velocity[2]) * slowness
+        return pulse_middle * (1 - radial), radial, 1.0
     x = wavefront_radius * north - pulse_middle * velocity[0]
     y = wavefront_radius * east - pulse_middle * velocity[1]
     z = wavefront_radius * down - pulse_middle * velocity[2]

@@ -16,7 +16,7 @@ from insonify.records.labels import LabelNames, Labels
 from insonify.records.legs import SEABED_OCCLUDER, Legs, LegStatus
 from insonify.records.pairs import Pairs
 from insonify.records.reverberation_samples import ReverberationSamples
-from insonify.scene.scatterers import Boundary
+from insonify.scene.scatterers import BOUNDARY_ECHO, Boundary
 from insonify.sonar.beam import Beams
 from insonify.synthesis._label_kernel import MOMENTS, LabelGrid, LabelledPoints, deposit_label_positions, deposit_labels
 from insonify.synthesis.accumulator import Requirements
@@ -38,13 +38,17 @@ POINTS = 1.5
 """Points per resolution cell at most; sparser than for the intensity, off by a few tenths of a decibel [1]."""
 
 
-def label_names(targets: tuple[str, ...], followed: tuple[str, ...], *, water: tuple[str, ...] = ()) -> LabelNames:
+def label_names(
+    targets: tuple[str, ...], followed: tuple[str, ...], *, water: tuple[str, ...] = (),
+    boundary_echoes: tuple[str, ...] = (),
+) -> LabelNames:  # fmt: skip
     """Names along the axes of labels.
 
     Args:
         targets: Labels of the scene's targets.
         followed: Families of the legs.
         water: Objects in the water that scatter: "water" for its layers, and the labels of patches.
+        boundary_echoes: Families of the boundary echoes.
     """
     targets = (*water, *targets)
     contributions: tuple[Boundary, ...] = ("seabed", "surface", "target")
@@ -54,8 +58,9 @@ def label_names(targets: tuple[str, ...], followed: tuple[str, ...], *, water: t
         if contribution != "target" or targets
     ]
     pair_names = {pair_name(out, back) for names in families for out in names for back in names}
+    pair_names |= set(boundary_echoes)
     pairs = sorted(pair_names, key=lambda name: (name.count("S") + name.count("B"), len(name), name))
-    return LabelNames(("seabed", "surface", *targets), tuple(pairs))
+    return LabelNames(("seabed", "surface", *((BOUNDARY_ECHO,) if boundary_echoes else ()), *targets), tuple(pairs))
 
 
 @dataclass(frozen=True, slots=True)
@@ -211,8 +216,12 @@ class LabelAccumulator:
             return
         if key not in buffer.bins:
             buffer.bins[key] = np.zeros((*shape, MOMENTS))
+        if pairs.scatterers.boundary == BOUNDARY_ECHO and len(pairs.pair) > 1:  # each from a position of its own
+            for row in range(len(pairs.pair)):
+                self._deposit_positions(buffer, key, pairs.select(np.array([row])), power_out, power_back)
+            return
         rows: Any = slice(None) if point_rows is None else point_rows
-        position, strength = pairs.scatterers.position[rows], np.abs(pairs.strength[:, rows])
+        position, strength = pairs.positions(0)[rows], np.abs(pairs.strength[:, rows])
         for channel, bins in enumerate(buffer.bins[key]):
             deposit_label_positions(
                 bins, start, grid.sample_rate, pairs.out.delay[:, rows], pairs.back.delay[:, rows],

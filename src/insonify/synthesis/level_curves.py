@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from insonify.propagation.families import DIRECT
 from insonify.records.pairs import Pairs
+from insonify.scene.scatterers import BOUNDARY_ECHO
 from insonify.synthesis.accumulator import Requirements
 from insonify.synthesis.incoherent import IncoherentAccumulator, IntensityBuffer
 from insonify.synthesis.time_grid import TimeGrid
@@ -22,19 +23,19 @@ from insonify.units import level_db
 if TYPE_CHECKING:
     import xarray as xr
 
-CONTRIBUTION_COLOURS = ("seabed", "surface", "target")
-WATER = "water"
-"""Contribution that has curves only where the water scatters."""
+CONTRIBUTIONS = ("seabed", "surface", "target")
+OCCASIONAL = ("water", BOUNDARY_ECHO)
+"""Contributions that have curves only where there is sound of theirs."""
 ALL = "all"
 
 
 def pair_name(transmit_family: str, receive_family: str) -> str:
-    """Name of an unordered pair of families, such as D-S: the one with fewer bounces first."""
-    return "-".join(
-        sorted(
-            (transmit_family, receive_family), key=lambda name: (name != DIRECT, len(name), not name.startswith("S"))
-        )
-    )
+    """Name of an unordered pair of families, such as D-S: the one with fewer bounces first.
+
+    A boundary echo is one leg: its name is that family's, such as B.
+    """
+    families = [name for name in (transmit_family, receive_family) if name]
+    return "-".join(sorted(families, key=lambda name: (name != DIRECT, len(name), not name.startswith("S"))))
 
 
 class LevelBuffers(dict[tuple[str, str], IntensityBuffer]):
@@ -93,15 +94,16 @@ def level_curves(
         channel: Index of the channel.
 
     Returns:
-        `level_db` over (contribution, pair, time) [dB re 1 uPa]: contributions seabed, surface, target, water (if it
-        scatters), noise, total; pairs of families, and "all". Minus infinity where nothing is received.
+        `level_db` over (contribution, pair, time) [dB re 1 uPa]: contributions seabed, surface, target, water and
+        boundary echo (where there is such sound), noise, total; pairs of families, and "all". Minus infinity where
+        nothing is received.
     """
     import xarray as xr
 
     names = sorted({pair for _, pair in intensity if pair != ALL}, key=lambda p: (len(p), p))
     pairs = [ALL, *names]
-    water = [WATER] if any(contribution == WATER for contribution, _ in intensity) else []
-    contributions = [*CONTRIBUTION_COLOURS, *water, "noise", "total"]
+    there = {contribution for contribution, _ in intensity}
+    contributions = [*CONTRIBUTIONS, *(name for name in OCCASIONAL if name in there), "noise", "total"]
     power = np.zeros((len(contributions), len(pairs), grid.sample_count))
     for (contribution, pair), series in intensity.items():
         power[contributions.index(contribution), pairs.index(pair)] += series[channel]

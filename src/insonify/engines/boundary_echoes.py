@@ -1,0 +1,130 @@
+"""Boundary echoes: sound from the transmitter to the receiver by reflections off boundaries, without a scatterer.
+
+B is the seabed's own specular echo (the first bottom return), S that of the surface, BS, SB, BSB, ... their multiples;
+D is the sound that travels straight from one platform to another. A path is a leg from the receiver to the
+transmitter's position, so spreading, reflection coefficients, refraction, relief, occlusion and wavefronts are those of
+every other leg. It is stored as the receive leg of a pair whose transmit leg has no length; the family is named on the
+transmit leg, in the order of travel. Sound that roughness takes from the coherent echo is in the scattering laws of the
+boundaries or, under a wind and without a law of the surface, in glints.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.propagation.families import DIRECT
+from insonify.propagation.glints import leg_rows
+from insonify.propagation.local_planes import flat_bounces, fresnel_zone
+from insonify.propagation.path_settings import PathSettings
+from insonify.records.legs import GlintPhasors, Legs, LegStatus
+from insonify.records.pairs import Pairs
+from insonify.scattering.point_target import PointTargetLaw
+from insonify.scattering.roughness import band_variance
+from insonify.scene.scatterers import BOUNDARY_ECHO, Scatterers, whole_target_id
+from insonify.scene.scene import Scene
+from insonify.scene.seabed import Seabed
+from insonify.scene.seabed_law import SedimentLaw, sediment
+from insonify.scene.surface import AplSurfaceLaw
+from insonify.sonar.ping_geometry import PingGeometry
+
+Floats = NDArray[np.float64]
+
+
+def boundary_echo_families(choice: PathSettings, *, two_platforms: bool) -> tuple[str, ...]:
+    """Families that reach the receiver without a scatterer: all with a reflection, and D between two platforms.
+
+    On one platform the straight path between its own arrays is left out: baffles and blanking suppress it.
+
+    Args:
+        choice: Families followed, and contributions.
+        two_platforms: True: transmitter and receiver are on platforms of their own.
+    """
+    if BOUNDARY_ECHO not in choice.contributions:
+        return ()
+    followed = choice.followed_families
+    return followed if two_platforms else tuple(name for name in followed if name != DIRECT)
+
+
+def transmitter_point(ping_geometry: PingGeometry) -> Scatterers:
+    """The transmitter's position, as the end point of the boundary echoes' receive legs."""
+    return Scatterers(
+        BOUNDARY_ECHO, BOUNDARY_ECHO, PointTargetLaw(0.0), ping_geometry.transmit_position[None].copy(),
+        np.zeros((1, 3)), np.ones(1), np.ones(1, complex), whole_target_id(BOUNDARY_ECHO, 1), has_random_phase=False,
+    )  # fmt: skip
+
+
+def scatters_facets(scene: Scene, choice: PathSettings) -> bool:
+    """True where the surface's own scattering already holds what waves take from its specular echo.
+
+    The facets of the surface's law scatter about the specular direction, and integrate to the energy of the mirror.
+    """
+    return isinstance(scene.surface.scattering, AplSurfaceLaw) and "surface" in choice.contributions
+
+
+def without_glints(legs: Legs) -> Legs:
+    """Rows of the coherent part of legs off a moving surface."""
+    if legs.glints is None:
+        return legs
+    rows = [row for row, number in enumerate(legs.glints.bounce_id) if number < 0]
+    label = tuple(legs.glints.bounce_id[row] for row in rows)
+    return replace(leg_rows(legs, rows), glints=GlintPhasors(label, legs.glints.phasor[rows]))
+
+
+def sediment_roughness_factor(
+    legs: Legs, position: Floats, seabed: Seabed, wavelength: float, *, hull_depth: float = 0.0
+) -> Floats:
+    """Factor of a sediment's own roughness on the coherent sound of all bottom bounces, shape (f, n) [1].
+
+    exp(-2 k^2 h^2 sin^2) for each, h the rms height of the roughness between the Fresnel zone's wave and the sound's.
+    What it takes is in the near-specular part of the sediment's scattering law. A seabed with relief has its relief's
+    roughness instead, in its legs already; one without a law of a sediment is smooth.
+
+    Args:
+        legs: Legs between the position and n points.
+        position: North, east, depth of that end [m], shape (3,).
+        seabed: The seabed.
+        wavelength: Acoustic wavelength [m].
+        hull_depth: Depth of the hull off which the families with H are reflected [m].
+
+    Source: Eckart (1953), J. Acoust. Soc. Am. 25, 566, with the spectrum of APL-UW TR 9407 (1994), section IV.A.
+    Valid: zones are those of straight rays over a flat seabed.
+    """
+    factor, k = np.ones_like(legs.delay), 2 * np.pi / wavelength
+    if seabed.relief or not isinstance(seabed.scattering, SedimentLaw):
+        return factor
+    made_of = sediment(seabed.scattering.sediment)
+    for row, family in enumerate(legs.families):
+        if "B" not in family:
+            continue
+        sine, top = np.abs(legs.departure[row, :, 2]), hull_depth if "H" in family else 0.0
+        paths = flat_bounces(family, float(position[2]) - top, legs.length[row], sine, seabed.depth - top)
+        for bounce in (number for number, letter in enumerate(family) if letter == "B"):
+            length, width = fresnel_zone(paths, bounce, wavelength)
+            low = np.minimum(np.pi / np.maximum(np.sqrt(length * width), 1e-6), k)
+            factor[row] *= np.exp(-2 * k**2 * band_variance(made_of, low, k) * sine**2)
+    return factor
+
+
+def boundary_echo_pairs(transmitter: Scatterers, back: Legs) -> Pairs:
+    """Boundary echoes as pairs of a transmit leg without length and a receive leg.
+
+    Args:
+        transmitter: Point from `transmitter_point`.
+        back: Legs from the receiver to that point.
+
+    Returns:
+        One pair for each row of the legs, of strength 1: pressure at the receiver re 1 m from the source.
+    """
+    rows = len(back.families)
+    zero, one = np.zeros_like(back.delay), np.ones_like(back.delay)
+    out = replace(
+        back, families=tuple(name[::-1] for name in back.families), delay=zero, length=zero, spreading=one,
+        absorption=one, reflection_coefficient=one.astype(complex), visibility=one, caustics=0 * back.caustics,
+        departure=-back.arrival, arrival=-back.arrival, grazing=zero,
+        status=np.full_like(back.status, LegStatus.CLEAR), occluder=np.full_like(back.occluder, -1), caustic=None,
+        glints=None if back.glints is None else GlintPhasors(back.glints.bounce_id, one.astype(complex)),
+        aperture_expansion=None,
+    )  # fmt: skip
+    back = replace(back, families=("",) * rows, branch=(0,) * rows)
+    return Pairs(transmitter, out, back, np.repeat(np.arange(rows), 2).reshape(-1, 2), one.copy())

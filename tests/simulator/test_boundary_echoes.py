@@ -1,0 +1,277 @@
+"""Boundary echoes against closed forms: images, Snell's law in a gradient, Doppler, theory of rough reflection."""
+
+import numpy as np
+import pytest
+
+from insonify.engines.hull_echoes import rectangle_factor
+from insonify.propagation.wind_waves import shortest_wavenumber, wind_waves
+from insonify.scattering.bubbles import bubble_loss_db
+from insonify.scattering.roughness import roughness_spectrum
+from insonify.scattering.sediments import Sediment
+from insonify.scenario.scenario import Scenario
+from insonify.simulator import arrivals, build_simulator, labels, levels, simulate
+from insonify.sonar.hull import HullPlate
+from insonify.sonar.pulse import envelope
+from oracles.scenes import nominal
+from oracles.underway import SPEED, recorded
+from synthesis.oracle import relative_rms
+
+ECHOES = {"contributions": ["boundary echo"]}
+OMNI = {"kind": "point", "element": "omni"}
+POINTS = {"transmit": OMNI, "receive": OMNI}
+MIRROR = {"scattering": None, "reflection": 0.35}
+WINDOW = {"window": (1e-3, 0.06)}
+
+
+def bed_only(*, order=3, paths=None, track=None, sonar=None, seabed=None, **top):
+    """An omnidirectional sonar 11 m deep over a smooth bed at 20 m, with boundary echoes only."""
+    ends = {"transmit": {"kind": "point", "element": "omni", "length": None}} | {
+        "receive": {"kind": "point", "element": "omni", "length": None}
+    }
+    return nominal(
+        **(ends | top), paths={"max_reflections": order, **ECHOES, **(paths or {})}, track={**WINDOW, **(track or {})},
+        sonar=sonar, seabed={**MIRROR, **(seabed or {})},
+    )  # fmt: skip
+
+
+def by_family(found):
+    """Rows of arrivals by the family of the path."""
+    assert set(found.receive_family) == {""} and set(found.object) == {"boundary echo"}
+    return {str(name): row for row, name in enumerate(found.transmit_family)}
+
+
+@pytest.mark.parametrize(
+    ("family", "length", "product"),
+    [("B", 18, 0.35), ("S", 22, -1), ("BS", 40, -0.35), ("SB", 40, -0.35), ("BSB", 58, -(0.35**2)), ("SBS", 62, 0.35)],
+)
+def test_echoes_of_the_nominal_scene_are_those_of_its_images(family, length, product):
+    """12.000, 14.667, 26.667, 38.667 ms to 1e-9 s; level 220 - 20 log(2 d) + 20 log|R| - absorption to 0.001 dB."""
+    scenario = bed_only()
+    found = arrivals(scenario)
+    row = by_family(found)[family]
+    loss = 10 ** (-float(scenario.water.absorption(100e3)) * length / 20)
+    assert found.delay[row] == pytest.approx(length / 1500, abs=1e-9)
+    assert complex(found.amplitude[row, 0]) == pytest.approx(product * loss / length, rel=1e-4)
+    first = 1 if family.startswith("B") else -1
+    np.testing.assert_allclose(found.departure[row], [0, 0, first], atol=1e-12)
+    np.testing.assert_allclose(found.position[row], [0, 0, 11 + first * length / 2], atol=1e-9)
+
+
+@pytest.mark.parametrize("field", ["coherent", "incoherent"])
+def test_recorded_energies_are_those_of_the_images(field):
+    """Energy of each echo = that of the received pulse times the squared pressure of its paths, to 0.05 dB.
+
+    BS and SB arrive together in phase: 6 dB above one of them.
+    """
+    scenario = bed_only(field=field)
+    simulator, recording = build_simulator(scenario), simulate(scenario)
+    rate = simulator.grid.sample_rate
+    pulse = np.sum(np.abs(simulator.pulse.samples(np.arange(-0.002, 0.002, 1 / (16 * rate)))) ** 2) / (16 * rate)
+    values = recording["pressure" if field == "coherent" else "intensity"].values[0, 0]
+    power, time = np.abs(values) ** (2 if field == "coherent" else 1), recording["time"].values
+    for length, factor in ((18, 0.35), (22, 1.0), (40, 0.7), (58, 0.35**2)):
+        inside = np.abs(time - length / 1500 - 1e-4) < 1e-3
+        loss = 10 ** (-float(scenario.water.absorption(100e3)) * length / 20)
+        due = pulse * (1e11 * factor * loss / length) ** 2
+        assert 10 * np.log10(power[inside].sum() / rate / due) == pytest.approx(0, abs=0.05)
+
+
+def test_a_vertical_ray_in_a_gradient_has_its_travel_time_and_its_tube():
+    """Delay = 2 int dz / c to 1e-9 s; spreading 1 / (2 int c dz / c0): sin of the angle to the vertical grows as c."""
+    speed = np.array([1520.0, 1490.0])
+    scenario = bed_only(water={"profile": [[0, speed[0]], [20, speed[1]]], "absorption_db_per_m": 0.0})
+    found, at = arrivals(scenario), lambda z: np.interp(z, [0, 20], speed)
+    rows = by_family(found)
+    for family, legs in (("B", [(11, 20)] * 2), ("S", [(0, 11)] * 2), ("BS", [(11, 20), (0, 20), (0, 11)])):
+        gradient = (speed[1] - speed[0]) / 20
+        delay = sum(np.log(at(low) / at(high)) / -gradient for low, high in legs)
+        tube = sum((at(low) + at(high)) / 2 * (high - low) for low, high in legs) / at(11)
+        assert found.delay[rows[family]] == pytest.approx(delay, abs=1e-9)
+        assert found.spreading[rows[family]] == pytest.approx(1 / tube, rel=1e-6)
+
+
+def test_sound_between_two_platforms_travels_straight_too():
+    """D arrives at |p - q| / c with 1 / |p - q|; on one platform it is left out, its arrays apart or not."""
+    there = (30.0, -20.0, 5.0)
+    scenario = bed_only(order=1, receiver_track={"kind": "static", "position": there}, water={"absorption_db_per_m": 0})
+    found = arrivals(scenario)
+    rows, images = by_family(found), {"D": 11, "S": -11, "B": 29}
+    assert set(rows) == set(images)
+    for family, depth in images.items():
+        length = np.linalg.norm(np.subtract(there, (0, 0, depth)))
+        assert found.delay[rows[family]] == pytest.approx(length / 1500, abs=1e-9)
+        assert found.spreading[rows[family]] == pytest.approx(1 / length, rel=1e-9)
+        np.testing.assert_allclose(found.arrival[rows[family]][2] * length, (1 if depth > 20 else np.sign(depth)) * abs(
+            depth - 5), rtol=1e-9)  # fmt: skip
+    assert "D" not in by_family(arrivals(bed_only(receive={**OMNI, "length": None, "offset": (1.0, 0, 0)})))
+
+
+@pytest.mark.parametrize("record", ["beams", "elements"])
+def test_a_moving_sonar_receives_the_sound_of_a_moving_image(record):
+    """B, S, BS and SB at 5 m/s, four elements or one beam: the float64 sum over emission times, 2e-3 of its rms.
+
+    What is received at t was emitted at te, which solves te + |rx(t) - image of tx(te)| / c = t. The engine takes the
+    transmitter's motion towards the receiver's position at the start, which leaves k v^2 t te / d = 1e-3 rad.
+    """
+    array = {"kind": "line", "length": 0.24, "elements": 4, "element": "omni"}
+    track = {"kind": "line", "start": (0.0, 0.0, 11.0), "speed": 5.0, "heading": 0.3, "window": (0.0, 0.03)}
+    described = bed_only(order=2).model_dump(mode="json")
+    described["track"] = track
+    described["water"] |= {"sound_speed": SPEED, "absorption_db_per_m": 0.0}
+    described["sonar"]["receive"] = array if record == "elements" else OMNI
+    described["sonar"]["receiver"] |= {"bandwidth": 20e3, "record": record}
+    scenario = Scenario.model_validate(described)
+    course = 5.0 * np.array([np.cos(0.3), np.sin(0.3), 0.0])
+    along = np.linspace(0.09, -0.09, 4) if record == "elements" else np.zeros(1)
+    rate = 1e6
+    time, raw = np.arange(0, 0.032, 1 / rate), []
+    for offset in along:
+        ear = np.array([0.0, 0.0, 11.0]) + course * (time[:, None] + offset / 5.0)
+        total = np.zeros(len(time), complex)
+        for depth, factor in ((29, 0.35), (-11, -1), (-29, -0.35), (51, -0.35)):
+            image = np.array([0.0, 0.0, depth])
+            emitted = np.full(len(time), -1.0)
+            for _ in range(4):  # fixed point: the sonar is three hundred times slower than sound
+                emitted = time - np.linalg.norm(ear - image - course * emitted[:, None], axis=1) / SPEED
+            middle = int(np.argmax(emitted > scenario.sonar.pulse.duration / 2))
+            distance = SPEED * (time[middle] - emitted[middle])
+            phase = np.exp(2j * np.pi * 100e3 * (emitted - time))
+            total += 1e11 * factor / distance * envelope(scenario.sonar.pulse, emitted) * phase
+        raw.append(total)
+    due = recorded(np.array(raw), scenario, rate)
+    assert relative_rms(simulate(scenario)["pressure"].values[0], due) < 2e-3
+
+
+@pytest.mark.parametrize("frequency", [10e3, 20e3])
+def test_a_sediment_s_own_roughness_takes_the_coherent_bottom_echo(frequency):
+    """|B| = R exp(-2 (k h)^2), h^2 the spectrum's integral from the zone's wave to the sound's, by quadrature."""
+    sand = {"scattering": {"law": "jackson", "sediment": "medium sand"}, "reflection": "medium sand"}
+    pulse = {"pulse": {"kind": "cw", "frequency": frequency, "duration": 1e-3}, "receiver": {"bandwidth": 5e3}}
+    still = {"water": {"absorption_db_per_m": 0.0}, "sonar": pulse, "order": 1}
+    rough, smooth = arrivals(bed_only(seabed=sand, **still)), arrivals(bed_only(seabed={**sand, **MIRROR,
+        "reflection": "medium sand"}, **still))  # fmt: skip
+    bed, k = Sediment.named("medium sand"), 2 * np.pi * frequency / 1500
+    zone = 2 * np.sqrt(1500 / frequency * 9 * 9 / 18)  # full width of the first Fresnel zone, 9 m below and back
+    waves = np.geomspace(2 * np.pi / zone, k, 20_001)
+    variance = np.trapezoid(roughness_spectrum(bed, waves) * 2 * np.pi * waves, waves)
+    ratio = abs(complex(rough.amplitude[by_family(rough)["B"], 0] / smooth.amplitude[by_family(smooth)["B"], 0]))
+    assert ratio == pytest.approx(np.exp(-2 * k**2 * variance), rel=1e-4)
+
+
+HULL = {"length": 20.0, "width": 6.0, "reflection": 0.9}
+
+
+def afloat(d=0.6, *, order=5, size=None, **more):
+    """A transducer 0.6 m deep under a hull at its own depth, in 6.6 m of water: 6 m above a smooth bed."""
+    hull = {"hull": {**HULL, **(size or {})}}
+    return bed_only(
+        order=order, sonar=hull, seabed={"depth": 6.0 + d}, track={"position": (0.0, 0.0, d), "window": (1e-3, 0.05)},
+        water={"absorption_db_per_m": 0.0}, **more,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("d", [0.6, 2.5])
+def test_multiples_under_a_hull_come_at_2z_and_3z_and_those_of_the_surface_later_by_its_depth(d):
+    """BHB at 2 z, BHBHB at 3 z with R^2 R_h and R^3 R_h^2 over the whole length; BSB at 2 z + d; all to 1e-9 s.
+
+    A hull much larger than the Fresnel zone leaves little of what would pass it by the surface, a small one most.
+    """
+    found = arrivals(afloat(d))
+    rows, z = by_family(found), 6.0
+    for family, way, product in (("B", z, 0.35), ("BHB", 2 * z, 0.35**2 * 0.9), ("BHBHB", 3 * z, 0.35**3 * 0.9**2)):
+        assert found.delay[rows[family]] == pytest.approx(2 * way / 1500, abs=1e-9)
+        assert abs(found.amplitude[rows[family], 0]) == pytest.approx(product / (2 * way), rel=0.05)
+    past = arrivals(afloat(d, size={"length": 0.1, "width": 0.1}))
+    ghost = by_family(past)
+    assert past.delay[ghost["BSB"]] == pytest.approx(2 * (2 * z + d) / 1500, abs=1e-9)
+    assert abs(past.amplitude[ghost["BSB"], 0]) == pytest.approx(0.35**2 / (2 * (2 * z + d)), rel=0.2)
+    assert abs(past.amplitude[ghost["BHB"], 0]) < 0.15 * abs(found.amplitude[rows["BHB"], 0])
+    assert abs(found.amplitude[rows["BSB"], 0]) < 0.1 * abs(past.amplitude[ghost["BSB"], 0])
+
+
+def test_a_hull_s_size_counts_as_its_fresnel_integral():
+    """BHB off a small plate = Kirchhoff's integral over it by brute force, 1 %; half a plane at its edge: one half."""
+    plate = HullPlate(np.array([0.0, 0.0, 0.6]), np.eye(2), np.array([0.3, 0.2]), 1.0)
+    place, wavelength = np.array([0.15, -0.1]), 0.015
+    x, y = np.meshgrid(np.linspace(-0.3, 0.3, 1201), np.linspace(-0.2, 0.2, 801), indexing="ij")
+    to = np.sqrt((x - place[0]) ** 2 + (y - place[1]) ** 2 + 12.0**2)
+    spread = np.exp(-2j * np.pi / wavelength * 2 * (to - 12.0)) / to**2
+    area = np.trapezoid(np.trapezoid(spread, y[0], axis=1), x[:, 0])
+    due = 1j / wavelength * area * 24.0  # (j / lambda) of the aperture, re the mirror's 1 / 24 m
+    factor = rectangle_factor(plate, place, np.array([12.0]), np.array([12.0]), wavelength)[0]
+    assert abs(factor - due) < 0.01
+    half = HullPlate(np.zeros(3), np.eye(2), np.array([1e3, 1e3]), 1.0)
+    edge = rectangle_factor(half, np.array([1e3, 0.0]), np.array([12.0]), np.array([12.0]), wavelength)[0]
+    assert abs(edge) == pytest.approx(0.5, rel=1e-3)
+
+
+def test_hull_multiples_in_layered_water_have_the_time_below_the_hull():
+    """BHB = 4 int dz / c from the hull to the bed, to 1e-9 s; a profile of one speed changes nothing."""
+    profile = [[0, 1480.0], [6.6, 1520.0]]
+    scenario = afloat(order=3).with_("water", {"profile": profile, "absorption_db_per_m": 0.0})
+    gradient, speed = 40 / 6.6, np.interp([0.6, 6.6], [0, 6.6], [1480.0, 1520.0])
+    found = arrivals(scenario)
+    assert found.delay[by_family(found)["BHB"]] == pytest.approx(4 * np.log(speed[1] / speed[0]) / gradient, abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("down", "words"),
+    [(-0.7, "at or above the sea surface"), (7.0, "at or below the seabed"), (0.2, "inside the hull")],
+)
+def test_a_hull_out_of_the_water_or_around_the_sonar_is_refused(down, words):
+    """One line that names the key and the way out."""
+    with pytest.raises(ValueError, match=words) as refused:
+        afloat(size={"offset": (0.0, 0.0, down)})
+    assert "sonar.hull.offset" in str(refused.value)
+    with pytest.raises(ValueError, match="another platform"):
+        afloat(receiver_track={"kind": "static", "position": (3.0, 0.0, 0.6)})
+
+
+def windy(frequency, wind, contributions=("boundary echo",), **more):
+    """Surface echoes of an omnidirectional sonar under a wind, without absorption."""
+    pulse = {"kind": "cw", "frequency": frequency, "duration": 1e-3}
+    paths = {"families": ["S"], "contributions": contributions}
+    return bed_only(
+        order=1, surface={"reflection": "statistical", "wind_speed": wind, **more}, paths=paths,
+        sonar={"pulse": pulse, "receiver": {"bandwidth": 5e3}}, water={"absorption_db_per_m": 0.0},
+    )  # fmt: skip
+
+
+def test_wind_leaves_the_surface_echo_its_coherent_part_and_its_energy():
+    """Coherent pressure exp(-2 Gamma^2) of the mirror's, Gamma = k sigma at normal incidence; energy of all rays 1.
+
+    Both less the loss in bubbles. Waves above the law's own cutoff count; sigma of the same spectrum by its integral.
+    """
+    frequency, wind = 10e3, 3.0
+    found = arrivals(windy(frequency, wind))
+    loss = 10 ** (-float(bubble_loss_db(wind, frequency, np.array(np.pi / 2))) / 20)
+    gamma = (
+        2 * np.pi * frequency / 1500 * np.sqrt(wind_waves(wind, shortest_wavenumber(frequency, 1500.0)).variance[-1])
+    )
+    strongest = {
+        int(b): abs(complex(a)) * 22 for b, a in zip(found.transmit_branch, found.amplitude[:, 0], strict=True)
+    }
+    assert sum(value**2 for value in strongest.values()) == pytest.approx(loss**2, rel=0.02)
+    if np.exp(-2 * gamma**2) > 1e-3:
+        assert strongest[0] == pytest.approx(np.exp(-2 * gamma**2) * loss, rel=1e-4)
+    facets = {"scattering": {"law": "apl-surface", "wind_speed": wind}}
+    alone = arrivals(windy(frequency, wind, ("surface", "boundary echo"), **facets))
+    assert not np.any(
+        alone.object == "boundary echo"
+    )  # the law's facets scatter what the mirror loses: no glint counts it once more
+
+
+def test_labels_and_levels_name_the_boundary_echo():
+    """Levels by family and labels of the samples: object, family, and the place of the bounce under the sonar."""
+    scenario = bed_only()
+    curves = levels(scenario)["level_db"].sel(contribution="boundary echo")
+    truth = labels(scenario)
+    time = truth["time"].values
+    for family, delay in (("B", 12.1e-3), ("S", 14.77e-3), ("BSB", 38.77e-3)):
+        sample = int(np.argmin(np.abs(time - delay)))
+        assert np.isfinite(curves.sel(pair=family).values[sample])
+        assert truth["object"].values[int(truth["strongest_object"].values[0, sample])] == "boundary echo"
+        assert truth["pair"].values[int(truth["strongest_pair"].values[0, sample])] == family
+    bounce = truth["position"].values[0, int(np.argmin(np.abs(time - 12.1e-3)))]
+    np.testing.assert_allclose(bounce, [0, 0, 20], atol=0.02)
+    assert not truth["highlight"].values.any()
