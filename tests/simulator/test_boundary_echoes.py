@@ -158,6 +158,60 @@ def test_a_sediment_s_own_roughness_takes_the_coherent_bottom_echo(frequency):
     assert ratio == pytest.approx(np.exp(-2 * k**2 * variance), rel=1e-4)
 
 
+def kirchhoff_bottom_echo(terrain, position, wavenumber, *, step, half=7.0):
+    """Pressure of a smooth bed's echo re 1 m by Kirchhoff's integral over 14 m of it, faded out towards its edge."""
+    across, total = np.arange(-half, half, step), 0j
+    for part in np.array_split(across, 12):
+        x, y = part[:, None], across[None, :]
+        ground = terrain.relief.sample(position[0] + x, position[1] + y)
+        down = terrain.depth - ground.height - position[2]
+        distance = np.sqrt(x**2 + y**2 + down**2)
+        facing = (down + x * ground.slope[..., 0] + y * ground.slope[..., 1]) / distance
+        fade = np.exp(-((x**2 + y**2) ** 4) / (0.83 * half) ** 8)
+        total += np.sum(fade * facing * np.exp(-2j * wavenumber * distance) / distance**2)
+    return 1j * wavenumber / (2 * np.pi) * total * step**2
+
+
+@pytest.mark.parametrize("tilt", [2, 8])
+def test_a_tilted_bed_mirrors_from_the_foot_of_its_perpendicular(tilt, tmp_path):
+    """B off a plane: 2 h cos(tilt) / c along the normal, with 1 / (2 h cos(tilt)); h the height above the ground."""
+    east, slope = np.arange(-60, 60.1, 2.0), np.tan(np.radians(tilt))
+    np.savez(tmp_path / "plane.npz", north=east, east=east, depth=20 + slope * east[None, :] + 0 * east[:, None])
+    relief = {"relief": [{"kind": "grid", "file": str(tmp_path / "plane.npz")}], "depth": 20.0}
+    found = arrivals(bed_only(order=1, seabed=relief, paths={"families": ["B"]}))
+    length, normal = 18 * np.cos(np.radians(tilt)), [0.0, -np.sin(np.radians(tilt)), np.cos(np.radians(tilt))]
+    assert found.delay * 1500 == pytest.approx([length], rel=1e-6)
+    assert found.spreading * length == pytest.approx([1.0], rel=1e-4)
+    np.testing.assert_allclose(found.departure, [normal], atol=1e-4)
+
+
+SAND_WAVES = {"kind": "ripples", "wavelength": 12.0, "height": 0.4, "irregularity": 0.0, "sharpness": 0.1}
+BENT_WAVES = {"kind": "ripples", "wavelength": 5.0, "height": 0.3}
+
+
+@pytest.mark.parametrize(
+    ("waves", "frequency", "north", "count"),
+    [(SAND_WAVES, 20e3, 0.0, 1), (SAND_WAVES, 20e3, 3.1, 1), (BENT_WAVES, 20e3, 1.7, 1), (BENT_WAVES, 60e3, 2.5, 3)],
+)
+def test_sand_waves_mirror_at_every_specular_point(waves, frequency, north, count):
+    """The sum of the specular points = Kirchhoff's integral over the bed, 0.3 dB and 0.1 rad; in troughs three points.
+
+    The point between two others has touched a caustic. Level ground would have 1 / 18 m, up to 4 dB from these.
+    """
+    pulse = {"pulse": {"kind": "cw", "frequency": frequency, "duration": 1e-3}, "receiver": {"bandwidth": 5e3}}
+    scenario = bed_only(
+        order=1, seabed={"relief": [waves]}, water={"absorption_db_per_m": 0.0}, sonar=pulse,
+        track={"position": (north, 0.0, 11.0)}, paths={"families": ["B"]},
+    )  # fmt: skip
+    found, k = arrivals(scenario), 2 * np.pi * frequency / 1500
+    total = np.sum(found.amplitude[:, 0] * np.exp(-1j * k * 1500 * found.delay)) / 0.35
+    step = 1500 / frequency / 4
+    due = kirchhoff_bottom_echo(scenario.scene.seabed.terrain, (north, 0.0, 11.0), k, step=step)
+    assert len(found) == count and sum(found.caustics) == (count == 3)
+    assert 20 * np.log10(abs(total / due)) == pytest.approx(0, abs=0.3)
+    assert np.angle(total / due) == pytest.approx(0, abs=0.1)
+
+
 HULL = {"length": 20.0, "width": 6.0, "reflection": 0.9}
 
 

@@ -26,6 +26,7 @@ from insonify.engines.polar_grid import MAX_CELL_WIDTH
 from insonify.engines.quadrature_points import LayoutCache
 from insonify.engines.radials import straight_gain_bound
 from insonify.engines.relief_reflections import reflect_off_relief
+from insonify.engines.relief_specular_points import with_specular_points
 from insonify.engines.terrain_occlusion import OcclusionCache, TerrainOcclusion
 from insonify.propagation.delay_field import DelayField
 from insonify.propagation.families import DIRECT, families_reaching
@@ -157,12 +158,13 @@ class EigenrayEngine:
         end, hull, depth = ping_geometry.receive_position, ping_geometry.hull, 0.0
         families = boundary_echo_families(self.choice, two_platforms=ping_geometry.receive_track_extent is not None)
         back = self._end_legs(end, transmitter, ping_geometry, None, elements=True, families=families)
+        wavelength, terrain = self._wavelength(ping_geometry, end), self.scene.seabed.terrain
+        if terrain is not None and terrain.span[0] < terrain.span[1] and isinstance(self.rays, StraightRays):
+            back = with_specular_points(back, end, ping_geometry.transmit_position, self.scene, wavelength)
         if hull is not None:
             depth, below = float(hull.centre[2]), hull_families(families)
             back = with_hull(back, below, self.scene, hull, end, transmitter, ping_geometry.frequency)
-        roughness = sediment_roughness_factor(
-            back, end, self.scene.seabed, self._wavelength(ping_geometry, end), hull_depth=depth
-        )
+        roughness = sediment_roughness_factor(back, end, self.scene.seabed, wavelength, hull_depth=depth)
         back = replace(back, reflection_coefficient=back.reflection_coefficient * roughness)
         if self.scene.surface.reflection != "flat":
             _, back = self._with_surface_reflection(back, back, transmitter, ping_geometry)

@@ -68,7 +68,7 @@ def replica_jitter(seed: int, ping: int, choice: PathSettings) -> ReplicaJitter:
 
 def _code(ray: str) -> int:
     """Number below 256 of each ray: twice its bounces, plus one if bottom first, plus 32 for each ray before it."""
-    family = ray.rstrip("12345678")
+    family = ray.rstrip("0123456789")
     string = bounce_sequence(family)
     return 32 * (int(ray[len(family) :] or 1) - 1) + 2 * len(string) + string.startswith("B")
 

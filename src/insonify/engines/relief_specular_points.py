@@ -1,0 +1,271 @@
+"""Specular points of relief: all positions from which a seabed mirrors the transmitter to the receiver.
+
+A path over relief is reflected where its length is stationary: once over level ground, several times where waves of the
+seabed focus. Each point has the pressure of the stationary phase, sqrt(det H0 / |det H|) of that of its tangent plane,
+with H the second derivatives of the path length over the ground, H0 those over the plane, and the phase +90 degrees
+for each negative curvature (a caustic touched). Source: stationary phase of Kirchhoff's integral, as in Brekhovskikh &
+Lysanov (2003), Fundamentals of Ocean Acoustics, chapter 9 (chapter from memory; tested against the integral). Near a
+caustic the curvature is held above that at which Airy's function has its value at the caustic.
+"""
+
+from dataclasses import replace
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.engines.relief_reflections import NEGLIGIBLE_PRESSURE
+from insonify.propagation.glints import leg_rows
+from insonify.records.legs import Legs
+from insonify.scene.scene import Scene
+from insonify.scene.seabed_terrain import SeabedTerrain
+
+Floats = NDArray[np.float64]
+
+NODES = 160
+"""Nodes of the ground along each side of the square that is searched, at most [1]."""
+NODES_PER_WAVE = 8.0
+"""Nodes along the shortest wave of the ground that is searched [1]."""
+SLOPES = 4.0
+"""Slopes that are searched, in rms slopes of the ground [1]."""
+NEWTON_STEPS = 8
+"""Steps towards a stationary point [1]."""
+MOST = 64
+"""Points of one path that are kept, the strongest [1]."""
+AIRY = 0.795
+"""Curvature at a caustic whose stationary phase equals Airy's Ai(0), over k^(-1/3) c^(2/3), c the third derivative of
+the path length: 2 pi / (2 pi Ai(0))^2 / 2^(2/3) [1]."""
+
+
+class SpecularPoints(NamedTuple):
+    """Specular points of one family, n of them, the strongest first."""
+
+    position: Floats
+    """North, east, depth [m], shape (n, 3)."""
+    length: Floats
+    """Path length [m], shape (n,)."""
+    focusing: Floats
+    """Pressure re that off the tangent plane [1], shape (n,)."""
+    caustics: NDArray[np.uint8]
+    """Caustics touched [1], shape (n,)."""
+    grazing_sine: Floats
+    """Sine of the grazing angle at the ground [1], shape (n,)."""
+    scale: float
+    """Length of the waves of the seabed below which they are left to the coherent loss [m]."""
+    residual_variance: float
+    """Mean square of the ground that the search leaves out [m^2]."""
+
+
+class _Ground(NamedTuple):
+    """Depth of some ground as a spline over north and east."""
+
+    spline: Any
+
+    def derivatives(self, place: Floats) -> tuple[Floats, Floats, Floats]:
+        """Depth [m], (n,), its gradient [1], (n, 2), and second derivatives [1/m], (n, 2, 2), at positions (n, 2)."""
+        depth, north, east, north2, both, east2 = (
+            self.spline.ev(*place.T, dx=dx, dy=dy) for dx, dy in ((0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2))
+        )
+        second = np.moveaxis(np.array([[north2, both], [both, east2]]), 2, 0)
+        return depth, np.stack([north, east], axis=1), second
+
+
+def with_specular_points(legs: Legs, position: Floats, end: Floats, scene: Scene, wavelength: float) -> Legs:
+    """Legs to one point with a row for each specular point of the families that reflect once off the seabed.
+
+    Args:
+        legs: Legs over relief to one point, a row for each family.
+        position: North, east, depth at which they begin [m], shape (3,).
+        end: North, east, depth of the point [m], shape (3,).
+        scene: The scene, in water of one sound speed.
+        wavelength: Acoustic wavelength [m].
+    """
+    terrain = scene.seabed.terrain
+    rows: list[int] = []
+    found: list[SpecularPoints | None] = []
+    for row, family in enumerate(legs.families):
+        points = None
+        if terrain is not None and family.count("B") == 1:
+            mirrored = np.array([1.0, 1.0, -1.0])
+            ends = (
+                (position * mirrored if family[0] == "S" else position),
+                (end * mirrored if family[-1] == "S" else end),
+            )
+            points = specular_points(terrain, *ends, wavelength)
+        rows += [row] * (1 if points is None else len(points.length))
+        found.append(points)
+    made = leg_rows(legs, rows)
+    branch = list(legs.branch)
+    branches, at = [], 0
+    for row, points in enumerate(found):
+        count = 1 if points is None else len(points.length)
+        branches += list(range(count)) if points is not None else [branch[row]]
+        if points is not None and terrain is not None:
+            _write(made, slice(at, at + count), points, legs, row, position, end, scene, terrain, wavelength)
+        at += count
+    return replace(made, branch=tuple(branches))
+
+
+def _write(
+    made: Legs, rows: slice, points: SpecularPoints, legs: Legs, row: int, position: Floats, end: Floats, scene: Scene,
+    terrain: SeabedTerrain, wavelength: float,
+) -> None:  # fmt: skip
+    """Write the rows of one family."""
+    family, mirrored = legs.families[row], np.array([1.0, 1.0, -1.0])
+    begin, stop = (
+        (position * mirrored if family[0] == "S" else position),
+        (end * mirrored if family[-1] == "S" else end),
+    )
+    away, towards = points.position - begin, stop - points.position
+    away /= np.linalg.norm(away, axis=1, keepdims=True)
+    towards /= np.linalg.norm(towards, axis=1, keepdims=True)
+    rough = terrain.roughness_reflection_factor(
+        points.grazing_sine, wavelength, np.full_like(points.length, points.scale),
+        residual_variance=points.residual_variance,
+    )  # fmt: skip
+    coefficient = scene.seabed.reflection_coefficient_at_sine(points.grazing_sine) * rough
+    for _ in range(family.count("S")):
+        coefficient = coefficient * scene.surface.reflection_coefficient(points.grazing_sine)
+    per_metre = np.log(legs.absorption[row, 0]) / legs.length[row, 0]
+    columns = {
+        "delay": points.length / scene.water.sound_speed, "length": points.length,
+        "spreading": points.focusing / points.length, "absorption": np.exp(per_metre * points.length),
+        "reflection_coefficient": coefficient * 1j**points.caustics, "caustics": points.caustics,
+        "departure": away * mirrored if family[0] == "S" else away,
+        "arrival": towards * mirrored if family[-1] == "S" else towards,
+    }  # fmt: skip
+    for name, column in columns.items():
+        getattr(made, name)[rows, 0] = column
+
+
+def specular_points(terrain: SeabedTerrain, begin: Floats, stop: Floats, wavelength: float) -> SpecularPoints | None:
+    """Points of relief at which the length of the path from one position to another by the ground is stationary.
+
+    Args:
+        terrain: The seabed.
+        begin: North, east, depth at which the path begins, or its image [m], shape (3,).
+        stop: The same of its end [m], shape (3,).
+        wavelength: Acoustic wavelength [m].
+
+    Returns:
+        The points; None where roughness leaves nothing coherent, the ground is unknown, or none is found within the
+        slopes that are searched. Just beyond a caustic, on its dark side, nothing is kept.
+    """
+    from scipy.interpolate import RectBivariateSpline
+    from scipy.ndimage import gaussian_filter
+
+    before, after = terrain.depth - begin[2], terrain.depth - stop[2]
+    middle = begin[:2] + before / (before + after) * (stop[:2] - begin[:2])
+    reach = np.array([before, after])
+    zone = 2 * np.sqrt(wavelength * reach.prod() / reach.sum())
+    wave = max(float(zone), terrain.relief.shortest_wavelength)
+    if float(terrain.roughness_reflection_factor(np.ones(1), wavelength, np.array([wave]))[0]) < NEGLIGIBLE_PRESSURE:
+        return None
+    half = zone + SLOPES * _rms_slope(terrain, middle, float(reach.max())) * float(reach.max())
+    step = max(wave / NODES_PER_WAVE, 2 * half / NODES)
+    wave, margin = max(wave, NODES_PER_WAVE * step), 4
+    keeps_all = wave <= terrain.relief.shortest_wavelength
+    nodes = np.arange(-np.ceil(half / step) - margin, np.ceil(half / step) + margin + 1) * step
+    north, east = middle[0] + nodes, middle[1] + nodes
+    depth = terrain.depth_at(north[:, None], east[None, :])
+    if not np.all(np.isfinite(depth)):
+        return None
+    # half of a wave of that length stays
+    smooth = depth if keeps_all else gaussian_filter(depth, 0.187 * wave / step, mode="nearest")
+    residual = float(np.var(depth - smooth))
+    ground = _Ground(RectBivariateSpline(north, east, smooth))
+    place = np.stack(np.meshgrid(north[margin:-margin], east[margin:-margin], indexing="ij"), axis=-1).reshape(-1, 2)
+    place = _stationary(ground, place, begin, stop, step)
+    if not len(place):
+        return None
+    found = _at(ground, place, begin, stop, wavelength, wave, residual)
+    if not keeps_all:
+        return found
+    exact = np.column_stack([found.position[:, :2], terrain.depth_at(*found.position[:, :2].T)])
+    length = np.linalg.norm(exact - begin, axis=1) + np.linalg.norm(exact - stop, axis=1)  # stationary: to second order
+    return found._replace(position=exact, length=length)
+
+
+def _rms_slope(terrain: SeabedTerrain, middle: Floats, reach: float) -> float:
+    """Rms slope of the resolved ground about a position, of one direction [1]."""
+    beside = np.linspace(-reach, reach, 33) / 2
+    sample = terrain.relief.sample(middle[0] + beside[:, None], middle[1] + beside[None, :])
+    return float(np.sqrt(np.nanmean(np.square(sample.slope))))
+
+
+def _path(ground: _Ground, place: Floats, begin: Floats, stop: Floats) -> tuple[Floats, Floats, Floats, Floats, Floats]:
+    """Length of paths by the ground, gradient, second derivatives, those over the tangent plane, sine of grazing."""
+    depth, slope, bend = ground.derivatives(place)
+    point = np.column_stack([place, depth])
+    tangent = np.zeros((len(place), 3, 2))
+    tangent[:, 0, 0] = tangent[:, 1, 1] = 1.0
+    tangent[:, 2] = slope
+    length, total, curvature = np.zeros(len(place)), np.zeros((len(place), 3)), np.zeros((len(place), 3, 3))
+    for end in (begin, stop):
+        way = point - end
+        distance = np.linalg.norm(way, axis=1)
+        unit = way / distance[:, None]
+        length += distance
+        total += unit
+        curvature += (np.eye(3) - unit[:, :, None] * unit[:, None, :]) / distance[:, None, None]
+    gradient = np.einsum("ni,nij->nj", total, tangent)
+    plane = np.einsum("nia,nij,njb->nab", tangent, curvature, tangent)
+    steep = np.sqrt(1 + np.sum(slope**2, axis=1))
+    sine = np.abs(total[:, 2] - np.sum(total[:, :2] * slope, axis=1)) / (2 * steep)
+    return length, gradient, plane + total[:, 2, None, None] * bend, plane, sine
+
+
+def _stationary(ground: _Ground, place: Floats, begin: Floats, stop: Floats, step: float) -> Floats:
+    """Stationary points of the path length, each once, from starts a step apart by Newton's method, shape (n, 2)."""
+    start = place
+    for number in range(NEWTON_STEPS):
+        _, gradient, curvature, _, _ = _path(ground, place, begin, stop)
+        determinant = np.linalg.det(curvature)
+        safe = np.abs(determinant) > 1e-12
+        move = np.zeros_like(place)
+        move[safe] = -np.linalg.solve(curvature[safe], gradient[safe][..., None])[..., 0]
+        far = np.linalg.norm(place + move - start, axis=1) > 2 * step
+        near = safe & ~far
+        if number < NEWTON_STEPS // 2:  # starts beside a caustic need more than one step
+            near |= safe & (np.linalg.norm(gradient, axis=1) < 4 * step * np.abs(curvature).max(axis=(1, 2)))
+            size = np.linalg.norm(move, axis=1, keepdims=True)
+            move *= np.minimum(1.0, step / np.maximum(size, 1e-12))
+        place, start = (place + move)[near], start[near]
+    if not len(place):
+        return place
+    _, gradient, _, _, _ = _path(ground, place, begin, stop)
+    place = place[np.linalg.norm(gradient, axis=1) < 1e-7]
+    _, first = np.unique(np.round(place / (step / 10)).astype(np.int64), axis=0, return_index=True)
+    return _apart(place[np.sort(first)], step / 20)
+
+
+def _apart(place: Floats, least: float) -> Floats:
+    """Positions without those that repeat an earlier one, shape (n, 2)."""
+    kept: list[Floats] = []
+    for one in place:
+        if all(np.hypot(*(one - other)) > least for other in kept):
+            kept.append(one)
+    return np.array(kept).reshape(-1, 2)
+
+
+def _at(
+    ground: _Ground, place: Floats, begin: Floats, stop: Floats, wavelength: float, scale: float, residual: float
+) -> SpecularPoints:
+    """Pressure of the path by each stationary point, the strongest first."""
+    length, _, curvature, plane, sine = _path(ground, place, begin, stop)
+    value, vector = np.linalg.eigh(curvature)
+    wavenumber, beside = 2 * np.pi / wavelength, scale / 8
+    for axis in range(2):
+        along = vector[:, :, axis]
+        ends = [np.einsum("na,nab,nb->n", along, _path(ground, place + side * beside * along, begin, stop)[2], along)
+                for side in (-1, 1)]  # fmt: skip
+        third = np.abs(ends[1] - ends[0]) / (2 * beside)
+        least = AIRY * third ** (2 / 3) * wavenumber ** (-1 / 3)
+        value[:, axis] = np.where(value[:, axis] < 0, -1, 1) * np.maximum(np.abs(value[:, axis]), least)
+    focusing = np.sqrt(np.linalg.det(plane) / np.maximum(np.abs(value.prod(axis=1)), 1e-12))
+    order = np.argsort(-focusing / length, kind="stable")[:MOST]
+    depth, _, _ = ground.derivatives(place[order])
+    return SpecularPoints(
+        np.column_stack([place[order], depth]), length[order], focusing[order],
+        np.sum(value[order] < 0, axis=1).astype(np.uint8), sine[order], scale, residual,
+    )  # fmt: skip
