@@ -19,7 +19,7 @@ from insonify.engines.boundary_echoes import boundary_echo_families
 from insonify.engines.delay_window import DelayInterval, delay_interval, in_delay_window
 from insonify.engines.eigenray_engine import EigenrayEngine
 from insonify.engines.fast_reverberation import FastReverberation, prepare_fast_reverberation
-from insonify.engines.hull_echoes import hull_families
+from insonify.engines.hull_reflection import hull_families
 from insonify.engines.parts import SerialPool, WorkerPool, parts_of
 from insonify.engines.terrain_cover import MOST_HIDDEN, hidden_part
 from insonify.malloc_tuning import keep_freed_memory
@@ -160,10 +160,11 @@ class Simulator:
         """The axes of labels."""
         targets, water = tuple(target.label for target in self.scenario.targets), self.scenario.water
         suspended = ("water",) * (water.volume_strength_db is not None) + tuple(one.label for one in water.patches)
-        paths, two_platforms = self.scenario.paths, self.scenario.receiver_track is not None
-        echoes = boundary_echo_families(paths, two_platforms=two_platforms)
-        echoes += () if self.scenario.sonar.hull is None else hull_families(echoes)
-        return label_names(targets, paths.followed_families, water=suspended, boundary_echoes=echoes)
+        paths, families = self.scenario.paths, self.scenario.paths.followed_families
+        echoes = boundary_echo_families(paths, two_platforms=self.scenario.receiver_track is not None)
+        if self.scenario.sonar.hull is not None:
+            echoes, families = echoes + hull_families(echoes, echoes=True), families + hull_families(families)
+        return label_names(targets, families, water=suspended, boundary_echoes=echoes)
 
     @cached_property
     def noise(self) -> ChannelNoise:

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from insonify.engines.hull_echoes import rectangle_factor
+from insonify.engines.hull_reflection import rectangle_factor
 from insonify.propagation.wind_waves import shortest_wavenumber, wind_waves
 from insonify.scattering.bubbles import bubble_loss_db
 from insonify.scattering.roughness import roughness_spectrum
@@ -252,11 +252,30 @@ def test_a_hull_s_size_counts_as_its_fresnel_integral():
     spread = np.exp(-2j * np.pi / wavelength * 2 * (to - 12.0)) / to**2
     area = np.trapezoid(np.trapezoid(spread, y[0], axis=1), x[:, 0])
     due = 1j / wavelength * area * 24.0  # (j / lambda) of the aperture, re the mirror's 1 / 24 m
-    factor = rectangle_factor(plate, place, np.array([12.0]), np.array([12.0]), wavelength)[0]
+    factor = rectangle_factor(plate, place[None], np.array([12.0]), np.array([12.0]), wavelength)[0]
     assert abs(factor - due) < 0.01
     half = HullPlate(np.zeros(3), np.eye(2), np.array([1e3, 1e3]), 1.0)
-    edge = rectangle_factor(half, np.array([1e3, 0.0]), np.array([12.0]), np.array([12.0]), wavelength)[0]
+    edge = rectangle_factor(half, np.array([[1e3, 0.0]]), np.array([12.0]), np.array([12.0]), wavelength)[0]
     assert abs(edge) == pytest.approx(0.5, rel=1e-3)
+
+
+def test_reverberation_by_way_of_the_hull_is_that_of_its_images():
+    """A point target under a hull: legs BH and BHB are straight lines from images between hull and bed, 1e-9 s.
+
+    The direct leg keeps its bits; a target beside the surface path's passage loses it to a hull above that passage.
+    """
+    target = {"shape": "point", "label": "p", "position": (1.0, 0.5, 4.0), "target_strength_db": 0.0}
+    scene = {"targets": [target], "paths": {"contributions": ["target"], "edge_diffraction": "knife-edge"}}
+    found, z = arrivals(afloat(order=3, **scene)), 6.0
+    legs = {name: row for row, name in enumerate(found.receive_family) if found.transmit_family[row] == "D"}
+    assert {"D", "B", "BH", "BHB"} <= set(legs)
+    aside, direct = np.hypot(1.0, 0.5), np.linalg.norm([1.0, 0.5, 3.4])
+    for family, vertical, product in (("BH", 2 * z + 3.4, 0.35 * 0.9), ("BHB", 4 * z - 3.4, 0.35**2 * 0.9)):
+        length = np.hypot(aside, vertical)
+        assert found.delay[legs[family]] * 1500 == pytest.approx(direct + length, abs=1e-6)
+        assert abs(found.amplitude[legs[family], 0]) == pytest.approx(product / direct / length, rel=0.1)
+    surface = [abs(found.amplitude[row, 0]) for name, row in legs.items() if name == "S"]
+    assert sum(surface) < 0.1 / direct**2
 
 
 def test_hull_multiples_in_layered_water_have_the_time_below_the_hull():

@@ -21,7 +21,7 @@ def new(
         typer.Option(
             metavar="TEMPLATE",
             help="What to start from: nominal, sidescan, coherent-sidescan, forward-looking, multibeam, "
-            "interferometric or synthetic-aperture.",
+            "interferometric, synthetic-aperture or echosounder.",
         ),
     ] = "nominal",
 ) -> None:

@@ -18,7 +18,7 @@ from insonify.engines.boundary_echoes import (
     sediment_roughness_factor,
     without_glints,
 )
-from insonify.engines.hull_echoes import hull_families, with_hull
+from insonify.engines.hull_reflection import hull_families, with_hull
 from insonify.engines.memory_budget import points_at_once
 from insonify.engines.pair_importance import PairSelection, keep_probabilities_at, pair_energy_fractions, select_pairs
 from insonify.engines.ping_scatterers import Block, ping_scatterers, slice_footprint
@@ -140,6 +140,12 @@ class EigenrayEngine:
             out, back = self._with_surface_reflection(out, back, scatterers, ping_geometry)
         if self.choice.edge_diffraction == "knife-edge":
             out, back = self._with_diffraction(out, back, scatterers, ping_geometry)
+        if ping_geometry.hull is not None:
+            families = hull_families(self.choice.followed_families)
+            ends = ping_geometry.transmit_position, ping_geometry.receive_position
+            first = self._with_hull(out, families, scatterers, ping_geometry, ends[0])
+            back = first if out is back else self._with_hull(back, families, scatterers, ping_geometry, ends[1])
+            out = first
         pair = np.array([(i, j) for i in range(len(out.families)) for j in range(len(back.families))], np.int64)
         pair = pair.reshape(-1, 2)
         weight = repeated_glint_weight(out, back, pair)
@@ -155,24 +161,32 @@ class EigenrayEngine:
 
     def _boundary_echoes(self, ping_geometry: PingGeometry, transmitter: Scatterers) -> Pairs:
         """Paths from the transmitter to the receiver by reflections alone, see `insonify.engines.boundary_echoes`."""
-        end, hull, depth = ping_geometry.receive_position, ping_geometry.hull, 0.0
+        end, hull = ping_geometry.receive_position, ping_geometry.hull
         families = boundary_echo_families(self.choice, two_platforms=ping_geometry.receive_track_extent is not None)
         back = self._end_legs(end, transmitter, ping_geometry, None, elements=True, families=families)
         wavelength, terrain = self._wavelength(ping_geometry, end), self.scene.seabed.terrain
         if terrain is not None and terrain.span[0] < terrain.span[1] and isinstance(self.rays, StraightRays):
             back = with_specular_points(back, end, ping_geometry.transmit_position, self.scene, wavelength)
-        if hull is not None:
-            depth, below = float(hull.centre[2]), hull_families(families)
-            back = with_hull(back, below, self.scene, hull, end, transmitter, ping_geometry.frequency)
-        roughness = sediment_roughness_factor(back, end, self.scene.seabed, wavelength, hull_depth=depth)
-        back = replace(back, reflection_coefficient=back.reflection_coefficient * roughness)
         if self.scene.surface.reflection != "flat":
             _, back = self._with_surface_reflection(back, back, transmitter, ping_geometry)
             if scatters_facets(self.scene, self.choice):
                 back = without_glints(back)
         if self.choice.edge_diffraction == "knife-edge":
             back, _ = self._with_diffraction(back, back, transmitter, ping_geometry)
+        if hull is not None:
+            back = self._with_hull(back, hull_families(families, echoes=True), transmitter, ping_geometry, end)
+        top = 0.0 if hull is None else float(hull.centre[2])
+        roughness = sediment_roughness_factor(back, end, self.scene.seabed, wavelength, hull_depth=top)
+        back = replace(back, reflection_coefficient=back.reflection_coefficient * roughness)
         return boundary_echo_pairs(transmitter, back)
+
+    def _with_hull(
+        self, legs: Legs, families: tuple[str, ...], scatterers: Scatterers, ping_geometry: PingGeometry,
+        position: Floats,
+    ) -> Legs:  # fmt: skip
+        """Legs under the hull, see `insonify.engines.hull_reflection`."""
+        assert ping_geometry.hull is not None
+        return with_hull(legs, families, self.scene, ping_geometry.hull, position, scatterers, ping_geometry.frequency)
 
     def family_keep_probabilities(
         self, ping_geometry: PingGeometry, distance: Floats
@@ -216,6 +230,7 @@ class EigenrayEngine:
             or is_bistatic
             or not is_straight
             or not self.choice.importance_sampling
+            or ping_geometry.hull is not None
         ):
             return None
         families = families_reaching("seabed", self.choice.followed_families)

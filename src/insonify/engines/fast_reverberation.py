@@ -275,7 +275,7 @@ def prepare_fast_reverberation(
         ping_geometry: The sonar at this ping.
         rays: Propagation model of the scene.
     """
-    if not ping_geometry.is_monostatic:
+    if not ping_geometry.is_monostatic or ping_geometry.hull is not None:
         return None
     # a sonar that only moves on, its attitude kept in the very same beams, requests the same again
     key = (

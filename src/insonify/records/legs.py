@@ -124,7 +124,7 @@ class Legs:
 
 
 def joined_legs(first: Legs, second: Legs) -> Legs:
-    """Rows of two sets of legs between the same end and the same points; neither off a moving surface."""
+    """Rows of two sets of legs between the same end and the same points; the second not off a moving surface."""
     columns: dict[str, Any] = {
         name: np.concatenate([getattr(first, name), getattr(second, name)])
         for name in (*_COLUMNS, "departure", "arrival")
@@ -140,6 +140,9 @@ def joined_legs(first: Legs, second: Legs) -> Legs:
     if expansion is not None:  # the rows of the second have spherical wavefronts
         none = np.zeros((len(second.families), *expansion.shape[1:]))
         columns["aperture_expansion"] = np.concatenate([expansion, none])
+    if first.glints is not None:
+        label, steady = (*first.glints.bounce_id, *(-1,) * len(second.families)), np.ones(second.delay.shape, complex)
+        columns["glints"] = GlintPhasors(label, np.concatenate([first.glints.phasor, steady]))
     return replace(first, **columns)
 
 

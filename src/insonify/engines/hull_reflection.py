@@ -1,4 +1,4 @@
-"""Boundary echoes under a hull: multiples between seabed and hull, and what the hull leaves of those by the surface.
+"""Legs under a hull: reflections between seabed and hull, and what the hull leaves of those by the surface.
 
 The underside is a finite mirror. For the water below it, it is the surface of a sea whose depths begin at the hull: the
 legs of that sea are those of the propagation model, with H in place of S.
@@ -23,89 +23,85 @@ from insonify.scene.surface import Surface
 from insonify.sonar.hull import HullPlate
 
 Floats = NDArray[np.float64]
+ROUNDING = 1e-6
+"""Height above the hull's depth of a point that is still below it [m]."""
 Complexes = NDArray[np.complex128]
 
 
-def hull_families(followed: tuple[str, ...]) -> tuple[str, ...]:
-    """Families of multiples between seabed and hull: those followed that begin and end at the seabed, H for S."""
-    return tuple(name.replace("S", "H") for name in followed if name[0] == name[-1] == "B" and "S" in name)
+def hull_families(followed: tuple[str, ...], *, echoes: bool = False) -> tuple[str, ...]:
+    """Families between seabed and hull: those followed that begin at the seabed, with H for S.
+
+    Args:
+        followed: Families of the legs.
+        echoes: True: of boundary echoes, which end at the sonar and so with a reflection off the seabed too.
+    """
+    return tuple(
+        name.replace("S", "H")
+        for name in followed
+        if name[0] == "B" and "S" in name and (name[-1] == "B" or not echoes)
+    )
 
 
 def with_hull(
-    legs: Legs, families: tuple[str, ...], scene: Scene, plate: HullPlate, position: Floats, transmitter: Scatterers,
+    legs: Legs, families: tuple[str, ...], scene: Scene, plate: HullPlate, position: Floats, scatterers: Scatterers,
     frequency: float,
 ) -> Legs:  # fmt: skip
-    """Legs to the transmitter under a hull: those past it in its shadow, and its multiples.
+    """Legs under a hull: those of the open sea, in its shadow where they pass it, and those between it and the seabed.
 
     Args:
         legs: Legs of the open sea.
         families: Families from `hull_families`.
-        scene: The scene.
+        scene: The scene; for the legs off the hull its relief and its targets take no part.
         plate: The hull's underside.
-        position: North, east, depth of the receiver [m], shape (3,).
-        transmitter: Point at the transmitter.
+        position: North, east, depth of the sonar's end [m], shape (3,).
+        scatterers: End points of the legs, n of them.
         frequency: Frequency of the sound [Hz].
     """
-    ends = position, transmitter.position[0], scene.seabed.depth
-    shadow = plate_factors(legs, plate, *ends, scene.water, frequency)
+    shadow = plate_factors(legs, plate, position, scatterers.position, scene, frequency)
     legs = replace(legs, reflection_coefficient=legs.reflection_coefficient * shadow)
-    if not families:
+    if not families or scatterers.boundary == "surface":
         return legs
-    return joined_legs(legs, hull_legs(scene, plate, position, transmitter, families, frequency))
-
-
-def hull_legs(
-    scene: Scene, plate: HullPlate, position: Floats, transmitter: Scatterers, families: tuple[str, ...],
-    frequency: float,
-) -> Legs:  # fmt: skip
-    """Legs between seabed and hull from the receiver to the transmitter.
-
-    Args:
-        scene: The scene; its seabed's relief and its targets take no part.
-        plate: The hull's underside.
-        position: North, east, depth of the receiver [m], shape (3,).
-        transmitter: Point at the transmitter.
-        families: Families from `hull_families`.
-        frequency: Frequency of the absorption [Hz].
-    """
     down = np.array([0.0, 0.0, plate.centre[2]])
-    rays = _below_hull(
-        scene.water, scene, float(plate.centre[2]), float(position[2]), float(transmitter.position[0, 2])
-    )
-    below = replace(transmitter, position=transmitter.position - down)
-    legs = rays.legs(position - down, below, tuple(name.replace("H", "S") for name in families), frequency)
-    legs = replace(legs, families=tuple(name.replace("S", "H") for name in legs.families))
-    flat = np.array([[(-plate.reflection) ** name.count("H")] for name in legs.families])  # in place of the sea's -1
-    return replace(
-        legs, reflection_coefficient=legs.reflection_coefficient * flat
-        * plate_factors(legs, plate, position, transmitter.position[0], scene.seabed.depth, scene.water, frequency),
+    depths = float(scatterers.position[:, 2].min()), float(scatterers.position[:, 2].max())
+    rays = _below_hull(scene.water, scene, float(plate.centre[2]), float(position[2]), *depths)
+    below = replace(scatterers, position=np.maximum(scatterers.position - down, [-np.inf, -np.inf, 0.0]))
+    more = rays.legs(position - down, below, tuple(name.replace("H", "S") for name in families), frequency)
+    more = replace(more, families=tuple(name.replace("S", "H") for name in more.families))
+    signs = np.array([[(-plate.reflection) ** name.count("H")] for name in more.families])  # in place of the sea's -1
+    factor = signs * plate_factors(more, plate, position, scatterers.position, scene, frequency)
+    there = scatterers.position[:, 2] >= plate.centre[2] - ROUNDING
+    return joined_legs(
+        legs, replace(more, reflection_coefficient=more.reflection_coefficient * factor,
+                      visibility=more.visibility * there),
     )  # fmt: skip
 
 
 def plate_factors(
-    legs: Legs, plate: HullPlate, position: Floats, end: Floats, bed_depth: float, water: Water, frequency: float
+    legs: Legs, plate: HullPlate, position: Floats, points: Floats, scene: Scene, frequency: float
 ) -> Complexes:
     """Factor of the hull on each leg, shape (f, n): of its size on bounces off it, of its shadow on paths past it [1].
 
     Args:
-        legs: Legs by flat mirrors from a position to an end point; H bounces off the hull, S passes it.
+        legs: Legs by flat mirrors from a position to n points; H bounces off the hull, S passes it.
         plate: The hull's underside.
         position: North, east, depth at which the legs begin [m], shape (3,).
-        end: North, east, depth at which they end [m], shape (3,).
-        bed_depth: Depth of the seabed [m].
-        water: The water.
+        points: North, east, depth at which they end [m], shape (n, 3).
+        scene: Water and seabed.
         frequency: Frequency [Hz].
     """
-    wavelength = float(water.sound_speed_at(plate.centre[2])) / frequency
+    wavelength, hull = float(scene.water.sound_speed_at(plate.centre[2])) / frequency, float(plate.centre[2])
     factor = np.ones(legs.delay.shape, complex)
     for row, family in enumerate(legs.families):
-        bounces, crossings, whole = _unfolded_depths(family, position[2], end[2], float(plate.centre[2]), bed_depth)
+        bounces, crossings, last = _unfolded_depths(family, position[2], hull, scene.seabed.depth)
+        whole = np.maximum(last[0] + np.abs(points[:, 2] - last[1]), 1e-9)
         for at, passes in [(at, False) for at in bounces] + [(at, True) for at in crossings]:
-            part = at / max(whole, 1e-9)
-            place = position[:2] + part * (end[:2] - position[:2])
-            distances = legs.length[row] * part, legs.length[row] * (1 - part)
-            within = rectangle_factor(plate, place, *distances, wavelength)
-            factor[row] *= 1 - within if passes else within
+            part = np.clip(at / whole, 0.0, 1.0)
+            place = position[:2] + part[:, None] * (points[:, :2] - position[:2])
+            length = legs.length[row]
+            within = rectangle_factor(plate, place, length * part, length * (1 - part), wavelength)
+            if passes:  # a path that ends before it comes back to the hull's depth does not cross it again
+                within = np.where(at <= whole, 1 - within, 1.0)
+            factor[row] *= within
     return factor
 
 
@@ -114,7 +110,7 @@ def rectangle_factor(plate: HullPlate, position: Floats, before: Floats, after: 
 
     Args:
         plate: The rectangle.
-        position: North and east of the bounce [m], shape (2,).
+        position: North and east of the bounces [m], shape (n, 2).
         before: Path length to the bounce [m], shape (n,).
         after: Path length from the bounce [m], shape (n,).
         wavelength: Wavelength of the sound [m].
@@ -128,16 +124,16 @@ def rectangle_factor(plate: HullPlate, position: Floats, before: Floats, after: 
     scale = np.sqrt(2 * (before + after) / (wavelength * np.maximum(before * after, 1e-12)))
     product = np.ones(np.shape(scale), complex)
     for axis, half in zip(plate.axes, plate.half_size, strict=True):
-        off = float(axis @ (position - plate.centre[:2]))
+        off = (position - plate.centre[:2]) @ axis
         (s0, c0), (s1, c1) = fresnel((-half - off) * scale), fresnel((half - off) * scale)
         product = product * (1 + 1j) / 2 * ((c1 - c0) - 1j * (s1 - s0))
     return product
 
 
 def _unfolded_depths(
-    family: str, start: float, stop: float, hull: float, bed: float
-) -> tuple[list[float], list[float], float]:
-    """Vertical travel to each bounce off the hull, to each crossing of its depth on the way by the surface, in all."""
+    family: str, start: float, hull: float, bed: float
+) -> tuple[list[float], list[float], tuple[float, float]]:
+    """Vertical travel to bounces off the hull, to passages of its depth, to the last bounce; depth of that one [m]."""
     turning = {"B": bed, "S": 0.0, "H": hull}
     travel, depth, bounces, crossings = 0.0, start, [], []
     for letter in bounce_sequence(family):
@@ -146,7 +142,7 @@ def _unfolded_depths(
             bounces.append(travel)
         elif letter == "S":
             crossings += [travel - hull, travel + hull]
-    return bounces, crossings, travel + abs(stop - depth)
+    return bounces, crossings, (travel, depth)
 
 
 @lru_cache(maxsize=8)
