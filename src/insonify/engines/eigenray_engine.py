@@ -186,7 +186,7 @@ class EigenrayEngine:
     ) -> Legs:  # fmt: skip
         """Legs under the hull, see `insonify.engines.hull_reflection`."""
         assert ping_geometry.hull is not None
-        return with_hull(legs, families, self.scene, ping_geometry.hull, position, scatterers, ping_geometry.frequency)
+        return with_hull(legs, families, self.rays, ping_geometry.hull, position, scatterers, ping_geometry.frequency)
 
     def family_keep_probabilities(
         self, ping_geometry: PingGeometry, distance: Floats

@@ -11,9 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from insonify.ocean.scenario_profile import ScenarioProfile
-from insonify.ocean.water import Water
 from insonify.propagation.families import bounce_sequence
-from insonify.propagation.image_sources import StraightRays
 from insonify.propagation.propagation_model import PropagationModel, RayDomain
 from insonify.propagation.propagation_model_choice import propagation_model_for
 from insonify.records.legs import Legs, joined_legs
@@ -43,27 +41,33 @@ def hull_families(followed: tuple[str, ...], *, echoes: bool = False) -> tuple[s
 
 
 def with_hull(
-    legs: Legs, families: tuple[str, ...], scene: Scene, plate: HullPlate, position: Floats, scatterers: Scatterers,
-    frequency: float,
+    legs: Legs, families: tuple[str, ...], rays: PropagationModel, plate: HullPlate, position: Floats,
+    scatterers: Scatterers, frequency: float,
 ) -> Legs:  # fmt: skip
     """Legs under a hull: those of the open sea, in its shadow where they pass it, and those between it and the seabed.
 
     Args:
         legs: Legs of the open sea.
         families: Families from `hull_families`.
-        scene: The scene; for the legs off the hull its relief and its targets take no part.
+        rays: Propagation model of the open sea; for legs off the hull its scene's relief and targets take no part.
         plate: The hull's underside.
         position: North, east, depth of the sonar's end [m], shape (3,).
         scatterers: End points of the legs, n of them.
         frequency: Frequency of the sound [Hz].
     """
+    scene = rays.scene
     shadow = plate_factors(legs, plate, position, scatterers.position, scene, frequency)
     legs = replace(legs, reflection_coefficient=legs.reflection_coefficient * shadow)
     if not families or scatterers.boundary == "surface":
         return legs
     down = np.array([0.0, 0.0, plate.centre[2]])
-    depths = float(scatterers.position[:, 2].min()), float(scatterers.position[:, 2].max())
-    rays = _below_hull(scene.water, scene, float(plate.centre[2]), float(position[2]), *depths)
+    farthest = 0.0
+    if scene.water.layered:
+        from insonify.propagation.refracted_rays import RefractedRays  # kernels that straight rays do not need
+
+        assert isinstance(rays, RefractedRays)
+        farthest = rays.domain.max_range
+    rays = _below_hull(scene, float(plate.centre[2]), float(position[2]), farthest)
     below = replace(scatterers, position=np.maximum(scatterers.position - down, [-np.inf, -np.inf, 0.0]))
     more = rays.legs(position - down, below, tuple(name.replace("H", "S") for name in families), frequency)
     more = replace(more, families=tuple(name.replace("S", "H") for name in more.families))
@@ -146,17 +150,20 @@ def _unfolded_depths(
 
 
 @lru_cache(maxsize=8)
-def _below_hull(water: Water, scene: Scene, hull: float, *depths: float) -> PropagationModel:
-    """Propagation model of the water below a hull, with depths from there."""
-    bed = scene.seabed.unchecked_copy(depth=scene.seabed.depth - hull, relief=())
+def _below_hull(scene: Scene, hull: float, end: float, farthest: float) -> PropagationModel:
+    """Propagation model of the water below a hull, with depths from there.
+
+    Args:
+        scene: The scene.
+        hull: Depth of the hull [m].
+        end: Depth of the sonar's end [m].
+        farthest: Greatest horizontal distance of a point in layered water [m].
+    """
+    water, bed = scene.water, scene.seabed.unchecked_copy(depth=scene.seabed.depth - hull, relief=())
     if water.profile is not None and water.layered:
-        deeper = [depth for depth in water.profile.depth if hull < depth]
-        rows = np.array([hull, *deeper])
+        rows = np.array([hull, *(depth for depth in water.profile.depth if hull < depth)])
         speed = tuple(float(value) for value in water.sound_speed_at(rows))
         moved = ScenarioProfile.model_validate({"depth": (rows - hull).tolist(), "speed": speed})
         water = water.unchecked_copy(profile=moved)
     shifted = scene.unchecked_copy(water=water, seabed=bed, surface=Surface(), targets=())
-    if not water.layered:
-        return StraightRays(shifted)
-    ends = tuple(sorted({max(depth - hull, 0.0) for depth in depths}))
-    return propagation_model_for(shifted, RayDomain(ends, False, (0.0, bed.depth), 2 * bed.depth))
+    return propagation_model_for(shifted, RayDomain((max(end - hull, 0.0),), False, (0.0, bed.depth), farthest))

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from insonify.propagation.launch_angles import LaunchAngles
 from insonify.records.legs import Legs
 from insonify.scene.scatterers import Scatterers
+from insonify.scene.scene import Scene
 
 Floats = NDArray[np.float64]
 
@@ -59,6 +60,11 @@ class DepartureCones:
 
 class PropagationModel(Protocol):
     """Interface to the rays in the water between two boundaries."""
+
+    @property
+    def scene(self) -> Scene:
+        """Water, boundaries and occluders."""
+        ...
 
     def legs(self, position: Floats, scatterers: Scatterers, families: tuple[str, ...], frequency: float) -> Legs:
         """Legs between one end of the sonar and some scatterers.
