@@ -160,7 +160,7 @@ def test_any_name_makes_a_scenario_of_that_name(here, name, capsys):
     ("words", "said"),
     [
         (["new", "x", "--template", "sidscan"], "Did you mean sidescan?"),
-        (["new", "x", "--template", "qqq"], "Choose one of coherent-sidescan, forward-looking, interferometric"),
+        (["new", "x", "--template", "qqq"], "Choose one of coherent-sidescan, echosounder, forward-looking"),
         (["new", "no/x"], "cannot be written"),
         (["check", "gone.yaml"], "there is no such file. Start from a template: insonify new NAME."),
         (["run", "gone.yaml", "-o", "x.zarr"], "gone.yaml: there is no such file"),

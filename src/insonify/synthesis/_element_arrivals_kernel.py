@@ -183,7 +183,7 @@ def _partition_by_sector(
     return in_sector
 
 
-@njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy")  # no contraction: which products fuse would follow from the cache
 def _gather_echoes(
     echo: NDArray[np.int32], part_start: int, legs: PairedLegs, single_pattern: bool, columns: Floats,
     source_weight: Singles,
