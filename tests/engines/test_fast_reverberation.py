@@ -11,6 +11,7 @@ from insonify.engines.fast_reverberation import prepare_fast_reverberation
 from insonify.scenario.scenario import Scenario
 from insonify.scene.terrain_map import TerrainMap
 from insonify.simulator import Simulator, build_simulator, simulate
+from oracles.scenes import SCATTERED
 
 Floats = NDArray[np.float64]
 
@@ -37,8 +38,8 @@ GROUND = slice(350, 1200)
 
 
 def made(order: int = 0, **changes: Any) -> Scenario:
-    """The scene with legs of at most so many bounces, hard shadows, and other changes at the top."""
-    paths = {"max_reflections": order, "edge_diffraction": "none"}
+    """The scene with legs of at most so many bounces, hard shadows, no boundary echoes, other changes at the top."""
+    paths = {"max_reflections": order, "edge_diffraction": "none", "contributions": SCATTERED}
     return Scenario.model_validate({**SIDESCAN, "paths": paths, **changes})
 
 
@@ -153,7 +154,8 @@ def test_a_world_turned_as_a_whole_sounds_the_same() -> None:
     turned = {**SIDESCAN["seabed"], "scatterer_grid": {"heading": np.radians(40)}}
     track = {**SIDESCAN["track"], "heading": np.radians(40)}
     here, there = quickly(build_simulator(made(2))), quickly(build_simulator(made(2, seabed=turned, track=track)))
-    np.testing.assert_allclose(there, here, rtol=1e-3)
+    # before the first echo stands the rounding of the transform, 104 dB below the greatest sample
+    np.testing.assert_allclose(there, here, rtol=1e-3, atol=1e-9 * here.max())
     assert there.mean() == pytest.approx(here.mean(), rel=1e-5)
 
 
