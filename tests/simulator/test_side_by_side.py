@@ -11,6 +11,7 @@ from insonify import simulator as simulator_module
 from insonify.formats.zarr_store import open_recording, recorded_pings
 from insonify.scenario.scenario import Scenario
 from insonify.simulator import QUEUED_PINGS, Simulator, build_simulator, record, simulate, simulate_pings
+from insonify.sonar.ping_geometry import PingGeometry
 
 PINGS = 12
 SURVEY: dict[str, Any] = {
@@ -74,11 +75,11 @@ def test_a_ping_that_fails_stops_the_survey_at_its_place(monkeypatch: pytest.Mon
     """Those before it are told, the error is its own, and most of those after it are never begun."""
     begun, heard = [], simulator_module._record_ping
 
-    def failing(simulator: Simulator, ping: int, pool: Any) -> Any:
-        begun.append(ping)
-        if ping == 4:
+    def failing(simulator: Simulator, sides: list[PingGeometry], pool: Any) -> Any:
+        begun.append(sides[0].ping)
+        if sides[0].ping == 4:
             raise ZeroDivisionError("the fifth")
-        return heard(simulator, ping, pool)
+        return heard(simulator, sides, pool)
 
     monkeypatch.setattr(simulator_module, "_record_ping", failing)
     found = []

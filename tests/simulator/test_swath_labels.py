@@ -9,6 +9,7 @@ from insonify.engines._origin_kernel import grazing_angles
 from insonify.engines.parts import SerialPool
 from insonify.scenario.scenario import Scenario
 from insonify.simulator import Job, _simulate_ping, _sums, build_simulator, label_ping, simulate
+from oracles.scenes import SCATTERED
 
 CRATE = {"shape": "box", "label": "crate", "position": [0.0, 20.0], "size": [4.0, 2.0, 1.5]}
 ROUGH = {"kind": "power-law", "hurst": 0.8, "rms": "14 cm"}
@@ -27,7 +28,7 @@ def made(order=0, **changes):
                   "transmit": PANEL, "receive": PANEL, "mounting": {"bearing": "90 deg", "tilt": "20 deg"}},
         "track": {"kind": "line", "start": [0.0, 0.0, 4.0], "heading": 0.0, "speed": "2 m/s", "pings": 2,
                   "interval": 0.1, "window": [0.0, "50 ms"]},
-        "paths": {"max_reflections": order, "edge_diffraction": "none"}, **changes,
+        "paths": {"max_reflections": order, "edge_diffraction": "none", "contributions": SCATTERED}, **changes,
     }  # fmt: skip
     return Scenario.model_validate(whole)
 

@@ -11,6 +11,7 @@ from insonify.simulator import build_simulator, simulate, simulate_pings
 from insonify.sonar.hydrophones import element_layout
 from insonify.synthesis import coherent
 from insonify.synthesis.direction_grid import MIN_BEAMS, direction_grid
+from oracles.scenes import SCATTERED
 
 BEAMS = tuple(np.radians(np.linspace(-60, 60, 31)))
 WIDE = {"kind": "planar", "width": 0.8e-3, "height": 5e-3, "steer": (0.0,)}
@@ -44,7 +45,8 @@ def imaging(*, transmit=WIDE, receive=LINE, receiver=None, paths=None, **top):
             "mounting": {"bearing": 0.0, "tilt": 0.3},
         },
         "track": STILL,
-        "paths": {"max_reflections": 1, "edge_diffraction": "none", "scatterers_per_cell": 2.0, **(paths or {})},
+        "paths": {"max_reflections": 1, "edge_diffraction": "none", "scatterers_per_cell": 2.0,
+                  "contributions": SCATTERED, **(paths or {})},
         **top,
     })  # fmt: skip
 
