@@ -15,11 +15,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from insonify.engines.boundary_echoes import boundary_echo_families
+from insonify.engines.boundary_echoes import recorded_families
 from insonify.engines.delay_window import DelayInterval, delay_interval, in_delay_window
 from insonify.engines.eigenray_engine import EigenrayEngine
 from insonify.engines.fast_reverberation import FastReverberation, prepare_fast_reverberation
-from insonify.engines.hull_reflection import hull_families
 from insonify.engines.parts import SerialPool, WorkerPool, parts_of
 from insonify.engines.terrain_cover import MOST_HIDDEN, hidden_part
 from insonify.malloc_tuning import keep_freed_memory
@@ -62,7 +61,6 @@ if TYPE_CHECKING:
 
 MAX_CONCURRENT_PING_BYTES = 64 << 20
 """Memory of a coherent ping's buffer, of one side and part, up to which pings are simulated concurrently [bytes]."""
-
 PINGS_JUDGED = 5
 """Pings of a track at which the part of the seabed hidden by terrain is measured."""
 QUEUED_PINGS = 2
@@ -160,10 +158,8 @@ class Simulator:
         """The axes of labels."""
         targets, water = tuple(target.label for target in self.scenario.targets), self.scenario.water
         suspended = ("water",) * (water.volume_strength_db is not None) + tuple(one.label for one in water.patches)
-        paths, families = self.scenario.paths, self.scenario.paths.followed_families
-        echoes = boundary_echo_families(paths, two_platforms=self.scenario.receiver_track is not None)
-        if self.scenario.sonar.hull is not None:
-            echoes, families = echoes + hull_families(echoes, echoes=True), families + hull_families(families)
+        hull, apart = self.scenario.sonar.hull is not None, self.scenario.receiver_track is not None
+        families, echoes = recorded_families(self.scenario.paths, two_platforms=apart, under_hull=hull)
         return label_names(targets, families, water=suspended, boundary_echoes=echoes)
 
     @cached_property

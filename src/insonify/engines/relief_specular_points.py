@@ -86,36 +86,35 @@ def with_specular_points(legs: Legs, position: Floats, end: Floats, scene: Scene
     for row, family in enumerate(legs.families):
         points = None
         if terrain is not None and family.count("B") == 1:
-            mirrored = np.array([1.0, 1.0, -1.0])
-            ends = (
-                (position * mirrored if family[0] == "S" else position),
-                (end * mirrored if family[-1] == "S" else end),
-            )
-            points = specular_points(terrain, *ends, wavelength)
+            points = specular_points(terrain, *_images(family, position, end), wavelength)
         rows += [row] * (1 if points is None else len(points.length))
         found.append(points)
     made = leg_rows(legs, rows)
-    branch = list(legs.branch)
-    branches, at = [], 0
+    branches: list[int] = []
     for row, points in enumerate(found):
-        count = 1 if points is None else len(points.length)
-        branches += list(range(count)) if points is not None else [branch[row]]
-        if points is not None and terrain is not None:
-            _write(made, slice(at, at + count), points, legs, row, position, end, scene, terrain, wavelength)
-        at += count
+        if points is None:
+            branches.append(legs.branch[row])
+            continue
+        at = slice(len(branches), len(branches) + len(points.length))
+        _write(made, at, points, legs, row, (position, end), scene, wavelength)
+        branches += range(len(points.length))
     return replace(made, branch=tuple(branches))
 
 
+def _images(family: str, begin: Floats, stop: Floats) -> tuple[Floats, Floats]:
+    """Ends of a family with one bottom reflection, mirrored in the surface where it begins or ends with one."""
+    mirrored = np.array([1.0, 1.0, -1.0])
+    return begin * mirrored if family[0] == "S" else begin, stop * mirrored if family[-1] == "S" else stop
+
+
 def _write(
-    made: Legs, rows: slice, points: SpecularPoints, legs: Legs, row: int, position: Floats, end: Floats, scene: Scene,
-    terrain: SeabedTerrain, wavelength: float,
+    made: Legs, rows: slice, points: SpecularPoints, legs: Legs, row: int, ends: tuple[Floats, Floats], scene: Scene,
+    wavelength: float,
 ) -> None:  # fmt: skip
-    """Write the rows of one family."""
-    family, mirrored = legs.families[row], np.array([1.0, 1.0, -1.0])
-    begin, stop = (
-        (position * mirrored if family[0] == "S" else position),
-        (end * mirrored if family[-1] == "S" else end),
-    )
+    """Write the rows of one family between two ends."""
+    family, mirrored, terrain = legs.families[row], np.array([1.0, 1.0, -1.0]), scene.seabed.terrain
+    assert terrain is not None
+    begin, stop = _images(family, *ends)
     away, towards = points.position - begin, stop - points.position
     away /= np.linalg.norm(away, axis=1, keepdims=True)
     towards /= np.linalg.norm(towards, axis=1, keepdims=True)
