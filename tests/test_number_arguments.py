@@ -8,6 +8,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+import insonify
+from insonify.scenario.scenario import Scenario
+from insonify.thread_count import thread_count
 from insonify.validity import as_floats, require_grazing_angle, require_number, require_numbers, require_sound_speed
 
 
@@ -114,3 +117,19 @@ def test_a_sound_speed_of_a_liquid(speed, fine):
             require_sound_speed("sound_speed", speed)
     with pytest.raises(ValueError, match=r"sound_speed is 1\.5 m/s"):
         require_sound_speed("sound_speed", 1.5)
+
+
+@pytest.mark.parametrize("threads", [-1, 0, 1.5, "2", True])
+def test_threads_are_a_whole_number_of_one_or_more(threads):
+    """Others are refused by name, before anything is simulated; none given is one on each core."""
+    with pytest.raises(ValueError, match=r"^threads is .*; give a whole number"):
+        insonify.levels(Scenario.model_validate(SMALL), threads=threads)
+    assert thread_count(None) >= 1 and thread_count(np.int64(3)) == 3
+
+
+SMALL = {
+    "seabed": {"depth": 5},
+    "sonar": {"source_level_db": 200, "pulse": {"kind": "cw", "frequency": 1e5, "duration": 2e-4},
+              "transmit": {"kind": "point"}, "receive": {"kind": "point"}},
+    "track": {"kind": "static", "position": [0, 0, 1], "window": [0.0, 0.004]},
+}  # fmt: skip

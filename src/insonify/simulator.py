@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
@@ -55,6 +54,7 @@ from insonify.synthesis.replica_jitter import replica_jitter
 from insonify.synthesis.time_grid import TimeGrid, time_grid
 from insonify.synthesis.traced_intensity import TracedAccumulator, TracedLevelAccumulator
 from insonify.synthesis.waveform_basis import waveform_basis
+from insonify.thread_count import thread_count
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -304,7 +304,7 @@ def _simulate_jobs(
     Many pings are shared among the threads, a few of them ahead of the one that is yielded; few pings, and those that
     take much memory, are simulated one after the other, each by all threads.
     """
-    workers = threads or os.cpu_count() or 1
+    workers = thread_count(threads)
     keep_freed_memory()
     with ThreadPoolExecutor(workers) as pool:
         if len(jobs) < 2 * workers or not _pings_fit_concurrently(simulator, jobs[0].ping):
@@ -451,7 +451,7 @@ def _engine(
 
 def label_ping(simulator: Simulator, ping: int, threads: int | None = None) -> Labels:
     """The labels of one ping, all its sides."""
-    with ThreadPoolExecutor(threads or os.cpu_count()) as pool:
+    with ThreadPoolExecutor(thread_count(threads)) as pool:
         return _labels(simulator, simulator.ping_geometries(ping), pool)[0]
 
 
@@ -561,7 +561,7 @@ def levels(scenario: Scenario, ping: int = 0, *, channel: int = 0, threads: int 
     require_index("channel", channel, scenario.sonar.channel_count, "sonar")
     simulator = build_simulator(scenario)
     geometry = element_as_beam(simulator.ping_geometry(ping, channel=channel), channel % scenario.sonar.beam_count)
-    with ThreadPoolExecutor(threads or os.cpu_count()) as pool:
+    with ThreadPoolExecutor(thread_count(threads)) as pool:
         whole = simulator.expectation_accumulator(geometry)
         apart = TracedLevelAccumulator(whole) if isinstance(whole, TracedAccumulator) else LevelAccumulator(whole)
         intensity = accumulate_ping(simulator, apart, geometry, pool)

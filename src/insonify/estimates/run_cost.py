@@ -20,6 +20,7 @@ from insonify.records.labels import COLUMNS
 from insonify.scenario.scenario import Scenario
 from insonify.simulator import Simulator, build_simulator
 from insonify.synthesis.time_grid import OVERSAMPLING
+from insonify.thread_count import thread_count
 
 SHARE = 0.8
 """Part of the machine's memory that a run may want [1]."""
@@ -79,7 +80,7 @@ def estimate_cost(scenario: Scenario, *, labels: bool = False, threads: int | No
             + unit_costs.SECONDS_PER_PIECE * sum(work.pieces)
             + scenario.track.ping_count * (work.seconds + write)
         ),
-        memory=float(_memory_of(simulator, work, labelled, threads or os.cpu_count() or 1)),
+        memory=float(_memory_of(simulator, work, labelled, thread_count(threads))),
         disk=float(_disk_of(simulator, labelled)),
         compiling=estimate_compile_seconds(simulator, labels=labelled),
         labels=labelled,

@@ -4,7 +4,6 @@ A beam has the signal that one element at the array's centre would receive from 
 from there keeps its level, its delay and its phase.
 """
 
-import os
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from itertools import pairwise
@@ -23,6 +22,7 @@ from insonify.processing.element_series import (
     element_weights,
     uniform_clock,
 )
+from insonify.thread_count import thread_count
 from insonify.validity import require_number, require_numbers
 
 Complexes = NDArray[np.complex64]
@@ -92,7 +92,7 @@ def beamform_delay_sum(
             transmitter_offset, axes[beams], weight, focus_range, out[ping, beams].view(np.float32),
         )  # fmt: skip
 
-    with ThreadPoolExecutor(threads or os.cpu_count()) as pool:
+    with ThreadPoolExecutor(thread_count(threads)) as pool:
         for ping, row in enumerate(pings):
             cells = oversampled_cells(row)
             list(pool.map(form, [(ping, begin, cells) for begin in range(0, len(axes), BEAMS_AT_ONCE)]))

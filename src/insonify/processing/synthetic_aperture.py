@@ -1,6 +1,5 @@
 """Back-projection: many pings as one long array, focused on each pixel."""
 
-import os
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
@@ -9,6 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 from insonify.processing._backprojection_kernel import backproject_pings
 from insonify.processing._fractional_delay import FINER, REACH, oversampled_cells
 from insonify.processing.element_series import checked_carrier, checked_positions, element_series, taper, uniform_clock
+from insonify.thread_count import thread_count
 from insonify.validity import require_number, require_numbers
 
 Floats = NDArray[np.float64]
@@ -73,7 +73,7 @@ def backproject(
         raise ValueError(f"grid has shape {pixels.shape}; give positions in three axes, (..., 3)")
     flat_pixels = np.ascontiguousarray(pixels.reshape(-1, 3).T)
     sums, weights = np.zeros(2 * flat_pixels.shape[1], np.float32), np.zeros(flat_pixels.shape[1], np.float32)
-    workers = threads or os.cpu_count() or 1
+    workers = thread_count(threads)
     with ThreadPoolExecutor(workers) as pool:
         for part in _batches(count, channels * series.shape[2] * FINER):
             cells = oversampled_cells(series[part], workers=workers)
