@@ -18,8 +18,8 @@ LEAST = 3.0
 """Least margin of the detail [ms]."""
 MAX_BEAMS = 2
 """Largest number of beams for levels by contribution [1]."""
-DEEPEST = 120.0
-"""Largest range of levels drawn below the maximum [dB]."""
+DEEPEST = 150.0
+"""Largest range of levels drawn below the maximum: from the first bottom return to the seabed far away [dB]."""
 
 
 @dataclass(frozen=True, slots=True)
