@@ -18,16 +18,13 @@ from synthesis.oracle import relative_rms
 
 ECHOES = {"contributions": ["boundary echo"]}
 OMNI = {"kind": "point", "element": "omni"}
-POINTS = {"transmit": OMNI, "receive": OMNI}
 MIRROR = {"scattering": None, "reflection": 0.35}
 WINDOW = {"window": (1e-3, 0.06)}
 
 
 def bed_only(*, order=3, paths=None, track=None, sonar=None, seabed=None, **top):
     """An omnidirectional sonar 11 m deep over a smooth bed at 20 m, with boundary echoes only."""
-    ends = {"transmit": {"kind": "point", "element": "omni", "length": None}} | {
-        "receive": {"kind": "point", "element": "omni", "length": None}
-    }
+    ends = {end: {**OMNI, "length": None} for end in ("transmit", "receive")}
     return nominal(
         **(ends | top), paths={"max_reflections": order, **ECHOES, **(paths or {})}, track={**WINDOW, **(track or {})},
         sonar=sonar, seabed={**MIRROR, **(seabed or {})},

@@ -237,12 +237,11 @@ def deposit_on_elements(
     """Deposit the echoes of one block by all pairs of legs on the cells of all elements of an array.
 
     Args:
-        cells: Grids of pressure, shape (channels, groups, cells, waveforms of a group), see `group_layout`: elements
-            first, then interpolation points.
+        cells: Grids of pressure of elements and interpolation points, (channels, groups, cells, waveforms of a group).
         legs: Legs of both ends, and strengths.
         receive_beams: The elements, each with its own channel.
         nodes: Nodes at which echoes are evaluated.
-        sector: Sector whose echoes are deposited at interpolation points, which are channels after the elements.
+        sector: Sector whose echoes go to interpolation points, which are channels after the elements.
         reception: Time grid, carrier and water.
     """
     pair, transmit_legs, receive_legs, strength = legs
@@ -251,7 +250,7 @@ def deposit_on_elements(
     node_count, terms = nodes.weights.shape[0], receive_legs.expansion.shape[1]
     capacity = pair.shape[0] * min(_PART, strength.shape[1])
     order = _EchoOrder(np.empty(capacity, np.int32), np.empty(capacity + 1, np.int32), np.empty(capacity, np.int32),
-                   np.empty(cells.shape[2] + 2, np.int32))  # fmt: skip
+                       np.empty(cells.shape[2] + 2, np.int32))  # fmt: skip
     flags = nonzero_legs(transmit_legs, receive_legs)
     columns = np.empty((8, _TILE))
     expansion, source_weight, tau = np.empty((terms, _TILE)), np.empty(2 * _TILE, np.float32), columns[0]
