@@ -9,7 +9,7 @@ from typing import Annotated, Any
 
 import typer
 
-from insonify.cli import paper_and_demo, recordings, scenarios
+from insonify.cli import info, paper_and_demo, recordings, scenarios
 from insonify.cli.arguments import InputError
 from insonify.cli.compile_progress import reporting
 
@@ -28,6 +28,7 @@ app = typer.Typer(
 )
 app.command("new")(scenarios.new)
 app.command("schema")(scenarios.schema)
+app.command("info")(info.info)
 for _computes in (
     scenarios.check, recordings.run, recordings.show, recordings.explain, paper_and_demo.paper, paper_and_demo.demo
 ):  # fmt: skip

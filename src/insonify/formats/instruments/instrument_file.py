@@ -96,6 +96,8 @@ class InstrumentFile(ABC):
     """Name of the format, such as "Kongsberg KMALL"."""
     suffixes: ClassVar[tuple[str, ...]]
     """Suffixes of such files, in lower case with the dot."""
+    kinds: ClassVar[Mapping[str, str]]
+    """Content of each kind of datagram that the format has; others are listed as unknown."""
 
     def __init__(self, path: str | Path) -> None:
         self.path = Path(path)
@@ -119,6 +121,7 @@ class InstrumentFile(ABC):
                 f"{path}, byte {found.offset}: no datagram of the format {self.format} ({found.reason}). Give a file "
                 f"of a format that is read, or copy it again"
             )
+        self._omit_unknown()
 
     @staticmethod
     @abstractmethod
@@ -245,6 +248,14 @@ class InstrumentFile(ABC):
         else:
             self._not_listed += 1
 
+    def _omit_unknown(self) -> None:
+        """List the first datagram of each kind that the format does not have."""
+        kinds, first, counts = np.unique(self.datagrams.kind, return_index=True, return_counts=True)
+        for kind, row, count in zip(kinds, first, counts, strict=True):
+            if kind not in self.kinds:
+                why = f"{kind}: unknown kind of datagram" + (f", {count} of them" if count > 1 else "")
+                self._omit(int(self.datagrams.offset[row]), why)
+
     def _parsed(self, rows: Iterable[int], parse: Callable[[bytes], Parsed]) -> Iterator[tuple[int, Parsed]]:
         """Rows of the index with their parsed datagrams; those that cannot be read are omitted."""
         for row in rows:
@@ -262,7 +273,9 @@ class InstrumentFile(ABC):
         return self.groups[group]
 
 
-def records(content: bytes, layout: np.dtype[Any], offset: int, count: int = 1) -> NDArray[Any]:
+def records(
+    content: bytes, layout: np.dtype[Any], offset: int, count: int = 1, size: int | None = None
+) -> NDArray[Any]:
     """Records of a structured layout in a datagram, of which no more are taken than it holds.
 
     Args:
@@ -270,15 +283,26 @@ def records(content: bytes, layout: np.dtype[Any], offset: int, count: int = 1) 
         layout: Structured type of one record.
         offset: First byte in the datagram.
         count: Number of records.
+        size: Bytes of one record as the file states it, of an earlier or later version than `layout`; its
+            missing fields become NaN or 0.
 
     Raises:
         DatagramError: The datagram is shorter.
     """
-    if count < 0 or offset < 0 or offset + count * layout.itemsize > len(content):
-        raise DatagramError(
-            f"{count} records of {layout.itemsize} bytes are stated from byte {offset} of {len(content)}"
-        )
-    return np.frombuffer(content, layout, count, offset)
+    size = layout.itemsize if size is None else size
+    if count < 0 or offset < 0 or size < 1 or offset + count * size > len(content):
+        raise DatagramError(f"{count} records of {size} bytes are stated from byte {offset} of {len(content)}")
+    if size == layout.itemsize:
+        return np.frombuffer(content, layout, count, offset)
+    found = np.zeros(count, layout)
+    fields = [(name, kind.itemsize + start) for name, (kind, start, *_) in (layout.fields or {}).items()]
+    for name, end in fields:
+        if end > size and found[name].dtype.kind == "f":
+            found[name] = np.nan
+    whole = max((end for _, end in fields if end <= size), default=0)
+    stated = np.frombuffer(content, np.uint8, count * size, offset).reshape(count, size)
+    found.view(np.uint8).reshape(count, layout.itemsize)[:, :whole] = stated[:, :whole]
+    return found
 
 
 def require_memory(path: Path, *shape: int) -> None:

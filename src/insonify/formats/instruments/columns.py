@@ -1,0 +1,130 @@
+"""Fields of datagrams as variables of a dataset: named, scaled to SI and padded to one shape."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+DEGREE = np.pi / 180
+TIME_UNIT = "seconds since 1970-01-01T00:00:00Z"
+NO_CODE = -1
+"""Value of a code or count where a shorter ping has none."""
+_NAMES = {
+    "ping": ("1", "number of the ping in the file"),
+    "time": (TIME_UNIT, "time of the datagram"),
+}
+
+
+class Column(NamedTuple):
+    """One field of a record, and the variable that it becomes."""
+
+    name: str
+    field: str
+    unit: str
+    """SI; "code" marks a whole number with a meaning of its own."""
+    long_name: str
+    scale: float = 1.0
+    """Factor from the unit of the file to `unit`."""
+    missing: float = np.nan
+    """Value in the file that states that there is none."""
+
+
+def layout(text: str, order: str = "<") -> np.dtype[Any]:
+    """Structured type of a record without gaps.
+
+    Args:
+        text: Types with the names of their fields, such as "u2 size; f4 depth speed".
+        order: "<" little-endian, ">" big-endian.
+    """
+    fields = []
+    for part in text.split(";"):
+        kind, *names = part.split()
+        fields += [(name, kind if kind[0] in "SV" else order + kind) for name in names]
+    return np.dtype(fields)
+
+
+def values_of(records: NDArray[Any], column: Column) -> NDArray[Any]:
+    """Values of one field in SI: float64, or int64 of a code."""
+    raw = records[column.field]
+    if column.unit == "code":
+        return np.asarray(raw, np.int64)
+    with np.errstate(all="ignore"):  # a damaged number may be any
+        values = np.asarray(raw, np.float64) * column.scale
+    return values if np.isnan(column.missing) else np.where(raw == raw.dtype.type(column.missing), np.nan, values)
+
+
+def stacked(rows: Sequence[NDArray[Any]]) -> NDArray[Any]:
+    """Arrays of one pitch each, padded to the largest: floats with NaN, whole numbers with `NO_CODE`.
+
+    Args:
+        rows: Arrays of equal dimension.
+    """
+    if not rows:
+        return np.empty((0, 0))
+    shape = np.max([row.shape for row in rows], axis=0)
+    kind = np.result_type(*rows)
+    filled = np.full((len(rows), *shape), np.nan if kind.kind in "fc" else NO_CODE, kind)
+    for number, row in enumerate(rows):
+        inside: tuple[int | slice, ...] = (number, *(slice(length) for length in row.shape))
+        filled[inside] = row
+    return filled
+
+
+def variables(tables: Sequence[NDArray[Any]], columns: Iterable[Column], dims: Sequence[str]) -> dict[str, xr.Variable]:
+    """Variables of the records of several pings.
+
+    Args:
+        tables: Records of each ping, shape (n,), or () where a ping has one record.
+        columns: Fields that become variables.
+        dims: Dimensions of the variables, of the pings first.
+    """
+    made = {}
+    for column in columns:
+        values = stacked([values_of(table, column) for table in tables]) if tables else np.empty((0,) * len(dims))
+        made[column.name] = variable(dims, values, column.unit, column.long_name)
+    return made
+
+
+def along(dim: str, rows: NDArray[Any], columns: Iterable[Column]) -> dict[str, xr.Variable]:
+    """Variables of one table of records, shape (n,), over one dimension."""
+    return {c.name: variable(dim, values_of(rows, c), c.unit, c.long_name) for c in columns}
+
+
+def variable(dims: str | Sequence[str], values: Any, unit: str, long_name: str) -> xr.Variable:
+    """Variable with its unit and meaning."""
+    return xr.Variable(dims, values, {"units": "1" if unit == "code" else unit, "long_name": long_name})
+
+
+def ping_dataset(
+    group: str, pings: Sequence[int], times: NDArray[np.float64], found: Mapping[str, xr.Variable]
+) -> xr.Dataset:
+    """Dataset of one group with the coordinates ping and time.
+
+    Args:
+        group: Name of the group.
+        pings: Numbers of the pings in the group, from 0.
+        times: Their times [s since 1970].
+        found: Variables.
+    """
+    coordinates = {
+        name: variable("ping", np.asarray(values), *_NAMES[name])
+        for name, values in (("ping", np.asarray(pings, np.int64)), ("time", np.asarray(times, float)))
+    }
+    return xr.Dataset(dict(found), coordinates, {"group": group})
+
+
+def time_dataset(records: Sequence[NDArray[Any]], times: NDArray[Any], columns: Iterable[Column]) -> xr.Dataset | None:
+    """Dataset over time of records with one sample each, None without records.
+
+    Args:
+        records: Records in the order of the file, each of shape (n,).
+        times: Time of each [s since 1970].
+        columns: Fields that become variables.
+    """
+    if not records:
+        return None
+    return xr.Dataset(
+        along("time", np.concatenate(records), columns), {"time": variable("time", times, *_NAMES["time"])}
+    )
