@@ -176,7 +176,8 @@ class Simulator:
     @cached_property
     def _sides(self) -> tuple[MountedSonar, ...]:
         shared = self.platforms, self.scenario.track.window, self.pulse, self.scenario.water, self.track_extents
-        return tuple(MountedSonar(side, *shared, self.scenario.seed) for side in self.scenario.sonar.side_sonars)
+        sonar = self.scenario.sonar if self.scenario.field == "coherent" else self.scenario.sonar.at_carrier
+        return tuple(MountedSonar(side, *shared, self.scenario.seed) for side in sonar.side_sonars)
 
     @cached_property
     def _table(self) -> PulseTable:
@@ -434,9 +435,7 @@ def _engine(
     engine: EigenrayEngine, wants: Requirements, pool: WorkerPool, ground: FastReverberation | None
 ) -> EigenrayEngine:
     """The eigenray engine for one sum: its contributions, its density of scatterers, its caches."""
-    changes: dict[str, Any] = {}
-    if ground is not None:
-        changes["choice"] = ground.remaining_choice
+    changes: dict[str, Any] = {} if ground is None else {"choice": ground.remaining_choice}
     choice = changes.get("choice", engine.choice)
     if wants.max_scatterers_per_cell < choice.scatterers_per_cell:
         changes["choice"] = choice.unchecked_copy(scatterers_per_cell=wants.max_scatterers_per_cell)

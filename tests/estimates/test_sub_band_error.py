@@ -6,6 +6,7 @@ import pytest
 from insonify.cli import main
 from insonify.estimates.sub_band_error import estimate_sub_band_error
 from insonify.simulator import simulate
+from insonify.sonar.band_error import ENOUGH_DB
 from oracles.arrays import HEADING, START, heard_by_elements
 
 SWEEP = {"kind": "lfm", "frequency": 100e3, "bandwidth": 20e3, "duration": 2e-3}
@@ -32,15 +33,24 @@ def test_the_error_estimated_is_the_error_made():
 
 
 def test_the_number_that_would_do_does():
-    """One is -26 dB off and names a number; that number is within -40 dB, and needs no more words."""
+    """One is -26 dB off and names a number; that number is within -30 dB, needs no more words, and is `auto`'s."""
     one = estimate_sub_band_error(wide(1))
     assert -29 < one.error_db < -23 and one.enough is not None
     expected = estimate_sub_band_error(wide(one.enough))
     assert (
-        expected.error_db <= -40
+        expected.error_db <= ENOUGH_DB
         and expected.summary() == ""
-        and estimate_sub_band_error(wide(one.enough - 1)).error_db > -40
+        and estimate_sub_band_error(wide(one.enough - 1)).error_db > ENOUGH_DB
     )
+    assert estimate_sub_band_error(wide("auto")) == expected
+    pressures = [simulate(wide(count)).pressure.values for count in ("auto", one.enough)]
+    assert np.array_equal(*pressures)
+
+
+def test_beams_that_look_down_are_judged_by_their_main_lobe():
+    """The same error for a sonar that looks down as for one that looks ahead."""
+    ahead, down = (estimate_sub_band_error(wide(1).with_("sonar.mounting.tilt", tilt)) for tilt in ("0 deg", "90 deg"))
+    assert ahead.error_db == down.error_db
 
 
 def test_a_narrow_band_needs_no_more_than_one():
@@ -59,4 +69,4 @@ def test_check_says_how_many_would_do(tmp_path, capsys):
         "track: {kind: static, position: [0, 0, 9 m], window: [0 s, 50 ms]}\n"
     )
     assert main(["check", str(path)]) == 0
-    assert "sonar.receiver.sub_bands: 2 would reach -40 dB" in capsys.readouterr().out
+    assert "sonar.receiver.sub_bands: auto, here 2, would reach -30 dB" in capsys.readouterr().out

@@ -15,7 +15,7 @@ from insonify.ocean.profile_smoothing import LONGEST
 from insonify.ocean.scattering_layers import ScatteringPatch, ScenarioLayers, layer_columns, require_increasing_depths
 from insonify.ocean.scenario_profile import ScenarioProfile
 from insonify.ocean.sea_noise import SeaNoise
-from insonify.units import decibels
+from insonify.units import amplitude_ratio, decibels
 
 
 def _loss_per_metre(value: object) -> object:
@@ -168,6 +168,19 @@ class Water(Model):
         return absorption_db_per_m(
             frequency, temperature=self.temperature, salinity=self.salinity, depth=depth, ph=self.ph
         )
+
+    def relative_absorption(self, length: ArrayLike, offset: float, frequency: float) -> NDArray[np.float64]:
+        """Pressure absorbed at one frequency of a band re that at its carrier [1], shape of length.
+
+        Args:
+            length: Path length [m], any shape.
+            offset: Offset from the carrier [Hz].
+            frequency: Carrier frequency [Hz].
+        """
+        if offset == 0:
+            return np.ones(np.shape(length))
+        more = float(self.absorption(frequency + offset)) - float(self.absorption(frequency))
+        return amplitude_ratio(-more * np.asarray(length, dtype=float))
 
 
 @lru_cache(maxsize=64)

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from insonify.ocean.water import Water
+from insonify.sonar.band_error import TRIED, BandError
 from insonify.sonar.beam import Beams, beams
 from insonify.sonar.beam_kernels import OMNI
 from insonify.sonar.element_array import AnyArray
@@ -271,14 +272,14 @@ class MountedSonar:
             resolving = beams(filled_aperture(sonar.receive), frequency, speeds[1], receive_rotation)
             receive = one_element(sonar.receive)
         bands: tuple[SubBand, ...] = ()
-        if sonar.receiver.sub_bands > 1:
+        if self.sub_band_count > 1:
             bands = tuple(
                 SubBand(
                     float(offset),
                     beams(transmit, frequency + offset, speeds[0], rotation),
                     beams(receive, frequency + offset, speeds[1], receive_rotation),
                 )
-                for offset in band_nodes(self.pulse, sonar.receiver.sub_bands)
+                for offset in band_nodes(self.pulse, self.sub_band_count)
             )
         facing = rotation[0] * np.cos(sonar.steers[0]) + rotation[1] * np.sin(sonar.steers[0])
         transmit_beams = beams(transmit, frequency, speeds[0], rotation)
@@ -286,6 +287,16 @@ class MountedSonar:
         receive_beams = transmit_beams if same_beams else beams(receive, frequency, speeds[1], receive_rotation)
         bearing = float(np.arctan2(facing[1], facing[0]))
         return _AttitudeBeams(transmit_beams, receive_beams, resolving, bands, rotation[0], bearing)
+
+    @cached_property
+    def sub_band_count(self) -> int:
+        """Number of frequencies across the band at which beams and absorption are taken, the same for all pings."""
+        written = self.sonar.receiver.sub_bands
+        if isinstance(written, int):
+            return written
+        depth = self.platforms.end_poses[0].position[0, 2] + self._arms[0, 2]
+        speed = float(self.water.sound_speed_at(depth))
+        return BandError(self.sonar, self.pulse, self.water, speed, self.window[1] * speed).enough or TRIED[-1]
 
     @cached_property
     def _last(self) -> dict[tuple[object, ...], _AttitudeBeams]:

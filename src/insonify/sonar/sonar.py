@@ -134,6 +134,11 @@ class Sonar(Model):
         return tuple(side for side in sides for _ in range(self.beam_count))
 
     @property
+    def at_carrier(self) -> "Sonar":
+        """The sonar with beams and absorption of its carrier frequency alone, as intensities have them."""
+        return self.unchecked_copy(receiver=self.receiver.unchecked_copy(sub_bands=1))
+
+    @property
     def side_sonars(self) -> tuple["Sonar", ...]:
         """The sonar of each side, in the order of the channels; itself where it has no sides."""
         if self.sides is None:

@@ -19,7 +19,6 @@ from insonify.synthesis.element_arrivals import (
     echo_directions,
     pair_echoes,
     receive_points,
-    relative_absorption,
     transmitter_motion,
 )
 
@@ -57,7 +56,7 @@ class ChannelBlockArrivals:
         )
         path_length, carrier = self.pairs.out.length[i] + self.pairs.back.length[j], self.ping_geometry.frequency
         offsets = [band.offset for band in self.ping_geometry.sub_bands] or [0.0]
-        bands = [factor * relative_absorption(path_length, offset, carrier, self.water) for offset in offsets]
+        bands = [factor * self.water.relative_absorption(path_length, offset, carrier) for offset in offsets]
         return delay, np.stack(bands, axis=1), doppler, self.directions[row]
 
 

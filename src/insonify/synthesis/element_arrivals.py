@@ -187,9 +187,9 @@ def deposit(cells: Cells, pairs: Pairs, ping: PingReception, interpolation: Sect
     for band, sub_band in enumerate(ping_geometry.sub_bands or (carrier_band(ping_geometry),)):
         absorption_factor, receive_pressure = np.empty((0, 0)), receive_amplitude
         if sub_band.offset != 0:
-            absorption_factor = relative_absorption(out.length, sub_band.offset, ping_geometry.frequency, water)
-            receive_pressure = receive_amplitude * relative_absorption(
-                back.length, sub_band.offset, ping_geometry.frequency, water
+            absorption_factor = water.relative_absorption(out.length, sub_band.offset, ping_geometry.frequency)
+            receive_pressure = receive_amplitude * water.relative_absorption(
+                back.length, sub_band.offset, ping_geometry.frequency
             )
         beams = sub_band.transmit_beams.gain(out.departure)
         transmit_pressure = np.empty(beams.shape, np.complex64)
@@ -340,21 +340,6 @@ def absorption_np_per_m(water: Water, frequency: float) -> float:
         frequency: Frequency of the sound [Hz].
     """
     return float(water.absorption(frequency)) * np.log(10) / 20
-
-
-def relative_absorption(length: Floats, offset: float, frequency: float, water: Water) -> Floats:
-    """Pressure absorbed at one frequency of the band re that at the carrier [1], any shape.
-
-    Args:
-        length: Path length [m], any shape.
-        offset: Offset from the carrier [Hz].
-        frequency: Carrier frequency [Hz].
-        water: Absorbing water.
-    """
-    if offset == 0:
-        return np.ones(length.shape)
-    more = float(water.absorption(frequency + offset)) - float(water.absorption(frequency))
-    return np.asarray(amplitude_ratio(-more * length))
 
 
 def directions_at_reception(ping_geometry: PingGeometry, direction: Floats, delay: Floats) -> Floats:
