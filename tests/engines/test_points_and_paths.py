@@ -5,8 +5,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from insonify.engines.recent_results import RecentResults
 from insonify.engines.targets import target_points
-from insonify.engines.terrain_occlusion import OcclusionCache, fresnel_half_length
+from insonify.engines.terrain_occlusion import fresnel_half_length
 from insonify.engines.tracer.image_legs import image_legs, image_source_depth, reflected_intensity
 from insonify.propagation.families import families_up_to
 from insonify.scattering.lambert import Lambert
@@ -143,12 +144,12 @@ def test_a_mirror_is_as_large_seen_from_either_end(share, distance, tangent, wav
     assert longer == pytest.approx(wavelength / 2, rel=1e-9)
 
 
-def test_the_positions_requested_longest_ago_are_forgotten():
-    """Three are remembered and made once each; a fourth takes the place of the first."""
-    store, made = OcclusionCache(3), []
+def test_the_results_requested_longest_ago_are_forgotten():
+    """Three are kept and made once each; a fourth takes the place of the one requested longest ago."""
+    store, made = RecentResults(3), []
     for key in ("a", "b", "a", "c", "d", "b", "a"):
         store.get(key, lambda key=key: made.append(key) or key)
-    assert made == ["a", "b", "c", "d", "a"]
+    assert made == ["a", "b", "c", "d", "b", "a"]
 
 
 def test_targets_come_in_their_order_and_a_point_is_one():

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from insonify.engines.ping_scatterers import ping_scatterers
-from insonify.engines.quadrature_points import LayoutCache
+from insonify.engines.recent_results import RecentResults
 from insonify.simulator import build_simulator
 from oracles.scenes import nominal
 
@@ -63,7 +63,7 @@ def test_points_do_not_depend_on_what_was_kept_of_other_pings():
             "window": (0.08, 0.12)}  # fmt: skip
     scenario = nominal(paths={"contributions": ["seabed"]})
     ready = build_simulator(type(scenario).model_validate({**scenario.model_dump(exclude_unset=True), "track": line}))
-    engine, held = ready.engine, LayoutCache()
+    engine, held = ready.engine, RecentResults(8)
     for ping in range(3):
         blocks = ping_scatterers(
             engine.scene, engine.choice, 1, ready.ping_geometry(ping), engine.rays, quadrature=True, layouts=held
@@ -92,7 +92,7 @@ def test_ranges_of_a_targets_shadow_keep_more_points():
 
 def test_a_sonar_that_turns_has_other_points():
     """Attitude is part of what is kept: beams that turned do not reuse the points of those before."""
-    held, turn = LayoutCache(), {"sonar": {"mounting": {"bearing": 1.75}}}
+    held, turn = RecentResults(8), {"sonar": {"mounting": {"bearing": 1.75}}}
     before, after, fresh = points(layouts=held), points(layouts=held, **turn), points(**turn)
     np.testing.assert_array_equal(after[0], fresh[0])
     assert before[0].shape != after[0].shape or not np.array_equal(before[0], after[0])

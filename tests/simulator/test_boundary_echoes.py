@@ -3,13 +3,14 @@
 import numpy as np
 import pytest
 
+from insonify.engines import relief_specular_points
 from insonify.engines.hull_reflection import rectangle_factor
 from insonify.propagation.wind_waves import shortest_wavenumber, wind_waves
 from insonify.scattering.bubbles import bubble_loss_db
 from insonify.scattering.roughness import roughness_spectrum
 from insonify.scattering.sediments import Sediment
 from insonify.scenario.scenario import Scenario
-from insonify.simulator import arrivals, build_simulator, labels, levels, simulate
+from insonify.simulator import arrivals, build_simulator, labels, levels, record, simulate
 from insonify.sonar.hull import HullPlate
 from insonify.sonar.pulse import envelope
 from oracles.scenes import nominal
@@ -210,6 +211,16 @@ def test_sand_waves_mirror_at_every_specular_point(waves, frequency, north, coun
 
 
 HULL = {"length": 20.0, "width": 6.0, "reflection": 0.9}
+
+
+def test_specular_points_are_searched_for_once_per_ping_and_path(monkeypatch, tmp_path):
+    """Labels, both directions of SB and BS, and both sides of a sonar have the points of one search in common."""
+    searches, search = [], relief_specular_points.specular_points
+    monkeypatch.setattr(relief_specular_points, "specular_points", lambda *a: searches.append(a) or search(*a))
+    waves = {"kind": "power-law", "hurst": 0.8, "rms": 0.02}
+    scene = bed_only(order=2, seabed={"relief": [waves]}, sonar={"sides": ["port", "starboard"]})
+    record(scene, tmp_path / "echoes.zarr", pings=[0], with_labels=True)
+    assert len(searches) == 2
 
 
 def afloat(d=0.6, *, order=5, size=None, **more):

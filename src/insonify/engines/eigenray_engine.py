@@ -23,11 +23,12 @@ from insonify.engines.memory_budget import points_at_once
 from insonify.engines.pair_importance import PairSelection, keep_probabilities_at, pair_energy_fractions, select_pairs
 from insonify.engines.ping_scatterers import Block, ping_scatterers, slice_footprint
 from insonify.engines.polar_grid import MAX_CELL_WIDTH
-from insonify.engines.quadrature_points import LayoutCache
+from insonify.engines.quadrature_points import MAX_CACHED_LAYOUTS, QuadratureLayout
 from insonify.engines.radials import straight_gain_bound
+from insonify.engines.recent_results import RecentResults
 from insonify.engines.relief_reflections import reflect_off_relief
-from insonify.engines.relief_specular_points import with_specular_points
-from insonify.engines.terrain_occlusion import OcclusionCache, TerrainOcclusion
+from insonify.engines.relief_specular_points import SpecularPoints, with_specular_points
+from insonify.engines.terrain_occlusion import TerrainOcclusion
 from insonify.propagation.delay_field import DelayField
 from insonify.propagation.families import DIRECT, families_reaching
 from insonify.propagation.image_sources import StraightRays
@@ -49,6 +50,9 @@ from insonify.sonar.two_way_beam import two_way_width
 
 Floats = NDArray[np.float64]
 
+MAX_CACHED_SPECULAR_POINTS = 64
+"""Paths whose specular points are kept: those of a ping on each thread."""
+
 
 @dataclass(frozen=True, slots=True)
 class EigenrayEngine:
@@ -59,12 +63,20 @@ class EigenrayEngine:
     seed: int
     rays: PropagationModel
     """Propagation model of the scene."""
-    terrain_occlusion: OcclusionCache = field(default_factory=lambda: OcclusionCache(4), compare=False, repr=False)
+    terrain_occlusion: RecentResults[TerrainOcclusion] = field(
+        default_factory=lambda: RecentResults(4), compare=False, repr=False
+    )
     """Terrain occlusion at the last few positions of the sonar's ends."""
     energy_fraction_cache: ArrayCache = field(default_factory=lambda: ArrayCache(1 << 20), compare=False, repr=False)
     """Energy fractions of pairs of families at the last depths and attitudes."""
-    layouts: LayoutCache = field(default_factory=LayoutCache, compare=False, repr=False)
+    layouts: RecentResults[QuadratureLayout] = field(
+        default_factory=lambda: RecentResults(MAX_CACHED_LAYOUTS), compare=False, repr=False
+    )
     """Quadrature points about the sonar at its last attitudes."""
+    specular_points: RecentResults[SpecularPoints | None] = field(
+        default_factory=lambda: RecentResults(MAX_CACHED_SPECULAR_POINTS), compare=False, repr=False
+    )
+    """Specular points of relief between the last ends of the sonar, which all sides and labels have in common."""
     delay_field: DelayField | None = None
     """Random travel-time delays of inhomogeneous water; None: none, as for an expected intensity."""
     approximate_edges: bool = False
@@ -166,7 +178,9 @@ class EigenrayEngine:
         back = self._end_legs(end, transmitter, ping_geometry, None, elements=True, families=families)
         wavelength, terrain = self._wavelength(ping_geometry, end), self.scene.seabed.terrain
         if terrain is not None and terrain.span[0] < terrain.span[1] and isinstance(self.rays, StraightRays):
-            back = with_specular_points(back, end, ping_geometry.transmit_position, self.scene, wavelength)
+            back = with_specular_points(
+                back, end, ping_geometry.transmit_position, self.scene, wavelength, self.specular_points
+            )
         if self.scene.surface.reflection != "flat":
             _, back = self._with_surface_reflection(back, back, transmitter, ping_geometry)
             if scatters_facets(self.scene, self.choice):

@@ -5,7 +5,8 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from insonify.engines.terrain_occlusion import OcclusionCache
+from insonify.engines.recent_results import RecentResults
+from insonify.engines.terrain_occlusion import TerrainOcclusion
 
 MAX_PARTS = 16
 """Parts that a ping's blocks are shared into: fixed, so that sums do not depend on the number of threads."""
@@ -26,7 +27,7 @@ class SerialPool:
 
     def __init__(self) -> None:
         """Ready for one ping."""
-        self.terrain_occlusion = OcclusionCache(4)
+        self.terrain_occlusion = RecentResults[TerrainOcclusion](4)
         """Terrain occlusion at that ping, shared by its sound and its labels."""
 
     def map(self, fn: Callable[[Any], Any], things: Iterable[Any], /) -> Iterator[Any]:

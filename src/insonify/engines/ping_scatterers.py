@@ -18,7 +18,8 @@ from insonify.engines._resolution_kernel import MAX_CELL_LENGTH_RATIO
 from insonify.engines.beam_importance import BeamImportance, KeptScatterers
 from insonify.engines.boundary_echoes import boundary_echo_families, transmitter_point
 from insonify.engines.glint_spread import GlintSpread, glint_spread
-from insonify.engines.quadrature_points import Columns, LayoutCache, QuadraturePoints
+from insonify.engines.quadrature_points import Columns, QuadratureLayout, QuadraturePoints
+from insonify.engines.recent_results import RecentResults
 from insonify.engines.resolution import (
     Resolution,
     fill_fraction,
@@ -65,7 +66,7 @@ class PingScatterers:
     resolution: Resolution
     quadrature: bool
     """Even points for an expectation, or drawn ones that belong to their positions."""
-    layouts: LayoutCache = field(default_factory=LayoutCache)
+    layouts: RecentResults[QuadratureLayout] = field(default_factory=lambda: RecentResults(1))
     """Even points of the last few attitudes."""
 
     def blocks(self) -> list[Block]:
@@ -236,11 +237,11 @@ class PingScatterers:
 
 def ping_scatterers(
     scene: Scene, choice: PathSettings, seed: int, ping_geometry: PingGeometry, rays: PropagationModel, *,
-    quadrature: bool = False, layouts: LayoutCache | None = None,
+    quadrature: bool = False, layouts: RecentResults[QuadratureLayout] | None = None,
 ) -> PingScatterers:  # fmt: skip
     """Scatterers of the scene in reach of one ping, with the finest resolution that processing can attain."""
     resolution = resolution_of(scene, choice, ping_geometry)
-    return PingScatterers(scene, choice, seed, ping_geometry, rays, resolution, quadrature, layouts or LayoutCache())
+    return PingScatterers(scene, choice, seed, ping_geometry, rays, resolution, quadrature, layouts or RecentResults(1))
 
 
 def resolution_of(scene: Scene, choice: PathSettings, ping_geometry: PingGeometry) -> Resolution:

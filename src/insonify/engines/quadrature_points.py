@@ -8,11 +8,9 @@ direction of largest gain, its shadow leaves only low gains: at the ranges of it
 beams were `SHADOW_GAIN_FACTOR` stronger.
 """
 
-from collections import OrderedDict
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
-from threading import Lock
 from typing import Any
 
 import numpy as np
@@ -21,6 +19,7 @@ from numpy.typing import NDArray
 from insonify.engines import polar_grid
 from insonify.engines.beam_importance import BeamImportance
 from insonify.engines.glint_spread import glint_spread
+from insonify.engines.recent_results import RecentResults
 from insonify.engines.resolution import Resolution
 from insonify.engines.target_shadows import shadow_sector
 from insonify.propagation.bounding_cylinders import bounding_cylinders
@@ -85,36 +84,6 @@ class QuadratureLayout:
         return self._kept[key]
 
 
-class LayoutCache:
-    """The layouts of the last few attitudes, shared by threads."""
-
-    def __init__(self, most: int = MAX_CACHED_LAYOUTS) -> None:
-        """Nothing yet.
-
-        Args:
-            most: Number of layouts that are kept.
-        """
-        self._most, self._lock = most, Lock()
-        self._made: OrderedDict[Any, QuadratureLayout] = OrderedDict()
-
-    def __reduce__(self) -> tuple[type["LayoutCache"], tuple[int]]:
-        """Reduce to an empty cache: another process starts without layouts."""
-        return LayoutCache, (self._most,)
-
-    def get(self, key: Any, make: Callable[[], QuadratureLayout]) -> QuadratureLayout:
-        """The layout of a key, made where it is not kept; two threads may both make it, and get the same values."""
-        with self._lock:
-            if key in self._made:
-                self._made.move_to_end(key)
-                return self._made[key]
-        made = make()
-        with self._lock:
-            made = self._made.setdefault(key, made)
-            while len(self._made) > self._most:
-                self._made.popitem(last=False)
-        return made
-
-
 @dataclass(frozen=True, slots=True)
 class QuadraturePoints:
     """Quadrature points of one boundary in reach of one ping."""
@@ -135,7 +104,7 @@ class QuadraturePoints:
     """Two-way gain below which tiles are left out [1]."""
     importance_sampling: bool
     """True: points of low gain are represented by fewer."""
-    layouts: LayoutCache
+    layouts: RecentResults[QuadratureLayout]
     soft: bool = True
     """True: sound is diffracted at the edges of targets."""
 

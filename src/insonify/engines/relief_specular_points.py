@@ -9,11 +9,13 @@ caustic the curvature is held above that at which Airy's function has its value 
 """
 
 from dataclasses import replace
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from insonify.engines.recent_results import RecentResults
 from insonify.engines.relief_reflections import NEGLIGIBLE_PRESSURE
 from insonify.propagation.glints import leg_rows
 from insonify.records.legs import Legs
@@ -70,7 +72,10 @@ class _Ground(NamedTuple):
         return depth, np.stack([north, east], axis=1), second
 
 
-def with_specular_points(legs: Legs, position: Floats, end: Floats, scene: Scene, wavelength: float) -> Legs:
+def with_specular_points(
+    legs: Legs, position: Floats, end: Floats, scene: Scene, wavelength: float,
+    cache: RecentResults[SpecularPoints | None],
+) -> Legs:  # fmt: skip
     """Legs to one point with a row for each specular point of the families that reflect once off the seabed.
 
     Args:
@@ -79,6 +84,7 @@ def with_specular_points(legs: Legs, position: Floats, end: Floats, scene: Scene
         end: North, east, depth of the point [m], shape (3,).
         scene: The scene, in water of one sound speed.
         wavelength: Acoustic wavelength [m].
+        cache: Specular points that have been found, by the ends of their path and the wavelength.
     """
     terrain = scene.seabed.terrain
     rows: list[int] = []
@@ -86,7 +92,10 @@ def with_specular_points(legs: Legs, position: Floats, end: Floats, scene: Scene
     for row, family in enumerate(legs.families):
         points = None
         if terrain is not None and family.count("B") == 1:
-            points = specular_points(terrain, *_images(family, position, end), wavelength)
+            # by reciprocity either direction has the same points
+            begin, stop = sorted(_images(family, position, end), key=tuple)
+            key = begin.tobytes(), stop.tobytes(), wavelength
+            points = cache.get(key, partial(specular_points, terrain, begin, stop, wavelength))
         rows += [row] * (1 if points is None else len(points.length))
         found.append(points)
     made = leg_rows(legs, rows)

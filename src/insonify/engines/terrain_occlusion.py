@@ -15,9 +15,7 @@ that takes most on every segment of a leg, see `_terrain_diffraction_kernel`. Th
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
-from threading import Lock
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -37,7 +35,6 @@ from insonify.scene.seabed_terrain import SeabedTerrain
 __all__ = [
     "SEABED",
     "LaunchAngles",
-    "OcclusionCache",
     "StraightLaunchAngles",
     "TerrainOcclusion",
     "fresnel_half_length",
@@ -339,29 +336,3 @@ def _roughness_factor(terrain_occlusion: TerrainOcclusion, family: str, distance
             zone = np.asarray(np.maximum(2 * half * np.sqrt(sine), 1e-6), float)
             left *= terrain_occlusion.bed.roughness_reflection_factor(sine, terrain_occlusion.wavelength, zone)
     return left
-
-
-class OcclusionCache:
-    """The terrain_occlusion of the last few positions, shared by threads."""
-
-    def __init__(self, most: int) -> None:
-        """Nothing yet.
-
-        Args:
-            most: Number of positions that are remembered.
-        """
-        self._most, self._lock = most, Lock()
-        self._made: dict[Any, TerrainOcclusion] = {}
-
-    def __reduce__(self) -> tuple[type[OcclusionCache], tuple[int]]:
-        """Reduce to an empty cache: another process starts without occlusion."""
-        return OcclusionCache, (self._most,)
-
-    def get(self, key: Any, make: Callable[[], TerrainOcclusion]) -> TerrainOcclusion:
-        """The terrain_occlusion of a key, made where they are not remembered."""
-        with self._lock:
-            if key not in self._made:
-                self._made[key] = make()
-                while len(self._made) > self._most:
-                    del self._made[next(iter(self._made))]
-            return self._made[key]

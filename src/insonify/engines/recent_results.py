@@ -1,0 +1,38 @@
+"""Cache of the last few results of some computation, shared by threads."""
+
+from collections import OrderedDict
+from collections.abc import Callable, Hashable
+from threading import Lock
+from typing import Generic, TypeVar
+
+Result = TypeVar("Result")
+
+
+class RecentResults(Generic[Result]):
+    """The last few results, by key; the least recently requested are deleted first."""
+
+    def __init__(self, most: int) -> None:
+        """Create an empty cache.
+
+        Args:
+            most: Number of results that are kept.
+        """
+        self._most, self._lock = most, Lock()
+        self._results: OrderedDict[Hashable, Result] = OrderedDict()
+
+    def __reduce__(self) -> tuple[type["RecentResults[Result]"], tuple[int]]:
+        """Reduce to an empty cache: another process starts without results."""
+        return RecentResults, (self._most,)
+
+    def get(self, key: Hashable, make: Callable[[], Result]) -> Result:
+        """The result of a key, made where it is not kept; two threads may both make it, and get the same object."""
+        with self._lock:
+            if key in self._results:
+                self._results.move_to_end(key)
+                return self._results[key]
+        made = make()
+        with self._lock:
+            made = self._results.setdefault(key, made)
+            while len(self._results) > self._most:
+                self._results.popitem(last=False)
+        return made
