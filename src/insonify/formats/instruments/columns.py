@@ -1,11 +1,13 @@
 """Fields of datagrams as variables of a dataset: named, scaled to SI and padded to one shape."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
+
+from insonify.formats.instruments.instrument_file import Setting
 
 DEGREE = np.pi / 180
 TIME_UNIT = "seconds since 1970-01-01T00:00:00Z"
@@ -55,15 +57,17 @@ def values_of(records: NDArray[Any], column: Column) -> NDArray[Any]:
     return values if np.isnan(column.missing) else np.where(raw == raw.dtype.type(column.missing), np.nan, values)
 
 
-def stacked(rows: Sequence[NDArray[Any]]) -> NDArray[Any]:
-    """Arrays of one pitch each, padded to the largest: floats with NaN, whole numbers with `NO_CODE`.
+def stacked(rows: Sequence[NDArray[Any]], least: int = 0) -> NDArray[Any]:
+    """Arrays of one ping each, padded to the largest: floats with NaN, whole numbers with `NO_CODE`.
 
     Args:
         rows: Arrays of equal dimension.
+        least: Least length of their last axis.
     """
     if not rows:
         return np.empty((0, 0))
     shape = np.max([row.shape for row in rows], axis=0)
+    shape[-1:] = np.maximum(shape[-1:], least)
     kind = np.result_type(*rows)
     filled = np.full((len(rows), *shape), np.nan if kind.kind in "fc" else NO_CODE, kind)
     for number, row in enumerate(rows):
@@ -72,19 +76,67 @@ def stacked(rows: Sequence[NDArray[Any]]) -> NDArray[Any]:
     return filled
 
 
-def variables(tables: Sequence[NDArray[Any]], columns: Iterable[Column], dims: Sequence[str]) -> dict[str, xr.Variable]:
+def ragged(
+    content: bytes, kind: str, starts: Sequence[int], counts: Sequence[int], scale: float
+) -> NDArray[np.float32]:
+    """Samples of beams of different lengths, shape (beam, sample), padded with NaN.
+
+    Args:
+        content: The datagram, which holds all of them.
+        kind: Type of the samples.
+        starts: First byte of each beam.
+        counts: Number of its samples.
+        scale: Factor from the unit of the file.
+    """
+    filled = np.full((len(counts), max(counts, default=0)), np.nan, np.float32)
+    for beam, (start, count) in enumerate(zip(starts, counts, strict=True)):
+        filled[beam, :count] = np.frombuffer(content, kind, count, start) * np.float32(scale)
+    return filled
+
+
+def variables(
+    tables: Sequence[NDArray[Any]], columns: Iterable[Column], dims: Sequence[str], least: int = 0
+) -> dict[str, xr.Variable]:
     """Variables of the records of several pings.
 
     Args:
         tables: Records of each ping, shape (n,), or () where a ping has one record.
         columns: Fields that become variables.
         dims: Dimensions of the variables, of the pings first.
+        least: Least length of the last of them.
     """
     made = {}
     for column in columns:
-        values = stacked([values_of(table, column) for table in tables]) if tables else np.empty((0,) * len(dims))
+        values = (
+            stacked([values_of(table, column) for table in tables], least) if tables else np.empty((0,) * len(dims))
+        )
         made[column.name] = variable(dims, values, column.unit, column.long_name)
     return made
+
+
+def record_settings(
+    record: NDArray[Any], columns: Iterable[Column], source: tuple[str, int], prefix: str = ""
+) -> Iterator[Setting]:
+    """Settings of the fields of one record, shape ().
+
+    Args:
+        record: The record.
+        columns: Fields that become settings.
+        source: Kind of the datagram and its first byte.
+        prefix: What the names begin with.
+    """
+    for column in columns:
+        raw = record[column.field]
+        if raw.dtype.kind == "S":
+            yield Setting(prefix + column.name, text_of(raw), "", *source)
+        else:
+            unit = "1" if column.unit == "code" else column.unit
+            yield Setting(prefix + column.name, values_of(record, column).item(), unit, *source)
+
+
+def text_of(raw: NDArray[np.bytes_]) -> str:
+    """Text of a field of characters, up to the first zero."""
+    return bytes(raw).split(b"\0")[0].decode("latin-1").strip()
 
 
 def along(dim: str, rows: NDArray[Any], columns: Iterable[Column]) -> dict[str, xr.Variable]:
@@ -98,7 +150,7 @@ def variable(dims: str | Sequence[str], values: Any, unit: str, long_name: str) 
 
 
 def ping_dataset(
-    group: str, pings: Sequence[int], times: NDArray[np.float64], found: Mapping[str, xr.Variable]
+    group: str, pings: Sequence[int] | NDArray[Any], times: NDArray[np.float64], found: Mapping[str, xr.Variable]
 ) -> xr.Dataset:
     """Dataset of one group with the coordinates ping and time.
 

@@ -230,6 +230,13 @@ class InstrumentFile(ABC):
             raise DatagramError(f"{size} bytes are stated, and {len(content)} could be read")
         return content
 
+    def _verify(self, content: bytes) -> None:  # noqa: B027, a format without checksum has nothing to add
+        """Refuse a datagram whose checksum disagrees.
+
+        Raises:
+            DatagramError: It does.
+        """
+
     def _find(self, pattern: "re.Pattern[bytes]", offset: int) -> int:
         """Offset of the next match (of at most 64 bytes), the size of the file where there is none."""
         while offset < self._size:
@@ -261,7 +268,9 @@ class InstrumentFile(ABC):
         for row in rows:
             offset = int(self.datagrams.offset[row])
             try:
-                yield int(row), parse(self._bytes(offset, int(self.datagrams.size[row])))
+                content = self._bytes(offset, int(self.datagrams.size[row]))
+                self._verify(content)
+                yield int(row), parse(content)
             except DatagramError as fault:
                 self._omit(offset, f"{self.datagrams.kind[row]}: {fault}")
 

@@ -22,6 +22,7 @@ from insonify.formats.instruments.columns import (
     Column,
     along,
     ping_dataset,
+    ragged,
     stacked,
     time_dataset,
     variable,
@@ -397,14 +398,11 @@ def _water_column(content: bytes) -> _WaterColumn:
     if offset > len(content):
         raise DatagramError(f"samples are stated up to byte {offset} of {len(content)}")
     table = np.concatenate(beams) if beams else np.empty(0, layouts.WATER_BEAM)
-    counts = table["sample_count"].astype(int)
-    level = np.full((counts.size, counts.max(initial=0)), np.nan, np.float32)
-    phase = np.full_like(level, np.nan) if width else None
-    for beam, (start, samples) in enumerate(zip(starts, counts.tolist(), strict=True)):
-        level[beam, :samples] = np.frombuffer(content, np.int8, samples, start) * np.float32(0.5)
-        if phase is not None:
-            step = DEGREE * (180 / 128 if width == 1 else 0.01)
-            phase[beam, :samples] = np.frombuffer(content, f"<i{width}", samples, start + samples) * np.float32(step)
+    counts = table["sample_count"].tolist()
+    level = ragged(content, "i1", starts, counts, 0.5)
+    after = [start + count for start, count in zip(starts, counts, strict=True)]
+    step = DEGREE * (180 / 128 if width == 1 else 0.01)
+    phase = ragged(content, f"<i{width}", after, counts, step) if width else None
     return _WaterColumn(body, tx, sectors, rx, table, level, phase)
 
 

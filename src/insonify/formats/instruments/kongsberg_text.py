@@ -6,7 +6,8 @@ from collections.abc import Iterator
 from insonify.formats.instruments.columns import DEGREE
 from insonify.formats.instruments.instrument_file import Setting
 
-_METRES, _ANGLES = re.compile(r"(I[PCS]?)?[XYZ]|SWLZ"), ("R", "P", "H")
+_METRES = re.compile(r"(I[PCS]?|[SP]\d|[DMN]S)?[XYZ]|S?WLZ")
+_ANGLES = re.compile(r"(S\d)?[RPH]|[MN]S[RPG]|GCG")
 _NUMBER = re.compile(r"[-+]?\d+(\.\d+)?")
 
 
@@ -53,6 +54,6 @@ def _setting(name: str, field: str, value: str, source: tuple[str, int]) -> Sett
     number = float(value) if "." in value else int(value)
     if _METRES.fullmatch(field):
         return Setting(name, float(number), "m", *source)
-    if field in _ANGLES and "." in name:
+    if _ANGLES.fullmatch(field):
         return Setting(name, number * DEGREE, "rad", *source)
     return Setting(name, number, "1", *source)

@@ -1,0 +1,440 @@
+"""Kongsberg .all and .wcd: soundings, seabed image and water column of multibeams before KMALL.
+
+Kongsberg (2018), EM series multibeam echo sounders, datagram formats, 850-160692/W. A datagram has its length in front
+and a sum of its bytes at its end. Receivers of a system with two have datagrams of their own, told apart by `serial`.
+"""
+
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from datetime import date
+from functools import cached_property
+from typing import Any, ClassVar, NamedTuple
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from insonify.formats.instruments import kongsberg_all_layouts as layouts
+from insonify.formats.instruments.columns import (
+    DEGREE,
+    TIME_UNIT,
+    Column,
+    along,
+    ping_dataset,
+    ragged,
+    record_settings,
+    stacked,
+    time_dataset,
+    variable,
+    variables,
+)
+from insonify.formats.instruments.instrument_file import (
+    DatagramError,
+    Instrument,
+    InstrumentFile,
+    Setting,
+    records,
+    require_memory,
+)
+from insonify.formats.instruments.kongsberg_text import installation_settings
+
+_HEAD = layouts.HEADER.itemsize
+_TRAILER = 3  # bytes: the end identifier and the checksum
+_CENTI, _DECI = 0.01, 0.1
+_START = re.compile(rb"\x02[0-9A-Za-z]..[\x00-\xff]{2}[\x2f-\x40]\x01", re.DOTALL)  # a date from 1990 to 2099
+_IDENTITY = (
+    Column("ping_number", "counter", "code", "number of the ping in the instrument"),
+    Column("serial", "serial", "code", "serial number of the receiver"),
+)
+_SOUNDING_PING = (
+    Column("heading", "heading", "rad", "heading of the vessel", _CENTI * DEGREE),
+    Column("sound_speed", "sound_speed", "m/s", "sound speed at the transducer", _DECI),
+    Column("transducer_depth", "transducer_depth", "m", "depth of the transmitter below the water line"),
+    Column("sample_rate", "sample_rate", "Hz", "sample rate"),
+)
+_SOUNDING = (
+    Column("forward", "forward", "m", "position re the positioning system's reference, forward"),
+    Column("starboard", "starboard", "m", "position re the positioning system's reference, to starboard"),
+    Column("down", "down", "m", "position re the transmitter, down"),
+    Column("backscatter", "level", "dB", "backscatter level", _DECI),
+    Column("quality", "quality", "1", "standard deviation of the range re the range", 1 / 250),
+    Column("incidence_correction", "incidence_correction", "rad", "correction of the incidence angle", _DECI * DEGREE),
+    Column("cleaning", "cleaning", "code", "negative where a beam is flagged out"),
+)
+_RANGE = (
+    Column("travel_time", "travel_time", "s", "two-way travel time"),
+    Column("beam_angle", "angle", "rad", "beam angle re the receiver, positive to starboard", -_CENTI * DEGREE),
+    Column("sector", "sector", "code", "transmit sector"),
+)
+_SECTOR = (
+    Column("frequency", "frequency", "Hz", "centre frequency of the sector"),
+    Column("sector_delay", "delay", "s", "delay of the sector's transmission re the first"),
+    Column("tilt", "tilt", "rad", "steering of the transmitter along re the array", _CENTI * DEGREE),
+    Column("focus_range", "focus_range", "m", "focal range of the transmitter, 0 without", _DECI),
+    Column("bandwidth", "bandwidth", "Hz", "bandwidth of the sector's pulse"),
+    Column("pulse_length", "pulse_length", "s", "length of the sector's pulse"),
+    Column("absorption", "absorption", "dB/m", "mean absorption of the sector", 1e-5),
+    Column("waveform", "waveform", "code", "0 CW, 1 rising FM, 2 falling FM"),
+)
+_IMAGE_PING = (
+    Column("image_sample_rate", "sample_rate", "Hz", "sample rate of the seabed image"),
+    Column("normal_sample", "normal_range", "1", "range of normal incidence used for the levels [samples]"),
+    Column("normal_level", "normal_level", "dB", "backscatter level at normal incidence", _DECI),
+    Column("oblique_level", "oblique_level", "dB", "backscatter level at oblique incidence", _DECI),
+    Column("tx_beam_width", "tx_beam_width", "rad", "beam width of the transmitter, along", _DECI * DEGREE),
+    Column("crossover_angle", "crossover", "rad", "crossover angle of the gain law", _DECI * DEGREE),
+)
+_IMAGE_BEAM = (
+    Column("sample_count", "sample_count", "code", "samples of the beam"),
+    Column("centre_sample", "centre_sample", "code", "number of the sample at the detection, from 1 in rising range"),
+)
+_WATER = (
+    Column("sample_rate", "sample_rate", "Hz", "sample rate", _CENTI),
+    Column("sound_speed", "sound_speed", "m/s", "sound speed at the transducer", _DECI),
+    Column("gain_exponent", "tvg_exponent", "1", "X of the gain X log10(r) + 2 alpha r + offset applied [dB]"),
+    Column("gain_offset", "tvg_offset", "dB", "offset of the gain applied"),
+    Column("heave", "heave", "m", "heave of the transmitter, positive down", _CENTI),
+)
+_WATER_SECTOR = (
+    Column("frequency", "frequency", "Hz", "centre frequency of the sector", 10.0),
+    Column("tilt", "tilt", "rad", "steering of the transmitter along re the array", _CENTI * DEGREE),
+)
+_WATER_BEAM = (
+    Column("beam_angle", "angle", "rad", "beam angle re vertical, positive to starboard", -_CENTI * DEGREE),
+    Column("first_sample", "first_sample", "code", "sample number of the first sample, counted from the transducer"),
+    Column("detected_sample", "detected", "1", "sample number of the detection, NaN without", 1.0, 0.0),
+    Column("sector", "sector", "code", "transmit sector"),
+    Column("sample_count", "sample_count", "code", "samples of the beam"),
+)
+_ATTITUDE = (
+    Column("roll", "roll", "rad", "roll, positive starboard down", _CENTI * DEGREE),
+    Column("pitch", "pitch", "rad", "pitch, positive bow up", _CENTI * DEGREE),
+    Column("yaw", "yaw", "rad", "heading", _CENTI * DEGREE),
+    Column("heave", "heave", "m", "heave, positive down", _CENTI),
+)
+_POSITION = (
+    Column("latitude", "latitude", "rad", "latitude", DEGREE / 2e7, 2**31 - 1),
+    Column("longitude", "longitude", "rad", "longitude", DEGREE / 1e7, 2**31 - 1),
+    Column("speed", "speed", "m/s", "speed over ground", _CENTI, 2**16 - 1),
+    Column("course", "course", "rad", "course over ground", _CENTI * DEGREE, 2**16 - 1),
+    Column("heading", "heading", "rad", "heading", _CENTI * DEGREE, 2**16 - 1),
+    Column("position_uncertainty", "quality", "m", "quality of the position", _CENTI, 2**16 - 1),
+)
+_RUNTIME = (
+    Column("least depth", "least_depth", "m", ""),
+    Column("largest depth", "largest_depth", "m", ""),
+    Column("absorption", "absorption", "dB/m", "", 1e-5),
+    Column("pulse length", "pulse_length", "s", "", 1e-6),
+    Column("transmit beam width", "tx_beam_width", "rad", "", _DECI * DEGREE),
+    Column("receive beam width", "rx_beam_width", "rad", "", _DECI * DEGREE),
+    Column("transmit power", "power", "dB", ""),
+    Column("receive bandwidth", "bandwidth", "Hz", "", 50.0),
+    Column("crossover angle", "crossover", "rad", "", DEGREE),
+    Column("port coverage", "port_coverage", "rad", "", DEGREE),
+    Column("starboard coverage", "starboard_coverage", "rad", "", DEGREE),
+    Column("port swath", "port_swath", "m", ""),
+    Column("starboard swath", "starboard_swath", "m", ""),
+    Column("mode", "mode", "code", ""),
+    Column("mode 2", "mode2", "code", ""),
+    Column("beam spacing", "beam_spacing", "code", ""),
+    Column("stabilisation", "stabilisation", "code", ""),
+    Column("filters", "filter", "code", ""),
+    Column("filters 2", "filter2", "code", ""),
+    Column("sound speed source", "speed_source", "code", ""),
+)
+
+
+class _Image(NamedTuple):
+    """Parts of a seabed image datagram; levels [dB] over (beam, sample)."""
+
+    head: NDArray[Any]
+    ping: NDArray[Any]
+    beams: NDArray[Any]
+    level: NDArray[np.float32]
+
+
+class _Ranges(NamedTuple):
+    """Parts of a datagram of raw ranges and angles."""
+
+    sectors: NDArray[Any]
+    beams: NDArray[Any]
+
+
+class _Water(NamedTuple):
+    """Parts of one or more water column datagrams of a ping; levels [dB] over (beam, sample)."""
+
+    head: NDArray[Any]
+    ping: NDArray[Any]
+    sectors: NDArray[Any]
+    beams: NDArray[Any]
+    level: NDArray[np.float32]
+
+
+class KongsbergAllFile(InstrumentFile):
+    """Kongsberg .all or .wcd file."""
+
+    format = "Kongsberg all"
+    suffixes = (".all", ".wcd")
+    kinds: ClassVar[Mapping[str, str]] = {
+        "I": "installation, start", "i": "installation, stop", "r": "installation, remote", "R": "runtime parameters",
+        "X": "soundings", "N": "raw ranges and angles", "Y": "seabed image", "k": "water column", "A": "attitude",
+        "n": "attitude, network", "P": "position", "U": "sound-speed profile", "C": "clock", "h": "height",
+        "H": "heading", "G": "sound speed at the transducer", "W": "sound-speed profile, text", "1": "processor status",
+        "O": "quality factors", "l": "extra detections", "3": "extra parameters", "T": "tide", "J": "transducer tilt",
+        "B": "built-in test", "E": "single beam depth",
+    }  # fmt: skip
+
+    @staticmethod
+    def matches(head: bytes) -> bool:
+        """Return True if the first datagram begins as one, with a date."""
+        return _START.match(head, 4) is not None
+
+    def _index(self) -> Iterator[tuple[int, int, str, float]]:
+        self._identities: list[tuple[int, int]] = []
+        offset = 0
+        while offset < self._size:
+            try:
+                content = self._bytes(offset, _HEAD)
+                if _START.match(content, 4) is None:
+                    raise DatagramError("no datagram begins here")
+                header = records(content, layouts.HEADER, 0)[0]
+                size = int(header["length"]) + 4
+                if size < _HEAD + _TRAILER:
+                    raise DatagramError(f"a length of {size - 4} bytes is stated")
+                if self._bytes(offset + size - _TRAILER, 1) != b"\x03":
+                    raise DatagramError("its end is not marked")
+            except DatagramError as fault:
+                self._omit(offset, str(fault))
+                offset = max(self._find(_START, offset + 5) - 4, offset + 1) if offset + 5 < self._size else self._size
+                continue
+            self._identities.append((int(header["counter"]), int(header["serial"])))
+            yield (
+                offset,
+                size,
+                header["kind"].decode(),
+                _seconds(int(header["date"]), int(header["milliseconds"]) * 1e-3),
+            )
+            offset += size
+
+    def _verify(self, content: bytes) -> None:
+        found = int(np.frombuffer(content, np.uint8, len(content) - 5 - _TRAILER, 5).sum(dtype=np.uint64)) & 0xFFFF
+        if found != (stated := int.from_bytes(content[-2:], "little")):
+            raise DatagramError(f"its checksum is {found}, and {stated} is stated")
+
+    @cached_property
+    def instrument(self) -> Instrument:
+        """Maker, model and serial number."""
+        header = records(self._bytes(int(self.datagrams.offset[0]), _HEAD), layouts.HEADER, 0)[0]
+        serial = next((str(s.value) for s in self.settings() if s.name == "SMH"), str(header["serial"]))
+        return Instrument("Kongsberg", f"EM{header['model']}", serial)
+
+    @cached_property
+    def groups(self) -> Mapping[str, int]:
+        """Number of pings of each group; each receiver counts as a ping."""
+        counts = {"seabed image": self.datagrams.rows("Y").size, "water column": len(self._water_rows)}
+        return {group: count for group, count in counts.items() if count}
+
+    def read(self, group: str, pings: slice = slice(None)) -> xr.Dataset:
+        """Read pings of "seabed image" or "water column"; levels [dB] over (ping, beam, sample)."""
+        self._require_group(group)
+        return self._water_column(pings) if group == "water column" else self._seabed_image(pings)
+
+    def soundings(self, pings: slice = slice(None)) -> xr.Dataset | None:
+        """Detections of the seabed with angles and travel times, where the file has them; None without X datagrams."""
+        rows = self.datagrams.rows("X")
+        if not rows.size:
+            return None
+        made = list(self._parsed(rows[pings], _soundings))
+        kept = [row for row, _ in made]
+        found = variables([head for _, (head, _, _) in made], _IDENTITY, ("ping",))
+        found |= variables([ping for _, (_, ping, _) in made], _SOUNDING_PING, ("ping",))
+        beams = [table for _, (_, _, table) in made]
+        found |= variables(beams, _SOUNDING, ("ping", "beam")) | _detections(beams)
+        found |= self._ranges_of(kept, [table.size for table in beams])
+        below = found["down"].values + found["transducer_depth"].values[:, None]
+        found["depth"] = variable(("ping", "beam"), below, "m", "depth below the water line")
+        return ping_dataset("soundings", np.searchsorted(rows, kept), self.datagrams.time[kept], found)
+
+    def settings(self) -> tuple[Setting, ...]:
+        """Installation and runtime parameters."""
+        made: list[Setting] = []
+        for row, content in self._parsed(self.datagrams.rows("I", "i", "r", "R"), lambda content: content):
+            source = str(self.datagrams.kind[row]), int(self.datagrams.offset[row])
+            if source[0] != "R":
+                made += installation_settings(content[_HEAD + 2 : -_TRAILER].rstrip(b"\0").decode("latin-1"), *source)
+                continue
+            if len(content) < _HEAD + layouts.RUNTIME.itemsize:
+                self._omit(source[1], f"R: {len(content)} bytes are too few")
+                continue
+            made += record_settings(records(content, layouts.RUNTIME, _HEAD)[0], _RUNTIME, source)
+        return tuple(made)
+
+    def navigation(self) -> xr.Dataset | None:
+        """Latitude, longitude [rad], speed, course and heading over time, of all systems in the order of the file."""
+        made = list(self._parsed(self.datagrams.rows("P"), lambda content: records(content, layouts.POSITION, _HEAD)))
+        return time_dataset([found for _, found in made], self.datagrams.time[[row for row, _ in made]], _POSITION)
+
+    def attitude(self) -> xr.Dataset | None:
+        """Attitude and heave of the transducer over time, of all sensors in the order of the file."""
+        made = list(self._parsed(self.datagrams.rows("A"), _attitude))
+        times = [self.datagrams.time[row] + found["milliseconds"] * 1e-3 for row, found in made]
+        return time_dataset([found for _, found in made], np.concatenate(times) if times else np.empty(0), _ATTITUDE)
+
+    def sound_speed_profiles(self) -> tuple[xr.Dataset, ...]:
+        """Profiles with their time."""
+        return tuple(profile for _, profile in self._parsed(self.datagrams.rows("U"), _profile))
+
+    def _seabed_image(self, pings: slice) -> xr.Dataset:
+        rows = self.datagrams.rows("Y")
+        made = list(self._parsed(rows[pings], _image))
+        kept, images = [row for row, _ in made], [image for _, image in made]
+        found = variables([image.head for image in images], _IDENTITY, ("ping",))
+        found |= variables([image.ping for image in images], _IMAGE_PING, ("ping",))
+        found |= variables([image.beams for image in images], _IMAGE_BEAM, ("ping", "beam"))
+        found |= _detections([image.beams for image in images])
+        found |= self._ranges_of(kept, [image.beams.size for image in images])
+        found["level"] = self._level([image.level for image in images], "level of the seabed image, in rising range")
+        return ping_dataset("seabed image", np.searchsorted(rows, kept), self.datagrams.time[kept], found)
+
+    def _ranges_of(self, rows: Sequence[int], beam_counts: Sequence[int]) -> dict[str, xr.Variable]:
+        """Travel times, angles and sectors of the pings of some datagrams, NaN where the file lacks them."""
+        at = {self._identities[row]: row for row in reversed(self.datagrams.rows("N").tolist())}
+        found = dict(self._parsed(sorted({at[i] for i in map(self._identities.__getitem__, rows) if i in at}), _ranges))
+        none = _Ranges(np.empty(0, layouts.RANGE_SECTOR), np.empty(0, layouts.RANGE_BEAM))
+        if not found:
+            return {}
+        pairs = [found.get(at.get(self._identities[row], -1), none) for row in rows]
+        beams = [ranges.beams[:count] for ranges, count in zip(pairs, beam_counts, strict=True)]
+        made = variables([ranges.sectors for ranges in pairs], _SECTOR, ("ping", "tx_sector"))
+        return made | variables(beams, _RANGE, ("ping", "beam"), max(beam_counts, default=0))
+
+    @cached_property
+    def _water_rows(self) -> list[list[int]]:
+        """Rows of the water column datagrams of each ping and receiver, in the order of the file."""
+        pings: dict[tuple[int, int, float], list[int]] = {}
+        for row in self.datagrams.rows("k").tolist():
+            pings.setdefault((*self._identities[row], float(self.datagrams.time[row])), []).append(row)
+        return list(pings.values())
+
+    def _water_column(self, pings: slice) -> xr.Dataset:
+        wanted = range(len(self._water_rows))[pings]
+        made = [(ping, part) for ping in wanted if (part := self._water_ping(self._water_rows[ping])) is not None]
+        waters = [part for _, part in made]
+        found = variables([water.head for water in waters], _IDENTITY, ("ping",))
+        found |= variables([water.ping for water in waters], _WATER, ("ping",))
+        found |= variables([water.sectors for water in waters], _WATER_SECTOR, ("ping", "tx_sector"))
+        found |= variables([water.beams for water in waters], _WATER_BEAM, ("ping", "beam"))
+        found["level"] = self._level([water.level for water in waters], "level as recorded, gain included")
+        numbers = [ping for ping, _ in made]
+        times = self.datagrams.time[[self._water_rows[ping][0] for ping in numbers]]
+        return ping_dataset("water column", numbers, times, found)
+
+    def _water_ping(self, rows: Sequence[int]) -> _Water | None:
+        """Beams of a ping from its datagrams; what is missing of them is listed."""
+        parts = sorted((found for _, found in self._parsed(rows, _water)), key=lambda part: int(part.ping["part"]))
+        if not parts:
+            return None
+        first, stated = parts[0], int(parts[0].ping["parts"])
+        if stated != len(parts):
+            self._omit(
+                int(self.datagrams.offset[rows[0]]), f"k: {stated} parts are stated, and {len(parts)} can be read"
+            )
+        width = max(part.level.shape[1] for part in parts)
+        levels = [np.pad(p.level, ((0, 0), (0, width - p.level.shape[1])), constant_values=np.nan) for p in parts]
+        beams = np.concatenate([part.beams for part in parts])
+        return _Water(first.head, first.ping, first.sectors, beams, np.concatenate(levels))
+
+    def _level(self, rows: Sequence[NDArray[np.float32]], long_name: str) -> xr.Variable:
+        if rows:
+            require_memory(self.path, len(rows), *np.max([row.shape for row in rows], axis=0).tolist())
+        values = stacked(rows) if rows else np.empty((0, 0, 0), np.float32)
+        return variable(("ping", "beam", "sample"), values, "dB", long_name)
+
+
+def _seconds(day: int, seconds: float) -> float:
+    """Seconds since 1970 of a date such as 20221109 and a time of the day, NaN where there is no such date."""
+    try:
+        return (date(day // 10000, day // 100 % 100, day % 100) - date(1970, 1, 1)).days * 86400.0 + seconds
+    except ValueError:
+        return np.nan
+
+
+def _table(content: bytes, head: np.dtype[Any], rows: np.dtype[Any]) -> tuple[NDArray[Any], NDArray[Any], int]:
+    """First record of a datagram, shape (), the `beams` records after it, and the offset of what follows."""
+    first = records(content, head, _HEAD)[0]
+    table = records(content, rows, _HEAD + head.itemsize, int(first["beams"]))
+    return first, table, _HEAD + head.itemsize + table.nbytes
+
+
+def _soundings(content: bytes) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any]]:
+    """Header, settings and beams of a soundings datagram."""
+    ping, beams, _ = _table(content, layouts.XYZ, layouts.XYZ_BEAM)
+    return records(content, layouts.HEADER, 0)[0], ping, beams
+
+
+def _detections(tables: Sequence[NDArray[Any]]) -> dict[str, xr.Variable]:
+    """Kind and method of the detections by their information byte (notes 3 and 4 of the tables)."""
+    rejected = [table["info"].astype(np.int64) >> 7 for table in tables]
+    methods = [np.where(bad, 0, (table["info"].astype(np.int64) & 15) + 1)
+               for bad, table in zip(rejected, tables, strict=True)]  # fmt: skip
+    kinds, dims = stacked([2 * bad for bad in rejected]), ("ping", "beam")
+    return {
+        "detection": variable(dims, kinds, "code", "0 normal, 2 rejected"),
+        "detection_method": variable(dims, stacked(methods), "code", "0 none, 1 amplitude, 2 phase"),
+    }
+
+
+def _ranges(content: bytes) -> _Ranges:
+    """Parts of a datagram of raw ranges and angles."""
+    head = records(content, layouts.RANGE, _HEAD)[0]
+    offset = _HEAD + layouts.RANGE.itemsize
+    sectors = records(content, layouts.RANGE_SECTOR, offset, int(head["sectors"]))
+    return _Ranges(sectors, records(content, layouts.RANGE_BEAM, offset + sectors.nbytes, int(head["beams"])))
+
+
+def _image(content: bytes) -> _Image:
+    """Parts of a seabed image datagram; samples of each beam in the order of rising range."""
+    ping, beams, offset = _table(content, layouts.IMAGE, layouts.IMAGE_BEAM)
+    counts = beams["sample_count"].astype(np.int64)
+    if offset + 2 * int(counts.sum()) + _TRAILER > len(content):
+        raise DatagramError(f"{counts.sum()} samples are stated from byte {offset} of {len(content)}")
+    starts = offset + 2 * (np.cumsum(counts) - counts)
+    level = ragged(content, "<i2", starts.tolist(), counts.tolist(), _DECI)
+    falling, beams = beams["order"] < 0, beams.copy()
+    for beam in np.flatnonzero(falling & (counts > 0)):
+        level[beam, : counts[beam]] = level[beam, : counts[beam]][::-1].copy()
+        if 0 < beams["centre_sample"][beam] <= counts[beam]:
+            beams["centre_sample"][beam] = counts[beam] + 1 - beams["centre_sample"][beam]
+    return _Image(records(content, layouts.HEADER, 0)[0], ping, beams, level)
+
+
+def _water(content: bytes) -> _Water:
+    """Parts of one water column datagram; refused where they contradict its length."""
+    ping = records(content, layouts.WATER, _HEAD)[0]
+    sectors = records(content, layouts.WATER_SECTOR, _HEAD + layouts.WATER.itemsize, int(ping["sectors"]))
+    offset, beams, starts = _HEAD + layouts.WATER.itemsize + sectors.nbytes, [], []
+    for _ in range(int(ping["beams"])):
+        beams.append(records(content, layouts.WATER_BEAM, offset))
+        starts.append(offset + layouts.WATER_BEAM.itemsize)
+        offset = starts[-1] + int(beams[-1]["sample_count"][0])
+    if offset + _TRAILER > len(content):
+        raise DatagramError(f"samples are stated up to byte {offset} of {len(content)}")
+    table = np.concatenate(beams) if beams else np.empty(0, layouts.WATER_BEAM)
+    level = ragged(content, "i1", starts, table["sample_count"].tolist(), 0.5)
+    return _Water(records(content, layouts.HEADER, 0)[0], ping, sectors, table, level)
+
+
+def _attitude(content: bytes) -> NDArray[Any]:
+    """Samples of an attitude datagram, shape (n,)."""
+    count = int.from_bytes(content[_HEAD : _HEAD + 2], "little")
+    return records(content, layouts.ATTITUDE, _HEAD + 2, count)
+
+
+def _profile(content: bytes) -> xr.Dataset:
+    """Sound-speed profile of a U datagram."""
+    head = records(content, layouts.PROFILE, _HEAD)[0]
+    points = records(content, layouts.PROFILE_POINT, _HEAD + layouts.PROFILE.itemsize, int(head["count"]))
+    depth = variable("depth", points["depth"] * float(head["resolution"]) * _CENTI, "m", "depth below the water line")
+    speed = (Column("sound_speed", "sound_speed", "m/s", "sound speed", _DECI),)
+    about = {"time": _seconds(int(head["date"]), float(head["seconds"])), "time_units": TIME_UNIT}
+    return xr.Dataset(along("depth", points, speed), {"depth": depth}, about)

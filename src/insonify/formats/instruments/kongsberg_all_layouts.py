@@ -1,0 +1,37 @@
+"""Records of Kongsberg .all datagrams.
+
+Kongsberg (2018), EM series multibeam echo sounders, datagram formats, 850-160692/W, tables 24-46; little-endian.
+"""
+
+from insonify.formats.instruments.columns import layout
+
+HEADER = layout("u4 length; u1 stx; S1 kind; u2 model; u4 date milliseconds; u2 counter serial")
+XYZ = layout("u2 heading sound_speed; f4 transducer_depth; u2 beams valid; f4 sample_rate; u1 scanning; S3 spare")
+XYZ_BEAM = layout(
+    "f4 down starboard forward; u2 window; u1 quality; i1 incidence_correction; u1 info; i1 cleaning; i2 level"
+)
+RANGE = layout("u2 sound_speed sectors beams valid; f4 sample_rate; u4 doppler_scale")
+RANGE_SECTOR = layout(
+    "i2 tilt; u2 focus_range; f4 pulse_length delay frequency; u2 absorption; u1 waveform number; f4 bandwidth"
+)
+RANGE_BEAM = layout(
+    "i2 angle; u1 sector info; u2 window; u1 quality; i1 doppler; f4 travel_time; i2 level; i1 cleaning; u1 spare"
+)
+IMAGE = layout("f4 sample_rate; u2 normal_range; i2 normal_level oblique_level; u2 tx_beam_width crossover beams")
+IMAGE_BEAM = layout("i1 order; u1 info; u2 sample_count centre_sample")
+WATER = layout(
+    "u2 parts part sectors all_beams beams sound_speed; u4 sample_rate; i2 heave; u1 tvg_exponent; i1 tvg_offset;"
+    "u1 scanning; S3 spare"
+)
+WATER_SECTOR = layout("i2 tilt; u2 frequency; u1 number spare")
+WATER_BEAM = layout("i2 angle; u2 first_sample sample_count detected; u1 sector beam")
+ATTITUDE = layout("u2 milliseconds status; i2 roll pitch heave; u2 yaw")
+POSITION = layout("i4 latitude longitude; u2 quality speed course heading; u1 system length")
+PROFILE = layout("u4 date seconds; u2 count resolution")
+PROFILE_POINT = layout("u4 depth sound_speed")
+RUNTIME = layout(
+    "u1 operator_status processor_status beamformer_status head_status mode filter; u2 least_depth largest_depth "
+    "absorption pulse_length tx_beam_width; i1 power; u1 rx_beam_width bandwidth mode2 crossover speed_source;"
+    "u2 port_swath; u1 beam_spacing port_coverage stabilisation starboard_coverage; u2 starboard_swath; i2 tilt;"
+    "u1 filter2"
+)

@@ -1,0 +1,332 @@
+"""eXtended Triton Format (XTF): sidescan and sub-bottom channels with navigation and attitude.
+
+Triton Imaging (2016), XTF file format, rev. X41. The format has no checksum: a packet is taken where its samples and
+the next packet agree with its length. Port channels are stored from far to near, and are turned round on reading.
+Speeds are in knots; many programs write half the sound speed ("one way"), which is doubled.
+"""
+
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from datetime import UTC, datetime
+from functools import cached_property
+from typing import Any, ClassVar
+
+import numpy as np
+import xarray as xr
+
+from insonify.formats.instruments import xtf_layouts as layouts
+from insonify.formats.instruments.columns import (
+    DEGREE,
+    Column,
+    ping_dataset,
+    record_settings,
+    stacked,
+    text_of,
+    time_dataset,
+    variable,
+    variables,
+)
+from insonify.formats.instruments.instrument_file import (
+    DatagramError,
+    Instrument,
+    InstrumentFile,
+    Setting,
+    records,
+    require_memory,
+)
+
+_MAGIC = re.compile(rb"\xce\xfa")
+_HEADER, _CHANNELS_IN_HEADER, _MOST_CHANNELS = 1024, 6, 256
+_PADDING = 64  # packets are padded to a multiple of it
+_KNOT = 1852 / 3600
+_KINDS = {
+    0: "SONAR", 1: "NOTES", 2: "BATHY", 3: "ATTITUDE", 4: "FORWARD", 6: "RAW_SERIAL", 15: "HIGHSPEED_SENSOR",
+    17: "BATHY_XYZA", 23: "GYRO", 42: "NAVIGATION", 84: "SOURCETIME_GYRO", 107: "POS_RAW_NAVIGATION", 199: "CUSTOM",
+}  # fmt: skip
+_MAKERS = {
+    "Klein": (5, 9, 14, 32, 57, 58, 60, 66), "EdgeTech": (7, 10, 23, 24, 35, 38, 43, 56), "CMAX": (36, 51),
+    "Benthos": (34, 37, 39, 40, 41, 42), "Kongsberg": (48, 59), "Reson": (8, 15, 46), "GeoAcoustics": (30, 50),
+}  # fmt: skip
+"""Numbers of the types of sonars of each maker."""
+_SIDES = {0: "sub-bottom", 1: "port", 2: "starboard", 3: "bathymetry"}
+_PORT = 1
+_TYPES = {(1, 0): "u1", (2, 0): "<u2", (4, 0): "<u4", (4, 2): "<i4", (2, 3): "<u2", (4, 5): "<f4", (1, 8): "u1"}
+"""Types of samples by their size and stated format."""
+_SINGLE = (
+    Column("ping_number", "ping", "code", "number of the ping in the instrument"),
+    Column("altitude", "altitude", "m", "height of the sonar above the seabed"),
+    Column("sensor_depth", "sensor_depth", "m", "depth of the sonar"),
+    Column("speed", "speed", "m/s", "speed of the sonar", _KNOT),
+    Column("heading", "heading", "rad", "heading of the sonar", DEGREE),
+    Column("roll", "roll", "rad", "roll, positive starboard down", DEGREE),
+    Column("pitch", "pitch", "rad", "pitch, positive bow up", DEGREE),
+    Column("heave", "heave", "m", "heave, positive down", -1.0),
+    Column("layback", "layback", "m", "horizontal distance of the sonar behind the ship"),
+)
+_CHANNEL = (
+    Column("slant_range", "slant_range", "m", "range of the last sample"),
+    Column("time_delay", "time_delay", "s", "time of the first sample"),
+    Column("ping_interval", "ping_interval", "s", "time between pings as stated"),
+    Column("gain_code", "gain", "code", "gain as the sonar codes it"),
+    Column("initial_gain_code", "initial_gain", "code", "initial gain as the sonar codes it"),
+    Column("processing", "processing", "code", "processing applied, 4 time-varying gain, 8 beam angle, 16 filter"),
+    Column("sample_count", "samples", "code", "samples of the ping"),
+)
+_POSITION = (
+    Column("latitude", "latitude", "rad", "latitude", DEGREE),
+    Column("longitude", "longitude", "rad", "longitude", DEGREE),
+)
+_GRID_POSITION = (
+    Column("northing", "latitude", "m", "northing in the projection of the file"),
+    Column("easting", "longitude", "m", "easting in the projection of the file"),
+)
+_ATTITUDE = tuple(column for column in _SINGLE if column.name in ("roll", "pitch", "heave"))
+_YAW = Column("yaw", "heading", "rad", "heading", DEGREE)
+
+
+_FILE_SETTINGS = (
+    Column("program", "program", "", ""),
+    Column("program version", "version", "", ""),
+    Column("sonar", "sonar", "", ""),
+    Column("note", "note", "", ""),
+    Column("file", "name", "", ""),
+    Column("sonar type", "sonar_type", "code", ""),
+    Column("navigation latency", "latency", "s", "", 1e-3),
+    *(Column(f"{name} {axis}", f"{name}_{axis}", "m", "") for name in ("navigation", "motion")
+      for axis in ("forward", "starboard", "down")),
+    *(Column(f"motion {angle}", f"motion_{angle}", "rad", "", DEGREE) for angle in ("yaw", "pitch", "roll")),
+)  # fmt: skip
+_CHANNEL_SETTINGS = (
+    Column("name", "name", "", ""),
+    Column("side", "kind", "code", ""),
+    Column("frequency as stated", "frequency", "1", ""),
+    Column("volts at full scale", "volts", "V", ""),
+    Column("bytes of a sample", "sample_size", "code", ""),
+    Column("correction", "correction", "code", ""),
+    *(Column(axis, axis, "m", "") for axis in ("forward", "starboard", "down")),
+    *(Column(angle.replace("_", " "), angle, "rad", "", DEGREE)
+      for angle in ("along_beam_width", "across_beam_width", "tilt", "yaw", "pitch", "roll")),
+)  # fmt: skip
+
+
+class XtfFile(InstrumentFile):
+    """XTF file."""
+
+    format = "XTF"
+    suffixes = (".xtf",)
+    kinds: ClassVar[Mapping[str, str]] = {
+        "SONAR": "sonar ping", "NOTES": "notes", "ATTITUDE": "attitude", "NAVIGATION": "position",
+        "POS_RAW_NAVIGATION": "position and attitude", "RAW_SERIAL": "text of a serial port", "GYRO": "heading",
+        "SOURCETIME_GYRO": "heading", "CUSTOM": "content of a maker's own",
+    }  # fmt: skip
+
+    @staticmethod
+    def matches(head: bytes) -> bool:
+        """Return True if a file begins with the numbers of the format and of its system."""
+        return head[:2] == b"\x7b\x01"
+
+    def _index(self) -> Iterator[tuple[int, int, str, float]]:
+        self._pings: dict[int, list[tuple[int, int]]] = {}
+        offset, row = self._read_header(), 0
+        while offset < self._size:
+            try:
+                size, kind, seconds, channels = self._packet(offset)
+            except DatagramError as fault:
+                self._omit(offset, str(fault))
+                offset = self._find(_MAGIC, offset + 1)
+                continue
+            for channel, at in channels:
+                self._pings.setdefault(channel, []).append((row, at))
+            yield offset, size, kind, seconds
+            offset, row = offset + size, row + 1
+
+    def _read_header(self) -> int:
+        """Read the file header; return the offset of the first packet."""
+        content = self._bytes(0, min(_HEADER, self._size)).ljust(_HEADER, b"\0")
+        self._head = records(content, layouts.FILE, 0)[0]
+        count = int(self._head["sonar_channels"]) + int(self._head["bathymetry_channels"])
+        size = _HEADER
+        if content[0] != 0x7B or count > _MOST_CHANNELS:
+            self._omit(0, f"the file header is damaged: format {content[0]}, {count} channels")
+            count = _CHANNELS_IN_HEADER
+        if count > _CHANNELS_IN_HEADER:
+            size = -(-(layouts.FILE.itemsize + count * layouts.CHANNEL.itemsize) // _HEADER) * _HEADER
+            content = self._bytes(0, min(size, self._size)).ljust(size, b"\0")
+        self._channels = records(content, layouts.CHANNEL, layouts.FILE.itemsize, count)
+        return min(size, self._size)
+
+    def _packet(self, offset: int) -> tuple[int, str, float, list[tuple[int, int]]]:
+        """Length, kind and time of a packet, and its channels with the offsets of their headers in it."""
+        head = self._bytes(offset, min(layouts.PING.itemsize, max(self._size - offset, layouts.PACKET.itemsize)))
+        packet = records(head, layouts.PACKET, 0)[0]
+        size, kind = int(packet["size"]), _KINDS.get(int(packet["kind"]), f"TYPE_{packet['kind']}")
+        if packet["magic"] != 0xFACE:
+            raise DatagramError("no packet begins here")
+        if size < layouts.PACKET.itemsize or offset + size > self._size:
+            raise DatagramError(f"{kind}: {size} bytes are stated, and the file has {self._size - offset} more")
+        channels: list[tuple[int, int]] = []
+        used = size
+        if kind == "SONAR":
+            ping = records(head, layouts.PING, 0)[0]
+            channels, used = self._ping_channels(offset, size, int(ping["channels"]))
+        follows = offset + size == self._size or self._bytes(offset + size, 1) == b"\xce"
+        if not follows and (kind != "SONAR" or size - used >= _PADDING):
+            raise DatagramError(f"{kind}: no packet follows at its end, {size} bytes further on")
+        return size, kind, _packet_time(head[:size], kind), channels
+
+    def _ping_channels(self, offset: int, size: int, count: int) -> tuple[list[tuple[int, int]], int]:
+        """Channels of a sonar packet with the offsets of their headers in it, and the bytes that they take."""
+        channels, at = [], layouts.PING.itemsize
+        for position in range(count):
+            if at + layouts.PING_CHANNEL.itemsize > size:
+                raise DatagramError(f"SONAR: {count} channels are stated, and {position} fit in {size} bytes")
+            header = records(self._bytes(offset + at, layouts.PING_CHANNEL.itemsize), layouts.PING_CHANNEL, 0)[0]
+            channel = int(header["channel"]) if header["channel"] < self._channels.size else position
+            if channel >= self._channels.size:
+                raise DatagramError(f"SONAR: channel {channel}, and the file has {self._channels.size}")
+            channels.append((channel, at))
+            at += layouts.PING_CHANNEL.itemsize + int(header["samples"]) * int(self._channels["sample_size"][channel])
+        if at > size:
+            raise DatagramError(f"SONAR: samples are stated up to byte {at} of {size}")
+        return channels, at
+
+    @cached_property
+    def instrument(self) -> Instrument:
+        """Maker and model as the file names them."""
+        maker = next((name for name, numbers in _MAKERS.items() if self._head["sonar_type"] in numbers), "")
+        return Instrument(maker, text_of(self._head["sonar"]))
+
+    @cached_property
+    def groups(self) -> Mapping[str, int]:
+        """Number of pings of each channel."""
+        return {name: len(self._pings[channel]) for name, channel in self._names.items()}
+
+    @cached_property
+    def _names(self) -> dict[str, int]:
+        """Channels by name: the side, with the frequency or the number where several have one side."""
+        sides = {number: _SIDES.get(int(self._channels["kind"][number]), "channel") for number in sorted(self._pings)}
+        names: dict[str, int] = {}
+        for number, side in sides.items():
+            alone = list(sides.values()).count(side) == 1
+            name = side if alone else f"{side} {_hertz(self._channels['frequency'][number]) / 1e3:g} kHz"
+            names[name if name not in names else f"{name} {number}"] = number
+        return names
+
+    def read(self, group: str, pings: slice = slice(None)) -> xr.Dataset:
+        """Read pings of one channel; amplitudes [counts] over (ping, sample), port too from near to far."""
+        self._require_group(group)
+        channel = self._names[group]
+        about, made = self._channels[channel], []
+        wanted = list(enumerate(self._pings[channel]))[pings]
+        if (kind := _TYPES.get((int(about["sample_size"]), int(about["sample_format"])))) is None:
+            self._omit(
+                0, f"{group}: samples of {about['sample_size']} bytes, format {about['sample_format']}, not read"
+            )
+            wanted = []
+        for number, (row, at) in wanted:
+            for _, content in self._parsed([row], lambda content: content):
+                header = records(content, layouts.PING_CHANNEL, at)[0]
+                count, start = int(header["samples"]), at + layouts.PING_CHANNEL.itemsize
+                values = np.frombuffer(content, kind or "u1", count, start).astype(np.float32)
+                values = values[::-1] if about["kind"] == _PORT else values
+                made.append((number, row, records(content, layouts.PING, 0)[0], header, values))
+        heads, headers, samples = [part[2] for part in made], [part[3] for part in made], [part[4] for part in made]
+        if made:
+            require_memory(self.path, len(made), max(part.size for part in samples))
+        found = variables(heads, _SINGLE, ("ping",)) | variables(headers, _CHANNEL, ("ping",))
+        found |= self._ping_settings(about, heads, headers)
+        filled = stacked(samples) if made else np.empty((0, 0), np.float32)
+        found["amplitude"] = variable(("ping", "sample"), filled, "1", "amplitude in counts as recorded, near to far")
+        dataset = ping_dataset(
+            group, [part[0] for part in made], self.datagrams.time[[part[1] for part in made]], found
+        )
+        return dataset.assign_attrs(range="ground" if about["correction"] == 2 else "slant")
+
+    def _ping_settings(self, about: Any, heads: list[Any], headers: list[Any]) -> dict[str, xr.Variable]:
+        """Position, sound speed, frequency and sample interval of each ping."""
+        made = _without_zeros(variables(heads, self._position_columns, ("ping",)), self._position_columns)
+        speed = np.array([_two_way(float(head["sound_speed"])) for head in heads])
+        frequency = np.array([_hertz(header["frequency"] or about["frequency"]) for header in headers])
+        counts = np.array([max(int(header["samples"]), 1) for header in headers])
+        with np.errstate(all="ignore"):
+            duration = np.array([float(header["time_duration"]) for header in headers])
+            ranges = np.array([float(header["slant_range"]) for header in headers])
+            interval = np.where(duration > 0, duration, 2 * ranges / speed) / counts
+        return made | {
+            "sound_speed": variable("ping", speed, "m/s", "sound speed, twice the stated one where that is one-way"),
+            "frequency": variable("ping", frequency, "Hz", "centre frequency"),
+            "sample_interval": variable("ping", interval, "s", "time between samples"),
+        }
+
+    @property
+    def _position_columns(self) -> tuple[Column, ...]:
+        return _GRID_POSITION if self._head["navigation_units"] == 0 else _POSITION
+
+    def settings(self) -> tuple[Setting, ...]:
+        """Values of the file header: program, sonar, mounting, and those of each channel."""
+        source = ("file header", 0)
+        made = list(record_settings(self._head, _FILE_SETTINGS, source))
+        for number, channel in enumerate(self._channels):
+            made += record_settings(channel, _CHANNEL_SETTINGS, source, f"channel {number} ")
+        return tuple(made)
+
+    def navigation(self) -> xr.Dataset | None:
+        """Position over time: of navigation packets, else of the sonar in its pings, NaN where there is none."""
+        for kind, part in (("POS_RAW_NAVIGATION", layouts.RAW_POSITION), ("NAVIGATION", layouts.NAVIGATION),
+                           ("SONAR", layouts.PING)):  # fmt: skip
+            if (found := self._series(kind, part, self._position_columns)) is not None:
+                return found.assign(_without_zeros(dict(found.variables), self._position_columns))
+        return None
+
+    def attitude(self) -> xr.Dataset | None:
+        """Attitude over time: of attitude packets, else of the sonar in its pings."""
+        for kind, part in (("ATTITUDE", layouts.ATTITUDE), ("POS_RAW_NAVIGATION", layouts.RAW_POSITION),
+                           ("SONAR", layouts.PING)):  # fmt: skip
+            if (found := self._series(kind, part, (*_ATTITUDE, _YAW))) is not None:
+                return found
+        return None
+
+    def _series(self, kind: str, part: np.dtype[Any], columns: tuple[Column, ...]) -> xr.Dataset | None:
+        made = list(self._parsed(self.datagrams.rows(kind), lambda content: records(content, part, 0)))
+        return time_dataset([found for _, found in made], self.datagrams.time[[row for row, _ in made]], columns)
+
+
+def _packet_time(head: bytes, kind: str) -> float:
+    """Seconds since 1970 of a packet, NaN where it states no time."""
+    layout = {
+        "ATTITUDE": layouts.ATTITUDE,
+        "NAVIGATION": layouts.NAVIGATION,
+        "POS_RAW_NAVIGATION": layouts.RAW_POSITION,
+    }
+    part = layout.get(kind, layouts.PING if kind == "SONAR" else None)
+    if part is None or len(head) < part.itemsize:
+        return np.nan
+    found = records(head, part, 0)[0]
+    names = part.names or ()
+    if "epoch" in names and found["epoch"]:
+        return float(found["epoch"]) + float(found["microseconds"]) * 1e-6
+    fractions = {"hundredths": 1e-2, "milliseconds": 1e-3, "tenths": 1e-4}
+    below = sum(float(found[name]) * step for name, step in fractions.items() if name in names)
+    year, month, day, hour, minute = (int(found[name]) for name in ("year", "month", "day", "hour", "minute"))
+    try:
+        whole = datetime(year, month, day, hour, minute, tzinfo=UTC)
+    except ValueError:
+        return np.nan
+    return whole.timestamp() + float(found["second"]) + below
+
+
+def _without_zeros(found: Mapping[Any, xr.Variable], columns: Sequence[Column]) -> dict[str, xr.Variable]:
+    """Positions, NaN where both coordinates are zero, which a file without a position has."""
+    first, second = (found[column.name] for column in columns)
+    somewhere = (first.values != 0) | (second.values != 0)
+    return {c.name: found[c.name].copy(data=np.where(somewhere, found[c.name].values, np.nan)) for c in columns}
+
+
+def _hertz(frequency: float) -> float:
+    """Frequency [Hz] of a number that is kHz in most files, and Hz in some."""
+    return float(frequency) * (1e3 if frequency < 5000 else 1.0)
+
+
+def _two_way(speed: float) -> float:
+    """Sound speed [m/s] of a number that many programs halve."""
+    return 2 * speed if 0 < speed < 1000 else speed
