@@ -181,3 +181,14 @@ def test_copies_of_a_block_in_uneven_water_come_one_after_the_other():
     tracemalloc.stop()
     assert copies > 40
     assert taken < 20 * pairs.strength.nbytes
+
+
+def test_bounces_of_one_family_off_waves_share_a_copy():
+    """Swell reflects D and S by several points: as many copies as pairs of families, which are four, not of rays."""
+    swell = {"reflection": "explicit", "wind_speed": None, "swell": {"height": "1 m", "length": "12 m"}}
+    scenario = uneven(surface=swell, targets=[{**ONE, "position": (40.0, 5.0, 15.0)}], families=("D", "S"))
+    simulator = build_simulator(scenario)
+    here = simulator.ping_geometry(0)
+    pairs = simulator.engine.pairs(here, simulator.engine.blocks(here)[0])
+    assert len(pairs.pair) > 8
+    assert sum(1 for _ in split_by_coherence(pairs, delay_field(scenario), here)) <= 4

@@ -74,22 +74,24 @@ class DelayField:
         """Covariance of the delays of some legs to the same points [s^2], shape (m, legs, legs).
 
         Args:
-            leg_ends: Legs to n points, their start [m], shape (3,), and the rows to include; one such or several.
+            leg_ends: Legs to n points, their start [m], shape (3,), and the rows to include, each with the largest
+                variance of its family; one such or several.
             points: Common ends of the legs [m], shape (n, 3).
             point_rows: Rows of the points to evaluate, shape (m,).
         """
         spread = []
         for legs, _, rows in leg_ends:
-            some = np.ix_(rows, point_rows)
-            spread.append(self._spread(legs.visibility[some], legs.delay[some], legs.length[some]))
-        size, points = np.concatenate(spread), points[point_rows]
+            for row in rows:
+                some = np.ix_([legs.families[row] == name for name in legs.families], point_rows)
+                spread.append(self._spread(legs.visibility[some], legs.delay[some], legs.length[some]).max(axis=0))
+        points = points[point_rows]
         ways = [self._path_points(legs.families[row], place, points) for legs, place, rows in leg_ends for row in rows]
         found = np.empty((len(points), len(ways), len(ways)))
         for a, first in enumerate(ways):
             for b, second in enumerate(ways[: a + 1]):
                 square = np.sum((first - second) ** 2, axis=-1)
                 alike = np.exp(-square / self.inhomogeneity.correlation_length**2).mean(axis=0)
-                found[:, a, b] = found[:, b, a] = size[a] * size[b] * alike
+                found[:, a, b] = found[:, b, a] = spread[a] * spread[b] * alike
         return found
 
     def _path_points(self, family: str, position: Floats, points: Floats) -> Floats:

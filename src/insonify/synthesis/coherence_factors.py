@@ -39,7 +39,10 @@ def split_by_coherence(pairs: Pairs, field: DelayField | None, ping_geometry: Pi
         yield pairs
         return
     monostatic = pairs.out is pairs.back
-    sorted_pairs = np.sort(pairs.pair, axis=1) if monostatic else pairs.pair
+    # legs of one family share their random delay, as do the two orders of a pair
+    family_rows = [np.array([legs.families.index(name) for name in legs.families]) for legs in (pairs.out, pairs.back)]
+    family_pairs = np.column_stack([rows[legs] for rows, legs in zip(family_rows, pairs.pair.T, strict=True)])
+    sorted_pairs = np.sort(family_pairs, axis=1) if monostatic else family_pairs
     replicas, replica_row = np.unique(sorted_pairs, axis=0, return_inverse=True)
     replica_row = replica_row.ravel()
     # consecutive points are neighbours and share the water
