@@ -7,6 +7,7 @@ import pytest
 
 from insonify.cli import main
 from insonify.engines import volume
+from insonify.engines.memory_budget import legs_per_point
 from insonify.engines.parts import parts_of
 from insonify.engines.ping_scatterers import ping_scatterers
 from insonify.engines.targets import target_count
@@ -233,6 +234,16 @@ def test_a_surface_that_moves_costs_more_than_a_mirror(moves):
         )
         start = unit_costs.START_SECONDS
         assert (moving.seconds - start > 1.2 * (still.seconds - start)) == dearer
+
+
+def test_legs_off_explicit_waves_are_counted_with_their_bounces_and_glints():
+    """Within a factor of 1.5 of those that a block then has: they bound its memory, and an expectation's time."""
+    scenario = nominal(surface={"reflection": "explicit", "wind_speed": 3.0}, track={"window": (0.03, 0.031)},
+                       paths={"families": ["D", "S"], "contributions": ["seabed"]})  # fmt: skip
+    simulator = build_simulator(scenario)
+    here = simulator.ping_geometry(0)
+    drawn = len(simulator.engine.pairs(here, simulator.engine.blocks(here)[0]).out.families)
+    assert 2 / 3 < legs_per_point(scenario.scene, scenario.paths, "seabed", drawn=True) / drawn < 1.5
 
 
 def test_refracted_rays_cost_more_than_straight_ones():

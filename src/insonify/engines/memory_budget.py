@@ -10,12 +10,16 @@ BYTES_AT_ONCE = 256e6
 """Memory for the legs and pairs of one block, about [bytes]."""
 BYTES_PER_LEG, BYTES_PER_PAIR, BYTES_PER_SPECULAR_PAIR = 350, 40, 130
 """Memory for one leg and one ordered pair of legs to one point, drawn or smooth [bytes]."""
+BOUNCES = 3
+"""Bounce points of one leg off explicit waves, about [1]."""
 MIN_POINTS = 16
 """Points that are held at least."""
 
 
 def legs_per_point(scene: Scene, choice: PathSettings, boundary: Boundary, *, drawn: bool) -> int:
-    """Number of legs between one end and one point: one for each family, and glints for those with surface bounces.
+    """Number of legs between one end and one point: one for each family; more for those with surface bounces.
+
+    A moving surface adds glints, and explicit waves have several bounce points, each with glints of its own.
 
     Args:
         scene: The scene.
@@ -24,10 +28,12 @@ def legs_per_point(scene: Scene, choice: PathSettings, boundary: Boundary, *, dr
         drawn: True for a random scatterer; False for point targets and smooth faces, which have more glints.
     """
     kept = families_reaching(boundary, choice.followed_families)
-    if scene.surface.reflection != "statistical":
-        return len(kept)
-    random = sum("S" in bounce_sequence(name) for name in kept)
-    return len(kept) + random * (FEW if drawn else SEVERAL)
+    moving = sum("S" in bounce_sequence(name) for name in kept)
+    if scene.surface.reflection == "statistical":
+        return len(kept) + moving * (FEW if drawn else SEVERAL)
+    if scene.surface.reflection == "explicit":
+        return len(kept) + moving * (BOUNCES * (1 + FEW * (scene.surface.wind_speed is not None)) - 1)
+    return len(kept)
 
 
 def bytes_per_point(scene: Scene, choice: PathSettings, boundary: Boundary, *, drawn: bool) -> float:

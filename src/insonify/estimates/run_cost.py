@@ -9,13 +9,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from insonify.engines.memory_budget import BYTES_AT_ONCE, bytes_per_point
 from insonify.engines.parts import parts_of
 from insonify.engines.ping_scatterers import SCATTERERS_PER_BLOCK
 from insonify.engines.volume import TOO_MANY
 from insonify.estimates import unit_costs
 from insonify.estimates.compile_time import estimate_compile_seconds
 from insonify.estimates.ping_work import PingWork, ping_work, waveform_count
-from insonify.propagation.families import families_reaching
 from insonify.records.labels import COLUMNS
 from insonify.scenario.scenario import Scenario
 from insonify.simulator import Simulator, build_simulator
@@ -120,19 +120,13 @@ def _memory_of(simulator: Simulator, work: PingWork, labelled: bool, threads: in
     total += unit_costs.BYTES_PER_PIECE * max(work.pieces, default=0.0)
     total += work.facets
     total += unit_costs.BYTES_OF_RELIEF * bool(scenario.seabed.relief)
-    total += threads * min(work.points / max(threads, 1), SCATTERERS_PER_BLOCK) * _bytes_per_point(scenario)
+    block = min(work.points / threads, SCATTERERS_PER_BLOCK)
+    pairs = bytes_per_point(simulator.engine.scene, scenario.paths, "seabed", drawn=True)
+    total += threads * min(block * pairs, BYTES_AT_ONCE)
     if labelled:
         names = simulator.label_names
         total += scenario.sonar.channel_count * grid.sample_count * 8 * 6 * (len(names.objects) + 2 * len(names.pairs))
     return total
-
-
-def _bytes_per_point(scenario: Scenario) -> float:
-    """Columns of one scatterer in a block: its legs and its pairs [bytes]."""
-    families = families_reaching("seabed", scenario.paths.followed_families) or scenario.paths.followed_families
-    waves = sum("S" in name for name in families) if scenario.surface.reflection == "explicit" else 0
-    legs = unit_costs.BYTES_PER_LEG * len(families) + unit_costs.BYTES_PER_WAVE_LEG * waves
-    return float(legs + unit_costs.BYTES_PER_PAIR * len(families) ** 2)
 
 
 def _disk_of(simulator: Simulator, labelled: bool) -> float:

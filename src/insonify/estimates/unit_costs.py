@@ -55,8 +55,6 @@ BYTES_OF_PROGRAM = 310e6
 """Python with the libraries and kernels of a run."""
 BYTES_PER_TILE = 2500
 """A tile of the seabed while the tiles of a ping are searched for, and as a block in waiting."""
-BYTES_PER_LEG, BYTES_PER_PAIR, BYTES_PER_WAVE_LEG = 350, 40, 8000
-"""Columns of one leg, of one pair, and of one leg off explicit waves, in a block that a thread works on."""
 BYTES_OF_RELIEF = 80e6
 """Caches of the terrain."""
 BYTES_PER_FACET = 1500
