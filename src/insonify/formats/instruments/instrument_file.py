@@ -80,7 +80,7 @@ class Datagrams:
 
     def rows(self, *kinds: str) -> NDArray[np.int64]:
         """Rows of the datagrams of some kinds, in the order of the file."""
-        return np.flatnonzero(np.isin(self.kind, kinds))
+        return np.flatnonzero(np.any([self.kind == kind for kind in kinds], axis=0))
 
 
 class InstrumentFile(ABC):
@@ -201,6 +201,8 @@ class InstrumentFile(ABC):
         for group, count in self.groups.items():
             for ping in range(count):
                 self.read(group, slice(ping, ping + 1))
+        for ping in range(max(self.groups.values(), default=0)):
+            self.soundings(slice(ping, ping + 1))
         self.settings(), self.navigation(), self.attitude(), self.sound_speed_profiles()
         return self.omissions
 
