@@ -62,7 +62,7 @@ def test_a_ping_cut_short_is_written_over(tmp_path: Path) -> None:
     path = tmp_path / "h.zarr"
     record(survey(), path, with_labels=True, pings=[1])
     before = open_labels(path).load()
-    for name, change in (("position", lambda whole: whole[:100]), ("grazing", lambda whole: 2 * whole)):
+    for name, change in (("position", lambda whole: whole[:100]), ("float32", lambda whole: 2 * whole)):
         (chunk,) = (path / "labels" / name).glob("c.1.*")
         chunk.write_bytes(change(chunk.read_bytes()))
     (path / "labels" / "done" / "c" / "1").unlink()

@@ -1,12 +1,17 @@
-"""Labels on disk: a folder inside the recording, one chunk for each ping, with a mask of the labelled pings."""
+"""Labels on disk: a folder inside the recording, one chunk for each ping, with a mask of the labelled pings.
+
+Variables over (ping, channel, time) of one type are rows of one array, because every file of a ping costs time.
+`open_labels` takes them apart again.
+"""
 
 import os
 import shutil
 import uuid
 import warnings
 from collections.abc import Mapping
+from functools import lru_cache
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -14,6 +19,7 @@ import zarr
 from numcodecs.blosc import Blosc  # comes with zarr, whose compressor it is
 from numpy.typing import NDArray
 from zarr.codecs import BloscCodec
+from zarr.core.common import JSON
 from zarr.errors import ZarrUserWarning
 
 from insonify.formats.store_description import errors_as_store_errors, require_consistent_sizes
@@ -38,6 +44,42 @@ FINEST = 2.0**-10
 LABEL_CODECS = (BloscCodec(cname="lz4", clevel=5, shuffle="shuffle"),)
 """Codec of the labels, ten times as fast as that of the sound."""
 _PACKER = Blosc("lz4", 5, Blosc.SHUFFLE)
+POSITION = "position"
+"""The variable with an array of its own."""
+
+
+class TypeArray(NamedTuple):
+    """Array of all variables of one type over (ping, channel, time)."""
+
+    dtype: type
+    rows: dict[str, int | slice]
+    """Row of each variable, or rows of one with a further axis."""
+    row_count: int
+
+    @property
+    def name(self) -> str:
+        """Name of the type."""
+        return np.dtype(self.dtype).name
+
+    @property
+    def row(self) -> str:
+        """Name of the dimension of the rows."""
+        return f"{self.name}_row"
+
+
+@lru_cache(maxsize=4)
+def _type_arrays(objects: int, pairs: int) -> list[TypeArray]:
+    """Arrays of all variables but the positions, of labels with so many objects and pairs."""
+    arrays, sizes = list[TypeArray](), {"object": objects, "pair": pairs, "time": 1}
+    for dtype in (np.float32, np.uint8, np.bool_):
+        rows, count = dict[str, int | slice](), 0
+        for column, (dims, kind, _, _) in COLUMNS.items():
+            if kind is dtype:
+                size = sizes[dims[2]]
+                rows[column] = slice(count, count + size) if len(dims) > 3 else count
+                count += size
+        arrays.append(TypeArray(dtype, rows, count))
+    return arrays
 
 
 def create_labels(
@@ -81,25 +123,25 @@ def _labelled_identity(folder: Path) -> str | None:
 def _build(path: Path, names: LabelNames, layout: RecordingLayout, attributes: Mapping[str, Any]) -> None:
     group = zarr.open_group(path, mode="w", zarr_format=3)
     group.attrs.update({**attributes, "owners": list(names.objects), "pairs": list(names.pairs)})
-    sizes = {
-        "ping": layout.ping_time.size, "channel": layout.steer.size, "time": layout.time.size,
-        "object": len(names.objects), "pair": len(names.pairs), "axis": 3,
-    }  # fmt: skip
-    for name, (dims, dtype, units, meaning) in COLUMNS.items():
-        shape = tuple(sizes[dim] for dim in dims)
+    pings, channels, samples = layout.ping_time.size, layout.steer.size, layout.time.size
+    dims, dtype, units, meaning = COLUMNS[POSITION]
+    arrays = [(POSITION, (pings, channels, samples, 3), dims, dtype, {"units": units, "long_name": meaning})]
+    for array in _type_arrays(len(names.objects), len(names.pairs)):
+        shape, axes = (pings, channels, array.row_count, samples), ("ping", "channel", array.row, "time")
+        arrays.append((array.name, shape, axes, array.dtype, {"long_name": ", ".join(array.rows)}))
+    for name, shape, dims, dtype, about in arrays:
         group.create_array(
             name, shape=shape, chunks=(1, *shape[1:]), dtype=dtype, fill_value=_fill(dtype), dimension_names=dims,
             chunk_key_encoding={"name": "default", "separator": "."},  # a file for each ping, without subfolders
-            compressors=LABEL_CODECS,
-            attributes={"units": units, "long_name": meaning},
+            compressors=LABEL_CODECS, attributes=dict[str, JSON](about),
         )  # fmt: skip
     group.create_array(
-        "done", shape=(sizes["ping"],), chunks=(1,), dtype=bool, fill_value=False, dimension_names=("ping",),
+        "done", shape=(pings,), chunks=(1,), dtype=bool, fill_value=False, dimension_names=("ping",),
         compressors=PACKED,
         attributes={"units": "1", "long_name": "whether the ping has been labelled"},
     )  # fmt: skip
     for name, values, units, meaning in (
-        ("ping", np.arange(sizes["ping"]), "1", "number of the ping"),
+        ("ping", np.arange(pings), "1", "number of the ping"),
         ("time", layout.time, "s", "time after the start of transmission"),
     ):
         group.create_array(
@@ -128,12 +170,15 @@ def write_label_ping(path: str | Path, ping: int, labels: Labels, *, into: str |
         raise StoreError(
             f"{folder} are labels of another recording. Label this one: insonify run FILE -o {path} --labels"
         )
-    for name, (dims, dtype, units, _) in COLUMNS.items():
-        values: NDArray[Any] = np.asarray(getattr(labels, name), dtype)
-        if not np.issubdtype(dtype, np.floating) and (values == _fill(dtype)).all():
-            continue  # a chunk that is not there reads as such values, and every file costs a tenth of a millisecond
-        key = ".".join(["c", str(ping), *("0" for _ in dims[1:])])
-        _write_in_place(folder / name / key, _PACKER.encode(np.ascontiguousarray(_stored(values, units))))
+    stored = {POSITION: np.ascontiguousarray(_stored(labels.position, "m"))}
+    channels, objects, samples = labels.object_intensity.shape
+    for array in _type_arrays(objects, labels.pair_intensity.shape[1]):
+        packed = stored[array.name] = np.empty((channels, array.row_count, samples), array.dtype)
+        for column, rows in array.rows.items():
+            packed[:, rows] = _stored(np.asarray(getattr(labels, column), array.dtype), COLUMNS[column][2])
+    for name, values in stored.items():
+        if values.dtype != bool or values.any():  # a chunk that is not there reads as False
+            _write_in_place(folder / name / f"c.{ping}.0.0.0", _PACKER.encode(values))
     put_chunk(folder / "done" / "c" / str(ping), np.ones(1, bool))
 
 
@@ -186,7 +231,19 @@ def open_labels(path: str | Path) -> xr.Dataset:
             folder, chunks=None, consolidated=True, decode_times=False, mask_and_scale=False
         )
         dataset["done"].load()
-        return with_names(dataset, LabelNames(tuple(dataset.attrs["owners"]), tuple(dataset.attrs["pairs"])))
+        names = LabelNames(tuple(dataset.attrs["owners"]), tuple(dataset.attrs["pairs"]))
+        return with_names(_taken_apart(dataset, names), names)
+
+
+def _taken_apart(dataset: xr.Dataset, names: LabelNames) -> xr.Dataset:
+    """The variables of `COLUMNS`, read on access, from the arrays of their types."""
+    variables = {POSITION: dataset[POSITION]}
+    for array in _type_arrays(len(names.objects), len(names.pairs)):
+        for column, rows in array.rows.items():
+            dims, _, units, meaning = COLUMNS[column]
+            part = dataset[array.name].isel({array.row: rows}).assign_attrs(units=units, long_name=meaning)
+            variables[column] = part.rename({array.row: dims[2]}) if len(dims) > 3 else part
+    return dataset[["done"]].assign({column: variables[column] for column in COLUMNS})
 
 
 def _stored(values: NDArray[Any], units: str) -> NDArray[Any]:

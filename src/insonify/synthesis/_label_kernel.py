@@ -128,35 +128,54 @@ def _deposit_position(
         bins[row, 5] += share * grazing
 
 
+class PulseOverlap(NamedTuple):
+    """Interference of two replicas of the pulse by their lag."""
+
+    support: float
+    """Lag beyond which replicas do not interfere [s]."""
+    autocorrelation: NDArray[np.complex64]
+    """Autocorrelation of the pulse at lags from 0 on, 1 at 0 [1], (lags,); empty for a pulse that is no short one."""
+    lag_rate: float
+    """Lags per second [Hz]."""
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _interference(overlap: PulseOverlap, early: complex, late: complex, lag: float) -> float:
+    """Energy that two replicas have together beyond their own, of which the later one follows by a lag."""
+    position = lag * overlap.lag_rate
+    cell = min(int(position), overlap.autocorrelation.size - 2)
+    low, high = overlap.autocorrelation[cell], overlap.autocorrelation[cell + 1]
+    product = early * np.conj(late) * (low + (position - cell) * (high - low))
+    return 2.0 * product.real
+
+
 @njit(cache=True, nogil=True, error_model="numpy")
 def deposit_labels(
-    points: LabelledPoints, pair: NDArray[np.int64], support: float, grid: LabelGrid, receiver: Floats,
-    shared_cells: Floats,
-    pair_cells: Floats, bins: Floats,
+    points: LabelledPoints, pair: NDArray[np.int64], overlap: PulseOverlap, grid: LabelGrid, receiver: Floats,
+    pair_cells: Floats, object_cells: Floats, bins: Floats,
 ) -> tuple[NDArray[np.int64], Floats, Complexes]:  # fmt: skip
     """Deposit energies and positions of all pairs of legs of some points; a pair and its reverse arrive as one.
 
-    A pair that arrives apart from all others of its point counts for itself and for the object. Pairs that interfere
-    count for themselves here, and are returned for their coherent sum.
+    Every pair counts for itself. The interference of two pairs within one pulse counts for the object: deposited half
+    way between them for a short pulse, otherwise left to a coherent sum.
 
     Args:
         points: The points.
         pair: Rows of two legs, the first not above the second, (p, 2).
-        support: Lag beyond which replicas do not interfere [s].
+        overlap: Interference of replicas by their lag.
         grid: Grids of the cells and the bins.
         receiver: North, east, depth of the receiver [m], (3,).
-        shared_cells: Energies that count for pair and object, added to in place, (p, cells).
-        pair_cells: Energies that count for the pair alone, added to in place, (p, cells).
+        pair_cells: Energies of each pair, added to in place, (p, cells).
+        object_cells: Energies of the interference between pairs, which may be negative, added to in place, (cells,).
         bins: Energies and positions, added to in place, (p, bins, MOMENTS).
 
     Returns:
-        Of replicas that interfere: the first row of each group (and the end), delay [s], weight.
+        Of replicas left to a coherent sum: the first row of each group (and the end), delay [s], weight.
     """
-    count, point_count = pair.shape[0], points.delay.shape[1]
-    tau, w, pair_row = np.empty(count), np.empty(count, np.complex128), np.empty(count, np.int64)
-    order = np.empty(count, np.int64)
-    capacity = 0 if count < 2 else count * point_count
-    first, delays, weight = np.empty(capacity + 1, np.int64), np.empty(capacity), np.empty(capacity, np.complex128)
+    count, point_count, is_short = pair.shape[0], points.delay.shape[1], overlap.autocorrelation.size > 0
+    tau, w, interferes = np.empty(count), np.empty(count, np.complex128), np.empty(count, np.bool_)
+    capacity = 0 if is_short or count < 2 else count * point_count
+    first, delays, weight = np.zeros(capacity + 1, np.int64), np.empty(capacity), np.empty(capacity, np.complex128)
     groups, filled = 0, 0
     for n in range(point_count):
         m = 0
@@ -167,37 +186,30 @@ def deposit_labels(
             i, j, strength = pair[p, 0], pair[p, 1], points.strength[p, n]
             forward = points.transmit_weight[i, n] * points.receive_weight[j, n] * strength
             backward = points.transmit_weight[j, n] * points.receive_weight[i, n] * strength if i != j else 0j
-            value = forward + backward
             energy = forward.real**2 + forward.imag**2 + backward.real**2 + backward.imag**2
             if energy == 0:
                 continue
-            delay = points.delay[i, n] + points.delay[j, n]
+            delay, value = points.delay[i, n] + points.delay[j, n], forward + backward
             grazing = (abs(points.grazing[i, n]) + abs(points.grazing[j, n])) / 2
             _deposit_position(bins[p], grid, delay, energy, position, distance, grazing)
-            tau[m], w[m], pair_row[m] = delay, value, p
-            k = m
-            while k > 0 and tau[order[k - 1]] > delay:
-                order[k] = order[k - 1]
-                k -= 1
-            order[k] = m
+            _deposit_energy(pair_cells[p], grid, delay, value.real**2 + value.imag**2)
+            tau[m], w[m], interferes[m] = delay, value, False
+            for k in range(m):
+                lag = delay - tau[k]
+                if abs(lag) >= overlap.support:
+                    continue
+                if is_short:
+                    early, late = (w[k], value) if lag > 0 else (value, w[k])
+                    excess = _interference(overlap, early, late, abs(lag))
+                    _deposit_energy(object_cells, grid, tau[k] + 0.5 * lag, excess)
+                else:
+                    interferes[k] = interferes[m] = True
             m += 1
-        a = 0
-        while a < m:
-            b = a + 1
-            while b < m and tau[order[b]] - tau[order[b - 1]] <= support:
-                b += 1
-            for k in range(a, b):
-                o = order[k]
-                energy = w[o].real ** 2 + w[o].imag ** 2
-                _deposit_energy(
-                    shared_cells[pair_row[o]] if b == a + 1 else pair_cells[pair_row[o]], grid, tau[o], energy
-                )
-            if b > a + 1:
-                first[groups] = filled
-                groups += 1
-                for k in range(a, b):
-                    delays[filled], weight[filled] = tau[order[k]], w[order[k]]
-                    filled += 1
-            a = b
-    first[groups] = filled
+        for k in range(m):
+            if interferes[k]:
+                delays[filled], weight[filled] = tau[k], w[k]
+                filled += 1
+        if filled > first[groups]:
+            groups += 1
+            first[groups] = filled
     return first[: groups + 1], delays[:filled], weight[:filled]

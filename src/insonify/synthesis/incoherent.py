@@ -188,6 +188,12 @@ class IncoherentAccumulator:
         """Return True if self-interference of the pulse is described by its energy: the pulse is no long chirp."""
         return _is_short_pulse(self.table)
 
+    @property
+    def pulse_lags(self) -> tuple[NDArray[np.complex64], float]:
+        """Autocorrelation of the pulse at lags from 0 on [1], empty unless the pulse is short, and its rate [Hz]."""
+        correlation, _ = _autocorrelation(self.table)
+        return correlation[: len(correlation) if self.is_short_pulse else 0], self.table.rate / LAGS_PER_CELL
+
     def add_fast_reverberation(self, energies: IntensityBuffer, swath: ReverberationSamples) -> None:
         """Add the mean intensity of the seabed from a block of reverberation samples."""
         sizes = self.swath_sizes(swath)
@@ -245,11 +251,9 @@ class IncoherentAccumulator:
         )
         cells = energies.cells[0], self.grid.first_time, self.grid.energy_rate
         if interference_factor > 0:
-            correlation, _ = _autocorrelation(self.table)
-            lags = correlation, self.table.rate / LAGS_PER_CELL
             deposit_interference(
                 *pairs, swath.amplitude, swath.interference_ranges, level, interference_factor,
-                ping_geometry.frequency, *lags, *cells,
+                ping_geometry.frequency, *self.pulse_lags, *cells,
             )  # fmt: skip
 
     def time_series(self, energies: IntensityBuffer) -> Floats:

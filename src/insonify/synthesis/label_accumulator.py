@@ -18,7 +18,14 @@ from insonify.records.pairs import Pairs
 from insonify.records.reverberation_samples import ReverberationSamples
 from insonify.scene.scatterers import BOUNDARY_ECHO, Boundary
 from insonify.sonar.beam import Beams
-from insonify.synthesis._label_kernel import MOMENTS, LabelGrid, LabelledPoints, deposit_label_positions, deposit_labels
+from insonify.synthesis._label_kernel import (
+    MOMENTS,
+    LabelGrid,
+    LabelledPoints,
+    PulseOverlap,
+    deposit_label_positions,
+    deposit_labels,
+)
 from insonify.synthesis.accumulator import Requirements
 from insonify.synthesis.coherent_groups import add_groups
 from insonify.synthesis.incoherent import IncoherentAccumulator, IntensityBuffer, contains_reversed_pairs
@@ -83,7 +90,7 @@ class LabelAccumulator:
     def empty(self) -> LabelBuffer:
         """Empty buffer."""
         grid, channels = self.accumulator.grid, self.accumulator.ping_geometry.channel_count
-        cells = 2 * grid.energy_cells(0).shape[1] + MOMENTS * (grid.sample_count + sum(self._ringing))
+        cells = grid.energy_cells(0).shape[1] + MOMENTS * (grid.sample_count + sum(self._ringing))
         return LabelBuffer(LevelBuffers(), nbytes=8 * channels * len(self.names.pairs) * cells)
 
     def add(self, buffer: LabelBuffer, pairs: Pairs) -> None:
@@ -142,19 +149,17 @@ class LabelAccumulator:
             lead, tail = self._ringing
             channels, cells = accumulator.empty().cells.shape
             label_cells = LabelCells(
-                np.zeros((channels, len(pair_names), cells)), np.zeros((channels, len(pair_names), cells)),
+                np.zeros((channels, len(pair_names), cells)),
                 np.zeros((channels, len(pair_names), accumulator.grid.sample_count + lead + tail, MOMENTS)),
-            )  # fmt: skip
+            )
             buffer.cells[object_name, pair_names] = label_cells
             for row, name in enumerate(pair_names):
                 buffer.bins[object_name, name] = label_cells.bins[:, row]
-                for key, cells_of_pair in (
-                    (name, label_cells.pair_and_object),
-                    (PAIR_ONLY + name, label_cells.pair_only),
-                ):
-                    buffer.curves[object_name, key] = IntensityBuffer(
-                        cells_of_pair[:, row], np.zeros((channels, accumulator.grid.sample_count))
-                    )
+                buffer.curves[object_name, name] = IntensityBuffer(
+                    label_cells.energies[:, row], np.zeros((channels, accumulator.grid.sample_count))
+                )
+            if len(pair_names) > 1:
+                buffer.curves.setdefault((object_name, ALL), accumulator.empty())
         return buffer.cells[object_name, pair_names]
 
     def _deposit_all_pairs(
@@ -167,6 +172,8 @@ class LabelAccumulator:
         rows = np.flatnonzero(pairs.pair[:, 0] <= pairs.pair[:, 1])
         pair, strength = pairs.pair[rows], np.abs(pairs.strength[rows])
         times = LabelGrid(grid.first_time, grid.energy_rate, grid.start - lead / grid.sample_rate, grid.sample_rate)
+        overlap = PulseOverlap(len(table.samples) / table.rate, *accumulator.pulse_lags)
+        interference = buffer.curves.get((object_name, ALL), accumulator.empty())
         for channel in range(geometry.channel_count):
             points = LabelledPoints(
                 legs.delay, transmit_weights[channel % len(transmit_weights)],
@@ -174,16 +181,13 @@ class LabelAccumulator:
                 pairs.scatterers.position,
             )  # fmt: skip
             groups = deposit_labels(
-                points, pair, len(table.samples) / table.rate, times, geometry.receive_position,
-                label_cells.pair_and_object[channel],
-                label_cells.pair_only[channel], label_cells.bins[channel],
+                points, pair, overlap, times, geometry.receive_position, label_cells.energies[channel],
+                interference.cells[channel], label_cells.bins[channel],
             )  # fmt: skip
             if len(groups[1]):
-                if (object_name, ALL) not in buffer.curves:
-                    buffer.curves[object_name, ALL] = accumulator.empty()
                 add_groups(
-                    buffer.curves[object_name, ALL].intensity[channel], grid.start, grid.sample_rate, table.samples,
-                    table.start, table.rate, *groups, 1.0, 0.0,
+                    interference.intensity[channel], grid.start, grid.sample_rate, table.samples,
+                    table.start, table.rate, *groups, 1.0, -1.0,
                 )  # fmt: skip
 
     def _add_intensity(

@@ -111,7 +111,7 @@ class _Curves:
             shared_keys = [key for key in energy if key[0] == object_name and _lacks_curve(curves, key)]
             if shared_keys:
                 self._divide_by_energy(object_name, intensity, shared_keys, energy, names, by_pair)
-        return np.stack(by_object, axis=1), np.stack(by_pair, axis=1)
+        return np.maximum(np.stack(by_object, axis=1), 0.0), np.stack(by_pair, axis=1)
 
     def _divide_by_energy(
         self, object_name: str, whole: Floats, shared_keys: list[Key], energy: dict[Key, Floats], names: LabelNames,

@@ -22,10 +22,8 @@ HIDDEN = "hidden"
 class LabelCells(NamedTuple):
     """Cells and bins of all pairs of one object, as one array."""
 
-    pair_and_object: Floats
-    """Energies that count for pair and object, (channels, pairs, cells)."""
-    pair_only: Floats
-    """Energies that count for the pair alone, (channels, pairs, cells)."""
+    energies: Floats
+    """Energies, (channels, pairs, cells)."""
     bins: Floats
     """Energies and positions, (channels, pairs, bins, MOMENTS)."""
 
@@ -36,7 +34,6 @@ class LabelBuffer:
 
     curves: LevelBuffers
     """Energies by (object, pair), which count for both.
-
 
     Those by (object, `ALL`) count for the object alone, those by (object, `PAIR_ONLY` + pair) for the pair alone.
     """
