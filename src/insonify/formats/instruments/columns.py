@@ -57,15 +57,16 @@ def values_of(records: NDArray[Any], column: Column) -> NDArray[Any]:
     return values if np.isnan(column.missing) else np.where(raw == raw.dtype.type(column.missing), np.nan, values)
 
 
-def stacked(rows: Sequence[NDArray[Any]], least: int = 0) -> NDArray[Any]:
+def stacked(rows: Sequence[NDArray[Any]], least: int = 0, axes: int = 1) -> NDArray[Any]:
     """Arrays of one ping each, padded to the largest: floats with NaN, whole numbers with `NO_CODE`.
 
     Args:
         rows: Arrays of equal dimension.
         least: Least length of their last axis.
+        axes: Number of their axes, for a stack of none.
     """
     if not rows:
-        return np.empty((0, 0))
+        return np.empty((0,) * (axes + 1))
     shape = np.max([row.shape for row in rows], axis=0)
     shape[-1:] = np.maximum(shape[-1:], least)
     kind = np.result_type(*rows)

@@ -24,7 +24,7 @@ MAX_VALUES = 1 << 28
 """Most numbers of one array that is read at once: 1 GB of float32."""
 MAX_OMISSIONS = 1000
 """Most omissions that are listed one by one."""
-_WINDOW = 1 << 20  # bytes searched at once for the next datagram
+_WINDOWS = 1 << 8, 1 << 20  # bytes searched at once for the next datagram, at first and at most
 
 Parsed = TypeVar("Parsed")
 
@@ -241,10 +241,12 @@ class InstrumentFile(ABC):
 
     def _find(self, pattern: "re.Pattern[bytes]", offset: int) -> int:
         """Offset of the next match (of at most 64 bytes), the size of the file where there is none."""
+        window, most = _WINDOWS  # small at first: a file may be full of patterns that open no datagram
         while offset < self._size:
-            content = self._bytes(offset, min(_WINDOW, self._size - offset))
+            content = self._bytes(offset, min(window, self._size - offset))
             if match := pattern.search(content):
                 return offset + match.start()
+            window = min(4 * window, most)
             offset += max(len(content) - 64, 1) if offset + len(content) < self._size else len(content)
         return self._size
 

@@ -7,7 +7,12 @@ from insonify.data_file import require_regular_file
 from insonify.formats.instruments.instrument_file import InstrumentFile
 from insonify.formats.store_description import StoreError
 
-READERS: tuple[str, ...] = ("kmall.KmallFile", "kongsberg_all.KongsbergAllFile", "xtf.XtfFile")
+READERS: tuple[str, ...] = (
+    "kmall.KmallFile",
+    "kongsberg_all.KongsbergAllFile",
+    "xtf.XtfFile",
+    "simrad_ek80.SimradEk80File",
+)
 """Module and class of each format; one line registers a format."""
 _HEAD = 2048
 
