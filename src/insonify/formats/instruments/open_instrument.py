@@ -12,6 +12,8 @@ READERS: tuple[str, ...] = (
     "kongsberg_all.KongsbergAllFile",
     "xtf.XtfFile",
     "simrad_ek80.SimradEk80File",
+    "blueprint_oculus.BlueprintOculusFile",
+    "sound_metrics_aris.SoundMetricsArisFile",
 )
 """Module and class of each format; one line registers a format."""
 _HEAD = 2048
