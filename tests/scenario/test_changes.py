@@ -95,6 +95,7 @@ def test_what_was_left_out_stays_left_out(nominal):
         ({"track.heading": 90}, ["90 rad is out of range", "Did you mean 90 deg?"]),
         ({"targets.3.position": [0, 1]}, ["targets has indices 0 to 0"]),
         ({"targets.box.position": [0, 1]}, ["targets is a list", "targets.0"]),
+        ({"water.patches.0.position": [0, 1, 2]}, ["water.patches has no entries", "as a whole"]),
         ({"seed.more": 1}, ["seed is 1, which has no keys"]),
         ({"water.sound_speed": True}, ["water.sound_speed"]),
         ({"water.ph": float("nan")}, ["water.ph", "finite"]),

@@ -83,10 +83,12 @@ def _path_error(inside: Any, path: Path, step: str | int, dotted_path: str) -> D
 
 
 def _default(model: BaseModel, path: Path) -> Any:
-    """Plain values of a group of keys that was left out, or a new group where there is none."""
+    """Plain values of a group of keys or a list that was left out, or a new group where there is none."""
     value: Any = model
     for step in path:
         value = value[step] if isinstance(step, int) and isinstance(value, tuple) else getattr(value, str(step), None)
+    if isinstance(value, tuple):
+        return list(value)
     return _plain(value, whole=True) if isinstance(value, BaseModel) else {}
 
 
