@@ -36,6 +36,24 @@ def test_a_smooth_target_has_no_speckle_so_both_readings_agree(heading):
     assert expected.max() > 0
 
 
+@pytest.mark.parametrize(("frequency", "diameter", "depth"), [(120e3, 0.4, 10.0), (120e3, 0.15, 9.4)])
+def test_a_pulse_as_short_as_the_band_allows_keeps_the_strength_of_a_sphere(frequency, diameter, depth):
+    """Energy re a point of 20 log10(a / 2) where the sphere is nearest, 2 / bandwidth long: within 0.25 dB."""
+    radius, range_ = diameter / 2, float(np.hypot(30.0, depth - 10.0))
+    nearest = [30.0 * (1 - radius / range_), 10.0 + (depth - 10.0) * (1 - radius / range_)]
+    ball = {"shape": "sphere", "position": (0.0, 30.0), "diameter": diameter, "base_depth": depth + radius,
+            "face_reflection_coefficient": 1.0, "scattering": ROUGH}  # fmt: skip
+    strength = 20 * np.log10(radius / 2 * (range_ - radius) / range_)
+    point = {"shape": "point", "position": (0.0, *nearest), "target_strength_db": strength}
+    end, pulse = {"kind": "point"}, {"frequency": frequency, "duration": 12 / frequency}
+    sonar = {"pulse": pulse, "transmit": end, "receive": end, "receiver": {"bandwidth": frequency / 6}}
+    sound, ideal = (intensity(nominal(
+        targets=[target], sonar=sonar, track={"position": (0.0, 0.0, 10.0), "window": (0.035, 0.045)},
+        paths={"contributions": ["target"], "max_reflections": 0}, field="coherent",
+    )).sum() for target in (ball, point))  # fmt: skip
+    assert 10 * np.log10(sound / ideal) == pytest.approx(0, abs=0.25)
+
+
 def test_the_mean_over_jitter_is_the_expected_intensity():
     """Replicas of pairs of rays shaken by up to a third of a wavelength, 80 pings: energy within 0.7 dB, 3 errors.
 

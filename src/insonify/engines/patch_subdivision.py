@@ -21,6 +21,8 @@ MAX_CUBIC_PHASE = 0.01
 """Most phase of third or fourth order over a patch that is left out [rad]."""
 MAX_NORMAL_TURN = 0.07
 """Most by which the normal turns from the middle of a patch to its edge [rad]."""
+CURVED_CELLS = 2.0
+"""Patches of a bent side for one of a flat side, along a ray: each has one delay, and neighbours cancel less [1]."""
 MAX_MIXED_PHASE = 0.8
 """Most mixed phase of second order, whose exponential is kept to second order [rad]."""
 TOUCHING = 1e-6
@@ -230,7 +232,7 @@ def _sizes(d: PanelDerivatives, patches: Patches, insonification: TargetInsonifi
                 [
                     np.cbrt(phase),
                     lobes[row],
-                    deep[row] / insonification.max_range_extent,
+                    deep[row] * np.where(turn > 1e-9, CURVED_CELLS, 1.0) / insonification.max_range_extent,
                     2 * own / insonification.max_side,
                     turn / MAX_NORMAL_TURN,
                 ]
