@@ -26,12 +26,12 @@ DARK = np.arange(0.2020, 0.2259, STEP)
 
 @lru_cache(maxsize=32)
 def scene(relief: float = 0.02, off: float = 0.0, families: tuple[str, ...] = ("D",), water: Any = "one speed",
-          **paths: Any) -> Any:  # fmt: skip
+          cutoff: float | None = 0.5, **paths: Any) -> Any:  # fmt: skip
     """The paper's box, a distance to the north of the sonar's boresight [m], over a seabed of some rms relief [m]."""
     changes = {
         "paths.max_reflections": max(len(name) for name in families) if families != ("D",) else 0,
         "paths.families": list(families), "track.window": WINDOW, "targets": [{**box(2.0), "position": [off, 150.5]}],
-        **{f"paths.{key}": value for key, value in paths.items()},
+        "seabed.cutoff_wavelength": cutoff, **{f"paths.{key}": value for key, value in paths.items()},
     }  # fmt: skip
     return sidescan_model.scene(water, changes, relief=relief)
 
@@ -57,6 +57,12 @@ def test_shadows_over_relief_are_those_of_the_general_path(
     quick = means(scene(relief, off, families), quickly)
     general = means(scene(relief, off, families, scatterers_per_cell=20.0), thoroughly)
     assert np.abs(quick - general).max() < (0.4 if "BS" in families else most)
+
+
+def test_shadows_over_the_relief_of_the_sediment_are_those_of_the_general_path() -> None:
+    """Terrain down to the sediment's own cutoff, 8 cm: any 2 ms within 0.25 dB over 2 cm of relief."""
+    quick = means(scene(0.02, cutoff=None), quickly)
+    assert np.abs(quick - means(scene(0.02, cutoff=None, scatterers_per_cell=20.0), thoroughly)).max() < 0.25
 
 
 def test_bottom_reflections_alone_are_those_of_many_points() -> None:

@@ -100,7 +100,11 @@ LINE = {"kind": "line", "length": "40 cm", "elements": 8}
 SCENES: Mapping[str, Callable[[int], Output]] = {
     "flat": recorded(),
     "flat-order-2": recorded(paths={"max_reflections": 2}),
-    "relief": recorded(seabed={"relief": RELIEF, "scattering": {"law": "jackson", "sediment": "medium sand"}}),
+    "relief": recorded(
+        seabed={
+            "relief": RELIEF, "cutoff_wavelength": 0.5, "scattering": {"law": "jackson", "sediment": "medium sand"}
+        }
+    ),
     "layered": recorded(water={"profile": PROFILE, "smoothing": 1.0}),
     "layered-relief": recorded(water={"profile": PROFILE, "smoothing": 1.0}, seabed={"relief": RELIEF}),
     "statistical-sea": recorded(surface={"reflection": "statistical", "wind_speed": 4.0}),

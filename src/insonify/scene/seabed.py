@@ -43,8 +43,9 @@ class Seabed(Model):
     """
     relief: Annotated[tuple[ReliefKind, ...], BeforeValidator(_as_list_of_reliefs)] = ()
     """Relief on the mean plane, added up; none for a flat seabed."""
-    cutoff_wavelength: Annotated[Metres, Field(ge=FINEST, le=COARSEST)] | None = RoughnessCutoff().wavelength
-    """Longest wavelength that is left to the scattering law [m]; None: from the sediment's own roughness."""
+    cutoff_wavelength: Annotated[Metres, Field(ge=FINEST, le=COARSEST)] | None = None
+    """Longest wavelength that is left to the scattering law [m]; None: that of the sediment of a law at the sonar's
+    frequency (TR 9407), 0.5 m for laws without a sediment."""
     seed: Annotated[int, Field(ge=0, lt=2**63)] | None = None
     """Seed of the relief and of the texture; None: the scenario's."""
     scattering: Annotated[
