@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from insonify.engines.boundary_echoes import (
     boundary_echo_families,
     boundary_echo_pairs,
+    relief_roughness_factor,
     scatters_facets,
     sediment_roughness_factor,
     without_glints,
@@ -148,7 +149,7 @@ class EigenrayEngine:
         back = out
         if not ping_geometry.is_monostatic:
             back = self._end_legs(ping_geometry.receive_position, scatterers, ping_geometry, selection, elements=True)
-        if self.scene.surface.reflection != "flat":
+        if self.scene.is_rough(out.families):
             out, back = self._with_surface_reflection(out, back, scatterers, ping_geometry)
         if self.choice.edge_diffraction == "knife-edge":
             out, back = self._with_diffraction(out, back, scatterers, ping_geometry)
@@ -177,12 +178,15 @@ class EigenrayEngine:
         families = boundary_echo_families(self.choice, two_platforms=ping_geometry.receive_track_extent is not None)
         back = self._end_legs(end, transmitter, ping_geometry, None, elements=True, families=families)
         wavelength, terrain = self._wavelength(ping_geometry, end), self.scene.seabed.terrain
+        if terrain is not None and terrain.relief.is_waves and self.scene.seabed.bounce == "rough":
+            factor = relief_roughness_factor(back, end, terrain, wavelength)
+            back = replace(back, reflection_coefficient=back.reflection_coefficient * factor)
         if terrain is not None and terrain.span[0] < terrain.span[1] and isinstance(self.rays, StraightRays):
             back = with_specular_points(
                 back, end, ping_geometry.transmit_position, self.scene, wavelength, self.specular_points
             )
         if self.scene.surface.reflection != "flat":
-            _, back = self._with_surface_reflection(back, back, transmitter, ping_geometry)
+            _, back = self._with_surface_reflection(back, back, transmitter, ping_geometry, follow_bed=False)
             if scatters_facets(self.scene, self.choice):
                 back = without_glints(back)
         if self.choice.edge_diffraction == "knife-edge":
@@ -331,13 +335,15 @@ class EigenrayEngine:
         )
 
     def _with_surface_reflection(
-        self, out: Legs, back: Legs, scatterers: Scatterers, ping_geometry: PingGeometry
+        self, out: Legs, back: Legs, scatterers: Scatterers, ping_geometry: PingGeometry, *, follow_bed: bool = True
     ) -> tuple[Legs, Legs]:
-        """Apply the reflection off a moving surface to the legs of each end, at its own times."""
+        """Apply the reflection off a moving surface and a rough seabed to the legs of each end, at its own times."""
 
         def reflected(legs: Legs, position: Floats) -> tuple[Legs, Legs]:
             end = SonarEnd(position, ping_geometry.time, ping_geometry.transmit_position)
-            return apply_surface_reflection(legs, self.scene, self.seed, scatterers, ping_geometry.frequency, end)
+            return apply_surface_reflection(
+                legs, self.scene, self.seed, scatterers, ping_geometry.frequency, end, follow_bed=follow_bed
+            )
 
         first = reflected(out, ping_geometry.transmit_position)
         return first[0], (first if out is back else reflected(back, ping_geometry.receive_position))[1]

@@ -339,8 +339,9 @@ def _prepare(
     seabed, terrain = scene.seabed, scene.seabed.terrain
     law = _compiled_law(seabed.law(ping_geometry.frequency, float(scene.water.sound_speed_at(seabed.depth))))
     families = families_reaching("seabed", choice.followed_families)
-    moving = scene.surface.reflection != "flat" and any("S" in name for name in families)
-    if not isinstance(rays, StraightRays) or choice.geometry != "3d" or "seabed" not in choice.contributions or moving:
+    if not isinstance(rays, StraightRays) or choice.geometry != "3d" or "seabed" not in choice.contributions:
+        return None
+    if scene.is_rough(families):
         return None
     if ping_geometry.channel_count != 1 or law is None or not families:
         return None

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from insonify.engines import _glint_spread_kernel as kernel
+from insonify.propagation.bed_roughness import BedRoughness, bed_roughness
 from insonify.propagation.displaced_bounce import STEEPEST, displace_bounces, unfold_paths
 from insonify.propagation.families import bounce_sequence
 from insonify.propagation.propagation_model import DepartureCones
@@ -48,21 +49,45 @@ class LegSpread(NamedTuple):
     """Change of its direction at right angles to that, over the slope across the path [rad]."""
 
 
-@dataclass(frozen=True, slots=True)
-class GlintSpread:
-    """Slope statistics of one moving surface for sound of one frequency."""
+class RoughBoundary(NamedTuple):
+    """Statistics of one rough boundary."""
 
     per_height: float
-    """Phase of a bounce at normal incidence per height of the surface [rad/m]."""
+    """Phase of a bounce at normal incidence per height of the boundary [rad/m]."""
     variance: float
     """Variance of the height [m^2]."""
+    slope: float
+    """Rms slope of the boundary along one axis [1]."""
+    roughness: BedRoughness | None = None
+    """Roughness of the seabed; None: the boundary is the surface."""
+
+
+@dataclass(frozen=True, slots=True)
+class GlintSpread:
+    """Slope statistics of the rough boundaries of a scene for sound of one frequency."""
+
+    surface: RoughBoundary | None
+    """The moving surface; None: it is flat."""
+    bed: RoughBoundary | None
+    """The rough seabed; None: it is smooth."""
     slopes: tuple[float, float, float]
-    """Variance of the slope northwards, covariance with that eastwards, and variance of the latter [1]."""
+    """Variance of the slope northwards, covariance with that eastwards, and variance of the latter [1].
+
+    Over a rough seabed those of slopes of 1, the same in all directions, of which each leg has its own multiple.
+    """
     water_depth: float
     """Depth of the mirroring bottom [m]."""
 
+    def boundary(self, letter: str) -> RoughBoundary | None:
+        """The rough boundary of a letter of a family; None for a smooth one."""
+        return self.surface if letter == "S" else self.bed
+
+    def spreads(self, family: str) -> bool:
+        """Return True for a family off a rough boundary."""
+        return any(self.boundary(letter) is not None for letter in bounce_sequence(family))
+
     def legs(self, family: str, source_depth: float, distance: Floats, depth: float) -> LegSpread | None:
-        """Spread of the legs of one family; None for one without a surface bounce.
+        """Spread of the legs of one family; None for one off smooth boundaries alone.
 
         Args:
             family: Name of the family.
@@ -70,7 +95,7 @@ class GlintSpread:
             distance: Distance over ground of the far ends of the legs [m], shape (n,).
             depth: Their depth [m].
         """
-        if "S" not in bounce_sequence(family):
+        if not self.spreads(family):
             return None
         return _legs(self, family, source_depth, np.ascontiguousarray(distance, float).tobytes(), depth)
 
@@ -81,7 +106,7 @@ class GlintSpread:
 
         Args:
             beams: Beams of this end of the sonar.
-            family: Name of a family with a surface bounce.
+            family: Name of a family with a rough bounce.
             position: North, east, depth of this end [m], shape (3,).
             centre: North and east of the neighbourhoods [m], shape (n, 2).
             cones: Directions of the legs off a calm surface.
@@ -102,14 +127,15 @@ class GlintSpread:
 
 
 def glint_spread(scene: Scene, frequency: float) -> GlintSpread | None:
-    """Spread of glint legs in one scene; None for a surface that does not move.
+    """Spread of glint legs in one scene; None for one whose boundaries are smooth and still.
 
     Args:
         scene: The scene.
         frequency: Frequency of the sound [Hz].
     """
     surface, speed = scene.surface, float(scene.water.sound_speed_at(0.0))
-    if surface.reflection == "flat":
+    on_bed = bed_roughness(scene.seabed, frequency, float(scene.water.sound_speed_at(scene.seabed.depth)))
+    if surface.reflection == "flat" and on_bed is None:
         return None
     variance = along = across = 0.0
     if surface.wind_speed is not None:
@@ -121,33 +147,57 @@ def glint_spread(scene: Scene, frequency: float) -> GlintSpread | None:
         along += (2 * math.pi / surface.swell.length * amplitude) ** 2 / 2
     c, s = math.cos(surface.wave_direction), math.sin(surface.wave_direction)
     slopes = c * c * along + s * s * across, c * s * (along - across), s * s * along + c * c * across
-    return GlintSpread(4 * math.pi * frequency / speed, variance, slopes, scene.seabed.depth)
+    sea = None
+    if surface.reflection != "flat":
+        sea = RoughBoundary(4 * math.pi * frequency / speed, variance, math.sqrt((slopes[0] + slopes[2]) / 2))
+    if on_bed is None:
+        return GlintSpread(sea, None, slopes, scene.seabed.depth)
+    at_bed, waves = float(scene.water.sound_speed_at(scene.seabed.depth)), on_bed.waves
+    bed = RoughBoundary(
+        4 * math.pi * frequency / at_bed, float(waves.variance[-1]), math.sqrt(float(waves.slope_moments[0, -1])),
+        on_bed,
+    )  # fmt: skip
+    return GlintSpread(sea, bed, (1.0, 0.0, 1.0), scene.seabed.depth)
 
 
 @lru_cache(maxsize=64)
 def _legs(sea: GlintSpread, family: str, source_depth: float, distances: bytes, depth: float) -> LegSpread:
-    """`GlintSpread.legs` of a family with a surface bounce, at distances given by their bytes."""
+    """`GlintSpread.legs` of a family with a rough bounce, at distances given by their bytes."""
     distance = np.frombuffer(distances)
     points = np.column_stack([distance, 0 * distance, np.full(len(distance), depth)])
-    lines = unfold_paths(family, np.array([0.0, 0.0, source_depth]), points, sea.water_depth)
-    count = len(lines.vertical_travel_to_bounces)
-    quanta = (sea.per_height * lines.vertical_travel / lines.length) ** 2 * sea.variance
-    share = -np.expm1(-count * quanta)
-    # slopes are those of the sea in the mean over all bounces, and the coherent ones have none
-    steep = math.sqrt((sea.slopes[0] + sea.slopes[2]) / 2)
-    more = np.minimum(1 / np.sqrt(np.maximum(-np.expm1(-quanta), LEAST_SHARE)), STEEPEST / max(steep, 1e-12))
-    slope = np.clip(steep * more, 1e-6, STEEPEST)
+    rough = "S" * (sea.surface is not None) + "B" * (sea.bed is not None)
+    lines = unfold_paths(family, np.array([0.0, 0.0, source_depth]), points, sea.water_depth, rough)
+    bounces = [one for letter in bounce_sequence(family) if (one := sea.boundary(letter)) is not None]
+    sine = lines.vertical_travel / lines.length * np.ones(len(distance))
+    height: dict[RoughBoundary, Floats | float] = {}
+    slopes_of: dict[RoughBoundary, Floats | float] = {}
+    for one in set(bounces):
+        height[one], slopes_of[one] = one.variance, one.slope
+        if one.roughness is not None:
+            longer = one.roughness.longer_waves(family, source_depth, lines.length * np.ones(len(distance)), sine)
+            height[one] = np.maximum(one.variance - longer[0], 0.0)
+            slopes_of[one] = np.sqrt(np.maximum(one.slope**2 - longer[1], 0.0))
+    quanta = [(one.per_height * lines.vertical_travel / lines.length) ** 2 * height[one] for one in bounces]
+    alike = len(set(bounces)) == 1
+    total = len(quanta) * quanta[0] if alike else sum(quanta)
+    share = -np.expm1(-total)
+    # slopes are those of a boundary in the mean over all bounces, and the coherent ones have none
+    steepest = np.max([np.max(one) for one in slopes_of.values()])
+    incoherent = np.maximum(-np.expm1(-(quanta[0] if alike else total)), LEAST_SHARE)
+    more = np.minimum(1 / np.sqrt(incoherent), STEEPEST / np.maximum(steepest, 1e-12))
     tilt, turn = np.zeros(len(distance)), np.zeros(len(distance))
-    for row in range(count):
+    for row, one in enumerate(bounces):
+        slope = np.clip(slopes_of[one] * more, 1e-6, STEEPEST)
+        scale = 1.0 if sea.bed is None else slopes_of[one] ** 2
         for axis, sense in ((0, 1.0), (0, -1.0), (1, 1.0)):
-            slopes = np.zeros((count, 2, len(distance)))
+            slopes = np.zeros((len(bounces), 2, len(distance)))
             slopes[row, axis] = sense * slope
             turned = displace_bounces(lines, slopes).departure_change
             if axis == 0:
-                tilt += np.sum(turned**2, axis=1) / slope**2 / 2
+                tilt += scale * (np.sum(turned**2, axis=1) / slope**2 / 2)
             else:
-                turn += np.sum(turned[:, 1:2] ** 2, axis=1) / slope**2
-    return LegSpread(np.exp(-count * quanta / 2), np.sqrt(share), np.sqrt(tilt) * more, np.sqrt(turn) * more)
+                turn += scale * (np.sum(turned[:, 1:2] ** 2, axis=1) / slope**2)
+    return LegSpread(np.exp(-total / 2), np.sqrt(share), np.sqrt(tilt) * more, np.sqrt(turn) * more)
 
 
 @lru_cache(maxsize=32)

@@ -17,9 +17,9 @@ MIN_POINTS = 16
 
 
 def legs_per_point(scene: Scene, choice: PathSettings, boundary: Boundary, *, drawn: bool) -> int:
-    """Number of legs between one end and one point: one for each family; more for those with surface bounces.
+    """Number of legs between one end and one point: one for each family; more for those off rough boundaries.
 
-    A moving surface adds glints, and explicit waves have several bounce points, each with glints of its own.
+    A moving surface and a rough seabed add glints; explicit waves have several bounce points, each with its own glints.
 
     Args:
         scene: The scene.
@@ -28,12 +28,12 @@ def legs_per_point(scene: Scene, choice: PathSettings, boundary: Boundary, *, dr
         drawn: True for a random scatterer; False for point targets and smooth faces, which have more glints.
     """
     kept = families_reaching(boundary, choice.followed_families)
-    moving = sum("S" in bounce_sequence(name) for name in kept)
-    if scene.surface.reflection == "statistical":
-        return len(kept) + moving * (FEW if drawn else SEVERAL)
     if scene.surface.reflection == "explicit":
+        moving = sum("S" in bounce_sequence(name) for name in kept)
         return len(kept) + moving * (BOUNCES * (1 + FEW * (scene.surface.wind_speed is not None)) - 1)
-    return len(kept)
+    rough = "S" * (scene.surface.reflection == "statistical") + "B" * (scene.seabed.bounce == "rough")
+    random = sum(bool(set(rough) & set(bounce_sequence(name))) for name in kept)
+    return len(kept) + random * (FEW if drawn else SEVERAL)
 
 
 def bytes_per_point(scene: Scene, choice: PathSettings, boundary: Boundary, *, drawn: bool) -> float:

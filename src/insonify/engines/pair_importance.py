@@ -254,10 +254,12 @@ def _legs(
     points = np.stack([distance, 0 * distance, np.full_like(distance, terrain.depth)], axis=-1)
     paths = [flat_image_paths(name, position, points, terrain.depth) for name in families]
     length = np.array([way.length for way in paths])
-    factors = [
-        coherent_bounce_factor(name, way, terrain, ping_geometry.wavelength)
-        for name, way in zip(families, paths, strict=True)
-    ]
+    factors = [np.ones_like(distance)] * len(families)
+    if scene.seabed.bounce == "smooth":
+        factors = [
+            coherent_bounce_factor(name, way, terrain, ping_geometry.wavelength)
+            for name, way in zip(families, paths, strict=True)
+        ]
     surface = abs(complex(scene.surface.reflection_coefficient(np.zeros(1))[0]))
     factors = [one * surface ** bounce_sequence(name).count("S") for name, one in zip(families, factors, strict=True)]
     absorption = float(scene.water.absorption(ping_geometry.frequency))

@@ -63,7 +63,9 @@ def reflect_off_relief(
     made = _without_bottom_bounces(legs, bounced, scatterers, position, terrain_occlusion, soft=soft)
     for row in bounced:
         some = np.flatnonzero(wanted[row]) if wanted is not None else np.arange(len(scatterers))
-        followed = some[~_negligible(made, row, some, position, terrain_occlusion)]
+        followed = some
+        if scene.seabed.bounce == "smooth":
+            followed = some[~_negligible(made, row, some, position, terrain_occlusion)]
         made.reflection_coefficient[row] = 0.0
         if len(followed):
             _write_bounced(made, row, followed, scatterers, position, terrain_occlusion, scene, soft=soft)
@@ -134,8 +136,8 @@ def reflection_product(
 
     Each bottom bounce has the seabed's own coefficient at its grazing angle with the fitted plane, times
     exp(-2 k^2 h^2 sin^2), h the roughness between the zone's wave and the sound's, see
-    `Bed.roughness_reflection_factor`. What it loses is not mirrored; it is in the scattering law, which has no
-    coherent part.
+    `SeabedTerrain.roughness_reflection_factor`. What it loses is not mirrored. Where the seabed's bounces are rough,
+    glints have that factor, and carry what it takes.
 
     Args:
         family: Name of the family.
@@ -144,7 +146,9 @@ def reflection_product(
         wavelength: Acoustic wavelength [m].
         scene: The scene.
     """
-    left = coherent_bounce_factor(family, way, terrain, wavelength)
+    left: NDArray[np.float64] | float = 1.0
+    if scene.seabed.bounce == "smooth" or not terrain.relief.is_waves:
+        left = coherent_bounce_factor(family, way, terrain, wavelength)
     coefficient = 1 + 0j
     product: NDArray[np.complex128] | complex = 1.0
     for k, letter in enumerate(bounce_sequence(family)):

@@ -342,7 +342,7 @@ def two_way_gain_bound(
                 name, position, centre[rows], half_diagonal[rows], boundary_depth, relief_height=rise
             )
             one = np.where(cones.exists, beams.bound(cones.axis, cones.half_angle), 0.0)
-            if glints is not None and "S" in name:
+            if glints is not None and glints.spreads(name):
                 spread = glints.bound(beams, name, position, centre[rows], cones, boundary_depth)
                 one = np.where(cones.exists, np.maximum(one, spread), 0.0)
             best[rows] = np.maximum(best[rows], one)

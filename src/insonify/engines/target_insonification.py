@@ -45,7 +45,7 @@ def target_insonification(
         rays: Propagation model of the scene; None: unknown, and nothing is dropped by its beam gain.
     """
     families = families_reaching("target", choice.followed_families)
-    straight = isinstance(rays, StraightRays) and scene.surface.reflection == "flat"
+    straight = isinstance(rays, StraightRays) and not scene.is_rough(families)
     terrain = scene.seabed.terrain
     level = terrain is None or terrain.span[0] == terrain.span[1]
     max_deviation = 0.0 if straight and level else MAX_DEVIATION

@@ -292,7 +292,7 @@ def _legs(simulator: Simulator, ping_geometry: PingGeometry, family: str, *, fit
         each += unit_costs.SECONDS_PER_FIT * fitted
     if "S" in family and scenario.surface.reflection == "explicit":
         each += unit_costs.SECONDS_PER_WAVE_LEG
-    elif "S" in family and scenario.field == "coherent" and scenario.surface.reflection != "flat":
+    elif scenario.field == "coherent" and scenario.scene.is_rough((family,)):
         each += unit_costs.SECONDS_PER_GLINT
     return each * (1 if ping_geometry.is_monostatic else 2)
 

@@ -170,7 +170,9 @@ def explain_sample(
 def _notes(behind: SampleArrivals) -> list[str]:
     """Meaning of the columns of the table that need explanation."""
     extras, notes = behind.extra_columns(), [NOTE]
-    rays = SURFACE_RAYS.get(behind.simulator.scenario.surface.reflection)
+    scenario = behind.simulator.scenario
+    rough = SURFACE_RAYS["statistical"] if scenario.seabed.bounce == "rough" else None
+    rays = SURFACE_RAYS.get(scenario.surface.reflection, rough)
     if rays and np.any(behind.paths.bounces):
         notes.append(f"bounce: all reflections; a ray numbered S2, S3, ... {rays}, its share of the energy included")
     if "edges" in extras:

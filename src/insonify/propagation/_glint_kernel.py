@@ -3,7 +3,8 @@
 The phase that the surface's height adds to reflected sound is a Gaussian process. Its exponential splits exactly into
 quanta: n of them with Poisson's probability for the mean nu = (2 k sigma sin(grazing))^2, each of one wave of the
 sea, drawn in proportion to its variance, with either sign; their wavenumbers and frequencies add. No
-quantum is the coherent bounce. Where nu is large, the many quanta of long waves are one Gaussian draw.
+quantum is the coherent bounce. Where nu is large, the many quanta of long waves are one Gaussian draw. Waves of the
+seabed stand still; its glints change with the bounce point.
 """
 
 import math
@@ -24,6 +25,10 @@ STAGGER = 1 << 16
 """Fourth counter of the random number for the end of a glint's first life: above all quanta."""
 LIVES = 0xFFF
 """Lives of a glint after which its random numbers repeat."""
+CELLS = 0x3F
+"""Cells of the seabed along each axis after which the random numbers of a glint repeat."""
+FIRST = STAGGER + 2
+"""Fourth counter of the random number for the first incoherent bounce of a path off both boundaries."""
 MOST = 4.0  # mean number of quanta that are drawn one by one; those of longer waves, beyond it, as one Gaussian
 NONE_OF_MOST = math.exp(-MOST)
 """Probability of no quantum: used by most glints of a rough sea."""
@@ -40,7 +45,11 @@ class GlintPoints(NamedTuple):
     normal: Floats
     """Normals of their interfaces; 0 for points without one, (n, 3)."""
     phase: Floats
-    """Phase per height of one bounce, 2 k sin(grazing) [rad/m], (n,)."""
+    """Phase per height of one surface bounce, 2 k sin(grazing) [rad/m], (n,)."""
+    bed_phase: Floats
+    """Phase per height of one bottom bounce [rad/m], (n,)."""
+    long_variance: Floats
+    """Variance of the seabed's waves that are longer than the Fresnel zone and make no glints [m^2], (n,)."""
 
 
 class GlintSource(NamedTuple):
@@ -56,6 +65,12 @@ class GlintSource(NamedTuple):
     """Key of the random numbers."""
     code: int
     """Identifier of the glint, third counter of its random numbers, the same for transmit and receive legs."""
+    bed_waves: WindWaves
+    """Tables of the seabed's roughness."""
+    bed_axes: Floats
+    """North and east of the axes of the seabed's cells, (2, 2)."""
+    cell: float
+    """Side of a cell of the seabed within which a bounce point keeps its glint [m]."""
 
 
 class CalmPaths(NamedTuple):
@@ -70,7 +85,9 @@ class CalmPaths(NamedTuple):
     image_depth: float
     """Depth of the family's image source [m]."""
     bounces: SurfaceBounces
-    """Bounces off the surface."""
+    """Bounces off rough boundaries."""
+    on_bed: NDArray[np.bool_]
+    """True for those off the seabed, (bounces,)."""
     frequency: float
     """Frequency of the sound [Hz]."""
     speed: float
@@ -131,7 +148,13 @@ def sine_cosine(angle: float) -> tuple[float, float]:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def sample_glint(
-    scatterer_id: np.uint64, code: int, key: tuple[int, int], phase: float, at_least_one: bool, waves: WindWaves
+    scatterer_id: np.uint64,
+    code: int,
+    key: tuple[int, int],
+    phase: float,
+    at_least_one: bool,
+    waves: WindWaves,
+    long_variance: float = 0.0,
 ) -> tuple[float, float, float, float]:
     """One glint of one scatterer: wavenumber along and across the wind [rad/m], angular frequency [rad/s], phase [rad].
 
@@ -142,6 +165,7 @@ def sample_glint(
         phase: Phase per height, 2 k sin(grazing) [rad/m].
         at_least_one: True to condition on at least one quantum.
         waves: Tables of the waves.
+        long_variance: Variance of the longest waves, which are left out [m^2].
     """
     variance, guide = waves.variance, waves.row_guide
     whole, (k0, k1) = variance[-1], key
@@ -149,13 +173,13 @@ def sample_glint(
     w0, w1, w2, w3 = philox(low, high, code, 0, k0, k1)
     along, across, turning = 0.0, 0.0, 0.0
     q2 = phase * phase
-    mean, from_variance = q2 * whole, 0.0
+    mean, from_variance = q2 * (whole - long_variance), long_variance
     if mean > MOST:
         from_variance = whole - MOST / q2
         mean = MOST
         v0, v1, _, _ = philox(low, high, code, 1, k0, k1)
-        along, across, turning = _gaussian((w2, w3, v0, v1), phase, from_variance, waves)
-    count = _poisson(uniform_from_word(w0), mean, at_least_one and from_variance == 0.0)
+        along, across, turning = _gaussian((w2, w3, v0, v1), phase, long_variance, from_variance, waves)
+    count = _poisson(uniform_from_word(w0), mean, at_least_one and from_variance == long_variance)
     for quantum in range(count):
         u0, u1, u2, _ = philox(low, high, code, quantum + 2, k0, k1)
         share = from_variance + uniform_from_word(u0) * (whole - from_variance)
@@ -175,17 +199,15 @@ def sample_glint(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _gaussian(
-    words: tuple[np.uint32, np.uint32, np.uint32, np.uint32], phase: float, upto: float, waves: WindWaves
-) -> tuple[float, float, float]:
-    """Sum of the wavenumbers and frequencies of all quanta of the longer waves, from four random words."""
-    variance, moment = waves.variance, waves.slope_moments
+    words: tuple[np.uint32, np.uint32, np.uint32, np.uint32], phase: float, low: float, upto: float,
+    waves: WindWaves,
+) -> tuple[float, float, float]:  # fmt: skip
+    """Sum of the wavenumbers and frequencies of all quanta of waves between two variances, from four random words."""
     w2, w3, v0, v1 = words
-    row = tabulated_row(variance, upto, waves.row_guide)
-    part = min(1.0, (upto - variance[row]) / max(variance[row + 1] - variance[row], 1e-300))
-    ahead = moment[0, row] + part * (moment[0, row + 1] - moment[0, row])
-    aside = moment[1, row] + part * (moment[1, row + 1] - moment[1, row])
-    speed = moment[2, row] + part * (moment[2, row + 1] - moment[2, row])
-    both = moment[3, row] + part * (moment[3, row + 1] - moment[3, row])
+    ahead, aside, speed, both = _moments_below(upto, waves)
+    if low > 0:
+        longer = _moments_below(low, waves)
+        ahead, aside, speed, both = ahead - longer[0], aside - longer[1], speed - longer[2], both - longer[3]
     r, s = math.sqrt(-2 * math.log(uniform_from_word(w2))), math.sqrt(-2 * math.log(uniform_from_word(v0)))
     sine, cosine = sine_cosine(math.pi * (2 * uniform_from_word(w3) - 1))
     _, other = sine_cosine(math.pi * (2 * uniform_from_word(v1) - 1))
@@ -195,6 +217,20 @@ def _gaussian(
     shared = both / root
     own = math.sqrt(max(speed - shared * shared, 0.0))
     return phase * root * first, phase * math.sqrt(aside) * second, phase * (shared * first + own * third)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _moments_below(upto: float, waves: WindWaves) -> tuple[float, float, float, float]:
+    """Moments of the longest waves, up to a variance, see `insonify.propagation.wind_waves.WindWaves`."""
+    variance, moment = waves.variance, waves.slope_moments
+    row = tabulated_row(variance, upto, waves.row_guide)
+    part = min(1.0, (upto - variance[row]) / max(variance[row + 1] - variance[row], 1e-300))
+    return (
+        moment[0, row] + part * (moment[0, row + 1] - moment[0, row]),
+        moment[1, row] + part * (moment[1, row + 1] - moment[1, row]),
+        moment[2, row] + part * (moment[2, row + 1] - moment[2, row]),
+        moment[3, row] + part * (moment[3, row + 1] - moment[3, row]),
+    )
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -237,11 +273,12 @@ def apply_glints_to_row(
         phasor_out: Result: phasor of transmit legs, (n,).
         phasor_back: Result: phasor of receive legs, (n,).
     """
-    bounce_heights, code, axes = paths.bounces.heights, source.code, source.axes
+    bounce_heights, code = paths.bounces.heights, source.code
     sonar_position, transmit_position, start = paths.sonar_position, paths.transmit_position, paths.ping_time
-    keys, normal, phase = points.scatterer_id, points.normal, points.phase
+    keys, normal = points.scatterer_id, points.normal
     delay, visibility = legs.delay, legs.visibility
     slopes, bent = np.empty((bounce_heights.size, 2)), np.empty(7)
+    off_surface, off_bed = not paths.on_bed.all(), paths.on_bed.any()
     for n in range(keys.size):
         if visibility[n] == 0:
             continue
@@ -253,19 +290,37 @@ def apply_glints_to_row(
         climb = max(abs(z - paths.image_depth), 1e-6)
         there = math.sqrt(away) / paths.speed
         turned, gone, came = 0.0, 0.0, 0.0
-        living = code << 4 | _glint_generation(keys[n], code, source.key, start / source.lifetime) << 20
+        living = 0
+        if off_surface:
+            living = code << 4 | _glint_generation(keys[n], code, source.key, start / source.lifetime) << 20
+        # At least one bounce is incoherent; of several off one boundary the first represents it.
+        incoherent = _first_incoherent_bounce(points, source, paths.on_bed, n) if off_surface and off_bed else 0
         for b in range(bounce_heights.size):
-            # At least one bounce is incoherent; of several the first represents it.
-            along, across, omega, first = sample_glint(keys[n], living | b, source.key, phase[n], b == 0, source.waves)
-            k_north, k_east = along * axes[0, 0] + across * axes[1, 0], along * axes[0, 1] + across * axes[1, 1]
             part = min(bounce_heights[b] / climb, 1.0)
             reach = part * far
             # from the point itself: re a distant origin, a wavenumber that follows a moving sonar would change the
             # phase
-            turned += k_north * (sonar_position[0] + reach * north - x)
-            turned += k_east * (sonar_position[1] + reach * east - y) + first
-            slopes[b, 0] = -(k_north * north + k_east * east) / phase[n]
-            slopes[b, 1] = -(k_east * north - k_north * east) / phase[n]
+            offset_north = sonar_position[0] + reach * north - x
+            offset_east = sonar_position[1] + reach * east - y
+            axes, waves, phase, longer = source.axes, source.waves, points.phase[n], 0.0
+            if paths.on_bed[b]:
+                axes, waves, phase = source.bed_axes, source.bed_waves, points.bed_phase[n]
+                longer = points.long_variance[n]
+                place = _cell_of_bounce(keys[n], code << 4 | b, source, offset_north, offset_east)
+                identifier = code << 4 | place << 20 | b
+            else:
+                identifier = living | b
+            if b < incoherent:
+                slopes[b, 0], slopes[b, 1] = 0.0, 0.0
+                continue
+            along, across, omega, first = sample_glint(
+                keys[n], identifier, source.key, phase, b == incoherent, waves, longer
+            )
+            k_north, k_east = along * axes[0, 0] + across * axes[1, 0], along * axes[0, 1] + across * axes[1, 1]
+            turned += k_north * offset_north
+            turned += k_east * offset_east + first
+            slopes[b, 0] = -(k_north * north + k_east * east) / phase
+            slopes[b, 1] = -(k_east * north - k_north * east) / phase
             before = part * delay[n]
             # Receive legs are timed after a direct transmit leg: other legs differ by milliseconds.
             gone += omega * (start + before)
@@ -295,6 +350,46 @@ def _glint_generation(scatterer_id: np.uint64, code: int, key: tuple[int, int], 
     """Index of the current glint; each scatterer's glints change at times of their own."""
     w0, _, _, _ = philox(scatterer_id & np.uint64(0xFFFFFFFF), scatterer_id >> np.uint64(32), code, STAGGER, *key)
     return math.floor(lives + uniform_from_word(w0)) & LIVES
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _cell_of_bounce(
+    scatterer_id: np.uint64, code: int, source: GlintSource, offset_north: float, offset_east: float
+) -> int:
+    """Index of the seabed's cell of one bounce point; each scatterer's glints have cells of their own.
+
+    Args:
+        scatterer_id: Identifier of the scatterer.
+        code: Identifier of the glint and its bounce.
+        source: Origin of the glint.
+        offset_north: North of the bounce point from the scatterer [m].
+        offset_east: East of it [m].
+    """
+    w0, w1, _, _ = philox(scatterer_id & np.uint64(0xFFFFFFFF), scatterer_id >> np.uint64(32), code, STAGGER,
+                          *source.key)  # fmt: skip
+    ahead, aside = source.bed_axes[0], source.bed_axes[1]
+    row = math.floor((ahead[0] * offset_north + ahead[1] * offset_east) / source.cell + uniform_from_word(w0))
+    column = math.floor((aside[0] * offset_north + aside[1] * offset_east) / source.cell + uniform_from_word(w1))
+    return (row & CELLS) << 6 | (column & CELLS)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _first_incoherent_bounce(points: GlintPoints, source: GlintSource, on_bed: NDArray[np.bool_], n: int) -> int:
+    """First bounce with a quantum, on the condition that there is one: a path may bounce off both boundaries."""
+    low, high = points.scatterer_id[n] & np.uint64(0xFFFFFFFF), points.scatterer_id[n] >> np.uint64(32)
+    w0, _, _, _ = philox(low, high, source.code, FIRST, *source.key)
+    surface = points.phase[n] ** 2 * source.waves.variance[-1]
+    bed = points.bed_phase[n] ** 2 * (source.bed_waves.variance[-1] - points.long_variance[n])
+    total = 0.0
+    for b in range(on_bed.size):
+        total += bed if on_bed[b] else surface
+    # the first event of a Poisson process with one interval for each bounce
+    drawn, upto = -math.log1p(uniform_from_word(w0) * math.expm1(-total)), 0.0
+    for b in range(on_bed.size):
+        upto += bed if on_bed[b] else surface
+        if drawn < upto:
+            return b
+    return on_bed.size - 1
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -62,7 +62,9 @@ class UnfoldedPaths:
         return self.start + (self.bounce_fractions() * self.horizontal_distance)[..., None] * self.horizontal_direction
 
 
-def unfold_paths(family: str, position: Floats, points: Floats, water_depth: float) -> UnfoldedPaths:
+def unfold_paths(
+    family: str, position: Floats, points: Floats, water_depth: float, boundaries: str = "S"
+) -> UnfoldedPaths:
     """Unfolded straight lines of a family.
 
     Args:
@@ -70,27 +72,31 @@ def unfold_paths(family: str, position: Floats, points: Floats, water_depth: flo
         position: North, east, depth of the sonar [m], shape (3,).
         points: North, east, depth of the points [m], shape (n, 3).
         water_depth: Depth of the bottom [m].
+        boundaries: Letters of the boundaries whose bounces count.
     """
     string = bounce_sequence(family)
     across = points[:, :2] - position[:2]
     distance = np.linalg.norm(across, axis=1)
     ahead = np.where(distance[:, None] > 1e-6, across / np.maximum(distance, 1e-6)[:, None], [1.0, 0.0])
     climb = np.maximum(np.abs(points[:, 2] - image_depth(family, position[2], water_depth)), 1e-6)
-    surface = vertical_travel_to_bounces(family, float(position[2]), water_depth)
+    surface = vertical_travel_to_bounces(family, float(position[2]), water_depth, boundaries)
     return UnfoldedPaths(position[:2], ahead, distance, climb, surface, string[0] == "S", len(string) % 2 == 1)
 
 
-def vertical_travel_to_bounces(family: str, depth: float, water_depth: float) -> tuple[float, ...]:
-    """Vertical travel of a family's rays up to each surface bounce [m].
+def vertical_travel_to_bounces(
+    family: str, depth: float, water_depth: float, boundaries: str = "S"
+) -> tuple[float, ...]:
+    """Vertical travel of a family's rays up to each surface bounce, or each bounce off some boundaries [m].
 
     Args:
         family: Name of a family with a bounce.
         depth: Depth of the sonar [m].
         water_depth: Depth of the bottom [m].
+        boundaries: Letters of the boundaries.
     """
     string = bounce_sequence(family)
     first = depth if string[0] == "S" else water_depth - depth
-    return tuple(float(first + row * water_depth) for row, letter in enumerate(string) if letter == "S")
+    return tuple(float(first + row * water_depth) for row, letter in enumerate(string) if letter in boundaries)
 
 
 def displace_bounces(paths: UnfoldedPaths, slopes: Floats) -> DisplacedBounce:

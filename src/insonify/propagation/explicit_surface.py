@@ -363,7 +363,8 @@ def _with_rough_reflection(
         return legs, legs
     finest = shortest_wavenumber(frequency, float(scene.water.sound_speed_at(0.0)))
     drawn = 2 * math.pi / scene.surface.shortest_explicit_wavelength
-    sea = GlintSurface(scene, seed, frequency, wind, wind_waves(wind, finest, drawn), sines, bounced)
+    waves = wind_waves(wind, finest, drawn)
+    sea = GlintSurface(scene, seed, frequency, waves, grazing_sines=sines, bounce_points=bounced)
     return sea.legs(legs, scatterers, sonar_end)
 
 

@@ -1,4 +1,4 @@
-"""Glints: legs off a rough, moving surface.
+"""Glints: legs off a rough boundary, the moving surface or the seabed.
 
 Reflection off waves leaves a coherent part of a leg, exp(-2 Gamma^2) of the flat surface's pressure for every bounce
 with Gamma = k sigma sin(grazing), and turns the rest into glints: legs by other bounce points, where the surface has
@@ -9,6 +9,10 @@ phase come from the same waves, so that delays, angles, and coherence over posit
 A glint has one frequency, whereas the sea has a band: after its lifetime another glint takes its place; otherwise a
 synthetic aperture would focus each to a sharp point. Scatterers and glints change at times of their own, and all
 begin with their first.
+
+The seabed's roughness stands still: its glints last, and change with the bounce point, of which another takes the
+place after a distance instead of a time. A family off both boundaries has glints of both in one, of which one bounce
+at least is incoherent.
 
 Scatterers with random phases take two glints each, because many share a resolution cell. Others take several. No echo
 uses one glint for both legs, which is rare among the many that each stands for; see
@@ -33,6 +37,7 @@ from insonify.propagation._glint_kernel import (
     GlintSource,
     apply_glints_to_row,
 )
+from insonify.propagation.bed_roughness import BedRoughness, bed_roughness
 from insonify.propagation.displaced_bounce import UnfoldedPaths, vertical_travel_to_bounces
 from insonify.propagation.families import bounce_sequence, image_depth
 from insonify.propagation.wind_waves import WindWaves, shortest_wavenumber, wind_waves
@@ -81,15 +86,19 @@ class CoherentReflection(NamedTuple):
     """Coherent reflection of n legs of one family."""
 
     phase_per_height: Floats
-    """Phase per height of one bounce, 2 k sin(grazing) [rad/m]."""
+    """Phase per height of one surface bounce, 2 k sin(grazing) [rad/m]."""
+    bed_phase_per_height: Floats
+    """Phase per height of one bottom bounce [rad/m]."""
+    long_variance: Floats
+    """Variance of the seabed's waves that are longer than the Fresnel zone [m^2]."""
     mean_quanta: Floats
     """Mean number of quanta of all bounces together, 4 Gamma^2 for each [1]."""
-    bubble_transmission: Floats
-    """Pressure ratio of the bubble loss, all bounces [1]."""
+    transmission: Floats
+    """Pressure ratio of what bubbles and the seabed's scattering law take, all bounces [1]."""
 
     @property
     def coherent_factor(self) -> Floats:
-        """Coherent part of the pressure, exp(-2 Gamma^2) for each bounce, without bubble loss [1]."""
+        """Coherent part of the pressure, exp(-2 Gamma^2) for each bounce, without other losses [1]."""
         return np.asarray(np.exp(-self.mean_quanta / 2))
 
 
@@ -104,15 +113,16 @@ class GlintBouncePoints(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class GlintSurface:
-    """The moving surface of one scene, for sound of one frequency."""
+    """The rough boundaries of one scene, for sound of one frequency."""
 
     scene: Scene
     seed: int
     frequency: float
     """Frequency of the sound [Hz]."""
-    wind_speed: float
-    """Wind speed at 10 m height [m/s]."""
-    waves: WindWaves
+    waves: WindWaves | None
+    """Wind waves of the surface; None: it is no statistical one."""
+    bed: BedRoughness | None = None
+    """Roughness of the seabed; None: it is smooth."""
     grazing_sines: Floats | None = None
     """Sine of the grazing angle at the surface of every leg [1], (f, n); None: that of a flat surface."""
     bounce_points: GlintBouncePoints | None = None
@@ -125,16 +135,38 @@ class GlintSurface:
         return np.array([[c, s], [-s, c]])
 
     @property
+    def bed_axes(self) -> Floats:
+        """North and east of the axes of the seabed's cells, shape (2, 2)."""
+        _, _, c, s = self.scene.seabed.scatterer_grid.frame
+        return np.array([[c, s], [-s, c]])
+
+    @property
     def glint_lifetime(self) -> float:
         """Lifetime of a glint [s]: long compared with the coherence time of its phase."""
+        if self.waves is None:
+            return math.inf
         per_height = 4 * math.pi * self.frequency / float(self.scene.water.sound_speed_at(0.0)) * SLANT
         lasting = LASTING if self.bounce_points is None else LONGER * LASTING
         return lasting / max(per_height * math.sqrt(self.waves.slope_moments[2, -1]), 1e-9)
 
-    def legs(self, legs: Legs, scatterers: Scatterers, sonar_end: SonarEnd) -> tuple[Legs, Legs]:
-        """Legs off the moving surface: rows of the coherent part, followed by rows of glints.
+    @property
+    def rough_boundaries(self) -> str:
+        """Letters of the boundaries that are rough."""
+        return "S" * (self.waves is not None) + "B" * (self.bed is not None)
 
-        Transmit and receive legs reflect off the same glints at different times.
+    @property
+    def cell_size(self) -> float:
+        """Side of the cells of the seabed within which a bounce point keeps its glint [m], as `glint_lifetime`."""
+        if self.bed is None:
+            return math.inf
+        speed = float(self.scene.water.sound_speed_at(self.scene.seabed.depth))
+        slope = math.sqrt(float(self.bed.waves.slope_moments[0, -1]))
+        return LASTING / max(4 * math.pi * self.frequency / speed * SLANT * slope, 1e-9)
+
+    def legs(self, legs: Legs, scatterers: Scatterers, sonar_end: SonarEnd) -> tuple[Legs, Legs]:
+        """Legs off rough boundaries: rows of the coherent part, followed by rows of glints.
+
+        Transmit and receive legs reflect off the same glints, those of the surface at different times.
 
         Args:
             legs: Legs off a flat surface, f families to n points.
@@ -144,7 +176,8 @@ class GlintSurface:
         Returns:
             Transmit legs and receive legs.
         """
-        touched = [row for row, family in enumerate(legs.families) if "S" in bounce_sequence(family)]
+        rough = self.rough_boundaries
+        touched = [row for row, family in enumerate(legs.families) if set(rough) & set(bounce_sequence(family))]
         if not touched:
             return legs, legs
         quiet = {row: self.coherent_reflection(legs, row, sonar_end) for row in touched}
@@ -158,10 +191,10 @@ class GlintSurface:
         phasor = np.ones((2, len(whole.families), n), complex)
         for to, row in enumerate(kept):
             if row in quiet:
-                whole.reflection_coefficient[to] *= quiet[row].coherent_factor * quiet[row].bubble_transmission
+                whole.reflection_coefficient[to] *= quiet[row].coherent_factor * quiet[row].transmission
         for to, (row, number) in enumerate(glints, len(kept)):
             share = -np.expm1(-quiet[row].mean_quanta) / many
-            whole.reflection_coefficient[to] *= np.sqrt(share) * quiet[row].bubble_transmission
+            whole.reflection_coefficient[to] *= np.sqrt(share) * quiet[row].transmission
             self._apply_glints(whole, to, self._code(legs, row, number), quiet[row], scatterers, sonar_end, phasor)
             if self.bounce_points is not None:
                 phasor[:, to] *= self._surface_phasor(
@@ -180,16 +213,35 @@ class GlintSurface:
             row: A row with a surface bounce.
             sonar_end: End of the sonar at which the legs begin.
         """
-        at_sonar, at_surface = self.scene.water.sound_speed_at(np.array([sonar_end.position[2], 0.0]))
-        if self.grazing_sines is None:
-            level = np.hypot(legs.departure[row, :, 0], legs.departure[row, :, 1])
-            sine = np.sqrt(np.maximum(1 - np.minimum(level * at_surface / at_sonar, 1.0) ** 2, 1e-12))
-        else:
-            sine = self.grazing_sines[row]
-        count = bounce_sequence(legs.families[row]).count("S")
-        phase = 4 * math.pi * self.frequency / at_surface * sine
-        loss = bubble_loss_db(self.wind_speed, self.frequency, np.arcsin(np.minimum(sine, 1.0)))
-        return CoherentReflection(phase, count * phase**2 * self.waves.variance[-1], 10 ** (-count * loss / 20))
+        string, count = bounce_sequence(legs.families[row]), legs.delay.shape[1]
+        none = np.zeros(count)
+        phase, quanta, loss = none, none, np.ones(count)
+        if self.waves is not None and "S" in string:
+            sine = self._grazing_sine(legs, row, sonar_end, 0.0) if self.grazing_sines is None else (
+                self.grazing_sines[row]
+            )  # fmt: skip
+            at_surface, bounces = float(self.scene.water.sound_speed_at(0.0)), string.count("S")
+            phase = 4 * math.pi * self.frequency / at_surface * sine
+            wind = self.scene.surface.wind_speed
+            assert wind is not None  # guaranteed by the surface
+            bubbles = bubble_loss_db(wind, self.frequency, np.arcsin(np.minimum(sine, 1.0)))
+            quanta, loss = bounces * phase**2 * self.waves.variance[-1], 10 ** (-bounces * bubbles / 20)
+        if self.bed is None or "B" not in string:
+            return CoherentReflection(phase, none, none, quanta, loss)
+        depth, bounces = self.scene.seabed.depth, string.count("B")
+        sine = self._grazing_sine(legs, row, sonar_end, depth)
+        bed_phase = 4 * math.pi * self.frequency / float(self.scene.water.sound_speed_at(depth)) * sine
+        longer, _ = self.bed.longer_waves(legs.families[row], float(sonar_end.position[2]), legs.length[row], sine)
+        added, taken = self.bed.mean_quanta(bed_phase, sine, longer)
+        return CoherentReflection(
+            phase, bed_phase, longer, quanta + bounces * added, loss * (1 - taken) ** (bounces / 2)
+        )
+
+    def _grazing_sine(self, legs: Legs, row: int, sonar_end: SonarEnd, depth: float) -> Floats:
+        """Sine of the grazing angle of one row of legs at a flat boundary at a depth [1], shape (n,)."""
+        at_sonar, at_boundary = self.scene.water.sound_speed_at(np.array([sonar_end.position[2], depth]))
+        level = np.hypot(legs.departure[row, :, 0], legs.departure[row, :, 1])
+        return np.asarray(np.sqrt(np.maximum(1 - np.minimum(level * at_boundary / at_sonar, 1.0) ** 2, 1e-12)))
 
     def _code(self, legs: Legs, row: int, number: int) -> int:
         """Identifier of each glint of each ray of each family, the same for transmit and receive legs.
@@ -212,7 +264,9 @@ class GlintSurface:
         wavenumber = math.pi / bounced.decorrelation_distance * math.sqrt(3) * (2 * drawn - 1) @ self.axes
         return np.asarray(np.exp(1j * np.sum(wavenumber * bounced.position[row], axis=1)))
 
-    def _mean_target_phase(self, phase: Floats, image: float, scatterers: Scatterers, sonar_end: SonarEnd) -> float:
+    def _mean_target_phase(
+        self, phase: Floats, image: float, scatterers: Scatterers, sonar_end: SonarEnd, depth: float
+    ) -> float:
         """Phase per height of one bounce for a whole target [rad/m], the same for all parts of it.
 
         Args:
@@ -220,25 +274,27 @@ class GlintSurface:
             image: Depth of the image of the sonar's end [m].
             scatterers: Points of one target, n of them.
             sonar_end: End of the sonar.
+            depth: Depth of the boundary [m].
         """
         if scatterers.centre is None or (self.grazing_sines is not None and self.bounce_points is None):
             return float(phase.mean())
         ray = scatterers.centre - np.array([*sonar_end.position[:2], image])
-        at_sonar, at_surface = (
-            float(speed) for speed in self.scene.water.sound_speed_at(np.array([sonar_end.position[2], 0.0]))
+        at_sonar, at_boundary = (
+            float(speed) for speed in self.scene.water.sound_speed_at(np.array([sonar_end.position[2], depth]))
         )
-        bent = at_surface / at_sonar if self.bounce_points is None else 1.0
+        bent = at_boundary / at_sonar if self.bounce_points is None else 1.0
         level = min(float(np.hypot(ray[0], ray[1])) / float(np.linalg.norm(ray)) * bent, 1.0)
-        return 4 * math.pi * self.frequency / at_surface * math.sqrt(max(1 - level**2, 1e-12))
+        return 4 * math.pi * self.frequency / at_boundary * math.sqrt(max(1 - level**2, 1e-12))
 
     def _apply_glints(
         self, legs: Legs, row: int, code: int, reflection: CoherentReflection, scatterers: Scatterers,
         sonar_end: SonarEnd, phasor: NDArray[np.complex128],
     ) -> None:  # fmt: skip
-        """Turn one row of legs off a flat surface into glints, in place."""
-        family, bed, waves = legs.families[row], self.scene.seabed.depth, self.waves
+        """Turn one row of legs off flat boundaries into glints, in place."""
+        family, bed = legs.families[row], self.scene.seabed.depth
         string, depth = bounce_sequence(family), float(sonar_end.position[2])
         phase, image = reflection.phase_per_height, image_depth(family, depth, bed)
+        bed_phase, longer = reflection.bed_phase_per_height, reflection.long_variance
         if self.bounce_points is not None:
             # as off a calm surface: with a moving bounce, the drawn waves would change with its angle
             climb = np.maximum(np.abs(scatterers.position[:, 2] - image), 1e-6)
@@ -252,35 +308,48 @@ class GlintSurface:
                 / np.hypot(climb, far)
             )
         if not scatterers.has_random_phase:  # facets of one target share the waves, or they would decorrelate
-            phase = np.full_like(phase, self._mean_target_phase(phase, image, scatterers, sonar_end))
-        points = GlintPoints(scatterers.scatterer_id, scatterers.position, scatterers.normal, phase)
+            phase = np.full_like(phase, self._mean_target_phase(phase, image, scatterers, sonar_end, 0.0))
+            bed_phase = np.full_like(phase, self._mean_target_phase(bed_phase, image, scatterers, sonar_end, bed))
+            longer = np.full_like(phase, longer.mean())
+        points = GlintPoints(scatterers.scatterer_id, scatterers.position, scatterers.normal, phase, bed_phase, longer)
         key = random_keys.stream_key(self.seed, random_keys.GLINT)
-        heights = np.array(vertical_travel_to_bounces(family, depth, bed))
+        rough = self.rough_boundaries
+        heights = np.array(vertical_travel_to_bounces(family, depth, bed, rough))
+        on_bed = np.array([letter == "B" for letter in string if letter in rough])
         paths = CalmPaths(
             sonar_end.position, sonar_end.transmit_position, sonar_end.ping_time, image,
-            SurfaceBounces(string[0] == "S", len(string) % 2 == 1, heights), self.frequency,
+            SurfaceBounces(string[0] == "S", len(string) % 2 == 1, heights), on_bed, self.frequency,
             float(self.scene.water.sound_speed_at(depth)), float(self.scene.water.absorption(self.frequency)),
         )  # fmt: skip
         columns = GlintLegs(
             legs.delay[row], legs.length[row], legs.absorption[row], legs.departure[row], legs.arrival[row],
             legs.grazing[row], legs.status[row], legs.visibility[row],
         )  # fmt: skip
-        source = GlintSource(waves, self.axes, self.glint_lifetime, key, code)
+        waves = self.waves if self.bed is None else self.bed.waves
+        assert waves is not None  # legs touch no rough boundary otherwise
+        source = GlintSource(
+            waves if self.waves is None else self.waves, self.axes, self.glint_lifetime, key, code, waves,
+            self.bed_axes, self.cell_size,
+        )  # fmt: skip
         apply_glints_to_row(points, source, paths, columns, phasor[0, row], phasor[1, row])
 
 
-def glint_surface(scene: Scene, seed: int, frequency: float) -> GlintSurface:
-    """Moving surface of a scene with a wind.
+def glint_surface(scene: Scene, seed: int, frequency: float, *, follow_bed: bool = True) -> GlintSurface:
+    """Rough boundaries of a scene, of which those that are smooth or explicit are left out.
 
     Args:
-        scene: The scene, with a wind.
+        scene: The scene.
         seed: Seed of the scenario.
         frequency: Frequency of the sound [Hz].
+        follow_bed: False: bottom bounces are left as they are.
     """
-    wind = scene.surface.wind_speed
-    assert wind is not None  # guaranteed by the surface
-    shortest = shortest_wavenumber(frequency, float(scene.water.sound_speed_at(0.0)))
-    return GlintSurface(scene, seed, frequency, wind, wind_waves(wind, shortest))
+    wind, waves = scene.surface.wind_speed, None
+    if wind is not None and scene.surface.reflection == "statistical":
+        waves = wind_waves(wind, shortest_wavenumber(frequency, float(scene.water.sound_speed_at(0.0))))
+    speed = float(scene.water.sound_speed_at(scene.seabed.depth))
+    return GlintSurface(
+        scene, seed, frequency, waves, bed_roughness(scene.seabed, frequency, speed) if follow_bed else None
+    )
 
 
 def bounce_times(

@@ -1,4 +1,4 @@
-"""Legs off a moving surface, by the models of `Surface.reflection`."""
+"""Legs off a moving surface, by the models of `Surface.reflection`, and off a rough seabed."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,9 +14,10 @@ __all__ = ["SonarEnd", "apply_surface_reflection", "repeated_glint_weight"]
 
 
 def apply_surface_reflection(
-    legs: Legs, scene: Scene, seed: int, scatterers: Scatterers, frequency: float, sonar_end: SonarEnd
-) -> tuple[Legs, Legs]:
-    """Legs of one end of the sonar off a moving surface.
+    legs: Legs, scene: Scene, seed: int, scatterers: Scatterers, frequency: float, sonar_end: SonarEnd,
+    *, follow_bed: bool = True,
+) -> tuple[Legs, Legs]:  # fmt: skip
+    """Legs of one end of the sonar off a moving surface and a rough seabed.
 
     Args:
         legs: Legs off a flat surface, f families to n points.
@@ -25,16 +26,17 @@ def apply_surface_reflection(
         scatterers: Ends of the legs.
         frequency: Frequency of the sound [Hz].
         sonar_end: End of the sonar at which the legs begin, and its time.
+        follow_bed: False: bottom bounces are left as they are.
 
     Returns:
-        Transmit legs and receive legs: of the same families, of which those that bounce off the surface may have
-        further rows.
+        Transmit legs and receive legs: of the same families, of which those that bounce off a rough boundary may
+        have further rows.
     """
     if scene.surface.reflection == "tilted":
         return tilted_legs(legs, scene, scatterers, sonar_end)
     if scene.surface.reflection == "explicit":
         return explicit_surface_legs(legs, scene, seed, scatterers, frequency, sonar_end)
-    return glint_surface(scene, seed, frequency).legs(legs, scatterers, sonar_end)
+    return glint_surface(scene, seed, frequency, follow_bed=follow_bed).legs(legs, scatterers, sonar_end)
 
 
 def repeated_glint_weight(legs_out: Legs, legs_back: Legs, pair: NDArray[np.int64]) -> NDArray[np.float64]:

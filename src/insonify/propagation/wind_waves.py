@@ -75,9 +75,13 @@ def wind_waves(wind_speed: float, shortest: float, longest: float = 0.0) -> Wind
     columns = (k**2 * square, k**2 * (1 - square), omega**2, k * omega * ahead)
     moment = np.stack([_running(k, density * column) for column in columns])
     variance = _running(k, density)
+    return WindWaves(k, variance, omega, turn, moment, row_guide(variance))
+
+
+def row_guide(variance: Floats) -> NDArray[np.int32]:
+    """Guide to the rows of an increasing variance, see `WindWaves.row_guide`."""
     share = variance[-1] * (1 - (np.arange(GUIDES + 1) / GUIDES) ** 2)
-    guide = np.clip(np.searchsorted(variance, share, side="right") - 1, 0, LENGTHS - 2).astype(np.int32)
-    return WindWaves(k, variance, omega, turn, moment, guide)
+    return np.clip(np.searchsorted(variance, share, side="right") - 1, 0, len(variance) - 2).astype(np.int32)
 
 
 def shortest_wavenumber(frequency: float, sound_speed: float) -> float:

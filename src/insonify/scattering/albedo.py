@@ -24,13 +24,15 @@ MARGIN = 1.003
 """Safety factor on the albedo, for the interpolation between nodes [1]."""
 
 
-def albedo(law: ScatteringLaw, grazing_in: ArrayLike, *, points: int = 64) -> Floats:
+def albedo(law: ScatteringLaw, grazing_in: ArrayLike, *, points: int = 64, beyond: float = NEAREST_MIRROR) -> Floats:
     """Share of the incident energy that a patch scatters into the hemisphere above it.
 
     Args:
         law: Scattering law of the patch.
         grazing_in: Grazing angle of the incident sound, above 0 to pi/2 [rad], any shape.
         points: Number of quadrature points in each of two dimensions.
+        beyond: Least change of the horizontal direction cosines that counts: 0.3 leaves out a lobe about the specular
+            direction [1].
 
     Returns:
         Integral of the cross section over the hemisphere, over the sine of the grazing angle [1], shape of grazing_in.
@@ -40,17 +42,17 @@ def albedo(law: ScatteringLaw, grazing_in: ArrayLike, *, points: int = 64) -> Fl
         raise ValueError("grazing_in is 0; no sound reaches a patch along its own plane. Give angles above 0")
     if isinstance(points, bool) or not isinstance(points, int) or points < 2:
         raise ValueError(f"points is {points!r}; give a whole number, 2 or more, such as 64")
-    return np.array([_albedo_at(law, float(a), points) for a in angles.ravel()]).reshape(angles.shape)
+    return np.array([_albedo_at(law, float(a), points, beyond) for a in angles.ravel()]).reshape(angles.shape)
 
 
-def _albedo_at(law: ScatteringLaw, grazing: float, points: int) -> float:
+def _albedo_at(law: ScatteringLaw, grazing: float, points: int, beyond: float) -> float:
     # Polar coordinates around the specular direction, the radius in equal ratios: the peak there may be very narrow.
     nodes, weights = np.polynomial.legendre.leggauss(points)
     around, around_weight = 0.5 * np.pi * (nodes + 1)[:, None], np.pi * weights[:, None]  # twice: both sides
     cosine = np.cos(grazing)
     rim = -cosine * np.cos(around) + np.sqrt(1 - (cosine * np.sin(around)) ** 2)
-    span = np.log(np.maximum(rim, 2 * NEAREST_MIRROR) / NEAREST_MIRROR)
-    radius = NEAREST_MIRROR * np.exp(0.5 * span * (nodes + 1))
+    span = np.log(np.maximum(rim, max(2 * NEAREST_MIRROR, beyond)) / beyond)
+    radius = beyond * np.exp(0.5 * span * (nodes + 1))
     x, y = cosine + radius * np.cos(around), radius * np.sin(around)
     sine = np.sqrt(np.maximum(1 - x**2 - y**2, 1e-12))
     sigma = law.cross_section(np.asarray(grazing), np.arcsin(np.minimum(sine, 1)), np.arctan2(y, x))

@@ -14,7 +14,7 @@ ABSORPTION = "Francois & Garrison (1982), J. Acoust. Soc. Am. 72, 1879: absorpti
 LAMBERT = "Mackenzie (1961), J. Acoust. Soc. Am. 33, 1498: Lambert's law for the seabed"
 JACKSON = "Williams & Jackson (1998), J. Acoust. Soc. Am. 103, 169: scattering by a sediment's surface and inside"
 SEA = "Elfouhaily, Chapron, Katsaros & Vandemark (1997), J. Geophys. Res. 102, 15781: waves of a wind sea"
-ROUGH = "Eckart (1953), J. Acoust. Soc. Am. 25, 566: coherent reflection from a rough sea"
+ROUGH = "Eckart (1953), J. Acoust. Soc. Am. 25, 566: coherent reflection from a rough boundary"
 FOLDS = "Chester, Friedman & Ursell (1957), Proc. Camb. Phil. Soc. 53, 599: paths that merge on a curved surface"
 WINDY = "APL-UW TR 9407 (1994), section II: backscatter of a windy sea surface"
 FRACTAL = "APL-UW TR 9407 (1994), section IV: power-law relief of the seabed"
@@ -51,8 +51,10 @@ def citations(scenario: Scenario) -> list[str]:
         found.append(SUSPENDED)
     if isinstance(scenario.surface.scattering, AplSurfaceLaw):
         found.append(WINDY)
+    if scenario.surface.wind_speed is not None or scenario.seabed.bounce == "rough":
+        found.append(ROUGH)
     if scenario.surface.wind_speed is not None:
-        found += [ROUGH, SEA]
+        found.append(SEA)
     if scenario.surface.reflection == "explicit":
         found.append(FOLDS)
     if not isinstance(scenario.seabed.reflection, float):

@@ -1,6 +1,6 @@
 """The scene: water between seabed and surface, with targets in it."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from functools import lru_cache
 from typing import Self
 
@@ -37,6 +37,11 @@ class Scene(Model):
         self.__dict__["seabed"] = with_scour_pits(self.seabed, self.targets)  # frozen from here on
         raise_errors(scene_errors(self.seabed, self.targets))
         return self
+
+    def is_rough(self, families: Iterable[str]) -> bool:
+        """Return True if a boundary off which some families are reflected is neither flat nor smooth relief."""
+        letters = "S" * (self.surface.reflection != "flat") + "B" * (self.seabed.bounce != "smooth")
+        return any(letter in name for name in families for letter in letters)
 
     @property
     def boxes(self) -> tuple[Box, ...]:

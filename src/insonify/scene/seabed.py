@@ -1,7 +1,7 @@
 """The seabed: where it lies, how it scatters and how it mirrors sound."""
 
 from functools import lru_cache
-from typing import Annotated, Self
+from typing import Annotated, Literal, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -56,6 +56,9 @@ class Seabed(Model):
     """Variation of the scattering strength about its mean, from place to place; None: none."""
     reflection: Reflection = "medium sand"
     """Pressure reflection coefficient [1], or the sediment whose Rayleigh coefficient is used."""
+    bounce: Literal["smooth", "rough"] = "smooth"
+    """Model of bottom bounces: a smooth mirror, or over relief one of which roughness leaves the coherent part; or the
+    roughness of the sediment under `scattering`, by a coherent part and glints that carry what it scatters forward."""
 
     scatterer_grid: ScattererGrid = ScattererGrid()
     """Frame of the drawn scatterers, of the seabed and of the surface alike."""
@@ -87,6 +90,15 @@ class Seabed(Model):
                 warn_of_overlap(self.grid.cell, kind.outer_scale)
         return self
 
+    @model_validator(mode="after")
+    def _check_bounce(self) -> Self:
+        if self.bounce == "rough" and not isinstance(self.scattering, SedimentLaw):
+            raise field_error(
+                "bounce", "rough", "needs the roughness of a sediment, and the scattering law names none. Write "
+                "scattering: {law: jackson, sediment: medium sand}, or bounce: smooth.",
+            )  # fmt: skip
+        return self
+
     def completed(self, seed: int, frequency: float, sound_speed: float) -> Self:
         """The same seabed with nothing about its relief and its texture left open.
 
@@ -95,7 +107,9 @@ class Seabed(Model):
             frequency: Of the sonar [Hz].
             sound_speed: Of the water [m/s].
         """
-        if not (self.relief or self.texture) or (self.cutoff_wavelength is not None and self.seed is not None):
+        if not (self.relief or self.texture or self.bounce == "rough") or (
+            self.cutoff_wavelength is not None and self.seed is not None
+        ):
             return self
         split = (
             RoughnessCutoff() if self.cutoff_wavelength is None else RoughnessCutoff(wavelength=self.cutoff_wavelength)

@@ -1,0 +1,147 @@
+"""Roughness of the seabed that a bottom bounce finds: static waves of the sediment's spectrum, and of its relief.
+
+Waves below the relief cutoff belong to the sediment; longer ones, of which a Fresnel zone holds several, to the relief.
+Those longer than three wavelengths of the sound deflect it by small angles: they make glints. Shorter ones scatter it
+into all directions, which the sediment's scattering law describes: a bounce loses that energy.
+"""
+
+import math
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.propagation.families import bounce_sequence
+from insonify.propagation.local_planes import flat_bounces, fresnel_zone
+from insonify.propagation.wind_waves import LENGTHS, SLOPE_CUT, TURNS, WindWaves, row_guide
+from insonify.scattering.albedo import albedo
+from insonify.scattering.reflection import reflection_coefficient_at_sine
+from insonify.scattering.roughness import band_variance
+from insonify.scattering.sediments import Sediment
+from insonify.scattering.small_slope import UncappedSmallSlope
+from insonify.scene.seabed import Seabed
+from insonify.scene.seabed_law import SedimentLaw, sediment
+from insonify.scene.seabed_terrain import SeabedTerrain
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class BedRoughness:
+    """Roughness of one seabed for sound of one frequency."""
+
+    wavelength: float
+    """Wavelength of the sound [m]."""
+    depth: float
+    """Depth of the mean plane [m]."""
+    waves: WindWaves
+    """Waves that make glints, without motion, the same in all directions."""
+    scattered_variance: float
+    """Variance of the height of the shorter waves, which take energy from the coherent leg alone [m^2]."""
+    scattered_share: Floats
+    """Share of the reflected energy that the law scatters by the shorter waves [1], shape (`SINES`,)."""
+    grows_with_zone: bool
+    """True over relief, whose resolved waves count only where they are shorter than the Fresnel zone."""
+
+    def mean_quanta(self, phase: Floats, sine: Floats, long_variance: Floats) -> tuple[Floats, Floats]:
+        """Mean number of quanta of the glints of one bounce [1], and the share of the energy that the law takes [1].
+
+        The coherent leg keeps exp(-4 Gamma^2) of the reflected energy, Gamma by all waves up to that of the sound; the
+        law takes its share, at most the rest; and glints carry what is left: exp(-quanta) of the sum of both is
+        coherent.
+
+        Args:
+            phase: Phase per height, 2 k sin(grazing) [rad/m], shape (n,).
+            sine: Sine of the grazing angle at the seabed [1], shape (n,).
+            long_variance: Variance of the waves longer than the Fresnel zone [m^2], shape (n,).
+        """
+        quanta = phase**2 * (self.waves.variance[-1] - long_variance + self.scattered_variance)
+        share = np.interp(sine, np.linspace(0, 1, SINES), self.scattered_share)
+        share = np.minimum(share, -np.expm1(-quanta))
+        return np.maximum(quanta + np.log1p(-share), 0.0), share
+
+    def longer_waves(self, family: str, source_depth: float, length: Floats, sine: Floats) -> tuple[Floats, Floats]:
+        """Variance of height [m^2] and of slope along one axis [1] of waves longer than the Fresnel zone, shape (n,).
+
+        Args:
+            family: Name of a family with a bottom bounce, of which the first counts.
+            source_depth: Depth of the end at which the legs begin [m].
+            length: Length of the legs [m], shape (n,).
+            sine: Sine of their grazing angle at the seabed [1], shape (n,).
+        """
+        if not self.grows_with_zone:
+            return np.zeros(len(sine)), np.zeros(len(sine))
+        paths = flat_bounces(family, source_depth, length, sine, self.depth)
+        along, across = fresnel_zone(paths, bounce_sequence(family).index("B"), self.wavelength)
+        zone = np.log(math.pi / np.maximum(np.sqrt(along * across), 1e-6))
+        known = np.log(self.waves.wavenumber)
+        height, slope = (np.interp(zone, known, one) for one in (self.waves.variance, self.waves.slope_moments[0]))
+        return height, slope
+
+
+def bed_roughness(seabed: Seabed, frequency: float, sound_speed: float) -> BedRoughness | None:
+    """Roughness of a seabed at its bounces; None for a smooth one.
+
+    Args:
+        seabed: The seabed.
+        frequency: Frequency of the sound [Hz].
+        sound_speed: Sound speed in the water above it [m/s].
+    """
+    if seabed.bounce == "smooth":
+        return None
+    assert isinstance(seabed.scattering, SedimentLaw)  # guaranteed by the seabed
+    assert seabed.cutoff_wavelength is not None  # completed
+    made_of, cutoff = sediment(seabed.scattering.sediment), 2 * math.pi / seabed.cutoff_wavelength
+    terrain, scatters = seabed.terrain, seabed.scattering.law != "sediment-volume"
+    if terrain is not None and (terrain.span[0] == terrain.span[1] or not terrain.relief.is_waves):
+        terrain = None
+    return _roughness(made_of, cutoff, sound_speed / frequency, seabed.depth, terrain, scatters=scatters)
+
+
+@lru_cache(maxsize=8)
+def _roughness(
+    made_of: Sediment, cutoff: float, wavelength: float, depth: float, terrain: SeabedTerrain | None, *, scatters: bool
+) -> BedRoughness:
+    """`bed_roughness` of a sediment below a cutoff [rad/m], and of relief above it."""
+    wavenumber = 2 * math.pi / wavelength
+    finest = min(max(wavenumber / SLOPE_CUT, 1.01 * cutoff), wavenumber)
+    low = cutoff if terrain is None else min(LONGEST, 0.5 * cutoff)
+    k = np.geomspace(low, max(finest, 1.01 * low), LENGTHS)
+    variance = np.asarray(band_variance(made_of, cutoff, np.maximum(k, cutoff)))
+    if terrain is not None:
+        resolved = np.minimum(k, cutoff)
+        variance = variance + terrain.relief.band_variance(np.array(low), cutoff)
+        variance -= terrain.relief.band_variance(resolved, cutoff)
+    rest = float(band_variance(made_of, max(finest, cutoff), max(wavenumber, finest, cutoff)))
+    share = _scattered_share(made_of, wavelength, finest / wavenumber) if scatters else np.zeros(SINES)
+    return BedRoughness(wavelength, depth, static_waves(k, variance), rest, share, terrain is not None)
+
+
+def _scattered_share(made_of: Sediment, wavelength: float, finest: float) -> Floats:
+    """Share of the reflected energy that a sediment's surface scatters by waves beyond one of so many k [1]."""
+    sine = np.linspace(0, 1, SINES)
+    sine[0] = 0.1 * sine[1]
+    law = UncappedSmallSlope(made_of, 1.0, wavelength)
+    scattered = albedo(law, np.arcsin(sine), points=40, beyond=finest)
+    reflected = np.abs(reflection_coefficient_at_sine(made_of, sine)) ** 2
+    return np.minimum(scattered / np.maximum(reflected, 1e-12), 1.0)
+
+
+SINES = 65
+"""Sines of the grazing angle, evenly spaced from 0 to 1, at which the law's share is computed."""
+LONGEST = 2 * math.pi / 1000.0
+"""Wavenumber of the longest waves of the relief that count [rad/m]."""
+
+
+def static_waves(wavenumber: Floats, variance: Floats) -> WindWaves:
+    """Tables of isotropic waves that stand still.
+
+    Args:
+        wavenumber: Increasing wavenumbers in equal ratios [rad/m], shape (m,).
+        variance: Variance of the height below each [m^2], shape (m,).
+    """
+    per_axis = np.diff(variance) * wavenumber[1:] * wavenumber[:-1] / 2
+    slope, none = np.concatenate(([0.0], np.cumsum(per_axis))), np.zeros_like(variance)
+    turn = np.tile(np.linspace(-math.pi, math.pi, TURNS), (2, 1))
+    return WindWaves(wavenumber, variance, none, turn, np.stack([slope, slope, none, none]), row_guide(variance))

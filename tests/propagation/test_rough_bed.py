@@ -1,0 +1,193 @@
+"""Bottom bounces off a rough seabed: how much stays coherent, what glints carry, and what the scattering law takes."""
+
+import numpy as np
+import pytest
+from pydantic import ValidationError
+from scipy.optimize import brentq
+from scipy.special import j0
+
+from insonify.propagation.families import image_depth
+from insonify.propagation.glints import SonarEnd, glint_surface
+from insonify.propagation.image_sources import StraightRays
+from insonify.scattering import SmallSlope
+from insonify.scattering.lambert import Lambert
+from insonify.scattering.reflection import reflection_coefficient
+from insonify.scattering.roughness import band_variance
+from insonify.scattering.sediments import Sediment
+from insonify.scene.scatterers import Scatterers
+from insonify.scene.scene import Scene
+from insonify.simulator import levels, simulate
+from oracles.forward_scatter import energies
+from oracles.listening import relative_rms
+from oracles.scenes import nominal
+
+C, LOW, PLACE = 1500.0, 2 * np.pi / 0.5, np.array([0.0, 0.0, 11.0])
+RELIEF = {"kind": "power-law", "hurst": 0.8, "rms": "5 cm", "outer_scale": "10 m"}
+pytestmark = pytest.mark.filterwarnings("ignore::insonify.validity.PhysicsWarning")  # 300 kHz and calm are meant
+
+
+def bed(sediment="very fine sand", **more):
+    """A rough seabed of a sediment that reflects as that sediment does."""
+    return {"depth": 20.0, "bounce": "rough", "scattering": {"law": "jackson", "sediment": sediment},
+            "reflection": sediment, **more}  # fmt: skip
+
+
+def reflected(scene, family, frequency, *, east=60.0, depth=15.0, count=1, place=PLACE, time=0.0, seed=7):
+    """Legs of one family off mirrors, and off the rough boundaries on the way out and back, to points in the water."""
+    points = Scatterers(
+        "points", "target", Lambert(), np.tile([0.0, east, depth], (count, 1)), np.zeros((count, 3)),
+        np.ones(count), np.ones(count, complex), np.arange(count, dtype=np.uint64) + np.uint64(1 << 60),
+    )  # fmt: skip
+    legs = StraightRays(scene).legs(place, points, (family,), frequency)
+    return legs, *glint_surface(scene, seed, frequency).legs(legs, points, SonarEnd(place, time))
+
+
+def scattered_widely(sediment, frequency, grazing):
+    """Energy that the law's surface scatters where the horizontal wavenumber changes by k/3 and more [1]: by steps."""
+    sine, azimuth = np.meshgrid((np.arange(300) + 0.5) / 300, (np.arange(400) + 0.5) * np.pi / 200)
+    out = np.arcsin(sine)
+    change = np.hypot(np.cos(out) * np.cos(azimuth) - np.cos(grazing), np.cos(out) * np.sin(azimuth))
+    section = SmallSlope(sediment, frequency, sound_speed=C).cross_section(np.full_like(out, grazing), out, azimuth)
+    return np.sum(section * (change > 1 / 3)) * np.pi / 200 / 300 / np.sin(grazing)
+
+
+@pytest.mark.parametrize("gamma", [0.3, 1.0, 3.0])
+def test_energy_beyond_a_rough_bed_is_that_of_kirchhoff_s_integral(gamma):
+    """Coherent part to 1e-3, glints to the lobe and the whole with what the law takes to 0.3 dB; 53 deg grazing."""
+    sediment, height = Sediment.named("very fine sand"), 4.0
+    k = brentq(lambda k: k * 0.8 * band_variance(sediment, LOW, k) ** 0.5 - gamma, 30, 8000)
+    frequency = k * C / (2 * np.pi)
+    coherent, lobe, wide = energies(height, 6.0, k, sediment, LOW, beyond=1 / 3)
+    scene = Scene(water={"sound_speed": C}, seabed=bed(reflection=1.0))
+    _, out, _ = reflected(scene, "B", frequency, east=6.0, depth=16.0, place=np.array([0.0, 0.0, 16.0]))
+    power = np.abs(out.reflection_coefficient[:, 0]) ** 2
+    kept = np.array(out.glints.bounce_id) < 0
+    assert power[kept].sum() == pytest.approx(coherent, abs=1e-3)
+    assert 10 * np.log10(power[~kept].sum() / lobe) == pytest.approx(0.0, abs=0.3)
+    assert -10 * np.log10(coherent + lobe + wide) == pytest.approx(0.0, abs=0.3)
+
+
+@pytest.mark.parametrize("sediment", ["coarse sand", "medium sand", "coarse silt"])
+@pytest.mark.parametrize("frequency", [30e3, 100e3, 300e3])
+def test_reflected_scattered_and_transmitted_energies_add_up_to_all(sediment, frequency):
+    """Legs by B, the law's integral by other steps, and what enters the seabed: 1 within 2 % at 10, 25 and 50 deg."""
+    scene = Scene(water={"sound_speed": C}, seabed=bed(sediment))
+    for grazing in np.radians([10.0, 25.0, 50.0]):
+        _, out, _ = reflected(scene, "B", frequency, east=(40 - 26) / np.tan(grazing))
+        made_of = Sediment.named(sediment)
+        law = scattered_widely(made_of, frequency, grazing)
+        entered = 1 - np.abs(reflection_coefficient(made_of, np.array(grazing))) ** 2
+        assert np.sum(np.abs(out.reflection_coefficient) ** 2) + law + entered == pytest.approx(1.0, abs=0.02)
+
+
+@pytest.mark.parametrize("wind", [None, 1.0])
+@pytest.mark.parametrize("family", ["BS", "SB", "BSB"])
+def test_every_bottom_bounce_has_eckart_s_factor_and_loses_the_law_s_share(family, wind):
+    """Coherent pressure exp(-2 Gamma^2) of each bounce, and the energies of families the product of their bounces'."""
+    surface = {} if wind is None else {"reflection": "statistical", "wind_speed": wind}
+    rough = Scene(water={"sound_speed": C}, seabed=bed(), surface=surface)
+    smooth = Scene(water={"sound_speed": C}, seabed=bed(bounce="smooth"), surface=surface)
+    (mirror, one, _), (_, other, _) = (reflected(scene, family, 50e3) for scene in (rough, smooth))
+    if wind is None:
+        other = mirror
+    climb = abs(15.0 - image_depth(family, 11.0, 20.0))
+    sine, k, bounces = climb / np.hypot(climb, 60.0), 2 * np.pi * 50e3 / C, family.count("B")
+    quanta = (2 * k * sine) ** 2 * band_variance(Sediment.named("very fine sand"), LOW, k)
+    assert np.abs(one.amplitude[0, 0] / other.amplitude[0, 0]) == pytest.approx(np.exp(-bounces * quanta / 2), rel=2e-3)
+    share = glint_surface(rough, 7, 50e3).bed.mean_quanta(2 * k * sine, np.array([sine]), np.zeros(1))[1]
+    power = [np.sum(np.abs(legs.reflection_coefficient) ** 2) for legs in (one, other)]
+    assert power[0] == pytest.approx(power[1] * float((1 - share[0]) ** bounces), rel=1e-9)
+
+
+def test_a_glint_belongs_to_its_place_on_the_seabed():
+    """At another time, and by the same path back, it is the same; a sonar moved by 1 cm finds it again."""
+    scene = Scene(water={"sound_speed": C}, seabed=bed())
+    _, now, back = reflected(scene, "B", 100e3, count=500)
+    _, later, _ = reflected(scene, "B", 100e3, count=500, time=100.0)
+    _, near, _ = reflected(scene, "B", 100e3, count=500, place=PLACE + np.array([0, 0.01, 0]))
+    for legs in (back, later):
+        np.testing.assert_array_equal(now.glints.phasor, legs.glints.phasor)
+    same = np.linalg.norm(near.departure[-1] - now.departure[-1], axis=1) < 0.01
+    assert np.mean(same) > 0.9
+
+
+@pytest.mark.parametrize("step", [0.003, 0.01, 0.03])
+@pytest.mark.parametrize("sideways", [False, True])
+def test_glints_decorrelate_as_the_heights_under_the_bounce_do(step, sideways):
+    """Coherence over a bounce moved by a step: exp(-4 Gamma^2 (1 - rho)), rho of the band; 20 000 glints (0.007).
+
+    The sonar 9 m above the seabed, the point 5 m: the bounce moves by 5/14 of the sonar's step.
+    """
+    scene, k, east = Scene(water={"sound_speed": C}, seabed=bed()), 2 * np.pi * 100e3 / C, 14.0
+    moved = np.array([step, 0.0, 0.0]) if sideways else np.array([0.0, step, 0.0])
+    here, one, _ = reflected(scene, "B", 100e3, east=east, count=20_000)
+    there, other, _ = reflected(scene, "B", 100e3, east=east, count=20_000, place=PLACE + moved * 14 / 5)
+    row = len(one.families) - 1
+    glint = [legs.glints.phasor[row] * np.exp(-2j * np.pi * 100e3 * (legs.delay[row] - mirror.delay[0]))
+             for legs, mirror in ((one, here), (other, there))]  # fmt: skip
+    waves, sediment = np.geomspace(LOW, k / 3, 4000), Sediment.named("very fine sand")
+    density = 2 * np.pi * sediment.spectral_strength * waves ** (1 - sediment.spectral_exponent)
+    phase = 2 * k * np.sin(np.arctan2(14.0, east))
+    quanta = phase**2 * np.trapezoid(density, waves)
+    rho = np.trapezoid(density * j0(waves * step), waves) / np.trapezoid(density, waves)
+    found = np.exp(-quanta) - np.expm1(-quanta) * np.mean(glint[1] * glint[0].conj())
+    assert abs(found - np.exp(-quanta * (1 - rho))) < 0.04
+
+
+def test_one_bounce_of_a_glint_off_both_boundaries_is_incoherent_at_least():
+    """Off a nearly flat sea and a rough seabed it is the seabed's: it stands still."""
+    surface = {"reflection": "statistical", "wind_speed": 0.05}
+    scene = Scene(water={"sound_speed": C}, seabed=bed("medium sand"), surface=surface)
+    (_, now, _), (_, later, _) = (reflected(scene, "SB", 100e3, count=300, time=at) for at in (0.0, 7.0))
+    row = len(now.families) - 1
+    assert np.mean(np.abs(now.glints.phasor[row] - later.glints.phasor[row]) < 0.3) > 0.95
+
+
+def test_relief_scatters_forward_what_its_roughness_takes():
+    """5 cm rms over medium sand at 100 kHz: D-BS echoes, of which a smooth bounce leaves nothing, are there again.
+
+    Without the law's share they are those over a flat rough seabed within 1.5 dB: slopes of the relief are in both.
+    """
+
+    def heard(**changes):
+        scenario = nominal(
+            field="incoherent", line={"length": 0.02}, track={"window": (0.1, 0.104)},
+            seabed={**bed("medium sand"), "seed": 1, **changes},
+            paths={"max_reflections": 2, "contributions": ["seabed"], "families": ["D", "BS"]},
+        )  # fmt: skip
+        found = levels(scenario).level_db.sel(contribution="seabed", pair="D-BS").values
+        return np.mean(10 ** (found / 10))
+
+    flat = heard()
+    assert heard(relief=RELIEF, bounce="smooth") < 1e-5 * flat
+    assert 10 * np.log10(heard(relief=RELIEF) / flat) == pytest.approx(0.0, abs=1.5)
+
+
+@pytest.mark.parametrize("relief", [(), RELIEF])
+def test_boundary_echoes_keep_their_coherent_part_alone(relief):
+    """What roughness takes from them is in the scattering law: a rough bounce records what a smooth one does."""
+    sounds = [
+        simulate(
+            nominal(
+                seabed={**bed("medium sand"), "relief": relief, "seed": 1, "bounce": bounce},
+                sonar={"pulse": {"kind": "cw", "frequency": 20e3, "duration": "0.2 ms"}},
+                track={"window": (0.0, 0.06)}, paths={"max_reflections": 3, "contributions": ["boundary echo"]},
+            )
+        )["pressure"].values
+        for bounce in ("smooth", "rough")
+    ]  # fmt: skip
+    assert relative_rms(sounds[1], sounds[0]) < 0.02
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"seabed": {"bounce": "rough"}}, "needs the roughness of a sediment"),
+        ({"seabed": bed(), "paths": {"engine": "tracer"}, "field": "incoherent"}, "seabed is a mirror"),
+        ({"seabed": bed(), "surface": {"reflection": "explicit", "wind_speed": 3.0}}, "explicit or a tilted surface"),
+    ],
+)
+def test_settings_without_a_rough_bounce_are_refused(changes, message):
+    """A law without a sediment, the tracer, and a surface whose bounce points are searched: one line each."""
+    with pytest.raises(ValidationError, match=message):
+        nominal(**changes)
