@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from insonify.kernel_cache import delete_stale_kernels
 
 if TYPE_CHECKING:
+    from insonify.formats.instruments.open_instrument import open_instrument as open_instrument
     from insonify.formats.netcdf_file import read_netcdf as read_netcdf
     from insonify.formats.netcdf_file import write_netcdf as write_netcdf
     from insonify.formats.zarr_store import open_recording as open_recording
@@ -32,6 +33,7 @@ _HOMES = {
     "record": "insonify.simulator",
     "PathSettings": "insonify.propagation.path_settings",
     "open_recording": "insonify.formats.zarr_store",
+    "open_instrument": "insonify.formats.instruments.open_instrument",
     "read_netcdf": "insonify.formats.netcdf_file",
     "write_netcdf": "insonify.formats.netcdf_file",
 }
@@ -41,8 +43,8 @@ _PACKAGES = (
 )  # fmt: skip
 
 __all__ = [
-    "PathSettings", "Scenario", "arrivals", "labels", "levels", "load_scenario", "open_recording", "read_netcdf",
-    "record", "simulate", "write_netcdf",
+    "PathSettings", "Scenario", "arrivals", "labels", "levels", "load_scenario", "open_instrument", "open_recording",
+    "read_netcdf", "record", "simulate", "write_netcdf",
 ]  # fmt: skip
 
 

@@ -134,7 +134,7 @@ def test_a_failed_run_is_told_apart_from_a_wrong_input(
     assert capsys.readouterr().err.startswith("the run failed: OSError: the disk is full")
 
 
-@pytest.mark.parametrize("command", ["new", "check", "run", "show", "explain", "paper"])
+@pytest.mark.parametrize("command", ["new", "check", "run", "show", "explain", "info", "paper"])
 def test_every_command_shows_an_example(capsys: pytest.CaptureFixture[str], command: str) -> None:
     """--help of each command has a line to copy."""
     assert main([command, "--help"]) == 0
@@ -144,7 +144,7 @@ def test_every_command_shows_an_example(capsys: pytest.CaptureFixture[str], comm
 def test_help_names_its_words_alike(capsys: pytest.CaptureFixture[str]) -> None:
     """Places and numbers in capitals, ranges of pings by example, no names of types; the first page has an example."""
     said = {}
-    for command in ("new", "check", "run", "show", "explain", "paper"):
+    for command in ("new", "check", "run", "show", "explain", "info", "paper"):
         assert main([command, "--help"]) == 0
         said[command] = capsys.readouterr().out
         for strange in ("list[int]", "<int range>", "{file}", "{name}"):

@@ -23,10 +23,6 @@ def file_summary(file: InstrumentFile) -> dict[str, Any]:
     about, index = file.instrument, file.datagrams
     times = index.time[np.isfinite(index.time) & (index.time > 0)]
     groups = [_group(name, count, file.read(name, _some(count))) for name, count in file.groups.items()]
-    largest = max(file.groups.values(), default=0)
-    soundings = file.soundings(_some(largest)) if largest else None
-    if soundings is not None:
-        groups.append(_group("soundings", largest, soundings))
     return {
         "file": str(file.path), "format": file.format, "bytes": file.path.stat().st_size,
         "maker": about.maker, "model": about.model, "serial": about.serial,

@@ -25,6 +25,7 @@ MAX_VALUES = 1 << 28
 MAX_OMISSIONS = 1000
 """Most omissions that are listed one by one."""
 _WINDOWS = 1 << 8, 1 << 20  # bytes searched at once for the next datagram, at first and at most
+_MOST_BACK, _MOST_AHEAD = 10.0, 86400.0  # seconds between datagrams of one kind
 
 Parsed = TypeVar("Parsed")
 
@@ -104,7 +105,7 @@ class InstrumentFile(ABC):
         self._file = self.path.open("rb")
         self._size = os.fstat(self._file.fileno()).st_size
         self._omitted: dict[int, Omission] = {}
-        self._not_listed = 0
+        self._not_listed: set[int] = set()
         try:
             rows = list(self._index())
         except BaseException:
@@ -140,7 +141,7 @@ class InstrumentFile(ABC):
     @property
     @abstractmethod
     def groups(self) -> Mapping[str, int]:
-        """Number of pings of each group of data, such as "water column", "port" or "38 kHz"."""
+        """Number of pings of each group of data, such as "soundings", "water column", "port" or "38 kHz"."""
 
     @abstractmethod
     def read(self, group: str, pings: slice = slice(None)) -> xr.Dataset:
@@ -174,25 +175,26 @@ class InstrumentFile(ABC):
         return ()
 
     def soundings(self, pings: slice = slice(None)) -> xr.Dataset | None:
-        """Detections of the seabed over (ping, beam), None where the file has none."""
-        return None
+        """Detections of the seabed over (ping, beam): the group "soundings", None where the file has none."""
+        return self.read("soundings", pings) if "soundings" in self.groups else None
 
     @property
     def omissions(self) -> tuple[Omission, ...]:
         """Parts left out so far, by offset: on opening by their headers, on reading by their content."""
         listed = tuple(self._omitted[offset] for offset in sorted(self._omitted))
-        more = f"and {self._not_listed} more"
+        more = f"and {len(self._not_listed)} more"
         return (*listed, Omission(self._size, more)) if self._not_listed else listed
 
     @cached_property
     def clock_jumps(self) -> tuple[Omission, ...]:
-        """Datagrams whose clock is more than a second behind the previous one of its kind."""
+        """Datagrams whose clock is far from that of the previous one of their kind: a buffer reorders by seconds."""
         jumps = []
         for kind in np.unique(self.datagrams.kind):
             rows = self.datagrams.rows(str(kind))
             step = np.diff(self.datagrams.time[rows])
-            for row in np.flatnonzero(step < -1.0)[:MAX_OMISSIONS]:
-                why = f"{kind}: the clock goes back by {-step[row]:.3f} s"
+            for row in np.flatnonzero((step < -_MOST_BACK) | (step > _MOST_AHEAD))[:MAX_OMISSIONS]:
+                way = "back" if step[row] < 0 else "ahead"
+                why = f"{kind}: the clock jumps {way} by {abs(step[row]):.3f} s"
                 jumps.append(Omission(int(self.datagrams.offset[rows[row + 1]]), why))
         return tuple(sorted(jumps, key=lambda jump: jump.offset))
 
@@ -201,8 +203,6 @@ class InstrumentFile(ABC):
         for group, count in self.groups.items():
             for ping in range(count):
                 self.read(group, slice(ping, ping + 1))
-        for ping in range(max(self.groups.values(), default=0)):
-            self.soundings(slice(ping, ping + 1))
         self.settings(), self.navigation(), self.attitude(), self.sound_speed_profiles()
         return self.omissions
 
@@ -250,6 +250,31 @@ class InstrumentFile(ABC):
             offset += max(len(content) - 64, 1) if offset + len(content) < self._size else len(content)
         return self._size
 
+    def _scan(
+        self, offset: int, header: Callable[[int], tuple[int, str, float]], mark: "re.Pattern[bytes]", lead: int = 0
+    ) -> Iterator[tuple[int, int, str, float]]:
+        """Offset, size, kind and time of the datagrams that follow one another; a damaged stretch is omitted as one.
+
+        Args:
+            offset: First byte of the first datagram.
+            header: Size, kind and time of the datagram at an offset; it refuses one that is not sound.
+            mark: Bytes by which the next datagram is found behind a damaged one.
+            lead: Bytes of a datagram in front of the mark.
+        """
+        sound = True
+        while offset < self._size:
+            try:
+                size, kind, seconds = header(offset)
+            except DatagramError as fault:
+                if sound:
+                    self._omit(offset, str(fault))
+                sound, offset = False, self._find(mark, offset + lead + 1) - lead
+                if offset + lead >= self._size:
+                    return
+                continue
+            yield offset, size, kind, seconds
+            sound, offset = True, offset + size
+
     def _omit(self, offset: int, reason: str) -> None:
         """List a part of the file as left out; a part is listed once."""
         if offset in self._omitted:
@@ -257,7 +282,7 @@ class InstrumentFile(ABC):
         if len(self._omitted) < MAX_OMISSIONS:
             self._omitted[offset] = Omission(int(offset), reason)
         else:
-            self._not_listed += 1
+            self._not_listed.add(offset)
 
     def _omit_unknown(self) -> None:
         """List the first datagram of each kind that the format does not have."""

@@ -198,7 +198,7 @@ class KmallFile(InstrumentFile):
         "#SPE": "position error", "#CPO": "position, compatible", "#CHE": "heave, compatible",
         "#FCF": "calibration file", "#MRZ+": "continued soundings", "#MWC+": "continued water column",
     }  # fmt: skip
-    _of_group: ClassVar[Mapping[str, str]] = {"seabed image": "#MRZ", "water column": "#MWC"}
+    _of_group: ClassVar[Mapping[str, str]] = {"soundings": "#MRZ", "seabed image": "#MRZ", "water column": "#MWC"}
 
     @staticmethod
     def matches(head: bytes) -> bool:
@@ -206,28 +206,28 @@ class KmallFile(InstrumentFile):
         return _KIND.fullmatch(head[4:8]) is not None
 
     def _index(self) -> Iterator[tuple[int, int, str, float]]:
-        offset, least = 0, _BODY
-        while offset < self._size:
-            try:
-                head = self._bytes(offset, least)
-                header = records(head, layouts.HEADER, 0)[0]
-                if not _KIND.fullmatch(header["kind"]):
-                    raise DatagramError("no datagram begins here")
-                size = int(header["size"])
-                if size < least + 4:
-                    raise DatagramError(f"a length of {size} bytes is stated")
-                if int.from_bytes(self._bytes(offset + size - 4, 4), "little") != size:
-                    raise DatagramError(f"its length, {size}, is not repeated at its end")
-            except DatagramError as fault:
-                self._omit(offset, str(fault))
-                # The name of a kind stands four bytes after the first byte of its datagram.
-                offset = max(self._find(_KIND, offset + 5) - 4, offset + 1) if offset + 5 < self._size else self._size
-                continue
-            kind = header["kind"].decode()
-            if kind[1] == "M" and int(records(head, layouts.PARTITION, layouts.HEADER.itemsize)["number"][0]) > 1:
-                kind += _CONTINUED
-            yield offset, size, kind, float(header["seconds"]) + float(header["nanoseconds"]) * 1e-9
-            offset += size
+        self._awaited: tuple[str, int] | None = None
+        return self._scan(0, self._header, _KIND, lead=4)
+
+    def _header(self, offset: int) -> tuple[int, str, float]:
+        """Size, kind and time of the datagram at an offset."""
+        head = self._bytes(offset, _BODY)
+        header, parts = (
+            records(head, layouts.HEADER, 0)[0],
+            records(head, layouts.PARTITION, layouts.HEADER.itemsize)[0],
+        )
+        if not _KIND.fullmatch(header["kind"]):
+            raise DatagramError("no datagram begins here")
+        size, kind = int(header["size"]), header["kind"].decode()
+        if size < _BODY + 4:
+            raise DatagramError(f"{kind}: a length of {size} bytes is stated")
+        if int.from_bytes(self._bytes(offset + size - 4, 4), "little") != size:
+            raise DatagramError(f"{kind}: its length, {size}, is not repeated at its end")
+        count, part = (int(parts["count"]), int(parts["number"])) if kind[1] == "M" else (1, 1)
+        if part > 1 and self._awaited != (kind, part):
+            raise DatagramError(f"{kind}: part {part} of {count} without the part before it")
+        self._awaited = (kind, part + 1) if part < count else None
+        return size, kind + _CONTINUED * (part > 1), float(header["seconds"]) + float(header["nanoseconds"]) * 1e-9
 
     @cached_property
     def instrument(self) -> Instrument:
@@ -243,29 +243,21 @@ class KmallFile(InstrumentFile):
         return {group: count for group, count in counts.items() if count}
 
     def read(self, group: str, pings: slice = slice(None)) -> xr.Dataset:
-        """Read pings of "seabed image" or "water column"; levels [dB] over (ping, beam, sample)."""
+        """Read pings; levels [dB] over (ping, beam, sample), soundings over (ping, beam) with extra ones at the end."""
         self._require_group(group)
         if group == "water column":
             return self._water_column(pings)
         numbers, swaths = self._multibeam("#MRZ", pings, _swath)
-        images = [_image(swath) for swath in swaths]
         found = _swath_settings(swaths)
-        found |= variables([swath.soundings for swath in swaths], _IMAGE_BEAM, ("ping", "beam"))
-        found["level"] = variable(
-            ("ping", "beam", "sample"), self._padded(images), "dB", "level of the seabed image as recorded"
-        )
+        columns, beams = _SOUNDING if group == "soundings" else _IMAGE_BEAM, ("ping", "beam")
+        found |= variables([swath.soundings for swath in swaths], columns, beams)
+        if group == "soundings":
+            below = found["down"] - found["water_level"]
+            found["depth"] = variable(beams, below.values, "m", "depth below the water line")
+        else:
+            levels = self._padded([_image(swath) for swath in swaths])
+            found["level"] = variable((*beams, "sample"), levels, "dB", "level of the seabed image as recorded")
         return ping_dataset(group, numbers, self._times("#MRZ", numbers), found)
-
-    def soundings(self, pings: slice = slice(None)) -> xr.Dataset | None:
-        """Detections of the seabed, extra ones after them, with the settings of each ping; None without #MRZ."""
-        if "seabed image" not in self.groups:
-            return None
-        numbers, swaths = self._multibeam("#MRZ", pings, _swath)
-        found = _swath_settings(swaths)
-        found |= variables([swath.soundings for swath in swaths], _SOUNDING, ("ping", "beam"))
-        below = found["down"] - found["water_level"]
-        found["depth"] = variable(("ping", "beam"), below.values, "m", "depth below the water line")
-        return ping_dataset("soundings", numbers, self._times("#MRZ", numbers), found)
 
     def settings(self) -> tuple[Setting, ...]:
         """Installation and runtime parameters, each where it first has its value."""

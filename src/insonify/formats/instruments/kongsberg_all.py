@@ -1,7 +1,7 @@
 """Kongsberg .all and .wcd: soundings, seabed image and water column of multibeams before KMALL.
 
 Kongsberg (2018), EM series multibeam echo sounders, datagram formats, 850-160692/W. A datagram has its length in front
-and a sum of its bytes at its end. Receivers of a system with two have datagrams of their own, told apart by `serial`.
+and a sum of its bytes at its end. Receivers of a system with two have datagrams of their own, each with its `serial`.
 """
 
 import re
@@ -191,30 +191,21 @@ class KongsbergAllFile(InstrumentFile):
 
     def _index(self) -> Iterator[tuple[int, int, str, float]]:
         self._identities: list[tuple[int, int]] = []
-        offset = 0
-        while offset < self._size:
-            try:
-                content = self._bytes(offset, _HEAD)
-                if _START.match(content, 4) is None:
-                    raise DatagramError("no datagram begins here")
-                header = records(content, layouts.HEADER, 0)[0]
-                size = int(header["length"]) + 4
-                if size < _HEAD + _TRAILER:
-                    raise DatagramError(f"a length of {size - 4} bytes is stated")
-                if self._bytes(offset + size - _TRAILER, 1) != b"\x03":
-                    raise DatagramError("its end is not marked")
-            except DatagramError as fault:
-                self._omit(offset, str(fault))
-                offset = max(self._find(_START, offset + 5) - 4, offset + 1) if offset + 5 < self._size else self._size
-                continue
-            self._identities.append((int(header["counter"]), int(header["serial"])))
-            yield (
-                offset,
-                size,
-                header["kind"].decode(),
-                _seconds(int(header["date"]), int(header["milliseconds"]) * 1e-3),
-            )
-            offset += size
+        return self._scan(0, self._header, _START, lead=4)
+
+    def _header(self, offset: int) -> tuple[int, str, float]:
+        """Size, kind and time of the datagram at an offset."""
+        content = self._bytes(offset, _HEAD)
+        if _START.match(content, 4) is None:
+            raise DatagramError("no datagram begins here")
+        header = records(content, layouts.HEADER, 0)[0]
+        size, kind = int(header["length"]) + 4, header["kind"].decode()
+        if size < _HEAD + _TRAILER:
+            raise DatagramError(f"{kind}: a length of {size - 4} bytes is stated")
+        if self._bytes(offset + size - _TRAILER, 1) != b"\x03":
+            raise DatagramError(f"{kind}: its end is not marked {size} bytes further on")
+        self._identities.append((int(header["counter"]), int(header["serial"])))
+        return size, kind, _seconds(int(header["date"]), int(header["milliseconds"]) * 1e-3)
 
     def _verify(self, content: bytes) -> None:
         found = int(np.frombuffer(content, np.uint8, len(content) - 5 - _TRAILER, 5).sum(dtype=np.uint64)) & 0xFFFF
@@ -231,19 +222,22 @@ class KongsbergAllFile(InstrumentFile):
     @cached_property
     def groups(self) -> Mapping[str, int]:
         """Number of pings of each group; each receiver counts as a ping."""
-        counts = {"seabed image": self.datagrams.rows("Y").size, "water column": len(self._water_rows)}
+        counts = {"soundings": self.datagrams.rows("X").size, "seabed image": self.datagrams.rows("Y").size,
+                  "water column": len(self._water_rows)}  # fmt: skip
         return {group: count for group, count in counts.items() if count}
 
     def read(self, group: str, pings: slice = slice(None)) -> xr.Dataset:
-        """Read pings of "seabed image" or "water column"; levels [dB] over (ping, beam, sample)."""
-        self._require_group(group)
-        return self._water_column(pings) if group == "water column" else self._seabed_image(pings)
+        """Read pings; levels [dB] over (ping, beam, sample), soundings over (ping, beam).
 
-    def soundings(self, pings: slice = slice(None)) -> xr.Dataset | None:
-        """Detections of the seabed with angles and travel times, where the file has them; None without X datagrams."""
+        Angles, travel times and settings of sectors come from the datagrams of raw ranges, where the file has them.
+        """
+        self._require_group(group)
+        if group == "water column":
+            return self._water_column(pings)
+        return self._seabed_image(pings) if group == "seabed image" else self._soundings(pings)
+
+    def _soundings(self, pings: slice) -> xr.Dataset:
         rows = self.datagrams.rows("X")
-        if not rows.size:
-            return None
         made = list(self._parsed(rows[pings], _soundings))
         kept = [row for row, _ in made]
         found = variables([head for _, (head, _, _) in made], _IDENTITY, ("ping",))

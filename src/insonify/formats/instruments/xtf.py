@@ -127,18 +127,8 @@ class XtfFile(InstrumentFile):
 
     def _index(self) -> Iterator[tuple[int, int, str, float]]:
         self._pings: dict[int, list[tuple[int, int]]] = {}
-        offset, row = self._read_header(), 0
-        while offset < self._size:
-            try:
-                size, kind, seconds, channels = self._packet(offset)
-            except DatagramError as fault:
-                self._omit(offset, str(fault))
-                offset = self._find(_MAGIC, offset + 1)
-                continue
-            for channel, at in channels:
-                self._pings.setdefault(channel, []).append((row, at))
-            yield offset, size, kind, seconds
-            offset, row = offset + size, row + 1
+        self._rows = 0
+        return self._scan(self._read_header(), self._packet, _MAGIC)
 
     def _read_header(self) -> int:
         """Read the file header; return the offset of the first packet."""
@@ -155,8 +145,8 @@ class XtfFile(InstrumentFile):
         self._channels = records(content, layouts.CHANNEL, layouts.FILE.itemsize, count)
         return min(size, self._size)
 
-    def _packet(self, offset: int) -> tuple[int, str, float, list[tuple[int, int]]]:
-        """Length, kind and time of a packet, and its channels with the offsets of their headers in it."""
+    def _packet(self, offset: int) -> tuple[int, str, float]:
+        """Length, kind and time of the packet at an offset; its channels are listed."""
         head = self._bytes(offset, min(layouts.PING.itemsize, max(self._size - offset, layouts.PACKET.itemsize)))
         packet = records(head, layouts.PACKET, 0)[0]
         size, kind = int(packet["size"]), _KINDS.get(int(packet["kind"]), f"TYPE_{packet['kind']}")
@@ -172,7 +162,10 @@ class XtfFile(InstrumentFile):
         follows = offset + size == self._size or self._bytes(offset + size, 1) == b"\xce"
         if not follows and (kind != "SONAR" or size - used >= _PADDING):
             raise DatagramError(f"{kind}: no packet follows at its end, {size} bytes further on")
-        return size, kind, _packet_time(head[:size], kind), channels
+        for channel, at in channels:
+            self._pings.setdefault(channel, []).append((self._rows, at))
+        self._rows += 1
+        return size, kind, _packet_time(head[:size], kind)
 
     def _ping_channels(self, offset: int, size: int, count: int) -> tuple[list[tuple[int, int]], int]:
         """Channels of a sonar packet with the offsets of their headers in it, and the bytes that they take."""
