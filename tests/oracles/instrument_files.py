@@ -9,6 +9,7 @@ from insonify.formats.instruments import kmall_layouts as kmall_parts
 from insonify.formats.instruments import kongsberg_all_layouts as all_parts
 from insonify.formats.instruments import xtf_layouts as xtf_parts
 from insonify.formats.instruments.instrument_file import MAX_OMISSIONS, InstrumentFile
+from oracles import imaging_sonar_files, simrad_files
 
 DATA = Path(os.environ.get("INSONIFY_DATA", Path(__file__).parents[3] / "shared" / "data"))
 """Folder of recordings of real instruments; tests on them are skipped without it."""
@@ -166,7 +167,10 @@ def xtf_samples(ping: int, channel: int) -> np.ndarray:
     return (1000 * ping + 100 * channel + np.arange(SAMPLES)).astype("<u2")
 
 
-SYNTHETIC = {".kmall": kmall, ".all": kongsberg_all, ".xtf": xtf}
+SYNTHETIC = {
+    ".kmall": kmall, ".all": kongsberg_all, ".xtf": xtf, ".raw": simrad_files.ek80,
+    ".oculus": imaging_sonar_files.oculus, ".aris": imaging_sonar_files.aris,
+}  # fmt: skip
 """Writer of a small file of each format, by its suffix."""
 
 

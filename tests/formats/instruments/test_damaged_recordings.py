@@ -1,5 +1,6 @@
 """Claims about damage: no crash, no hang, bounded memory; what is left is read, what is not is listed."""
 
+import contextlib
 import sys
 from time import process_time
 
@@ -8,8 +9,10 @@ import pytest
 
 from insonify.cli import main
 from insonify.formats.instruments import instrument_file, open_instrument
+from insonify.formats.instruments.instrument_file import MAX_OMISSIONS
 from insonify.formats.instruments.open_instrument import instrument_formats
 from insonify.formats.store_description import StoreError
+from oracles import imaging_sonar_files
 from oracles import instrument_files as files
 
 MEMORY = 128
@@ -67,6 +70,26 @@ def test_every_cut_is_read_as_far_as_it_goes(suffix, tmp_path):
             assert opened.datagrams.offset.size == (ends <= cut).sum()
             listed = [part.offset for part in opened.omissions if "unknown" not in part.reason]
             assert bool(listed) == (cut not in ends)
+
+
+def test_a_log_with_packed_images_survives_too(tmp_path):
+    """Fifty mutants of the log of Oculus, whose images are wrapped and one of them compressed."""
+    assert survive(".oculus", imaging_sonar_files.oculus_log(), tmp_path / "a.oculus", 50, 3) > 20
+
+
+@pytest.mark.parametrize(
+    ("suffix", "mark"),
+    [(".kmall", b"#MWC"), (".xtf", b"\xce\xfa"), (".raw", b"\x20\0\0\0XML0"), (".oculus", b"SO\0\0"),
+     (".oculus", b"\xdd\xcc\xbb\xaa"), (".aris", b"DDF\x05")],
+)  # fmt: skip
+def test_a_file_of_nothing_but_marks_takes_seconds(suffix, mark, tmp_path):
+    """A hundred thousand marks that open no datagram: the search starts small, not with a megabyte for each."""
+    head = imaging_sonar_files.oculus_log()[:48] if mark[0] == 0xDD else b""
+    (tmp_path / f"a{suffix}").write_bytes(head + 100_000 * mark)
+    began = process_time()
+    with contextlib.suppress(StoreError), open_instrument(tmp_path / f"a{suffix}") as opened:
+        assert len(opened.omissions) <= MAX_OMISSIONS + 1
+    assert process_time() - began < 8
 
 
 def test_what_is_no_recording_is_refused(tmp_path, capsys):

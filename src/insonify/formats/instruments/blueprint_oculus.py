@@ -100,7 +100,7 @@ class BlueprintOculusFile(InstrumentFile):
     """Images of an Oculus."""
 
     format = "Blueprint Oculus"
-    suffixes = (".raw", ".oculus")
+    suffixes = (".oculus", ".raw")
     kinds = _CONTENT
 
     @staticmethod
