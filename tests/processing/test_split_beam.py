@@ -27,13 +27,13 @@ def test_a_tone_lasts_as_its_envelope():
         replica = transmit_replica((75e3, 75e3), 2e-3, slope, RATE, [(TAPS, DECIMATION)])
         assert replica.sample_rate == RATE / DECIMATION
         wanted = 2e-3 * (1 - 1.25 * slope)
-        assert replica.effective_duration(compressed=False) == pytest.approx(wanted, rel=0.01)
+        assert replica.resolution_time(compressed=False) == pytest.approx(wanted, rel=0.01)
 
 
 def test_a_compressed_sweep_lasts_one_over_its_bandwidth():
     """The autocorrelation of a sweep of bandwidth B is a sinc whose square has the integral 1/B."""
     replica = transmit_replica((60e3, 90e3), 4e-3, 0.01, RATE, [(TAPS, DECIMATION)])
-    assert replica.effective_duration(compressed=True) == pytest.approx(1 / 30e3, rel=0.03)
+    assert replica.resolution_time(compressed=True) == pytest.approx(1 / 30e3, rel=0.03)
 
 
 @pytest.mark.parametrize("sectors", [3, 4])
@@ -109,6 +109,34 @@ def test_an_echo_of_a_sweep_is_compressed_to_its_range_strength_and_angle():
     assert float(levels.point_scattering_strength[0, 400]) == pytest.approx(wanted)
     assert float(levels.angle_alongship[0, 400]) == pytest.approx(0.03 - 0.01, abs=1e-4)
     assert float(levels.angle_athwartship[0, 400]) == pytest.approx(0, abs=1e-4)
+
+
+def test_a_tone_recorded_as_power_has_the_levels_and_angles_of_its_voltages():
+    """Power in decibels and electrical angles of a tone, without slope: the pulse stands for its resolution time."""
+    pings = sweep(0.5, 400, 0.03).assign(swept=("ping", [0.0]), slope=("ping", [np.nan]), gain_db=("ping", [27.0]))
+    pings = pings.assign(sa_correction_db=("ping", [0.0]))
+    complex_levels = echosounder_levels(pings)
+    along, athwart = electrical_angles(pings.voltage.values, 1)
+    with np.errstate(divide="ignore"):
+        power = ("ping", "sample"), 10 * np.log10(complex_levels.received_power.values)
+    phases = {"phase_alongship": (("ping", "sample"), along), "phase_athwartship": (("ping", "sample"), athwart)}
+    levels = echosounder_levels(pings.drop_vars("voltage").assign(power_db=power, **phases))
+    for name in complex_levels:
+        np.testing.assert_allclose(levels[name], complex_levels[name], rtol=1e-9, atol=1e-12)
+    point, volume = levels.point_scattering_strength[0, 410], levels.volume_backscattering_strength[0, 410]
+    cell = 10 * np.log10(1500 * 1e-3 / 2 * levels.range[0, 410] ** 2) - 20 - 20 * np.log10(75 / 70)
+    assert float(point - volume) == pytest.approx(float(cell))
+
+
+def test_a_setting_that_is_missing_is_named():
+    """Of one ping its levels are NaN; of all pings, it is refused by name; a single beam has no angles."""
+    pings = sweep(0.5, 400, 0.03)
+    two = xr.concat([pings, pings.assign(transmit_power=("ping", [np.nan]))], "ping", data_vars="minimal")
+    levels = echosounder_levels(two)
+    assert np.isfinite(levels.received_power[0]).all() and np.isnan(levels.received_power[1]).all()
+    with pytest.raises(ValueError, match=r"does not state transceiver_impedance\. Assign"):
+        echosounder_levels(pings.drop_vars("transceiver_impedance"))
+    assert "angle_alongship" not in echosounder_levels(pings.assign(beam_type=0.0))
 
 
 @pytest.mark.skipif(not REAL.is_file(), reason=f"the recording {REAL.name} is not in the folder of data")

@@ -39,6 +39,7 @@ if TYPE_CHECKING:
     from insonify.processing.recorded_aperture import synthetic_aperture_image
     from insonify.processing.recorded_bathymetry import interferometric_bathymetry, multibeam_soundings
     from insonify.processing.sector_images import sector_image
+    from insonify.processing.split_beam import echosounder_levels
     from insonify.processing.synthetic_aperture import along_track_resolution, backproject
 
 # Kernels take a moment to import: those of coherent processing are loaded on first use.
@@ -74,6 +75,7 @@ _MODULE_OF = {
     "multilook": "decimation",
     "backproject": "synthetic_aperture",
     "along_track_resolution": "synthetic_aperture",
+    "echosounder_levels": "split_beam",
 }
 
 __all__ = [
@@ -95,6 +97,7 @@ __all__ = [
     "decimated_time",
     "displaced_phase_centres",
     "dpca_displacement",
+    "echosounder_levels",
     "elevation_to_phase",
     "empirical_gain_db",
     "first_bottom_return",

@@ -17,8 +17,8 @@ from numpy.typing import ArrayLike, NDArray
 from insonify.ocean.absorption import absorption_db_per_m
 
 Floats = NDArray[np.float64]
-FOUR_SECTORS, THREE_SECTORS, THREE_AND_CENTRE = (1,), (17,), (49, 65, 81)
-"""Types of beams: quadrants; thirds; thirds about a centre that counts with each."""
+SECTORS = {1: 4, 17: 3, 49: 4, 65: 4, 81: 4}
+"""Number of sectors by type of beam: quadrants; thirds; thirds about a centre that counts with each."""
 TRANSDUCER_IMPEDANCE = 75.0
 """Impedance of a transducer where none is stated [ohm]."""
 
@@ -32,8 +32,8 @@ class Replica:
     sample_rate: float
     """Sample rate behind the decimation [Hz]."""
 
-    def effective_duration(self, *, compressed: bool) -> float:
-        """Duration of a rectangle with peak and energy of the received pulse [s]: eq. 6.
+    def resolution_time(self, *, compressed: bool) -> float:
+        """Duration of a rectangle with peak and energy of the received pulse [s]: eq. 6, the effective pulse duration.
 
         Args:
             compressed: True behind a matched filter; else the envelope stands for the autocorrelation of eq. 5.
@@ -75,8 +75,8 @@ class PowerBudget:
     """Gain of the transducer on its axis [dB]."""
     equivalent_beam_angle_db: float
     """Two-way beam angle [dB re 1 sr]."""
-    effective_duration: float
-    """Effective duration of the received pulse [s]."""
+    resolution_time: float
+    """Duration of a rectangle with peak and energy of the received pulse [s]."""
     sa_correction_db: float = 0.0
     """Correction of the integrated echo [dB]."""
 
@@ -99,7 +99,7 @@ class PowerBudget:
             slant_range: Range [m], broadcast with the power; NaN results at a range that is not positive.
         """
         r, loss = self._spread(power, slant_range)
-        reference = self.transmit_power * self.wavelength**2 * self.sound_speed * self.effective_duration
+        reference = self.transmit_power * self.wavelength**2 * self.sound_speed * self.resolution_time
         angle = self.equivalent_beam_angle_db + 2 * (self.gain_db + self.sa_correction_db)
         return np.asarray(loss + 20 * np.log10(r) - 10 * np.log10(reference / (32 * np.pi**2)) - angle)
 
@@ -178,14 +178,14 @@ def electrical_angles(voltage: ArrayLike, beam_type: int) -> tuple[Floats, Float
         ValueError: The beam is not split, or the number of sectors is not that of its type.
     """
     sectors = np.moveaxis(np.asarray(voltage), -2, 0)
-    if beam_type in FOUR_SECTORS and len(sectors) == 4:
+    if SECTORS.get(beam_type) != len(sectors):
+        raise ValueError(f"beam_type {beam_type} with {len(sectors)} sectors is not split into three or four")
+    if beam_type == 1:
         first, second, third, fourth = sectors
         along = (third + fourth) * np.conj(first + second)
         return np.angle(along), np.angle((first + fourth) * np.conj(second + third))
-    if beam_type in THREE_AND_CENTRE and len(sectors) == 4:
+    if len(sectors) == 4:
         sectors = sectors[:3] + sectors[3]
-    elif beam_type not in THREE_SECTORS or len(sectors) != 3:
-        raise ValueError(f"beam_type {beam_type} with {len(sectors)} sectors is not split into three or four")
     starboard, port, fore = sectors
     to_starboard, to_port = np.angle(fore * np.conj(starboard)), np.angle(fore * np.conj(port))
     return (to_starboard + to_port) / np.sqrt(3), to_port - to_starboard
@@ -195,7 +195,7 @@ def echosounder_levels(pings: xr.Dataset) -> xr.Dataset:
     """Backscattering strength and angles of the echoes of a split-beam echosounder.
 
     Swept pulses are compressed by the matched filter. The absorption is that of Francois & Garrison (1982) in the water
-    that the file states.
+    that the file states. Pings of which the file lacks a setting are NaN.
 
     Args:
         pings: Group of an EK80 file, as read.
@@ -203,18 +203,31 @@ def echosounder_levels(pings: xr.Dataset) -> xr.Dataset:
     Returns:
         `received_power` [W], `point_scattering_strength` [dB re 1 m^2] and `volume_backscattering_strength` [dB re 1/m]
         over (ping, sample), `angle_alongship` and `angle_athwartship` [rad] of split beams, and the coordinate `range`.
+
+    Raises:
+        ValueError: A setting is missing in all pings.
     """
-    rows = [_ping_levels(pings.isel(ping=row)) for row in range(pings.sizes["ping"])]
-    names = {name for row in rows for name in row}
+    rows: list[dict[str, Floats]] = []
+    missing: list[str] = []
+    for number in range(pings.sizes["ping"]):
+        ping = pings.isel(ping=number)
+        known = {str(name): float(value) for name, value in ping.data_vars.items() if value.size == 1}
+        missing = [name for name in _needed(ping, known) if not np.isfinite(known.get(name, np.nan))]
+        rows.append({} if missing else _ping_levels(ping, known))
+    if missing and not any(rows):
+        raise ValueError(
+            f"the file does not state {', '.join(missing)}. Assign what is known of the instrument, such as "
+            f"pings[{missing[0]!r}] = 5400.0"
+        )
     shape = (pings.sizes["ping"], pings.sizes["sample"])
     made = xr.Dataset(coords={name: pings[name] for name in ("ping", "time")}, attrs=pings.attrs)
     for name, (unit, text) in _LEVELS.items():
-        if name in names:
+        if any(name in row for row in rows):
             values = np.full(shape, np.nan)
             for target, row in zip(values, rows, strict=True):
                 target[:] = row.get(name, np.nan)
             made[name] = xr.Variable(("ping", "sample"), values, {"units": unit, "long_name": text})
-    return made.set_coords("range")
+    return made.set_coords([name for name in ("range",) if name in made])
 
 
 _LEVELS = {
@@ -227,49 +240,75 @@ _LEVELS = {
 }
 
 
-def _ping_levels(ping: xr.Dataset) -> dict[str, Floats]:
+def _needed(ping: xr.Dataset, known: dict[str, float]) -> list[str]:
+    """Settings without which a ping has no levels."""
+    names = ["frequency", "nominal_frequency", "sound_speed", "range_step", "transmit_power", "pulse_length",
+             "equivalent_beam_angle_db", "gain_db"]  # fmt: skip
+    if "voltage" in ping:
+        names.append("transceiver_impedance")
+    return [*names, "slope", "receiver_sample_rate"] if known.get("swept", 0.0) else names
+
+
+def _ping_levels(ping: xr.Dataset, known: dict[str, float]) -> dict[str, Floats]:
     """Levels and angles of one ping, each of shape (samples,)."""
-    known = {str(name): float(value) for name, value in ping.data_vars.items() if value.size == 1}
-    band = known["frequency_start"], known["frequency_end"]
-    centre, nominal = known["frequency"], known["nominal_frequency"]
     swept = bool(known["swept"])
+    replica = _replica(ping, known)
+    time = known["pulse_length"] if replica is None else replica.resolution_time(compressed=swept)
+    budget = _budget(ping, known, time)
+    slant_range = np.asarray(known["first_range"] + known["range_step"] * np.arange(ping.sizes["sample"]))
+    phases: tuple[Floats, Floats] | None = None
+    if "voltage" in ping:
+        voltage = ping["voltage"].values
+        if swept and replica is not None:
+            voltage = replica.compress(np.nan_to_num(voltage))
+        impedance = _calibrated(ping, "transducer_impedance", known["frequency"], TRANSDUCER_IMPEDANCE)
+        power = received_power(voltage, impedance, known["transceiver_impedance"])
+        if SECTORS.get(int(known.get("beam_type", 0))) == len(voltage):
+            phases = electrical_angles(voltage, int(known["beam_type"]))
+    else:
+        power = 10 ** (ping["power_db"].values.astype(float) / 10)
+        if "phase_alongship" in ping:
+            phases = ping["phase_alongship"].values, ping["phase_athwartship"].values
+    made = {
+        "range": slant_range,
+        "received_power": power,
+        "point_scattering_strength": budget.point_scattering_strength(power, slant_range),
+        "volume_backscattering_strength": budget.volume_backscattering_strength(power, slant_range),
+    }
+    for side, phase in zip(("alongship", "athwartship"), phases or (), strict=False):
+        sensitivity = known[f"angle_sensitivity_{side}"] * known["frequency"] / known["nominal_frequency"]
+        sine = np.clip(phase / sensitivity, -1, 1)  # eq. 16 and 17
+        made[f"angle_{side}"] = np.arcsin(sine) - known[f"angle_offset_{side}"]
+    return made
+
+
+def _replica(ping: xr.Dataset, known: dict[str, float]) -> Replica | None:
+    """Replica of the pulse of one ping; None of a tone whose slope the file does not state."""
+    rate, slope = known.get("receiver_sample_rate", np.nan), known["slope"]
+    if not (np.isfinite(rate) and np.isfinite(slope)) or known["pulse_length"] * rate < 2:
+        return None
     stages = [
         (ping[name].values, int(ping[name].attrs["decimation"])) for name in ("filter_1", "filter_2") if name in ping
     ]
-    replica = transmit_replica(band, known["pulse_length"], known["slope"], known["receiver_sample_rate"], stages)
-    impedance = _calibrated(ping, "transducer_impedance", centre, TRANSDUCER_IMPEDANCE)
-    gain = known["gain_db"] + 20 * np.log10(centre / nominal)
-    budget = PowerBudget(
+    band = known["frequency_start"], known["frequency_end"]
+    return transmit_replica(band, known["pulse_length"], slope, rate, stages)
+
+
+def _budget(ping: xr.Dataset, known: dict[str, float], resolution_time: float) -> PowerBudget:
+    """Sonar equation of one ping: the gain of a sweep is that calibrated, or that of a constant aperture."""
+    centre, swept = known["frequency"], bool(known["swept"])
+    aperture_db = 20 * np.log10(centre / known["nominal_frequency"])
+    gain, correction = known["gain_db"], known.get("sa_correction_db", np.nan)
+    return PowerBudget(
         wavelength=known["sound_speed"] / centre,
         sound_speed=known["sound_speed"],
         absorption_db_per_m=_absorption(known, centre),
         transmit_power=known["transmit_power"],
-        gain_db=_calibrated(ping, "gain_db", centre, gain) if swept else known["gain_db"],
-        equivalent_beam_angle_db=known["equivalent_beam_angle_db"] + 20 * np.log10(nominal / centre),
-        effective_duration=replica.effective_duration(compressed=swept),
-        sa_correction_db=0.0 if swept else known["sa_correction_db"],
+        gain_db=_calibrated(ping, "gain_db", centre, gain + aperture_db) if swept else gain,
+        equivalent_beam_angle_db=known["equivalent_beam_angle_db"] - aperture_db,  # eq. 29
+        resolution_time=resolution_time,
+        sa_correction_db=0.0 if swept or not np.isfinite(correction) else correction,
     )
-    made: dict[str, Floats] = {
-        "range": np.asarray(known["first_range"] + known["range_step"] * np.arange(ping.sizes["sample"]))
-    }
-    if "voltage" in ping:
-        voltage = ping["voltage"].values
-        if swept:
-            voltage = replica.compress(np.nan_to_num(voltage))
-        power = received_power(voltage, impedance, known["transceiver_impedance"])
-        phases = electrical_angles(voltage, int(known["beam_type"])) if known["beam_type"] else None
-    else:
-        power = 10 ** (ping["power_db"].values.astype(float) / 10)
-        phases = (
-            (ping["phase_alongship"].values, ping["phase_athwartship"].values) if "phase_alongship" in ping else None
-        )
-    made["received_power"] = power
-    made["point_scattering_strength"] = budget.point_scattering_strength(power, made["range"])
-    made["volume_backscattering_strength"] = budget.volume_backscattering_strength(power, made["range"])
-    for side, phase in zip(("alongship", "athwartship"), phases or (), strict=False):
-        sine = np.clip(phase * nominal / (centre * known[f"angle_sensitivity_{side}"]), -1, 1)  # eq. 16 and 17
-        made[f"angle_{side}"] = np.arcsin(sine) - known[f"angle_offset_{side}"]
-    return made
 
 
 def _calibrated(ping: xr.Dataset, name: str, frequency: float, otherwise: float) -> float:

@@ -110,9 +110,30 @@ def test_a_configuration_that_cannot_be_trusted_is_left_out(tmp_path, head, reas
     assert part.offset == 0 and reason in part.reason
 
 
+def test_the_names_of_earlier_versions_are_known(tmp_path):
+    """Length of the pulse by its former name; the sample rate of the type of transceiver where none is stated."""
+    head = files.configuration().replace(b'PulseDuration="', b'PulseLength="')
+    head = head.replace(b'RxSampleFrequency="600000"', b'TransceiverType="WBT HP"')
+    former = files.parameter("tone 4").replace(b"PulseDuration", b"PulseLength")
+    parts = [(b"XML0", head), (b"XML0", former), (b"RAW3", files.samples("tone 4", 0))]
+    with opened(tmp_path, b"".join(files.datagram(kind, 0, body) for kind, body in parts)) as file:
+        pings = file.read("38 kHz")
+    assert pings.pulse_length == 2e-4 and pings.gain_db == 25 and float(pings.receiver_sample_rate) == 187.5e3
+
+
+def test_a_ping_whose_parameters_are_damaged_has_samples_without_settings(tmp_path):
+    """Its settings are NaN, and the datagram of the parameters is listed."""
+    damaged = WHOLE.replace(b'Slope="0.1"', b"Slope='0.1\"", 1)
+    with opened(tmp_path, damaged) as file:
+        pings = file.read("38 kHz")
+        assert [part.reason[:30] for part in file.omissions] == ["XML0: XML that is not well for"]
+    np.testing.assert_array_equal(np.isnan(pings.transmit_power), [True, False, False])
+    np.testing.assert_array_equal(pings.voltage[0], files.volts(0, 4).T)
+
+
 def test_more_memory_than_allowed_is_refused(tmp_path, monkeypatch):
     """The refusal states how many pings fit."""
-    monkeypatch.setattr("insonify.formats.instruments.instrument_file.MAX_VALUES", 2 * 4 * files.SAMPLES)
+    monkeypatch.setattr("insonify.formats.instruments.instrument_file.MAX_VALUES", 2 * 8 * files.SAMPLES)
     with opened(tmp_path) as file, pytest.raises(StoreError, match="Read at most 2 at once"):
         file.read("38 kHz")
 

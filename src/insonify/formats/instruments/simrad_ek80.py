@@ -223,7 +223,7 @@ class SimradEk80File(InstrumentFile):
         sectors, samples = (
             max((getattr(h, part) for h in heads.values()), default=0) for part in ("sectors", "samples")
         )
-        require_memory(self.path, len(rows), max(sectors, 1), samples)
+        require_memory(self.path, len(rows), max(2 * sectors, 1), samples)
         number_of = dict(zip(heads, chosen, strict=True))
         found = [(row, _values(heads[row], content)) for row, content in self._parsed(rows, bytes)]
         made = _sample_variables([values for _, values in found], sectors, samples)
@@ -259,7 +259,7 @@ class SimradEk80File(InstrumentFile):
         stated: Mapping[str, str] = {} if row is None else row.attrib
         swept = number(stated, "PulseForm") > 0
         tone = number(stated, "Frequency")
-        duration = number(stated, "PulseDuration")
+        duration = number(stated, "PulseDuration" if "PulseDuration" in stated else "PulseLength")  # before 2018
         values = {
             "frequency_start": number(stated, "FrequencyStart") if swept else tone,
             "frequency_end": number(stated, "FrequencyEnd") if swept else tone,
@@ -268,6 +268,7 @@ class SimradEk80File(InstrumentFile):
             "swept": float(swept),
             "slope": number(stated, "Slope"),
             "transmit_power": number(stated, "TransmitPower"),
+            "channel_mode": number(stated, "ChannelMode"),
             "sample_interval": number(stated, "SampleInterval"),
             "sound_speed": number(stated, "SoundVelocity"),
             "gain_db": np.nan,
@@ -294,6 +295,9 @@ class SimradEk80File(InstrumentFile):
             return made
         for name, (source, field, unit, scale, text) in _CONSTANTS.items():
             made[name] = variable((), scale * number(getattr(channel, source), field), unit, text)
+        if not made["receiver_sample_rate"] > 0:
+            kind = channel.transceiver.get("TransceiverType", "")
+            made["receiver_sample_rate"].values = np.array(simrad_xml.SAMPLE_RATES.get(kind, np.nan))
         table = channel.calibration()
         for name, values in table.items():
             unit, text = ("Hz", "frequency") if name not in simrad_xml.CALIBRATION else (
@@ -384,6 +388,7 @@ _PULSE = {
     "swept": ("1", "1 of a frequency-modulated pulse, 0 of a tone"),
     "slope": ("1", "part of the pulse over which its envelope rises"),
     "transmit_power": ("W", "transmit power"),
+    "channel_mode": ("1", "0 active, 1 passive"),
     "sample_interval": ("s", "interval of samples"),
     "sound_speed": ("m/s", "sound speed at the transducer"),
     "gain_db": ("dB", "gain of the transducer for the duration of the pulse"),

@@ -13,6 +13,9 @@ from insonify.formats.instruments.instrument_file import DatagramError, Setting
 
 MAX_XML = 1 << 26
 """Longest text that is parsed [bytes]."""
+SAMPLE_RATES = {"WBT": 1.5e6, "WBT MINI": 1.5e6, "WBT TUBE": 1.5e6, "WBAT": 1.5e6, "WBT HP": 187.5e3, "WBT LF": 93.75e3,
+                "SBT": 50e3, "GPT": 500e3}  # fmt: skip
+"""Sample rates [Hz] of transceivers, for files of earlier versions that do not state them."""
 CALIBRATION = {
     "gain_db": ("Gain", "dB", 1.0, "gain of the transducer"),
     "transducer_impedance": ("Impedance", "ohm", 1.0, "impedance of the transducer"),
@@ -66,7 +69,8 @@ class Channel:
             swept: True for a frequency-modulated pulse.
         """
         values = numbers(self.transducer.get(name, ""))
-        durations = numbers(self.channel.get("PulseDurationFM" if swept else "PulseDuration", ""))
+        fields = ("PulseDurationFM",) if swept else ("PulseDuration", "PulseLength")  # the latter before 2018
+        durations = numbers(next((self.channel[field] for field in fields if field in self.channel), ""))
         count = min(values.size, durations.size)
         if not count or not duration > 0:
             return math.nan
