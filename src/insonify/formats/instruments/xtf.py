@@ -160,7 +160,7 @@ class XtfFile(InstrumentFile):
             ping = records(head, layouts.PING, 0)[0]
             channels, used = self._ping_channels(offset, size, int(ping["channels"]))
         follows = offset + size == self._size or self._bytes(offset + size, 1) == b"\xce"
-        if not follows and (kind != "SONAR" or size - used >= _PADDING):
+        if not follows and (kind != "SONAR" or size - used >= _PADDING or any(self._bytes(offset + used, size - used))):
             raise DatagramError(f"{kind}: no packet follows at its end, {size} bytes further on")
         for channel, at in channels:
             self._pings.setdefault(channel, []).append((self._rows, at))
