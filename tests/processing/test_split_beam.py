@@ -128,6 +128,21 @@ def test_a_tone_recorded_as_power_has_the_levels_and_angles_of_its_voltages():
     assert float(point - volume) == pytest.approx(float(cell))
 
 
+def test_stored_angles_of_thirds_are_scaled():
+    """The instrument stores the mean of the two differences along, and half of theirs athwart."""
+    wave = np.exp(1j * np.array([0.1, 0.3, 0.7]))[:, None]  # starboard, port, forward
+    pings = (
+        sweep(0.5, 0, 0.0).isel(sample=[0]).assign(swept=("ping", [0.0]), beam_type=17.0, angle_offset_alongship=0.0)
+    )
+    pings = pings.assign(voltage=(("ping", "sector", "sample"), wave[None]))
+    stored = {"phase_alongship": (0.6 + 0.4) / 2, "phase_athwartship": (0.4 - 0.6) / 2, "power_db": -90.0}
+    levels = echosounder_levels(
+        pings.drop_vars("voltage").assign({name: (("ping", "sample"), [[value]]) for name, value in stored.items()})
+    )
+    for name in ("angle_alongship", "angle_athwartship"):
+        np.testing.assert_allclose(levels[name], echosounder_levels(pings)[name])
+
+
 def test_a_setting_that_is_missing_is_named():
     """Of one ping its levels are NaN; of all pings, it is refused by name; a single beam has no angles."""
     pings = sweep(0.5, 400, 0.03)

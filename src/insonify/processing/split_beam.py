@@ -19,6 +19,12 @@ from insonify.ocean.absorption import absorption_db_per_m
 Floats = NDArray[np.float64]
 SECTORS = {1: 4, 17: 3, 49: 4, 65: 4, 81: 4}
 """Number of sectors by type of beam: quadrants; thirds; thirds about a centre that counts with each."""
+_THIRDS = (
+    17,
+    49,
+    65,
+    81,
+)  # stored angles are means of two differences, not yet scaled (maker's help, "Special scaling")
 TRANSDUCER_IMPEDANCE = 75.0
 """Impedance of a transducer where none is stated [ohm]."""
 
@@ -211,7 +217,7 @@ def echosounder_levels(pings: xr.Dataset) -> xr.Dataset:
     missing: list[str] = []
     for number in range(pings.sizes["ping"]):
         ping = pings.isel(ping=number)
-        known = {str(name): float(value) for name, value in ping.data_vars.items() if value.size == 1}
+        known = {str(name): float(value) for name, value in ping.data_vars.items() if not value.dims}
         missing = [name for name in _needed(ping, known) if not np.isfinite(known.get(name, np.nan))]
         rows.append({} if missing else _ping_levels(ping, known))
     if missing and not any(rows):
@@ -268,7 +274,8 @@ def _ping_levels(ping: xr.Dataset, known: dict[str, float]) -> dict[str, Floats]
     else:
         power = 10 ** (ping["power_db"].values.astype(float) / 10)
         if "phase_alongship" in ping:
-            phases = ping["phase_alongship"].values, ping["phase_athwartship"].values
+            along, athwart = (2 / np.sqrt(3), 2.0) if int(known.get("beam_type", 0)) in _THIRDS else (1.0, 1.0)
+            phases = along * ping["phase_alongship"].values, athwart * ping["phase_athwartship"].values
     made = {
         "range": slant_range,
         "received_power": power,

@@ -70,6 +70,18 @@ def test_sensors_and_profiles_are_those_written(tmp_path):
     assert list(profile.depth) == [0, 20] and list(profile.sound_speed) == [1500, 1490]
 
 
+def test_attitude_in_the_binary_datagram_of_the_maker_is_read(tmp_path):
+    """MRU1 encloses KM binary: roll, pitch, heading and heave from byte 40 on; one without its mark is left out."""
+    inner = b"#KMB" + bytes(36) + struct.pack("<4f", 1.0, -2.0, 90.0, 0.25) + bytes(76)
+    parts = [files.datagram(b"MRU1", 5, inner), files.datagram(b"MRU1", 6, b"#XYZ" + inner[4:])]
+    with opened(tmp_path, WHOLE + b"".join(parts)) as file:
+        attitude = file.attitude()
+        assert [part.reason for part in file.omissions] == ["MRU1: no datagram KM binary inside"]
+    last = attitude.isel(time=-1)
+    np.testing.assert_allclose(np.degrees([last["roll"], last["pitch"], last["yaw"]]), [1, -2, 90])
+    assert last.heave == 0.25 and attitude.sizes["time"] == files.PINGS + 1
+
+
 def test_a_damaged_datagram_is_left_out_and_the_next_is_found(tmp_path):
     """Lengths that differ, a count that lies, the end of the file: each with offset and reason."""
     at = WHOLE.index(b"RAW3") - 4

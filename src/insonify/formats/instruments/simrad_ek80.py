@@ -1,9 +1,9 @@
 """Simrad EK80 .raw: complex samples of the sectors of split-beam echosounders, with their settings.
 
-Kongsberg, EK80 reference manual, "File formats" (version 1.23). A datagram opens and closes with its length; it has no
-checksum, so that a change of its content is noticed only where sizes contradict one another. Samples are voltages of
-each transducer sector, filtered and decimated by filters that the file states; `processing.split_beam` turns them into
-power, levels and angles.
+Kongsberg (2023), EK80 on-line help, "Interface" (file formats 1.20 to 1.25). A datagram opens and closes with its
+length; it has no checksum, so that a change of its content is noticed only where sizes contradict one another. Samples
+are voltages of each transducer sector, filtered and decimated by filters that the file states;
+`processing.split_beam` turns them into power, levels and angles.
 """
 
 import re
@@ -48,9 +48,13 @@ _KINDS = {
     "XML0 Environment": "water", "XML0 Parameter": "settings of a ping", "XML0 PingSequence": "order of pings",
     "XML0 Sensor": "manual value of a sensor", "FIL1": "receiver filter", "RAW3": "samples",
     "RAW4": "transmitted pulse, not read", "NME0": "NMEA sentence", "MRU0": "attitude",
-    "MRU1": "attitude of higher rate, not read", "TAG0": "annotation", "IDX0": "index of pings", "BOT0": "bottom",
+    "MRU1": "attitude", "TAG0": "annotation", "IDX0": "index of pings", "BOT0": "bottom",
 }  # fmt: skip
 _MOTION = np.dtype([(name, "<f4") for name in ("heave", "roll", "pitch", "yaw")])
+_KM_BINARY = np.dtype(
+    {"names": ["mark", "roll", "pitch", "yaw", "heave"], "formats": ["S4", *4 * ["<f4"]],
+     "offsets": [0, 40, 44, 48, 52], "itemsize": 56}
+)  # fmt: skip
 _ATTITUDE = (
     Column("roll", "roll", "rad", "roll, positive starboard down", DEGREE),
     Column("pitch", "pitch", "rad", "pitch, positive bow up", DEGREE),
@@ -359,7 +363,7 @@ class SimradEk80File(InstrumentFile):
 
     def attitude(self) -> xr.Dataset | None:
         """Roll, pitch, yaw [rad] and heave [m, positive down] over time, None where the file has none."""
-        found = list(self._parsed(self.datagrams.rows("MRU0"), lambda content: records(content, _MOTION, _HEAD)))
+        found = list(self._parsed(self.datagrams.rows("MRU0", "MRU1"), _motion))
         return time_dataset([values for _, values in found], self.datagrams.time[[row for row, _ in found]], _ATTITUDE)
 
     def sound_speed_profiles(self) -> tuple[xr.Dataset, ...]:
@@ -443,6 +447,16 @@ def _text(raw: bytes) -> str:
 
 def _xml(content: bytes) -> ElementTree.Element:
     return parse_xml(content[_HEAD:-4])
+
+
+def _motion(content: bytes) -> NDArray[Any]:
+    """Attitude in degrees and heave, shape (1,): of the instrument, or Kongsberg's binary datagram within its own."""
+    if content[4:8] == b"MRU0":
+        return records(content, _MOTION, _HEAD)
+    found = records(content, _KM_BINARY, _HEAD)
+    if found["mark"][0] != b"#KMB":
+        raise DatagramError("no datagram KM binary inside")
+    return found[list(_MOTION.names or ())].astype(_MOTION)
 
 
 def _filter(content: bytes) -> tuple[int, int, NDArray[np.complex64]]:
