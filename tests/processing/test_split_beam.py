@@ -165,3 +165,17 @@ def test_the_stored_filters_decimate_to_the_stored_interval():
             replica = transmit_replica(tone, 2e-3, 0.1, float(pings.receiver_sample_rate), stages)
             assert 1 / replica.sample_rate == pytest.approx(float(pings.sample_interval[0]))
             assert np.median(np.abs(replica.samples[40:-40])) == pytest.approx(1, abs=0.01)
+
+
+@pytest.mark.skipif(not REAL.is_file(), reason=f"the recording {REAL.name} is not in the folder of data")
+def test_the_first_echo_of_a_flat_bed_arrives_near_the_axis():
+    """A level bed below beams of 7 deg: the leading edge lies within half a beam width of the axis, alike in two pings."""
+    with open_instrument(REAL) as file:
+        for group in file.groups:
+            levels = echosounder_levels(file.read(group))
+            bed = (levels.range[0] > 4.9) & (levels.range[0] < 7)
+            power = levels.received_power.where(bed)
+            edge = int((power[0] > power[0].max() / 4).argmax())
+            for side in ("alongship", "athwartship"):
+                angle = np.degrees(levels[f"angle_{side}"][:, edge : edge + 15].mean("sample"))
+                assert np.all(np.abs(angle) < 3.5) and np.ptp(angle) < 1.0, (group, angle.values)

@@ -155,6 +155,7 @@ def test_the_echo_train_in_six_metres_of_water_is_that_published():
     """Second echo re the first by frequency; multiples at 2 and 3 times the first range: their mirror is the hull.
 
     Levels within 0.3 dB: half the last digit and the choice of the window; leading edges within a sixth of the pulse.
+    The first echoes at 38 and 70 kHz are clipped at 1.13 V in every sector, so that the true ratios there are lower.
     """
     second = {"38 kHz": -12.4, "70 kHz": -23.2, "120 kHz": -23.2, "200 kHz": -30.4, "333 kHz": -39.3}
     third = dict(zip(second, (-40, -48, -48, -59, -71), strict=True))
@@ -171,6 +172,10 @@ def test_the_echo_train_in_six_metres_of_water_is_that_published():
             peaks = [span[np.argmax(power[span])] for span in spans]
             levels = 10 * np.log10(power[peaks] / power[peaks[0]])
             assert levels[1] == pytest.approx(level, abs=0.3) and levels[2] == pytest.approx(third[group], abs=1.0)
+            clipped = np.abs(voltage[..., spans[0]]) > 1.05
+            assert (clipped.sum() > 100) == (group in ("38 kHz", "70 kHz")) and np.abs(
+                voltage[..., spans[0]]
+            ).max() < 1.15
             edges = [
                 slant[span[0] + np.argmax(power[span] > power[peak] / 4)]
                 for span, peak in zip(spans, peaks, strict=True)
