@@ -169,7 +169,7 @@ def test_the_stored_filters_decimate_to_the_stored_interval():
 
 @pytest.mark.skipif(not REAL.is_file(), reason=f"the recording {REAL.name} is not in the folder of data")
 def test_the_first_echo_of_a_flat_bed_arrives_near_the_axis():
-    """A level bed below beams of 7 deg: the leading edge lies within half a beam width of the axis, alike in two pings."""
+    """The leading edge of a level bed lies within half a beam width of 7 deg of the axis, alike in both pings."""
     with open_instrument(REAL) as file:
         for group in file.groups:
             levels = echosounder_levels(file.read(group))
@@ -178,4 +178,4 @@ def test_the_first_echo_of_a_flat_bed_arrives_near_the_axis():
             edge = int((power[0] > power[0].max() / 4).argmax())
             for side in ("alongship", "athwartship"):
                 angle = np.degrees(levels[f"angle_{side}"][:, edge : edge + 15].mean("sample"))
-                assert np.all(np.abs(angle) < 3.5) and np.ptp(angle) < 1.0, (group, angle.values)
+                assert np.all(np.abs(angle) < 3.5) and np.ptp(angle.values) < 1.0, (group, angle.values)
