@@ -19,7 +19,7 @@ GROUPS = {".kmall": {"soundings": {"beam": 6}, "seabed image": {"beam": 6, "samp
           ".xtf": {"port": {"sample": 4}, "starboard": {"sample": 4}}}  # fmt: skip
 
 
-@pytest.mark.parametrize("suffix", files.SYNTHETIC)
+@pytest.mark.parametrize("suffix", GROUPS)
 def test_the_whole_content_is_listed(suffix, tmp_path, capsys):
     """Groups with shapes, bytes that add up to the file, the unknown datagram; the words agree with the JSON."""
     path = tmp_path / f"a{suffix}"
