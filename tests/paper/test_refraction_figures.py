@@ -6,7 +6,7 @@ from matplotlib.figure import Figure
 
 from insonify.paper import figure1, figure8, figure9
 from insonify.paper.checked_numbers import CheckedNumber
-from insonify.paper.thermocline_model import PROFILE, layered, replica_sum, scene
+from insonify.paper.thermocline_model import PROFILE, WARM_LAYER, layered, replica_sum, scene
 
 
 def by_name(rows: list[CheckedNumber]) -> dict[str, float]:
@@ -60,6 +60,16 @@ def test_the_profile_moves_more_than_the_surface() -> None:
         and told["seabed at 150 m: level higher by, mean of the spikes"] > 10
     )
     assert told["seabed over direct paths, farthest"] == pytest.approx(162.03, abs=0.1)
+
+
+def test_a_warm_layer_above_the_sonar_moves_the_surface_only() -> None:
+    """As the paper concludes: surface returns 0.7 ms earlier, the arrivals of bed and target the same to 1e-9 s."""
+    told = by_name(figure9.numbers())
+    assert told["surface at 150 m under a warm layer: later by"] == pytest.approx(-0.71, abs=0.02)
+    for name in ("seabed", "box"):
+        assert abs(told[f"{name} at 150 m under a warm layer: later by"]) < 1e-6
+    layer = figure9.profile_effect("surface", WARM_LAYER)
+    assert np.abs(layer.shift - layer.exact).max() < 2e-9
 
 
 def test_shifts_are_of_the_same_places() -> None:

@@ -2,14 +2,16 @@
 
 The scenario is that of `thermocline_model`, in water of 1500 m/s, the speed at the sonar with the profile. The paper
 concludes that the profile "will only affect the sea surface returns and will not make a great deal of difference".
-By exact rays it changes all of them: at 150 m the echoes of target and bed arrive later, those of the surface earlier,
-bed and target are stronger, and beyond 162 m no direct sound reaches the bed.
+That holds for a warm layer that ends above the sonar (`WARM_LAYER`: surface returns 0.7 ms earlier, bed and target
+unchanged). A thermocline that includes the sonar, our reading of figure 1, changes all of them: at 150 m the echoes of
+target and bed arrive later, those of the surface earlier, bed and target are stronger, and beyond 162 m no direct sound
+reaches the bed. The difference lies in the profile, which the paper prints as a picture only.
 
 Shifts are those of the engine's arrivals for each scatterer, with the same positions in both waters,
 compared with twice the difference of the exact eigenray and of the straight line.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -22,7 +24,7 @@ from numpy.typing import NDArray
 from insonify.ocean.profile import SoundSpeedProfile
 from insonify.paper.checked_numbers import CheckedNumber, write_numbers
 from insonify.paper.figure8 import SPAN, scene_panel, series_panel, spike_panel
-from insonify.paper.thermocline_model import PROFILE, SOUND_SPEED, WINDOW, scene
+from insonify.paper.thermocline_model import PROFILE, SOUND_SPEED, WARM_LAYER, WINDOW, Knots, scene
 from insonify.plotting import style
 from insonify.plotting.levels import curves
 from insonify.propagation.eigenray import eigenrays
@@ -59,14 +61,15 @@ class ProfileEffect:
     """Increase of the level by spreading only, by exact eigenrays [dB]."""
 
 
-def rays_to(distance: Floats, depth: Floats) -> tuple[Floats, Floats]:
+def rays_to(distance: Floats, depth: Floats, knots: Knots = PROFILE) -> tuple[Floats, Floats]:
     """Travel time under the profile [s] and spreading re 1 m [1] of the direct rays, NaN where there is none.
 
     Args:
         distance: Horizontal distances [m], shape (n,).
         depth: Depths [m], shape (n,).
+        knots: Depth [m] and sound speed [m/s] of the profile's knots.
     """
-    profile = SoundSpeedProfile(*(np.array(column) for column in zip(*PROFILE, strict=True)))
+    profile = SoundSpeedProfile(*(np.array(column) for column in zip(*knots, strict=True)))
     direct = eigenrays(
         profile, water_depth=20.0, source_depth=SOURCE, point_depth=depth, range=distance, families=("D",)
     )
@@ -74,22 +77,23 @@ def rays_to(distance: Floats, depth: Floats) -> tuple[Floats, Floats]:
     return direct.delay[first], direct.amplitude[first]
 
 
-@lru_cache(maxsize=4)
-def profile_effect(name: str) -> ProfileEffect:
-    """Compute the effect of the profile on the arrivals of one object.
+@lru_cache(maxsize=8)
+def profile_effect(name: str, knots: Knots = PROFILE) -> ProfileEffect:
+    """Compute the effect of a profile on the arrivals of one object.
 
     Args:
         name: "seabed", "surface" or "box".
+        knots: Depth [m] and sound speed [m/s] of the profile's knots.
     """
     changes: dict[str, Any] = {"paths.amplitude_perturbation": 0.0, "track.window": WIDE}
     if name != "box":
         changes["targets"] = []  # their shadows differ
-    refracted, plain = (_of(arrivals(scene(profile, changes)), name) for profile in (True, False))
+    refracted, plain = (_of(arrivals(scene(profile, changes)), name) for profile in (knots, False))
     _, refracted_rows, plain_rows = np.intersect1d(_key(refracted), _key(plain), return_indices=True)
     refracted, plain = refracted.take(refracted_rows), plain.take(plain_rows)
     distance, depth = np.hypot(*refracted.position[:, :2].T), refracted.position[:, 2]
     slant = np.hypot(distance, depth - SOURCE)
-    time, spreading = rays_to(distance, np.clip(depth, 0.0, 20.0))
+    time, spreading = rays_to(distance, np.clip(depth, 0.0, 20.0), knots)
     return ProfileEffect(
         distance=distance,
         shift=refracted.delay - plain.delay,
@@ -126,12 +130,15 @@ def numbers() -> list[CheckedNumber]:
         rows.append(CheckedNumber(f"shift of every spike of the {name}, worst", off, "s", 0.0, 2e-9, EXACT))
         off = float(np.abs(effect.spreading_db - effect.exact_spreading_db).max())
         rows.append(CheckedNumber(f"spreading of every spike of the {name}, worst", off, "dB", 0.0, 0.08, EXACT))
-        near = np.abs(effect.distance - 150.5) <= 0.75
-        for extreme, value in (("least", effect.shift[near].min()), ("most", effect.shift[near].max())):
+        near = _near(effect)
+        for extreme, value in (("least", near.shift.min()), ("most", near.shift.max())):
             rows.append(CheckedNumber(f"{name} at 150 m: later by, {extreme}", 1e3 * float(value), "ms"))
-        gain = float(level_db(np.mean(10 ** (effect.gain_db[near] / 10))))
+        gain = float(level_db(np.mean(10 ** (near.gain_db / 10))))
         rows.append(CheckedNumber(f"{name} at 150 m: level higher by, mean of the spikes", gain, "dB"))
     rows.append(CheckedNumber("echo of the target: more energy", echo_gain(), "dB"))
+    for name in ("box", "seabed", "surface"):
+        later = 1e3 * float(np.mean(_near(profile_effect(name, WARM_LAYER)).shift))
+        rows.append(CheckedNumber(f"{name} at 150 m under a warm layer: later by", later, "ms"))
     return [
         *rows,
         CheckedNumber("seabed over direct paths, farthest", float(profile_effect("seabed").distance.max()), "m"),
@@ -187,6 +194,12 @@ def _with_profile(axes: Axes) -> None:
         )
 
 
+def _near(effect: ProfileEffect) -> ProfileEffect:
+    """The same of the scatterers about the box's distance only."""
+    near = np.abs(effect.distance - 150.5) <= 0.75
+    return ProfileEffect(*(getattr(effect, field.name)[near] for field in fields(effect)))
+
+
 def _changes(later: Axes, stronger: Axes) -> None:
     """Draw shift and change of level of every arrival over its distance."""
     for name, contribution in (("surface", "surface"), ("seabed", "seabed"), ("box", "target")):
@@ -196,9 +209,13 @@ def _changes(later: Axes, stronger: Axes) -> None:
         for axes, column in ((later, 1e3 * effect.shift), (stronger, effect.gain_db)):
             axes.plot(effect.distance[order], column[order], mark, color=colour, markersize=wide, linewidth=wide,
                       label=contribution)  # fmt: skip
+        layer = profile_effect(name, WARM_LAYER)
+        order = np.argsort(layer.distance)
+        for axes, column in ((later, 1e3 * layer.shift), (stronger, layer.gain_db)):
+            axes.plot(layer.distance[order], column[order], ":", color=colour, linewidth=1.4)
     for axes, title, label in (
-        (later, "e  arrivals under the profile re one speed: delay", "increase of two-way delay [ms]"),
-        (stronger, "f  their level", "increase of two-way level [dB]"),
+        (later, "e  delay re one speed: profile; dotted: warm layer", "increase of two-way delay [ms]"),
+        (stronger, "f  level re one speed", "increase of two-way level [dB]"),
     ):
         axes.axhline(0, color=style.QUIET, linewidth=0.8)
         axes.set_title(title)

@@ -25,8 +25,13 @@ from insonify.scenario.scenario import Scenario
 from insonify.simulator import arrivals, build_simulator
 from insonify.synthesis.arrival_weights import arrival_weights
 
+Floats = NDArray[np.float64]
+Knots = tuple[tuple[float, float], ...]
+
 PROFILE = ((0.0, 1510.0), (8.0, 1510.0), (14.0, 1490.0), (20.0, 1490.0))
 """Depth [m] and sound speed [m/s] of the knots."""
+WARM_LAYER = ((0.0, 1506.0), (9.0, 1506.0), (10.0, 1500.0), (20.0, 1500.0))
+"""A profile as the paper's conclusion implies: warm water that ends above the sonar."""
 SOUND_SPEED = 1500.0
 """Sound speed of the water without a profile, and at the sonar with one [m/s]."""
 WINDOW = (0.195, 0.230)
@@ -38,24 +43,23 @@ STRENGTHS_DB = {"target": -10.0, "seabed": -27.0, "surface": -30.0}
 FARTHEST = 180.0
 """Largest range of the pictures [m]."""
 
-Floats = NDArray[np.float64]
 
-
-def layered(changes: dict[str, Any] | None = None) -> Scenario:
+def layered(changes: dict[str, Any] | None = None, profile: Knots = PROFILE) -> Scenario:
     """Nominal scene with the profile.
 
     Args:
         changes: Other values by dotted name.
+        profile: Depth [m] and sound speed [m/s] of the knots.
     """
-    rows = [list(knot) for knot in PROFILE]
+    rows = [list(knot) for knot in profile]
     return nominal({"water.profile": rows, "water.sound_speed": None, **(changes or {})})
 
 
-def scene(profile: bool, changes: dict[str, Any] | None = None) -> Scenario:
+def scene(profile: bool | Knots, changes: dict[str, Any] | None = None) -> Scenario:
     """Scenario of the second model.
 
     Args:
-        profile: True for the profile, False for one sound speed.
+        profile: True for the profile, False for one sound speed; or the knots of another profile.
         changes: Other values by dotted name.
     """
     fixed = {
@@ -63,7 +67,9 @@ def scene(profile: bool, changes: dict[str, Any] | None = None) -> Scenario:
         "surface.scattering": {"strength_db": STRENGTHS_DB["surface"]}, "track.window": WINDOW,
     }  # fmt: skip
     values = {**fixed, **(changes or {})}
-    return layered(values) if profile else nominal({"water.sound_speed": SOUND_SPEED, **values})
+    if not profile:
+        return nominal({"water.sound_speed": SOUND_SPEED, **values})
+    return layered(values, PROFILE if isinstance(profile, bool) else profile)
 
 
 def replica_sum(scenario: Scenario) -> NDArray[np.complex128]:
