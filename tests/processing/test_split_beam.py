@@ -175,7 +175,7 @@ def test_the_first_echo_of_a_flat_bed_arrives_near_the_axis():
             levels = echosounder_levels(file.read(group))
             bed = (levels.range[0] > 4.9) & (levels.range[0] < 7)
             power = levels.received_power.where(bed)
-            edge = int((power[0] > power[0].max() / 4).argmax())
+            edge = int((power[0] > power[0].max() / 4).argmax("sample"))
             for side in ("alongship", "athwartship"):
                 angle = np.degrees(levels[f"angle_{side}"][:, edge : edge + 15].mean("sample"))
                 assert np.all(np.abs(angle) < 3.5) and np.ptp(angle.values) < 1.0, (group, angle.values)
