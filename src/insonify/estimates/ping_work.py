@@ -42,6 +42,9 @@ MIN_CELL_SIZE = (BASE_PITCH * 2.0**FINEST_LEVEL) ** 2
 """Area of the smallest cells of the scatterers' grid [m^2]."""
 RINGS, SECTORS = 48, 360
 """Number of rings and sectors in which the seabed is counted [1]."""
+BEAMS_PER_RING, MOST_APART = 512, 12
+"""Beams times families from which on keep probabilities are evaluated at every second ring, and so on; rings that are
+apart at most [1]."""
 PLACES = 12
 """Distances, and depths, at which pairs of legs to points in the water are counted [1]."""
 TARGET_PINGS, TARGET_LOOKS = 9, 300
@@ -434,6 +437,8 @@ def _on_boundary(
         ping_geometry, level, rays, families, scenario.seabed.scatterer_grid, outer,
         scenario.paths.importance_sampling, glints
     )  # fmt: skip
+    node = middle[:: min(1 + scenario.sonar.beam_count * len(families) // BEAMS_PER_RING, MOST_APART)]
+    kept = np.interp(middle, node, importance.mean_keep_probability(node))
     if scenario.field == "incoherent":
         wide = min(resolution.beam_width, polar_grid.MAX_CELL_WIDTH) / np.sqrt(resolution.scatterers_per_cell)
         cell = (
@@ -446,7 +451,7 @@ def _on_boundary(
     else:
         cell = np.maximum(resolution.cell_area(middle, reach.vertical_distance), MIN_CELL_SIZE)
     return (
-        ground * np.minimum(importance.mean_keep_probability(middle), in_beam.mean(axis=1)) / cell,
+        ground * np.minimum(kept, in_beam.mean(axis=1)) / cell,
         middle,
         float(tiles.sum()),
     )

@@ -14,7 +14,7 @@ from insonify.model import field_error, raise_errors
 from insonify.units import UNITS, si
 
 KEYS = ("from", "to", "step")
-MAX_ANGLES = 2048
+MAX_ANGLES = 1024
 """No sonar forms more beams [1]."""
 UNEVEN = Fraction(1, 1000)
 """Part of a step by which the last one may miss the end: as much as a step written with few digits [1]."""

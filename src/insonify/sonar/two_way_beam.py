@@ -3,6 +3,7 @@
 Both are taken in the array's plane of boresight and right, about the steered axis.
 """
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -50,8 +51,7 @@ def two_way_width(transmit: Beams, receive: Beams) -> float:
         transmit: Transmit beams, one or as many as receive.
         receive: Receive beams, one or as many as transmit.
     """
-    channels = range(max(transmit.channel_count, receive.channel_count))
-    return min(WIDEST, *(_width(transmit.single_beam(channel), receive.single_beam(channel)) for channel in channels))
+    return _remembered(_measured_width, transmit, receive)
 
 
 def two_way_height(transmit: Beams, receive: Beams) -> float:
@@ -61,13 +61,7 @@ def two_way_height(transmit: Beams, receive: Beams) -> float:
         transmit: Transmit beams, one or as many as receive.
         receive: Receive beams, one or as many as transmit.
     """
-    key = transmit.pattern_key, receive.pattern_key
-    known = _HEIGHTS.get(key)
-    if known is None:
-        for oldest in list(_HEIGHTS)[:-64]:
-            _HEIGHTS.pop(oldest, None)
-        known = _HEIGHTS[key] = _measured_height(transmit, receive), (*transmit.tables, *receive.tables)
-    return known[0]
+    return _remembered(_measured_height, transmit, receive)
 
 
 def _measured_height(transmit: Beams, receive: Beams) -> float:
@@ -88,23 +82,28 @@ def _measured_height(transmit: Beams, receive: Beams) -> float:
     return min(heights)
 
 
-def _width(transmit: Beams, receive: Beams) -> float:
-    """Full width of one two-way beam [rad]; in its own frame it is the same at every ping."""
-    key = transmit.pattern_key, receive.pattern_key
+def _remembered(measured: Callable[[Beams, Beams], float], transmit: Beams, receive: Beams) -> float:
+    """Extent of the two-way beams, measured once: in their own frame it is the same at every ping."""
+    key = measured, transmit.pattern_key, receive.pattern_key
     known = _KNOWN.get(key)  # one read: another thread may be deleting it
     if known is None:
         for oldest in list(_KNOWN)[:-64]:
             _KNOWN.pop(oldest, None)
         # the tables are kept, so that no others can take their numbers
-        known = _KNOWN[key] = _measured_width(transmit, receive), (*transmit.tables, *receive.tables)
+        known = _KNOWN[key] = measured(transmit, receive), (*transmit.tables, *receive.tables)
     return known[0]
 
 
 _KNOWN: dict[Any, tuple[float, tuple[Floats, ...]]] = {}
-_HEIGHTS: dict[Any, tuple[float, tuple[Floats, ...]]] = {}
 
 
 def _measured_width(transmit: Beams, receive: Beams) -> float:
+    """Full width of the narrowest two-way beam [rad]."""
+    channels = range(max(transmit.channel_count, receive.channel_count))
+    return min(WIDEST, *(_beam_width(transmit.single_beam(one), receive.single_beam(one)) for one in channels))
+
+
+def _beam_width(transmit: Beams, receive: Beams) -> float:
     """Full width of one two-way beam [rad], measured outwards from the axis of the narrower end."""
     narrower = max(transmit, receive, key=lambda end: float(end.per_unit[0]))
     axis = float(np.arcsin(np.clip(narrower.steer[0, 0], -1, 1)))

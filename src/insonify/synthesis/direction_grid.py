@@ -46,10 +46,16 @@ class DirectionGrid:
     """Rows of the grid, for each sub-band."""
     row_count: int
     """Number of rows."""
-    beam_weights: tuple[NDArray[np.float32], ...]
-    """Weight of each row in each beam, for each sub-band, shape (beams, rows)."""
+    beams: tuple[tuple[Beams, Beams], ...]
+    """Transmit and receive beams, for each sub-band."""
     shared_patterns: tuple[tuple[Beams, Beams], ...]
     """Transmit and receive patterns common to all beams: directivity of elements, vertical pattern."""
+
+    @property
+    def beam_weights(self) -> tuple[NDArray[np.float32], ...]:
+        """Weight of each row in each beam, for each sub-band, shape (beams, rows); fitted when first needed."""
+        first, step = self.rows[0][:2]
+        return tuple(_beam_weights(*pair, first, step, self.row_count) for pair in self.beams)
 
     def to_beams(self, cells: Cells) -> Cells:
         """Combine rows to beams.
@@ -60,8 +66,9 @@ class DirectionGrid:
         Returns:
             Cells of the beams, shape (bands, beams, groups, cells, waveforms of a group).
         """
-        beams = np.empty((cells.shape[0], len(self.beam_weights[0]), *cells.shape[2:]), np.complex64)
-        for row_cells, weights, beam_cells in zip(cells, self.beam_weights, beams, strict=True):
+        beam_weights = self.beam_weights
+        beams = np.empty((cells.shape[0], len(beam_weights[0]), *cells.shape[2:]), np.complex64)
+        for row_cells, weights, beam_cells in zip(cells, beam_weights, beams, strict=True):
             combine_rows(
                 row_cells.reshape(len(row_cells), -1).view(np.float32),
                 weights,
@@ -104,9 +111,7 @@ def direction_grid(ping_geometry: PingGeometry) -> DirectionGrid | None:
         )
         for transmit_beams, receive_beams in pairs
     )
-    return DirectionGrid(
-        rows, count, tuple(_beam_weights(*pair, first, step, count) for pair in pairs), shared_patterns
-    )
+    return DirectionGrid(rows, count, pairs, shared_patterns)
 
 
 def _extent(beams: Beams) -> float:
