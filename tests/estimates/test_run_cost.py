@@ -16,6 +16,8 @@ from insonify.estimates.compile_time import FeatureKernels
 from insonify.estimates.run_cost import RunCost, estimate_cost, size_refusal
 from insonify.estimates.run_limits import run_refusal
 from insonify.simulator import build_simulator
+from insonify.sonar import two_way_beam
+from insonify.synthesis import direction_grid
 from oracles.arrays import heard_by_elements, line_of
 from oracles.scenes import nominal
 
@@ -154,6 +156,34 @@ def test_points_in_the_water_are_counted(field):
     blocks = simulator.engine.blocks(simulator.ping_geometry(0), quadrature=field == "incoherent")
     drawn = sum(len(block()) for block in blocks)
     assert estimate_cost(murky).scatterers == pytest.approx(drawn, rel=0.05)
+
+
+def test_water_is_counted_by_a_sample_of_its_blocks(monkeypatch):
+    """At most 400 of 2000 blocks are divided further at a time: as many points to a tenth."""
+    murky = nominal(water={"volume_strength_db": -70}, track={"window": (0.03, 0.06)}, paths={"max_reflections": 1})
+    simulator = build_simulator(murky)
+    side, paths = simulator.ping_geometry(0), murky.paths
+    seen = ping_scatterers(murky.scene, paths, 1, side, simulator.engine.rays)
+    suspended = volume.VolumeScatterers(murky.scene, paths, 1, side, seen.resolution)
+    exact, refine, most = len(suspended.cubes().level) * volume.CELLS**3, volume.VolumeScatterers._refine, []
+    monkeypatch.setattr(
+        volume.VolumeScatterers, "_refine", lambda own, blocks: most.append(len(blocks.level)) or refine(own, blocks)
+    )
+    monkeypatch.setattr(volume, "COUNTED", 400)
+    assert suspended.count(quadrature=False) == pytest.approx(exact, rel=0.1)
+    assert max(most) <= 400 < exact / volume.CELLS**3 / 4
+
+
+def test_an_estimate_of_many_beams_measures_each_once_and_fits_none(monkeypatch):
+    """501 beams: no weights of a direction grid, which take seconds, and no beam's width at every ping."""
+    measured, width = [], two_way_beam._beam_width
+    monkeypatch.setattr(two_way_beam, "_beam_width", lambda *ends: measured.append(1) or width(*ends))
+    monkeypatch.setattr(direction_grid, "_fitted_weights", None)
+    fan = {"from": "-50 deg", "to": "50 deg", "step": "0.2 deg"}
+    body = {"shape": "box", "size": (2, 1, 1), "position": (0, 40)}
+    receive = {"kind": "line", "length": 0.41, "steer": fan}
+    scenario = nominal(sonar={"receive": receive}, targets=[body], track={"window": (0.02, 0.1), "pings": 9})
+    assert estimate_cost(scenario).seconds > 1 and len(measured) == 501
 
 
 def test_water_is_counted_once_by_a_check(monkeypatch):

@@ -41,6 +41,8 @@ CUBES_PER_BLOCK = 64
 """WaterBlocks that are drawn together."""
 MAX_CUBES = 1_600_000
 """Largest number of blocks of one ping, 64 points each."""
+COUNTED = 20_000
+"""Blocks of one level by which those of one ping are counted: to 1 % [1]."""
 MAX_TILES = 800_000
 """Largest number of tiles of quadrature points, 128 points each."""
 MIN_RANGE = 1.0
@@ -104,7 +106,7 @@ class VolumeScatterers:
         try:
             if quadrature:
                 return float(len(self._shells()) * SHELLS_PER_TILE * SECTORS_PER_TILE)
-            return float(len(self.cubes().level) * CELLS**3)
+            return sum(float(share * len(cubes.level)) for share, cubes in self._levels(COUNTED)) * CELLS**3
         except ValueError:
             return float("inf")
 
@@ -128,6 +130,14 @@ class VolumeScatterers:
 
     def cubes(self) -> WaterBlocks:
         """The cubes of drawn points that this ping can receive, each at the level that the whole track requests."""
+        return WaterBlocks(*map(np.concatenate, zip(*(cubes for _, cubes in self._levels()), strict=True)))
+
+    def _levels(self, counted: int | None = None) -> Iterator[tuple[float, WaterBlocks]]:
+        """The cubes of each level, and the number of cubes that each stands for.
+
+        Args:
+            counted: Largest number of cubes that are divided further, at random; None: all are.
+        """
         ping_geometry, lattice = self.ping_geometry, self.scene.seabed.scatterer_grid
         farthest = self._farthest
         here = lattice.from_world(ping_geometry.transmit_position[:2])
@@ -137,15 +147,17 @@ class VolumeScatterers:
         stop = int(np.ceil(max_water_depth(self.scene.seabed) / side))
         grid = np.mgrid[first[0] : last[0] + 1, first[1] : last[1] + 1, 0:stop].reshape(3, -1)
         cubes = WaterBlocks(np.full(grid.shape[1], level), *grid)
-        found, total = [cubes.take(slice(0, 0))], 0
+        share, total, draw = 1.0, 0.0, np.random.default_rng(self.seed)
         while len(cubes.level):
             cubes, fine = self._refine(cubes)
-            found.append(cubes.take(fine))
-            total += int(fine.sum())
+            yield share, cubes.take(fine)
+            total += share * int(fine.sum())
             cubes = cubes.take(~fine).split()
-            if total + len(cubes.level) > MAX_CUBES:
+            if total + share * len(cubes.level) > MAX_CUBES:
                 raise ValueError(TOO_MANY)
-        return WaterBlocks(*(np.concatenate(column) for column in zip(*found, strict=True)))
+            if counted is not None and len(cubes.level) > counted:
+                share *= len(cubes.level) / counted
+                cubes = cubes.take(draw.choice(len(cubes.level), counted, replace=False))
 
     def _refine(self, cubes: WaterBlocks) -> tuple[WaterBlocks, NDArray[np.bool_]]:
         """Cubes in reach, and True for those that are fine enough, (n,)."""
@@ -185,35 +197,44 @@ class VolumeScatterers:
 
     def _receivable(self, centre: Floats, radius: Floats) -> NDArray[np.bool_]:
         """Return True if window and beams let some balls of water be received by any pair of families, (n,)."""
-        ping_geometry, water = self.ping_geometry, self.scene.water
-        near, far, gain = np.zeros((3, len(centre)))
-        gain += 1
-        ends = [(ping_geometry.transmit_position, ping_geometry.transmit_beams)]
-        alike = ping_geometry.same_beams and ping_geometry.is_monostatic
-        if not alike:
-            ends.append((ping_geometry.receive_position, ping_geometry.bounding_receive_beams))
-        for position, beams in ends:
-            closest, farthest, best = np.full(len(centre), np.inf), np.zeros(len(centre)), np.zeros(len(centre))
-            for family in self.choice.followed_families:
-                around = radius + self._relief_height * 2 * family.count("B")
-                ray = centre - [*position[:2], image_depth(family, float(position[2]), self.scene.seabed.depth)]
-                length = np.maximum(np.linalg.norm(ray, axis=1), 1e-9)
-                ray[:, 2] *= (-1) ** len(bounce_sequence(family))
-                np.minimum(closest, length - around, out=closest)
-                np.maximum(farthest, length + around, out=farthest)
+        geometry, water, choice = self.ping_geometry, self.scene.water, self.choice
+        ends = [
+            (geometry.transmit_position, geometry.transmit_beams),
+            (geometry.receive_position, geometry.bounding_receive_beams),
+        ]
+        if geometry.same_beams and geometry.is_monostatic:
+            ends.pop()
+        times = 3 - len(ends)
+        closest, farthest = np.full((len(ends), len(centre)), np.inf), np.zeros((len(ends), len(centre)))
+        for family in choice.followed_families:
+            for row, (position, _) in enumerate(ends):
+                length, around, _ = self._rays(family, position, centre, radius)
+                np.minimum(closest[row], length - around, out=closest[row])
+                np.maximum(farthest[row], length + around, out=farthest[row])
+        early, late = geometry.recorded_delays
+        latest = times * farthest.sum(axis=0) / water.min_sound_speed
+        in_time = times * closest.sum(axis=0) / water.max_sound_speed <= late
+        received = in_time & (latest * (MAX_TRAVEL_TIME_RATIO if water.layered else 1.0) >= early)
+        rows, gain = np.flatnonzero(received), np.zeros((len(ends), len(centre)))
+        received[:] = False
+        for family in choice.followed_families:
+            for row, (position, beams) in enumerate(ends):
+                length, around, ray = self._rays(family, position, centre[rows], radius[rows])
                 margin = np.where(around < length, np.arcsin(np.minimum(1, around / length)), np.pi)
                 for way, more in self._refracted_directions(ray / length[:, None]):
-                    np.maximum(best, beams.bound(way, margin + more), out=best)
-            near, far, gain = near + closest, far + farthest, gain * best
-        if alike:
-            near, far, gain = near + closest, far + farthest, gain * best
-        early, late = ping_geometry.recorded_delays
-        latest = far / water.min_sound_speed * (MAX_TRAVEL_TIME_RATIO if water.layered else 1.0)
-        return (
-            (gain >= amplitude_ratio(self.choice.beam_cutoff_db))
-            & (near / water.max_sound_speed <= late)
-            & (latest >= early)
-        )
+                    gain[row, rows] = np.maximum(gain[row, rows], beams.bound(way, margin + more))
+            received[rows] = np.prod(gain[:, rows], axis=0) ** times >= amplitude_ratio(choice.beam_cutoff_db)
+            rows = rows[~received[rows]]  # those that are received need no further family
+        return received
+
+    def _rays(
+        self, family: str, position: Floats, centre: Floats, radius: Floats
+    ) -> tuple[Floats, Floats, Floats]:  # fmt: skip
+        """Lengths of the straight rays of one family to some balls of water, their radii over relief, the rays [m]."""
+        ray = centre - [*position[:2], image_depth(family, float(position[2]), self.scene.seabed.depth)]
+        length = np.maximum(np.linalg.norm(ray, axis=1), 1e-9)
+        ray[:, 2] *= (-1) ** len(bounce_sequence(family))
+        return length, radius + self._relief_height * 2 * family.count("B"), ray
 
     def _refracted_directions(self, way: Floats) -> Iterator[tuple[Floats, float]]:
         """Departure cones of rays to some positions, given the straight directions."""

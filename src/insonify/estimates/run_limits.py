@@ -8,6 +8,9 @@ from insonify.estimates.run_cost import RunCost, size_refusal
 from insonify.scenario.scenario import Scenario
 from insonify.simulator import build_simulator
 
+ALIKE = 0.05
+"""Part of the water depth within which sonars receive about the same number of points in the water [1]."""
+
 
 def run_refusal(scenario: Scenario, whole: RunCost, *, labels: bool = False) -> str:
     """Reason to refuse a run of a scenario, and the remedy; empty where it can be run.
@@ -39,7 +42,9 @@ def _water_limit_error(scenario: Scenario, counted: set[tuple[int, bool]], *, la
     simulator = build_simulator(scenario)
     depth = simulator.platforms.transmitter_poses.position[:, 2]
     kinds = {scenario.field == "incoherent"} | ({True} if labels else set())
-    for ping in sorted({0, int(np.argmin(depth)), int(np.argmax(depth))}):
+    extremes = {int(np.argmin(depth)), int(np.argmax(depth))}
+    elsewhere = {ping for ping in extremes if abs(depth[ping] - depth[0]) > ALIKE * scenario.seabed.depth}
+    for ping in sorted({0} | elsewhere):
         for side in simulator.ping_geometries(ping):
             seen = ping_scatterers(simulator.engine.scene, scenario.paths, scenario.seed, side, simulator.engine.rays)
             suspended = VolumeScatterers(simulator.engine.scene, scenario.paths, scenario.seed, side, seen.resolution)

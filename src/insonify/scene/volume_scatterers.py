@@ -63,7 +63,7 @@ class WaterBlocks(NamedTuple):
         """Volume of a cell [m^3], shape (n,)."""
         return np.asarray(BASE_PITCH**3 * 2.0**self.level)
 
-    def take(self, rows: NDArray[np.bool_] | slice) -> "WaterBlocks":
+    def take(self, rows: NDArray[np.bool_] | NDArray[np.int64] | slice) -> "WaterBlocks":
         """The blocks of some rows."""
         return WaterBlocks(*(column[rows] for column in self))
 
