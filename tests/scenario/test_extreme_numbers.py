@@ -12,6 +12,8 @@ from insonify.estimates.run_cost import estimate_cost, size_refusal
 from insonify.scenario.diagnostic import ScenarioError
 from insonify.scenario.load import parse_model
 from insonify.scenario.scenario import Scenario
+from insonify.scene.seabed_terrain import SeabedTerrain
+from oracles.scenes import nominal
 
 TEMPLATES = ("nominal", "sidescan", "forward-looking", "multibeam", "interferometric")
 FACTORS = (1e-6, 1e-3, 0.01, 100.0, 1e3, 1e6)
@@ -76,3 +78,11 @@ def test_the_largest_numbers_are_refused_or_priced(path, value):
     """Long windows, many pings, fine cells, deep water, high frequencies, long and far bodies."""
     described = yaml.safe_load((files("insonify.scenario") / "templates" / "sidescan.yaml").read_text(encoding="utf-8"))
     assert answered(changed(described, tuple(path.split(".")), value))
+
+
+@pytest.mark.filterwarnings("ignore")
+def test_the_ground_under_a_track_well_above_it_is_not_evaluated(monkeypatch):
+    """Half a million pings over relief are checked by the heights between which all of it lies."""
+    monkeypatch.setattr(SeabedTerrain, "depth_at", None)
+    rough = {"relief": {"kind": "power-law", "hurst": 0.8, "rms": 0.05}}
+    assert nominal(seabed=rough, track={"window": (0.02, 0.1), "pings": 1000}).seabed.relief

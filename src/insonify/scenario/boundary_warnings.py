@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from insonify.scenario.track_errors import PLATFORM, RECEIVER, array_positions, seabed_depth_below
+from insonify.scenario.track_errors import PLATFORM, RECEIVER, array_positions, seabed_depth_below, seabed_depth_span
 
 if TYPE_CHECKING:
     from insonify.scenario.scenario import Scenario
@@ -25,6 +25,8 @@ def boundary_warning(scenario: Scenario) -> str:
     near = min(wavelength, SLOW)
     for name, position in array_positions(scenario).items():
         if name in (PLATFORM, RECEIVER):
+            continue
+        if position[:, 2].min() >= near and seabed_depth_span(scenario)[0] - position[:, 2].max() >= near:
             continue
         above = seabed_depth_below(scenario, position) - position[:, 2]
         for what, gap in (("the sea surface", position[:, 2]), ("the seabed", above)):

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from insonify.ocean.scattering_layers import ScatteringPatch
 from insonify.scenario.platform_poses import platforms
-from insonify.scenario.track_errors import PLATFORM, RECEIVER, array_positions, seabed_depth_below
+from insonify.scenario.track_errors import PLATFORM, RECEIVER, array_positions, seabed_depth_below, seabed_depth_span
 from insonify.scene.volume_scatterers import max_water_depth
 
 if TYPE_CHECKING:
@@ -59,8 +59,11 @@ def _bed(scenario: Scenario, ends: list[Floats], farthest: float, reach: str) ->
     """Warning on a seabed below the reach of every ping; empty otherwise."""
     if scenario.seabed.scattering is None:
         return ""
+    reached = farthest * (SLOPES if scenario.seabed.relief else 1.0)
+    if seabed_depth_span(scenario)[1] - max(place[:, 2].max() for place in ends) <= reached:
+        return ""
     nearest = float(min(np.nanmin(seabed_depth_below(scenario, place) - place[:, 2]) for place in ends))
-    if nearest <= farthest * (SLOPES if scenario.seabed.relief else 1.0):
+    if nearest <= reached:
         return ""
     return (
         f"seabed: it lies {nearest:.4g} m or more below the sonar, {reach}: none of its echoes is received. Give a "

@@ -62,6 +62,8 @@ def _out_of_water_errors(
     """The first of one platform's arrays that leaves the water."""
     depths = {name: position[:, 2] for name, position in arrays.items()}
     for name, lies in depths.items():
+        if lies.min() > 0 and lies.max() < seabed_depth_span(scenario)[0]:
+            continue
         floor = seabed_depth_below(scenario, arrays[name])
         wrong = np.flatnonzero((lies <= 0) | (lies >= floor))
         if wrong.size:
@@ -72,6 +74,12 @@ def _out_of_water_errors(
             advise = _constant_depth_advice if everywhere else _advice
             yield advise(path, platform[:, 2], depths, f"puts {name} {side}, at {depth:.6g} m", wrong, bed)
             return  # the other arrays hang on the same depth
+
+
+def seabed_depth_span(scenario: Scenario) -> tuple[float, float]:
+    """Depths between which all of the seabed lies [m]."""
+    bed = scenario.completed_seabed.terrain
+    return (scenario.seabed.depth,) * 2 if bed is None else bed.span
 
 
 def seabed_depth_below(scenario: Scenario, position: Floats) -> Floats:

@@ -14,7 +14,7 @@ from insonify.validity import PhysicsWarning
 
 MAX_WINDOW = 100.0
 """Latest stop of a recording [s]."""
-MAX_PINGS = 1_000_000
+MAX_PINGS = 500_000
 """More than any survey line has [1]."""
 Coordinate = Annotated[Metres, Field(ge=-1e7, le=1e7)]
 Place = tuple[Coordinate, Coordinate, Coordinate]
