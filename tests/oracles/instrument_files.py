@@ -31,7 +31,8 @@ def kmall_datagram(kind: str, seconds: float, body: bytes) -> bytes:
     """One datagram with its length at both ends."""
     size = kmall_parts.HEADER.itemsize + len(body) + 4
     whole, part = divmod(seconds, 1)
-    head = record(kmall_parts.HEADER, size=size, kind=kind.encode(), model=2042, seconds=START + whole,
+    version = {"#MRZ": 3, "#MWC": 2, "#SKM": 1, "#SVP": 1}.get(kind, 0)  # revision I
+    head = record(kmall_parts.HEADER, size=size, kind=kind.encode(), version=version, model=2042, seconds=START + whole,
                   nanoseconds=round(part * 1e9))  # fmt: skip
     return head + body + size.to_bytes(4, "little")
 
@@ -69,7 +70,10 @@ def kmall_swath(ping: int) -> bytes:
     """Body of an #MRZ datagram with one extra detection; beam b has b samples of the seabed image."""
     p, count = kmall_parts, np.arange(BEAMS + 1)
     head = record(p.PARTITION, count=1, number=1) + record(p.BODY, ping=100 + ping)
-    about = record(p.PING, sectors=2, sector_size=p.SECTOR.itemsize, latitude=45.0, longitude=3.0, water_level=-1.0)
+    about = np.frombuffer(record(p.PING, sectors=2, sector_size=p.SECTOR.itemsize, latitude=45.0, longitude=3.0,
+                                 water_level=-1.0), p.PING).copy()  # fmt: skip
+    about["size"] += 8  # fields of the revisions since H, which are skipped
+    about = about.tobytes() + bytes(8)
     sectors = record(p.SECTOR, 2, frequency=[300e3, 320e3])
     rx = record(p.RX, soundings=BEAMS, extra=1, sounding_size=p.SOUNDING.itemsize, classes=1, class_size=4)
     soundings = record(p.SOUNDING, BEAMS + 1, angle=60.0 - 20 * count, down=8.0, absorption=80.0, sample_count=count)

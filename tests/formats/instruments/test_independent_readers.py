@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from insonify.formats.instruments import open_instrument
+from oracles import instrument_files as files
 from oracles.instrument_files import DATA
 
 FILES = {"kmall": "real/em2042-ostend-os02-300khz-b.kmall", "kmwcd": "real/em2042-ostend-os02-300khz-b.kmwcd",
@@ -47,17 +48,16 @@ def opened(kind):
     return open_instrument(path)
 
 
-def datagrams(kind, family, name):
-    """Datagrams of one kind by the other reader, as a list."""
+def datagrams(kind, family, name, path=None):
+    """Datagrams of one kind by the other reader, as a list; of a file of its own where a path is given."""
     module = pytest.importorskip(
         "themachinethatgoesping.echosounders", reason="the independent reader is not installed"
     )
     module = getattr(module, family)
     handler = module.KMALLFileHandler if family == "kmall" else module.KongsbergAllFileHandler
     kinds = module.t_KMALLDatagramIdentifier if family == "kmall" else module.t_KongsbergAllDatagramIdentifier
-    return list(
-        handler([str(DATA / FILES[kind])], show_progress=False).datagram_interface.datagrams(getattr(kinds, name))
-    )
+    opened = handler([str(path or DATA / FILES[kind])], show_progress=False, init=path is None)
+    return list(opened.datagram_interface.datagrams(getattr(kinds, name)))
 
 
 def agree(ours, theirs, scale=1):
@@ -199,3 +199,45 @@ def test_xtf_samples_and_navigation():
         np.isnan(port.latitude[0]) and set(port.sound_speed.values) == {1500.0} and set(port.frequency.values) == {6e5}
     )
     np.testing.assert_allclose(port.slant_range / 1024, port.sample_interval * 1500 / 2, rtol=1e-6)
+
+
+def test_the_small_files_are_those_of_the_formats(tmp_path):
+    """Other readers find in them what was written: the writer of the tests has not made the readers' mistakes."""
+    (path := tmp_path / "a.kmall").write_bytes(files.kmall())
+    for ping, swath in enumerate(datagrams("kmall", "kmall", "M_RANGE_AND_DEPTH", path)):
+        assert swath.get_ping_count() == 100 + ping and swath.rx_info.get_number_of_extra_detections() == 1
+        agree(swath.soundings.get_beam_angle_re_rx_deg_tensor(), 60.0 - 20 * np.arange(files.BEAMS + 1))
+        agree(swath.tx_sectors.get_centre_frequency_hz_tensor(), [300e3, 320e3])
+        agree(swath.ping_info.get_z_water_level_re_ref_point_m(), -1.0)
+        agree(np.ravel(swath.get_seabed_image_samples_db()), -0.1 * np.arange(15))
+    for column in datagrams("kmall", "kmall", "M_WATER_COLUMN", path):
+        # Its beams are not compared: version 0.35 takes the phases of a beam for the beam that follows.
+        agree([column.rx_info.get_tvg_function_applied(), column.tx_info.get_heave_m()], [30, 0.5])
+    (attitude,) = datagrams("kmall", "kmall", "S_KM_BINARY", path)
+    agree(attitude.sensor_data.get_roll_deg_tensor(), np.arange(4))
+    (path := tmp_path / "a.all").write_bytes(files.kongsberg_all())
+    for theirs in datagrams("all", "kongsbergall", "XYZDatagram", path):
+        agree(theirs.beams.get_backscatter_tensor(), np.full(files.BEAMS, -20.0))
+        assert theirs.beams.get_detection_is_valid_tensor().tolist() == [True, True, False, False, True]
+    for theirs in datagrams("all", "kongsbergall", "RawRangeAndAngle", path):
+        agree(theirs.beams.get_beam_crosstrack_angle_in_degrees_tensor(), 60.0 - 30 * np.arange(files.BEAMS))
+    (theirs,) = datagrams("all", "kongsbergall", "SoundSpeedProfileDatagram", path)
+    agree(theirs.get_depths_in_meters(), [0, 10])
+    for theirs in datagrams("all", "kongsbergall", "WatercolumnDatagram", path):
+        first = 0 if theirs.get_datagram_number() == 1 else 3
+        for beam, part in enumerate(theirs.beams.beams):
+            agree(part.get_samples_in_db(0.0), files.kmall_level(theirs.get_ping_counter())[first + beam] / 2)
+
+
+@pytest.mark.filterwarnings("ignore:XTFHeaderType")
+def test_the_small_xtf_file_is_one(tmp_path):
+    """Pyxtf finds the channels as they are stored, the attitude and the packet of a kind unknown."""
+    pyxtf = pytest.importorskip("pyxtf", reason="the independent reader is not installed")
+    (tmp_path / "a.xtf").write_bytes(files.xtf())
+    _, packets = pyxtf.xtf_read(str(tmp_path / "a.xtf"))
+    assert {kind.name: len(found) for kind, found in packets.items()} == {"sonar": 3, "attitude": 3, "unknown": 1}
+    for ping, theirs in enumerate(packets[pyxtf.XTFHeaderType.sonar]):
+        for channel, samples in enumerate(theirs.data):
+            assert samples.tolist() == files.xtf_samples(ping, channel)[:: 2 * channel - 1].tolist()
+        assert theirs.SensorSpeed == 2.0 and theirs.Heave == 0.5 and theirs.Second == ping
+    assert packets[pyxtf.XTFHeaderType.attitude][0].Roll == 90.0

@@ -80,11 +80,11 @@ def test_a_version_with_shorter_records_is_read(tmp_path):
     """Fields that an earlier version lacks are NaN, and the rest stands where it did."""
     p, short = files.kmall_parts, files.kmall_parts.SECTOR.itemsize - 12
     body = files.kmall_swath(0)
-    at = p.PARTITION.itemsize + p.BODY.itemsize + p.PING.itemsize
-    about = np.frombuffer(body, p.PING, 1, at - p.PING.itemsize).copy()
+    at = p.PARTITION.itemsize + p.BODY.itemsize + p.PING.itemsize + 8
+    about = np.frombuffer(body, p.PING, 1, at - 8 - p.PING.itemsize).copy()
     about["sector_size"] = short
     sectors = b"".join(body[at + k * p.SECTOR.itemsize :][:short] for k in range(2))
-    body = body[: at - p.PING.itemsize] + about.tobytes() + sectors + body[at + 2 * p.SECTOR.itemsize :]
+    body = body[: at - 8 - p.PING.itemsize] + about.tobytes() + bytes(8) + sectors + body[at + 2 * p.SECTOR.itemsize :]
     (tmp_path / "a.kmall").write_bytes(files.kmall_datagram("#MRZ", 0, body))
     with open_instrument(tmp_path / "a.kmall") as file:
         found = file.soundings()
