@@ -306,8 +306,11 @@ def apply_glints_to_row(
             if paths.on_bed[b]:
                 axes, waves, phase = source.bed_axes, source.bed_waves, points.bed_phase[n]
                 longer = points.long_variance[n]
-                place = _cell_of_bounce(keys[n], code << 4 | b, source, offset_north, offset_east)
+                place, ahead, aside = _cell_of_bounce(keys[n], code << 4 | b, source, offset_north, offset_east)
                 identifier = code << 4 | place << 20 | b
+                # from the cell: the wavenumber follows the angles of a moving sonar
+                offset_north = ahead * axes[0, 0] + aside * axes[1, 0]
+                offset_east = ahead * axes[0, 1] + aside * axes[1, 1]
             else:
                 identifier = living | b
             if b < incoherent:
@@ -355,8 +358,8 @@ def _glint_generation(scatterer_id: np.uint64, code: int, key: tuple[int, int], 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _cell_of_bounce(
     scatterer_id: np.uint64, code: int, source: GlintSource, offset_north: float, offset_east: float
-) -> int:
-    """Index of the seabed's cell of one bounce point; each scatterer's glints have cells of their own.
+) -> tuple[int, float, float]:
+    """Cell of the seabed with one bounce point, and where in it; each scatterer's glints have cells of their own.
 
     Args:
         scatterer_id: Identifier of the scatterer.
@@ -364,13 +367,17 @@ def _cell_of_bounce(
         source: Origin of the glint.
         offset_north: North of the bounce point from the scatterer [m].
         offset_east: East of it [m].
+
+    Returns:
+        Index of the cell, and position of the bounce point along both axes from its middle [m].
     """
     w0, w1, _, _ = philox(scatterer_id & np.uint64(0xFFFFFFFF), scatterer_id >> np.uint64(32), code, STAGGER,
                           *source.key)  # fmt: skip
     ahead, aside = source.bed_axes[0], source.bed_axes[1]
-    row = math.floor((ahead[0] * offset_north + ahead[1] * offset_east) / source.cell + uniform_from_word(w0))
-    column = math.floor((aside[0] * offset_north + aside[1] * offset_east) / source.cell + uniform_from_word(w1))
-    return (row & CELLS) << 6 | (column & CELLS)
+    x = (ahead[0] * offset_north + ahead[1] * offset_east) / source.cell + uniform_from_word(w0)
+    y = (aside[0] * offset_north + aside[1] * offset_east) / source.cell + uniform_from_word(w1)
+    row, column = math.floor(x), math.floor(y)
+    return (row & CELLS) << 6 | (column & CELLS), (x - row - 0.5) * source.cell, (y - column - 0.5) * source.cell
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

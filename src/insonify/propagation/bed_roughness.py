@@ -1,6 +1,7 @@
 """Roughness of the seabed that a bottom bounce finds: static waves of the sediment's spectrum, and of its relief.
 
-Waves below the relief cutoff belong to the sediment; longer ones, of which a Fresnel zone holds several, to the relief.
+Waves shorter than the Fresnel zone count; longer ones tilt the plane of the reflection. Over relief those below its
+cutoff are the sediment's and the others its own; over a flat seabed all are the sediment's.
 Those longer than three wavelengths of the sound deflect it by small angles: they make glints. Shorter ones scatter it
 into all directions, which the sediment's scattering law describes: a bounce loses that energy.
 """
@@ -42,7 +43,7 @@ class BedRoughness:
     scattered_share: Floats
     """Share of the reflected energy that the law scatters by the shorter waves [1], shape (`SINES`,)."""
     grows_with_zone: bool
-    """True over relief, whose resolved waves count only where they are shorter than the Fresnel zone."""
+    """True where waves count only if they are shorter than the Fresnel zone; False over a survey, which has none."""
 
     def mean_quanta(self, phase: Floats, sine: Floats, long_variance: Floats) -> tuple[Floats, Floats]:
         """Mean number of quanta of the glints of one bounce [1], and the share of the energy that the law takes [1].
@@ -91,31 +92,32 @@ def bed_roughness(seabed: Seabed, frequency: float, sound_speed: float) -> BedRo
     if seabed.bounce == "smooth":
         return None
     assert isinstance(seabed.scattering, SedimentLaw)  # guaranteed by the seabed
-    assert seabed.cutoff_wavelength is not None  # completed
-    made_of, cutoff = sediment(seabed.scattering.sediment), 2 * math.pi / seabed.cutoff_wavelength
     terrain, scatters = seabed.terrain, seabed.scattering.law != "sediment-volume"
-    if terrain is not None and (terrain.span[0] == terrain.span[1] or not terrain.relief.is_waves):
+    if terrain is not None and terrain.span[0] == terrain.span[1]:
         terrain = None
-    return _roughness(made_of, cutoff, sound_speed / frequency, seabed.depth, terrain, scatters=scatters)
+    return _roughness(
+        sediment(seabed.scattering.sediment), sound_speed / frequency, seabed.depth, terrain, scatters=scatters
+    )
 
 
 @lru_cache(maxsize=8)
 def _roughness(
-    made_of: Sediment, cutoff: float, wavelength: float, depth: float, terrain: SeabedTerrain | None, *, scatters: bool
+    made_of: Sediment, wavelength: float, depth: float, terrain: SeabedTerrain | None, *, scatters: bool
 ) -> BedRoughness:
-    """`bed_roughness` of a sediment below a cutoff [rad/m], and of relief above it."""
-    wavenumber = 2 * math.pi / wavelength
+    """`bed_roughness` of a sediment, below the cutoff of any relief, and of that relief above it."""
+    wavenumber, cutoff = 2 * math.pi / wavelength, LONGEST if terrain is None else terrain.relief.cutoff.wavenumber
     finest = min(max(wavenumber / SLOPE_CUT, 1.01 * cutoff), wavenumber)
-    low = cutoff if terrain is None else min(LONGEST, 0.5 * cutoff)
+    has_waves = terrain is not None and terrain.relief.is_waves
+    low = min(LONGEST, 0.5 * cutoff) if has_waves else cutoff
     k = np.geomspace(low, max(finest, 1.01 * low), LENGTHS)
     variance = np.asarray(band_variance(made_of, cutoff, np.maximum(k, cutoff)))
-    if terrain is not None:
+    if terrain is not None and has_waves:
         resolved = np.minimum(k, cutoff)
         variance = variance + terrain.relief.band_variance(np.array(low), cutoff)
         variance -= terrain.relief.band_variance(resolved, cutoff)
     rest = float(band_variance(made_of, max(finest, cutoff), max(wavenumber, finest, cutoff)))
     share = _scattered_share(made_of, wavelength, finest / wavenumber) if scatters else np.zeros(SINES)
-    return BedRoughness(wavelength, depth, static_waves(k, variance), rest, share, terrain is not None)
+    return BedRoughness(wavelength, depth, static_waves(k, variance), rest, share, terrain is None or has_waves)
 
 
 def _scattered_share(made_of: Sediment, wavelength: float, finest: float) -> Floats:
@@ -131,7 +133,7 @@ def _scattered_share(made_of: Sediment, wavelength: float, finest: float) -> Flo
 SINES = 65
 """Sines of the grazing angle, evenly spaced from 0 to 1, at which the law's share is computed."""
 LONGEST = 2 * math.pi / 1000.0
-"""Wavenumber of the longest waves of the relief that count [rad/m]."""
+"""Wavenumber of the longest waves that count [rad/m]."""
 
 
 def static_waves(wavenumber: Floats, variance: Floats) -> WindWaves:

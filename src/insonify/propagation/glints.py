@@ -54,6 +54,8 @@ GLINT_BITS = 4
 """Bits of a glint's identifier that number it among those of its ray."""
 LASTING, SLANT = 32.0, 0.2
 """Lifetime of a glint, in times in which the sea changes its phase by 1 rad at a bounce; sine of that grazing [1]."""
+ABIDING = 16.0
+"""Side of the cell of a glint off the seabed, in distances over which its phase changes by 1 rad; as above [1]."""
 LONGER = 2.0
 """Lifetime of a glint off explicit waves, over it: these decorrelate a leg before its glints do [1]."""
 FAINT = 1e-3
@@ -161,7 +163,7 @@ class GlintSurface:
             return math.inf
         speed = float(self.scene.water.sound_speed_at(self.scene.seabed.depth))
         slope = math.sqrt(float(self.bed.waves.slope_moments[0, -1]))
-        return LASTING / max(4 * math.pi * self.frequency / speed * SLANT * slope, 1e-9)
+        return ABIDING / max(4 * math.pi * self.frequency / speed * SLANT * slope, 1e-9)
 
     def legs(self, legs: Legs, scatterers: Scatterers, sonar_end: SonarEnd) -> tuple[Legs, Legs]:
         """Legs off rough boundaries: rows of the coherent part, followed by rows of glints.

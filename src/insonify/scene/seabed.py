@@ -107,9 +107,7 @@ class Seabed(Model):
             frequency: Of the sonar [Hz].
             sound_speed: Of the water [m/s].
         """
-        if not (self.relief or self.texture or self.bounce == "rough") or (
-            self.cutoff_wavelength is not None and self.seed is not None
-        ):
+        if not (self.relief or self.texture) or (self.cutoff_wavelength is not None and self.seed is not None):
             return self
         split = (
             RoughnessCutoff() if self.cutoff_wavelength is None else RoughnessCutoff(wavelength=self.cutoff_wavelength)
