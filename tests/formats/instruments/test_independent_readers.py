@@ -222,7 +222,8 @@ def test_the_small_files_are_those_of_the_formats(tmp_path):
     for theirs in datagrams("all", "kongsbergall", "RawRangeAndAngle", path):
         agree(theirs.beams.get_beam_crosstrack_angle_in_degrees_tensor(), 60.0 - 30 * np.arange(files.BEAMS))
     (theirs,) = datagrams("all", "kongsbergall", "SoundSpeedProfileDatagram", path)
-    agree(theirs.get_depths_in_meters(), [0, 10])
+    agree(theirs.get_sound_speeds_in_meters_per_second(), [1480, 1490])
+    assert theirs.get_depth_resolution() == 10  # which its depths in metres leave out
     for theirs in datagrams("all", "kongsbergall", "WatercolumnDatagram", path):
         first = 0 if theirs.get_datagram_number() == 1 else 3
         for beam, part in enumerate(theirs.beams.beams):
