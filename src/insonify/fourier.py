@@ -1,6 +1,9 @@
 """Lengths of fast Fourier transforms, without the tenth of a second that loading `scipy.fft` takes."""
 
+from functools import lru_cache
 
+
+@lru_cache(maxsize=64)
 def fast_length(least: int, *, real: bool = False) -> int:
     """Smallest length of a fast transform that is not shorter, as of `scipy.fft.next_fast_len`.
 

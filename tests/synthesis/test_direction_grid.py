@@ -7,9 +7,9 @@ import pytest
 
 from insonify.processing.beamforming import beamform_delay_sum
 from insonify.scenario.scenario import Scenario
-from insonify.simulator import build_simulator, simulate, simulate_pings
+from insonify.simulator import build_simulator, labels, simulate, simulate_pings
 from insonify.sonar.hydrophones import element_layout
-from insonify.synthesis import coherent
+from insonify.synthesis import coherent, label_accumulator
 from insonify.synthesis.direction_grid import MIN_BEAMS, direction_grid
 from oracles.scenes import SCATTERED
 
@@ -132,3 +132,25 @@ def test_more_beams_lay_no_more_echoes_down():
     assert len(counts) == 1
     few, many = (next(iter(simulate_pings(build_simulator(one), [0], 1)))[1] for one in scenarios)
     assert max(off_db(many[::4], few)) < -85
+
+
+@pytest.mark.parametrize(("order", "world", "rms_db"), [(0, "under way", 0.06), (1, "still", 0.15)])
+def test_labels_of_many_beams_are_those_one_by_one(order, world, rms_db, monkeypatch):
+    """Past a box, by rows an eighth of a lobe apart: intensities to so many dB rms, masks but for edges.
+
+    Positions to 3 cm, a twentieth of a beam's width.
+    """
+    crate = {"shape": "box", "label": "crate", "position": (3.0, 0.5), "size": (0.4, 0.4, 0.4)}
+    fine = LINE | {"steer": tuple(np.radians(np.linspace(-60, 60, 45)))}
+    scene = imaging(receive=fine, paths={"max_reflections": order}, targets=[crate], **WORLDS[world])
+    together = labels(scene)
+    monkeypatch.setattr(label_accumulator, "direction_powers", lambda _: None)
+    apart = labels(scene)
+    loud = apart.expected_intensity.values > 1e-5 * apart.expected_intensity.values.max()
+    error = 10 * np.log10(together.expected_intensity.values[loud] / apart.expected_intensity.values[loud])
+    assert 0 < np.sqrt(np.mean(error**2)) < rms_db and abs(np.mean(error)) < rms_db / 3
+    assert apart.shadow.values.any() and apart.highlight.values.any()
+    for name in ("highlight", "shadow", "ghost", "strongest_object"):
+        assert np.mean(together[name].values != apart[name].values) < 5e-3, name
+    away = np.linalg.norm(together.position.values - apart.position.values, axis=-1)
+    assert np.nanpercentile(away, 95) < 0.03

@@ -84,6 +84,8 @@ class LabelledPoints(NamedTuple):
     """Pressure that p pairs scatter re incident [m], (p, n)."""
     position: Floats
     """Position: north, east, depth [m], (n, 3)."""
+    row: Floats
+    """Row of sums of each receive leg, with fraction, (f, n)."""
 
 
 class LabelGrid(NamedTuple):
@@ -97,35 +99,50 @@ class LabelGrid(NamedTuple):
     """Delay of the first bin [s]."""
     bin_rate: float
     """Bins per second [Hz]."""
+    row_phase: float
+    """Pi wavelengths of the receive aperture per row: its sinc is the mean product of gains one row apart [rad]."""
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _deposit_energy(cells: Floats, grid: LabelGrid, delay: float, energy: float) -> None:
-    """Add one energy to the cells about its delay, as in `_gridding.deposit_energy`."""
+def _deposit_energy(cells: Floats, p: int, grid: LabelGrid, row: float, delay: float, energy: float) -> None:
+    """Add one energy to the cells about its delay, as in `_gridding.deposit_energy`, of the rows beside its own."""
     position = (delay - grid.first_time) * grid.rate - _SHIFT
-    if position >= 0.0 and position < cells.size - CELLS_PER_SPIKE:
-        cell = math.floor(position)
-        add_real_spike(cells, np.intp(cell), np.float64(np.float32(position - cell - 0.5)), energy)
+    if position >= 0.0 and position < cells.shape[2] - CELLS_PER_SPIKE:
+        cell, first = math.floor(position), math.floor(row)
+        late, part = np.float64(np.float32(position - cell - 0.5)), row - first
+        add_real_spike(cells[first, p], np.intp(cell), late, (1.0 - part) * energy)
+        if part > 0.0:
+            add_real_spike(cells[first + 1, p], np.intp(cell), late, part * energy)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _deposit_position(
-    bins: Floats, grid: LabelGrid, delay: float, energy: float, scatterer_position: Floats, distance: float,
+    bins: Floats, grid: LabelGrid, row: float, delay: float, energy: float, moments: tuple[float, float, float, float],
     grazing: float,
 ) -> None:  # fmt: skip
-    """Add one energy, and energy times position, to the two bins beside its delay."""
+    """Add one energy, and energy times position, to the two bins beside its delay, of the rows beside its own."""
     position = (delay - grid.start) * grid.bin_rate
-    if not (energy > 0 and 0 <= position < bins.shape[0] - 1):
+    if not (energy > 0 and 0 <= position < bins.shape[1] - 1):
         return
-    k = math.floor(position)
-    fraction = position - k
-    for row, share in ((k, (1 - fraction) * energy), (k + 1, fraction * energy)):
-        bins[row, 0] += share
-        bins[row, 1] += share * scatterer_position[0]
-        bins[row, 2] += share * scatterer_position[1]
-        bins[row, 3] += share * scatterer_position[2]
-        bins[row, 4] += share * distance
-        bins[row, 5] += share * grazing
+    k, first = math.floor(position), math.floor(row)
+    fraction, part = position - k, row - first
+    for r, whole in ((first, (1.0 - part) * energy), (first + 1, part * energy)):
+        if whole > 0.0:
+            for bin_number, share in ((k, (1 - fraction) * whole), (k + 1, fraction * whole)):
+                one = bins[r, bin_number]
+                one[0] += share
+                one[1] += share * moments[0]
+                one[2] += share * moments[1]
+                one[3] += share * moments[2]
+                one[4] += share * moments[3]
+                one[5] += share * grazing
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _coherence(grid: LabelGrid, rows: float) -> float:
+    """Mean product over the beams of the gains towards two directions so many rows apart, re one direction [1]."""
+    phase = grid.row_phase * rows
+    return math.sin(phase) / phase if abs(phase) > 1e-6 else 1.0
 
 
 class PulseOverlap(NamedTuple):
@@ -165,15 +182,17 @@ def deposit_labels(
         overlap: Interference of replicas by their lag.
         grid: Grids of the cells and the bins.
         receiver: North, east, depth of the receiver [m], (3,).
-        pair_cells: Energies of each pair, added to in place, (p, cells).
-        object_cells: Energies of the interference between pairs, which may be negative, added to in place, (cells,).
-        bins: Energies and positions, added to in place, (p, bins, MOMENTS).
+        pair_cells: Energies of each pair, added to in place, (rows, p, cells).
+        object_cells: Energies of the interference between pairs, which may be negative, added to in place, (rows, 1,
+            cells).
+        bins: Energies and positions, added to in place, (rows, p, bins, MOMENTS).
 
     Returns:
         Of replicas left to a coherent sum: the first row of each group (and the end), delay [s], weight.
     """
     count, point_count, is_short = pair.shape[0], points.delay.shape[1], overlap.autocorrelation.size > 0
     tau, w, interferes = np.empty(count), np.empty(count, np.complex128), np.empty(count, np.bool_)
+    row = np.empty(count)
     capacity = 0 if is_short or count < 2 else count * point_count
     first, delays, weight = np.zeros(capacity + 1, np.int64), np.empty(capacity), np.empty(capacity, np.complex128)
     groups, filled = 0, 0
@@ -181,27 +200,35 @@ def deposit_labels(
         m = 0
         position = points.position[n]
         north, east, down = position[0] - receiver[0], position[1] - receiver[1], position[2] - receiver[2]
-        distance = math.sqrt(north * north + east * east + down * down)
+        moments = position[0], position[1], position[2], math.sqrt(north * north + east * east + down * down)
         for p in range(count):
             i, j, strength = pair[p, 0], pair[p, 1], points.strength[p, n]
             forward = points.transmit_weight[i, n] * points.receive_weight[j, n] * strength
             backward = points.transmit_weight[j, n] * points.receive_weight[i, n] * strength if i != j else 0j
-            energy = forward.real**2 + forward.imag**2 + backward.real**2 + backward.imag**2
-            if energy == 0:
+            there, back = forward.real**2 + forward.imag**2, backward.real**2 + backward.imag**2
+            if there + back == 0:
                 continue
             delay, value = points.delay[i, n] + points.delay[j, n], forward + backward
             grazing = (abs(points.grazing[i, n]) + abs(points.grazing[j, n])) / 2
-            _deposit_position(bins[p], grid, delay, energy, position, distance, grazing)
-            _deposit_energy(pair_cells[p], grid, delay, value.real**2 + value.imag**2)
-            tau[m], w[m], interferes[m] = delay, value, False
+            one, other = points.row[j, n], points.row[i, n]
+            tau[m], w[m], row[m], interferes[m] = delay, value, 0.5 * (one + other), False
+            if one == other:
+                _deposit_position(bins[:, p], grid, one, delay, there + back, moments, grazing)
+                _deposit_energy(pair_cells, p, grid, one, delay, value.real**2 + value.imag**2)
+            else:
+                both = 2.0 * (forward * np.conj(backward)).real * _coherence(grid, one - other)
+                _deposit_energy(pair_cells, p, grid, row[m], delay, both)
+                for at, energy in ((one, there), (other, back)):
+                    _deposit_position(bins[:, p], grid, at, delay, energy, moments, grazing)
+                    _deposit_energy(pair_cells, p, grid, at, delay, energy)
             for k in range(m):
                 lag = delay - tau[k]
                 if abs(lag) >= overlap.support:
                     continue
                 if is_short:
                     early, late = (w[k], value) if lag > 0 else (value, w[k])
-                    excess = _interference(overlap, early, late, abs(lag))
-                    _deposit_energy(object_cells, grid, tau[k] + 0.5 * lag, excess)
+                    excess = _interference(overlap, early, late, abs(lag)) * _coherence(grid, row[m] - row[k])
+                    _deposit_energy(object_cells, 0, grid, 0.5 * (row[k] + row[m]), tau[k] + 0.5 * lag, excess)
                 else:
                     interferes[k] = interferes[m] = True
             m += 1

@@ -81,10 +81,10 @@ def direction_grid(ping_geometry: PingGeometry) -> DirectionGrid | None:
     """Direction grid of a ping's beams; None where beams are few or differ in more than horizontal steering."""
     pairs = tuple((band.transmit_beams, band.receive_beams) for band in ping_geometry.sub_bands)
     pairs = pairs or ((ping_geometry.transmit_beams, ping_geometry.receive_beams),)
-    if ping_geometry.elements is not None or not all(_differ_in_steering(*pair) for pair in pairs):
+    if ping_geometry.elements is not None or not all(differ_in_steering(*pair) for pair in pairs):
         return None
     extent = max(
-        _extent(receive_beams) + _extent(transmit_beams) * (transmit_beams.channel_count > 1)
+        horizontal_extent(receive_beams) + horizontal_extent(transmit_beams) * (transmit_beams.channel_count > 1)
         for transmit_beams, receive_beams in pairs
     )
     step = 1 / (OVERSAMPLING * extent)
@@ -106,20 +106,20 @@ def direction_grid(ping_geometry: PingGeometry) -> DirectionGrid | None:
     )
     shared_patterns = tuple(
         (
-            _common_pattern(transmit_beams) if transmit_beams.channel_count > 1 else transmit_beams,
-            _common_pattern(receive_beams),
+            common_pattern(transmit_beams) if transmit_beams.channel_count > 1 else transmit_beams,
+            common_pattern(receive_beams),
         )
         for transmit_beams, receive_beams in pairs
     )
     return DirectionGrid(rows, count, pairs, shared_patterns)
 
 
-def _extent(beams: Beams) -> float:
+def horizontal_extent(beams: Beams) -> float:
     """Horizontal length of an aperture [wavelengths], at least 1; 0 for a point."""
     return float(beams.per_unit[0]) / POINTS_PER_LOBE if beams.tables[0].shape[0] else 0.0
 
 
-def _differ_in_steering(transmit_beams: Beams, receive_beams: Beams) -> bool:
+def differ_in_steering(transmit_beams: Beams, receive_beams: Beams) -> bool:
     """Return True if a sonar has many beams that differ in horizontal steering alone."""
     if (
         receive_beams.channel_count < MIN_BEAMS
@@ -144,7 +144,7 @@ def _is_wide(transmit_beams: Beams, receive_beams: Beams) -> bool:
     axis, direction_sine = np.zeros((1, 2)), np.linspace(-1.0, 1.0, 2001)
 
     def pattern(beams: Beams, sine: Floats) -> Floats:
-        return _horizontal_patterns(replace(beams, steer=axis))(sine)[0]
+        return horizontal_patterns(replace(beams, steer=axis))(sine)[0]
 
     error = pattern(transmit_beams, np.clip(direction_sine + LEG_DIFFERENCE, -1, 1)) - pattern(
         transmit_beams, direction_sine
@@ -152,7 +152,7 @@ def _is_wide(transmit_beams: Beams, receive_beams: Beams) -> bool:
     return bool(np.abs(error * pattern(receive_beams, direction_sine)).max() <= TOLERANCE)
 
 
-def _common_pattern(beams: Beams) -> Beams:
+def common_pattern(beams: Beams) -> Beams:
     """Pattern common to all beams of an array."""
     none, rows = _no_tables()
     steer = np.array([[0.0, beams.steer[0, 1]]])
@@ -188,13 +188,13 @@ def _fitted_weights(
 ) -> NDArray[np.float32]:
     """Fit the weights over all directions; beams steered on both ends have the product of their patterns."""
     sine = np.cos((np.arange(5 * count) + 0.5) * np.pi / (5 * count))
-    pattern = _horizontal_patterns(receive_beams)(sine) * receive_beams.scale[:, None]
+    pattern = horizontal_patterns(receive_beams)(sine) * receive_beams.scale[:, None]
     if transmit_beams.channel_count > 1:
-        pattern = pattern * _horizontal_patterns(transmit_beams)(sine) * transmit_beams.scale[:, None]
+        pattern = pattern * horizontal_patterns(transmit_beams)(sine) * transmit_beams.scale[:, None]
     return np.ascontiguousarray((_solver(first, step, count) @ pattern.T).T, np.float32)
 
 
-def _horizontal_patterns(beams: Beams) -> Callable[[Floats], Floats]:
+def horizontal_patterns(beams: Beams) -> Callable[[Floats], Floats]:
     """Horizontal patterns of beams as a function of the direction cosine, shape (beams, n)."""
     steer = np.ascontiguousarray(beams.steer * [1.0, 0.0])
     horizontal = replace(beams, axes=np.eye(3), element=OMNI, steer=steer, scale=np.ones(len(steer)),

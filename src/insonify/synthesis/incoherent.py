@@ -92,15 +92,24 @@ class IncoherentAccumulator:
         """Add the mean intensity of one block of scatterers."""
         self.add_weighted(energies, pairs, *self.weights(pairs))
 
-    def weights(self, pairs: Pairs) -> tuple[Complexes, Complexes]:
-        """Complex weight of the transmit legs [uPa] and the receive legs [1] in each beam, (beams, f, n) each."""
+    def weights(
+        self, pairs: Pairs, receive_direction: Floats | None = None, receive_beams: Beams | None = None
+    ) -> tuple[Complexes, Complexes]:
+        """Complex weight of the transmit legs [uPa] and the receive legs [1] in each beam, (beams, f, n) each.
+
+        Args:
+            pairs: The legs.
+            receive_direction: Directions of the receive legs, from `receive_directions`; None: evaluated.
+            receive_beams: Receive beams; None: those of the sonar.
+        """
         geometry, level = self.ping_geometry, float(amplitude_ratio(self.ping_geometry.source_level_db))
-        receive_direction = receive_directions(pairs, geometry)
-        receive_gain = geometry.receive_beams.gain(receive_direction)
+        if receive_direction is None:
+            receive_direction = receive_directions(pairs, geometry)
+        receive_gain = (receive_beams or geometry.receive_beams).gain(receive_direction)
         if pairs.out is not pairs.back:
             receive_weight = weights_from_gain(receive_gain, pairs.back, geometry.frequency)
             return leg_weights(pairs.out, geometry.transmit_beams, geometry.frequency, level), receive_weight
-        if geometry.same_beams and receive_direction is pairs.back.departure:
+        if receive_beams is None and geometry.same_beams and receive_direction is pairs.back.departure:
             receive_weight = weights_from_gain(receive_gain, pairs.back, geometry.frequency)
             return level * receive_weight, receive_weight
         transmit_gain = geometry.transmit_beams.gain(pairs.out.departure)
@@ -190,9 +199,8 @@ class IncoherentAccumulator:
 
     @property
     def pulse_lags(self) -> tuple[NDArray[np.complex64], float]:
-        """Autocorrelation of the pulse at lags from 0 on [1], empty unless the pulse is short, and its rate [Hz]."""
-        correlation, _ = _autocorrelation(self.table)
-        return correlation[: len(correlation) if self.is_short_pulse else 0], self.table.rate / LAGS_PER_CELL
+        """Autocorrelation of the pulse at lags from 0 on [1], and its rate [Hz]."""
+        return _autocorrelation(self.table)[0], self.table.rate / LAGS_PER_CELL
 
     def add_fast_reverberation(self, energies: IntensityBuffer, swath: ReverberationSamples) -> None:
         """Add the mean intensity of the seabed from a block of reverberation samples."""

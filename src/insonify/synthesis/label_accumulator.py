@@ -6,6 +6,7 @@ seabed is missing: occluded legs keep the echo that they would have without occl
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -18,6 +19,7 @@ from insonify.records.pairs import Pairs
 from insonify.records.reverberation_samples import ReverberationSamples
 from insonify.scene.scatterers import BOUNDARY_ECHO, Boundary
 from insonify.sonar.beam import Beams
+from insonify.sonar.ping_geometry import PingGeometry
 from insonify.synthesis._label_kernel import (
     MOMENTS,
     LabelGrid,
@@ -28,10 +30,12 @@ from insonify.synthesis._label_kernel import (
 )
 from insonify.synthesis.accumulator import Requirements
 from insonify.synthesis.coherent_groups import add_groups
-from insonify.synthesis.incoherent import IncoherentAccumulator, IntensityBuffer, contains_reversed_pairs
+from insonify.synthesis.direction_powers import DirectionPowers, direction_powers
+from insonify.synthesis.incoherent import IncoherentAccumulator, contains_reversed_pairs
 from insonify.synthesis.label_series import STRAIGHT, labels_of, ringing
 from insonify.synthesis.label_sums import ALL, HIDDEN, PAIR_ONLY, Key, LabelBuffer, LabelCells
 from insonify.synthesis.level_curves import LevelBuffers, pair_name
+from insonify.synthesis.receive_beam_motion import receive_directions
 from insonify.synthesis.specular_labels import Flashes, deposit_specular_labels
 from insonify.synthesis.swath_labels import add_swath
 from insonify.units import intensity_ratio
@@ -70,7 +74,7 @@ def label_names(
     return LabelNames(("seabed", "surface", *((BOUNDARY_ECHO,) if boundary_echoes else ()), *targets), tuple(pairs))
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class LabelAccumulator:
     """Accumulator of expected intensity and positions by object and pair of families."""
 
@@ -81,6 +85,15 @@ class LabelAccumulator:
     """Labels of the scene's occluders, in the order of their rows in `Legs.occluder`."""
     noise: float
     """Mean-square noise pressure that a target has to exceed [uPa^2]."""
+
+    @property
+    def geometry(self) -> PingGeometry:
+        """The sonar at that ping."""
+        return self.accumulator.ping_geometry
+
+    @cached_property
+    def _directions(self) -> DirectionPowers | None:
+        return direction_powers(self.geometry)
 
     @property
     def requirements(self) -> Requirements:
@@ -97,13 +110,16 @@ class LabelAccumulator:
         """Add one block of scatterers to its object."""
         object_name = pairs.scatterers.object
         names = tuple(pair_name(power_out, power_back) for power_out, power_back in pairs.names())
-        transmit_weights, receive_weights = self.accumulator.weights(pairs)
-        workspace = self._workspace(buffer, object_name, pairs, names)
+        workspace, directions = (
+            self._workspace(buffer, object_name, pairs, names),
+            receive_directions(pairs, self.geometry),
+        )
         if workspace is not None:
-            self._deposit_all_pairs(buffer, object_name, workspace, pairs, transmit_weights, receive_weights)
+            self._deposit_all_pairs(buffer, object_name, workspace, pairs, directions)
             if pairs.scatterers.boundary == "seabed" and STRAIGHT in names:
                 self._add_occluded(buffer, pairs.select(np.array([names.index(STRAIGHT)])))
             return
+        transmit_weights, receive_weights = self.accumulator.weights(pairs, directions)
         pairs_by_name = {name: pairs.select(np.flatnonzero(np.array(names) == name)) for name in dict.fromkeys(names)}
         power_out, power_back = _power(transmit_weights), _power(receive_weights)
         if len(pairs_by_name) > 1:
@@ -143,50 +159,54 @@ class LabelAccumulator:
         if np.iscomplexobj(pairs.strength):
             return None
         pair_names = tuple(dict.fromkeys(names))
-        if (object_name, pair_names) not in buffer.cells:
-            if any((object_name, name) in buffer.bins for name in pair_names):
+        known = buffer.cells if self._directions is None else buffer.rows
+        if (object_name, pair_names) not in known:
+            if self._directions is None and any((object_name, name) in buffer.bins for name in pair_names):
                 return None
             lead, tail = self._ringing
-            channels, cells = accumulator.empty().cells.shape
-            label_cells = LabelCells(
-                np.zeros((channels, len(pair_names), cells)),
-                np.zeros((channels, len(pair_names), accumulator.grid.sample_count + lead + tail, MOMENTS)),
-            )
-            buffer.cells[object_name, pair_names] = label_cells
-            for row, name in enumerate(pair_names):
-                buffer.bins[object_name, name] = label_cells.bins[:, row]
-                buffer.curves[object_name, name] = IntensityBuffer(
-                    label_cells.energies[:, row], np.zeros((channels, accumulator.grid.sample_count))
-                )
-            if len(pair_names) > 1:
-                buffer.curves.setdefault((object_name, ALL), accumulator.empty())
-        return buffer.cells[object_name, pair_names]
+            samples, cells = accumulator.grid.sample_count, accumulator.grid.energy_cells(0).shape[1]
+            rows = self.geometry.channel_count if self._directions is None else self._directions.beam_powers.shape[1]
+            made = LabelCells(
+                np.zeros((rows, len(pair_names), cells)),
+                np.zeros((rows, len(pair_names), samples + lead + tail, MOMENTS)), np.zeros((rows, 1, cells)),
+            )  # fmt: skip
+            if self._directions is None:
+                buffer.add_cells(object_name, pair_names, made, samples)
+                if len(pair_names) > 1:
+                    made = made._replace(interference=buffer.curves[object_name, ALL].cells[:, None])
+            known[object_name, pair_names] = made
+        return known[object_name, pair_names]
 
     def _deposit_all_pairs(
-        self, buffer: LabelBuffer, object_name: str, label_cells: LabelCells, pairs: Pairs,
-        transmit_weights: Complexes, receive_weights: Complexes,
-    ) -> None:  # fmt: skip
+        self, buffer: LabelBuffer, object_name: str, label_cells: LabelCells, pairs: Pairs, directions: Floats
+    ) -> None:
         """Add all pairs of a block to their cells, and the interference between pairs to their object."""
-        accumulator, table, legs = self.accumulator, self.accumulator.table, pairs.out
-        geometry, grid, (lead, _) = accumulator.ping_geometry, accumulator.grid, self._ringing
-        rows = np.flatnonzero(pairs.pair[:, 0] <= pairs.pair[:, 1])
-        pair, strength = pairs.pair[rows], np.abs(pairs.strength[rows])
-        times = LabelGrid(grid.first_time, grid.energy_rate, grid.start - lead / grid.sample_rate, grid.sample_rate)
-        overlap = PulseOverlap(len(table.samples) / table.rate, *accumulator.pulse_lags)
-        interference = buffer.curves.get((object_name, ALL), accumulator.empty())
-        for channel in range(geometry.channel_count):
+        accumulator, table, legs, powers = self.accumulator, self.accumulator.table, pairs.out, self._directions
+        grid, (lead, _) = accumulator.grid, self._ringing
+        half = np.flatnonzero(pairs.pair[:, 0] <= pairs.pair[:, 1])
+        pair, strength = pairs.pair[half], np.abs(pairs.strength[half])
+        lags, lag_rate = accumulator.pulse_lags
+        is_short = powers is not None or accumulator.is_short_pulse
+        overlap = PulseOverlap(len(table.samples) / table.rate, lags[: len(lags) if is_short else 0], lag_rate)
+        transmit, receive = accumulator.weights(pairs, directions, None if powers is None else powers.common)
+        row = np.zeros(legs.delay.shape) if powers is None else powers.rows(directions)
+        times = LabelGrid(
+            grid.first_time, grid.energy_rate, grid.start - lead / grid.sample_rate, grid.sample_rate,
+            0.0 if powers is None else np.pi * powers.extent * powers.step,
+        )  # fmt: skip
+        for channel in range(1 if powers is not None else self.geometry.channel_count):
             points = LabelledPoints(
-                legs.delay, transmit_weights[channel % len(transmit_weights)],
-                receive_weights[channel % len(receive_weights)], legs.grazing, strength,
-                pairs.scatterers.position,
+                legs.delay, transmit[channel % len(transmit)], receive[channel % len(receive)], legs.grazing,
+                strength, pairs.scatterers.position, row,
             )  # fmt: skip
+            some = slice(None) if powers is not None else slice(channel, channel + 1)
             groups = deposit_labels(
-                points, pair, overlap, times, geometry.receive_position, label_cells.energies[channel],
-                interference.cells[channel], label_cells.bins[channel],
+                points, pair, overlap, times, self.geometry.receive_position, label_cells.energies[some],
+                label_cells.interference[some], label_cells.bins[some],
             )  # fmt: skip
             if len(groups[1]):
                 add_groups(
-                    interference.intensity[channel], grid.start, grid.sample_rate, table.samples,
+                    buffer.curves[object_name, ALL].intensity[channel], grid.start, grid.sample_rate, table.samples,
                     table.start, table.rate, *groups, 1.0, -1.0,
                 )  # fmt: skip
 
@@ -264,6 +284,13 @@ class LabelAccumulator:
 
     def time_series(self, buffer: LabelBuffer) -> Labels:
         """Labels of the ping."""
+        for (object_name, pair_names), rows in buffer.rows.items():
+            assert self._directions is not None
+            receiver = self.geometry.receive_position
+            rows.bins[..., 1:4] -= rows.bins[..., :1] * receiver  # in single precision, positions are re the sonar
+            cells = LabelCells(*map(self._directions.to_beams, rows))
+            cells.bins[..., 1:4] += cells.bins[..., :1] * receiver
+            buffer.add_cells(object_name, pair_names, cells, self.accumulator.grid.sample_count)
         return labels_of(buffer, self.accumulator, self.names, self.noise)
 
 
