@@ -302,24 +302,26 @@ def apply_glints_to_row(
             # phase
             offset_north = sonar_position[0] + reach * north - x
             offset_east = sonar_position[1] + reach * east - y
-            axes, waves, phase, longer = source.axes, source.waves, points.phase[n], 0.0
             if paths.on_bed[b]:
-                axes, waves, phase = source.bed_axes, source.bed_waves, points.bed_phase[n]
-                longer = points.long_variance[n]
+                axes, phase = source.bed_axes, points.bed_phase[n]
                 place, ahead, aside = _cell_of_bounce(keys[n], code << 4 | b, source, offset_north, offset_east)
-                identifier = code << 4 | place << 20 | b
                 # from the cell: the wavenumber follows the angles of a moving sonar
                 offset_north = ahead * axes[0, 0] + aside * axes[1, 0]
                 offset_east = ahead * axes[0, 1] + aside * axes[1, 1]
+                along, across, omega, first = sample_glint(
+                    keys[n], code << 4 | place << 20 | b, source.key, phase, b == incoherent, source.bed_waves,
+                    points.long_variance[n],
+                )  # fmt: skip
+                k_north, k_east = along * axes[0, 0] + across * axes[1, 0], along * axes[0, 1] + across * axes[1, 1]
             else:
-                identifier = living | b
+                sea, phase = source.axes, points.phase[n]
+                along, across, omega, first = sample_glint(
+                    keys[n], living | b, source.key, phase, b == incoherent, source.waves, 0.0
+                )
+                k_north, k_east = along * sea[0, 0] + across * sea[1, 0], along * sea[0, 1] + across * sea[1, 1]
             if b < incoherent:
                 slopes[b, 0], slopes[b, 1] = 0.0, 0.0
                 continue
-            along, across, omega, first = sample_glint(
-                keys[n], identifier, source.key, phase, b == incoherent, waves, longer
-            )
-            k_north, k_east = along * axes[0, 0] + across * axes[1, 0], along * axes[0, 1] + across * axes[1, 1]
             turned += k_north * offset_north
             turned += k_east * offset_east + first
             slopes[b, 0] = -(k_north * north + k_east * east) / phase
