@@ -232,3 +232,11 @@ def test_nearly_even_water_answers_as_even_water_does():
         for water in ({}, {"profile": [[0, 1500.0], [25, 1500.001]]})
     )
     assert 10 * np.log10(layered.mean() / even.mean()) == pytest.approx(0, abs=0.02)
+
+
+@pytest.mark.parametrize("families", [["S"], ["D", "B"]])
+def test_the_scatterers_in_the_water_do_not_depend_on_the_window(families):
+    """Water near the sonar is received late by reflections: a window that begins later draws the same points."""
+    whole, part = (pressure(murky(window=window, families=families)) for window in ((0.016, 0.04), (0.024, 0.032)))
+    expected, found = whole[200:400][12:-12], part[12:-12]
+    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-3 * np.abs(expected).max())

@@ -179,7 +179,7 @@ class VolumeScatterers:
 
     def _cell_volume(self, distance: Floats, thickness: Floats) -> Floats:
         """Volume of a resolution cell [m^3] at slant ranges [m], in layers so thick [m]."""
-        away = np.maximum(distance, self._nearest)
+        away = np.maximum(distance, MIN_RANGE)
         tall = np.minimum(away * self._beam_height, thickness)
         return np.asarray(self.resolution.slant_resolution * away * self.resolution.beam_width * tall)
 
@@ -342,12 +342,6 @@ class VolumeScatterers:
         """Greatest range received [m]."""
         apart = float(np.linalg.norm(self.ping_geometry.transmit_position - self.ping_geometry.receive_position))
         return self.scene.water.max_sound_speed * max(self.ping_geometry.recorded_delays[1], 0.0) / 2 + apart
-
-    @property
-    def _nearest(self) -> float:
-        """Range below which nothing is recorded, or finer cells are not needed [m]."""
-        start = self.ping_geometry.window[0] - self.ping_geometry.pulse.ringing_stop
-        return max(MIN_RANGE, self.scene.water.min_sound_speed * start / 2)
 
     @property
     def _beam_height(self) -> float:
