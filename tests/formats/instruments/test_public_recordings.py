@@ -3,10 +3,13 @@
 The files are not part of the project; tests that need them skip where they are absent.
 """
 
+import json
+
 import numpy as np
 import pytest
 
 from insonify import open_instrument
+from insonify.cli import main
 from oracles.instrument_files import DATA
 
 EM2042, EM2040, HDS = "real/em2042-ostend-os02-300khz-b", "real/em2040-belgica-0077", "scotsman-iver2.xtf"
@@ -113,3 +116,46 @@ def test_the_sidescan_of_the_wreck():
     assert run == pytest.approx(1.05, abs=0.03) and float(sides["port"].speed[1:].mean()) == pytest.approx(
         1.03, abs=0.02
     )
+
+
+ABOUT = {
+    f"{EM2042}.kmall": ("EM2042", "25002", "2025-11-27T11:05:36", {"soundings": 6, "seabed image": 6}, 24),
+    f"{EM2042}.kmwcd": ("EM2042", "25002", "2025-11-27T11:05:36", {"water column": 5}, 16),
+    f"{EM2040}.all": ("EM2040", "2004", "2022-11-09T12:36:54", {"soundings": 9, "seabed image": 9}, 141),
+    f"{EM2040}.wcd": ("EM2040", "2004", "2022-11-09T12:36:54", {"water column": 10}, 38),
+    HDS: ("HDS", "", "2013-09-10T21:13:08", {"port": 461, "starboard": 461}, 461),
+}
+"""Model, serial number, begin, pings of each group and number of datagrams."""
+
+
+@pytest.mark.parametrize("name", ABOUT)
+def test_info_says_what_a_recording_is(name, capsys):
+    """Model, serial, time, groups and datagrams of the five files; datagrams cover them without a gap."""
+    with opened(name) as file:
+        index = file.datagrams
+        np.testing.assert_array_equal(index.offset[1:], (index.offset + index.size)[:-1])
+        assert index.offset[0] == (1024 if name == HDS else 0)
+        assert index.offset[-1] + index.size[-1] == file.path.stat().st_size
+    assert main(["info", str(DATA / name), "--json"]) == 0
+    about = json.loads(capsys.readouterr().out)
+    model, serial, start, groups, count = ABOUT[name]
+    assert (about["model"], about["serial"]) == (model, serial) and about["start"].startswith(start)
+    assert {group["name"]: group["pings"] for group in about["groups"]} == groups
+    assert sum(row["count"] for row in about["datagrams"]) == count and about["clock_jumps"] == []
+    for group in about["groups"]:
+        low, high = group["frequency"]
+        assert 190e3 <= low <= high <= 680e3 and 1400 < group.get("sound_speed", [1500])[0] < 1510
+
+
+@pytest.mark.parametrize("name", ABOUT)
+def test_a_public_recording_cut_short_is_read_to_the_cut(name, tmp_path):
+    """At a third and at two thirds: all datagrams in front of the cut, and one omission at the last of them."""
+    with opened(name) as file:
+        ends, whole = file.datagrams.offset + file.datagrams.size, file.path.read_bytes()
+    for cut in (len(whole) // 3, 2 * len(whole) // 3):
+        (tmp_path / f"cut{(DATA / name).suffix}").write_bytes(whole[:cut])
+        with open_instrument(tmp_path / f"cut{(DATA / name).suffix}") as file:
+            assert file.datagrams.offset.size == (ends <= cut).sum()
+            assert [part.offset for part in file.omissions][-1] == ends[ends <= cut][-1]
+            for group, count in file.groups.items():
+                assert file.read(group, slice(-1, None)).sizes["ping"] == min(count, 1)

@@ -1,13 +1,14 @@
 """Fields of datagrams as variables of a dataset: named, scaled to SI and padded to one shape."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from insonify.formats.instruments.instrument_file import Setting
+from insonify.formats.instruments.instrument_file import Setting, require_memory
 
 DEGREE = np.pi / 180
 TIME_UNIT = "seconds since 1970-01-01T00:00:00Z"
@@ -148,6 +149,14 @@ def along(dim: str, rows: NDArray[Any], columns: Iterable[Column]) -> dict[str, 
 def variable(dims: str | Sequence[str], values: Any, unit: str, long_name: str) -> xr.Variable:
     """Variable with its unit and meaning."""
     return xr.Variable(dims, values, {"units": "1" if unit == "code" else unit, "long_name": long_name})
+
+
+def sample_levels(path: Path, rows: Sequence[NDArray[np.float32]], long_name: str) -> xr.Variable:
+    """Levels [dB] over (ping, beam, sample), refused before their memory is taken if they are too many."""
+    if rows:
+        require_memory(path, len(rows), *np.max([row.shape for row in rows], axis=0).tolist())
+    values = stacked(rows) if rows else np.empty((0, 0, 0), np.float32)
+    return variable(("ping", "beam", "sample"), values, "dB", long_name)
 
 
 def ping_dataset(

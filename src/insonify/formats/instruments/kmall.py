@@ -23,6 +23,7 @@ from insonify.formats.instruments.columns import (
     along,
     ping_dataset,
     ragged,
+    sample_levels,
     stacked,
     time_dataset,
     variable,
@@ -34,7 +35,6 @@ from insonify.formats.instruments.instrument_file import (
     InstrumentFile,
     Setting,
     records,
-    require_memory,
 )
 from insonify.formats.instruments.kongsberg_text import installation_settings, runtime_settings
 
@@ -255,8 +255,8 @@ class KmallFile(InstrumentFile):
             below = found["down"] - found["water_level"]
             found["depth"] = variable(beams, below.values, "m", "depth below the water line")
         else:
-            levels = self._padded([_image(swath) for swath in swaths])
-            found["level"] = variable((*beams, "sample"), levels, "dB", "level of the seabed image as recorded")
+            images = [_image(swath) for swath in swaths]
+            found["level"] = sample_levels(self.path, images, "level of the seabed image as recorded")
         return ping_dataset(group, numbers, self._times("#MRZ", numbers), found)
 
     def settings(self) -> tuple[Setting, ...]:
@@ -291,20 +291,13 @@ class KmallFile(InstrumentFile):
         found |= variables([column.rx for column in columns], _WATER, ("ping",))
         found |= variables([column.sectors for column in columns], _WATER_SECTOR, ("ping", "tx_sector"))
         found |= variables([column.beams for column in columns], _WATER_BEAM, ("ping", "beam"))
-        samples = ("ping", "beam", "sample")
-        found["level"] = variable(
-            samples, self._padded([column.level for column in columns]), "dB", "level as recorded, gain included"
-        )
+        levels = [column.level for column in columns]
+        found["level"] = sample_levels(self.path, levels, "level as recorded, gain included")
         phases = [column.phase for column in columns if column.phase is not None]
         if columns and len(phases) == len(columns):
-            found["phase"] = variable(samples, self._padded(phases), "rad", "phase between the halves of the receiver")
+            samples = ("ping", "beam", "sample")
+            found["phase"] = variable(samples, stacked(phases), "rad", "phase between the halves of the receiver")
         return ping_dataset("water column", numbers, self._times("#MWC", numbers), found)
-
-    def _padded(self, rows: Sequence[NDArray[np.float32]]) -> NDArray[np.float32]:
-        if not rows:
-            return np.empty((0, 0, 0), np.float32)
-        require_memory(self.path, len(rows), *np.max([row.shape for row in rows], axis=0).tolist())
-        return stacked(rows)
 
     def _times(self, kind: str, numbers: Sequence[int]) -> NDArray[np.float64]:
         return self.datagrams.time[self.datagrams.rows(kind)[list(numbers)]]

@@ -23,6 +23,7 @@ from insonify.formats.instruments.columns import (
     ping_dataset,
     ragged,
     record_settings,
+    sample_levels,
     stacked,
     time_dataset,
     variable,
@@ -34,7 +35,6 @@ from insonify.formats.instruments.instrument_file import (
     InstrumentFile,
     Setting,
     records,
-    require_memory,
 )
 from insonify.formats.instruments.kongsberg_text import installation_settings
 
@@ -287,7 +287,9 @@ class KongsbergAllFile(InstrumentFile):
         found |= variables([image.beams for image in images], _IMAGE_BEAM, ("ping", "beam"))
         found |= _detections([image.beams for image in images])
         found |= self._ranges_of(kept, [image.beams.size for image in images])
-        found["level"] = self._level([image.level for image in images], "level of the seabed image, in rising range")
+        found["level"] = sample_levels(
+            self.path, [image.level for image in images], "level of the seabed image, in rising range"
+        )
         return ping_dataset("seabed image", np.searchsorted(rows, kept), self.datagrams.time[kept], found)
 
     def _ranges_of(self, rows: Sequence[int], beam_counts: Sequence[int]) -> dict[str, xr.Variable]:
@@ -318,7 +320,7 @@ class KongsbergAllFile(InstrumentFile):
         found |= variables([water.ping for water in waters], _WATER, ("ping",))
         found |= variables([water.sectors for water in waters], _WATER_SECTOR, ("ping", "tx_sector"))
         found |= variables([water.beams for water in waters], _WATER_BEAM, ("ping", "beam"))
-        found["level"] = self._level([water.level for water in waters], "level as recorded, gain included")
+        found["level"] = sample_levels(self.path, [water.level for water in waters], "level as recorded, gain included")
         numbers = [ping for ping, _ in made]
         times = self.datagrams.time[[self._water_rows[ping][0] for ping in numbers]]
         return ping_dataset("water column", numbers, times, found)
@@ -337,12 +339,6 @@ class KongsbergAllFile(InstrumentFile):
         levels = [np.pad(p.level, ((0, 0), (0, width - p.level.shape[1])), constant_values=np.nan) for p in parts]
         beams = np.concatenate([part.beams for part in parts])
         return _Water(first.head, first.ping, first.sectors, beams, np.concatenate(levels))
-
-    def _level(self, rows: Sequence[NDArray[np.float32]], long_name: str) -> xr.Variable:
-        if rows:
-            require_memory(self.path, len(rows), *np.max([row.shape for row in rows], axis=0).tolist())
-        values = stacked(rows) if rows else np.empty((0, 0, 0), np.float32)
-        return variable(("ping", "beam", "sample"), values, "dB", long_name)
 
 
 def _seconds(day: int, seconds: float) -> float:
