@@ -29,6 +29,7 @@ app = typer.Typer(
 app.command("new")(scenarios.new)
 app.command("schema")(scenarios.schema)
 app.command("info")(info.info)
+app.command("scenario-from")(scenarios.scenario_from)
 for _computes in (
     scenarios.check, recordings.run, recordings.show, recordings.explain, paper_and_demo.paper, paper_and_demo.demo
 ):  # fmt: skip

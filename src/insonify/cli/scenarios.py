@@ -43,6 +43,47 @@ def new(
     typer.echo(target)
 
 
+def scenario_from(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="Recording of a real instrument.")],
+    out: Annotated[Path, typer.Option("-o", "--out", metavar="PATH", help="Scenario to write.")],
+    group: Annotated[
+        str | None, typer.Option(help="Group of the file, such as '38 kHz'; the soundings or the first by default.")
+    ] = None,
+) -> None:
+    """Write the scenario of a recording of a real instrument, with the source of each value.
+
+    Positions and attitude become a navigation log beside the scenario. What the file does not state has a default
+    marked `assumed`.
+
+    Example: insonify scenario-from line.kmall -o harbour.yaml
+    """
+    from insonify.formats.instruments import open_instrument
+    from insonify.formats.instruments.scenario_text import navigation_log, scenario_text
+
+    log_path = out.with_name(f"{out.stem}-navigation.csv")
+    with open_instrument(file) as opened:
+        log = navigation_log(opened, group)
+        text = scenario_text(opened, _title(out), group, log_path.name if log else "")
+    written = ((log_path, log), (out, MODELINE + text)) if log else ((out, MODELINE + text),)
+    for path, _ in written:
+        if path.exists():
+            raise InputError(f"{path} exists already. Choose another name with -o, or delete it first")
+    for path, content in written:
+        try:
+            with path.open("x", encoding="utf-8") as target:
+                target.write(content)
+        except OSError as error:
+            raise InputError(f"{path} cannot be written: {error.strerror}") from None
+        typer.echo(path)
+
+
+def _title(path: Path) -> str:
+    """Title of a scenario after its file, as YAML that stays a text."""
+    import json
+
+    return json.dumps(path.stem, ensure_ascii=False)
+
+
 def schema(
     out: Annotated[
         Path, typer.Option("-o", "--out", metavar="PATH", help="File to write; the name that new scenarios refer to.")
@@ -101,11 +142,10 @@ def check(
 
 def _renamed(text: str, template: str, target: Path) -> str:
     """A template whose title and comments speak of the file that it becomes."""
-    import json
     import re
     import shlex
 
-    title = f"title: {json.dumps(target.stem, ensure_ascii=False)}"  # a name such as yes or 12 stays a name
+    title = f"title: {_title(target)}"
     text = re.sub(r"^title:[^#\n]*$", lambda _: title, text, count=1, flags=re.MULTILINE)
     for suffix in (".yaml", ".zarr", ".png"):
         name = str(target) if suffix == ".yaml" else str(target.with_suffix(suffix))
