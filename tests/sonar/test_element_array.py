@@ -1,5 +1,7 @@
 """Claims about arrays given element by element."""
 
+from contextlib import nullcontext
+
 import numpy as np
 import pytest
 from pydantic import ValidationError
@@ -57,3 +59,10 @@ def test_what_elements_cannot_do_is_said(told, said):
     """Each with the key to change."""
     with pytest.raises(ValidationError, match=said):
         heard_by_elements([(0, 20, 5)], **told)
+
+
+def test_an_element_is_ten_metres_at_most():
+    """Larger ones, whose noise would take minutes to correlate, are refused with the range."""
+    for size, fits in ((10.0, True), (10.1, False)):
+        with nullcontext() if fits else pytest.raises(ValueError, match="less than or equal to 10"):
+            ElementArray(positions=((0, 0, 0), (0, 0.2, 0)), size=(0.5, size))

@@ -12,7 +12,7 @@ from insonify.model import Metres, Model, Radians, field_error
 from insonify.sonar.array import LineArray, Offset, PlanarArray, PointTransducer
 
 Facing = Literal["omni", "baffled", "cosine"]
-Size = tuple[Annotated[Metres, Field(ge=0, le=100)], Annotated[Metres, Field(ge=0, le=100)]]
+Size = tuple[Annotated[Metres, Field(ge=0, le=10)], Annotated[Metres, Field(ge=0, le=10)]]
 CLOSEST = 1e-5
 """Elements closer than this are one [m]."""
 
