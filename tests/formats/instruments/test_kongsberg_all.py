@@ -77,3 +77,68 @@ def test_xtf_is_what_was_written(tmp_path):
         False,
     ]
     np.testing.assert_allclose(attitude["roll"], np.pi / 2)
+
+
+def reopened(path, *parts):
+    """A file of some datagrams, open."""
+    path.write_bytes(b"".join(parts))
+    return open_instrument(path)
+
+
+@pytest.mark.parametrize("count", [0, 3, 8])
+def test_ranges_of_another_number_of_beams_are_cut_or_padded(count, tmp_path):
+    """Soundings keep their five beams; travel times that the file lacks are NaN."""
+    p = files.all_parts
+    soundings = files.record(p.XYZ, beams=5) + files.record(p.XYZ_BEAM, 5, down=8.0) + b"\0"
+    ranges = files.record(p.RANGE, beams=count)
+    ranges += files.record(p.RANGE_BEAM, count, travel_time=0.01) if count else b""
+    with reopened(
+        tmp_path / "a.all", files.all_datagram("X", 1, soundings), files.all_datagram("N", 1, ranges + b"\0")
+    ) as file:
+        found = file.soundings()
+        assert found.sizes["beam"] == 5 and file.check() == ()
+        assert np.isfinite(found.travel_time).sum() == min(count, 5)
+
+
+def test_ranges_of_another_receiver_or_ping_are_not_taken(tmp_path):
+    """Pings are joined by the counter and the serial number of the receiver."""
+    p = files.all_parts
+    soundings = files.record(p.XYZ, beams=1) + files.record(p.XYZ_BEAM) + b"\0"
+    ranges = files.record(p.RANGE, beams=1) + files.record(p.RANGE_BEAM, travel_time=0.01) + b"\0"
+    other = bytearray(files.all_datagram("N", 1, ranges))
+    other[18:20] = (201).to_bytes(2, "little")
+    other[-2:] = (sum(other[5:-3]) & 0xFFFF).to_bytes(2, "little")
+    parts = [files.all_datagram("X", 1, soundings), bytes(other), files.all_datagram("N", 2, ranges)]
+    with reopened(tmp_path / "a.all", *parts) as file:
+        found = file.soundings()
+        assert "travel_time" not in found or np.isnan(found.travel_time).all()
+        assert list(found.serial) == [200] and list(found.ping_number) == [1]
+    with reopened(tmp_path / "b.all", *parts, files.all_datagram("N", 1, ranges)) as file:
+        np.testing.assert_allclose(file.soundings().travel_time, 0.01)
+
+
+def test_runtime_parameters_that_are_too_short_are_left_out(tmp_path):
+    """What stands before and behind them is read."""
+    text = files.all_datagram("I", 0, b"\0\0SMH=7,")
+    with reopened(tmp_path / "a.all", text, files.all_datagram("R", 0, bytes(10)), text) as file:
+        assert [setting.value for setting in file.settings()] == [7, 7]
+        (left_out,) = file.omissions
+        assert left_out.offset == len(text) and "too few" in left_out.reason
+
+
+def test_parts_of_a_water_column_that_are_missing_are_said(tmp_path):
+    """One part of two: its beams are read."""
+    for part, beams in ((1, 3), (2, 2)):
+        with reopened(tmp_path / "a.wcd", files.all_datagram("k", 0, files.all_water(0, part))) as file:
+            assert file.read("water column").sizes["beam"] == beams
+            assert [left.reason for left in file.omissions] == ["k: 2 parts are stated, and 1 can be read"]
+
+
+@pytest.mark.parametrize(("at", "value"), [(0, 0), (166, 0xFFFF), (168, 0xFFFF)])
+def test_an_xtf_header_that_is_damaged_is_said_and_read(at, value, tmp_path):
+    """Its first byte, or an impossible number of channels: six are assumed, and the pings are read."""
+    whole = bytearray(files.xtf())
+    whole[at : at + (2 if at else 1)] = value.to_bytes(2 if at else 1, "little")
+    with reopened(tmp_path / "a.xtf", bytes(whole)) as file:
+        np.testing.assert_array_equal(file.read("port").amplitude[1], files.xtf_samples(1, 0))
+        assert "the file header is damaged" in file.omissions[0].reason and file.omissions[0].offset == 0
