@@ -57,6 +57,18 @@ def test_a_geotiff_is_read_north_up_with_its_gaps(tmp_path):
     assert "elevations by their sign" in found.description
 
 
+@pytest.mark.parametrize("key", ["crs_wkt", "spatial_ref"])
+def test_netcdf_says_its_coordinate_system(tmp_path, key):
+    """The system of the grid mapping is the grid's, so that recordings have latitudes."""
+    netcdf = pytest.importorskip("netCDF4", reason="netCDF4 is not installed: pip install '.[io]'")
+    crs = pytest.importorskip("rasterio.crs", reason="rasterio is not installed: pip install '.[io]'")
+    path = nc(tmp_path / "a.nc", -DEPTH, grid_mapping="utm")
+    assert read_grid(path).crs == ""
+    with netcdf.Dataset(path, "a") as file:
+        setattr(file.createVariable("utm", "i4"), key, crs.CRS.from_epsg(32631).to_wkt())
+    assert crs.CRS.from_wkt(read_grid(path).crs).to_epsg() == 32631
+
+
 @pytest.mark.parametrize(("values", "told"), [(-DEPTH, "elevations by their sign"), (DEPTH, "depths by their sign")])
 def test_depths_and_elevations_are_told_apart_by_their_sign(tmp_path, values, told):
     """Both mean the same bed, and it is said how that is known."""

@@ -111,7 +111,7 @@ def test_crowded_and_high_waves_are_told_before_the_run():
 
     assert said(SWELL) == said(WINDY) == []
     (crowded,) = said({**WINDY, "cutoff_wavelength": 1.0})
-    assert "side by side" in crowded and "longer split" in crowded
+    assert "side by side" in crowded and "longer surface.cutoff_wavelength" in crowded
     (deep,) = said({"reflection": "explicit", "swell": {"height": 1.0, "length": 200.0}}, position=(0.0, 0.0, 0.4))
     assert "troughs reach down to it" in deep
 

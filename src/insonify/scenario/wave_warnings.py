@@ -43,7 +43,7 @@ def wave_warnings(scenario: Scenario, shallowest: float) -> Iterator[str]:
             f"({MOST} are followed), with a curvature across the path of {across:.2g} of what makes several side by "
             "side (of which one is). Surface echoes come out too faint by decibels. "
             + (
-                "Give a longer split, or reflection: statistical."
+                "Give a longer surface.cutoff_wavelength, or reflection: statistical."
                 if scenario.surface.wind_speed
                 else "Give a longer swell."
             )

@@ -228,11 +228,14 @@ def _netcdf(path: str, variable: str | None) -> _Found:
         values = np.ma.filled(np.ma.masked_invalid(grid[:]).astype(float), np.nan)
         values = values * _scale(path, getattr(grid, "units", None))
         stated_direction = str(getattr(grid, "positive", "")).lower()
+        mapping = file.variables.get(str(getattr(grid, "grid_mapping", "")))
+        # CF conventions 5.6, and the older name that GDAL writes
+        wkt = str(getattr(mapping, "crs_wkt", getattr(mapping, "spatial_ref", "")))
         for axis in () if geographic else axes:
             axes[axis] = axes[axis] * _scale(path, getattr(file.variables[axis], "units", None))
     frame, values = _on_axes(path, values, axes)
     stated: dict[str, Positive] = {"up": "up", "down": "down"}
-    crs = "EPSG:4326" if geographic else ""
+    crs = "EPSG:4326" if geographic else wkt
     direction = stated.get(stated_direction, _positive_direction_by_name(name))
     return frame | {"geographic": geographic, "crs": crs}, direction, values
 
