@@ -15,6 +15,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from insonify.formats.instruments import instrument_file
 from insonify.formats.instruments.columns import (
     DEGREE,
     Column,
@@ -25,7 +26,6 @@ from insonify.formats.instruments.columns import (
     variables,
 )
 from insonify.formats.instruments.instrument_file import (
-    MAX_VALUES,
     DatagramError,
     Instrument,
     InstrumentFile,
@@ -176,7 +176,9 @@ class BlueprintOculusFile(InstrumentFile):
     def _pings(self, rows: Sequence[int] | NDArray[np.int64]) -> Iterator[tuple[int, "_Ping"]]:
         """Rows with their pings; what cannot be read is omitted."""
         wrapped = self._logged
-        return self._parsed(rows, lambda content: _Ping(_unpacked(content, MAX_VALUES) if wrapped else content))
+        return self._parsed(
+            rows, lambda content: _Ping(_unpacked(content, instrument_file.MAX_VALUES) if wrapped else content)
+        )
 
     def read(self, group: str, pings: slice = slice(None)) -> xr.Dataset:
         """Read images.
