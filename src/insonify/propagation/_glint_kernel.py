@@ -4,7 +4,7 @@ The phase that the surface's height adds to reflected sound is a Gaussian proces
 quanta: n of them with Poisson's probability for the mean nu = (2 k sigma sin(grazing))^2, each of one wave of the
 sea, drawn in proportion to its variance, with either sign; their wavenumbers and frequencies add. No
 quantum is the coherent bounce. Where nu is large, the many quanta of long waves are one Gaussian draw. Waves of the
-seabed stand still; its glints change with the bounce point.
+seabed are constant in time; its glints change with the bounce point.
 """
 
 import math

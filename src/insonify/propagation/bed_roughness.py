@@ -137,7 +137,7 @@ LONGEST = 2 * math.pi / 1000.0
 
 
 def static_waves(wavenumber: Floats, variance: Floats) -> WindWaves:
-    """Tables of isotropic waves that stand still.
+    """Tables of isotropic waves that are constant in time.
 
     Args:
         wavenumber: Increasing wavenumbers in equal ratios [rad/m], shape (m,).

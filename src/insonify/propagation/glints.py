@@ -10,7 +10,7 @@ A glint has one frequency, whereas the sea has a band: after its lifetime anothe
 synthetic aperture would focus each to a sharp point. Scatterers and glints change at times of their own, and all
 begin with their first.
 
-The seabed's roughness stands still: its glints last, and change with the bounce point, of which another takes the
+The seabed's roughness is constant: its glints last, and change with the bounce point, of which another takes the
 place after a distance instead of a time. A family off both boundaries has glints of both in one, of which one bounce
 at least is incoherent.
 

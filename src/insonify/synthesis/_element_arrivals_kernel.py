@@ -251,8 +251,7 @@ def deposit_on_elements(
     capacity = pair.shape[0] * min(_PART, strength.shape[1])
     order = _EchoOrder(np.empty(capacity, np.int32), np.empty(capacity + 1, np.int32), np.empty(capacity, np.int32),
                        np.empty(cells.shape[2] + 2, np.int32))  # fmt: skip
-    flags = nonzero_legs(transmit_legs, receive_legs)
-    columns = np.empty((8, _TILE))
+    flags, columns = nonzero_legs(transmit_legs, receive_legs), np.empty((8, _TILE))
     expansion, source_weight, tau = np.empty((terms, _TILE)), np.empty(2 * _TILE, np.float32), columns[0]
     echoes = ArrivalColumns(
         columns[0], columns[1], columns[2], columns[3], columns[4], columns[5], columns[6], columns[7], expansion

@@ -105,7 +105,7 @@ class LabelGrid(NamedTuple):
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _deposit_energy(cells: Floats, p: int, grid: LabelGrid, row: float, delay: float, energy: float) -> None:
-    """Add one energy to the cells about its delay, as in `_gridding.deposit_energy`, of the rows beside its own."""
+    """Add one energy to the cells about its delay, as in `_gridding.deposit_energy`, of the adjacent rows."""
     position = (delay - grid.first_time) * grid.rate - _SHIFT
     if position >= 0.0 and position < cells.shape[2] - CELLS_PER_SPIKE:
         cell, first = math.floor(position), math.floor(row)
@@ -120,7 +120,7 @@ def _deposit_position(
     bins: Floats, grid: LabelGrid, row: float, delay: float, energy: float, moments: tuple[float, float, float, float],
     grazing: float,
 ) -> None:  # fmt: skip
-    """Add one energy, and energy times position, to the two bins beside its delay, of the rows beside its own."""
+    """Add one energy, and energy times position, to the two bins about its delay, of the adjacent rows."""
     position = (delay - grid.start) * grid.bin_rate
     if not (energy > 0 and 0 <= position < bins.shape[1] - 1):
         return

@@ -1,8 +1,8 @@
 """Power patterns of many beams from rows of directions: an energy is deposited about its direction once for all beams.
 
 A power pattern is smooth over a fraction of a beam: between rows an eighth of wavelength / aperture apart it is linear
-to 1.3 % of its axis. So each energy is shared among the two rows beside its direction, and the energy of a beam is a
-sum over all rows, weighted with the beam's power pattern. Unlike the amplitudes of `direction_grid`, no energy is
+to 1.3 % of its axis. So each energy is shared among the two rows adjacent to its direction, and the energy of a beam
+is a sum over all rows, weighted with the beam's power pattern. Unlike the amplitudes of `direction_grid`, no energy is
 negative.
 """
 

@@ -35,6 +35,8 @@ class Stated:
 
     text: str
     source: str
+    number: float = np.nan
+    """The value in the unit of the text, NaN where it is not one number."""
 
     def line(self, key: str, indent: str = "  ") -> str:
         """One line of the scenario."""
@@ -110,8 +112,8 @@ class _Values:
         """Median of a variable with its unit and source, or an assumed value."""
         value = self.median(name)
         if value is None or value == 0:
-            return Stated(f"{default:.6g} {unit}".strip(), why)
-        return Stated(f"{value * scale:.6g} {unit}".strip(), f"{self.group}: {name}")
+            return Stated(f"{default:.6g} {unit}".strip(), why, default)
+        return Stated(f"{value * scale:.6g} {unit}".strip(), f"{self.group}: {name}", value * scale)
 
     def setting(self, name: str) -> float | None:
         """Number of a setting, None where there is none."""
@@ -128,8 +130,20 @@ class _Values:
 
         Source: Urick (1983), Principles of Underwater Sound, ch. 3: a continuous line, 50.8 lambda / L degrees.
         """
-        wavelength = self.sound_speed / float(self.frequency or 1.0)
-        return f"{0.886 * wavelength / (2 * np.sin(min(width, 3.0) / 2)) * 1e3:.4g} mm"
+        return f"{self._aperture_wavelengths(width) * self.wavelength * 1e3:.4g} mm"
+
+    def element_count(self, width: float) -> int:
+        """Number of elements half a wavelength apart that fill such an aperture."""
+        return max(2, int(np.ceil(2 * self._aperture_wavelengths(width))))
+
+    @property
+    def wavelength(self) -> float:
+        """Wavelength at the sonar [m]."""
+        return self.sound_speed / float(self.frequency or 1.0)
+
+    @staticmethod
+    def _aperture_wavelengths(width: float) -> float:
+        return float(0.886 / (2 * np.sin(min(width, 3.0) / 2)))
 
     def transducer_depth(self) -> Stated:
         """Depth of the transducer below the water surface."""
@@ -139,25 +153,20 @@ class _Values:
         if below is not None:
             level = self.median("water_level") or 0.0
             source = self.setting_source(f"{self.group}.mounting.TransducerOffsetZ")
-            return Stated(f"{below + level:.4g} m", f"{source}, plus {self.group}: water_level")
-        return Stated(f"{_DRAFT:g} m", "assumed")
+            return _metres(below + level, f"{source}, plus {self.group}: water_level")
+        return _metres(_DRAFT, "assumed")
 
     @property
     def depth_name(self) -> str:
         """Variable with the depth of the transducer at each ping, empty where there is none."""
         return next((name for name in ("transducer_depth", "sensor_depth") if self.median(name)), "")
 
-    @property
-    def depth_m(self) -> float:
-        """The same as a number [m]."""
-        return float(self.depth.text.split()[0])
-
     def seabed_depth(self) -> Stated:
         """Depth of the seabed below the water surface."""
         if (depth := self.median("depth")) and "travel_time" in self.data:
-            return Stated(f"{depth:.4g} m", f"{self.group}: depth, median of the soundings")
+            return _metres(depth, f"{self.group}: depth, median of the soundings")
         if altitude := self.median("altitude"):
-            return Stated(f"{altitude + self.depth_m:.4g} m", f"{self.group}: altitude, plus depth of the sonar")
+            return _metres(altitude + self.depth.number, f"{self.group}: altitude, plus depth of the sonar")
         if "voltage" in self.data:
             first, step = self.median("first_range") or 0.0, self.median("range_step") or 0.0
             power = np.nanmean(np.abs(self.data["voltage"].mean("sector").values) ** 2, axis=0)
@@ -165,26 +174,24 @@ class _Values:
             far = away > _BLANKED
             if step > 0 and far.any():
                 slant = float(away[far][np.nanargmax(power[far])])
-                return Stated(
-                    f"{self.depth_m + slant:.4g} m", f"{self.group}: range of the strongest echo, {slant:.2f} m"
-                )
-        last = float(self.window().text.strip("[]").split()[2]) * 1e-3 * self.sound_speed / 2
-        return Stated(f"{self.depth_m + last / 4:.4g} m", "assumed: a quarter of the range below the sonar")
+                return _metres(self.depth.number + slant, f"{self.group}: range of the strongest echo, {slant:.2f} m")
+        last = self.window().number * 1e-3 * self.sound_speed / 2
+        return _metres(self.depth.number + last / 4, "assumed: a quarter of the range below the sonar")
 
     def window(self) -> Stated:
-        """Start and stop of the recorded time."""
+        """Start and stop of the recorded time; the number is the stop [ms]."""
         if (longest := self._longest_travel_time()) is not None:
-            return Stated(
-                f"[0 ms, {1.3e3 * longest:.4g} ms]", f"{self.group}: travel_time, the longest and a third more"
-            )
+            stop = 1.3e3 * longest
+            return Stated(f"[0 ms, {stop:.4g} ms]", f"{self.group}: 1.3 times the longest travel_time", stop)
         count = self.data.sizes.get("sample", 0)
         step = self.median("sample_interval")
         if step is None and (across := self.median("range_step")):
             step = 2 * across / self.sound_speed
         start = 2 * (self.median("first_range") or 0.0) / self.sound_speed
         if step is None or not count:
-            return Stated("[0 ms, 100 ms]", "assumed")
-        return Stated(f"[{1e3 * start:.4g} ms, {1e3 * (start + count * step):.5g} ms]", f"{self.group}: samples")
+            return Stated("[0 ms, 100 ms]", "assumed", 100.0)
+        stop = 1e3 * (start + count * step)
+        return Stated(f"[{1e3 * start:.4g} ms, {stop:.5g} ms]", f"{self.group}: samples", stop)
 
     def _longest_travel_time(self) -> float | None:
         if "travel_time" not in self.data:
@@ -193,11 +200,16 @@ class _Values:
         return float(np.nanmax(value)) if np.isfinite(value).any() else None
 
 
+def _metres(length: float, source: str) -> Stated:
+    """A length or depth [m]."""
+    return Stated(f"{length:.4g} m", source, length)
+
+
 def _water(values: _Values) -> str:
     """Lines on the water: the first sound-speed profile, else the sound speed that the sonar uses."""
     text = "water:\n"
     profiles = values.file.sound_speed_profiles()
-    knots = _knots(profiles[0], float(values.seabed_depth().text.split()[0])) if profiles else []
+    knots = _knots(profiles[0], values.seabed_depth().number) if profiles else []
     if len(knots) > 1:
         text += f"  profile: {[[round(d, 3), round(c, 3)] for d, c in knots]} # the file's first sound-speed profile\n"
     else:
@@ -288,19 +300,20 @@ def _receiver(values: _Values) -> str:
 
 
 def _echosounder(values: _Values) -> str:
-    widths = [values.median(f"beam_width_{way}") or np.radians(7.0) for way in ("athwartship", "alongship")]
-    shape = f"{{kind: planar, width: {values.aperture(widths[0])}, height: {values.aperture(widths[1])}}}"
-    source = f"{values.group}: beam_width_athwartship and beam_width_alongship, uniform aperture"
+    widths = [values.median(f"beam_width_{direction}") for direction in ("athwartship", "alongship")]
+    width, height = (values.aperture(beam_width or np.radians(7.0)) for beam_width in widths)
+    shape = f"{{kind: planar, width: {width}, height: {height}}}"
+    stated = f"{values.group}: beam_width_athwartship and beam_width_alongship, uniform aperture"
+    source = stated if all(widths) else "assumed: 7 deg where the file has no beam width"
     return Stated(shape, source).line("transmit") + Stated(shape, source).line("receive")
 
 
 def _multibeam(values: _Values) -> str:
     along, across = (values.median(f"{end}_beam_width") for end in ("tx", "rx"))
-    wavelength = values.sound_speed / float(values.frequency or 1.0)
     height, length = values.aperture(along or np.radians(1.0)), values.aperture(across or np.radians(1.0))
-    count = max(2, int(np.ceil(float(length.split()[0]) / 1e3 / (wavelength / 2))))
+    count = values.element_count(across or np.radians(1.0))
     transmit = Stated(
-        f"{{kind: planar, width: {wavelength / 2 * 1e3:.4g} mm, height: {height}}}",
+        f"{{kind: planar, width: {values.wavelength / 2 * 1e3:.4g} mm, height: {height}}}",
         f"{values.group}: tx_beam_width" if along else "assumed: 1 deg",
     )
     receive = Stated(
@@ -321,12 +334,10 @@ def _imaging(values: _Values) -> str:
     """A forward-looking sonar that resolves the spacing of the file's beams."""
     bearing = np.unique(np.asarray(values.data["bearing"].values, float)) if "bearing" in values.data else np.empty(0)
     spacing = float(np.median(np.diff(bearing))) if bearing.size > 1 else np.radians(1.0)
-    wavelength = values.sound_speed / float(values.frequency or 1.0)
-    length = values.aperture(2 * spacing)
-    count = max(2, int(np.ceil(float(length.split()[0]) / 1e3 / (wavelength / 2))))
+    length, count = values.aperture(2 * spacing), values.element_count(2 * spacing)
     height = values.aperture(np.radians(14.0))
     transmit = Stated(
-        f"{{kind: planar, width: {wavelength / 2 * 1e3:.4g} mm, height: {height}}}", "assumed: 14 deg high"
+        f"{{kind: planar, width: {values.wavelength / 2 * 1e3:.4g} mm, height: {height}}}", "assumed: 14 deg high"
     )
     receive = Stated(
         f"{{kind: planar, width: {length}, height: {height}, columns: {count}}}",
@@ -395,7 +406,7 @@ def _depths(file: InstrumentFile, group: str, time: Floats, values: _Values) -> 
     """Depths of the transducer at some times [m]: interpolated between the pings where they state it."""
     name, parts = values.depth_name, []
     if not name:
-        return np.full(time.size, values.depth_m)
+        return np.full(time.size, values.depth.number)
     for first in range(0, file.groups[group], PINGS_READ):
         data = file.read(group, slice(first, first + PINGS_READ))
         if name in data:
