@@ -21,7 +21,7 @@ FORMER_KEYS: dict[str, dict[str, str]] = {
     "Receiver": {"band": "bandwidth", "compress": "matched_filter", "converter": "adc"},
     "ReceiverGain": {"most_db": "max_db", "spreading": "tvg_db_per_decade"},
     "SeaNoise": {"whence": "directionality"},
-    "Seabed": {"lattice": "scatterer_grid", "split": "cutoff_wavelength"},
+    "Seabed": {"bounce": "reflecting_interface", "lattice": "scatterer_grid", "split": "cutoff_wavelength"},
     "Surface": {"bounce": "reflection", "split": "cutoff_wavelength", "waves_to": "wave_direction"},
     "_Body": {"smooth": "face_reflection_coefficient"},
     "Texture": {"length": "correlation_length", "shape": "k_shape"},

@@ -31,7 +31,7 @@ pytestmark = pytest.mark.filterwarnings("ignore::insonify.validity.PhysicsWarnin
 
 def bed(sediment="very fine sand", **more):
     """A rough seabed of a sediment that reflects as that sediment does."""
-    return {"depth": 20.0, "bounce": "rough", "scattering": {"law": "jackson", "sediment": sediment},
+    return {"depth": 20.0, "reflecting_interface": "rough", "scattering": {"law": "jackson", "sediment": sediment},
             "reflection": sediment, **more}  # fmt: skip
 
 
@@ -98,7 +98,7 @@ def test_every_bottom_bounce_has_eckart_s_factor_and_loses_the_law_s_share(famil
     """Coherent pressure exp(-2 Gamma^2) of each bounce, and the energies of families the product of their bounces'."""
     surface = {} if wind is None else {"reflection": "statistical", "wind_speed": wind}
     rough = Scene(water={"sound_speed": C}, seabed=bed(), surface=surface)
-    smooth = Scene(water={"sound_speed": C}, seabed=bed(bounce="smooth"), surface=surface)
+    smooth = Scene(water={"sound_speed": C}, seabed=bed(reflecting_interface="smooth"), surface=surface)
     (mirror, one, _), (_, other, _) = (reflected(scene, family, 50e3) for scene in (rough, smooth))
     if wind is None:
         other = mirror
@@ -175,7 +175,7 @@ def test_relief_scatters_forward_what_its_roughness_takes():
         return np.mean(10 ** (found / 10))
 
     flat = heard()
-    assert heard(relief=RELIEF, bounce="smooth") < 1e-5 * flat
+    assert heard(relief=RELIEF, reflecting_interface="smooth") < 1e-5 * flat
     assert 10 * np.log10(heard(relief=RELIEF) / flat) == pytest.approx(0.0, abs=1.5)
 
 
@@ -185,12 +185,12 @@ def test_boundary_echoes_keep_their_coherent_part_alone(relief):
     sounds = [
         simulate(
             nominal(
-                seabed={**bed("medium sand"), "relief": relief, "seed": 1, "bounce": bounce},
+                seabed={**bed("medium sand"), "relief": relief, "seed": 1, "reflecting_interface": interface},
                 sonar={"pulse": {"kind": "cw", "frequency": 20e3, "duration": "0.2 ms"}},
                 track={"window": (0.0, 0.06)}, paths={"max_reflections": 3, "contributions": ["boundary echo"]},
             )
         )["pressure"].values
-        for bounce in ("smooth", "rough")
+        for interface in ("smooth", "rough")
     ]  # fmt: skip
     assert relative_rms(sounds[1], sounds[0]) < 0.02
 
@@ -198,7 +198,7 @@ def test_boundary_echoes_keep_their_coherent_part_alone(relief):
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ({"seabed": {"bounce": "rough"}}, "needs the roughness of a sediment"),
+        ({"seabed": {"reflecting_interface": "rough"}}, "needs the roughness of a sediment"),
         ({"seabed": bed(), "paths": {"engine": "tracer"}, "field": "incoherent"}, "seabed is a mirror"),
         ({"seabed": bed(), "surface": {"reflection": "explicit", "wind_speed": 3.0}}, "explicit or a tilted surface"),
     ],

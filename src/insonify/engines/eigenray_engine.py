@@ -178,7 +178,7 @@ class EigenrayEngine:
         families = boundary_echo_families(self.choice, two_platforms=ping_geometry.receive_track_extent is not None)
         back = self._end_legs(end, transmitter, ping_geometry, None, elements=True, families=families)
         wavelength, terrain = self._wavelength(ping_geometry, end), self.scene.seabed.terrain
-        if terrain is not None and terrain.relief.is_waves and self.scene.seabed.bounce == "rough":
+        if terrain is not None and terrain.relief.is_waves and self.scene.seabed.reflecting_interface == "rough":
             factor = relief_roughness_factor(back, end, terrain, wavelength)
             back = replace(back, reflection_coefficient=back.reflection_coefficient * factor)
         if terrain is not None and terrain.span[0] < terrain.span[1] and isinstance(self.rays, StraightRays):

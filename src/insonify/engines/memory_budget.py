@@ -31,7 +31,7 @@ def legs_per_point(scene: Scene, choice: PathSettings, boundary: Boundary, *, dr
     if scene.surface.reflection == "explicit":
         moving = sum("S" in bounce_sequence(name) for name in kept)
         return len(kept) + moving * (BOUNCES * (1 + FEW * (scene.surface.wind_speed is not None)) - 1)
-    rough = "S" * (scene.surface.reflection == "statistical") + "B" * (scene.seabed.bounce == "rough")
+    rough = "S" * (scene.surface.reflection == "statistical") + "B" * (scene.seabed.reflecting_interface == "rough")
     random = sum(bool(set(rough) & set(bounce_sequence(name))) for name in kept)
     return len(kept) + random * (FEW if drawn else SEVERAL)
 

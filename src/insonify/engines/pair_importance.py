@@ -255,7 +255,7 @@ def _legs(
     paths = [flat_image_paths(name, position, points, terrain.depth) for name in families]
     length = np.array([way.length for way in paths])
     factors = [np.ones_like(distance)] * len(families)
-    if scene.seabed.bounce == "smooth":
+    if scene.seabed.reflecting_interface == "smooth":
         factors = [
             coherent_bounce_factor(name, way, terrain, ping_geometry.wavelength)
             for name, way in zip(families, paths, strict=True)

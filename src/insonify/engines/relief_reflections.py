@@ -64,7 +64,7 @@ def reflect_off_relief(
     for row in bounced:
         some = np.flatnonzero(wanted[row]) if wanted is not None else np.arange(len(scatterers))
         followed = some
-        if scene.seabed.bounce == "smooth":
+        if scene.seabed.reflecting_interface == "smooth":
             followed = some[~_negligible(made, row, some, position, terrain_occlusion)]
         made.reflection_coefficient[row] = 0.0
         if len(followed):
@@ -147,7 +147,7 @@ def reflection_product(
         scene: The scene.
     """
     left: NDArray[np.float64] | float = 1.0
-    if scene.seabed.bounce == "smooth" or not terrain.relief.is_waves:
+    if scene.seabed.reflecting_interface == "smooth" or not terrain.relief.is_waves:
         left = coherent_bounce_factor(family, way, terrain, wavelength)
     coefficient = 1 + 0j
     product: NDArray[np.complex128] | complex = 1.0

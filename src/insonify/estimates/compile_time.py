@@ -68,7 +68,8 @@ def _needed(simulator: Simulator, labels: bool) -> list[FeatureKernels]:
         ELEMENTS: scenario.sonar.receiver.record == "elements",
         RELIEF: bool(scenario.seabed.relief),
         REFRACTION: not isinstance(rays, StraightRays),
-        GLINTS: not expected and (scenario.surface.reflection == "statistical" or scenario.seabed.bounce == "rough"),
+        GLINTS: not expected
+        and (scenario.surface.reflection == "statistical" or scenario.seabed.reflecting_interface == "rough"),
         WAVES: scenario.surface.reflection == "explicit",
         SOLIDS: bool(simulator.engine.scene.occluders),
     }

@@ -171,7 +171,7 @@ def _notes(behind: SampleArrivals) -> list[str]:
     """Meaning of the columns of the table that need explanation."""
     extras, notes = behind.extra_columns(), [NOTE]
     scenario = behind.simulator.scenario
-    rough = SURFACE_RAYS["statistical"] if scenario.seabed.bounce == "rough" else None
+    rough = SURFACE_RAYS["statistical"] if scenario.seabed.reflecting_interface == "rough" else None
     rays = SURFACE_RAYS.get(scenario.surface.reflection, rough)
     if rays and np.any(behind.paths.bounces):
         notes.append(f"bounce: all reflections; a ray numbered S2, S3, ... {rays}, its share of the energy included")

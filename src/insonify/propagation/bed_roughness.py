@@ -89,7 +89,7 @@ def bed_roughness(seabed: Seabed, frequency: float, sound_speed: float) -> BedRo
         frequency: Frequency of the sound [Hz].
         sound_speed: Sound speed in the water above it [m/s].
     """
-    if seabed.bounce == "smooth":
+    if seabed.reflecting_interface == "smooth":
         return None
     assert isinstance(seabed.scattering, SedimentLaw)  # guaranteed by the seabed
     terrain, scatters = seabed.terrain, seabed.scattering.law != "sediment-volume"

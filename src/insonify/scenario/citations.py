@@ -51,7 +51,7 @@ def citations(scenario: Scenario) -> list[str]:
         found.append(SUSPENDED)
     if isinstance(scenario.surface.scattering, AplSurfaceLaw):
         found.append(WINDY)
-    if scenario.surface.wind_speed is not None or scenario.seabed.bounce == "rough":
+    if scenario.surface.wind_speed is not None or scenario.seabed.reflecting_interface == "rough":
         found.append(ROUGH)
     if scenario.surface.wind_speed is not None:
         found.append(SEA)

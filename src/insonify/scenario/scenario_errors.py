@@ -69,9 +69,9 @@ def scenario_errors(scenario: Scenario) -> Iterator[PydanticCustomError]:
         yield from _tracer_limits(scenario)
     if scenario.surface.reflection == "explicit":
         yield from _explicit_sea_limits(scenario)
-    if scenario.seabed.bounce == "rough" and scenario.surface.reflection in ("explicit", "tilted"):
-        yield field_error("seabed.bounce", "rough", "has no glints off an explicit or a tilted surface. Write "
-                          "reflection: statistical under surface, or bounce: smooth.")  # fmt: skip
+    if scenario.seabed.reflecting_interface == "rough" and scenario.surface.reflection in ("explicit", "tilted"):
+        yield field_error("seabed.reflecting_interface", "rough", "has no glints off an explicit or a tilted surface. "
+                          "Write reflection: statistical under surface, or smooth.")  # fmt: skip
     if scenario.surface.reflection == "tilted":
         yield from swell_errors(scenario, found)
 
@@ -110,9 +110,9 @@ def _tracer_limits(scenario: Scenario) -> Iterator[PydanticCustomError]:
     if scenario.water.layered:
         yield field_error("water.profile", None, "bends rays, and those of the tracer are straight. Give the water one "
                       "sound_speed, or write engine: eigenrays under paths.")  # fmt: skip
-    if scenario.seabed.bounce != "smooth":
-        yield field_error("seabed.bounce", "rough", "is not for the tracer, whose seabed is a mirror. Write bounce: "
-                      "smooth, or engine: eigenrays under paths.")  # fmt: skip
+    if scenario.seabed.reflecting_interface != "smooth":
+        yield field_error("seabed.reflecting_interface", "rough", "is not for the tracer, whose seabed is a mirror. "
+                      "Write smooth, or engine: eigenrays under paths.")  # fmt: skip
     if scenario.surface.reflection != "flat":
         yield field_error("surface.reflection", scenario.surface.reflection, "is not for the tracer, whose surface is "
                       "a mirror. Write reflection: flat, or engine: eigenrays under paths.")  # fmt: skip

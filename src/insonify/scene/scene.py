@@ -40,7 +40,7 @@ class Scene(Model):
 
     def is_rough(self, families: Iterable[str]) -> bool:
         """Return True if a boundary off which some families are reflected is neither flat nor smooth relief."""
-        letters = "S" * (self.surface.reflection != "flat") + "B" * (self.seabed.bounce != "smooth")
+        letters = "S" * (self.surface.reflection != "flat") + "B" * (self.seabed.reflecting_interface != "smooth")
         return any(letter in name for name in families for letter in letters)
 
     @property

@@ -56,9 +56,9 @@ class Seabed(Model):
     """Variation of the scattering strength about its mean, from place to place; None: none."""
     reflection: Reflection = "medium sand"
     """Pressure reflection coefficient [1], or the sediment whose Rayleigh coefficient is used."""
-    bounce: Literal["smooth", "rough"] = "smooth"
-    """Model of bottom bounces: a smooth mirror, or over relief one of which roughness leaves the coherent part; or the
-    roughness of the sediment under `scattering`, by a coherent part and glints that carry what it scatters forward."""
+    reflecting_interface: Literal["smooth", "rough"] = "smooth"
+    """Interface that reflects: smooth, or over relief one whose roughness leaves the coherent part; or rough as the
+    sediment under `scattering` is, with a coherent part and glints that carry what it scatters forward."""
 
     scatterer_grid: ScattererGrid = ScattererGrid()
     """Frame of the drawn scatterers, of the seabed and of the surface alike."""
@@ -91,11 +91,11 @@ class Seabed(Model):
         return self
 
     @model_validator(mode="after")
-    def _check_bounce(self) -> Self:
-        if self.bounce == "rough" and not isinstance(self.scattering, SedimentLaw):
+    def _check_interface(self) -> Self:
+        if self.reflecting_interface == "rough" and not isinstance(self.scattering, SedimentLaw):
             raise field_error(
-                "bounce", "rough", "needs the roughness of a sediment, and the scattering law names none. Write "
-                "scattering: {law: jackson, sediment: medium sand}, or bounce: smooth.",
+                "reflecting_interface", "rough", "needs the roughness of a sediment, and the scattering law names "
+                "none. Write scattering: {law: jackson, sediment: medium sand}, or reflecting_interface: smooth.",
             )  # fmt: skip
         return self
 
