@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from insonify.simulator import levels as levels
     from insonify.simulator import record as record
     from insonify.simulator import simulate as simulate
+    from insonify.writers.export import export as export
 
 delete_stale_kernels(Path(__file__).parent)  # before any of them can be loaded
 
@@ -36,15 +37,16 @@ _HOMES = {
     "open_instrument": "insonify.formats.instruments.open_instrument",
     "read_netcdf": "insonify.formats.netcdf_file",
     "write_netcdf": "insonify.formats.netcdf_file",
+    "export": "insonify.writers.export",
 }
 _PACKAGES = (
     "ocean", "scattering", "scene", "sonar", "records", "propagation", "processing", "formats", "plotting", "paper",
-    "demos", "explanation", "estimates",
+    "demos", "explanation", "estimates", "writers",
 )  # fmt: skip
 
 __all__ = [
-    "PathSettings", "Scenario", "arrivals", "labels", "levels", "load_scenario", "open_instrument", "open_recording",
-    "read_netcdf", "record", "simulate", "write_netcdf",
+    "PathSettings", "Scenario", "arrivals", "export", "labels", "levels", "load_scenario", "open_instrument",
+    "open_recording", "read_netcdf", "record", "simulate", "write_netcdf",
 ]  # fmt: skip
 
 

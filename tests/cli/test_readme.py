@@ -45,7 +45,7 @@ def test_the_nominal_scene_is_a_demonstration(tmp_path, capsys):
 
 def test_the_shell_completes_commands():
     """Asked as bash asks."""
-    asked = {"_INSONIFY_COMPLETE": "complete_bash", "COMP_WORDS": "insonify ex", "COMP_CWORD": "1"}
+    asked = {"_INSONIFY_COMPLETE": "complete_bash", "COMP_WORDS": "insonify expl", "COMP_CWORD": "1"}
     told = subprocess.run(
         [sys.executable, "-m", "insonify"], env=os.environ | asked, capture_output=True, text=True, check=False
     )

@@ -9,7 +9,7 @@ from typing import Annotated, Any
 
 import typer
 
-from insonify.cli import info, paper_and_demo, recordings, scenarios
+from insonify.cli import export, info, paper_and_demo, recordings, scenarios
 from insonify.cli.arguments import InputError
 from insonify.cli.compile_progress import reporting
 
@@ -31,7 +31,8 @@ app.command("schema")(scenarios.schema)
 app.command("info")(info.info)
 app.command("scenario-from")(scenarios.scenario_from)
 for _computes in (
-    scenarios.check, recordings.run, recordings.show, recordings.explain, paper_and_demo.paper, paper_and_demo.demo
+    scenarios.check, recordings.run, recordings.show, recordings.explain, export.export, paper_and_demo.paper,
+    paper_and_demo.demo,
 ):  # fmt: skip
     app.command(_computes.__name__)(reporting(_computes))
 

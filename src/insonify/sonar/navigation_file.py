@@ -153,6 +153,23 @@ def local_plane_position(latitude: Floats, longitude: Floats, origin: tuple[floa
     )
 
 
+def geodetic_position_of_plane(north: Floats, east: Floats, origin: tuple[float, float]) -> tuple[Floats, Floats]:
+    """Latitude and longitude [deg] of positions in the plane of an origin: the inverse of `local_plane_position`.
+
+    Args:
+        north: North of the origin [m], shape (n,).
+        east: East of the origin [m], shape (n,).
+        origin: Latitude and longitude of north 0, east 0 [deg].
+    """
+    latitude, longitude = np.full(np.shape(north), origin[0]), np.full(np.shape(north), origin[1])
+    for _ in range(4):  # the radii of curvature vary by 1e-9 for a metre: it converges from the first step
+        step = local_plane_position(latitude, longitude, origin)
+        metres = local_plane_position(latitude + 1e-3, longitude + 1e-3, origin) - step
+        latitude = latitude + (north - step[:, 0]) / metres[:, 0] * 1e-3
+        longitude = longitude + (east - step[:, 1]) / metres[:, 1] * 1e-3
+    return latitude, longitude
+
+
 def _log(
     values: dict[str, Floats], lines: NDArray[np.int64], origin: tuple[float, float] | None, path: str | Path
 ) -> NavigationLog:

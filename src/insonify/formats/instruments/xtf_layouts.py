@@ -44,3 +44,4 @@ RAW_POSITION = layout(
     "u2 magic; u1 kind channel; u2 channels; V4 spare; u4 size;" + DATE + "; u2 tenths; f8 latitude longitude height;"
     "f4 pitch roll heave heading; u1 spare2"
 )
+NOTE = layout("u2 magic; u1 kind channel; u2 channels; V4 spare; u4 size;" + DATE + "; V35 spare2; S200 text")

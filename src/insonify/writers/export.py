@@ -1,0 +1,89 @@
+"""Export of a recording to the format of another program, chosen by the suffix of the file."""
+
+import os
+import uuid
+from importlib import import_module
+from importlib.util import find_spec
+from pathlib import Path
+from typing import NamedTuple
+
+import xarray as xr
+
+from insonify.data_file import install_advice
+from insonify.formats.store_description import StoreError
+from insonify.formats.zarr_store import chunk_errors_as_store_errors
+from insonify.writers.survey import open_survey
+
+
+class ExportFormat(NamedTuple):
+    """Suffixes of a format, its content, and the function that writes it."""
+
+    suffixes: tuple[str, ...]
+    content: str
+    writer: str
+    """Module and function, called with a survey and the path of the file."""
+    package: str = ""
+    """Package that it needs beyond those that are always installed."""
+
+
+FORMATS: dict[str, ExportFormat] = {
+    "xtf": ExportFormat((".xtf",), "sidescan pings, 16 bit", "xtf.write_xtf"),
+    "xtf-float32": ExportFormat((".xtf",), "sidescan pings, unrounded", "xtf.write_xtf_float32"),
+}
+"""Formats by name; of several with one suffix, the first is written unless another is named."""
+
+
+def export(recording: xr.Dataset | str | Path, path: str | Path, name: str | None = None) -> Path:
+    """Write a recording in the format of another program.
+
+    The file is written under a temporary name and renamed when it is whole; one of that name is replaced. Pings are
+    read one after the other, so that recordings larger than memory can be written.
+
+    Args:
+        recording: As from `insonify.simulate` or `open_recording`, or the folder of a recording.
+        path: File to write, such as "harbour.xtf"; its suffix names the format.
+        name: One of `insonify.writers.export.FORMATS`; None: the first with that suffix.
+
+    Returns:
+        The path.
+
+    Raises:
+        StoreError: No such format, or one that the recording does not fit; the message gives the remedy.
+    """
+    target = Path(path)
+    chosen = FORMATS[_format_name(target, name)]
+    if chosen.package and find_spec(chosen.package) is None:
+        raise StoreError(f"{target}: writing it needs {chosen.package}. Install it: {install_advice('io')}")
+    if not target.parent.is_dir():
+        raise StoreError(f"{target}: there is no folder {target.parent}. Make it first: mkdir -p {target.parent}")
+    if target.is_dir():
+        raise StoreError(f"{target} is a folder. Choose the name of a file")
+    module, function = chosen.writer.split(".")
+    survey = open_survey(recording)
+    partial = target.with_name(f".{target.stem}.{uuid.uuid4().hex}.partial{target.suffix}")
+    try:
+        with chunk_errors_as_store_errors(survey.name):
+            getattr(import_module(f"insonify.writers.{module}"), function)(survey, partial)
+        os.replace(partial, target)
+    finally:
+        partial.unlink(missing_ok=True)
+    return target
+
+
+def _format_name(path: Path, name: str | None) -> str:
+    """Name of the format of a file, refused where there is none."""
+    suffix = path.suffix.lower()
+    of_suffix = [known for known, about in FORMATS.items() if suffix in about.suffixes]
+    if not of_suffix:
+        suffixes = sorted({suffix for about in FORMATS.values() for suffix in about.suffixes})
+        raise StoreError(f"{path}: {suffix or 'no suffix'} names no format. End it in one of {', '.join(suffixes)}")
+    if name is None:
+        return of_suffix[0]
+    if name not in FORMATS:
+        raise StoreError(f"{name}: there is no such format. Choose one of {', '.join(FORMATS)}")
+    if name not in of_suffix:
+        raise StoreError(
+            f"{path}: {name} is a format of {', '.join(FORMATS[name].suffixes)}. Change the suffix, or "
+            f"choose one of {', '.join(of_suffix)}"
+        )
+    return name

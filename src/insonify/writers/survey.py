@@ -1,0 +1,144 @@
+"""Recording with its scenario, its navigation and its place on Earth, as writers of files need them."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from insonify.formats.store_description import StoreError
+from insonify.formats.zarr_store import open_recording
+from insonify.scenario.load import parse_model
+from insonify.scenario.scenario import Scenario
+from insonify.scene.seabed_terrain import SeabedTerrain
+from insonify.writers.earth_frame import EarthFrame
+
+Floats = NDArray[np.float64]
+
+START = 946_684_800
+"""Time of the start of a track, 2000-01-01 UTC, since a scenario has no date [s since 1970]."""
+
+
+@dataclass(frozen=True)
+class Survey:
+    """Recorded pings of a scenario; samples are read ping by ping."""
+
+    name: Path
+    """Folder of the recording, or the title of one in memory."""
+    recording: xr.Dataset
+    scenario: Scenario
+
+    @cached_property
+    def rows(self) -> NDArray[np.int64]:
+        """Rows of the recorded pings."""
+        done = self.recording["done"].values if "done" in self.recording else np.ones(self.recording.sizes["ping"])
+        return np.flatnonzero(done)
+
+    @cached_property
+    def position(self) -> Floats:
+        """North, east, down of the platform at each recorded ping, as logged [m], shape (ping, 3)."""
+        return self._logged("position")
+
+    @cached_property
+    def attitude(self) -> Floats:
+        """Heading, pitch, roll of the platform at each recorded ping, as logged [rad], shape (ping, 3)."""
+        return self._logged("attitude")
+
+    @cached_property
+    def time(self) -> Floats:
+        """Start of transmission of each recorded ping [s since 1970], shape (ping,)."""
+        return START + np.asarray(self.recording["ping_time"].values, float)[self.rows]
+
+    @cached_property
+    def frame(self) -> EarthFrame:
+        """Position of the scene on Earth."""
+        return EarthFrame.of(self.recording.attrs)
+
+    @property
+    def speed(self) -> Floats:
+        """Horizontal speed of the platform at each recorded ping [m/s], shape (ping,)."""
+        if self.rows.size < 2:
+            return np.zeros(self.rows.size)
+        north, east = (np.gradient(self.position[:, axis], self.time) for axis in (0, 1))
+        return np.asarray(np.hypot(north, east))
+
+    @property
+    def altitude(self) -> Floats:
+        """Height of the platform above the seabed [m], shape (ping,)."""
+        return self.bed_depth(self.position[:, 0], self.position[:, 1]) - self.position[:, 2]
+
+    @property
+    def sample_interval(self) -> float:
+        """Time between samples [s]."""
+        time = self.recording["time"].values
+        return float(time[-1] - time[0]) / max(len(time) - 1, 1)
+
+    @property
+    def ping_interval(self) -> float:
+        """Median time between pings [s], 0 of a single one."""
+        return float(np.median(np.diff(self.time))) if self.rows.size > 1 else 0.0
+
+    def bed_depth(self, north: Floats, east: Floats) -> Floats:
+        """Depth of the seabed at positions [m], of their shape."""
+        terrain = self._terrain
+        if terrain is None:
+            return np.full(np.shape(north), self.scenario.seabed.depth)
+        return terrain.depth_at(north, east)
+
+    @cached_property
+    def _terrain(self) -> SeabedTerrain | None:
+        return self.scenario.scene.seabed.terrain
+
+    def amplitudes(self) -> Iterator[tuple[int, NDArray[np.float32]]]:
+        """Number within the recorded pings, and rms amplitude [uPa], shape (channel, time), of each ping."""
+        field = "pressure" if "pressure" in self.recording else "intensity"
+        sound = self.recording[field].transpose("ping", "channel", "time")
+        for number, row in enumerate(self.rows):
+            values = sound[int(row)].values
+            amplitude = np.abs(values) if field == "pressure" else np.sqrt(values)
+            yield number, np.asarray(amplitude, np.float32)
+
+    def require_beams(self, name: str) -> None:
+        """Refuse a recording whose channels are elements, or whose receiver has a platform of its own."""
+        if self.scenario.sonar.receiver.record == "elements":
+            raise StoreError(
+                f"{self.name}: {name} holds beams, and this recording has elements. Write record: beams in the "
+                "scenario, or form beams of it first (insonify.processing.beam_recording)"
+            )
+        self.require_one_platform(name)
+
+    def require_one_platform(self, name: str) -> None:
+        """Refuse a recording whose receiver has a platform of its own."""
+        if "receiver_position" in self.recording:
+            raise StoreError(f"{self.name}: {name} holds ranges, and a receiver on its own platform has none. Write it "
+                             "as netCDF (.nc)")  # fmt: skip
+
+    def _logged(self, name: str) -> Floats:
+        column = f"logged_{name}" if f"logged_{name}" in self.recording else name
+        return np.asarray(self.recording[column].values, float)[self.rows]
+
+
+def open_survey(recording: xr.Dataset | str | Path) -> Survey:
+    """Open a recording to be written to another format.
+
+    Args:
+        recording: A recording, or its folder.
+
+    Raises:
+        StoreError: It has no scenario, or no ping yet.
+    """
+    dataset = recording if isinstance(recording, xr.Dataset) else open_recording(recording)
+    name = (
+        Path(str(dataset.attrs.get("title") or "recording")) if isinstance(recording, xr.Dataset) else Path(recording)
+    )
+    text = dataset.attrs.get("scenario")
+    if not isinstance(text, str):
+        raise StoreError(f"{name}: the recording has no scenario, which the settings of a file are taken from. Give "
+                         "one of insonify.simulate or insonify.open_recording")  # fmt: skip
+    survey = Survey(name, dataset, parse_model(Scenario, text, name=f"scenario of {name}", recorded=True))
+    if not survey.rows.size:
+        raise StoreError(f"{name} holds no ping yet. Simulate one: insonify run FILE -o {name}")
+    return survey

@@ -1,0 +1,26 @@
+"""Small surveys with known signs, with and without a place on Earth."""
+
+from insonify.scenario.scenario import Scenario
+
+MOTION = {name: {"rms": f"{deg} deg", "period": "4 s"} for name, deg in (("roll", 3), ("pitch", 2), ("yaw", 1))}
+ORIGIN = {"origin_latitude": 54.0, "origin_longitude": 3.0}
+
+
+def sidescan(*, targets=(), pings=6, track=None, **changes):
+    """Two sides at 300 kHz, 4 m above a flat bed at 10 m, on a line towards 30 deg that rolls, pitches and yaws."""
+    array = {"kind": "planar", "width": 0.3, "height": 0.01}
+    described = {
+        "title": "a small survey",
+        "water": {"sound_speed": 1500.0, "noise_level_db": 20.0},
+        "seabed": {"depth": 10.0, "scattering": {"law": "lambert", "strength_db": -27.0}},
+        "targets": list(targets),
+        "sonar": {
+            "source_level_db": 210, "pulse": {"kind": "cw", "frequency": 300e3, "duration": 0.1e-3}, "transmit": array,
+            "receive": array, "mounting": {"bearing": "90 deg", "tilt": "30 deg"}, "sides": ["port", "starboard"],
+        },
+        "track": {"kind": "line", "start": (0.0, 0.0, 6.0), "heading": "30 deg", "speed": 2.0, "pings": pings,
+                  "interval": 0.1, "window": (0.0, 0.03), "motion": MOTION, **(track or {})},
+        "paths": {"max_reflections": 0, "contributions": ("seabed", "target")},
+        "field": "incoherent",
+    }  # fmt: skip
+    return Scenario(**{**described, **changes})
