@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
@@ -33,7 +34,6 @@ from insonify.scenario.pings import require_index, selected_pings
 from insonify.scenario.platform_poses import platforms, receiver_seed
 from insonify.scenario.ray_domain import delay_field, domain
 from insonify.scenario.scenario import Scenario
-from insonify.scene.scatterers import Scatterers
 from insonify.sonar.ping_geometry import MountedSonar, PingGeometry, track_extents_of
 from insonify.sonar.platforms import Platforms
 from insonify.sonar.received_pulse import ReceivedPulse, received_pulse
@@ -528,7 +528,7 @@ def arrivals(scenario: Scenario, ping: int = 0, *, window: DelayInterval | None 
             )
         if not len(points):
             continue
-        pairs = simulator.engine.pairs(geometry, partial(_unchanged, points), include_negligible=even)
+        pairs = simulator.engine.pairs(geometry, partial(points.take, slice(None)), include_negligible=even)
         factors = {} if jitter.is_zero else {
             names: jitter.factor(pairs.scatterers.scatterer_id, *names) for names in pairs.rays()
         }  # fmt: skip
@@ -541,7 +541,10 @@ def arrivals(scenario: Scenario, ping: int = 0, *, window: DelayInterval | None 
     return concatenate_arrivals(tables)
 
 
-def levels(scenario: Scenario, ping: int = 0, *, channel: int = 0, threads: int | None = None) -> xr.Dataset:
+def levels(
+    scenario: Scenario, ping: int = 0, *, channel: int = 0, threads: int | None = None,
+    scatterers_per_cell: float = math.inf,
+) -> xr.Dataset:  # fmt: skip
     """Expected levels of one ping by contribution and by family pair.
 
     Args:
@@ -549,6 +552,7 @@ def levels(scenario: Scenario, ping: int = 0, *, channel: int = 0, threads: int 
         ping: Number of the ping.
         channel: Number of the beam or element; an element is at its array's centre, with its own pattern.
         threads: Number of threads; all cores by default.
+        scatterers_per_cell: Largest number of points in a cell [1]: with 1.5, samples ripple by 0.35 dB rms.
 
     Returns:
         `level_db` over (contribution, pair, time) [dB re 1 uPa], see `insonify.synthesis.level_curves.level_curves`.
@@ -561,19 +565,12 @@ def levels(scenario: Scenario, ping: int = 0, *, channel: int = 0, threads: int 
     simulator = build_simulator(scenario)
     geometry = element_as_beam(simulator.ping_geometry(ping, channel=channel), channel % scenario.sonar.beam_count)
     with ThreadPoolExecutor(thread_count(threads)) as pool:
-        whole = simulator.expectation_accumulator(geometry)
-        apart = TracedLevelAccumulator(whole) if isinstance(whole, TracedAccumulator) else LevelAccumulator(whole)
+        whole, few = simulator.expectation_accumulator(geometry), scatterers_per_cell
+        apart = TracedLevelAccumulator(whole) if isinstance(whole, TracedAccumulator) else LevelAccumulator(whole, few)
         intensity = accumulate_ping(simulator, apart, geometry, pool)
-    floor = float(simulator.noise.power[channel])
-    curves = level_curves(
-        intensity, floor, simulator.grid, channel % scenario.sonar.beam_count % geometry.channel_count
-    )
+    row, floor = channel % scenario.sonar.beam_count % geometry.channel_count, float(simulator.noise.power[channel])
+    curves = level_curves(intensity, floor, simulator.grid, row)
     return curves.assign_attrs(**attributes(scenario), ping=ping, channel=channel)
-
-
-def _unchanged(points: Scatterers) -> Scatterers:
-    """The given scatterers, as a block."""
-    return points
 
 
 def recording_layout(simulator: Simulator) -> RecordingLayout:

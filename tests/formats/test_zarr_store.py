@@ -14,7 +14,6 @@ import zarr
 
 from insonify.formats.zarr_store import (
     StoreError,
-    chunk_errors_as_store_errors,
     create_recording,
     open_recording,
     recorded_pings,
@@ -258,14 +257,24 @@ def test_a_damaged_recording_is_named_file_by_file(tmp_path: Path, file: str, co
             ask()
 
 
-def test_a_chunk_that_cannot_be_unpacked_is_the_recordings_fault(tmp_path: Path) -> None:
-    """Half a chunk, as a full disk leaves it, is damage and no failure of the program."""
+@pytest.mark.parametrize("damaged", ["pressure/c/1/0/0", "done/c/1"])
+@pytest.mark.parametrize("cut", [20, 0])
+def test_a_damaged_chunk_is_named_and_its_ping_simulated_again(tmp_path: Path, damaged: str, cut: int) -> None:
+    """Half a chunk, as a full disk leaves it: reading names its file; the ping of a lost chunk is not recorded."""
     path = tmp_path / "harbour.zarr"
     create_recording(path, layout(), SAME)
-    write_ping(path, 0, sound(0))
-    chunk = next(file for file in (path / "pressure" / "c").rglob("*") if file.is_file())
-    chunk.write_bytes(chunk.read_bytes()[:20])
-    with pytest.raises(StoreError, match="damaged: a chunk"), chunk_errors_as_store_errors(path):
-        open_recording(path)["pressure"].load()
-    with pytest.raises(RuntimeError, match="another"), chunk_errors_as_store_errors(path):
-        raise RuntimeError("another")
+    for ping in range(2):
+        write_ping(path, ping, sound(ping))
+    file = path / damaged
+    file.write_bytes(file.read_bytes()[: min(cut, file.stat().st_size - 1)])
+    said = rf"{damaged} is damaged.*Delete this file and simulate its ping again"
+    with pytest.raises(StoreError, match=said):
+        open_recording(path).load()
+    if damaged.startswith("pressure"):
+        np.testing.assert_array_equal(open_recording(path)["pressure"][0], sound(0))
+        with pytest.raises(StoreError, match=said):
+            open_recording(path)["pressure"][1, 0, 3:7].values.sum()
+        file.unlink()
+    assert recorded_pings(path).tolist() == [True, False, False, False, False]
+    write_ping(path, 1, sound(1))
+    np.testing.assert_array_equal(open_recording(path).load()["pressure"][1], sound(1))

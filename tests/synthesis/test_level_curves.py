@@ -34,6 +34,15 @@ def test_the_causes_add_up_to_what_is_heard(curves):
     np.testing.assert_allclose(parts, heard, rtol=1e-6)
 
 
+def test_few_points_give_the_same_curves_with_ripples(curves):
+    """1.5 quadrature points in a cell, for pictures: ripples below 0.5 dB rms, no offset; targets are the same."""
+    few = levels(nominal(**SCENE), scatterers_per_cell=1.5).level_db.sel(pair="all")
+    off = (few - curves.level_db.sel(pair="all")).sel(contribution=["seabed", "surface", "target"])
+    where = np.isfinite(curves.level_db.sel(pair="all", contribution=["seabed", "surface", "target"]))
+    assert 0 < off.sel(contribution="seabed").std() < 0.5
+    assert (np.abs(off.where(where).mean("time")) < 0.15).all()
+
+
 def test_pairs_of_a_bed_far_from_the_surface_add_as_energies(curves):
     """At 150 m the pairs of one place lie milliseconds apart: the curves of the six pairs add up to the bed's."""
     bed = curves.level_db.sel(contribution="seabed")

@@ -256,12 +256,10 @@ def explain(
 @contextmanager
 def _reading(recording: Path) -> Iterator[None]:
     """Faults of what stands in a recording are said with its name."""
-    from insonify.formats.zarr_store import chunk_errors_as_store_errors
     from insonify.scenario.diagnostic import ScenarioError
 
     try:
-        with chunk_errors_as_store_errors(recording):
-            yield
+        yield
     except ScenarioError as error:
         raise InputError(f"{recording}, the scenario in zarr.json: {error}") from None
 

@@ -22,7 +22,7 @@ from zarr.codecs import BloscCodec
 from zarr.core.common import JSON
 from zarr.errors import ZarrUserWarning
 
-from insonify.formats.store_description import errors_as_store_errors, require_consistent_sizes
+from insonify.formats.store_description import errors_as_store_errors, require_consistent_sizes, with_named_chunks
 from insonify.formats.zarr_store import (
     IDENTITY,
     PACKED,
@@ -230,6 +230,8 @@ def open_labels(path: str | Path) -> xr.Dataset:
         dataset: xr.Dataset = xr.open_zarr(
             folder, chunks=None, consolidated=True, decode_times=False, mask_and_scale=False
         )
+        again = f"Delete {folder} and label again: insonify run FILE -o {path} --labels"
+        dataset = with_named_chunks(dataset, folder, dict.fromkeys(map(str, dataset.variables), again))
         dataset["done"].load()
         names = LabelNames(tuple(dataset.attrs["owners"]), tuple(dataset.attrs["pairs"]))
         return with_names(_taken_apart(dataset, names), names)

@@ -6,10 +6,17 @@ so the declared sizes are compared with one another, and with limits, before any
 
 import json
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
+
+import numpy as np
+import xarray as xr
+import zarr
+from numpy.typing import NDArray
+from xarray.backends import BackendArray
+from xarray.core import indexing
 
 REPAIR_ADVICE = "Restore it from a copy, or delete the folder and simulate again"
 MOST_IN_PING = 1 << 28
@@ -95,3 +102,52 @@ def errors_as_store_errors(folder: Path) -> Iterator[None]:
         raise StoreError(
             f"{folder} is damaged: it cannot be opened ({content or type(fault).__name__}). {REPAIR_ADVICE}"
         ) from None
+
+
+def with_named_chunks(dataset: xr.Dataset, folder: Path, advice: Mapping[str, str]) -> xr.Dataset:
+    """The same dataset, read from disk on access; access to a damaged chunk raises `StoreError` with its file.
+
+    Args:
+        dataset: Dataset of a zarr group.
+        folder: Folder of the group.
+        advice: Remedy for a damaged chunk, by variable; `REPAIR_ADVICE` for others.
+    """
+    named = {}
+    for name, stored in dataset.variables.items():
+        if name not in dataset.indexes:
+            array = _NamedChunks(stored, folder / str(name), advice.get(str(name), REPAIR_ADVICE))
+            on_access: Any = indexing.LazilyIndexedArray(array)  # copied when changed, and kept, as xarray's own
+            cached = indexing.MemoryCachedArray(indexing.CopyOnWriteArray(on_access))
+            named[name] = xr.Variable(stored.dims, cached, stored.attrs, stored.encoding, fastpath=True)
+    return dataset.assign(named)
+
+
+class _NamedChunks(BackendArray):
+    """Variable on disk; an error while it is read names the chunk."""
+
+    def __init__(self, stored: xr.Variable, folder: Path, advice: str) -> None:
+        self.stored, self.folder, self.advice = stored, folder, advice
+        self.shape, self.dtype = stored.shape, stored.dtype
+
+    def __getitem__(self, key: indexing.ExplicitIndexer) -> Any:
+        return indexing.explicit_indexing_adapter(key, self.shape, indexing.IndexingSupport.OUTER, self._values)
+
+    def _values(self, key: tuple[Any, ...]) -> NDArray[np.generic]:
+        try:
+            return np.asarray(self.stored[key].values)
+        except MemoryError:
+            raise
+        except Exception as fault:  # codecs fail in any way
+            raise StoreError(
+                f"{self._first_damaged()} is damaged: it cannot be unpacked ({fault}). {self.advice}"
+            ) from None
+
+    def _first_damaged(self) -> Path:
+        """File of the first chunk that cannot be unpacked; the folder of the array if all can."""
+        array = zarr.open_array(self.folder, mode="r")
+        for chunk in np.ndindex(*array.cdata_shape):
+            try:
+                array.blocks[chunk]
+            except Exception:
+                return self.folder / array.metadata.encode_chunk_key(chunk)
+        return self.folder

@@ -35,6 +35,7 @@ from insonify.formats.store_description import (
     errors_as_store_errors,
     read_description,
     require_consistent_sizes,
+    with_named_chunks,
 )
 from insonify.formats.store_description import StoreError as StoreError
 from insonify.records.netcdf_recording import as_recording
@@ -188,14 +189,22 @@ def put_chunk(file: Path, values: NDArray[Any], packer: Codec = _PACKER) -> None
 
 
 def recorded_pings(path: str | Path) -> NDArray[np.bool_]:
-    """Mask of the recorded pings, shape (ping,)."""
+    """Mask of the recorded pings, shape (ping,); False where the entry in the mask, or the sound, is lost."""
     mask = np.zeros(zarr.open_array(Path(path) / "done", mode="r").shape, bool)
+    fields = [Path(path) / field / "c" for field in FIELDS if (Path(path) / field).is_dir()]
     chunks = Path(path) / "done" / "c"
-    # A ping that is not recorded has no chunk: the names are sufficient, and are read in one call.
-    for chunk in os.scandir(chunks) if chunks.is_dir() else ():
-        if chunk.name.isdigit() and chunk.stat().st_size > 0:
-            mask[int(chunk.name)] = True
+    for chunk in chunks.iterdir() if chunks.is_dir() else ():
+        if chunk.name.isdigit() and _is_entered(chunk):
+            mask[int(chunk.name)] = all((field / chunk.name / "0" / "0").is_file() for field in fields)
     return mask
+
+
+def _is_entered(chunk: Path) -> bool:
+    """True where a chunk of the mask says that its ping is recorded; False for a damaged one."""
+    try:
+        return bytes(_PACKER.decode(chunk.read_bytes())) == b"\x01"
+    except (RuntimeError, ValueError):
+        return False
 
 
 def open_recording(path: str | Path) -> xr.Dataset:
@@ -217,25 +226,12 @@ def open_recording(path: str | Path) -> xr.Dataset:
     require_consistent_sizes(Path(path))
     with errors_as_store_errors(Path(path)):
         dataset: xr.Dataset = xr.open_zarr(path, chunks=None, consolidated=True, decode_times=False)
+        again = f"Delete this file and simulate its ping again: insonify run FILE -o {path}"
+        dataset = with_named_chunks(dataset, Path(path), dict.fromkeys((*FIELDS, "done"), again))
         dataset["done"].load()
         if "scenario" not in dataset.attrs or not set(FIELDS) & set(dataset.variables):
             raise StoreError(f"{path} is damaged: its scenario or its sound is not described. {REPAIR_ADVICE}")
     return as_recording(dataset)
-
-
-@contextmanager
-def chunk_errors_as_store_errors(path: str | Path) -> Iterator[None]:
-    """Convert errors of decompression while a recording is read into `StoreError`.
-
-    Raises:
-        StoreError: A chunk is damaged.
-    """
-    try:
-        yield
-    except RuntimeError as error:
-        if "compression" not in str(error):
-            raise
-        raise StoreError(f"{path} is damaged: a chunk of it cannot be unpacked ({error}). {REPAIR_ADVICE}") from None
 
 
 def _build(path: Path, layout: RecordingLayout, attributes: Mapping[str, Any]) -> None:

@@ -18,6 +18,8 @@ LEAST = 3.0
 """Least margin of the detail [ms]."""
 MAX_BEAMS = 2
 """Largest number of beams for levels by contribution [1]."""
+POINTS = 1.5
+"""Quadrature points in a resolution cell of levels by contribution, as in labels: ripples within a line's width [1]."""
 DEEPEST = 150.0
 """Largest range of levels drawn below the maximum: from the first bottom return to the seabed far away [dB]."""
 
@@ -67,7 +69,7 @@ def levels_by_contribution(sound: RecordingLevels, row: int) -> list[xr.Dataset]
         return []
     from insonify.simulator import levels  # loads all engines, which other figures do not need
 
-    return [levels(sound.scenario, row, channel=channel) for channel in channels]
+    return [levels(sound.scenario, row, channel=channel, scatterers_per_cell=POINTS) for channel in channels]
 
 
 def _contributions(axes: Axes, sound: RecordingLevels, expected: xr.Dataset) -> None:

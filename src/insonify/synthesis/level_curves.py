@@ -6,6 +6,7 @@ of families, and once more for all pairs of a contribution together, where pairs
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -56,11 +57,13 @@ class LevelAccumulator:
     """Accumulator of expected intensity by contribution and by pair [uPa^2]."""
 
     accumulator: IncoherentAccumulator
+    scatterers_per_cell: float = math.inf
+    """Largest number of quadrature points in a resolution cell [1]."""
 
     @property
     def requirements(self) -> Requirements:
         """Properties of the path pairs that `add` expects."""
-        return Requirements()
+        return Requirements(max_scatterers_per_cell=self.scatterers_per_cell)
 
     def empty(self) -> LevelBuffers:
         """Empty buffer."""
