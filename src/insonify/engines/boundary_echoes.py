@@ -14,7 +14,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from insonify.engines.hull_reflection import hull_families
-from insonify.engines.relief_reflections import coherent_bounce_factor
 from insonify.propagation.families import DIRECT
 from insonify.propagation.glints import leg_rows
 from insonify.propagation.local_planes import flat_bounces, fresnel_zone
@@ -27,7 +26,6 @@ from insonify.scene.scatterers import BOUNDARY_ECHO, Scatterers, whole_target_id
 from insonify.scene.scene import Scene
 from insonify.scene.seabed import Seabed
 from insonify.scene.seabed_law import SedimentLaw, sediment
-from insonify.scene.seabed_terrain import SeabedTerrain
 from insonify.scene.surface import AplSurfaceLaw
 from insonify.sonar.ping_geometry import PingGeometry
 
@@ -82,24 +80,6 @@ def without_glints(legs: Legs) -> Legs:
     rows = [row for row, number in enumerate(legs.glints.bounce_id) if number < 0]
     label = tuple(legs.glints.bounce_id[row] for row in rows)
     return replace(leg_rows(legs, rows), glints=GlintPhasors(label, legs.glints.phasor[rows]))
-
-
-def relief_roughness_factor(legs: Legs, position: Floats, terrain: SeabedTerrain, wavelength: float) -> Floats:
-    """Factor of relief's roughness on the coherent sound of all bottom bounces off its mean plane, shape (f, n) [1].
-
-    Args:
-        legs: Legs between the position and n points.
-        position: North, east, depth of that end [m], shape (3,).
-        terrain: The seabed.
-        wavelength: Acoustic wavelength [m].
-    """
-    factor = np.ones_like(legs.delay)
-    for row, family in enumerate(legs.families):
-        if "B" in family:
-            sine = np.abs(legs.departure[row, :, 2])
-            paths = flat_bounces(family, float(position[2]), legs.length[row], sine, terrain.depth)
-            factor[row] = coherent_bounce_factor(family, paths, terrain, wavelength)
-    return factor
 
 
 def sediment_roughness_factor(

@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 from insonify.engines.boundary_echoes import (
     boundary_echo_families,
     boundary_echo_pairs,
-    relief_roughness_factor,
     scatters_facets,
     sediment_roughness_factor,
     without_glints,
@@ -27,7 +26,7 @@ from insonify.engines.polar_grid import MAX_CELL_WIDTH
 from insonify.engines.quadrature_points import MAX_CACHED_LAYOUTS, QuadratureLayout
 from insonify.engines.radials import straight_gain_bound
 from insonify.engines.recent_results import RecentResults
-from insonify.engines.relief_reflections import reflect_off_relief
+from insonify.engines.relief_reflections import reflect_off_relief, relief_roughness_factor
 from insonify.engines.relief_specular_points import SpecularPoints, with_specular_points
 from insonify.engines.terrain_occlusion import TerrainOcclusion
 from insonify.propagation.delay_field import DelayField
@@ -155,10 +154,7 @@ class EigenrayEngine:
             out, back = self._with_diffraction(out, back, scatterers, ping_geometry)
         if ping_geometry.hull is not None:
             families = hull_families(self.choice.followed_families)
-            ends = ping_geometry.transmit_position, ping_geometry.receive_position
-            first = self._with_hull(out, families, scatterers, ping_geometry, ends[0])
-            back = first if out is back else self._with_hull(back, families, scatterers, ping_geometry, ends[1])
-            out = first
+            out, back = self._with_hull(out, back, families, scatterers, ping_geometry, self.seed)
         pair = np.array([(i, j) for i in range(len(out.families)) for j in range(len(back.families))], np.int64)
         pair = pair.reshape(-1, 2)
         weight = repeated_glint_weight(out, back, pair)
@@ -179,7 +175,7 @@ class EigenrayEngine:
         back = self._end_legs(end, transmitter, ping_geometry, None, elements=True, families=families)
         wavelength, terrain = self._wavelength(ping_geometry, end), self.scene.seabed.terrain
         if terrain is not None and terrain.relief.is_waves and self.scene.seabed.reflecting_interface == "rough":
-            factor = relief_roughness_factor(back, end, terrain, wavelength)
+            factor = relief_roughness_factor(back, end, terrain, wavelength, terrain.depth)
             back = replace(back, reflection_coefficient=back.reflection_coefficient * factor)
         if terrain is not None and terrain.span[0] < terrain.span[1] and isinstance(self.rays, StraightRays):
             back = with_specular_points(
@@ -192,19 +188,29 @@ class EigenrayEngine:
         if self.choice.edge_diffraction == "knife-edge":
             back, _ = self._with_diffraction(back, back, transmitter, ping_geometry)
         if hull is not None:
-            back = self._with_hull(back, hull_families(families, echoes=True), transmitter, ping_geometry, end)
+            echoes = hull_families(families, echoes=True)
+            _, back = self._with_hull(back, back, echoes, transmitter, ping_geometry, None)
         top = 0.0 if hull is None else float(hull.centre[2])
         roughness = sediment_roughness_factor(back, end, self.scene.seabed, wavelength, hull_depth=top)
         back = replace(back, reflection_coefficient=back.reflection_coefficient * roughness)
         return boundary_echo_pairs(transmitter, back)
 
     def _with_hull(
-        self, legs: Legs, families: tuple[str, ...], scatterers: Scatterers, ping_geometry: PingGeometry,
-        position: Floats,
-    ) -> Legs:  # fmt: skip
-        """Legs under the hull, see `insonify.engines.hull_reflection`."""
-        assert ping_geometry.hull is not None
-        return with_hull(legs, families, self.rays, ping_geometry.hull, position, scatterers, ping_geometry.frequency)
+        self, out: Legs, back: Legs, families: tuple[str, ...], scatterers: Scatterers, ping_geometry: PingGeometry,
+        seed: int | None,
+    ) -> tuple[Legs, Legs]:  # fmt: skip
+        """Transmit and receive legs under the hull, see `insonify.engines.hull_reflection`."""
+
+        def under(out: Legs, back: Legs, position: Floats) -> tuple[Legs, Legs]:
+            assert ping_geometry.hull is not None
+            end = SonarEnd(position, ping_geometry.time, ping_geometry.transmit_position)
+            plate, frequency = ping_geometry.hull, ping_geometry.frequency
+            return with_hull((out, back), families, self.rays, plate, end, scatterers, frequency, seed)
+
+        first = under(out, back, ping_geometry.transmit_position)
+        if ping_geometry.is_monostatic:
+            return first
+        return first[0], under(back, back, ping_geometry.receive_position)[1]
 
     def family_keep_probabilities(
         self, ping_geometry: PingGeometry, distance: Floats

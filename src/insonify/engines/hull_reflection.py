@@ -10,8 +10,11 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from insonify.engines.relief_reflections import relief_roughness_factor
 from insonify.ocean.scenario_profile import ScenarioProfile
+from insonify.propagation.bed_roughness import bed_roughness
 from insonify.propagation.families import bounce_sequence
+from insonify.propagation.glints import GlintSurface, SonarEnd
 from insonify.propagation.propagation_model import PropagationModel, RayDomain
 from insonify.propagation.propagation_model_choice import propagation_model_for
 from insonify.records.legs import Legs, joined_legs
@@ -41,43 +44,76 @@ def hull_families(followed: tuple[str, ...], *, echoes: bool = False) -> tuple[s
 
 
 def with_hull(
-    legs: Legs, families: tuple[str, ...], rays: PropagationModel, plate: HullPlate, position: Floats,
-    scatterers: Scatterers, frequency: float,
-) -> Legs:  # fmt: skip
+    legs: tuple[Legs, Legs], families: tuple[str, ...], rays: PropagationModel, plate: HullPlate, sonar_end: SonarEnd,
+    scatterers: Scatterers, frequency: float, seed: int | None,
+) -> tuple[Legs, Legs]:  # fmt: skip
     """Legs under a hull: those of the open sea, in its shadow where they pass it, and those between it and the seabed.
 
     Args:
-        legs: Legs of the open sea.
+        legs: Transmit and receive legs of the open sea between one end and the scatterers; one object where alike.
         families: Families from `hull_families`.
         rays: Propagation model of the open sea; for legs off the hull its scene's relief and targets take no part.
         plate: The hull's underside.
-        position: North, east, depth of the sonar's end [m], shape (3,).
+        sonar_end: The end.
         scatterers: End points of the legs, n of them.
         frequency: Frequency of the sound [Hz].
+        seed: Seed of the glints off a rough seabed; None: reflections off it keep their coherent part alone.
+
+    Returns:
+        Transmit legs and receive legs.
     """
-    scene = rays.scene
-    shadow = plate_factors(legs, plate, position, scatterers.position, scene, frequency)
-    legs = replace(legs, reflection_coefficient=legs.reflection_coefficient * shadow)
+    (out, back), scene, position = legs, rays.scene, sonar_end.position
+    shadow = plate_factors(out, plate, position, scatterers.position, scene, frequency)
+    dimmed = replace(out, reflection_coefficient=out.reflection_coefficient * shadow)
+    both = dimmed, dimmed if back is out else replace(back, reflection_coefficient=dimmed.reflection_coefficient)
     if not families or scatterers.boundary == "surface":
-        return legs
-    down = np.array([0.0, 0.0, plate.centre[2]])
+        return both
+    under = _legs_off_hull(families, rays, plate, sonar_end, scatterers, frequency, seed)
+    factor = plate_factors(under[0], plate, position, scatterers.position, scene, frequency)
+    factor *= [[(-plate.reflection) ** name.count("H")] for name in under[0].families]  # in place of the sea's -1
+    there = scatterers.position[:, 2] >= plate.centre[2] - ROUNDING
+    more = [replace(one, reflection_coefficient=one.reflection_coefficient * factor, visibility=one.visibility * there)
+            for one in under]  # fmt: skip
+    first = joined_legs(both[0], more[0])
+    return first, first if back is out and under[0] is under[1] else joined_legs(both[1], more[1])
+
+
+def _legs_off_hull(
+    families: tuple[str, ...], rays: PropagationModel, plate: HullPlate, sonar_end: SonarEnd, scatterers: Scatterers,
+    frequency: float, seed: int | None,
+) -> tuple[Legs, Legs]:  # fmt: skip
+    """Legs between seabed and hull, of the sea whose depths begin there and whose surface is plane: see `with_hull`."""
+    scene, top = rays.scene, float(plate.centre[2])
+    down = np.array([0.0, 0.0, top])
     farthest = 0.0
     if scene.water.layered:
         from insonify.propagation.refracted_rays import RefractedRays  # kernels that straight rays do not need
 
         assert isinstance(rays, RefractedRays)
         farthest = rays.domain.max_range
-    rays = _below_hull(scene, float(plate.centre[2]), float(position[2]), farthest)
-    below = replace(scatterers, position=np.maximum(scatterers.position - down, [-np.inf, -np.inf, 0.0]))
-    more = rays.legs(position - down, below, tuple(name.replace("H", "S") for name in families), frequency)
-    more = replace(more, families=tuple(name.replace("S", "H") for name in more.families))
-    signs = np.array([[(-plate.reflection) ** name.count("H")] for name in more.families])  # in place of the sea's -1
-    factor = signs * plate_factors(more, plate, position, scatterers.position, scene, frequency)
-    there = scatterers.position[:, 2] >= plate.centre[2] - ROUNDING
-    return joined_legs(
-        legs, replace(more, reflection_coefficient=more.reflection_coefficient * factor,
-                      visibility=more.visibility * there),
-    )  # fmt: skip
+    end = SonarEnd(sonar_end.position - down, sonar_end.ping_time, sonar_end.transmit_position - down)
+    below = _below_hull(scene, top, float(end.position[2]), farthest)
+    points = replace(scatterers, position=np.maximum(scatterers.position - down, [-np.inf, -np.inf, 0.0]))
+    names, bed = tuple(name.replace("H", "S") for name in families), below.scene.seabed.depth
+    legs = below.legs(end.position, points, names, frequency)
+    speed = float(scene.water.sound_speed_at(scene.seabed.depth))
+    roughness = None if seed is None else bed_roughness(scene.seabed, frequency, speed)
+    terrain = scene.seabed.terrain
+    if terrain is not None and (roughness is None or not terrain.relief.is_waves):
+        left = relief_roughness_factor(legs, end.position, terrain, speed / frequency, bed)
+        legs = replace(legs, reflection_coefficient=legs.reflection_coefficient * left)
+    both = legs, legs
+    if roughness is not None and seed is not None:
+        moved = replace(roughness, depth=bed)
+        both = GlintSurface(below.scene, seed, frequency, None, moved, under_hull=True).legs(legs, points, end)
+    if both[0] is both[1]:
+        return (_renamed(legs),) * 2
+    return _renamed(both[0]), _renamed(both[1])
+
+
+def _renamed(legs: Legs) -> Legs:
+    """Legs with H for S."""
+    return replace(legs, families=tuple(name.replace("S", "H") for name in legs.families))
 
 
 def plate_factors(
@@ -86,7 +122,7 @@ def plate_factors(
     """Factor of the hull on each leg, shape (f, n): of its size on bounces off it, of its shadow on paths past it [1].
 
     Args:
-        legs: Legs by flat mirrors from a position to n points; H bounces off the hull, S passes it.
+        legs: Legs by flat boundaries from a position to n points, or glints; H bounces off the hull, S passes it.
         plate: The hull's underside.
         position: North, east, depth at which the legs begin [m], shape (3,).
         points: North, east, depth at which they end [m], shape (n, 3).
@@ -96,17 +132,46 @@ def plate_factors(
     wavelength, hull = float(scene.water.sound_speed_at(plate.centre[2])) / frequency, float(plate.centre[2])
     factor = np.ones(legs.delay.shape, complex)
     for row, family in enumerate(legs.families):
-        bounces, crossings, last = _unfolded_depths(family, position[2], hull, scene.seabed.depth)
+        bounces, crossings, first, last = _unfolded_depths(family, position[2], hull, scene.seabed.depth)
         whole = np.maximum(last[0] + np.abs(points[:, 2] - last[1]), 1e-9)
         for at, passes in [(at, False) for at in bounces] + [(at, True) for at in crossings]:
             part = np.clip(at / whole, 0.0, 1.0)
             place = position[:2] + part[:, None] * (points[:, :2] - position[:2])
+            if legs.glints is not None and legs.glints.bounce_id[row] >= 0:
+                ends = position[:2], points[:, :2]
+                place = _displaced(at, (first, last[0], whole), ends, legs.departure[row], legs.arrival[row])
             length = legs.length[row]
             within = rectangle_factor(plate, place, length * part, length * (1 - part), wavelength)
             if passes:  # a path that ends before it comes back to the hull's depth does not cross it again
                 within = np.where(at <= whole, 1 - within, 1.0)
             factor[row] *= within
     return factor
+
+
+def _displaced(
+    at: float, travels: tuple[float, float, Floats], ends: tuple[Floats, Floats], departure: Floats, arrival: Floats
+) -> Floats:
+    """North and east of glint legs after some vertical travel, straight between first and last bounce [m], (n, 2).
+
+    Args:
+        at: Vertical travel [m].
+        travels: Vertical travel to the first bounce, to the last, and to the end, shape (n,) [m].
+        ends: North and east of the beginning, shape (2,), and of the end, shape (n, 2) [m].
+        departure: Unit vectors of travel at the beginning, shape (n, 3).
+        arrival: Unit vectors of travel at the end, shape (n, 3).
+    """
+    first, last, whole = travels
+    ahead, behind = (way[:, :2] / np.maximum(np.abs(way[:, 2:]), 1e-3) for way in (departure, arrival))
+
+    def before(travel: float) -> Floats:
+        return np.asarray(ends[0] + travel * ahead)
+
+    def after(travel: float) -> Floats:
+        return np.asarray(ends[1] - np.maximum(whole - travel, 0.0)[:, None] * behind)
+
+    if at <= first or at >= last:
+        return before(at) if at <= first else after(at)
+    return before(first) + (at - first) / (last - first) * (after(last) - before(first))
 
 
 def rectangle_factor(plate: HullPlate, position: Floats, before: Floats, after: Floats, wavelength: float) -> Complexes:
@@ -136,8 +201,8 @@ def rectangle_factor(plate: HullPlate, position: Floats, before: Floats, after: 
 
 def _unfolded_depths(
     family: str, start: float, hull: float, bed: float
-) -> tuple[list[float], list[float], tuple[float, float]]:
-    """Vertical travel to bounces off the hull, to passages of its depth, to the last bounce; depth of that one [m]."""
+) -> tuple[list[float], list[float], float, tuple[float, float]]:
+    """Vertical travel to bounces off the hull, to passages of it, to the first bounce, to the last; its depth [m]."""
     turning = {"B": bed, "S": 0.0, "H": hull}
     travel, depth, bounces, crossings = 0.0, start, [], []
     for letter in bounce_sequence(family):
@@ -146,7 +211,9 @@ def _unfolded_depths(
             bounces.append(travel)
         elif letter == "S":
             crossings += [travel - hull, travel + hull]
-    return bounces, crossings, (travel, depth)
+    string = bounce_sequence(family)
+    first = abs(turning[string[0]] - start) if string else 0.0
+    return bounces, crossings, first, (travel, depth)
 
 
 @lru_cache(maxsize=8)

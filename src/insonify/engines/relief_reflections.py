@@ -181,6 +181,27 @@ def coherent_bounce_factor(
     return product
 
 
+def relief_roughness_factor(
+    legs: Legs, position: NDArray[np.float64], terrain: SeabedTerrain, wavelength: float, bed_depth: float
+) -> NDArray[np.float64]:
+    """Factor of relief's roughness on the coherent sound of all bottom bounces off its mean plane, shape (f, n) [1].
+
+    Args:
+        legs: Legs between the position and n points.
+        position: North, east, depth of that end [m], shape (3,).
+        terrain: The seabed.
+        wavelength: Acoustic wavelength [m].
+        bed_depth: Depth of the mean plane below the boundary above it, from which the position's depth counts [m].
+    """
+    factor = np.ones_like(legs.delay)
+    for row, family in enumerate(legs.families):
+        if "B" in family:
+            sine = np.abs(legs.departure[row, :, 2])
+            paths = flat_bounces(family, float(position[2]), legs.length[row], sine, bed_depth)
+            factor[row] = coherent_bounce_factor(family, paths, terrain, wavelength)
+    return factor
+
+
 def clear_of_terrain(
     way: ImagePaths, position: NDArray[np.float64], points: NDArray[np.float64], terrain_occlusion: TerrainOcclusion,
     *, ground: bool,

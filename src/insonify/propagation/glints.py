@@ -52,6 +52,8 @@ FEW, SEVERAL = 2, 6
 """Glints of one leg to a scatterer with a random phase, and to one without."""
 GLINT_BITS = 4
 """Bits of a glint's identifier that number it among those of its ray."""
+UNDER_HULL = 32
+"""Families off a hull in a glint's identifier are numbered from here: above those of twelve bounces."""
 LASTING, SLANT = 32.0, 0.2
 """Lifetime of a glint, in times in which the sea changes its phase by 1 rad at a bounce; sine of that grazing [1]."""
 ABIDING = 16.0
@@ -129,6 +131,8 @@ class GlintSurface:
     """Sine of the grazing angle at the surface of every leg [1], (f, n); None: that of a flat surface."""
     bounce_points: GlintBouncePoints | None = None
     """Bounce points on the long waves; None: those of a calm surface, each ray with its own glints."""
+    under_hull: bool = False
+    """True: the scene is the water below a hull, whose glints are others than those of the same family off the sea."""
 
     @property
     def axes(self) -> Floats:
@@ -252,7 +256,8 @@ class GlintSurface:
         order.
         """
         string, branch = bounce_sequence(legs.families[row]), 0 if self.bounce_points is not None else legs.branch[row]
-        return ((2 * len(string) + string.startswith("B")) << 8 | branch << GLINT_BITS) | number
+        family = 2 * len(string) + string.startswith("B") + UNDER_HULL * self.under_hull
+        return (family << 8 | branch << GLINT_BITS) | number
 
     def _surface_phasor(
         self, bounced: GlintBouncePoints, row: int, position: NDArray[np.uint64], code: int

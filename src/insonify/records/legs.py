@@ -124,7 +124,7 @@ class Legs:
 
 
 def joined_legs(first: Legs, second: Legs) -> Legs:
-    """Rows of two sets of legs between the same end and the same points; the second not off a moving surface."""
+    """Rows of two sets of legs between the same end and the same points."""
     columns: dict[str, Any] = {
         name: np.concatenate([getattr(first, name), getattr(second, name)])
         for name in (*_COLUMNS, "departure", "arrival")
@@ -140,9 +140,15 @@ def joined_legs(first: Legs, second: Legs) -> Legs:
     if expansion is not None:  # the rows of the second have spherical wavefronts
         none = np.zeros((len(second.families), *expansion.shape[1:]))
         columns["aperture_expansion"] = np.concatenate([expansion, none])
-    if first.glints is not None:
-        label, steady = (*first.glints.bounce_id, *(-1,) * len(second.families)), np.ones(second.delay.shape, complex)
-        columns["glints"] = GlintPhasors(label, np.concatenate([first.glints.phasor, steady]))
+    if first.glints is not None or second.glints is not None:
+        one, other = (
+            GlintPhasors((-1,) * len(legs.families), np.ones(legs.delay.shape, complex))
+            if legs.glints is None
+            else legs.glints
+            for legs in (first, second)
+        )
+        label = (*one.bounce_id, *other.bounce_id)
+        columns["glints"] = GlintPhasors(label, np.concatenate([one.phasor, other.phasor]))
     return replace(first, **columns)
 
 
