@@ -9,7 +9,7 @@ from typing import Annotated, Any
 
 import typer
 
-from insonify.cli import export, info, paper_and_demo, recordings, scenarios
+from insonify.cli import comparison, export, info, paper_and_demo, recordings, scenarios
 from insonify.cli.arguments import InputError
 from insonify.cli.compile_progress import reporting
 
@@ -29,6 +29,7 @@ app = typer.Typer(
 app.command("new")(scenarios.new)
 app.command("schema")(scenarios.schema)
 app.command("info")(info.info)
+app.command("compare")(comparison.compare)
 app.command("scenario-from")(scenarios.scenario_from)
 for _computes in (
     scenarios.check, recordings.run, recordings.show, recordings.explain, export.export, paper_and_demo.paper,

@@ -1,0 +1,50 @@
+"""The command compare: two recordings, measure by measure."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from insonify.cli.arguments import InputError
+
+
+def compare(
+    real: Annotated[Path, typer.Argument(metavar="REAL", help="Recording of an instrument, or of ours.")],
+    simulated: Annotated[Path, typer.Argument(metavar="SIMULATED", help="Recording to compare with it.")],
+    out: Annotated[
+        Path | None,
+        typer.Option("-o", "--out", metavar="REPORT", help="Report to write, such as report.html, .json or .png."),
+    ] = None,
+    group: Annotated[
+        str | None,
+        typer.Option(metavar="NAME", help="Group of a file with several, such as '38 kHz', 'water column' or port."),
+    ] = None,
+) -> None:
+    """Compare two recordings: echo trains, levels, distributions, each with an interval and a verdict.
+
+    Example: insonify compare harbour.raw harbour.zarr --group "200 kHz" -o harbour.html
+    """
+    if out is not None:
+        _require_report(out)
+    for path in (real, simulated):
+        if not path.exists():
+            raise InputError(f"{path}: there is no such file. Give two recordings: insonify compare REAL SIMULATED")
+    from insonify.comparison.compare import compare as compared
+    from insonify.comparison.report import text_report, write_report
+
+    found = compared(real, simulated, group=group)
+    typer.echo(text_report(found))
+    if out is not None:
+        from insonify.cli.pictures import start_drawing
+
+        start_drawing()
+        typer.echo(write_report(found, out))
+
+
+def _require_report(out: Path) -> None:
+    """Refuse a name under which no report can be written, before anything is computed."""
+    suffixes = (".html", ".json", ".png")
+    if out.suffix.lower() not in suffixes:
+        raise InputError(f"--out {out}: not a report; end its name in {', '.join(suffixes)}")
+    if not out.parent.is_dir():
+        raise InputError(f"--out {out}: there is no folder {out.parent}. Make it first: mkdir -p {out.parent}")

@@ -1,0 +1,199 @@
+"""Samples of recordings of real instruments: stated gains undone, beams set on one axis of range."""
+
+import numpy as np
+import xarray as xr
+
+from insonify.comparison.samples import Floats, Samples, Values, amplitude_of_level
+from insonify.formats.instruments.instrument_file import InstrumentFile
+from insonify.formats.store_description import StoreError
+
+MAX_VALUES = 1 << 25
+"""Most values of one file that are read: beyond, pings at the middle of the file."""
+FIELDS = {"voltage": "V", "amplitude": "counts", "level": "dB", "level_db": "dB", "power_db": "W"}
+"""Variables that hold samples, with the unit of their amplitude."""
+
+
+def instrument_samples(file: InstrumentFile, group: str | None = None, frequency: float = np.nan) -> Samples:
+    """Samples of one group of a recording of a real instrument.
+
+    Args:
+        file: The open file.
+        group: Name of the group; None: the only one with samples, or the one nearest in frequency.
+        frequency: Frequency of the other recording of the comparison [Hz].
+
+    Raises:
+        StoreError: There is no such group, several would do, or no ping could be read.
+    """
+    chosen = group or _only_group(file, frequency)
+    first = file.read(chosen, slice(0, 1))
+    values = max(int(np.prod([size for dim, size in first.sizes.items() if dim in _AXES])), 1)
+    count = file.groups.get(chosen, 0)
+    most = max(MAX_VALUES // values, 1)
+    start = max((count - most) // 2, 0)
+    pings = file.read(chosen, slice(start, start + most))
+    if not pings.sizes.get("ping"):
+        raise StoreError(f"{file.path}, group {chosen!r}: no ping could be read. `insonify info {file.path}` says why")
+    notes = [f"pings {start} to {start + most - 1} of {count}: the file is large"] if count > most else []
+    notes += [f"left out at byte {part.offset}: {part.reason}" for part in file.omissions[:5]]
+    return group_samples(pings, f"{file.path.name}, {chosen}", notes)
+
+
+_AXES = ("sector", "beam", "sample")
+
+
+def _only_group(file: InstrumentFile, frequency: float) -> str:
+    names = list(file.groups)
+    images = [name for name in names if name != "soundings"] or names
+    if len(images) == 1:
+        return images[0]
+    near = {}
+    for name in images:
+        ping = file.read(name, slice(0, 1))
+        if "frequency" in ping and ping["frequency"].size:
+            near[name] = abs(float(np.nanmedian(ping["frequency"].values)) - frequency)
+    best = [name for name in near if near[name] <= 0.02 * abs(frequency)]
+    if len(best) == 1:
+        return best[0]
+    raise StoreError(f"{file.path} has several groups. Name one: --group " + " or ".join(f"'{name}'" for name in names))
+
+
+def group_samples(pings: xr.Dataset, name: str, notes: list[str] | None = None) -> Samples:
+    """Samples of pings as an instrument's reader returns them.
+
+    Args:
+        pings: Pings of one group.
+        name: File and group.
+        notes: Remarks on the reading.
+
+    Raises:
+        StoreError: The group has neither samples nor detections.
+    """
+    said = list(notes or ())
+    field = next((key for key in FIELDS if key in pings and "sample" in pings[key].dims), None)
+    if field is None:
+        if "travel_time" in pings:
+            return _detections(pings, name, said)
+        raise StoreError(f"{name}: no samples to compare. Choose another group: `insonify info` lists them")
+    pings = _of_one_step(pings, said)
+    values = pings[field].values
+    values = values[:, None] if values.ndim == 2 else values
+    if field in ("level", "level_db", "power_db"):
+        values = amplitude_of_level(values.astype(float))
+    if field == "amplitude" and "gamma" in pings:
+        values = _without_gamma(values, pings, said)
+    values, slant_range = _on_one_axis(values, pings)
+    values = _without_gain(values, slant_range, pings, said)
+    angle = _angle(pings)
+    return Samples(
+        name, values, slant_range, FIELDS[field], _median(pings, "sound_speed", 1500.0),
+        frequency=_median(pings, "frequency"), pulse_length=_median(pings, "pulse_length"),
+        angle=angle if angle.size == values.shape[1] else np.empty(0), altitude=_altitude(pings),
+        depth=_median(pings, "transducer_depth", _median(pings, "sensor_depth")),
+        parts="sector" in pings[field].dims, notes=tuple(said),
+    )  # fmt: skip
+
+
+def _detections(pings: xr.Dataset, name: str, notes: list[str]) -> Samples:
+    """Levels of detections as one sample a beam, with their slant ranges."""
+    speed = _median(pings, "sound_speed", 1500.0)
+    detected = np.asarray(pings["travel_time"].values, float) * speed / 2
+    if "detection" in pings:
+        detected = np.where(pings["detection"].values <= 1, detected, np.nan)
+    key = "backscatter" if "backscatter" in pings else None
+    level = np.asarray(pings[key].values, float) if key else np.full(detected.shape, np.nan)
+    centre = float(np.nanmean(detected)) if np.isfinite(detected).any() else 0.0
+    return Samples(
+        name, amplitude_of_level(level)[..., None], np.array([centre]), "dB", speed,
+        frequency=_median(pings, "frequency"), angle=_angle(pings), depth=_median(pings, "transducer_depth"),
+        detected_range=detected, notes=tuple(notes),
+    )  # fmt: skip
+
+
+def _median(pings: xr.Dataset, name: str, default: float = np.nan) -> float:
+    if name not in pings.variables:
+        return default
+    values = np.asarray(pings[name].values, float)
+    values = values[np.isfinite(values)]
+    return float(np.median(values)) if values.size else default
+
+
+def _steps(pings: xr.Dataset) -> Floats:
+    """Step of range of each ping [m], shape (ping,)."""
+    shape = pings.sizes["ping"]
+    speed = np.broadcast_to(pings["sound_speed"].values if "sound_speed" in pings else 1500.0, (shape,)).astype(float)
+    if "range_step" in pings:
+        steps = pings["range_step"].values
+    elif "sample_interval" in pings:
+        steps = speed / 2 * pings["sample_interval"].values
+    else:
+        key = next(key for key in ("image_sample_rate", "sample_rate") if key in pings)
+        steps = speed / 2 / pings[key].values
+    return np.broadcast_to(np.asarray(steps, float), (shape,))
+
+
+def _of_one_step(pings: xr.Dataset, notes: list[str]) -> xr.Dataset:
+    """Pings with the commonest step of range; the others are left out."""
+    steps = np.round(_steps(pings), 7)
+    found, counts = np.unique(steps[np.isfinite(steps) & (steps > 0)], return_counts=True)
+    if not found.size:
+        raise StoreError("no ping states its sample interval")
+    keep = np.abs(steps - found[np.argmax(counts)]) <= 1e-3 * found[np.argmax(counts)]
+    if not keep.all():
+        notes.append(f"{int((~keep).sum())} of {keep.size} pings left out: another sample interval")
+    return pings.isel(ping=np.flatnonzero(keep))
+
+
+def _on_one_axis(values: Values, pings: xr.Dataset) -> tuple[Values, Floats]:
+    """Beams that start at samples of their own, set on one axis of range padded with NaN."""
+    step = float(np.median(_steps(pings)))
+    if "first_sample" in pings:
+        first = np.asarray(pings["first_sample"].values)
+        valid = first >= 0
+    elif "centre_sample" in pings and "travel_time" in pings:
+        speed = _median(pings, "sound_speed", 1500.0)
+        centre = np.asarray(pings["travel_time"].values, float) * speed / 2 / step
+        valid = np.isfinite(centre) & (pings["centre_sample"].values > 0)
+        first = np.where(valid, np.round(np.where(valid, centre, 0)) - pings["centre_sample"].values + 1, 0).astype(int)
+    else:
+        start = _median(pings, "first_range", 0.0)
+        return values, np.asarray(start + step * np.arange(values.shape[2]), float)
+    low = int(first[valid].min()) if valid.any() else 0
+    high = int(first[valid].max()) if valid.any() else 0
+    placed = np.full((*values.shape[:2], high - low + values.shape[2]), np.nan, values.dtype)
+    for ping, beam in np.argwhere(valid):
+        at = int(first[ping, beam]) - low
+        placed[ping, beam, at : at + values.shape[2]] = values[ping, beam]
+    return placed, np.asarray(step * (low + np.arange(placed.shape[2])), float)
+
+
+def _without_gain(values: Values, slant_range: Floats, pings: xr.Dataset, notes: list[str]) -> Values:
+    """Amplitudes with the gain undone that the file states over range."""
+    if "gain_exponent" in pings:
+        exponent, offset = _median(pings, "gain_exponent"), _median(pings, "gain_offset", 0.0)
+        gain = exponent * np.log10(np.maximum(slant_range, 0.1)) + offset
+        notes.append(f"gain of {exponent:g} log10(r) + {offset:g} dB undone; its absorption is not stated with it")
+        return np.asarray(values * 10 ** (-gain / 20))
+    if "processing" in pings and int(_median(pings, "processing", 0.0)) & 4:
+        notes.append("a time-varied gain that the file does not describe is left in")
+    return values
+
+
+def _without_gamma(values: Values, pings: xr.Dataset, notes: list[str]) -> Values:
+    gamma = _median(pings, "gamma", 255.0)
+    if gamma in (0.0, 255.0):
+        return values
+    notes.append(f"gamma of {gamma:g}/255 undone")
+    return np.asarray(values.astype(float) ** (255.0 / gamma))
+
+
+def _angle(pings: xr.Dataset) -> Floats:
+    """Angles of beams from the vertical [rad]; those of imaging sonars are bearings, and are not."""
+    if "beam_angle" not in pings:
+        return np.empty(0)
+    angles = np.asarray(pings["beam_angle"].values, float)
+    return np.nanmean(angles, axis=0) if angles.ndim == 2 and np.isfinite(angles).any(axis=0).all() else np.empty(0)
+
+
+def _altitude(pings: xr.Dataset) -> Floats:
+    altitude = np.asarray(pings["altitude"].values, float) if "altitude" in pings else np.empty(0)
+    return np.where(altitude > 0, altitude, np.nan) if altitude.size else altitude

@@ -1,0 +1,128 @@
+"""Measure: a statistic that follows from sums over units, so that units can be exchanged and resampled."""
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from insonify.comparison.frame import Frame, Side
+from insonify.comparison.samples import Floats
+
+
+@dataclass(frozen=True, slots=True)
+class Quantity:
+    """One number of a measure."""
+
+    name: str
+    unit: str = "1"
+    tested: bool = True
+    """False of a number that is stated only."""
+
+
+@dataclass(frozen=True, slots=True)
+class Curve:
+    """Curves of both recordings over one abscissa, for a picture."""
+
+    x: Floats
+    real: Floats
+    simulated: Floats
+    x_label: str
+    y_label: str
+
+
+class Measure(ABC):
+    """Statistic of two recordings in one frame.
+
+    A subclass sums what it needs over the units of one recording, and estimates its quantities from those sums, for
+    any number of exchanged or resampled sums at once.
+    """
+
+    name: ClassVar[str]
+    """Name in reports, in lower case."""
+
+    def __init__(self, frame: Frame) -> None:
+        self.frame = frame
+
+    @staticmethod
+    def unsuited(frame: Frame) -> str:
+        """Reason for which two recordings cannot be compared so, empty where they can.
+
+        Args:
+            frame: The two recordings.
+        """
+        return ""
+
+    @property
+    @abstractmethod
+    def quantities(self) -> tuple[Quantity, ...]:
+        """Quantities of one recording."""
+
+    @property
+    def distances(self) -> tuple[Quantity, ...]:
+        """Quantities of two recordings together."""
+        return ()
+
+    @abstractmethod
+    def sums(self, side: Side) -> Floats:
+        """Sums over each unit of a recording, shape (unit, feature).
+
+        Args:
+            side: The recording.
+        """
+
+    @abstractmethod
+    def estimate(self, sums: Floats) -> Floats:
+        """Quantities of one recording, shape (..., quantity); NaN where they are not known.
+
+        Args:
+            sums: Sums over units, shape (..., feature).
+        """
+
+    def distance(self, first: Floats, second: Floats) -> Floats:
+        """Distances between two recordings, shape (..., distance).
+
+        Args:
+            first: Sums of the real one, shape (..., feature).
+            second: Sums of the simulated one, of the same shape.
+        """
+        return np.empty((*first.shape[:-1], 0))
+
+    def curves(self, first: Floats, second: Floats) -> tuple[Curve, ...]:
+        """Curves for a picture.
+
+        Args:
+            first: Sums of the real recording, shape (feature,).
+            second: Sums of the simulated one.
+        """
+        return ()
+
+    def remark(self, first: Floats, second: Floats) -> str:
+        """Addition to the verdict in words, or nothing.
+
+        Args:
+            first: Sums of the real recording, shape (feature,).
+            second: Sums of the simulated one.
+        """
+        return ""
+
+
+def ratio(numerator: Floats, denominator: Floats) -> Floats:
+    """Quotient, NaN where the denominator is not positive.
+
+    Args:
+        numerator: Numerator, any shape.
+        denominator: Denominator, broadcast with it.
+    """
+    positive = denominator > 0
+    return np.asarray(np.where(positive, numerator / np.where(positive, denominator, 1.0), np.nan))
+
+
+def decibels(power: Floats) -> Floats:
+    """Level of a power [dB], NaN where it is not positive.
+
+    Args:
+        power: Power, any shape.
+    """
+    positive = power > 0
+    return np.where(positive, 10 * np.log10(np.where(positive, power, 1.0)), np.nan)

@@ -1,0 +1,111 @@
+"""Result of a comparison: each measure with its numbers, intervals and verdict in words."""
+
+import json
+import math
+from dataclasses import dataclass
+from typing import Any, Literal
+
+from insonify.comparison.measure import Curve
+from insonify.comparison.samples import Floats
+
+Verdict = Literal["alike", "different", "not compared"]
+
+
+@dataclass(frozen=True, slots=True)
+class Value:
+    """One number of both recordings."""
+
+    name: str
+    unit: str
+    real: float
+    """Value of the real recording, NaN of a distance between both."""
+    simulated: float
+    difference: float
+    """Real less simulated, or the distance."""
+    low: float
+    """Lower end of the 95 % interval of the difference, NaN where one look gives none."""
+    high: float
+    """Upper end of that interval."""
+    probability: float
+    """Chance of it in two draws of one scene, adjusted for the numbers of the measure; NaN: not tested."""
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """One measure of a comparison."""
+
+    measure: str
+    verdict: Verdict
+    reason: str
+    """Verdict in words."""
+    probability: float
+    """Chance of such a difference in two draws of one scene, adjusted for the number of measures."""
+    values: tuple[Value, ...] = ()
+    curves: tuple[Curve, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Comparison:
+    """Comparison of a real and a simulated recording, or of any two."""
+
+    real: str
+    simulated: str
+    findings: tuple[Finding, ...]
+    notes: tuple[str, ...]
+    """Treatment of both recordings before they were compared."""
+    slant_range: Floats
+    """Common axis of range [m], shape (sample,)."""
+    levels: tuple[Floats, Floats]
+    """Level of the first or nadir beam of both [dB], shape (ping, sample), for pictures."""
+
+    @property
+    def different(self) -> tuple[str, ...]:
+        """Names of the measures that differ, at 5 % over all measures together."""
+        return tuple(finding.measure for finding in self.findings if finding.verdict == "different")
+
+    def finding(self, measure: str) -> Finding:
+        """One measure by its name.
+
+        Args:
+            measure: Name of the measure.
+
+        Raises:
+            KeyError: There is no such measure.
+        """
+        for found in self.findings:
+            if found.measure == measure:
+                return found
+        raise KeyError(f"{measure!r} is no measure; there are {', '.join(found.measure for found in self.findings)}")
+
+    def summary(self) -> str:
+        """Verdict on the whole, in one sentence."""
+        tested = [finding for finding in self.findings if finding.verdict != "not compared"]
+        if not tested:
+            return "nothing could be compared"
+        if not self.different:
+            return f"no difference in {len(tested)} measures at the 5 % level"
+        return f"{len(self.different)} of {len(tested)} measures differ: {', '.join(self.different)}"
+
+    def to_dict(self) -> dict[str, Any]:
+        """All of it as JSON has it; numbers that are not known are None."""
+        return {
+            "real": self.real, "simulated": self.simulated, "summary": self.summary(), "notes": list(self.notes),
+            "findings": [
+                {
+                    "measure": found.measure, "verdict": found.verdict, "reason": found.reason,
+                    "probability": _number(found.probability),
+                    "values": [
+                        {name: _number(getattr(value, name)) for name in Value.__slots__} for value in found.values
+                    ],
+                }
+                for found in self.findings
+            ],
+        }  # fmt: skip
+
+    def to_json(self) -> str:
+        """All of it as JSON text."""
+        return json.dumps(self.to_dict(), indent=1) + "\n"
+
+
+def _number(value: Any) -> Any:
+    return None if isinstance(value, float) and not math.isfinite(value) else value
