@@ -22,23 +22,25 @@ from insonify.engines.fast_reverberation import FastReverberation, prepare_fast_
 from insonify.engines.parts import SerialPool, WorkerPool, parts_of
 from insonify.engines.terrain_cover import MOST_HIDDEN, hidden_part
 from insonify.malloc_tuning import keep_freed_memory
+from insonify.processing.recorded_lines import RecordedLines
+from insonify.processing.recorder import instrument_recording
 from insonify.propagation.families import families_reaching
 from insonify.propagation.path_settings import PathSettings
 from insonify.propagation.propagation_model_choice import propagation_model_for
 from insonify.records.arrivals import Arrivals, concatenate_arrivals, expand_arrivals
 from insonify.records.labels import LabelNames, Labels, concatenate_channels, label_dataset
-from insonify.records.recording import RecordingLayout, recording_dataset
+from insonify.records.recording import recording_dataset
 from insonify.records.reverberation_samples import ReverberationSamples
 from insonify.scenario.attributes import attributes
 from insonify.scenario.pings import require_index, selected_pings
-from insonify.scenario.platform_poses import platforms, receiver_seed
+from insonify.scenario.platform_poses import platforms
 from insonify.scenario.ray_domain import delay_field, domain
+from insonify.scenario.recording_layout import recording_layout
 from insonify.scenario.scenario import Scenario
 from insonify.sonar.ping_geometry import MountedSonar, PingGeometry, track_extents_of
 from insonify.sonar.platforms import Platforms
 from insonify.sonar.received_pulse import ReceivedPulse, received_pulse
-from insonify.sonar.sonar import channel_positions
-from insonify.sonar.track import Poses, logged_poses
+from insonify.sonar.track import Poses
 from insonify.sonar.track_extent import TrackExtent
 from insonify.synthesis.accumulator import Accumulator, Requirements
 from insonify.synthesis.channel_arrivals import channel_arrivals
@@ -173,6 +175,14 @@ class Simulator:
         """Receiver electronics behind the hydrophones; None: none."""
         return receiver_chain(self.scenario.sonar, self.scenario.water, self.pulse, self.grid)
 
+    def recorded_lines(self) -> RecordedLines | None:
+        """Lines of the sonar's recorder; None: it has none, or records elements, of which beams are formed first."""
+        sonar, water = self.scenario.sonar, self.scenario.water
+        if sonar.recorder is None or sonar.receiver.record == "elements":
+            return None
+        absorption = float(water.absorption(sonar.pulse.frequency))
+        return RecordedLines(sonar.recorder, self.grid.time, water.sound_speed, absorption)
+
     @cached_property
     def _sides(self) -> tuple[MountedSonar, ...]:
         shared = self.platforms, self.scenario.track.window, self.pulse, self.scenario.water, self.track_extents
@@ -219,13 +229,21 @@ def simulate(scenario: Scenario, *, pings: int | Iterable[int] | None = None, th
         threads: Number of threads; all cores by default. The result does not depend on it, bit for bit.
 
     Returns:
-        `pressure` complex64 [uPa] (coherent) or `intensity` [uPa^2] (incoherent) over (ping, channel, time).
+        `pressure` complex64 [uPa] (coherent) or `intensity` [uPa^2] (incoherent) over (ping, channel, time); beside it,
+        or alone, the lines that `sonar.recorder` makes of those pings.
     """
     chosen = selected_pings(scenario, pings)
     simulator = build_simulator(scenario)
     shape = len(chosen), scenario.sonar.channel_count, simulator.grid.sample_count  # also of no pings at all
     data = np.array([series for _, series in simulate_pings(simulator, chosen, threads)]).reshape(shape)
-    return recording_dataset(recording_layout(simulator), attributes(scenario), data, np.array(chosen, np.int64))
+    layout = recording_layout(scenario, simulator.platforms, simulator.grid.time)
+    recording = recording_dataset(layout, attributes(scenario), data, np.array(chosen, np.int64))
+    lines = simulator.recorded_lines()
+    if lines is None:
+        return recording
+    return instrument_recording(
+        recording, lines.recorder, sound_speed=lines.sound_speed, absorption_db_per_m=lines.absorption_db_per_m
+    )
 
 
 def record(
@@ -250,24 +268,29 @@ def record(
 
     wanted = selected_pings(scenario, pings)
     simulator = build_simulator(scenario)
-    mine = zarr_store.create_recording(path, recording_layout(simulator), attributes(scenario), overwrite=overwrite)
+    lines = simulator.recorded_lines()
+    layout = recording_layout(scenario, simulator.platforms, simulator.grid.time, lines)
+    mine = zarr_store.create_recording(path, layout, attributes(scenario), overwrite=overwrite)
     labelled = scenario.output.labels if with_labels is None else with_labels
     if labelled:
-        label_store.create_labels(
-            path, simulator.label_names, recording_layout(simulator), attributes(scenario), into=mine
-        )
+        label_store.create_labels(path, simulator.label_names, layout, attributes(scenario), into=mine)
     there = zarr_store.recorded_pings(path)
+    if lines is not None:
+        wanted = lines.plan(wanted, there, zarr_store.recorded_lines(path))
     whole = label_store.labelled_pings(path) if labelled else np.ones(len(there), bool)
     jobs = [Job(ping, wants_sound=False, wants_labels=True) for ping in wanted if there[ping] and not whole[ping]]
     jobs += [Job(ping, wants_sound=True, wants_labels=not whole[ping]) for ping in wanted if not there[ping]]
     done, report = len(wanted) - len(jobs), on_ping or (lambda *_: None)
     report(done, len(wanted))
+    write_line = partial(zarr_store.write_line, path, into=mine)
     for job, series, labelling in _simulate_jobs(simulator, jobs, threads):
         # labels first: a ping whose sound is there is whole
         if labelling is not None:
             label_store.write_label_ping(path, job.ping, labelling, into=mine)
         if series is not None:
-            zarr_store.write_ping(path, job.ping, series, into=mine)
+            complete = {job.ping: series} if lines is None else lines.add(job.ping, series, write_line)
+            for ping, one in complete.items():
+                zarr_store.write_ping(path, ping, one, into=mine)
         done += 1
         report(done, len(wanted))
     return Path(path)
@@ -571,26 +594,3 @@ def levels(
     row, floor = channel % scenario.sonar.beam_count % geometry.channel_count, float(simulator.noise.power[channel])
     curves = level_curves(intensity, floor, simulator.grid, row)
     return curves.assign_attrs(**attributes(scenario), ping=ping, channel=channel)
-
-
-def recording_layout(simulator: Simulator) -> RecordingLayout:
-    """All that a recording of this scenario holds besides its series."""
-    scenario, true = simulator.scenario, simulator.poses
-    logged = logged_poses(scenario.track.navigation_errors, true, scenario.seed)
-    own_poses, other = simulator.platforms.own_receiver_poses, scenario.receiver_track
-    second: dict[str, NDArray[np.float64]] = {}
-    if own_poses is not None and other is not None:
-        logged_second = logged_poses(other.navigation_errors, own_poses, receiver_seed(scenario))
-        second = {
-            "receiver_position": own_poses.position, "receiver_attitude": own_poses.attitude,
-            "logged_receiver_position": logged_second.position, "logged_receiver_attitude": logged_second.attitude,
-        }  # fmt: skip
-    if not second:
-        second["slant_range"] = simulator.grid.time * scenario.water.sound_speed / 2
-    return RecordingLayout(
-        field="pressure" if scenario.field == "coherent" else "intensity", time=simulator.grid.time,
-        ping_time=true.time, steer=np.array(scenario.sonar.steers),
-        side=np.array(scenario.sonar.channel_sides, dtype=float), element_position=channel_positions(scenario.sonar),
-        position=true.position, attitude=true.attitude, logged_position=logged.position,
-        logged_attitude=logged.attitude, **second,
-    )  # fmt: skip

@@ -8,9 +8,10 @@ import pytest
 from insonify.formats import zarr_store
 from insonify.scenario.attributes import attributes
 from insonify.scenario.load import parse_model
+from insonify.scenario.recording_layout import recording_layout
 from insonify.scenario.scenario import Scenario
 from insonify.scenario.write import to_yaml
-from insonify.simulator import build_simulator, record, recording_layout, simulate
+from insonify.simulator import build_simulator, record, simulate
 from oracles.scenes import nominal
 
 
@@ -45,7 +46,9 @@ def test_a_run_stops_when_another_has_replaced_its_recording(tmp_path: Path) -> 
     record(told, place, pings=[0])
     mine = zarr_store.identity(place)
     other = told.model_copy(update={"seed": 2})
-    zarr_store.create_recording(place, recording_layout(build_simulator(other)), attributes(other), overwrite=True)
+    simulator = build_simulator(other)
+    layout = recording_layout(other, simulator.platforms, simulator.grid.time)
+    zarr_store.create_recording(place, layout, attributes(other), overwrite=True)
     data = simulate(told, pings=[1]).pressure.values[0]
     with pytest.raises(zarr_store.StoreError, match="replaced by another run"):
         zarr_store.write_ping(place, 1, data, into=mine)
@@ -57,7 +60,8 @@ def test_what_is_not_finite_is_never_recorded(tmp_path: Path) -> None:
     told = nominal(track={"window": (0.1, 0.101)})
     place = tmp_path / "one.zarr"
     simulator = build_simulator(told)
-    zarr_store.create_recording(place, recording_layout(simulator), attributes(told))
+    layout = recording_layout(told, simulator.platforms, simulator.grid.time)
+    zarr_store.create_recording(place, layout, attributes(told))
     with pytest.raises(ValueError, match="not finite"):
         zarr_store.write_ping(place, 0, np.full((1, simulator.grid.sample_count), np.nan))
     assert not zarr_store.recorded_pings(place).any()

@@ -64,8 +64,8 @@ def _of_recording(folder: Path) -> dict[str, Any]:
     sizes = {str(dim): int(size) for dim, size in recording.sizes.items()}
     done = int(recording["done"].values.sum())
     size = sum(part.stat().st_size for part in folder.rglob("*") if part.is_file())
-    group = {"name": next(name for name in ("pressure", "intensity") if name in recording), "pings": sizes.pop("ping"),
-             "pings_read": done, "shape": sizes}  # fmt: skip
+    name = next(name for name in ("pressure", "intensity", "recorded") if name in recording)
+    group = {"name": name, "pings": sizes.pop("ping"), "pings_read": done, "shape": sizes}
     return {
         "file": str(folder), "format": "insonify recording", "bytes": size, "maker": "insonify",
         "model": str(recording.attrs.get("version", "")), "serial": "", "start": None, "end": None, "groups": [group],

@@ -242,6 +242,8 @@ def explain(
 
     when = arguments.parse_quantity(time, "time", "--time")
     dataset = open_recording(recording)
+    if not {"pressure", "intensity"} & set(dataset.variables):
+        raise InputError(f"{recording} keeps recorded numbers only. Simulate with sonar.recorder.keep: both")
     _check_ping(dataset, recording, ping)
     _check_beam(dataset, beam)
     arguments.require_time(time, when, (float(dataset["time"][0]), float(dataset["time"][-1])), "--time")

@@ -65,7 +65,7 @@ def read_netcdf(path: str | Path) -> xr.Dataset:
         message = " ".join(str(fault).split())[:200] or type(fault).__name__
         raise StoreError(f"{path} cannot be read as netCDF: {message}") from None
     dataset = join_complex(dataset)
-    return as_recording(dataset) if set(FIELDS) & set(dataset.variables) else dataset
+    return as_recording(dataset) if {*FIELDS, "recorded"} & set(dataset.variables) else dataset
 
 
 def _engine() -> Literal["netcdf4", "scipy"]:

@@ -39,7 +39,15 @@ from insonify.formats.store_description import (
 )
 from insonify.formats.store_description import StoreError as StoreError
 from insonify.records.netcdf_recording import as_recording
-from insonify.records.recording import COLUMNS, FIELDS, OPTIONAL_COLUMNS, RecordingLayout, columns_of, coordinates_of
+from insonify.records.recording import (
+    COLUMNS,
+    FIELDS,
+    OPTIONAL_COLUMNS,
+    RECORDED,
+    RecordingLayout,
+    columns_of,
+    coordinates_of,
+)
 
 _MUST_AGREE = ("scenario", "seed", "version")
 IDENTITY = "insonify_recording"
@@ -48,6 +56,7 @@ _LEVEL = 0  # of compression: zarr's own
 _PACKER = Zstd(level=_LEVEL)
 PACKED = (ZstdCodec(level=_LEVEL),)
 """Codec of `put_chunk`."""
+_SOUND = (*FIELDS, "recorded")  # a recording has one at least
 _FAILURES = (
     errno.ENOSPC,
     errno.EDQUOT,
@@ -126,7 +135,7 @@ def write_ping(path: str | Path, ping: int, data: ArrayLike, *, into: str | None
     Args:
         path: Folder of the recording.
         ping: Number of the ping, from 0.
-        data: Pressure [uPa] or intensity [uPa^2], shape (channel, time).
+        data: Pressure [uPa] or intensity [uPa^2], shape (channel, time); left out where only recorded lines are kept.
         into: Identity of the intended recording; None: the present one.
 
     Raises:
@@ -135,15 +144,42 @@ def write_ping(path: str | Path, ping: int, data: ArrayLike, *, into: str | None
     """
     mine = require_own_recording(path, into)
     field, shape, dtype = _sound_array(str(path), mine)
+    if field in FIELDS:
+        values = _checked(path, "ping", ping, data, shape, dtype)
+        if not np.isfinite(values).all():
+            raise ValueError(f"ping {ping} has values that are not finite: a level in the scenario is too high")
+        put_chunk(Path(path) / field / "c" / str(ping) / "0" / "0", values)
+    put_chunk(Path(path) / "done" / "c" / str(ping), np.ones(1, bool))
+
+
+def write_line(path: str | Path, line: int, data: ArrayLike, *, into: str | None = None) -> None:
+    """Write one line of a recorder, before its pings.
+
+    Args:
+        path: Folder of the recording.
+        line: Number of the line, from 0.
+        data: Recorded numbers, shape (channel, bin).
+        into: Identity of the intended recording; None: the present one.
+
+    Raises:
+        StoreError: Another run has replaced the recording meanwhile.
+        ValueError: The data have another shape.
+    """
+    mine = require_own_recording(path, into)
+    _, shape, dtype = _sound_array(str(path), mine, ("recorded",))
+    put_chunk(Path(path) / "recorded" / "c" / str(line) / "0" / "0", _checked(path, "line", line, data, shape, dtype))
+
+
+def _checked(
+    path: str | Path, kind: str, row: int, data: ArrayLike, shape: tuple[int, ...], dtype: np.dtype[Any]
+) -> NDArray[Any]:
+    """One row of an array, in the type and order of its chunk."""
     values = np.asarray(data, dtype=dtype)
     if values.shape != shape[1:]:
-        raise ValueError(f"a ping of {path} has shape {shape[1:]}; these data have {values.shape}")
-    if not 0 <= ping < shape[0]:
-        raise ValueError(f"{path} has pings 0 to {shape[0] - 1}; there is no ping {ping}")
-    if not np.isfinite(values).all():
-        raise ValueError(f"ping {ping} has values that are not finite: a level in the scenario is too high")
-    put_chunk(Path(path) / field / "c" / str(ping) / "0" / "0", values.astype(dtype.newbyteorder("<"), order="C"))
-    put_chunk(Path(path) / "done" / "c" / str(ping), np.ones(1, bool))
+        raise ValueError(f"a {kind} of {path} has shape {shape[1:]}; these data have {values.shape}")
+    if not 0 <= row < shape[0]:
+        raise ValueError(f"{path} has {kind}s 0 to {shape[0] - 1}; there is no {kind} {row}")
+    return values.astype(dtype.newbyteorder("<"), order="C")
 
 
 def require_own_recording(path: str | Path, into: str | None) -> str:
@@ -162,10 +198,10 @@ def require_own_recording(path: str | Path, into: str | None) -> str:
     return mine
 
 
-@lru_cache(maxsize=4)
-def _sound_array(path: str, mine: str) -> tuple[str, tuple[int, ...], np.dtype[Any]]:
+@lru_cache(maxsize=8)
+def _sound_array(path: str, mine: str, names: tuple[str, ...] = _SOUND) -> tuple[str, tuple[int, ...], np.dtype[Any]]:
     """Name, shape and type of the sound in the recording of one identity, cached: opening takes as long as a ping."""
-    field = next(name for name in FIELDS if (Path(path) / name).is_dir())
+    field = next(name for name in names if (Path(path) / name).is_dir())
     array = zarr.open_array(Path(path) / field, mode="r")
     return field, array.shape, np.dtype(array.dtype)
 
@@ -199,6 +235,12 @@ def recorded_pings(path: str | Path) -> NDArray[np.bool_]:
     return mask
 
 
+def recorded_lines(path: str | Path) -> NDArray[np.bool_]:
+    """Mask of the lines of a recorder that are there, shape (line,)."""
+    count = zarr.open_array(Path(path) / "recorded", mode="r").shape[0]
+    return np.array([(Path(path) / "recorded" / "c" / str(line) / "0" / "0").is_file() for line in range(count)], bool)
+
+
 def _is_entered(chunk: Path) -> bool:
     """True where a chunk of the mask says that its ping is recorded; False for a damaged one."""
     try:
@@ -214,8 +256,9 @@ def open_recording(path: str | Path) -> xr.Dataset:
         path: Folder of the recording.
 
     Returns:
-        `pressure` complex64 [uPa] or `intensity` [uPa^2] over (ping, channel, time), NaN
-        where a ping is not recorded; `done`, `position`, `attitude`; coordinates with units.
+        `pressure` complex64 [uPa] or `intensity` [uPa^2] over (ping, channel, time), NaN where a ping is not recorded;
+        with a recorder `recorded` over (line, channel, bin), or alone; `done`, `position`, `attitude`; coordinates with
+        units.
 
     Raises:
         StoreError: The folder is not a recording, or is damaged.
@@ -227,9 +270,9 @@ def open_recording(path: str | Path) -> xr.Dataset:
     with errors_as_store_errors(Path(path)):
         dataset: xr.Dataset = xr.open_zarr(path, chunks=None, consolidated=True, decode_times=False)
         again = f"Delete this file and simulate its ping again: insonify run FILE -o {path}"
-        dataset = with_named_chunks(dataset, Path(path), dict.fromkeys((*FIELDS, "done"), again))
+        dataset = with_named_chunks(dataset, Path(path), dict.fromkeys((*_SOUND, "done"), again))
         dataset["done"].load()
-        if "scenario" not in dataset.attrs or not set(FIELDS) & set(dataset.variables):
+        if "scenario" not in dataset.attrs or not set(_SOUND) & set(dataset.variables):
             raise StoreError(f"{path} is damaged: its scenario or its sound is not described. {REPAIR_ADVICE}")
     return as_recording(dataset)
 
@@ -238,20 +281,26 @@ def _build(path: Path, layout: RecordingLayout, attributes: Mapping[str, Any]) -
     group = zarr.open_group(path, mode="w", zarr_format=3)
     group.attrs.update({**attributes, IDENTITY: uuid.uuid4().hex})
     pings, channels, samples = layout.ping_time.size, layout.steer.size, layout.time.size
-    dtype, units, long_name = FIELDS[layout.field]
-    group.create_array(
-        layout.field, shape=(pings, channels, samples), chunks=(1, channels, samples), dtype=dtype, fill_value=np.nan,
-        compressors=PACKED, dimension_names=("ping", "channel", "time"),
-        attributes={"units": units, "long_name": long_name, "coordinates": " ".join(coordinates_of(layout))},
-    )  # fmt: skip
+    names = ("recorded",) * bool(layout.bin_time.size)
+    for field in (layout.field, *names) if layout.keeps_field else names:
+        dtype, units, long_name = FIELDS.get(field, (np.float32, layout.recorded_units, ""))
+        lines, bins = layout.line_ping.size, layout.bin_time.size
+        group.create_array(
+            field, shape=(pings, channels, samples) if field in FIELDS else (lines, channels, bins),
+            chunks=(1, channels, samples if field in FIELDS else bins), dtype=dtype, fill_value=np.nan,
+            compressors=PACKED,
+            dimension_names=("ping", "channel", "time") if field in FIELDS else ("line", "channel", "bin"),
+            attributes={"units": units, "long_name": long_name or RECORDED[units],
+                        "coordinates": " ".join(coordinates_of(layout))},
+        )  # fmt: skip
     group.create_array(
         "done", shape=(pings,), chunks=(1,), dtype=bool, fill_value=False, dimension_names=("ping",),
         compressors=PACKED, attributes={"units": "1", "long_name": "whether the ping has been simulated"},
     )  # fmt: skip
     for name, (dims, unit, meaning) in columns_of(layout).items():
         values = np.asarray(getattr(layout, name), dtype=float)
-        about: dict[str, JSON] = {"units": unit, "long_name": meaning}
-        group.create_array(name, data=values, chunks=values.shape, dimension_names=dims, attributes=about)
+        attrs: dict[str, JSON] = {"units": unit, "long_name": meaning}
+        group.create_array(name, data=values, chunks=values.shape, dimension_names=dims, attributes=attrs)
     group.create_array(
         "ping", data=np.arange(pings), chunks=(pings,), dimension_names=("ping",),
         attributes={"units": "1", "long_name": "number of the ping"},
@@ -271,9 +320,9 @@ def _is_recording(path: Path) -> bool:
 
 def _require_complete(path: Path) -> None:
     """Refuse a recording with a missing file, and name the first."""
-    fields = [name for name in FIELDS if (path / name).is_dir()]
+    fields = [name for name in _SOUND if (path / name).is_dir()]
     if not fields:
-        raise StoreError(f"{path} is damaged: it has neither {' nor '.join(FIELDS)}. {REPAIR_ADVICE}")
+        raise StoreError(f"{path} is damaged: it has neither {' nor '.join(_SOUND)}. {REPAIR_ADVICE}")
     for name in (*fields, "done", "ping", *COLUMNS):
         if name not in OPTIONAL_COLUMNS or (path / name).is_dir():
             read_description(path / name)

@@ -13,6 +13,7 @@ from insonify.plotting.recording_levels import recording_levels
 from insonify.plotting.sector_image import sector_image
 from insonify.plotting.sidescan import has_sides, sidescan_waterfall
 from insonify.plotting.waterfall import waterfall
+from insonify.processing.recorder import field_or_lines
 
 MIN_SECTOR_BEAMS = 5
 """Fewest beams of a ping that is drawn as a sector image [1]."""
@@ -39,6 +40,7 @@ def recording(
         The path; without one the figure, to be shown or drawn on.
     """
     dataset = recorded if isinstance(recorded, xr.Dataset) else open_recording(recorded)
+    dataset = field_or_lines(dataset)
     sound = recording_levels(dataset) if beam is None else recording_levels(dataset).only(beam)
     recorded_rows = np.flatnonzero(
         np.isfinite(sound.level).any(axis=(1, 2)) | np.isneginf(sound.level).any(axis=(1, 2))

@@ -38,6 +38,7 @@ if TYPE_CHECKING:
     from insonify.processing.pulse_compression import matched_filter
     from insonify.processing.recorded_aperture import synthetic_aperture_image
     from insonify.processing.recorded_bathymetry import interferometric_bathymetry, multibeam_soundings
+    from insonify.processing.recorder import instrument_recording, lines_as_pings, received_level, record_series
     from insonify.processing.sector_images import sector_image
     from insonify.processing.split_beam import echosounder_levels
     from insonify.processing.synthetic_aperture import along_track_resolution, backproject
@@ -71,6 +72,10 @@ _MODULE_OF = {
     "interferometric_bathymetry": "recorded_bathymetry",
     "multibeam_soundings": "recorded_bathymetry",
     "decimate": "decimation",
+    "instrument_recording": "recorder",
+    "lines_as_pings": "recorder",
+    "received_level": "recorder",
+    "record_series": "recorder",
     "decimated_time": "decimation",
     "multilook": "decimation",
     "backproject": "synthetic_aperture",
@@ -104,9 +109,11 @@ __all__ = [
     "flat_bed_elevation",
     "ground_cell_edges",
     "image_labels",
+    "instrument_recording",
     "interferometric_bathymetry",
     "interferometric_depth",
     "lambert_gain_db",
+    "lines_as_pings",
     "matched_filter",
     "multibeam_soundings",
     "multilook",
@@ -114,6 +121,8 @@ __all__ = [
     "phase_detection",
     "phase_deviation",
     "phase_to_elevation",
+    "received_level",
+    "record_series",
     "recorded_level",
     "sector_image",
     "sector_image_of_beams",

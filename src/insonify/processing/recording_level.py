@@ -10,12 +10,20 @@ def recorded_level(recording: xr.Dataset) -> xr.DataArray:
     """Level of a recording [dB re 1 uPa].
 
     Args:
-        recording: `pressure` [uPa] or `intensity` [uPa^2] over any dimensions.
+        recording: `pressure` [uPa], `intensity` [uPa^2] or, without both, `recorded` numbers over any dimensions.
 
     Returns:
-        10 log10 of the mean-square pressure, of the same dimensions; -inf where it is zero.
+        10 log10 of the mean-square pressure, of the same dimensions; -inf where it is zero. Recorded levels are as they
+        are, recorded counts in dB re 1.
     """
-    field = recording["pressure" if "pressure" in recording else "intensity"]
-    power = np.abs(field.values.astype(np.complex128)) ** 2 if "pressure" in recording else field.values
-    attributes = {"units": "dB re 1 uPa", "long_name": "level of the received pressure"}
+    name = next(name for name in ("pressure", "intensity", "recorded") if name in recording)
+    field, meaning = (
+        recording[name],
+        f"level of the {'received pressure' if name != 'recorded' else 'recorded numbers'}",
+    )
+    units = "dB re 1" if field.attrs.get("units") == "1" else "dB re 1 uPa"
+    attributes = {"units": units, "long_name": meaning}
+    if str(field.attrs.get("units")).startswith("dB"):
+        return field.rename("level_db").assign_attrs(attributes)
+    power = field.values if name == "intensity" else np.abs(field.values.astype(np.complex128)) ** 2
     return xr.DataArray(level_db(power), field.coords, field.dims, "level_db", attributes)

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from insonify.former_names import FORMER_WORDS
 from insonify.processing.gain import LAWS, along_track_gain_db, empirical_gain_db, lambert_gain_db
 from insonify.processing.recorded_geometry import require_one_platform
+from insonify.processing.recorder import field_or_lines
 from insonify.processing.recording_level import recorded_level
 from insonify.processing.slant_range_correction import first_bottom_return, slant_to_ground_range
 from insonify.records.image import Geometry, image_dataset
@@ -29,7 +30,7 @@ def sidescan(
 
     Args:
         recording: `pressure` [uPa] or `intensity` [uPa^2] over (ping, channel, time), with the coordinate `side`; or
-                over (ping, beam, time), as beams formed from an array's elements.
+                over (ping, beam, time), as beams formed from an array's elements; or a recorder's lines alone.
         geometry: "slant" for slant range, or "ground" for distance on a flat seabed.
         gain: One of `GAINS`: none, tvg20, tvg30, tvg40, lambert (a flat seabed that scatters by Lambert's law becomes
             uniform), empirical (the median over all pings becomes uniform).
@@ -45,6 +46,7 @@ def sidescan(
     Raises:
         ValueError: An unknown geometry or gain, or a beam that the sides lack.
     """
+    recording = field_or_lines(recording)
     recording = recording.rename(beam="channel") if "beam" in recording.dims else recording
     _require_choice("geometry", geometry, get_args(Geometry))
     _require_choice("gain", gain, GAINS)

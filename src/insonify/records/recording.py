@@ -17,7 +17,18 @@ FIELDS: dict[str, tuple[type, str, str]] = {
     "pressure": (np.complex64, "uPa", "received pressure, complex envelope, rms scale"),
     "intensity": (np.float64, "uPa^2", "expected mean-square pressure"),
 }
-"""Type, units and long name of the recorded quantities."""
+"""Type, units and long name of the received quantities."""
+RECORDED = {
+    "uPa": "rms pressure behind the recorder's gain",
+    "dB re 1 uPa": "level behind the recorder's gain",
+    "1": "counts or fraction of full scale, as the instrument writes them",
+}
+"""Long names of the numbers of a recorder, `recorded` over (line, channel, bin), by their units."""
+RECORDER_COLUMNS: dict[str, tuple[tuple[str, ...], str, str]] = {
+    "bin_time": (("bin",), "s", "time of the recorded bin after the start of transmission"),
+    "line_ping": (("line",), "1", "first ping of the recorded line"),
+}
+"""Columns that accompany `recorded`."""
 
 COLUMNS: dict[str, tuple[tuple[str, ...], str, str]] = {
     "time": (("time",), "s", "time after the start of transmission"),
@@ -46,8 +57,8 @@ RANGE_COLUMNS: dict[str, tuple[tuple[str, ...], str, str]] = {
     "slant_range": (("time",), "m", "slant range of a direct echo, half its path at the sound speed of the scenario")
 }
 """Column of monostatic sonars only: between two platforms, a travel time is an ellipse."""
-COORDINATES = ("ping_time", "slant_range", "steer", "side", "element_position")
-"""Columns that are coordinates of pings, channels and times."""
+COORDINATES = ("ping_time", "slant_range", "steer", "side", "element_position", "bin_time", "line_ping")
+"""Columns that are coordinates of pings, channels, times, and of a recorder's lines and bins."""
 OPTIONAL_COLUMNS = ("side", "element_position", "logged_position", "logged_attitude")
 """Columns that recordings of earlier versions lack; their defaults: no side, element at the reference point, true
 poses."""
@@ -93,6 +104,14 @@ class RecordingLayout:
     slant_range: NDArray[np.float64] = dataclasses.field(default_factory=lambda: np.empty(0))
     """Slant range of a direct echo at each time [m], shape (time,); empty: not known, or a receiver on a platform of
     its own."""
+    bin_time: NDArray[np.float64] = dataclasses.field(default_factory=lambda: np.empty(0))
+    """Time of each bin of a recorder's lines [s], shape (bin,); empty: no recorder."""
+    line_ping: NDArray[np.int64] = dataclasses.field(default_factory=lambda: np.empty(0, np.int64))
+    """First ping of each of its lines [1], shape (line,)."""
+    recorded_units: str = ""
+    """Units of its numbers."""
+    keeps_field: bool = True
+    """False: its numbers alone are kept."""
 
     def __post_init__(self) -> None:
         """Fill in defaults; refuse columns of unequal length."""
@@ -124,11 +143,12 @@ class RecordingLayout:
 def columns_of(layout: RecordingLayout) -> dict[str, tuple[tuple[str, ...], str, str]]:
     """Columns that accompany a recording, in the form of `COLUMNS`."""
     columns = COLUMNS | RANGE_COLUMNS if layout.slant_range.size else COLUMNS
+    columns = columns | RECORDER_COLUMNS if layout.bin_time.size else columns
     return columns | BISTATIC_COLUMNS if layout.receiver_position.size else columns
 
 
 def coordinates_of(layout: RecordingLayout) -> list[str]:
-    """Names of the columns that label pings, channels and times of a recording, as `COORDINATES`."""
+    """Names of the columns of a recording that are among `COORDINATES`."""
     return [name for name in COORDINATES if name in columns_of(layout)]
 
 

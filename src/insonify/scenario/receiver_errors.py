@@ -9,6 +9,7 @@ import numpy as np
 from pydantic_core import PydanticCustomError
 
 from insonify.model import field_error
+from insonify.processing.recorder import recorded_time
 from insonify.sonar.received_pulse import received_pulse
 from insonify.sonar.receiver import ROLL_OFF
 from insonify.synthesis.channel_noise import sea_noise_spectrum
@@ -43,8 +44,24 @@ def receiver_errors(scenario: Scenario) -> Iterator[PydanticCustomError]:
     if receiver.blanking is not None and sonar.pulse.duration + receiver.blanking >= track.window[1]:
         yield field_error("sonar.receiver.blanking", f"{receiver.blanking * 1e3:g} ms", "after the pulse is as long as "
                       f"the window, {track.window[1] * 1e3:g} ms: nothing is recorded. Give less.")  # fmt: skip
+    yield from _recorder_errors(scenario)
     yield from _out_of_band_errors(scenario)
     yield from _too_many_elements_error(scenario)
+
+
+def _recorder_errors(scenario: Scenario) -> Iterator[PydanticCustomError]:
+    """Errors of a recorder that needs more samples or pings than there are."""
+    recorder, track = scenario.sonar.recorder, scenario.track
+    if recorder is None:
+        return
+    if recorder.pings_per_line > track.ping_count:
+        yield field_error("sonar.recorder", None, f"makes a line of {recorder.pings_per_line} pings, and the track has "
+                          f"{track.ping_count}. Give fewer looks, or more pings.")  # fmt: skip
+    rate = scenario.sonar.receiver.sample_rate
+    try:
+        recorded_time(np.arange(int((track.window[1] - track.window[0]) * rate)) / rate, recorder)
+    except ValueError as error:
+        yield field_error("sonar.recorder", None, f"{error}.")
 
 
 def _out_of_band_errors(scenario: Scenario) -> Iterator[PydanticCustomError]:

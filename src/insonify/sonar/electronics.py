@@ -3,13 +3,14 @@
 Each part is left out unless it is named. Sound passes them in the order in which they stand here.
 """
 
+import itertools
 from typing import Annotated, Self
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
-from insonify.model import Decibels, Hertz, Model, Seconds, field_error
+from insonify.model import Decibels, Hertz, Metres, Model, Seconds, field_error
 from insonify.ocean.water import LossPerMetre
 from insonify.sonar.time_varied_gain import tvg_db
 
@@ -58,6 +59,15 @@ class ReceiverGain(Model):
     """Time after which the gain is constant [s]; None: it never is."""
     max_db: Annotated[Decibels, Field(ge=-200, le=400)] | None = None
     """Gain that the amplifier does not exceed [dB]; None: any."""
+    curve: tuple[tuple[Metres, Decibels], ...] = ()
+    """Further gain by range: rows of a range [m] and a gain [dB], linear between rows, constant beyond them."""
+
+    @model_validator(mode="after")
+    def _check_curve(self) -> Self:
+        ranges = [slant for slant, _ in self.curve]
+        if any(after <= before for before, after in itertools.pairwise(ranges)):
+            raise field_error("curve", None, "has ranges that do not increase. Sort its rows by range.")
+        return self
 
     @model_validator(mode="after")
     def _check_start_and_stop(self) -> Self:
@@ -78,6 +88,8 @@ class ReceiverGain(Model):
         loss = own if own is not None else absorption_db_per_m if self.tvg_db_per_decade > 0 else 0.0
         slant = np.clip(time, self.start, self.stop) * sound_speed / 2
         whole = self.fixed_db + tvg_db(slant, self.tvg_db_per_decade, absorption_db_per_m=loss)
+        if self.curve:
+            whole = whole + np.interp(slant, *np.transpose(self.curve))
         return whole if self.max_db is None else np.minimum(whole, self.max_db)
 
 

@@ -14,6 +14,7 @@ from insonify.sonar.hull import Hull
 from insonify.sonar.hydrophones import element_layout, one_element
 from insonify.sonar.pulse import Pulse
 from insonify.sonar.receiver import ROLL_OFF, Receiver
+from insonify.sonar.recorder import Recorder
 
 STARBOARD = np.pi / 2
 """Bearing of a sidescan's starboard side, clockwise from the bow [rad]."""
@@ -40,6 +41,8 @@ class Sonar(Model):
     transmit: Array
     receive: Array
     receiver: Receiver = Receiver()
+    recorder: Recorder | None = None
+    """Stages between received beams and the file of an instrument; None: pressures are recorded as received."""
     mounting: Mounting = Mounting()
     receive_mounting: Mounting | None = None
     """Orientation of the receive array on a platform of its own; None: that of the transmit array."""
