@@ -24,3 +24,24 @@ def sidescan(*, targets=(), pings=6, track=None, **changes):
         "field": "incoherent",
     }  # fmt: skip
     return Scenario(**{**described, **changes})
+
+
+def multibeam(*, targets=(), pings=2, **changes):
+    """A line of 64 elements looking down at 300 kHz, 8 m above a flat bed at 10 m, towards 40 deg with some roll."""
+    described = {
+        "title": "a small multibeam survey",
+        "water": {"sound_speed": 1500.0, "noise_level_db": None},
+        "seabed": {"depth": 10.0, "scattering": {"law": "lambert", "strength_db": -27.0}},
+        "targets": list(targets),
+        "sonar": {
+            "source_level_db": 210, "pulse": {"kind": "cw", "frequency": 300e3, "duration": 0.1e-3},
+            "transmit": {"kind": "planar", "width": 2e-3, "height": 0.2},
+            "receive": {"kind": "line", "length": 0.16, "elements": 64},
+            "receiver": {"record": "elements", "bandwidth": 20e3}, "mounting": {"bearing": 0.0, "tilt": "90 deg"},
+        },
+        "track": {"kind": "line", "start": (1.0, 2.0, 2.0), "heading": "40 deg", "speed": 2.0, "pings": pings,
+                  "interval": 0.1, "window": (0.008, 0.03), "motion": {"roll": {"rms": "2 deg", "period": "5 s"}}},
+        "paths": {"max_reflections": 0, "contributions": ("seabed", "target"), "scatterers_per_cell": 2},
+        "field": "coherent",
+    }  # fmt: skip
+    return Scenario(**{**described, **changes})

@@ -16,9 +16,11 @@ def export(
         typer.Option("--as", metavar="NAME", help="Format, where a suffix has several, such as xtf-float32."),
     ] = None,
 ) -> None:
-    """Write a recording in the format of another program: XTF.
+    """Write a recording in the format of another program: XTF, GeoTIFF, CSV, GeoJSON, netCDF, PNG.
 
     Example: insonify export harbour.zarr harbour.xtf
+
+    Example: insonify export harbour.zarr harbour.tif --as waterfall
     """
     from insonify.writers.export import export as write
 

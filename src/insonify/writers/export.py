@@ -29,6 +29,14 @@ class ExportFormat(NamedTuple):
 FORMATS: dict[str, ExportFormat] = {
     "xtf": ExportFormat((".xtf",), "sidescan pings, 16 bit", "xtf.write_xtf"),
     "xtf-float32": ExportFormat((".xtf",), "sidescan pings, unrounded", "xtf.write_xtf_float32"),
+    "mosaic": ExportFormat((".tif", ".tiff"), "sidescan mosaic on the terrain", "geotiff.write_mosaic", "rasterio"),
+    "labels": ExportFormat((".tif", ".tiff"), "labels on the mosaic", "geotiff.write_labels", "rasterio"),
+    "waterfall": ExportFormat((".tif", ".tiff"), "pings over ground range", "geotiff.write_waterfall", "rasterio"),
+    "bathymetry": ExportFormat((".tif", ".tiff"), "soundings in cells", "soundings.write_bathymetry", "rasterio"),
+    "csv": ExportFormat((".csv",), "soundings as a table", "soundings.write_csv"),
+    "geojson": ExportFormat((".geojson", ".json"), "soundings as points", "soundings.write_geojson"),
+    "netcdf": ExportFormat((".nc",), "all of the recording", "netcdf.write_netcdf"),
+    "picture": ExportFormat((".png", ".pdf", ".svg"), "picture with axes", "picture.write_picture"),
 }
 """Formats by name; of several with one suffix, the first is written unless another is named."""
 
