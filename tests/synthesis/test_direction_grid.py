@@ -10,6 +10,7 @@ from insonify.scenario.scenario import Scenario
 from insonify.simulator import build_simulator, labels, simulate, simulate_pings
 from insonify.sonar.hydrophones import element_layout
 from insonify.synthesis import coherent, label_accumulator
+from insonify.synthesis._direction_grid_kernel import combine_rows
 from insonify.synthesis.direction_grid import MIN_BEAMS, direction_grid
 from oracles.scenes import SCATTERED
 
@@ -154,3 +155,14 @@ def test_labels_of_many_beams_are_those_one_by_one(order, world, rms_db, monkeyp
         assert np.mean(together[name].values != apart[name].values) < 5e-3, name
     away = np.linalg.norm(together.position.values - apart.position.values, axis=-1)
     assert np.nanpercentile(away, 95) < 0.03
+
+
+@pytest.mark.parametrize("beams", [1, 4, 7])
+def test_empty_blocks_are_left_out_of_the_product(beams):
+    """Weighted sums of rows are the matrix product, for any number of beams and wherever rows are empty."""
+    random = np.random.default_rng(3)
+    rows, weights = random.normal(size=(12, 900)).astype(np.float32), random.random((beams, 12)).astype(np.float32)
+    rows[4:8, :600] = rows[:, 256:512] = 0
+    sums = np.full((beams, 900), np.nan, np.float32)
+    combine_rows(rows, weights, sums)
+    np.testing.assert_allclose(sums, weights @ rows, atol=1e-5)

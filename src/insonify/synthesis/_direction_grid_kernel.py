@@ -209,21 +209,62 @@ def _deposit_rows(cells: NDArray[np.complex64], sort_buffer: RowSortBuffer, buff
 
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
 def combine_rows(rows_in: Singles, weights: Singles, beams: Singles) -> None:
-    """Weighted sums of rows: a matrix product.
+    """Weighted sums of rows: a matrix product, without the blocks that hold nothing.
+
+    Rows outside the sector that is heard, and times before the first echo and after the last, are empty.
 
     Args:
         rows_in: Rows of the grid, (rows, n); rows are a multiple of 4.
         weights: Weight of each row in each beam, (beams, rows).
         beams: Result, (beams, n).
     """
+    filled = np.empty(rows_in.shape[0] // 4, np.int64)
     for begin in range(0, rows_in.shape[1], _CELLS):
         end = min(begin + _CELLS, rows_in.shape[1])
-        for beam in range(weights.shape[0]):
-            beam_cells = beams[beam, begin:end]
-            beam_cells[:] = 0
-            for r in range(0, weights.shape[1], 4):
-                a, b, c, d = weights[beam, r], weights[beam, r + 1], weights[beam, r + 2], weights[beam, r + 3]
-                row_a, row_b = rows_in[r, begin:end], rows_in[r + 1, begin:end]
-                row_c, row_d = rows_in[r + 2, begin:end], rows_in[r + 3, begin:end]
-                for k in range(end - begin):
-                    beam_cells[k] += a * row_a[k] + b * row_b[k] + c * row_c[k] + d * row_d[k]
+        count = 0
+        for r in range(0, weights.shape[1], 4):
+            if rows_in[r : r + 4, begin:end].any():
+                filled[count] = r
+                count += 1
+        beams[:, begin:end] = 0
+        whole = weights.shape[0] // 4 * 4
+        for beam in range(0, whole, 4):
+            for r in filled[:count]:
+                _add_to_four_beams(rows_in, r, weights, beam, beams, begin, end)
+        for beam in range(whole, weights.shape[0]):
+            for r in filled[:count]:
+                _add_to_beam(rows_in, r, weights, beam, beams, begin, end)
+
+
+@njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
+def _add_to_four_beams(
+    rows_in: Singles, r: int, weights: Singles, beam: int, beams: Singles, begin: int, end: int
+) -> None:
+    """Add four rows from row r on to four beams: each is read a quarter as often as for one beam after the other."""
+    row_a, row_b = rows_in[r, begin:end], rows_in[r + 1, begin:end]
+    row_c, row_d = rows_in[r + 2, begin:end], rows_in[r + 3, begin:end]
+    w0, w1 = weights[beam, r : r + 4], weights[beam + 1, r : r + 4]
+    w2, w3 = weights[beam + 2, r : r + 4], weights[beam + 3, r : r + 4]
+    a0, b0, c0, d0 = w0[0], w0[1], w0[2], w0[3]
+    a1, b1, c1, d1 = w1[0], w1[1], w1[2], w1[3]
+    a2, b2, c2, d2 = w2[0], w2[1], w2[2], w2[3]
+    a3, b3, c3, d3 = w3[0], w3[1], w3[2], w3[3]
+    beam_0, beam_1 = beams[beam, begin:end], beams[beam + 1, begin:end]
+    beam_2, beam_3 = beams[beam + 2, begin:end], beams[beam + 3, begin:end]
+    for k in range(end - begin):
+        a, b, c, d = row_a[k], row_b[k], row_c[k], row_d[k]
+        beam_0[k] += a0 * a + b0 * b + c0 * c + d0 * d
+        beam_1[k] += a1 * a + b1 * b + c1 * c + d1 * d
+        beam_2[k] += a2 * a + b2 * b + c2 * c + d2 * d
+        beam_3[k] += a3 * a + b3 * b + c3 * c + d3 * d
+
+
+@njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
+def _add_to_beam(rows_in: Singles, r: int, weights: Singles, beam: int, beams: Singles, begin: int, end: int) -> None:
+    """Add four rows from row r on to one beam."""
+    a, b, c, d = weights[beam, r], weights[beam, r + 1], weights[beam, r + 2], weights[beam, r + 3]
+    row_a, row_b = rows_in[r, begin:end], rows_in[r + 1, begin:end]
+    row_c, row_d = rows_in[r + 2, begin:end], rows_in[r + 3, begin:end]
+    one_beam = beams[beam, begin:end]
+    for k in range(end - begin):
+        one_beam[k] += a * row_a[k] + b * row_b[k] + c * row_c[k] + d * row_d[k]
