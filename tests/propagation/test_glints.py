@@ -173,13 +173,17 @@ def test_glints_come_late_by_the_slope_s_lengthening():
     assert np.all(out.delay[row] >= mirror.delay[0] * (1 - 1e-12))
 
 
-def test_a_facet_reflects_to_its_point():
-    """In the vertical plane the corner obeys the law of reflection on a facet of the slope asked for, to 19 degrees."""
+@pytest.mark.parametrize("east", [60.0, 5.0, 0.01])
+def test_a_facet_reflects_to_its_point(east):
+    """In the vertical plane the corner obeys the law of reflection on a facet of the slope asked for, to 19 degrees.
+
+    Overhead too, where the bounce lies beyond either end.
+    """
     slope = np.linspace(-0.35, 0.35, 15)
-    lines = unfold_paths("S", PLACE, np.tile([0.0, 60.0, 20.0], (15, 1)), 20.0)
+    lines = unfold_paths("S", PLACE, np.tile([0.0, east, 20.0], (15, 1)), 20.0)
     bent = displace_bounces(lines, np.stack([slope, 0 * slope])[None])
-    leaving = np.array([0.0, 60, -31]) / np.hypot(60, 31) + bent.departure_change
-    arriving = np.array([0.0, 60, 31]) / np.hypot(60, 31) + bent.arrival_change
+    leaving = np.array([0.0, east, -31]) / np.hypot(east, 31) + bent.departure_change
+    arriving = np.array([0.0, east, 31]) / np.hypot(east, 31) + bent.arrival_change
     normal = arriving - leaving
     # Elevation rises as depth falls: the normal into the water is (slope, 1) over (ahead, down).
     np.testing.assert_allclose(normal[:, 1] / normal[:, 2], slope, atol=1e-9)

@@ -14,13 +14,16 @@ OMNI = {"kind": "point", "element": "omni", "length": None}
 pytestmark = pytest.mark.filterwarnings("ignore::insonify.validity.PhysicsWarning")
 
 
-def afloat(interface, frequency=30e3, *, order=3, size=400.0, paths=None, seabed=None, depth=0.6, **top):
+def afloat(interface, frequency=30e3, *, order=3, size=400.0, paths=None, seabed=None, depth=0.6, down=None, **top):
     """A transducer at the depth of a wide hull, 6 m above a seabed that reflects as its sediment does."""
     pulse = {"kind": "cw", "frequency": frequency, "duration": 3e-4}
     ends = {end: OMNI for end in ("transmit", "receive")}
+    if down is not None:  # a square aperture that looks straight down
+        ends = {end: {"kind": "planar", "width": down, "height": down, "length": None} for end in ends}
     return nominal(
         **{**ends, **top},
-        sonar={"hull": {"length": size, "width": min(size, 100.0), "reflection": 0.9}, "pulse": pulse},
+        sonar={"hull": {"length": size, "width": min(size, 100.0), "reflection": 0.9}, "pulse": pulse,
+               **({} if down is None else {"mounting": {"bearing": 0.0, "tilt": "90 deg"}})},
         seabed={"depth": Z + depth, "reflecting_interface": interface, "reflection": SEDIMENT,
                 "scattering": {"law": "jackson", "sediment": SEDIMENT}, **(seabed or {})},
         track={"position": (0.0, 0.0, depth), "window": (1e-3, 0.03)}, water={"absorption_db_per_m": 0.0},

@@ -17,7 +17,7 @@ Floats = NDArray[np.float64]
 STEEPEST = 0.4
 """Largest slope of the surface that is applied [1]."""
 WIDEST = 0.9
-"""Largest displacement of a bounce, as a fraction of the distance to either end [1]."""
+"""Largest displacement of a bounce to the side, as a fraction of the distance to either end [1]."""
 
 
 class SurfaceBounces(NamedTuple):
@@ -48,7 +48,6 @@ def bounce_offset(
     slope = min(max(along, -STEEPEST), STEEPEST)
     # tan(g1 - g2) = tan 2 e with g1 = atan(height / x) and g2 = atan(h2 / (far - x)): a quadratic in x.
     tangent = 2 * slope / (1 - slope * slope)
-    tangent = min(max(tangent, -WIDEST * horizontal_distance / height), WIDEST * horizontal_distance / h2)
     linear, rest = height + h2 + tangent * horizontal_distance, horizontal_distance - tangent * h2
     root = math.sqrt(max(linear * linear - 4 * tangent * height * rest, 0.0))
     x = 2 * height * rest / max(linear + root, 1e-12)
