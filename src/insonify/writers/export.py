@@ -11,7 +11,6 @@ import xarray as xr
 
 from insonify.data_file import install_advice
 from insonify.formats.store_description import StoreError
-from insonify.formats.zarr_store import chunk_errors_as_store_errors
 from insonify.writers.survey import open_survey
 
 
@@ -70,8 +69,7 @@ def export(recording: xr.Dataset | str | Path, path: str | Path, name: str | Non
     survey = open_survey(recording)
     partial = target.with_name(f".{target.stem}.{uuid.uuid4().hex}.partial{target.suffix}")
     try:
-        with chunk_errors_as_store_errors(survey.name):
-            getattr(import_module(f"insonify.writers.{module}"), function)(survey, partial)
+        getattr(import_module(f"insonify.writers.{module}"), function)(survey, partial)
         os.replace(partial, target)
     finally:
         partial.unlink(missing_ok=True)
