@@ -8,7 +8,7 @@ that of the leading edge, where the level is 6 dB below the peak of the echo.
 import numpy as np
 
 from insonify.comparison.frame import Frame, Side
-from insonify.comparison.measure import Curve, Measure, Quantity, decibels, ratio
+from insonify.comparison.measure import Curve, Measure, Quantity, counted, decibels, ratio
 from insonify.comparison.samples import Floats
 
 MULTIPLES = 4
@@ -72,7 +72,7 @@ class EchoTrains(Measure):
         """Sum of intensities and number of pings at each range."""
         beam = _vertical(side)
         rows = side.intensity[:, beam : beam + 1]
-        counts = np.where(np.isfinite(rows), 1.0, np.nan)
+        counts = counted(rows)
         return np.hstack([_by_sample(side, rows), _by_sample(side, counts)])
 
     def estimate(self, sums: Floats) -> Floats:

@@ -291,7 +291,7 @@ def _tiles(first: Samples, second: Samples, cell: int) -> tuple[int, list[NDArra
         rows = [np.zeros(count, np.int64) for count in beams]
     fans = max(int(row.max()) for row in rows) + 1
     count = first.slant_range.size
-    length = max(2 * cell, -(-count * fans // MAX_STRATA))
+    length = max(4 * cell, -(-count * fans // MAX_STRATA))
     ranges = -(-count // length)
     along = np.arange(count) // length
     return fans * ranges, [(row[:, None] * ranges + along)[None] for row in rows]

@@ -3,7 +3,7 @@
 import numpy as np
 
 from insonify.comparison.frame import Frame, Side
-from insonify.comparison.measure import Curve, Measure, Quantity, decibels, ratio
+from insonify.comparison.measure import Curve, Measure, Quantity, counted, decibels, ratio
 from insonify.comparison.samples import Floats
 
 BINS = 16
@@ -33,7 +33,7 @@ class LevelAgainstRange(Measure):
 
     def sums(self, side: Side) -> Floats:
         """Sum of intensities and number of samples in each bin."""
-        counts = np.where(np.isfinite(side.intensity), 1.0, np.nan)
+        counts = counted(side.intensity)
         return np.hstack([side.sums(side.intensity, self._bin, BINS), side.sums(counts, self._bin, BINS)])
 
     def estimate(self, sums: Floats) -> Floats:

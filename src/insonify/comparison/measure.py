@@ -126,3 +126,12 @@ def decibels(power: Floats) -> Floats:
     """
     positive = power > 0
     return np.where(positive, 10 * np.log10(np.where(positive, power, 1.0)), np.nan)
+
+
+def counted(values: Floats) -> Floats:
+    """1 for each value that is known, NaN for the others.
+
+    Args:
+        values: Values, any shape.
+    """
+    return np.where(np.isfinite(values), 1.0, np.nan)

@@ -7,7 +7,16 @@ from insonify.comparison.measure import Measure
 MEASURES: tuple[str, ...] = (
     "echo_trains.EchoTrains",
     "level_against_range.LevelAgainstRange",
+    "level_against_angle.LevelAgainstAngle",
     "amplitude_distribution.AmplitudeDistribution",
+    "autocorrelation.Autocorrelation",
+    "point_spread.PointSpread",
+    "texture.Texture",
+    "contrast.Contrast",
+    "sector_coherence.SectorCoherence",
+    "noise_floor.NoiseFloor",
+    "full_scale.FullScale",
+    "detections.Detections",
 )
 """Module and class of each measure."""
 

@@ -74,7 +74,7 @@ def p_values(observed: Floats, exchanged: Floats) -> tuple[Floats, float]:
     rows = np.where(np.isfinite(exchanged[:, known]), exchanged[:, known], np.nan)
     middle, spread = np.nanmean(rows, axis=0), np.nanstd(rows, axis=0)
     spread = np.where(spread > 1e-12 * (1 + np.abs(middle)), spread, np.inf)
-    largest = np.nanmax(np.abs(rows - middle) / spread, axis=1)
+    largest = np.max(np.nan_to_num(np.abs(rows - middle) / spread), axis=1)
     score = np.abs(observed[known] - middle) / spread
     adjusted[known] = (1 + (largest[:, None] >= score).sum(axis=0)) / (1 + len(rows))
     return adjusted, float(adjusted[known].min())
