@@ -68,7 +68,7 @@ def _finding(kind: type[Measure], frame: Frame, weights: Floats, seed: int) -> F
     quantities = (*measure.quantities, *measure.distances)
     tested = np.array([quantity.tested for quantity in quantities])
     exchanged = np.concatenate(list(_exchanged(measure, frame, units, weights)))
-    adjusted, chance = p_values(np.where(tested, observed, np.nan), exchanged)
+    adjusted, chance = p_values(np.where(tested, observed, np.nan), exchanged, len(measure.distances))
     resampled = [bootstrap_weights(len(rows), seed + row) @ rows for row, rows in enumerate(units)]
     edges = interval(np.hstack([measure.estimate(resampled[0]) - measure.estimate(resampled[1]),
                                 measure.distance(*resampled)]))  # fmt: skip

@@ -11,7 +11,7 @@ BIN_DEG = 10.0
 BINS = int(180 / BIN_DEG)
 
 
-class Detections(Measure):
+class DetectedDepths(Measure):
     """Depth below the sonar, its scatter between neighbouring beams, and level, in bins of beam angle."""
 
     name = "detections"

@@ -71,7 +71,8 @@ class EchoTrains(Measure):
     def sums(self, side: Side) -> Floats:
         """Sum of intensities and number of pings at each range."""
         beam = _vertical(side)
-        rows = side.intensity[:, beam : beam + 1]
+        vertical = np.arange(side.field.shape[1])[:, None] == beam
+        rows = np.where(vertical, side.intensity, np.nan)
         counts = counted(rows)
         return np.hstack([_by_sample(side, rows), _by_sample(side, counts)])
 

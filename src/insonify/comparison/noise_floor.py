@@ -74,7 +74,7 @@ class NoiseFloor(Measure):
 
 
 def _quietest(frame: Frame) -> slice:
-    """Samples of the part of the range with the least level, of the louder recording."""
+    """Samples of the part of the range with the least level, summed over both recordings."""
     edges = np.linspace(0, frame.slant_range.size, PARTS + 1).astype(int)
     levels = np.full(PARTS, np.inf)
     for part in range(PARTS):

@@ -11,12 +11,12 @@ MEASURES: tuple[str, ...] = (
     "amplitude_distribution.AmplitudeDistribution",
     "autocorrelation.Autocorrelation",
     "point_spread.PointSpread",
-    "texture.Texture",
+    "texture.ImageTexture",
     "contrast.Contrast",
     "sector_coherence.SectorCoherence",
     "noise_floor.NoiseFloor",
     "full_scale.FullScale",
-    "detections.Detections",
+    "detections.DetectedDepths",
 )
 """Module and class of each measure."""
 

@@ -56,12 +56,13 @@ def bootstrap_weights(units: int, seed: int = 0) -> Floats:
     return np.asarray(weights / weights.mean(axis=1, keepdims=True))
 
 
-def p_values(observed: Floats, exchanged: Floats) -> tuple[Floats, float]:
+def p_values(observed: Floats, exchanged: Floats, distances: int = 0) -> tuple[Floats, float]:
     """Probabilities of differences at least as large under random exchange.
 
     Args:
         observed: Differences, shape (n,); NaN: not known.
         exchanged: Differences under exchange, shape (exchange, n).
+        distances: Number of distances among them, at the end: only large ones count.
 
     Returns:
         Probability of each difference, adjusted for their number by the largest one (Westfall & Young 1993, maxT), and
@@ -74,8 +75,10 @@ def p_values(observed: Floats, exchanged: Floats) -> tuple[Floats, float]:
     rows = np.where(np.isfinite(exchanged[:, known]), exchanged[:, known], np.nan)
     middle, spread = np.nanmean(rows, axis=0), np.nanstd(rows, axis=0)
     spread = np.where(spread > 1e-12 * (1 + np.abs(middle)), spread, np.inf)
-    largest = np.max(np.nan_to_num(np.abs(rows - middle) / spread), axis=1)
-    score = np.abs(observed[known] - middle) / spread
+    sided = (np.arange(observed.size) >= observed.size - distances)[known]
+    score, others = ((values - middle) / spread for values in (observed[known], rows))
+    score, others = (np.where(sided, values, np.abs(values)) for values in (score, others))
+    largest = np.max(np.nan_to_num(others), axis=1)
     adjusted[known] = (1 + (largest[:, None] >= score).sum(axis=0)) / (1 + len(rows))
     return adjusted, float(adjusted[known].min())
 

@@ -22,7 +22,7 @@ LEVELS = np.arange(-30.0, 12.1, 2.0)
 _RING = ((-1, -1), (-1, 0), (-1, 1), (0, 1), (1, 1), (1, 0), (1, -1), (0, -1))
 
 
-class Texture(Measure):
+class ImageTexture(Measure):
     """Spectrum of the level over range, and distances of the distributions of levels and of local patterns."""
 
     name = "texture"
