@@ -45,3 +45,25 @@ def multibeam(*, targets=(), pings=2, **changes):
         "field": "coherent",
     }  # fmt: skip
     return Scenario(**{**described, **changes})
+
+
+def aperture(*, targets=(), pings=24, **changes):
+    """Four elements on a northward line at 100 kHz, 4 m deep over a bed at 10 m, looking to starboard."""
+    described = {
+        "title": "a small aperture",
+        "water": {"sound_speed": 1500.0, "noise_level_db": None},
+        "seabed": {"depth": 10.0},
+        "targets": list(targets),
+        "sonar": {
+            "source_level_db": 200, "pulse": {"kind": "lfm", "frequency": 100e3, "bandwidth": 15e3, "duration": 0.5e-3},
+            "transmit": {"kind": "planar", "width": 0.05, "height": 0.02},
+            "receive": {"kind": "planar", "width": 0.2, "height": 0.02, "columns": 4, "rows": 1},
+            "receiver": {"record": "elements", "bandwidth": 20e3, "synthetic_aperture": 3.0},
+            "mounting": {"bearing": "90 deg", "tilt": "20 deg"},
+        },
+        "track": {"kind": "line", "start": (-1.2, 0.0, 4.0), "heading": 0.0, "speed": 1.0, "pings": pings,
+                  "interval": 0.1, "window": (0.0155, 0.024)},
+        "paths": {"max_reflections": 0, "contributions": ("target",)},
+        "field": "coherent",
+    }  # fmt: skip
+    return Scenario(**{**described, **changes})

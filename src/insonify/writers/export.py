@@ -35,6 +35,7 @@ FORMATS: dict[str, ExportFormat] = {
     "csv": ExportFormat((".csv",), "soundings as a table", "soundings.write_csv"),
     "geojson": ExportFormat((".geojson", ".json"), "soundings as points", "soundings.write_geojson"),
     "netcdf": ExportFormat((".nc",), "all of the recording", "netcdf.write_netcdf"),
+    "airsas": ExportFormat((".h5", ".hdf5"), "synthetic aperture, AirSAS layout", "airsas.write_airsas", "h5py"),
     "picture": ExportFormat((".png", ".pdf", ".svg"), "picture with axes", "picture.write_picture"),
 }
 """Formats by name; of several with one suffix, the first is written unless another is named."""

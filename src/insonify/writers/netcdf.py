@@ -17,12 +17,12 @@ def write_netcdf(survey: Survey, path: Path) -> None:
         path: File to write.
     """
     recording = survey.recording.isel(ping=survey.rows)
-    if find_spec("netCDF4") is None:
+    field = next((name for name in FIELDS if name in recording), None)
+    if find_spec("netCDF4") is None or field is None:
         write_whole(recording, path)
         return
     import netCDF4
 
-    field = next(name for name in FIELDS if name in recording)
     write_whole(recording.drop_vars(field), path)
     first = split_complex(recording[[field]].isel(ping=[0]))
     with netCDF4.Dataset(path, "a") as file:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from insonify.formats.store_description import StoreError
 from insonify.formats.zarr_store import open_recording
+from insonify.records.recording import FIELDS
 from insonify.scenario.load import parse_model
 from insonify.scenario.scenario import Scenario
 from insonify.scene.seabed_terrain import SeabedTerrain
@@ -94,7 +95,10 @@ class Survey:
 
     def amplitudes(self) -> Iterator[tuple[int, NDArray[np.float32]]]:
         """Number within the recorded pings, and rms amplitude [uPa], shape (channel, time), of each ping."""
-        field = "pressure" if "pressure" in self.recording else "intensity"
+        field = next((name for name in FIELDS if name in self.recording), "")
+        if not field:
+            raise StoreError(f"{self.name} has the lines of a recorder alone. Keep the pressure beside them in the "
+                             "scenario, or write it as netCDF (.nc)")  # fmt: skip
         sound = self.recording[field].transpose("ping", "channel", "time")
         for number, row in enumerate(self.rows):
             values = sound[int(row)].values
