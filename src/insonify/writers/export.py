@@ -35,6 +35,9 @@ FORMATS: dict[str, ExportFormat] = {
     "csv": ExportFormat((".csv",), "soundings as a table", "soundings.write_csv"),
     "geojson": ExportFormat((".geojson", ".json"), "soundings as points", "soundings.write_geojson"),
     "netcdf": ExportFormat((".nc",), "all of the recording", "netcdf.write_netcdf"),
+    "sonar-netcdf4": ExportFormat(
+        (".nc",), "samples, beams and platform, ICES convention 2.0", "sonar_netcdf4.write_sonar_netcdf4", "netCDF4"
+    ),
     "airsas": ExportFormat((".h5", ".hdf5"), "synthetic aperture, AirSAS layout", "airsas.write_airsas", "h5py"),
     "picture": ExportFormat((".png", ".pdf", ".svg"), "picture with axes", "picture.write_picture"),
 }
