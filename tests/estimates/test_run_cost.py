@@ -17,7 +17,7 @@ from insonify.estimates.run_cost import RunCost, estimate_cost, size_refusal
 from insonify.estimates.run_limits import run_refusal
 from insonify.simulator import build_simulator
 from insonify.sonar import two_way_beam
-from insonify.synthesis import direction_grid
+from insonify.synthesis import direction_grid, waveform_basis
 from oracles.arrays import heard_by_elements, line_of
 from oracles.scenes import nominal
 
@@ -184,6 +184,20 @@ def test_an_estimate_of_many_beams_measures_each_once_and_fits_none(monkeypatch)
     receive = {"kind": "line", "length": 0.41, "steer": fan}
     scenario = nominal(sonar={"receive": receive}, targets=[body], track={"window": (0.02, 0.1), "pings": 9})
     assert estimate_cost(scenario).seconds > 1 and len(measured) == 501
+
+
+def test_an_estimate_asks_for_the_doppler_of_a_fan_at_one_ping(monkeypatch):
+    """Two sides that roll past a target: directions in the beams, all around, are found at one ping, not at nine."""
+    found, directions = [], waveform_basis._largest_gain
+    monkeypatch.setattr(waveform_basis, "_largest_gain", lambda *ends: found.append(1) or directions(*ends))
+    sonar = {"receive": {"kind": "line", "length": 0.41, "steer": {"from": "-50 deg", "to": "50 deg", "step": "5 deg"}}}
+    roll = {"roll": {"rms": 0.05, "period": 2.0}}
+    track = {"kind": "line", "start": (0, 0, 11.0), "speed": 2.0, "pings": 9, "interval": 0.3, "motion": roll}
+    body = {"shape": "box", "size": (2, 1, 1), "position": (0, 40)}
+    scenario = nominal(sonar=sonar | SIDES, targets=[body]).with_(track=track | {"window": (0.02, 0.1)})
+    waveform_basis._DIRECTION_CACHE.clear()
+    found.clear()
+    assert estimate_cost(scenario).seconds > 1 and len(found) == 4
 
 
 def test_water_is_counted_once_by_a_check(monkeypatch):

@@ -311,7 +311,10 @@ def _on_targets(simulator: Simulator, *, label: bool = False) -> PingWork:
     pings = sorted(set(np.linspace(0, scenario.track.ping_count - 1, looks).round().astype(int).tolist()))
     pieces: list[float] = []
     fullest: tuple[float, PingGeometry | None] = (0.0, None)
-    for ping_geometry in (side for ping in pings for side in simulator.ping_geometries(ping)):
+    sides = simulator.ping_geometries(pings[0])
+    prices = [_pair_seconds(simulator, side, label=label) for side in sides] * len(pings)
+    looked_at = [side for ping in pings for side in simulator.ping_geometries(ping)]
+    for ping_geometry, pair_seconds in zip(looked_at, prices, strict=True):
         seen = ping_scatterers(scene, scenario.paths, scenario.seed, ping_geometry, simulator.engine.rays)
         pieces = pieces or [
             one for part, each in parts for one in solid_pieces(part, ping_geometry, seen.resolution) * round(each)
@@ -326,7 +329,7 @@ def _on_targets(simulator: Simulator, *, label: bool = False) -> PingWork:
         total += points
         fullest = max(fullest, (points, ping_geometry), key=lambda one: one[0])
         seconds += points * sum(_legs(simulator, ping_geometry, name) for name in kept)
-        seconds += facing * len(kept) ** 2 * _pair_seconds(simulator, ping_geometry, label=label)
+        seconds += facing * len(kept) ** 2 * pair_seconds
     most, fullest_geometry = fullest
     if fullest_geometry is None:
         return PingWork(pieces=tuple(pieces))

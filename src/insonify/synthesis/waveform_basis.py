@@ -205,10 +205,8 @@ def _insonified_directions(
         )
         level = np.cos(down)
         direction = np.stack([level * np.cos(azimuth), level * np.sin(azimuth), np.sin(down)], axis=-1).reshape(-1, 3)
-        transmit_gain = np.abs(transmit_beams.gain(direction)).max(axis=0)
-        receive_gain = (
-            np.ones(len(direction)) if receive_beams is None else np.abs(receive_beams.gain(direction)).max(axis=0)
-        )
+        transmit_gain = _largest_gain(transmit_beams, direction)
+        receive_gain = np.ones(len(direction)) if receive_beams is None else _largest_gain(receive_beams, direction)
         gains = (
             (transmit_gain, receive_gain)
             if is_bistatic
@@ -220,6 +218,12 @@ def _insonified_directions(
         # the cached beams keep their tables alive, so that no other table takes their identity
         cached = _DIRECTION_CACHE[key] = transmit_directions, receive_directions, ends
     return cached[:2]
+
+
+def _largest_gain(beams: Beams, direction: Floats) -> Floats:
+    """Largest gain of any beam in some directions, shape (n,)."""
+    gain = beams.gain(direction)
+    return np.maximum(gain.max(axis=0), -gain.min(axis=0))
 
 
 def _extremes(values: Floats) -> Floats:
