@@ -12,6 +12,7 @@ from insonify.simulator import arrivals, simulate
 from insonify.validity import PhysicsWarning
 from oracles.listening import relative_rms
 from oracles.scenes import each_ping, nominal, point
+from oracles.traced import FRACTAL
 
 CALM = {"reflection": "explicit", "swell": {"height": 1e-8, "length": 30.0}}
 SWELL = {"reflection": "explicit", "swell": {"height": 0.3, "length": 30.0}, "wave_direction": 1.3}
@@ -92,9 +93,7 @@ def test_the_mean_of_coherent_pings_is_the_incoherent_reading(surface):
 
 
 def test_waves_refuse_what_they_cannot_follow():
-    """Layered water, and legs with two surface bounces: each with the way out."""
-    with pytest.raises(ValueError, match=r"needs straight rays.*reflection: statistical"):
-        nominal(surface=WINDY, water={"profile": {"depth": [0.0, 20.0], "speed": [1500.0, 1490.0]}})
+    """Legs with two surface bounces, with the way out."""
     with pytest.raises(ValueError, match=r"SBS has more.*families: \[D, S, B, SB, BS"):
         nominal(surface=WINDY, paths={"max_reflections": 3})
 
@@ -122,3 +121,34 @@ def test_one_swell_along_a_path_has_the_curvature_ratio_of_the_design():
     scenario = nominal(surface=swell, paths={"families": ["S"]}, track={"window": (0.1, 2 * 153.3 / 1500)})
     across, _ = wave_focusing(explicit_waves(scenario.surface, 1, 20.0), scenario, 11.0)
     assert across * np.sqrt(2) / (31 / 153.3) ** 2 == pytest.approx(1.0, rel=0.1)
+
+
+def everything(top, bottom):
+    """A box on fractal ground under drawn waves in water of one gradient, 62 m away."""
+    water = {"noise_level_db": None, "profile": [[0.0, top], [8.0, top], [20.0, bottom]]}
+    return nominal(
+        water=water, surface={**WINDY, "swell": SWELL["swell"]}, box={"position": (0.0, 62.0)},
+        seabed={"relief": [FRACTAL], "cutoff_wavelength": 2.0},
+        track={"window": (0.083, 0.0841)}, line={"length": 1.0}, paths={"max_reflections": 1},
+    )  # fmt: skip
+
+
+@pytest.mark.slow
+def test_everything_at_once_is_one_coherent_run():
+    """Layers, fractal ground, wind waves, swell and a box: paths of both families off the ground and the box."""
+    scenario = everything(1510.0, 1490.0)
+    sound = simulate(scenario, threads=2)["pressure"].values
+    np.testing.assert_array_equal(sound, simulate(scenario, threads=1)["pressure"].values)
+    assert np.all(np.isfinite(sound)) and np.abs(sound).min() > 0
+    found = arrivals(scenario)
+    paths = {(str(thing), str(out)) for thing, out in zip(found.object, found.transmit_family, strict=True)}
+    assert {(thing, family) for thing in ("seabed", "box") for family in "DS"} <= paths
+
+
+@pytest.mark.slow
+def test_hardly_layered_water_sounds_like_water_of_one_speed():
+    """A gradient of 1 mm/s over 12 m: the same bounces, folds and glints as by straight rays, within 2 %."""
+    layered = everything(1500.001, 1500.0)
+    straight = layered.with_("water", {"noise_level_db": None, "sound_speed": 1500.0005})
+    one, other = (simulate(scenario)["pressure"].values for scenario in (layered, straight))
+    assert relative_rms(one, other) < 0.02

@@ -295,6 +295,9 @@ def _legs(simulator: Simulator, ping_geometry: PingGeometry, family: str, *, fit
         each += unit_costs.SECONDS_PER_FIT * fitted
     if "S" in family and scenario.surface.reflection == "explicit":
         each += unit_costs.SECONDS_PER_WAVE_LEG
+        if scenario.water.profile is not None and scenario.water.layered:
+            knots = len(scenario.water.profile.depth)
+            each += unit_costs.SECONDS_PER_REFRACTED_WAVE_LEG + knots * unit_costs.SECONDS_PER_WAVE_LEG_KNOT
     elif scenario.field == "coherent" and scenario.scene.is_rough((family,)):
         each += unit_costs.SECONDS_PER_GLINT
     return each * (1 if ping_geometry.is_monostatic else 2)

@@ -37,6 +37,8 @@ SECONDS_PER_FIT, SECONDS_PER_GLINT = 2.2e-6, 1.7e-6
 """One leg off the planes of its own bounces, over relief, and the glints of one [s]."""
 SECONDS_PER_WAVE_LEG = 25e-6
 """One leg off explicit waves: all its bounce points are searched for [s]."""
+SECONDS_PER_REFRACTED_WAVE_LEG, SECONDS_PER_WAVE_LEG_KNOT = 20e-6, 1.5e-6
+"""More of it in layered water, and for each knot of the profile [s]."""
 SECONDS_PER_REFRACTED_LEG = 0.5e-6
 """One leg of refracted rays, more than a straight one [s]."""
 SECONDS_PER_RAY = 6.5e-6

@@ -20,6 +20,12 @@ from insonify.propagation._explicit_surface_kernel import (
     surface_derivatives,
     surface_derivatives_along,
 )
+from insonify.propagation._layered_surface_path_kernel import (
+    SurfaceWater,
+    bounce_range_for_slope_in_layers,
+    mean_slowness,
+    refracted_derivatives,
+)
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -36,11 +42,11 @@ FARTHEST = 3.0
 COLUMNS = 14
 """Columns of a bounce point, in this order.
 
-North, east, height [m]; distances before and after it [m]; cosine between the path and the surface's normal, times the
-length of the normal that has 1 upwards; mean of height over distance [1]; curvature of the path along the axis where it
-is weakest, and along the other [1/m]; fourth derivatives along both by the waves [1/m^3]; gradient [1]: 0, but for a
-fold in whose shadow the end lies, which has its third derivative [1/m^2] in place of the first fourth one; weak
-axis, north and east [1].
+North, east, height [m]; distances before and after it, in layered water travel times times the speed at the surface
+[m]; cosine between the path and the surface's normal, times the length of the normal that has 1 upwards; mean of height
+over distance [1]; curvature of the path along the axis where it is weakest, and along the other [1/m]; fourth
+derivatives along both by the waves [1/m^3]; gradient [1]: 0, but for a fold in whose shadow the end lies, which has its
+third derivative [1/m^2] in place of the first fourth one; weak axis, north and east [1].
 """
 NONE, THERE, LIT = 0, 1, 2
 """Results of `refine_bounce_point`: nothing; a bounce; a fold on its bright side, with two bounces."""
@@ -61,6 +67,8 @@ class SurfaceLeg(NamedTuple):
     """True if the sound comes from the start."""
     waves: Floats
     """Waves, as for `surface_derivatives`, (5, m)."""
+    water: SurfaceWater
+    """The water; without knots, of one sound speed."""
 
 
 class BounceSearch(NamedTuple):
@@ -127,6 +135,10 @@ def surface_and_paths(north: float, east: float, leg: SurfaceLeg) -> SurfaceAndP
     slow = leg.slowness / before
     time = leg.time + leg.slowness * before
     sea = surface_derivatives(north, east, time, slow * dn, slow * de, leg.waves)
+    water = leg.water
+    if water.depth.size:
+        one = refracted_derivatives(an, ae, start[2], 0, sea, water)
+        return sea, one, refracted_derivatives(bn, be, end[2], 1, sea, water), time
     return sea, end_to_surface_path(an, ae, start[2], sea), end_to_surface_path(bn, be, end[2], sea), time
 
 
@@ -249,6 +261,7 @@ def search_bounce_points(leg: SurfaceLeg, search: BounceSearch, seeds: Floats, f
         Number of both.
     """
     start, end, step, wavenumber = leg.start, leg.end, search.step, search.wavenumber
+    leg.water.last[:] = 0.0
     north, east = end[0] - start[0], end[1] - start[1]
     far = math.hypot(north, east)
     ahead_n, ahead_e = (north / far, east / far) if far > 1e-6 else (1.0, 0.0)
@@ -256,10 +269,12 @@ def search_bounce_points(leg: SurfaceLeg, search: BounceSearch, seeds: Floats, f
     sine = max((start[2] + end[2]) / math.hypot(far, start[2] + end[2]), 1e-3)
     sharp = search.slope * (math.pi / 4 / step) ** 2  # of the slope, at most, along the track
     steep = search.slope + min(FARTHEST * (sine * sharp / wavenumber**2) ** (1 / 3) / (2 * sine), search.slope)
-    one, two = (
-        bounce_range_for_slope(steep, far, start[2], end[2]),
-        bounce_range_for_slope(-steep, far, start[2], end[2]),
-    )
+    if leg.water.depth.size:
+        one = bounce_range_for_slope_in_layers(steep, far, start[2], end[2], leg.water)
+        two = bounce_range_for_slope_in_layers(-steep, far, start[2], end[2], leg.water)
+    else:
+        one = bounce_range_for_slope(steep, far, start[2], end[2])
+        two = bounce_range_for_slope(-steep, far, start[2], end[2])
     low, high = min(one, two) - step, max(one, two) + step
     nodes = min(max(int((high - low) / step) + 2, 3), MOST_NODES)
     pitch = (high - low) / (nodes - 1)
@@ -309,6 +324,7 @@ def refine_bounce_point(
         NONE, THERE or LIT. A fold exists where the end lies in its shadow, but not deeply.
     """
     moved, stride = math.inf, search.step
+    leg.water.last[:] = 0.0  # the result depends on this search alone
     for _ in range(STEPS):
         sea, one, two, time = surface_and_paths(north, east, leg)
         gn, ge = one[1] + two[1], one[2] + two[2]
@@ -385,7 +401,7 @@ def _bounce_strength(point: Floats) -> float:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def bounce_points(
-    start: Floats, ends: LegEnds, slowness: float, is_transmit: bool, waves: Floats, search: BounceSearch,
+    start: Floats, ends: LegEnds, is_transmit: bool, waves: Floats, water: SurfaceWater, search: BounceSearch,
     count: Integers, stationary_points: Floats,
 ) -> None:  # fmt: skip
     """All bounce points of the paths from one position to many ends, and the folds in whose shadow they lie.
@@ -393,22 +409,26 @@ def bounce_points(
     Args:
         start: North, east and unfolded depth of the position [m], shape (3,).
         ends: The n ends.
-        slowness: Slowness of sound [s/m].
         is_transmit: True if sound comes from the start.
         waves: Waves, as for `surface_derivatives`.
+        water: The water; without knots, of one sound speed.
         search: Extent and resolution.
         count: Filled with the number of bounce points of each end, shape (n,).
         stationary_points: Filled with their columns, nearest to the start first, shape (n, most, COLUMNS).
     """
     seeds, folds = np.empty((2, 4 * stationary_points.shape[1])), np.empty((2, 4 * stationary_points.shape[1]))
-    point = np.empty(COLUMNS)
+    point, slowness = np.empty(COLUMNS), water.slowness
     for group in range(ends.first.size - 1):
         middle = ends.group_position[group]
-        shared = SurfaceLeg(start, middle, ends.group_time[group], slowness, is_transmit, waves)
+        if water.depth.size:  # the same for all ends of the group, whose depths hardly differ
+            slowness = mean_slowness(start[2], water.bottom_before, water) if is_transmit else (
+                mean_slowness(middle[2], water.bottom_after, water)
+            )  # fmt: skip
+        shared = SurfaceLeg(start, middle, ends.group_time[group], slowness, is_transmit, waves, water)
         many, dark = search_bounce_points(shared, search, seeds, folds)
         for k in range(ends.first[group], ends.first[group + 1]):
             n = ends.order[k]
-            leg = SurfaceLeg(start, ends.position[n], ends.time[n], slowness, is_transmit, waves)
+            leg = SurfaceLeg(start, ends.position[n], ends.time[n], slowness, is_transmit, waves, water)
             count[n] = 0
             for seed in range(many + dark):
                 place = seeds[:, seed] if seed < many else folds[:, seed - many]

@@ -7,6 +7,9 @@ Airy function limits both. Waves too short to be explicit reduce each leg to its
 `glints`.
 
 Waves are slow compared with sound: each bounce is evaluated on the surface frozen at the time of reflection.
+
+In layered water the length is the travel time times the speed at the surface, by refracted rays to both ends. Rays that
+turn before or after the surface keep the bounce of a calm one.
 """
 
 import math
@@ -21,10 +24,20 @@ from insonify.ocean.directional_spreading import ElfouhailySpreading
 from insonify.ocean.elfouhaily import Elfouhaily
 from insonify.ocean.sea_surface import SeaSurface
 from insonify.ocean.wave_spectrum import angular_frequency
+from insonify.propagation._layered_surface_path_kernel import SurfaceWater, bounce_rays
 from insonify.propagation._stationary_point_kernel import COLUMNS, BounceSearch, LegEnds, bounce_points
 from insonify.propagation.caustic import merging_factor
 from insonify.propagation.families import bounce_sequence
-from insonify.propagation.glints import GlintBouncePoints, GlintSurface, SonarEnd, leg_rows, update_grazing
+from insonify.propagation.glints import (
+    LEG_COLUMNS,
+    GlintBouncePoints,
+    GlintSurface,
+    SonarEnd,
+    calm_grazing_sine,
+    leg_rows,
+    update_grazing,
+)
+from insonify.propagation.sound_speed_layers import scene_layers
 from insonify.propagation.wind_waves import shortest_wavenumber, wind_waves
 from insonify.records.legs import Legs, LegStatus
 from insonify.scene.scatterer_grid import ScattererGrid
@@ -95,6 +108,17 @@ def explicit_waves(surface: Surface, seed: int, water_depth: float) -> ExplicitW
     return ExplicitWaves(np.ascontiguousarray(waves), slope, min(lengths))
 
 
+class SurfaceRays(NamedTuple):
+    """Refracted rays of one family's legs, in units of the speed at the surface."""
+
+    rays: Floats
+    """Product of both spreading distances [m^2], length [m], slowness before and after, (n, the greatest count, 4)."""
+    calm: Floats
+    """Off a calm surface: spreading distance, length [m], slowness, travel time [m], 0 for none, shape (n, 4)."""
+    speed: float
+    """Sound speed at the surface [m/s]."""
+
+
 class SurfaceBouncePoints(NamedTuple):
     """Bounce points of one family's legs."""
 
@@ -106,6 +130,8 @@ class SurfaceBouncePoints(NamedTuple):
     """North and east of the sonar from the sea's origin, depth with bottom bounces unfolded [m], shape (3,)."""
     point_positions: Floats
     """North, east and unfolded depth of the points [m], shape (n, 3)."""
+    refracted: SurfaceRays | None = None
+    """Rays in layered water; None: straight ones."""
 
 
 def find_bounce_points(
@@ -119,7 +145,7 @@ def find_bounce_points(
         family: Name of the family.
         scatterers: Ends of the legs.
         sonar_end: End of the sonar at which the legs begin.
-        scene: The scene, with one sound speed.
+        scene: The scene.
         frequency: Frequency of the sound [Hz].
         is_transmit_leg: True for transmit legs, False for receive legs.
         max_count: Largest number of bounce points for one leg.
@@ -129,7 +155,10 @@ def find_bounce_points(
     origin = np.array([*scene.seabed.scatterer_grid.origin, 0.0])
     speed = float(scene.water.sound_speed_at(sonar_end.position[2]))
     size = sea.shortest_wavelength / SHARED
-    cells = _cells(scatterers.position, scene.seabed.scatterer_grid, size)
+    positions, water = scatterers.position, _surface_water(scene, speed, before > 0, after > 0)
+    if water.depth.size:
+        positions = np.column_stack([positions[:, :2], np.clip(positions[:, 2], 0.0, water.depth[-1])])
+    cells = _cells(positions, scene.seabed.scatterer_grid, size)
 
     def node_values(places: Floats) -> tuple[Floats, Floats]:
         there = 0.0 if is_transmit_leg else np.linalg.norm(places - sonar_end.transmit_position, axis=1) / speed
@@ -139,14 +168,20 @@ def find_bounce_points(
 
     start = sonar_end.position - origin
     start[2] = _unfolded_depth(sonar_end.position[2], before, bed)
-    ends, base = node_values(scatterers.position)
+    ends, base = node_values(positions)
     count, at = np.zeros(len(ends), np.int64), np.empty((len(ends), max_count, COLUMNS))
     groups = LegEnds(ends, base, cells.first_row, cells.order, *node_values(cells.centre))
-    search = BounceSearch(sea.max_slope, sea.shortest_wavelength / NODES, size, 2 * math.pi * frequency / speed)
-    bounce_points(start, groups, 1 / speed, is_transmit_leg, sea.waves, search, count, at)
+    at_surface = float(water.speed[0]) if water.depth.size else speed
+    search = BounceSearch(sea.max_slope, sea.shortest_wavelength / NODES, size, 2 * math.pi * frequency / at_surface)
+    bounce_points(start, groups, is_transmit_leg, sea.waves, water, search, count, at)
     at = at[:, : max(1, int(count.max(initial=0)))].copy()
     at[np.arange(at.shape[1]) >= count[:, None]] = 1.0
-    return SurfaceBouncePoints(count, at, start, ends)
+    if not water.depth.size:
+        return SurfaceBouncePoints(count, at, start, ends)
+    rays, calm = np.empty((*at.shape[:2], 4)), np.empty((len(ends), 4))
+    bounce_rays(start, ends, at, water, rays, calm)
+    count[calm[:, 3] == 0] = 0
+    return SurfaceBouncePoints(count, at, start, ends, SurfaceRays(rays, calm, at_surface))
 
 
 def explicit_surface_legs(
@@ -156,7 +191,7 @@ def explicit_surface_legs(
 
     Args:
         legs: Legs off a flat surface, f families to n points, with at most one surface bounce each.
-        scene: The scene, with one sound speed.
+        scene: The scene.
         seed: Seed of the scenario.
         scatterers: Ends of the legs.
         frequency: Frequency of the sound [Hz].
@@ -168,6 +203,8 @@ def explicit_surface_legs(
     touched = [row for row, family in enumerate(legs.families) if "S" in bounce_sequence(family)]
     if not touched:
         return legs, legs
+    if scene.water.layered:
+        legs, touched = _rising_rays_apart(legs)
     sea = explicit_waves(scene.surface, seed, scene.seabed.depth)
     ways = []
     for out in (True, False):
@@ -177,7 +214,7 @@ def explicit_surface_legs(
             )
             for row in touched
         }
-        moved, sines, place = _moved(legs, found, scene, scatterers, frequency)
+        moved, sines, place = _moved(legs, found, scene, scatterers, frequency, float(sonar_end.position[2]))
         rough = _with_rough_reflection(
             moved, sines, GlintBouncePoints(place, APART * sea.shortest_wavelength), scene, seed, scatterers,
             frequency, sonar_end,
@@ -186,34 +223,70 @@ def explicit_surface_legs(
     return ways[0], ways[1]
 
 
+def _rising_rays_apart(legs: Legs) -> tuple[Legs, list[int]]:
+    """Legs whose rays that do not turn have a row of their own, and the rows of those off the surface.
+
+    Only rays of S turn, before the surface or after it: those leave downwards or arrive upwards.
+    """
+    rising = (legs.departure[..., 2] < 0) & (legs.arrival[..., 2] > 0) & (legs.status < LegStatus.SHADOW)
+    rows: list[int] = []
+    touched: list[int] = []
+    for family in dict.fromkeys(legs.families):
+        mine = [row for row, name in enumerate(legs.families) if name == family]
+        turned = [row for row in mine if family == "S" and np.any(~rising[row] & (legs.status[row] < LegStatus.SHADOW))]
+        touched += [len(rows)] if "S" in bounce_sequence(family) else []
+        rows += mine[:1] + turned if family == "S" else mine
+    apart = leg_rows(legs, rows)
+    if "S" not in legs.families:
+        return apart, touched
+    first, mine = rows.index(legs.families.index("S")), [r for r, name in enumerate(legs.families) if name == "S"]
+    source, points = np.array(mine)[np.argmax(rising[mine], axis=0)], np.arange(rising.shape[1])
+    for name in (*LEG_COLUMNS, "caustic"):
+        column = getattr(apart, name)
+        if column is not None:
+            column[first] = getattr(legs, name)[source, points]
+    if apart.aperture_expansion is not None and legs.aperture_expansion is not None:
+        apart.aperture_expansion[first] = legs.aperture_expansion[source, :, points].T
+    gone = [(first, ~rising[mine].any(axis=0))]
+    gone += [(to, rising[row]) for to, row in enumerate(rows) if to > first and legs.families[row] == "S"]
+    for row, which in gone:
+        apart.status[row][which], apart.visibility[row][which] = LegStatus.SHADOW, 0.0
+    return apart, touched
+
+
 def _moved(
-    legs: Legs, surface_points: dict[int, SurfaceBouncePoints], scene: Scene, scatterers: Scatterers, frequency: float
-) -> tuple[Legs, Floats, Floats]:
+    legs: Legs, surface_points: dict[int, SurfaceBouncePoints], scene: Scene, scatterers: Scatterers, frequency: float,
+    sonar_depth: float,
+) -> tuple[Legs, Floats, Floats]:  # fmt: skip
     """Legs with one row for each bounce point off the surface, sine of the grazing angle and position of the bounce."""
     rows: list[int] = []
     number: list[int] = []
-    for row in range(len(legs.families)):
-        many = max(1, int(surface_points[row].bounce_count.max(initial=0))) if row in surface_points else 1
+    for row, family in enumerate(legs.families):
+        bounced = row in surface_points
+        many = max(1, int(surface_points[row].bounce_count.max(initial=0))) if bounced else 1
         rows += [row] * many
-        number += range(many)
+        first = sum(legs.families[other] == family for other in rows[:-many])
+        number += range(first, first + many)
     moved = replace(leg_rows(legs, rows), branch=tuple(number))
-    caustic = np.ones(moved.delay.shape, complex)
+    caustic = np.ones(moved.delay.shape, complex) if moved.caustic is None else moved.caustic
     moved = replace(moved, caustic=caustic)
     sines, place = np.full(moved.delay.shape, 1e-6), np.zeros((*moved.delay.shape, 2))
     wavenumber = 2 * math.pi * frequency / float(scene.water.sound_speed_at(0.0))
     spread = {row: bounce_spreading(one, wavenumber) for row, one in surface_points.items()}
     for to, (row, branch) in enumerate(zip(rows, number, strict=True)):
         if row in surface_points:
-            there = surface_points[row].bounce_count > branch
+            there = (surface_points[row].bounce_count > branch) & (legs.status[row] < LegStatus.SHADOW)
             sines[to] = np.where(there, surface_points[row].points[:, branch, _SINE], sines[to])
             place[to] = surface_points[row].points[:, branch, _NORTH : _EAST + 1]
             strength = spread[row][there, branch]
-            moved.spreading[to, there] *= np.abs(strength) * np.linalg.norm(_level(surface_points[row], there), axis=1)
+            moved.spreading[to, there] *= np.abs(strength) * _calm_distance(surface_points[row], there)
             caustic[to, there] = strength / np.abs(strength)
             _bounce(moved, to, surface_points[row], branch, there, scene)
             update_grazing(moved, to, scatterers.normal)
             moved.status[to][~there] = LegStatus.SHADOW
             moved.visibility[to][~there] = 0.0
+        elif "S" in bounce_sequence(legs.families[row]):  # rays that turn
+            sines[to] = calm_grazing_sine(legs, row, scene, sonar_depth)
     return moved, sines, place
 
 
@@ -227,35 +300,72 @@ def _bounce(
     at = surface_points.points[has_bounce, branch].T
     point = np.stack([at[_NORTH], at[_EAST], -at[_HEIGHT]], axis=1)
     plain = _level(surface_points, has_bounce)
-    level = np.linalg.norm(plain, axis=1)
-    length = legs.length[row, has_bounce] + (at[_BEFORE] + at[_AFTER] - level)
-    legs.delay[row, has_bounce] *= length / legs.length[row, has_bounce]
-    legs.absorption[row, has_bounce] *= legs.absorption[row, has_bounce] ** (length / legs.length[row, has_bounce] - 1)
-    legs.caustics[row, has_bounce] = ((at[_WEAK] < 0) & (at[_GRADIENT] == 0)).astype(np.uint8) + (at[_STRONG] < 0)
-    legs.length[row, has_bounce] = length
-    string = bounce_sequence(legs.families[row])
+    string, refracted = bounce_sequence(legs.families[row]), surface_points.refracted
     before = string.index("S")
     after = len(string) - 1 - before
     steep = [legs.departure[row, has_bounce, 2], legs.arrival[row, has_bounce, 2]]
-    plain /= level[:, None]
-    for column, way, mirror, bottoms in (
-        (legs.departure, (point - surface_points.sonar_position) / at[_BEFORE, :, None], plain, before),
-        (
-            legs.arrival,
-            (surface_points.point_positions[has_bounce] - point) / at[_AFTER, :, None],
-            plain * (1, 1, -1),
-            after,
-        ),
-    ):
+    if refracted is None:
+        level = np.linalg.norm(plain, axis=1)
+        length = legs.length[row, has_bounce] + (at[_BEFORE] + at[_AFTER] - level)
+        legs.delay[row, has_bounce] *= length / legs.length[row, has_bounce]
+        plain /= level[:, None]
+        ways = (point - surface_points.sonar_position) / at[_BEFORE, :, None], plain
+        onward = (surface_points.point_positions[has_bounce] - point) / at[_AFTER, :, None], plain * (1, 1, -1)
+    else:
+        rays, calm = refracted.rays[has_bounce, branch], refracted.calm[has_bounce]
+        length = legs.length[row, has_bounce] + rays[:, 1] - calm[:, 1]
+        legs.delay[row, has_bounce] += (at[_BEFORE] + at[_AFTER] - calm[:, 3]) / refracted.speed
+        ways, onward = _refracted_directions(
+            surface_points, rays, calm, point, plain, has_bounce, (before, after), scene
+        )
+    legs.absorption[row, has_bounce] *= legs.absorption[row, has_bounce] ** (length / legs.length[row, has_bounce] - 1)
+    legs.caustics[row, has_bounce] = ((at[_WEAK] < 0) & (at[_GRADIENT] == 0)).astype(np.uint8) + (at[_STRONG] < 0)
+    legs.length[row, has_bounce] = length
+    for column, (way, mirror), bottoms in ((legs.departure, ways, before), (legs.arrival, onward, after)):
         turned = column[row, has_bounce] + (way - mirror) * (1, 1, (-1) ** bottoms)
         column[row, has_bounce] = turned / np.linalg.norm(turned, axis=1, keepdims=True)
     departure, arrival = legs.departure[row, has_bounce], legs.arrival[row, has_bounce]
     # The bottom's coefficient follows the changed angle of incidence.
-    for count, old, new in ((before, steep[0], departure[:, 2]), (after, steep[1], arrival[:, 2])):
+    for count, old, new, side in ((before, steep[0], departure[:, 2], 2), (after, steep[1], arrival[:, 2], 3)):
         if count:
+            if refracted is not None:
+                bent = float(scene.water.sound_speed_at(scene.seabed.depth)) / refracted.speed
+                old, new = (np.sqrt(np.maximum(1 - (bent * p) ** 2, 0.0)) for p in (calm[:, 2], rays[:, side]))
             was, now = (scene.seabed.reflection_coefficient(np.arcsin(np.minimum(np.abs(z), 1.0))) for z in (old, new))
             ratio = np.divide(now, was, out=np.zeros_like(now), where=was != 0)
             legs.reflection_coefficient[row, has_bounce] *= ratio**count
+
+
+def _refracted_directions(
+    surface_points: SurfaceBouncePoints, rays: Floats, calm: Floats, point: Floats, plain: Floats,
+    has_bounce: NDArray[np.bool_], bottoms: tuple[int, int], scene: Scene,
+) -> tuple[tuple[Floats, Floats], tuple[Floats, Floats]]:  # fmt: skip
+    """Directions at the sonar by the bounce and off a calm surface, and both at the points; bottoms unfolded."""
+    assert surface_points.refracted is not None
+    ends, bed, at_surface = (
+        surface_points.point_positions[has_bounce],
+        scene.seabed.depth,
+        surface_points.refracted.speed,
+    )
+    found = []
+    for side, position, count in ((0, surface_points.sonar_position, bottoms[0]), (1, ends, bottoms[1])):
+        depth = np.asarray(position)[..., 2]
+        ratio = scene.water.sound_speed_at(2 * bed - depth if count else depth) / at_surface
+        sense = -1.0 if side == 0 else 1.0
+        pair = []
+        for slowness, ahead in ((rays[:, 2 + side], -sense * (point - position)[:, :2]), (calm[:, 2], plain[:, :2])):
+            level = np.minimum(slowness * ratio, 1.0)
+            along = ahead / np.maximum(np.linalg.norm(ahead, axis=1), 1e-12)[:, None]
+            pair.append(np.column_stack([along * level[:, None], sense * np.sqrt(1 - level**2)]))
+        found.append((pair[0], pair[1]))
+    return found[0], found[1]
+
+
+def _calm_distance(surface_points: SurfaceBouncePoints, has_bounce: NDArray[np.bool_]) -> Floats:
+    """Spreading distance of some points off a flat surface [m]."""
+    if surface_points.refracted is not None:
+        return surface_points.refracted.calm[has_bounce, 0]
+    return np.asarray(np.linalg.norm(_level(surface_points, has_bounce), axis=1))
 
 
 def _level(surface_points: SurfaceBouncePoints, has_bounce: NDArray[np.bool_]) -> Floats:
@@ -293,7 +403,8 @@ def bounce_spreading(surface_points: SurfaceBouncePoints, wavenumber: float) -> 
     along = _axis_factor(curved, np.where(dark, 0.0, fourth), wavenumber, _merging_factors(at, dark, wavenumber))
     beyond = dark & (np.arange(at.shape[1]) < surface_points.bounce_count[:, None])
     along[beyond] = _beyond(gradient[beyond], fourth[beyond], wavenumber)
-    return np.asarray(cosine / (before * after) * along * _axis_factor(strong, aside, wavenumber, None))
+    both = before * after if surface_points.refracted is None else surface_points.refracted.rays[..., 0]
+    return np.asarray(cosine / both * along * _axis_factor(strong, aside, wavenumber, None))
 
 
 def _axis_factor(
@@ -366,6 +477,18 @@ def _with_rough_reflection(
     waves = wind_waves(wind, finest, drawn)
     sea = GlintSurface(scene, seed, frequency, waves, grazing_sines=sines, bounce_points=bounced)
     return sea.legs(legs, scatterers, sonar_end)
+
+
+def _surface_water(scene: Scene, speed: float, bottom_before: bool, bottom_after: bool) -> SurfaceWater:
+    """Water of the paths of one family; without knots where it has one sound speed."""
+    if not scene.water.layered:
+        return SurfaceWater(
+            np.zeros(0), np.zeros(0), 1 / speed, scene.seabed.depth, bottom_before, bottom_after, np.zeros(2)
+        )
+    layers = scene_layers(scene)
+    return SurfaceWater(
+        layers.depth, layers.speed, 1 / speed, layers.bottom_reflection_depth, bottom_before, bottom_after, np.zeros(2)
+    )  # fmt: skip
 
 
 def _unfolded_depth(depth: Floats, bottom_bounces: int, bed: float) -> Floats:

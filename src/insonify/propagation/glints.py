@@ -64,10 +64,11 @@ FAINT = 1e-3
 """Coherent part of a leg below which it is neglected [1]."""
 RAMP = STAGGER + 1
 """Fourth counter of the random numbers for a glint's phase gradient over the surface."""
-_ROWS = (
+LEG_COLUMNS = (
     "delay", "length", "spreading", "absorption", "reflection_coefficient", "caustics", "visibility", "departure",
     "arrival", "grazing", "status", "occluder",
 )  # fmt: skip
+"""Columns of legs that every row has."""
 
 
 class SonarEnd(NamedTuple):
@@ -223,9 +224,11 @@ class GlintSurface:
         none = np.zeros(count)
         phase, quanta, loss = none, none, np.ones(count)
         if self.waves is not None and "S" in string:
-            sine = self._grazing_sine(legs, row, sonar_end, 0.0) if self.grazing_sines is None else (
-                self.grazing_sines[row]
-            )  # fmt: skip
+            sine = (
+                calm_grazing_sine(legs, row, self.scene, float(sonar_end.position[2]))
+                if self.grazing_sines is None
+                else self.grazing_sines[row]
+            )
             at_surface, bounces = float(self.scene.water.sound_speed_at(0.0)), string.count("S")
             phase = 4 * math.pi * self.frequency / at_surface * sine
             wind = self.scene.surface.wind_speed
@@ -235,19 +238,13 @@ class GlintSurface:
         if self.bed is None or "B" not in string:
             return CoherentReflection(phase, none, none, quanta, loss)
         depth, bounces = self.scene.seabed.depth, string.count("B")
-        sine = self._grazing_sine(legs, row, sonar_end, depth)
+        sine = calm_grazing_sine(legs, row, self.scene, float(sonar_end.position[2]), depth)
         bed_phase = 4 * math.pi * self.frequency / float(self.scene.water.sound_speed_at(depth)) * sine
         longer, _ = self.bed.longer_waves(legs.families[row], float(sonar_end.position[2]), legs.length[row], sine)
         added, taken = self.bed.mean_quanta(bed_phase, sine, longer)
         return CoherentReflection(
             phase, bed_phase, longer, quanta + bounces * added, loss * (1 - taken) ** (bounces / 2)
         )
-
-    def _grazing_sine(self, legs: Legs, row: int, sonar_end: SonarEnd, depth: float) -> Floats:
-        """Sine of the grazing angle of one row of legs at a flat boundary at a depth [1], shape (n,)."""
-        at_sonar, at_boundary = self.scene.water.sound_speed_at(np.array([sonar_end.position[2], depth]))
-        level = np.hypot(legs.departure[row, :, 0], legs.departure[row, :, 1])
-        return np.asarray(np.sqrt(np.maximum(1 - np.minimum(level * at_boundary / at_sonar, 1.0) ** 2, 1e-12)))
 
     def _code(self, legs: Legs, row: int, number: int) -> int:
         """Identifier of each glint of each ray of each family, the same for transmit and receive legs.
@@ -359,6 +356,13 @@ def glint_surface(scene: Scene, seed: int, frequency: float, *, follow_bed: bool
     )
 
 
+def calm_grazing_sine(legs: Legs, row: int, scene: Scene, sonar_depth: float, depth: float = 0.0) -> Floats:
+    """Sine of the grazing angle of one row of legs at a flat boundary at a depth [m], shape (n,) [1]."""
+    at_sonar, at_boundary = scene.water.sound_speed_at(np.array([sonar_depth, depth]))
+    level = np.hypot(legs.departure[row, :, 0], legs.departure[row, :, 1])
+    return np.asarray(np.sqrt(np.maximum(1 - np.minimum(level * at_boundary / at_sonar, 1.0) ** 2, 1e-12)))
+
+
 def bounce_times(
     paths: UnfoldedPaths, delay: Floats, scene: Scene, scatterers: Scatterers, sonar_end: SonarEnd
 ) -> tuple[Floats, Floats]:
@@ -381,7 +385,7 @@ def bounce_times(
 
 def leg_rows(legs: Legs, rows: list[int]) -> Legs:
     """Select rows of legs, repeated ones too, as copies of the columns."""
-    columns = {name: getattr(legs, name)[rows] for name in _ROWS}
+    columns = {name: getattr(legs, name)[rows] for name in LEG_COLUMNS}
     caustic = None if legs.caustic is None else legs.caustic[rows]
     beside = None if legs.aperture_expansion is None else legs.aperture_expansion[rows]
     return replace(

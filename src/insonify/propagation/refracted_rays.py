@@ -26,7 +26,7 @@ from insonify.propagation.families import bounce_sequence, families_reaching, im
 from insonify.propagation.propagation_model import DepartureCones, RayDomain, ReachableRange
 from insonify.propagation.refracted_launch_angles import RefractedLaunchAngles
 from insonify.propagation.refracted_solid_shadows import occlude_refracted_row, solid_bounds
-from insonify.propagation.sound_speed_layers import SoundSpeedLayers, sound_speed_layers
+from insonify.propagation.sound_speed_layers import SoundSpeedLayers, scene_layers
 from insonify.propagation.travel_time_curves import (
     TravelTimeCurve,
     departure_cones,
@@ -222,11 +222,7 @@ def refracted_rays(scene: Scene, domain: RayDomain) -> RefractedRays:
     Raises:
         ValueError: The profile does not cover the depths from the surface to the seabed.
     """
-    depth, bed = scene.seabed.depth, scene.seabed.terrain
-    profile = scene.water.profile_to_depth(depth)
-    deepest = depth if bed is None else max(depth, bed.span[1])
-    # below what was measured the water is as it was there, as for all else that uses its speed
-    return RefractedRays(scene, domain, sound_speed_layers(profile.extended(deepest), deepest, plane=depth))
+    return RefractedRays(scene, domain, scene_layers(scene))
 
 
 def _grazing(slowness: Floats, speed: float) -> Floats:

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from insonify.ocean.profile import SoundSpeedProfile
+from insonify.scene.scene import Scene
 
 Floats = NDArray[np.float64]
 
@@ -66,3 +67,18 @@ def sound_speed_layers(profile: SoundSpeedProfile, water_depth: float, *, plane:
     for values in (depth, speed):
         values.setflags(write=False)
     return SoundSpeedLayers(depth, speed, plane if plane < water_depth else math.inf)
+
+
+def scene_layers(scene: Scene) -> SoundSpeedLayers:
+    """Layers of a scene with a profile, down to its deepest terrain.
+
+    Args:
+        scene: Layered water over a seabed, whose mean plane reflects.
+
+    Raises:
+        ValueError: The profile does not cover the depths from the surface to the seabed.
+    """
+    depth, bed = scene.seabed.depth, scene.seabed.terrain
+    deepest = depth if bed is None else max(depth, bed.span[1])
+    # below what was measured the water is as it was there, as for all else that uses its speed
+    return sound_speed_layers(scene.water.profile_to_depth(depth).extended(deepest), deepest, plane=depth)

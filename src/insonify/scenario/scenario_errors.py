@@ -78,9 +78,6 @@ def scenario_errors(scenario: Scenario) -> Iterator[PydanticCustomError]:
 
 def _explicit_sea_limits(scenario: Scenario) -> Iterator[PydanticCustomError]:
     """Errors of settings for which bounce points on an explicit sea surface are not searched."""
-    if scenario.water.layered:
-        yield field_error("surface.reflection", "explicit", "needs straight rays, and water.profile bends them. Give "
-                      "the water one sound_speed, or write reflection: statistical.")  # fmt: skip
     twice = [name for name in scenario.paths.followed_families if bounce_sequence(name).count("S") > 1]
     if twice:
         once = [name for name in scenario.paths.followed_families if name not in twice]

@@ -1,0 +1,323 @@
+"""Kernels of a refracted path from one end to a point of an uneven surface: travel time and its derivatives.
+
+Times are lengths in water of the speed at the mean surface. Above the mean surface the water is as at it. A path rises
+all the way, or, over a bottom bounce, falls to it and rises from it: rays that turn are not among them. The sums over
+layers are those of `_ray_properties_kernel`, with v the tangent of the grazing angle at the highest speed.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.jit import njit
+from insonify.propagation._explicit_surface_kernel import LEAST_HEIGHT, PathDerivatives, SurfaceDerivatives
+
+Floats = NDArray[np.float64]
+
+LEAST_V = 1e-7
+"""Tangent of the grazing angle at the highest speed at which the farthest ray is evaluated [1]."""
+STEPS = 40
+"""Largest number of Newton steps to a ray [1]."""
+CLOSE = 1e-7
+"""Last Newton step to a ray whose travel time counts, relative [1]."""
+
+
+class SurfaceWater(NamedTuple):
+    """Water between a surface and a bed; without knots, water of one sound speed."""
+
+    depth: Floats
+    """Depths of the knots from 0 to the deepest point [m], (m,)."""
+    speed: Floats
+    """Sound speed at the knots [m/s], (m,)."""
+    slowness: float
+    """Slowness of sound in water of one speed [s/m]."""
+    bed: float
+    """Depth of the plane that reflects at the bottom [m]."""
+    bottom_before: bool
+    """True if the path from the start falls to the bottom first."""
+    bottom_after: bool
+    """True if the path from the end falls to the bottom first."""
+    last: Floats
+    """Work array: `RefractedPath.v` of the last rays from the start and the end, 0 for none, (2,)."""
+
+
+class RefractedPath(NamedTuple):
+    """One ray from an end to a height of the surface."""
+
+    v: float
+    """Tangent of the grazing angle at the highest speed on the path [1]."""
+    top: float
+    """That speed [m/s]."""
+    upper: float
+    """Depth of the point of the surface [m]."""
+    end: float
+    """Depth of the end [m]."""
+    slowness: float
+    """Horizontal slowness [s/m]."""
+    distance: float
+    """Horizontal distance over the slowness, at that slowness [m^2/s]."""
+    growth: float
+    """Growth of the horizontal distance with the slowness [m^2/s]."""
+    exists: bool
+    """False where no ray gets that far: the values are those of the farthest ray."""
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def speed_at(z: float, water: SurfaceWater) -> float:
+    """Sound speed at a depth [m/s]; above the mean surface that at it, below the last knot that at it."""
+    depth, speed = water.depth, water.speed
+    if z <= depth[0]:
+        return float(speed[0])
+    for j in range(depth.size - 1):
+        if z <= depth[j + 1]:
+            return float(speed[j] + (speed[j + 1] - speed[j]) * (z - depth[j]) / (depth[j + 1] - depth[j]))
+    return float(speed[-1])
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _part_sums(
+    v: float, top: float, upper: float, lower: float, water: SurfaceWater, whole: bool
+) -> tuple[float, float, float, float]:
+    """Sums over the layers between two depths: distance over slowness, its growth, and, if whole, time and length."""
+    square, cosine2, per_top = v * v, 1 / (1 + v * v), 1 / top
+    p = math.sqrt(cosine2) * per_top
+    x = s = t = length = 0.0
+    depth, speed = water.depth, water.speed
+    high, c1, w1 = upper, 0.0, -1.0
+    for j in range(-1, depth.size - 1):
+        low = depth[j + 1]
+        if low <= high:
+            continue
+        if w1 < 0:
+            c1 = speed_at(high, water)
+            w1 = math.sqrt((square + (1 - c1 * per_top) * (1 + c1 * per_top)) * cosine2)
+        c2 = speed[j + 1]
+        if low > lower:
+            c2 = speed[0] if j < 0 else c2 + (speed[j] - c2) * (low - lower) / (low - depth[j])
+            low = lower
+        w2 = math.sqrt((square + (1 - c2 * per_top) * (1 + c2 * per_top)) * cosine2)
+        per = (low - high) / (w1 + w2)
+        part = (c1 + c2) * per
+        x += part
+        s += part / (w1 * w2)
+        if whole:
+            slow = part * (1 + w1 * w2) / (c1 * c1 + c2 * c2 * w1 * w1)
+            g = (c2 - c1) / (low - high)
+            a, b = g * slow, g * p * per
+            t += slow * (math.atanh(a) / a if abs(a) > 1e-4 else 1 + a * a / 3)
+            length += 2 * per * (math.atan(b) / b if abs(b) > 1e-4 else 1 - b * b / 3)
+        high, c1, w1 = low, c2, w2
+        if low >= lower:
+            break
+    return x, s, t, length
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _path_sums(
+    v: float, top: float, upper: float, end: float, bottom: bool, water: SurfaceWater, whole: bool
+) -> tuple[float, float, float, float]:
+    """Sums of `_part_sums` over one path, which crosses the water below its end twice where it has a bottom bounce."""
+    x, s, t, length = _part_sums(v, top, upper, end, water, whole)
+    if bottom:
+        x2, s2, t2, length2 = _part_sums(v, top, end, water.bed, water, whole)
+        x, s, t, length = x + 2 * x2, s + 2 * s2, t + 2 * t2, length + 2 * length2
+    return x, s, t, length
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def refracted_path(
+    distance: float, height: float, unfolded: float, bottom: bool, water: SurfaceWater, guess: float, close: float
+) -> RefractedPath:
+    """Ray from an end to a point of the surface.
+
+    Args:
+        distance: Horizontal distance of the point [m].
+        height: Its height above the mean surface [m].
+        unfolded: Depth of the end, mirrored in the bottom for a path with a bottom bounce [m].
+        bottom: True for a path with a bottom bounce.
+        water: The water.
+        guess: Approximate `RefractedPath.v`; 0 for none.
+        close: Last Newton step of it at convergence, relative; the square remains [1].
+    """
+    end = 2 * water.bed - unfolded if bottom else unfolded
+    upper, lowest = min(-height, end - LEAST_HEIGHT), water.bed if bottom else end
+    top = max(speed_at(upper, water), speed_at(lowest, water))
+    for j in range(water.depth.size):
+        if upper < water.depth[j] < lowest:
+            top = max(top, water.speed[j])
+    v = guess if guess > 0 else max((unfolded - upper) / max(distance, 1e-9), LEAST_V)
+    exists, x, s = True, 1.0, 1.0
+    for _ in range(STEPS):
+        x, s, _, _ = _path_sums(v, top, upper, end, bottom, water, False)
+        cosine = 1 / math.sqrt(1 + v * v)
+        reached = cosine / top * x
+        # 1 / reached is nearly linear in v
+        step = reached / max(distance, 1e-9) * (distance - reached) * top / (-s * v * cosine * cosine * cosine)
+        if v == LEAST_V and step <= 0:
+            exists = reached >= distance * (1 - 1e-9)
+            break
+        v = min(max(v + step, LEAST_V if v < 1e-5 else v / 8), 1e9)
+        if abs(step) <= close * v:
+            break
+    return RefractedPath(v, top, upper, end, 1 / (math.sqrt(1 + v * v) * top), x, s, exists)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def time_and_length(ray: RefractedPath, distance: float, bottom: bool, water: SurfaceWater) -> tuple[float, float]:
+    """Travel time [s] and length [m] of a ray to a horizontal distance [m]."""
+    x, s, time, length = _path_sums(ray.v, ray.top, ray.upper, ray.end, bottom, water, True)
+    error = distance - ray.slowness * x  # Fermat: what is left of the distance
+    return time + ray.slowness * error + 0.5 * error * error / s, length
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def refracted_derivatives(
+    offset_north: float, offset_east: float, unfolded: float, side: int, sea: SurfaceDerivatives, water: SurfaceWater
+) -> PathDerivatives:
+    """Derivatives of a path's travel time to the surface, as `end_to_surface_path`, times the speed at the surface.
+
+    The length itself is that of the straight line. The ray is searched from the last one of that side (0 start, 1 end)
+    in `SurfaceWater.last`. A point without a ray has a negative cosine. With T the travel time to a distance r and a
+    height h: dT/dr = p, dT/dh = q with q^2 = 1 / c^2 - p^2, and p is constant along a ray.
+    """
+    height, north1, east1, north2, both, east2 = sea
+    distance = math.hypot(offset_north, offset_east)
+    bottom = water.bottom_after if side else water.bottom_before
+    ray = refracted_path(distance, height, unfolded, bottom, water, water.last[side], 3e-5)
+    water.last[side] = ray.v if ray.exists else 0.0
+    reference = water.speed[0]
+    p, bend, per = reference * ray.slowness, reference / ray.growth, reference / ray.distance
+    level = max(-height, 0.0)
+    index, index1 = reference / speed_at(level, water), 0.0
+    if level > 0:
+        index1 = (index - reference / speed_at(level + 1e-3, water)) / 1e-3
+    q = math.sqrt(max(index * index - p * p, 1e-12))
+    un, ue = (offset_north / distance, offset_east / distance) if distance > 1e-9 else (1.0, 0.0)
+    cross, over = -p / q * bend, (p / q) ** 2 * bend + index * index1 / q
+    hnn = per + (bend - per) * un * un + 2 * cross * un * north1 + over * north1 * north1 + q * north2
+    hne = (bend - per) * un * ue + cross * (un * east1 + ue * north1) + over * north1 * east1 + q * both
+    hee = per + (bend - per) * ue * ue + 2 * cross * ue * east1 + over * east1 * east1 + q * east2
+    length = math.hypot(distance, unfolded + height)
+    cosine = q - p * (un * north1 + ue * east1) if ray.exists else -1.0
+    return length, p * un + q * north1, p * ue + q * east1, hnn, hne, hee, q, cosine, q * length
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def mean_slowness(unfolded: float, bottom: bool, water: SurfaceWater) -> float:
+    """Slowness of a straight path from an end to the mean surface, to first order that of the ray [s/m]."""
+    end = 2 * water.bed - unfolded if bottom else unfolded
+    _, _, time, _ = _path_sums(1e9, water.speed[0], 0.0, end, bottom, water, True)
+    return time / unfolded
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def greatest_distance(unfolded: float, bottom: bool, water: SurfaceWater) -> float:
+    """Horizontal distance of the farthest point of the mean surface that a ray reaches [m]; infinite in a duct."""
+    ray = refracted_path(1e7, 0.0, unfolded, bottom, water, 0.0, CLOSE)
+    return math.inf if ray.exists else ray.slowness * ray.distance
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def calm_bounce(
+    distance: float, before: float, after: float, water: SurfaceWater
+) -> tuple[float, RefractedPath, RefractedPath]:
+    """Distance of the bounce off a calm surface from the start, and the rays from both ends to it.
+
+    Args:
+        distance: Horizontal distance of both ends [m].
+        before: Unfolded depth of the start [m].
+        after: Unfolded depth of the end [m].
+        water: The water.
+    """
+    low, high = 0.0, distance
+    x = distance * before / (before + after)
+    one = refracted_path(x, 0.0, before, water.bottom_before, water, 0.0, CLOSE)
+    two = refracted_path(distance - x, 0.0, after, water.bottom_after, water, 0.0, CLOSE)
+    for _ in range(STEPS):
+        miss = one.slowness - two.slowness if one.exists == two.exists else 1.0 if two.exists else -1.0
+        step = -miss / (1 / one.growth + 1 / two.growth)
+        if abs(step) < 1e-9 and one.exists and two.exists:
+            break
+        low, high = (low, x) if miss > 0 else (x, high)
+        newton = x + step
+        x = newton if low < newton < high and one.exists and two.exists else (low + high) / 2
+        one = refracted_path(x, 0.0, before, water.bottom_before, water, 0.0, CLOSE)
+        two = refracted_path(distance - x, 0.0, after, water.bottom_after, water, 0.0, CLOSE)
+    return x, one, two
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def bounce_range_for_slope_in_layers(
+    slope: float, distance: float, before: float, after: float, water: SurfaceWater
+) -> float:
+    """Distance at which a bounce on the mean surface requires a given slope, as `bounce_range_for_slope` [m].
+
+    Limited to distances that rays from both ends reach.
+    """
+    reach = 2 * (before + after)
+    low = max(-reach, distance - greatest_distance(after, water.bottom_after, water) * (1 - 1e-6))
+    high = min(distance + reach, greatest_distance(before, water.bottom_before, water) * (1 - 1e-6))
+    for _ in range(16):  # to some millimetres
+        x = (low + high) / 2
+        one = refracted_path(abs(x), 0.0, before, water.bottom_before, water, 0.0, 1e-4)
+        two = refracted_path(abs(distance - x), 0.0, after, water.bottom_after, water, 0.0, 1e-4)
+        p1, p2 = water.speed[0] * one.slowness, water.speed[0] * two.slowness
+        g1 = math.atan2(math.sqrt(max(1 - p1 * p1, 0.0)), math.copysign(p1, x))
+        g2 = math.atan2(math.sqrt(max(1 - p2 * p2, 0.0)), math.copysign(p2, distance - x))
+        if g1 - g2 > 2 * math.atan(slope):
+            low = x
+        else:
+            high = x
+    return (low + high) / 2
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def bounce_rays(start: Floats, ends: Floats, points: Floats, water: SurfaceWater, rays: Floats, calm: Floats) -> None:
+    """Rays to the bounce points of n legs, whose travel times are written, and those off a calm surface.
+
+    Args:
+        start: North, east and unfolded depth of the start [m], (3,).
+        ends: The same of the ends [m], (n, 3).
+        points: Bounce points, see `_stationary_point_kernel.COLUMNS`, (n, most, COLUMNS).
+        water: The water.
+        rays: Filled with the product of both spreading distances [m^2], length [m], and slownesses before and after
+            times the speed at the surface [1], (n, most, 4).
+        calm: Filled with spreading distance [m], length [m], slowness [1], and travel time as a length [m], 0 where no
+            ray arrives, (n, 4).
+    """
+    reference = water.speed[0]
+    c1 = speed_at(2 * water.bed - start[2] if water.bottom_before else start[2], water)
+    for n in range(ends.shape[0]):
+        end = ends[n]
+        c2 = speed_at(2 * water.bed - end[2] if water.bottom_after else end[2], water)
+        far = math.hypot(end[0] - start[0], end[1] - start[1])
+        x, one, two = calm_bounce(far, start[2], end[2], water)
+        if one.exists and two.exists:
+            p = (one.slowness + two.slowness) / 2
+            tube = (one.distance + two.distance) * (one.growth + two.growth)
+            sines = math.sqrt(max(1 - (p * c1) ** 2, 0.0) * max(1 - (p * c2) ** 2, 0.0))
+            before = time_and_length(one, x, water.bottom_before, water)
+            after = time_and_length(two, far - x, water.bottom_after, water)
+            calm[n, 0] = math.sqrt(tube * sines / (c1 * c2))
+            calm[n, 1], calm[n, 2] = before[1] + after[1], reference * p
+            calm[n, 3] = reference * (before[0] + after[0])
+        else:
+            calm[n] = 0.0
+        for k in range(points.shape[1]):
+            north, east, height = points[n, k, 0], points[n, k, 1], points[n, k, 2]
+            cs = speed_at(max(-height, 0.0), water)
+            product, length = 1.0, 0.0
+            for side in range(2):
+                at = start if side == 0 else end
+                bottom, c = (water.bottom_before, c1) if side == 0 else (water.bottom_after, c2)
+                level = math.hypot(north - at[0], east - at[1])
+                ray = refracted_path(level, height, at[2], bottom, water, 0.0, CLOSE)
+                p, one_way = ray.slowness, time_and_length(ray, level, bottom, water)
+                sines = math.sqrt(max(1 - (p * c) ** 2, 0.0) * max(1 - (p * cs) ** 2, 0.0))
+                product *= math.sqrt(ray.distance * ray.growth * sines / (c * cs))
+                length += one_way[1]
+                points[n, k, 3 + side] = reference * one_way[0]
+                rays[n, k, 2 + side] = reference * p
+            rays[n, k, 0], rays[n, k, 1] = product, length
