@@ -20,6 +20,7 @@ from insonify.engines.boundary_echoes import (
 )
 from insonify.engines.hull_reflection import hull_families, with_hull
 from insonify.engines.memory_budget import points_at_once
+from insonify.engines.multiple_bed_scattering import counted_once
 from insonify.engines.pair_importance import PairSelection, keep_probabilities_at, pair_energy_fractions, select_pairs
 from insonify.engines.ping_scatterers import Block, ping_scatterers, slice_footprint
 from insonify.engines.polar_grid import MAX_CELL_WIDTH
@@ -305,7 +306,13 @@ class EigenrayEngine:
         if isinstance(scatterers.law, Lambert):
             return SeparableStrengths(out, back, pair, _contributions(scatterers.law), root, weight, sampling)
         amplitude_weight = None if sampling is None else sampling.amplitude_weight
-        strength = np.sqrt(_cross_section(scatterers, scatterers.law, out, back, pair, amplitude_weight)) * root
+        section = _cross_section(scatterers, scatterers.law, out, back, pair, amplitude_weight)
+        interface = self.scene.seabed.interface_law(
+            frequency, float(self.scene.water.sound_speed_at(self.scene.seabed.depth))
+        )
+        if scatterers.boundary == "seabed" and interface is not None:
+            section = counted_once(section, out, back, pair, scatterers.normal, interface)
+        strength = np.sqrt(section) * root
         if amplitude_weight is not None:
             strength *= amplitude_weight
         return np.asarray(strength if (weight == 1).all() else strength * weight[:, None])

@@ -100,6 +100,8 @@ class CoherentReflection(NamedTuple):
     """Mean number of quanta of all bounces together, 4 Gamma^2 for each [1]."""
     transmission: Floats
     """Pressure ratio of what bubbles and the seabed's scattering law take, all bounces [1]."""
+    bed_quanta: Floats
+    """Mean number of quanta of one bottom bounce [1]."""
 
     @property
     def coherent_factor(self) -> Floats:
@@ -196,12 +198,15 @@ class GlintSurface:
         whole = leg_rows(legs, kept + [row for row, _ in glints])
         n = len(scatterers)
         phasor = np.ones((2, len(whole.families), n), complex)
+        bed = None if self.bed is None else np.zeros((2, len(whole.families), n))
         for to, row in enumerate(kept):
             if row in quiet:
                 whole.reflection_coefficient[to] *= quiet[row].coherent_factor * quiet[row].transmission
         for to, (row, number) in enumerate(glints, len(kept)):
             share = -np.expm1(-quiet[row].mean_quanta) / many
             whole.reflection_coefficient[to] *= np.sqrt(share) * quiet[row].transmission
+            if bed is not None:
+                bed[:, to] = quiet[row].bed_quanta, quiet[row].mean_quanta
             self._apply_glints(whole, to, self._code(legs, row, number), quiet[row], scatterers, sonar_end, phasor)
             if self.bounce_points is not None:
                 phasor[:, to] *= self._surface_phasor(
@@ -209,7 +214,7 @@ class GlintSurface:
                 )
         label = (*(-1,) * len(kept), *(self._code(legs, row, m) for row, m in glints))
         whole = replace(whole, branch=_numbered(legs, kept, glints))
-        out, back = (replace(whole, glints=GlintPhasors(label, way)) for way in phasor)
+        out, back = (replace(whole, glints=GlintPhasors(label, way, bed)) for way in phasor)
         return out, back
 
     def coherent_reflection(self, legs: Legs, row: int, sonar_end: SonarEnd) -> CoherentReflection:
@@ -236,14 +241,14 @@ class GlintSurface:
             bubbles = bubble_loss_db(wind, self.frequency, np.arcsin(np.minimum(sine, 1.0)))
             quanta, loss = bounces * phase**2 * self.waves.variance[-1], 10 ** (-bounces * bubbles / 20)
         if self.bed is None or "B" not in string:
-            return CoherentReflection(phase, none, none, quanta, loss)
+            return CoherentReflection(phase, none, none, quanta, loss, none)
         depth, bounces = self.scene.seabed.depth, string.count("B")
         sine = calm_grazing_sine(legs, row, self.scene, float(sonar_end.position[2]), depth)
         bed_phase = 4 * math.pi * self.frequency / float(self.scene.water.sound_speed_at(depth)) * sine
         longer, _ = self.bed.longer_waves(legs.families[row], float(sonar_end.position[2]), legs.length[row], sine)
         added, taken = self.bed.mean_quanta(bed_phase, sine, longer)
         return CoherentReflection(
-            phase, bed_phase, longer, quanta + bounces * added, loss * (1 - taken) ** (bounces / 2)
+            phase, bed_phase, longer, quanta + bounces * added, loss * (1 - taken) ** (bounces / 2), added
         )
 
     def _code(self, legs: Legs, row: int, number: int) -> int:

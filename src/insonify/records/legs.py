@@ -40,6 +40,11 @@ class GlintPhasors:
     """Label of each row's random bounce; transmit and receive rows with one label share it; -1 for none."""
     phasor: NDArray[np.complex128]
     """Phasor of the bounce at its own time, of unit modulus; 1 where the bounce is not random [1], shape (f, n)."""
+    bed_quanta: Floats | None = None
+    """Mean number of quanta of one bottom bounce, and of all bounces, for rows that are random [1], shape (2, f, n).
+
+    None: the seabed is smooth.
+    """
 
 
 @dataclass(frozen=True, slots=True)
@@ -141,14 +146,17 @@ def joined_legs(first: Legs, second: Legs) -> Legs:
         none = np.zeros((len(second.families), *expansion.shape[1:]))
         columns["aperture_expansion"] = np.concatenate([expansion, none])
     if first.glints is not None or second.glints is not None:
-        one, other = (
+        both = [
             GlintPhasors((-1,) * len(legs.families), np.ones(legs.delay.shape, complex))
             if legs.glints is None
             else legs.glints
             for legs in (first, second)
-        )
-        label = (*one.bounce_id, *other.bounce_id)
-        columns["glints"] = GlintPhasors(label, np.concatenate([one.phasor, other.phasor]))
+        ]
+        quanta = [np.zeros((2, *one.phasor.shape)) if one.bed_quanta is None else one.bed_quanta for one in both]
+        columns["glints"] = GlintPhasors(
+            both[0].bounce_id + both[1].bounce_id, np.concatenate([one.phasor for one in both]),
+            None if all(one.bed_quanta is None for one in both) else np.concatenate(quanta, axis=1),
+        )  # fmt: skip
     return replace(first, **columns)
 
 

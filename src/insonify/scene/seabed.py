@@ -133,6 +133,13 @@ class Seabed(Model):
             return self.scattering.at(frequency, sound_speed)
         return self.scattering
 
+    def interface_law(self, frequency: float, sound_speed: float) -> CompiledLaw | None:
+        """The part of the law that the sediment's surface scatters, of a rough reflecting interface; None: no such."""
+        law = self.scattering
+        if self.reflecting_interface == "smooth" or not isinstance(law, SedimentLaw) or law.law == "sediment-volume":
+            return None
+        return SedimentLaw(law="small-slope", sediment=law.sediment).at(frequency, sound_speed)
+
     def texture_factor(self, position: NDArray[np.float64]) -> NDArray[np.float64]:
         """Factor of the texture on the scattering cross section at positions [1], shape (n,).
 

@@ -1,0 +1,107 @@
+"""Paths scattered by the seabed several times, counted once.
+
+A path may be scattered near the specular direction by the seabed's roughness at several places: a second bottom echo,
+b-H-b, at two. One of them is the scatterer of the sampled seabed, and glints are the others. Each of the places may be
+the scatterer, so the same path is in several pairs: in D-BH with the second place as scatterer, in BH-D with the first.
+The energy of a pair is divided by the number of its incoherent places that some pair has as its scatterer.
+
+Places are incoherent with probability 1 - exp(-nu) each, nu the mean number of quanta of a bounce, on the condition
+that a glint leg has one quantum. Scattering by more than a third of the sound's wavenumber, and in the sediment, is of
+the law alone, and counted once already.
+"""
+
+import math
+from collections.abc import Iterable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.propagation.families import bounce_sequence
+from insonify.propagation.wind_waves import SLOPE_CUT
+from insonify.records.legs import Legs
+from insonify.scattering.compiled_law import CompiledLaw
+
+Floats = NDArray[np.float64]
+
+
+def counted_once(
+    section: Floats, out: Legs, back: Legs, pair: NDArray[np.int64], normal: Floats, interface: CompiledLaw
+) -> Floats:
+    """Cross sections of pairs at the seabed, so that each path scattered several times counts once [1], shape (p, n).
+
+    Args:
+        section: Cross sections by the whole law [1], shape (p, n).
+        out: Transmit legs, some of them off glints of the seabed.
+        back: Receive legs.
+        pair: Row of the transmit and of the receive leg of each ordered pair, shape (p, 2).
+        normal: Normals of the seabed at the scatterers, shape (n, 3).
+        interface: Law of the sediment's surface alone.
+    """
+    if out.glints is None or back.glints is None or out.glints.bed_quanta is None or back.glints.bed_quanta is None:
+        return section
+    followed = {bounce_sequence(name) for name in out.families}
+    result = section.copy()
+    for row, (i, j) in enumerate(pair):
+        first, second = (
+            legs.glints is not None and legs.glints.bounce_id[at] >= 0 for legs, at in ((out, i), (back, j))
+        )
+        others = other_scatterers(out.families[i], back.families[j], followed)
+        if not (first and others[0]) and not (second and others[1]):
+            continue
+        change = np.hypot(*(out.arrival[i, :, :2] + back.arrival[j, :, :2]).T)
+        some = np.flatnonzero(change < 1 / SLOPE_CUT)
+        if not len(some):
+            continue
+        counts = [
+            incoherent_bounces(legs, at, number, some)
+            for legs, at, number in zip((out, back), (i, j), others, strict=True)
+        ]
+        repeated = sum(
+            one * other / (1 + m + k) for m, one in enumerate(counts[0]) for k, other in enumerate(counts[1])
+        )
+        surface = interface.cross_section(out.arrival[i, some].T, -back.arrival[j, some].T, normal[some].T)
+        result[row, some] -= np.minimum(surface, section[row, some]) * (1 - repeated)
+    return result
+
+
+def other_scatterers(out: str, back: str, followed: Iterable[str]) -> tuple[int, int]:
+    """Bottom bounces of a pair's legs at which the same path has its scatterer in another pair.
+
+    Args:
+        out: Family of the transmit leg.
+        back: Family of the receive leg.
+        followed: Families that reach the seabed, as sequences of bounces.
+
+    Example:
+        >>> other_scatterers("BH", "D", {"", "BH"})
+        (1, 0)
+    """
+
+    def count(one: str, other: str) -> int:
+        places = (at for at, letter in enumerate(one) if letter == "B")
+        return sum(one[:at] in known and other + "B" + one[:at:-1] in known for at in places)
+
+    known, legs = set(followed), (bounce_sequence(out), bounce_sequence(back))
+    return count(*legs), count(*legs[::-1])
+
+
+def incoherent_bounces(legs: Legs, row: int, number: int, some: NDArray[np.int64]) -> list[Floats]:
+    """Probabilities that 0, 1, ... of some bottom bounces of a leg are incoherent [1], each of shape (k,).
+
+    Args:
+        legs: Legs with glints of the seabed.
+        row: One row of them.
+        number: Number of its bottom bounces that count.
+        some: Columns, k of them.
+    """
+    assert legs.glints is not None
+    assert legs.glints.bed_quanta is not None
+    if legs.glints.bounce_id[row] < 0:
+        return [np.ones(len(some))]
+    one, every = legs.glints.bed_quanta[:, row, some]
+    coherent, any_quantum = np.exp(-one), np.maximum(-np.expm1(-every), 1e-12)
+    found = [
+        math.comb(number, m) * (1 - coherent) ** m * coherent ** (number - m) / any_quantum for m in range(number + 1)
+    ]
+    found[0] = np.maximum(1 - sum(found[1:], np.zeros(len(some))), 0.0)
+    return found
