@@ -14,7 +14,9 @@ from insonify.comparison.samples import Floats
 MULTIPLES = 4
 """Echoes of the train that are looked for."""
 GATE = 0.08
-"""Half width of the gate of a multiple re the first range [1]."""
+"""Length of the gate behind the expected range of a multiple re the first range [1]."""
+EARLY = 3
+"""Part of the gate in front of the expected range: rough boundaries delay echoes."""
 EDGE = 0.25
 """Intensity of the leading edge re the peak: half the amplitude."""
 ABOVE = 4.0
@@ -81,12 +83,12 @@ class EchoTrains(Measure):
         flat = sums.reshape(-1, sums.shape[-1])
         count = flat.shape[1] // 2
         profile = np.nan_to_num(ratio(flat[:, :count], flat[:, count:]))
-        first, peak = self._echo(profile, np.full(len(profile), self._centre), self._span)[:2]
+        first, peak = self._echo(profile, np.full(len(profile), self._centre), self._span, self._span)[:2]
         found = [first]
         for n, m in self._orders:
             expected = self._nominal(1.0, n, 0) * first + (m * self._surface_depth if m else 0.0)
             centre = (expected - self._first) / self.frame.step + self._lag(profile, first)
-            edge, level, clear = self._echo(profile, centre, self._half)
+            edge, level, clear = self._echo(profile, centre, self._half, self._half // EARLY)
             found += [np.where(clear, edge - expected, np.nan), decibels(ratio(level, peak))]
         return np.stack(found, axis=-1).reshape(*sums.shape[:-1], -1)
 
@@ -96,10 +98,10 @@ class EchoTrains(Measure):
         at = np.clip(low[:, None] + np.arange(self._half), 0, profile.shape[1] - 1)
         return np.asarray(np.argmax(np.take_along_axis(profile, at, 1), axis=1), float)
 
-    def _echo(self, profile: Floats, centre: Floats, half: int) -> tuple[Floats, Floats, Floats]:
+    def _echo(self, profile: Floats, centre: Floats, half: int, early: int) -> tuple[Floats, Floats, Floats]:
         """Leading edge [m], mean intensity about the peak, and whether it stands out, in a gate of each profile."""
         rows = np.arange(len(profile))
-        at = np.clip(np.round(centre).astype(int)[:, None] + np.arange(-half, half + 1), 0, profile.shape[1] - 1)
+        at = np.clip(np.round(centre).astype(int)[:, None] + np.arange(-early, half + 1), 0, profile.shape[1] - 1)
         gate = np.take_along_axis(profile, at, 1)
         top = np.argmax(gate, axis=1)
         peak = gate[rows, top]

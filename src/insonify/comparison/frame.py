@@ -185,7 +185,7 @@ def _after_transmission(samples: Samples) -> float:
     echo = int(np.argmax(smooth - np.minimum.accumulate(smooth)))
     if not smooth[:head].max() > smooth[:echo].min(initial=np.inf) + 20:
         return float(samples.slant_range[start])
-    return float(samples.slant_range[start + int(np.argmax(smooth < smooth[:echo].min() + 6))])
+    return float(samples.slant_range[start + int(np.argmax(smooth < smooth[:echo].min() + 6)) + width])
 
 
 def mean_level(field: Values) -> Floats:

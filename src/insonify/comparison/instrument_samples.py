@@ -1,5 +1,7 @@
 """Samples of recordings of real instruments: stated gains undone, beams set on one axis of range."""
 
+from dataclasses import replace
+
 import numpy as np
 import xarray as xr
 
@@ -35,10 +37,19 @@ def instrument_samples(file: InstrumentFile, group: str | None = None, frequency
         raise StoreError(f"{file.path}, group {chosen!r}: no ping could be read. `insonify info {file.path}` says why")
     notes = [f"pings {start} to {start + most - 1} of {count}: the file is large"] if count > most else []
     notes += [f"left out at byte {part.offset}: {part.reason}" for part in file.omissions[:5]]
-    return group_samples(pings, f"{file.path.name}, {chosen}", notes)
+    found = group_samples(pings, f"{file.path.name}, {chosen}", notes)
+    return found if np.isfinite(found.depth) else replace(found, depth=_mounting_depth(file, chosen, pings))
 
 
 _AXES = ("sector", "beam", "sample")
+_PULSE_ABOVE = 20.0  # dB of a transmitted pulse above the median of a record that opens with it
+
+
+def _mounting_depth(file: InstrumentFile, group: str, pings: xr.Dataset) -> float:
+    """Depth of a transducer by its mounting and the water level [m], NaN where the file does not state it."""
+    name = f"{group}.mounting.TransducerOffsetZ"
+    offset = next((setting.value for setting in file.settings() if setting.name == name), None)
+    return float(offset) + _median(pings, "water_level", 0.0) if isinstance(offset, int | float) else np.nan
 
 
 def _only_group(file: InstrumentFile, frequency: float) -> str:
@@ -82,6 +93,8 @@ def group_samples(pings: xr.Dataset, name: str, notes: list[str] | None = None) 
     if field == "amplitude" and "gamma" in pings:
         values = _without_gamma(values, pings, said)
     values, slant_range = _on_one_axis(values, pings)
+    if field == "voltage":
+        slant_range = slant_range - _pulse_edge(values, slant_range, pings, said)
     values = _without_gain(values, slant_range, pings, said)
     angle = _angle(pings)
     return Samples(
@@ -111,7 +124,7 @@ def _detections(pings: xr.Dataset, name: str, notes: list[str]) -> Samples:
 
 def _median(pings: xr.Dataset, name: str, default: float = np.nan) -> float:
     if name not in pings.variables:
-        return default
+        return float(pings.attrs.get(name, default))
     values = np.asarray(pings[name].values, float)
     values = values[np.isfinite(values)]
     return float(np.median(values)) if values.size else default
@@ -166,6 +179,21 @@ def _on_one_axis(values: Values, pings: xr.Dataset) -> tuple[Values, Floats]:
     return placed, np.asarray(step * (low + np.arange(placed.shape[2])), float)
 
 
+def _pulse_edge(values: Values, slant_range: Floats, pings: xr.Dataset, notes: list[str]) -> float:
+    """Range of the leading edge of the transmitted pulse, at half its amplitude, in a record that opens with it [m]."""
+    pulse = _median(pings, "pulse_length") * _median(pings, "sound_speed", 1500.0) / 2
+    head = int(np.nan_to_num(2 * pulse / (slant_range[1] - slant_range[0])))
+    amplitude = np.abs(values.mean(axis=1)).mean(axis=0).astype(float)
+    if head < 2 or not amplitude[:head].max() > np.nanmedian(amplitude) * 10 ** (_PULSE_ABOVE / 20):
+        return 0.0
+    half = amplitude[:head].max() / 2
+    at = int(np.argmax(amplitude[:head] >= half))
+    share = (half - amplitude[at - 1]) / (amplitude[at] - amplitude[at - 1]) - 1 if at else 0.0
+    edge = float(slant_range[at] + share * (slant_range[1] - slant_range[0]))
+    notes.append(f"ranges count from the leading edge of the transmitted pulse, {edge * 1e3:.1f} mm behind its start")
+    return edge
+
+
 def _without_gain(values: Values, slant_range: Floats, pings: xr.Dataset, notes: list[str]) -> Values:
     """Amplitudes with the gain undone that the file states over range."""
     if "gain_exponent" in pings:
@@ -188,10 +216,13 @@ def _without_gamma(values: Values, pings: xr.Dataset, notes: list[str]) -> Value
 
 def _angle(pings: xr.Dataset) -> Floats:
     """Angles of beams from the vertical [rad]; those of imaging sonars are bearings, and are not."""
-    if "beam_angle" not in pings:
+    name = next((name for name in ("beam_angle", "angle") if name in pings.variables), None)
+    if name is None:
         return np.empty(0)
-    angles = np.asarray(pings["beam_angle"].values, float)
-    return np.nanmean(angles, axis=0) if angles.ndim == 2 and np.isfinite(angles).any(axis=0).all() else np.empty(0)
+    angles = np.asarray(pings[name].values, float)
+    if angles.ndim == 1:
+        return angles
+    return np.nanmean(angles, axis=0) if np.isfinite(angles).any(axis=0).all() else np.empty(0)
 
 
 def _altitude(pings: xr.Dataset) -> Floats:

@@ -9,6 +9,7 @@ MEASURES: tuple[str, ...] = (
     "level_against_range.LevelAgainstRange",
     "level_against_angle.LevelAgainstAngle",
     "amplitude_distribution.AmplitudeDistribution",
+    "distribution_against_angle.DistributionAgainstAngle",
     "autocorrelation.Autocorrelation",
     "point_spread.PointSpread",
     "texture.ImageTexture",
