@@ -49,32 +49,55 @@ def scenario_from(
     group: Annotated[
         str | None, typer.Option(help="Group of the file, such as '38 kHz'; the soundings or the first by default.")
     ] = None,
+    sector: Annotated[
+        str | None,
+        typer.Option(metavar="N|all", help="Transmit sector of a multibeam, from 0, or a file each. [default: middle]"),
+    ] = None,
+    flat: Annotated[bool, typer.Option("--flat", help="One depth, however much the soundings vary.")] = False,
 ) -> None:
     """Write the scenario of a recording of a real instrument, with the source of each value.
 
-    Positions and attitude become a navigation log beside the scenario. What the file does not state has a default
-    marked `assumed`.
+    Positions and attitude become a navigation log beside the scenario, soundings that vary a grid of depths. What the
+    file does not state has a default marked `assumed`.
 
     Example: insonify scenario-from line.kmall -o harbour.yaml
+
+    Example: insonify scenario-from line.kmall -o harbour.yaml --sector all
     """
     from insonify.formats.instruments import open_instrument
-    from insonify.formats.instruments.scenario_text import navigation_log, scenario_text
+    from insonify.formats.instruments.navigation_text import navigation_log
+    from insonify.formats.instruments.scenario_text import scenario_text
+    from insonify.formats.instruments.scenario_values import ScenarioValues, preferred_group
+    from insonify.formats.instruments.soundings_grid import soundings_grid
 
-    log_path = out.with_name(f"{out.stem}-navigation.csv")
+    log_path, grid_path = out.with_name(f"{out.stem}-navigation.csv"), out.with_name(f"{out.stem}-bathymetry.npz")
+    if sector is not None and sector != "all" and not sector.isdigit():
+        raise InputError(f"--sector {sector}: give a number from 0, or all")
     with open_instrument(file) as opened:
-        log = navigation_log(opened, group)
-        text = scenario_text(opened, _title(out), group, log_path.name if log else "")
-    written = ((log_path, log), (out, MODELINE + text)) if log else ((out, MODELINE + text),)
-    for path, _ in written:
+        log, names = navigation_log(opened, group), {"log": log_path.name, "bathymetry": grid_path.name}
+        grid = soundings_grid(opened, *map(float, log.splitlines()[1].split(",")[1:3])) if log and not flat else None
+        names = {"log": names["log"] if log else "", "bathymetry": "" if grid is None else names["bathymetry"]}
+        texts = {out: int(sector) if sector and sector != "all" else None}
+        if sector == "all":
+            count = ScenarioValues(opened, preferred_group(opened, group)).sector_count
+            texts = {out.with_name(f"{out.stem}-sector-{k}{out.suffix}"): k for k in range(count)}
+        written = {
+            path: MODELINE + scenario_text(opened, _title(path), group, sector=chosen, **names)
+            for path, chosen in texts.items()
+        } | ({log_path: log} if log else {})
+    for path in (*written, *([] if grid is None else [grid_path])):
         if path.exists():
             raise InputError(f"{path} exists already. Choose another name with -o, or delete it first")
-    for path, content in written:
-        try:
+    try:
+        if grid is not None:
+            grid.write(grid_path)
+            typer.echo(grid_path)
+        for path, content in reversed(written.items()):
             with path.open("x", encoding="utf-8") as target:
                 target.write(content)
-        except OSError as error:
-            raise InputError(f"{path} cannot be written: {error.strerror}") from None
-        typer.echo(path)
+            typer.echo(path)
+    except OSError as error:
+        raise InputError(f"{out} cannot be written: {error.strerror}") from None
 
 
 def _title(path: Path) -> str:

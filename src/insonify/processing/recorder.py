@@ -123,9 +123,10 @@ def _(stage: Companding, signal: _Signal) -> _Signal:
 @_after.register
 def _(stage: Quantisation, signal: _Signal) -> _Signal:
     if stage.step_db is not None:
-        half = 2.0 ** (stage.bits - 1)
-        codes = np.clip(np.rint(signal.values / stage.step_db), -half, half - 1)
-        return replace(signal, values=codes * stage.step_db, top=min(signal.top, (half - 1) * stage.step_db))
+        lowest = -(2.0 ** (stage.bits - 1)) if stage.signed else 0.0
+        highest = lowest + 2.0**stage.bits - 1
+        codes = np.clip(np.rint(signal.values / stage.step_db), lowest, highest)
+        return replace(signal, values=codes * stage.step_db, top=min(signal.top, highest * stage.step_db))
     top = 2.0**stage.bits - 1
     return replace(signal, values=np.rint(np.minimum(signal.values / signal.top, 1) * top), top=top)
 

@@ -9,7 +9,6 @@ import numpy as np
 from pydantic_core import PydanticCustomError
 
 from insonify.model import field_error
-from insonify.processing.recorder import recorded_time
 from insonify.sonar.received_pulse import received_pulse
 from insonify.sonar.receiver import ROLL_OFF
 from insonify.synthesis.channel_noise import sea_noise_spectrum
@@ -54,6 +53,8 @@ def _recorder_errors(scenario: Scenario) -> Iterator[PydanticCustomError]:
     recorder, track = scenario.sonar.recorder, scenario.track
     if recorder is None:
         return
+    from insonify.processing.recorder import recorded_time  # with xarray, which other checks do without
+
     if recorder.pings_per_line > track.ping_count:
         yield field_error("sonar.recorder", None, f"makes a line of {recorder.pings_per_line} pings, and the track has "
                           f"{track.ping_count}. Give fewer looks, or more pings.")  # fmt: skip

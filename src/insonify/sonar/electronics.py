@@ -47,7 +47,7 @@ class Crosstalk(Model):
 class ReceiverGain(Model):
     """Gain before the converter, fixed and varied in time; the recording is in uPa, so it is divided out again."""
 
-    fixed_db: Annotated[Decibels, Field(ge=-200, le=200)] = 0.0
+    fixed_db: Annotated[Decibels, Field(ge=-400, le=400)] = 0.0
     """At all ranges [dB]."""
     tvg_db_per_decade: Annotated[float, Field(ge=0, le=60, json_schema_extra={"units": "dB"})] = 0.0
     """Decibels for each tenfold range: 20, 30 or 40 [dB]; 0: no gain follows the range."""

@@ -72,10 +72,11 @@ class Quantisation(Model):
 
     kind: Literal["quantisation"] = "quantisation"
     bits: Annotated[int, Field(ge=1, le=32)]
-    """Of each number: 2^bits - 1 is full scale; of steps of decibels, with the sign: -2^(bits - 1) to 2^(bits - 1) - 1
-    steps."""
+    """Of each number: 2^bits - 1 is full scale; of steps of decibels: -2^(bits - 1) to 2^(bits - 1) - 1 steps."""
     step_db: Annotated[Decibels, Field(gt=0, le=100)] | None = None
     """Step of levels [dB]; None: counts."""
+    signed: bool = True
+    """Levels of both signs; False: 0 to 2^bits - 1 steps."""
 
 
 Stage = Annotated[RecorderGain | Looks | Decimation | Clipping | Companding | Quantisation, Field(discriminator="kind")]

@@ -177,6 +177,12 @@ def ping_dataset(
     return xr.Dataset(dict(found), coordinates, {"group": group})
 
 
+def with_active(table: xr.Dataset | None, active: Sequence[bool]) -> xr.Dataset | None:
+    """A table over time with the mask of the rows of the sensor in use."""
+    about = {"units": "1", "long_name": "whether the sensor is the one that the sonar uses"}
+    return None if table is None else table.assign(active=("time", np.array(active, bool), about))
+
+
 def time_dataset(records: Sequence[NDArray[Any]], times: NDArray[Any], columns: Iterable[Column]) -> xr.Dataset | None:
     """Dataset over time of records with one sample each, None without records.
 

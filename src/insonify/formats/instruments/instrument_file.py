@@ -67,6 +67,21 @@ class Setting:
 
 
 @dataclass(frozen=True, slots=True)
+class LeverArm:
+    """Position of the transducer re the point whose positions a file logs."""
+
+    position: tuple[float, float, float]
+    """Forward, starboard, down [m]."""
+    source: str
+    """Settings that it follows from."""
+
+    @property
+    def text(self) -> str:
+        """Numbers with commas."""
+        return ", ".join(f"{part:.4g}" for part in self.position)
+
+
+@dataclass(frozen=True, slots=True)
 class Datagrams:
     """Index of the datagrams of a file, as columns of equal length n."""
 
@@ -173,6 +188,20 @@ class InstrumentFile(ABC):
     def sound_speed_profiles(self) -> tuple[xr.Dataset, ...]:
         """Profiles of sound speed [m/s] over depth [m], each with the attribute `time`."""
         return ()
+
+    def lever_arm(self) -> LeverArm | None:
+        """Position of the transducer re the point that `navigation` has positions of, None where it is not known."""
+        return None
+
+    def setting_values(self, *names: str) -> list[float] | None:
+        """Numbers of some settings, None where one is absent."""
+        known = {setting.name: setting.value for setting in self.settings()}
+        numbers = [known.get(name) for name in names]
+        return (
+            [float(one) for one in numbers if one is not None]
+            if all(isinstance(one, int | float) for one in numbers)
+            else None
+        )
 
     def soundings(self, pings: slice = slice(None)) -> xr.Dataset | None:
         """Detections of the seabed over (ping, beam): the group "soundings", None where the file has none."""

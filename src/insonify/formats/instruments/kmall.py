@@ -33,6 +33,7 @@ from insonify.formats.instruments.instrument_file import (
     DatagramError,
     Instrument,
     InstrumentFile,
+    LeverArm,
     Setting,
     records,
 )
@@ -273,6 +274,14 @@ class KmallFile(InstrumentFile):
         for kind in ("#SPO", "#CPO"):
             if found := [position for _, position in self._parsed(self.datagrams.rows(kind), _position)]:
                 return time_dataset(found, _seconds(found), _POSITION)
+        return None
+
+    def lever_arm(self) -> LeverArm | None:
+        """Position of the transmitter re the vessel's reference point, which #SPO has the positions of."""
+        for part in ("TRAI_TX1", "TRAI_HD1"):
+            names = [f"{part}.{axis}" for axis in "XYZ"]
+            if (found := self.setting_values(*names)) is not None:
+                return LeverArm((found[0], found[1], found[2]), f"#IIP: {', '.join(names)}; #SPO: reference point")
         return None
 
     def attitude(self) -> xr.Dataset | None:

@@ -28,11 +28,13 @@ from insonify.formats.instruments.columns import (
     time_dataset,
     variable,
     variables,
+    with_active,
 )
 from insonify.formats.instruments.instrument_file import (
     DatagramError,
     Instrument,
     InstrumentFile,
+    LeverArm,
     Setting,
     records,
 )
@@ -112,6 +114,8 @@ _ATTITUDE = (
     Column("yaw", "yaw", "rad", "heading", _CENTI * DEGREE),
     Column("heave", "heave", "m", "heave, positive down", _CENTI),
 )
+_ACTIVE, _NUMBER = 0x80, 0x03  # bits of a position's system: active, and its number
+_NO_ROLL = 0x02  # bit of an attitude's sensor whose roll is not used
 _POSITION = (
     Column("latitude", "latitude", "rad", "latitude", DEGREE / 2e7, 2**31 - 1),
     Column("longitude", "longitude", "rad", "longitude", DEGREE / 1e7, 2**31 - 1),
@@ -264,15 +268,34 @@ class KongsbergAllFile(InstrumentFile):
         return tuple(made)
 
     def navigation(self) -> xr.Dataset | None:
-        """Latitude, longitude [rad], speed, course and heading over time, of all systems in the order of the file."""
-        made = list(self._parsed(self.datagrams.rows("P"), lambda content: records(content, layouts.POSITION, _HEAD)))
-        return time_dataset([found for _, found in made], self.datagrams.time[[row for row, _ in made]], _POSITION)
+        """Latitude, longitude [rad], speed, course, heading over time, of all systems; `active` marks the one used."""
+        made = [found for _, found in self._fixes]
+        fixes = time_dataset(made, self.datagrams.time[[row for row, _ in self._fixes]], _POSITION)
+        return with_active(fixes, [bool(found["system"][0] & _ACTIVE) for found in made])
+
+    @cached_property
+    def _fixes(self) -> list[tuple[int, NDArray[Any]]]:
+        read = self._parsed(self.datagrams.rows("P"), lambda content: records(content, layouts.POSITION, _HEAD))
+        return list(read)
+
+    def lever_arm(self) -> LeverArm | None:
+        """Position of the transmitter re the antenna of the active system, which P has the positions of."""
+        systems = [int(found["system"][0]) for _, found in self._fixes]
+        number = next((system & _NUMBER for system in systems if system & _ACTIVE), 1)
+        names = [f"{part}{axis}" for part in ("S1", f"P{number}") for axis in "XYZ"]
+        if (found := self.setting_values(*names)) is None:
+            return None
+        arm = (found[0] - found[3], found[1] - found[4], found[2] - found[5])
+        return LeverArm(arm, f"I: {', '.join(names[:3])} less {', '.join(names[3:])}")
 
     def attitude(self) -> xr.Dataset | None:
-        """Attitude and heave of the transducer over time, of all sensors in the order of the file."""
+        """Attitude and heave of the transducer over time, of all sensors; `active` marks the one used."""
         made = list(self._parsed(self.datagrams.rows("A"), _attitude))
-        times = [self.datagrams.time[row] + found["milliseconds"] * 1e-3 for row, found in made]
-        return time_dataset([found for _, found in made], np.concatenate(times) if times else np.empty(0), _ATTITUDE)
+        times = [self.datagrams.time[row] + found["milliseconds"] * 1e-3 for row, (found, _) in made]
+        poses = time_dataset(
+            [found for _, (found, _) in made], np.concatenate(times) if times else np.empty(0), _ATTITUDE
+        )
+        return with_active(poses, [active for _, (found, active) in made for _ in found])
 
     def sound_speed_profiles(self) -> tuple[xr.Dataset, ...]:
         """Profiles with their time."""
@@ -414,10 +437,10 @@ def _water(content: bytes) -> _Water:
     return _Water(records(content, layouts.HEADER, 0)[0], ping, sectors, table, level)
 
 
-def _attitude(content: bytes) -> NDArray[Any]:
-    """Samples of an attitude datagram, shape (n,)."""
+def _attitude(content: bytes) -> tuple[NDArray[Any], bool]:
+    """Samples of an attitude datagram, shape (n,), and whether its sensor is the one used."""
     count = int.from_bytes(content[_HEAD : _HEAD + 2], "little")
-    return records(content, layouts.ATTITUDE, _HEAD + 2, count)
+    return records(content, layouts.ATTITUDE, _HEAD + 2, count), not content[-_TRAILER - 1] & _NO_ROLL
 
 
 def _profile(content: bytes) -> xr.Dataset:
