@@ -16,7 +16,7 @@ def export(
         typer.Option("--as", metavar="NAME", help="Format, where a suffix has several, such as xtf-float32."),
     ] = None,
 ) -> None:
-    """Write a recording in the format of another program: XTF, GeoTIFF, CSV, GeoJSON, netCDF, PNG.
+    """Write a recording in the format of another program: XTF, KMALL, GeoTIFF, CSV, GeoJSON, netCDF, HDF5, PNG.
 
     Example: insonify export harbour.zarr harbour.xtf
 

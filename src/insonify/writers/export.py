@@ -38,6 +38,8 @@ FORMATS: dict[str, ExportFormat] = {
     "sonar-netcdf4": ExportFormat(
         (".nc",), "samples, beams and platform, ICES convention 2.0", "sonar_netcdf4.write_sonar_netcdf4", "netCDF4"
     ),
+    "kmall": ExportFormat((".kmall",), "multibeam soundings and seabed image", "kmall.write_kmall"),
+    "kmwcd": ExportFormat((".kmwcd",), "multibeam water column", "kmall.write_kmwcd"),
     "airsas": ExportFormat((".h5", ".hdf5"), "synthetic aperture, AirSAS layout", "airsas.write_airsas", "h5py"),
     "picture": ExportFormat((".png", ".pdf", ".svg"), "picture with axes", "picture.write_picture"),
 }

@@ -117,8 +117,8 @@ def _environment(survey: Survey, file: Any) -> None:
     _put(group, "frequency", "f4", ("frequency",), frequency, sound)
     loss: dict[str, Any] = {"long_name": "Indicative acoustic absorption", "units": "dB/m", "valid_min": 0.0}
     _put(group, "absorption_indicative", "f4", ("frequency",), float(water.absorption(frequency)), loss)
-    speed: dict[str, Any] = {"long_name": "Indicative sound speed", "standard_name": "speed_of_sound_in_sea_water", "units": "m/s",
-             "valid_min": 0.0}  # fmt: skip
+    speed = {"long_name": "Indicative sound speed", "standard_name": "speed_of_sound_in_sea_water", "units": "m/s",
+            }  # fmt: skip
     _put(group, "sound_speed_indicative", "f4", (), water.sound_speed, speed)
 
 
