@@ -22,8 +22,6 @@ from insonify.engines.fast_reverberation import FastReverberation, prepare_fast_
 from insonify.engines.parts import SerialPool, WorkerPool, parts_of
 from insonify.engines.terrain_cover import MOST_HIDDEN, hidden_part
 from insonify.malloc_tuning import keep_freed_memory
-from insonify.processing.recorded_lines import RecordedLines
-from insonify.processing.recorder import instrument_recording
 from insonify.propagation.families import families_reaching
 from insonify.propagation.path_settings import PathSettings
 from insonify.propagation.propagation_model_choice import propagation_model_for
@@ -60,6 +58,8 @@ from insonify.thread_count import thread_count
 
 if TYPE_CHECKING:
     import xarray as xr
+
+    from insonify.processing.recorded_lines import RecordedLines
 
 MAX_CONCURRENT_PING_BYTES = 64 << 20
 """Memory of a coherent ping's buffer, of one side and part, up to which pings are simulated concurrently [bytes]."""
@@ -180,6 +180,8 @@ class Simulator:
         sonar, water = self.scenario.sonar, self.scenario.water
         if sonar.recorder is None or sonar.receiver.record == "elements":
             return None
+        from insonify.processing.recorded_lines import RecordedLines  # with xarray
+
         absorption = float(water.absorption(sonar.pulse.frequency))
         return RecordedLines(sonar.recorder, self.grid.time, water.sound_speed, absorption)
 
@@ -241,6 +243,8 @@ def simulate(scenario: Scenario, *, pings: int | Iterable[int] | None = None, th
     lines = simulator.recorded_lines()
     if lines is None:
         return recording
+    from insonify.processing.recorder import instrument_recording
+
     return instrument_recording(
         recording, lines.recorder, sound_speed=lines.sound_speed, absorption_db_per_m=lines.absorption_db_per_m
     )

@@ -1,18 +1,21 @@
 """Layout of the recording of a scenario: axes, true and logged poses, bins and lines of a recorder."""
 
-from typing import Any
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from insonify.processing.recorded_lines import RecordedLines
-from insonify.processing.recorder import recorded_time
 from insonify.records.recording import RecordingLayout
 from insonify.scenario.platform_poses import receiver_seed
 from insonify.scenario.scenario import Scenario
 from insonify.sonar.platforms import Platforms
 from insonify.sonar.sonar import channel_positions
 from insonify.sonar.track import logged_poses
+
+if TYPE_CHECKING:
+    from insonify.processing.recorded_lines import RecordedLines
 
 
 def recording_layout(
@@ -39,6 +42,8 @@ def recording_layout(
     if not further:
         further["slant_range"] = time * scenario.water.sound_speed / 2
     if lines is not None:
+        from insonify.processing.recorder import recorded_time  # with xarray
+
         length = lines.recorder.pings_per_line
         further |= {
             "bin_time": recorded_time(time, lines.recorder), "recorded_units": lines.recorder.units,
