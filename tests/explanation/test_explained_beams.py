@@ -96,3 +96,17 @@ def test_a_page_of_the_tracer_names_contributions_and_pairs(tmp_path, capsys):
     assert capsys.readouterr().out.strip() == page
     assert main(["explain", folder, "--time", "110.7 ms", "--bearing", "5 deg"]) == 2
     assert "--bearing 5 deg" in capsys.readouterr().err
+
+
+def test_a_page_of_the_tracer_names_the_paths_that_it_can():
+    """A surface return and a point target by their names and times; where nothing arrives, so it says."""
+    there = {"shape": "point", "label": "pole", "position": (0.0, 21.0, 19.0), "target_strength_db": 20.0}
+    paths = {**TRACED, "rays": 1000, "contributions": ["target", "boundary echo"]}
+    track = {"window": (0.01, 0.04)}
+    traced = simulate(nominal(targets=[there], field="incoherent", paths=paths, track=track))
+    assert "boundary echo by S: arrives at 14.667 ms" in explain_sample(traced, 0, 0.01472)
+    delay = 2 * np.hypot(21.0, 8.0) / 1500
+    page = explain_sample(traced, 0, delay + 5e-5)
+    assert f"pole by D-D: arrives at {delay * 1e3:.3f} ms" in page and "pole" not in explain_sample(traced, 0, 0.0147)
+    silent = simulate(nominal(field="incoherent", paths={**paths, "contributions": ["target"]}, track=track))
+    assert "nothing arrives" in explain_sample(silent, 0, 0.02)

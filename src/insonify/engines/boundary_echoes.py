@@ -87,33 +87,53 @@ def sediment_roughness_factor(
 ) -> Floats:
     """Factor of a sediment's own roughness on the coherent sound of all bottom bounces, shape (f, n) [1].
 
-    exp(-2 k^2 h^2 sin^2) for each, h the rms height of the roughness between the Fresnel zone's wave and the sound's.
-    What it takes is in the near-specular part of the sediment's scattering law. A seabed with relief has its relief's
-    roughness instead, in its legs already; one without a law of a sediment is smooth.
-
     Args:
         legs: Legs between the position and n points.
         position: North, east, depth of that end [m], shape (3,).
         seabed: The seabed.
         wavelength: Acoustic wavelength [m].
         hull_depth: Depth of the hull off which the families with H are reflected [m].
+    """
+    factor = np.ones_like(legs.delay)
+    for row, family in enumerate(legs.families):
+        sine, top = np.abs(legs.departure[row, :, 2]), hull_depth if "H" in family else 0.0
+        factor[row] = sediment_bounce_factor(
+            family, float(position[2]), legs.length[row], sine, seabed, wavelength, hull_depth=top
+        )
+    return factor
+
+
+def sediment_bounce_factor(
+    family: str, depth: float, length: Floats, sine: Floats, seabed: Seabed, wavelength: float, *,
+    hull_depth: float = 0.0,
+) -> Floats:  # fmt: skip
+    """Factor of a sediment's own roughness on the coherent sound of paths of one family [1], shape (n,).
+
+    exp(-2 k^2 h^2 sin^2) for each bottom bounce, h the rms height of the roughness between the Fresnel zone's wave and
+    the sound's. What it takes is in the near-specular part of the sediment's scattering law. A seabed with relief has
+    its relief's roughness instead, in its legs already; one without a law of a sediment is smooth.
+
+    Args:
+        family: Name of the family.
+        depth: Depth of the end at which the paths begin [m].
+        length: Lengths of the paths [m], shape (n,).
+        sine: Sine of their grazing angle at the end [1], shape (n,).
+        seabed: The seabed.
+        wavelength: Acoustic wavelength [m].
+        hull_depth: Depth of the hull that the family is reflected off; 0 for none [m].
 
     Source: Eckart (1953), J. Acoust. Soc. Am. 25, 566, with the spectrum of APL-UW TR 9407 (1994), section IV.A.
     Valid: zones are those of straight rays over a flat seabed.
     """
-    factor, k = np.ones_like(legs.delay), 2 * np.pi / wavelength
-    if seabed.relief or not isinstance(seabed.scattering, SedimentLaw):
+    factor, k = np.ones_like(length), 2 * np.pi / wavelength
+    if seabed.relief or not isinstance(seabed.scattering, SedimentLaw) or "B" not in family:
         return factor
     made_of = sediment(seabed.scattering.sediment)
-    for row, family in enumerate(legs.families):
-        if "B" not in family:
-            continue
-        sine, top = np.abs(legs.departure[row, :, 2]), hull_depth if "H" in family else 0.0
-        paths = flat_bounces(family, float(position[2]) - top, legs.length[row], sine, seabed.depth - top)
-        for bounce in (number for number, letter in enumerate(family) if letter == "B"):
-            length, width = fresnel_zone(paths, bounce, wavelength)
-            low = np.minimum(np.pi / np.maximum(np.sqrt(length * width), 1e-6), k)
-            factor[row] *= np.exp(-2 * k**2 * band_variance(made_of, low, k) * sine**2)
+    paths = flat_bounces(family, depth - hull_depth, length, sine, seabed.depth - hull_depth)
+    for bounce in (number for number, letter in enumerate(family) if letter == "B"):
+        zone, width = fresnel_zone(paths, bounce, wavelength)
+        low = np.minimum(np.pi / np.maximum(np.sqrt(zone * width), 1e-6), k)
+        factor *= np.exp(-2 * k**2 * band_variance(made_of, low, k) * sine**2)
     return factor
 
 

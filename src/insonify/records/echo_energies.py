@@ -13,14 +13,15 @@ class EchoEnergies:
     """Expected energies of n two-way paths, of one contribution and one pair of families."""
 
     contribution: str
-    """Kind of scatterer: "seabed", "surface" or "target"."""
+    """Kind of scatterer: "seabed", "surface" or "target"; "boundary echo" for none."""
     object: str
     """Object that returns the echo: "seabed", "surface" or a target's label."""
     transmit_chain: str
     """Specular bounces of the transmit leg, from the sonar outwards: letters S, B and T (a target's face); D for
     none."""
     receive_chain: str
-    """Specular bounces of the receive leg, from the sonar outwards; letters as in `transmit_chain`."""
+    """Specular bounces of the receive leg, from the sonar outwards; letters as in `transmit_chain`; empty for
+    a boundary echo."""
     delay: Floats
     """Two-way travel time [s], shape (n,)."""
     energy: Floats

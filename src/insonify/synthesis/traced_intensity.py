@@ -1,6 +1,6 @@
 """Expected intensity of traced rays: energies deposited over time, in total or by contribution and pair of families."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -78,13 +78,14 @@ class TracedLevelAccumulator:
     def add(self, curves: TracedLevelBuffers, traced_echoes: list[EchoEnergies]) -> None:
         """Add the echo energies of one block of rays to their curves."""
         for echoes in traced_echoes:
-            for key in (
-                (echoes.contribution, pair_name(echoes.transmit_chain, echoes.receive_chain)),
-                (echoes.contribution, ALL),
-            ):
+            named = echoes
+            if not echoes.receive_chain:  # a boundary echo and its reverse have curves of their own
+                named = replace(echoes, reciprocal=0 * echoes.reciprocal)
+            for name, part in ((pair_name(echoes.transmit_chain, echoes.receive_chain), named), (ALL, echoes)):
+                key = echoes.contribution, name
                 if key not in curves:
                     curves[key] = self.accumulator.empty()
-                self.accumulator.deposit(curves[key], echoes)
+                self.accumulator.deposit(curves[key], part)
 
     def time_series(self, curves: TracedLevelBuffers) -> dict[tuple[str, str], Floats]:
         """Expected intensity of each curve [uPa^2], shape (channels, samples)."""

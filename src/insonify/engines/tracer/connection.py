@@ -5,10 +5,12 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
+from insonify.engines.boundary_echoes import boundary_echo_families, sediment_bounce_factor
 from insonify.engines.tracer.image_legs import coherent_intensity_factor, image_legs
 from insonify.engines.tracer.interaction import scattered_per_steradian
 from insonify.engines.tracer.ray_bundle import RayBundle, RayHits, TracedPing
 from insonify.records.echo_energies import EchoEnergies
+from insonify.scene.scatterers import BOUNDARY_ECHO
 from insonify.scene.target import PointTarget
 from insonify.units import intensity_ratio
 
@@ -123,6 +125,37 @@ def point_echoes(ping: TracedPing, target: PointTarget, position: Floats) -> Ite
                 yield EchoEnergies("target", target.label, out, back, length / _speed(ping), energy, same)
 
 
+def boundary_echo_energies(ping: TracedPing) -> Iterator[EchoEnergies]:
+    """Sound from the transmitter to the receiver by mirrors alone, family by family in the order of travel.
+
+    A path and the same path travelled backwards, such as BS and SB, interfere; others add as energies.
+
+    Args:
+        ping: The ping.
+    """
+    geometry, position = ping.ping_geometry, ping.transmit[None]
+    families = boundary_echo_families(ping.choice, two_platforms=False)
+    level, depth = float(intensity_ratio(geometry.source_level_db)), float(ping.receive[2])
+    for family in families:
+        back = image_legs(ping.scene, ping.receive, position, family, geometry.wavelength)
+        clear = ping.intersector.clear(
+            ping.receive, position, family, geometry.wavelength, _in_window(ping, back.length)
+        )
+        sine = np.abs(back.departure[:, 2])
+        rough = sediment_bounce_factor(family, depth, back.length, sine, ping.scene.seabed, geometry.wavelength)
+        left = back.intensity * rough**2 * np.exp(-ping.attenuation * back.length) / back.length**2
+        sent = level * left * ping.transmit_beams.gain(-back.arrival) ** 2
+        energy = _channels(ping, sent, ping.receive_beams.gain(back.departure) ** 2)
+        if not clear[0] or not energy.any():
+            continue
+        same, reverse = np.zeros(1), family[::-1]
+        if reverse != family and reverse in families:
+            other = image_legs(ping.scene, ping.receive, position, reverse, geometry.wavelength).length
+            apart = (back.length - other) / _speed(ping)
+            same = np.real(np.exp(2j * np.pi * geometry.frequency * apart) * _pulse_correlation(ping, apart))
+        yield EchoEnergies(BOUNDARY_ECHO, BOUNDARY_ECHO, reverse, "", back.length / _speed(ping), energy, same)
+
+
 def _reciprocal(ping: TracedPing, position: Floats, out: str, back: str) -> Floats:
     """Cosine of the phase between a way and the same travelled backwards [1]: 1 where both ends are at one position."""
     if ping.ping_geometry.is_monostatic:
@@ -132,6 +165,15 @@ def _reciprocal(ping: TracedPing, position: Floats, out: str, back: str) -> Floa
         for family, turn in ((out, sign), (back, -sign)):
             apart += turn * image_legs(ping.scene, end, position, family, ping.ping_geometry.wavelength).length
     return np.asarray(np.cos(2 * np.pi * ping.ping_geometry.frequency / _speed(ping) * apart))
+
+
+def _pulse_correlation(ping: TracedPing, lag: Floats) -> NDArray[np.complex128]:
+    """Autocorrelation of the received pulse about its frequency [1], 1 at no lag [s], shape of `lag`."""
+    pulse = ping.ping_geometry.pulse
+    half = 4 / pulse.resolution_time + abs(pulse.pulse.bandwidth or 0.0)
+    offset = np.linspace(-half, half, 2001)
+    energy = np.abs(pulse.spectrum(offset)) ** 2
+    return np.asarray(np.exp(2j * np.pi * lag[..., None] * offset) @ energy / energy.sum())
 
 
 def _channels(ping: TracedPing, sent: Floats, gains: Floats) -> Floats:

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from insonify.engines.tracer._trace_kernel import BED, SURFACE
-from insonify.engines.tracer.connection import echoes, point_echoes
+from insonify.engines.tracer.connection import boundary_echo_energies, echoes, point_echoes
 from insonify.engines.tracer.image_legs import bounce_letters, image_source_depth
 from insonify.engines.tracer.launch_sampling import LaunchSampler, launch_sampler
 from insonify.engines.tracer.ray_bundle import RayBundle, TracedPing
@@ -75,7 +75,15 @@ class Tracer:
         if not quadrature:
             raise ValueError("the tracer has no phases: write field: incoherent, or paths.engine: eigenrays")
         ping = self.ping(ping_geometry)
-        return [*(partial(self._trace, ping, part) for part in range(PARTS)), partial(self._points, ping)]
+        return [*(partial(self._trace, ping, part) for part in range(PARTS)), partial(self._exact_paths, ping)]
+
+    def exact_paths(self, ping_geometry: PingGeometry) -> list[EchoEnergies]:
+        """Paths of one ping that need no random rays: to point targets, and by mirrors alone.
+
+        Args:
+            ping_geometry: The sonar at this ping.
+        """
+        return self._exact_paths(self.ping(ping_geometry))
 
     def pair_batches(
         self, ping_geometry: PingGeometry, block: Block, *, include_negligible: bool = True
@@ -130,15 +138,14 @@ class Tracer:
         has_gain = (ping.transmit_beams.gain(way) ** 2).max(axis=0) > 0
         return [echo for hits in trace_hits(ping, rays.take(has_gain)) for echo in echoes(ping, hits)]
 
-    def _points(self, ping: TracedPing) -> list[EchoEnergies]:
-        """All that comes back of point targets."""
+    def _exact_paths(self, ping: TracedPing) -> list[EchoEnergies]:
+        """All that comes back of point targets, and by mirrors alone."""
         points = [target for target in self.scene.targets if isinstance(target, PointTarget)]
         if "target" not in self.choice.contributions:
-            return []
+            points = []
         places = [self.world.to_lattice_frame(np.array([target.position])) for target in points]
-        return [
-            echo for one, position in zip(points, places, strict=True) for echo in point_echoes(ping, one, position)
-        ]
+        found = [echo for one, place in zip(points, places, strict=True) for echo in point_echoes(ping, one, place)]
+        return [*found, *boundary_echo_energies(ping)]
 
     def _launch_sampler(
         self, ping_geometry: PingGeometry, position: Floats, transmit: Beams, receive: Beams, answering: set[int]
