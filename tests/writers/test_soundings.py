@@ -63,6 +63,24 @@ def test_all_formats_hold_the_same_soundings(bed, tmp_path):
     assert at[1] > 0 and abs(at[0] + float(found["depth_m"][60])) < 1.0 and np.isnan(elevation[count == 0]).all()
 
 
+def test_an_interferometer_sounds_the_bed_on_both_sides(tmp_path):
+    """Two receivers on each side of a northward line over a flat bed: depths to 2 %, port to the west."""
+    array = {"kind": "elements", "positions": [[0, 0, -0.02], [0, 0, 0.02]], "size": [0.3, 0.01]}
+    sonar = {
+        "source_level_db": 210, "pulse": {"kind": "cw", "frequency": 150e3, "duration": 0.2e-3},
+        "transmit": {"kind": "planar", "width": 0.3, "height": 0.01}, "receive": array,
+        "receiver": {"bandwidth": 8e3, "record": "elements"}, "mounting": {"bearing": "90 deg", "tilt": "30 deg"},
+        "sides": ["port", "starboard"],
+    }  # fmt: skip
+    track = {"heading": 0.0, "start": (0.0, 0.0, 2.0), "window": (0.012, 0.03), "motion": {}}
+    recording = insonify.simulate(sidescan(pings=3, sonar=sonar, track=track, field="coherent"), threads=1)
+    found = table(insonify.export(recording, tmp_path / "a.csv"))
+    east, depth = found["east_m"].astype(float), found["depth_m"].astype(float)
+    for side in (east < 0, east > 0):
+        assert side.sum() > 100 and abs(np.median(depth[side]) - 10) < 0.2
+    assert set(found["ping"]) == {"0", "1", "2"}
+
+
 def test_a_sidescan_has_no_soundings(tmp_path):
     """Advice, and no file."""
     with pytest.raises(StoreError, match="multibeam or interferometric"):

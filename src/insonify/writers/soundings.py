@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from insonify.demos.products import product_kind
 from insonify.demos.products.forward_looking import compressed
+from insonify.demos.products.interferometric import COHERENT, FLAT, STEEP, pairs
 from insonify.demos.products.multibeam import BEAMS, WIDEST
 from insonify.formats.store_description import StoreError
 from insonify.processing import interferometric_bathymetry, multibeam_soundings
@@ -20,8 +21,6 @@ from insonify.writers.survey import Survey
 
 Floats = NDArray[np.float64]
 
-LEAST_COHERENCE = 0.8
-"""Coherence of two receivers below which a depth is left out [1]."""
 COLUMNS = ("ping", "beam", "time", "latitude_deg", "longitude_deg", "north_m", "east_m", "depth_m", "travel_time_s",
            "method")  # fmt: skip
 """Columns of the table: time in seconds since 1970, beam or sample, depth positive down, phase or amplitude."""
@@ -55,17 +54,21 @@ def soundings(survey: Survey) -> Iterator[xr.Dataset]:
 
 
 def _interferometric(survey: Survey, ping: xr.Dataset, number: int) -> xr.Dataset:
-    """Soundings of one ping of an interferometer, of one side, with a row for each sample."""
-    found = interferometric_bathymetry(
-        ping, survey.altitude[number], sound_speed=survey.scenario.water.sound_speed
-    ).isel(ping=0)
-    sound = found["coherence"].values >= LEAST_COHERENCE
-    heading = survey.attitude[number, 0]
-    place = survey.position[number]
-    across, depth = (np.where(sound, found[name].values, np.nan) for name in ("across", "depth"))
+    """Soundings of one ping of an interferometer, with a row for each sample of each side."""
+    heading, place, speed = survey.attitude[number, 0], survey.position[number], survey.scenario.water.sound_speed
+    sides = []
+    for _, *channels in pairs(ping):
+        found = interferometric_bathymetry(
+            ping, survey.altitude[number], channels=(channels[0], channels[1]), sound_speed=speed
+        ).isel(ping=0)
+        across, depth = found["across"].values, found["depth"].values
+        down = np.arctan2(depth - place[2], np.abs(across))
+        sound = (found["coherence"].values >= COHERENT) & (down > FLAT) & (down < STEEP)
+        sides.append(np.where(sound, [across, depth, ping["time"].values], np.nan))
+    across, depth, time = np.concatenate(sides, axis=1)
     columns = {
         "north": place[0] - np.sin(heading) * across, "east": place[1] + np.cos(heading) * across, "depth": depth,
-        "travel_time": ping["time"].values, "by_phase": np.ones(depth.size, bool),
+        "travel_time": time, "by_phase": np.ones(depth.size, bool),
     }  # fmt: skip
     return xr.Dataset({name: ("beam", values) for name, values in columns.items()})
 
