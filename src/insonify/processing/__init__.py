@@ -39,6 +39,7 @@ if TYPE_CHECKING:
     from insonify.processing.recorded_aperture import synthetic_aperture_image
     from insonify.processing.recorded_bathymetry import interferometric_bathymetry, multibeam_soundings
     from insonify.processing.recorder import instrument_recording, lines_as_pings, received_level, record_series
+    from insonify.processing.recorder_fit import fit_recorder
     from insonify.processing.sector_images import sector_image
     from insonify.processing.split_beam import echosounder_levels
     from insonify.processing.synthetic_aperture import along_track_resolution, backproject
@@ -72,6 +73,7 @@ _MODULE_OF = {
     "interferometric_bathymetry": "recorded_bathymetry",
     "multibeam_soundings": "recorded_bathymetry",
     "decimate": "decimation",
+    "fit_recorder": "recorder_fit",
     "instrument_recording": "recorder",
     "lines_as_pings": "recorder",
     "received_level": "recorder",
@@ -106,6 +108,7 @@ __all__ = [
     "elevation_to_phase",
     "empirical_gain_db",
     "first_bottom_return",
+    "fit_recorder",
     "flat_bed_elevation",
     "ground_cell_edges",
     "image_labels",
