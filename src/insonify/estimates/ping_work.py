@@ -383,8 +383,9 @@ def _expected_pair_seconds(
         )
     kept = len(families_reaching(boundary, scenario.paths.followed_families))
     legs = legs_per_point(simulator.engine.scene, scenario.paths, boundary, drawn=boundary == "water")
-    glints = (legs**2 - kept**2) / kept**2 * unit_costs.SECONDS_PER_GLINT_PAIR
-    return section + (unit_costs.SECONDS_PER_EXPECTED_PAIR + glints) * scenario.sonar.beam_count
+    glints = (legs**2 - kept**2) / kept**2
+    pair, beam = np.add(unit_costs.SECONDS_PER_EXPECTED_PAIR, np.multiply(glints, unit_costs.SECONDS_PER_GLINT_PAIR))
+    return float(section + pair + beam * scenario.sonar.beam_count)
 
 
 def _pair_seconds(

@@ -11,9 +11,9 @@ WRITE_SECONDS, LABEL_WRITE_SECONDS = 1.5e-3, 1.8e-3
 """One ping written to disk, and its labels [s]."""
 SECONDS_PER_LEG, SECONDS_PER_PAIR = 0.06e-6, 0.06e-6
 """One leg, and one pair in one channel [s]."""
-SECONDS_PER_EXPECTED_PAIR = 0.24e-6
-"""One pair in one channel of an expectation outside the fast path: its energy is spread over the pulse [s]."""
-SECONDS_PER_GLINT_PAIR = 0.12e-6
+SECONDS_PER_EXPECTED_PAIR = 0.2e-6, 0.07e-6
+"""One pair of an expectation outside the fast path, and its energy in each channel [s]."""
+SECONDS_PER_GLINT_PAIR = 0.1e-6, 4e-9
 """The same for legs off a moving surface: each of their glints makes pairs of its own [s]."""
 SECONDS_PER_SECTION = 0.5e-6
 """Cross section of one pair by a law other than Lambert's [s]."""
