@@ -115,10 +115,10 @@ def fit_recorder(
              _cells(pressure.astype(float), ranges[1], edges)[:, :, good]]  # fmt: skip
     middle = np.asarray((edges[1:] + edges[:-1]) / 2)[good]
     random = np.random.default_rng(seed)
-    draws = [_fit(*(one.mean(axis=1) for one in cells), middle, absorption_db_per_m)]
+    draws = [_fit(cells[0].mean(axis=1), cells[1].mean(axis=1), middle, absorption_db_per_m)]
     for _ in range(resamples):
         drawn = [one[:, random.integers(0, one.shape[1], one.shape[1])].mean(axis=1) for one in cells]
-        draws.append(_fit(*drawn, middle, absorption_db_per_m))
+        draws.append(_fit(drawn[0], drawn[1], middle, absorption_db_per_m))
     found, (low, high) = draws[0], np.quantile(draws[1:], [0.025, 0.975], axis=0)
     looks, spreading, offset = (Estimate(*map(float, row)) for row in zip(found[:3], low[:3], high[:3], strict=True))
     return RecorderFit(
