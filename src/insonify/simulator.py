@@ -119,7 +119,8 @@ class Simulator:
 
     def _ground(self, geometry: PingGeometry, choice: PathSettings) -> FastReverberation | None:
         terrain = self.engine.scene.seabed.terrain
-        if terrain is None or terrain.span[0] == terrain.span[1] or delay_field(self.scenario) is not None:
+        uneven = delay_field(self.scenario) is not None or choice.replica_perturbations  # unlike pairs
+        if terrain is None or terrain.span[0] == terrain.span[1] or uneven:
             return None
         # its radials follow the mean plane: off relief alone, sound comes from elsewhere
         if all("B" in name for name in families_reaching("seabed", choice.followed_families)):
@@ -556,8 +557,9 @@ def arrivals(scenario: Scenario, ping: int = 0, *, window: DelayInterval | None 
         if not len(points):
             continue
         pairs = simulator.engine.pairs(geometry, partial(points.take, slice(None)), include_negligible=even)
+        points = pairs.scatterers
         factors = {} if jitter.is_zero else {
-            names: jitter.factor(pairs.scatterers.scatterer_id, *names) for names in pairs.rays()
+            names: jitter.factor(points.scatterer_id, *names, points.object) for names in pairs.rays()
         }  # fmt: skip
         received = None
         if scenario.field == "coherent" and not simulator.coherent_accumulator(geometry).uses_far_field:

@@ -306,6 +306,8 @@ def test_a_hull_out_of_the_water_or_around_the_sonar_is_refused(down, words):
     assert "sonar.hull.offset" in str(refused.value)
     with pytest.raises(ValueError, match="another platform"):
         afloat(receiver_track={"kind": "static", "position": (3.0, 0.0, 0.6)})
+    with pytest.raises(ValueError, match="tracer does not follow"):
+        afloat(paths={"engine": "tracer"}, field="incoherent")
 
 
 def windy(frequency, wind, contributions=("boundary echo",), **more):

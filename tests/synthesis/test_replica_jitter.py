@@ -2,10 +2,13 @@
 
 import numpy as np
 import pytest
+from pydantic import ValidationError
 
 from insonify.propagation.families import families_up_to
 from insonify.propagation.path_settings import PathSettings
+from insonify.simulator import simulate
 from insonify.synthesis.replica_jitter import replica_jitter
+from oracles.scenes import nominal, point
 
 PLACES = np.arange(40_000, dtype=np.uint64) + np.uint64(1 << 59)
 
@@ -62,3 +65,68 @@ def test_no_jitter_is_no_change():
     assert not shaken(jitter=0.1).is_zero
     assert not shaken(amplitude=0.1).is_zero
     np.testing.assert_array_equal(shaken().factor(PLACES[:5], "D", "D"), np.ones(5))
+
+
+def test_some_families_and_objects_may_be_perturbed_alone():
+    """Others keep the factor they have without; the last entry that applies counts, for each of the two numbers."""
+    some = [
+        {"families": ["S", "BH"], "jitter": 0.5},
+        {"objects": ["box"], "jitter": 0.0, "amplitude_perturbation": 0.2},
+    ]
+    every, shaken_some = (replica_jitter(1, 0, PathSettings(jitter=j, replica_perturbations=p)) for j, p in
+                          ((0.5, ()), (0.0, some)))  # fmt: skip
+    assert not shaken_some.is_zero
+    for names in (("S", "D"), ("D", "S2"), ("BH", "D")):
+        np.testing.assert_array_equal(shaken_some.factor(PLACES, *names, "seabed"), every.factor(PLACES, *names))
+    np.testing.assert_array_equal(shaken_some.factor(PLACES, "D", "B", "seabed"), np.ones(len(PLACES)))
+    assert shaken_some.largest("box", "D", "S") == (0.0, 0.2)
+    hull, surface = (shaken(1.0).factor(PLACES, name, "D") for name in ("BH", "BS"))
+    assert abs(np.vdot(hull, surface)) / len(PLACES) < 0.025
+
+
+def point_power(field, pings=1, **paths):
+    """Energy of a point's echoes by D and S in each ping, which overlap 80 m away from the sonar, 11 m deep."""
+    sound = simulate(
+        nominal(
+            field=field, line={"length": 0.02}, targets=[point(0.0, 80.0, 1.0)],
+            sonar={"pulse": {"kind": "cw", "frequency": 100e3, "duration": 1e-3}},
+            track={"window": (0.1, 0.115), "pings": pings},
+            paths={"contributions": ["target"], "families": ["D", "S"], "max_reflections": 1, **paths},
+        )
+    )  # fmt: skip
+    power = sound["intensity"].values if field == "incoherent" else np.abs(sound["pressure"].values) ** 2
+    return np.squeeze(power.sum(axis=(1, 2)))
+
+
+@pytest.mark.parametrize(
+    "some", [{"families": ["S"], "jitter": 0.4}, {"objects": ["point"], "jitter": 0.3, "amplitude_perturbation": 0.5}]
+)
+def test_the_expectation_is_the_mean_over_perturbed_replicas(some):
+    """300 coherent pings against one expectation, for a family alone and for an object: 3 standard errors."""
+    power = point_power("coherent", 300, replica_perturbations=[some])
+    expected = point_power("incoherent", replica_perturbations=[some])
+    assert power.mean() == pytest.approx(expected, abs=3 * power.std() / np.sqrt(len(power)))
+    assert abs(expected - point_power("incoherent")) > 6 * power.std() / np.sqrt(len(power))
+
+
+def test_one_entry_for_all_families_is_the_jitter_of_all():
+    """The split into mean factors and independent rests gives the expectation of uniform jitter, to 1e-9."""
+    alike = point_power("incoherent", jitter=0.3, amplitude_perturbation=0.2)
+    entry = {"objects": ["point"], "jitter": 0.3, "amplitude_perturbation": 0.2}
+    assert point_power("incoherent", replica_perturbations=[entry]) == pytest.approx(alike, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("paths", "message"),
+    [
+        ({"replica_perturbations": [{"jitter": 0.5}]}, "selects no paths"),
+        ({"replica_perturbations": [{"families": ["S"]}]}, "changes nothing"),
+        ({"replica_perturbations": [{"families": ["SX"], "jitter": 1}]}, "not a path family"),
+        ({"replica_perturbations": [{"objects": ["ship"], "jitter": 1}]}, "is no object of the scene"),
+        ({"engine": "tracer", "replica_perturbations": [{"families": ["S"], "jitter": 1}]}, "tracer's rays have none"),
+    ],
+)
+def test_perturbations_of_nothing_are_refused(paths, message):
+    """One line each, at the key."""
+    with pytest.raises(ValidationError, match=message):
+        nominal(paths=paths, field="incoherent")

@@ -270,7 +270,8 @@ def _residual(scenario: Scenario, name: str) -> str:
     parts = [] if silent else ["noise"]
     parts += [name for name in receiver.stages if name != "adc"]
     # a recording of expected intensity holds the mean over the jitter, the arrivals hold one draw of it
-    shaken = scenario.paths.jitter > 0 or scenario.paths.amplitude_perturbation > 0
+    paths = scenario.paths
+    shaken = paths.jitter > 0 or paths.amplitude_perturbation > 0 or paths.replica_perturbations
     return " and ".join([*parts, *(["one draw of jitter"] if shaken and name == "intensity" else []), "rounding"])
 
 

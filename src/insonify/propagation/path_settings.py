@@ -12,6 +12,39 @@ from insonify.model import Decibels, Model, field_error
 from insonify.propagation.families import bounce_sequence, families_up_to, is_family
 
 Contribution = Literal["seabed", "surface", "target", "water", "boundary echo"]
+FAMILIES = (
+    "write D for the direct path, or letters S (surface) and B (bottom) in turn, from the sonar outward, such as BS"
+)
+"""Form of a family's name."""
+
+
+class ReplicaPerturbation(Model):
+    """Replica jitter of some paths, in place of that of all others."""
+
+    families: Annotated[tuple[str, ...], Field(min_length=1)] | None = None
+    """Families, such as [S, BS]: paths with one of them as either leg; H for S off a hull; None: all."""
+    objects: Annotated[tuple[str, ...], Field(min_length=1)] | None = None
+    """Labels of targets and patches, seabed, surface, water or boundary echo; None: all."""
+    jitter: Annotated[float, Field(ge=0, le=100)] | None = None
+    """Largest random phase [wavelengths]; None: that of all others."""
+    amplitude_perturbation: Annotated[float, Field(ge=0, le=1)] | None = None
+    """Largest relative random change of amplitude [1]; None: that of all others."""
+
+    @field_validator("families")
+    @classmethod
+    def _known_families(cls, value: tuple[str, ...] | None) -> tuple[str, ...] | None:
+        for name in value or ():
+            if not is_family(name.replace("H", "S")):
+                raise ValueError(f"{name!r} is not a path family; {FAMILIES}")
+        return value
+
+    @model_validator(mode="after")
+    def _selects_and_sets(self) -> Self:
+        if self.families is None and self.objects is None:
+            raise field_error("families", None, "selects no paths. Give families, objects, or both.")
+        if self.jitter is None and self.amplitude_perturbation is None:
+            raise field_error("jitter", None, "changes nothing. Give jitter, amplitude_perturbation, or both.")
+        return self
 
 
 class PathSettings(Model):
@@ -51,6 +84,8 @@ class PathSettings(Model):
     """Largest random phase of each pulse replica, uniform from 0 [wavelengths]; its envelope stays in place."""
     amplitude_perturbation: Annotated[float, Field(ge=0, le=1)] = 0.0
     """Largest relative random change of each replica's amplitude, uniform [1]."""
+    replica_perturbations: tuple[ReplicaPerturbation, ...] = ()
+    """Jitter and amplitude perturbation of some families or objects; where several apply to a path, the last."""
     scatterers_per_cell: Annotated[float, Field(ge=0.1, le=1000)] = 5.0
     """Random scatterers in each resolution cell of the beam's main lobe; fewer where its gain is low [1]."""
     importance_sampling: bool = True
@@ -67,10 +102,7 @@ class PathSettings(Model):
     def _known_families(cls, value: tuple[str, ...] | None) -> tuple[str, ...] | None:
         for name in value or ():
             if not is_family(name):
-                raise ValueError(
-                    f"{name!r} is not a path family; write D for the direct path, or letters S (surface) "
-                    "and B (bottom) in turn, from the sonar outward, such as BS"
-                )
+                raise ValueError(f"{name!r} is not a path family; {FAMILIES}")
         if value is not None and len(set(value)) < len(value):
             raise ValueError("a family is named twice; name each once")
         return value
@@ -90,6 +122,13 @@ class PathSettings(Model):
                 f"has {len(bounce_sequence(longest))} bounces, but max_reflections is {self.max_reflections}. "
                 f"Write max_reflections: {len(bounce_sequence(longest))}, or leave the family out.",
             )  # fmt: skip
+        return self
+
+    @model_validator(mode="after")
+    def _tracer_perturbs_all_alike(self) -> Self:
+        if self.engine == "tracer" and self.replica_perturbations:
+            raise field_error("replica_perturbations", None, "names families, which the tracer's rays have none of. "
+                          "Leave it out, or write engine: eigenrays.")  # fmt: skip
         return self
 
     @model_validator(mode="after")

@@ -63,6 +63,7 @@ def scenario_errors(scenario: Scenario) -> Iterator[PydanticCustomError]:
     yield from bistatic_errors(scenario)
     yield from receiver_errors(scenario)
     yield from hull_errors(scenario, found)
+    yield from _unknown_objects(scenario)
     if scenario.paths.geometry == "slice":
         yield from _slice_errors(scenario)
     if scenario.paths.engine == "tracer":
@@ -74,6 +75,17 @@ def scenario_errors(scenario: Scenario) -> Iterator[PydanticCustomError]:
                           "Write reflection: statistical under surface, or smooth.")  # fmt: skip
     if scenario.surface.reflection == "tilted":
         yield from swell_errors(scenario, found)
+
+
+def _unknown_objects(scenario: Scenario) -> Iterator[PydanticCustomError]:
+    """Errors of replica perturbations of objects that the scene lacks."""
+    labels = [*(one.label for one in scenario.targets), *(one.label for one in scenario.water.patches)]
+    known = (*labels, "seabed", "surface", "water", "boundary echo")
+    for row, one in enumerate(scenario.paths.replica_perturbations):
+        for name in one.objects or ():
+            if name not in known:
+                yield field_error(f"paths.replica_perturbations.{row}.objects", name, "is no object of the scene. "
+                                  f"Write one of {', '.join(known)}.")  # fmt: skip
 
 
 def _explicit_sea_limits(scenario: Scenario) -> Iterator[PydanticCustomError]:
@@ -107,6 +119,9 @@ def _tracer_limits(scenario: Scenario) -> Iterator[PydanticCustomError]:
     if scenario.water.layered:
         yield field_error("water.profile", None, "bends rays, and those of the tracer are straight. Give the water one "
                       "sound_speed, or write engine: eigenrays under paths.")  # fmt: skip
+    if scenario.sonar.hull is not None:
+        yield field_error("sonar.hull", None, "reflects sound, which the tracer does not follow. Leave it out, or write "
+                          "engine: eigenrays under paths.")  # fmt: skip
     if scenario.seabed.reflecting_interface != "smooth":
         yield field_error("seabed.reflecting_interface", "rough", "is not for the tracer, whose seabed is a mirror. "
                       "Write smooth, or engine: eigenrays under paths.")  # fmt: skip

@@ -118,7 +118,9 @@ class CoherentAccumulator:
                 continue
             strength = pairs.strength[row] * pairs.scatterers.phase
             if not self.replica_jitter.is_zero:
-                strength = strength * self.replica_jitter.factor(pairs.scatterers.scatterer_id, *names[row])
+                strength = strength * self.replica_jitter.factor(
+                    pairs.scatterers.scatterer_id, *names[row], pairs.scatterers.object
+                )
             delay = pairs.out.delay[i] + pairs.back.delay[j]
             for channel, row_of_cells in enumerate(cells):
                 t, r = (

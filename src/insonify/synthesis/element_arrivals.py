@@ -157,7 +157,10 @@ def deposit(cells: Cells, pairs: Pairs, ping: PingReception, interpolation: Sect
     ping_geometry, grid, receive_points, water = ping.ping_geometry, ping.grid, ping.receive_points, ping.water
     out, back, strength = pairs.out, pairs.back, pairs.strength
     if not ping.replica_jitter.is_zero:
-        factors = [ping.replica_jitter.factor(pairs.scatterers.scatterer_id, *names) for names in pairs.rays()]
+        factors = [
+            ping.replica_jitter.factor(pairs.scatterers.scatterer_id, *names, pairs.scatterers.object)
+            for names in pairs.rays()
+        ]
         strength = strength * np.array(factors)
     emission_delay, mach, amplitude_factor = transmitter_motion(out.departure, out.length, ping_geometry)
     amplitude = out.amplitude

@@ -128,46 +128,46 @@ class IncoherentAccumulator:
         """
         for part in coherent_subsets(pairs):
             for copy in split_by_coherence(part, self.delay_field, self.ping_geometry):
-                self._add_scatterers(energies, copy, transmit_weights, receive_weights)
+                for one, *shares in self.replica_jitter.expected_parts(copy):
+                    self._add_scatterers(energies, one, transmit_weights, receive_weights, *shares)
 
     def _add_scatterers(
-        self, energies: IntensityBuffer, pairs: Pairs, transmit_weights: Complexes, receive_weights: Complexes
-    ) -> None:
+        self, energies: IntensityBuffer, pairs: Pairs, transmit_weights: Complexes, receive_weights: Complexes,
+        interference_factor: float, independent: float,
+    ) -> None:  # fmt: skip
         """Add pairs in which only the scatterers' phases are random."""
-        interference_factor, mean_energy = self.replica_jitter.interference_factor, self.replica_jitter.mean_energy
         support = len(self.table.samples) / self.table.rate
         if pairs.interferes:
-            self._add_coherent_facets(energies, pairs, transmit_weights, receive_weights)
+            shares = interference_factor, independent
+            self._add_coherent_facets(energies, pairs, transmit_weights, receive_weights, shares)
             return
         # A pair and its reverse arrive together; without jitter they are one arrival.
-        reciprocal = (
-            pairs.out is pairs.back and mean_energy == interference_factor and contains_reversed_pairs(pairs.pair)
-        )
+        reciprocal = pairs.out is pairs.back and independent == 0 and contains_reversed_pairs(pairs.pair)
         rows = np.flatnonzero(pairs.pair[:, 0] <= pairs.pair[:, 1]) if reciprocal else np.arange(len(pairs.pair))
         for channel in range(self.ping_geometry.channel_count):
             delay, energy, first, grouped_delay, weight = _sort(
                 pairs.out.delay, pairs.back.delay, transmit_weights[channel % len(transmit_weights)],
                 receive_weights[channel % len(receive_weights)], pairs.pair, rows, reciprocal, pairs.strength, support,
-                interference_factor, mean_energy - interference_factor,
+                interference_factor, independent,
             )  # fmt: skip
             deposit_energy(energies.cells[channel], self.grid.first_time, self.grid.energy_rate, delay, energy)
             if len(grouped_delay):
                 add_groups(
                     energies.intensity[channel], self.grid.start, self.grid.sample_rate, self.table.samples,
                     self.table.start, self.table.rate, first, grouped_delay, weight, interference_factor,
-                    mean_energy - interference_factor,
+                    independent,
                 )  # fmt: skip
 
     def _add_coherent_facets(
-        self, energies: IntensityBuffer, pairs: Pairs, transmit_weights: Complexes, receive_weights: Complexes
-    ) -> None:
+        self, energies: IntensityBuffer, pairs: Pairs, transmit_weights: Complexes, receive_weights: Complexes,
+        shares: tuple[float, float],
+    ) -> None:  # fmt: skip
         """Add facets of one target or of a part of it: all arrivals interfere, and a pair of rays is one replica."""
         if energies.specular_sums and energies.specular_sums[0].object_name != pairs.scatterers.object:
             energies.flush_specular()
         if not energies.specular_sums:
             energies.specular_sums.append(SpecularSums(self.grid, self.ping_geometry.pulse, pairs.scatterers.object))
         sums, channels = energies.specular_sums[0], range(len(energies.intensity))
-        interference_factor, mean_energy = self.replica_jitter.interference_factor, self.replica_jitter.mean_energy
         group: Hashable = _random_bounces(pairs), len(pairs.pair)
         for (i, j), strength, names in zip(pairs.pair, pairs.strength, pairs.rays(), strict=True):
             weight = np.stack(
@@ -179,10 +179,7 @@ class IncoherentAccumulator:
                 ]
             )
             delay = pairs.out.delay[i] + pairs.back.delay[j]
-            for key, power_fraction in (
-                (group, interference_factor),
-                ((group, names), mean_energy - interference_factor),
-            ):
+            for key, power_fraction in zip((group, (group, names)), shares, strict=True):
                 if power_fraction:
                     sums.add(key, power_fraction, delay, weight)
 
@@ -190,7 +187,8 @@ class IncoherentAccumulator:
     def has_random_paths(self) -> bool:
         """Return True if jitter or uneven water make the paths of one scatterer interfere only in part."""
         inhomogeneous = self.delay_field is not None and self.delay_field.inhomogeneity.rms_index != 0
-        return inhomogeneous or self.replica_jitter.mean_energy != self.replica_jitter.interference_factor
+        jitter = self.replica_jitter
+        return inhomogeneous or jitter.mean_energy != jitter.interference_factor or bool(jitter.perturbations)
 
     @property
     def is_short_pulse(self) -> bool:

@@ -127,7 +127,10 @@ def _kernel_strengths(pairs: Pairs, replica_jitter: ReplicaJitter) -> Scattering
     strength = pairs.strength
     if not replica_jitter.is_zero:
         strength = strength * np.array(
-            [replica_jitter.factor(pairs.scatterers.scatterer_id, *ray) for ray in pairs.rays()]
+            [
+                replica_jitter.factor(pairs.scatterers.scatterer_id, *ray, pairs.scatterers.object)
+                for ray in pairs.rays()
+            ]
         )
     return ScatteringStrengths(
         np.ascontiguousarray(strength, np.complex64), _NONE, _NONE, _NONE, priority, range_bin, keep_probability

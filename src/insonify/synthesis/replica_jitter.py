@@ -4,10 +4,12 @@ The jitter is given in wavelengths, as a delay would be, but changes the phase o
 the delay of the path. Each ordered pair of families at each scatterer is a replica of its own;
 its random numbers are keyed by seed, ping, scatterer and families, and shared by all channels. In the mean, a jitter
 uniform up to J wavelengths leaves sinc^2(J) of the interference between replicas; a relative amplitude change
-uniform up to e adds e^2 / 3 to the energy of each.
+uniform up to e adds e^2 / 3 to the energy of each. Replicas of unlike jitter have the mean factors mu = sinc(J)
+exp(-j pi J), so that E |sum f A|^2 = |sum mu A|^2 + sum (1 + e^2 / 3 - |mu|^2) |A|^2.
 """
 
-from dataclasses import dataclass
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +17,8 @@ from numpy.typing import NDArray
 from insonify import random_keys
 from insonify.jit import njit
 from insonify.propagation.families import bounce_sequence
-from insonify.propagation.path_settings import PathSettings
+from insonify.propagation.path_settings import PathSettings, ReplicaPerturbation
+from insonify.records.pairs import Pairs
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,23 +32,44 @@ class ReplicaJitter:
     amplitude: float
     """Largest random relative change of amplitude [1]."""
 
+    perturbations: tuple[ReplicaPerturbation, ...] = ()
+    """Jitter and amplitude of some families or objects."""
+
     @property
     def is_zero(self) -> bool:
         """True without jitter."""
-        return self.jitter == 0 and self.amplitude == 0
+        return self.jitter == 0 and self.amplitude == 0 and not self.perturbations
 
     @property
     def interference_factor(self) -> float:
-        """Mean product of two replicas re that without jitter [1]."""
+        """Mean product of two replicas re that without jitter, but for perturbed families and objects [1]."""
         return float(np.sinc(self.jitter) ** 2)
 
     @property
     def mean_energy(self) -> float:
-        """Mean energy of one replica re that without jitter [1]."""
+        """Mean energy of one replica re that without jitter, but for perturbed families and objects [1]."""
         return 1 + self.amplitude**2 / 3
 
+    def largest(self, object_name: str, transmit_family: str, receive_family: str) -> tuple[float, float]:
+        """Largest random phase [wavelengths] and relative change of amplitude [1] of one ordered pair of rays.
+
+        Args:
+            object_name: Object that scatters.
+            transmit_family: Family of the transmit leg, with or without the number of its ray.
+            receive_family: Family of the receive leg.
+        """
+        jitter, amplitude = self.jitter, self.amplitude
+        legs = {name.rstrip("0123456789") for name in (transmit_family, receive_family)}
+        for one in self.perturbations:
+            if (one.families is None or legs & set(one.families)) and (
+                one.objects is None or object_name in one.objects
+            ):
+                jitter = jitter if one.jitter is None else one.jitter
+                amplitude = amplitude if one.amplitude_perturbation is None else one.amplitude_perturbation
+        return jitter, amplitude
+
     def factor(
-        self, scatterer_id: NDArray[np.uint64], transmit_family: str, receive_family: str
+        self, scatterer_id: NDArray[np.uint64], transmit_family: str, receive_family: str, object_name: str = ""
     ) -> NDArray[np.complex128]:
         """Complex factor of the replicas of some scatterers, for one ordered pair of rays [1], shape (n,).
 
@@ -53,17 +77,36 @@ class ReplicaJitter:
             scatterer_id: Identifiers of the scatterers, shape (n,).
             transmit_family: Family of the transmit leg, with a number for further rays, such as D2.
             receive_family: Family of the receive leg, with a number for further rays.
+            object_name: Object of the scatterers.
         """
         result = np.empty(len(scatterer_id), complex)
         families = (_code(transmit_family) << 8) | _code(receive_family)
+        families |= ("H" in transmit_family) << 17 | ("H" in receive_family) << 16
         k0, k1 = random_keys.stream_key(self.seed, random_keys.JITTER)
-        _factors(scatterer_id, self.ping, families, k0, k1, self.jitter, self.amplitude, result)
+        jitter, amplitude = self.largest(object_name, transmit_family, receive_family)
+        _factors(scatterer_id, self.ping, families, k0, k1, jitter, amplitude, result)
         return result
+
+    def expected_parts(self, pairs: Pairs) -> Iterator[tuple[Pairs, float, float]]:
+        """Copies of a block whose mean intensities add, each with the weight of its interference and of its energies.
+
+        Args:
+            pairs: Pairs of one block.
+        """
+        if not self.perturbations:
+            yield pairs, self.interference_factor, self.mean_energy - self.interference_factor
+            return
+        largest = np.array([self.largest(pairs.scatterers.object, *names) for names in pairs.rays()]).reshape(-1, 2)
+        mean = np.sinc(largest[:, 0]) * np.exp(-1j * np.pi * largest[:, 0])
+        apart = np.sqrt(np.maximum(1 + largest[:, 1] ** 2 / 3 - np.abs(mean) ** 2, 0.0))
+        for factor, interfering in ((mean, 1.0), (apart, 0.0)):
+            if factor.any():
+                yield replace(pairs, stored_strengths=pairs.strength * factor[:, None]), interfering, 1 - interfering
 
 
 def replica_jitter(seed: int, ping: int, choice: PathSettings) -> ReplicaJitter:
     """Replica jitter of one ping, as set by the path settings."""
-    return ReplicaJitter(seed, ping, choice.jitter, choice.amplitude_perturbation)
+    return ReplicaJitter(seed, ping, choice.jitter, choice.amplitude_perturbation, choice.replica_perturbations)
 
 
 def _code(ray: str) -> int:
