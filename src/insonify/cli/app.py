@@ -33,7 +33,7 @@ app.command("compare")(comparison.compare)
 app.command("scenario-from")(scenarios.scenario_from)
 for _computes in (
     scenarios.check, recordings.run, recordings.show, recordings.explain, export.export, paper_and_demo.paper,
-    paper_and_demo.demo,
+    paper_and_demo.demo, paper_and_demo.study,
 ):  # fmt: skip
     app.command(_computes.__name__)(reporting(_computes))
 

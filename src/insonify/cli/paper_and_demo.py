@@ -66,3 +66,40 @@ def demo(
             shown = show(name, out, threads=threads, overwrite=overwrite, on_ping=on_ping)
         typer.echo(shown.picture)
         typer.echo(numbers_table(shown.numbers))
+
+
+def study(
+    name: Annotated[str, typer.Argument(metavar="NAME", help="open-questions or real-recordings.")],
+    out: Annotated[
+        Path, typer.Option("-o", "--out", metavar="DIR", help="Folder for the page and its pictures.")
+    ] = Path("study"),
+    recordings: Annotated[
+        Path | None, typer.Option(metavar="DIR", help="Folder of the real recordings, for real-recordings.")
+    ] = None,
+) -> None:
+    """Run a study: a page with tables and pictures, in some ten minutes.
+
+    open-questions: three models of one scene, multipath at a target, a synthetic aperture in inhomogeneous water.
+    real-recordings: public recordings beside their simulations.
+
+    Example: insonify study open-questions -o docs/validation
+    """
+    require_choice(name, ("open-questions", "real-recordings"), "study")
+    if name == "real-recordings":
+        from insonify.studies import real_recordings
+
+        if recordings is None:
+            raise InputError("real-recordings needs the folder of the recordings: --recordings DIR, with "
+                             + " and ".join(real_recordings.FILES))  # fmt: skip
+        missing = [file for file in real_recordings.FILES if not (recordings / file).is_file()]
+        if missing:
+            raise InputError(f"--recordings: {recordings} has no {missing[0]}. Give the folder that has it")
+        make_folder(out, "-o")
+        files = real_recordings.write(out, recordings)
+    else:
+        from insonify.studies import open_questions
+
+        make_folder(out, "-o")
+        files = open_questions.write(out)
+    for path in files:
+        typer.echo(path)
