@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.optimize import minimize_scalar
 
 from insonify.engines import relief_specular_points
 from insonify.engines.hull_reflection import rectangle_factor
@@ -208,6 +209,61 @@ def test_sand_waves_mirror_at_every_specular_point(waves, frequency, north, coun
     assert len(found) == count and sum(found.caustics) == (count == 3)
     assert 20 * np.log10(abs(total / due)) == pytest.approx(0, abs=0.3)
     assert np.angle(total / due) == pytest.approx(0, abs=0.1)
+
+
+@pytest.mark.parametrize("gradient", [-1.5, 0.8])
+@pytest.mark.parametrize("tilt", [0.01, 8.0, 20.0])
+def test_a_tilted_bed_in_a_gradient_mirrors_the_ray_that_meets_it_at_right_angles(tilt, gradient, tmp_path):
+    """B off a plane: twice the least travel time to it, within 1 ns, from where that ray starts, with its tube.
+
+    Rays are circles, the travel time a hyperbolic distance (Officer 1958, from memory). Kirchhoff's integral by its
+    stationary phase, with second derivatives of the closed form by differences, has the same pressure within 0.01 dB.
+    """
+    east, slope = np.arange(-60, 60.1, 2.0), np.tan(np.radians(tilt))
+    np.savez(tmp_path / "plane.npz", north=east, east=east, depth=20 + slope * east[None, :] + 0 * east[:, None])
+    relief = {"relief": [{"kind": "grid", "file": str(tmp_path / "plane.npz")}], "depth": 20.0}
+    profile = [[0.0, 1500.0], [60.0, 1500.0 + 60 * gradient]]
+    water = {"profile": profile, "absorption_db_per_m": 0.0}
+    found = arrivals(bed_only(order=1, seabed=relief, paths={"families": ["B"]}, water=water))
+
+    def one_way(across, beside=0.0):
+        depth = 20 + slope * across
+        speeds = (1500 + gradient * 11) * (1500 + gradient * depth)
+        straight = np.sqrt(across**2 + beside**2 + (depth - 11) ** 2)
+        return 2 / abs(gradient) * np.arcsinh(abs(gradient) * straight / 2 / np.sqrt(speeds))
+
+    best = minimize_scalar(one_way, bounds=(-15, 5), method="bounded", options={"xatol": 1e-10})
+    assert found.delay == pytest.approx([2 * best.fun], abs=1e-9)
+    # the sine of its start from the vertical: the radius of its circle, whose centre lies where sound has no speed
+    still, foot = -1500 / gradient, 20 + slope * best.x
+    centre = (best.x**2 + (foot - still) ** 2 - (11 - still) ** 2) / (2 * best.x)
+    assert abs(found.departure[0, 1]) == pytest.approx(abs(11 - still) / np.hypot(centre, 11 - still), abs=1e-5)
+    assert np.sign(found.departure[0, 1]) == np.sign(best.x)
+    step, dip = 0.03, np.cos(np.radians(tilt))
+    bends = [
+        (one_way(best.x + step * along, step * beside) + one_way(best.x - step * along, step * beside) - 2 * best.fun)
+        / step**2
+        for along, beside in ((dip, 0.0), (0.0, 1.0))
+    ]
+    at_foot = 1500 + gradient * foot
+    tube = np.sqrt((1500 + gradient * 11) * at_foot) / abs(gradient) * np.sinh(abs(gradient) * best.fun)
+    assert found.spreading == pytest.approx([1 / (tube**2 * at_foot * 2 * np.sqrt(bends[0] * bends[1]))], rel=1e-3)
+
+
+def test_sand_waves_in_hardly_layered_water_mirror_as_in_water_of_one_speed():
+    """A gradient of 1 mm/s over 20 m: the three points of bent waves, with their pressures, caustics and directions."""
+    layered, straight = (
+        arrivals(bed_only(
+            order=1, seabed={"relief": [BENT_WAVES]}, water={**water, "absorption_db_per_m": 0.0},
+            track={"position": (2.5, 0.0, 11.0)}, paths={"families": ["B"]},
+        ))
+        for water in ({"profile": [[0.0, 1500.001], [20.0, 1500.0]]}, {"sound_speed": 1500.0005})
+    )  # fmt: skip
+    assert len(layered) == len(straight) > 1
+    np.testing.assert_allclose(layered.delay, straight.delay, rtol=1e-6)
+    np.testing.assert_allclose(layered.amplitude, straight.amplitude, rtol=1e-4)
+    np.testing.assert_allclose(layered.departure, straight.departure, atol=1e-5)
+    np.testing.assert_array_equal(layered.caustics, straight.caustics)
 
 
 HULL = {"length": 20.0, "width": 6.0, "reflection": 0.9}

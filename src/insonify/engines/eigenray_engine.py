@@ -178,7 +178,7 @@ class EigenrayEngine:
         if terrain is not None and terrain.relief.is_waves and self.scene.seabed.reflecting_interface == "rough":
             factor = relief_roughness_factor(back, end, terrain, wavelength, terrain.depth)
             back = replace(back, reflection_coefficient=back.reflection_coefficient * factor)
-        if terrain is not None and terrain.span[0] < terrain.span[1] and isinstance(self.rays, StraightRays):
+        if terrain is not None and terrain.span[0] < terrain.span[1]:
             back = with_specular_points(
                 back, end, ping_geometry.transmit_position, self.scene, wavelength, self.specular_points
             )

@@ -6,6 +6,8 @@ with H the second derivatives of the path length over the ground, H0 those over 
 for each negative curvature (a caustic touched). Source: stationary phase of Kirchhoff's integral, as in Brekhovskikh &
 Lysanov (2003), Fundamentals of Ocean Acoustics, chapter 9 (chapter from memory; tested against the integral). Near a
 caustic the curvature is held above that at which Airy's function has its value at the caustic.
+
+In layered water the length is the travel time times the speed at the surface, for the family B.
 """
 
 from dataclasses import replace
@@ -17,7 +19,9 @@ from numpy.typing import NDArray
 
 from insonify.engines.recent_results import RecentResults
 from insonify.engines.relief_reflections import NEGLIGIBLE_PRESSURE
+from insonify.propagation._layered_surface_path_kernel import SurfaceWater, rays_down, speed_at
 from insonify.propagation.glints import leg_rows
+from insonify.propagation.surface_water import surface_water
 from insonify.records.legs import Legs
 from insonify.scene.scene import Scene
 from insonify.scene.seabed_terrain import SeabedTerrain
@@ -45,9 +49,9 @@ class SpecularPoints(NamedTuple):
     position: Floats
     """North, east, depth [m], shape (n, 3)."""
     length: Floats
-    """Path length [m], shape (n,)."""
+    """Path length, in layered water the travel time times the speed at the surface [m], shape (n,)."""
     focusing: Floats
-    """Pressure re that off the tangent plane [1], shape (n,)."""
+    """Pressure re 1 m times `length` [1], shape (n,): in water of one speed, pressure re that off the tangent plane."""
     caustics: NDArray[np.uint8]
     """Caustics touched [1], shape (n,)."""
     grazing_sine: Floats
@@ -59,14 +63,15 @@ class SpecularPoints(NamedTuple):
 
 
 class _Ground(NamedTuple):
-    """Depth of some ground as a spline over north and east."""
+    """Depth of some ground as a spline over north and east, and the water above it."""
 
     spline: Any
+    water: SurfaceWater
 
-    def derivatives(self, place: Floats) -> tuple[Floats, Floats, Floats]:
+    def derivatives(self, positions: Floats) -> tuple[Floats, Floats, Floats]:
         """Depth [m], (n,), its gradient [1], (n, 2), and second derivatives [1/m], (n, 2, 2), at positions (n, 2)."""
         depth, north, east, north2, both, east2 = (
-            self.spline.ev(*place.T, dx=dx, dy=dy) for dx, dy in ((0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2))
+            self.spline.ev(*positions.T, dx=dx, dy=dy) for dx, dy in ((0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2))
         )
         second = np.moveaxis(np.array([[north2, both], [both, east2]]), 2, 0)
         return depth, np.stack([north, east], axis=1), second
@@ -82,20 +87,24 @@ def with_specular_points(
         legs: Legs over relief to one point, a row for each family.
         position: North, east, depth at which they begin [m], shape (3,).
         end: North, east, depth of the point [m], shape (3,).
-        scene: The scene, in water of one sound speed.
+        scene: The scene; in layered water, for the family B.
         wavelength: Acoustic wavelength [m].
         cache: Specular points that have been found, by the ends of their path and the wavelength.
     """
-    terrain = scene.seabed.terrain
+    terrain, layered = scene.seabed.terrain, scene.water.layered
+    water = surface_water(scene, float(scene.water.sound_speed_at(position[2])), False, False)
+    if layered:  # wavelength of the unit of travel times
+        wavelength *= float(water.speed[0]) * water.slowness
     rows: list[int] = []
     found: list[SpecularPoints | None] = []
     for row, family in enumerate(legs.families):
         points = None
-        if terrain is not None and family.count("B") == 1:
+        if terrain is not None and (legs.families.count(family) == 1 and family == "B" if layered else (
+            family.count("B") == 1)):  # fmt: skip
             # by reciprocity either direction has the same points
             begin, stop = sorted(_images(family, position, end), key=tuple)
             key = begin.tobytes(), stop.tobytes(), wavelength
-            points = cache.get(key, partial(specular_points, terrain, begin, stop, wavelength))
+            points = cache.get(key, partial(specular_points, terrain, begin, stop, wavelength, water))
         rows += [row] * (1 if points is None else len(points.length))
         found.append(points)
     made = leg_rows(legs, rows)
@@ -144,16 +153,45 @@ def _write(
     }  # fmt: skip
     for name, column in columns.items():
         getattr(made, name)[rows, 0] = column
+    if scene.water.layered:
+        water = surface_water(scene, scene.water.sound_speed, False, False)
+        _write_refracted(made, rows, points, ends, per_metre, water)
 
 
-def specular_points(terrain: SeabedTerrain, begin: Floats, stop: Floats, wavelength: float) -> SpecularPoints | None:
+def _write_refracted(
+    made: Legs, rows: slice, points: SpecularPoints, ends: tuple[Floats, Floats], per_metre: float, water: SurfaceWater
+) -> None:
+    """Write travel times, lengths and directions of the family B in layered water."""
+    lengths = np.zeros(len(points.length))
+    for name, end, sense in (("departure", ends[0], 1.0), ("arrival", ends[1], -1.0)):
+        across = sense * (points.position - end)[:, :2]
+        found = _rays_to(points.position, end, water)
+        cosine = np.minimum(found[:, 0] * speed_at(float(end[2]), water) / water.speed[0], 1.0)
+        ahead = across / np.maximum(np.linalg.norm(across, axis=1), 1e-12)[:, None]
+        getattr(made, name)[rows, 0] = np.column_stack([ahead * cosine[:, None], sense * np.sqrt(1 - cosine**2)])
+        lengths += found[:, 4]
+    made.delay[rows, 0], made.length[rows, 0] = points.length / water.speed[0], lengths
+    made.absorption[rows, 0] = np.exp(per_metre * lengths)
+
+
+def _rays_to(points: Floats, end: Floats, water: SurfaceWater) -> Floats:
+    """Rays of `rays_down` between one end and points (n, 3), shape (n, 6)."""
+    rays = np.empty((len(points), 6))
+    rays_down(np.linalg.norm(points[:, :2] - end[:2], axis=1), points[:, 2].copy(), float(end[2]), water, rays)
+    return rays
+
+
+def specular_points(
+    terrain: SeabedTerrain, begin: Floats, stop: Floats, wavelength: float, water: SurfaceWater
+) -> SpecularPoints | None:
     """Points of relief at which the length of the path from one position to another by the ground is stationary.
 
     Args:
         terrain: The seabed.
         begin: North, east, depth at which the path begins, or its image [m], shape (3,).
         stop: The same of its end [m], shape (3,).
-        wavelength: Acoustic wavelength [m].
+        wavelength: Acoustic wavelength, in layered water at the surface [m].
+        water: The water; without knots, of one sound speed.
 
     Returns:
         The points; None where roughness leaves nothing coherent, the ground is unknown, or none is found within the
@@ -181,16 +219,22 @@ def specular_points(terrain: SeabedTerrain, begin: Floats, stop: Floats, wavelen
     # half of a wave of that length stays
     smooth = depth if keeps_all else gaussian_filter(depth, 0.187 * wave / step, mode="nearest")
     residual = float(np.var(depth - smooth))
-    ground = _Ground(RectBivariateSpline(north, east, smooth))
-    place = np.stack(np.meshgrid(north[margin:-margin], east[margin:-margin], indexing="ij"), axis=-1).reshape(-1, 2)
-    place = _stationary(ground, place, begin, stop, step)
-    if not len(place):
+    ground = _Ground(RectBivariateSpline(north, east, smooth), water)
+    positions = np.stack(np.meshgrid(north[margin:-margin], east[margin:-margin], indexing="ij"), axis=-1).reshape(
+        -1, 2
+    )
+    positions = _stationary(ground, positions, begin, stop, step)
+    if not len(positions):
         return None
-    found = _at(ground, place, begin, stop, wavelength, wave, residual)
+    found = _at(ground, positions, begin, stop, wavelength, wave, residual)
     if not keeps_all:
         return found
     exact = np.column_stack([found.position[:, :2], terrain.depth_at(*found.position[:, :2].T)])
-    length = np.linalg.norm(exact - begin, axis=1) + np.linalg.norm(exact - stop, axis=1)  # stationary: to second order
+    # stationary: to second order
+    if water.depth.size:
+        length = _rays_to(exact, begin, water)[:, 3] + _rays_to(exact, stop, water)[:, 3]
+    else:
+        length = np.linalg.norm(exact - begin, axis=1) + np.linalg.norm(exact - stop, axis=1)
     return found._replace(position=exact, length=length)
 
 
@@ -201,21 +245,27 @@ def _rms_slope(terrain: SeabedTerrain, middle: Floats, reach: float) -> float:
     return float(np.sqrt(np.nanmean(np.square(sample.slope))))
 
 
-def _path(ground: _Ground, place: Floats, begin: Floats, stop: Floats) -> tuple[Floats, Floats, Floats, Floats, Floats]:
+def _path(
+    ground: _Ground, positions: Floats, begin: Floats, stop: Floats
+) -> tuple[Floats, Floats, Floats, Floats, Floats]:
     """Length of paths by the ground, gradient, second derivatives, those over the tangent plane, sine of grazing."""
-    depth, slope, bend = ground.derivatives(place)
-    point = np.column_stack([place, depth])
-    tangent = np.zeros((len(place), 3, 2))
+    depth, slope, bend = ground.derivatives(positions)
+    point = np.column_stack([positions, depth])
+    tangent = np.zeros((len(positions), 3, 2))
     tangent[:, 0, 0] = tangent[:, 1, 1] = 1.0
     tangent[:, 2] = slope
-    length, total, curvature = np.zeros(len(place)), np.zeros((len(place), 3)), np.zeros((len(place), 3, 3))
+    length, total, curvature = np.zeros(len(positions)), np.zeros((len(positions), 3)), np.zeros((len(positions), 3, 3))
     for end in (begin, stop):
-        way = point - end
-        distance = np.linalg.norm(way, axis=1)
-        unit = way / distance[:, None]
+        offset = point - end
+        if ground.water.depth.size:
+            distance, unit, part = _refracted_length(offset, point[:, 2], end, ground.water)
+        else:
+            distance = np.linalg.norm(offset, axis=1)
+            unit = offset / distance[:, None]
+            part = (np.eye(3) - unit[:, :, None] * unit[:, None, :]) / distance[:, None, None]
         length += distance
         total += unit
-        curvature += (np.eye(3) - unit[:, :, None] * unit[:, None, :]) / distance[:, None, None]
+        curvature += part
     gradient = np.einsum("ni,nij->nj", total, tangent)
     plane = np.einsum("nia,nij,njb->nab", tangent, curvature, tangent)
     steep = np.sqrt(1 + np.sum(slope**2, axis=1))
@@ -223,57 +273,79 @@ def _path(ground: _Ground, place: Floats, begin: Floats, stop: Floats) -> tuple[
     return length, gradient, plane + total[:, 2, None, None] * bend, plane, sine
 
 
-def _stationary(ground: _Ground, place: Floats, begin: Floats, stop: Floats, step: float) -> Floats:
+def _refracted_length(offset: Floats, depth: Floats, end: Floats, water: SurfaceWater) -> tuple[Floats, Floats, Floats]:
+    """Travel time from an end to points below it [m], its gradient [1], (n, 3), and second derivatives [1/m]."""
+    rays = _rays_to(end + offset, end, water)
+    p, per, bend, reference = rays[:, 0], 1 / rays[:, 1], 1 / rays[:, 2], float(water.speed[0])
+    index, below = (reference / np.interp(depth + step, water.depth, water.speed) for step in (0.0, 1e-3))
+    q = np.sqrt(np.maximum(index**2 - p**2, 1e-12))
+    across = np.linalg.norm(offset[:, :2], axis=1)
+    ahead = np.where(across[:, None] > 1e-9, offset[:, :2] / np.maximum(across, 1e-9)[:, None], [1.0, 0.0])
+    second = np.zeros((len(offset), 3, 3))
+    second[:, :2, :2] = per[:, None, None] * np.eye(2) + ((bend - per)[:, None] * ahead)[:, :, None] * ahead[:, None]
+    second[:, :2, 2] = second[:, 2, :2] = (-p / q * bend)[:, None] * ahead
+    second[:, 2, 2] = (p / q) ** 2 * bend + index * (below - index) / 1e-3 / q
+    return rays[:, 3], np.column_stack([p[:, None] * ahead, q]), second
+
+
+def _stationary(ground: _Ground, positions: Floats, begin: Floats, stop: Floats, step: float) -> Floats:
     """Stationary points of the path length, each once, from starts a step apart by Newton's method, shape (n, 2)."""
-    start = place
+    start = positions
     for number in range(NEWTON_STEPS):
-        _, gradient, curvature, _, _ = _path(ground, place, begin, stop)
+        _, gradient, curvature, _, _ = _path(ground, positions, begin, stop)
         determinant = np.linalg.det(curvature)
         safe = np.abs(determinant) > 1e-12
-        move = np.zeros_like(place)
+        move = np.zeros_like(positions)
         move[safe] = -np.linalg.solve(curvature[safe], gradient[safe][..., None])[..., 0]
-        far = np.linalg.norm(place + move - start, axis=1) > 2 * step
-        near = safe & ~far
+        strayed = np.linalg.norm(positions + move - start, axis=1) > 2 * step
+        is_kept = safe & ~strayed
         if number < NEWTON_STEPS // 2:  # starts beside a caustic need more than one step
-            near |= safe & (np.linalg.norm(gradient, axis=1) < 4 * step * np.abs(curvature).max(axis=(1, 2)))
+            is_kept |= safe & (np.linalg.norm(gradient, axis=1) < 4 * step * np.abs(curvature).max(axis=(1, 2)))
             size = np.linalg.norm(move, axis=1, keepdims=True)
             move *= np.minimum(1.0, step / np.maximum(size, 1e-12))
-        place, start = (place + move)[near], start[near]
-    if not len(place):
-        return place
-    _, gradient, _, _, _ = _path(ground, place, begin, stop)
-    place = place[np.linalg.norm(gradient, axis=1) < 1e-7]
-    _, first = np.unique(np.round(place / (step / 10)).astype(np.int64), axis=0, return_index=True)
-    return _apart(place[np.sort(first)], step / 20)
+        positions, start = (positions + move)[is_kept], start[is_kept]
+    if not len(positions):
+        return positions
+    _, gradient, _, _, _ = _path(ground, positions, begin, stop)
+    positions = positions[np.linalg.norm(gradient, axis=1) < 1e-7]
+    _, first = np.unique(np.round(positions / (step / 10)).astype(np.int64), axis=0, return_index=True)
+    return _apart(positions[np.sort(first)], step / 20)
 
 
-def _apart(place: Floats, least: float) -> Floats:
+def _apart(positions: Floats, least: float) -> Floats:
     """Positions without those that repeat an earlier one, shape (n, 2)."""
     kept: list[Floats] = []
-    for one in place:
+    for one in positions:
         if all(np.hypot(*(one - other)) > least for other in kept):
             kept.append(one)
     return np.array(kept).reshape(-1, 2)
 
 
 def _at(
-    ground: _Ground, place: Floats, begin: Floats, stop: Floats, wavelength: float, scale: float, residual: float
+    ground: _Ground, positions: Floats, begin: Floats, stop: Floats, wavelength: float, scale: float, residual: float
 ) -> SpecularPoints:
     """Pressure of the path by each stationary point, the strongest first."""
-    length, _, curvature, plane, sine = _path(ground, place, begin, stop)
+    length, _, curvature, plane, sine = _path(ground, positions, begin, stop)
     value, vector = np.linalg.eigh(curvature)
     wavenumber, beside = 2 * np.pi / wavelength, scale / 8
     for axis in range(2):
         along = vector[:, :, axis]
-        ends = [np.einsum("na,nab,nb->n", along, _path(ground, place + side * beside * along, begin, stop)[2], along)
-                for side in (-1, 1)]  # fmt: skip
+        moved = (positions + side * beside * along for side in (-1, 1))
+        ends = [np.einsum("na,nab,nb->n", along, _path(ground, one, begin, stop)[2], along) for one in moved]
         third = np.abs(ends[1] - ends[0]) / (2 * beside)
         least = AIRY * third ** (2 / 3) * wavenumber ** (-1 / 3)
         value[:, axis] = np.where(value[:, axis] < 0, -1, 1) * np.maximum(np.abs(value[:, axis]), least)
     focusing = np.sqrt(np.linalg.det(plane) / np.maximum(np.abs(value.prod(axis=1)), 1e-12))
+    if ground.water.depth.size:  # Kirchhoff's integral: cosine / (d1 d2 sqrt |det H|), with d spreading distances
+        depth, slope, _ = ground.derivatives(positions)
+        points = np.column_stack([positions, depth])
+        apart = [_rays_to(points, end, ground.water)[:, 5] for end in (begin, stop)]
+        facing = sine * np.sqrt(1 + np.sum(slope**2, axis=1))
+        focusing *= length * facing / (apart[0] * apart[1] * np.sqrt(np.linalg.det(plane)))
+        sine = sine * np.interp(depth, ground.water.depth, ground.water.speed) / ground.water.speed[0]
     order = np.argsort(-focusing / length, kind="stable")[:MOST]
-    depth, _, _ = ground.derivatives(place[order])
+    depth, _, _ = ground.derivatives(positions[order])
     return SpecularPoints(
-        np.column_stack([place[order], depth]), length[order], focusing[order],
+        np.column_stack([positions[order], depth]), length[order], focusing[order],
         np.sum(value[order] < 0, axis=1).astype(np.uint8), sine[order], scale, residual,
     )  # fmt: skip

@@ -321,3 +321,30 @@ def bounce_rays(start: Floats, ends: Floats, points: Floats, water: SurfaceWater
                 points[n, k, 3 + side] = reference * one_way[0]
                 rays[n, k, 2 + side] = reference * p
             rays[n, k, 0], rays[n, k, 1] = product, length
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def rays_down(distance: Floats, depth: Floats, source_depth: float, water: SurfaceWater, rays: Floats) -> None:
+    """Rays from a position down to n points below it.
+
+    Args:
+        distance: Horizontal distances [m], (n,).
+        depth: Depths of the points, greater than that of the position [m], (n,).
+        source_depth: Depth of the position [m].
+        water: The water.
+        rays: Filled, in units of the speed at the surface, with slowness [1], distance over slowness [m], growth of the
+            distance with the slowness [m], travel time [m]; length [m] and spreading distance [m]; NaN where no ray
+            arrives, (n, 6).
+    """
+    reference, c1 = water.speed[0], speed_at(source_depth, water)
+    for n in range(distance.size):
+        ray = refracted_path(distance[n], -source_depth, depth[n], False, water, 0.0, CLOSE)
+        if not ray.exists:
+            rays[n] = math.nan
+            continue
+        p, c2 = ray.slowness, speed_at(depth[n], water)
+        time, length = time_and_length(ray, distance[n], False, water)
+        sines = math.sqrt(max(1 - (p * c1) ** 2, 0.0) * max(1 - (p * c2) ** 2, 0.0))
+        rays[n, 0], rays[n, 1], rays[n, 2] = reference * p, ray.distance / reference, ray.growth / reference
+        rays[n, 3], rays[n, 4] = reference * time, length
+        rays[n, 5] = math.sqrt(ray.distance * ray.growth * sines / (c1 * c2))

@@ -24,7 +24,7 @@ from insonify.ocean.directional_spreading import ElfouhailySpreading
 from insonify.ocean.elfouhaily import Elfouhaily
 from insonify.ocean.sea_surface import SeaSurface
 from insonify.ocean.wave_spectrum import angular_frequency
-from insonify.propagation._layered_surface_path_kernel import SurfaceWater, bounce_rays
+from insonify.propagation._layered_surface_path_kernel import bounce_rays
 from insonify.propagation._stationary_point_kernel import COLUMNS, BounceSearch, LegEnds, bounce_points
 from insonify.propagation.caustic import merging_factor
 from insonify.propagation.families import bounce_sequence
@@ -37,7 +37,7 @@ from insonify.propagation.glints import (
     leg_rows,
     update_grazing,
 )
-from insonify.propagation.sound_speed_layers import scene_layers
+from insonify.propagation.surface_water import surface_water
 from insonify.propagation.wind_waves import shortest_wavenumber, wind_waves
 from insonify.records.legs import Legs, LegStatus
 from insonify.scene.scatterer_grid import ScattererGrid
@@ -155,7 +155,7 @@ def find_bounce_points(
     origin = np.array([*scene.seabed.scatterer_grid.origin, 0.0])
     speed = float(scene.water.sound_speed_at(sonar_end.position[2]))
     size = sea.shortest_wavelength / SHARED
-    positions, water = scatterers.position, _surface_water(scene, speed, before > 0, after > 0)
+    positions, water = scatterers.position, surface_water(scene, speed, before > 0, after > 0)
     if water.depth.size:
         positions = np.column_stack([positions[:, :2], np.clip(positions[:, 2], 0.0, water.depth[-1])])
     cells = _cells(positions, scene.seabed.scatterer_grid, size)
@@ -477,18 +477,6 @@ def _with_rough_reflection(
     waves = wind_waves(wind, finest, drawn)
     sea = GlintSurface(scene, seed, frequency, waves, grazing_sines=sines, bounce_points=bounced)
     return sea.legs(legs, scatterers, sonar_end)
-
-
-def _surface_water(scene: Scene, speed: float, bottom_before: bool, bottom_after: bool) -> SurfaceWater:
-    """Water of the paths of one family; without knots where it has one sound speed."""
-    if not scene.water.layered:
-        return SurfaceWater(
-            np.zeros(0), np.zeros(0), 1 / speed, scene.seabed.depth, bottom_before, bottom_after, np.zeros(2)
-        )
-    layers = scene_layers(scene)
-    return SurfaceWater(
-        layers.depth, layers.speed, 1 / speed, layers.bottom_reflection_depth, bottom_before, bottom_after, np.zeros(2)
-    )  # fmt: skip
 
 
 def _unfolded_depth(depth: Floats, bottom_bounces: int, bed: float) -> Floats:
