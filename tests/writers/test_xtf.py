@@ -106,3 +106,21 @@ def test_a_recording_that_does_not_fit_is_refused_and_nothing_is_left(sound, tmp
     with pytest.raises(StoreError, match="record: beams"):
         insonify.export(insonify.simulate(elements, threads=1), tmp_path / "a.xtf")
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("keep", ["both", "recorded"])
+def test_lines_of_a_recorder_are_written_as_they_are(tmp_path, keep):
+    """Counts of 12 bit from mean pairs of pings, at the first ping of each, bit by bit; unrounded lines as floats."""
+    stages = [{"kind": "gain", "tvg_db_per_decade": 30, "fixed_db": -30}, {"kind": "looks", "samples": 4, "pings": 2}]
+    counts = [*stages, {"kind": "quantisation", "bits": 12, "signed": False}]
+    base = sidescan(pings=6)
+    for chain, kind in ((counts, np.uint16), (stages, np.float32)):
+        recorder = {"full_scale_db": 160, "stages": chain, "keep": keep}
+        lines = insonify.simulate(base.with_({"sonar.recorder": recorder}), threads=1)
+        _, found = packets(insonify.export(lines, tmp_path / "a.xtf", "xtf-recorded"))
+        sent = next(part for number, part in found.items() if number.name == "sonar")
+        given = np.array([[ping.data[0][::-1], ping.data[1]] for ping in sent])
+        assert given.dtype == kind and [ping.PingNumber for ping in sent] == [0, 2, 4]
+        np.testing.assert_array_equal(given, lines.recorded.values.astype(kind))
+    with pytest.raises(StoreError, match="has no recorded lines"):
+        insonify.export(insonify.simulate(base.with_("track.pings", 1), threads=1), tmp_path / "b.xtf", "xtf-recorded")

@@ -28,6 +28,7 @@ class ExportFormat(NamedTuple):
 FORMATS: dict[str, ExportFormat] = {
     "xtf": ExportFormat((".xtf",), "sidescan pings, 16 bit", "xtf.write_xtf"),
     "xtf-float32": ExportFormat((".xtf",), "sidescan pings, unrounded", "xtf.write_xtf_float32"),
+    "xtf-recorded": ExportFormat((".xtf",), "lines of the sonar's recorder", "xtf.write_xtf_recorded"),
     "mosaic": ExportFormat((".tif", ".tiff"), "sidescan mosaic on the terrain", "geotiff.write_mosaic", "rasterio"),
     "labels": ExportFormat((".tif", ".tiff"), "labels on the mosaic", "geotiff.write_labels", "rasterio"),
     "waterfall": ExportFormat((".tif", ".tiff"), "pings over ground range", "geotiff.write_waterfall", "rasterio"),

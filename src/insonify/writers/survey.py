@@ -1,9 +1,10 @@
 """Recording with its scenario, its navigation and its place on Earth, as writers of files need them."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
+from typing import Self
 
 import numpy as np
 import xarray as xr
@@ -95,15 +96,33 @@ class Survey:
 
     def amplitudes(self) -> Iterator[tuple[int, NDArray[np.float32]]]:
         """Number within the recorded pings, and rms amplitude [uPa], shape (channel, time), of each ping."""
-        field = next((name for name in FIELDS if name in self.recording), "")
-        if not field:
+        field = next((name for name in FIELDS if name in self.recording), "recorded")
+        if "ping" not in self.recording[field].dims:
             raise StoreError(f"{self.name} has the lines of a recorder alone. Keep the pressure beside them in the "
-                             "scenario, or write it as netCDF (.nc)")  # fmt: skip
+                             "scenario, or write them as xtf-recorded (.xtf) or netCDF (.nc)")  # fmt: skip
         sound = self.recording[field].transpose("ping", "channel", "time")
         for number, row in enumerate(self.rows):
             values = sound[int(row)].values
-            amplitude = np.abs(values) if field == "pressure" else np.sqrt(values)
+            amplitude = np.sqrt(values) if field == "intensity" else values if field == "recorded" else np.abs(values)
             yield number, np.asarray(amplitude, np.float32)
+
+    def recorded_lines(self) -> Self:
+        """The lines of the recorder as pings, at the first ping of each, with their numbers as amplitudes.
+
+        Raises:
+            StoreError: The sonar has no recorder.
+        """
+        recording = self.recording
+        if "recorded" not in recording:
+            raise StoreError(f"{self.name} has no recorded lines. Give the sonar a recorder in the scenario, or write "
+                             "the pressure: xtf or xtf-float32")  # fmt: skip
+        first = recording["line_ping"].values.astype(int)
+        lines = recording["recorded"].rename(line="ping", bin="time").reset_coords(drop=True)
+        lines = lines.drop_vars(["ping", "time"], errors="ignore")
+        known = np.isfinite(np.array([lines[row, 0, 0].values for row in range(first.size)], float))
+        pings = recording.drop_dims(["line", "bin", "time"]).isel(ping=first)
+        bins = ("time", np.asarray(recording["bin_time"].values, float))
+        return replace(self, recording=pings.assign(recorded=lines, done=("ping", known)).assign_coords(time=bins))
 
     def require_beams(self, name: str) -> None:
         """Refuse a recording whose channels are elements, or whose receiver has a platform of its own."""

@@ -49,8 +49,21 @@ def write_xtf_float32(survey: Survey, path: Path) -> None:
     _write(survey, path, "<f4", 1.0)
 
 
-def _write(survey: Survey, path: Path, dtype: str, step: float) -> None:
-    """Write header, notes and packets; one count of the samples is `step` [uPa]."""
+def write_xtf_recorded(survey: Survey, path: Path) -> None:
+    """Write the lines of a recorder as they are: counts of up to 16 bit, all other numbers as floats."""
+    survey.require_beams("XTF")
+    lines = survey.recorded_lines()
+    is_count = all(
+        np.array_equal(line, np.rint(line)) and line.min(initial=0) >= 0 and line.max(initial=0) <= 65535
+        for _, line in lines.amplitudes()
+    )
+    unit = str(survey.recording["recorded"].attrs.get("units", "1"))
+    _write(lines, path, "<u2" if is_count else "<f4", 1.0, f"numbers of the recorder [{unit}]")
+
+
+def _write(survey: Survey, path: Path, dtype: str, step: float, note: str = "") -> None:
+    """Write header, notes and packets; one count of the samples is `step` [uPa], or what a note says."""
+    note = note or f"1 count = {step:.9g} uPa, rms amplitude"
     channels = survey.recording.sizes["channel"]
     if channels > MOST_CHANNELS:
         raise StoreError(f"{survey.name}: XTF holds sidescan channels, and this recording has {channels} beams. Write "
@@ -61,8 +74,8 @@ def _write(survey: Survey, path: Path, dtype: str, step: float) -> None:
     convergence = survey.frame.convergence(survey.position[:, 0], survey.position[:, 1])
     heading = np.degrees(survey.attitude[:, 0] + convergence) % 360
     with path.open("wb") as file:
-        file.write(_header(survey, path, kinds, dtype, step))
-        for text in (_note(step), f"insonify {survey.recording.attrs.get('version', '')}, seed {survey.scenario.seed}"):
+        file.write(_header(survey, kinds, dtype, note))
+        for text in (note, f"insonify {survey.recording.attrs.get('version', '')}, seed {survey.scenario.seed}"):
             file.write(_notes(survey, text))
         for row, amplitude in survey.amplitudes():
             where = {"latitude": latitude[row], "longitude": longitude[row], "heading": heading[row]}
@@ -70,10 +83,6 @@ def _write(survey: Survey, path: Path, dtype: str, step: float) -> None:
             counts = np.rint(amplitude / np.float32(step)) if dtype == "<u2" else amplitude
             counts = np.where(kinds[:, None] == PORT, counts[:, ::-1], counts).astype(dtype)
             file.write(_ping(survey, packets, row, where, counts))
-
-
-def _note(step: float) -> str:
-    return f"1 count = {step:.9g} uPa, rms amplitude"
 
 
 def _kinds(survey: Survey) -> NDArray[np.int64]:
@@ -91,12 +100,12 @@ def _position(survey: Survey) -> tuple[NDArray[np.float64], NDArray[np.float64]]
     return (north, FALSE_EASTING + east) if survey.frame.origin is None else survey.frame.geodetic(north, east)
 
 
-def _header(survey: Survey, path: Path, kinds: NDArray[np.int64], dtype: str, step: float) -> bytes:
+def _header(survey: Survey, kinds: NDArray[np.int64], dtype: str, note: str) -> bytes:
     """File header with the description of each channel, a multiple of 1024 bytes."""
     sonar, recording = survey.scenario.sonar, survey.recording
     head = np.zeros((), layouts.FILE)
     about: dict[str, Any] = {
-        "format": 123, "system": 1, "program": b"insonify", "version": b"1", "note": _note(step).encode()[:63],
+        "format": 123, "system": 1, "program": b"insonify", "version": b"1", "note": note.encode()[:63],
         "sonar": b"simulated", "name": survey.name.name.encode("latin-1", "replace")[:63], "sonar_channels": len(kinds),
         "navigation_units": METRES if survey.frame.origin is None else DEGREES,
     }  # fmt: skip
