@@ -39,7 +39,9 @@ def test_lines_on_disk_are_those_in_memory(tmp_path, keep):
     if keep == "both":
         np.testing.assert_array_equal(found.pressure, whole.pressure)
     assert read_netcdf(write_netcdf(whole, tmp_path / "a.nc")).recorded.equals(whole.recorded)
-    assert plotting.recording(path, tmp_path / "a.png").is_file()
+    for ping in (None, 3):
+        assert plotting.recording(path, tmp_path / f"{ping}.png", ping=ping).is_file()
+    assert plotting.recording(path, tmp_path / "ground.png", ground=True).is_file()
     assert sidescan(whole, gain="none").level_db.shape[0] == (5 if keep == "both" else 2)
 
 

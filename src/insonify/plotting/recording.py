@@ -40,7 +40,10 @@ def recording(
         The path; without one the figure, to be shown or drawn on.
     """
     dataset = recorded if isinstance(recorded, xr.Dataset) else open_recording(recorded)
-    dataset = field_or_lines(dataset)
+    lines = field_or_lines(dataset)
+    if ping is not None and lines is not dataset:
+        ping = int(np.searchsorted(dataset["line_ping"].values, ping, "right")) - 1
+    dataset = lines
     sound = recording_levels(dataset) if beam is None else recording_levels(dataset).only(beam)
     recorded_rows = np.flatnonzero(
         np.isfinite(sound.level).any(axis=(1, 2)) | np.isneginf(sound.level).any(axis=(1, 2))

@@ -237,5 +237,6 @@ def lines_as_pings(recording: xr.Dataset) -> xr.Dataset:
 
 
 def field_or_lines(recording: xr.Dataset) -> xr.Dataset:
-    """The recording; where it has neither pressure nor intensity, its lines as pings."""
-    return recording if {"pressure", "intensity"} & set(recording.variables) else lines_as_pings(recording)
+    """The recording; where a recorder has left neither pressure nor intensity, its lines as pings."""
+    has_field = bool({"pressure", "intensity"} & set(recording.variables))
+    return recording if has_field or "line_ping" not in recording.variables else lines_as_pings(recording)
