@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from insonify.formats.netcdf_file import write_netcdf as write_netcdf
     from insonify.formats.zarr_store import open_recording as open_recording
     from insonify.propagation.path_settings import PathSettings as PathSettings
+    from insonify.real_time.live_sonar import live as live
     from insonify.scenario.load import load_scenario as load_scenario
     from insonify.scenario.scenario import Scenario as Scenario
     from insonify.simulator import arrivals as arrivals
@@ -35,6 +36,7 @@ _HOMES = {
     "levels": "insonify.simulator",
     "record": "insonify.simulator",
     "PathSettings": "insonify.propagation.path_settings",
+    "live": "insonify.real_time.live_sonar",
     "open_recording": "insonify.formats.zarr_store",
     "open_instrument": "insonify.formats.instruments.open_instrument",
     "read_netcdf": "insonify.formats.netcdf_file",
@@ -43,11 +45,12 @@ _HOMES = {
 }
 _PACKAGES = (
     "ocean", "scattering", "scene", "sonar", "records", "propagation", "processing", "formats", "plotting", "paper",
-    "demos", "explanation", "estimates", "comparison", "writers",
+    "demos", "explanation", "estimates", "comparison", "writers", "real_time",
 )  # fmt: skip
 
 __all__ = [
-    "PathSettings", "Scenario", "arrivals", "compare", "export", "labels", "levels", "load_scenario", "open_instrument",
+    "PathSettings", "Scenario", "arrivals", "compare", "export", "labels", "levels", "live", "load_scenario",
+    "open_instrument",
     "open_recording", "read_netcdf", "record", "simulate", "write_netcdf",
 ]  # fmt: skip
 

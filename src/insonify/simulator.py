@@ -86,9 +86,9 @@ class Simulator:
         """Geometry of one ping: of the side that a channel belongs to."""
         return self.ping_geometries(ping)[channel // self.scenario.sonar.beam_count]
 
-    def ping_geometries(self, ping: int) -> list[PingGeometry]:
-        """Geometry of one ping for each side, in the order of their channels."""
-        return [side.at(ping) for side in self._sides]
+    def ping_geometries(self, ping: int, here: Platforms | None = None) -> list[PingGeometry]:
+        """Geometry of one ping for each side, in the order of its channels; here: other poses than the track's."""
+        return [side.at(ping) if here is None else side.posed(ping, here) for side in self._sides]
 
     @property
     def poses(self) -> Poses:
@@ -204,14 +204,14 @@ class Simulator:
         return CoherentAccumulator(geometry, self.grid, jitter, waveform_basis(geometry), self.scenario.water)
 
 
-def build_simulator(scenario: Scenario) -> Simulator:
-    """Prepare a scenario for the simulation of its pings."""
+def build_simulator(scenario: Scenario, carried: Platforms | None = None) -> Simulator:
+    """Prepare a scenario for its pings; `carried` holds the poses of its track and further ones that pings may have."""
     pulse = received_pulse(scenario.sonar)
     # The absorption is cached between runs; evaluated here, each run warns where it is not valid.
     scenario.water.absorption(scenario.sonar.pulse.frequency)
     rate = scenario.sonar.receiver.sample_rate
     grid = time_grid(*scenario.track.window, rate, *pulse.table_interval)
-    carried = platforms(scenario)
+    carried = carried or platforms(scenario)
     rays = propagation_model_for(scenario.scene, domain(scenario, carried, pulse))
     late = delay_field(scenario) if scenario.field == "coherent" else None
     engine = EigenrayEngine(scenario.scene, scenario.paths, scenario.seed, rays, delay_field=late)
@@ -358,9 +358,9 @@ def _simulate_ping(simulator: Simulator, job: Job, pool: WorkerPool) -> SeriesAn
     """Series and labels of one ping, as far as they are wanted; terrain occlusion is evaluated once for both."""
     sides = simulator.ping_geometries(job.ping)
     if not job.wants_labels:
-        return _record_ping(simulator, sides, pool), None
+        return record_ping(simulator, sides, pool), None
     labelling, seabeds = _labels(simulator, sides, pool)
-    return _record_ping(simulator, sides, pool, seabeds) if job.wants_sound else None, labelling
+    return record_ping(simulator, sides, pool, seabeds) if job.wants_sound else None, labelling
 
 
 def _pings_fit_concurrently(simulator: Simulator, ping: int) -> bool:
@@ -373,7 +373,7 @@ def _pings_fit_concurrently(simulator: Simulator, ping: int) -> bool:
     return all(simulator.incoherent_accumulator(s).is_short_pulse and simulator.fast_reverberation(s) for s in sides)
 
 
-def _record_ping(
+def record_ping(
     simulator: Simulator, sides: list[PingGeometry], pool: WorkerPool, seabeds: Sequence[SeabedSums | None] = ()
 ) -> NDArray[np.generic]:  # fmt: skip
     """Series of all sides of one ping with noise and receiver electronics, shape (channels, samples)."""

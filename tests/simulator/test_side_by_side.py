@@ -58,14 +58,14 @@ def test_any_number_of_threads_gives_the_same_bits(field: str) -> None:
 
 def test_only_a_few_pings_are_begun_before_they_are_asked_for(monkeypatch: pytest.MonkeyPatch) -> None:
     """Memory does not grow with the survey: pings begun less pings told never exceed threads and the few ahead."""
-    begun, heard, lock = [0], simulator_module._record_ping, threading.Lock()
+    begun, heard, lock = [0], simulator_module.record_ping, threading.Lock()
 
     def counted(*asked: Any) -> Any:
         with lock:
             begun[0] += 1
         return heard(*asked)
 
-    monkeypatch.setattr(simulator_module, "_record_ping", counted)
+    monkeypatch.setattr(simulator_module, "record_ping", counted)
     for told, _ in enumerate(simulate_pings(build_simulator(survey()), range(PINGS), 2), start=1):
         assert begun[0] - told < 2 + QUEUED_PINGS
     assert begun[0] == PINGS
@@ -73,7 +73,7 @@ def test_only_a_few_pings_are_begun_before_they_are_asked_for(monkeypatch: pytes
 
 def test_a_ping_that_fails_stops_the_survey_at_its_place(monkeypatch: pytest.MonkeyPatch) -> None:
     """Those before it are told, the error is its own, and most of those after it are never begun."""
-    begun, heard = [], simulator_module._record_ping
+    begun, heard = [], simulator_module.record_ping
 
     def failing(simulator: Simulator, sides: list[PingGeometry], pool: Any) -> Any:
         begun.append(sides[0].ping)
@@ -81,7 +81,7 @@ def test_a_ping_that_fails_stops_the_survey_at_its_place(monkeypatch: pytest.Mon
             raise ZeroDivisionError("the fifth")
         return heard(simulator, sides, pool)
 
-    monkeypatch.setattr(simulator_module, "_record_ping", failing)
+    monkeypatch.setattr(simulator_module, "record_ping", failing)
     found = []
     with pytest.raises(ZeroDivisionError, match="the fifth"):
         for ping, _ in simulate_pings(build_simulator(survey()), range(PINGS), 2):

@@ -153,8 +153,9 @@ def coordinates_of(layout: RecordingLayout) -> list[str]:
 
 
 def recording_dataset(
-    layout: RecordingLayout, attributes: Mapping[str, Any], data: NDArray[np.generic], pings: NDArray[np.int64]
-) -> xr.Dataset:
+    layout: RecordingLayout, attributes: Mapping[str, Any], data: NDArray[np.generic], pings: NDArray[np.int64],
+    *, of_pings: bool = False,
+) -> xr.Dataset:  # fmt: skip
     """A recording in memory, as a labelled dataset.
 
     Args:
@@ -162,6 +163,7 @@ def recording_dataset(
         attributes: Attributes of the dataset.
         data: Pressure [uPa] or intensity [uPa^2], shape (selected pings, channel, time).
         pings: Numbers of the selected pings.
+        of_pings: True: the layout is that of these pings alone. False: of the whole track.
 
     Returns:
         A dataset in which every variable has units and a long name.
@@ -172,8 +174,9 @@ def recording_dataset(
     attrs = {"units": units, "long_name": long_name}
     variables: dict[str, Any] = {layout.field: (("ping", "channel", "time"), np.asarray(data, dtype), attrs)}
     for name, (dims, unit, meaning) in columns_of(layout).items():
-        values = getattr(layout, name)
-        variables[name] = (dims, values[pings] if dims[0] == "ping" else values, {"units": unit, "long_name": meaning})
+        column = getattr(layout, name)
+        values = column[pings] if dims[0] == "ping" and not of_pings else column
+        variables[name] = (dims, values, {"units": unit, "long_name": meaning})
     recording = Recording(
         variables, coords={"ping": ("ping", pings, {"units": "1", "long_name": "number of the ping"})}
     )

@@ -17,7 +17,8 @@ from insonify.sonar.platforms import Platforms
 from insonify.sonar.pulse import Pulse, spectrum
 from insonify.sonar.received_pulse import received_pulse
 from insonify.sonar.receiver import Receiver, response
-from insonify.sonar.sonar import receiver_rotation
+from insonify.sonar.sonar import Sonar, receiver_rotation
+from insonify.sonar.track import Poses
 from insonify.synthesis.waveform_basis import MOST, doppler_node_count, doppler_range
 
 if TYPE_CHECKING:
@@ -56,21 +57,32 @@ def element_errors(scenario: Scenario) -> Iterator[PydanticCustomError]:
 
 def _out_of_water_errors(scenario: Scenario) -> Iterator[PydanticCustomError]:
     """The first element that any ping has above the surface or below the level of the bed."""
-    sonar, track = scenario.sonar, platforms(scenario).receiver_poses
     bed = scenario.seabed.depth
-    for side in sonar.side_sonars:
-        positions = element_layout(side.receive)[0]
-        centres, reach = track.offset_depths(side.receive.offset), float(np.linalg.norm(positions, axis=1).max())
-        near = (centres > 0) & (centres < bed) & ((centres <= reach) | (centres >= bed - reach))
-        for ping in np.flatnonzero(near)[:MAX_POSES].tolist():
-            depth = centres[ping] + (positions @ receiver_rotation(side, track.rotation(ping)))[:, 2]
-            wrong = (depth <= 0) | (depth >= bed)
-            if wrong.any():
-                row = int(np.argmax(wrong))
-                where = "at or above the sea surface" if depth[row] <= 0 else f"at or below the seabed ({bed:g} m)"
-                yield field_error("sonar.receive", None, f"puts element {row} {where} at ping {ping}, at "
-                              f"{depth[row]:.4g} m. Give a smaller array, or another depth.")  # fmt: skip
-                return
+    for side in scenario.sonar.side_sonars:
+        for ping, row, depth in elements_out_of_water(side, platforms(scenario).receiver_poses, bed):
+            where = "at or above the sea surface" if depth <= 0 else f"at or below the seabed ({bed:g} m)"
+            yield field_error("sonar.receive", None, f"puts element {row} {where} at ping {ping}, at "
+                              f"{depth:.4g} m. Give a smaller array, or another depth.")  # fmt: skip
+            return
+
+
+def elements_out_of_water(side: Sonar, poses: Poses, bed: float) -> Iterator[tuple[int, int, float]]:
+    """The first element out of the water at each ping that has one there: ping, number, depth [m].
+
+    Args:
+        side: The sonar, of one side.
+        poses: Poses of its receiver's platform; an array that is wholly out of the water is not looked at.
+        bed: Depth of the seabed [m].
+    """
+    positions = element_layout(side.receive)[0]
+    centres, reach = poses.offset_depths(side.receive.offset), float(np.linalg.norm(positions, axis=1).max())
+    near = (centres > 0) & (centres < bed) & ((centres <= reach) | (centres >= bed - reach))
+    for ping in np.flatnonzero(near)[:MAX_POSES].tolist():
+        depth = centres[ping] + (positions @ receiver_rotation(side, poses.rotation(ping)))[:, 2]
+        wrong = (depth <= 0) | (depth >= bed)
+        if wrong.any():
+            row = int(np.argmax(wrong))
+            yield ping, row, float(depth[row])
 
 
 def _out_of_band_errors(scenario: Scenario) -> Iterator[PydanticCustomError]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,35 +13,49 @@ from insonify.scenario.platform_poses import receiver_seed
 from insonify.scenario.scenario import Scenario
 from insonify.sonar.platforms import Platforms
 from insonify.sonar.sonar import channel_positions
-from insonify.sonar.track import logged_poses
+from insonify.sonar.track.navigation_errors import NavigationSystem
 
 if TYPE_CHECKING:
     from insonify.processing.recorded_lines import RecordedLines
 
 
-def recording_layout(
-    scenario: Scenario, platforms: Platforms, time: NDArray[np.float64], lines: RecordedLines | None = None
-) -> RecordingLayout:
-    """All that a recording of a scenario holds besides its series.
+def navigation_systems(scenario: Scenario, platforms: Platforms) -> list[NavigationSystem]:
+    """Navigation system of each platform, of the transmitter's first.
 
     Args:
         scenario: What is simulated.
         platforms: Its platforms.
+    """
+    tracks = [(scenario.track, scenario.seed)]
+    if platforms.is_bistatic and scenario.receiver_track is not None:
+        tracks.append((scenario.receiver_track, receiver_seed(scenario)))
+    return [NavigationSystem(track.navigation_errors, track.interval, seed) for track, seed in tracks]
+
+
+def recording_layout(
+    scenario: Scenario, platforms: Platforms, time: NDArray[np.float64], lines: RecordedLines | None = None,
+    systems: Sequence[NavigationSystem] = (),
+) -> RecordingLayout:  # fmt: skip
+    """All that a recording of some pings holds besides its series.
+
+    Args:
+        scenario: What is simulated.
+        platforms: Its platforms at these pings.
         time: Time of each sample [s], shape (samples,).
         lines: Lines of its recorder; None: none are stored.
+        systems: Navigation systems, which have logged the pings before; none: there are no pings before.
     """
-    true = platforms.transmitter_poses
-    logged = logged_poses(scenario.track.navigation_errors, true, scenario.seed)
-    own_poses, other = platforms.own_receiver_poses, scenario.receiver_track
-    further: dict[str, Any] = {}
-    if own_poses is not None and other is not None:
-        logged_second = logged_poses(other.navigation_errors, own_poses, receiver_seed(scenario))
+    true, own_poses = platforms.transmitter_poses, platforms.own_receiver_poses
+    systems = systems or navigation_systems(scenario, platforms)
+    logged, further = systems[0].log(true), dict[str, Any]()
+    if own_poses is None:
+        further["slant_range"] = time * scenario.water.sound_speed / 2
+    else:
+        logged_second = systems[1].log(own_poses)
         further = {
             "receiver_position": own_poses.position, "receiver_attitude": own_poses.attitude,
             "logged_receiver_position": logged_second.position, "logged_receiver_attitude": logged_second.attitude,
         }  # fmt: skip
-    if not further:
-        further["slant_range"] = time * scenario.water.sound_speed / 2
     if lines is not None:
         from insonify.processing.recorder import recorded_time  # with xarray
 

@@ -14,6 +14,7 @@ from insonify.scenario.platform_poses import platforms
 
 if TYPE_CHECKING:
     from insonify.scenario.scenario import Scenario
+    from insonify.sonar.platforms import Platforms
 
 Floats = NDArray[np.float64]
 PLATFORM = "the platform"
@@ -23,13 +24,14 @@ WRITTEN = {"static": "position", "line": "start", "waypoints": "waypoints", "nav
 ENDS = ("transmit", "receive")
 
 
-def array_positions(scenario: Scenario) -> dict[str, Floats]:
+def array_positions(scenario: Scenario, carried: Platforms | None = None) -> dict[str, Floats]:
     """Positions of each platform and its arrays at every ping: north, east, depth [m], each of shape (pings, 3).
 
     Args:
         scenario: The scenario.
+        carried: Its platforms at these pings; None: at all of its track.
     """
-    carried = platforms(scenario)
+    carried = carried or platforms(scenario)
     found = {PLATFORM: carried.transmitter_poses.position}
     if carried.is_bistatic:
         found[RECEIVER] = carried.receiver_poses.position

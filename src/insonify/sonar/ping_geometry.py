@@ -231,25 +231,38 @@ class MountedSonar:
         Args:
             ping: Number of the ping.
         """
-        both, bodies = self.platforms, [carrier.rotation(ping) for carrier in self.platforms.end_poses]
+        return self._posed(ping, self.platforms, ping, self._moved)
+
+    def posed(self, ping: int, here: Platforms) -> PingGeometry:
+        """The sonar on platforms with other poses, sampled as its track is.
+
+        Args:
+            ping: Number of the ping.
+            here: The platforms at this ping alone.
+        """
+        return self._posed(ping, here, 0, self._displacements(here))
+
+    def _posed(self, ping: int, both: Platforms, row: int, moved: Floats | None) -> PingGeometry:
+        """The sonar on platforms as some row of their poses has them, displaced by that of `moved` during the ping."""
+        bodies = [carrier.rotation(row) for carrier in both.end_poses]
         positions = [
-            array_position(array, carrier.position[ping], body)
+            array_position(array, carrier.position[row], body)
             for array, carrier, body in zip(self._arrays, both.end_poses, bodies, strict=True)
         ]
         speeds = tuple(self._speed(float(place[2])) for place in positions)
-        facing, courses = self._attitude(bodies, speeds), both.ping_motions(ping, self.window[1])
+        facing, courses = self._attitude(bodies, speeds), both.ping_motions(row, self.window[1])
         return PingGeometry(
             ping=ping, sound_speed=speeds[0], receive_sound_speed=speeds[1], transmit_position=positions[0],
             receive_position=positions[1], transmit_beams=facing.transmit_beams, receive_beams=facing.receive_beams,
-            boresight=facing.boresight, first_beam_bearing=facing.bearing, platform_positions=both.positions,
+            boresight=facing.boresight, first_beam_bearing=facing.bearing, platform_positions=self.platforms.positions,
             track_extent=self.track_extents[0], window=self.window, pulse=self.pulse,
             source_level_db=self.sonar.source_level_db, channel_count=self._channel_count,
-            time=float(both.transmitter_poses.time[ping]), elements=self._elements,
+            time=float(both.transmitter_poses.time[row]), elements=self._elements,
             full_aperture_beams=facing.resolving, sub_bands=facing.bands, lever_arms=self._arms,
             receive_motion=courses[1], transmit_motion=courses[0],
-            max_displacement=0.0 if self._moved is None or courses[0] is None else float(self._moved[ping]),
+            max_displacement=0.0 if moved is None or courses[0] is None else float(moved[row]),
             hull=None if self.sonar.hull is None else hull_plate(
-                self.sonar.hull, both.transmitter_poses.position[ping], bodies[0]
+                self.sonar.hull, both.transmitter_poses.position[row], bodies[0]
             ),
             receive_track_extent=self.track_extents[1] if len(self.track_extents) > 1 else None,
         )  # fmt: skip
@@ -323,10 +336,13 @@ class MountedSonar:
 
     @cached_property
     def _moved(self) -> Floats | None:
+        return self._displacements(self.platforms)
+
+    def _displacements(self, platforms: Platforms) -> Floats | None:
         """Largest displacement of either end during each ping [m]; rounded, or one speed would be many."""
-        if self.platforms.track_motions is None:
+        if platforms.track_motions is None:
             return None
-        ends = [way.max_displacement(arm) for way, arm in zip(self.platforms.track_motions, self._arms, strict=True)]
+        ends = [way.max_displacement(arm) for way, arm in zip(platforms.track_motions, self._arms, strict=True)]
         return np.asarray(np.round(np.maximum(*ends), 9))
 
     def _speed(self, depth: float) -> float:

@@ -70,24 +70,52 @@ def logged_poses(errors: NavigationErrors, true: Poses, seed: int) -> Poses:
     Returns:
         Poses of the same pings; equal to the true ones, bit for bit, where nothing is wrong.
     """
-    wrong = [_error(getattr(errors, name), true.time, seed, row) for row, name in enumerate(COLUMNS)]
-    return Poses(
-        time=true.time, position=true.position + np.stack(wrong[:3], axis=-1), heading=true.heading + wrong[3],
-        pitch=true.pitch + wrong[4], roll=true.roll + wrong[5],
-    )  # fmt: skip
+    step = float(true.time[1] - true.time[0]) if len(true) > 1 else 1.0  # the pings are evenly spaced
+    return NavigationSystem(errors, step, seed).log(true)
 
 
-def _error(error: PositionError | AngleError, time: Floats, seed: int, row: int) -> Floats:
-    """Offset, growth and noise of one column at every ping, shape (pings,)."""
-    from scipy.signal import lfilter
+class NavigationSystem:
+    """Navigation system of one platform, which logs its pings in turn."""
 
-    total = np.asarray(error.offset + error.drift * time)
-    if error.noise == 0:
-        return total
-    white = np.sqrt(2) * random_keys.complex_normals(seed, random_keys.NAVIGATION, 0, row, len(time)).real
-    # The pings are evenly spaced; the first value is drawn from the process's own distribution.
-    step = time[1] - time[0] if len(time) > 1 else 1.0
-    kept = np.exp(-step / error.correlation_time) if error.correlation_time > 0 else 0.0
-    new = np.sqrt(1 - kept**2) * white
-    new[0] = white[0]
-    return np.asarray(total + error.noise * lfilter([1.0], [1.0, -kept], new))
+    def __init__(self, errors: NavigationErrors, interval: float, seed: int) -> None:
+        """A system that has logged nothing yet.
+
+        Args:
+            errors: What it has wrong.
+            interval: Time from ping to ping, in which its noise fades [s].
+            seed: Of the scenario.
+        """
+        self._errors, self._interval, self._seed = errors, interval, seed
+        self._logged = 0
+        self._faded = np.zeros(len(COLUMNS))
+
+    def log(self, true: Poses) -> Poses:
+        """Poses as logged, of the pings that follow those logged before.
+
+        Args:
+            true: Where the platform was.
+        """
+        wrong = [self._error(getattr(self._errors, name), true.time, row) for row, name in enumerate(COLUMNS)]
+        self._logged += len(true)
+        return Poses(
+            time=true.time, position=true.position + np.stack(wrong[:3], axis=-1), heading=true.heading + wrong[3],
+            pitch=true.pitch + wrong[4], roll=true.roll + wrong[5],
+        )  # fmt: skip
+
+    def _error(self, error: PositionError | AngleError, time: Floats, row: int) -> Floats:
+        """Offset, growth and noise of one column at these pings, shape (pings,)."""
+        from scipy.signal import lfilter
+
+        total = np.asarray(error.offset + error.drift * time)
+        if error.noise == 0:
+            return total
+        draws = random_keys.complex_normals(self._seed, random_keys.NAVIGATION, 0, row, len(time), start=self._logged)
+        white = np.sqrt(2) * draws.real
+        # The first value of all is drawn from the process's own distribution.
+        kept = np.exp(-self._interval / error.correlation_time) if error.correlation_time > 0 else 0.0
+        new = np.sqrt(1 - kept**2) * white
+        if self._logged == 0:
+            new[0] = white[0]
+        noise, faded = lfilter([1.0], [1.0, -kept], new, zi=self._faded[row : row + 1])
+        self._faded[row] = faded[0]
+        return np.asarray(total + error.noise * noise)

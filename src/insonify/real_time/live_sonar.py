@@ -1,0 +1,335 @@
+"""Live sonar: the pings of a scenario one by one, from poses that another program gives.
+
+What does not depend on the pose (scene, rays, pulse, noise) is prepared once. A pose on the scenario's track gives
+the same bits as `insonify.simulate`.
+"""
+
+from __future__ import annotations
+
+import threading
+import warnings
+from collections.abc import Iterable
+from concurrent.futures import ThreadPoolExecutor
+from copy import copy
+from dataclasses import replace
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any, Self
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from insonify.malloc_tuning import keep_freed_memory
+from insonify.processing.recorder import instrument_recording
+from insonify.propagation.image_sources import StraightRays
+from insonify.real_time.platform_pose import PlatformPose
+from insonify.real_time.pose_errors import require_in_water
+from insonify.records.recording import RecordingLayout, recording_dataset
+from insonify.scenario.attributes import attributes
+from insonify.scenario.pings import require_index
+from insonify.scenario.platform_poses import platforms
+from insonify.scenario.recording_layout import navigation_systems, recording_layout
+from insonify.scenario.scenario import Scenario
+from insonify.simulator import build_simulator, record_ping
+from insonify.sonar.ping_geometry import PingGeometry, array_depths, track_extents_of
+from insonify.sonar.platforms import Platforms
+from insonify.sonar.track import Poses
+from insonify.sonar.track_extent import TrackExtent, distance_to_segments
+from insonify.thread_count import thread_count
+from insonify.validity import PhysicsWarning
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+Floats = NDArray[np.float64]
+
+OFF_TRACK = 1.0
+"""Distance from the track up to which a ping is sampled as one of the track [m]."""
+OFF_DEPTH = 0.1
+"""Depth beyond those of the track up to which a ping is sampled as one of the track [m]."""
+STEPS = 8
+"""Poses from one further place to the next, so that rays are prepared for all depths between them."""
+
+
+def live(
+    scenario: Scenario, *, places: Iterable[ArrayLike] = (), threads: int | None = None, warm_up: bool = True
+) -> LiveSonar:
+    """A sonar whose pings are simulated one by one, from poses given at each.
+
+    Args:
+        scenario: What is simulated; its track gives sampling densities, ping interval and window.
+        places: Positions (north, east, depth) that the sonar may have besides those of the track [m]: straight runs
+            join them. The scene is sampled, and rays are prepared, for all of them.
+        threads: Number of threads; all cores by default. The result does not depend on it, bit for bit.
+        warm_up: True: simulate one ping now, so that no later one waits for kernels and tables.
+
+    Example:
+        with insonify.live(scenario) as sonar:
+            ping = sonar.ping(0.0, (0.0, 0.0, 5.0), (0.5, 0.0, 0.0))
+    """
+    sonar = LiveSonar(scenario, places=places, threads=threads)
+    if warm_up:
+        sonar.warm_up()
+    return sonar
+
+
+class LiveSonar:
+    """A prepared scenario that is simulated ping by ping; several threads may use it, one ping at a time."""
+
+    def __init__(self, scenario: Scenario, *, places: Iterable[ArrayLike] = (), threads: int | None = None) -> None:
+        """Prepare a scenario; arguments as those of `live`."""
+        if not isinstance(scenario, Scenario):
+            raise TypeError(f"a Scenario is wanted, not a {type(scenario).__name__}; load one with load_scenario")
+        track = platforms(scenario)
+        self._simulator = build_simulator(scenario, _with_places(track, places))
+        self._attributes = attributes(scenario)
+        self._lines = self._simulator.recorded_lines()
+        if self._lines is not None and self._lines.recorder.pings_per_line > 1:
+            raise ValueError(f"sonar.recorder has {self._lines.recorder.pings_per_line} pings in each line, and a live "
+                             "sonar has one ping at a time. Give looks of one ping.")  # fmt: skip
+        self._poses = track
+        self._pool = ThreadPoolExecutor(thread_count(threads))
+        self._lock = threading.Lock()
+        self._warned = False
+        self._closed = threading.Event()
+        self._count, self._time, self._last = 0, 0.0, list[PlatformPose]()
+        self._navigation = navigation_systems(self.scenario, self._poses)
+        keep_freed_memory()
+
+    @property
+    def scenario(self) -> Scenario:
+        """The scenario."""
+        return self._simulator.scenario
+
+    @property
+    def ping_count(self) -> int:
+        """Number of pings so far, which is the number of the next one."""
+        return self._count
+
+    def ping(
+        self, time: float, position: ArrayLike, attitude: ArrayLike = (0.0, 0.0, 0.0), *,
+        velocity: ArrayLike | None = None, turn_rate: ArrayLike | None = None, window_poses: Any = None,
+        receiver: PlatformPose | None = None,
+    ) -> xr.Dataset:  # fmt: skip
+        """Simulate one ping.
+
+        Args:
+            time: Time of transmission [s], not before that of the ping before; a moving sea depends on it.
+            position: Platform's reference point: north, east, depth [m], shape (3,).
+            attitude: Heading, pitch, roll [rad], shape (3,).
+            velocity: North, east, down [m/s]; None: mean velocity since the ping before, 0 at the first.
+            turn_rate: Rates of heading, pitch and roll [rad/s]; None: mean rates since the ping before, 0 at the first.
+            window_poses: Position and attitude half a window, and a whole window, after transmission, in place of
+                velocity and turn rate.
+            receiver: Pose of the receiver's own platform, where it has one; None: where its track has it stand still.
+
+        Returns:
+            A recording of one ping, as that of `insonify.simulate`.
+
+        Raises:
+            ValueError: The time is before the last, or a pose is not in the water.
+            RuntimeError: The sonar is closed.
+        """
+        pose = PlatformPose(position, attitude, velocity, turn_rate, window_poses)
+        if isinstance(time, bool) or not isinstance(time, int | float | np.number) or not np.isfinite(time):
+            raise ValueError(f"time is {time!r}; give the time of transmission [s]")
+        with self._lock:
+            self._require_open()
+            if self._count and time < self._time:
+                raise ValueError(f"time is {float(time):g} s, before {self._time:g} s of the ping before. Give a later "
+                                 "time, or start anew with restart().")  # fmt: skip
+            ends = [pose, *([] if not self._poses.is_bistatic else [receiver or self._standing_receiver()])]
+            if receiver is not None and not self._poses.is_bistatic:
+                raise ValueError("receiver has a pose, and one platform carries both ends. Leave it out, or give the "
+                                 "scenario a receiver_track.")  # fmt: skip
+            before = self._last if self._count else [replace(end, velocity=None, turn_rate=None) for end in ends]
+            elapsed = float(time) - self._time if self._count else 0.0
+            ends = [end.following(old, elapsed) for end, old in zip(ends, before, strict=True)]
+            here = self._platforms(float(time), ends)
+            series = self._simulate(self._count, here)
+            recording = self._recording(here, series)
+            self._count, self._time, self._last = self._count + 1, float(time), ends
+        return recording
+
+    def track_ping(self, ping: int) -> dict[str, Any]:
+        """Arguments of `ping` for one ping of the scenario's own track.
+
+        Args:
+            ping: Number of the ping.
+
+        Raises:
+            ValueError: The track has no such ping.
+        """
+        row = require_index("ping", ping, len(self._poses.transmitter_poses), "track")
+        sending = self._poses.transmitter_poses
+        found = {"time": float(sending.time[row])} | _pose_columns(sending, self._poses.transmitter_window_poses, row)
+        if self._poses.own_receiver_poses is not None:
+            columns = _pose_columns(self._poses.own_receiver_poses, self._poses.receiver_window_poses, row)
+            found["receiver"] = PlatformPose(**columns)
+        return found
+
+    def warm_up(self) -> None:
+        """Simulate the first ping of the track and discard it: kernels are compiled, tables are made."""
+        with self._lock:
+            self._require_open()
+            self._simulate(0, self._poses.single_ping(0))
+
+    def restart(self) -> None:
+        """Start anew: the next ping is number 0, at any time."""
+        with self._lock:
+            self._count, self._time, self._last = 0, 0.0, []
+            self._navigation = navigation_systems(self.scenario, self._poses)
+
+    def sequence(self) -> LiveSonar:
+        """Another sequence of pings of the same sonar, from number 0 on; the two are independent and share threads."""
+        other = copy(self)
+        other.restart()
+        return other
+
+    @property
+    def layout(self) -> RecordingLayout:
+        """Axes of every ping; the poses are those of the first ping of the track."""
+        return recording_layout(self.scenario, self._poses.single_ping(0), self._simulator.grid.time)
+
+    @property
+    def attributes(self) -> dict[str, Any]:
+        """Attributes of every ping."""
+        return dict(self._attributes)
+
+    def close(self) -> None:
+        """End the threads; no further ping is simulated, of no sequence."""
+        with self._lock:
+            self._closed.set()
+            self._pool.shutdown()
+
+    def __enter__(self) -> Self:
+        """Enter a context that closes the sonar."""
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """Close the sonar."""
+        self.close()
+
+    def _require_open(self) -> None:
+        if self._closed.is_set():
+            raise RuntimeError("the sonar is closed. Make another one with insonify.live.")
+
+    def _standing_receiver(self) -> PlatformPose:
+        """The receiver's own pose, where its track keeps to one."""
+        carried = self._poses.own_receiver_poses
+        assert carried is not None
+        place, lean = carried.position, carried.attitude
+        if np.ptp(place, axis=0).any() or np.ptp(lean, axis=0).any():
+            raise ValueError("receiver is None, and the receiver's track moves. Give receiver=PlatformPose(position, "
+                             "attitude).")  # fmt: skip
+        return PlatformPose(place[0], lean[0], np.zeros(3), np.zeros(3))
+
+    def _platforms(self, time: float, ends: list[PlatformPose]) -> Platforms:
+        """The platforms at one ping, in the water."""
+        start = [end.poses(time) for end in ends]
+        later: list[tuple[Poses, Poses] | None] = [None, None]
+        if not self.scenario.track.stop_and_hop:
+            stop = self.scenario.track.window[1]
+            later = [*(end.later_poses(time, stop) for end in ends), None]
+        here = Platforms(start[0], start[1] if len(start) > 1 else None, later[0], later[1])
+        require_in_water(self.scenario, self._simulator.engine.scene, here)
+        return here
+
+    def _simulate(self, ping: int, here: Platforms) -> NDArray[np.generic]:
+        """Series of one ping, shape (channels, samples)."""
+        self._require_rays(here)
+        sides = self._simulator.ping_geometries(ping, here)
+        if _is_off(sides[0].track_extents, here):
+            sides = self._sampled_alone(sides, here)
+        return record_ping(self._simulator, sides, self._pool)
+
+    def _sampled_alone(self, sides: list[PingGeometry], here: Platforms) -> list[PingGeometry]:
+        """Geometries whose sampling follows this ping alone."""
+        if not self._warned and self.scenario.field == "coherent":
+            self._warned = True
+            warnings.warn(
+                f"position {np.round(here.transmitter_poses.position[0], 3).tolist()} m is off the scenario's track, "
+                "by which the seabed is sampled: its scatterers, and the speckle with them, change from ping to ping. "
+                "Give live(scenario, places=...) the positions that the sonar may have.",
+                PhysicsWarning, stacklevel=5,
+            )  # fmt: skip
+        extents = track_extents_of(self.scenario.sonar, here)
+        return [
+            replace(
+                side, platform_positions=here.positions, track_extent=extents[0],
+                receive_track_extent=extents[1] if len(extents) > 1 else None,
+            )
+            for side in sides
+        ]  # fmt: skip
+
+    def _require_rays(self, here: Platforms) -> None:
+        """Refuse depths for which layered water has no tables of rays."""
+        rays = self._simulator.engine.rays
+        if isinstance(rays, StraightRays):
+            return
+        region, depths = self._region, array_depths(self.scenario.sonar, here)
+        nearest = np.array(region.source_depths)
+        if region.is_span:
+            outside = (depths < nearest[0] - 1e-9) | (depths > nearest[-1] + 1e-9)
+        else:
+            outside = np.abs(depths[:, None] - nearest).min(axis=1) > 1e-9
+        if outside.any():
+            known = f"{nearest[0]:.4g} to {nearest[-1]:.4g} m" if region.is_span else f"{nearest.tolist()} m"
+            raise ValueError(
+                f"an array is at {depths[outside][0]:.6g} m, and rays in this layered water are prepared for "
+                f"{known}. Give live(scenario, places=...) positions above and below all depths of the sonar."
+            )
+
+    @property
+    def _region(self) -> Any:
+        return self._simulator.engine.rays.domain  # type: ignore[attr-defined]
+
+    def _recording(self, here: Platforms, series: NDArray[np.generic]) -> xr.Dataset:
+        layout = recording_layout(self.scenario, here, self._simulator.grid.time, systems=self._navigation)
+        number = np.array([self._count], np.int64)
+        recording = recording_dataset(layout, self._attributes, series[None], number, of_pings=True)
+        return recording if self._lines is None else instrument_recording(
+            recording, self._lines.recorder, sound_speed=self._lines.sound_speed,
+            absorption_db_per_m=self._lines.absorption_db_per_m,
+        )  # fmt: skip
+
+
+def _pose_columns(start: Poses, later: tuple[Poses, Poses] | None, row: int) -> dict[str, Any]:
+    """Arguments of `PlatformPose` of one row of poses."""
+    columns = {"position": start.position[row], "attitude": start.attitude[row]}
+    if later is None:
+        return columns
+    return columns | {"window_poses": tuple((poses.position[row], poses.attitude[row]) for poses in later)}
+
+
+def _is_off(extents: tuple[TrackExtent, ...], here: Platforms) -> bool:
+    """True where a platform is so far from its track that sampling by the track does not suit it."""
+    for extent, poses in zip(extents, here.end_poses, strict=False):
+        runs = np.stack([extent.corners[:-1], extent.corners[1:]], axis=1)
+        away = float(distance_to_segments(poses.position[:, :2], runs)[0])
+        depth, (least, greatest) = float(poses.position[0, 2]), extent.depths
+        beyond = max(least - depth, depth - greatest)
+        if away > extent.polyline_error + OFF_TRACK or beyond > OFF_DEPTH:
+            return True
+    return False
+
+
+def _with_places(track: Platforms, places: Iterable[ArrayLike]) -> Platforms | None:
+    """Platforms at all pings of the track and at further places, joined by straight runs; None: there are none."""
+    given = [np.asarray(PlatformPose(place).position, float) for place in places]
+    if not given:
+        return None
+    steps = np.linspace(0, 1, STEPS, endpoint=False)[:, None]
+    runs = [(1 - steps) * first + steps * last for first, last in pairwise(given)]
+    further = np.concatenate([*runs, given[-1][None]])
+    return Platforms(
+        _extended(track.transmitter_poses, further),
+        None if track.own_receiver_poses is None else _extended(track.own_receiver_poses, further),
+        None if (w := track.transmitter_window_poses) is None else (_extended(w[0], further), _extended(w[1], further)),
+        None if (w := track.receiver_window_poses) is None else (_extended(w[0], further), _extended(w[1], further)),
+    )
+
+
+def _extended(poses: Poses, further: Floats) -> Poses:
+    level, time = np.zeros(len(further)), np.full(len(further), poses.time[-1])
+    columns = (np.concatenate([lean, level]) for lean in (poses.heading, poses.pitch, poses.roll))
+    return Poses(np.concatenate([poses.time, time]), np.concatenate([poses.position, further]), *columns)

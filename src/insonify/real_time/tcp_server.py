@@ -1,0 +1,254 @@
+"""TCP server of a live sonar: requests and replies are lines of JSON, samples follow a reply as bytes.
+
+The protocol is described in `docs/explanation/live-sonar.md`. Each connection has a sequence of pings of its own.
+"""
+
+import json
+import socket
+import threading
+from collections.abc import Callable
+from contextlib import suppress
+from importlib.metadata import version
+from typing import Any, Self
+
+import numpy as np
+
+from insonify.real_time.live_sonar import LiveSonar
+from insonify.real_time.platform_pose import PlatformPose
+
+PROTOCOL = "insonify-live"
+VERSION = 1
+DEFAULT_PORT = 9460
+MAX_LINE = 1 << 16
+"""Length of the longest request [bytes]."""
+MAX_CONNECTIONS = 16
+IDLE_SECONDS = 600.0
+"""Time without a whole request, or without a reader of a reply, after which a connection is closed [s]."""
+PING_ARGUMENTS = ("time", "position", "attitude", "velocity", "turn_rate", "window_poses", "receiver")
+POSE_ARGUMENTS = ("position", "attitude", "velocity", "turn_rate", "window_poses")
+
+
+class RequestError(ValueError):
+    """A request that is refused; its code is one of the protocol."""
+
+    def __init__(self, code: str, message: str) -> None:
+        """Errors of a request.
+
+        Args:
+            code: Code of the protocol.
+            message: Problem and remedy.
+        """
+        super().__init__(message)
+        self.code = code
+
+
+class TcpServer:
+    """Server of one sonar; closes with its context, or by `close`."""
+
+    def __init__(
+        self, sonar: LiveSonar, host: str = "127.0.0.1", port: int = DEFAULT_PORT, *, idle_seconds: float = IDLE_SECONDS
+    ) -> None:
+        """Bind a server, which serves from `start` or `serve_forever` on.
+
+        Args:
+            sonar: The sonar.
+            host: Address to bind to; the loopback address by default.
+            port: Port; 0: any that is free.
+            idle_seconds: Time without a whole request, or a reader, after which a connection is closed [s].
+
+        Raises:
+            OSError: Address or port cannot be bound.
+        """
+        self._sonar, self._idle = sonar, idle_seconds
+        self._listener = socket.create_server((host, port))
+        self._listener.settimeout(0.2)
+        self._connections: set[socket.socket] = set()
+        self._lock = threading.Lock()
+        self._stopped = threading.Event()
+        self._thread: threading.Thread | None = None
+
+    @property
+    def address(self) -> tuple[str, int]:
+        """Host and port that the server is bound to."""
+        host, port = self._listener.getsockname()[:2]
+        return str(host), int(port)
+
+    def start(self) -> Self:
+        """Serve in a thread of its own."""
+        self._thread = threading.Thread(target=self.serve_forever, daemon=True)
+        self._thread.start()
+        return self
+
+    def serve_forever(self) -> None:
+        """Serve until `close`."""
+        while not self._stopped.is_set():
+            try:
+                connection, _ = self._listener.accept()
+            except TimeoutError:
+                continue
+            except OSError:
+                return
+            with self._lock:
+                full = len(self._connections) >= MAX_CONNECTIONS
+                if not full:
+                    self._connections.add(connection)
+            if full:
+                refusal = _error(None, "busy", f"{MAX_CONNECTIONS} connections are open. Close one of them.")
+                connection.settimeout(1.0)
+                self._end(connection, refusal)
+            else:
+                threading.Thread(target=self._converse, args=(connection,), daemon=True).start()
+
+    def close(self) -> None:
+        """Close all connections and release the port."""
+        self._stopped.set()
+        self._listener.close()
+        with self._lock:
+            for connection in self._connections:
+                _shut(connection)
+        if self._thread is not None and self._thread is not threading.current_thread():
+            self._thread.join()
+
+    def __enter__(self) -> Self:
+        """Enter a context that closes the server."""
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """Close the server."""
+        self.close()
+
+    def _converse(self, connection: socket.socket) -> None:
+        """Reply to the requests of one connection until it ends."""
+        try:
+            connection.settimeout(self._idle)
+            connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+            sonar = self._sonar.sequence()
+            connection.sendall(_line({"protocol": PROTOCOL, "version": VERSION, "insonify": version("insonify")}))
+            with connection.makefile("rb") as requests:
+                while line := requests.readline(MAX_LINE + 1):
+                    if not line.endswith(b"\n"):
+                        if len(line) > MAX_LINE:
+                            self._end(connection, _error(None, "too long", f"a request has {MAX_LINE} bytes at most"))
+                        return
+                    for part in replies(sonar, line):
+                        connection.sendall(part)
+        except OSError:  # the other end has gone, or does not read
+            pass
+        finally:
+            _shut(connection)
+            connection.close()
+            with self._lock:
+                self._connections.discard(connection)
+
+    @staticmethod
+    def _end(connection: socket.socket, last: bytes) -> None:
+        try:
+            connection.sendall(last)
+        except OSError:
+            pass
+        finally:
+            _shut(connection)
+            connection.close()
+
+
+def replies(sonar: LiveSonar, line: bytes) -> list[bytes]:
+    """Reply to one request: a line, and the bytes of its arrays.
+
+    Args:
+        sonar: Sequence of pings of the connection.
+        line: The request.
+    """
+    number: Any = None
+    try:
+        try:
+            request = json.loads(line)
+        except (ValueError, RecursionError):
+            raise RequestError("syntax", "the line is not JSON") from None
+        if not isinstance(request, dict):
+            raise RequestError("syntax", 'a request is an object, such as {"method": "describe"}')
+        number = request.pop("id", None)
+        if not isinstance(number, int | str | None) or isinstance(number, bool) or len(str(number)) > 100:
+            number = None
+            raise RequestError("argument", "id is a number or a text of 100 characters at most")
+        if request.pop("version", VERSION) != VERSION:
+            raise RequestError("version", f"the version of the protocol is {VERSION}")
+        method = request.pop("method", None)
+        if not isinstance(method, str) or method not in METHODS:
+            raise RequestError("method", f"method is one of {', '.join(METHODS)}")
+        return METHODS[method](sonar, number, request)
+    except RequestError as fault:
+        return [_error(number, fault.code, str(fault))]
+    except (ValueError, TypeError) as fault:
+        return [_error(number, "argument", str(fault))]
+    except Exception as fault:  # a ping that fails ends neither the connection nor the server
+        return [_error(number, "failed", f"{type(fault).__name__}: {fault}")]
+
+
+def _ping(sonar: LiveSonar, number: Any, request: dict[str, Any]) -> list[bytes]:
+    """Samples of one ping, with its logged pose."""
+    _require_known(request, PING_ARGUMENTS)
+    for name in ("time", "position"):
+        if name not in request:
+            raise RequestError("argument", f"{name} is missing")
+    receiver = request.pop("receiver", None)
+    if receiver is not None:
+        if not isinstance(receiver, dict) or "position" not in receiver:
+            raise RequestError("argument", "receiver is an object with position and attitude")
+        _require_known(receiver, POSE_ARGUMENTS)
+        request["receiver"] = PlatformPose(**receiver)
+    recording = sonar.ping(**request)
+    samples = [str(name) for name in recording.data_vars if "time" in recording[name].dims]
+    samples += [str(name) for name in recording.data_vars if "bin" in recording[name].dims]
+    arrays, parts = [], []
+    for name in samples:
+        values = np.ascontiguousarray(recording[name].values[0])
+        values = values.astype(values.dtype.newbyteorder("<"), copy=False)
+        parts.append(values.tobytes())
+        arrays.append({
+            "name": name, "dtype": values.dtype.str, "shape": values.shape, "bytes": len(parts[-1]),
+            "units": recording[name].attrs.get("units", "1"),
+        })  # fmt: skip
+    poses = {str(name): recording[name].values[0].tolist() for name in recording.data_vars if name not in samples}
+    head = {"id": number, "ping": int(recording["ping"].values[0]), "poses": poses, "arrays": arrays}
+    return [_line(head | {"bytes": sum(map(len, parts))}), *parts]
+
+
+def _describe(sonar: LiveSonar, number: Any, request: dict[str, Any]) -> list[bytes]:
+    """Axes and scenario of all pings."""
+    _require_known(request, ())
+    layout, attributes = sonar.layout, sonar.attributes
+    axes = {name: getattr(layout, name).tolist() for name in ("time", "steer", "side", "element_position")}
+    about = {"field": layout.field, "axes": axes, "scenario": attributes["scenario"], "title": attributes["title"]}
+    return [_line({"id": number, **about, "arrays": [], "bytes": 0})]
+
+
+def _restart(sonar: LiveSonar, number: Any, request: dict[str, Any]) -> list[bytes]:
+    """Start anew with ping 0."""
+    _require_known(request, ())
+    sonar.restart()
+    return [_line({"id": number, "arrays": [], "bytes": 0})]
+
+
+METHODS: dict[str, Callable[[LiveSonar, Any, dict[str, Any]], list[bytes]]] = {
+    "ping": _ping, "describe": _describe, "restart": _restart
+}  # fmt: skip
+"""Methods of the protocol."""
+
+
+def _require_known(given: dict[str, Any], known: tuple[str, ...]) -> None:
+    unknown = sorted(set(given) - set(known))
+    if unknown:
+        raise RequestError("argument", f"{unknown[0][:100]!r} is no argument; there are {', '.join(known) or 'none'}")
+
+
+def _line(reply: dict[str, Any]) -> bytes:
+    return json.dumps(reply, allow_nan=False).encode() + b"\n"
+
+
+def _error(number: Any, code: str, message: str) -> bytes:
+    return _line({"id": number, "error": {"code": code, "message": message[:1000]}})
+
+
+def _shut(connection: socket.socket) -> None:
+    with suppress(OSError):
+        connection.shutdown(socket.SHUT_RDWR)

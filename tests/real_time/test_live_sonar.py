@@ -1,0 +1,193 @@
+"""A live sonar: the same bits as a recording on the same track, and advice where a pose is none."""
+
+import gc
+import threading
+import tracemalloc
+import warnings
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import insonify
+from insonify.real_time import PlatformPose
+from insonify.scenario.scenario import Scenario
+from insonify.validity import PhysicsWarning
+from oracles.scenes import nominal, point
+
+SURVEY: dict[str, Any] = {
+    "seed": 3,
+    "water": {"noise_level_db": 60.0},
+    "seabed": {"depth": 10.0, "relief": {"kind": "power-law", "hurst": 0.8, "rms": "3 cm"}},
+    "targets": [{"shape": "library", "name": "tyre", "position": [2.0, 15.0]}],
+    "sonar": {
+        "source_level_db": 220,
+        "pulse": {"kind": "cw", "frequency": "100 kHz", "duration": "0.2 ms"},
+        "transmit": {"kind": "planar", "width": 0.3, "height": 0.02},
+        "receive": {"kind": "planar", "width": 0.3, "height": 0.02, "offset": [0.2, 0.1, 0.0]},
+        "mounting": {"bearing": "90 deg", "tilt": "20 deg"},
+        "sides": ["port", "starboard"],
+    },
+    "track": {
+        "kind": "line", "start": [0.0, 0.0, 4.0], "heading": 0.3, "speed": "3 m/s", "pings": 4, "interval": 0.1,
+        "window": [0.0, "20 ms"], "motion": {"roll": {"rms": "2 deg", "period": 4.0}},
+        "navigation_errors": {"north": {"noise": 0.5, "correlation_time": 2.0, "drift": 0.1}, "roll": {"noise": 0.01}},
+    },
+    "paths": {"max_reflections": 1},
+}  # fmt: skip
+ELEMENTS = {"kind": "elements", "positions": [[0, -0.02, 0], [0, 0, 0], [0, 0.02, 0.01]]}
+SEA = {"wind_speed": "5 m/s", "reflection": "explicit"}
+
+
+def survey(**changes: Any) -> Scenario:
+    """Four pings past a tyre on fractal ground, rolling, logged with errors."""
+    told = {key: {**SURVEY[key], **changes.pop(key)} if key in ("sonar", "track", "water") and key in changes
+            else value for key, value in SURVEY.items()}  # fmt: skip
+    return Scenario.model_validate({**told, **changes})
+
+
+def pinged(scenario: Scenario, pings: int, **options: Any) -> list[xr.Dataset]:
+    """The first pings of a scenario's own track, one by one."""
+    with insonify.live(scenario, warm_up=False, **options) as sonar:
+        return [sonar.ping(**sonar.track_ping(ping)) for ping in range(pings)]
+
+
+OTHER = {"kind": "line", "start": [3.0, 1.0, 5.0], "speed": 2.0, "heading": 1.0, "navigation_errors": {"east": {
+    "noise": 0.3}}}  # fmt: skip
+CASES = {
+    "expected intensity": survey(field="incoherent"),
+    "coherent": survey(),
+    "sea that moves": survey(surface=SEA),
+    "stop and hop": survey(track={"stop_and_hop": True}),
+    "elements": survey(sonar={"receive": ELEMENTS, "receiver": {"record": "elements"}}),
+    "two platforms": survey(receiver_track=OTHER, sonar={"sides": None}),
+    "layered water": survey(water={"profile": [[0.0, 1510.0], [10.0, 1495.0]]}, track={"motion": {}}),
+}
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_pings_are_those_of_a_recording(case: str) -> None:
+    """Every variable, coordinate and attribute of every ping of the track, bit for bit, with noise and logged poses."""
+    scenario = CASES[case]
+    whole = insonify.simulate(scenario)
+    for ping, here in enumerate(pinged(scenario, 4)):
+        xr.testing.assert_identical(here, whole.isel(ping=[ping]))
+
+
+def test_a_ping_off_the_track_is_that_of_a_track_of_its_own() -> None:
+    """Forty metres aside and a metre deeper, from one pose: the series of a platform that stands there, bit for bit."""
+    place, lean = (40.0, 5.0, 5.0), (1.0, 0.02, -0.05)
+    still = {"kind": "static", "position": place, "heading": lean[0], "pitch": lean[1], "roll": lean[2]}
+    with insonify.live(survey(), warm_up=False) as sonar, pytest.warns(PhysicsWarning, match="off the scenario's"):
+        one = sonar.ping(0.0, place, lean)
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")  # once is enough
+            sonar.ping(1.0, place, lean)
+    standing = Scenario.model_validate({**SURVEY, "track": {**still, "window": [0.0, "20 ms"]}})
+    np.testing.assert_array_equal(one["pressure"], insonify.simulate(standing)["pressure"])
+
+
+def test_motion_comes_from_the_pose_before() -> None:
+    """The second of two poses has the mean velocity and turn rate since the first, through north as well."""
+    first = PlatformPose((0, 0, 4), (np.radians(359), 0, 0))
+    second = PlatformPose((0.3, 0, 4), (np.radians(1), 0, 0.01)).following(first, 0.1)
+    np.testing.assert_allclose(second.velocity, (3, 0, 0), rtol=1e-12)
+    np.testing.assert_allclose(second.turn_rate, (np.radians(20), 0, 0.1), rtol=1e-9)
+    half, whole = second.later_poses(1.0, 0.2)
+    np.testing.assert_allclose(whole.position, [(0.9, 0, 4)])
+    np.testing.assert_allclose(half.heading, np.radians(3))
+
+
+def test_any_thread_may_ping_and_restart_repeats() -> None:
+    """Pings by four threads at once are numbered in turn; after `restart` the first ping has the first bits."""
+    with insonify.live(survey(field="incoherent", track={"motion": {}}), threads=1, warm_up=False) as sonar:
+        first = sonar.ping(**sonar.track_ping(0))
+        numbers: list[int] = []
+
+        def work() -> None:
+            made = sonar.ping(1.0, (0, 0, 4), velocity=(0, 0, 0), turn_rate=(0, 0, 0))
+            numbers.append(int(made["ping"][0]))
+
+        threads = [threading.Thread(target=work) for _ in range(4)]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+        assert sorted(numbers) == [1, 2, 3, 4] and sonar.ping_count == 5
+        sonar.restart()
+        xr.testing.assert_identical(sonar.ping(**sonar.track_ping(0)), first)
+
+
+WRONG = [
+    ({"position": (0, 0, 11)}, "below the seabed"),
+    ({"position": (0, 0, -1)}, "above the sea surface"),
+    ({"position": (2.0, 15.0, 9.9)}, "inside tyre"),
+    ({"position": (0, 0, np.nan)}, "finite"),
+    ({"position": (0, 4)}, "three finite numbers"),
+    ({"position": "here"}, "three numbers"),
+    ({"position": (0, 0, 4), "attitude": (270, 0, 0)}, "rad"),
+    ({"position": (0, 0, 4), "attitude": (0, 2, 0)}, "pitch"),
+    ({"position": (0, 0, 4), "velocity": (300, 0, 0)}, "m/s"),
+    ({"position": (0, 0, 4), "time": float("inf")}, "time of transmission"),
+    ({"position": (0, 0, 4), "time": 4.0}, "before 5 s"),
+    ({"position": (900, 0, 4)}, "faster than 100 m/s"),
+    ({"position": (0, 0, 4), "attitude": (3, 0, 0), "time": 5.1}, "turned by"),
+    ({"position": (0, 0, 4), "window_poses": 3}, "two of"),
+    ({"position": (0, 0, 4), "receiver": PlatformPose((0, 0, 5))}, "one platform"),
+]
+
+
+def test_wrong_poses_are_refused_with_advice_and_change_nothing() -> None:
+    """Each wrong argument is named with its value, and the ping after it is still the second."""
+    with insonify.live(survey(field="incoherent"), warm_up=False) as sonar:
+        sonar.ping(5.0, (0, 0, 4))
+        for told, words in WRONG:
+            with pytest.raises(ValueError, match=words):
+                sonar.ping(**{"time": 6.0, **told})
+        assert sonar.ping_count == 1
+        sonar.close()
+        sonar.close()
+        with pytest.raises(RuntimeError, match="closed"):
+            sonar.ping(6.0, (0, 0, 4))
+
+
+def test_layered_water_wants_depths_that_have_rays() -> None:
+    """A depth without a table of rays is refused; with places above and below it, it is simulated."""
+    layered = CASES["layered water"]
+    with insonify.live(layered, warm_up=False) as sonar, pytest.raises(ValueError, match="places"):
+        sonar.ping(0.0, (0, 0, 5))
+    with insonify.live(layered, places=[(0, 0, 3), (0, 0, 6)], warm_up=False) as sonar:
+        assert np.isfinite(sonar.ping(0.0, (0, 0, 5), (0, 0.1, 0))["pressure"]).all()
+
+
+def test_two_platforms_want_both_poses() -> None:
+    """The pose of a receiver whose track moves cannot be guessed."""
+    with insonify.live(CASES["two platforms"], warm_up=False) as sonar, pytest.raises(ValueError, match="receiver"):
+        sonar.ping(0.0, (0, 0, 4))
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings("ignore::insonify.validity.PhysicsWarning")
+def test_memory_does_not_grow_with_pings() -> None:
+    """Three hundred pings, each from a new pose, after as many: Python holds less than 30 kB more."""
+    scene = nominal(targets=[point(0.0, 10.0, 15.0)], field="incoherent", paths={"contributions": ("target",)},
+                    track={"window": (0.005, 0.02), "stop_and_hop": False})  # fmt: skip
+    with insonify.live(scene, threads=1, warm_up=False) as sonar:
+        tracemalloc.start()
+        try:
+            sizes = []
+            for n in range(600):
+                sonar.ping(0.1 * n, (0.001 * n, 0, 11), (0.0003 * n, 0, 0))
+                if n in (300, 599):
+                    gc.collect()
+                    sizes.append(tracemalloc.get_traced_memory()[0])
+        finally:
+            tracemalloc.stop()
+    assert sizes[1] - sizes[0] < 30_000, sizes
+
+
+def test_elements_out_of_the_water_are_refused() -> None:
+    """A pose that rolls an element above the surface is named with its element."""
+    with insonify.live(CASES["elements"], warm_up=False) as sonar, pytest.raises(ValueError, match="element"):
+        sonar.ping(0.0, (0, 0, 0.015), (0, 1.5, 0))

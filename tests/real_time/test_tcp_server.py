@@ -1,0 +1,154 @@
+"""The TCP server: the same samples as the sonar itself, and an answer or an end for every hostile client."""
+
+import json
+import socket
+import struct
+import time
+import warnings
+
+import numpy as np
+import pytest
+
+import insonify
+from insonify.real_time import tcp_server
+from insonify.real_time.tcp_server import MAX_CONNECTIONS, MAX_LINE, TcpServer
+from oracles.scenes import nominal, point
+
+
+class Client:
+    """A client as the protocol describes it, with the standard library alone."""
+
+    def __init__(self, address, hello=True):
+        self.socket = socket.create_connection(address, timeout=60)
+        self.file = self.socket.makefile("rb")
+        self.hello = json.loads(self.file.readline()) if hello else None
+
+    def ask(self, **request):
+        """Reply to one request, and its arrays."""
+        self.socket.sendall(json.dumps(request).encode() + b"\n")
+        return self.reply()
+
+    def reply(self):
+        """Reply that comes next."""
+        head = json.loads(self.file.readline())
+        arrays = {
+            one["name"]: np.frombuffer(self.file.read(one["bytes"]), one["dtype"]).reshape(one["shape"])
+            for one in head.get("arrays", ())
+        }
+        return head, arrays
+
+
+@pytest.fixture(scope="module")
+def sonar():
+    """A point echo in still water, in some microseconds of samples."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        scene = nominal(targets=[point(0.0, 10.0, 15.0)], paths={"contributions": ("target",)},
+                        track={"window": (0.012, 0.016)}, field="incoherent")  # fmt: skip
+    with insonify.live(scene, threads=1, warm_up=False) as made:
+        yield made
+
+
+@pytest.fixture
+def server(sonar):
+    """A server on any free port of the loopback address."""
+    with TcpServer(sonar, port=0).start() as made:
+        yield made
+
+
+POSE = {"position": [0, 0, 11], "attitude": [0.01, 0, 0]}
+
+
+def test_samples_are_those_of_the_sonar(server, sonar):
+    """Bit for bit, with number and logged pose; each connection counts its own pings."""
+    assert server.address[0] == "127.0.0.1"
+    first, second = Client(server.address), Client(server.address)
+    assert first.hello["protocol"] == "insonify-live" and first.hello["version"] == 1
+    head, arrays = first.ask(id=7, method="ping", time=0.0, **POSE)
+    alone = sonar.sequence().ping(0.0, **POSE)
+    np.testing.assert_array_equal(arrays["intensity"], alone["intensity"].values[0])
+    assert head["id"] == 7 and head["ping"] == 0 and head["poses"]["logged_position"] == [0, 0, 11]
+    assert first.ask(method="ping", time=1.0, **POSE)[0]["ping"] == 1
+    assert second.ask(id="a", method="ping", time=0.5, **POSE)[0]["ping"] == 0
+    first.ask(method="restart")
+    assert first.ask(method="ping", time=0.0, **POSE)[0]["ping"] == 0
+    about, _ = first.ask(method="describe")
+    assert len(about["axes"]["time"]) == arrays["intensity"].shape[-1] and about["field"] == "intensity"
+
+
+WRONG = [
+    (b"hello", "syntax"), (b"[1]", "syntax"), (b"[" * 60000, "syntax"), (b"\xff\xfe", "syntax"), (b"", "syntax"),
+    (b'{"method": "quit"}', "method"), (b'{"method": ["ping"]}', "method"),
+    (b'{"id": {}, "method": "ping"}', "argument"),
+    (b'{"version": 2, "method": "ping"}', "version"), (b'{"method": "ping"}', "argument"),
+    (b'{"method": "ping", "time": NaN, "position": [0, 0, 11]}', "argument"),
+    (b'{"method": "ping", "time": 1e999, "position": [0, 0, 11]}', "argument"),
+    (b'{"method": "ping", "time": 0, "position": [0, 0, 99]}', "argument"),
+    (b'{"method": "ping", "time": 0, "position": {"a": 1}}', "argument"),
+    (b'{"method": "ping", "time": 0, "position": [0, 0, 11], "gain": 3}', "argument"),
+    (b'{"method": "ping", "time": 0, "position": [0, 0, 11], "receiver": 3}', "argument"),
+    (b'{"method": "ping", "time": 0, "position": [0, 0, 11], "window_poses": [1, 2]}', "argument"),
+    (b'{"method": "describe", "id": ' + b"9" * 5000 + b"}", "syntax"),
+]  # fmt: skip
+
+
+def test_wrong_requests_are_answered_with_codes(server):
+    """One connection survives them all, and pings afterwards."""
+    client = Client(server.address)
+    for line, code in WRONG:
+        client.socket.sendall(line + b"\n")
+        head, _ = client.reply()
+        assert head["error"]["code"] == code, (line[:60], head)
+    assert "error" not in client.ask(method="ping", time=0.0, **POSE)[0]
+
+
+def test_failures_are_answered(server, monkeypatch):
+    """An error that nobody expected is a reply, and the connection goes on."""
+
+    def broken(*_):
+        raise MemoryError("too much")
+
+    client = Client(server.address)
+    monkeypatch.setitem(tcp_server.METHODS, "describe", broken)
+    assert client.ask(method="describe")[0]["error"]["code"] == "failed"
+    assert "error" not in client.ask(method="restart")[0]
+
+
+def test_endless_lines_and_silence_end_the_connection(server, sonar):
+    """A line beyond the limit is answered and dropped, half a line and silence are dropped in the idle time."""
+    long = Client(server.address)
+    long.socket.sendall(b"x" * (MAX_LINE + 2))
+    assert json.loads(long.file.readline())["error"]["code"] == "too long"
+    with TcpServer(sonar, port=0, idle_seconds=0.3).start() as hasty:
+        half = Client(hasty.address)
+        half.socket.sendall(b'{"method": "pi')
+        assert half.file.readline() == b""
+    assert "error" not in Client(server.address).ask(method="restart")[0]
+
+
+def test_slow_readers_and_resets_do_not_stop_others(server):
+    """Requests without a reader, and connections that are reset in the middle of a reply, leave the server at work."""
+    slow = Client(server.address)
+    slow.socket.settimeout(0.5)
+    with pytest.raises(OSError):  # in the end the server stops to read: no memory grows
+        for _ in range(100_000):
+            slow.socket.sendall(b'{"method": "describe"}\n' * 100)
+    for _ in range(5):
+        rude = Client(server.address)
+        rude.socket.sendall(b'{"method": "describe"}\n' * 20)
+        rude.socket.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
+        rude.file.close()
+        rude.socket.close()
+    assert "error" not in Client(server.address).ask(method="ping", time=0.0, **POSE)[0]
+
+
+def test_connections_are_limited(server):
+    """One more than allowed is refused with advice; when one ends, another is let in."""
+    clients = [Client(server.address) for _ in range(MAX_CONNECTIONS)]
+    refused = Client(server.address)
+    assert refused.hello["error"]["code"] == "busy"
+    clients.pop().socket.shutdown(socket.SHUT_RDWR)
+    deadline = time.monotonic() + 10
+    while "error" in Client(server.address).hello:
+        assert time.monotonic() < deadline
+        time.sleep(0.05)
