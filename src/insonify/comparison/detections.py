@@ -3,7 +3,7 @@
 import numpy as np
 
 from insonify.comparison.frame import Frame, Side
-from insonify.comparison.measure import Curve, Measure, Quantity, counted, decibels, ratio
+from insonify.comparison.measure import Curve, Measure, Quantity, counted, decibels, ratio, total_level
 from insonify.comparison.samples import Floats
 
 BIN_DEG = 10.0
@@ -47,8 +47,9 @@ class DetectedDepths(Measure):
     def estimate(self, sums: Floats) -> Floats:
         """Mean depth, rms scatter and level in each bin."""
         rows = [sums[..., k * BINS : (k + 1) * BINS] for k in range(6)]
-        depth, scatter, level = (ratio(rows[k], rows[k + 1]) for k in (0, 2, 4))
-        return np.concatenate([depth, np.sqrt(np.maximum(scatter, 0)), decibels(level)], axis=-1)
+        depth, scatter, power = (ratio(rows[k], rows[k + 1]) for k in (0, 2, 4))
+        level = decibels(power) - total_level(self.frame, rows[4], rows[5])
+        return np.concatenate([depth, np.sqrt(np.maximum(scatter, 0)), level], axis=-1)
 
     def curves(self, first: Floats, second: Floats) -> tuple[Curve, ...]:
         """Depth and scatter over beam angle."""

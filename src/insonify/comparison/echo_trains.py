@@ -20,7 +20,7 @@ EARLY = 3
 EDGE = 0.25
 """Intensity of the leading edge re the peak: half the amplitude."""
 ABOVE = 4.0
-"""Least intensity of an echo re the median of its surroundings, for its range to count [1]."""
+"""Least peak of an echo re the mean in front of its expected range, for its range to count [1]."""
 
 
 class EchoTrains(Measure):
@@ -87,16 +87,10 @@ class EchoTrains(Measure):
         found = [first]
         for n, m in self._orders:
             expected = self._nominal(1.0, n, 0) * first + (m * self._surface_depth if m else 0.0)
-            centre = (expected - self._first) / self.frame.step + self._lag(profile, first)
+            centre = (expected - self._first) / self.frame.step
             edge, level, clear = self._echo(profile, centre, self._half, self._half // EARLY)
             found += [np.where(clear, edge - expected, np.nan), decibels(ratio(level, peak))]
         return np.stack(found, axis=-1).reshape(*sums.shape[:-1], -1)
-
-    def _lag(self, profile: Floats, first: Floats) -> Floats:
-        """Samples from the leading edge of the first echo to its peak."""
-        low = np.clip(((first - self._first) / self.frame.step).astype(int), 0, profile.shape[1] - 1)
-        at = np.clip(low[:, None] + np.arange(self._half), 0, profile.shape[1] - 1)
-        return np.asarray(np.argmax(np.take_along_axis(profile, at, 1), axis=1), float)
 
     def _echo(self, profile: Floats, centre: Floats, half: int, early: int) -> tuple[Floats, Floats, Floats]:
         """Leading edge [m], mean intensity about the peak, and whether it stands out, in a gate of each profile."""
@@ -113,7 +107,7 @@ class EchoTrains(Measure):
         edge = self._first + self.frame.step * (at[rows, last] + np.clip(share, 0, 1))
         near = np.abs(np.arange(gate.shape[1]) - top[:, None]) <= max(self._half // 2, 1)
         mean = np.sum(gate * near, axis=1) / near.sum(axis=1)
-        return edge, mean, peak > ABOVE * np.median(gate, axis=1)
+        return edge, mean, peak > ABOVE * gate[:, : max(early // 2, 1)].mean(axis=1)
 
     def curves(self, first: Floats, second: Floats) -> tuple[Curve, ...]:
         """Level of the mean intensity over range."""

@@ -19,6 +19,8 @@ MIN_BLOCKS = 8
 """Least number of independent blocks of pings, in each recording, that are exchanged as a whole."""
 MAX_STRATA = 256
 """Most tiles into which a block of pings is cut."""
+TILE_CELLS = 4
+"""Resolution cells of range in a tile."""
 MIN_SAMPLES = 16
 """Fewest samples that two ranges have to share."""
 ANGLE_STEP = np.radians(5.0)
@@ -123,7 +125,7 @@ def common_frame(first: Samples, second: Samples) -> Frame:
         raise StoreError(f"{first.name} and {second.name}: detections and samples are not comparable. Name a group "
                          "of the same kind of both: --group soundings, --group 'water column'")  # fmt: skip
     axis = _common_axis(first, second, notes) if first.slant_range.size > 1 else first.slant_range
-    one, two = (_on_axis(side, axis) for side in (first, second))
+    one, two = _where_both_have_samples(*(_on_axis(side, axis) for side in (first, second)))
     scaled = 0.0
     if one.unit != two.unit:
         scaled = _offset_db(one, two)
@@ -155,7 +157,7 @@ def _common_axis(first: Samples, second: Samples, notes: list[str]) -> Floats:
     """Ranges that both have, at the larger step, behind the transmitted pulse."""
     step = max(first.step, second.step)
     start = max(_after_transmission(side) for side in (first, second))
-    stop = min(float(side.slant_range[-1]) for side in (first, second))
+    stop = min(float(side.slant_range[_recorded(side)[-1]]) for side in (first, second))
     count = int(np.floor((stop - start) / step + 1e-6)) + 1
     if count < MIN_SAMPLES:
         spans = [f"{side.slant_range[0]:.2f} to {side.slant_range[-1]:.2f} m" for side in (first, second)]
@@ -173,10 +175,9 @@ def _common_axis(first: Samples, second: Samples, notes: list[str]) -> Floats:
 
 def _after_transmission(samples: Samples) -> float:
     """Range behind the transmitted pulse, where a recording opens with it [m]."""
-    level = mean_level(samples.beams())
+    level, start = mean_level(samples.beams()), int(_recorded(samples)[0])
     pulse = samples.pulse_length * samples.sound_speed / 2
     width = max(int(np.nan_to_num(pulse / samples.step)), 1)
-    start = int(np.argmax(np.isfinite(level)))
     head = max(4 * width, 4)
     later = level[start + head :]
     if later.size < MIN_SAMPLES:
@@ -186,6 +187,30 @@ def _after_transmission(samples: Samples) -> float:
     if not smooth[:head].max() > smooth[:echo].min(initial=np.inf) + 20:
         return float(samples.slant_range[start])
     return float(samples.slant_range[start + int(np.argmax(smooth < smooth[:echo].min() + 6)) + width])
+
+
+def _recorded(samples: Samples) -> NDArray[np.int64]:
+    """Samples of range at which anything was recorded."""
+    found = np.flatnonzero(np.isfinite(samples.values).any(axis=(0, 1)))
+    if not found.size:
+        raise StoreError(f"{samples.name}: all samples are missing. Choose other pings or another group")
+    return found
+
+
+def _where_both_have_samples(first: Samples, second: Samples) -> tuple[Samples, Samples]:
+    """Both recordings without the beams and ranges that the other lacks in all pings."""
+    known = [np.asarray(np.isfinite(side.values).any(axis=0)) for side in (first, second)]
+    if all(rows.all() for rows in known):
+        return first, second
+    masked = []
+    for side, other, others in ((first, second, known[1]), (second, first, known[0])):
+        rows = others.any(axis=0, keepdims=True)
+        if side.angle.size and other.angle.size and len(others) > 1:
+            rows = others[np.argmin(np.abs(side.angle[:, None] - other.angle), axis=1)]
+        elif side.values.shape[1] == len(others):
+            rows = others
+        masked.append(replace(side, values=np.where(rows, side.values, np.nan)))
+    return masked[0], masked[1]
 
 
 def mean_level(field: Values) -> Floats:
@@ -207,7 +232,7 @@ def _on_axis(samples: Samples, axis: Floats) -> Samples:
     values, ratio = samples.values, float(axis[1] - axis[0]) / samples.step
     missing = ~np.isfinite(values)
     if ratio > 1.5 and samples.is_complex:
-        taps = firwin(8 * int(np.ceil(ratio)) | 1, 1 / ratio)
+        taps = firwin(20 * int(np.ceil(ratio)) + 1, 1 / ratio)
         values = fftconvolve(np.where(missing, 0, values), taps.reshape(1, 1, -1), mode="same", axes=2)
         values[missing] = np.nan
     position = (axis - samples.slant_range[0]) / samples.step
@@ -291,7 +316,7 @@ def _tiles(first: Samples, second: Samples, cell: int) -> tuple[int, list[NDArra
         rows = [np.zeros(count, np.int64) for count in beams]
     fans = max(int(row.max()) for row in rows) + 1
     count = first.slant_range.size
-    length = max(4 * cell, -(-count * fans // MAX_STRATA))
+    length = max(TILE_CELLS * cell, -(-count * fans // MAX_STRATA))
     ranges = -(-count // length)
     along = np.arange(count) // length
     return fans * ranges, [(row[:, None] * ranges + along)[None] for row in rows]

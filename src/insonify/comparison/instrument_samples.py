@@ -114,9 +114,8 @@ def _detections(pings: xr.Dataset, name: str, notes: list[str]) -> Samples:
         detected = np.where(pings["detection"].values <= 1, detected, np.nan)
     key = "backscatter" if "backscatter" in pings else None
     level = np.asarray(pings[key].values, float) if key else np.full(detected.shape, np.nan)
-    centre = float(np.nanmean(detected)) if np.isfinite(detected).any() else 0.0
     return Samples(
-        name, amplitude_of_level(level)[..., None], np.array([centre]), "dB", speed,
+        name, amplitude_of_level(level)[..., None], np.zeros(1), "dB", speed,
         frequency=_median(pings, "frequency"), angle=_angle(pings), depth=_median(pings, "transducer_depth"),
         detected_range=detected, notes=tuple(notes),
     )  # fmt: skip

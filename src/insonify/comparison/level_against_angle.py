@@ -3,7 +3,7 @@
 import numpy as np
 
 from insonify.comparison.frame import Frame, Side
-from insonify.comparison.measure import Curve, Measure, Quantity, counted, decibels, ratio
+from insonify.comparison.measure import Curve, Measure, Quantity, counted, decibels, ratio, total_level
 from insonify.comparison.samples import Floats
 
 BIN_DEG = 5.0
@@ -39,10 +39,11 @@ class LevelAgainstAngle(Measure):
         return np.hstack([side.sums(side.intensity, bins, BINS), side.sums(counts, bins, BINS)])
 
     def estimate(self, sums: Floats) -> Floats:
-        """Level of the mean intensity in each bin with enough samples."""
+        """Level of the mean intensity in each bin with enough samples, re the mean of all where units differ."""
         counts = sums[..., BINS:]
         least = LEAST_SHARE * counts.sum(axis=-1, keepdims=True)
-        return np.where(counts > least, decibels(ratio(sums[..., :BINS], counts)), np.nan)
+        level = decibels(ratio(sums[..., :BINS], counts)) - total_level(self.frame, sums[..., :BINS], counts)
+        return np.where(counts > least, level, np.nan)
 
     def curves(self, first: Floats, second: Floats) -> tuple[Curve, ...]:
         """Levels over grazing angle."""

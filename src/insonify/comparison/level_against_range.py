@@ -2,12 +2,14 @@
 
 import numpy as np
 
-from insonify.comparison.frame import Frame, Side
-from insonify.comparison.measure import Curve, Measure, Quantity, counted, decibels, ratio
+from insonify.comparison.frame import TILE_CELLS, Frame, Side
+from insonify.comparison.measure import Curve, Measure, Quantity, counted, decibels, ratio, total_level
 from insonify.comparison.samples import Floats
 
 BINS = 16
-"""Number of bins of range."""
+"""Most bins of range."""
+TILES = 8
+"""Least number of tiles of range in a bin where chance is judged by them."""
 
 
 class LevelAgainstRange(Measure):
@@ -18,8 +20,10 @@ class LevelAgainstRange(Measure):
     def __init__(self, frame: Frame) -> None:
         super().__init__(frame)
         count = frame.slant_range.size
-        self._bin = np.arange(count) * BINS // count
-        self._middle = np.array([frame.slant_range[self._bin == row].mean() for row in range(BINS)])
+        tiles = count // (TILE_CELLS * frame.cell)
+        self._bins = BINS if frame.strata == 1 else min(max(tiles // TILES, 4), BINS)
+        self._bin = np.arange(count) * self._bins // count
+        self._middle = np.array([frame.slant_range[self._bin == row].mean() for row in range(self._bins)])
 
     @staticmethod
     def unsuited(frame: Frame) -> str:
@@ -34,11 +38,12 @@ class LevelAgainstRange(Measure):
     def sums(self, side: Side) -> Floats:
         """Sum of intensities and number of samples in each bin."""
         counts = counted(side.intensity)
-        return np.hstack([side.sums(side.intensity, self._bin, BINS), side.sums(counts, self._bin, BINS)])
+        return np.hstack([side.sums(values, self._bin, self._bins) for values in (side.intensity, counts)])
 
     def estimate(self, sums: Floats) -> Floats:
-        """Level of the mean intensity in each bin."""
-        return decibels(ratio(sums[..., :BINS], sums[..., BINS:]))
+        """Level of the mean intensity in each bin, re the mean of all where units differ."""
+        power, counts = sums[..., : self._bins], sums[..., self._bins :]
+        return decibels(ratio(power, counts)) - total_level(self.frame, power, counts)
 
     def curves(self, first: Floats, second: Floats) -> tuple[Curve, ...]:
         """Levels over range."""

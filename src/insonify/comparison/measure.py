@@ -135,3 +135,19 @@ def counted(values: Floats) -> Floats:
         values: Values, any shape.
     """
     return np.where(np.isfinite(values), 1.0, np.nan)
+
+
+def total_level(frame: Frame, power: Floats, count: Floats) -> Floats:
+    """Level to which others refer [dB], shape (..., 1): that of the mean intensity where units differ, else 0.
+
+    The constant by which the simulated levels are raised is a number of both recordings, which varies with their
+    exchange; so levels refer to the sums that are exchanged.
+
+    Args:
+        frame: The two recordings.
+        power: Sums of intensities, shape (..., bin).
+        count: Numbers of samples, of the same shape.
+    """
+    if frame.scaled_db == 0:
+        return np.zeros((*power.shape[:-1], 1))
+    return decibels(ratio(power.sum(axis=-1, keepdims=True), count.sum(axis=-1, keepdims=True)))

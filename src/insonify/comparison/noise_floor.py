@@ -3,7 +3,7 @@
 import numpy as np
 
 from insonify.comparison.frame import Frame, Side
-from insonify.comparison.measure import Curve, Measure, Quantity, counted, decibels, ratio
+from insonify.comparison.measure import Curve, Measure, Quantity, counted, decibels, ratio, total_level
 from insonify.comparison.samples import Floats
 
 PARTS = 16
@@ -51,6 +51,7 @@ class NoiseFloor(Measure):
             keep[-lag:] = False
             product[..., ~keep] = np.nan
             parts += [counted(product.real), product.real, product.imag]
+        parts += [side.intensity, counted(side.intensity)]
         return np.hstack([side.sums(np.asarray(part, float)) for part in parts])
 
     def estimate(self, sums: Floats) -> Floats:
@@ -59,7 +60,8 @@ class NoiseFloor(Measure):
         mean = ratio(power, count)
         index = ratio(ratio(squared, count), mean**2) - 1
         offset = 0.0 if self._complex else ratio(amplitude, count) ** 2
-        found = [decibels(mean), index]
+        total = total_level(self.frame, sums[..., -2:-1], sums[..., -1:])[..., 0]
+        found = [decibels(mean) - total, index]
         for row in range(4, 4 + 3 * LAGS, 3):
             real, imaginary = (ratio(sums[..., row + part], sums[..., row]) for part in (1, 2))
             found.append(ratio(np.hypot(real - offset, imaginary), mean - offset))
