@@ -122,5 +122,6 @@ def test_lines_of_a_recorder_are_written_as_they_are(tmp_path, keep):
         given = np.array([[ping.data[0][::-1], ping.data[1]] for ping in sent])
         assert given.dtype == kind and [ping.PingNumber for ping in sent] == [0, 2, 4]
         np.testing.assert_array_equal(given, lines.recorded.values.astype(kind))
+    assert insonify.export(lines, tmp_path / "a.png").stat().st_size > 1000  # a picture of lines alone is one of pings
     with pytest.raises(StoreError, match="has no recorded lines"):
         insonify.export(insonify.simulate(base.with_("track.pings", 1), threads=1), tmp_path / "b.xtf", "xtf-recorded")

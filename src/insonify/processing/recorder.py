@@ -230,10 +230,8 @@ def lines_as_pings(recording: xr.Dataset) -> xr.Dataset:
     rest = [name for name, variable in recording.variables.items() if "time" in variable.dims]
     lines = recording.drop_vars([*rest, "recorded", "bin_time", "line_ping"]).isel(ping=first)
     time = recording["bin_time"]
-    return lines.assign(
-        recorded=(("ping", *recording["recorded"].dims[1:-1], "time"), recording["recorded"].data,
-                  recording["recorded"].attrs)
-    ).assign_coords(time=("time", time.values, time.attrs))  # fmt: skip
+    numbers = recording["recorded"].reset_coords(drop=True).rename(line="ping", bin="time").variable  # read on access
+    return lines.assign(recorded=numbers).assign_coords(time=("time", time.values, time.attrs))
 
 
 def field_or_lines(recording: xr.Dataset) -> xr.Dataset:

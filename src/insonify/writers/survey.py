@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from insonify.formats.store_description import StoreError
 from insonify.formats.zarr_store import open_recording
+from insonify.processing.recorder import lines_as_pings
 from insonify.records.recording import FIELDS
 from insonify.scenario.load import parse_model
 from insonify.scenario.scenario import Scenario
@@ -116,13 +117,9 @@ class Survey:
         if "recorded" not in recording:
             raise StoreError(f"{self.name} has no recorded lines. Give the sonar a recorder in the scenario, or write "
                              "the pressure: xtf or xtf-float32")  # fmt: skip
-        first = recording["line_ping"].values.astype(int)
-        lines = recording["recorded"].rename(line="ping", bin="time").reset_coords(drop=True)
-        lines = lines.drop_vars(["ping", "time"], errors="ignore")
-        known = np.isfinite(np.array([lines[row, 0, 0].values for row in range(first.size)], float))
-        pings = recording.drop_dims(["line", "bin", "time"]).isel(ping=first)
-        bins = ("time", np.asarray(recording["bin_time"].values, float))
-        return replace(self, recording=pings.assign(recorded=lines, done=("ping", known)).assign_coords(time=bins))
+        lines = lines_as_pings(recording)
+        known = [bool(np.isfinite(lines["recorded"][row, 0, 0].values)) for row in range(lines.sizes["ping"])]
+        return replace(self, recording=lines.assign(done=("ping", known)))
 
     def require_beams(self, name: str) -> None:
         """Refuse a recording whose channels are elements, or whose receiver has a platform of its own."""
