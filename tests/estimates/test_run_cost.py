@@ -293,6 +293,20 @@ def test_beams_share_the_pairs_of_an_expectation_under_a_moving_surface():
     assert 3.2 < seconds(96) / seconds(8) < 9
 
 
+@pytest.mark.parametrize(("east", "longer"), [(30, (1.5, 6.0)), (-30, (1.0, 1.0))])
+def test_the_ground_behind_a_long_solid_is_dear(east, longer):
+    """Legs to the bed behind a pipe in the beams are diffracted; one out of the beams changes nothing."""
+    ends = {"transmit": {"kind": "line", "length": 0.05}, "receive": {"kind": "line", "length": 0.05}}
+    pipe = {"shape": "cylinder", "length": 30, "diameter": 0.8, "position": (0, east)}
+
+    def seconds(way: str) -> float:
+        paths = {"edge_diffraction": way, "contributions": ["seabed"], "max_reflections": 1}
+        scenario = nominal(sonar=ends, targets=[pipe], paths=paths, track={"window": (0.0, 0.1)})
+        return estimate_cost(scenario).seconds - unit_costs.START_SECONDS
+
+    assert longer[0] <= seconds("knife-edge") / seconds("none") <= longer[1]
+
+
 def test_legs_off_explicit_waves_are_counted_with_their_bounces_and_glints():
     """Within a factor of 1.5 of those that a block then has: they bound its memory, and an expectation's time."""
     scenario = nominal(surface={"reflection": "explicit", "wind_speed": 3.0}, track={"window": (0.03, 0.031)},

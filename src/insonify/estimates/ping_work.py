@@ -20,6 +20,7 @@ from insonify.engines.targets import solid_pieces, target_count
 from insonify.engines.volume import VolumeScatterers
 from insonify.estimates import unit_costs
 from insonify.estimates.facet_work import facet_work
+from insonify.propagation.bounding_cylinders import points_near_cylinders
 from insonify.propagation.families import bounce_sequence, families_reaching
 from insonify.propagation.image_sources import StraightRays
 from insonify.propagation.propagation_model import PropagationModel
@@ -45,6 +46,8 @@ RINGS, SECTORS = 48, 360
 BEAMS_PER_RING, MOST_APART = 512, 12
 """Beams times families from which on keep probabilities are evaluated at every second ring, and so on; rings that are
 apart at most [1]."""
+AROUND = 180
+"""Directions in which the seabed behind solids is counted [1]."""
 PLACES = 12
 """Distances, and depths, at which pairs of legs to points in the water are counted [1]."""
 TARGET_PINGS, TARGET_LOOKS = 9, 300
@@ -186,8 +189,32 @@ def _boundaries(
         each = _pair_seconds(simulator, ping_geometry, law, boundary, label=label)
         relief = len(scenario.seabed.relief) if boundary == "seabed" else 0
         count = float(points.sum())
+        if boundary == "seabed":
+            legs += _diffraction_seconds(simulator, ping_geometry, kept, points, position)
         total += PingWork(count, legs + pairs * each + count * unit_costs.SECONDS_PER_TERRAIN_POINT * relief, tiles)
     return total
+
+
+def _diffraction_seconds(
+    simulator: Simulator, ping_geometry: PingGeometry, kept: tuple[str, ...], points: Floats, distance: Floats
+) -> float:
+    """Processor time of diffraction around solids, by how many points of each ring lie behind one in the beams [s]."""
+    scene, paths = simulator.engine.scene, simulator.scenario.paths
+    if paths.edge_diffraction == "none" or not scene.solids or not distance.any():
+        return 0.0
+    start, azimuth = ping_geometry.transmit_position, np.linspace(0, 2 * np.pi, AROUND, endpoint=False)
+    offset = distance[:, None, None] * np.stack([np.cos(azimuth), np.sin(azimuth)], axis=-1)
+    ground = np.full((*offset.shape[:2], 1), simulator.scenario.seabed.depth)
+    place = np.concatenate([start[:2] + offset, ground], axis=-1).reshape(-1, 3)
+    way = (place - start) / np.linalg.norm(place - start, axis=1, keepdims=True)
+    ends = ping_geometry.transmit_beams, ping_geometry.receive_beams
+    gain = np.prod([np.abs(end.gain(way)).max(axis=0) for end in ends], axis=0)
+    seen = gain >= amplitude_ratio(paths.beam_cutoff_db) * gain.max()
+    behind = np.bincount(np.concatenate(points_near_cylinders(scene, start, place)[len(scene.boxes) :]),
+                         minlength=len(place))  # fmt: skip
+    within = seen.reshape(-1, AROUND).sum(axis=1)
+    share = (behind * seen).reshape(-1, AROUND).sum(axis=1) / np.maximum(within, 1)
+    return float(points @ share) * len(kept) * unit_costs.SECONDS_PER_DIFFRACTED_LEG
 
 
 def _swath_seconds(steps: float, families: int) -> float:

@@ -41,6 +41,8 @@ SECONDS_PER_REFRACTED_WAVE_LEG, SECONDS_PER_WAVE_LEG_KNOT = 20e-6, 1.5e-6
 """More of it in layered water, and for each knot of the profile [s]."""
 SECONDS_PER_REFRACTED_LEG = 0.5e-6
 """One leg of refracted rays, more than a straight one [s]."""
+SECONDS_PER_DIFFRACTED_LEG = 2.5e-6
+"""One leg to a point behind a solid other than an upright box, diffracted around it [s]."""
 SECONDS_PER_RAY = 6.5e-6
 """One ray of the tracer, followed to its end [s]."""
 SECONDS_PER_PIECE = 1.8e-6
