@@ -211,7 +211,7 @@ def _deposit_rows(cells: NDArray[np.complex64], sort_buffer: RowSortBuffer, buff
 def combine_rows(rows_in: Singles, weights: Singles, beams: Singles) -> None:
     """Weighted sums of rows: a matrix product, without the blocks that hold nothing.
 
-    Rows outside the sector that is heard, and times before the first echo and after the last, are empty.
+    Rows outside the received sector, and times before the first echo and after the last, are empty.
 
     Args:
         rows_in: Rows of the grid, (rows, n); rows are a multiple of 4.
