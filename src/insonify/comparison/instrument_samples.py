@@ -85,7 +85,7 @@ def group_samples(pings: xr.Dataset, name: str, notes: list[str] | None = None) 
         if "travel_time" in pings:
             return _detections(pings, name, said)
         raise StoreError(f"{name}: no samples to compare. Choose another group: `insonify info` lists them")
-    pings = _of_one_step(pings, said)
+    pings = _of_one_step(pings, name, said)
     values = pings[field].values
     values = values[:, None] if values.ndim == 2 else values
     if field in ("level", "level_db", "power_db"):
@@ -139,16 +139,17 @@ def _steps(pings: xr.Dataset) -> Floats:
         steps = speed / 2 * pings["sample_interval"].values
     else:
         key = next(key for key in ("image_sample_rate", "sample_rate") if key in pings)
-        steps = speed / 2 / pings[key].values
+        rate = np.asarray(pings[key].values, float)
+        steps = speed / 2 / np.where(rate > 0, rate, np.nan)
     return np.broadcast_to(np.asarray(steps, float), (shape,))
 
 
-def _of_one_step(pings: xr.Dataset, notes: list[str]) -> xr.Dataset:
+def _of_one_step(pings: xr.Dataset, name: str, notes: list[str]) -> xr.Dataset:
     """Pings with the commonest step of range; the others are left out."""
     steps = np.round(_steps(pings), 7)
     found, counts = np.unique(steps[np.isfinite(steps) & (steps > 0)], return_counts=True)
     if not found.size:
-        raise StoreError("no ping states its sample interval")
+        raise StoreError(f"{name}: no ping states its sample interval and sound speed. Choose another group")
     keep = np.abs(steps - found[np.argmax(counts)]) <= 1e-3 * found[np.argmax(counts)]
     if not keep.all():
         notes.append(f"{int((~keep).sum())} of {keep.size} pings left out: another sample interval")

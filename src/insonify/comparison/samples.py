@@ -78,4 +78,4 @@ def amplitude_of_level(level: Floats) -> Floats:
     Args:
         level: Level [dB], any shape.
     """
-    return np.asarray(10 ** (np.maximum(level, -1000.0) / 20))
+    return np.where(np.isneginf(level), 0.0, 10 ** (np.maximum(level, -1000.0) / 20))
