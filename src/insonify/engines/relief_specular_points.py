@@ -19,9 +19,8 @@ from numpy.typing import NDArray
 
 from insonify.engines.recent_results import RecentResults
 from insonify.engines.relief_reflections import NEGLIGIBLE_PRESSURE
-from insonify.propagation._layered_surface_path_kernel import SurfaceWater, rays_down, speed_at
 from insonify.propagation.glints import leg_rows
-from insonify.propagation.surface_water import surface_water
+from insonify.propagation.surface_water import SurfaceWater, rays_to, surface_water
 from insonify.records.legs import Legs
 from insonify.scene.scene import Scene
 from insonify.scene.seabed_terrain import SeabedTerrain
@@ -165,20 +164,13 @@ def _write_refracted(
     lengths = np.zeros(len(points.length))
     for name, end, sense in (("departure", ends[0], 1.0), ("arrival", ends[1], -1.0)):
         across = sense * (points.position - end)[:, :2]
-        found = _rays_to(points.position, end, water)
-        cosine = np.minimum(found[:, 0] * speed_at(float(end[2]), water) / water.speed[0], 1.0)
+        found = rays_to(points.position, end, water)
+        cosine = np.minimum(found[:, 0] * np.interp(end[2], water.depth, water.speed) / water.speed[0], 1.0)
         ahead = across / np.maximum(np.linalg.norm(across, axis=1), 1e-12)[:, None]
         getattr(made, name)[rows, 0] = np.column_stack([ahead * cosine[:, None], sense * np.sqrt(1 - cosine**2)])
         lengths += found[:, 4]
     made.delay[rows, 0], made.length[rows, 0] = points.length / water.speed[0], lengths
     made.absorption[rows, 0] = np.exp(per_metre * lengths)
-
-
-def _rays_to(points: Floats, end: Floats, water: SurfaceWater) -> Floats:
-    """Rays of `rays_down` between one end and points (n, 3), shape (n, 6)."""
-    rays = np.empty((len(points), 6))
-    rays_down(np.linalg.norm(points[:, :2] - end[:2], axis=1), points[:, 2].copy(), float(end[2]), water, rays)
-    return rays
 
 
 def specular_points(
@@ -232,7 +224,7 @@ def specular_points(
     exact = np.column_stack([found.position[:, :2], terrain.depth_at(*found.position[:, :2].T)])
     # stationary: to second order
     if water.depth.size:
-        length = _rays_to(exact, begin, water)[:, 3] + _rays_to(exact, stop, water)[:, 3]
+        length = rays_to(exact, begin, water)[:, 3] + rays_to(exact, stop, water)[:, 3]
     else:
         length = np.linalg.norm(exact - begin, axis=1) + np.linalg.norm(exact - stop, axis=1)
     return found._replace(position=exact, length=length)
@@ -275,7 +267,7 @@ def _path(
 
 def _refracted_length(offset: Floats, depth: Floats, end: Floats, water: SurfaceWater) -> tuple[Floats, Floats, Floats]:
     """Travel time from an end to points below it [m], its gradient [1], (n, 3), and second derivatives [1/m]."""
-    rays = _rays_to(end + offset, end, water)
+    rays = rays_to(end + offset, end, water)
     p, per, bend, reference = rays[:, 0], 1 / rays[:, 1], 1 / rays[:, 2], float(water.speed[0])
     index, below = (reference / np.interp(depth + step, water.depth, water.speed) for step in (0.0, 1e-3))
     q = np.sqrt(np.maximum(index**2 - p**2, 1e-12))
@@ -339,7 +331,7 @@ def _at(
     if ground.water.depth.size:  # Kirchhoff's integral: cosine / (d1 d2 sqrt |det H|), with d spreading distances
         depth, slope, _ = ground.derivatives(positions)
         points = np.column_stack([positions, depth])
-        apart = [_rays_to(points, end, ground.water)[:, 5] for end in (begin, stop)]
+        apart = [rays_to(points, end, ground.water)[:, 5] for end in (begin, stop)]
         facing = sine * np.sqrt(1 + np.sum(slope**2, axis=1))
         focusing *= length * facing / (apart[0] * apart[1] * np.sqrt(np.linalg.det(plane)))
         sine = sine * np.interp(depth, ground.water.depth, ground.water.speed) / ground.water.speed[0]

@@ -1,10 +1,14 @@
 """Water between surface and seabed in the form of the kernels of paths by an uneven boundary."""
 
 import numpy as np
+from numpy.typing import NDArray
 
-from insonify.propagation._layered_surface_path_kernel import SurfaceWater
+from insonify.propagation._layered_surface_path_kernel import SurfaceWater as SurfaceWater
+from insonify.propagation._layered_surface_path_kernel import rays_down
 from insonify.propagation.sound_speed_layers import scene_layers
 from insonify.scene.scene import Scene
+
+Floats = NDArray[np.float64]
 
 
 def surface_water(scene: Scene, speed: float, bottom_before: bool, bottom_after: bool) -> SurfaceWater:
@@ -17,3 +21,16 @@ def surface_water(scene: Scene, speed: float, bottom_before: bool, bottom_after:
     return SurfaceWater(
         layers.depth, layers.speed, 1 / speed, layers.bottom_reflection_depth, bottom_before, bottom_after, np.zeros(2)
     )  # fmt: skip
+
+
+def rays_to(points: Floats, end: Floats, water: SurfaceWater) -> Floats:
+    """Rays from one end down to n points, with the columns of `rays_down`, shape (n, 6).
+
+    Args:
+        points: North, east, depth of the points, all below the end [m], shape (n, 3).
+        end: North, east, depth of the end [m], shape (3,).
+        water: Layered water.
+    """
+    rays = np.empty((len(points), 6))
+    rays_down(np.linalg.norm(points[:, :2] - end[:2], axis=1), points[:, 2].copy(), float(end[2]), water, rays)
+    return rays
