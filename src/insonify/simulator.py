@@ -50,7 +50,7 @@ from insonify.synthesis.incoherent import IncoherentAccumulator, IntensityBuffer
 from insonify.synthesis.label_accumulator import SEABED_POINTS, LabelAccumulator, label_names
 from insonify.synthesis.level_curves import ALL, LevelAccumulator, level_curves
 from insonify.synthesis.receiver_chain import ReceiverChain, receiver_chain
-from insonify.synthesis.replica_jitter import replica_jitter
+from insonify.synthesis.replica_jitter import ReplicaJitter, replica_jitter
 from insonify.synthesis.time_grid import TimeGrid, time_grid
 from insonify.synthesis.traced_intensity import TracedAccumulator, TracedLevelAccumulator
 from insonify.synthesis.waveform_basis import waveform_basis
@@ -90,24 +90,19 @@ class Simulator:
         """Geometry of one ping for each side, in the order of its channels; here: other poses than the track's."""
         return [side.at(ping) if here is None else side.posed(ping, here) for side in self._sides]
 
-    @property
-    def poses(self) -> Poses:
-        """Poses of the platform that carries the transmitter."""
-        return self.platforms.transmitter_poses
-
     def expectation_accumulator(self, geometry: PingGeometry) -> IncoherentAccumulator | TracedAccumulator:
         """Accumulator of the expected intensity of one ping, by the scenario's engine."""
         if self.tracer is None:
             return self.incoherent_accumulator(geometry)
-        return TracedAccumulator(
-            geometry, self.grid, replica_jitter(self.scenario.seed, geometry.ping, self.scenario.paths)
-        )
+        return TracedAccumulator(geometry, self.grid, self._jitter(geometry))
+
+    def _jitter(self, geometry: PingGeometry) -> ReplicaJitter:
+        return replica_jitter(self.scenario.seed, geometry.ping, self.scenario.paths)
 
     def incoherent_accumulator(self, geometry: PingGeometry) -> IncoherentAccumulator:
         """Accumulator of the expected intensity of one ping, by eigenrays."""
-        scenario = self.scenario
-        jitter = replica_jitter(scenario.seed, geometry.ping, scenario.paths)
-        return IncoherentAccumulator(geometry, self.grid, jitter, self._table, delay_field(scenario))
+        late = delay_field(self.scenario)
+        return IncoherentAccumulator(geometry, self.grid, self._jitter(geometry), self._table, late)
 
     def fast_reverberation(self, geometry: PingGeometry) -> FastReverberation | None:
         """Fast reverberation of one ping, where it applies."""
@@ -200,8 +195,8 @@ class Simulator:
 
     def coherent_accumulator(self, geometry: PingGeometry) -> CoherentAccumulator:
         """Accumulator of the complex pressure of one ping."""
-        jitter = replica_jitter(self.scenario.seed, geometry.ping, self.scenario.paths)
-        return CoherentAccumulator(geometry, self.grid, jitter, waveform_basis(geometry), self.scenario.water)
+        basis = waveform_basis(geometry)
+        return CoherentAccumulator(geometry, self.grid, self._jitter(geometry), basis, self.scenario.water)
 
 
 def build_simulator(scenario: Scenario, carried: Platforms | None = None) -> Simulator:

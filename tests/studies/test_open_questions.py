@@ -29,7 +29,7 @@ def test_coherence_of_two_positions_is_that_of_random_scatterers() -> None:
 @pytest.mark.slow
 def test_coherent_models_have_the_expected_mean_and_one_has_the_coherence() -> None:
     """Both coherent models have the mean of the expected intensity; only three dimensions remember the last ping."""
-    found = coherent_model.answers(6)
+    found = coherent_model.evaluate(6)
     plane, space = "coherent, vertical plane", "coherent, three dimensions"
     for model in (plane, space):
         assert found.mean_error_db(model, "seabed before the target") == pytest.approx(0, abs=0.6)
@@ -44,7 +44,7 @@ def test_coherent_models_have_the_expected_mean_and_one_has_the_coherence() -> N
 @pytest.mark.slow
 def test_multipath_fills_the_shadow_and_lowers_the_highlight() -> None:
     """One reflection over silt: the surface's path fills the shadow, and brings ghosts into it."""
-    found = multipath_contrast.answers(("silt, calm",), (0, 1)).contrast["silt, calm"]
+    found = multipath_contrast.evaluate(("silt, calm",), (0, 1)).contrast["silt, calm"]
     assert found[0].shadow < -18
     assert found[1].shadow > found[0].shadow + 10
     assert found[1].highlight < found[0].highlight - 10
@@ -67,7 +67,7 @@ def test_the_covariance_of_phases_begins_with_their_variance(length: float) -> N
 @pytest.mark.slow
 def test_a_focused_point_loses_what_the_covariance_of_phases_says() -> None:
     """Weakly inhomogeneous water: the simulated loss, averaged over few waters, is near its expectation."""
-    found = aperture.answers(3, (0.5,), (1e-4,))
+    found = aperture.evaluate(3, (0.5,), (1e-4,))
     mean = 10 * np.log10(np.mean(10 ** (found.loss / 10)))
     assert mean == pytest.approx(found.theory[0, 0], abs=1.2)
     assert found.width == pytest.approx(0.048, rel=0.25)

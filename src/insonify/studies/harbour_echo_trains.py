@@ -56,13 +56,13 @@ class Train:
     offset: Floats
     """Range of the strongest sample of each real echo less n times the first's [m], shape (ping, echo)."""
     limited: bool
-    """True where the receiver clips the first echo."""
+    """True where the receiver clips the first echo: it stays at its largest value for longer than the pulse."""
     profile: tuple[Floats, Floats, Floats]
     """Range [m], real level of the first ping and expected level [dB]."""
 
 
 @dataclass(frozen=True, slots=True)
-class Answers:
+class Results:
     """Echo trains of all groups, and the fit."""
 
     trains: list[Train]
@@ -76,7 +76,7 @@ class Answers:
     """Standard deviation of single simulated pings [dB], shape (echo,)."""
 
 
-def answers(folder: Path, groups: tuple[str, ...] = GROUPS, *, report: Callable[[str], None] = print) -> Answers:
+def evaluate(folder: Path, groups: tuple[str, ...] = GROUPS, *, report: Callable[[str], None] = print) -> Results:
     """Fit at one frequency, and predict the others.
 
     Args:
@@ -104,7 +104,7 @@ def answers(folder: Path, groups: tuple[str, ...] = GROUPS, *, report: Callable[
         report(f"{group}: real {levels.mean(axis=0).round(1)}, simulated {expected.round(1)}")
     drawn = _scenario(path, FITTED, sediment, hull).with_("field", "coherent")
     spread = np.std([_levels(drawn.with_("seed", seed + 1))[0] for seed in range(DRAWS)], axis=0, ddof=1)
-    return Answers(trains, sediment, hull, misfit, spread)
+    return Results(trains, sediment, hull, misfit, spread)
 
 
 def _scenario(path: Path, group: str, sediment: str, hull: float) -> Scenario:
@@ -127,8 +127,9 @@ def _real(path: Path, group: str) -> tuple[Floats, Floats, bool, tuple[Floats, F
     slant = strengths["range"].values[0]
     level = apparent - 20 * np.log10(np.maximum(slant, 1e-3) / 2)
     first = slant[np.nanargmax(np.where(slant > 2.0, np.nanmean(level, axis=0), np.nan))]
-    top = np.abs(pings["voltage"].values[:, :, np.abs(slant - first) < 1.0])
-    limited = bool(np.mean(top > 0.95 * top.max()) > 0.3)
+    near = np.abs(pings["voltage"].values[:, :, np.abs(slant - first) < 1.0])
+    plateau = np.mean(np.sum(near > 0.95 * near.max(), axis=-1)) * (slant[1] - slant[0])
+    limited = bool(plateau > float(pings["pulse_length"].median()) * SOUND_SPEED / 2)
     found = np.array([[_gated(slant, row, n * first) for n in range(1, ECHOES + 1)] for row in level])
     peaks = np.array([[_peak(slant, row, n * first) for n in range(1, ECHOES + 1)] for row in level])
     return found, peaks - peaks[:, :1] * np.arange(1, ECHOES + 1), limited, (slant, level[0])
@@ -166,7 +167,7 @@ def _peak(slant: Floats, level: Floats, centre: float) -> float:
     return float(slant[inside][np.nanargmax(level[inside])])
 
 
-def section(found: Answers) -> Section:
+def section(found: Results) -> Section:
     """Text and picture of the recording."""
     rows = []
     for train in found.trains:
@@ -183,19 +184,21 @@ def section(found: Answers) -> Section:
 Two pings of five split-beam transducers, 5.8 m above the bed. Apparent reflection levels of first, second and third
 echo [dB], real / simulated / difference. Fitted at {FITTED}: {found.sediment} and a hull that returns
 {20 * np.log10(found.hull):.1f} dB at each reflection (rms difference by sediment: {fits}). Single simulated pings
-scatter by {spread} dB, so that a mean of two real ones has intervals of about {1.4 * found.spread.mean():.1f} dB.
+scatter by {spread} dB: the mean of two has a standard error of {found.spread[0] / 2**0.5:.0f} dB in the first echo and
+{found.spread[2] / 2**0.5:.0f} dB in the third.
 
 {table(["channel", "first echo", "second", "third", "second and third re first"], rows)}
 
 Multiples lie at n times the first range (mean difference {steps} cm, by channel). With a bed that mirrors smoothly the
 second and third echo are 11 and 24 dB below the first at every frequency; the rough interface of the sediment turns
-most of the sound out of the beam at each reflection, which is what makes the train so steep and so dependent on
-frequency. The hull was fitted as independent of frequency, which a hull with growth and a transducer's well is not:
-what is left rises with frequency.{_clipped(found)}"""
+most of the sound out of the beam at each reflection, which makes the train as steep as it is. What does not agree: the
+later echoes at 120 kHz are stronger than predicted by more than their spread; the first echo at 333 kHz is too, as if
+the bed were smoother at its smallest scales than the spectrum of the handbook, which holds to 100 kHz; and the whole
+train at 38 kHz is weaker, as if its gain were another than stated: re each other its echoes are within 5 dB.{_clipped(found)}"""
     return Section(text, draw(found), "harbour-echo-trains", "Echo trains, real and simulated, at five frequencies")
 
 
-def _clipped(found: Answers) -> str:
+def _clipped(found: Results) -> str:
     names = [train.group for train in found.trains if train.limited]
     if not names:
         return ""
@@ -203,7 +206,7 @@ def _clipped(found: Answers) -> str:
             "levels re the first say little there.")  # fmt: skip
 
 
-def draw(found: Answers) -> Figure:
+def draw(found: Results) -> Figure:
     """Level over range of each channel, real and simulated."""
     with style.plot_style():
         figure = style.new_figure(9.5, 2.2 * len(found.trains))

@@ -11,7 +11,7 @@ from insonify.studies.page import write_page
 DRAWS, WATERS = 60, 20
 """Random seabeds of each coherent model, and random waters of each kind [1]."""
 INTRODUCTION = """The paper ([README](../../README.md)) modelled a sidescan sonar without phase and showed coherent
-effects in two dimensions. It left open what a coherent model in three dimensions would change. Here the engine answers
+effects in two dimensions. It left open what a coherent model in three dimensions would change. Here the engine shows
 with one scene under three models, with one scene under many reflections, and with a synthetic aperture in water that is
 not homogeneous. `insonify study open-questions -o docs/validation` writes this page anew."""
 
@@ -26,8 +26,8 @@ def write(folder: Path) -> list[Path]:
         Files written, the page first.
     """
     sections = [
-        coherent_model.section(coherent_model.answers(DRAWS)),
-        multipath_contrast.section(multipath_contrast.answers()),
-        aperture_in_inhomogeneous_water.section(aperture_in_inhomogeneous_water.answers(WATERS)),
+        coherent_model.section(coherent_model.evaluate(DRAWS)),
+        multipath_contrast.section(multipath_contrast.evaluate()),
+        aperture_in_inhomogeneous_water.section(aperture_in_inhomogeneous_water.evaluate(WATERS)),
     ]
     return write_page(folder / "open-questions.md", "Open questions of the paper", INTRODUCTION, sections)

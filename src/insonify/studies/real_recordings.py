@@ -36,7 +36,7 @@ def write(folder: Path, recordings: Path) -> list[Path]:
             f"{recordings} has no {missing[0]}. Give the folder of the recordings: --recordings DIR"
         )
     sections = [
-        harbour_echo_trains.section(harbour_echo_trains.answers(recordings)),
-        harbour_angular_response.section(harbour_angular_response.answers(recordings)),
+        harbour_echo_trains.section(harbour_echo_trains.evaluate(recordings)),
+        harbour_angular_response.section(harbour_angular_response.evaluate(recordings)),
     ]
     return write_page(folder / "real-recordings.md", "Real recordings and simulated ones", INTRODUCTION, sections)

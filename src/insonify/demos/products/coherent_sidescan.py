@@ -124,5 +124,5 @@ def shadow_numbers(passing: PassByLevels, dark: tuple[float, float], echoes: lis
 
 def _start(scenario: Scenario) -> tuple[float, float, float]:
     """North, east, depth of the sonar at the first ping [m]."""
-    north, east, depth = (float(x) for x in build_simulator(scenario).poses.position[0])
+    north, east, depth = (float(x) for x in build_simulator(scenario).platforms.transmitter_poses.position[0])
     return north, east, depth
