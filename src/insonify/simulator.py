@@ -38,7 +38,6 @@ from insonify.scenario.scenario import Scenario
 from insonify.sonar.ping_geometry import MountedSonar, PingGeometry, track_extents_of
 from insonify.sonar.platforms import Platforms
 from insonify.sonar.received_pulse import ReceivedPulse, received_pulse
-from insonify.sonar.track import Poses
 from insonify.sonar.track_extent import TrackExtent
 from insonify.synthesis.accumulator import Accumulator, Requirements
 from insonify.synthesis.channel_arrivals import channel_arrivals

@@ -92,7 +92,9 @@ def test_each_end_has_the_beam_of_its_own_depth():
     for gain, speed in ((sent, 1510.0), (received, 1490.0)):
         assert abs(gain) == pytest.approx(abs(np.sinc(1.5 * 100e3 / speed * np.sin(0.005))), abs=1e-5)
     assert here.sound_speed == 1510.0
-    np.testing.assert_allclose(array_depths(scenario.sonar, build_simulator(scenario).poses), [5.0, 16.0])
+    np.testing.assert_allclose(
+        array_depths(scenario.sonar, build_simulator(scenario).platforms.transmitter_poses), [5.0, 16.0]
+    )
 
 
 def test_each_ray_of_a_family_has_a_jitter_of_its_own():

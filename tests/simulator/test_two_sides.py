@@ -147,7 +147,7 @@ def test_a_ping_of_a_survey_is_that_of_a_ship_that_lies_still_there():
     told = surveyed()
     scenario = told.model_copy(update={"track": told.track.model_copy(update={"stop_and_hop": True})})
     whole = simulate(scenario).intensity.values
-    poses = build_simulator(scenario).poses
+    poses = build_simulator(scenario).platforms.transmitter_poses
     for ping in (1, 6):
         yaw, pitch, roll = (float(angle) for angle in poses.attitude[ping])
         still = {"kind": "static", "position": tuple(float(x) for x in poses.position[ping]), "roll": roll,

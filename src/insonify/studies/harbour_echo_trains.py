@@ -128,7 +128,7 @@ def _real(path: Path, group: str) -> tuple[Floats, Floats, bool, tuple[Floats, F
     level = apparent - 20 * np.log10(np.maximum(slant, 1e-3) / 2)
     first = slant[np.nanargmax(np.where(slant > 2.0, np.nanmean(level, axis=0), np.nan))]
     near = np.abs(pings["voltage"].values[:, :, np.abs(slant - first) < 1.0])
-    plateau = np.mean(np.sum(near > 0.95 * near.max(), axis=-1)) * (slant[1] - slant[0])
+    plateau = np.mean(np.sum(near > 0.95 * near.max(axis=-1, keepdims=True), axis=-1)) * (slant[1] - slant[0])
     limited = bool(plateau > float(pings["pulse_length"].median()) * SOUND_SPEED / 2)
     found = np.array([[_gated(slant, row, n * first) for n in range(1, ECHOES + 1)] for row in level])
     peaks = np.array([[_peak(slant, row, n * first) for n in range(1, ECHOES + 1)] for row in level])
@@ -194,7 +194,8 @@ second and third echo are 11 and 24 dB below the first at every frequency; the r
 most of the sound out of the beam at each reflection, which makes the train as steep as it is. What does not agree: the
 later echoes at 120 kHz are stronger than predicted by more than their spread; the first echo at 333 kHz is too, as if
 the bed were smoother at its smallest scales than the spectrum of the handbook, which holds to 100 kHz; and the whole
-train at 38 kHz is weaker, as if its gain were another than stated: re each other its echoes are within 5 dB.{_clipped(found)}"""
+train at 38 kHz is weaker, as if its gain were another than stated: re each other its echoes are within 5 dB.
+{_clipped(found)}"""
     return Section(text, draw(found), "harbour-echo-trains", "Echo trains, real and simulated, at five frequencies")
 
 
@@ -202,7 +203,7 @@ def _clipped(found: Results) -> str:
     names = [train.group for train in found.trains if train.limited]
     if not names:
         return ""
-    return (f" The receiver clips the first echo of {' and '.join(names)}: their first level is a lower bound, and "
+    return (f"The receiver clips the first echo of {' and '.join(names)}: their first level is a lower bound, and "
             "levels re the first say little there.")  # fmt: skip
 
 
