@@ -120,8 +120,8 @@ def _tracer_limits(scenario: Scenario) -> Iterator[PydanticCustomError]:
         yield field_error("water.profile", None, "bends rays, and those of the tracer are straight. Give the water one "
                       "sound_speed, or write engine: eigenrays under paths.")  # fmt: skip
     if scenario.sonar.hull is not None:
-        yield field_error("sonar.hull", None, "reflects sound, which the tracer does not follow. Leave it out, or write "
-                          "engine: eigenrays under paths.")  # fmt: skip
+        yield field_error("sonar.hull", None, "reflects sound, which the tracer does not follow. Leave it out, "
+                          "or write engine: eigenrays under paths.")  # fmt: skip
     if scenario.seabed.reflecting_interface != "smooth":
         yield field_error("seabed.reflecting_interface", "rough", "is not for the tracer, whose seabed is a mirror. "
                       "Write smooth, or engine: eigenrays under paths.")  # fmt: skip

@@ -191,10 +191,11 @@ scatter by {spread} dB: the mean of two has a standard error of {found.spread[0]
 
 Multiples lie at n times the first range (mean difference {steps} cm, by channel). With a bed that mirrors smoothly the
 second and third echo are 11 and 24 dB below the first at every frequency; the rough interface of the sediment turns
-most of the sound out of the beam at each reflection, which makes the train as steep as it is. What does not agree: the
-later echoes at 120 kHz are stronger than predicted by more than their spread; the first echo at 333 kHz is too, as if
-the bed were smoother at its smallest scales than the spectrum of the handbook, which holds to 100 kHz; and the whole
-train at 38 kHz is weaker, as if its gain were another than stated: re each other its echoes are within 5 dB.
+most of the sound out of the beam at each reflection, which makes the train as steep as it is. What does not agree: at
+120 kHz the later echoes are stronger than predicted by more than their spread, and the channel receives other sounds,
+arches at 15 and 21 m and noise in the gate of the third echo; at 333 kHz the first echo is stronger, as if the bed were
+smoother at its smallest scales than the spectrum of the handbook, which holds to 100 kHz; and the whole train at 38 kHz
+is weaker, as if its gain were another than stated: re each other its echoes are within 5 dB.
 {_clipped(found)}"""
     return Section(text, draw(found), "harbour-echo-trains", "Echo trains, real and simulated, at five frequencies")
 
