@@ -233,7 +233,9 @@ def _on_axis(samples: Samples, axis: Floats) -> Samples:
     missing = ~np.isfinite(values)
     if ratio > 1.5 and samples.is_complex:
         taps = firwin(20 * int(np.ceil(ratio)) + 1, 1 / ratio)
-        values = fftconvolve(np.where(missing, 0, values), taps.reshape(1, 1, -1), mode="same", axes=2)
+        # without the transmitted pulse in front, of which the filter would leak more than echoes have
+        left_out = missing | (samples.slant_range < axis[0])
+        values = fftconvolve(np.where(left_out, 0, values), taps.reshape(1, 1, -1), mode="same", axes=2)
         values[missing] = np.nan
     position = (axis - samples.slant_range[0]) / samples.step
     low = np.clip(np.floor(position + 1e-6).astype(int), 0, samples.slant_range.size - 1)
