@@ -35,7 +35,7 @@ LENGTHS, INDICES = (0.5, 2.0, 8.0), (3e-5, 1e-4, 3e-4)
 
 
 @dataclass(frozen=True, slots=True)
-class Results:
+class FocusResults:
     """Focused points by correlation length and rms index, shape (length, index, draw) each."""
 
     loss: Floats
@@ -83,7 +83,7 @@ def _response(index: float, length: float, seed: int) -> PointResponse:
     return strip.response(compressed(recording, given), given, frame, given.targets[0])  # type: ignore[arg-type]
 
 
-def evaluate(draws: int, lengths: tuple[float, ...] = LENGTHS, indices: tuple[float, ...] = INDICES) -> Results:
+def evaluate(draws: int, lengths: tuple[float, ...] = LENGTHS, indices: tuple[float, ...] = INDICES) -> FocusResults:
     """Simulate and focus every correlation length and index.
 
     Args:
@@ -106,7 +106,7 @@ def evaluate(draws: int, lengths: tuple[float, ...] = LENGTHS, indices: tuple[fl
         if seed == 0:
             cuts[i] = point.level[:, column] + point.peak_db - still.peak_db
     theory = np.array([[expected_loss_db(index, length) for index in indices] for length in lengths])
-    return Results(loss, peak, widths, theory, cuts, still.off, still.level[:, still.top[1]])
+    return FocusResults(loss, peak, widths, theory, cuts, still.off, still.level[:, still.top[1]])
 
 
 def expected_loss_db(index: float, length: float) -> float:
@@ -162,7 +162,7 @@ def _covariance(index: float, length: float) -> tuple[Floats, Floats]:
     return apart, (wavenumber * index) ** 2 * integral
 
 
-def section(found: Results) -> Section:
+def section(found: FocusResults) -> Section:
     """Text and picture of the question."""
     rows = []
     for i, length in enumerate(LENGTHS):
@@ -188,7 +188,7 @@ straight rays: it holds while the wavelength is short re the patches and the Fre
     return Section(text, draw(found), "aperture-in-inhomogeneous-water", "Loss of a focused point, and cuts through it")
 
 
-def draw(found: Results) -> Figure:
+def draw(found: FocusResults) -> Figure:
     """Loss over the rms index with theory, and cuts along the track."""
     colours = ("#D5350E", "#1E8FD5", "#009E73")
     with style.plot_style():

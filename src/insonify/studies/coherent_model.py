@@ -46,7 +46,7 @@ COHERENT, SLANT_RANGE = (0.171, 0.181), 132.0
 
 
 @dataclass(frozen=True, slots=True)
-class Results:
+class ModelResults:
     """Numbers of the three models."""
 
     time: Floats
@@ -78,7 +78,7 @@ class Results:
         return self.intensity(model)[:, (self.time >= first) & (self.time < last)]
 
 
-def evaluate(draws: int) -> Results:
+def evaluate(draws: int) -> ModelResults:
     """Simulate the three models.
 
     Args:
@@ -94,7 +94,7 @@ def evaluate(draws: int) -> Results:
             drawn.append(ping["pressure" if "pressure" in ping else "intensity"].values[0, 0])
         pings[model], seconds[model] = np.array(drawn), (process_time() - start) / len(drawn)
     coherence = {model: _coherence(MODELS[model], max(draws // 6, 2)) for model in list(MODELS)[1:]}
-    return Results(time, pings, seconds, coherence)
+    return ModelResults(time, pings, seconds, coherence)
 
 
 def _passing(changes: dict[str, Any], seed: int) -> Scenario:
@@ -131,7 +131,7 @@ def coherence_of_lines(distance: Floats, slant_range: float = SLANT_RANGE) -> Fl
     return np.asarray(product / (echo[0] ** 2).sum(), float)
 
 
-def section(found: Results) -> Section:
+def section(found: ModelResults) -> Section:
     """Text and picture of the question."""
     rows = []
     for model in MODELS:
@@ -163,7 +163,7 @@ processed beyond the level of single pings, and it is no longer the dearer model
     return Section(text, draw(found), "coherent-model", "One ping by three models; speckle; coherence along the track")
 
 
-def draw(found: Results) -> Figure:
+def draw(found: ModelResults) -> Figure:
     """A-scan under A-scan, distribution of intensities, coherence along the track."""
     with style.plot_style():
         figure = style.new_figure(9.5, 8.5)
@@ -186,7 +186,7 @@ def draw(found: Results) -> Figure:
         return figure
 
 
-def _draw_distribution(axes: Any, found: Results) -> None:
+def _draw_distribution(axes: Any, found: ModelResults) -> None:
     x = np.linspace(0, 8, 161)
     axes.semilogy(x, np.exp(-x), color=style.EXPECTED, linewidth=3, alpha=0.5, label="exponential (speckle)")
     mean = found.part("expected intensity", "seabed before the target")
@@ -201,7 +201,7 @@ def _draw_distribution(axes: Any, found: Results) -> None:
     axes.legend(fontsize=8)
 
 
-def _draw_coherence(axes: Any, found: Results) -> None:
+def _draw_coherence(axes: Any, found: ModelResults) -> None:
     distance = np.linspace(0.0, STEP * (PINGS - 1), PINGS)
     axes.plot(distance, coherence_of_lines(distance), color=style.EXPECTED, linewidth=3, alpha=0.5, label="theory")
     for model, coherence in found.coherence.items():

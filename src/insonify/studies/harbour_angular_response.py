@@ -60,7 +60,7 @@ class Response:
 
 
 @dataclass(frozen=True, slots=True)
-class Results:
+class AngularResults:
     """Angular responses, and the fit."""
 
     responses: list[Response]
@@ -75,7 +75,7 @@ class Results:
     """The same of simulated pings, shape (draw, 2)."""
 
 
-def evaluate(folder: Path, *, report: Callable[[str], None] = print) -> Results:
+def evaluate(folder: Path, *, report: Callable[[str], None] = print) -> AngularResults:
     """Fit the sediment at some pings, and predict the others.
 
     Args:
@@ -96,7 +96,7 @@ def evaluate(folder: Path, *, report: Callable[[str], None] = print) -> Results:
     responses = [_response(base, soundings, real, ping, best, cache) for ping, real in enumerate(pings)]
     speckle = np.array([_real_speckle(image, soundings, ping) for ping in range(len(pings))])
     drawn = np.array([_simulated_speckle(base, best, seed + 1) for seed in range(DRAWS)])
-    return Results(responses, best, misfit, speckle, drawn)
+    return AngularResults(responses, best, misfit, speckle, drawn)
 
 
 def _angle(soundings: xr.Dataset, ping: int) -> tuple[Floats, Floats]:
@@ -222,7 +222,7 @@ def _simulated_speckle(base: Scenario, sediment: str, seed: int) -> Floats:
     return _speckle(angles, level_db(np.abs(pressure.astype(complex)) ** 2))
 
 
-def section(found: Results) -> Section:
+def section(found: AngularResults) -> Section:
     """Text and picture of the recording."""
     rows = []
     for ping, response in enumerate(found.responses):
@@ -260,7 +260,7 @@ def _several(values: Floats) -> str:
     return ", ".join(f"{value:.2f}" for value in values[np.isfinite(values)])
 
 
-def draw(found: Results) -> Figure:
+def draw(found: AngularResults) -> Figure:
     """Response of each ping, real with its standard error, and simulated."""
     with style.plot_style():
         figure = style.new_figure(9.5, 5.5)

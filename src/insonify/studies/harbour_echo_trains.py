@@ -62,7 +62,7 @@ class Train:
 
 
 @dataclass(frozen=True, slots=True)
-class Results:
+class TrainResults:
     """Echo trains of all groups, and the fit."""
 
     trains: list[Train]
@@ -76,7 +76,7 @@ class Results:
     """Standard deviation of single simulated pings [dB], shape (echo,)."""
 
 
-def evaluate(folder: Path, groups: tuple[str, ...] = GROUPS, *, report: Callable[[str], None] = print) -> Results:
+def evaluate(folder: Path, groups: tuple[str, ...] = GROUPS, *, report: Callable[[str], None] = print) -> TrainResults:
     """Fit at one frequency, and predict the others.
 
     Args:
@@ -104,7 +104,7 @@ def evaluate(folder: Path, groups: tuple[str, ...] = GROUPS, *, report: Callable
         report(f"{group}: real {levels.mean(axis=0).round(1)}, simulated {expected.round(1)}")
     drawn = _scenario(path, FITTED, sediment, hull).with_("field", "coherent")
     spread = np.std([_levels(drawn.with_("seed", seed + 1))[0] for seed in range(DRAWS)], axis=0, ddof=1)
-    return Results(trains, sediment, hull, misfit, spread)
+    return TrainResults(trains, sediment, hull, misfit, spread)
 
 
 def _scenario(path: Path, group: str, sediment: str, hull: float) -> Scenario:
@@ -167,7 +167,7 @@ def _peak(slant: Floats, level: Floats, centre: float) -> float:
     return float(slant[inside][np.nanargmax(level[inside])])
 
 
-def section(found: Results) -> Section:
+def section(found: TrainResults) -> Section:
     """Text and picture of the recording."""
     rows = []
     for train in found.trains:
@@ -200,7 +200,7 @@ is weaker, as if its gain were another than stated: re each other its echoes are
     return Section(text, draw(found), "harbour-echo-trains", "Echo trains, real and simulated, at five frequencies")
 
 
-def _clipped(found: Results) -> str:
+def _clipped(found: TrainResults) -> str:
     names = [train.group for train in found.trains if train.limited]
     if not names:
         return ""
@@ -208,7 +208,7 @@ def _clipped(found: Results) -> str:
             "levels re the first say little there.")  # fmt: skip
 
 
-def draw(found: Results) -> Figure:
+def draw(found: TrainResults) -> Figure:
     """Level over range of each channel, real and simulated."""
     with style.plot_style():
         figure = style.new_figure(9.5, 2.2 * len(found.trains))

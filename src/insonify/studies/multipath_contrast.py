@@ -59,7 +59,7 @@ class Contrast:
 
 
 @dataclass(frozen=True, slots=True)
-class Results:
+class ContrastResults:
     """Contrasts by place and order, and the A-scans of one place."""
 
     contrast: dict[str, list[Contrast]]
@@ -69,7 +69,7 @@ class Results:
     """Expected intensity over sand under a calm sea by order [uPa^2], shape (time,) each."""
 
 
-def evaluate(places: tuple[str, ...] = tuple(PLACES), orders: tuple[int, ...] = ORDERS) -> Results:
+def evaluate(places: tuple[str, ...] = tuple(PLACES), orders: tuple[int, ...] = ORDERS) -> ContrastResults:
     """Simulate every place and order.
 
     Args:
@@ -94,7 +94,7 @@ def evaluate(places: tuple[str, ...] = tuple(PLACES), orders: tuple[int, ...] = 
             )  # fmt: skip
             if place == places[0]:
                 scans.append(shadowed + target)
-    return Results(found, time, scans)
+    return ContrastResults(found, time, scans)
 
 
 def _ping(changes: dict[str, Any]) -> tuple[Floats, Floats]:
@@ -108,7 +108,7 @@ def _mean(time: Floats, intensity: Floats, window: tuple[float, float]) -> float
     return float(level_db(max(inside.mean(), 1e-30)))
 
 
-def section(found: Results) -> Section:
+def section(found: ContrastResults) -> Section:
     """Text and picture of the question."""
     rows = [
         [place, str(order), f"{c.seabed:.1f}", f"{c.highlight:+.1f}", f"{c.shadow:+.1f}", f"{c.ghosts:+.1f}"]
@@ -138,7 +138,7 @@ multipath."""
     return Section(text, draw(found), "multipath-contrast", "A-scans by number of reflections; highlight and shadow")
 
 
-def draw(found: Results) -> Figure:
+def draw(found: ContrastResults) -> Figure:
     """A-scans by order, and the contrasts over it."""
     with style.plot_style():
         figure = style.new_figure(9.5, 7.5)
