@@ -45,7 +45,7 @@ COLOURS = dict(zip(PLACES, ("#1A1A1A", "#1E8FD5", "#0B3F73", "#B8720A"), strict=
 
 
 @dataclass(frozen=True, slots=True)
-class Contrast:
+class TargetContrast:
     """Levels around a target, re the seabed without it [dB]."""
 
     seabed: float
@@ -62,7 +62,7 @@ class Contrast:
 class ContrastResults:
     """Contrasts by place and order, and the A-scans of one place."""
 
-    contrast: dict[str, list[Contrast]]
+    contrast: dict[str, list[TargetContrast]]
     time: Floats
     """Sample times [s], shape (time,)."""
     scans: list[Floats]
@@ -76,7 +76,7 @@ def evaluate(places: tuple[str, ...] = tuple(PLACES), orders: tuple[int, ...] = 
         places: Names of `PLACES`.
         orders: Largest numbers of reflections.
     """
-    found: dict[str, list[Contrast]] = {}
+    found: dict[str, list[TargetContrast]] = {}
     scans, time = [], np.empty(0)
     for place in places:
         found[place] = []
@@ -86,7 +86,7 @@ def evaluate(places: tuple[str, ...] = tuple(PLACES), orders: tuple[int, ...] = 
             _, shadowed = _ping({**common, "paths.contributions": ["seabed"]})
             _, target = _ping({**common, "paths.contributions": ["target"]})
             found[place].append(
-                Contrast(
+                TargetContrast(
                     _mean(time, bare, SHADOW), _mean(time, target, HIGHLIGHT) - _mean(time, bare, HIGHLIGHT),
                     _mean(time, shadowed, SHADOW) - _mean(time, bare, SHADOW),
                     _mean(time, target, GHOSTS) - _mean(time, bare, GHOSTS),
