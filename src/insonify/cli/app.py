@@ -9,7 +9,7 @@ from typing import Annotated, Any
 
 import typer
 
-from insonify.cli import comparison, export, info, paper_and_demo, recordings, scenarios
+from insonify.cli import comparison, export, info, paper_and_demo, recordings, scenarios, serve
 from insonify.cli.arguments import InputError
 from insonify.cli.compile_progress import reporting
 
@@ -33,7 +33,7 @@ app.command("compare")(comparison.compare)
 app.command("scenario-from")(scenarios.scenario_from)
 for _computes in (
     scenarios.check, recordings.run, recordings.show, recordings.explain, export.export, paper_and_demo.paper,
-    paper_and_demo.demo, paper_and_demo.study,
+    paper_and_demo.demo, paper_and_demo.study, serve.serve,
 ):  # fmt: skip
     app.command(_computes.__name__)(reporting(_computes))
 

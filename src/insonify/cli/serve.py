@@ -1,0 +1,55 @@
+"""Command that offers a scenario's sonar to other programs."""
+
+from contextlib import ExitStack
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from insonify.cli.arguments import InputError
+
+
+def serve(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="Scenario file (YAML).")],
+    device: Annotated[
+        str, typer.Option("--as", metavar="NAME", help="json (TCP), ping360 or ping1d (ping-protocol over UDP).")
+    ] = "json",
+    host: Annotated[str, typer.Option(metavar="HOST", help="Address to bind to.")] = "127.0.0.1",
+    port: Annotated[
+        int | None, typer.Option(metavar="PORT", min=0, max=65535, help="[default: 9460; of a device 9092]")
+    ] = None,
+    threads: Annotated[
+        int | None, typer.Option(metavar="N", min=1, help="How many cores to use. [default: all]")
+    ] = None,
+) -> None:
+    """Offer a sonar to other programs, ping by ping, until it is stopped with Ctrl-C.
+
+    Example: insonify serve harbour.yaml
+
+    Example: insonify serve scanning.yaml --as ping360 --port 9092
+    """
+    from insonify.cli.arguments import require_choice
+
+    require_choice(device, ("json", "ping360", "ping1d"), "--as")
+    from insonify.real_time.live_sonar import live
+    from insonify.real_time.ping1d import Ping1D
+    from insonify.real_time.ping360 import Ping360
+    from insonify.real_time.tcp_server import DEFAULT_PORT, TcpServer
+    from insonify.scenario.load import load_scenario
+
+    scenario = load_scenario(file)
+    with ExitStack() as stack:
+        try:
+            if device == "json":
+                sonar = stack.enter_context(live(scenario, threads=threads))
+                server: TcpServer | Ping360 | Ping1D = TcpServer(sonar, host, DEFAULT_PORT if port is None else port)
+            else:
+                kind = Ping360 if device == "ping360" else Ping1D
+                server = kind(scenario, host, 9092 if port is None else port, threads=threads)
+        except OSError as error:
+            raise InputError(
+                f"--host {host}, --port {port}: {error.strerror}. Choose another port or address"
+            ) from None
+        stack.enter_context(server)
+        typer.echo(f"{server.address[0]}:{server.address[1]}")
+        server.serve_forever()
