@@ -156,7 +156,8 @@ class Simulator:
         targets, water = tuple(target.label for target in self.scenario.targets), self.scenario.water
         suspended = ("water",) * (water.volume_strength_db is not None) + tuple(one.label for one in water.patches)
         hull, apart = self.scenario.sonar.hull is not None, self.scenario.receiver_track is not None
-        families, echoes = recorded_families(self.scenario.paths, two_platforms=apart, under_hull=hull)
+        faces = bool(self.engine.faces(self.ping_geometry(0)))
+        families, echoes = recorded_families(self.scenario.paths, two_platforms=apart, under_hull=hull, faces=faces)
         return label_names(targets, families, water=suspended, boundary_echoes=echoes)
 
     @cached_property
@@ -545,9 +546,7 @@ def arrivals(scenario: Scenario, ping: int = 0, *, window: DelayInterval | None 
     for block in simulator.engine.blocks(geometry, quadrature=even):
         points = block()
         if window is not None:
-            points = points.take(
-                in_delay_window(points, geometry, scenario.scene, scenario.paths.followed_families, (first, last))
-            )
+            points = points.take(in_delay_window(points, geometry, scenario.scene, scenario.paths, (first, last)))
         if not len(points):
             continue
         pairs = simulator.engine.pairs(geometry, partial(points.take, slice(None)), include_negligible=even)

@@ -13,6 +13,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from insonify.engines.face_reflection import face_families, face_family
 from insonify.engines.hull_reflection import hull_families
 from insonify.propagation.families import DIRECT
 from insonify.propagation.glints import leg_rows
@@ -48,13 +49,22 @@ def boundary_echo_families(choice: PathSettings, *, two_platforms: bool) -> tupl
 
 
 def recorded_families(
-    choice: PathSettings, *, two_platforms: bool, under_hull: bool
+    choice: PathSettings, *, two_platforms: bool, under_hull: bool, faces: bool
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Families of the legs to scatterers and of the boundary echoes, with those off a hull; arguments as above."""
+    """Families of the legs to scatterers and of the boundary echoes, with those off a hull and targets' faces.
+
+    Args:
+        choice: Families followed, and contributions.
+        two_platforms: True: transmitter and receiver are on platforms of their own.
+        under_hull: True: a hull reflects sound too.
+        faces: True: large smooth faces of targets do.
+    """
     families, echoes = choice.followed_families, boundary_echo_families(choice, two_platforms=two_platforms)
+    if faces:
+        families += tuple(map(face_family, face_families(choice)))
     if not under_hull:
         return families, echoes
-    return families + hull_families(families), echoes + hull_families(echoes, echoes=True)
+    return families + hull_families(choice.followed_families), echoes + hull_families(echoes, echoes=True)
 
 
 def transmitter_point(ping_geometry: PingGeometry) -> Scatterers:

@@ -3,7 +3,9 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from insonify.engines.face_reflection import reflecting_faces
 from insonify.propagation.families import image_depth
+from insonify.propagation.path_settings import PathSettings
 from insonify.scene.scatterers import Scatterers
 from insonify.scene.scene import Scene
 from insonify.sonar.ping_geometry import PingGeometry
@@ -43,7 +45,7 @@ def delay_interval(ping_geometry: PingGeometry, window: DelayInterval | None) ->
 
 
 def in_delay_window(
-    scatterers: Scatterers, ping_geometry: PingGeometry, scene: Scene, families: tuple[str, ...],
+    scatterers: Scatterers, ping_geometry: PingGeometry, scene: Scene, choice: PathSettings,
     window: tuple[float, float],
 ) -> NDArray[np.bool_]:  # fmt: skip
     """Scatterers of which some pair of paths may fall into an interval of delays, none of those that do left out.
@@ -52,7 +54,7 @@ def in_delay_window(
         scatterers: The points, n of them.
         ping_geometry: The sonar at this ping.
         scene: Water and boundaries.
-        families: Families of the paths.
+        choice: Paths followed.
         window: First and last delay [s].
 
     Returns:
@@ -62,14 +64,16 @@ def in_delay_window(
         return np.ones(len(scatterers), bool)
     terrain = scene.seabed.terrain
     rise = 0.0 if terrain is None else max(terrain.depth - terrain.span[0], terrain.span[1] - terrain.depth)
+    faces = reflecting_faces(scene, choice, ping_geometry.frequency)
     nearest, farthest = np.zeros((2, len(scatterers)))
     for position in (ping_geometry.transmit_position, ping_geometry.receive_position):
         flat = np.linalg.norm(scatterers.position[:, :2] - position[:2], axis=1)
         longest = np.zeros(len(scatterers))
-        for family in families:
+        for family in choice.followed_families:
             down = scatterers.position[:, 2] - image_depth(family, float(position[2]), scene.seabed.depth)
             bounces = 0 if family == "D" else len(family)
             np.maximum(longest, np.hypot(flat, down) + 2 * bounces * (rise + BOUNCE_EXCESS_LENGTH), out=longest)
+        longest += 2 * max((max(float(face.height_of(position)), 0.0) for face in faces), default=0.0)
         nearest += np.linalg.norm(scatterers.position - position, axis=1)
         farthest += longest
     earliest = MIN_TRAVEL_TIME_RATIO * nearest / scene.water.max_sound_speed - ping_geometry.delay_margin

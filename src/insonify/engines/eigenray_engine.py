@@ -18,6 +18,14 @@ from insonify.engines.boundary_echoes import (
     sediment_roughness_factor,
     without_glints,
 )
+from insonify.engines.face_reflection import (
+    face_families,
+    face_rows,
+    legs_off_face,
+    lit_points,
+    reflecting_faces,
+    reflects_to,
+)
 from insonify.engines.hull_reflection import hull_families, with_hull
 from insonify.engines.memory_budget import points_at_once
 from insonify.engines.multiple_bed_scattering import counted_once
@@ -37,12 +45,13 @@ from insonify.propagation.knife_edge import diffract_at_edges
 from insonify.propagation.path_settings import PathSettings
 from insonify.propagation.propagation_model import PropagationModel
 from insonify.propagation.surface_reflection import SonarEnd, apply_surface_reflection, repeated_glint_weight
-from insonify.records.legs import Legs
+from insonify.records.legs import Legs, joined_legs
 from insonify.records.pairs import Pairs, PairSampling, SeparableStrengths, Strengths
 from insonify.scattering.compiled_law import CompiledLaw
 from insonify.scattering.kirchhoff_facet import KirchhoffFacet
 from insonify.scattering.kirchhoff_patch import KirchhoffPatch
 from insonify.scattering.lambert import Lambert
+from insonify.scene.flat_faces import FlatFace
 from insonify.scene.scatterers import BOUNDARY_ECHO, Law, Scatterers
 from insonify.scene.scene import Scene
 from insonify.scene.terrain.array_cache import ArrayCache
@@ -51,6 +60,8 @@ from insonify.sonar.two_way_beam import two_way_width
 
 Floats = NDArray[np.float64]
 
+FACE_SEED = 0x9E3779B1
+"""Multiple of the number of a face that its random bounces have in their seed, so that each face has its own."""
 MAX_CACHED_SPECULAR_POINTS = 64
 """Paths whose specular points are kept: those of a ping on each thread."""
 
@@ -123,13 +134,13 @@ class EigenrayEngine:
             block: One of `blocks(ping_geometry)`.
             include_negligible: See `pairs`.
         """
-        scatterers = block()
-        size = points_at_once(self.scene, self.choice, scatterers)
-        for start in range(0, max(len(scatterers), 1), size):
-            batch = scatterers if len(scatterers) <= size else scatterers.take(slice(start, start + size))
-            yield self.path_pairs(
-                ping_geometry, batch, None if include_negligible else self._pair_selection(ping_geometry, batch)
-            )
+        for scatterers in self._by_faces(ping_geometry, block()):
+            size = points_at_once(self.scene, self.choice, scatterers)
+            for start in range(0, max(len(scatterers), 1), size):
+                batch = scatterers if len(scatterers) <= size else scatterers.take(slice(start, start + size))
+                yield self.path_pairs(
+                    ping_geometry, batch, None if include_negligible else self._pair_selection(ping_geometry, batch)
+                )
 
     def path_pairs(
         self, ping_geometry: PingGeometry, scatterers: Scatterers, selection: PairSelection | None = None
@@ -156,6 +167,7 @@ class EigenrayEngine:
         if ping_geometry.hull is not None:
             families = hull_families(self.choice.followed_families)
             out, back = self._with_hull(out, back, families, scatterers, ping_geometry, self.seed)
+        out, back = self._with_faces(out, back, scatterers, ping_geometry)
         pair = np.array([(i, j) for i in range(len(out.families)) for j in range(len(back.families))], np.int64)
         pair = pair.reshape(-1, 2)
         weight = repeated_glint_weight(out, back, pair)
@@ -213,6 +225,70 @@ class EigenrayEngine:
             return first
         return first[0], under(back, back, ping_geometry.receive_position)[1]
 
+    def faces(self, ping_geometry: PingGeometry) -> tuple[FlatFace, ...]:
+        """Faces of targets off which sound is reflected on its way to other scatterers."""
+        return reflecting_faces(self.scene, self.choice, ping_geometry.frequency)
+
+    def _by_faces(self, ping_geometry: PingGeometry, scatterers: Scatterers) -> Iterator[Scatterers]:
+        """Scatterers of a block, apart those that faces light: the others have no legs by way of faces."""
+        lit = np.zeros(len(scatterers), bool)
+        for face in self.faces(ping_geometry):
+            lit |= self._lit(face, ping_geometry.transmit_position, scatterers, ping_geometry)
+            if not ping_geometry.is_monostatic:
+                lit |= self._lit(face, ping_geometry.receive_position, scatterers, ping_geometry)
+        yield from (scatterers,) if lit.all() or not lit.any() else (scatterers.take(~lit), scatterers.take(lit))
+
+    def _lit(
+        self, face: FlatFace, position: Floats, scatterers: Scatterers, ping_geometry: PingGeometry
+    ) -> NDArray[np.bool_]:
+        """Scatterers that a face may light from one end of the sonar, shape (n,)."""
+        if not reflects_to(face, scatterers):
+            return np.zeros(len(scatterers), bool)
+        tall = self.scene.seabed.depth * self.choice.max_reflections
+        return lit_points(face, position, scatterers.position, self._wavelength(ping_geometry, position), tall=tall)
+
+    def _with_faces(
+        self, out: Legs, back: Legs, scatterers: Scatterers, ping_geometry: PingGeometry
+    ) -> tuple[Legs, Legs]:
+        """Transmit and receive legs with those by way of faces, see `insonify.engines.face_reflection`."""
+        faces, families = self.faces(ping_geometry), face_families(self.choice)
+        one_end = out is back
+        for number, face in enumerate(faces):
+
+            def reflected(position: Floats, face: FlatFace = face, number: int = number) -> tuple[Legs, Legs] | None:
+                some = self._lit(face, position, scatterers, ping_geometry)
+                if not some.any():
+                    return None
+                points, image = scatterers.take(some), face.image(position)
+                legs = legs_off_face(face, self.rays, position, points, families, ping_geometry.frequency)
+                legs = self._with_water_delays(legs, points, ping_geometry, image)
+                terrain = self.scene.seabed.terrain
+                if terrain is not None and (
+                    self.scene.seabed.reflecting_interface == "smooth" or not terrain.relief.is_waves
+                ):
+                    left = relief_roughness_factor(
+                        legs, image, terrain, self._wavelength(ping_geometry, position), terrain.depth
+                    )
+                    legs = replace(legs, reflection_coefficient=legs.reflection_coefficient * left)
+                both = legs, legs
+                if self.scene.is_rough(legs.families):
+                    end = SonarEnd(image, ping_geometry.time, face.image(ping_geometry.transmit_position))
+                    seed = self.seed ^ (FACE_SEED * (number + 1))
+                    both = apply_surface_reflection(legs, self.scene, seed, points, ping_geometry.frequency, end)
+                first = face_rows(both[0], face, number, len(faces), some)
+                return first, (first if both[1] is both[0] else face_rows(both[1], face, number, len(faces), some))
+
+            sent = reflected(ping_geometry.transmit_position)
+            received = sent if ping_geometry.is_monostatic else reflected(ping_geometry.receive_position)
+            if sent is not None:
+                out = joined_legs(out, sent[0])
+            if received is not None:
+                back = joined_legs(back, received[1])
+            one_end = one_end and (sent is None or (received is sent and sent[0] is sent[1]))
+            if one_end:
+                back = out
+        return out, back
+
     def family_keep_probabilities(
         self, ping_geometry: PingGeometry, distance: Floats
     ) -> tuple[tuple[str, ...], Floats] | None:
@@ -256,6 +332,7 @@ class EigenrayEngine:
             or not is_straight
             or not self.choice.importance_sampling
             or ping_geometry.hull is not None
+            or self.faces(ping_geometry)
         ):
             return None
         families = families_reaching("seabed", self.choice.followed_families)

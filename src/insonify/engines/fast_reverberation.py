@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from insonify.engines import _fast_reverberation_kernel as kernel
 from insonify.engines._radial_samples_kernel import SampleLists
 from insonify.engines._radial_terrain_kernel import CELLS
+from insonify.engines.face_reflection import reflecting_faces
 from insonify.engines.fast_relief_reflections import bounce_off_relief
 from insonify.engines.ping_scatterers import ping_scatterers
 from insonify.engines.radial_window import RadialSet, TerrainWindow, radials_past_targets, terrain_window
@@ -276,6 +277,8 @@ def prepare_fast_reverberation(
         rays: Propagation model of the scene.
     """
     if not ping_geometry.is_monostatic or ping_geometry.hull is not None:
+        return None
+    if reflecting_faces(scene, choice, ping_geometry.frequency):
         return None
     # a sonar that only moves on, its attitude kept in the very same beams, requests the same again
     key = (

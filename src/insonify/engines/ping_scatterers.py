@@ -17,6 +17,7 @@ from insonify import random_keys
 from insonify.engines._resolution_kernel import MAX_CELL_LENGTH_RATIO
 from insonify.engines.beam_importance import BeamImportance, KeptScatterers
 from insonify.engines.boundary_echoes import boundary_echo_families, transmitter_point
+from insonify.engines.face_reflection import reflecting_faces
 from insonify.engines.glint_spread import GlintSpread, glint_spread
 from insonify.engines.quadrature_points import Columns, QuadratureLayout, QuadraturePoints
 from insonify.engines.recent_results import RecentResults
@@ -241,6 +242,8 @@ def ping_scatterers(
 ) -> PingScatterers:  # fmt: skip
     """Scatterers of the scene in reach of one ping, with the finest resolution that processing can attain."""
     resolution = resolution_of(scene, choice, ping_geometry)
+    if reflecting_faces(scene, choice, ping_geometry.frequency):  # by way of a face, echoes of near ground arrive late
+        ping_geometry = replace(ping_geometry, window=(0.0, ping_geometry.window[1]))
     return PingScatterers(scene, choice, seed, ping_geometry, rays, resolution, quadrature, layouts or RecentResults(1))
 
 

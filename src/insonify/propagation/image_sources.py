@@ -20,7 +20,7 @@ from insonify.propagation.propagation_model import DepartureCones, ReachableRang
 from insonify.propagation.solid_shadows import occlude_by_solids
 from insonify.records.legs import Legs, LegStatus
 from insonify.scene.scatterers import Scatterers
-from insonify.scene.scene import Scene
+from insonify.scene.scene import Scene, open_scene
 
 Floats = NDArray[np.float64]
 
@@ -114,6 +114,10 @@ class StraightRays:
         bed = self.scene.seabed.terrain
         level = bed is None or bed.span[0] == bed.span[1]
         return image_legs(self.scene, position, scatterers, families, frequency, flat_bottom=level)
+
+    def open_water(self) -> "StraightRays":
+        """Rays of the same water without targets, over a level bed; see `PropagationModel.open_water`."""
+        return StraightRays(open_scene(self.scene))
 
     def with_aperture_expansion(
         self, legs: Legs, position: Floats, scatterers: Scatterers, aperture_extent: tuple[float, float]

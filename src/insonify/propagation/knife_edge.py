@@ -121,6 +121,32 @@ def diffract_at_edges(
     return replace(legs, visibility=np.where(partly, visibility * ground, legs.visibility))
 
 
+def screened_part(
+    strips: NDArray[np.float64], gap_below: NDArray[np.bool_], ends: tuple[NDArray[np.float64], NDArray[np.float64]],
+    direction: NDArray[np.float64], length: NDArray[np.float64], wavelength: float,
+) -> NDArray[np.complex128]:  # fmt: skip
+    """Part of a straight leg's pressure that a flat upright screen takes away [1], shape (n,).
+
+    Args:
+        strips: Upright strips of the screen, side by side, see `insonify.scene.box.box_body`, shape (k, 8).
+        gap_below: True: sound passes below the strip too, shape (k,).
+        ends: Start of the legs, shape (3,), and their ends [m], shape (n, 3).
+        direction: Direction of the legs [1], shape (n, 3).
+        length: Length from which the curvature of the wave follows [m], shape (n,).
+        wavelength: Wavelength of the sound [m].
+    """
+    n, taken = len(length), np.zeros(len(length), complex)
+    clear, nothing, rows = np.zeros((1, n), np.uint8), np.full((1, n), -1, np.int16), np.arange(n)
+    for strip, gap in zip(strips, gap_below, strict=True):
+        left = np.ones((1, n), complex)
+        diffract_around_boxes(
+            rows, *ends, direction[None], length[None], np.zeros(1, bool), 0.0, wavelength, strip[None],
+            np.array([np.inf if gap else -np.inf]), -1, False, edge_diffraction_table(), PER_UNIT, clear, nothing, left,
+        )  # fmt: skip
+        taken += 1 - left[0]
+    return taken
+
+
 def union(parts: list[NDArray[np.int64]], count: int) -> NDArray[np.int64]:
     """Sorted union of rows, out of `count`."""
     if len(parts) == 1:

@@ -75,6 +75,13 @@ class PathSettings(Model):
 
     `boundary echo`: specular echoes of seabed and surface and their multiples, and the direct sound between platforms.
     """
+    face_reflections: bool = False
+    """Reflect sound off large flat smooth faces of targets on its way to and from other scatterers, such as the seabed
+    in front of a wall; a face counts as one of `max_reflections`.
+
+    Faces are sides of boxes and plates, and flat parts of meshes and library shapes, with a
+    `face_reflection_coefficient`, 10 wavelengths wide or more. In the tracer all faces reflect.
+    """
     edge_diffraction: Literal["none", "knife-edge"] = "knife-edge"
     """Diffraction at shadow edges of targets and terrain: knife-edge, or none (hard shadows).
 

@@ -79,6 +79,10 @@ class PropagationModel(Protocol):
             Legs of shape (rows, n), one row for every selected family and every branch of it.
         """
 
+    def open_water(self) -> "PropagationModel":
+        """Propagation model of the same water without targets, over the level mean plane of the seabed."""
+        ...
+
     def with_aperture_expansion(
         self, legs: Legs, position: Floats, scatterers: Scatterers, aperture_extent: tuple[float, float]
     ) -> Legs:

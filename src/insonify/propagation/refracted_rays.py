@@ -5,6 +5,7 @@ same: directions from the horizontal slowness, which is constant along a ray; gr
 it too; absorption over the path length, with one coefficient of the water at all depths.
 """
 
+from copy import copy
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -35,7 +36,7 @@ from insonify.propagation.travel_time_curves import (
 )
 from insonify.records.legs import Legs, LegStatus
 from insonify.scene.scatterers import Scatterers
-from insonify.scene.scene import Scene
+from insonify.scene.scene import Scene, open_scene
 
 Floats = NDArray[np.float64]
 
@@ -77,6 +78,14 @@ class RefractedRays:
         else:  # folds reach further than tables represent
             found = [exact_rays(self.layers, f, float(position[2]), depth, ranges) for f in kept]
         return self._assemble(position, scatterers, shared, found, frequency)
+
+    def open_water(self) -> "RefractedRays":
+        """Rays of the same water and tables without targets; see `PropagationModel.open_water`."""
+        made = copy(self)
+        for name, value in (("scene", open_scene(self.scene)), ("boxes", self.boxes[:0]),
+                            ("body_bounds", self.body_bounds[:0])):  # fmt: skip
+            object.__setattr__(made, name, value)
+        return made
 
     def with_aperture_expansion(
         self, legs: Legs, position: Floats, scatterers: Scatterers, aperture_extent: tuple[float, float]

@@ -58,18 +58,20 @@ def occlude_by_solids(
     occlude_legs(legs, tree, rows, scatterers.position, scatterers.normal, status, occluder)
 
 
-def occluders_of_paths(scene: Scene, polylines: Floats) -> NDArray[np.int16]:
+def occluders_of_paths(scene: Scene, polylines: Floats, *, with_boxes: bool = False) -> NDArray[np.int16]:
     """Occluders of curved paths, given by points along them.
 
     Args:
         scene: The scene.
         polylines: Points along each path, from the sonar to just before its end [m], shape (n, k, 3).
+        with_boxes: True: upright boxes occlude them too.
 
     Returns:
         Lowest row among the scene's occluders of the solids that a path hits, -1 for none, shape (n,).
     """
     found = np.full(len(polylines), -1, np.int16)
-    if scene.solids:
-        tree = _scene_tree(scene.solids, scene.seabed, len(scene.boxes))
+    bodies, before = (scene.occluders, 0) if with_boxes else (scene.solids, len(scene.boxes))
+    if bodies:
+        tree = _scene_tree(bodies, scene.seabed, before)
         solids_along(polylines, tree, found)
     return found

@@ -41,6 +41,8 @@ def domain(scenario: Scenario, track: Poses | Platforms, pulse: ReceivedPulse) -
         + carried.max_separation
         + _element_excursion(scenario, carried)
     )
+    if scenario.paths.face_reflections:  # out by way of a face, and back by a short way
+        farthest *= 2
     depths = [float(depth) for depth in _required_depths(scenario, carried)]
     spanned = len(depths) > FEW_DEPTHS
     return RayDomain((depths[0], depths[-1]) if spanned else tuple(depths), spanned, scene.body_depths, farthest)

@@ -85,6 +85,12 @@ class Scene(Model):
         return max(float(min(tops)), 0.0), min(float(max(bases)), deepest)
 
 
+@lru_cache(maxsize=8)
+def open_scene(scene: Scene) -> Scene:
+    """A scene without its targets, its seabed the level mean plane."""
+    return scene.unchecked_copy(targets=(), seabed=scene.seabed.unchecked_copy(relief=()))
+
+
 def scene_errors(seabed: Seabed, targets: tuple[Target, ...]) -> Iterator[PydanticCustomError]:
     """Everything that keeps targets from standing in the water, each with a label of its own.
 

@@ -8,6 +8,7 @@ uniform up to e adds e^2 / 3 to the energy of each. Replicas of unlike jitter ha
 exp(-j pi J), so that E |sum f A|^2 = |sum mu A|^2 + sum (1 + e^2 / 3 - |mu|^2) |A|^2.
 """
 
+import zlib
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
@@ -112,6 +113,8 @@ def replica_jitter(seed: int, ping: int, choice: PathSettings) -> ReplicaJitter:
 def _code(ray: str) -> int:
     """Number below 256 of each ray: twice its bounces, plus one if bottom first, plus 32 for each ray before it."""
     family = ray.rstrip("0123456789")
+    if family.startswith("F"):  # by way of a face: of all codes those of the fifth ray and beyond
+        return 128 + zlib.crc32(ray.encode()) % 128
     string = bounce_sequence(family)
     return 32 * (int(ray[len(family) :] or 1) - 1) + 2 * len(string) + string.startswith("B")
 

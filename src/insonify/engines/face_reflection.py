@@ -1,0 +1,251 @@
+"""Legs by way of large flat smooth faces of targets: F, from the image of the sonar's end in the plane of the face.
+
+Level boundaries are their own images in an upright face. So the legs of the image are those of the sonar by way of the
+face, refracted and reflected off both boundaries as they are: F and the boundaries' letters, in whatever order the path
+has them. A leaning face in water of one sound speed has the leg without further reflections. The finite size of a
+face is that of a screen between image and point (`insonify.propagation.knife_edge`): by Babinet's principle it reflects
+what the screen takes away.
+"""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.propagation.families import DIRECT, bounce_sequence, image_depth
+from insonify.propagation.knife_edge import SKY, screened_part
+from insonify.propagation.path_settings import PathSettings
+from insonify.propagation.propagation_model import PropagationModel
+from insonify.propagation.solid_shadows import occluders_of_paths
+from insonify.records.legs import GlintPhasors, Legs, LegStatus
+from insonify.scattering.kirchhoff_facet import KirchhoffFacet
+from insonify.scattering.kirchhoff_patch import KirchhoffPatch
+from insonify.scene.flat_faces import FlatFace, flat_faces
+from insonify.scene.scatterers import BOUNDARY_ECHO, Scatterers
+from insonify.scene.scene import Scene
+from insonify.scene.target import Box, Plate
+
+Floats = NDArray[np.float64]
+Complexes = NDArray[np.complex128]
+Marks = NDArray[np.bool_]
+
+RIPPLES = 12.0
+"""Fresnel number beyond a face's edges from which on it reflects nothing: less than 0.02 [1]."""
+NEAREST = 1e-6
+"""Distance in front of a face from which on it reflects [m]."""
+TRIM = 1e-6
+"""Part of a path left out before and behind the face and at its end, where it touches bodies [1]."""
+LABEL_BITS = 24
+"""Bits of the labels of random bounces, above which the number of a face is put."""
+
+
+def face_families(choice: PathSettings) -> tuple[str, ...]:
+    """Families of the image: those followed that leave one of `max_reflections` for the face; F is put before them."""
+    if not choice.face_reflections or choice.geometry == "slice":
+        return ()
+    return tuple(name for name in choice.followed_families if len(bounce_sequence(name)) < choice.max_reflections)
+
+
+def reflecting_faces(scene: Scene, choice: PathSettings, frequency: float) -> tuple[FlatFace, ...]:
+    """Faces of targets off which sound is reflected on its way to other scatterers, at one frequency [Hz]."""
+    return flat_faces(scene, scene.water.max_sound_speed / frequency) if face_families(choice) else ()
+
+
+def face_family(name: str) -> str:
+    """Name of the family by way of a face: F for D, FS for S."""
+    return "F" + bounce_sequence(name)
+
+
+def reflects_to(face: FlatFace, scatterers: Scatterers) -> bool:
+    """True: a face reflects sound to scatterers; not to smooth faces, whose mutual echoes would count twice."""
+    smooth = isinstance(scatterers.law, KirchhoffFacet | KirchhoffPatch)
+    return scatterers.boundary != BOUNDARY_ECHO and not smooth and scatterers.occluder != face.occluder
+
+
+def lit_points(face: FlatFace, position: Floats, points: Floats, wavelength: float, *, tall: float) -> Marks:
+    """Points that a face may light from a position, seen along the face, shape (n,).
+
+    Args:
+        face: The face.
+        position: North, east, depth [m], shape (3,).
+        points: The points [m], shape (n, 3).
+        wavelength: Wavelength of the sound [m].
+        tall: Largest vertical travel of a path [m].
+    """
+    before, after = float(face.height_of(position)), face.height_of(points)
+    lit = after > NEAREST
+    if before <= NEAREST or not lit.any():
+        return np.zeros(len(points), bool)
+    whole = before + np.maximum(after, NEAREST)
+    part = before / whole
+    there, here = points @ face.axes[1], position @ face.axes[1]
+    along = here + part * (there - here)
+    level = np.hypot(whole, there - here)
+    clearance = RIPPLES * np.sqrt(wavelength / 2 * (level + tall) * part * (1 - part)) * level / whole
+    low, high = ((face.strips[:, 1] + side * face.strips[:, 5]) for side in (-1, 1))
+    return np.asarray(lit & (along > low.min() - clearance) & (along < high.max() + clearance))
+
+
+def legs_off_face(
+    face: FlatFace, rays: PropagationModel, position: Floats, scatterers: Scatterers, families: tuple[str, ...],
+    frequency: float,
+) -> Legs:  # fmt: skip
+    """Legs from the image of a position in a face, named as in open water, with what the face leaves of them.
+
+    Args:
+        face: The face.
+        rays: Propagation model of the scene; its relief hides none of these legs.
+        position: North, east, depth of the sonar's end, in front of the face [m], shape (3,).
+        scatterers: End points in front of the face, n of them.
+        families: Families from `face_families`.
+        frequency: Frequency of the sound [Hz].
+    """
+    scene, image = rays.scene, face.image(position)
+    if not face.is_upright:
+        families = (DIRECT,) if DIRECT in families and not scene.water.layered else ()
+    legs = rays.open_water().legs(image, scatterers, families, frequency)
+    factor = face.reflection * _size_factors(face, legs, image, scatterers.position, scene, frequency)
+    visibility, status, occluder = legs.visibility.copy(), legs.status.copy(), legs.occluder.copy()
+    if not _is_alone_and_convex(face, scene):
+        for row, family in enumerate(legs.families):
+            for part in _paths(face, family, position, scatterers.position, scene.seabed.depth):
+                hit = occluders_of_paths(scene, part, with_boxes=True)
+                cut = (hit >= 0) & (status[row] == LegStatus.CLEAR)
+                visibility[row, cut], status[row, cut], occluder[row, cut] = 0, LegStatus.OCCLUDED, hit[cut]
+    return replace(
+        legs, visibility=visibility, status=status, occluder=occluder,
+        reflection_coefficient=legs.reflection_coefficient * factor,
+    )  # fmt: skip
+
+
+def face_rows(legs: Legs, face: FlatFace, number: int, count: int, some: Marks) -> Legs:
+    """Legs of the image as those of the sonar, to all points: named F, as they leave the sonar.
+
+    Args:
+        legs: Legs from `legs_off_face`, to some of n points.
+        face: The face.
+        number: Its number, from 0: that of the ray among those off all faces.
+        count: Number of all faces.
+        some: True for the points that they reach, shape (n,); the others have no such leg.
+    """
+    n, rows = len(some), len(legs.families)
+    columns: dict[str, Any] = {}
+    for name in ("delay", "spreading", "grazing", "absorption", "reflection_coefficient", "visibility", "caustics"):
+        column = getattr(legs, name)
+        columns[name] = np.zeros((rows, n), column.dtype)
+        columns[name][:, some] = column
+    columns["length"], columns["status"] = np.ones((rows, n)), np.full((rows, n), LegStatus.SHADOW, np.uint8)
+    columns["occluder"] = np.full((rows, n), -1, np.int16)
+    for name in ("length", "status", "occluder"):
+        columns[name][:, some] = getattr(legs, name)
+    mirror = np.eye(3) - 2 * np.outer(face.axes[0], face.axes[0])
+    columns["departure"], columns["arrival"] = np.zeros((2, rows, n, 3)) + face.axes[0]
+    columns["departure"][:, some], columns["arrival"][:, some] = legs.departure @ mirror, legs.arrival
+    glints, caustic = legs.glints, legs.caustic
+    if glints is not None:
+        phasor = np.ones((rows, n), complex)
+        phasor[:, some] = glints.phasor
+        label = tuple(one if one < 0 else one + ((number + 1) << LABEL_BITS) for one in glints.bounce_id)
+        glints = GlintPhasors(label, phasor)
+    if caustic is not None:
+        caustic = np.ones((rows, n), complex)
+        caustic[:, some] = legs.caustic
+    return Legs(
+        families=tuple(map(face_family, legs.families)), branch=tuple(number + count * one for one in legs.branch),
+        caustic=caustic, glints=glints, **columns,
+    )  # fmt: skip
+
+
+def _size_factors(
+    face: FlatFace, legs: Legs, image: Floats, points: Floats, scene: Scene, frequency: float
+) -> Complexes:
+    """Part of each leg's pressure that a face of finite size reflects [1], shape (f, n).
+
+    A leg with bounces crosses the plane of the face on one of its straight parts, each of which is unfolded. Where the
+    face ends at a boundary that this part is reflected at, its image in the boundary goes on; at another boundary that
+    it stands on it has no edge.
+    """
+    bed = scene.seabed.depth
+    speed = float(scene.water.sound_speed_at(float(np.clip(image[2], 0.0, bed))))
+    factor = np.zeros(legs.delay.shape, complex)
+    for row, family in enumerate(legs.families):
+        letters = bounce_sequence(family)
+        for after in range(len(letters) + 1):
+            start, ends = image.copy(), points.copy()
+            start[2] = image_depth(letters[:after] or DIRECT, image[2], bed)
+            ends[:, 2] = _unfolded(letters[after:], points[:, 2], bed)
+            way = (ends - start) @ face.axes.T
+            if not letters and scene.water.layered:
+                way[:, 2] = _rise_behind_face(face, legs, row, image, points)
+            way /= np.maximum(np.linalg.norm(way, axis=1, keepdims=True), 1e-12)
+            beside = letters[max(after - 1, 0) : after + 1]
+            strips = face.strips.copy()
+            strips[face.at_surface & ("S" not in beside), 6] = -SKY
+            gap_below = ~(face.at_seabed & ("B" not in beside))
+            factor[row] += screened_part(
+                strips, gap_below, (start @ face.axes.T, ends @ face.axes.T), way, legs.length[row], speed / frequency
+            )
+    return np.where(np.isfinite(factor), factor, 0.0)
+
+
+def _unfolded(letters: str, depth: Floats, bed: float) -> Floats:
+    """Depths to which a path would go on straight, in place of reflections before it ends at given depths [m]."""
+    return image_depth(letters[::-1] or DIRECT, 0.0, bed) + (-1) ** len(letters) * depth
+
+
+def _crossing_part(face: FlatFace, image: Floats, points: Floats) -> Floats:
+    """Part of the path from an image to points, seen from above, before it crosses the plane of an upright face [1]."""
+    before, after = -float(face.height_of(image)), face.height_of(points)
+    return np.asarray(before / (before + after))
+
+
+def _rise_behind_face(face: FlatFace, legs: Legs, row: int, image: Floats, points: Floats) -> Floats:
+    """Depth gained along the whole direct leg by a straight line from its crossing of the face to its end [m], (n,).
+
+    A refracted ray is the cubic of its two ends and their slopes.
+    """
+    t, reach = _crossing_part(face, image, points), np.hypot(*(points - image)[:, :2].T)
+    first, last = (
+        reach * way[:, 2] / np.maximum(np.hypot(way[:, 0], way[:, 1]), 1e-9)
+        for way in (legs.departure[row], legs.arrival[row])
+    )
+    rise = points[:, 2] - image[2]
+    crossed = rise * t * t * (3 - 2 * t) + t * (1 - t) * ((1 - t) * first - t * last)
+    return np.asarray((rise - crossed) / (1 - t))
+
+
+def _is_alone_and_convex(face: FlatFace, scene: Scene) -> bool:
+    """True where no body can hide what a face reflects: it is a side of the one body, a block."""
+    return len(scene.occluders) == 1 and isinstance(scene.occluders[face.occluder], Box | Plate)
+
+
+def _paths(face: FlatFace, family: str, position: Floats, points: Floats, bed: float) -> tuple[Floats, Floats]:
+    """Straight parts of paths before and behind a face, each shape (n, k, 3) [m].
+
+    Args:
+        face: The face.
+        family: Family of the image.
+        position: North, east, depth of the sonar's end [m], shape (3,).
+        points: Ends of the paths [m], shape (n, 3).
+        bed: Depth of the seabed [m].
+    """
+    letters, image = bounce_sequence(family), face.image(position)
+    climb = _unfolded(letters, points[:, 2], bed) - image[2]
+    at, turns = _crossing_part(face, image, points), np.empty((len(letters), len(points)))
+    travelled, depth = 0.0, float(image[2])
+    for k, letter in enumerate(letters):
+        goal = bed if letter == "B" else 0.0
+        travelled, depth = travelled + abs(goal - depth), goal
+        turns[k] = travelled / np.maximum(np.abs(climb), 1e-12)
+    nodes = np.concatenate([np.zeros((1, len(points))), turns, np.ones((1, len(points)))])
+    made = []
+    for low, high in ((0.0 * at, at * (1 - TRIM)), (at + TRIM * (1 - at), 0.0 * at + 1 - TRIM)):
+        t = np.clip(nodes, low, high)
+        place = image + t[..., None] * (points - image)
+        if letters:
+            unfolded = np.mod(image[2] + t * climb, 2 * bed)
+            place[..., 2] = np.where(unfolded > bed, 2 * bed - unfolded, unfolded)
+        place -= 2 * np.minimum(face.height_of(place), 0.0)[..., None] * face.axes[0]
+        made.append(np.ascontiguousarray(np.moveaxis(place, 0, 1)))
+    return made[0], made[1]

@@ -1,0 +1,174 @@
+"""Large flat smooth faces of targets: planes with an outline, off which the rest of the scene is reflected.
+
+Sides of boxes and plates, and flat parts of meshes: neighbouring triangles in one plane. Round bodies have none.
+"""
+
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.scene.scene import Scene
+from insonify.scene.smooth_faces import clip_at_seabed, smooth_triangles
+from insonify.scene.solid import seabed_depth_at
+from insonify.scene.target import Box, LibraryTarget, Mesh, Plate, Solid
+
+Floats = NDArray[np.float64]
+
+MIN_WAVELENGTHS = 10.0
+"""Least mean width of a face that reflects other echoes [wavelengths]."""
+MAX_FACES = 64
+"""Largest number of faces of one target, the largest first [1]."""
+COPLANAR, COPLANAR_SINE = 1e-4, 1e-6
+"""Distance from a plane [m], and sine of the angle from it, below which triangles lie in it."""
+UPRIGHT_SINE = 1e-6
+"""Vertical component of the normal below which a face is upright [1]."""
+STRIPS = 64
+"""Strips of an outline that is no rectangle [1]."""
+HALF_THICKNESS = 1e-7
+"""Half of the thickness of a strip [m]."""
+TOUCHING = 0.01
+"""Largest gap between an edge and a boundary that counts as none [m]."""
+
+
+class FlatFace(NamedTuple):
+    """A flat smooth face. In its own frame it is upright: north is its normal, the third axis points down along it."""
+
+    occluder: int
+    """Row of its target among the scene's occluders."""
+    label: str
+    """Label of its target."""
+    axes: Floats
+    """Normal into the water, and directions along and down the face: rows, unit vectors, shape (3, 3)."""
+    distance: float
+    """Distance of its plane from the world's origin along the normal [m]."""
+    strips: Floats
+    """Outline as boxes without thickness in its own frame, see `insonify.scene.box.box_body`, shape (k, 8)."""
+    at_seabed: NDArray[np.bool_]
+    """True: the strip stands on the seabed, shape (k,)."""
+    at_surface: NDArray[np.bool_]
+    """True: the strip reaches the surface, shape (k,)."""
+    triangles: Floats
+    """Corners in its own frame: along and down [m], shape (t, 3, 2)."""
+    reflection: float
+    """Pressure reflection coefficient [1]."""
+
+    @property
+    def is_upright(self) -> bool:
+        """True for a vertical plane: the image of level boundaries in it is themselves."""
+        return bool(abs(self.axes[0, 2]) < UPRIGHT_SINE)
+
+    def height_of(self, position: Floats) -> Floats:
+        """Distance of positions (..., 3) in front of the plane [m], negative behind it."""
+        return np.asarray(position @ self.axes[0] - self.distance)
+
+    def image(self, position: Floats) -> Floats:
+        """Image of a position in the plane [m], shape (3,)."""
+        return np.asarray(position - 2 * self.height_of(position) * self.axes[0])
+
+
+@lru_cache(maxsize=8)
+def flat_faces(scene: Scene, wavelength: float) -> tuple[FlatFace, ...]:
+    """Flat smooth faces of a scene's targets under water.
+
+    Args:
+        scene: The scene.
+        wavelength: Wavelength of the sound [m]: narrower faces than `MIN_WAVELENGTHS` are left out.
+    """
+    found: list[FlatFace] = []
+    for row, solid in enumerate(scene.occluders):
+        if solid.face_reflection_coefficient and isinstance(solid, Box | Plate | Mesh | LibraryTarget):
+            found += _faces_of(scene, row, solid, MIN_WAVELENGTHS * wavelength)
+    return tuple(found)
+
+
+def _faces_of(scene: Scene, row: int, solid: Solid, least: float) -> list[FlatFace]:
+    """Faces of one target that are as wide as some width [m], the largest first."""
+    corners = clip_at_seabed(smooth_triangles(solid, scene.seabed), scene.seabed)
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    area = np.linalg.norm(normal, axis=1) / 2
+    kept = area > 1e-12
+    corners, normal, area = corners[kept], normal[kept] / (2 * area[kept, None]), area[kept]
+    left, found = np.ones(len(area), bool), list[tuple[float, FlatFace]]()
+    for first in np.argsort(-area, kind="stable"):
+        if not left[first]:
+            continue
+        off = np.abs((corners - corners[first, 0]) @ normal[first]).max(axis=1)
+        slope = np.linalg.norm(np.cross(normal, normal[first]), axis=1)
+        ahead = normal @ normal[first] > 0
+        plane = np.flatnonzero(left & ahead & (off < COPLANAR) & (slope < COPLANAR_SINE))
+        if area[plane].sum() < least**2:  # smaller ones follow, but several of them may share a plane
+            left[first] = False
+            continue
+        left[plane] = False
+        for part in _connected(corners[plane]):
+            some = plane[part]
+            face = _face(scene, row, solid, corners[some], normal[first])
+            size = np.ptp(face.triangles.reshape(-1, 2), axis=0)
+            if area[some].sum() >= least * size.max():
+                found.append((float(area[some].sum()), face))
+    found.sort(key=lambda one: -one[0])
+    return [face for _, face in found[:MAX_FACES]]
+
+
+def _connected(corners: Floats) -> list[NDArray[np.int64]]:
+    """Rows of the triangles (t, 3, 3) of each connected part of a plane."""
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    t = len(corners)
+    _, vertex = np.unique(np.round(corners.reshape(-1, 3) / COPLANAR), axis=0, return_inverse=True)
+    vertex = np.ravel(vertex)
+    joints = coo_array((np.ones(3 * t), (np.repeat(np.arange(t), 3), t + vertex)), shape=(t + vertex.max() + 1,) * 2)
+    count, part = connected_components(joints, directed=False)
+    return [rows for rows in (np.flatnonzero(part[:t] == number) for number in range(count)) if len(rows)]
+
+
+def _face(scene: Scene, row: int, solid: Solid, corners: Floats, normal: Floats) -> FlatFace:
+    """The face of some triangles (t, 3, 3) in one plane."""
+    level = np.hypot(normal[0], normal[1])
+    along = np.array([1.0, 0.0, 0.0])
+    if level > UPRIGHT_SINE:
+        along = np.array([-normal[1], normal[0], 0.0]) / level
+    if abs(normal[2]) < UPRIGHT_SINE:
+        normal = np.array([normal[0] / level, normal[1] / level, 0.0])
+    down = np.cross(normal, along)
+    down *= np.sign(down[2]) or 1.0
+    axes = np.array([normal, along, down])
+    plane = corners @ axes[1:].T
+    strips = _strips(plane)
+    distance = float(np.mean(corners.reshape(-1, 3) @ normal))
+    boxes = np.zeros((len(strips), 8))
+    boxes[:, 0], boxes[:, 1], boxes[:, 2] = distance, (strips[:, 0] + strips[:, 1]) / 2, 1.0
+    boxes[:, 4], boxes[:, 5], boxes[:, 6:] = HALF_THICKNESS, (strips[:, 1] - strips[:, 0]) / 2, strips[:, 2:]
+    lower, upper = (np.stack([np.full(len(boxes), distance), boxes[:, 1], boxes[:, at]], -1) @ axes for at in (7, 6))
+    bed = seabed_depth_at(scene.seabed, lower[:, :2])
+    assert solid.face_reflection_coefficient is not None
+    return FlatFace(
+        row, solid.label, axes, distance, boxes, lower[:, 2] > bed - TOUCHING, upper[:, 2] < TOUCHING, plane,
+        solid.face_reflection_coefficient,
+    )  # fmt: skip
+
+
+def _strips(plane: Floats) -> Floats:
+    """First and last place along, least and greatest down, of the strips of an outline [m], shape (k, 4).
+
+    Args:
+        plane: Corners of its triangles, along and down [m], shape (t, 3, 2); holes are filled.
+    """
+    low, high = plane.reshape(-1, 2).min(axis=0), plane.reshape(-1, 2).max(axis=0)
+    side, other = plane[:, 1] - plane[:, 0], plane[:, 2] - plane[:, 0]
+    area = np.abs(side[:, 0] * other[:, 1] - side[:, 1] * other[:, 0]).sum() / 2
+    if area > (1 - 1e-6) * np.prod(high - low):
+        return np.array([[low[0], high[0], low[1], high[1]]])
+    borders = np.linspace(low[0], high[0], STRIPS + 1)
+    middle = (borders[1:] + borders[:-1])[:, None, None] / 2
+    one, two = plane, np.roll(plane, -1, axis=1)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        part = (middle - one[..., 0]) / (two[..., 0] - one[..., 0])
+        down = np.where((part >= 0) & (part <= 1), one[..., 1] + part * (two[..., 1] - one[..., 1]), np.nan)
+    down = down.reshape(STRIPS, -1)
+    there = np.isfinite(down).any(axis=1)
+    top, base = np.nanmin(down[there], axis=1), np.nanmax(down[there], axis=1)
+    return np.stack([borders[:-1][there], borders[1:][there], top, base], axis=1)

@@ -1,0 +1,139 @@
+"""Large smooth faces of targets, off which sound is reflected on its way to and from the seabed."""
+
+import numpy as np
+import pytest
+
+from insonify.engines.face_reflection import face_families
+from insonify.propagation.path_settings import PathSettings
+from insonify.records.legs import LegStatus
+from insonify.scattering.lambert import Lambert
+from insonify.scene.scatterers import Scatterers
+from insonify.simulator import build_simulator, simulate
+from oracles.scenes import nominal
+from oracles.traced import apart_db, curves, scene
+
+DULL = {"law": "lambert", "strength_db": -60}
+WALL = {"shape": "box", "size": (40.0, 1.0, 20.0), "position": (0.0, 60.5), "scattering": DULL,
+        "face_reflection_coefficient": 0.9}  # fmt: skip
+"""A wall from the surface to the seabed; its face is 60 m to the east."""
+GRADIENT = {"noise_level_db": None, "profile": [[0.0, 1530.0], [12.0, 1500.0], [20.0, 1496.0]]}
+
+
+def points(*positions, boundary="seabed"):
+    """Scatterers of the seabed, or in the water, at some positions."""
+    n, normal = len(positions), (0.0, 0.0, -1.0) if boundary == "seabed" else (0.0, 0.0, 0.0)
+    return Scatterers(
+        "seabed", boundary, Lambert(strength_db=-27.0), np.array(positions, float), np.tile(normal, (n, 1)),
+        np.ones(n), np.ones(n, complex), np.arange(n).astype(np.uint64),
+    )  # fmt: skip
+
+
+def legs_to(scatterers, *, position=(0.0, 0.0, 11.0), targets=(WALL,), frequency=100e3, paths=None, **top):
+    """Transmit legs of all families up to order 3 from a position, as columns by the name of the ray."""
+    chosen = {"max_reflections": 3, "face_reflections": True, **(paths or {})}
+    pulse = {"kind": "cw", "frequency": frequency, "duration": 20 / frequency}
+    simulator = build_simulator(nominal(
+        targets=list(targets), paths=chosen, track={"position": position, "window": (0.0, 0.2)},
+        transmit={"kind": "point", "length": None}, receive={"kind": "point", "length": None}, sonar={"pulse": pulse},
+        **top,
+    ))  # fmt: skip
+    legs = simulator.engine.path_pairs(simulator.ping_geometry(0), scatterers).out
+    return dict(zip(legs.ray_names, zip(legs.delay, legs.amplitude, legs.departure, legs.status, strict=True),
+                    strict=True))  # fmt: skip
+
+
+@pytest.mark.parametrize("water", [{"noise_level_db": None}, GRADIENT], ids=["one speed", "layered"])
+def test_a_wall_shows_the_open_scene_from_the_image_of_the_sonar(water):
+    """Legs by way of a wall are those from 120 m further east without it, times R: 1e-9 s, 0.1 dB, any reflections."""
+    bed = points((1.0, 20.0, 20.0), (-4.0, 45.0, 20.0), (3.0, 58.0, 20.0))
+    found, free = (legs_to(bed, position=(0.0, east, 11.0), targets=targets, water=water)
+                   for east, targets in ((0.0, (WALL,)), (120.0, ())))  # fmt: skip
+    for name in ("D", "S", "BS"):
+        via = found["F" + name.replace("D", "")]
+        np.testing.assert_allclose(via[0], free[name][0], atol=1e-9)
+        np.testing.assert_allclose(20 * np.log10(np.abs(via[1] / free[name][1])), 20 * np.log10(0.9), atol=0.1)
+        np.testing.assert_allclose(np.angle(via[1] / free[name][1]), 0, atol=0.02)
+        np.testing.assert_allclose(via[2], free[name][2] * [1, -1, 1], atol=1e-12)
+
+
+def test_a_face_counts_as_one_reflection():
+    """With one reflection, F; with two, FS as well; with none, or without the key, nothing."""
+    allowed = [PathSettings(face_reflections=True, max_reflections=order) for order in (0, 1, 2)]
+    assert [face_families(one) for one in allowed] == [(), ("D",), ("D", "S", "B")]
+    assert face_families(PathSettings(max_reflections=2)) == ()
+
+
+@pytest.mark.parametrize("east", [40.0, 52.0])
+def test_the_size_of_a_face_is_that_of_kirchhoffs_integral_over_it(east):
+    """Reflected field of a plate 1.5 x 2 m at 20 kHz, in the beam, on its edge and beside it: 2 % of the full one.
+
+    The oracle sums (cos + cos) / 2 exp(-jk (r + s)) / (r s) / lambda over the face.
+    """
+    plate = {"shape": "box", "size": (3.0, 1.0, 2.0), "position": (0.0, 60.5), "base_depth": 12.5, "scattering": DULL,
+             "face_reflection_coefficient": 1.0}  # fmt: skip
+    ends = [(north, east, depth) for north in (0.0, 1.0, 2.0, 3.1) for depth in (11.5, 12.4)]
+    found = legs_to(points(*ends, boundary="water"), targets=[plate], frequency=20e3)["F"]
+    k = 2 * np.pi * 20e3 / 1500
+    step = 0.01
+    north, depth = np.meshgrid(np.arange(-1.5, 1.5, step) + step / 2, np.arange(10.5, 12.5, step) + step / 2)
+    r = np.sqrt(north**2 + 60.0**2 + (depth - 11.0) ** 2)
+    for row, (x, y, z) in enumerate(ends):
+        s = np.sqrt((north - x) ** 2 + (60.0 - y) ** 2 + (depth - z) ** 2)
+        cosine = (60.0 / r + (60.0 - y) / s) / 2
+        field = np.sum(cosine * np.exp(-1j * k * (r + s)) / (r * s)) * step**2 * 1j * k / (2 * np.pi)
+        whole = np.sqrt(x**2 + (120.0 - y) ** 2 + (z - 11.0) ** 2)
+        expected = field * whole * np.exp(1j * k * whole)
+        loss = 10 ** (-float(build_simulator(nominal()).scenario.water.absorption(20e3)) * whole / 20)
+        assert abs(found[1][row] * whole / loss - expected) < 0.02
+
+
+def test_a_leaning_face_reflects_from_the_image_in_its_plane():
+    """A plate pitched by 60 degrees: delay and direction of the image in its plane; no families with a boundary."""
+    plate = {"shape": "plate", "length": 10.0, "width": 20.0, "position": (0.0, 40.0), "base_depth": 15.0,
+             "heading": np.pi / 2, "pitch": np.pi / 3, "scattering": DULL,
+             "face_reflection_coefficient": 1.0}  # fmt: skip
+    found = legs_to(points((0.5, 25.0, 20.0)), targets=[plate])
+    (name,) = (name for name in found if name.startswith("F"))
+    delay, _, departure, _ = found[name]
+    sonar, bed, normal = np.array([0.0, 0.0, 11.0]), np.array([0.5, 25.0, 20.0]), -np.array([0.0, np.sqrt(0.75), 0.5])
+    face = np.array([0.0, 40.0, 15.0 - 5.0 * np.sqrt(0.75) - 0.0025]) + 0.005 * normal
+    way = bed - (sonar - 2 * (sonar - face) @ normal * normal)
+    assert delay[0] == pytest.approx(np.linalg.norm(way) / 1500, abs=1e-9)
+    way = (way - 2 * way @ normal * normal) / np.linalg.norm(way)
+    np.testing.assert_allclose(departure[0], way, atol=1e-9)
+
+
+def test_other_targets_hide_what_a_face_reflects():
+    """A box before the wall cuts the legs whose part before or behind the face passes through it, and no others."""
+    block = {"shape": "box", "label": "block", "size": (2.0, 2.0, 6.0), "position": (0.0, 40.0), "scattering": DULL}
+    bed = points((6.0, 55.0, 20.0), (0.0, 30.0, 20.0), (8.0, 30.0, 20.0))
+    found, free = (legs_to(bed, targets=targets)["F"] for targets in ((WALL, block), (WALL,)))
+    assert [int(one) for one in found[3]] == [LegStatus.CLEAR, LegStatus.OCCLUDED, LegStatus.CLEAR]
+    np.testing.assert_allclose(found[1][[0, 2]], free[1][[0, 2]], rtol=1e-12)
+
+
+FAR = {"families": None, "max_reflections": 1, "contributions": ("seabed",)}
+
+
+def test_a_wall_shines_as_the_tracer_has_it():
+    """Seabed before a wall by one reflection: pairs with the wall and the surface within 0.1 dB of the tracer."""
+    wall, window = {**WALL, "size": (12.0, 1.0, 19.5), "face_reflection_coefficient": 1.0}, (0.075, 0.1)
+    engine = curves(scene("eigenrays", targets=[wall], window=window, paths={**FAR, "face_reflections": True}))
+    traced = curves(scene("tracer", targets=[wall], window=window, rays=100_000, paths=FAR))
+    for pair in ("D-F", "S-F", "F-F"):
+        other = pair.replace("F-F", "T-T").replace("-F", "-T")
+        assert apart_db(engine["seabed", pair], traced["seabed", other]) == pytest.approx(0, abs=0.1)
+
+
+@pytest.mark.parametrize("field", ["incoherent", "coherent"])
+def test_without_smooth_faces_nothing_changes(field):
+    """The same bits with and without face reflections where faces are rough, or smooth ones narrow."""
+    for smooth, size in ((None, (12.0, 1.0, 10.0)), (0.5, (0.12, 0.12, 0.12))):
+        target = {"shape": "box", "size": size, "position": (0.0, 20.5), "face_reflection_coefficient": smooth}
+        one, other = (
+            simulate(nominal(targets=[target], field=field, track={"window": (0.02, 0.03)},
+                             paths={"max_reflections": 1, "face_reflections": on}))
+            for on in (True, False)
+        )  # fmt: skip
+        name = "pressure" if field == "coherent" else "intensity"
+        np.testing.assert_array_equal(one[name].values, other[name].values)
