@@ -203,7 +203,7 @@ class PingDevice:
         for message in replies:
             try:
                 self._socket.sendto(protocol.packed(message._replace(source=self.number_of_device)), reader)
-            except OSError:  # nobody is there to read it
+            except OSError:  # the port is closed
                 continue
 
 

@@ -19,7 +19,7 @@ class Message(NamedTuple):
     """One message."""
 
     number: int
-    """What it means."""
+    """Message number of the protocol: the kind of its content."""
     payload: bytes
     source: int = 0
     """Number of the device that it comes from; 0 of a computer."""
