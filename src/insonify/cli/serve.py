@@ -1,6 +1,6 @@
 """Command that offers a scenario's sonar to other programs."""
 
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from pathlib import Path
 from typing import Annotated
 
@@ -38,18 +38,21 @@ def serve(
     from insonify.scenario.load import load_scenario
 
     scenario = load_scenario(file)
+    if port is None:
+        port = DEFAULT_PORT if device == "json" else 9092
     with ExitStack() as stack:
         try:
             if device == "json":
                 sonar = stack.enter_context(live(scenario, threads=threads))
-                server: TcpServer | Ping360 | Ping1D = TcpServer(sonar, host, DEFAULT_PORT if port is None else port)
+                server: TcpServer | Ping360 | Ping1D = TcpServer(sonar, host, port)
             else:
                 kind = Ping360 if device == "ping360" else Ping1D
-                server = kind(scenario, host, 9092 if port is None else port, threads=threads)
+                server = kind(scenario, host, port, threads=threads)
         except OSError as error:
             raise InputError(
                 f"--host {host}, --port {port}: {error.strerror}. Choose another port or address"
             ) from None
         stack.enter_context(server)
         typer.echo(f"{server.address[0]}:{server.address[1]}")
-        server.serve_forever()
+        with suppress(KeyboardInterrupt):
+            server.serve_forever()
