@@ -57,7 +57,8 @@ def named_paths(scenario: Scenario, ping: int, channel: int, time: float) -> lis
         for echo in simulator.tracer.exact_paths(geometry)
         if geometry.pulse.start <= time - echo.delay[0] <= geometry.pulse.stop and echo.energy[row, 0] > 0
     ]
+    peak_db = float(level_db(geometry.pulse.peak**2))
     return [""] * bool(found) + [
-        f"  {name} by {pair}: arrives at {delay * 1e3:.3f} ms, {float(level_db(energy)):.1f} dB re 1 uPa at its peak"
+        f"  {name} by {pair}: arrives at {delay * 1e3:.3f} ms, {level_db(energy) + peak_db:.1f} dB re 1 uPa at its peak"
         for delay, name, pair, energy in sorted(found)
     ]
