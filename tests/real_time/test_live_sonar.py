@@ -55,6 +55,9 @@ def pinged(scenario: Scenario, pings: int, **options: Any) -> list[xr.Dataset]:
 
 OTHER = {"kind": "line", "start": [3.0, 1.0, 5.0], "speed": 2.0, "heading": 1.0, "navigation_errors": {"east": {
     "noise": 0.3}}}  # fmt: skip
+RECORDER = {"full_scale_db": 150.0, "stages": [
+    {"kind": "gain", "tvg_db_per_decade": 30.0}, {"kind": "looks", "samples": 3}, {"kind": "clipping"},
+    {"kind": "quantisation", "bits": 12}]}  # fmt: skip
 CASES = {
     "expected intensity": survey(field="incoherent"),
     "coherent": survey(),
@@ -62,6 +65,8 @@ CASES = {
     "stop and hop": survey(track={"stop_and_hop": True}),
     "elements": survey(sonar={"receive": ELEMENTS, "receiver": {"record": "elements"}}),
     "two platforms": survey(receiver_track=OTHER, sonar={"sides": None}),
+    "lines of a recorder": survey(sonar={"recorder": RECORDER}),
+    "lines alone": survey(field="incoherent", sonar={"recorder": {**RECORDER, "keep": "recorded"}}),
     "layered water": survey(water={"profile": [[0.0, 1510.0], [10.0, 1495.0]]}, track={"motion": {}}),
 }
 
@@ -72,7 +77,8 @@ def test_pings_are_those_of_a_recording(case: str) -> None:
     scenario = CASES[case]
     whole = insonify.simulate(scenario)
     for ping, here in enumerate(pinged(scenario, 4)):
-        xr.testing.assert_identical(here, whole.isel(ping=[ping]))
+        xr.testing.assert_identical(here, whole.isel(ping=[ping]).isel(line=[ping], missing_dims="ignore"))
+        assert ("recorded" in here) == (scenario.sonar.recorder is not None)
 
 
 def test_a_ping_off_the_track_is_that_of_a_track_of_its_own() -> None:
