@@ -50,12 +50,12 @@ class PointSpread(Measure):
         at = np.argwhere(peak)
         unit = np.broadcast_to(side.unit, relative.shape)[peak]
         total = np.zeros((side.units, 1 + sum(2 * reach + 1 for reach in self._reach.values())))
+        intensity = np.nan_to_num(side.intensity)  # a local mean of each beam would level the shape across beams
         columns = [np.ones((len(at), 1))]
         for axis, reach in self._reach.items():
             rows = np.repeat(at[:, None, :], 2 * reach + 1, axis=1)
             rows[:, :, axis] += np.arange(-reach, reach + 1)
-            shape = relative[tuple(np.moveaxis(rows, -1, 0))]
-            columns.append(shape / relative[peak][:, None])
+            columns.append(intensity[tuple(np.moveaxis(rows, -1, 0))] / intensity[peak][:, None])
         np.add.at(total, unit, np.hstack(columns))
         return total
 

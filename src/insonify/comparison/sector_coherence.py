@@ -39,7 +39,8 @@ class SectorCoherence(Measure):
         """Sums of the products of neighbouring parts and of their powers."""
         x = side.samples.values
         product = x[:, 1:] * np.conj(x[:, :-1])
-        powers = [np.abs(part).astype(float) ** 2 for part in (x[:, 1:], x[:, :-1])]
+        known = np.isfinite(product)  # power of a pair that lacks one sample is no part of its coherence
+        powers = [np.where(known, np.abs(part).astype(float) ** 2, np.nan) for part in (x[:, 1:], x[:, :-1])]
         values = (product.real.astype(float), product.imag.astype(float), *powers)
         return np.hstack([side.sums(part, self._bin, BINS) for part in values])
 
