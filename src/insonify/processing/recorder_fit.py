@@ -130,6 +130,8 @@ def fit_recorder(
 def _full_scale(counts: Floats) -> tuple[float, Estimate]:
     """Largest number, and the part of the samples at it where they pile up there (interval: Wilson 1927)."""
     known = counts[np.isfinite(counts)]
+    if not known.size:
+        raise ValueError("real: all samples are missing. Give recorded amplitudes")
     top = float(known.max())
     at_top, below = int((known >= top).sum()), int(((known < top) & (known >= top * 10 ** (-1 / 20))).sum())
     # whole numbers: the decibel below full scale has so many values; others hardly ever agree
