@@ -1,0 +1,117 @@
+"""Exports of what cannot be written: one line, exit code 2, the old file as it was, and nothing half written."""
+
+import os
+
+import numpy as np
+import pytest
+
+import insonify
+from insonify.cli import main
+from insonify.writers.export import FORMATS
+from oracles.scenes import nominal, point
+
+SUFFIXES = sorted({about.suffixes[0] for about in FORMATS.values()})
+
+
+def survey(pings):
+    """Pings of one beam past a point in silent water, as energies."""
+    track = {"kind": "line", "start": (0.0, 0.0, 11.0), "heading": 0.0, "speed": 2.0, "interval": 0.5, "pings": pings,
+             "window": (0.01, 0.04)}  # fmt: skip
+    return nominal(
+        targets=[point(1.0, 20.0, 19.0)], field="incoherent", paths={"contributions": ["target"], "max_reflections": 0},
+        line={"kind": "planar", "length": None, "width": 0.05, "height": 0.02},
+        sonar={"mounting": {"bearing": "90 deg", "tilt": "20 deg"}},
+    ).with_("track", track)  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def folders(tmp_path_factory):
+    """Folders of a recording of three pings, of one, and of none."""
+    top = tmp_path_factory.mktemp("recordings")
+    for name, pings, done in (("three", 3, None), ("one", 1, None), ("none", 3, [])):
+        more = {} if done is None else {"pings": done}
+        insonify.record(survey(pings), top / f"{name}.zarr", **more)
+    return top
+
+
+def refused(words, capsys):
+    """The line that a refused command ends with."""
+    assert main(["export", *map(str, words)]) == 2
+    out, err = capsys.readouterr()
+    assert out == "" and len(err.splitlines()) == 1 and "Traceback" not in err
+    return err
+
+
+@pytest.mark.parametrize("suffix", SUFFIXES)
+@pytest.mark.parametrize("name", ["none", "one"])
+def test_short_recordings_are_written_or_refused(folders, tmp_path, capsys, name, suffix):
+    """No ping: a line for every format. One ping: a file with something in it, or a line; never a part of a file."""
+    target = tmp_path / f"out{suffix}"
+    if name == "one" and main(["export", str(folders / "one.zarr"), str(target)]) == 0:
+        assert os.listdir(tmp_path) == [target.name] and target.stat().st_size > 0
+        return
+    capsys.readouterr()
+    assert refused((folders / f"{name}.zarr", target), capsys)
+    assert os.listdir(tmp_path) == []
+
+
+@pytest.mark.parametrize(
+    ("words", "advice"),
+    [
+        (("out.xyz",), ".xyz names no format. End it in one of"),
+        (("out",), "no suffix names no format"),
+        (("out.xtf", "--as", "mp3"), "mp3: there is no such format. Choose one of xtf"),
+        (("out.xtf", "--as", "csv"), "csv is a format of .csv"),
+        (("absent/out.nc",), "mkdir -p"),
+        (("folder.nc",), "is a folder. Choose the name of a file"),
+        (("file.txt/out.nc",), "there is no folder"),
+    ],
+    ids=lambda value: " ".join(value) if isinstance(value, tuple) else "",
+)
+def test_names_that_are_none_are_refused(folders, tmp_path, monkeypatch, capsys, words, advice):
+    """With the remedy, before anything is computed."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "folder.nc").mkdir()
+    (tmp_path / "file.txt").write_text("mine")
+    assert advice in refused((folders / "three.zarr", *words), capsys)
+    assert sorted(os.listdir(tmp_path)) == ["file.txt", "folder.nc"] and not os.listdir(tmp_path / "folder.nc")
+
+
+@pytest.mark.parametrize("name", ["absent.zarr", "file.txt"])
+def test_what_is_no_recording_is_refused_by_its_name(tmp_path, capsys, name):
+    """A folder that is not there, and a file."""
+    (tmp_path / "file.txt").write_text("mine")
+    assert name in refused((tmp_path / name, tmp_path / "out.nc"), capsys)
+    assert os.listdir(tmp_path) == ["file.txt"]
+
+
+def test_a_folder_without_permission_is_named(folders, tmp_path, capsys, monkeypatch):
+    """The file that was there stays as it was, whichever step the system denies."""
+    target = tmp_path / "out.nc"
+    target.write_bytes(b"mine")
+
+    def denied(_from, to):
+        raise PermissionError(13, "Permission denied", str(to))
+
+    monkeypatch.setattr("insonify.writers.export.os.replace", denied)
+    assert "out.nc" in refused((folders / "three.zarr", target), capsys)
+    assert target.read_bytes() == b"mine" and os.listdir(tmp_path) == ["out.nc"]
+
+
+def test_a_file_of_that_name_is_replaced_whole_or_not_at_all(folders, tmp_path, capsys, monkeypatch):
+    """A full disk in the middle of the file leaves the old one; the next attempt replaces it."""
+    target = tmp_path / "out.nc"
+    target.write_bytes(b"mine")
+
+    def full(_survey, path):
+        path.write_bytes(b"CDF")
+        raise OSError(28, "No space left on device", str(path))
+
+    with monkeypatch.context() as patch:
+        patch.setattr("insonify.writers.netcdf.write_netcdf", full)
+        assert main(["export", str(folders / "three.zarr"), str(target)]) == 1
+    assert target.read_bytes() == b"mine" and os.listdir(tmp_path) == ["out.nc"]
+    assert "No space left" in capsys.readouterr().err
+    assert main(["export", str(folders / "three.zarr"), str(target)]) == 0
+    assert target.stat().st_size > 1000 and os.listdir(tmp_path) == ["out.nc"]
+    assert np.isfinite(insonify.open_recording(folders / "three.zarr")["intensity"]).all()
