@@ -192,7 +192,8 @@ scatter by {spread} dB: the mean of two has a standard error of {found.spread[0]
 Multiples lie at n times the first range (mean difference {steps} cm, by channel). With a bed that mirrors smoothly the
 second and third echo are 11 and 24 dB below the first at every frequency; the rough interface of the sediment turns
 most of the sound out of the beam at each reflection, which makes the train as steep as it is. At 70 and 200 kHz
-second and third echo agree re the first within 3.3 dB. What does not: at 120 kHz they are stronger than predicted by 7 to 8 dB, and the channel receives other sounds, arches at 15 and 21 m and noise in the gate of the third echo; at
+second and third echo agree re the first within 3.3 dB. What does not: at 120 kHz they are stronger than predicted by 7
+to 8 dB, and the channel receives other sounds, arches at 15 and 21 m and noise in the gate of the third echo; at
 333 kHz the first echo is 6 dB stronger and the third weaker, as if the bed were smoother at its smallest scales than
 the spectrum of the handbook, which holds to 100 kHz, and the hull rougher than a plate; at 38 kHz all echoes are
 weaker, the more the later. A hull whose loss rises with frequency, and the well around the transducers, are not in the
