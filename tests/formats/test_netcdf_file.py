@@ -199,4 +199,4 @@ def test_an_installation_without_a_checkout_names_the_packages(tmp_path, monkeyp
     from insonify import data_file
 
     monkeypatch.setattr(data_file, "__file__", str(tmp_path / "site-packages" / "insonify" / "data_file.py"))
-    assert data_file.install_advice("io") == "pip install netCDF4 rasterio"
+    assert data_file.install_advice("io") == "pip install netCDF4 rasterio h5py"

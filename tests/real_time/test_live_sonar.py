@@ -176,7 +176,10 @@ def test_two_platforms_want_both_poses() -> None:
 @pytest.mark.slow
 @pytest.mark.filterwarnings("ignore::insonify.validity.PhysicsWarning")
 def test_memory_does_not_grow_with_pings() -> None:
-    """Three hundred pings, each from a new pose, after as many: Python holds less than 30 kB more."""
+    """Three hundred pings, each from a new pose, after as many: Python holds less than 150 kB more.
+
+    Kept pings would be over 1 MB; caches of bounded size still fill.
+    """
     scene = nominal(targets=[point(0.0, 10.0, 15.0)], field="incoherent", paths={"contributions": ("target",)},
                     track={"window": (0.005, 0.02), "stop_and_hop": False})  # fmt: skip
     with insonify.live(scene, threads=1, warm_up=False) as sonar:
@@ -190,7 +193,7 @@ def test_memory_does_not_grow_with_pings() -> None:
                     sizes.append(tracemalloc.get_traced_memory()[0])
         finally:
             tracemalloc.stop()
-    assert sizes[1] - sizes[0] < 30_000, sizes
+    assert sizes[1] - sizes[0] < 150_000, sizes
 
 
 def test_elements_out_of_the_water_are_refused() -> None:
