@@ -1,11 +1,11 @@
 """Claims about `insonify serve`: it answers until Ctrl-C, and refuses what it cannot serve with one line of advice."""
 
-import _thread
 import json
+import signal
 import socket
 import struct
-import threading
-import time
+import subprocess
+import sys
 from contextlib import suppress
 
 import pytest
@@ -65,30 +65,23 @@ def version_over_udp(port):
     [("json", STREAM, axes_over_tcp, 100), ("ping360", DATAGRAM, version_over_udp, 4),
      ("ping1d", DATAGRAM, version_over_udp, 4)],
 )  # fmt: skip
-def test_it_answers_until_ctrl_c_and_frees_its_port(device, kind, ask, least, file, capsys):
+def test_it_answers_until_ctrl_c_and_frees_its_port(device, kind, ask, least, file):
     """The address on stdout, a reply to a request, and after Ctrl-C exit code 0, and a port free again."""
     with bound(kind) as free:
         port = free.getsockname()[1]
-    answers, ended = [], threading.Event()
-
-    def ask_and_interrupt():
-        stop = time.monotonic() + 60
-        while not answers and not ended.is_set() and time.monotonic() < stop:
-            try:
-                answers.append(ask(port))
-            except ConnectionError:  # not bound yet
-                time.sleep(0.05)
-        if not ended.is_set():
-            _thread.interrupt_main()
-
-    client = threading.Thread(target=ask_and_interrupt)
-    client.start()
-    code = main(["serve", str(file), "--as", device, "--port", str(port), "--threads", "1"])
-    ended.set()
-    client.join()
-    assert code == 0 and answers and answers[0] >= least
-    out, err = capsys.readouterr()
-    assert out == f"127.0.0.1:{port}\n" and "interrupted" not in err
+    command = [sys.executable, "-m", "insonify", "serve", str(file), "--as", device, "--port", str(port)]
+    # a parent that ignores Ctrl-C would have the child ignore it too
+    server = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+                              preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL))  # noqa: PLW1509  # fmt: skip
+    try:
+        assert server.stdout is not None and server.stdout.readline() == f"127.0.0.1:{port}\n"
+        assert ask(port) >= least
+        server.send_signal(signal.SIGINT)
+        out, err = server.communicate(timeout=60)
+    finally:
+        server.kill()
+    assert server.returncode == 0, err
+    assert out == "" and "interrupted" not in err
     with socket.socket(socket.AF_INET, kind) as again:
         again.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         again.bind(("127.0.0.1", port))
