@@ -65,7 +65,7 @@ def test_a_face_counts_as_one_reflection():
 
 @pytest.mark.parametrize("east", [40.0, 52.0])
 def test_the_size_of_a_face_is_that_of_kirchhoffs_integral_over_it(east):
-    """Reflected field of a plate 1.5 x 2 m at 20 kHz, in the beam, on its edge and beside it: 2 % of the full one.
+    """Reflected field of a plate 3 x 2 m at 20 kHz, in the beam, on its edge and beside it: 2 % of the full one.
 
     The oracle sums (cos + cos) / 2 exp(-jk (r + s)) / (r s) / lambda over the face.
     """

@@ -42,9 +42,9 @@ SEA = {"wind_speed": "5 m/s", "reflection": "explicit"}
 
 def survey(**changes: Any) -> Scenario:
     """Four pings past a tyre on fractal ground, rolling, logged with errors."""
-    told = {key: {**SURVEY[key], **changes.pop(key)} if key in ("sonar", "track", "water") and key in changes
+    values = {key: {**SURVEY[key], **changes.pop(key)} if key in ("sonar", "track", "water") and key in changes
             else value for key, value in SURVEY.items()}  # fmt: skip
-    return Scenario.model_validate({**told, **changes})
+    return Scenario.model_validate({**values, **changes})
 
 
 def pinged(scenario: Scenario, pings: int, **options: Any) -> list[xr.Dataset]:
@@ -148,9 +148,9 @@ def test_wrong_poses_are_refused_with_advice_and_change_nothing() -> None:
     """Each wrong argument is named with its value, and the ping after it is still the second."""
     with insonify.live(survey(field="incoherent"), warm_up=False) as sonar:
         sonar.ping(5.0, (0, 0, 4))
-        for told, words in WRONG:
+        for values, words in WRONG:
             with pytest.raises(ValueError, match=words):
-                sonar.ping(**{"time": 6.0, **told})
+                sonar.ping(**{"time": 6.0, **values})
         assert sonar.ping_count == 1
         sonar.close()
         sonar.close()

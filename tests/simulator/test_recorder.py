@@ -47,14 +47,14 @@ def test_lines_on_disk_are_those_in_memory(tmp_path, keep):
 
 def test_a_line_follows_from_the_pressure_beside_it():
     """The recorder of a run is the function on arrays, with the water's sound speed and absorption."""
-    told = scene("both")
-    whole, water = simulate(told), {"sound_speed": told.water.sound_speed}
-    water["absorption_db_per_m"] = float(told.water.absorption(told.sonar.pulse.frequency))
-    numbers, time = record_series(whole.pressure, whole.time, told.sonar.recorder, **water)
+    scenario = scene("both")
+    whole, water = simulate(scenario), {"sound_speed": scenario.water.sound_speed}
+    water["absorption_db_per_m"] = float(scenario.water.absorption(scenario.sonar.pulse.frequency))
+    numbers, time = record_series(whole.pressure, whole.time, scenario.sonar.recorder, **water)
     np.testing.assert_array_equal(numbers.astype(np.float32), whole.recorded)
     np.testing.assert_array_equal(time, whole.bin_time)
     expected = simulate(scene("both", field="incoherent"))
-    power, _ = record_series(np.sqrt(expected.intensity), expected.time, told.sonar.recorder, **water)
+    power, _ = record_series(np.sqrt(expected.intensity), expected.time, scenario.sonar.recorder, **water)
     np.testing.assert_array_equal(power.astype(np.float32), expected.recorded)
 
 

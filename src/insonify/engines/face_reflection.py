@@ -179,10 +179,10 @@ def _size_factors(
             if not letters and scene.water.layered:
                 way[:, 2] = _rise_behind_face(face, legs, row, image, points)
             way /= np.maximum(np.linalg.norm(way, axis=1, keepdims=True), 1e-12)
-            beside = letters[max(after - 1, 0) : after + 1]
+            adjacent = letters[max(after - 1, 0) : after + 1]
             strips = face.strips.copy()
-            strips[face.at_surface & ("S" not in beside), 6] = -SKY
-            gap_below = ~(face.at_seabed & ("B" not in beside))
+            strips[face.at_surface & ("S" not in adjacent), 6] = -SKY
+            gap_below = ~(face.at_seabed & ("B" not in adjacent))
             factor[row] += screened_part(
                 strips, gap_below, (start @ face.axes.T, ends @ face.axes.T), way, legs.length[row], speed / frequency
             )

@@ -2,11 +2,11 @@
 
 import socket
 import struct
-import threading
 import time
 import warnings
+from abc import abstractmethod
 from collections.abc import Callable, Mapping
-from typing import Any, Self
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +15,7 @@ from insonify.frames import pose_rotation
 from insonify.real_time import ping_protocol as protocol
 from insonify.real_time.live_sonar import LiveSonar, live
 from insonify.real_time.ping_protocol import Message
+from insonify.real_time.socket_server import SocketServer
 from insonify.scenario.scenario import Scenario
 from insonify.sonar.track import true_poses
 
@@ -28,7 +29,7 @@ FULL_SCALE_BELOW_SOURCE_DB = 40.0
 """Level of the sample 255 at the middle gain, below the source level [dB]: the maker publishes none."""
 
 
-class PingDevice:
+class PingDevice(SocketServer):
     """A sonar at a UDP port; closes with its context, or by `close`. Its samples are levels, 60 dB in 255 steps."""
 
     device_type = 0
@@ -57,24 +58,11 @@ class PingDevice:
         self._settings: dict[str, Any] = {}
         self._sonar = live(scenario, threads=threads)
         self._begin = time.monotonic()
-        self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-        self._socket.bind((host, port))
-        self._stopped = threading.Event()
-        self._thread: threading.Thread | None = None
+        bound = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        bound.bind((host, port))
+        super().__init__(bound)
         self._reader: Any = None
         self._due = 0.0
-
-    @property
-    def address(self) -> tuple[str, int]:
-        """Host and port that the device is bound to."""
-        host, port = self._socket.getsockname()[:2]
-        return str(host), int(port)
-
-    def start(self) -> Self:
-        """Serve in a thread of its own."""
-        self._thread = threading.Thread(target=self.serve_forever, daemon=True)
-        self._thread.start()
-        return self
 
     def serve_forever(self) -> None:
         """Serve until `close`."""
@@ -97,18 +85,9 @@ class PingDevice:
     def close(self) -> None:
         """Release the port and end the sonar."""
         self._stopped.set()
-        if self._thread is not None:
-            self._thread.join()
+        self._join()
         self._socket.close()
         self._sonar.close()
-
-    def __enter__(self) -> Self:
-        """Enter a context that closes the device."""
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        """Close the device."""
-        self.close()
 
     def report(self, number: int) -> bytes | None:
         """Payload of a message that was requested; None: the device has no such message."""
@@ -123,9 +102,9 @@ class PingDevice:
         (self.number_of_device,) = struct.unpack("<B", message.payload)
         return [self.acknowledgement(message.number)]
 
+    @abstractmethod
     def stream(self) -> list[Message]:
         """Messages that are sent unasked, when they are due."""
-        raise NotImplementedError
 
     def acknowledgement(self, number: int) -> Message:
         """Message that a command was obeyed."""

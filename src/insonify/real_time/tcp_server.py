@@ -9,12 +9,13 @@ import threading
 from collections.abc import Callable
 from contextlib import suppress
 from importlib.metadata import version
-from typing import Any, Self
+from typing import Any
 
 import numpy as np
 
 from insonify.real_time.live_sonar import LiveSonar
 from insonify.real_time.platform_pose import PlatformPose
+from insonify.real_time.socket_server import SocketServer
 
 PROTOCOL = "insonify-live"
 VERSION = 1
@@ -42,7 +43,7 @@ class RequestError(ValueError):
         self.code = code
 
 
-class TcpServer:
+class TcpServer(SocketServer):
     """Server of one sonar; closes with its context, or by `close`."""
 
     def __init__(
@@ -60,30 +61,16 @@ class TcpServer:
             OSError: Address or port cannot be bound.
         """
         self._sonar, self._idle = sonar, idle_seconds
-        self._listener = socket.create_server((host, port))
-        self._listener.settimeout(0.2)
+        super().__init__(socket.create_server((host, port)))
+        self._socket.settimeout(0.2)
         self._connections: set[socket.socket] = set()
         self._lock = threading.Lock()
-        self._stopped = threading.Event()
-        self._thread: threading.Thread | None = None
-
-    @property
-    def address(self) -> tuple[str, int]:
-        """Host and port that the server is bound to."""
-        host, port = self._listener.getsockname()[:2]
-        return str(host), int(port)
-
-    def start(self) -> Self:
-        """Serve in a thread of its own."""
-        self._thread = threading.Thread(target=self.serve_forever, daemon=True)
-        self._thread.start()
-        return self
 
     def serve_forever(self) -> None:
         """Serve until `close`."""
         while not self._stopped.is_set():
             try:
-                connection, _ = self._listener.accept()
+                connection, _ = self._socket.accept()
             except TimeoutError:
                 continue
             except OSError:
@@ -102,20 +89,11 @@ class TcpServer:
     def close(self) -> None:
         """Close all connections and release the port."""
         self._stopped.set()
-        self._listener.close()
+        self._socket.close()
         with self._lock:
             for connection in self._connections:
                 _shut(connection)
-        if self._thread is not None and self._thread is not threading.current_thread():
-            self._thread.join()
-
-    def __enter__(self) -> Self:
-        """Enter a context that closes the server."""
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        """Close the server."""
-        self.close()
+        self._join()
 
     def _converse(self, connection: socket.socket) -> None:
         """Reply to the requests of one connection until it ends."""

@@ -28,6 +28,8 @@ from insonify.units import level_db
 Floats = NDArray[np.float64]
 
 FILE = "em2042-ostend-os02-300khz-b.kmall"
+SOUND_SPEED = 1480.7
+"""Sound speed that the recording states [m/s]."""
 ANGLES = np.arange(5.0, 66.0, 5.0)
 """Angles from the vertical [deg]; soundings within half their spacing count."""
 LEAST = 6
@@ -174,14 +176,14 @@ def _simulated(base: Scenario, frequency: float, sediment: str) -> Floats:
     slant = height / np.cos(np.radians(ANGLES))
     time, intensity = ping["slant_range"].values, ping["intensity"].values[0].astype(float)
     # An echo lasts as long as the pulse: in its middle it is from all of the pulse's length.
-    level = np.array([level_db(np.interp(r + pulse.duration * 370, time, row))
+    level = np.array([level_db(np.interp(r + pulse.duration * SOUND_SPEED / 4, time, row))
                       for r, row in zip(slant, intensity, strict=True)])  # fmt: skip
     loss = float(absorption_db_per_m(frequency, temperature=water.temperature, salinity=water.salinity, ph=water.ph,
                                      depth=height / 2))  # fmt: skip
-    wavelength = 1480.7 / frequency
+    wavelength = SOUND_SPEED / frequency
     width = 0.886 * wavelength / scenario.sonar.transmit.height  # type: ignore[union-attr]
     across = 0.886 * wavelength / scenario.sonar.receive.length / np.cos(np.radians(ANGLES))  # type: ignore[union-attr]
-    area = _area_db(slant, ANGLES, width, 1.0, np.full(ANGLES.size, pulse.duration * 1480.7 / 2))
+    area = _area_db(slant, ANGLES, width, 1.0, np.full(ANGLES.size, pulse.duration * SOUND_SPEED / 2))
     area = np.minimum(area, level_db(width * across * slant**2 / np.cos(np.radians(ANGLES))))
     return level - scenario.sonar.source_level_db + 40 * np.log10(slant) + 2 * loss * slant - area
 

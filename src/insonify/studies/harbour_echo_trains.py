@@ -149,7 +149,7 @@ def _apparent(ping: xr.Dataset, scenario: Scenario) -> tuple[Floats, Floats]:
     coherent = "pressure" in ping
     sound = ping["pressure" if coherent else "intensity"].values.reshape(-1, ping.sizes["time"])[0]
     intensity = np.abs(sound).astype(float) ** 2 if coherent else sound.astype(float)
-    slant = ping["time"].values * SOUND_SPEED / 2
+    slant = ping["slant_range"].values
     loss = float(absorption_db_per_m(frequency, temperature=water.temperature, salinity=water.salinity, ph=water.ph,
                                      depth=scenario.seabed.depth / 2))  # fmt: skip
     level = level_db(np.maximum(intensity, 1e-30)) - scenario.sonar.source_level_db

@@ -5,7 +5,7 @@ and one receiver, since its installation text states all offsets of its arrays: 
 receiver of `SENSITIVITY`.
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from datetime import UTC, datetime
 from functools import reduce
 from pathlib import Path
@@ -20,6 +20,8 @@ from insonify.writers.survey import START, Survey
 from insonify.writers.swath import Swath, arrays, attitude_at, attitude_times, profile, surface_speed, swaths
 
 Floats = NDArray[np.float64]
+PingContent = Callable[[Survey, int, Swath], bytes]
+"""Body of the datagram of one ping, from its number and swath."""
 
 MODEL, VERSIONS = 2042, {"#MRZ": 3, "#MWC": 2, "#SKM": 1, "#SVP": 1}
 SENSITIVITY = -200.0
@@ -42,11 +44,7 @@ def write_kmall(survey: Survey, path: Path) -> None:
         survey: Recording of a multibeam's elements.
         path: File to write.
     """
-    with path.open("wb") as file:
-        _write_survey(survey, file)
-        for number, swath in enumerate(swaths(survey)):
-            _put(file, "#SPO", survey.time[number], _position(survey, number))
-            _put(file, "#MRZ", survey.time[number], _soundings(survey, number, swath))
+    _write_pings(survey, path, "#MRZ", _soundings)
 
 
 def write_kmwcd(survey: Survey, path: Path) -> None:
@@ -56,11 +54,16 @@ def write_kmwcd(survey: Survey, path: Path) -> None:
         survey: Recording of a multibeam's elements.
         path: File to write.
     """
+    _write_pings(survey, path, "#MWC", _water_column)
+
+
+def _write_pings(survey: Survey, path: Path, kind: str, content: PingContent) -> None:
+    """File of one kind of datagram for each ping, behind those that describe the survey."""
     with path.open("wb") as file:
         _write_survey(survey, file)
         for number, swath in enumerate(swaths(survey)):
             _put(file, "#SPO", survey.time[number], _position(survey, number))
-            _put(file, "#MWC", survey.time[number], _water_column(survey, number, swath))
+            _put(file, kind, survey.time[number], content(survey, number, swath))
 
 
 def _write_survey(survey: Survey, file: BinaryIO) -> None:
