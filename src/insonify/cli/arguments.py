@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from insonify.former_names import FORMER_WORDS
+from insonify.part import Part
 
 PICTURES = (".png", ".pdf", ".svg")
 """Suffixes of the pictures that can be written."""
@@ -70,6 +71,19 @@ def parse_ping_range(text: str | None, count: int) -> range:
         problem = "the range is empty" if start >= stop and start < count else "the track does not have them all"
         raise InputError(f"--pings {text}: {problem}; there are pings 0 to {count - 1}")
     return range(start, stop)
+
+
+def parse_part(text: str | None, option: str = "--part") -> Part | None:
+    """The part of a job meant by 3/64: the third of 64.
+
+    Args:
+        text: The part as typed; None: the whole job.
+        option: The option it was typed for, as messages name it.
+    """
+    try:
+        return None if text is None else Part.parse(text)
+    except ValueError as error:
+        raise InputError(f"{option} {error}") from None
 
 
 def require_choice(text: str, known: Sequence[str], option: str) -> None:
