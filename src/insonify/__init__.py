@@ -45,7 +45,8 @@ _HOMES = {
 }
 _PACKAGES = (
     "ocean", "scattering", "scene", "sonar", "records", "propagation", "processing", "formats", "plotting", "paper",
-    "demos", "explanation", "estimates", "comparison", "writers", "real_time",
+    "demos", "explanation", "estimates", "comparison", "surveys", "annotations",
+    "writers", "real_time",
 )  # fmt: skip
 
 __all__ = [

@@ -68,11 +68,11 @@ def test_labels_and_waterfall_lie_where_the_target_is(tmp_path):
     record(scenario, tmp_path / "a.zarr", with_labels=True, threads=1)
     with rasterio.open(insonify.export(tmp_path / "a.zarr", tmp_path / "labels.tif", "labels")) as file:
         kind, owner = file.read()
-        assert "3 highlight" in file.descriptions[0] and "box" in file.descriptions[1]
-        places = {code: np.array(file.xy(*[axis.mean() for axis in np.nonzero(kind == code)])) for code in (1, 3)}
-        assert set(np.unique(owner[(kind == 1) | (kind == 3)])) == {int(file.descriptions[1].split(" box")[0][-1])}
-    assert abs(places[3][1] - 1.0) < 0.3 and 7.3 < places[3][0] < 9.2  # its near faces, and its top at shorter range
-    assert abs(places[1][1] - 1.0) < 0.3 and 9.5 < places[1][0] < 12.5
+        assert "1 highlight" in file.descriptions[0] and "box" in file.descriptions[1]
+        places = {code: np.array(file.xy(*[axis.mean() for axis in np.nonzero(kind == code)])) for code in (1, 2)}
+        assert set(np.unique(owner[(kind == 1) | (kind == 2)])) == {int(file.descriptions[1].split(" box")[0][-1])}
+    assert abs(places[1][1] - 1.0) < 0.3 and 7.3 < places[1][0] < 9.2  # its near faces, and its top at shorter range
+    assert abs(places[2][1] - 1.0) < 0.3 and 9.5 < places[2][0] < 12.5
     with rasterio.open(insonify.export(tmp_path / "a.zarr", tmp_path / "w.tif", "waterfall")) as file:
         level = file.read(1)
         row, column = np.unravel_index(np.nanargmax(level), level.shape)

@@ -7,8 +7,8 @@ import insonify
 from insonify.formats.store_description import StoreError
 from insonify.frames import pose_rotation
 from insonify.processing import beam_recording
+from insonify.surveys.survey import open_survey
 from insonify.writers.kmall import water_column_gain
-from insonify.writers.survey import open_survey
 from insonify.writers.swath import refracted_rays
 from oracles.surveys import ORIGIN, multibeam, sidescan
 

@@ -72,7 +72,7 @@ def test_poses_and_beam_directions_keep_their_signs(both):
     pointing = np.stack([np.cos(psi) * np.sin(theta) * np.cos(phi) + np.sin(psi) * np.sin(phi),
                          np.sin(psi) * np.sin(theta) * np.cos(phi) - np.cos(psi) * np.sin(phi),
                          np.cos(theta) * np.cos(phi)], axis=1)  # fmt: skip
-    scenario = insonify.writers.survey.open_survey(recording).scenario
+    scenario = insonify.surveys.survey.open_survey(recording).scenario
     wanted = [mounting_rotation(one.mounting.bearing, one.mounting.tilt)[0] for one in scenario.sonar.side_sonars]
     np.testing.assert_allclose(pointing, np.repeat(wanted, scenario.sonar.beam_count, axis=0), atol=1e-6)
 

@@ -13,11 +13,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from insonify.scene.scatterers import BOUNDARY_ECHO
+
 if TYPE_CHECKING:
     import xarray as xr
 
 NO_ROW = 255
 """Row of the object, or of the pair, where nothing is received or nothing is occluded."""
+SURROUNDINGS = ("seabed", "surface", "water", BOUNDARY_ECHO)
+"""Objects that are no target."""
 
 PER_SAMPLE = ("ping", "channel", "time")
 COLUMNS: dict[str, tuple[tuple[str, ...], type, str, str]] = {

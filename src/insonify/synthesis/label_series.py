@@ -6,8 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from insonify.propagation.families import DIRECT
-from insonify.records.labels import NO_ROW, LabelNames, Labels
-from insonify.scene.scatterers import BOUNDARY_ECHO
+from insonify.records.labels import NO_ROW, SURROUNDINGS, LabelNames, Labels
 from insonify.sonar.received_pulse import ReceivedPulse
 from insonify.synthesis._label_kernel import MOMENTS
 from insonify.synthesis._position_kernel import largest_rows, smear, smear_positions, take_stronger
@@ -18,8 +17,6 @@ from insonify.synthesis.level_curves import LevelBuffers, pair_name
 Floats = NDArray[np.float64]
 Masks = NDArray[np.bool_]
 Rows = NDArray[np.uint8]
-SURROUNDINGS = ("seabed", "surface", "water", BOUNDARY_ECHO)
-"""Objects that are no target."""
 STRAIGHT = pair_name(DIRECT, DIRECT)
 
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from insonify.formats.store_description import StoreError
 from insonify.sonar.pulse import envelope
-from insonify.writers.survey import START, Survey
+from insonify.surveys.survey import START, Survey
 
 Floats = NDArray[np.float64]
 

@@ -11,7 +11,7 @@ import xarray as xr
 
 from insonify.data_file import install_advice
 from insonify.formats.store_description import StoreError
-from insonify.writers.survey import open_survey
+from insonify.surveys.survey import open_survey
 
 
 class ExportFormat(NamedTuple):

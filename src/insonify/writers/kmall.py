@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from insonify.formats.instruments import kmall_layouts as layouts
 from insonify.sonar.array import LineArray, PlanarArray
-from insonify.writers.survey import START, Survey
+from insonify.surveys.survey import START, Survey
 from insonify.writers.swath import Swath, arrays, attitude_at, attitude_times, profile, surface_speed, swaths
 
 Floats = NDArray[np.float64]

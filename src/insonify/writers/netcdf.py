@@ -6,7 +6,7 @@ from pathlib import Path
 from insonify.formats.netcdf_file import write_netcdf as write_whole
 from insonify.records.netcdf_recording import split_complex
 from insonify.records.recording import FIELDS
-from insonify.writers.survey import Survey
+from insonify.surveys.survey import Survey
 
 
 def write_netcdf(survey: Survey, path: Path) -> None:

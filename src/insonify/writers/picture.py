@@ -4,7 +4,7 @@ from pathlib import Path
 
 from insonify import plotting
 from insonify.demos.products import draw_product
-from insonify.writers.survey import Survey
+from insonify.surveys.survey import Survey
 
 
 def write_picture(survey: Survey, path: Path) -> None:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from insonify.frames import mounting_rotation
 from insonify.sonar.array import LineArray, PlanarArray
-from insonify.writers.survey import Survey
+from insonify.surveys.survey import Survey
 
 Floats = NDArray[np.float64]
 

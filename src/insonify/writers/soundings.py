@@ -16,8 +16,8 @@ from insonify.demos.products.interferometric import COHERENT, FLAT, STEEP, pairs
 from insonify.demos.products.multibeam import BEAMS, WIDEST
 from insonify.formats.store_description import StoreError
 from insonify.processing import interferometric_bathymetry, multibeam_soundings
-from insonify.writers.raster import Raster, round_pixel, write_raster
-from insonify.writers.survey import Survey
+from insonify.surveys.raster import Raster, round_pixel, write_raster
+from insonify.surveys.survey import Survey
 
 Floats = NDArray[np.float64]
 

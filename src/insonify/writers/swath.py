@@ -14,7 +14,7 @@ from insonify.formats.store_description import StoreError
 from insonify.frames import direction, pose_rotation
 from insonify.processing import beam_recording, multibeam_soundings, recorded_level
 from insonify.processing.recorded_geometry import recorded_element_positions, recorded_transmitter_position
-from insonify.writers.survey import Survey
+from insonify.surveys.survey import Survey
 
 Floats = NDArray[np.float64]
 

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from insonify.formats.instruments import xtf_layouts as layouts
 from insonify.formats.store_description import StoreError
 from insonify.sonar.array import LineArray, PlanarArray
-from insonify.writers.survey import Survey
+from insonify.surveys.survey import Survey
 
 MAGIC, PADDING, HEADER = 0xFACE, 64, 1024
 KNOT = 1852 / 3600

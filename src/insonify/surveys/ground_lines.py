@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from insonify.formats.store_description import StoreError
 from insonify.frames import pose_rotation
 from insonify.sonar.sonar import Sonar, array_position, array_rotation
-from insonify.writers.survey import Survey
+from insonify.surveys.survey import Survey
 
 Floats = NDArray[np.float64]
 
@@ -85,11 +85,31 @@ def ground_lines(survey: Survey, number: int, pixel: float) -> Iterator[tuple[in
                 channel += 1
 
 
+def ground_line(survey: Survey, number: int, channel: int, cell: float) -> GroundLine:
+    """Ground line of one channel at one ping; cell k extends from k to k + 1 sizes of horizontal distance.
+
+    Args:
+        survey: Recording of beams that look to a side.
+        number: Number within the recorded pings.
+        channel: Row of the channel.
+        cell: Size of the cells [m].
+    """
+    sides = survey.scenario.sonar.side_sonars
+    sonar = sides[channel // sides[0].beam_count]
+    pose = np.concatenate([survey.position[number], survey.attitude[number]])
+    return _line(survey, sonar, float(survey.recording["steer"].values[channel]), pose, (slant_ranges(survey), cell))
+
+
+def looks_sideways(survey: Survey) -> bool:
+    """Return True for a sonar that looks to a side instead of up, down or ahead."""
+    mounting = survey.scenario.sonar.mounting
+    return bool(abs(np.cos(mounting.tilt) * np.sin(mounting.bearing)) >= LEAST_ACROSS)
+
+
 def require_sideways(survey: Survey) -> None:
     """Refuse a sonar that looks up, down or ahead instead of to a side."""
     survey.require_beams("a mosaic")
-    mounting = survey.scenario.sonar.mounting
-    if abs(np.cos(mounting.tilt) * np.sin(mounting.bearing)) < LEAST_ACROSS:
+    if not looks_sideways(survey):
         raise StoreError(
             f"{survey.name}: a mosaic is made of lines across the track, and this sonar does not look to a "
             "side. Export its soundings (.csv) or its picture (.png)"

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from insonify.formats.store_description import StoreError
-from insonify.writers.survey import Survey
+from insonify.surveys.survey import Survey
 
 Floats = NDArray[np.float64]
 

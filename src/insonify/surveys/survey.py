@@ -17,7 +17,7 @@ from insonify.records.recording import FIELDS
 from insonify.scenario.load import parse_model
 from insonify.scenario.scenario import Scenario
 from insonify.scene.seabed_terrain import SeabedTerrain
-from insonify.writers.earth_frame import EarthFrame
+from insonify.surveys.earth_frame import EarthFrame
 
 Floats = NDArray[np.float64]
 
@@ -95,17 +95,23 @@ class Survey:
     def _terrain(self) -> SeabedTerrain | None:
         return self.scenario.scene.seabed.terrain
 
-    def amplitudes(self) -> Iterator[tuple[int, NDArray[np.float32]]]:
-        """Number within the recorded pings, and rms amplitude [uPa], shape (channel, time), of each ping."""
+    def amplitude(self, number: int) -> NDArray[np.float32]:
+        """Rms amplitude of one ping [uPa], shape (channel, time).
+
+        Args:
+            number: Number within the recorded pings.
+        """
         field = next((name for name in FIELDS if name in self.recording), "recorded")
         if "ping" not in self.recording[field].dims:
             raise StoreError(f"{self.name} has the lines of a recorder alone. Keep the pressure beside them in the "
                              "scenario, or write them as xtf-recorded (.xtf) or netCDF (.nc)")  # fmt: skip
-        sound = self.recording[field].transpose("ping", "channel", "time")
-        for number, row in enumerate(self.rows):
-            values = sound[int(row)].values
-            amplitude = np.sqrt(values) if field == "intensity" else values if field == "recorded" else np.abs(values)
-            yield number, np.asarray(amplitude, np.float32)
+        values = self.recording[field].isel(ping=int(self.rows[number])).transpose("channel", "time").values
+        amplitude = np.sqrt(values) if field == "intensity" else values if field == "recorded" else np.abs(values)
+        return np.asarray(amplitude, np.float32)
+
+    def amplitudes(self) -> Iterator[tuple[int, NDArray[np.float32]]]:
+        """Number within the recorded pings, and rms amplitude [uPa], shape (channel, time), of each ping."""
+        return ((number, self.amplitude(number)) for number in range(self.rows.size))
 
     def recorded_lines(self) -> Self:
         """The lines of the recorder as pings, at the first ping of each, with their numbers as amplitudes.

@@ -1,0 +1,90 @@
+"""Labelled images of a recording: in slant range, in ground range, or on the mosaic; whole or cut in tiles."""
+
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import get_args
+
+import xarray as xr
+
+from insonify.annotations.labelled_image import LabelledImage, Projection
+from insonify.annotations.labelled_pings import LabelledPings, labelled_pings
+from insonify.annotations.mosaic import labelled_mosaic
+from insonify.annotations.sectors import labelled_sectors
+from insonify.annotations.target_views import with_views
+from insonify.annotations.waterfalls import labelled_waterfalls, line_spans
+from insonify.formats.store_description import StoreError
+from insonify.surveys.ground_lines import looks_sideways
+from insonify.surveys.survey import open_survey
+
+Tile = tuple[int, int]
+LEAST_TILE = 16
+"""Least rows or columns of a tile [1]."""
+
+
+def labelled_images(
+    recording: xr.Dataset | str | Path, projection: Projection = "slant", tile: Tile | None = None, *,
+    labels: xr.Dataset | None = None, gain: str = "tvg30", first_index: int = 0, name: str = "",
+) -> Iterator[LabelledImage]:  # fmt: skip
+    """Labelled images of a recording, one at a time.
+
+    A sonar of one beam on each side gives one waterfall, port to the left, the last ping above; a fan of beams gives
+    one image per ping over slant range and bearing.
+
+    Args:
+        recording: Folder of a recording made with labels, or a recording in memory.
+        projection: "slant" range; "ground" range, the horizontal distance across the track on the terrain of the scene;
+            or "mosaic", the lines of a sidescan on the terrain, north up.
+        tile: Rows and columns of a tile; None: not cut. Along an edge that they do not divide, the last tile is moved
+            inwards and overlaps the one before; a smaller image is left whole. Tiles without any sample are left out.
+        labels: Labels of a recording in memory, as from `insonify.formats.label_store.open_labels`.
+        gain: Gain of the levels: "none", or one of `insonify.processing.gain.LAWS`, with absorption.
+        first_index: Number of the first image in its data set.
+        name: Name of the files, without suffix; empty: that of the recording.
+
+    Yields:
+        The images, by the number of the ping or tile.
+
+    Raises:
+        StoreError: The recording has no labels, or the projection does not suit its sonar.
+    """
+    if projection not in get_args(Projection):
+        raise StoreError(f"{projection!r} is no projection. Choose one of {', '.join(get_args(Projection))}")
+    if tile is not None and min(tile) < LEAST_TILE:
+        raise StoreError(f"A tile of {tile[0]} x {tile[1]} is too small. Give at least {LEAST_TILE} x {LEAST_TILE}")
+    source = labelled_pings(open_survey(recording), labels, gain)
+    whole = _whole_images(source, projection, tile)
+    return _numbered(source, whole, tile, (first_index, name or source.survey.name.stem))
+
+
+def _whole_images(source: LabelledPings, projection: Projection, tile: Tile | None) -> Iterator[LabelledImage]:
+    """Images that are not cut yet along their columns, nor mosaics along their rows."""
+    survey = source.survey
+    is_fan = not looks_sideways(survey) and len(survey.recording["steer"]) > 1
+    if projection == "mosaic":
+        return iter([labelled_mosaic(source)])
+    if is_fan and projection == "slant":
+        return labelled_sectors(source)
+    if is_fan or (projection == "ground" and not looks_sideways(survey)):
+        raise StoreError(f"{survey.name}: ground range is that of a sonar that looks to a side, and this one does not. "
+                         "Choose the projection slant")  # fmt: skip
+    return labelled_waterfalls(source, projection, tile[0] if tile else None)
+
+
+def _numbered(
+    source: LabelledPings, images: Iterator[LabelledImage], tile: Tile | None, first: tuple[int, str]
+) -> Iterator[LabelledImage]:
+    """Images, or their tiles, with names, numbers and the views of their targets."""
+    index, name = first
+    for whole in images:
+        named = replace(whole, name=name + whole.name, index=index)
+        if tile is None:
+            yield with_views(source.survey, named)
+            index += 1
+            continue
+        for rows in line_spans(named.image.shape[0], tile[0]):
+            for columns in line_spans(named.image.shape[1], tile[1]):
+                part = named.part(rows, columns, index)
+                index += 1
+                if part.has_samples:
+                    yield with_views(source.survey, part)

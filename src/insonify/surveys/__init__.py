@@ -1,0 +1,1 @@
+"""Recordings as surveys: their navigation, their place on Earth, and rasters on the terrain."""

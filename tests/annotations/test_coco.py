@@ -1,0 +1,96 @@
+"""Claims about files of COCO, read by pycocotools."""
+
+import contextlib
+import io
+import json
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+from insonify.annotations import CLASSES, merge_coco, write_coco
+from insonify.annotations.run_length import compressed_run_lengths
+from insonify.formats.store_description import StoreError
+from oracles.labelled import labelled_image
+
+mask_api = pytest.importorskip("pycocotools.mask")
+
+
+def opened(path):
+    """File of annotations as pycocotools indexes it, without its prints."""
+    from pycocotools.coco import COCO
+
+    with contextlib.redirect_stdout(io.StringIO()):
+        return COCO(str(path))
+
+
+@given(arrays(bool, st.tuples(st.integers(1, 40), st.integers(1, 40))))
+@settings(deadline=None)
+def test_masks_return_bit_by_bit(mask):
+    """Compressed run lengths are those of pycocotools itself, which decodes them to the same mask."""
+    ours = compressed_run_lengths(mask)
+    theirs = mask_api.encode(np.asfortranarray(mask, np.uint8))
+    assert ours == {"size": theirs["size"], "counts": theirs["counts"].decode()}
+    np.testing.assert_array_equal(mask_api.decode(ours), mask)
+
+
+@pytest.mark.parametrize("shape", [(3000, 2000), (1, 100_000)])
+def test_long_runs_return_as_well(shape):
+    """Runs of millions of cells, as in the shadow of a large image, take several groups of bits."""
+    mask = np.zeros(shape, bool)
+    mask[:, shape[1] // 3 : -7] = True
+    np.testing.assert_array_equal(mask_api.decode(compressed_run_lengths(mask)), mask)
+
+
+@pytest.mark.parametrize("kind", ["bbox", "segm"])
+def test_the_truth_detects_itself(tmp_path, kind):
+    """COCOeval of the annotations as detections of full score has an average precision of 1."""
+    from pycocotools.cocoeval import COCOeval
+
+    truth = opened(write_coco([labelled_image(seed, index=seed) for seed in range(4)], tmp_path))
+    assert len(truth.getAnnIds()) > 20
+    detections = [{**entry, "score": 1.0} for entry in truth.dataset["annotations"]]
+    with contextlib.redirect_stdout(io.StringIO()):
+        result = COCOeval(truth, truth.loadRes(detections), kind)
+        result.evaluate()
+        result.accumulate()
+        result.summarize()
+    assert result.stats[0] == 1.0 and result.stats[8] == 1.0  # precision; recall of up to 100 detections
+
+
+def test_entries_describe_their_masks(tmp_path):
+    """Decoded masks are the layers of the image; areas and boxes are those of pycocotools; classes have their names."""
+    image = labelled_image(5, index=7)
+    truth = opened(write_coco([image], tmp_path))
+    assert [entry["name"] for entry in truth.loadCats(truth.getCatIds())] == list(CLASSES)
+    for entry in truth.dataset["annotations"]:
+        instance = 1 + image.instance_names.index(entry["target"])
+        np.testing.assert_array_equal(truth.annToMask(entry), image.layers[entry["category_id"] - 1] == instance)
+        assert entry["area"] == mask_api.area(entry["segmentation"])
+        assert entry["bbox"] == mask_api.toBbox(entry["segmentation"]).tolist()
+
+
+def test_parts_merge_to_the_whole(tmp_path):
+    """Numbers do not depend on the parts: any division, in any order, merges to the bytes of the whole."""
+    images = [labelled_image(seed, index=seed, targets=seed) for seed in range(5)]
+    whole = write_coco(images, tmp_path / "whole").read_bytes()
+    for cut in ([[0, 1, 2, 3, 4]], [[3, 4], [0], [1, 2]], [[4], [3], [2], [1], [0]], [[0, 1, 2], [2, 3, 4]]):
+        parts = [
+            write_coco([images[row] for row in rows], tmp_path / "parts", file=f"{number}.json")
+            for number, rows in enumerate(cut)
+        ]
+        assert merge_coco(parts, tmp_path / "merged.json").read_bytes() == whole
+    numbers = [entry["id"] for entry in json.loads(whole)["annotations"]]
+    assert len(set(numbers)) == len(numbers) and min(numbers) > 0
+    other = write_coco([labelled_image(9, index=0, name="another")], tmp_path / "other")
+    with pytest.raises(StoreError, match="image 0 is images/another"):
+        merge_coco([tmp_path / "merged.json", other], tmp_path / "no.json")
+
+
+def test_an_image_without_targets_is_valid(tmp_path):
+    """No target, or a mask that is too small: the image is listed, without annotations, and pycocotools opens it."""
+    for number, image in enumerate([labelled_image(targets=0), labelled_image(targets=2)]):
+        truth = opened(write_coco([image], tmp_path / str(number), least_area=10_000))
+        assert truth.getImgIds() == [0] and truth.getAnnIds() == []
