@@ -1,6 +1,7 @@
 """Receive legs of the tracer: scattering at the interfaces that rays hit, towards the receiver by every family."""
 
 from collections.abc import Iterator
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,9 +10,11 @@ from insonify.engines.boundary_echoes import boundary_echo_families, sediment_bo
 from insonify.engines.tracer.image_legs import coherent_intensity_factor, image_legs
 from insonify.engines.tracer.interaction import scattered_per_steradian
 from insonify.engines.tracer.ray_bundle import RayBundle, RayHits, TracedPing
+from insonify.engines.tracer.ray_tracing import receiver_paths
 from insonify.records.echo_energies import EchoEnergies
 from insonify.scene.scatterers import BOUNDARY_ECHO
 from insonify.scene.target import PointTarget
+from insonify.sonar.received_pulse import ReceivedPulse
 from insonify.units import intensity_ratio
 
 Floats = NDArray[np.float64]
@@ -24,9 +27,10 @@ def echoes(ping: TracedPing, hits: RayHits) -> Iterator[EchoEnergies]:
     """Echoes of some hits at the receiver, family by family.
 
     A path out by one family and back by another arrives together with its reverse, and the two interfere. Each item
-    has the energy of one order, and as `reciprocal` the cosine of its phase to the other order: 0 where there is no
-    distinct other order. Paths over a target's face are traced in one order only, so that their energy counts twice;
-    the path back along itself is added for monostatic sonars and flat faces.
+    has the energy of one order, and as `reciprocal` the interference with the other order: 0 where there is no
+    distinct other order. Paths over a target's face are traced from the transmitter; those with a face on the receive
+    leg alone are the same path of a monostatic sonar, and otherwise traced from the receiver, in an exchanged ping.
+    The path back over the same flat faces is added.
 
     Args:
         ping: The ping.
@@ -36,7 +40,7 @@ def echoes(ping: TracedPing, hits: RayHits) -> Iterator[EchoEnergies]:
     by_target = "T" in rays.chain
     if law is None or hits.contribution not in ping.choice.contributions or rays.chain.endswith(own):
         return
-    if not by_target and rays.family not in ping.choice.followed_families:
+    if not by_target and (ping.is_reversed or rays.family not in ping.choice.followed_families):
         return
     sent = _transmitted_energy(ping, rays)
     for family in ping.choice.followed_families:
@@ -54,17 +58,16 @@ def echoes(ping: TracedPing, hits: RayHits) -> Iterator[EchoEnergies]:
             continue
         gain = ping.receive_beams.gain(back.departure[rows]) ** 2
         energy = _channels(ping, sent[:, rows], gain * returned[rows])
-        reciprocal = np.ones(rows.size)
+        reciprocal = np.zeros(rows.size)
         if by_target:
-            energy *= 2
-        elif family == rays.family:
-            reciprocal = np.zeros(rows.size)
-        else:
+            energy *= 2 if ping.ping_geometry.is_monostatic else 1
+            reciprocal = _exchanged_interference(ping, rays.take(rows), family, length[rows])
+        elif family != rays.family:
             reciprocal = _reciprocal(ping, rays.origin[rows], rays.family, family)
-        yield EchoEnergies(
-            hits.contribution, hits.object, rays.family, family, length[rows] / _speed(ping), energy, reciprocal
-        )
-    if by_target and rays.flat and ping.ping_geometry.is_monostatic:
+        chains = (family, rays.family) if ping.is_reversed else (rays.family, family)
+        delay = length[rows] / _speed(ping)
+        yield EchoEnergies(hits.contribution, hits.object, *chains, delay, energy, reciprocal)
+    if by_target and rays.flat and not ping.is_reversed:
         yield from _retraced_echoes(ping, hits, sent)
 
 
@@ -83,17 +86,16 @@ def _transmitted_energy(ping: TracedPing, rays: RayBundle) -> Floats:
 def _retraced_echoes(ping: TracedPing, hits: RayHits, sent: Floats) -> Iterator[EchoEnergies]:
     """Echoes that return along the transmit path, over targets' faces; flat faces spread as a straight path."""
     rays = hits.rays
-    returned = (
-        np.zeros(len(rays.length))
-        if hits.law is None
-        else scattered_per_steradian(hits.law, rays.way, -rays.way, hits.normal)
-    )
-    returned = returned * rays.left * np.exp(-ping.attenuation * rays.length) / rays.length**2
-    rows = np.flatnonzero((returned > 0) & _in_window(ping, 2 * rays.length))
+    if hits.law is None:
+        return
+    leaving, departure, length, clear = receiver_paths(ping, rays)
+    returned = scattered_per_steradian(hits.law, rays.way, leaving, hits.normal)
+    returned = returned * rays.left * np.exp(-ping.attenuation * length) / length**2
+    rows = np.flatnonzero(clear & (returned > 0) & _in_window(ping, rays.length + length))
     if rows.size:
-        gain = ping.receive_beams.gain(rays.launch[rows]) ** 2
+        gain = ping.receive_beams.gain(departure[rows]) ** 2
         energy = _channels(ping, sent[:, rows], gain * returned[rows])
-        delay = 2 * rays.length[rows] / _speed(ping)
+        delay = (rays.length + length)[rows] / _speed(ping)
         yield EchoEnergies(hits.contribution, hits.object, rays.family, rays.family, delay, energy, np.zeros(rows.size))
 
 
@@ -151,29 +153,58 @@ def boundary_echo_energies(ping: TracedPing) -> Iterator[EchoEnergies]:
         same, reverse = np.zeros(1), family[::-1]
         if reverse != family and reverse in families:
             other = image_legs(ping.scene, ping.receive, position, reverse, geometry.wavelength).length
-            apart = (back.length - other) / _speed(ping)
-            same = np.real(np.exp(2j * np.pi * geometry.frequency * apart) * _pulse_correlation(ping, apart))
+            same = _interference(ping, back.length - other)
         yield EchoEnergies(BOUNDARY_ECHO, BOUNDARY_ECHO, reverse, "", back.length / _speed(ping), energy, same)
 
 
 def _reciprocal(ping: TracedPing, position: Floats, out: str, back: str) -> Floats:
-    """Cosine of the phase between a way and the same travelled backwards [1]: 1 where both ends are at one position."""
+    """Interference of paths with the same travelled backwards [1]: 1 where both ends are at one position."""
     if ping.ping_geometry.is_monostatic:
         return np.ones(len(position))
     apart = np.zeros(len(position))
     for end, sign in ((ping.transmit, 1.0), (ping.receive, -1.0)):
         for family, turn in ((out, sign), (back, -sign)):
             apart += turn * image_legs(ping.scene, end, position, family, ping.ping_geometry.wavelength).length
-    return np.asarray(np.cos(2 * np.pi * ping.ping_geometry.frequency / _speed(ping) * apart))
+    return _interference(ping, apart)
 
 
-def _pulse_correlation(ping: TracedPing, lag: Floats) -> NDArray[np.complex128]:
-    """Autocorrelation of the received pulse about its frequency [1], 1 at no lag [s], shape of `lag`."""
-    pulse = ping.ping_geometry.pulse
-    half = 4 / pulse.resolution_time + abs(pulse.pulse.bandwidth or 0.0)
-    offset = np.linspace(-half, half, 2001)
-    energy = np.abs(pulse.spectrum(offset)) ** 2
-    return np.asarray(np.exp(2j * np.pi * lag[..., None] * offset) @ energy / energy.sum())
+def _exchanged_interference(ping: TracedPing, rays: RayBundle, family: str, length: Floats) -> Floats:
+    """Interference of paths out over a target's face and back by a family with the other order of both [1].
+
+    Args:
+        ping: The ping.
+        rays: Rays at their hits, n of them.
+        family: Family of the receive legs.
+        length: Length of both legs together [m], shape (n,).
+    """
+    if ping.ping_geometry.is_monostatic:
+        return np.ones(len(length))
+    out = image_legs(ping.scene, ping.transmit, rays.origin, family, ping.ping_geometry.wavelength).length
+    return _interference(ping, length - out - np.linalg.norm(rays.origin - rays.receiver_image, axis=1))
+
+
+def _interference(ping: TracedPing, apart: Floats) -> Floats:
+    """Mean-square pressure that two equal echoes add by interference, re that of one of them.
+
+    Args:
+        ping: The ping.
+        apart: Difference of their path lengths [m], shape (n,).
+
+    Returns:
+        The autocorrelation of the received pulse with its carrier [1], 1 without a difference, shape (n,).
+    """
+    lag, (step, correlation) = apart / _speed(ping), _pulse_correlation(ping.ping_geometry.pulse)
+    value = np.interp(np.abs(lag), step * np.arange(len(correlation)), correlation, right=0.0)
+    return np.asarray(np.real(np.exp(2j * np.pi * ping.ping_geometry.frequency * np.abs(lag)) * value))
+
+
+@lru_cache(maxsize=4)
+def _pulse_correlation(pulse: ReceivedPulse) -> tuple[float, NDArray[np.complex128]]:
+    """Step of lags [s], and autocorrelation of the received pulse at lags from 0 on, 1 at no lag [1], shape (n,)."""
+    step = 1 / (8 * (4 / pulse.resolution_time + abs(pulse.pulse.bandwidth or 0.0)))
+    waveform = pulse.samples(np.arange(pulse.start, pulse.stop, step))
+    correlation = np.correlate(waveform, waveform, "full")[len(waveform) - 1 :]
+    return step, correlation / correlation[0].real
 
 
 def _channels(ping: TracedPing, sent: Floats, gains: Floats) -> Floats:

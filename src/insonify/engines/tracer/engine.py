@@ -8,7 +8,7 @@ shares no code with the eigenray engine.
 Expected intensities only, in water of one sound speed. Shadows end hard.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from functools import partial
 
 import numpy as np
@@ -19,10 +19,11 @@ from insonify.engines.tracer.connection import boundary_echo_energies, echoes, p
 from insonify.engines.tracer.image_legs import bounce_letters, image_source_depth
 from insonify.engines.tracer.launch_sampling import LaunchSampler, launch_sampler
 from insonify.engines.tracer.ray_bundle import RayBundle, TracedPing
-from insonify.engines.tracer.ray_tracing import trace_hits
+from insonify.engines.tracer.ray_tracing import is_followed, trace_hits
 from insonify.engines.tracer.tracing_scene import TracingScene, lattice_rotation
 from insonify.propagation.path_settings import PathSettings
 from insonify.records.echo_energies import EchoEnergies
+from insonify.scene.scatterers import Law
 from insonify.scene.scene import Scene
 from insonify.scene.solid import world_triangles
 from insonify.scene.target import PointTarget
@@ -75,7 +76,11 @@ class Tracer:
         if not quadrature:
             raise ValueError("the tracer has no phases: write field: incoherent, or paths.engine: eigenrays")
         ping = self.ping(ping_geometry)
-        return [*(partial(self._trace, ping, part) for part in range(PARTS)), partial(self._exact_paths, ping)]
+        traced = [ping]
+        if not ping_geometry.is_monostatic and self.scene.occluders and is_followed(ping, "T"):
+            traced.append(self._exchanged(ping))
+        rays = [partial(self._trace, one, part) for one in traced for part in range(PARTS)]
+        return [*rays, partial(self._exact_paths, ping)]
 
     def exact_paths(self, ping_geometry: PingGeometry) -> list[EchoEnergies]:
         """Paths of one ping that need no random rays: to point targets, and by mirrors alone.
@@ -119,9 +124,7 @@ class Tracer:
         one_way_range = speed * max(ping_geometry.recorded_delays[1], 0.0) / 2 + float(
             np.linalg.norm(transmit - receive)
         )
-        thrown = self._launch_sampler(
-            ping_geometry, transmit, transmit_beams, receive_beams, {k for k, law in laws.items() if law is not None}
-        )
+        thrown = self._launch_sampler(ping_geometry, transmit, transmit_beams, receive_beams, laws)
         intersector = self.world.intersector(transmit, 2 * one_way_range)
         attenuation = float(scene.water.absorption(ping_geometry.frequency)) * DB_TO_NEPER
         return TracedPing(
@@ -129,12 +132,17 @@ class Tracer:
             laws, attenuation,
         )  # fmt: skip
 
+    def _exchanged(self, ping: TracedPing) -> TracedPing:
+        """The ping with rays from the receiver."""
+        beams = ping.receive_beams, ping.transmit_beams
+        return ping.exchanged(self._launch_sampler(ping.ping_geometry, ping.receive, *beams, ping.laws))
+
     def _trace(self, ping: TracedPing, part: int) -> list[EchoEnergies]:
         """All that comes back of one part of the rays."""
         way, solid_angle = ping.launch_sampler.rays(self.seed, ping.ping_geometry.ping, self.choice.rays, part, PARTS)
         n = len(way)
         start = np.tile(ping.transmit, (n, 1))
-        rays = RayBundle("", start, way, np.zeros(n), way, solid_angle, np.ones(n))
+        rays = RayBundle("", start, way, np.zeros(n), way, solid_angle, np.ones(n), np.tile(ping.receive, (n, 1)))
         has_gain = (ping.transmit_beams.gain(way) ** 2).max(axis=0) > 0
         return [echo for hits in trace_hits(ping, rays.take(has_gain)) for echo in echoes(ping, hits)]
 
@@ -148,14 +156,15 @@ class Tracer:
         return [*found, *boundary_echo_energies(ping)]
 
     def _launch_sampler(
-        self, ping_geometry: PingGeometry, position: Floats, transmit: Beams, receive: Beams, answering: set[int]
-    ) -> LaunchSampler:
+        self, ping_geometry: PingGeometry, position: Floats, transmit: Beams, receive: Beams,
+        laws: Mapping[int, Law | None],
+    ) -> LaunchSampler:  # fmt: skip
         """Sampler of launch directions: over boundaries that scatter, within the recorded window, and at bodies."""
         bed = self.scene.seabed.depth
         first, last = (self.scene.water.sound_speed * max(delay, 0.0) / 2 for delay in ping_geometry.recorded_delays)
         reaches: list[tuple[float, float, float, float]] = []
         for kind, letter, contribution, depth in ((BED, "B", "seabed", bed), (SURFACE, "S", "surface", 0.0)):
-            if kind not in answering or contribution not in self.choice.contributions:
+            if laws[kind] is None or contribution not in self.choice.contributions:
                 continue
             ways = [family for family in self.choice.followed_families if not family.endswith(letter)]
             climbs = {family: abs(depth - image_source_depth(family, position[2], bed)) for family in ways}

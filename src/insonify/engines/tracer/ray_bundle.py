@@ -1,7 +1,7 @@
 """Records of the tracer: the geometry of one ping, ray bundles, and their hits."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,11 +37,24 @@ class TracedPing:
     """Scattering laws of seabed and surface, by interface."""
     attenuation: float
     """Intensity lost to absorption along each metre [Np/m]."""
+    is_reversed: bool = False
+    """True: transmitter and receiver are exchanged, so that rays from the receiver reach targets' faces on its side."""
 
     @property
     def farthest(self) -> float:
         """Length of the longest two-way path that is received [m]."""
         return self.scene.water.sound_speed * max(self.ping_geometry.recorded_delays[1], 0.0)
+
+    def exchanged(self, launch_sampler: LaunchSampler) -> "TracedPing":
+        """The ping with both ends of the sonar exchanged.
+
+        Args:
+            launch_sampler: Sampler of the rays from the receiver.
+        """
+        return replace(
+            self, launch_sampler=launch_sampler, transmit=self.receive, receive=self.transmit,
+            transmit_beams=self.receive_beams, receive_beams=self.transmit_beams, is_reversed=not self.is_reversed,
+        )  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,6 +75,8 @@ class RayBundle:
     """That each represents [sr], (n,)."""
     left: Floats
     """Part of the energy that the mirrors have left [1], (n,)."""
+    receiver_image: Floats
+    """Images of the receiver in the mirrors so far, round ones as flat as they are at the hit [m], (n, 3)."""
     flat: bool = True
     """True: all reflections so far are off flat faces, so that spreading is that of a straight path."""
 
@@ -69,7 +84,7 @@ class RayBundle:
         """Some of the rays."""
         return RayBundle(
             self.chain, self.origin[rows], self.way[rows], self.length[rows], self.launch[rows],
-            self.solid_angle[rows], self.left[rows], self.flat,
+            self.solid_angle[rows], self.left[rows], self.receiver_image[rows], self.flat,
         )  # fmt: skip
 
     @property

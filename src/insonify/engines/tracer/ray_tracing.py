@@ -17,6 +17,8 @@ Floats = NDArray[np.float64]
 
 MIN_ENERGY_FRACTION = 1e-7
 """A ray of which mirrors have left less than this part of the energy is given up [1]."""
+SAME_POINT = 1e-3
+"""Distance from the receiver at which a path by the mirrors of a ray ends where they are the same mirrors [m]."""
 BOUNCE_LETTERS = {BED: "B", SURFACE: "S", BODY: "T"}
 CONTRIBUTIONS = {BED: "seabed", SURFACE: "surface", BODY: "target"}
 UP = np.array([0.0, 0.0, -1.0])
@@ -102,7 +104,34 @@ def _reflected_rays(ping: TracedPing, hits: RayHits) -> RayBundle:
     normal = hits.normal if hits.letter == "T" else np.broadcast_to(UP, rays.way.shape)
     left = rays.left * _reflected_fraction(ping, hits)
     way, flat = specular_direction(rays.way, normal), rays.flat and hits.flat
-    return replace(rays, chain=rays.chain + hits.letter, way=way, left=left, flat=flat)
+    image = rays.origin + specular_direction(rays.receiver_image - rays.origin, normal)
+    return replace(rays, chain=rays.chain + hits.letter, way=way, left=left, receiver_image=image, flat=flat)
+
+
+def receiver_paths(ping: TracedPing, rays: RayBundle) -> tuple[Floats, Floats, Floats, NDArray[np.bool_]]:
+    """Paths from where rays are to the receiver by the flat mirrors of their chain, in reverse order.
+
+    Args:
+        ping: The ping.
+        rays: The rays, n of them, which left the transmitter.
+
+    Returns:
+        Directions in which the paths leave (n, 3), directions from the receiver (n, 3), lengths [m] (n,), and True
+        where a path is clear and by the same mirrors (n,).
+    """
+    if ping.ping_geometry.is_monostatic:
+        return -rays.way, rays.launch, rays.length, np.ones(len(rays.length), bool)
+    straight = rays.receiver_image - rays.origin
+    length = np.linalg.norm(straight, axis=1)
+    leaving = straight / np.maximum(length, 1e-9)[:, None]
+    origin, way, left, clear = rays.origin, leaving, length, np.ones(len(length), bool)
+    for letter in (*reversed(rays.chain), ""):
+        distance, kind, _, normal = ping.intersector.hits(origin, way, left)
+        origin, left = origin + distance[:, None] * way, left - distance
+        clear &= np.array([BOUNCE_LETTERS.get(int(one), "") == letter for one in kind], bool)
+        if letter:
+            way = specular_direction(way, normal if letter == "T" else np.broadcast_to(UP, way.shape))
+    return leaving, -way, length, clear & (np.linalg.norm(origin - ping.receive, axis=1) < SAME_POINT)
 
 
 def _reflected_fraction(ping: TracedPing, hits: RayHits) -> Floats:
