@@ -1,11 +1,14 @@
 """Boundary echoes against closed forms: images, Snell's law in a gradient, Doppler, theory of rough reflection."""
 
+from functools import partial
+
 import numpy as np
 import pytest
 from scipy.optimize import minimize_scalar
 
 from insonify.engines import relief_specular_points
 from insonify.engines.hull_reflection import rectangle_factor
+from insonify.propagation.surface_water import surface_water
 from insonify.propagation.wind_waves import shortest_wavenumber, wind_waves
 from insonify.scattering.bubbles import bubble_loss_db
 from insonify.scattering.roughness import roughness_spectrum
@@ -277,6 +280,30 @@ def test_specular_points_are_searched_for_once_per_ping_and_path(monkeypatch, tm
     scene = bed_only(order=2, seabed={"relief": [waves]}, sonar={"sides": ["port", "starboard"]})
     record(scene, tmp_path / "echoes.zarr", pings=[0], with_labels=True)
     assert len(searches) == 2
+
+
+def all_nodes(_, north, east, *ends):
+    """Every node of the square that is searched."""
+    return np.stack(np.meshgrid(north, east, indexing="ij"), axis=-1).reshape(-1, 2)
+
+
+@pytest.mark.parametrize(
+    "relief", [{"kind": "power-law", "hurst": 0.8, "rms": 0.05}, {"kind": "ripples", "wavelength": 3.0, "height": 0.3}]
+)
+def test_starts_where_the_gradient_changes_sign_lose_no_specular_point(monkeypatch, relief):
+    """Newton's method from every node of the search square finds the same points, to the last bit."""
+    scene = build_simulator(bed_only(seabed={"relief": [relief]})).engine.scene
+    water = surface_water(scene, 1500.0, False, False)
+    rng, found = np.random.default_rng(3), []
+    for begin in np.column_stack([rng.uniform(0, 500, (6, 2)), rng.uniform(2, 18, 6)]):
+        stop, wavelength = begin + np.append(rng.uniform(-3, 3, 2), 0.0), rng.choice([0.015, 0.075])
+        search = partial(relief_specular_points.specular_points, scene.seabed.terrain, begin, stop, wavelength, water)
+        few = search()
+        with monkeypatch.context() as patched:
+            patched.setattr(relief_specular_points, "_starts", all_nodes)
+            np.testing.assert_array_equal(few.position, search().position)
+        found.append(len(few.length))
+    assert sum(found) > 6
 
 
 def afloat(d=0.6, *, order=5, size=None, **more):

@@ -33,6 +33,8 @@ NODES_PER_WAVE = 8.0
 """Nodes along the shortest wave of the ground that is searched [1]."""
 SLOPES = 4.0
 """Slopes that are searched, in rms slopes of the ground [1]."""
+SIGN_NODES = 2
+"""Nodes to either side among which the gradient changes sign about a stationary point [1]."""
 NEWTON_STEPS = 8
 """Steps towards a stationary point [1]."""
 MOST = 64
@@ -212,9 +214,7 @@ def specular_points(
     smooth = depth if keeps_all else gaussian_filter(depth, 0.187 * wave / step, mode="nearest")
     residual = float(np.var(depth - smooth))
     ground = _Ground(RectBivariateSpline(north, east, smooth), water)
-    positions = np.stack(np.meshgrid(north[margin:-margin], east[margin:-margin], indexing="ij"), axis=-1).reshape(
-        -1, 2
-    )
+    positions = _starts(ground, north[margin:-margin], east[margin:-margin], begin, stop)
     positions = _stationary(ground, positions, begin, stop, step)
     if not len(positions):
         return None
@@ -278,6 +278,32 @@ def _refracted_length(offset: Floats, depth: Floats, end: Floats, water: Surface
     second[:, :2, 2] = second[:, 2, :2] = (-p / q * bend)[:, None] * ahead
     second[:, 2, 2] = (p / q) ** 2 * bend + index * (below - index) / 1e-3 / q
     return rays[:, 3], np.column_stack([p[:, None] * ahead, q]), second
+
+
+def _starts(ground: _Ground, north: Floats, east: Floats, begin: Floats, stop: Floats) -> Floats:
+    """Nodes about which both components of the gradient of the path length pass through zero, shape (n, 2).
+
+    A stationary point that is resolved has such nodes on all sides. The range of either component over the nodes at
+    most `SIGN_NODES` away is widened by a quarter on both sides, for a root between nodes of one sign.
+    """
+    from scipy.ndimage import maximum_filter, minimum_filter
+
+    depth, slope_north, slope_east = (ground.spline(north, east, dx=dx, dy=dy) for dx, dy in ((0, 0), (1, 0), (0, 1)))
+    point = np.stack([*np.broadcast_arrays(north[:, None], east[None, :]), depth], axis=-1)
+    total = np.zeros_like(point)
+    for end in (begin, stop):
+        offset = (point - end).reshape(-1, 3)
+        if ground.water.depth.size:
+            unit = _refracted_length(offset, depth.ravel(), end, ground.water)[1]
+        else:
+            unit = offset / np.sqrt(np.einsum("ni,ni->n", offset, offset))[:, None]
+        total += unit.reshape(total.shape)
+    is_start = np.ones(depth.shape, bool)
+    for axis, slope in enumerate((slope_north, slope_east)):
+        component = total[..., axis] + total[..., 2] * slope
+        low, high = (bound(component, 2 * SIGN_NODES + 1, mode="nearest") for bound in (minimum_filter, maximum_filter))
+        is_start &= (1.25 * low <= 0.25 * high) & (0.25 * low <= 1.25 * high)
+    return np.ascontiguousarray(point[is_start][:, :2])
 
 
 def _stationary(ground: _Ground, positions: Floats, begin: Floats, stop: Floats, step: float) -> Floats:
