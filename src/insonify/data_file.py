@@ -140,7 +140,7 @@ def _digest(file: str, changed: int, size: int) -> str:
         return hashlib.file_digest(stream, "sha256").hexdigest()
 
 
-EXTRAS = {"io": ("netCDF4", "rasterio", "h5py"), "targets": ("trimesh",)}
+EXTRAS = {"io": ("netCDF4", "rasterio", "h5py"), "targets": ("trimesh",), "ros": ("rosbags",)}
 """Packages of each extra of the installation."""
 
 

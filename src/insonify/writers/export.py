@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import xarray as xr
 
-from insonify.data_file import install_advice
+from insonify.data_file import EXTRAS, install_advice
 from insonify.formats.store_description import StoreError
 from insonify.surveys.survey import open_survey
 
@@ -42,6 +42,9 @@ FORMATS: dict[str, ExportFormat] = {
     "kmall": ExportFormat((".kmall",), "multibeam soundings and seabed image", "kmall.write_kmall"),
     "kmwcd": ExportFormat((".kmwcd",), "multibeam water column", "kmall.write_kmwcd"),
     "airsas": ExportFormat((".h5", ".hdf5"), "synthetic aperture, AirSAS layout", "airsas.write_airsas", "h5py"),
+    "rosbag": ExportFormat(
+        (".mcap",), "pings, their meaning and poses as ROS 2 messages", "rosbag.write_rosbag", "rosbags"
+    ),
     "picture": ExportFormat((".png", ".pdf", ".svg"), "picture with axes", "picture.write_picture"),
 }
 """Formats by name; of several with one suffix, the first is written unless another is named."""
@@ -67,7 +70,8 @@ def export(recording: xr.Dataset | str | Path, path: str | Path, name: str | Non
     target = Path(path)
     chosen = FORMATS[_format_name(target, name)]
     if chosen.package and find_spec(chosen.package) is None:
-        raise StoreError(f"{target}: writing it needs {chosen.package}. Install it: {install_advice('io')}")
+        extra = next(extra for extra, packages in EXTRAS.items() if chosen.package in packages)
+        raise StoreError(f"{target}: writing it needs {chosen.package}. Install it: {install_advice(extra)}")
     if not target.parent.is_dir():
         raise StoreError(f"{target}: there is no folder {target.parent}. Make it first: mkdir -p {target.parent}")
     if target.is_dir():
