@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from insonify.annotations import CLASSES, merge_coco, write_coco
+from insonify.annotations.annotation import GAP, annotations
 from insonify.annotations.run_length import compressed_run_lengths
 from insonify.formats.store_description import StoreError
 from oracles.labelled import labelled_image
@@ -65,11 +66,26 @@ def test_entries_describe_their_masks(tmp_path):
     image = labelled_image(5, index=7)
     truth = opened(write_coco([image], tmp_path))
     assert [entry["name"] for entry in truth.loadCats(truth.getCatIds())] == list(CLASSES)
+    masks = np.zeros(image.layers.shape, np.int32)
     for entry in truth.dataset["annotations"]:
-        instance = 1 + image.instance_names.index(entry["target"])
-        np.testing.assert_array_equal(truth.annToMask(entry), image.layers[entry["category_id"] - 1] == instance)
+        cells = truth.annToMask(entry).astype(bool)
+        assert not masks[entry["category_id"] - 1][cells].any()  # parts of one class do not overlap
+        masks[entry["category_id"] - 1][cells] = 1 + image.instance_names.index(entry["target"])
         assert entry["area"] == mask_api.area(entry["segmentation"])
         assert entry["bbox"] == mask_api.toBbox(entry["segmentation"]).tolist()
+    np.testing.assert_array_equal(masks, image.layers)
+
+
+@pytest.mark.parametrize(("gap", "count"), [(GAP, 1), (GAP + 1, 2)])
+@pytest.mark.parametrize("turned", [False, True])
+def test_distant_parts_are_annotations_of_their_own(gap, count, turned):
+    """Two sightings of a target are one annotation up to some empty cells between them, along either axis."""
+    layers = np.zeros((3, 60, 60), np.int32)
+    layers[0, 20:23, 10:20] = layers[0, 23 + gap : 30 + gap, 12:14] = 1
+    layers = layers.transpose(0, 2, 1) if turned else layers
+    found = list(annotations(labelled_image(shape=(60, 60), layers=layers)))
+    assert [part.area for part in found] == ([44] if count == 1 else [30, 14])
+    np.testing.assert_array_equal(sum(part.mask((60, 60)) for part in found), layers[0])
 
 
 def test_parts_merge_to_the_whole(tmp_path):

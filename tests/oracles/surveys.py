@@ -1,9 +1,12 @@
 """Small surveys with known signs, with and without a place on Earth."""
 
+import numpy as np
+
 from insonify.scenario.scenario import Scenario
 
 MOTION = {name: {"rms": f"{deg} deg", "period": "4 s"} for name, deg in (("roll", 3), ("pitch", 2), ("yaw", 1))}
 ORIGIN = {"origin_latitude": 54.0, "origin_longitude": 3.0}
+UTM = (5_983_000.0, 500_000.0)
 
 
 def sidescan(*, targets=(), pings=6, track=None, **changes):
@@ -67,3 +70,16 @@ def aperture(*, targets=(), pings=24, **changes):
         "field": "coherent",
     }  # fmt: skip
     return Scenario(**{**described, **changes})
+
+
+def plane(folder, north_slope, east_slope):
+    """GeoTIFF of a plane bed in UTM zone 31, 10 m deep at the scene's origin, as relief of a scenario."""
+    import rasterio
+
+    north, east = np.arange(30, -31, -1.0), np.arange(-30, 31, 1.0)
+    depth = 10 + north_slope * north[:, None] + east_slope * east
+    place = rasterio.Affine(1, 0, UTM[1] + east[0] - 0.5, 0, -1, UTM[0] + north[0] + 0.5)
+    about = {"driver": "GTiff", "height": 61, "width": 61, "count": 1, "dtype": "float32", "crs": "EPSG:32631"}
+    with rasterio.open(folder / "plane.tif", "w", transform=place, **about) as file:
+        file.write(-depth.astype(np.float32), 1)
+    return {"kind": "grid", "file": str(folder / "plane.tif"), "origin": list(UTM), "positive": "up"}

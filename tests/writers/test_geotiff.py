@@ -6,24 +6,12 @@ import pytest
 import insonify
 from insonify.formats.store_description import StoreError
 from insonify.simulator import record
-from oracles.surveys import ORIGIN, sidescan
+from oracles.surveys import ORIGIN, UTM, plane, sidescan
 
 rasterio = pytest.importorskip("rasterio")
-UTM = (5_983_000.0, 500_000.0)
 QUIET = {"water": {"sound_speed": 1500.0, "noise_level_db": None}}
 BOX = {"shape": "box", "label": "box", "position": (1.0, 9.0), "size": (1.0, 1.0, 1.0)}
 ALONE = QUIET | {"paths": {"max_reflections": 0, "contributions": ("target",)}}
-
-
-def plane(folder, north_slope, east_slope):
-    """GeoTIFF of a plane bed in UTM zone 31, 10 m deep at the scene's origin, as relief of a scenario."""
-    north, east = np.arange(30, -31, -1.0), np.arange(-30, 31, 1.0)
-    depth = 10 + north_slope * north[:, None] + east_slope * east
-    place = rasterio.Affine(1, 0, UTM[1] + east[0] - 0.5, 0, -1, UTM[0] + north[0] + 0.5)
-    about = {"driver": "GTiff", "height": 61, "width": 61, "count": 1, "dtype": "float32", "crs": "EPSG:32631"}
-    with rasterio.open(folder / "plane.tif", "w", transform=place, **about) as file:
-        file.write(-depth.astype(np.float32), 1)
-    return {"kind": "grid", "file": str(folder / "plane.tif"), "origin": list(UTM), "positive": "up"}
 
 
 def brightest(path):

@@ -1,20 +1,23 @@
-"""Annotations of an image: the mask of each target, of its shadow and of its ghost."""
+"""Annotations of an image: masks of each target, of its shadow and of its ghosts, in parts that lie together."""
 
 from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import ndimage
 
 from insonify.annotations.labelled_image import CLASSES, LabelledImage
 
 Mask = NDArray[np.bool_]
-INSTANCES = 1 << 10
-"""Instances of an image between the numbers of its annotations and those of the next image [1]."""
+GAP = 8
+"""Distance to which parts of a mask are one annotation; further away it is another sighting or ghost [cells]."""
+NUMBERS = 1 << 16
+"""Distance of the numbers of the annotations of one image and of the next [1]."""
 
 
 class Annotation(NamedTuple):
-    """Mask of one class of one target in an image."""
+    """Mask of one class of one target in an image, or a part of it far from the others."""
 
     number: int
     """Number in the data set, from 1."""
@@ -22,33 +25,74 @@ class Annotation(NamedTuple):
     """Number of the class, from 1."""
     instance: int
     """Number of the target, from 1."""
-    mask: Mask
-    """Cells of the mask, of the shape of the image."""
+    corner: tuple[int, int]
+    """Upper row and left column of its box."""
+    inside: Mask
+    """Cells of the mask in its box, shape (height, width)."""
 
     @property
     def box(self) -> tuple[int, int, int, int]:
         """Left column, upper row, width and height in cells."""
-        rows, columns = (np.flatnonzero(self.mask.any(axis=axis)) for axis in (1, 0))
-        left, upper = int(columns[0]), int(rows[0])
-        return left, upper, int(columns[-1]) + 1 - left, int(rows[-1]) + 1 - upper
+        return self.corner[1], self.corner[0], self.inside.shape[1], self.inside.shape[0]
+
+    @property
+    def area(self) -> int:
+        """Cells of the mask."""
+        return int(np.count_nonzero(self.inside))
+
+    def mask(self, shape: tuple[int, ...]) -> Mask:
+        """Mask over an image.
+
+        Args:
+            shape: Rows and columns of the image.
+        """
+        whole = np.zeros(shape, bool)
+        whole[self.corner[0] :, self.corner[1] :][: self.inside.shape[0], : self.inside.shape[1]] = self.inside
+        return whole
 
 
 def annotations(image: LabelledImage, least_area: int = 1) -> Iterator[Annotation]:
-    """Annotations of an image, by target and class.
+    """Annotations of an image, by target, class and place.
 
-    Their numbers depend on the number of the image, the target and the class alone, so that data sets made in parts
-    have the numbers of one made at once. Shadows of the seabed's own relief have no target and no annotation.
+    Their numbers follow from the number of the image and their order in it alone, so that data sets made in parts have
+    the numbers of one made at once. Shadows of the seabed's own relief have no target and no annotation.
 
     Args:
         image: The image.
         least_area: Least area of a mask [cells].
     """
+    number = image.index * NUMBERS
     for instance in np.unique(image.layers[image.layers > 0]).tolist():
         for row in range(len(CLASSES)):
-            mask = image.layers[row] == instance
-            if np.count_nonzero(mask) >= max(least_area, 1):
-                number = (image.index * INSTANCES + instance) * len(CLASSES) + row + 1
-                yield Annotation(number, row + 1, instance, mask)
+            for corner, inside in _parts(image.layers[row] == instance):
+                if np.count_nonzero(inside) >= least_area:
+                    number += 1
+                    yield Annotation(number, row + 1, instance, corner, inside)
+
+
+def _parts(mask: Mask) -> Iterator[tuple[tuple[int, int], Mask]]:
+    """Upper row and left column, and cells, of each part of a mask, parts no more than `GAP` cells apart joined."""
+    box = _box(mask)
+    if box is None:
+        return
+    inside = mask[box]
+    padded = np.pad(inside, GAP // 2)
+    joined, count = ndimage.label(ndimage.maximum_filter(padded, GAP + 1), np.ones((3, 3)))
+    joined = joined[GAP // 2 :, GAP // 2 :][: inside.shape[0], : inside.shape[1]]
+    for part in range(1, count + 1):
+        cells = inside & (joined == part)
+        place = _box(cells)
+        assert place is not None
+        yield (box[0].start + place[0].start, box[1].start + place[1].start), cells[place]
+
+
+def _box(mask: Mask) -> tuple[slice, slice] | None:
+    """Rows and columns of the cells of a mask; None without any."""
+    spans = [np.flatnonzero(mask.any(axis=axis)) for axis in (1, 0)]
+    if not spans[0].size:
+        return None
+    rows, columns = (slice(int(span[0]), int(span[-1]) + 1) for span in spans)
+    return rows, columns
 
 
 def about(image: LabelledImage, annotation: Annotation) -> dict[str, Any]:

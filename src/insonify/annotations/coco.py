@@ -113,8 +113,8 @@ def _annotation_entries(image: LabelledImage, least_area: int) -> list[dict[str,
     return [
         {
             "id": found.number, "image_id": image.index, "category_id": found.kind, "iscrowd": 0,
-            "bbox": [float(number) for number in found.box], "area": int(found.mask.sum()),
-            "segmentation": compressed_run_lengths(found.mask), **about(image, found),
+            "bbox": [float(number) for number in found.box], "area": found.area,
+            "segmentation": compressed_run_lengths(found.mask(image.image.shape)), **about(image, found),
         }
         for found in annotations(image, least_area)
     ]  # fmt: skip

@@ -65,7 +65,7 @@ def _lines(image: LabelledImage, segments: bool, least_area: int) -> list[str]:
     lines = list[str]()
     for found in annotations(image, least_area):
         if segments:
-            numbers = (outline(found.mask) / [columns, rows]).ravel().tolist()
+            numbers = ((outline(found.inside) + found.box[:2]) / [columns, rows]).ravel().tolist()
         else:
             left, upper, width, height = found.box
             numbers = [(left + width / 2) / columns, (upper + height / 2) / rows, width / columns, height / rows]

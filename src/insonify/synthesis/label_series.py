@@ -158,11 +158,13 @@ def _targets(
     zeros = np.zeros(by_object.shape[::2])
     target = np.array([name not in SURROUNDINGS for name in names.objects])
     target_intensity = by_object[:, target].sum(axis=1)
-    dominates = (target_intensity > 0) & (target_intensity >= by_object[:, ~target].sum(axis=1) + noise)
     energy_by_surface = {True: zeros, False: zeros}
     for (object_name, pair), value in echo.items():
         if object_name not in SURROUNDINGS:
             energy_by_surface["S" in pair] = energy_by_surface["S" in pair] + value
+    # the tail of the filter, 60 dB below an echo and further, would dominate silent water
+    is_received = energy_by_surface[True] + energy_by_surface[False] > 0
+    dominates = is_received & (target_intensity >= by_object[:, ~target].sum(axis=1) + noise)
     ghost = energy_by_surface[True] > energy_by_surface[False]
     return dominates & ~ghost & (target_intensity >= occluded), dominates & ghost
 

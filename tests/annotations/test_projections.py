@@ -1,0 +1,149 @@
+"""Claims about where masks lie: true coordinates in each projection, shadows by their geometry, tiles that add up."""
+
+import itertools
+
+import numpy as np
+import pytest
+
+import insonify
+from insonify.annotations import labelled_images
+from insonify.annotations.annotation import annotations
+from insonify.formats.label_store import open_labels
+from insonify.formats.store_description import StoreError
+from insonify.simulator import record
+from oracles.surveys import UTM, plane, sidescan
+
+HIGHLIGHT, SHADOW, GHOST = range(3)
+ABOVE = 4.0
+"""Height of the sonar above the bed, 1 m below the surface [m]."""
+WALLS = {"high": (1.0, 9.0), "low": (0.5, -9.0)}
+"""Height, and east of the middle, of walls 1.5 m along the track that are 1 m thick and 2 m long [m]."""
+QUIET = {"water": {"sound_speed": 1500.0, "noise_level_db": None}}
+
+
+@pytest.mark.parametrize("slopes", [None, (0.0, 0.25), (0.2, -0.2)])
+@pytest.mark.parametrize(("heading", "across"), [(30.0, 6.0), (200.0, -7.5)])
+def test_a_known_target_lies_on_its_true_coordinates(tmp_path, slopes, heading, across):
+    """A point on a flat bed and on slopes, to either side: the middle of its mask is within a pixel in all three."""
+    pytest.importorskip("rasterio")
+    point, along = np.array([3.0, 7.0]), 1.93
+    depth = 10.0 if slopes is None else 10 + float(point @ slopes)
+    target = {"shape": "point", "label": "p", "position": (*point, depth - 0.02), "target_strength_db": -30.0}
+    bed = {"depth": 10.0} if slopes is None else {"relief": [plane(tmp_path, *slopes)], "depth": 10.0}
+    bed |= {"scattering": {"law": "lambert", "strength_db": -27.0}}
+    forward = np.array([np.cos(np.radians(heading)), np.sin(np.radians(heading))])
+    start = point - along * forward - across * np.array([-forward[1], forward[0]])
+    track = {"heading": f"{heading} deg", "start": (*start, 6.0), "interval": 0.05, "window": (0.0, 0.015)}
+    scenario = sidescan(targets=[target], pings=40, seabed=bed, track={**track, "motion": {}}, **QUIET)
+    record(scenario, tmp_path / "a.zarr", with_labels=True, threads=1)
+    slant = np.hypot(across, depth - 0.02 - 6.0)
+    earth = (0.0, 0.0) if slopes is None else UTM
+    wanted = {
+        "slant": (along, np.sign(across) * slant), "ground": (along, across), "mosaic": earth + point,
+    }  # fmt: skip
+    for projection, place in wanted.items():
+        (image,) = labelled_images(tmp_path / "a.zarr", projection)
+        cells = np.nonzero(image.layers[HIGHLIGHT] == 1)
+        for axis, inside, true in zip((image.rows, image.columns), cells, place, strict=True):
+            pixel = np.median(np.abs(np.diff(axis.values)))
+            assert abs(axis.values[inside].mean() - true) <= pixel, (projection, axis.name)
+        assert 1 <= len(cells[0]) < 200 and not image.layers[[SHADOW, GHOST]].any()
+        assert abs(image.views[1]["slant_range_m"] - slant) < 0.05
+        assert abs(image.views[1]["ground_range_m"] - abs(across)) < 0.05
+
+
+@pytest.fixture(scope="module")
+def walls(tmp_path_factory):
+    """Two walls on a flat bed, on either side of a track to the north, with one reflection."""
+    folder = tmp_path_factory.mktemp("walls")
+    targets = [
+        {"shape": "box", "label": label, "position": (1.5, east), "size": (2.0, 1.0, height),
+         "scattering": {"strength_db": -5.0}}
+        for label, (height, east) in WALLS.items()
+    ]  # fmt: skip
+    scenario = sidescan(
+        targets=targets, pings=17, seabed={"depth": 5.0, "scattering": {"law": "lambert", "strength_db": -27.0}},
+        track={"heading": 0.0, "start": (0.0, 0.0, 1.0), "interval": 0.1, "window": (0.0, 0.02), "motion": {}},
+        paths={"max_reflections": 1, "contributions": ("seabed", "target"), "edge_diffraction": "none"}, **QUIET,
+    )  # fmt: skip
+    return record(scenario, folder / "walls.zarr", with_labels=True, threads=1)
+
+
+@pytest.mark.parametrize(("instance", "height", "side"), [(1, 1.0, 1), (2, 0.5, -1)])
+def test_a_shadow_ends_where_its_geometry_has_it(walls, instance, height, side):
+    """On a flat bed a shadow is h r / (H - h) long behind an edge of height h at range r; without diffraction."""
+    edge = 9.5
+    length = height * edge / (ABOVE - height)
+    starts = {"slant": np.hypot(edge, ABOVE - height)}
+    tips = {"slant": np.hypot(edge + length, ABOVE), "ground": edge + length, "mosaic": edge + length}
+    for projection, tip in tips.items():
+        (image,) = labelled_images(walls, projection)
+        row = int(np.argmin(np.abs(image.rows.values - 1.5)))
+        shadow = image.columns.values[image.layers[SHADOW, row] == instance] * side
+        pixel = np.diff(image.columns.values)[-1]
+        assert abs(shadow.max() + pixel / 2 - tip) <= pixel, projection
+        if projection in starts:  # from there on the wall itself has no echo
+            assert shadow.max() - shadow.min() > 0.9 * (tip - starts[projection])
+        rows = image.rows.values[(image.layers[SHADOW] == instance).any(axis=1)]
+        assert 0.5 - 0.3 < rows.min() < 0.5 + 0.3 and 2.5 - 0.3 < rows.max() < 2.5 + 0.3  # no wider than the wall
+
+
+def test_highlights_are_the_faces_that_the_sonar_reaches(walls):
+    """In slant range from the upper near edge to the upper far one; nearer than the wall in ground range (layover)."""
+    (image,) = labelled_images(walls)
+    row = int(np.argmin(np.abs(image.rows.values - 1.5)))
+    for instance, (height, side) in enumerate(((1.0, 1), (0.5, -1)), start=1):
+        own = image.columns.values[image.layers[HIGHLIGHT, row] == instance] * side
+        half_pulse = 0.1e-3 * 750 / 2
+        assert abs(own.min() - np.hypot(8.5, ABOVE - height)) < 2 * half_pulse
+        assert abs(own.max() - np.hypot(9.5, ABOVE - height)) < 2 * half_pulse
+    (ground,) = labelled_images(walls, "ground")
+    own = ground.columns.values[ground.layers[HIGHLIGHT, row] == 1]
+    assert own.min() == pytest.approx(np.sqrt(np.hypot(8.5, 3) ** 2 - ABOVE**2), abs=0.08)
+
+
+def test_a_ghost_lies_over_the_shadow(walls):
+    """Halfway between the direct path and that by the surface's image; the class map has the ghost, COCO both."""
+    (image,) = labelled_images(walls)
+    row = int(np.argmin(np.abs(image.rows.values - 1.5)))
+    ghost = image.columns.values[image.layers[GHOST, row] == 1]
+    direct, reflected = (np.hypot(8.5, ABOVE + 1 - 1.0 + sign * 1.0) for sign in (-1, 1))
+    assert ghost.max() > (direct + reflected) / 2 > image.columns.values[image.layers[HIGHLIGHT, row] == 1].min()
+    both = (image.layers[GHOST] == 1) & (image.layers[SHADOW] == 1)
+    assert both.sum() > 50 and (image.classes[both] == 1 + GHOST).all() and (image.instances[both] == 1).all()
+    found = {part.kind: part for part in annotations(image) if part.instance == 1}
+    assert set(found) == {1, 2, 3}
+    assert (found[2].mask(both.shape) & found[3].mask(both.shape)).any()
+
+
+@pytest.mark.parametrize("projection", ["slant", "ground", "mosaic"])
+def test_tiles_add_up_to_the_whole(walls, projection):
+    """Each cell with a sample is in a tile, with the levels, labels and coordinates of the whole image."""
+    (whole,) = labelled_images(walls, projection)
+    size = (16, 100)
+    tiles = list(labelled_images(walls, projection, size, first_index=5))
+    covered = np.zeros(whole.image.shape, int)
+    for tile in tiles:
+        assert tile.image.shape == tuple(np.minimum(size, whole.image.shape))
+        rows, columns = (
+            slice(first, first + count) for first, count in zip(tile.offset, tile.image.shape, strict=True)
+        )
+        np.testing.assert_array_equal(tile.image, whole.image[rows, columns])
+        np.testing.assert_array_equal(tile.expected, whole.expected[rows, columns])
+        np.testing.assert_array_equal(tile.layers, whole.layers[:, rows, columns])
+        np.testing.assert_array_equal(tile.rows.values, whole.rows.values[rows])
+        np.testing.assert_array_equal(tile.columns.values, whole.columns.values[columns])
+        covered[rows, columns] += 1
+    assert (covered[~np.isnan(whole.image)] >= 1).all()
+    assert len({tile.name for tile in tiles}) == len(tiles) and min(tile.index for tile in tiles) >= 5
+    assert all(low.index < high.index for low, high in itertools.pairwise(tiles))
+
+
+def test_parts_of_a_recording_and_memory_have_the_same_labels(walls):
+    """A recording in memory with its labels gives the images of its folder; without them it is refused."""
+    recording, labels = insonify.open_recording(walls), open_labels(walls)
+    (image,), (same,) = labelled_images(walls), labelled_images(recording.load(), labels=labels.load())
+    np.testing.assert_array_equal(image.layers, same.layers)
+    np.testing.assert_array_equal(image.image, same.image)
+    with pytest.raises(StoreError, match="--labels"):
+        labelled_images(recording)
