@@ -202,8 +202,8 @@ def test_labels_do_not_depend_on_the_number_of_threads():
 
 def test_masks_are_where_a_pulse_arrives():
     """Silent water has no masks: the tail of the filter, which is all that there is, is no echo."""
-    told = nominal(targets=[point(0.0, 30.0, 19.0, strength=20.0)], paths={"max_reflections": 1}, surface={"scattering": None},
-                   track={"window": (0.002, 0.043)})  # fmt: skip
+    strong = [point(0.0, 30.0, 19.0, strength=20.0)]
+    told = nominal(targets=strong, surface={"scattering": None}, track={"window": (0.002, 0.043)})
     said = labels(told).isel(channel=0)
     silent = said.strongest_object.values == NO_ROW
     assert silent.sum() > 50 and said.highlight.values.any()

@@ -9,8 +9,8 @@ import xarray as xr
 import insonify
 from insonify.formats.store_description import StoreError
 from insonify.processing import sidescan as sidescan_image
+from insonify.surveys.survey import open_survey
 from insonify.writers.ros_definitions import DEFINITIONS, message, typestore
-from insonify.writers.survey import open_survey
 from insonify.writers.swath import swaths
 from oracles.surveys import MOTION, ORIGIN, multibeam, sidescan
 

@@ -19,11 +19,11 @@ from insonify.demos.products.multibeam import BEAMS, WIDEST
 from insonify.formats.store_description import StoreError
 from insonify.frames import pose_rotation
 from insonify.records.recording import FIELDS
+from insonify.surveys.ground_lines import slant_ranges
+from insonify.surveys.survey import START, Survey
 from insonify.writers import ros_messages as made
-from insonify.writers.ground_lines import slant_ranges
 from insonify.writers.ros_definitions import message, typestore
 from insonify.writers.ros_fans import Fan, fans, swath_fan
-from insonify.writers.survey import START, Survey
 from insonify.writers.swath import Swath, arrays, surface_speed, swaths
 
 Floats = NDArray[np.float64]
