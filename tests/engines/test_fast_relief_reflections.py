@@ -46,14 +46,15 @@ def test_each_leg_is_that_of_the_general_engine(monkeypatch: pytest.MonkeyPatch)
     here, kept = simulator.ping_geometry(0), []
 
     def spied(*expected: Any) -> None:
-        part, first, place, departure = expected[4], expected[5], expected[6], expected[12]
-        level = expected[10][:, : first[-1]].copy(), departure[:, :, : first[-1]].copy()
+        part, legs = expected[4], expected[5]
+        first, delay, departure = legs.first, legs.delay, legs.departure
+        level = delay[:, : first[-1]].copy(), departure[:, :, : first[-1]].copy()
         bounce_off_relief(*expected)
         listed = np.concatenate([part.lists.first[one] + np.arange(n) for one, n in
                                  zip(part.taken, np.diff(first), strict=True)])  # fmt: skip
-        reach, depth = place[:, : first[-1]]
+        reach, depth = legs.place[:, : first[-1]]
         points = np.stack([*(here.transmit_position[:2, None] + reach * part.lists.ahead[:, listed]), depth], axis=-1)
-        kept.append((points, expected[10][:, : first[-1]].copy(), departure[:, :, : first[-1]].copy(), *level))
+        kept.append((points, delay[:, : first[-1]].copy(), departure[:, :, : first[-1]].copy(), *level))
 
     monkeypatch.setattr(fast_reverberation, "bounce_off_relief", spied)
     quickly(simulator)

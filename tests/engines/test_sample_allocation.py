@@ -14,6 +14,7 @@ from insonify.engines import (
 )
 from insonify.engines._sample_allocation_kernel import lengthen_steps, pair_keep_probabilities
 from insonify.engines.fast_reverberation import prepare_fast_reverberation
+from insonify.engines.radial_tables import MapTiles, RadialFrame
 from insonify.scattering.compiled_law import CompiledLaw
 from insonify.simulator import build_simulator
 
@@ -144,7 +145,7 @@ def test_every_piece_that_a_line_reads_is_requested():
     samples = np.ceil(lines[:, 5] / 0.05 / lines[:, 8] - lines[:, 6]).astype(np.int64)
     found, mark = np.empty((4000, 2), np.int64), np.zeros((41, 41), np.int8)
     count = _radial_terrain_kernel.tiles_under_radials(
-        63.3, 60.9, lines, 0.05, samples, np.arange(200), 0.05, mark, found
+        RadialFrame(63.3, 60.9, 0.0, 0.05), lines, samples, np.arange(200), 0.05, mark, found
     )
     expected = set(map(tuple, found[:count].tolist()))
     assert count == len(expected) and not mark.any()
@@ -163,11 +164,10 @@ def test_ground_along_a_line_is_that_of_the_map():
         x, y = (a * 64 + node)[:, None], (b * 64 + node)[None, :]
         pieces[row, :, :, 0], pieces[row, :, :, 1], pieces[row, :, :, 2] = 0.01 * x - 0.03 * y, x + 0 * y, y + 0 * x
     where, depth, slope = np.empty(500, np.uint32), np.empty(500, np.float32), np.empty((2, 500), np.float32)
+    frame, tiles = RadialFrame(65.3, 61.9, 0.0, 0.2), MapTiles(0.5, slot, pieces, False)
     for bearing in np.linspace(0, 2 * np.pi, 17):
         line = np.array([np.cos(bearing), np.sin(bearing), 0, 0, 0, 60.0, 0.37, 0, 1])
-        _radial_terrain_kernel.sample_radial_terrain(
-            65.3, 61.9, line, 0.2, 300, 0.5, 0.0, slot, pieces, False, where, depth, slope
-        )
+        _radial_terrain_kernel.sample_radial_terrain(frame, line, 300, 0.0, tiles, where, depth, slope)
         x = (1.3 + (np.arange(300) + 0.37) * 0.2 * line[0]) / 0.5
         y = (-2.1 + (np.arange(300) + 0.37) * 0.2 * line[1]) / 0.5
         np.testing.assert_allclose(-depth[:300], 0.01 * x - 0.03 * y, atol=2e-5)
@@ -225,9 +225,11 @@ def test_legs_are_straight_lines_from_the_image_source():
     turn = np.array([np.cos(0.71), np.sin(0.71)], np.float32)[:, None] * np.ones(n, np.float32)
     delay, bits = np.empty(n), np.full(n, 2, np.int32)
     c, s = np.cos(0.7), np.sin(0.7)
-    kernel.facet_normals(reach, slope[0], slope[1], 1.0, 0.0, 0.02, north, east, down, area)
-    kernel.straight_legs(reach, depth, image, 1 / speed, loss, c, s, -1.0, 1, bits, north, east, down, turn[0], turn[1],
-                    delay, x, y, z, ahead, aside, out, size, slant)  # fmt: skip
+    facets = kernel.Facets(reach, slope[0], slope[1], north, east, down, area)
+    kernel.facet_normals(facets, 1.0, 0.0, 0.02)
+    legs = kernel.FamilyLegs(delay, x, y, z, ahead, aside, out, size, slant)
+    bearing = kernel.RadialBearing(c, s, turn[0], turn[1])
+    kernel.straight_legs(facets, depth, kernel.FamilyImage(image, 1 / speed, loss, -1.0, 1), bearing, bits, legs)
     way = np.stack([reach * c, reach * s, depth - image])
     length = np.linalg.norm(way, axis=0)
     normal = -np.stack([slope[0], slope[1], np.ones(n)]) / np.sqrt(1 + (slope**2).sum(axis=0))

@@ -6,17 +6,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from insonify.engines.radial_tables import FamilyTable, RadialLegs
 from insonify.jit import njit
 from insonify.propagation.image_path_kernel import ImagePaths
-
-Floats = NDArray[np.float64]
-Singles = NDArray[np.float32]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def write_image_paths(
-    some: NDArray[np.int64], way: ImagePaths, mirrors: NDArray[np.complex64], normal: Singles, factor: Singles,
-    loss: float, slowness: float, delay: Floats, amplitude: NDArray[np.complex64], departure: Singles, arrival: Singles,
+    some: NDArray[np.int64], way: ImagePaths, mirrors: NDArray[np.complex64], slowness: float, f: int,
+    table: FamilyTable, legs: RadialLegs,
 ) -> None:  # fmt: skip
     """Write some legs of one family anew.
 
@@ -24,16 +22,13 @@ def write_image_paths(
         some: Which points they lead to, (m,).
         way: The paths off local planes, m of them.
         mirrors: What all mirrors of each way leave [1], (m,).
-        normal: Unit normal into the water, (3, n).
-        factor: Of a law that is a product of one for each direction, see `CompiledLaw.factor`; empty for any other.
-        loss: Absorption [octaves of pressure/m].
         slowness: One over the speed of sound [s/m].
-        delay: Result, one-way travel time [s], (n,).
-        amplitude: Result, pressure re 1 m, times the root of the direction's factor if there is one [1]; 0 where there
-            is no way, (n,).
-        departure: Result, direction of travel at the sonar, (3, n).
-        arrival: Result, direction of travel at the point, (3, n).
+        f: Row of the family.
+        table: Tables of the families.
+        legs: Result, in row f of its columns.
     """
+    normal, factor, loss, delay, amplitude = legs.normal, table.factor, table.loss, legs.delay[f], legs.amplitude[f]
+    departure, arrival = legs.departure[f], legs.arrival[f]
     last: Any = factor.size - 1
     for m in range(some.size):
         n, length = some[m], way.length[m]

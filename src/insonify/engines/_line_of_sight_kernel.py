@@ -1,16 +1,34 @@
 """Line of sight to the samples of a line, by family, by the rules of `insonify.engines.terrain_occlusion`."""
 
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from insonify.engines.radial_tables import FamilyTable, IsovelocityChannel
 from insonify.jit import njit
 
 Floats = NDArray[np.float64]
 Integers = NDArray[Any]
 Singles = NDArray[np.float32]
+
+
+class RadialProfile(NamedTuple):
+    """Terrain and launch horizons at the samples of one radial."""
+
+    terrain: Singles
+    """Depth [m], (at least count,)."""
+    sample_count: int
+    """Samples of the radial."""
+    first: float
+    """Place of the first sample in steps."""
+    step: float
+    """Distance of samples [m]."""
+    launch: Singles
+    """Tangents of `running_horizon`, (rows, samples)."""
+    bound: Singles
+    """Horizons of `running_horizon`, (rows, samples)."""
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -47,9 +65,8 @@ def running_horizon(terrain: Singles, image: float, rising: bool, step: float, f
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def mark_reached_samples(
-    family: int, reached: Integers, sample: Integers, wanted: Integers, count: int, first: float, step: float,
-    terrain: Singles, image: float, source: float, water_depth: float, wavelength: float, bounce_codes: Integers,
-    horizon_row: Integers, launch: Singles, bound: Singles,
+    family: int, reached: Integers, sample: Integers, wanted: Integers, profile: RadialProfile,
+    channel: IsovelocityChannel, families: FamilyTable,
 ) -> None:  # fmt: skip
     """Mark the points of a line that one family reaches, segment by segment; for ground below the sonar only.
 
@@ -58,25 +75,18 @@ def mark_reached_samples(
         reached: Bits of the families that reach each point, (at least m,).
         sample: Number of each point along the line, (m,).
         wanted: Bits of the families that it is wanted by, (m,).
-        count: Samples of the line.
-        first: Place of the first sample in steps.
-        step: Distance of samples [m].
-        terrain: Depth [m], (at least count,).
-        image: Depth of the family's image source [m].
-        source: Depth of the sonar [m].
-        water_depth: Depth of the mean seabed [m].
-        wavelength: Acoustic wavelength, for the size of a bounce's mirror [m].
-        bounce_codes: Bounces of each family, 1 surface, 2 bottom, 0 no more, (f, most).
-        horizon_row: Row in `launch` of what has been passed up to each segment, (f, most + 1).
-        launch: Of `running_horizon`, (rows, samples).
-        bound: Result, see `launch_bound`.
+        profile: Terrain and launch horizons along the line.
+        channel: Water of the straight rays.
+        families: Tables of the families.
     """
+    bounce_codes, terrain = families.bounce_codes, profile.terrain
     bounces = 0
     while bounces < bounce_codes.shape[1] and bounce_codes[family, bounces] > 0:
         bounces += 1
     bit, none = np.int32(1 << family), np.int32(0)
     free = bounces == 0 or (bounces == 1 and bounce_codes[family, 0] == 1)  # on its way up it clears the seabed
-    own_launch, own_bound = launch[horizon_row[family, bounces]], bound[horizon_row[family, bounces]]
+    own = families.horizon_row[family, bounces]
+    own_launch, own_bound = profile.launch[own], profile.bound[own]
     for i in range(sample.size if free else 0):
         k = np.uint32(sample[i])
         unobstructed = (own_launch[k] <= own_bound[k]) & (terrain[k] > 0)
@@ -84,39 +94,48 @@ def mark_reached_samples(
     for i in range(0 if free else sample.size):
         at = sample[i]
         if (wanted[i] & bit) != 0 and own_launch[at] <= own_bound[at] and terrain[at] > 0:
-            reach = (at + first) * step
-            tangent = abs(terrain[at] - image) / reach
-            if _clears_terrain(family, bounces, reach, tangent, count, first, step, source, water_depth, wavelength,
-                      bounce_codes, horizon_row, launch, bound):  # fmt: skip
+            reach = (at + profile.first) * profile.step
+            tangent = abs(terrain[at] - families.images[family]) / reach
+            if _clears_terrain(family, bounces, reach, tangent, profile, channel, families):
                 reached[i] |= bit
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _clears_terrain(
-    family: int, bounces: int, reach: float, tangent: float, count: int, first: float, step: float, source: float,
-    water_depth: float, wavelength: float, bounce_codes: Integers, horizon_row: Integers, launch: Singles,
-    bound: Singles,
+    family: int, bounces: int, reach: float, tangent: float, profile: RadialProfile, channel: IsovelocityChannel,
+    families: FamilyTable,
 ) -> bool:  # fmt: skip
-    """Return True if a ray clears the seabed before its last bounce; arguments see `mark_reached_samples`."""
+    """Return True if a ray clears the seabed before its last bounce.
+
+    Args:
+        family: Row of the family.
+        bounces: Number of its bounces.
+        reach: Horizontal distance of the end of the ray [m].
+        tangent: Tangent of its grazing angle [1].
+        profile: See `mark_reached_samples`.
+        channel: Water of the straight rays.
+        families: Tables of the families.
+    """
+    codes, launch, bound = families.bounce_codes[family], profile.launch, profile.bound
     stretch = math.sqrt(1 + tangent * tangent)
-    begin = water_depth - source if bounce_codes[family, 0] == 2 else source
+    begin = channel.water_depth - channel.source if codes[0] == 2 else channel.source
     before, before_half = 0.0, 0.0
     for s in range(bounces):
-        stop, half = (begin + s * water_depth) / tangent, 0.0
-        if bounce_codes[family, s] == 2:
+        stop, half = (begin + s * channel.water_depth) / tangent, 0.0
+        if codes[s] == 2:
             share = min(max(stop / reach, 0.0), 1.0)
-            half = math.sqrt(wavelength * reach * stretch * share * (1 - share)) * stretch / tangent
-        passed = horizon_row[family, s]
-        if s > 0 and bounce_codes[family, s - 1] == 2:
-            m = max(math.ceil((before + before_half) / step - first), 0)
-            end = min(math.floor((stop - half) / step - first) + 1, count)
+            half = math.sqrt(channel.wavelength * reach * stretch * share * (1 - share)) * stretch / tangent
+        passed = families.horizon_row[family, s]
+        if s > 0 and codes[s - 1] == 2:
+            m = max(math.ceil((before + before_half) / profile.step - profile.first), 0)
+            end = min(math.floor((stop - half) / profile.step - profile.first) + 1, profile.sample_count)
             if m < end and bound[passed, m] > tangent:
                 while m < end:
                     if launch[passed, m] > tangent:
                         return False
                     m += 1
-        elif s > 0 or bounce_codes[family, 0] == 2:
-            m = min(math.floor((stop - half) / step - first), count - 1)
+        elif s > 0 or codes[0] == 2:
+            m = min(math.floor((stop - half) / profile.step - profile.first), profile.sample_count - 1)
             if m >= 0 and tangent > bound[passed, m]:
                 return False
         before, before_half = stop, half

@@ -1,11 +1,12 @@
 """Straight legs to the points of one line: delay, directions, pressure, facets. Plain numbers and arrays only."""
 
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from insonify.engines.radial_tables import FamilyTable, IsovelocityChannel, RadialFrame, RadialLegs
 from insonify.jit import njit
 
 Floats = NDArray[np.float64]
@@ -14,6 +15,87 @@ Singles = NDArray[np.float32]
 
 _FAST = {"contract", "reassoc", "nsz", "arcp"}
 _E = tuple(np.float32(c) for c in (1.0, 0.69314718, 0.24022651, 0.05550411, 0.00961813, 0.00133336, 0.00015404))
+
+
+class Facets(NamedTuple):
+    """Facets at the n samples of one radial."""
+
+    reach: Floats
+    """Horizontal distance [m]."""
+    along: Singles
+    """Slope along the frame's first axis [1]."""
+    across: Singles
+    """Slope along its second axis [1]."""
+    normal_n: Singles
+    """North component of the unit normal into the water."""
+    normal_e: Singles
+    """East component."""
+    normal_d: Singles
+    """Down component."""
+    area: Singles
+    """Area [m^2]."""
+
+
+class FamilyImage(NamedTuple):
+    """Image source of one family, and the water of its straight rays."""
+
+    depth: float
+    """Depth of the image source [m]."""
+    slowness: float
+    """One over the speed of sound [s/m]."""
+    loss: float
+    """Absorption [octaves of pressure/m]."""
+    turned: float
+    """-1 for an odd number of bounces, else 1."""
+    bit: int
+    """Bit of the family in the columns of bits."""
+
+
+class RadialBearing(NamedTuple):
+    """Bearing of a radial, and those at which the beams are evaluated at its n samples."""
+
+    cosine: float
+    """Cosine of the bearing."""
+    sine: float
+    """Sine of the bearing."""
+    ahead_n: Singles
+    """North component of the bearing for the beams [1], (n,)."""
+    ahead_e: Singles
+    """East component [1], (n,)."""
+
+
+class FamilyLegs(NamedTuple):
+    """Legs of one family to n samples."""
+
+    delay: Floats
+    """Travel time [s]."""
+    into_n: Singles
+    """Direction of travel at the sample, north."""
+    into_e: Singles
+    """East."""
+    into_d: Singles
+    """Down."""
+    out_n: Singles
+    """Direction of travel at the sonar, north."""
+    out_e: Singles
+    """East."""
+    out_d: Singles
+    """Down."""
+    size: Singles
+    """Pressure re 1 m but for bounces, 0 where there is no leg [1]."""
+    root_slant: Singles
+    """Root of one less the sine of the facet's grazing angle [1]."""
+
+
+class RadialScratch(NamedTuple):
+    """Columns of the points of one radial that are used again for the next."""
+
+    facet: Singles
+    """Two slopes [1]; pressure of a leg [1]; area [m^2]; see `FamilyLegs.root_slant`; (5, at least m)."""
+    bits: Integers
+    """Families that reach each point, a bit for each, (at least m,)."""
+    begin: int
+    """Number of the radial's first point."""
 
 
 @njit(inline="always")
@@ -28,24 +110,16 @@ def exp2_of(x: Any) -> Any:
 
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath=_FAST)
-def facet_normals(
-    reach: Floats, along: Singles, across: Singles, cos_h: float, sin_h: float, share: float, north: Singles,
-    east: Singles, down: Singles, area: Singles,
-) -> None:  # fmt: skip
-    """Unit normals into the water, and areas, of facets.
+def facet_normals(facets: Facets, cos_h: float, sin_h: float, share: float) -> None:
+    """Fill unit normals into the water, and areas, of facets.
 
     Args:
-        reach: Horizontal distance [m], (n,).
-        along: Slope along the frame's first axis [1], (n,).
-        across: Along its second [1], (n,).
+        facets: Reach and slopes; its normals and areas are the result.
         cos_h: Cosine of the frame's heading.
-        sin_h: Its sine.
+        sin_h: Sine of the frame's heading.
         share: Step times width of the line's cell [m].
-        north: Result, (n,).
-        east: Result, (n,).
-        down: Result, (n,).
-        area: Result [m^2], (n,).
     """
+    reach, along, across, north, east, down, area = facets
     c, s = np.float32(cos_h), np.float32(sin_h)
     for i in range(reach.size):
         a, b = c * along[i] - s * across[i], s * along[i] + c * across[i]
@@ -57,43 +131,25 @@ def facet_normals(
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath=_FAST)
 def straight_legs(
-    reach: Floats, depth: Floats, image: float, slowness: float, loss: float, cosine: float, sine: float,
-    turned: float, bit: int, bits: Integers, normal_n: Singles, normal_e: Singles, normal_d: Singles,
-    ahead_n: Singles, ahead_e: Singles, delay: Floats, into_n: Singles, into_e: Singles, into_d: Singles,
-    out_n: Singles, out_e: Singles, out_d: Singles, size: Singles, root_slant: Singles,
-) -> None:  # fmt: skip
-    """Straight legs of one family to points of one line: delay, directions, spreading with absorption.
+    facets: Facets, depth: Floats, image: FamilyImage, bearing: RadialBearing, bits: Integers, legs: FamilyLegs
+) -> None:
+    """Fill straight legs of one family to points of one line: delay, directions, spreading with absorption.
 
     Args:
-        reach: Horizontal distance [m], (n,).
+        facets: Facets at the points, (n,).
         depth: Depths of the points [m], (n,).
-        image: Depth of the image source [m].
-        slowness: One over the speed of sound [s/m].
-        loss: Absorption [octaves of pressure/m].
-        cosine: Cosine of the line's bearing.
-        sine: Sine of that bearing.
-        turned: -1 for an odd number of bounces, else 1.
-        bit: Bit of the family in `bits`.
+        image: Image source of the family.
+        bearing: Bearing of the line.
         bits: Families that reach each point, (n,); cleared where its facet faces away.
-        normal_n: North component of the facets' unit normals, (n,).
-        normal_e: East component, (n,).
-        normal_d: Down component, (n,).
-        ahead_n: North of the bearing at which the beams are evaluated there [1], (n,).
-        ahead_e: East of it, (n,).
-        delay: Result [s], (n,).
-        into_n: Result, direction of travel at the point, (n,).
-        into_e: Result, direction of travel at the point, (n,).
-        into_d: Result, direction of travel at the point, (n,).
-        out_n: Result, direction at the sonar, (n,).
-        out_e: Result, direction at the sonar, (n,).
-        out_d: Result, direction at the sonar, (n,).
-        size: Result, pressure re 1 m but for bounces, 0 where the leg is not there [1], (n,).
-        root_slant: Result, root of one less the sine of the facet's grazing angle [1], (n,).
+        legs: Result.
     """
-    c, s, t = np.float32(cosine), np.float32(sine), np.float32(turned)
-    mask, least = np.int32(1 << bit), np.float32(loss)
+    reach, _, _, normal_n, normal_e, normal_d, _ = facets
+    delay, into_n, into_e, into_d, out_n, out_e, out_d, size, root_slant = legs
+    ahead_n, ahead_e, slowness = bearing.ahead_n, bearing.ahead_e, image.slowness
+    c, s, t = np.float32(bearing.cosine), np.float32(bearing.sine), np.float32(image.turned)
+    mask, least = np.int32(1 << image.bit), np.float32(image.loss)
     for i in range(reach.size):
-        dz = depth[i] - image
+        dz = depth[i] - image.depth
         length = math.sqrt(reach[i] * reach[i] + dz * dz)
         inverse = np.float32(1) / np.float32(length)
         delay[i] = length * slowness
@@ -114,8 +170,8 @@ def apply_direction_factor(factor: Singles, root_slant: Singles, size: Singles) 
     """Multiply pressures by the root of what their directions contribute to a law that is a product.
 
     Args:
-        factor: See `walk`.
-        root_slant: See `straight_legs`, (n,).
+        factor: See `FamilyTable`.
+        root_slant: See `FamilyLegs`, (n,).
         size: Result, see `amplitude`, (n,).
     """
     rate, last = np.float32(factor.size - 1), np.uint32(factor.size - 2)
@@ -128,47 +184,34 @@ def apply_direction_factor(factor: Singles, root_slant: Singles, size: Singles) 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def legs_along_radial(
-    line: Floats, heading: float, step: float, m: int, speed: float, loss: float, images: Floats,
-    bounce_codes: Integers,
-    mirrors: NDArray[np.complex64], factor: Singles, families: int, ahead_n: Singles, ahead_e: Singles,
-    facet: Singles, bits: Integers, n: int, place: Floats, delay: Floats, amplitude: NDArray[np.complex64],
-    departure: Singles, arrival: Singles, normal: Singles,
+    line: Floats, frame: RadialFrame, channel: IsovelocityChannel, table: FamilyTable, families: int, ahead: Singles,
+    scratch: RadialScratch, legs: RadialLegs,
 ) -> None:  # fmt: skip
-    """Legs to the m points of one line, as rows from n on; other arguments see `walk` and of `points_of`.
+    """Fill the legs to the m points of one line, as rows from `scratch.begin` on.
 
     Args:
-        line: One row of `lines`, (9,).
-        heading: See `walk`.
-        step: Distance of the line's own samples [m].
-        m: Points.
-        speed: See `walk`, like those that follow up to `factor`.
-        loss: See `walk`, like those that follow up to `factor`.
-        images: See `walk`, like those that follow up to `factor`.
-        bounce_codes: See `walk`, like those that follow up to `factor`.
-        mirrors: See `walk`, like those that follow up to `factor`.
-        factor: See `walk`, like those that follow up to `factor`.
+        line: One row of `RadialSet.radials`, (9,).
+        frame: Frame of the radials.
+        channel: Water of the straight rays.
+        table: Tables of the families.
         families: Those that any of the points is wanted by, a bit for each.
-        ahead_n: See `straight_legs`, (m,).
-        ahead_e: See `straight_legs`, (m,).
-        facet: See `points_of`; areas into the fourth row.
-        bits: Families that reach each point, (at least m,).
-        n: Number of the first point.
-        place: See `walk`, like those that follow.
-        delay: See `walk`, like those that follow.
-        amplitude: See `walk`, like those that follow.
-        departure: See `walk`, like those that follow.
-        arrival: See `walk`, like those that follow.
-        normal: See `walk`, like those that follow.
+        ahead: Bearings at which the beams are evaluated [1], (2, m).
+        scratch: Slopes of the facets, and families that reach each point; areas go into the fourth row.
+        legs: Result.
     """
+    n, m, facet, bits = scratch.begin, ahead.shape[1], scratch.facet, scratch.bits
+    place, normal, delay, departure, arrival = legs.place, legs.normal, legs.delay, legs.departure, legs.arrival
+    amplitude, mirrors, bounce_codes = legs.amplitude, table.mirrors, table.bounce_codes
     stop = n + m
-    cos_h, sin_h = math.cos(heading), math.sin(heading)
+    cos_h, sin_h = math.cos(frame.heading), math.sin(frame.heading)
     cosine, sine = cos_h * line[0] - sin_h * line[1], sin_h * line[0] + cos_h * line[1]
     # rows of whole arrays: the compiler must see that they lie concurrently
-    reach, depth, size, area, root_slant = place[0, n:stop], place[1, n:stop], facet[2, :m], facet[3, :m], facet[4, :m]
-    north, east, down = normal[0, n:stop], normal[1, n:stop], normal[2, n:stop]
-    facet_normals(reach, facet[0, :m], facet[1, :m], cos_h, sin_h, step * line[2], north, east, down, area)
-    nodes = mirrors.shape[1] - 1
-    for f in range(images.size):
+    depth, size, area, root_slant = place[1, n:stop], facet[2, :m], facet[3, :m], facet[4, :m]
+    facets = Facets(place[0, n:stop], facet[0, :m], facet[1, :m], normal[0, n:stop], normal[1, n:stop],
+                    normal[2, n:stop], area)  # fmt: skip
+    facet_normals(facets, cos_h, sin_h, frame.step * line[8] * line[2])
+    bearing, nodes = RadialBearing(cosine, sine, ahead[0], ahead[1]), mirrors.shape[1] - 1
+    for f in range(table.images.size):
         if families & (1 << f) == 0:
             amplitude[f, n:stop] = 0
             continue
@@ -176,12 +219,13 @@ def legs_along_radial(
         for q in range(bounce_codes.shape[1]):
             if bounce_codes[f, q] > 0:
                 odd, bounces = -odd, bounces + 1
-        straight_legs(reach, depth, images[f], 1 / speed, loss, cosine, sine, odd, f, bits[:m], north, east, down,
-                 ahead_n, ahead_e, delay[f, n:stop], arrival[f, 0, n:stop], arrival[f, 1, n:stop],
-                 arrival[f, 2, n:stop], departure[f, 0, n:stop], departure[f, 1, n:stop], departure[f, 2, n:stop],
-                 size, root_slant)  # fmt: skip
-        if factor.size > 0:
-            apply_direction_factor(factor, root_slant, size)
+        columns = FamilyLegs(delay[f, n:stop], arrival[f, 0, n:stop], arrival[f, 1, n:stop], arrival[f, 2, n:stop],
+                             departure[f, 0, n:stop], departure[f, 1, n:stop], departure[f, 2, n:stop], size,
+                             root_slant)  # fmt: skip
+        image = FamilyImage(table.images[f], 1 / channel.speed, table.loss, odd, f)
+        straight_legs(facets, depth, image, bearing, bits[:m], columns)
+        if table.factor.size > 0:
+            apply_direction_factor(table.factor, root_slant, size)
         if bounces == 0:
             for i in range(m):
                 amplitude[f, n + i] = np.complex64(size[i])

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from insonify.engines._sample_allocation_kernel import GOLDEN
+from insonify.engines.radial_tables import FamilyTable, SampleLists
 from insonify.jit import njit
 
 Floats = NDArray[np.float64]
@@ -22,67 +23,45 @@ FULL_PROBABILITY = 32
 _SAMPLE_PACE, _LINE_PACE = 3242174889, 2447445414  # of 2^32: the inverse of the plastic number, and its square
 
 
-class SampleLists(NamedTuple):
-    """Lists of samples, each of one line, and of those of them that each pair takes."""
+class RangeBins(NamedTuple):
+    """Range bins of the plan, and the pairs of families whose keep probabilities they hold."""
 
-    first: Integers
-    """First point of each list, (lists + 1,)."""
-    samples: Integers
-    """Samples of the line from the sonar up to the last point of each list, (lists,)."""
-    families: Integers
-    """Families that any point of each list is wanted by, a bit for each, (lists,)."""
-    passed: NDArray[np.bool_]
-    """Rows of launches that any of these passes by, (lists, paths)."""
-    sample: Integers
-    """Number of each point along its line, (n,)."""
-    wanted: Integers
-    """Families that each point is wanted by, (n,)."""
-    reach: Floats
-    """Horizontal distance of each point [m], (n,)."""
-    ahead: Singles
-    """North and east of the bearing at which the beams are evaluated there [1], (2, n)."""
-    pair_first: Integers
-    """First row of each pair in each list, (lists, p + 1)."""
-    row: Integers
-    """Number of the point in its list, (rows,)."""
-    more: Singles
-    """Number of points that each row represents [1], (rows,)."""
-    close_first: Integers
-    """First range of each list, (lists + 1,)."""
-    close: Integers
-    """First point and after the last, in the list, of ranges where pairs may arrive within one pulse, (any, 2)."""
+    edges: Floats
+    """Edges of the bins, horizontal distances [m], (b + 1,)."""
+    pair: Integers
+    """Rows of two families, (p, 2)."""
+    close: NDArray[np.bool_]
+    """True if pairs of a bin may arrive within one pulse, (b,)."""
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def list_samples(
-    radials: Floats, heading: float, step: float, edges: Floats, pair: Integers, keep_probability: Integers,
-    close: NDArray[np.bool_], bounce_codes: Integers, horizon_row: Integers, lists: SampleLists, fill: bool,
+    radials: Floats, heading: float, step: float, bins: RangeBins, keep_probability: Integers, families: FamilyTable,
+    lists: SampleLists, fill: bool,
 ) -> None:  # fmt: skip
     """Fill one list for each line, or only count: `first`, `pair_first` and `close_first` are given in either case.
 
     Args:
-        radials: See `_swath_kernel.walk`, (s, 9).
+        radials: See `RadialSet`, (s, 9).
         heading: Heading of their frame [rad].
         step: Distance of samples [m].
-        edges: Edges of the range bins, horizontal distances [m], (b + 1,).
-        pair: Rows of two families, (p, 2).
+        bins: The range bins.
         keep_probability: Part of the points of each line and range bin that every pair takes, in parts of
             `FULL_PROBABILITY`, (s, b, p).
-        close: True if pairs of a range bin may arrive within one pulse, (b,).
-        bounce_codes: See `_line_of_sight_kernel.mark_reached_samples`.
-        horizon_row: See `_line_of_sight_kernel.mark_reached_samples`.
+        families: Tables of the families.
         lists: Result.
         fill: True to fill the lists, False to count their rows only.
     """
-    families = bounce_codes.shape[0]
-    range_bin, wanted = np.empty(edges.size, np.int64), np.empty((families, edges.size - 1), np.uint8)
+    edges, pair, close = bins
+    family_count = families.bounce_codes.shape[0]
+    range_bin, wanted = np.empty(edges.size, np.int64), np.empty((family_count, edges.size - 1), np.uint8)
     n, ranges, row = 0, 0, 0
     lists.first[0], lists.close_first[0] = 0, 0
     for s in range(radials.shape[0]):
         own = step * radials[s, 8]
         count = range_bins_of(radials[s], own, edges, pair, keep_probability[s], range_bin, wanted)
         lists.samples[s] = count
-        mark_needed_launches(wanted, bounce_codes, horizon_row, lists.passed[s])
+        mark_needed_launches(wanted, families, lists.passed[s])
         priority, number = np.empty(count, np.int32), np.full(count, -1, np.int32)
         priorities(radials[s, 7], count, priority)
         begin, every = n, np.int32(0)
@@ -90,7 +69,7 @@ def list_samples(
             start = n
             for k in range(range_bin[b], range_bin[b + 1]):
                 bits = np.int32(0)
-                for f in range(families):
+                for f in range(family_count):
                     bits |= np.int32(1 << f) if priority[k] < wanted[f, b] else np.int32(0)
                 if bits == 0:
                     continue
@@ -144,8 +123,8 @@ def range_bins_of(
     Args:
         line: One row of `radials`, (9,).
         step: Distance of the line's own samples [m].
-        edges: See `list_samples`.
-        pair: See `list_samples`.
+        edges: See `RangeBins`.
+        pair: See `RangeBins`.
         keep_probability: Keep probability of the line, (b, p).
         range_bin: Result, (b + 1,).
         wanted: Result, (f, b).
@@ -190,10 +169,9 @@ def priorities(number: float, count: int, priority: Integers) -> None:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def mark_needed_launches(
-    wanted: Integers, bounce_codes: Integers, horizon_row: Integers, passed: NDArray[np.bool_]
-) -> None:
-    """Mark the rows of launches that any wanted family passes by; arguments see `list_samples`."""
+def mark_needed_launches(wanted: Integers, families: FamilyTable, passed: NDArray[np.bool_]) -> None:
+    """Mark the rows of launches that any wanted family passes by, (f, b) of `wanted` being above 0."""
+    bounce_codes, horizon_row = families.bounce_codes, families.horizon_row
     passed[:] = False
     for f in range(bounce_codes.shape[0]):
         if wanted[f].max() > 0:

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from insonify.engines._prefetch import prefetch
+from insonify.engines.radial_tables import MapTiles, RadialFrame
 from insonify.jit import njit
 
 Floats = NDArray[np.float64]
@@ -22,16 +23,14 @@ _NONE, _FIRST, _SECOND, _EAST, _NORTH, _BOTH = (np.uint64(n) for n in (0, 1, 2, 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def tiles_under_radials(
-    along: float, across: float, radials: Floats, step: float, samples: Integers, chosen: Integers, cell: float,
-    mark: Integers, found: Integers,
+    frame: RadialFrame, radials: Floats, samples: Integers, chosen: Integers, cell: float, mark: Integers,
+    found: Integers,
 ) -> int:  # fmt: skip
     """Numbers in a window of the pieces of the map that samples of some lines lie in.
 
     Args:
-        along: Where the lines start, from the first node of the window [m].
-        across: The same across [m].
-        radials: See `walk`.
-        step: Distance of samples [m].
+        frame: Frame of the radials.
+        radials: See `RadialSet`.
         samples: How many are looked at, of the lists of points, (lists,).
         chosen: Which of these lists each line has, (s,).
         cell: Side of a cell of the map [m].
@@ -42,8 +41,10 @@ def tiles_under_radials(
         How many there are, `most` at the most.
     """
     for s in range(radials.shape[0]):
-        own = step * radials[s, 8]
-        a, b, step_a, step_b = along / cell, across / cell, radials[s, 0] * own / cell, radials[s, 1] * own / cell
+        own = frame.step * radials[s, 8]
+        a, b, step_a, step_b = (
+            frame.along / cell, frame.across / cell, radials[s, 0] * own / cell, radials[s, 1] * own / cell
+        )  # fmt: skip
         for k in range(samples[chosen[s]]):
             place = k + radials[s, 6]
             mark[np.uint32(a + place * step_a) >> _SIX, np.uint32(b + place * step_b) >> _SIX] = 1
@@ -60,32 +61,28 @@ def tiles_under_radials(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def sample_radial_terrain(
-    along: float, across: float, line: Floats, step: float, count: int, cell: float, level: float, slot: Integers,
-    pieces: Singles, flat: bool, where: Integers, depth: Singles, slope: Singles,
+    frame: RadialFrame, line: Floats, count: int, level: float, tiles: MapTiles, where: Integers, depth: Singles,
+    slope: Singles,
 ) -> None:  # fmt: skip
     """Ground along one line: heights linear between nodes, slopes of the nearest node, so that none gets gentler.
 
     Args:
-        along: See `walk`.
-        across: See `walk`.
-        line: One row of `radials`, (9,).
-        step: Distance of the line's own samples [m].
+        frame: Frame of the radials.
+        line: One row of `RadialSet.radials`, (9,).
         count: Samples wanted.
-        cell: See `walk`.
         level: Depth of the mean plane [m].
-        slot: See `walk`.
-        pieces: See `walk`.
-        flat: See `walk`.
+        tiles: Tiles of the seabed's map.
         where: Scratch, unsigned, (at least count,).
         depth: Result [m], (at least count,).
         slope: Result, along the frame's axes [1], (2, at least count).
     """
     mean = np.float32(level)
-    if flat:
+    if tiles.flat:
         depth[:count] = mean
         slope[:, :count] = 0
         return
-    a, b, step_a, step_b = along / cell, across / cell, line[0] * step / cell, line[1] * step / cell
+    step, cell, slot, pieces = frame.step * line[8], tiles.cell, tiles.slot, tiles.pieces
+    a, b, step_a, step_b = frame.along / cell, frame.across / cell, line[0] * step / cell, line[1] * step / cell
     node, half = pieces.reshape(pieces.size), np.float32(0.5)
     slope_a, slope_b = slope[0], slope[1]
     for k in range(count):  # each sample for itself, and first all positions: the map is far larger than any cache

@@ -37,7 +37,7 @@ def pair_energies(
     """Energy of every pair from each range bin of each line [m^-2], both orders of a pair together.
 
     Args:
-        radials: See `_swath_kernel.walk`.
+        radials: See `RadialSet`.
         heading: Heading of their frame in the world [rad].
         edges: Edges of the range bins, horizontal distances [m], increasing, (b + 1,).
         verticals: From each image source down to the seabed [m], (f,).

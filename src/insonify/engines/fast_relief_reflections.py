@@ -8,10 +8,9 @@ by terrain and targets remains that over the mean plane.
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from insonify.engines._fast_relief_reflections_kernel import write_image_paths
-from insonify.engines.radial_window import RadialSet
+from insonify.engines.radial_tables import PairSamples, RadialLegs, RadialSet
 from insonify.engines.relief_reflections import reflection_product
 from insonify.engines.reverberation_plan import ReverberationPlan
 from insonify.propagation.local_planes import local_plane_paths
@@ -19,14 +18,10 @@ from insonify.scene.scene import Scene
 from insonify.scene.seabed_terrain import SeabedTerrain
 from insonify.sonar.ping_geometry import PingGeometry
 
-Floats = NDArray[np.float64]
-Singles = NDArray[np.float32]
-
 
 def bounce_off_relief(
     scene: Scene, terrain: SeabedTerrain, ping_geometry: PingGeometry, plan: ReverberationPlan, part: RadialSet,
-    first: NDArray[np.int64], position: Floats, normal: Singles, rows: NDArray[np.int32], found: NDArray[np.int64],
-    delay: Floats, amplitude: NDArray[np.complex64], departure: Singles, arrival: Singles,
+    legs: RadialLegs, pairs: PairSamples,
 ) -> None:  # fmt: skip
     """Write the legs with bottom bounces of some lines anew, off the planes fitted to the seabed under each bounce.
 
@@ -36,34 +31,25 @@ def bounce_off_relief(
         ping_geometry: The sonar at this ping.
         plan: What all such pings have in common.
         part: The lines, s of them.
-        first: First point of each line, shape (s + 1,).
-        position: Horizontal distance and depth of each point [m], shape (2, n).
-        normal: Unit normal into the water, shape (3, n).
-        rows: Points of each pair, shape (p, most).
-        found: How many they are, shape (p,).
-        delay: Changed, one-way travel time [s], shape (f, n).
-        amplitude: Changed, see `_swath_kernel.walk`, (f, n).
-        departure: Changed, direction of travel at the sonar, (f, 3, n).
-        arrival: Changed, direction of travel at the point, (f, 3, n).
+        legs: Changed, the legs to their points.
+        pairs: Points of each pair.
     """
+    first = legs.first
     bounced = [f for f, name in enumerate(plan.families) if "B" in name]
     listed: Any = None
     for f in bounced:
         requested = np.zeros(int(first[-1]), bool)
         for k in np.flatnonzero((plan.allocation.pair == f).any(axis=1)):
-            requested[rows[k, : found[k]]] = True
-        some = np.flatnonzero(requested & (np.abs(amplitude[f, : len(requested)]) > 0))
+            requested[pairs.rows[k, : pairs.found[k]]] = True
+        some = np.flatnonzero(requested & (np.abs(legs.amplitude[f, : len(requested)]) > 0))
         if not len(some):
             continue
         if listed is None:
             many = np.diff(first)
             listed = np.repeat(part.lists.first[part.taken] - first[:-1], many) + np.arange(first[-1])
         ahead = part.lists.ahead[:, listed[some]]
-        here, (reach, depth) = ping_geometry.transmit_position, position[:, some]
+        here, (reach, depth) = ping_geometry.transmit_position, legs.place[:, some]
         points = np.stack([here[0] + reach * ahead[0], here[1] + reach * ahead[1], depth], axis=-1)
         way = local_plane_paths(plan.families[f], here, points, terrain, ping_geometry.wavelength)
         left = reflection_product(plan.families[f], way, terrain, ping_geometry.wavelength, scene)
-        write_image_paths(
-            some, way, left.astype(np.complex64), normal, plan.factor, plan.loss, 1 / scene.water.sound_speed,
-            delay[f], amplitude[f], departure[f], arrival[f],
-        )  # fmt: skip
+        write_image_paths(some, way, left.astype(np.complex64), 1 / scene.water.sound_speed, f, plan.table, legs)

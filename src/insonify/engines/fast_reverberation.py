@@ -18,17 +18,24 @@ import numpy as np
 from numpy.typing import NDArray
 
 from insonify.engines import _fast_reverberation_kernel as kernel
-from insonify.engines._radial_samples_kernel import SampleLists
 from insonify.engines._radial_terrain_kernel import CELLS
 from insonify.engines.face_reflection import reflecting_faces
 from insonify.engines.fast_relief_reflections import bounce_off_relief
 from insonify.engines.ping_scatterers import ping_scatterers
-from insonify.engines.radial_window import RadialSet, TerrainWindow, radials_past_targets, terrain_window
+from insonify.engines.radial_tables import (
+    IsovelocityChannel,
+    MapTiles,
+    PairSamples,
+    RadialFrame,
+    RadialLegs,
+    RadialSet,
+)
+from insonify.engines.radial_window import TerrainWindow, radials_past_targets, terrain_window
 from insonify.engines.radials import radials_in_view
 from insonify.engines.resolution import receivable_range, two_way_gain_bound
 from insonify.engines.reverberation_plan import ReverberationPlan, plan_reverberation
 from insonify.engines.shadow_radials import shaded_legs, shadow_radials
-from insonify.engines.swath_origins import Shaded, Walked, origins, unlit
+from insonify.engines.swath_origins import Shaded, origins, unlit
 from insonify.propagation.families import families_reaching
 from insonify.propagation.image_sources import StraightRays
 from insonify.propagation.path_settings import PathSettings
@@ -155,66 +162,51 @@ class FastReverberation:
         terrain, window = self.scene.seabed.terrain, self.window
         if terrain is None:
             pieces, slot = empty_terrain_map()
-            return [accumulate_samples(self._walk(part, pieces, slot, 1.0, labelled)) for part in self.parts]
+            tiles = MapTiles(1.0, slot, pieces, flat=True)
+            return [accumulate_samples(self._walk(part, tiles, labelled)) for part in self.parts]
         kept = terrain_map(terrain)
         slot = np.zeros((window.side, window.side), np.uint32)
         with kept.reading(window.corner + window.crossed, map_function) as rows:
             slot[tuple(window.crossed.T)] = rows
-            return [accumulate_samples(self._walk(part, kept.pieces, slot, kept.cell, labelled)) for part in self.parts]
+            tiles = MapTiles(kept.cell, slot, kept.pieces, flat=False)
+            return [accumulate_samples(self._walk(part, tiles, labelled)) for part in self.parts]
 
-    def _walk(
-        self, part: RadialSet, pieces: NDArray[np.float32], slot: NDArray[np.uint32], cell: float, labelled: bool
-    ) -> ReverberationSamples:
+    def _walk(self, part: RadialSet, tiles: MapTiles, labelled: bool) -> ReverberationSamples:
         """The points of some lines, with the strength of each pair of legs."""
-        seabed, ping_geometry, plan, heading = self.scene.seabed, self.ping_geometry, self.plan, self.known.heading
-        radials, lists, taken, passing = part
-        thin = plan.allocation
-        most, takes, ranges = _column_sizes(lists, taken)
-        f, p = len(plan.families), len(thin.pair)
-        delay = _SCRATCH.of("delay", (f, most), np.float64)
-        amplitude = _SCRATCH.of("amplitude", (f, most), np.complex64)
-        departure = _SCRATCH.of("departure", (f, 3, most), np.float32)
-        arrival = _SCRATCH.of("arrival", (f, 3, most), np.float32)
-        normal, position = _SCRATCH.of("normal", (3, most), np.float32), _SCRATCH.of("place", (2, most), np.float64)
-        rows, weight = _SCRATCH.of("rows", (p, takes), np.int32), _SCRATCH.of("weight", (p, takes), np.float32)
-        found, first = np.empty(p, np.int64), np.empty(len(radials) + 1, np.int64)
-        interference_ranges = _SCRATCH.of("meeting", (ranges, 2), np.int64)
-        ranges = kernel.walk_radials(
-            *self.window.start, heading, float(ping_geometry.transmit_position[2]), seabed.depth,
-            self.scene.water.sound_speed,
-            ping_geometry.wavelength, radials, plan.step, lists, taken, cell, slot, pieces, seabed.terrain is None,
-            plan.images,
-            plan.bounce_codes, plan.horizon_row, plan.launch_image_depths, plan.launch_rising, plan.mirrors,
-            plan.factor, plan.loss, position,
-            delay, amplitude, departure, arrival, normal, rows, weight, found, first, interference_ranges,
+        seabed, ping_geometry, plan = self.scene.seabed, self.ping_geometry, self.plan
+        frame = RadialFrame(*self.window.start, self.known.heading, plan.step)
+        channel = IsovelocityChannel(
+            float(ping_geometry.transmit_position[2]), seabed.depth, self.scene.water.sound_speed,
+            ping_geometry.wavelength,
         )  # fmt: skip
+        legs, pairs, interference_ranges = _columns(part, len(plan.families), len(plan.allocation.pair))
+        ranges = kernel.walk_radials(frame, channel, part, tiles, plan.table, legs, pairs, interference_ranges)
         terrain = seabed.terrain
         if terrain is not None and terrain.span[0] < terrain.span[1]:
-            bounce_off_relief(
-                self.scene, terrain, ping_geometry, plan, part, first, position, normal, rows, found, delay, amplitude,
-                departure,
-                arrival,
-            )  # fmt: skip
-        walked = Walked(first, position, normal, arrival, rows, found)
-        dark = unlit(plan, walked, amplitude) if labelled else None
-        shaded = self._apply_target_shadows(part, first, position, normal, amplitude) if passing.any() else None
+            bounce_off_relief(self.scene, terrain, ping_geometry, plan, part, legs, pairs)
+        dark = unlit(plan, legs, pairs) if labelled else None
+        shaded = self._apply_target_shadows(part, legs) if part.passes_target.any() else None
         if seabed.texture is not None:
-            factor = self._texture(radials, heading, first, position).astype(np.float32)
-            for k, many in enumerate(found):
-                weight[k, :many] *= factor[rows[k, :many]]
-        for k, (i, j) in enumerate(thin.pair if not plan.factor.size else ()):
-            self._apply_law(arrival[i], arrival[j], normal, rows[k, : found[k]], weight[k, : found[k]])
-        held = None if dark is None else origins(plan, ping_geometry, part, walked, dark, shaded)
+            factor = self._texture(part.radials, legs).astype(np.float32)
+            for k, many in enumerate(pairs.found):
+                pairs.weight[k, :many] *= factor[pairs.rows[k, :many]]
+        for k, (i, j) in enumerate(plan.allocation.pair if not plan.table.factor.size else ()):
+            count = pairs.found[k]
+            self._apply_law(
+                legs.arrival[i], legs.arrival[j], legs.normal, pairs.rows[k, :count], pairs.weight[k, :count]
+            )
+        held = None if dark is None else origins(plan, ping_geometry, part, legs, pairs, dark, shaded)
         return ReverberationSamples(
-            delay, amplitude, departure, thin.pair, found, rows, weight, interference_ranges[:ranges], held
-        )
+            legs.delay, legs.amplitude, legs.departure, plan.allocation.pair, pairs.found, pairs.rows, pairs.weight,
+            interference_ranges[:ranges], held,
+        )  # fmt: skip
 
-    def _texture(self, radials: Floats, heading: float, first: NDArray[np.int64], position: Floats) -> Floats:
+    def _texture(self, radials: Floats, legs: RadialLegs) -> Floats:
         """Factor of the seabed's texture on the area of points of some radials [1], shape (n,)."""
-        bearing = np.repeat(np.arctan2(radials[:, 1], radials[:, 0]) + heading, np.diff(first))
+        bearing = np.repeat(np.arctan2(radials[:, 1], radials[:, 0]) + self.known.heading, np.diff(legs.first))
         ahead = np.stack([np.cos(bearing), np.sin(bearing)], axis=-1)
         here = self.ping_geometry.transmit_position[:2]
-        return self.scene.seabed.texture_factor(here + position[0, : len(bearing), None] * ahead)
+        return self.scene.seabed.texture_factor(here + legs.place[0, : len(bearing), None] * ahead)
 
     def _apply_law(
         self, into: NDArray[np.float32], out: NDArray[np.float32], normal: NDArray[np.float32],
@@ -230,36 +222,43 @@ class FastReverberation:
             self.plan.law.fill(one, two, up, values[: len(some)])
             section[begin : begin + DIRECTIONS_PER_BATCH] *= values[: len(some)]
 
-    def _apply_target_shadows(
-        self, part: RadialSet, first: NDArray[np.int64], position: Floats, normal: NDArray[np.float32],
-        amplitude: NDArray[np.complex64],
-    ) -> Shaded | None:  # fmt: skip
+    def _apply_target_shadows(self, part: RadialSet, legs: RadialLegs) -> Shaded | None:
         """Reduce legs by the occlusion of targets, on radials that pass one; returns these legs, if any."""
-        here, ahead = self.ping_geometry.transmit_position, part.lists.ahead
+        here, ahead, first = self.ping_geometry.transmit_position, part.lists.ahead, legs.first
         nearest = min(
             np.hypot(north - here[0], east - here[1]) - radius
             for north, east, radius in self.plan.bounding_cylinders[:, :3]
         )
         behind, listed = [], part.lists.first[part.taken]
         for s in np.flatnonzero(part.passes_target):
-            point = np.flatnonzero(position[0, first[s] : first[s + 1]] > nearest)
+            point = np.flatnonzero(legs.place[0, first[s] : first[s + 1]] > nearest)
             behind.append(np.stack([first[s] + point, listed[s] + point]))
         row, point = np.concatenate(behind, axis=1)
         if not len(row):
             return None
-        reach, depth = position[:, row]
+        reach, depth = legs.place[:, row]
         points = np.stack([here[0] + reach * ahead[0, point], here[1] + reach * ahead[1, point], depth], axis=-1)
-        up = np.ascontiguousarray(normal[:, row].T, float)
-        left, legs = shaded_legs(self.scene, self.ping_geometry, self.plan, self.choice.edge_diffraction, points, up)
-        amplitude[:, row] *= left
-        return Shaded(row, left, legs)
+        up = np.ascontiguousarray(legs.normal[:, row].T, float)
+        left, shaded = shaded_legs(self.scene, self.ping_geometry, self.plan, self.choice.edge_diffraction, points, up)
+        legs.amplitude[:, row] *= left
+        return Shaded(row, left, shaded)
 
 
-def _column_sizes(lists: SampleLists, taken: NDArray[np.int64]) -> tuple[int, int, int]:
-    """Points of some lists, the most that any pair takes of them, and ranges where pairs may interfere."""
-    takes = np.diff(lists.pair_first, axis=1)[taken].sum(axis=0)
-    points, ranges = (int((many[taken + 1] - many[taken]).sum()) for many in (lists.first, lists.close_first))
-    return points, int(takes.max()), ranges
+def _columns(part: RadialSet, f: int, p: int) -> tuple[RadialLegs, PairSamples, NDArray[np.int64]]:
+    """Empty columns for the points of some radials by f families, for those of p pairs, and for interference ranges."""
+    lists, taken = part.lists, part.taken
+    takes = int(np.diff(lists.pair_first, axis=1)[taken].sum(axis=0).max())
+    most, ranges = (int((many[taken + 1] - many[taken]).sum()) for many in (lists.first, lists.close_first))
+    legs = RadialLegs(
+        np.empty(len(part.radials) + 1, np.int64), _SCRATCH.of("place", (2, most), np.float64),
+        _SCRATCH.of("normal", (3, most), np.float32), _SCRATCH.of("delay", (f, most), np.float64),
+        _SCRATCH.of("amplitude", (f, most), np.complex64), _SCRATCH.of("departure", (f, 3, most), np.float32),
+        _SCRATCH.of("arrival", (f, 3, most), np.float32),
+    )  # fmt: skip
+    pairs = PairSamples(
+        _SCRATCH.of("rows", (p, takes), np.int32), _SCRATCH.of("weight", (p, takes), np.float32), np.empty(p, np.int64)
+    )
+    return legs, pairs, _SCRATCH.of("meeting", (ranges, 2), np.int64)
 
 
 def prepare_fast_reverberation(

@@ -2,13 +2,12 @@
 
 import math
 from dataclasses import dataclass, field
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from insonify.engines._radial_samples_kernel import SampleLists
 from insonify.engines._radial_terrain_kernel import CELLS, tiles_under_radials
+from insonify.engines.radial_tables import RadialFrame, RadialSet
 from insonify.engines.reverberation_plan import ReverberationPlan
 from insonify.propagation.knife_edge import ROUGH_RIPPLES
 from insonify.scene.seabed_terrain import SeabedTerrain
@@ -16,19 +15,6 @@ from insonify.scene.terrain_map import MAX_PIECES
 from insonify.sonar.ping_geometry import PingGeometry
 
 Floats = NDArray[np.float64]
-
-
-class RadialSet(NamedTuple):
-    """Lines of one ping with their points."""
-
-    radials: Floats
-    """See `_swath_kernel.walk`, (m, 9)."""
-    lists: SampleLists
-    """Lists of points."""
-    taken: NDArray[np.int64]
-    """Row in `lists` of each line, (m,)."""
-    passes_target: NDArray[np.bool_]
-    """Lines that may pass a target, (m,)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,13 +50,13 @@ def terrain_window(
     reach = math.ceil(farthest / piece) + 1
     first = [math.floor(position / piece) - reach for position in own]
     start = own[0] - first[0] * piece, own[1] - first[1] * piece
-    side = 2 * reach + 1
+    frame, side = RadialFrame(*start, lattice.heading, step), 2 * reach + 1
     mark, found = np.zeros((side, side), np.int8), np.empty((MAX_PIECES + 1, 2), np.int64)
     crossed = np.zeros((side, side), bool)
     for part in parts:
         count = tiles_under_radials(
-            *start, part.radials, step, part.lists.samples, part.taken, terrain.heightmap_cell_size, mark, found
-        )  # fmt: skip
+            frame, part.radials, part.lists.samples, part.taken, terrain.heightmap_cell_size, mark, found
+        )
         crossed[tuple(found[:count].T)] = True
     pieces = np.argwhere(crossed)
     return None if len(pieces) > MAX_PIECES else TerrainWindow(start, side, np.array(first), pieces)

@@ -55,7 +55,7 @@ def radials_in_view(
         rise: How far the boundary may stand above or lie below its depth [m], less than the sonar's height above it.
 
     Returns:
-        Lines as `_swath_kernel.walk` wants them, shape (n, 9).
+        Lines as `RadialSet` wants them, shape (n, 9).
     """
     key = (
         ping_geometry.transmit_beams.axes.tobytes(), ping_geometry.receive_beams.axes.tobytes(),

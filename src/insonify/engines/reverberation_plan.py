@@ -11,7 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from insonify.engines._radial_samples_kernel import SampleLists, list_samples
+from insonify.engines._radial_samples_kernel import RangeBins, list_samples
+from insonify.engines.radial_tables import FamilyTable, SampleLists
 from insonify.engines.sample_allocation import SampleAllocation, allocate_samples
 from insonify.engines.terrain_occlusion import fresnel_half_length
 from insonify.propagation.bounding_cylinders import bounding_cylinders
@@ -35,19 +36,12 @@ class ReverberationPlan:
     families: tuple[str, ...]
     law: CompiledLaw
     radials: Floats
-    """See `_swath_kernel.walk`, (s, 9)."""
+    """See `RadialSet`, (s, 9)."""
     step: float
     """Distance of samples along the lines [m]."""
     allocation: SampleAllocation
-    bounce_codes: NDArray[np.int64]
-    """See `_swath_kernel.walk`, like all that follow."""
-    horizon_row: NDArray[np.int64]
-    images: Floats
-    launch_image_depths: Floats
-    launch_rising: NDArray[np.bool_]
-    mirrors: NDArray[np.complex64]
-    factor: NDArray[np.float32]
-    loss: float
+    table: FamilyTable
+    """Tables of the families."""
     bounding_cylinders: Floats
     """Middle, north and east, radius, depths of top and base of an upright cylinder about each target that casts a
     shadow [m], (t, 5)."""
@@ -73,15 +67,12 @@ class ReverberationPlan:
         """Points of lines that are not the plan's own.
 
         Args:
-            radials: See `_swath_kernel.walk`, (m, 9).
+            radials: See `RadialSet`, (m, 9).
             heading: Heading of their frame [rad].
             keep_probability: Part of the points of each line and range bin that every pair takes, in parts of `WHOLE`,
                 (m, b, p).
         """
-        ways = len(self.launch_image_depths)
-        return _sample_lists(
-            radials, heading, self.step, self.allocation, keep_probability, self.bounce_codes, self.horizon_row, ways
-        )
+        return _sample_lists(radials, heading, self.step, self.allocation, keep_probability, self.table)
 
 
 def plan_reverberation(
@@ -135,39 +126,37 @@ def _plan(
         ping_geometry, depth, rise, families, radials, step, heading, law, mirrors, absorption_db,
         ASSUMED_SLOPE if rough else 0.0,
     )  # fmt: skip
-    radials, (bounce_codes, horizon_row, ways) = thin.radials, _bounce_tables(families)
-    lists = _sample_lists(radials, heading, step, thin, thin.keep_probability, bounce_codes, horizon_row, len(ways))
-    return ReverberationPlan(
-        families, law, radials, step, thin, bounce_codes, horizon_row,
-        images=np.array([image_depth(name, source, depth) for name in families]),
+    bounce_codes, horizon_row, ways = _bounce_tables(families)
+    table = FamilyTable(
+        np.array([image_depth(name, source, depth) for name in families]), bounce_codes, horizon_row,
         launch_image_depths=np.array([image_depth(name, source, depth) for name in ways]),
         launch_rising=np.array([way.endswith("B") for way in ways]),
         mirrors=mirrors,
         factor=np.zeros(0, np.float32) if law.factor is None else law.factor,
         loss=absorption_db / 20 * float(np.log2(10)),
-        bounding_cylinders=bounding_cylinders(scene),
-        lists=lists,
     )  # fmt: skip
+    lists = _sample_lists(thin.radials, heading, step, thin, thin.keep_probability, table)
+    return ReverberationPlan(families, law, thin.radials, step, thin, table, bounding_cylinders(scene), lists)
 
 
 def _sample_lists(
     radials: Floats, heading: float, step: float, thin: SampleAllocation, keep_probability: NDArray[np.uint8],
-    bounce_codes: NDArray[np.int64],
-    horizon_row: NDArray[np.int64], ways: int,
+    families: FamilyTable,
 ) -> SampleLists:  # fmt: skip
     """Points of some lines with some keep probabilities: counted first, then filled in."""
+    launches = families.launch_rising.size
 
     def room(points: int, rows: int, ranges: int) -> SampleLists:
         count = len(radials)
         return SampleLists(
             np.zeros(count + 1, np.int64), np.zeros(count, np.int64), np.zeros(count, np.int64),
-            np.zeros((count, ways), bool), np.empty(points, np.int32), np.empty(points, np.int32), np.empty(points),
+            np.zeros((count, launches), bool), np.empty(points, np.int32), np.empty(points, np.int32), np.empty(points),
             np.empty((2, points), np.float32), np.zeros((count, len(thin.pair) + 1), np.int64),
             np.empty(rows, np.int32), np.empty(rows, np.float32), np.zeros(count + 1, np.int64),
             np.empty((ranges, 2), np.int64),
         )  # fmt: skip
 
-    requested = radials, heading, step, thin.edges, thin.pair, keep_probability, thin.close, bounce_codes, horizon_row
+    requested = radials, heading, step, RangeBins(thin.edges, thin.pair, thin.close), keep_probability, families
     counted = room(0, 0, 0)
     list_samples(*requested, counted, False)
     rows = int(counted.pair_first[-1, -1]) if len(radials) else 0
@@ -177,7 +166,7 @@ def _sample_lists(
 
 
 def _bounce_tables(families: tuple[str, ...]) -> tuple[NDArray[np.int64], NDArray[np.int64], tuple[str, ...]]:
-    """Letters of each family as numbers, the row of what has been passed up to each segment, and these rows' names."""
+    """Bounces of each family as numbers, its rows of launches, and the names of these."""
     strings = [bounce_sequence(name) for name in families]
     longest = max(1, *(len(string) for string in strings))
     bounce_codes = np.zeros((len(families), longest), np.int64)

@@ -46,7 +46,7 @@ class SampleAllocation:
     """Points of each radial at which every pair is evaluated."""
 
     radials: Floats
-    """See `_swath_kernel.walk`: those that came in, some of them cut in two, the rest in longer steps, (s, 9)."""
+    """See `RadialSet`: those that came in, some of them cut in two, the rest in longer steps, (s, 9)."""
     pair: NDArray[np.int64]
     """Rows of two families, the first never after the second, (p, 2)."""
     edges: Floats
@@ -70,7 +70,7 @@ def allocate_samples(
         depth: Depth of the mean seabed [m].
         rise: How far the seabed may stand above or lie below it [m].
         families: Families that reach the seabed.
-        radials: See `_swath_kernel.walk`.
+        radials: See `RadialSet`.
         step: Distance of samples along them [m].
         heading: Heading of their frame [rad].
         law: Scattering law of the seabed.

@@ -48,7 +48,7 @@ class ShadowRadials:
     replaced: NDArray[np.bool_]
     """ReverberationPlan lines that these replace, (s,)."""
     radials: Floats
-    """See `_swath_kernel.walk`, (m, 9)."""
+    """See `RadialSet`, (m, 9)."""
     keep_probability: NDArray[np.uint8]
     """Keep probability of each pair by line and range bin, in parts of `FULL_PROBABILITY`, (m, b, p)."""
     passes_target: NDArray[np.bool_]
@@ -153,7 +153,7 @@ def _arrives_with_shadow(
     plan: ReverberationPlan, scene: Scene, ping_geometry: PingGeometry, runs: list[ShadowRun]
 ) -> NDArray[np.bool_]:
     """True where pairs arrive from a range bin with the first pair from some shadow, over the mean plane, (b, p)."""
-    climbs = (scene.seabed.depth - plan.images)[:, None]
+    climbs = (scene.seabed.depth - plan.table.images)[:, None]
 
     def late(distance: Floats) -> Floats:
         return np.asarray(np.hypot(distance, climbs)[plan.allocation.pair].sum(axis=1) / ping_geometry.sound_speed)

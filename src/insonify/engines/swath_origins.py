@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from insonify.engines._origin_kernel import grazing_angles, positions, unlit_points, unoccluded_amplitudes
-from insonify.engines.radial_window import RadialSet
+from insonify.engines.radial_tables import PairSamples, RadialLegs, RadialSet
 from insonify.engines.reverberation_plan import ReverberationPlan
 from insonify.propagation.families import DIRECT
 from insonify.records.legs import SEABED_OCCLUDER, Legs, LegStatus
@@ -16,23 +16,6 @@ from insonify.sonar.ping_geometry import PingGeometry
 Floats = NDArray[np.float64]
 Singles = NDArray[np.float32]
 Rows = NDArray[np.int64]
-
-
-class Walked(NamedTuple):
-    """Columns of the points of some lines, n of them, as `_swath_kernel.walk` fills them."""
-
-    first: Rows
-    """First point of each line, (s + 1,)."""
-    place: Floats
-    """Horizontal distance and depth [m], (2, n)."""
-    normal: Singles
-    """Unit normal into the water, (3, n)."""
-    arrival: Singles
-    """Direction of travel at the points, (f, 3, n)."""
-    rows: NDArray[np.int32]
-    """Points of each pair, (p, any)."""
-    found: Rows
-    """Number of points, (p,)."""
 
 
 class Shaded(NamedTuple):
@@ -46,14 +29,14 @@ class Shaded(NamedTuple):
     """The same legs with their status and the row of the target that occludes them."""
 
 
-def unlit(plan: ReverberationPlan, walked: Walked, amplitude: NDArray[np.complex64]) -> Rows:
+def unlit(plan: ReverberationPlan, legs: RadialLegs, pairs: PairSamples) -> Rows:
     """Positions in the row of the direct pair of points that no direct leg reaches, before targets are evaluated."""
     straight, direct = straight_rows(plan)
     if straight < 0:
         return np.zeros(0, np.int64)
-    points = walked.rows[straight, : walked.found[straight]]
+    points = pairs.rows[straight, : pairs.found[straight]]
     dark = np.empty(len(points), np.int64)
-    return dark[: unlit_points(amplitude[direct], points, dark)]
+    return dark[: unlit_points(legs.amplitude[direct], points, dark)]
 
 
 def straight_rows(plan: ReverberationPlan) -> tuple[int, int]:
@@ -66,8 +49,8 @@ def straight_rows(plan: ReverberationPlan) -> tuple[int, int]:
 
 
 def origins(
-    plan: ReverberationPlan, ping_geometry: PingGeometry, part: RadialSet, walked: Walked, dark: Rows,
-    shaded: Shaded | None
+    plan: ReverberationPlan, ping_geometry: PingGeometry, part: RadialSet, legs: RadialLegs, pairs: PairSamples,
+    dark: Rows, shaded: Shaded | None,
 ) -> Origins:  # fmt: skip
     """Positions of the points of some lines, and their cut direct legs.
 
@@ -75,23 +58,24 @@ def origins(
         plan: What all such pings have in common.
         ping_geometry: The sonar at this ping.
         part: The lines.
-        walked: Their points.
+        legs: Their points.
+        pairs: Points of each pair.
         dark: As from `unlit`.
         shaded: Occlusion by targets; None: none.
     """
-    count, here = int(walked.first[-1]), ping_geometry.transmit_position
+    count, here = int(legs.first[-1]), ping_geometry.transmit_position
     position = np.empty((3, count))
-    positions(here[0], here[1], walked.first, part.lists.first[part.taken], part.lists.ahead, walked.place, position)
+    positions(here[0], here[1], legs.first, part.lists.first[part.taken], part.lists.ahead, legs.place, position)
     grazing = np.empty((len(plan.families), count), np.float32)
-    grazing_angles(walked.arrival[:, :, :count], walked.normal[:, :count], grazing)
+    grazing_angles(legs.arrival[:, :, :count], legs.normal[:, :count], grazing)
     straight, direct = straight_rows(plan)
-    cut, lost, occluder_row = _cut(walked, dark, shaded, straight, direct)
+    cut, lost, occluder_row = _cut(legs, pairs, dark, shaded, straight, direct)
     free = np.zeros(0, np.complex64)
     if len(cut):
         free = np.empty(len(cut), np.complex64)
         unoccluded_amplitudes(
-            walked.rows[straight, cut], walked.place, plan.images[direct], walked.arrival[direct], walked.normal,
-            plan.loss, plan.factor, free,
+            pairs.rows[straight, cut], legs.place, plan.table.images[direct], legs.arrival[direct], legs.normal,
+            plan.table.loss, plan.table.factor, free,
         )  # fmt: skip
         there = np.flatnonzero(free)
         cut, free, lost, occluder_row = cut[there], free[there], lost[there], occluder_row[there]
@@ -99,15 +83,15 @@ def origins(
 
 
 def _cut(
-    walked: Walked, dark: Rows, shaded: Shaded | None, straight: int, direct: int
+    legs: RadialLegs, pairs: PairSamples, dark: Rows, shaded: Shaded | None, straight: int, direct: int
 ) -> tuple[Rows, Floats, NDArray[np.int16]]:
     """Points of the direct pair whose leg the seabed or a target cuts, the part that is lost, and what cuts."""
     lost, occluder_row = np.ones(len(dark)), np.full(len(dark), SEABED_OCCLUDER, np.int16)
     if shaded is None or straight < 0:
         return dark, lost, occluder_row
-    count = int(walked.found[straight])
-    position = np.full(int(walked.first[-1]), -1, np.int64)
-    position[walked.rows[straight, :count]] = np.arange(count)
+    count = int(pairs.found[straight])
+    position = np.full(int(legs.first[-1]), -1, np.int64)
+    position[pairs.rows[straight, :count]] = np.arange(count)
     mine = np.flatnonzero(shaded.legs.status[direct] == LegStatus.OCCLUDED)
     mine = mine[position[shaded.points[mine]] >= 0]
     behind, unlit_too = position[shaded.points[mine]], np.zeros(count, bool)
