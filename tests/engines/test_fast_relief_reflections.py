@@ -7,8 +7,8 @@ import pytest
 
 from engines.test_fast_reverberation import SIDESCAN, made, quickly, thoroughly
 from engines.test_shadows_over_relief import means, scene
-from insonify.engines import fast_reverberation
-from insonify.engines.fast_relief_reflections import bounce_off_relief
+from insonify.engines.fast_reverberation import reverberation
+from insonify.engines.fast_reverberation.fast_relief_reflections import bounce_off_relief
 from insonify.scene.scatterers import Scatterers
 from insonify.simulator import build_simulator, simulate
 
@@ -56,7 +56,7 @@ def test_each_leg_is_that_of_the_general_engine(monkeypatch: pytest.MonkeyPatch)
         points = np.stack([*(here.transmit_position[:2, None] + reach * part.lists.ahead[:, listed]), depth], axis=-1)
         kept.append((points, delay[:, : first[-1]].copy(), departure[:, :, : first[-1]].copy(), *level))
 
-    monkeypatch.setattr(fast_reverberation, "bounce_off_relief", spied)
+    monkeypatch.setattr(reverberation, "bounce_off_relief", spied)
     quickly(simulator)
     ((points, delay, departure, level, straight),) = kept
     count = len(points)
@@ -80,7 +80,8 @@ def test_flat_beds_and_paths_without_bottom_bounces_request_no_planes(monkeypatc
     """A flat bed with all paths, and relief with direct and surface paths alone: no paths off fitted planes at all."""
     requested: list[Any] = []
     monkeypatch.setattr(
-        "insonify.engines.fast_relief_reflections.local_plane_paths", lambda *expected: requested.append(expected)
+        "insonify.engines.fast_reverberation.fast_relief_reflections.local_plane_paths",
+        lambda *expected: requested.append(expected),
     )
     quickly(build_simulator(made(2, seabed={**SIDESCAN["seabed"], "relief": None})))
     quickly(build_simulator(made(2, paths={"max_reflections": 2, "families": ["D", "S"], "edge_diffraction": "none"})))
@@ -91,5 +92,5 @@ def test_bits_of_shadows_with_bottom_bounces_do_not_depend_on_threads() -> None:
     """The box over 2 cm of relief, all paths: one thread or three, anew or with all that an earlier ping has kept."""
     box = scene(0.02, 0.6, ("D", "S", "BS"))
     first = simulate(box, threads=3).intensity.values
-    fast_reverberation._CACHE.clear()
+    reverberation._CACHE.clear()
     np.testing.assert_array_equal(simulate(box, threads=1).intensity.values, first)

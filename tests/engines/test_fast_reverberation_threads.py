@@ -4,7 +4,7 @@ import sys
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
-from insonify.engines import fast_reverberation
+from insonify.engines.fast_reverberation import reverberation
 from insonify.simulator import build_simulator
 from oracles.scenes import nominal
 
@@ -13,14 +13,14 @@ def test_threads_share_the_cache(monkeypatch):
     """Eight threads that each request 6000 ping_geometries of their own, of which few are kept: none is disturbed."""
     simulator = build_simulator(nominal(field="incoherent"))
     scenario, here, rays = simulator.scenario, simulator.ping_geometry(0), simulator.engine.rays
-    monkeypatch.setattr(fast_reverberation, "_prepare", lambda *_: None)
-    monkeypatch.setattr(fast_reverberation, "_CACHE", {})
+    monkeypatch.setattr(reverberation, "_prepare", lambda *_: None)
+    monkeypatch.setattr(reverberation, "_CACHE", {})
     often = sys.getswitchinterval()
 
     def request(thread):
         for n in range(6000):
             assert (
-                fast_reverberation.prepare_fast_reverberation(
+                reverberation.prepare_fast_reverberation(
                     scenario.scene, scenario.paths, replace(here, max_displacement=8.0 * n + thread), rays
                 )
                 is None

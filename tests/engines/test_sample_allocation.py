@@ -4,16 +4,17 @@ import numpy as np
 import pytest
 
 from engines.test_fast_reverberation import SIDESCAN, made, quickly, thoroughly
-from insonify.engines import _radial_legs_kernel as kernel
-from insonify.engines import (
+from insonify.engines.arrived_energy import arrived_energy
+from insonify.engines.fast_reverberation import _radial_legs_kernel as kernel
+from insonify.engines.fast_reverberation import (
     _radial_samples_kernel,
     _radial_terrain_kernel,
-    fast_reverberation,
+    prepare_fast_reverberation,
+    reverberation,
     reverberation_plan,
     sample_allocation,
 )
-from insonify.engines._sample_allocation_kernel import lengthen_steps, pair_keep_probabilities
-from insonify.engines.fast_reverberation import prepare_fast_reverberation
+from insonify.engines.fast_reverberation._sample_allocation_kernel import lengthen_steps, pair_keep_probabilities
 from insonify.engines.radial_tables import MapTiles, RadialFrame
 from insonify.scattering.compiled_law import CompiledLaw
 from insonify.simulator import build_simulator
@@ -24,7 +25,7 @@ PART = slice(350, 1200)
 
 def forget():
     """Nothing is kept from the pings before."""
-    fast_reverberation._CACHE.clear()
+    reverberation._CACHE.clear()
     reverberation_plan._CACHE.clear()
 
 
@@ -251,7 +252,7 @@ def test_all_energy_has_arrived_in_the_end():
     rng = np.random.default_rng(1)
     late = np.cumsum(rng.uniform(0.001, 0.01, (3, 41)), axis=1)
     energy = rng.uniform(0, 1, (3, 40))
-    arrived = sample_allocation.arrived_energy(late, energy)
+    arrived = arrived_energy(late, energy)
     order = np.argsort(late, axis=None)
     assert np.all(np.diff(arrived.ravel()[order]) >= -1e-12)
     assert arrived.max() == pytest.approx(energy.sum(), rel=1e-9)
@@ -261,7 +262,7 @@ def test_all_energy_has_arrived_in_the_end():
 def test_one_pair_alone_has_arrived_as_it_was_sent():
     """Between its own edges the running sum is that of its own stretches, to the grid of times."""
     late, energy = np.linspace(0.01, 0.2, 21)[None], np.linspace(1, 3, 20)[None]
-    np.testing.assert_allclose(sample_allocation.arrived_energy(late, energy)[0, 1:], np.cumsum(energy), rtol=1e-3)
+    np.testing.assert_allclose(arrived_energy(late, energy)[0, 1:], np.cumsum(energy), rtol=1e-3)
 
 
 def test_pairs_that_arrive_within_a_pulse_are_known_however_deep_the_ground():

@@ -8,8 +8,15 @@ import pytest
 from numpy.typing import NDArray
 
 from engines.test_fast_reverberation import quickly, thoroughly
-from insonify.engines.radial_window import radials_past_targets
-from insonify.engines.shadow_radials import STRIPS, ShadowRun, _parts_of_strips, _probed, _split_radials, shadow_radials
+from insonify.engines.fast_reverberation.radial_window import radials_past_targets
+from insonify.engines.fast_reverberation.shadow_radials import (
+    STRIPS,
+    ShadowRun,
+    _parts_of_strips,
+    _probed,
+    _split_radials,
+    shadow_radials,
+)
 from insonify.engines.target_shadows import shadow_sector
 from insonify.paper import figure2, sidescan_model
 from insonify.paper.nominal_scenario import box

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from insonify.engines._origin_kernel import grazing_angles
+from insonify.engines.fast_reverberation._origin_kernel import grazing_angles
 from insonify.engines.parts import SerialPool
 from insonify.scenario.scenario import Scenario
 from insonify.simulator import Job, _simulate_ping, _sums, build_simulator, label_ping, simulate

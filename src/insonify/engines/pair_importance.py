@@ -20,9 +20,9 @@ from numpy.typing import NDArray
 
 from insonify import random_keys
 from insonify.engines._pair_importance_kernel import assign_priorities, mark_sampled_families
+from insonify.engines.arrived_energy import NEGLIGIBLE, arrived_energy
 from insonify.engines.glint_spread import GlintSpread, glint_spread
 from insonify.engines.relief_reflections import coherent_bounce_factor
-from insonify.engines.sample_allocation import NEGLIGIBLE, arrived_energy
 from insonify.propagation.families import bounce_sequence
 from insonify.propagation.local_planes import flat_image_paths
 from insonify.records.pairs import PairSampling

@@ -27,7 +27,7 @@ class FeatureKernels(NamedTuple):
 
 COHERENT = FeatureKernels("engines._draw_kernel", "draw_and_keep", 35.0)
 BEAMS = FeatureKernels("synthesis._beam_arrivals_kernel", "deposit_block", 34.0)
-FAST = FeatureKernels("engines._fast_reverberation_kernel", "walk_radials", 30.0)
+FAST = FeatureKernels("engines.fast_reverberation._walk_kernel", "walk_radials", 30.0)
 EXPECTED = FeatureKernels("synthesis._gridding", "deposit_energy", 12.0)
 LABELS = FeatureKernels("synthesis._label_kernel", "deposit_label_positions", 8.0)
 ELEMENTS = FeatureKernels("synthesis._element_arrivals_kernel", "deposit_on_elements", 12.0)

@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from insonify.engines._radial_samples_kernel import RangeBins, list_samples
+from insonify.engines.fast_reverberation._radial_samples_kernel import RangeBins, list_samples
+from insonify.engines.fast_reverberation.sample_allocation import SampleAllocation, allocate_samples
 from insonify.engines.radial_tables import FamilyTable, SampleLists
-from insonify.engines.sample_allocation import SampleAllocation, allocate_samples
 from insonify.engines.terrain_occlusion import fresnel_half_length
 from insonify.propagation.bounding_cylinders import bounding_cylinders
 from insonify.propagation.families import bounce_sequence, image_depth

@@ -1,7 +1,7 @@
 """Fast reverberation: the expected intensity of the seabed at one ping, evaluated along radials.
 
 `engines.eigenray_engine` evaluates any block of scatterers; an expectation over a whole seabed needs the same few
-quantities at every point. Here each radial is walked once (`_fast_reverberation_kernel`), and all sample lists and
+quantities at every point. Here each radial is walked once (`_walk_kernel`), and all sample lists and
 tables are kept for the next ping. `prepare_fast_reverberation` checks the conditions: straight rays, a monostatic
 sonar, one beam a side. All other scenes are left to the general engine.
 """
@@ -17,10 +17,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from insonify.engines import _fast_reverberation_kernel as kernel
-from insonify.engines._radial_terrain_kernel import CELLS
 from insonify.engines.face_reflection import reflecting_faces
-from insonify.engines.fast_relief_reflections import bounce_off_relief
+from insonify.engines.fast_reverberation import _walk_kernel as kernel
+from insonify.engines.fast_reverberation._radial_terrain_kernel import CELLS
+from insonify.engines.fast_reverberation.fast_relief_reflections import bounce_off_relief
+from insonify.engines.fast_reverberation.radial_window import TerrainWindow, radials_past_targets, terrain_window
+from insonify.engines.fast_reverberation.reverberation_plan import ReverberationPlan, plan_reverberation
+from insonify.engines.fast_reverberation.shadow_radials import shaded_legs, shadow_radials
+from insonify.engines.fast_reverberation.swath_origins import Shaded, origins, unlit
 from insonify.engines.ping_scatterers import ping_scatterers
 from insonify.engines.radial_tables import (
     IsovelocityChannel,
@@ -30,12 +34,8 @@ from insonify.engines.radial_tables import (
     RadialLegs,
     RadialSet,
 )
-from insonify.engines.radial_window import TerrainWindow, radials_past_targets, terrain_window
 from insonify.engines.radials import radials_in_view
 from insonify.engines.resolution import receivable_range, two_way_gain_bound
-from insonify.engines.reverberation_plan import ReverberationPlan, plan_reverberation
-from insonify.engines.shadow_radials import shaded_legs, shadow_radials
-from insonify.engines.swath_origins import Shaded, origins, unlit
 from insonify.propagation.families import families_reaching
 from insonify.propagation.image_sources import StraightRays
 from insonify.propagation.path_settings import PathSettings

@@ -6,9 +6,9 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from insonify.engines._radial_terrain_kernel import CELLS, tiles_under_radials
+from insonify.engines.fast_reverberation._radial_terrain_kernel import CELLS, tiles_under_radials
+from insonify.engines.fast_reverberation.reverberation_plan import ReverberationPlan
 from insonify.engines.radial_tables import RadialFrame, RadialSet
-from insonify.engines.reverberation_plan import ReverberationPlan
 from insonify.propagation.knife_edge import ROUGH_RIPPLES
 from insonify.scene.seabed_terrain import SeabedTerrain
 from insonify.scene.terrain_map import MAX_PIECES

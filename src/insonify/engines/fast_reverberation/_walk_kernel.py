@@ -9,9 +9,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from insonify.engines._line_of_sight_kernel import RadialProfile, mark_reached_samples, running_horizon
-from insonify.engines._radial_legs_kernel import RadialScratch, legs_along_radial
-from insonify.engines._radial_terrain_kernel import sample_radial_terrain
+from insonify.engines.fast_reverberation._line_of_sight_kernel import (
+    RadialProfile,
+    mark_reached_samples,
+    running_horizon,
+)
+from insonify.engines.fast_reverberation._radial_legs_kernel import RadialScratch, legs_along_radial
+from insonify.engines.fast_reverberation._radial_terrain_kernel import sample_radial_terrain
 from insonify.engines.radial_tables import (
     FamilyTable,
     IsovelocityChannel,

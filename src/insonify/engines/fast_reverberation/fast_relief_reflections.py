@@ -9,10 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from insonify.engines._fast_relief_reflections_kernel import write_image_paths
+from insonify.engines.fast_reverberation._fast_relief_reflections_kernel import write_image_paths
+from insonify.engines.fast_reverberation.reverberation_plan import ReverberationPlan
 from insonify.engines.radial_tables import PairSamples, RadialLegs, RadialSet
 from insonify.engines.relief_reflections import reflection_product
-from insonify.engines.reverberation_plan import ReverberationPlan
 from insonify.propagation.local_planes import local_plane_paths
 from insonify.scene.scene import Scene
 from insonify.scene.seabed_terrain import SeabedTerrain

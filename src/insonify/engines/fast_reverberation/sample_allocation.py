@@ -14,8 +14,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from insonify.engines._radial_samples_kernel import FULL_PROBABILITY
-from insonify.engines._sample_allocation_kernel import lengthen_steps, pair_energies, pair_keep_probabilities
+from insonify.engines.arrived_energy import NEGLIGIBLE, arrived_energy
+from insonify.engines.fast_reverberation._radial_samples_kernel import FULL_PROBABILITY
+from insonify.engines.fast_reverberation._sample_allocation_kernel import (
+    lengthen_steps,
+    pair_energies,
+    pair_keep_probabilities,
+)
 from insonify.propagation.families import bounce_sequence, image_depth
 from insonify.scattering.compiled_law import CompiledLaw
 from insonify.sonar.ping_geometry import PingGeometry
@@ -26,8 +31,6 @@ MIN_PROBABILITY_STEPS = 1
 """Smallest keep probability of a pair that is received."""
 RANGE_BINS = 48
 """Number of range bins with one keep probability each."""
-NEGLIGIBLE = 3e-5
-"""Fraction of the energy received at any time that a pair may lack altogether [1]."""
 FULL_SAMPLING_ENERGY = 0.01
 """Energy of a point, as part of what is received with it, from which on every point counts: about the variance of a
 sample that importance sampling may cost, where all of the energy is sampled [1]."""
@@ -37,8 +40,6 @@ INTERFERENCE_PULSES = 4.0
 """Lag at which two arrivals no longer interfere, in durations of the pulse's energy [1]."""
 MAX_STEP = 8
 """Longest step of a line where few of its points are wanted [steps]."""
-TIME_SAMPLES = 1024
-"""Times at which the whole level is computed."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -155,23 +156,6 @@ def _strengths(
             law.fill(into[i], -into[j], normal, section)
             found[row] += section / 3 * power[i] * power[j]
     return found
-
-
-def arrived_energy(late: Floats, energy: Floats) -> Floats:
-    """Energy of all pairs that has arrived by some times.
-
-    Args:
-        late: Delays of each pair from the edges of the range bins [s], (p, b + 1).
-        energy: Energy of each pair from each range bin, (p, b).
-
-    Returns:
-        At each of these delays, (p, b + 1).
-    """
-    time = np.linspace(late.min(), late.max(), TIME_SAMPLES)
-    arrived = np.zeros(TIME_SAMPLES)
-    for own, part in zip(late, energy, strict=True):
-        arrived += np.interp(time, own, np.append(0.0, np.cumsum(part)))
-    return np.asarray(np.interp(late, time, arrived))
 
 
 def _interfering_pairs(

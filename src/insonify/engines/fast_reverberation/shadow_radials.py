@@ -13,9 +13,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from insonify.engines._radial_samples_kernel import FULL_PROBABILITY
+from insonify.engines.fast_reverberation._radial_samples_kernel import FULL_PROBABILITY
+from insonify.engines.fast_reverberation.reverberation_plan import ReverberationPlan
 from insonify.engines.polar_grid import GOLDEN
-from insonify.engines.reverberation_plan import ReverberationPlan
 from insonify.engines.target_shadows import shadow_sector
 from insonify.propagation.image_sources import StraightRays
 from insonify.propagation.knife_edge import diffract_at_edges

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from insonify.engines._sample_allocation_kernel import GOLDEN
+from insonify.engines.fast_reverberation._sample_allocation_kernel import GOLDEN
 from insonify.engines.radial_tables import FamilyTable, SampleLists
 from insonify.jit import njit
 

@@ -5,9 +5,14 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from insonify.engines._origin_kernel import grazing_angles, positions, unlit_points, unoccluded_amplitudes
+from insonify.engines.fast_reverberation._origin_kernel import (
+    grazing_angles,
+    positions,
+    unlit_points,
+    unoccluded_amplitudes,
+)
+from insonify.engines.fast_reverberation.reverberation_plan import ReverberationPlan
 from insonify.engines.radial_tables import PairSamples, RadialLegs, RadialSet
-from insonify.engines.reverberation_plan import ReverberationPlan
 from insonify.propagation.families import DIRECT
 from insonify.records.legs import SEABED_OCCLUDER, Legs, LegStatus
 from insonify.records.reverberation_samples import Origins

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from insonify.engines._prefetch import prefetch
+from insonify.engines.fast_reverberation._prefetch import prefetch
 from insonify.engines.radial_tables import MapTiles, RadialFrame
 from insonify.jit import njit
 
