@@ -3,35 +3,56 @@
 import json
 from collections.abc import Iterable
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 
 from insonify.annotations.grey_picture import Span, write_grey, write_png
 from insonify.annotations.labelled_image import CLASSES, LabelledImage
+from insonify.surveys.raster import write_bands
+
+FILE = "names.json"
+MAPS = ("images", "classes", "instances")
 
 
-def write_label_maps(images: Iterable[LabelledImage], directory: str | Path, *, span: Span | None = None) -> Path:
+def write_label_maps(
+    images: Iterable[LabelledImage], directory: str | Path, *, form: Literal["png", "tif"] = "png",
+    span: Span | None = None,
+) -> Path:  # fmt: skip
     """Write images with a map of the class and one of the target of each cell.
+
+    Parts of a data set may be written into one folder.
 
     Args:
         images: The images; each has a `name` of its own.
         directory: Folder of the data set, made if there is none, with the folders `images`, `classes` (8 bits) and
             `instances` (16 bits), and the names of their numbers in names.json.
-        span: Levels of the darkest grey and of white [dB]; None: of each image alone.
+        form: "png" for grey pictures; "tif" for GeoTIFF, whose images are recorded and expected levels [dB], unrounded,
+            and mosaics have their coordinates. This needs rasterio.
+        span: Levels of the darkest grey and of white of a PNG [dB]; None: of each image alone.
 
     Returns:
         The file names.json.
     """
     folder = Path(directory)
-    for kind in ("images", "classes", "instances"):
+    for kind in MAPS:
         (folder / kind).mkdir(parents=True, exist_ok=True)
     names = dict[str, list[str]]()
     for image in images:
-        write_grey(image, folder / "images" / f"{image.name}.png", span)
-        write_png(folder / "classes" / f"{image.name}.png", image.classes)
-        write_png(folder / "instances" / f"{image.name}.png", image.instances.astype(np.uint16))
+        files = [folder / kind / f"{image.name}.{form}" for kind in MAPS]
+        classes, instances = image.classes, image.instances.astype(np.uint16)
+        if form == "tif":
+            place = (image.crs, image.transform) if image.crs else None
+            levels = {"recorded level": image.image, "expected level": image.expected}
+            write_bands(files[0], place, levels, ("dB re 1 uPa",) * 2)
+            write_bands(files[1], place, {"class": classes})
+            write_bands(files[2], place, {"target": instances})
+        else:
+            write_grey(image, files[0], span)
+            write_png(files[1], classes)
+            write_png(files[2], instances)
         names[image.name] = list(image.instance_names)
-    file = folder / "names.json"
+    file = folder / FILE
     known = json.loads(file.read_text(encoding="utf-8"))["instances"] if file.is_file() else {}
     content = {"classes": ["background", *CLASSES], "instances": dict(sorted((known | names).items()))}
     file.write_text(json.dumps(content), encoding="utf-8")

@@ -15,7 +15,7 @@ from insonify.annotations.target_views import with_views
 from insonify.annotations.waterfalls import labelled_waterfalls, line_spans
 from insonify.formats.store_description import StoreError
 from insonify.surveys.ground_lines import looks_sideways
-from insonify.surveys.survey import open_survey
+from insonify.surveys.survey import Survey, open_survey
 
 Tile = tuple[int, int]
 LEAST_TILE = 16
@@ -23,7 +23,7 @@ LEAST_TILE = 16
 
 
 def labelled_images(
-    recording: xr.Dataset | str | Path, projection: Projection = "slant", tile: Tile | None = None, *,
+    recording: Survey | xr.Dataset | str | Path, projection: Projection = "slant", tile: Tile | None = None, *,
     labels: xr.Dataset | None = None, gain: str = "tvg30", first_index: int = 0, name: str = "",
 ) -> Iterator[LabelledImage]:  # fmt: skip
     """Labelled images of a recording, one at a time.
@@ -32,7 +32,7 @@ def labelled_images(
     one image per ping over slant range and bearing.
 
     Args:
-        recording: Folder of a recording made with labels, or a recording in memory.
+        recording: Folder of a recording made with labels, or a recording in memory, or its survey.
         projection: "slant" range; "ground" range, the horizontal distance across the track on the terrain of the scene;
             or "mosaic", the lines of a sidescan on the terrain, north up.
         tile: Rows and columns of a tile; None: not cut. Along an edge that they do not divide, the last tile is moved

@@ -1,10 +1,11 @@
 """The command export: a recording in the format of another program."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any, cast
 
 import typer
 
+from insonify.cli.arguments import InputError
 from insonify.cli.pictures import start_drawing
 
 
@@ -15,14 +16,34 @@ def export(
         str | None,
         typer.Option("--as", metavar="NAME", help="Format, where a suffix has several, such as xtf-float32."),
     ] = None,
+    projection: Annotated[
+        str | None, typer.Option(metavar="GRID", help="Grid of annotated images: slant, ground or mosaic.")
+    ] = None,
+    tile: Annotated[
+        str | None, typer.Option(metavar="SIZE", help="Tiles of annotated images, rows x columns, such as 512x512.")
+    ] = None,
 ) -> None:
     """Write a recording in the format of another program: XTF, KMALL, GeoTIFF, CSV, GeoJSON, netCDF, HDF5, PNG.
+
+    Of a run with --labels also annotated images: COCO, YOLO, label maps.
 
     Example: insonify export harbour.zarr harbour.xtf
 
     Example: insonify export harbour.zarr harbour.tif --as waterfall
+
+    Example: insonify export harbour.zarr harbour.coco --projection ground --tile 512x512
     """
     from insonify.writers.export import export as write
 
     start_drawing()
-    typer.echo(write(recording, file, form))
+    typer.echo(write(recording, file, form, projection=cast(Any, projection), tile=_tile(tile)))
+
+
+def _tile(text: str | None) -> tuple[int, int] | None:
+    """Rows and columns of a tile, refused where they are none."""
+    if text is None:
+        return None
+    rows, _, columns = text.lower().replace(" ", "").partition("x")
+    if not rows.isdecimal() or not columns.isdecimal():
+        raise InputError(f"--tile {text}: no size of a tile. Write rows x columns, such as 512x512")
+    return int(rows), int(columns)

@@ -1,5 +1,6 @@
 """Rasters over easting and northing, written as GeoTIFF."""
 
+import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -95,29 +96,38 @@ def write_raster(
     """
     easting, northing = raster.east + survey.frame.offset[1], raster.north + survey.frame.offset[0]
     transform = (raster.pixel, 0.0, easting, 0.0, -raster.pixel, northing)
-    write_bands(survey, path, (survey.frame.raster_crs, transform), bands, units)
+    write_bands(path, (survey.frame.raster_crs, transform), bands, units, survey.tags)
 
 
 def write_bands(
-    survey: Survey, path: Path, place: tuple[str, tuple[float, ...]], bands: Mapping[str, NDArray[Any]],
-    units: Sequence[str] = (),
+    path: Path, place: tuple[str, tuple[float, ...]] | None, bands: Mapping[str, NDArray[Any]],
+    units: Sequence[str] = (), tags: Mapping[str, str] | None = None,
 ) -> None:  # fmt: skip
-    """Write bands with a coordinate system and the six numbers of an affine transform, as `write_raster`."""
+    """Write bands with a coordinate system and the six numbers of an affine transform, as `write_raster`.
+
+    Args:
+        path: File to write.
+        place: Coordinate system and transform; None: cells that are nowhere on Earth.
+        bands: Bands by their description, of one type, shape (rows, columns).
+        units: Unit of each band.
+        tags: Tags of the file.
+    """
     import rasterio
 
     first = next(iter(bands.values()))
     about = {
         "driver": "GTiff", "count": len(bands), "height": first.shape[0], "width": first.shape[1], "dtype": first.dtype,
-        "nodata": 255 if first.dtype == np.uint8 else np.nan, "crs": rasterio.crs.CRS.from_string(place[0]),
-        "transform": rasterio.Affine(*place[1]), "compress": "deflate", "tiled": first.size > 1 << 16,
+        "nodata": 255 if first.dtype == np.uint8 else np.nan if first.dtype.kind == "f" else None,
+        "compress": "deflate", "tiled": first.size > 1 << 16,
     }  # fmt: skip
-    with rasterio.open(path, "w", **about) as file:
-        for number, (name, values) in enumerate(bands.items(), start=1):
-            file.write(values, number)
-            file.set_band_description(number, name)
-            if number <= len(units):
-                file.set_band_unit(number, units[number - 1])
-        file.update_tags(
-            TITLE=str(survey.name.name), SOFTWARE=f"insonify {survey.recording.attrs.get('version', '')}",
-            SEED=str(survey.scenario.seed),
-        )  # fmt: skip
+    if place is not None:
+        about |= {"crs": rasterio.crs.CRS.from_string(place[0]), "transform": rasterio.Affine(*place[1])}
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", rasterio.errors.NotGeoreferencedWarning)
+        with rasterio.open(path, "w", **about) as file:
+            for number, (name, values) in enumerate(bands.items(), start=1):
+                file.write(values, number)
+                file.set_band_description(number, name)
+                if number <= len(units):
+                    file.set_band_unit(number, units[number - 1])
+            file.update_tags(**tags or {})

@@ -61,6 +61,12 @@ class Survey:
         return EarthFrame.of(self.recording.attrs)
 
     @property
+    def tags(self) -> dict[str, str]:
+        """Title, software and seed, as files state them."""
+        version = self.recording.attrs.get("version", "")
+        return {"TITLE": self.name.name, "SOFTWARE": f"insonify {version}", "SEED": str(self.scenario.seed)}
+
+    @property
     def speed(self) -> Floats:
         """Horizontal speed of the platform at each recorded ping [m/s], shape (ping,)."""
         if self.rows.size < 2:
@@ -147,15 +153,17 @@ class Survey:
         return np.asarray(self.recording[column].values, float)[self.rows]
 
 
-def open_survey(recording: xr.Dataset | str | Path) -> Survey:
+def open_survey(recording: Survey | xr.Dataset | str | Path) -> Survey:
     """Open a recording to be written to another format.
 
     Args:
-        recording: A recording, or its folder.
+        recording: A recording, or its folder, or a survey that is open already.
 
     Raises:
         StoreError: It has no scenario, or no ping yet.
     """
+    if isinstance(recording, Survey):
+        return recording
     dataset = recording if isinstance(recording, xr.Dataset) else open_recording(recording)
     name = (
         Path(str(dataset.attrs.get("title") or "recording")) if isinstance(recording, xr.Dataset) else Path(recording)

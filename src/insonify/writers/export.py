@@ -1,17 +1,22 @@
 """Export of a recording to the format of another program, chosen by the suffix of the file."""
 
 import os
+import shutil
 import uuid
 from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import xarray as xr
 
 from insonify.data_file import EXTRAS, install_advice
 from insonify.formats.store_description import StoreError
 from insonify.surveys.survey import open_survey
+
+if TYPE_CHECKING:
+    from insonify.annotations.labelled_image import Projection
+    from insonify.annotations.labelled_images import Tile
 
 
 class ExportFormat(NamedTuple):
@@ -23,6 +28,8 @@ class ExportFormat(NamedTuple):
     """Module and function, called with a survey and the path of the file."""
     package: str = ""
     """Package that it needs beyond those that are always installed."""
+    is_folder: bool = False
+    """True for a folder of annotated images, whose writer also takes a projection and a size of tiles."""
 
 
 FORMATS: dict[str, ExportFormat] = {
@@ -45,12 +52,24 @@ FORMATS: dict[str, ExportFormat] = {
     "rosbag": ExportFormat(
         (".mcap",), "pings, their meaning and poses as ROS 2 messages", "rosbag.write_rosbag", "rosbags"
     ),
+    "coco": ExportFormat((".coco",), "images, masks and boxes", "annotated_images.write_coco", is_folder=True),
+    "yolo": ExportFormat((".yolo",), "images and boxes", "annotated_images.write_yolo", is_folder=True),
+    "yolo-segments": ExportFormat(
+        (".yolo",), "images and outlines", "annotated_images.write_yolo_segments", is_folder=True
+    ),
+    "maps": ExportFormat((".maps",), "images and label maps", "annotated_images.write_maps", is_folder=True),
+    "geotiff-maps": ExportFormat(
+        (".maps",), "levels and label maps as GeoTIFF", "annotated_images.write_geotiff_maps", "rasterio", True
+    ),
     "picture": ExportFormat((".png", ".pdf", ".svg"), "picture with axes", "picture.write_picture"),
 }
 """Formats by name; of several with one suffix, the first is written unless another is named."""
 
 
-def export(recording: xr.Dataset | str | Path, path: str | Path, name: str | None = None) -> Path:
+def export(
+    recording: xr.Dataset | str | Path, path: str | Path, name: str | None = None, *,
+    projection: "Projection | None" = None, tile: "Tile | None" = None,
+) -> Path:  # fmt: skip
     """Write a recording in the format of another program.
 
     The file is written under a temporary name and renamed when it is whole; one of that name is replaced. Pings are
@@ -60,6 +79,8 @@ def export(recording: xr.Dataset | str | Path, path: str | Path, name: str | Non
         recording: As from `insonify.simulate` or `open_recording`, or the folder of a recording.
         path: File to write, such as "harbour.xtf"; its suffix names the format.
         name: One of `insonify.writers.export.FORMATS`; None: the first with that suffix.
+        projection: Grid of annotated images: "slant" range, "ground" range or "mosaic"; None: slant range.
+        tile: Rows and columns of a tile of annotated images; None: not cut.
 
     Returns:
         The path.
@@ -74,22 +95,33 @@ def export(recording: xr.Dataset | str | Path, path: str | Path, name: str | Non
         raise StoreError(f"{target}: writing it needs {chosen.package}. Install it: {install_advice(extra)}")
     if not target.parent.is_dir():
         raise StoreError(f"{target}: there is no folder {target.parent}. Make it first: mkdir -p {target.parent}")
-    if target.is_dir():
-        raise StoreError(f"{target} is a folder. Choose the name of a file")
+    if target.is_dir() or (chosen.is_folder and target.exists()):
+        other = "of a folder that is not there yet" if chosen.is_folder else "of a file"
+        raise StoreError(f"{target} {'is a folder' if target.is_dir() else 'is there'}. Choose the name {other}")
+    cut = {key: value for key, value in (("projection", projection), ("tile", tile)) if value is not None}
+    if cut and not chosen.is_folder:
+        folders = ", ".join(known for known, about in FORMATS.items() if about.is_folder)
+        raise StoreError(f"{target}: only annotated images have a {' and a '.join(cut)}. Leave it out, or write one of "
+                         f"{folders}")  # fmt: skip
     module, function = chosen.writer.split(".")
     survey = open_survey(recording)
     partial = target.with_name(f".{target.stem}.{uuid.uuid4().hex}.partial{target.suffix}")
     try:
-        getattr(import_module(f"insonify.writers.{module}"), function)(survey, partial)
+        getattr(import_module(f"insonify.writers.{module}"), function)(survey, partial, **cut)
         os.replace(partial, target)
     finally:
-        partial.unlink(missing_ok=True)
+        if chosen.is_folder:
+            shutil.rmtree(partial, ignore_errors=True)
+        else:
+            partial.unlink(missing_ok=True)
     return target
 
 
 def _format_name(path: Path, name: str | None) -> str:
     """Name of the format of a file, refused where there is none."""
     suffix = path.suffix.lower()
+    if name in FORMATS and FORMATS[name].is_folder and not suffix:
+        return name
     of_suffix = [known for known, about in FORMATS.items() if suffix in about.suffixes]
     if not of_suffix:
         suffixes = sorted({suffix for about in FORMATS.values() for suffix in about.suffixes})

@@ -54,7 +54,7 @@ def write_labels(survey: Survey, path: Path) -> None:
     targets = "; ".join(f"{number} {name}" for number, name in enumerate(("none", *image.instance_names)))
     bands = {f"class: {classes}": image.classes, f"target: {targets}": image.instances.astype(np.uint8)}
     bands = {name: np.where(is_empty, np.uint8(NOTHING), codes) for name, codes in bands.items()}
-    write_bands(survey, path, (image.crs, image.transform), bands)
+    write_bands(path, (image.crs, image.transform), bands, tags=survey.tags)
 
 
 def write_waterfall(survey: Survey, path: Path) -> None:
@@ -83,4 +83,4 @@ def write_waterfall(survey: Survey, path: Path) -> None:
     step = float(run) / max(survey.rows.size - 1, 1) or cell
     left = -reach if sides[shown[0]] < 0 else 0.0
     place = NO_EARTH, (cell, 0.0, round(left / cell) * cell, 0.0, -step, run + step / 2)
-    write_bands(survey, path, place, {LEVEL: level}, ("dB re 1 uPa",))
+    write_bands(path, place, {LEVEL: level}, ("dB re 1 uPa",), survey.tags)
