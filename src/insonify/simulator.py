@@ -22,6 +22,7 @@ from insonify.engines.fast_reverberation import FastReverberation, prepare_fast_
 from insonify.engines.parts import SerialPool, WorkerPool, parts_of
 from insonify.engines.terrain_cover import MOST_HIDDEN, hidden_part
 from insonify.malloc_tuning import keep_freed_memory
+from insonify.part import Part
 from insonify.propagation.families import families_reaching
 from insonify.propagation.path_settings import PathSettings
 from insonify.propagation.propagation_model_choice import propagation_model_for
@@ -249,6 +250,7 @@ def simulate(scenario: Scenario, *, pings: int | Iterable[int] | None = None, th
 def record(
     scenario: Scenario, path: str | Path, *, pings: int | Iterable[int] | None = None, threads: int | None = None,
     overwrite: bool = False, on_ping: Callable[[int, int], None] | None = None, with_labels: bool | None = None,
+    part: Part | None = None,
 ) -> Path:  # fmt: skip
     """Simulate to disk, ping by ping; an interrupted run resumes.
 
@@ -260,39 +262,30 @@ def record(
         overwrite: True: replace another recording at that path.
         on_ping: Called with the numbers of pings done and of all pings, before the first and after each.
         with_labels: True: store labels beside the pressures; None: by the scenario's `output`.
+        part: Part of the job whose pings are simulated, such as `Part(3, 64)`; others do the others. All by default.
 
     Returns:
         The path.
     """
-    from insonify.formats import label_store, zarr_store
+    from insonify.formats.recording_writer import RecordingWriter
 
     wanted = selected_pings(scenario, pings)
     simulator = build_simulator(scenario)
     lines = simulator.recorded_lines()
     layout = recording_layout(scenario, simulator.platforms, simulator.grid.time, lines)
-    mine = zarr_store.create_recording(path, layout, attributes(scenario), overwrite=overwrite)
     labelled = scenario.output.labels if with_labels is None else with_labels
-    if labelled:
-        label_store.create_labels(path, simulator.label_names, layout, attributes(scenario), into=mine)
-    there = zarr_store.recorded_pings(path)
-    if lines is not None:
-        wanted = lines.plan(wanted, there, zarr_store.recorded_lines(path))
-    whole = label_store.labelled_pings(path) if labelled else np.ones(len(there), bool)
-    jobs = [Job(ping, wants_sound=False, wants_labels=True) for ping in wanted if there[ping] and not whole[ping]]
-    jobs += [Job(ping, wants_sound=True, wants_labels=not whole[ping]) for ping in wanted if not there[ping]]
-    done, report = len(wanted) - len(jobs), on_ping or (lambda *_: None)
-    report(done, len(wanted))
-    write_line = partial(zarr_store.write_line, path, into=mine)
-    for job, series, labelling in _simulate_jobs(simulator, jobs, threads):
-        # labels first: a ping whose sound is there is whole
-        if labelling is not None:
-            label_store.write_label_ping(path, job.ping, labelling, into=mine)
-        if series is not None:
-            complete = {job.ping: series} if lines is None else lines.add(job.ping, series, write_line)
-            for ping, one in complete.items():
-                zarr_store.write_ping(path, ping, one, into=mine)
+    writer = RecordingWriter(
+        Path(path), layout, attributes(scenario), lines=lines, overwrite=overwrite,
+        label_names=simulator.label_names if labelled else None,
+    )  # fmt: skip
+    missing, count = writer.missing(writer.of_part(part, wanted))
+    done, report = count - len(missing), on_ping or (lambda *_: None)
+    report(done, count)
+    for job, series, labelling in _simulate_jobs(simulator, [Job(*one) for one in missing], threads):
+        writer.write(job.ping, series, labelling)
         done += 1
-        report(done, len(wanted))
+        report(done, count)
+    writer.pack()
     return Path(path)
 
 

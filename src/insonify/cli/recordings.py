@@ -35,11 +35,20 @@ def run(
     labels: Annotated[
         bool, typer.Option("--labels", help="Label every sample: object, paths, shadow. As output.labels.")
     ] = False,
+    part: Annotated[
+        str | None,
+        typer.Option(metavar="I/N", help="Only this part of the pings, from 1/N; other processes simulate the others."),
+    ] = None,
 ) -> None:
     """Simulate a scenario; a run that was stopped is resumed.
 
     Example: insonify run harbour.yaml -o harbour.zarr
+
+    Example: insonify run harbour.yaml -o harbour.zarr --part 3/64
     """
+    mine = arguments.parse_part(part)
+    if mine is not None and overwrite:
+        raise InputError(f"--part {part}: with --overwrite, each part would delete the others. Delete {out} first")
     from insonify.cli.progress import progress
     from insonify.scenario.load import load_scenario
 
@@ -54,7 +63,7 @@ def run(
     with progress(quiet) as on_ping:
         record(
             scenario, out, pings=wanted, threads=threads, overwrite=overwrite, on_ping=on_ping,
-            with_labels=True if labels else None,
+            with_labels=True if labels else None, part=mine,
         )  # fmt: skip
     typer.echo(out)
 

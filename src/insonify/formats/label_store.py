@@ -8,7 +8,7 @@ import os
 import shutil
 import uuid
 import warnings
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from functools import lru_cache
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -16,20 +16,20 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 import zarr
-from numcodecs.blosc import Blosc  # comes with zarr, whose compressor it is
 from numpy.typing import NDArray
 from zarr.codecs import BloscCodec
 from zarr.core.common import JSON
 from zarr.errors import ZarrUserWarning
 
-from insonify.formats.store_description import errors_as_store_errors, require_consistent_sizes, with_named_chunks
+from insonify.formats.named_chunks import with_named_chunks
+from insonify.formats.shards import pack_shards, recorded_rows, row_array
+from insonify.formats.store_description import errors_as_store_errors, require_consistent_sizes
 from insonify.formats.zarr_store import (
     IDENTITY,
     PACKED,
     StoreError,
+    enter_ping,
     identity,
-    put_chunk,
-    recorded_pings,
     require_own_recording,
 )  # fmt: skip
 from insonify.records.labels import COLUMNS, LabelNames, Labels, with_names
@@ -43,7 +43,7 @@ FINEST = 2.0**-10
 """Step of stored positions and distances: a binary fraction, whose last bytes are zero [m]."""
 LABEL_CODECS = (BloscCodec(cname="lz4", clevel=5, shuffle="shuffle"),)
 """Codec of the labels, ten times as fast as that of the sound."""
-_PACKER = Blosc("lz4", 5, Blosc.SHUFFLE)
+_TYPES = (np.float32, np.uint8, np.bool_)
 POSITION = "position"
 """The variable with an array of its own."""
 
@@ -71,7 +71,7 @@ class TypeArray(NamedTuple):
 def _type_arrays(objects: int, pairs: int) -> list[TypeArray]:
     """Arrays of all variables but the positions, of labels with so many objects and pairs."""
     arrays, sizes = list[TypeArray](), {"object": objects, "pair": pairs, "time": 1}
-    for dtype in (np.float32, np.uint8, np.bool_):
+    for dtype in _TYPES:
         rows, count = dict[str, int | slice](), 0
         for column, (dims, kind, _, _) in COLUMNS.items():
             if kind is dtype:
@@ -105,8 +105,9 @@ def create_labels(
         return
     aside = target.parent / f".{FOLDER}.{uuid.uuid4().hex}.partial"
     try:
-        _build(aside, names, layout, {**attributes, IDENTITY: mine})
-        shutil.rmtree(target, ignore_errors=True)
+        _build(aside, names, layout, {**attributes, IDENTITY: mine}, row_array(path, "done").per_shard)
+        if _labelled_identity(target) not in (mine, None):  # of a recording that this one has replaced
+            shutil.rmtree(target, ignore_errors=True)
         os.replace(aside, target)
     except OSError:  # another process was first
         if _labelled_identity(target) != mine:
@@ -120,7 +121,9 @@ def _labelled_identity(folder: Path) -> str | None:
     return identity(folder) if (folder / "zarr.json").is_file() else None
 
 
-def _build(path: Path, names: LabelNames, layout: RecordingLayout, attributes: Mapping[str, Any]) -> None:
+def _build(
+    path: Path, names: LabelNames, layout: RecordingLayout, attributes: Mapping[str, Any], shard: int
+) -> None:  # fmt: skip
     group = zarr.open_group(path, mode="w", zarr_format=3)
     group.attrs.update({**attributes, "owners": list(names.objects), "pairs": list(names.pairs)})
     pings, channels, samples = layout.ping_time.size, layout.steer.size, layout.time.size
@@ -131,12 +134,13 @@ def _build(path: Path, names: LabelNames, layout: RecordingLayout, attributes: M
         arrays.append((array.name, shape, axes, array.dtype, {"long_name": ", ".join(array.rows)}))
     for name, shape, dims, dtype, about in arrays:
         group.create_array(
-            name, shape=shape, chunks=(1, *shape[1:]), dtype=dtype, fill_value=_fill(dtype), dimension_names=dims,
+            name, shape=shape, chunks=(1, *shape[1:]), shards=None if shard == 1 else (shard, *shape[1:]),
+            dtype=dtype, fill_value=_fill(dtype), dimension_names=dims,
             chunk_key_encoding={"name": "default", "separator": "."},  # a file for each ping, without subfolders
             compressors=LABEL_CODECS, attributes=dict[str, JSON](about),
         )  # fmt: skip
     group.create_array(
-        "done", shape=(pings,), chunks=(1,), dtype=bool, fill_value=False, dimension_names=("ping",),
+        "done", shape=(pings,), chunks=(shard,), dtype=bool, fill_value=False, dimension_names=("ping",),
         compressors=PACKED,
         attributes={"units": "1", "long_name": "whether the ping has been labelled"},
     )  # fmt: skip
@@ -178,8 +182,20 @@ def write_label_ping(path: str | Path, ping: int, labels: Labels, *, into: str |
             packed[:, rows] = _stored(np.asarray(getattr(labels, column), array.dtype), COLUMNS[column][2])
     for name, values in stored.items():
         if values.dtype != bool or values.any():  # a chunk that is not there reads as False
-            _write_in_place(folder / name / f"c.{ping}.0.0.0", _PACKER.encode(values))
-    put_chunk(folder / "done" / "c" / str(ping), np.ones(1, bool))
+            file = row_array(folder, name)
+            _write_in_place(file.row_file(ping), file.codec.encode(values))
+    enter_ping(folder, ping)
+
+
+def pack_labels(path: str | Path, shards: Iterable[int] | None = None) -> None:
+    """Pack the shards of labels of which all pings are there; None: all such shards."""
+    pack_shards(Path(path) / FOLDER, _array_names(Path(path) / FOLDER), shards)
+
+
+def _array_names(folder: Path) -> list[str]:
+    """Names of the arrays of labels."""
+    names = (POSITION, *(np.dtype(dtype).name for dtype in _TYPES))
+    return [name for name in names if (folder / name).is_dir()]
 
 
 def _write_in_place(file: Path, content: bytes) -> None:
@@ -187,7 +203,12 @@ def _write_in_place(file: Path, content: bytes) -> None:
 
     A chunk counts from its ping's entry in the mask on, which follows; any run writes the same bytes over it.
     """
-    descriptor, rest = os.open(file, os.O_WRONLY | os.O_CREAT | getattr(os, "O_BINARY", 0), 0o666), memoryview(content)
+    flags, rest = os.O_WRONLY | os.O_CREAT | getattr(os, "O_BINARY", 0), memoryview(content)
+    try:
+        descriptor = os.open(file, flags, 0o666)
+    except FileNotFoundError:
+        file.parent.mkdir(parents=True, exist_ok=True)
+        descriptor = os.open(file, flags, 0o666)
     try:
         while len(rest):
             rest = rest[os.write(descriptor, rest) :]
@@ -203,7 +224,8 @@ def _fill(dtype: type) -> Any:
 
 def labelled_pings(path: str | Path) -> NDArray[np.bool_]:
     """Mask of the labelled pings of a recording, shape (ping,)."""
-    return recorded_pings(Path(path) / FOLDER)
+    folder = Path(path) / FOLDER
+    return recorded_rows(folder, [row_array(folder, POSITION)])
 
 
 def open_labels(path: str | Path) -> xr.Dataset:

@@ -2,8 +2,9 @@
 
 One zarr chunk holds one ping with all its channels, so that pings can be written in any
 order by any number of writers. A mask of the recorded pings is stored with the data; a ping
-enters the mask after its data are written, and each chunk is replaced atomically. All pings
-in the mask are therefore complete.
+enters the mask after its data are written, and each file is replaced atomically. All pings
+in the mask are therefore complete. Chunks of long recordings are joined to shards
+(`insonify.formats.shards`).
 """
 
 import errno
@@ -23,19 +24,18 @@ from typing import Any
 import numpy as np
 import xarray as xr
 import zarr
-from numcodecs.abc import Codec
-from numcodecs.zstd import Zstd  # comes with zarr, whose compressor it is
 from numpy.typing import ArrayLike, NDArray
 from zarr.codecs import ZstdCodec
 from zarr.core.common import JSON
 from zarr.errors import ZarrUserWarning
 
+from insonify.formats.named_chunks import with_named_chunks
+from insonify.formats.shards import STALE, RowArray, pings_per_shard, put_chunk, recorded_rows, row_array
 from insonify.formats.store_description import (
     REPAIR_ADVICE,
     errors_as_store_errors,
     read_description,
     require_consistent_sizes,
-    with_named_chunks,
 )
 from insonify.formats.store_description import StoreError as StoreError
 from insonify.records.netcdf_recording import as_recording
@@ -52,10 +52,8 @@ from insonify.records.recording import (
 _MUST_AGREE = ("scenario", "seed", "version")
 IDENTITY = "insonify_recording"
 """Attribute with the unique identity of a recording."""
-_LEVEL = 0  # of compression: zarr's own
-_PACKER = Zstd(level=_LEVEL)
-PACKED = (ZstdCodec(level=_LEVEL),)
-"""Codec of `put_chunk`."""
+PACKED = (ZstdCodec(level=0),)  # zarr's own
+"""Codec of sound and masks."""
 _SOUND = (*FIELDS, "recorded")  # a recording has one at least
 _FAILURES = (
     errno.ENOSPC,
@@ -64,7 +62,6 @@ _FAILURES = (
     errno.EMFILE,
     errno.ENFILE,
 )  # failures of the machine, independent of the name
-_STALE = 600.0  # seconds, longer than the creation of any empty store
 
 
 def create_recording(
@@ -143,13 +140,24 @@ def write_ping(path: str | Path, ping: int, data: ArrayLike, *, into: str | None
         ValueError: The data have another shape, or are not finite.
     """
     mine = require_own_recording(path, into)
-    field, shape, dtype = _sound_array(str(path), mine)
-    if field in FIELDS:
-        values = _checked(path, "ping", ping, data, shape, dtype)
+    array = row_array(path, _sound_array(str(path), mine))
+    if array.name in FIELDS:
+        values = _checked("ping", ping, data, array)
         if not np.isfinite(values).all():
             raise ValueError(f"ping {ping} has values that are not finite: a level in the scenario is too high")
-        put_chunk(Path(path) / field / "c" / str(ping) / "0" / "0", values)
-    put_chunk(Path(path) / "done" / "c" / str(ping), np.ones(1, bool))
+        put_chunk(array.row_file(ping), array.codec.encode(values))
+    enter_ping(path, ping)
+
+
+def enter_ping(group: str | Path, ping: int) -> None:
+    """Write the entry of one ping in the mask of a recording, or of its labels.
+
+    Args:
+        group: Folder of the recording, or of its labels.
+        ping: Number of the ping, from 0.
+    """
+    done = row_array(group, "done")
+    put_chunk(done.row_file(ping), done.codec.encode(np.ones(1, bool)))
 
 
 def write_line(path: str | Path, line: int, data: ArrayLike, *, into: str | None = None) -> None:
@@ -165,21 +173,19 @@ def write_line(path: str | Path, line: int, data: ArrayLike, *, into: str | None
         StoreError: Another run has replaced the recording meanwhile.
         ValueError: The data have another shape.
     """
-    mine = require_own_recording(path, into)
-    _, shape, dtype = _sound_array(str(path), mine, ("recorded",))
-    put_chunk(Path(path) / "recorded" / "c" / str(line) / "0" / "0", _checked(path, "line", line, data, shape, dtype))
+    require_own_recording(path, into)
+    array = row_array(path, "recorded")
+    put_chunk(array.row_file(line), array.codec.encode(_checked("line", line, data, array)))
 
 
-def _checked(
-    path: str | Path, kind: str, row: int, data: ArrayLike, shape: tuple[int, ...], dtype: np.dtype[Any]
-) -> NDArray[Any]:
+def _checked(kind: str, row: int, data: ArrayLike, array: RowArray) -> NDArray[Any]:
     """One row of an array, in the type and order of its chunk."""
-    values = np.asarray(data, dtype=dtype)
-    if values.shape != shape[1:]:
-        raise ValueError(f"a {kind} of {path} has shape {shape[1:]}; these data have {values.shape}")
-    if not 0 <= row < shape[0]:
-        raise ValueError(f"{path} has {kind}s 0 to {shape[0] - 1}; there is no {kind} {row}")
-    return values.astype(dtype.newbyteorder("<"), order="C")
+    values = np.asarray(data, dtype=array.dtype)
+    if values.shape != array.shape[1:]:
+        raise ValueError(f"a {kind} of {array.group} has shape {array.shape[1:]}; these data have {values.shape}")
+    if not 0 <= row < array.shape[0]:
+        raise ValueError(f"{array.group} has {kind}s 0 to {array.shape[0] - 1}; there is no {kind} {row}")
+    return values.astype(array.dtype, order="C")
 
 
 def require_own_recording(path: str | Path, into: str | None) -> str:
@@ -199,54 +205,27 @@ def require_own_recording(path: str | Path, into: str | None) -> str:
 
 
 @lru_cache(maxsize=8)
-def _sound_array(path: str, mine: str, names: tuple[str, ...] = _SOUND) -> tuple[str, tuple[int, ...], np.dtype[Any]]:
-    """Name, shape and type of the sound in the recording of one identity, cached: opening takes as long as a ping."""
-    field = next(name for name in names if (Path(path) / name).is_dir())
-    array = zarr.open_array(Path(path) / field, mode="r")
-    return field, array.shape, np.dtype(array.dtype)
-
-
-def put_chunk(file: Path, values: NDArray[Any], packer: Codec = _PACKER) -> None:
-    """Write one chunk atomically, as zarr does but ten times as fast: under another name, then renamed.
-
-    Args:
-        file: File of the chunk.
-        values: Values of the chunk, in the order and the byte order of the array.
-        packer: Compressor of the array.
-    """
-    aside = file.with_name(f".{file.name}.{uuid.uuid4().hex}.partial")
-    packed = packer.encode(values)
-    try:
-        aside.write_bytes(packed)
-    except FileNotFoundError:
-        file.parent.mkdir(parents=True, exist_ok=True)
-        aside.write_bytes(packed)
-    os.replace(aside, file)
+def _sound_array(path: str, mine: str) -> str:
+    """Name of the sound in the recording of one identity."""
+    return next(name for name in _SOUND if (Path(path) / name).is_dir())
 
 
 def recorded_pings(path: str | Path) -> NDArray[np.bool_]:
     """Mask of the recorded pings, shape (ping,); False where the entry in the mask, or the sound, is lost."""
-    mask = np.zeros(zarr.open_array(Path(path) / "done", mode="r").shape, bool)
-    fields = [Path(path) / field / "c" for field in FIELDS if (Path(path) / field).is_dir()]
-    chunks = Path(path) / "done" / "c"
-    for chunk in chunks.iterdir() if chunks.is_dir() else ():
-        if chunk.name.isdigit() and _is_entered(chunk):
-            mask[int(chunk.name)] = all((field / chunk.name / "0" / "0").is_file() for field in fields)
-    return mask
+    return recorded_rows(Path(path), [row_array(path, name) for name in sound_arrays(path) if name in FIELDS])
 
 
 def recorded_lines(path: str | Path) -> NDArray[np.bool_]:
     """Mask of the lines of a recorder that are there, shape (line,)."""
-    count = zarr.open_array(Path(path) / "recorded", mode="r").shape[0]
-    return np.array([(Path(path) / "recorded" / "c" / str(line) / "0" / "0").is_file() for line in range(count)], bool)
+    array = row_array(path, "recorded")
+    packed = {shard for shard in range(-(-array.shape[0] // array.per_shard)) if array.shard_file(shard).is_file()}
+    loose = set(array.loose_rows())
+    return np.array([k // array.per_shard in packed or k in loose for k in range(array.shape[0])], bool)
 
 
-def _is_entered(chunk: Path) -> bool:
-    """True where a chunk of the mask says that its ping is recorded; False for a damaged one."""
-    try:
-        return bytes(_PACKER.decode(chunk.read_bytes())) == b"\x01"
-    except (RuntimeError, ValueError):
-        return False
+def sound_arrays(path: str | Path) -> list[str]:
+    """Names of the arrays of a recording with the sound of its pings or its lines."""
+    return [name for name in _SOUND if (Path(path) / name).is_dir()]
 
 
 def open_recording(path: str | Path) -> xr.Dataset:
@@ -282,19 +261,22 @@ def _build(path: Path, layout: RecordingLayout, attributes: Mapping[str, Any]) -
     group.attrs.update({**attributes, IDENTITY: uuid.uuid4().hex})
     pings, channels, samples = layout.ping_time.size, layout.steer.size, layout.time.size
     names = ("recorded",) * bool(layout.bin_time.size)
+    line = pings // layout.line_ping.size if layout.line_ping.size else 1
+    shard = pings_per_shard(pings, channels * samples * np.dtype(FIELDS[layout.field][0]).itemsize, line)
     for field in (layout.field, *names) if layout.keeps_field else names:
         dtype, units, long_name = FIELDS.get(field, (np.float32, layout.recorded_units, ""))
         lines, bins = layout.line_ping.size, layout.bin_time.size
+        shape = (pings, channels, samples) if field in FIELDS else (lines, channels, bins)
+        rows = shard if field in FIELDS else shard // line
         group.create_array(
-            field, shape=(pings, channels, samples) if field in FIELDS else (lines, channels, bins),
-            chunks=(1, channels, samples if field in FIELDS else bins), dtype=dtype, fill_value=np.nan,
-            compressors=PACKED,
+            field, shape=shape, chunks=(1, *shape[1:]), shards=None if rows == 1 else (rows, *shape[1:]),
+            dtype=dtype, fill_value=np.nan, compressors=PACKED,
             dimension_names=("ping", "channel", "time") if field in FIELDS else ("line", "channel", "bin"),
             attributes={"units": units, "long_name": long_name or RECORDED[units],
                         "coordinates": " ".join(coordinates_of(layout))},
         )  # fmt: skip
     group.create_array(
-        "done", shape=(pings,), chunks=(1,), dtype=bool, fill_value=False, dimension_names=("ping",),
+        "done", shape=(pings,), chunks=(shard,), dtype=bool, fill_value=False, dimension_names=("ping",),
         compressors=PACKED, attributes={"units": "1", "long_name": "whether the ping has been simulated"},
     )  # fmt: skip
     for name, (dims, unit, meaning) in columns_of(layout).items():
@@ -389,5 +371,5 @@ def _aside(target: Path) -> Path:
 def _sweep(target: Path) -> None:
     """Remove temporary folders of interrupted runs in the folder of the target."""
     for stale in target.parent.glob(f".{target.name}.*.partial"):
-        if clock.time() - stale.stat().st_mtime > _STALE:
+        if clock.time() - stale.stat().st_mtime > STALE:
             shutil.rmtree(stale, ignore_errors=True)

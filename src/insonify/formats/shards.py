@@ -1,0 +1,266 @@
+"""Shards: files of many consecutive pings, and the loose pings of which they are made.
+
+A long recording has one file for each ping only while it is simulated: in the folder `.loose`, by any number of
+writers in any order. When all pings of a shard are there, their bytes are joined to one file with an index (sharding
+codec of zarr 3), which is renamed into place; then its entry in the mask is written and the loose pings are deleted.
+All writers of a ping write the same bytes, so that a second writer of a ping or a shard does no harm.
+"""
+
+import json
+import os
+import time as clock
+import uuid
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager, suppress
+from functools import lru_cache
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from google_crc32c import value as crc32c  # comes with zarr, whose checksum of shards it is
+from numcodecs.abc import Codec
+from numcodecs.blosc import Blosc  # comes with zarr, as the next
+from numcodecs.zstd import Zstd
+from numpy.typing import NDArray
+
+LOOSE = ".loose"
+"""Folder of the loose pings of a recording, or of its labels."""
+FEWEST_PINGS, MOST_PINGS = 64, 1024
+"""Pings of a shard, where their size allows; recordings of fewer have a file for each ping [1]."""
+LEAST_BYTES, MOST_BYTES = 64 << 20, 512 << 20
+"""Size of a shard, where its number of pings allows [bytes]."""
+ABSENT = 2**64 - 1
+"""Offset and length of a row that a shard lacks."""
+STALE = 600.0
+"""Age at which an unfinished file is that of a killed writer [s]."""
+_CODECS: dict[str, Codec] = {"zstd": Zstd(level=0), "blosc": Blosc("lz4", 5, Blosc.SHUFFLE)}
+
+
+def pings_per_shard(pings: int, ping_bytes: int, line: int = 1) -> int:
+    """Pings of one shard: 64 to 1024 of them and 64 to 512 MB, as far as both can be.
+
+    Args:
+        pings: Pings of the recording.
+        ping_bytes: Size of one ping [bytes].
+        line: Pings of one line of the recorder, which share a shard [1].
+
+    Returns:
+        1 where each ping has a file of its own.
+
+    Example:
+        >>> [pings_per_shard(count, size) for count, size in ((50, 10**4), (10**6, 10**4), (10**6, 10**6))]
+        [1, 1024, 67]
+    """
+    if pings <= FEWEST_PINGS:
+        return 1
+    wanted = min(max(FEWEST_PINGS, LEAST_BYTES // max(ping_bytes, 1)), MOST_PINGS, pings)
+    count = max(min(wanted, MOST_BYTES // max(ping_bytes, 1)), 1)
+    return min(max(count // line, 1) * line, pings // line * line) or 1
+
+
+class RowArray(NamedTuple):
+    """Array on disk whose rows are pings, or lines of a recorder."""
+
+    group: Path
+    """Folder of the recording, or of its labels."""
+    name: str
+    shape: tuple[int, ...]
+    dtype: np.dtype[Any]
+    per_shard: int
+    """Rows of a shard; 1: each row has a file of its own."""
+    separator: str
+    codec: Codec
+
+    def shard_file(self, shard: int) -> Path:
+        """File of a shard, or of a row without shards."""
+        key = self.separator.join(["c", str(shard), *["0"] * (len(self.shape) - 1)])
+        return self.group / self.name / key
+
+    def row_file(self, row: int) -> Path:
+        """File to which a row is written."""
+        return self.shard_file(row) if self.per_shard == 1 else self.group / LOOSE / self.name / str(row)
+
+    def rows(self, shard: int) -> range:
+        """Rows of a shard."""
+        return range(shard * self.per_shard, min((shard + 1) * self.per_shard, self.shape[0]))
+
+    def loose_rows(self) -> list[int]:
+        """Rows that have a loose file."""
+        return [] if self.per_shard == 1 else _numbered(self.group / LOOSE / self.name)
+
+    def read_loose(self, row: int) -> NDArray[Any] | None:
+        """One row of its loose file, shape (1, ...); None without."""
+        try:
+            content = self.row_file(row).read_bytes()
+        except FileNotFoundError:
+            return None
+        values = np.frombuffer(bytes(self.codec.decode(content)), self.dtype)
+        return values.reshape(1, *self.shape[1:])
+
+
+def row_array(group: str | Path, name: str) -> RowArray:
+    """Description of an array of a recording.
+
+    Args:
+        group: Folder of the recording, or of its labels.
+        name: Name of the array.
+    """
+    state = os.stat(os.path.join(group, name, "zarr.json"))
+    return _row_array(str(group), name, state.st_ino, state.st_mtime_ns)
+
+
+@lru_cache(maxsize=64)
+def _row_array(group: str, name: str, number: int, changed: int) -> RowArray:
+    """Description by inode and time of change, cached because every ping needs it."""
+    described = json.loads((Path(group) / name / "zarr.json").read_text(encoding="utf-8"))
+    codecs, shape = described["codecs"], tuple(described["shape"])
+    chunk = described["chunk_grid"]["configuration"]["chunk_shape"]
+    if codecs[0]["name"] == "sharding_indexed":
+        codecs = codecs[0]["configuration"]["codecs"]
+    separator = described["chunk_key_encoding"].get("configuration", {}).get("separator", "/")
+    dtype = np.dtype(described["data_type"]).newbyteorder("<")
+    return RowArray(Path(group), name, shape, dtype, chunk[0], separator, _CODECS[codecs[-1]["name"]])
+
+
+def put_chunk(file: Path, content: bytes) -> None:
+    """Write a file atomically, as zarr does but ten times as fast: under another name, then renamed.
+
+    Args:
+        file: File of the chunk.
+        content: Its bytes, compressed.
+    """
+    try:
+        with _renamed(file, file.parent) as aside:
+            aside.write_bytes(content)
+    except FileNotFoundError:
+        file.parent.mkdir(parents=True, exist_ok=True)
+        with _renamed(file, file.parent) as aside:
+            aside.write_bytes(content)
+
+
+@contextmanager
+def _renamed(file: Path, folder: Path) -> Iterator[Path]:
+    """Another name for a file, in some folder: renamed at the end, deleted after an error."""
+    aside = folder / f".{file.name}.{uuid.uuid4().hex}.partial"
+    try:
+        yield aside
+    except BaseException:
+        aside.unlink(missing_ok=True)
+        raise
+    os.replace(aside, file)
+
+
+def recorded_rows(group: Path, arrays: list[RowArray]) -> NDArray[np.bool_]:
+    """Mask of the rows of `done` that are entered and have their file in each of some arrays, shape (row,).
+
+    Args:
+        group: Folder of the recording, or of its labels.
+        arrays: Arrays over the same rows.
+    """
+    done = row_array(group, "done")
+    mask = np.zeros(done.shape, bool)
+    for shard in _numbered(group / "done" / "c"):
+        rows = done.rows(shard)
+        entered = _entries(done, done.shard_file(shard))[: len(rows)]
+        there = all(array.shard_file(shard).is_file() for array in arrays)
+        mask[rows.start : rows.start + len(entered)] = entered & there
+    for row in done.loose_rows():
+        mask[row] |= bool(_entries(done, done.row_file(row)).all()) and all(a.row_file(row).is_file() for a in arrays)
+    return mask
+
+
+def pack_shards(group: Path, names: Iterable[str], shards: Iterable[int] | None = None) -> None:
+    """Pack the shards of which all rows are there, and delete their loose rows.
+
+    Args:
+        group: Folder of the recording, or of its labels.
+        names: Its arrays but `done`.
+        shards: Shards to look at; None: all that have loose rows.
+    """
+    done = row_array(group, "done")
+    if done.per_shard == 1:
+        return
+    arrays = [array for array in (row_array(group, name) for name in names) if array.per_shard > 1]
+    if shards is None:
+        _sweep(group / LOOSE)
+        shards = {row // array.per_shard for array in (done, *arrays) for row in array.loose_rows()}
+    for shard in sorted(shards):
+        if _is_packed(done, arrays, shard) or _pack(done, arrays, shard):
+            for array in (done, *arrays):  # entries first: without them, no other writer packs what is left
+                for row in array.rows(shard):
+                    array.row_file(row).unlink(missing_ok=True)
+
+
+def _sweep(folder: Path) -> None:
+    """Delete what writers that were killed have left of files."""
+    for file in folder.rglob("*.partial"):
+        with suppress(FileNotFoundError):
+            if clock.time() - file.stat().st_mtime > STALE:
+                file.unlink()
+
+
+def _is_packed(done: RowArray, arrays: list[RowArray], shard: int) -> bool:
+    """True where all files of a shard are there."""
+    return all(array.shard_file(shard).is_file() for array in (done, *arrays) if array.rows(shard))
+
+
+def _pack(done: RowArray, arrays: list[RowArray], shard: int) -> bool:
+    """Join the loose rows of a shard where all are there; True where this or another writer has done so."""
+    marks = [done.row_file(row) for row in done.rows(shard)]
+    needed = [array.row_file(row) for array in arrays if array.dtype != bool for row in array.rows(shard)]
+    if not all(file.is_file() for file in (*marks, *needed)):
+        return False
+    try:
+        for array in arrays:
+            if array.rows(shard):
+                array.shard_file(shard).parent.mkdir(parents=True, exist_ok=True)
+                with _renamed(array.shard_file(shard), done.group / LOOSE) as aside:
+                    with aside.open("wb") as packed:
+                        packed.writelines(_shard_bytes(array, shard))
+                    if not all(mark.is_file() for mark in marks):  # entries are deleted before rows
+                        raise _PackedMeanwhileError
+    except _PackedMeanwhileError:
+        return _is_packed(done, arrays, shard)
+    entries = np.zeros(done.per_shard, bool)
+    entries[: len(marks)] = True
+    done.shard_file(shard).parent.mkdir(exist_ok=True)
+    with _renamed(done.shard_file(shard), done.group / LOOSE) as aside:
+        aside.write_bytes(done.codec.encode(entries))
+    return True
+
+
+class _PackedMeanwhileError(Exception):
+    """Another writer has packed a shard, and deletes its loose rows."""
+
+
+def _shard_bytes(array: RowArray, shard: int) -> Iterator[bytes]:
+    """Bytes of a shard: its rows, then an index of offsets and lengths with a checksum."""
+    index, offset = np.full((array.per_shard, 2), ABSENT, "<u8"), 0
+    for place, row in enumerate(array.rows(shard)):
+        try:
+            content = array.row_file(row).read_bytes()
+        except FileNotFoundError:
+            if array.dtype != bool:
+                raise _PackedMeanwhileError from None
+            continue  # a row of False has no file
+        index[place] = offset, len(content)
+        offset += len(content)
+        yield content
+    encoded = index.tobytes()
+    yield encoded + crc32c(encoded).to_bytes(4, "little")
+
+
+def _entries(done: RowArray, file: Path) -> NDArray[np.bool_]:
+    """Entries of one chunk of the mask; none of a damaged one."""
+    try:
+        return np.frombuffer(bytes(done.codec.decode(file.read_bytes())), bool)
+    except (RuntimeError, ValueError, FileNotFoundError):
+        return np.zeros(0, bool)
+
+
+def _numbered(folder: Path) -> list[int]:
+    """Numbers that are names of files in a folder."""
+    try:
+        return [int(name) for name in os.listdir(folder) if name.isdigit()]
+    except FileNotFoundError:
+        return []

@@ -1,0 +1,249 @@
+"""Shards: the same bytes whoever writes the pings, in any order, killed at any moment."""
+
+import os
+import random
+import subprocess
+import sys
+from contextlib import suppress
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+import zarr
+
+from insonify.formats import shards
+from insonify.formats.recording_writer import RecordingWriter
+from insonify.formats.shards import pings_per_shard
+from insonify.formats.zarr_store import (
+    StoreError,
+    create_recording,
+    open_recording,
+    recorded_pings,
+    write_ping,
+)
+from insonify.part import Part
+from insonify.records.recording import RecordingLayout
+
+PINGS, CHANNELS, SAMPLES, PER_SHARD = 150, 2, 6, 64
+SAME = {"scenario": "title: here", "seed": 1, "version": "0"}
+
+
+@pytest.fixture(autouse=True)
+def small_shards(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Shards of 64 pings: two whole ones and a third of 22."""
+    monkeypatch.setattr(shards, "MOST_PINGS", PER_SHARD)
+
+
+def layout(pings: int = PINGS) -> RecordingLayout:
+    """A track of a sonar with two beams."""
+    place = np.arange(3.0 * pings).reshape(pings, 3)
+    return RecordingLayout("pressure", np.arange(SAMPLES) / 25e3, 0.3 * np.arange(pings), np.zeros(2), place, place)
+
+
+def sound(ping: int) -> np.ndarray:
+    """Some pressure, another one for every ping."""
+    return np.random.default_rng(ping).normal(size=(CHANNELS, 2 * SAMPLES)).astype(np.float32).view(np.complex64)
+
+
+def writer(path: Path) -> RecordingWriter:
+    """A writer into the recording."""
+    return RecordingWriter(path, layout(), SAME)
+
+
+def write_part(path: Path, part: Part | None = None, order: random.Random | None = None) -> None:
+    """Write what is missing of a part, as `record` does, in a random order."""
+    mine = writer(path)
+    missing, _ = mine.missing(mine.of_part(part, list(range(PINGS))))
+    if order is not None:
+        order.shuffle(missing)
+    for ping, *_ in missing:
+        mine.write(ping, sound(ping), None)
+    mine.pack()
+
+
+def contents(path: Path) -> dict[str, bytes]:
+    """All files of a recording but those that hold its identity."""
+    files = (file for file in path.rglob("*") if file.is_file())
+    return {str(f.relative_to(path)): f.read_bytes() for f in files if f != path / "zarr.json"}
+
+
+@pytest.fixture(scope="module")
+def serial(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The recording that one run makes."""
+    path = tmp_path_factory.mktemp("serial") / "a.zarr"
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(shards, "MOST_PINGS", PER_SHARD)
+        write_part(path)
+    return path
+
+
+def test_a_shard_is_written_as_zarr_would(serial: Path, tmp_path: Path) -> None:
+    """Byte by byte the shards and masks that zarr itself makes of the same numbers; no loose ping is left."""
+    create_recording(tmp_path / "a.zarr", layout(), SAME)
+    zarr.open_array(tmp_path / "a.zarr" / "pressure", mode="r+")[:] = np.stack([sound(k) for k in range(PINGS)])
+    zarr.open_array(tmp_path / "a.zarr" / "done", mode="r+")[:] = True
+    assert contents(serial) == contents(tmp_path / "a.zarr")
+    assert sorted(file.name for file in (serial / "pressure" / "c").iterdir()) == ["0", "1", "2"]
+
+
+def test_pings_are_read_from_shards_and_loose_alike(tmp_path: Path) -> None:
+    """At any time each written ping is there, by number, slice or list, and others are NaN."""
+    path = tmp_path / "a.zarr"
+    mine = writer(path)
+    mine.missing(list(range(PINGS)))
+    for ping in (*range(64), 70, 149):
+        mine.write(ping, sound(ping), None)
+    held = open_recording(path)
+    assert np.flatnonzero(held.done).tolist() == np.flatnonzero(recorded_pings(path)).tolist() == [*range(64), 70, 149]
+    for ping in (3, 70, 149):
+        np.testing.assert_array_equal(held.pressure[ping], sound(ping))
+    np.testing.assert_array_equal(held.pressure[60:72, 1, 2:4][10], sound(70)[1, 2:4])
+    np.testing.assert_array_equal(held.pressure[[149, 5]], [sound(149), sound(5)])
+    np.testing.assert_array_equal(held.pressure.isel(channel=[1], time=[0, 5])[70], sound(70)[[1]][:, [0, 5]])
+    assert np.isnan(held.pressure[[69, 71]]).all()
+    plain = xr.open_zarr(path, chunks=None, decode_times=False)
+    assert plain.done.values.sum() == 64 and np.isnan(plain.pressure[70]).all()
+
+
+@pytest.mark.parametrize("count", [2, 3, 7])
+def test_parts_in_any_order_are_the_serial_run(serial: Path, tmp_path: Path, count: int) -> None:
+    """Of whole shards or less than one each, some twice, pings shuffled: file by file the bytes of one run."""
+    order = random.Random(count)
+    parts = [Part(k, count) for k in range(1, count + 1)] * 2
+    order.shuffle(parts)
+    for part in parts:
+        write_part(tmp_path / "a.zarr", part, order)
+    assert contents(tmp_path / "a.zarr") == contents(serial)
+
+
+class Killed(BaseException):
+    """Stands for a signal that nothing can catch."""
+
+
+@pytest.mark.parametrize("step", [0, 1, 2, 3, 30, 66, 100, 130])
+def test_killed_while_it_packs_nothing_is_lost(
+    serial: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, step: int
+) -> None:
+    """Whichever rename or deletion is the last, each ping is still read, and the next run leaves the serial bytes."""
+    path, left = tmp_path / "a.zarr", iter(range(step))
+    mine = writer(path)
+    for ping in range(PER_SHARD):
+        write_ping(path, ping, sound(ping))
+    with monkeypatch.context() as patch:
+        for module, name in ((os, "replace"), (Path, "unlink")):
+
+            def dying(*args: object, act: object = getattr(module, name), **more: object) -> None:
+                if next(left, None) is None:
+                    raise Killed
+                act(*args, **more)
+
+            patch.setattr(module, name, dying)
+        with suppress(Killed):
+            mine.pack()
+    np.testing.assert_array_equal(open_recording(path).pressure[:64], [sound(k) for k in range(64)])
+    for unfinished in (path / ".loose").rglob("*.partial"):
+        os.utime(unfinished, (0, 0))
+    write_part(path)
+    assert contents(path) == contents(serial)
+
+
+WORKERS = """
+import os, random, signal, sys, time
+sys.path.insert(0, {tests!r})
+import test_shards as t
+t.shards.MOST_PINGS = t.PER_SHARD
+path, order, kills, parts = t.Path({path!r}), random.Random(5), 20, [t.Part(k, 5) for k in range(1, 6)]
+while parts or kills:
+    order.shuffle(parts)
+    pids = []
+    for part in [*parts[:3], *parts[:1]]:  # one of them twice
+        pids.append(os.fork())
+        if not pids[-1]:
+            t.write_part(path, part, order)
+            os._exit(0)
+    for pid in pids:
+        if kills:
+            time.sleep(order.uniform(0.0, 0.03))
+            os.kill(pid, signal.SIGKILL)
+            kills -= 1
+    ended = [os.waitpid(pid, 0)[1] for pid in pids]
+    assert all(code in (0, signal.SIGKILL) for code in ended), ended
+    if not kills:
+        parts = parts[3:]
+t.write_part(path)
+"""
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="processes are forked")
+def test_twenty_processes_are_killed_and_the_recording_is_the_serial_one(serial: Path, tmp_path: Path) -> None:
+    """Five parts, three at a time and one of them twice, 20 of these processes killed by SIGKILL: the same bytes."""
+    path = tmp_path / "a.zarr"
+    script = WORKERS.format(tests=str(Path(__file__).parent), path=str(path))
+    subprocess.run([sys.executable, "-c", script], check=True, timeout=120)
+    found, wanted = contents(path), contents(serial)
+    assert {name: found[name] for name in wanted} == wanted
+    left = found.keys() - wanted.keys()
+    assert all(name.startswith(".loose") and name.endswith(".partial") for name in left), left  # deleted in 10 min
+
+
+CREATORS = """
+import os, sys
+sys.path.insert(0, {tests!r})
+import test_shards as t
+start, said = os.pipe(), os.pipe()
+for _ in range(4):
+    if not os.fork():
+        os.close(start[1])
+        os.read(start[0], 1)  # all go on at once, when it is closed
+        os.write(said[1], t.create_recording({path!r}, t.layout(), t.SAME).encode() + b"\\n")
+        os._exit(0)
+os.close(start[1])
+codes = [os.wait()[1] for _ in range(4)]
+print(codes, len(set(os.read(said[0], 9999).split())))
+"""
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="processes are forked")
+def test_the_first_creation_wins(tmp_path: Path) -> None:
+    """Four processes that create a recording at once agree on one identity, and nothing else is left."""
+    script = CREATORS.format(tests=str(Path(__file__).parent), path=str(tmp_path / "a.zarr"))
+    said = subprocess.run([sys.executable, "-c", script], check=True, timeout=120, capture_output=True).stdout
+    assert said.split() == b"[0, 0, 0, 0] 1".split()
+    assert [entry.name for entry in tmp_path.iterdir()] == ["a.zarr"]
+
+
+def test_a_million_pings_open_without_reading_them(tmp_path: Path) -> None:
+    """Arrays over the pings are single chunks, and shards 1024 pings: a few files and nothing per ping."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(shards, "MOST_PINGS", 1024)
+        create_recording(tmp_path / "a.zarr", layout(10**6), SAME)
+        opened = xr.open_zarr(tmp_path / "a.zarr", chunks=None, decode_times=False)
+        assert opened.sizes["ping"] == 10**6 == opened.position.shape[0]
+        assert opened.pressure.encoding["shards"][0] == 1024 and opened.pressure.encoding["chunks"][0] == 1
+    assert sum(file.is_file() for file in (tmp_path / "a.zarr").rglob("*")) < 40
+
+
+def test_the_size_of_a_shard(monkeypatch: pytest.MonkeyPatch) -> None:
+    """64 to 1024 pings and 64 to 512 MB where both can be, whole lines of a recorder, one file a ping of short runs."""
+    monkeypatch.setattr(shards, "MOST_PINGS", 1024)
+    for pings, size, line, wanted in (
+        (64, 10**5, 1, 1), (65, 10**5, 1, 65), (10**6, 1, 1, 1024), (10**6, 2**17, 1, 512), (10**6, 2**20, 1, 64),
+        (10**6, 2**24, 1, 32), (10**6, 2**30, 1, 1), (10**6, 2**17, 5, 510), (10**6, 2**29, 5, 5),
+    ):  # fmt: skip
+        assert pings_per_shard(pings, size, line) == wanted, (pings, size, line)
+
+
+@pytest.mark.parametrize("cut", [10, 3000])
+def test_a_damaged_shard_is_named_and_its_pings_simulated_again(serial: Path, tmp_path: Path, cut: int) -> None:
+    """Reading names the file; when it is deleted, as advised, its pings are missing, and a run restores the bytes."""
+    path = tmp_path / "a.zarr"
+    write_part(path)
+    file = path / "pressure" / "c" / "1" / "0" / "0"
+    file.write_bytes(file.read_bytes()[:cut])
+    with pytest.raises(StoreError, match=r"pressure/c/1/0/0 is damaged.*Delete this file"):
+        open_recording(path).pressure.load()
+    file.unlink()
+    assert np.flatnonzero(~recorded_pings(path)).tolist() == list(range(64, 128))
+    write_part(path)
+    assert contents(path) == contents(serial)
