@@ -58,7 +58,7 @@ class RecordingWriter:
         return [ping for ping in wanted if ping in share]
 
     def missing(self, wanted: list[int]) -> tuple[list[tuple[int, bool, bool]], int]:
-        """What is missing of some pings: number, sound, labels; and the number of all pings that this concerns.
+        """Missing results of some pings: number, sound, labels; and the number of all pings that this concerns.
 
         Args:
             wanted: Numbers of the pings.
@@ -93,7 +93,7 @@ class RecordingWriter:
             self.pack([shard])
 
     def pack(self, shards: list[int] | None = None) -> None:
-        """Pack shards of which all pings are there, whoever has written them; None: all such shards."""
+        """Pack shards of which all pings are there, of any writer; None: all such shards."""
         zarr_store.require_own_recording(self.path, self._identity)
         pack_shards(self.path, zarr_store.sound_arrays(self.path), shards)
         if self._labelled:

@@ -267,7 +267,7 @@ def _build(path: Path, layout: RecordingLayout, attributes: Mapping[str, Any]) -
         dtype, units, long_name = FIELDS.get(field, (np.float32, layout.recorded_units, ""))
         lines, bins = layout.line_ping.size, layout.bin_time.size
         shape = (pings, channels, samples) if field in FIELDS else (lines, channels, bins)
-        rows = shard if field in FIELDS else shard // line
+        rows = shard if field in FIELDS else max(shard // line, 1)
         group.create_array(
             field, shape=shape, chunks=(1, *shape[1:]), shards=None if rows == 1 else (rows, *shape[1:]),
             dtype=dtype, fill_value=np.nan, compressors=PACKED,
