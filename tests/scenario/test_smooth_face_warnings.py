@@ -2,11 +2,15 @@
 
 import warnings
 
+import numpy as np
 import pytest
 from pydantic import ValidationError
 
+from insonify.scattering.lambert import Lambert
 from insonify.scenario.citations import citations
+from insonify.scene.scatterers import Scatterers
 from insonify.scene.target import Box, Sphere
+from insonify.simulator import build_simulator
 from insonify.validity import PhysicsWarning
 from oracles.scenes import nominal
 
@@ -57,3 +61,47 @@ def test_who_has_the_closed_form_is_cited_where_it_runs():
         citations(nominal(targets=[{**BOX, "face_reflection_coefficient": smooth}])) for smooth in (0.5, None)
     )
     assert [line for line in with_it if line not in without] and "Gordon (1975)" in str(with_it)
+
+
+QUAY = {"shape": "box", "label": "quay", "position": (0.0, 60.5), "size": (10.0, 1.0, 20.0),
+        "face_reflection_coefficient": 0.5}  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("other", "refused"),
+    [
+        ({"position": (8.0, 60.5)}, True),
+        ({"position": (0.0, 61.0), "size": (4.0, 2.0, 6.0)}, True),
+        ({"position": (10.0, 60.5)}, False),
+        ({"position": (8.0, 60.502)}, False),
+        ({"position": (8.0, 60.5), "face_reflection_coefficient": None}, False),
+        ({"position": (0.0, 59.5)}, False),
+    ],
+    ids=["2 m of 10", "smaller, in one plane", "neighbours", "2 mm behind", "rough", "back to face"],
+)
+def test_smooth_faces_that_lie_on_one_another_are_refused(other, refused):
+    """Two walls with 2 m in common would reflect twice there: an error with the way out; neighbours go together."""
+    targets = [QUAY, {**QUAY, "label": "jetty", **other}]
+    assert len(nominal(targets=targets).targets) == 2  # without face reflections
+    if refused:
+        with pytest.raises(ValidationError, match=r"targets\.1\.position: a smooth face of jetty lies on one of quay"):
+            nominal(targets=targets, paths={"face_reflections": True})
+        return
+    nominal(targets=targets, paths={"face_reflections": True})
+
+
+def test_neighbouring_faces_reflect_as_one():
+    """A wall of two halves is the wall in one piece: F within 1e-7, and near an edge within its ripples (0.02)."""
+    halves = [{**QUAY, "label": f"half {n}", "size": (5.0, 1.0, 20.0), "position": (2.5 * n, 60.5)} for n in (-1, 1)]
+    bed = np.array([[0.0, 45.0, 20.0], [1.0, 50.0, 20.0], [4.9, 55.0, 20.0]])
+    sums = []
+    for targets in ([QUAY], halves):
+        simulator = build_simulator(
+            nominal(targets=targets, paths={"face_reflections": True, "families": ["D"], "max_reflections": 1})
+        )
+        points = Scatterers("seabed", "seabed", Lambert(strength_db=-27.0), bed, np.tile((0.0, 0.0, -1.0), (3, 1)),
+                            np.ones(3), np.ones(3, complex), np.arange(3).astype(np.uint64))  # fmt: skip
+        legs = simulator.engine.path_pairs(simulator.ping_geometry(0), points).out
+        sums.append(sum(legs.amplitude[row] for row, name in enumerate(legs.families) if name == "F"))
+    np.testing.assert_allclose(sums[1][:2], sums[0][:2], rtol=1e-7)
+    np.testing.assert_allclose(sums[1], sums[0], rtol=0.02)

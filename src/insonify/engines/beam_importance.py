@@ -11,7 +11,7 @@ Recorded elements that are not focused to a synthetic aperture receive from more
 probability falls from 14 dB below the largest gain on, and with the square of the gain throughout.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple
 
@@ -23,6 +23,7 @@ from insonify.engines import _gain_envelope_arrays as _gain_envelope_arrays  # s
 from insonify.engines import _gain_envelope_kernel as kernel
 from insonify.engines import _keep_probability_kernel as share_kernel
 from insonify.engines._draw_kernel import draw_and_keep
+from insonify.engines.face_images import FaceImage
 from insonify.engines.glint_spread import GlintSpread, spread_patterns
 from insonify.propagation.propagation_model import PropagationModel
 from insonify.scene.scatterer_grid import PARTS, TILE, ScattererGrid, Tiles, max_point_count
@@ -129,6 +130,8 @@ class BeamImportance:
     """True: any scatterer is left out at all."""
     glints: GlintSpread | None = None
     """Angular spread of legs by a moving surface; None: it is still."""
+    images: tuple[FaceImage, ...] = ()
+    """Images of the sonar in faces: ground that they light is kept as that about the sonar."""
 
     def bounds(self, tiles: Tiles, density: Floats) -> GainBounds:
         """Upper bounds of the gain over some tiles, part by part for those with many scatterers.
@@ -167,6 +170,8 @@ class BeamImportance:
             bounds.tile_gain, bounds.centre_gain, bounds.row, bounds.part_gains, by_part, at_parts, nonuniform,
             at_ends, corner, largest,
         )  # fmt: skip
+        if self.images:
+            self._fill_parts_lit_by_faces(tiles, corner, largest)
         peaked, max_probability = np.empty(largest.shape, np.bool_), np.empty(largest.shape)
         share_kernel.find_peaked_parts(
             corner, largest, bounds.row, bounds.density, PEAK_RATIO, self._linear_below, MIN_KEEP_PROBABILITY, peaked,
@@ -174,12 +179,57 @@ class BeamImportance:
         )  # fmt: skip
         return KeepProbabilities(bounds.density, max_probability, corner, peaked)
 
+    def _fill_parts_lit_by_faces(self, tiles: Tiles, corner: Floats, largest: Floats) -> None:
+        """Raise the gains at the corners of parts where faces send more than the beams themselves.
+
+        There the gain has no peak, and scatterers are not evaluated one by one: those of the whole part are kept alike.
+
+        Args:
+            tiles: The tiles.
+            corner: Gains at the corners, overwritten, shape (n, PARTS + 1, PARTS + 1).
+            largest: Largest gain in each part, overwritten, shape (n, PARTS, PARTS).
+        """
+        count = len(corner)
+        position = self._positions(tiles, np.arange(count), (np.arange(PARTS) + 0.5) / PARTS)
+        around = np.repeat(TILE * tiles.pitch * np.sqrt(0.5) / PARTS, PARTS**2)
+        lit, direct = self._face_gain(position, around), self._direct_gain(position, around)
+        gain = np.where(lit > direct, lit, 0.0).reshape(count, PARTS, PARTS)
+        for i in (0, 1):
+            for j in (0, 1):
+                some = corner[:, i : PARTS + i, j : PARTS + j]
+                np.maximum(some, gain, out=some)
+        np.copyto(largest, gain, where=gain > 0)
+
     def _relative_gain(self, position: Floats, around: Floats | None = None) -> Floats:
         """Gain at some positions, or the largest within a radius [m] of them, re that above which all are kept."""
+        around = np.zeros(len(position)) if around is None else around
+        gain = self._direct_gain(position, around)
+        return np.maximum(gain, self._face_gain(position, around)) if self.images else gain
+
+    def _direct_gain(self, position: Floats, around: Floats) -> Floats:
+        """Gain of the beams, without faces, as `_relative_gain`."""
         gain = np.empty(len(position))
         if len(position):
-            kernel.gain_re_threshold(self._gains, position, np.zeros(len(position)) if around is None else around, gain)
+            kernel.gain_re_threshold(self._gains, position, around, gain)
         return gain
+
+    def _face_gain(self, position: Floats, around: Floats) -> Floats:
+        """Gain by way of faces, as `_relative_gain`."""
+        gain = np.zeros(len(position))
+        for one, image in zip(self.images, self._image_importances, strict=True):
+            rows = one.lights(position, self.depth, around)
+            gain[rows] = np.maximum(gain[rows], image._direct_gain(position[rows], around[rows]))
+        return gain
+
+    @cached_property
+    def _image_importances(self) -> tuple["BeamImportance", ...]:
+        """Gain of each image of the sonar, as if there were no face."""
+        return tuple(
+            replace(
+                self, ping_geometry=one.sonar, families=one.families, images=(),
+                farthest=self.farthest + float(np.linalg.norm(one.sonar.midpoint - self.ping_geometry.midpoint)),
+            ) for one in self.images
+        )  # fmt: skip
 
     def kept_scatterers(self, tiles: Tiles, bounds: GainBounds, seed: int, stream: int, depth: float) -> KeptScatterers:
         """The scatterers of some tiles that are kept, each drawn, evaluated and kept or left out at once.

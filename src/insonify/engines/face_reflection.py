@@ -63,7 +63,9 @@ def reflects_to(face: FlatFace, scatterers: Scatterers) -> bool:
     return scatterers.boundary != BOUNDARY_ECHO and not smooth and scatterers.occluder != face.occluder
 
 
-def lit_points(face: FlatFace, position: Floats, points: Floats, wavelength: float, *, tall: float) -> Marks:
+def lit_points(
+    face: FlatFace, position: Floats, points: Floats, wavelength: float, *, tall: float, around: Floats | float = 0.0
+) -> Marks:
     """Points that a face may light from a position, seen along the face, shape (n,).
 
     Args:
@@ -72,9 +74,10 @@ def lit_points(face: FlatFace, position: Floats, points: Floats, wavelength: flo
         points: The points [m], shape (n, 3).
         wavelength: Wavelength of the sound [m].
         tall: Largest vertical travel of a path [m].
+        around: Distance from the points that counts to them [m], shape (n,).
     """
     before, after = float(face.height_of(position)), face.height_of(points)
-    lit = after > NEAREST
+    lit = after + around > NEAREST
     if before <= NEAREST or not lit.any():
         return np.zeros(len(points), bool)
     whole = before + np.maximum(after, NEAREST)
@@ -82,7 +85,8 @@ def lit_points(face: FlatFace, position: Floats, points: Floats, wavelength: flo
     there, here = points @ face.axes[1], position @ face.axes[1]
     along = here + part * (there - here)
     level = np.hypot(whole, there - here)
-    clearance = RIPPLES * np.sqrt(wavelength / 2 * (level + tall) * part * (1 - part)) * level / whole
+    clearance = around * (part + np.abs(there - here) / whole)
+    clearance += RIPPLES * np.sqrt(wavelength / 2 * (level + tall) * part * (1 - part)) * level / whole
     low, high = ((face.strips[:, 1] + side * face.strips[:, 5]) for side in (-1, 1))
     return np.asarray(lit & (along > low.min() - clearance) & (along < high.max() + clearance))
 

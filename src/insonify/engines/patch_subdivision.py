@@ -59,6 +59,14 @@ class TargetInsonification:
     """Shortest and longest two-way path that is received [m]."""
     may_receive: Callable[[Floats, Floats], Mask]
     """Given middles (n, 3) and radii (n,) [m]: True where the beams may receive more than their floor."""
+    face_images: tuple[Floats, Floats] = (np.zeros((0, 3)), np.zeros((0, 3)))
+    """Positions of the images of both ends in faces, which light points only, not patches [m], shapes (k, 3)."""
+
+    @property
+    def point_images(self) -> tuple[Floats, Floats]:
+        """All images of transmitter and receiver that light points [m], shapes (f + k, 3)."""
+        sent, received = self.face_images
+        return np.concatenate([self.images[0], sent]), np.concatenate([self.images[1], received])
 
     def reaches(self, middle: Floats, radius: Floats) -> Mask:
         """True for spheres within the window and above the floor of the beams, shape (n,).
@@ -68,7 +76,7 @@ class TargetInsonification:
             radius: Their radii [m], shape (n,).
         """
         shortest, longest = np.zeros((2, len(middle)))
-        for places in self.images:
+        for places in self.point_images:
             length = np.linalg.norm(middle - places[:, None], axis=2)
             shortest += np.maximum(length.min(axis=0) - radius, 0)
             longest += length.max(axis=0) + radius

@@ -17,6 +17,7 @@ from insonify import random_keys
 from insonify.engines._resolution_kernel import MAX_CELL_LENGTH_RATIO
 from insonify.engines.beam_importance import BeamImportance, KeptScatterers
 from insonify.engines.boundary_echoes import boundary_echo_families, transmitter_point
+from insonify.engines.face_images import face_images
 from insonify.engines.face_reflection import reflecting_faces
 from insonify.engines.glint_spread import GlintSpread, glint_spread
 from insonify.engines.quadrature_points import Columns, QuadratureLayout, QuadraturePoints
@@ -104,11 +105,13 @@ class PingScatterers:
         """Jittered cells of all tiles in reach of window and beams."""
         lattice = self.scene.seabed.scatterer_grid
         floor = float(amplitude_ratio(self.choice.beam_cutoff_db))
+        images = face_images(self.scene, self.choice, self.ping_geometry, boundary)
         # without random phases, squares much longer than a range cell would show as ripple
         cells = replace(self.resolution, elongation=QUADRATURE_ELONGATION) if self.quadrature else self.resolution
         tiles, density = tiles_in_view(
             self.ping_geometry, lattice, depth, self.rays, kept, cells, floor, rise=self.rise(boundary),
             widest=max_path_length(self.ping_geometry, self.scene.water.max_sound_speed), glints=self.glints,
+            images=images,
         )  # fmt: skip
         if not len(density):
             return []
@@ -118,7 +121,7 @@ class PingScatterers:
         farthest = max(self._reach(boundary, depth, kept).farthest, 1.0)
         beam_importance = BeamImportance(self.ping_geometry, depth, self.rays, kept, lattice, farthest,
         self.choice.importance_sampling,
-                            self.glints)  # fmt: skip
+                            self.glints, images)  # fmt: skip
         own = density
         if (
             not self.quadrature and self.ping_geometry.pulse.receiver.synthetic_aperture is None
@@ -150,6 +153,7 @@ class PingScatterers:
             self.scene, self.ping_geometry, self.rays, depth, kept, reach, self.resolution, self.rise(boundary),
             float(amplitude_ratio(self.choice.beam_cutoff_db)), self.choice.importance_sampling, self.layouts,
             self.choice.edge_diffraction == "knife-edge",
+            face_images(self.scene, self.choice, self.ping_geometry, boundary),
         )  # fmt: skip
 
         def lie(lay: Callable[[], Columns]) -> Scatterers:

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from insonify.engines import _polar_grid_kernel as kernel
 from insonify.engines.beam_importance import BeamImportance
+from insonify.engines.face_images import FaceImage
 from insonify.engines.glint_spread import GlintSpread
 from insonify.engines.resolution import Resolution, two_way_gain_bound
 from insonify.engines.target_shadows import ShadowSector
@@ -78,8 +79,9 @@ class PolarGrid:
         self.tiles = np.stack([rows.ravel(), columns.ravel()], axis=-1)
 
     def tiles_above_floor(
-        self, rays: PropagationModel, families: tuple[str, ...], floor: float, glints: GlintSpread | None = None
-    ) -> NDArray[np.int64]:
+        self, rays: PropagationModel, families: tuple[str, ...], floor: float, glints: GlintSpread | None = None,
+        images: tuple[FaceImage, ...] = (),
+    ) -> NDArray[np.int64]:  # fmt: skip
         """Tiles that the two-way beam reaches above a floor [1], rows of (ring, sector), shape (n, 2).
 
         Args:
@@ -87,6 +89,7 @@ class PolarGrid:
             families: Families that reach the boundary.
             floor: Two-way pressure gain [1].
             glints: How a moving surface spreads the directions of legs; None: it is still.
+            images: Images of the sonar in faces.
         """
 
         def seen(tiles: NDArray[np.int64], across: int) -> NDArray[np.int64]:
@@ -96,8 +99,9 @@ class PolarGrid:
             centre = self._position(middle, (sector + 0.5) * width)
             half_diagonal = np.hypot((far - near) / 2, far * width / 2)
             bound = two_way_gain_bound(
-                centre, half_diagonal, self.ping_geometry, self.depth, rays, families, rise=self.rise, glints=glints
-            )
+                centre, half_diagonal, self.ping_geometry, self.depth, rays, families, rise=self.rise, glints=glints,
+                images=images,
+            )  # fmt: skip
             return np.asarray(tiles[(bound >= floor) & (far > 0)])
 
         beside = RINGS_PER_TILE // SECTORS_PER_TILE

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from insonify.engines import polar_grid
 from insonify.engines.beam_importance import BeamImportance
+from insonify.engines.face_images import FaceImage
 from insonify.engines.glint_spread import glint_spread
 from insonify.engines.recent_results import RecentResults
 from insonify.engines.resolution import Resolution
@@ -107,6 +108,8 @@ class QuadraturePoints:
     layouts: RecentResults[QuadratureLayout]
     soft: bool = True
     """True: sound is diffracted at the edges of targets."""
+    images: tuple[FaceImage, ...] = ()
+    """Images of the sonar in faces."""
 
     def blocks(self, cut: Callable[[Floats], list[slice]]) -> list[Callable[[], Columns]]:
         """Blocks of the points, computed when they are called.
@@ -171,17 +174,19 @@ class QuadraturePoints:
             here.transmit_position.tobytes(), here.receive_position.tobytes(), here.boresight.tobytes(),
             here.first_beam_bearing,
             *(part.tobytes() for beam in beams for part in (beam.axes, beam.steer, beam.scale)), here.channel_count,
+            *(part for one in self.images for part in one.about(self.ping_geometry.midpoint).key),
         )  # fmt: skip
 
     def _layout(self) -> QuadratureLayout:
         here, lattice = self._at_origin, ScattererGrid()
         cells = polar_grid.PolarGrid(here, self.depth, self.reach, self.resolution, rise=self.rise)
         glints = glint_spread(self.scene, here.frequency)
-        tiles = cells.tiles_above_floor(self.rays, self.families, self.floor, glints)
+        images = tuple(one.about(self.ping_geometry.midpoint) for one in self.images)
+        tiles = cells.tiles_above_floor(self.rays, self.families, self.floor, glints, images)
         farthest = max(self.reach.farthest, 1.0)
         return QuadratureLayout(cells, tiles, BeamImportance(here, self.depth, self.rays, self.families, lattice,
         farthest,
-                                             self.importance_sampling, glints))  # fmt: skip
+                                             self.importance_sampling, glints, images))  # fmt: skip
 
     def _shadow_gain_factor(self, layout: QuadratureLayout) -> Floats | None:
         """Factor on the gain in each piece of each row of tiles [1], shape (rows, PIECES_PER_TILE); None: 1."""

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from insonify.engines import _resolution_kernel as kernel
+from insonify.engines.face_images import FaceImage
 from insonify.engines.glint_spread import GlintSpread
 from insonify.propagation.propagation_model import PropagationModel, ReachableRange
 from insonify.scene.scatterer_grid import BASE_PITCH, FINEST_LEVEL, TILE, ScattererGrid, Tiles
@@ -165,7 +166,7 @@ def receivable_range(
 def tiles_in_view(
     ping_geometry: PingGeometry, lattice: ScattererGrid, boundary_depth: float, rays: PropagationModel,
     families: tuple[str, ...], resolution: Resolution, beam_floor: float, *, rise: float = 0.0, widest: float = np.inf,
-    glints: GlintSpread | None = None,
+    glints: GlintSpread | None = None, images: tuple[FaceImage, ...] = (),
 ) -> tuple[Tiles, Floats]:  # fmt: skip
     """The tiles of a boundary that one ping can receive, each at the level that the whole track requests.
 
@@ -180,6 +181,7 @@ def tiles_in_view(
         rise: How far the boundary may stand above or lie below its depth [m].
         widest: Longest way from one end by way of a position to the other that is received [m], see `max_path_length`.
         glints: How a moving surface spreads the directions of legs; None: it is still.
+        images: Images of the sonar in faces.
 
     Returns:
         Tiles in a fixed order, and the part of their scatterers that fills the sonar's cells [1], shape (n,): cells of
@@ -215,7 +217,7 @@ def tiles_in_view(
         )  # fmt: skip
         bound = two_way_gain_bound(
             position[:n], np.full(n, half), ping_geometry, boundary_depth, rays, families, rise=rise, enough=beam_floor,
-            glints=glints,
+            glints=glints, images=images,
         )  # fmt: skip
         n = kernel.tiles_above_floor(bound, beam_floor, along, across, centre)
         finest = grain.finest(centre[:n], np.full(n, half))
@@ -309,6 +311,7 @@ class _TrackResolution:
 def two_way_gain_bound(
     centre: Floats, half_diagonal: Floats, ping_geometry: PingGeometry, boundary_depth: float, rays: PropagationModel,
     families: tuple[str, ...], *, rise: float = 0.0, enough: float = np.inf, glints: GlintSpread | None = None,
+    images: tuple[FaceImage, ...] = (),
 ) -> Floats:  # fmt: skip
     """Upper bound of the two-way gain anywhere near some positions of a boundary, by any pair of families.
 
@@ -323,6 +326,7 @@ def two_way_gain_bound(
         enough: Gain at which no further family need be looked at [1]: where it is reached, less than the bound may
             be evaluated.
         glints: How a moving surface spreads the directions of legs; None: it is still.
+        images: Images of the sonar in faces.
 
     Returns:
         Two-way pressure gain [1], shape (n,).
@@ -330,23 +334,26 @@ def two_way_gain_bound(
     transmit, receive = np.zeros(len(centre)), np.zeros(len(centre))
     if not len(centre):
         return transmit
-    ends = [(ping_geometry.transmit_position, ping_geometry.transmit_beams, transmit)]
-    if ping_geometry.is_monostatic and ping_geometry.same_beams:
+    both = not (ping_geometry.is_monostatic and ping_geometry.same_beams)
+    if not both:
         receive = transmit
-    else:
-        ends.append((ping_geometry.receive_position, ping_geometry.bounding_receive_beams, receive))
-    rows = np.arange(len(centre))
-    for name in families:
-        for position, beams, best in ends:
-            cones = rays.departure_cones(
-                name, position, centre[rows], half_diagonal[rows], boundary_depth, relief_height=rise
-            )
-            one = np.where(cones.exists, beams.bound(cones.axis, cones.half_angle), 0.0)
-            if glints is not None and glints.spreads(name):
-                spread = glints.bound(beams, name, position, centre[rows], cones, boundary_depth)
-                one = np.where(cones.exists, np.maximum(one, spread), 0.0)
-            best[rows] = np.maximum(best[rows], one)
-        rows = rows[transmit[rows] * receive[rows] < enough]
-        if not len(rows):
-            break
+    sources = [(ping_geometry, families, np.arange(len(centre)))]
+    sources += [(one.sonar, one.families, one.lights(centre, boundary_depth, half_diagonal)) for one in images]
+    for sonar, names, rows in sources:
+        ends = [(sonar.transmit_position, sonar.transmit_beams, transmit)]
+        if both:
+            ends.append((sonar.receive_position, sonar.bounding_receive_beams, receive))
+        for name in names:
+            rows = rows[transmit[rows] * receive[rows] < enough]
+            if not len(rows):
+                break
+            for position, beams, best in ends:
+                cones = rays.departure_cones(
+                    name, position, centre[rows], half_diagonal[rows], boundary_depth, relief_height=rise
+                )
+                one = np.where(cones.exists, beams.bound(cones.axis, cones.half_angle), 0.0)
+                if glints is not None and glints.spreads(name):
+                    spread = glints.bound(beams, name, position, centre[rows], cones, boundary_depth)
+                    one = np.where(cones.exists, np.maximum(one, spread), 0.0)
+                best[rows] = np.maximum(best[rows], one)
     return transmit * receive

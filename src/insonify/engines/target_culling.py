@@ -59,7 +59,7 @@ def facing(position: Floats, normal: Floats, insonification: TargetInsonificatio
         insonification: The sonar as the target sees it.
     """
     both = np.ones(len(position), bool)
-    for places in insonification.images:
+    for places in insonification.point_images:
         seen = np.zeros(len(position), bool)
         for image in places:
             ray = image - position

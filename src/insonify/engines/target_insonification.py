@@ -3,6 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from insonify.engines.face_images import FaceImage, face_images
 from insonify.engines.patch_subdivision import Lobe, TargetInsonification
 from insonify.propagation.families import bounce_sequence, families_reaching, image_depth
 from insonify.propagation.image_sources import StraightRays
@@ -55,6 +56,11 @@ def target_insonification(
         np.array([[*position[:2], image_depth(name, position[2], scene.seabed.depth)] for name in families])
         for position in (ping_geometry.transmit_position, ping_geometry.receive_position)
     )
+    faces = [
+        (one, np.array([[*end[:2], image_depth(name, end[2], scene.seabed.depth)] for name in one.families]))
+        for one in face_images(scene, choice, ping_geometry, "target")
+        for end in (one.sonar.transmit_position, one.sonar.receive_position)
+    ]
     shaded = len(scene.occluders) > 1 or not level or scene.surface.reflection == "explicit"
     zone = FRESNEL_FRACTION * np.sqrt(wavelength * max(distance, wavelength))
     largest = max(zone, NEAREST_WAVES * wavelength) if shaded else np.inf
@@ -66,14 +72,19 @@ def target_insonification(
             return np.ones(len(middle), bool)
         ends = (images[0], ping_geometry.transmit_beams), (images[1], ping_geometry.bounding_receive_beams)
         gain = np.ones(len(middle))
-        for places, beams in ends:
-            gain *= _largest_gain(middle, radius, families, places, beams, max_deviation)
+        for row, (places, beams) in enumerate(ends):
+            best = _largest_gain(middle, radius, families, places, beams, max_deviation)
+            for one, image in faces[row::2]:
+                seen = (one.sonar.transmit_beams, one.sonar.bounding_receive_beams)[row]
+                np.maximum(best, _largest_gain(middle, radius, one.families, image, seen, max_deviation), out=best)
+            gain *= best
         return np.asarray(gain >= floor)
 
     return TargetInsonification(
         (images[0], images[1]), 2 * np.pi / wavelength, lobes(ping_geometry), slant / PULSE_CELLS, largest,
         max_deviation,
         (first * scene.water.min_sound_speed, last * scene.water.max_sound_speed / MIN_TRAVEL_TIME_RATIO), may_receive,
+        (_stacked(faces[::2]), _stacked(faces[1::2])),
     )  # fmt: skip
 
 
@@ -92,6 +103,11 @@ def lobes(ping_geometry: PingGeometry) -> tuple[Lobe, ...]:
             if not any(np.allclose(axis, lobe.axis) and span == lobe.width for lobe in found):
                 found.append(Lobe(axis, span))
     return tuple(found)
+
+
+def _stacked(faces: list[tuple[FaceImage, Floats]]) -> Floats:
+    """Positions of all images of one end in faces [m], shape (k, 3)."""
+    return np.concatenate([np.zeros((0, 3)), *(image for _, image in faces)])
 
 
 def _largest_gain(

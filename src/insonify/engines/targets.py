@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from insonify.engines._resolution_kernel import MAX_ELONGATION
 from insonify.engines.drawn_bodies import DrawnBodies
+from insonify.engines.face_images import face_images
 from insonify.engines.facet_subdivision import smooth_facets, solid_insonification
 from insonify.engines.glint_spread import glint_spread
 from insonify.engines.patch_subdivision import TargetInsonification
@@ -363,7 +364,7 @@ def _within_beams(
     """Return True if beams receive a target at all; where it is known how sound travels, above their floor."""
     if isinstance(rays, StraightRays):
         return not _below_beam_floor(scene, target, choice, ping_geometry, rays)
-    return not _outside_beams(scene, target, ping_geometry)
+    return bool(face_images(scene, choice, ping_geometry, "target")) or not _outside_beams(scene, target, ping_geometry)
 
 
 def _below_beam_floor(
@@ -381,7 +382,7 @@ def _below_beam_floor(
     bound = two_way_gain_bound(
         np.array([[north, east]]), np.array([radius]), ping_geometry, (top + base) / 2, rays,
         families_reaching("target", choice.followed_families), rise=rise, glints=glint_spread(scene,
-        ping_geometry.frequency),
+        ping_geometry.frequency), images=face_images(scene, choice, ping_geometry, "target"),
     )  # fmt: skip
     return float(bound[0]) < float(amplitude_ratio(choice.beam_cutoff_db))
 

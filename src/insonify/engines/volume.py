@@ -13,6 +13,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
+from insonify.engines.face_images import face_images
 from insonify.engines.resolution import Resolution
 from insonify.propagation.families import bounce_sequence, image_depth
 from insonify.propagation.path_settings import PathSettings
@@ -217,8 +218,13 @@ class VolumeScatterers:
         received = in_time & (latest * (MAX_TRAVEL_TIME_RATIO if water.layered else 1.0) >= early)
         rows, gain = np.flatnonzero(received), np.zeros((len(ends), len(centre)))
         received[:] = False
-        for family in choice.followed_families:
-            for row, (position, beams) in enumerate(ends):
+        sources = [(family, ends) for family in choice.followed_families]
+        for one in face_images(self.scene, choice, geometry, "water"):
+            pair = (one.sonar.transmit_position, one.sonar.transmit_beams), (
+                one.sonar.receive_position, one.sonar.bounding_receive_beams)  # fmt: skip
+            sources += [(family, list(pair[: len(ends)])) for family in one.families]
+        for family, there in sources:
+            for row, (position, beams) in enumerate(there):
                 length, around, ray = self._rays(family, position, centre[rows], radius[rows])
                 margin = np.where(around < length, np.arcsin(np.minimum(1, around / length)), np.pi)
                 for way, more in self._refracted_directions(ray / length[:, None]):

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from insonify.engines import polar_grid
 from insonify.engines.beam_importance import BeamImportance
+from insonify.engines.face_images import FaceImage, face_images
 from insonify.engines.glint_spread import glint_spread
 from insonify.engines.memory_budget import legs_per_point
 from insonify.engines.ping_scatterers import ping_scatterers
@@ -183,8 +184,9 @@ def _boundaries(
             total += PingWork(steps, _swath_seconds(steps, len(kept)))
             continue
         points, position, tiles = _on_boundary(
-            ping_geometry, level, simulator.engine.rays, kept, seen.resolution, scenario, seen.rise(boundary)
-        )
+            seen.ping_geometry, level, simulator.engine.rays, kept, seen.resolution, scenario, seen.rise(boundary),
+            face_images(scenario.scene, scenario.paths, ping_geometry, boundary),
+        )  # fmt: skip
         legs, pairs = _leg_and_pair_work(simulator, ping_geometry, boundary, kept, points, position)
         each = _pair_seconds(simulator, ping_geometry, law, boundary, label=label)
         relief = len(scenario.seabed.relief) if boundary == "seabed" else 0
@@ -434,8 +436,7 @@ def _pair_seconds(
 
 def _on_boundary(
     ping_geometry: PingGeometry, level: float, rays: PropagationModel, families: tuple[str, ...],
-    resolution: Resolution,
-    scenario: Scenario, rise: float,
+    resolution: Resolution, scenario: Scenario, rise: float, images: tuple[FaceImage, ...],
 ) -> tuple[Floats, Floats, float]:  # fmt: skip
     """Scatterers at some distances [m], and tiles, in reach of window and beams, of a boundary with a rise [m]."""
     floor = float(amplitude_ratio(scenario.paths.beam_cutoff_db))
@@ -444,7 +445,7 @@ def _on_boundary(
         widest = max_path_length(ping_geometry, scenario.water.max_sound_speed)
         found, density = tiles_in_view(
             ping_geometry, scenario.seabed.scatterer_grid, level, rays, families, resolution, floor, rise=rise,
-            widest=widest, glints=glints,
+            widest=widest, glints=glints, images=images,
         )  # fmt: skip
         return density * TILE**2, np.zeros(len(density)), float(len(found.level))
     reach = receivable_range(ping_geometry, level, rays, families, rise=rise)
@@ -462,14 +463,14 @@ def _on_boundary(
     bound = two_way_gain_bound(
         position.reshape(-1, 2) + ping_geometry.transmit_position[:2], np.repeat(half, SECTORS), ping_geometry, level,
         rays, families,
-        rise=rise, glints=glints,
+        rise=rise, glints=glints, images=images,
     )  # fmt: skip
     in_beam = (bound >= floor).reshape(RINGS, SECTORS)
     ground = np.pi * np.diff(edges**2)
     tiles = ground * in_beam.mean(axis=1) / tile**2
     importance = BeamImportance(
         ping_geometry, level, rays, families, scenario.seabed.scatterer_grid, outer,
-        scenario.paths.importance_sampling, glints
+        scenario.paths.importance_sampling, glints, images,
     )  # fmt: skip
     node = middle[:: min(1 + scenario.sonar.beam_count * len(families) // BEAMS_PER_RING, MOST_APART)]
     kept = np.interp(middle, node, importance.mean_keep_probability(node))

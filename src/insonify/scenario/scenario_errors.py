@@ -16,6 +16,7 @@ from insonify.model import field_error
 from insonify.propagation.families import bounce_sequence
 from insonify.scenario.bistatic_errors import bistatic_errors, clock_errors
 from insonify.scenario.element_errors import element_errors
+from insonify.scenario.face_errors import overlapping_face_errors
 from insonify.scenario.hull_errors import hull_errors
 from insonify.scenario.platform_poses import platforms
 from insonify.scenario.receiver_errors import receiver_errors
@@ -51,7 +52,8 @@ def scenario_errors(scenario: Scenario) -> Iterator[PydanticCustomError]:
     if untimely := list(clock_errors(scenario)):
         yield from untimely
         return
-    yield from scene_errors(scenario.completed_seabed, scenario.targets)
+    misplaced = list(scene_errors(scenario.completed_seabed, scenario.targets))
+    yield from misplaced or overlapping_face_errors(scenario)
     yield from patch_errors(scenario.water.patches, scenario.completed_seabed, scenario.targets)
     yield from _profile_depth_errors(scenario)
     found = array_positions(scenario)
