@@ -7,12 +7,14 @@ from hypothesis import strategies as st
 
 from insonify.engines._terrain_diffraction_kernel import (
     NEGLIGIBLE_CHANGE,
+    LaunchHorizon,
+    LineRays,
     diffract_over_crests,
     find_crests,
     negligible_beyond,
     surely_unobstructed,
 )
-from insonify.propagation.knife_edge import PER_UNIT, edge_diffraction_table
+from insonify.propagation.knife_edge import edge_diffraction_table
 from insonify.propagation.knife_edge_kernel import crest_is_negligible, sincos_of_quarter_turns
 
 STEP, WAVE = 0.25, 0.015
@@ -135,9 +137,8 @@ def test_a_ray_to_ground_is_one_of_that_launch() -> None:
     expected = []
     for ground in (True, False):
         lit, left = np.ones(700, bool), np.ones(700, complex)
-        diffract_over_crests(launch, bound, crest, crests, rows, points, reach, steep, STEP, reach, WAVE,
-        edge_diffraction_table(), PER_UNIT,
-                    ground, True, lit, left)  # fmt: skip
+        horizon, rays = LaunchHorizon(launch, bound, crest, crests), LineRays(rows, points, steep, reach, lit, left)
+        diffract_over_crests(horizon, STEP, rays, reach, WAVE, edge_diffraction_table(), ground, True)
         expected.append((lit, left))
     hidden = steep > bound[rows, sample]
     np.testing.assert_array_equal(expected[0][0], ~hidden)

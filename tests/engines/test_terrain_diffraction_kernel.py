@@ -6,6 +6,9 @@ import pytest
 from insonify.engines._terrain_diffraction_kernel import (
     MAX_CRESTS,
     NEGLIGIBLE_CHANGE,
+    CrestRay,
+    LaunchHorizon,
+    LineRays,
     diffract_over_crests,
     diffract_rising_rays,
     find_crests,
@@ -13,7 +16,7 @@ from insonify.engines._terrain_diffraction_kernel import (
     strongest_crest_factor,
     surely_unobstructed,
 )
-from insonify.propagation.knife_edge import PER_UNIT, edge_diffraction_table, knife_edge
+from insonify.propagation.knife_edge import edge_diffraction_table, knife_edge
 from insonify.propagation.knife_edge_kernel import ENDLESS, crest_diffraction_factor
 
 WAVELENGTH, STEP = 0.015, 0.5
@@ -87,7 +90,7 @@ def test_a_crest_that_is_no_longer_felt_changes_nothing_that_counts():
         length = until[n] * 1.001
         for clear in 10 ** rng.uniform(-6, 1, 2):
             left = crest_diffraction_factor(
-                -clear, hollow[n], length - near[n], length, WAVELENGTH, edge_diffraction_table(), PER_UNIT
+                -clear, hollow[n], length - near[n], length, WAVELENGTH, edge_diffraction_table()
             )
             assert abs(left - 1) < NEGLIGIBLE_CHANGE
 
@@ -130,10 +133,9 @@ def past_the_worst(launch, computed, last, way, distance):
     stretch, every = np.hypot(1, way), [1 + 0j]
     for number in range(last, max(last - MAX_CRESTS, -1), -1):
         near = (computed[number, 0] + 1) * STEP
-        every.append(crest_diffraction_factor((way - computed[number, 1]) * near / stretch, computed[number,
-        2] / stretch,
-                                 (distance - near) * stretch, distance * stretch, WAVELENGTH, edge_diffraction_table(),
-                                 PER_UNIT))  # fmt: skip
+        above, hollow = (way - computed[number, 1]) * near / stretch, computed[number, 2] / stretch
+        behind, length, table = (distance - near) * stretch, distance * stretch, edge_diffraction_table()
+        every.append(crest_diffraction_factor(above, hollow, behind, length, WAVELENGTH, table))
     return max(every, key=lambda left: abs(left - 1))
 
 
@@ -145,9 +147,8 @@ def test_the_crest_that_takes_most_is_found_whatever_is_passed_over():
         if crest[s, k] < 0:
             continue
         way, distance = float(bound[s, k] * rng.uniform(0.9, 1.1)), (k + 1.5) * STEP
-        found = strongest_crest_factor(launch, computed, s, crest[s, k], -1, 1.0, way, ENDLESS, STEP, distance,
-        WAVELENGTH,
-                           edge_diffraction_table(), PER_UNIT)  # fmt: skip
+        ray, horizon = CrestRay(1.0, way, ENDLESS, distance), LaunchHorizon(launch, bound, crest, computed)
+        found = strongest_crest_factor(horizon, s, crest[s, k], -1, ray, STEP, WAVELENGTH, edge_diffraction_table())
         assert abs(found - past_the_worst(launch[s], computed[s], crest[s, k], way, distance)) < 2 * NEGLIGIBLE_CHANGE
         checked += 1
     assert checked > 500
@@ -158,9 +159,11 @@ def test_ground_that_still_rises_cuts_like_an_endless_screen():
     launch = np.full(50, 0.3, np.float32)
     for way in (0.2, 0.299, 0.3, 0.301, 0.35):
         stretch, near, distance = np.hypot(1, way), 21 * STEP, 40.0
-        left = strongest_crest_factor(launch[None], np.empty((1, 1, 4), np.float32), 0, -1, 20, 1.0, way, ENDLESS,
-        STEP, distance,
-                          WAVELENGTH, edge_diffraction_table(), PER_UNIT)  # fmt: skip
+        horizon = LaunchHorizon(
+            launch[None], launch[None], np.empty((1, 50), np.int32), np.empty((1, 1, 4), np.float32)
+        )
+        ray = CrestRay(1.0, way, ENDLESS, distance)
+        left = strongest_crest_factor(horizon, 0, -1, 20, ray, STEP, WAVELENGTH, edge_diffraction_table())
         high, d1, d2 = (way - float(launch[20])) * near / stretch, near * stretch, (distance - near) * stretch
         longer = np.hypot(d1, high) - d1 + np.hypot(d2, high) - d2  # than the straight way
         number = np.copysign(2 * np.sqrt(longer / WAVELENGTH), high)
@@ -171,8 +174,9 @@ def crest_factor_over(way, reach, launch, bound, crest, computed, *, ground, sof
     """Visibility of some points of line 0, and the factors of their rays."""
     count = len(reach)
     lit, left = np.ones(count, bool), np.full(count, 1 + 0j)
-    diffract_over_crests(launch, bound, crest, computed, np.zeros(count, np.int64), np.arange(count), reach, way, STEP,
-                reach + 1.0, WAVELENGTH, edge_diffraction_table(), PER_UNIT, ground, soft, lit, left)  # fmt: skip
+    rays = LineRays(np.zeros(count, np.int64), np.arange(count), way, reach + 1.0, lit, left)
+    horizon = LaunchHorizon(launch, bound, crest, computed)
+    diffract_over_crests(horizon, STEP, rays, reach, WAVELENGTH, edge_diffraction_table(), ground, soft)
     return lit, left
 
 
@@ -205,9 +209,9 @@ def test_points_do_not_depend_on_the_others_and_are_evaluated_once():
 
     def left_of(points):
         left = np.full(300, 2 - 1j)
-        diffract_over_crests(launch, bound, crest, computed, rows[points], points, reach, way, STEP, reach + 1.0,
-        WAVELENGTH,
-                    edge_diffraction_table(), PER_UNIT, False, True, np.empty(0, bool), left)  # fmt: skip
+        rays = LineRays(rows[points], points, way, reach + 1.0, np.empty(0, bool), left)
+        horizon = LaunchHorizon(launch, bound, crest, computed)
+        diffract_over_crests(horizon, STEP, rays, reach, WAVELENGTH, edge_diffraction_table(), False, True)
         return left
 
     every, some = left_of(np.arange(300)), rng.permutation(300)[:120]
@@ -226,10 +230,13 @@ def test_a_ray_that_rises_out_of_ground_is_as_one_that_comes_down_on_it():
         left = np.full((2, 1), 1 + 0j)
         way = np.array([0.3 - clearance])  # rising rays are launched below the knife's where they are cut
         points, reach = np.zeros(1, np.int64), np.array([40.0])
-        diffract_rising_rays(up[0], up[3], up[4], points, points, np.ones(1), np.array([79.0]), way, STEP, reach,
-        WAVELENGTH,
-                     edge_diffraction_table(), PER_UNIT, np.ones(1, bool), left[0])  # fmt: skip
-        diffract_over_crests(down[0], down[2], down[3], down[4], points, points, np.array([39.5]), -way, STEP, reach,
-                    WAVELENGTH, edge_diffraction_table(), PER_UNIT, False, True, np.empty(0, bool),
-                    left[1])  # fmt: skip
+        rising = LineRays(points, points, way, reach, np.ones(1, bool), left[0])
+        falling = LineRays(points, points, -way, reach, np.empty(0, bool), left[1])
+        table = edge_diffraction_table()
+        diffract_rising_rays(
+            LaunchHorizon(up[0], *up[2:]), STEP, rising, np.ones(1), np.array([79.0]), WAVELENGTH, table
+        )
+        diffract_over_crests(
+            LaunchHorizon(down[0], *down[2:]), STEP, falling, np.array([39.5]), WAVELENGTH, table, False, True
+        )
         assert left[0, 0] == pytest.approx(left[1, 0], abs=1e-6)

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from insonify.propagation._silhouette_kernel import passes_above, passes_above_all
+from insonify.propagation._silhouette_kernel import RayEnd, passes_above, passes_above_all
 
 
 def test_a_ray_above_the_highest_top_is_above_all_columns():
@@ -14,12 +14,10 @@ def test_a_ray_above_the_highest_top_is_above_all_columns():
         columns[:, 4], columns[:, 5] = columns[:, 0] - 0.1, columns[:, 0] + 0.1
         reach, end, slope = draw.uniform(19.5, 60), draw.uniform(5, 11), draw.uniform(-0.5, 1.0)
         level, wavelength = float(np.cos(np.arctan(slope))), 0.00375
-        ray = slope, level, reach, reach / level, wavelength
-        each = passes_above(end, *ray, columns, 6.0)
-        at_once = passes_above_all(
-            end, slope, level, reach - columns[:, 5].max(), reach - columns[:, 4].min(), columns[:, 1].min(),
-            reach / level, wavelength, 6.0,
-        )  # fmt: skip
+        ray = RayEnd(end, slope, level, reach / level)
+        each = passes_above(ray, reach, wavelength, columns, 6.0)
+        behind = reach - columns[:, 5].max(), reach - columns[:, 4].min()
+        at_once = passes_above_all(ray, *behind, columns[:, 1].min(), wavelength, 6.0)
         assert each or not at_once
         found, above = found + at_once, above + each
     assert 0.5 * above < found < above

@@ -5,7 +5,7 @@ it: one that is shallow against a Fresnel zone is filled by diffraction, and its
 """
 
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +23,49 @@ MAX_CRESTS = 4
 
 NEGLIGIBLE_CHANGE = 1e-3
 """Largest change of the pressure by a crest that is neglected: 60 dB below what passes it [1]."""
+
+
+class LaunchHorizon(NamedTuple):
+    """Launch horizon along some lines, see `find_crests`."""
+
+    launch: Floats
+    """Launch that reaches the seabed at each sample, shape (lines, samples)."""
+    bound: Floats
+    """Launch horizon: the smallest up to each sample; of families that rise, the largest from it on."""
+    crest: Rows
+    """Number of the last crest, -1 for none."""
+    crests: Floats
+    """Sample, launch, depth behind and reach of each crest, shape (lines, crests, 4)."""
+
+
+class LineRays(NamedTuple):
+    """Rays over the seabed of some lines, to some of n points."""
+
+    rows: Integers
+    """Line of each point, (points,)."""
+    points: Integers
+    """Indices of the points, (points,)."""
+    steepness: Floats
+    """Launch slopes of the rays; not read where they end on the seabed, (n,)."""
+    distance: Floats
+    """Horizontal length of the whole leg [m], (n,)."""
+    visible: NDArray[np.bool_]
+    """False where the seabed hides the point, (n,)."""
+    left: Complexes
+    """Product of the factors of crests on the pressure [1], (n,)."""
+
+
+class CrestRay(NamedTuple):
+    """One ray that passes crests."""
+
+    sense: float
+    """1 for rays that come down on the seabed, -1 for those that rise."""
+    launch: float
+    """Launch slope of the ray."""
+    end: float
+    """Sample from which on no terrain is hidden."""
+    distance: float
+    """Horizontal length of the whole leg [m]."""
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -112,31 +155,23 @@ def surely_unobstructed(depth: Floats, distance: Floats, image: np.float32, step
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def diffract_over_crests(
-    launch: Floats, lowest: Floats, last_crest: Rows, crests: Floats, rows: Integers, points: Integers, reach: Floats,
-    steepness: Floats, step: float, distance: Floats, wavelength: float, table: Complexes, per_unit: float,
-    ground: bool, soft: bool, visible: NDArray[np.bool_], left: Complexes,
+    horizon: LaunchHorizon, step: float, rays: LineRays, reach: Floats, wavelength: float, table: Complexes,
+    ground: bool, soft: bool,
 ) -> None:  # fmt: skip
-    """Factor by which crests reduce rays over the seabed of a line, and whether the seabed itself is visible.
+    """Multiply what crests leave of rays over the seabed into `rays.left`, and mark points that the seabed hides.
 
     Args:
-        launch: Launch that reaches the seabed at each sample, (s, n).
-        lowest: Smallest up to each sample, (s, n).
-        last_crest: Of `find_crests`, (s, n).
-        crests: Crests of `find_crests`, (s, crests, 4).
-        rows: Line of each point, (points,).
-        points: Which points, (points,).
-        reach: Distance [m] up to which the seabed can cut, (all,).
-        steepness: Launch slopes of the rays; not read where they end on the seabed, (all,).
+        horizon: Launch horizon along the lines.
         step: Distance of samples [m].
-        distance: Horizontal length of the whole leg [m], (all,).
+        rays: The rays; hidden points are marked where rays end on the seabed.
+        reach: Distance [m] up to which the seabed can cut, (all,).
         wavelength: Acoustic wavelength [m].
         table: See `insonify.propagation.knife_edge_kernel.edge_diffraction`.
-        per_unit: See `insonify.propagation.knife_edge_kernel.edge_diffraction`.
         ground: True if rays end on the seabed of the lines: between samples it is as linear as the launches to it.
         soft: True if sound bends around crests.
-        visible: Result, False is written where the seabed is hidden that rays end on, (all,).
-        left: Result, multiplied, where edges are soft [1], (all,).
     """
+    launch, lowest, last_crest, crests = horizon
+    rows, points, steepness, distance, visible, left = rays
     last, per_step = launch.shape[1] - 2, 1 / step
     for m in range(points.size):
         n, s = points[m], rows[m]
@@ -155,36 +190,28 @@ def diffract_over_crests(
             if way > lowest[s, k] and here <= lowest[s, k]:
                 blocking_sample = k  # it dips into ground that still rises
         if soft and (at >= 0 or blocking_sample >= 0):
-            left[n] *= strongest_crest_factor(launch, crests, s, at, blocking_sample, 1.0, way, ENDLESS, step,
-            distance[n], wavelength,
-                                  table, per_unit)  # fmt: skip
+            ray = CrestRay(1.0, way, ENDLESS, distance[n])
+            left[n] *= strongest_crest_factor(horizon, s, at, blocking_sample, ray, step, wavelength, table)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def diffract_rising_rays(
-    launch: Floats, last_crest: Rows, crests: Floats, rows: Integers, points: Integers, start: Floats, stop: Floats,
-    steepness: Floats, step: float, distance: Floats, wavelength: float, table: Complexes,
-    per_unit: float, visible: NDArray[np.bool_], left: Complexes,
+    horizon: LaunchHorizon, step: float, rays: LineRays, start: Floats, stop: Floats, wavelength: float,
+    table: Complexes,
 ) -> None:  # fmt: skip
-    """Multiply what crests leave of rays that rise from a bounce into `left`.
+    """Multiply what crests leave of rays that rise from a bounce into `rays.left`.
 
     Args:
-        launch: See `diffract_over_crests`.
-        last_crest: See `diffract_over_crests`.
-        crests: See `diffract_over_crests`.
-        rows: See `diffract_over_crests`.
-        points: See `diffract_over_crests`.
+        horizon: Launch horizon along the lines.
+        step: Distance of samples [m].
+        rays: The rays, with True in `visible` if this segment of each clears the seabed.
         start: Distance in steps from which the ray is looked at, (all,).
         stop: Distance at which it ends, (all,).
-        steepness: See `diffract_over_crests`.
-        step: See `diffract_over_crests`.
-        distance: See `diffract_over_crests`.
-        wavelength: See `diffract_over_crests`.
+        wavelength: Acoustic wavelength [m].
         table: See `diffract_over_crests`.
-        per_unit: See `diffract_over_crests`.
-        visible: True if this segment of each ray clears the seabed, (all,).
-        left: Result [1], (all,).
     """
+    launch, last_crest = horizon.launch, horizon.crest
+    rows, points, steepness, distance, visible, left = rays
     for m in range(points.size):
         n, s = points[m], rows[m]
         first, end = max(math.ceil(start[n]) - 1, 0), min(math.floor(stop[n]), launch.shape[1])
@@ -193,40 +220,37 @@ def diffract_rising_rays(
         way, blocking_sample = float(steepness[n]), -1
         if not visible[n] and launch[s, first] > way:
             blocking_sample = first  # it rises out of the seabed itself
-        left[n] *= strongest_crest_factor(launch, crests, s, last_crest[s, first], blocking_sample, -1.0, way,
-        float(end), step,
-                              distance[n], wavelength, table, per_unit)  # fmt: skip
+        ray = CrestRay(-1.0, way, float(end), distance[n])
+        left[n] *= strongest_crest_factor(
+            horizon, s, last_crest[s, first], blocking_sample, ray, step, wavelength, table
+        )
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def strongest_crest_factor(
-    launch: Floats, crests: Floats, s: int, last: int, blocking_sample: int, sense: float, way: float, end: float,
-    step: float,
-    distance: float, wavelength: float, table: Complexes, per_unit: float,
+    horizon: LaunchHorizon, s: int, last: int, blocking_sample: int, ray: CrestRay, step: float, wavelength: float,
+    table: Complexes,
 ) -> complex:  # fmt: skip
     """Factor of the crest that reduces one ray most [1].
 
     Args:
-        launch: Launch that reaches the seabed at each sample, (lines, n).
-        crests: See `find_crests`, (lines, crests, 4).
+        horizon: Launch horizon along the lines.
         s: Line of the ray.
         last: Number of the first crest to look at, -1 for none.
         blocking_sample: Sample of ground that cuts without being a crest, -1 for none.
-        sense: 1 for rays that come down on the seabed, -1 for those that rise.
-        way: Launch of the ray.
-        end: Sample from which on no terrain is hidden.
+        ray: The ray.
         step: Distance of samples [m].
-        distance: Horizontal length of the whole leg [m].
         wavelength: Acoustic wavelength [m].
         table: See `diffract_over_crests`.
-        per_unit: See `diffract_over_crests`.
     """
+    launch, crests = horizon.launch, horizon.crests
+    sense, way, end, distance = ray
     stretch, least, most = math.sqrt(1 + way * way), 1 + 0j, 0.0
     length, level = distance * stretch, 1 / stretch
     if blocking_sample >= 0:
         near = (blocking_sample + 1) * step
         high = sense * (way - launch[s, blocking_sample]) * near * level
-        least = crest_diffraction_factor(high, ENDLESS, length - near * stretch, length, wavelength, table, per_unit)
+        least = crest_diffraction_factor(high, ENDLESS, length - near * stretch, length, wavelength, table)
         most = (1 - least.real) ** 2 + least.imag**2
     for number in range(last, max(last - MAX_CRESTS, -1), -1):
         at, above = float(crests[s, number, 0]), sense * (way - crests[s, number, 1])
@@ -240,7 +264,7 @@ def strongest_crest_factor(
             -clear, hollow_depth, behind, length, wavelength, max(NEGLIGIBLE_CHANGE * NEGLIGIBLE_CHANGE, most)
         ):
             continue
-        left = crest_diffraction_factor(clear, hollow_depth, behind, length, wavelength, table, per_unit)
+        left = crest_diffraction_factor(clear, hollow_depth, behind, length, wavelength, table)
         differs = (1 - left.real) ** 2 + left.imag**2
         if differs > most:
             least, most = left, differs

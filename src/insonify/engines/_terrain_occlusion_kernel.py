@@ -1,7 +1,7 @@
 """Occlusion by the seabed along lines. Plain numbers and arrays only."""
 
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -120,18 +120,26 @@ def clear_of_terrain(
     return clear
 
 
+class LineDepths(NamedTuple):
+    """Seabed along some lines."""
+
+    depth: Floats
+    """Depth at the samples [m], (lines, samples)."""
+    shallowest: Floats
+    """Least depth of each line [m], (lines,)."""
+    step: float
+    """Distance of the samples [m]."""
+
+
 @njit(cache=True, nogil=True, error_model="numpy")
 def segments_clear(
-    depth: Floats, shallowest: Floats, step: float, rows: Integers, points: Integers, nodes: Floats,
-    bounce_margin: Floats,
-    on_terrain: bool, penetration: float, clear: NDArray[np.bool_],
+    lines: LineDepths, rows: Integers, points: Integers, nodes: Floats, bounce_margin: Floats, on_terrain: bool,
+    penetration: float, clear: NDArray[np.bool_],
 ) -> None:  # fmt: skip
     """Return True if paths of straight segments clear the seabed of a line; only parts below its highest are walked.
 
     Args:
-        depth: Depth of the seabed at the samples [m], (lines, samples).
-        shallowest: Least of each line [m], (lines,).
-        step: Distance of the samples [m].
+        lines: Seabed along the lines.
         rows: Line of each point, (points,).
         points: Which points, (points,).
         nodes: Distance and depth of the ends of all segments [m], (segments + 1, all, 2).
@@ -140,6 +148,7 @@ def segments_clear(
         penetration: How far they may dip into the seabed [m].
         clear: Result, False is written where a way is cut, (all,).
     """
+    depth, shallowest, step = lines
     for m in range(points.size):
         n, line, top = points[m], depth[rows[m]], shallowest[rows[m]]
         for k in range(nodes.shape[0] - 1):

@@ -26,7 +26,7 @@ from insonify.engines import _terrain_occlusion_kernel as kernel
 from insonify.engines.ray_marching import PENETRATION, RayModel, march_over_terrain
 from insonify.engines.terrain_profiles import AzimuthProfiles, GainBound, ProfileGroup
 from insonify.propagation.families import bounce_sequence
-from insonify.propagation.knife_edge import PER_UNIT, edge_diffraction_table
+from insonify.propagation.knife_edge import edge_diffraction_table
 from insonify.propagation.launch_angles import LaunchAngles, StraightLaunchAngles
 from insonify.records.legs import Legs, LegStatus
 from insonify.scene.scatterers import Scatterers
@@ -129,9 +129,10 @@ class TerrainOcclusion:
         held = np.empty(0, complex) if left is None else left
         for lines, points, rows in groups:
             if not lines.unobstructed(family):
+                rays = crests.LineRays(rows, points, distance, distance, lit, held)
                 crests.diffract_over_crests(
-                    *lines.horizon(family), rows, points, distance, distance, self.step, distance, self.wavelength,
-                    edge_diffraction_table(), PER_UNIT, True, soft, lit, held,
+                    lines.horizon(family), self.step, rays, distance, self.wavelength, edge_diffraction_table(), True,
+                    soft,
                 )  # fmt: skip
 
     def _clear(
@@ -179,21 +180,20 @@ class TerrainOcclusion:
     ) -> None:  # fmt: skip
         lit = np.empty(0, bool)
         for lines, points, rows in groups:
+            rays = crests.LineRays(rows, points, steepness, distance, lit, left)
             crests.diffract_over_crests(
-                *lines.horizon(family), rows, points, reach, steepness, self.step, distance, self.wavelength,
-                edge_diffraction_table(), PER_UNIT, False, True, lit, left,
-            )  # fmt: skip
+                lines.horizon(family), self.step, rays, reach, self.wavelength, edge_diffraction_table(), False, True
+            )
 
     def _under_crests(
         self, groups: list[ProfileGroup], family: str, way: tuple[Floats, Floats], steepness: Floats, distance: Floats,
         lit: NDArray[np.bool_], left: NDArray[np.complex128],
     ) -> None:  # fmt: skip
         for lines, points, rows in groups:
-            launch, _, crest, covered = lines.horizon(family)
+            rays = crests.LineRays(rows, points, steepness, distance, lit, left)
             crests.diffract_rising_rays(
-                launch, crest, covered, rows, points, *way, steepness, self.step, distance,
-                self.wavelength, edge_diffraction_table(), PER_UNIT, lit, left,
-            )  # fmt: skip
+                lines.horizon(family), self.step, rays, *way, self.wavelength, edge_diffraction_table()
+            )
 
     def image_paths_clear(
         self, groups: list[ProfileGroup], nodes: Floats, spared: Floats, *, ground: bool
@@ -211,9 +211,8 @@ class TerrainOcclusion:
         """
         lit = np.ones(nodes.shape[1], bool)
         for lines, points, rows in groups:
-            kernel.segments_clear(
-                lines.depth, lines.shallowest, self.step, rows, points, nodes, spared, ground, PENETRATION, lit
-            )
+            depths = kernel.LineDepths(lines.depth, lines.shallowest, self.step)
+            kernel.segments_clear(depths, rows, points, nodes, spared, ground, PENETRATION, lit)
         return lit
 
     def _horizon(self, groups: list[ProfileGroup], family: str, distance: Floats) -> Floats:

@@ -11,7 +11,7 @@ slices are merged by fours, so that each holds as many as one in the main lobe.
 from collections.abc import Callable
 from itertools import pairwise
 from threading import Lock
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -46,19 +46,6 @@ PROFILES_PER_SECTOR = 4 * MERGE_GROUP
 """Slices that are looked at together, before each eight are."""
 
 
-class LaunchHorizon(NamedTuple):
-    """Launch horizon along some lines, see `_terrain_diffraction_kernel.find_crests`."""
-
-    launch: Floats
-    """Launch that reaches the seabed at each sample, shape (lines, samples)."""
-    bound: Floats
-    """Launch horizon: the smallest up to each sample; of families that rise, the largest from it on."""
-    crest: NDArray[np.int32]
-    """Number of the last crest, -1 for none."""
-    crests: Floats
-    """Sample, launch, depth behind and reach of each crest, shape (lines, crests, 4)."""
-
-
 class TerrainProfiles:
     """Seabed along some lines, from the sonar outwards, and the launch angles that reach it."""
 
@@ -76,7 +63,7 @@ class TerrainProfiles:
         """
         self.depth, self.turn, self._launches, self._wavelength = depth, turn, launches, wavelength
         self._distance = distance
-        self._made: dict[str, LaunchHorizon] = {}
+        self._made: dict[str, crests.LaunchHorizon] = {}
         self._open: dict[str, bool] = {}
         self._shallowest: Floats | None = None
         self._lock = Lock()
@@ -102,19 +89,19 @@ class TerrainProfiles:
         image = np.float32(image_depth(family, rays.source_depth, rays.water_depth))
         return bool(crests.surely_unobstructed(self.depth, self._distance, image, SAMPLES_PER_CHECK))
 
-    def horizon(self, family: str) -> LaunchHorizon:
+    def horizon(self, family: str) -> crests.LaunchHorizon:
         """The launch horizon of rays of a family."""
         with self._lock:
             if family not in self._made:
                 self._made[family] = self._built(family)
             return self._made[family]
 
-    def _built(self, family: str) -> LaunchHorizon:
+    def _built(self, family: str) -> crests.LaunchHorizon:
         launch = self._launches.launch_slope(family, self._distance, self.depth).astype(np.float32, copy=False)
         bound, crest = np.empty_like(launch), np.empty(launch.shape, np.int32)
         crossed = np.empty((len(launch), launch.shape[1] // 2 + 1, 4), np.float32)
         crests.find_crests(launch, self._distance, family.endswith("B"), self._wavelength, bound, crest, crossed)
-        return LaunchHorizon(launch, bound, crest, crossed)
+        return crests.LaunchHorizon(launch, bound, crest, crossed)
 
 
 ProfileGroup = tuple[TerrainProfiles, Integers, Integers]

@@ -1,7 +1,7 @@
 """Kernels of diffraction around a solid: its silhouette as adjacent columns, each with a top and a base."""
 
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +13,7 @@ from insonify.propagation.knife_edge_kernel import (
     FAR,
     OCCLUDED,
     STEEPEST,
+    DiffractedLegs,
     edge_diffraction,
     edge_fresnel_number,
 )
@@ -20,6 +21,47 @@ from insonify.propagation.knife_edge_kernel import (
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
 Integers = NDArray[Any]
+
+
+class Silhouette(NamedTuple):
+    """Silhouette of a solid, c columns."""
+
+    centre_bearing: float
+    """Bearing of its middle from the sonar [rad]."""
+    border_bearings: Floats
+    """Bearings of the columns' borders re that, increasing [rad], shape (c + 1,)."""
+    border_ranges: Floats
+    """Horizontal distance of each border [m], shape (c + 1,)."""
+    columns: Floats
+    """Distance and depth of each top, of each base, nearest and farthest distance [m], shape (c, 6)."""
+
+
+class SolidScreen(NamedTuple):
+    """Solid that diffracts, as seen from the sonar or from its image."""
+
+    silhouette: Silhouette
+    """Its silhouette."""
+    bed_depth: float
+    """Depth from which on a base counts as standing on the seabed [m]."""
+    row: int
+    """Row of the solid among the occluders."""
+    infinitely_wide: bool
+    """True for an infinitely wide screen: each leg is screened by the one column in its path."""
+    max_fresnel_number: float
+    """Fresnel number beyond which a solid beside or below a ray is neglected [1]."""
+
+
+class RayEnd(NamedTuple):
+    """End of a straight ray."""
+
+    depth: float
+    """Its depth [m]."""
+    slope: float
+    """Depth gained per horizontal metre [1]."""
+    horizontal_component: float
+    """Horizontal part of the direction [1]."""
+    length: float
+    """Length of the leg [m]."""
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -64,40 +106,27 @@ def silhouette_columns(corners: Floats, bearing: Floats, borders: Floats, column
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def diffract_around_solid(
-    rows: Integers, position: Floats, points: Floats, arrival: Floats, length: Floats, has_bounce: bool,
-    water_depth: float, wavelength: float, centre_bearing: float, borders: Floats, border_ranges: Floats,
-    columns: Floats, bed_depth: float, row: int, infinitely_wide: bool, max_fresnel_number: float, table: Complexes,
-    per_unit: float, status: Integers, occluder: Integers, visibility: Complexes,
+    rows: Integers, legs: DiffractedLegs, f: int, water_depth: float, wavelength: float, screen: SolidScreen,
+    table: Complexes,
 ) -> None:  # fmt: skip
     """Multiply the diffraction factor of one solid into the visibility of the legs of one family.
 
     Args:
         rows: Indices of the legs to process, (r,).
-        position: North, east, depth of the sonar [m], (3,).
-        points: Ends of the legs [m], (n, 3).
-        arrival: Direction of travel at the points, (n, 3).
-        length: Length of the legs [m], (n,).
-        has_bounce: True if the family bounces; then only the last segment is diffracted.
+        legs: The legs; their visibility is the result, and a leg that this solid cuts counts as clear of all others.
+        f: Row of the family.
         water_depth: Depth of the bottom [m].
         wavelength: Wavelength of the sound [m].
-        centre_bearing: Bearing from the sonar to the solid [rad].
-        borders: Bearings between the columns re that, increasing [rad], (c + 1,).
-        border_ranges: Horizontal distance of each border from the sonar [m], (c + 1,).
-        columns: Of each column: distance and depth of its top, of its base, nearest and farthest distance [m], (c, 6).
-        bed_depth: Depth from which on a base counts as standing on the seabed [m].
-        row: Row of the solid among the occluders.
-        infinitely_wide: True for an infinitely wide screen: each leg is screened by the one column in its path.
-        max_fresnel_number: Fresnel number beyond which a solid beside or below a ray is neglected.
+        screen: The solid.
         table: Table of `edge_diffraction`.
-        per_unit: Entries of the table per unit of the Fresnel number.
-        status: `LegStatus` of the legs, (n,).
-        occluder: Occluders of the legs, (n,).
-        visibility: Result: (n,); a leg that this solid cuts counts as clear of all others.
     """
+    position, points, arrival, length = legs.position, legs.points, legs.arrival[f], legs.length[f]
+    status, visibility, max_fresnel_number = legs.status[f], legs.visibility[f], screen.max_fresnel_number
+    centre_bearing, borders, border_ranges, columns = screen.silhouette
     nearest, ahead_n, ahead_e = np.min(columns[:, 4]), math.cos(centre_bearing), math.sin(centre_bearing)
     farthest, highest = max(np.max(columns[:, 0]), np.max(columns[:, 5])), np.min(columns[:, 1])
     for n in rows:
-        mine = status[n] == OCCLUDED and occluder[n] == row
+        mine = status[n] == OCCLUDED and legs.occluder[f, n] == screen.row
         level = math.sqrt(arrival[n, 0] ** 2 + arrival[n, 1] ** 2)
         if not (mine or (status[n] == CLEAR and visibility[n] != 0)) or level < STEEPEST:
             continue
@@ -110,16 +139,14 @@ def diffract_around_solid(
         if passes_beside(reach, turn, level, length[n], wavelength, borders, border_ranges, max_fresnel_number):
             continue
         slope = arrival[n, 2] / level
+        end = RayEnd(points[n, 2], slope, level, length[n])
         if not mine and (
-            passes_above_all(
-                points[n, 2], slope, level, reach - farthest, reach - nearest, highest, length[n], wavelength,
-                max_fresnel_number,
-            )
-            or passes_above(points[n, 2], slope, level, reach, length[n], wavelength, columns, max_fresnel_number)
-        ):  # fmt: skip
+            passes_above_all(end, reach - farthest, reach - nearest, highest, wavelength, max_fresnel_number)
+            or passes_above(end, reach, wavelength, columns, max_fresnel_number)
+        ):
             continue
         ahead = reach
-        if has_bounce and slope != 0:
+        if legs.has_bounce[f] and slope != 0:
             ahead = min(reach, (points[n, 2] - (0.0 if slope > 0 else water_depth)) / slope)
         blocked, seen, before = 0j, False, 0j
         for k in range(borders.size):
@@ -128,7 +155,7 @@ def diffract_around_solid(
             number = edge_fresnel_number(off, behind / level, length[n], wavelength)
             if behind <= 0:
                 number = math.copysign(ENDLESS, off)
-            here = edge_diffraction(number, table, per_unit)
+            here = edge_diffraction(number, table)
             if k > 0:
                 c = columns[k - 1]
                 over = c[4] < reach < c[5] and borders[k - 1] <= turn <= borders[k]
@@ -137,14 +164,14 @@ def diffract_around_solid(
                 elif reach > c[0]:
                     top = screen_fresnel_number(points[n, 2], slope, level, reach - c[0], c[1], length[n], wavelength)
                     base = -ENDLESS
-                    if c[3] < bed_depth and reach > c[2]:
+                    if c[3] < screen.bed_depth and reach > c[2]:
                         base = screen_fresnel_number(
                             points[n, 2], slope, level, reach - c[2], c[3], length[n], wavelength
                         )
                     if top > -FAR:
-                        up = edge_diffraction(base, table, per_unit) - edge_diffraction(top, table, per_unit)
+                        up = edge_diffraction(base, table) - edge_diffraction(top, table)
                         across = before - here
-                        if infinitely_wide:
+                        if screen.infinitely_wide:
                             across = 1 + 0j if borders[k - 1] <= turn < borders[k] else 0j
                         blocked += across * up
                     seen = seen or borders[k - 1] <= turn <= borders[k]
@@ -172,24 +199,21 @@ def passes_beside(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def passes_above_all(
-    depth: float, slope: float, horizontal_component: float, least_behind: float, most_behind: float, top: float,
-    length: float, wavelength: float, max_fresnel_number: float,
-) -> bool:  # fmt: skip
+    end: RayEnd, least_behind: float, most_behind: float, top: float, wavelength: float, max_fresnel_number: float
+) -> bool:
     """Return True only if `passes_above` is true for any columns between two distances, none higher than a top.
 
     Each of the two parts of `excess_path_length` decreases with its distance.
 
     Args:
-        depth: Depth of the end of the ray [m].
-        slope: Depth gained per horizontal metre.
-        horizontal_component: Horizontal part of the direction [1].
+        end: End of the ray.
         least_behind: Horizontal distance from the farthest column to the end of the ray [m].
-        most_behind: That from the nearest column [m].
+        most_behind: Horizontal distance from the nearest column [m].
         top: Depth of the highest column [m].
-        length: Length of the leg [m].
         wavelength: Wavelength of the sound [m].
         max_fresnel_number: Fresnel number beyond which a solid below a ray is neglected.
     """
+    depth, slope, horizontal_component, length = end
     clear = (top - depth + min(least_behind * slope, most_behind * slope)) * horizontal_component
     if least_behind <= 0 or clear <= 0:
         return False
@@ -202,19 +226,15 @@ def passes_above_all(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def passes_above(
-    depth: float, slope: float, horizontal_component: float, distance: float, length: float, wavelength: float,
-    columns: Floats, max_fresnel_number: float,
-) -> bool:  # fmt: skip
+def passes_above(end: RayEnd, distance: float, wavelength: float, columns: Floats, max_fresnel_number: float) -> bool:
     """Return True if a ray passes so far above a silhouette that its field is unchanged."""
     for k in range(columns.shape[0]):
         behind = distance - columns[k, 0]
         if behind <= 0 or columns[k, 4] < distance < columns[k, 5]:
             return False
-        if (
-            screen_fresnel_number(depth, slope, horizontal_component, behind, columns[k, 1], length, wavelength)
-            > -max_fresnel_number
-        ):
+        top, level = columns[k, 1], end.horizontal_component
+        number = screen_fresnel_number(end.depth, end.slope, level, behind, top, end.length, wavelength)
+        if number > -max_fresnel_number:
             return False
     return True
 

@@ -21,18 +21,14 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from insonify.propagation._silhouette_kernel import diffract_around_solid
+from insonify.propagation._silhouette_kernel import SolidScreen, diffract_around_solid
 from insonify.propagation.bounding_cylinders import edge_clearance, points_near_cylinders
 from insonify.propagation.families import bounce_sequence, image_depth
-from insonify.propagation.knife_edge_kernel import FAR, diffract_around_boxes
+from insonify.propagation.knife_edge_kernel import FAR, PER_UNIT, BoxScreens, DiffractedLegs, diffract_around_boxes
 from insonify.propagation.silhouette import silhouette
 from insonify.records.legs import Legs, LegStatus
 from insonify.scene.scatterers import Scatterers
 from insonify.scene.scene import Scene
-from insonify.scene.target import Solid
-
-PER_UNIT = 96
-"""Entries of the table per unit of the Fresnel number: cubic interpolation errs by less than 1e-8."""
 
 TOUCHING = 0.01
 """Largest gap between a base and the seabed that counts as none [m]."""
@@ -99,21 +95,19 @@ def diffract_at_edges(
     if not any(map(len, near)) and not np.any(legs.occluder >= 0):
         return legs
     visibility = (legs.status == LegStatus.CLEAR).astype(complex)
+    bounced = np.array([bool(bounce_sequence(name)) for name in legs.families])
+    diffracted = DiffractedLegs(
+        position, scatterers.position, legs.arrival, legs.length, bounced, legs.status, legs.occluder, visibility
+    )
     boxed = near[: len(scene.boxes)]
     if any(map(len, boxed)):
         beds = np.array([scene.seabed_depth_under(box) for box in scene.boxes]) - TOUCHING
-        bounced = np.array([bool(bounce_sequence(name)) for name in legs.families])
-        diffract_around_boxes(
-            union(boxed, len(scatterers)), position, scatterers.position, legs.arrival, legs.length, bounced,
-            scene.seabed.depth, wavelength, close_gap_above(scene.bodies, 6), beds, scatterers.occluder,
-            infinitely_wide, edge_diffraction_table(), PER_UNIT, legs.status, legs.occluder, visibility,
-        )  # fmt: skip
-    for row, solid in enumerate(scene.solids, start=len(scene.boxes)):
+        screens = BoxScreens(close_gap_above(scene.bodies, 6), beds, scatterers.occluder, infinitely_wide)
+        rows = union(boxed, len(scatterers))
+        diffract_around_boxes(rows, diffracted, scene.seabed.depth, wavelength, screens, edge_diffraction_table())
+    for row in range(len(scene.boxes), len(scene.occluders)):
         if row != scatterers.occluder and len(near[row]):
-            _around(
-                legs, scatterers, near[row], position, scene, wavelength, solid, row, visibility,
-                infinitely_wide=infinitely_wide, approximate=approximate,
-            )  # fmt: skip
+            _around(diffracted, near[row], scene, wavelength, legs.families, row, infinitely_wide, approximate)
     # legs that the terrain cuts, or that do not exist, stay unchanged; over relief the terrain has been applied
     by_target = (legs.status == LegStatus.OCCLUDED) & (legs.occluder >= 0)
     ground = 1.0 if scene.seabed.terrain is None else legs.visibility
@@ -139,10 +133,9 @@ def screened_part(
     clear, nothing, rows = np.zeros((1, n), np.uint8), np.full((1, n), -1, np.int16), np.arange(n)
     for strip, gap in zip(strips, gap_below, strict=True):
         left = np.ones((1, n), complex)
-        diffract_around_boxes(
-            rows, *ends, direction[None], length[None], np.zeros(1, bool), 0.0, wavelength, strip[None],
-            np.array([np.inf if gap else -np.inf]), -1, False, edge_diffraction_table(), PER_UNIT, clear, nothing, left,
-        )  # fmt: skip
+        legs = DiffractedLegs(*ends, direction[None], length[None], np.zeros(1, bool), clear, nothing, left)
+        screens = BoxScreens(strip[None], np.array([np.inf if gap else -np.inf]), -1, False)
+        diffract_around_boxes(rows, legs, 0.0, wavelength, screens, edge_diffraction_table())
         taken += 1 - left[0]
     return taken
 
@@ -186,20 +179,17 @@ def _near(
 
 
 def _around(
-    legs: Legs, scatterers: Scatterers, rows: NDArray[np.int64], position: NDArray[np.float64], scene: Scene,
-    wavelength: float, solid: Solid, row: int, visibility: NDArray[np.complex128], *, infinitely_wide: bool,
-    approximate: bool,
+    legs: DiffractedLegs, rows: NDArray[np.int64], scene: Scene, wavelength: float, families: tuple[str, ...], row: int,
+    infinitely_wide: bool, approximate: bool,
 ) -> None:  # fmt: skip
-    """Multiply the diffraction factor of one solid into the visibility of all legs."""
+    """Multiply the diffraction factor of one solid, a row among the occluders, into the visibility of all legs."""
+    solid, position = scene.solids[row - len(scene.boxes)], legs.position.tolist()
     bed = scene.seabed_depth_under(solid) - TOUCHING
     far, widest = (ROUGH_RIPPLES, float(np.sqrt(wavelength)) / 2) if approximate else (RIPPLES, 0.0)
-    for f, family in enumerate(legs.families):
-        depth = image_depth(family, float(position[2]), scene.seabed.depth)
-        seen = silhouette(solid, scene.seabed, (float(position[0]), float(position[1]), depth), widest)
+    for f, family in enumerate(families):
+        depth = image_depth(family, position[2], scene.seabed.depth)
+        seen = silhouette(solid, scene.seabed, (position[0], position[1], depth), widest)
         if seen is not None:
-            diffract_around_solid(
-                rows, position, scatterers.position, legs.arrival[f], legs.length[f], bool(bounce_sequence(family)),
-                scene.seabed.depth, wavelength, seen.centre_bearing, seen.border_bearings, seen.border_ranges,
-                close_gap_above(seen.columns, 1), bed, row, infinitely_wide, far, edge_diffraction_table(), PER_UNIT,
-                legs.status[f], legs.occluder[f], visibility[f],
-            )  # fmt: skip
+            seen = seen._replace(columns=close_gap_above(seen.columns, 1))
+            screen = SolidScreen(seen, bed, row, infinitely_wide, far)
+            diffract_around_solid(rows, legs, f, scene.seabed.depth, wavelength, screen, edge_diffraction_table())

@@ -1,7 +1,7 @@
 """Kernels of diffraction around the edges of upright boxes: Fresnel numbers, and Fresnel integrals from a table."""
 
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,17 +17,69 @@ FAR = 30.0
 ENDLESS = 1e9
 STEEPEST = 1e-3
 """Cosine of the elevation below which a ray counts as vertical, and passes no top."""
+PER_UNIT = 96
+"""Entries of the table of `edge_diffraction` per unit of the Fresnel number."""
 CLEAR, OCCLUDED = 0, 2  # the values of records.legs.LegStatus
 
 
+class DiffractedLegs(NamedTuple):
+    """Legs of f families to n points whose visibility is that of edges."""
+
+    position: Floats
+    """North, east, depth of the sonar [m], (3,)."""
+    points: Floats
+    """Ends of the legs [m], (n, 3)."""
+    arrival: Floats
+    """Direction of travel at the points, (f, n, 3)."""
+    length: Floats
+    """Length of the legs [m], (f, n)."""
+    has_bounce: NDArray[np.bool_]
+    """True for families that bounce, of which only the last segment is diffracted, (f,)."""
+    status: Integers
+    """`LegStatus` of the legs, (f, n)."""
+    occluder: Integers
+    """Occluders of the legs, (f, n)."""
+    visibility: Complexes
+    """Pressure re that without occluders: 1 for a clear leg, 0 for another, before the call, (f, n)."""
+
+
+class BoxScreens(NamedTuple):
+    """Boxes that diffract."""
+
+    boxes: Floats
+    """Occluding bodies, (b, 8), see `insonify.scene.box.box_body`."""
+    bed_depths: Floats
+    """Depth from which on the base of each counts as standing on the seabed [m], (b,)."""
+    own_box: int
+    """Row of the box on which the points lie, or -1."""
+    infinitely_wide: bool
+    """True to treat boxes as infinitely wide."""
+
+
+class LastSegment(NamedTuple):
+    """Last straight segment of a leg."""
+
+    point: Floats
+    """Its end [m], (3,)."""
+    arrival: Floats
+    """Its direction, (3,)."""
+    horizontal_component: float
+    """Horizontal part of the direction [1]."""
+    slope: float
+    """Depth gained per horizontal metre [1]."""
+    horizontal_length: float
+    """Its horizontal length [m]."""
+    length: float
+    """Length of the whole leg [m]."""
+
+
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def edge_diffraction(number: float, table: Complexes, per_unit: float) -> complex:
+def edge_diffraction(number: float, table: Complexes) -> complex:
     """Field past a half plane at a Fresnel number, re that without it [1].
 
     Args:
         number: Positive in the shadow, 0 on its edge.
-        table: Field times exp(j pi number^2 / 2), from 0 on, one entry beyond `FAR`, (n,).
-        per_unit: Entries per unit of the number.
+        table: Field times exp(j pi number^2 / 2), from 0 on by 1 / `PER_UNIT`, one entry beyond `FAR`, (n,).
     """
     size = abs(number)
     if size >= ENDLESS / 2:
@@ -37,7 +89,7 @@ def edge_diffraction(number: float, table: Complexes, per_unit: float) -> comple
         real = 0.5 / (math.pi * size)
         imag = -real
     else:
-        place = size * per_unit
+        place = size * PER_UNIT
         row = min(max(int(place), 1), table.size - 3)
         t = place - row
         a, b = -t * (t - 1) * (t - 2) * (1 / 6), (t + 1) * (t - 1) * (t - 2) * 0.5
@@ -68,31 +120,20 @@ def sincos_of_quarter_turns(quarter_turns: float) -> tuple[float, float]:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def diffract_around_boxes(
-    rows: Integers, position: Floats, points: Floats, arrival: Floats, length: Floats, has_bounce: NDArray[np.bool_],
-    water_depth: float, wavelength: float, boxes: Floats, bed_depths: Floats, own_box: int, infinitely_wide: bool,
-    table: Complexes, per_unit: float, status: Integers, occluder: Integers, visibility: Complexes,
-) -> None:  # fmt: skip
+    rows: Integers, legs: DiffractedLegs, water_depth: float, wavelength: float, screens: BoxScreens, table: Complexes
+) -> None:
     """Multiply the diffraction factors of boxes into the visibility of legs that no other occluder cuts.
 
     Args:
         rows: Indices of the points to process, (r,).
-        position: North, east, depth of the sonar [m], (3,).
-        points: Ends of the legs [m], (n, 3).
-        arrival: Direction of travel at the points, (f, n, 3).
-        length: Length of the legs [m], (f, n).
-        has_bounce: True for families that bounce, of which only the last segment is diffracted, (f,).
+        legs: The legs; their visibility is the result.
         water_depth: Depth of the bottom [m].
         wavelength: Wavelength of the sound [m].
-        boxes: Occluding bodies, (b, 8), see `insonify.scene.box.box_body`.
-        bed_depths: Depth from which on the base of each counts as standing on the seabed [m], (b,).
-        own_box: Row of the box on which the points lie, or -1.
-        infinitely_wide: True to treat boxes as infinitely wide.
+        screens: The boxes.
         table: Table of `edge_diffraction`.
-        per_unit: Entries of the table per unit of the Fresnel number.
-        status: `LegStatus` of the legs, (f, n).
-        occluder: Occluders of the legs, (f, n).
-        visibility: Result, (f, n): 1 for a clear leg, 0 for another, before the call.
     """
+    position, points, arrival, length, has_bounce, status, occluder, visibility = legs
+    boxes = screens.boxes
     numbers = np.empty(4)
     for f in range(status.shape[0]):
         for n in rows:
@@ -109,15 +150,16 @@ def diffract_around_boxes(
                 ahead = min(ahead, (points[n, 2] - wall) / slope) if slope != 0 else ahead
             left, is_known = 1 + 0j, not cut
             for b in range(boxes.shape[0]):
-                if b == own_box:
+                if b == screens.own_box:
                     continue
-                crossed = fresnel_numbers(points[n], arrival[f, n], level, slope, ahead, length[f, n], wavelength,
-                                          boxes[b], bed_depths[b], infinitely_wide, numbers)  # fmt: skip
+                segment = LastSegment(points[n], arrival[f, n], level, slope, ahead, length[f, n])
+                crossed = fresnel_numbers(segment, wavelength, boxes[b], screens.bed_depths[b], screens.infinitely_wide,
+                                          numbers)  # fmt: skip
                 if crossed < 0:
                     continue
                 is_known = is_known or (crossed > 0 and b == occluder[f, n])
-                across = edge_diffraction(numbers[0], table, per_unit) - edge_diffraction(numbers[1], table, per_unit)
-                up = edge_diffraction(numbers[2], table, per_unit) - edge_diffraction(numbers[3], table, per_unit)
+                across = edge_diffraction(numbers[0], table) - edge_diffraction(numbers[1], table)
+                up = edge_diffraction(numbers[2], table) - edge_diffraction(numbers[3], table)
                 left *= 1 - across * up
             # a leg that its box cuts before the last bounce stays at zero
             visibility[f, n] = left if is_known else 0j
@@ -125,18 +167,12 @@ def diffract_around_boxes(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def fresnel_numbers(
-    point: Floats, arrival: Floats, horizontal_component: float, slope: float, horizontal_length: float, length: float,
-    wavelength: float, box: Floats, bed_depth: float, infinitely_wide: bool, numbers: Floats,
-) -> int:  # fmt: skip
+    segment: LastSegment, wavelength: float, box: Floats, bed_depth: float, infinitely_wide: bool, numbers: Floats
+) -> int:
     """Fresnel numbers of a box's sides, base and top for one straight last segment of a leg.
 
     Args:
-        point: End of the segment [m], (3,).
-        arrival: Direction of the segment, (3,).
-        horizontal_component: Horizontal part of the direction [1].
-        slope: Depth gained per horizontal metre.
-        horizontal_length: Horizontal length of the segment [m].
-        length: Length of the whole leg [m].
+        segment: The segment.
         wavelength: Wavelength of the sound [m].
         box: The box, (8,).
         bed_depth: Depth at which a base stands on the seabed [m].
@@ -147,6 +183,7 @@ def fresnel_numbers(
         1 where the leg passes over or through the footprint, 0 where it passes beside it, -1 where the box has no
         effect.
     """
+    point, arrival, horizontal_component, slope, horizontal_length, length = segment
     east, north = arrival[1] / horizontal_component, arrival[0] / horizontal_component
     low, high, a_low, a_high = np.inf, -np.inf, 0.0, 0.0
     for k in range(4):
@@ -220,9 +257,8 @@ def excess_path_length(edge_offset: float, distance_behind: float, length: float
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def crest_diffraction_factor(
-    clearance: float, trough_depth: float, distance_behind: float, length: float, wavelength: float, table: Complexes,
-    per_unit: float,
-) -> complex:  # fmt: skip
+    clearance: float, trough_depth: float, distance_behind: float, length: float, wavelength: float, table: Complexes
+) -> complex:
     """Pressure past a crest of the terrain, re that without it [1].
 
     A knife edge, weighted by the depth of the hollow behind it re the Fresnel zone there: with nu_h the
@@ -236,17 +272,16 @@ def crest_diffraction_factor(
         length: Length of the leg [m].
         wavelength: Wavelength of the sound [m].
         table: Table of `edge_diffraction`.
-        per_unit: Entries of the table per unit of the Fresnel number.
     """
     number = edge_fresnel_number(clearance, distance_behind, length, wavelength)
     if number < -FAR:
         return 1 + 0j
     if trough_depth >= ENDLESS:
-        return edge_diffraction(number, table, per_unit)
+        return edge_diffraction(number, table)
     counts = (
         math.exp(-4 * math.pi / wavelength * excess_path_length(trough_depth, distance_behind, length, wavelength)) - 1
     )
-    past = edge_diffraction(number, table, per_unit)
+    past = edge_diffraction(number, table)
     return complex(1 + counts * (1 - past.real), -counts * past.imag)
 
 

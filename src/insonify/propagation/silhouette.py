@@ -6,12 +6,11 @@ in `knife_edge`). The sides that two columns share cancel.
 """
 
 from functools import lru_cache
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from insonify.propagation._silhouette_kernel import silhouette_columns
+from insonify.propagation._silhouette_kernel import Silhouette, silhouette_columns
 from insonify.scene.seabed import Seabed
 from insonify.scene.solid import world_triangles
 from insonify.scene.target import Solid
@@ -24,19 +23,6 @@ REMEMBERED = 2048
 """Number of cached silhouettes: 100 solids for all families of both ends, and sonars side by side [1]."""
 FEWEST = 8
 """Least number of columns of a silhouette [1]."""
-
-
-class Silhouette(NamedTuple):
-    """Silhouette of a solid, c columns."""
-
-    centre_bearing: float
-    """Bearing of its middle from the sonar [rad]."""
-    border_bearings: Floats
-    """Bearings of the columns' borders re that, increasing [rad], shape (c + 1,)."""
-    border_ranges: Floats
-    """Horizontal distance of each border [m], shape (c + 1,)."""
-    columns: Floats
-    """Distance and depth of each top, of each base, nearest and farthest distance [m], shape (c, 6)."""
 
 
 @lru_cache(maxsize=REMEMBERED)
