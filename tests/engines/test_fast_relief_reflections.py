@@ -9,6 +9,7 @@ from engines.test_fast_reverberation import SIDESCAN, made, quickly, thoroughly
 from engines.test_shadows_over_relief import means, scene
 from insonify.engines.fast_reverberation import reverberation
 from insonify.engines.fast_reverberation.fast_relief_reflections import bounce_off_relief
+from insonify.recent_results import RecentResults
 from insonify.scene.scatterers import Scatterers
 from insonify.simulator import build_simulator, simulate
 
@@ -92,5 +93,5 @@ def test_bits_of_shadows_with_bottom_bounces_do_not_depend_on_threads() -> None:
     """The box over 2 cm of relief, all paths: one thread or three, anew or with all that an earlier ping has kept."""
     box = scene(0.02, 0.6, ("D", "S", "BS"))
     first = simulate(box, threads=3).intensity.values
-    reverberation._CACHE.clear()
+    reverberation._PREPARED = RecentResults(8)
     np.testing.assert_array_equal(simulate(box, threads=1).intensity.values, first)

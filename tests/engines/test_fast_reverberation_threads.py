@@ -5,6 +5,7 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
 from insonify.engines.fast_reverberation import reverberation
+from insonify.recent_results import RecentResults
 from insonify.simulator import build_simulator
 from oracles.scenes import nominal
 
@@ -14,7 +15,7 @@ def test_threads_share_the_cache(monkeypatch):
     simulator = build_simulator(nominal(field="incoherent"))
     scenario, here, rays = simulator.scenario, simulator.ping_geometry(0), simulator.engine.rays
     monkeypatch.setattr(reverberation, "_prepare", lambda *_: None)
-    monkeypatch.setattr(reverberation, "_CACHE", {})
+    monkeypatch.setattr(reverberation, "_PREPARED", RecentResults(8))
     often = sys.getswitchinterval()
 
     def request(thread):

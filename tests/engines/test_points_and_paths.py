@@ -5,11 +5,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from insonify.engines.recent_results import RecentResults
 from insonify.engines.targets import target_points
 from insonify.engines.terrain_occlusion import fresnel_half_length
 from insonify.engines.tracer.image_legs import image_legs, image_source_depth, reflected_intensity
 from insonify.propagation.families import families_up_to
+from insonify.recent_results import RecentResults
 from insonify.scattering.lambert import Lambert
 from insonify.scene.scatterers import Scatterers
 from insonify.scene.scene import Scene

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from insonify.engines.ping_scatterers import ping_scatterers
-from insonify.engines.recent_results import RecentResults
+from insonify.recent_results import RecentResults
 from insonify.simulator import build_simulator
 from oracles.scenes import nominal
 

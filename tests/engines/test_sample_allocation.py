@@ -16,6 +16,7 @@ from insonify.engines.fast_reverberation import (
 )
 from insonify.engines.fast_reverberation._sample_allocation_kernel import lengthen_steps, pair_keep_probabilities
 from insonify.engines.radial_tables import MapTiles, RadialFrame
+from insonify.recent_results import RecentResults
 from insonify.scattering.compiled_law import CompiledLaw
 from insonify.simulator import build_simulator
 
@@ -25,8 +26,8 @@ PART = slice(350, 1200)
 
 def forget():
     """Nothing is kept from the pings before."""
-    reverberation._CACHE.clear()
-    reverberation_plan._CACHE.clear()
+    reverberation._PREPARED = RecentResults(8)
+    reverberation_plan._PLANS = RecentResults(8)
 
 
 @pytest.fixture

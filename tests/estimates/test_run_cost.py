@@ -15,6 +15,7 @@ from insonify.estimates import compile_time, unit_costs
 from insonify.estimates.compile_time import FeatureKernels
 from insonify.estimates.run_cost import RunCost, estimate_cost, size_refusal
 from insonify.estimates.run_limits import run_refusal
+from insonify.recent_results import RecentResults
 from insonify.simulator import build_simulator
 from insonify.sonar import two_way_beam
 from insonify.synthesis import direction_grid, waveform_basis
@@ -195,7 +196,7 @@ def test_an_estimate_asks_for_the_doppler_of_a_fan_at_one_ping(monkeypatch):
     track = {"kind": "line", "start": (0, 0, 11.0), "speed": 2.0, "pings": 9, "interval": 0.3, "motion": roll}
     body = {"shape": "box", "size": (2, 1, 1), "position": (0, 40)}
     scenario = nominal(sonar=sonar | SIDES, targets=[body]).with_(track=track | {"window": (0.02, 0.1)})
-    waveform_basis._DIRECTION_CACHE.clear()
+    monkeypatch.setattr(waveform_basis, "_DIRECTIONS", RecentResults(8))
     found.clear()
     assert estimate_cost(scenario).seconds > 1 and len(found) == 4
 

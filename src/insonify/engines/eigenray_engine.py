@@ -34,7 +34,6 @@ from insonify.engines.ping_scatterers import Block, ping_scatterers, slice_footp
 from insonify.engines.polar_grid import MAX_CELL_WIDTH
 from insonify.engines.quadrature_points import MAX_CACHED_LAYOUTS, QuadratureLayout
 from insonify.engines.radials import straight_gain_bound
-from insonify.engines.recent_results import RecentResults
 from insonify.engines.relief_reflections import reflect_off_relief, relief_roughness_factor
 from insonify.engines.relief_specular_points import SpecularPoints, with_specular_points
 from insonify.engines.terrain_occlusion import TerrainOcclusion
@@ -45,6 +44,7 @@ from insonify.propagation.knife_edge import diffract_at_edges
 from insonify.propagation.path_settings import PathSettings
 from insonify.propagation.propagation_model import PropagationModel
 from insonify.propagation.surface_reflection import SonarEnd, apply_surface_reflection, repeated_glint_weight
+from insonify.recent_results import RecentResults
 from insonify.records.legs import Legs, joined_legs
 from insonify.records.pairs import Pairs, PairSampling, SeparableStrengths, Strengths
 from insonify.scattering.compiled_law import CompiledLaw

@@ -5,8 +5,8 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from insonify.engines.recent_results import RecentResults
 from insonify.engines.terrain_occlusion import TerrainOcclusion
+from insonify.recent_results import RecentResults
 
 MAX_PARTS = 16
 """Parts that a ping's blocks are shared into: fixed, so that sums do not depend on the number of threads."""

@@ -21,7 +21,6 @@ from insonify.engines.face_images import face_images
 from insonify.engines.face_reflection import reflecting_faces
 from insonify.engines.glint_spread import GlintSpread, glint_spread
 from insonify.engines.quadrature_points import Columns, QuadratureLayout, QuadraturePoints
-from insonify.engines.recent_results import RecentResults
 from insonify.engines.resolution import (
     Resolution,
     fill_fraction,
@@ -35,6 +34,7 @@ from insonify.engines.volume import VolumeScatterers
 from insonify.propagation.families import families_reaching
 from insonify.propagation.path_settings import PathSettings
 from insonify.propagation.propagation_model import PropagationModel, ReachableRange
+from insonify.recent_results import RecentResults
 from insonify.scene.scatterer_grid import Tiles, next_positions, tile_prefixes
 from insonify.scene.scatterers import Boundary, Law, Scatterers, grid_scatterer_id
 from insonify.scene.scene import Scene

@@ -20,11 +20,11 @@ from insonify.engines import polar_grid
 from insonify.engines.beam_importance import BeamImportance
 from insonify.engines.face_images import FaceImage
 from insonify.engines.glint_spread import glint_spread
-from insonify.engines.recent_results import RecentResults
 from insonify.engines.resolution import Resolution
 from insonify.engines.target_shadows import shadow_sector
 from insonify.propagation.bounding_cylinders import bounding_cylinders
 from insonify.propagation.propagation_model import PropagationModel, ReachableRange
+from insonify.recent_results import RecentResults
 from insonify.scene.scatterer_grid import ScattererGrid
 from insonify.scene.scene import Scene
 from insonify.sonar.ping_geometry import PingGeometry

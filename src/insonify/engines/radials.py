@@ -8,8 +8,6 @@ spaced points.
 Low gains need few points: there radials are wider, and their samples farther apart.
 """
 
-from typing import Any
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -19,6 +17,7 @@ from insonify.engines.resolution import Resolution
 from insonify.engines.terrain_profiles import GainBound
 from insonify.propagation.families import bounce_sequence, image_depth
 from insonify.propagation.propagation_model import ReachableRange
+from insonify.recent_results import RecentResults
 from insonify.sonar.beam import Beams
 from insonify.sonar.ping_geometry import PingGeometry
 
@@ -63,18 +62,12 @@ def radials_in_view(
         float(ping_geometry.transmit_position[2]), depth, window_range, resolution, families, floor, heading, rise,
         ping_geometry.transmit_beams.pattern_key, ping_geometry.receive_beams.pattern_key,
     )  # fmt: skip
-    held = _CACHE.get(key)
-    if held is None:
-        if len(_CACHE) >= _CACHE_SIZE:
-            _CACHE.clear()
-        lines = _radials(ping_geometry, depth, window_range, resolution, families, floor, heading, rise)
-        # the tables are kept, so that no others can take their numbers
-        held = _CACHE[key] = lines, (*ping_geometry.transmit_beams.tables, *ping_geometry.receive_beams.tables)
-    return held[0]
+    return _RADIALS.get(
+        key, lambda: _radials(ping_geometry, depth, window_range, resolution, families, floor, heading, rise)
+    )
 
 
-_CACHE: dict[Any, tuple[Floats, tuple[Floats, ...]]] = {}
-_CACHE_SIZE = 8
+_RADIALS: RecentResults[Floats] = RecentResults(8)
 
 
 def _radials(

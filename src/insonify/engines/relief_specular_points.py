@@ -17,10 +17,10 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from insonify.engines.recent_results import RecentResults
 from insonify.engines.relief_reflections import NEGLIGIBLE_PRESSURE
 from insonify.propagation.glints import leg_rows
 from insonify.propagation.surface_water import SurfaceWater, rays_to, surface_water
+from insonify.recent_results import RecentResults
 from insonify.records.legs import Legs
 from insonify.scene.scene import Scene
 from insonify.scene.seabed_terrain import SeabedTerrain

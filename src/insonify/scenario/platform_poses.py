@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from insonify.recent_results import Identity, RecentResults
 from insonify.sonar.platforms import Platforms
 from insonify.sonar.track import Poses, true_poses
 
@@ -22,28 +23,12 @@ def platforms(scenario: Scenario) -> Platforms:
     Args:
         scenario: The scenario.
     """
-    key = _Key(scenario.track, scenario.receiver_track, scenario.seed)
-    known = _LATEST.get(_ONLY)
-    if known is None or not known[0].same(key):
-        known = key, _platforms(scenario)
-        _LATEST[_ONLY] = known
-    return known[1]
+    # tracks are frozen: the same object has the same poses
+    key = Identity(scenario.track), Identity(scenario.receiver_track), scenario.seed
+    return _LATEST.get(key, lambda: _platforms(scenario))
 
 
-class _Key(NamedTuple):
-    """Tracks and seed that poses follow from; tracks are frozen, so the same object has the same poses."""
-
-    track: Track
-    receiver_track: Track | None
-    seed: int
-
-    def same(self, other: _Key) -> bool:
-        """Return True if the tracks are the same objects, and the seed the same number."""
-        return self.track is other.track and self.receiver_track is other.receiver_track and self.seed == other.seed
-
-
-_ONLY = "latest"
-_LATEST: dict[str, tuple[_Key, Platforms]] = {}
+_LATEST: RecentResults[Platforms] = RecentResults(1)
 """Platforms of the latest scenario: its checks and its preparation need them ten times."""
 
 

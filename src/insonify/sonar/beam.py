@@ -12,6 +12,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from insonify.recent_results import Identity
 from insonify.sonar import beam_arrays as beam_arrays  # stand-ins of the kernels
 from insonify.sonar.aperture import pattern
 from insonify.sonar.array import LineArray, PlanarArray, PointTransducer
@@ -55,8 +56,8 @@ class Beams:
 
     @property
     def pattern_key(self) -> tuple[Hashable, ...]:
-        """Key that identifies these beams, but for their attitude, as long as their tables are kept."""
-        return (self.steer.tobytes(), self.scale.tobytes(), self.element, *map(id, self.tables))
+        """Key that identifies these beams, but for their attitude."""
+        return (self.steer.tobytes(), self.scale.tobytes(), self.element, *map(Identity, self.tables))
 
     @property
     def kernel_tables(self) -> BeamTables:

@@ -4,11 +4,11 @@ Both are taken in the array's plane of boresight and right, about the steered ax
 """
 
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from insonify.recent_results import RecentResults
 from insonify.sonar.beam import POINTS_PER_LOBE, Beams
 
 Floats = NDArray[np.float64]
@@ -51,7 +51,7 @@ def two_way_width(transmit: Beams, receive: Beams) -> float:
         transmit: Transmit beams, one or as many as receive.
         receive: Receive beams, one or as many as transmit.
     """
-    return _remembered(_measured_width, transmit, receive)
+    return _cached(_measured_width, transmit, receive)
 
 
 def two_way_height(transmit: Beams, receive: Beams) -> float:
@@ -61,7 +61,7 @@ def two_way_height(transmit: Beams, receive: Beams) -> float:
         transmit: Transmit beams, one or as many as receive.
         receive: Receive beams, one or as many as transmit.
     """
-    return _remembered(_measured_height, transmit, receive)
+    return _cached(_measured_height, transmit, receive)
 
 
 def _measured_height(transmit: Beams, receive: Beams) -> float:
@@ -82,19 +82,13 @@ def _measured_height(transmit: Beams, receive: Beams) -> float:
     return min(heights)
 
 
-def _remembered(measured: Callable[[Beams, Beams], float], transmit: Beams, receive: Beams) -> float:
+def _cached(measured: Callable[[Beams, Beams], float], transmit: Beams, receive: Beams) -> float:
     """Extent of the two-way beams, measured once: in their own frame it is the same at every ping."""
     key = measured, transmit.pattern_key, receive.pattern_key
-    known = _KNOWN.get(key)  # one read: another thread may be deleting it
-    if known is None:
-        for oldest in list(_KNOWN)[:-64]:
-            _KNOWN.pop(oldest, None)
-        # the tables are kept, so that no others can take their numbers
-        known = _KNOWN[key] = measured(transmit, receive), (*transmit.tables, *receive.tables)
-    return known[0]
+    return _EXTENTS.get(key, lambda: measured(transmit, receive))
 
 
-_KNOWN: dict[Any, tuple[float, tuple[Floats, ...]]] = {}
+_EXTENTS: RecentResults[float] = RecentResults(64)
 
 
 def _measured_width(transmit: Beams, receive: Beams) -> float:

@@ -12,6 +12,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from insonify.recent_results import RecentResults
 from insonify.sonar.beam import POINTS_PER_LOBE, Beams
 from insonify.sonar.beam_kernels import OMNI
 from insonify.sonar.ping_geometry import PingGeometry
@@ -161,8 +162,7 @@ def common_pattern(beams: Beams) -> Beams:
     )
 
 
-_CACHE: dict[tuple[object, ...], tuple[NDArray[np.float32], Beams, Beams]] = {}
-_MAX_CACHE_ENTRIES = 16
+_WEIGHTS: RecentResults[NDArray[np.float32]] = RecentResults(16)
 
 
 def _beam_weights(
@@ -170,17 +170,7 @@ def _beam_weights(
 ) -> NDArray[np.float32]:
     """Weight of each row in each beam, shape (beams, rows); cached for the same beams."""
     key = (transmit_beams.pattern_key, receive_beams.pattern_key, first, step)
-    cached = _CACHE.get(key)
-    if cached is None:
-        for oldest in list(_CACHE)[: 1 - _MAX_CACHE_ENTRIES]:
-            _CACHE.pop(oldest, None)
-        # the cached beams keep their tables alive, so that no other table takes their identity
-        cached = _CACHE[key] = (
-            _fitted_weights(transmit_beams, receive_beams, first, step, count),
-            transmit_beams,
-            receive_beams,
-        )
-    return cached[0]
+    return _WEIGHTS.get(key, lambda: _fitted_weights(transmit_beams, receive_beams, first, step, count))
 
 
 def _fitted_weights(

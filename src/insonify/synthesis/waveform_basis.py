@@ -12,11 +12,11 @@ Approximation Theory and Approximation Practice, ch. 8 (bound for entire functio
 import math
 from dataclasses import dataclass, field
 from functools import partial
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from insonify.recent_results import Identity, RecentResults
 from insonify.sonar.beam import Beams
 from insonify.sonar.ping_geometry import PingGeometry
 from insonify.sonar.pulse import Pulse
@@ -50,14 +50,8 @@ class WaveformBasis:
 
         Cached for the last few sonars: at constant speed and attitude they are the same at every ping.
         """
-        key = (id(pulse), self.doppler.tobytes(), self.band.tobytes(), self.band_edge, hash(frequencies.tobytes()))
-        cached = _SPECTRUM_CACHE.get(key)
-        if cached is None:
-            if len(_SPECTRUM_CACHE) >= _MAX_CACHE_ENTRIES:
-                _SPECTRUM_CACHE.clear()
-            # the cached pulse stays alive, so that no other takes its identity
-            cached = _SPECTRUM_CACHE[key] = self._spectra(pulse, frequencies), pulse
-        return cached[0]
+        key = (Identity(pulse), self.doppler.tobytes(), self.band.tobytes(), self.band_edge, frequencies.tobytes())
+        return _SPECTRA.get(key, lambda: self._spectra(pulse, frequencies))
 
     def _spectra(self, pulse: ReceivedPulse, frequencies: Floats) -> NDArray[np.complex128]:
         """Spectrum of each waveform, computed."""
@@ -181,9 +175,8 @@ def doppler_range(ping_geometry: PingGeometry) -> tuple[float, float]:
     return float(factor.min()) - margin, float(factor.max()) + margin
 
 
-_DIRECTION_CACHE: dict[Any, tuple[Floats, Floats, list[Beams]]] = {}
-_SPECTRUM_CACHE: dict[Any, tuple[NDArray[np.complex128], ReceivedPulse]] = {}
-_MAX_CACHE_ENTRIES = 8
+_DIRECTIONS: RecentResults[tuple[Floats, Floats]] = RecentResults(8)
+_SPECTRA: RecentResults[NDArray[np.complex128]] = RecentResults(8)
 
 
 def _insonified_directions(
@@ -198,26 +191,26 @@ def _insonified_directions(
     """
     ends = [beams for beams in (transmit_beams, receive_beams) if beams is not None]
     key = (is_bistatic, *((beams.axes.tobytes(), beams.pattern_key) for beams in ends))
-    cached = _DIRECTION_CACHE.get(key)
-    if cached is None:
-        azimuth, down = np.meshgrid(
-            np.linspace(-np.pi, np.pi, _AZIMUTHS, endpoint=False), np.linspace(-np.pi / 2, np.pi / 2, _ELEVATIONS)
-        )
-        level = np.cos(down)
-        direction = np.stack([level * np.cos(azimuth), level * np.sin(azimuth), np.sin(down)], axis=-1).reshape(-1, 3)
-        transmit_gain = _largest_gain(transmit_beams, direction)
-        receive_gain = np.ones(len(direction)) if receive_beams is None else _largest_gain(receive_beams, direction)
-        gains = (
-            (transmit_gain, receive_gain)
-            if is_bistatic
-            else (transmit_gain * receive_gain, transmit_gain * receive_gain)
-        )
-        transmit_directions, receive_directions = (direction[gain >= NEGLIGIBLE_GAIN * gain.max()] for gain in gains)
-        if len(_DIRECTION_CACHE) >= _MAX_CACHE_ENTRIES:
-            _DIRECTION_CACHE.clear()
-        # the cached beams keep their tables alive, so that no other table takes their identity
-        cached = _DIRECTION_CACHE[key] = transmit_directions, receive_directions, ends
-    return cached[:2]
+    return _DIRECTIONS.get(key, lambda: _directions_in_beams(transmit_beams, receive_beams, is_bistatic=is_bistatic))
+
+
+def _directions_in_beams(
+    transmit_beams: Beams, receive_beams: Beams | None, *, is_bistatic: bool
+) -> tuple[Floats, Floats]:
+    """Directions in the beams, computed."""
+    azimuth, down = np.meshgrid(
+        np.linspace(-np.pi, np.pi, _AZIMUTHS, endpoint=False), np.linspace(-np.pi / 2, np.pi / 2, _ELEVATIONS)
+    )
+    level = np.cos(down)
+    direction = np.stack([level * np.cos(azimuth), level * np.sin(azimuth), np.sin(down)], axis=-1).reshape(-1, 3)
+    transmit_gain = _largest_gain(transmit_beams, direction)
+    receive_gain = np.ones(len(direction)) if receive_beams is None else _largest_gain(receive_beams, direction)
+    if not is_bistatic:
+        transmit_gain = receive_gain = transmit_gain * receive_gain
+    transmit_directions, receive_directions = (
+        direction[gain >= NEGLIGIBLE_GAIN * gain.max()] for gain in (transmit_gain, receive_gain)
+    )
+    return transmit_directions, receive_directions
 
 
 def _largest_gain(beams: Beams, direction: Floats) -> Floats:

@@ -40,6 +40,7 @@ from insonify.propagation.families import families_reaching
 from insonify.propagation.image_sources import StraightRays
 from insonify.propagation.path_settings import PathSettings
 from insonify.propagation.propagation_model import PropagationModel
+from insonify.recent_results import Identity, RecentResults
 from insonify.records.reverberation_samples import ReverberationSamples
 from insonify.scattering.compiled_law import CompiledLaw, compile_law
 from insonify.scattering.lambert import Lambert
@@ -280,28 +281,15 @@ def prepare_fast_reverberation(
     if reflecting_faces(scene, choice, ping_geometry.frequency):
         return None
     # a sonar that only moves on, its attitude kept in the very same beams, requests the same again
+    objects = (
+        scene, choice, rays, ping_geometry.transmit_beams, ping_geometry.receive_beams, ping_geometry.track_extent,
+        ping_geometry.pulse,
+    )  # fmt: skip
     key = (
-        id(scene), id(choice), id(rays), id(ping_geometry.transmit_beams), id(ping_geometry.receive_beams),
-        id(ping_geometry.track_extent),
-        id(ping_geometry.pulse), float(ping_geometry.transmit_position[2]), ping_geometry.max_displacement,
+        *map(Identity, objects), float(ping_geometry.transmit_position[2]), ping_geometry.max_displacement,
         ping_geometry.window,
     )  # fmt: skip
-    held = _CACHE.get(key)
-    if held is None:
-        # objects named in the key are kept, so that no other object can have their id
-        names = (
-            scene,
-            choice,
-            rays,
-            ping_geometry.transmit_beams,
-            ping_geometry.receive_beams,
-            ping_geometry.track_extent,
-            ping_geometry.pulse,
-        )
-        while len(_CACHE) >= _CACHE_SIZE:
-            _CACHE.pop(next(iter(tuple(_CACHE)), None), None)  # a copy: threads come and go
-        held = _CACHE[key] = _prepare(scene, choice, ping_geometry, rays), names
-    known = held[0]
+    known = _PREPARED.get(key, lambda: _prepare(scene, choice, ping_geometry, rays))
     if known is None:
         return None
     parts = _radial_sets(scene, choice, ping_geometry, known)
@@ -330,8 +318,7 @@ def _radial_sets(
     ]
 
 
-_CACHE: dict[Any, tuple[PreparedReverberation | None, Any]] = {}
-_CACHE_SIZE = 8
+_PREPARED: RecentResults[PreparedReverberation | None] = RecentResults(8)
 
 
 def _prepare(

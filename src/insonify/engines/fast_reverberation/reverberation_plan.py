@@ -6,7 +6,6 @@ sonar that keeps its depth and attitude uses the same plan at every ping.
 
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +16,7 @@ from insonify.engines.radial_tables import FamilyTable, SampleLists
 from insonify.engines.terrain_occlusion import fresnel_half_length
 from insonify.propagation.bounding_cylinders import bounding_cylinders
 from insonify.propagation.families import bounce_sequence, image_depth
+from insonify.recent_results import Identity, RecentResults
 from insonify.scattering.compiled_law import CompiledLaw
 from insonify.scene.scene import Scene
 from insonify.sonar.ping_geometry import PingGeometry
@@ -92,21 +92,12 @@ def plan_reverberation(
         heading: Heading of their frame [rad].
         rise: How far the seabed may stand above or lie below its mean depth [m].
     """
-    key = id(radials), id(scene), id(law), step, ping_geometry.pulse.pulse, ping_geometry.pulse.receiver
-    held = _CACHE.get(key)
-    if held is None:
-        if len(_CACHE) >= _CACHE_SIZE:
-            _CACHE.clear()
-        # objects named in the key are kept, so that no other object can have their id
-        held = _CACHE[key] = (
-            _plan(scene, ping_geometry, families, law, radials, step, heading, rise),
-            (radials, scene, law),
-        )
-    return held[0]
+    objects = map(Identity, (radials, scene, law))
+    key = (*objects, step, ping_geometry.pulse.pulse, ping_geometry.pulse.receiver)
+    return _PLANS.get(key, lambda: _plan(scene, ping_geometry, families, law, radials, step, heading, rise))
 
 
-_CACHE: dict[Any, tuple[ReverberationPlan, Any]] = {}
-_CACHE_SIZE = 8
+_PLANS: RecentResults[ReverberationPlan] = RecentResults(8)
 
 
 def _plan(

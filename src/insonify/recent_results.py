@@ -3,9 +3,31 @@
 from collections import OrderedDict
 from collections.abc import Callable, Hashable
 from threading import Lock
-from typing import Generic, TypeVar
+from typing import Any, Generic, TypeVar
 
 Result = TypeVar("Result")
+
+
+class Identity:
+    """An object in a key: equal to itself alone, and kept with the key, so that no other object takes its identity."""
+
+    __slots__ = ("_value",)
+
+    def __init__(self, value: Any) -> None:
+        """Wrap an object.
+
+        Args:
+            value: Any object; it need not be hashable.
+        """
+        self._value = value
+
+    def __hash__(self) -> int:
+        """Hash of the identity."""
+        return id(self._value)
+
+    def __eq__(self, other: object) -> bool:
+        """Return True for the same object."""
+        return isinstance(other, Identity) and other._value is self._value
 
 
 class RecentResults(Generic[Result]):
