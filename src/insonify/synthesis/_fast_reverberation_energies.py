@@ -1,20 +1,67 @@
 """Energies of the fast reverberation: every pair of legs of every sample point, and the interference of close pairs."""
 
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from insonify.fast_sincos import sincos_cycles
 from insonify.jit import njit
-from insonify.sonar.beam_kernels import element_gain
+from insonify.sonar.beam_kernels import BeamTables, element_gain
 from insonify.synthesis._gridding import deposit_energy
 
 Floats = NDArray[np.float64]
 
 BLOCK = 512
 """Energies that are computed before they are deposited: few enough for the first-level cache."""
+
+
+class MovingArray(NamedTuple):
+    """Orientation and displacement of an array by delay."""
+
+    axes: Floats
+    """Axes of `Beams`, with their first and second order in the one-way delay, (3, 3, 3)."""
+    displacement: Floats
+    """Displacement of the array per path length, and its growth per second of delay, (2, 3)."""
+    is_moving: bool
+    """True if the array moves or rotates."""
+
+
+class WeightedSamples(NamedTuple):
+    """Reverberation samples, n of them, with the beams of one channel."""
+
+    delay: Floats
+    """One-way delay of each leg [s], (f, n)."""
+    transmit_weights: NDArray[np.float32]
+    """Amplitude of each leg times the gain of the transmit beam [1], (f, n)."""
+    receive_weights: NDArray[np.float32]
+    """Amplitude of each leg times the gain of the receive beam [1], (f, n)."""
+    pair: NDArray[np.int64]
+    """Rows of two legs, the first not above the second, (p, 2)."""
+    point_count: NDArray[np.int64]
+    """Number of points of each pair, (p,)."""
+    rows: NDArray[np.int32]
+    """Indices of these points, (p, any)."""
+    cross_section: NDArray[Any]
+    """Cross section times area [m^2], (p, any)."""
+    source_pressure: float
+    """Pressure of the source at 1 m [uPa]."""
+    interference_factor: float
+    """Mean product of two replicas re that without jitter [1]."""
+    independent_energy: float
+    """Energy of each replica that does not interfere [1]."""
+
+
+class DelayCells(NamedTuple):
+    """Cells by delay, to which kernels add in place."""
+
+    cells: Floats
+    """Energies, (cells,); or moments of positions, (any, MOMENTS) or (p, any, MOMENTS)."""
+    first_time: float
+    """Delay of the first cell [s]."""
+    rate: float
+    """Cells per second [Hz]."""
 
 
 @njit(cache=True, nogil=True, inline="always", error_model="numpy", fastmath={"contract"})
@@ -28,9 +75,8 @@ def _rotated_component(axes: Floats, row: int, t: float, x: float, y: float, z: 
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
 def leg_amplitudes(
-    departure: NDArray[np.float32], amplitude: NDArray[np.complex64], delay: Floats, axes: Floats, displacement: Floats,
-    is_moving: bool, steer: Floats, scale: Floats, tables: tuple[Floats, ...], per_unit: Floats, element: int,
-    out: NDArray[np.float32],
+    departure: NDArray[np.float32], amplitude: NDArray[np.complex64], delay: Floats, beams: BeamTables,
+    array: MovingArray, out: NDArray[np.float32],
 ) -> None:  # fmt: skip
     """Magnitude of all legs times the gain of one beam, as in `beam_kernels.gains`.
 
@@ -38,16 +84,12 @@ def leg_amplitudes(
         departure: Unit vectors in the world [1], (f, 3, n).
         amplitude: Amplitude of the legs, 0 for no path [1], (f, n).
         delay: One-way delay of the legs [s], (f, n).
-        axes: Axes of `Beams`, with their first and second order in the one-way delay, (3, 3, 3).
-        displacement: Displacement of the array per path length, and its growth per second of delay, (2, 3).
-        is_moving: True if the array moves or rotates.
-        steer: Steering of its one beam, (1, 2).
-        scale: Scale of the beam, (1,).
-        tables: Pattern tables, as in `Beams`.
-        per_unit: Table rows per unit of direction cosine, as in `Beams`.
-        element: Element pattern, as in `Beams`.
+        beams: One beam.
+        array: Orientation and displacement of the array; its axes are used instead of the beam's own.
         out: Result: signed amplitude [1], (f, n).
     """
+    axes, displacement, is_moving = array
+    _, steer, scale, tables, per_unit, element = beams
     across, down, piston_across, piston_down = tables
     ahead, right, below, gain = np.empty((4, BLOCK))
     for f in range(departure.shape[0]):
@@ -99,56 +141,50 @@ def _multiply_by_pattern(table: Floats, per_unit: float, axis: float, cosine: Fl
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def deposit_pair_energies(
-    delay: Floats, transmit_weights: NDArray[np.float32], receive_weights: NDArray[np.float32], pair: NDArray[np.int64],
-    count: NDArray[np.int64], rows: NDArray[np.int32], cross_section: NDArray[Any], source_pressure: float,
-    interference_factor: float, independent_energy: float,
-    cells: Floats, first_time: float, rate: float,
-) -> None:  # fmt: skip
-    """Deposit the energies of all pairs of legs; a pair and its reverse arrive together, as one.
+def fill_pair_energies(
+    samples: WeightedSamples, p: int, points: NDArray[np.int32], begin: int, delay: Floats, energy: Floats
+) -> None:
+    """Fill two-way delays [s] and energies [uPa^2] of some samples of one pair and of its reverse.
 
     Args:
-        delay: One-way delay of each leg [s], (f, n).
-        transmit_weights: Amplitude of each leg times the gain of the transmit beam [1], (f, n).
-        receive_weights: Amplitude of each leg times the gain of the receive beam [1], (f, n).
-        pair: Rows of two legs, the first not above the second, (p, 2).
-        count: Number of points of each pair, (p,).
-        rows: Indices of these points, (p, any).
-        cross_section: Cross section times area [m^2], (p, any).
-        source_pressure: Pressure of the source at 1 m [uPa].
-        interference_factor: Mean product of two replicas re that without jitter [1].
-        independent_energy: Energy of each replica that does not interfere [1].
-        cells: Energy grid of one channel, added to in place.
-        first_time: Time of the first cell [s].
-        rate: Cells per second [Hz].
+        samples: The samples.
+        p: Row of the pair.
+        points: Indices of the points, (m,).
+        begin: Position of the first of them among those of the pair.
+        delay: Result, (at least m,).
+        energy: Result, (at least m,).
     """
+    i, j = samples.pair[p, 0], samples.pair[p, 1]
+    transmit, receive, leg_delay = samples.transmit_weights, samples.receive_weights, samples.delay
+    together, alone = samples.interference_factor, samples.independent_energy
+    reverse, square = 0.0 if i == j else 1.0, samples.source_pressure * samples.source_pressure
+    section = samples.cross_section[p, begin : begin + points.size]
+    for k in range(points.size):
+        n = points[k]
+        forward = np.float64(transmit[i, n]) * receive[j, n]
+        backward = reverse * np.float64(transmit[j, n]) * receive[i, n]
+        delay[k] = leg_delay[i, n] + leg_delay[j, n]
+        energy[k] = together * (forward + backward) * (forward + backward) + alone * (
+            forward * forward + backward * backward
+        )
+        energy[k] *= square * section[k]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def deposit_pair_energies(samples: WeightedSamples, energies: DelayCells) -> None:
+    """Deposit the energies of all pairs of legs on one channel; a pair and its reverse arrive together, as one."""
     pair_delay, energy = np.empty((2, BLOCK))
-    square = source_pressure * source_pressure
-    for p in range(pair.shape[0]):
-        i, j = pair[p, 0], pair[p, 1]
-        reverse = 0.0 if i == j else 1.0
-        for begin in range(0, count[p], BLOCK):
-            m = min(BLOCK, count[p] - begin)
-            points, section = rows[p, begin : begin + m], cross_section[p, begin : begin + m]
-            for k in range(m):
-                n = points[k]
-                forward = np.float64(transmit_weights[i, n]) * receive_weights[j, n]
-                backward = reverse * np.float64(transmit_weights[j, n]) * receive_weights[i, n]
-                pair_delay[k] = delay[i, n] + delay[j, n]
-                energy[k] = interference_factor * (forward + backward) * (forward + backward) + independent_energy * (
-                    forward * forward + backward * backward
-                )
-                energy[k] *= square * section[k]
-            deposit_energy(cells, first_time, rate, pair_delay[:m], energy[:m])
+    for p in range(samples.pair.shape[0]):
+        for begin in range(0, samples.point_count[p], BLOCK):
+            m = min(BLOCK, samples.point_count[p] - begin)
+            fill_pair_energies(samples, p, samples.rows[p, begin : begin + m], begin, pair_delay, energy)
+            deposit_energy(energies.cells, energies.first_time, energies.rate, pair_delay[:m], energy[:m])
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def deposit_interference(
-    delay: Floats, transmit_weights: NDArray[np.float32], receive_weights: NDArray[np.float32], pair: NDArray[np.int64],
-    count: NDArray[np.int64], rows: NDArray[np.int32], cross_section: NDArray[Any], amplitude: NDArray[np.complex64],
-    interfering_ranges: NDArray[np.int64], source_pressure: float, interference_factor: float, frequency: float,
-    autocorrelation: NDArray[np.complex64],
-    lag_rate: float, cells: Floats, first_time: float, rate: float,
+    samples: WeightedSamples, amplitude: NDArray[np.complex64], interfering_ranges: NDArray[np.int64],
+    frequency: float, autocorrelation: NDArray[np.complex64], lag_rate: float, energies: DelayCells,
 ) -> None:  # fmt: skip
     """Deposit the interference of pairs of legs that arrive within one pulse duration; it may be negative.
 
@@ -156,24 +192,17 @@ def deposit_interference(
     the energy of their overlap.
 
     Args:
-        delay: One-way delay of each leg [s], (f, n).
-        transmit_weights: Amplitude of each leg times the gain of the transmit beam [1], (f, n).
-        receive_weights: Amplitude of each leg times the gain of the receive beam [1], (f, n).
-        pair: Rows of two legs, the first not above the second, (p, 2).
-        count: Number of points of each pair, (p,).
-        rows: Increasing indices of these points, (p, any).
-        cross_section: Cross section times area [m^2], (p, any).
+        samples: The samples; their indices increase.
         amplitude: Complex amplitude of each leg, for its phase [1], (f, n).
         interfering_ranges: First and one past last point of ranges where pairs may interfere, increasing, (any, 2).
-        source_pressure: Pressure of the source at 1 m [uPa].
-        interference_factor: Mean product of two replicas re that without jitter [1].
         frequency: Carrier frequency [Hz].
         autocorrelation: Autocorrelation of the pulse at lags from 0 on, 1 at 0 [1], (lags,).
         lag_rate: Lags per second [Hz].
-        cells: Energy grid of one channel, added to in place.
-        first_time: Time of the first cell [s].
-        rate: Cells per second [Hz].
+        energies: Energy grid of one channel, added to in place.
     """
+    delay, transmit_weights, receive_weights, pair = samples[:4]
+    count, rows, cross_section, source_pressure = samples[4:8]
+    cells, first_time, rate = energies
     pairs = pair.shape[0]
     tau, real, imag = np.empty((3, pairs))
     pair_delay, energy = np.empty((2, BLOCK + pairs * pairs))
@@ -203,7 +232,7 @@ def deposit_interference(
                         pair_delay[found] = 0.5 * (tau[p] + tau[q])
                         energy[found] = (
                             2
-                            * interference_factor
+                            * samples.interference_factor
                             * _overlap(real, imag, p, q, lag, autocorrelation, lag_rate, frequency)
                         )
                         found += 1

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from insonify.jit import njit
+from insonify.synthesis._fast_reverberation_energies import DelayCells
 from insonify.synthesis._gridding import _SHIFT
 from insonify.synthesis._gridding_kernel import CELLS_PER_SPIKE
 from insonify.synthesis._simd_gridding import add_real_spike
@@ -17,29 +18,34 @@ MOMENTS = 6
 """Columns of the bins: energy, then energy times north, east, depth, distance and grazing angle."""
 
 
+class PoweredLegs(NamedTuple):
+    """Legs from one end of the sonar to n points, f of them, with their beam."""
+
+    delay: Floats
+    """One-way delay [s], (f, n)."""
+    power: Floats
+    """Power of each leg, its beam included, (f, n)."""
+    grazing: Floats
+    """Grazing angle at the point [rad], (f, n)."""
+
+
 @njit(cache=True, nogil=True, error_model="numpy")
 def deposit_label_positions(
-    bins: Floats, start: float, rate: float, delay_out: Floats, delay_back: Floats, power_out: Floats,
-    power_back: Floats, pair: NDArray[np.int64], strength: Floats, scatterer_position: Floats, receiver: Floats,
-    grazing_out: Floats, grazing_back: Floats,
+    grid: DelayCells, out: PoweredLegs, back: PoweredLegs, pair: NDArray[np.int64], strength: Floats,
+    scatterer_position: Floats, receiver: Floats,
 ) -> None:  # fmt: skip
     """Add energy, and energy times position, of every path to the two bins beside its delay.
 
     Args:
-        bins: Added to in place, (bins, MOMENTS).
-        start: Delay of the first bin [s].
-        rate: Bins per second [Hz].
-        delay_out: One-way delays of the transmit legs [s], (f, n).
-        delay_back: One-way delays of the receive legs [s], (g, n).
-        power_out: Power of each transmit leg, its beam included, (f, n).
-        power_back: Power of each receive leg, its beam included, (g, n).
+        grid: Bins, (bins, MOMENTS).
+        out: Transmit legs.
+        back: Receive legs.
         pair: Rows of the transmit and the receive leg, (p, 2).
         strength: Pressure scattered re incident [m], (p, n).
         scatterer_position: North, east, depth of each point [m], (n, 3).
         receiver: North, east, depth of the receiver [m], (3,).
-        grazing_out: Grazing angle of the transmit legs at the point [rad], (f, n).
-        grazing_back: Grazing angle of the receive legs at the point [rad], (g, n).
     """
+    bins, start, rate = grid
     last = bins.shape[0] - 1
     moments = np.empty(MOMENTS)
     for n in range(scatterer_position.shape[0]):
@@ -57,13 +63,13 @@ def deposit_label_positions(
         moments[4] = math.sqrt(north * north + east * east + down * down)
         for p in range(pair.shape[0]):
             i, j = pair[p, 0], pair[p, 1]
-            energy = power_out[i, n] * power_back[j, n] * strength[p, n] ** 2
-            position = (delay_out[i, n] + delay_back[j, n] - start) * rate
+            energy = out.power[i, n] * back.power[j, n] * strength[p, n] ** 2
+            position = (out.delay[i, n] + back.delay[j, n] - start) * rate
             if not (energy > 0 and 0 <= position < last):
                 continue
             k = math.floor(position)
             fraction = position - k
-            moments[5] = (abs(grazing_out[i, n]) + abs(grazing_back[j, n])) / 2
+            moments[5] = (abs(out.grazing[i, n]) + abs(back.grazing[j, n])) / 2
             for m in range(MOMENTS):
                 bins[k, m] += (1 - fraction) * energy * moments[m]
                 bins[k + 1, m] += fraction * energy * moments[m]

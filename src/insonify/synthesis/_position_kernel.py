@@ -10,26 +10,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from insonify.jit import njit
+from insonify.synthesis._fast_reverberation_energies import BLOCK, DelayCells, WeightedSamples, fill_pair_energies
 
 Floats = NDArray[np.float64]
 Singles = NDArray[np.float32]
 Integers = NDArray[Any]
 
-BLOCK = 512
-"""Energies that are computed before they are deposited: few enough for the first-level cache."""
-
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def deposit_positions(
-    bins: Floats, start: float, rate: float, delay: Floats, energy: Floats, points: Integers, position: Floats,
-    out: Singles, back: Singles, receiver: Floats,
+    grid: DelayCells, delay: Floats, energy: Floats, points: Integers, position: Floats, out: Singles, back: Singles,
+    receiver: Floats,
 ) -> None:  # fmt: skip
     """Add energies, and energies times positions, to the two bins beside each delay.
 
     Args:
-        bins: Added to in place, (bins, MOMENTS).
-        start: Delay of the first bin [s].
-        rate: Bins per second [Hz].
+        grid: Bins, (bins, MOMENTS).
         delay: Two-way delay [s], (m,).
         energy: Energies [uPa^2], (m,).
         points: Index of the point of each, (m,).
@@ -38,6 +34,7 @@ def deposit_positions(
         back: Grazing angle of the receive legs at the points [rad], (n,).
         receiver: North, east, depth of the receiver [m], (3,).
     """
+    bins, start, rate = grid
     last = bins.shape[0] - 1
     for k in range(delay.size):
         at = (delay[k] - start) * rate
@@ -66,50 +63,26 @@ def deposit_positions(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def deposit_pair_positions(
-    delay: Floats, transmit_weights: Singles, receive_weights: Singles, pair: Integers, count: Integers, rows: Integers,
-    cross_section: NDArray[Any], source_pressure: float, interference_factor: float, independent_energy: float,
-    bins: Floats, start: float, rate: float, position: Floats, grazing: Singles, receiver: Floats,
-) -> None:  # fmt: skip
+    samples: WeightedSamples, grid: DelayCells, position: Floats, grazing: Singles, receiver: Floats
+) -> None:
     """Deposit energies and positions of all pairs; energies are those of `deposit_pair_energies`.
 
     Args:
-        delay: One-way delay of each leg [s], (f, n).
-        transmit_weights: Amplitude of each leg times the gain of the transmit beam [1], (f, n).
-        receive_weights: Amplitude of each leg times the gain of the receive beam [1], (f, n).
-        pair: Rows of two legs, (p, 2).
-        count: Number of points of each pair, (p,).
-        rows: Indices of these points, (p, any).
-        cross_section: Cross section times area [m^2], (p, any).
-        source_pressure: Pressure of the source at 1 m [uPa].
-        interference_factor: Mean product of two replicas re that without jitter [1].
-        independent_energy: Energy of each replica that does not interfere [1].
-        bins: Added to in place, (p, bins, MOMENTS).
-        start: Delay of the first bin [s].
-        rate: Bins per second [Hz].
+        samples: The samples.
+        grid: Bins, (p, bins, MOMENTS).
         position: North, east, depth of the points [m], (3, n).
         grazing: Grazing angles of the legs at the points [rad], (f, n).
         receiver: North, east, depth of the receiver [m], (3,).
     """
     late, energy = np.empty((2, BLOCK))
-    square = source_pressure * source_pressure
-    for p in range(pair.shape[0]):
-        i, j = pair[p, 0], pair[p, 1]
-        other = 0.0 if i == j else 1.0
-        for begin in range(0, count[p], BLOCK):
-            m = min(BLOCK, count[p] - begin)
-            some, ground = rows[p, begin : begin + m], cross_section[p, begin : begin + m]
-            for k in range(m):
-                n = some[k]
-                there = np.float64(transmit_weights[i, n]) * receive_weights[j, n]
-                back = other * np.float64(transmit_weights[j, n]) * receive_weights[i, n]
-                late[k] = delay[i, n] + delay[j, n]
-                energy[k] = interference_factor * (there + back) * (there + back) + independent_energy * (
-                    there * there + back * back
-                )
-                energy[k] *= square * ground[k]
-            deposit_positions(
-                bins[p], start, rate, late[:m], energy[:m], some, position, grazing[i], grazing[j], receiver
-            )  # fmt: skip
+    for p in range(samples.pair.shape[0]):
+        own = DelayCells(grid.cells[p], grid.first_time, grid.rate)
+        out, back = grazing[samples.pair[p, 0]], grazing[samples.pair[p, 1]]
+        for begin in range(0, samples.point_count[p], BLOCK):
+            m = min(BLOCK, samples.point_count[p] - begin)
+            some = samples.rows[p, begin : begin + m]
+            fill_pair_energies(samples, p, some, begin, late, energy)
+            deposit_positions(own, late[:m], energy[:m], some, position, out, back, receiver)
 
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})

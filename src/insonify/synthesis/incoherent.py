@@ -20,7 +20,14 @@ from insonify.records.reverberation_samples import ReverberationSamples
 from insonify.sonar.beam import Beams
 from insonify.sonar.ping_geometry import PingGeometry
 from insonify.sonar.received_pulse import ReceivedPulse
-from insonify.synthesis._fast_reverberation_energies import deposit_interference, deposit_pair_energies, leg_amplitudes
+from insonify.synthesis._fast_reverberation_energies import (
+    DelayCells,
+    MovingArray,
+    WeightedSamples,
+    deposit_interference,
+    deposit_pair_energies,
+    leg_amplitudes,
+)
 from insonify.synthesis._gridding import deposit_energy
 from insonify.synthesis.accumulator import Requirements
 from insonify.synthesis.coherence_factors import split_by_coherence
@@ -202,10 +209,10 @@ class IncoherentAccumulator:
 
     def add_fast_reverberation(self, energies: IntensityBuffer, swath: ReverberationSamples) -> None:
         """Add the mean intensity of the seabed from a block of reverberation samples."""
-        sizes = self.swath_sizes(swath)
-        self.add_swath(energies, swath, *sizes)
+        samples = self.weighted_samples(swath, *self.swath_sizes(swath))
+        self.add_swath(energies, samples)
         if len(swath.interference_ranges):
-            self.add_fringes(energies, swath, *sizes)
+            self.add_fringes(energies, swath, samples)
 
     def swath_sizes(self, swath: ReverberationSamples) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
         """Amplitudes of all legs times the gain of the transmit and of the receive beam [1], (f, n) each."""
@@ -218,48 +225,28 @@ class IncoherentAccumulator:
             self.ping_geometry.receive_beams, swath, moving_axes
         )
 
-    def add_swath(
-        self, energies: IntensityBuffer, swath: ReverberationSamples, transmit_amplitude: NDArray[np.float32],
+    def weighted_samples(
+        self, swath: ReverberationSamples, transmit_amplitude: NDArray[np.float32],
         receive_amplitude: NDArray[np.float32],
-    ) -> None:  # fmt: skip
-        """Add the energies of all pairs of a block, without the interference of pairs within one pulse duration."""
-        level = float(amplitude_ratio(self.ping_geometry.source_level_db))
-        interference_factor, mean_energy = self.replica_jitter.interference_factor, self.replica_jitter.mean_energy
-        pairs = (
-            swath.delay,
-            transmit_amplitude,
-            receive_amplitude,
-            swath.pair,
-            swath.count,
-            swath.rows,
-            swath.cross_section,
-        )
-        deposit_pair_energies(
-            *pairs, level, interference_factor, mean_energy - interference_factor, energies.cells[0],
-            self.grid.first_time, self.grid.energy_rate
+    ) -> WeightedSamples:  # fmt: skip
+        """A block with the amplitudes of its legs and the energy of the source."""
+        together, mean = self.replica_jitter.interference_factor, self.replica_jitter.mean_energy
+        return WeightedSamples(
+            swath.delay, transmit_amplitude, receive_amplitude, swath.pair, swath.count, swath.rows,
+            swath.cross_section, float(amplitude_ratio(self.ping_geometry.source_level_db)), together, mean - together,
         )  # fmt: skip
 
-    def add_fringes(
-        self, energies: IntensityBuffer, swath: ReverberationSamples, transmit_amplitude: NDArray[np.float32],
-        receive_amplitude: NDArray[np.float32],
-    ) -> None:  # fmt: skip
+    def add_swath(self, energies: IntensityBuffer, samples: WeightedSamples) -> None:
+        """Add the energies of all pairs of a block, without the interference of pairs within one pulse duration."""
+        deposit_pair_energies(samples, DelayCells(energies.cells[0], self.grid.first_time, self.grid.energy_rate))
+
+    def add_fringes(self, energies: IntensityBuffer, swath: ReverberationSamples, samples: WeightedSamples) -> None:
         """Add the interference of pairs that arrive within one pulse duration, which may be negative."""
-        ping_geometry, level = self.ping_geometry, float(amplitude_ratio(self.ping_geometry.source_level_db))
-        interference_factor = self.replica_jitter.interference_factor
-        pairs = (
-            swath.delay,
-            transmit_amplitude,
-            receive_amplitude,
-            swath.pair,
-            swath.count,
-            swath.rows,
-            swath.cross_section,
-        )
-        cells = energies.cells[0], self.grid.first_time, self.grid.energy_rate
-        if interference_factor > 0:
+        cells = DelayCells(energies.cells[0], self.grid.first_time, self.grid.energy_rate)
+        if samples.interference_factor > 0:
             deposit_interference(
-                *pairs, swath.amplitude, swath.interference_ranges, level, interference_factor,
-                ping_geometry.frequency, *self.pulse_lags, *cells,
+                samples, swath.amplitude, swath.interference_ranges, self.ping_geometry.frequency, *self.pulse_lags,
+                cells,
             )  # fmt: skip
 
     def time_series(self, energies: IntensityBuffer) -> Floats:
@@ -285,10 +272,8 @@ def _leg_amplitudes(
     """Amplitude of every leg times the gain of one beam [1], shape (f, n); moving_axes: from `moving_array_axes`."""
     out = np.empty(swath.delay.shape, np.float32)
     axes, drift = moving_axes or (np.array([beams.axes] * 3), np.zeros((2, 3)))
-    leg_amplitudes(
-        swath.departure, swath.amplitude, swath.delay, axes, drift, moving_axes is not None, beams.steer, beams.scale,
-        beams.tables, beams.per_unit, beams.element, out,
-    )  # fmt: skip
+    array = MovingArray(axes, drift, moving_axes is not None)
+    leg_amplitudes(swath.departure, swath.amplitude, swath.delay, beams.kernel_tables, array, out)
     return out
 
 

@@ -20,10 +20,12 @@ from insonify.records.reverberation_samples import ReverberationSamples
 from insonify.scene.scatterers import BOUNDARY_ECHO, Boundary
 from insonify.sonar.beam import Beams
 from insonify.sonar.ping_geometry import PingGeometry
+from insonify.synthesis._fast_reverberation_energies import DelayCells
 from insonify.synthesis._label_kernel import (
     MOMENTS,
     LabelGrid,
     LabelledPoints,
+    PoweredLegs,
     PulseOverlap,
     deposit_label_positions,
     deposit_labels,
@@ -247,12 +249,12 @@ class LabelAccumulator:
         rows: Any = slice(None) if point_rows is None else point_rows
         position, strength = pairs.positions(0)[rows], np.abs(pairs.strength[:, rows])
         for channel, bins in enumerate(buffer.bins[key]):
-            deposit_label_positions(
-                bins, start, grid.sample_rate, pairs.out.delay[:, rows], pairs.back.delay[:, rows],
-                power_out[channel % len(power_out)], power_back[channel % len(power_back)], pairs.pair, strength,
-                position,
-                geometry.receive_position, pairs.out.grazing[:, rows], pairs.back.grazing[:, rows],
-            )  # fmt: skip
+            out, back = (
+                PoweredLegs(legs.delay[:, rows], power[channel % len(power)], legs.grazing[:, rows])
+                for legs, power in ((pairs.out, power_out), (pairs.back, power_back))
+            )
+            bins_by_delay = DelayCells(bins, start, grid.sample_rate)
+            deposit_label_positions(bins_by_delay, out, back, pairs.pair, strength, position, geometry.receive_position)
 
     def _add_occluded(self, buffer: LabelBuffer, pairs: Pairs) -> None:
         """Add the energies that occluded direct paths to the seabed would have without occlusion."""

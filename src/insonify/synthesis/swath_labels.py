@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from insonify.records.reverberation_samples import Origins, ReverberationSamples
+from insonify.synthesis._fast_reverberation_energies import DelayCells, WeightedSamples
 from insonify.synthesis._label_kernel import MOMENTS
 from insonify.synthesis._position_kernel import deposit_pair_positions, deposit_positions
 from insonify.synthesis.incoherent import IncoherentAccumulator, IntensityBuffer
@@ -38,38 +39,32 @@ def add_swath(
     """
     if swath.origins is None:
         raise ValueError("ReverberationSamples.origins is None; gather the swath with labelled=True")
-    transmit_amplitude, receive_amplitude = accumulator.swath_sizes(swath)
+    samples = accumulator.weighted_samples(swath, *accumulator.swath_sizes(swath))
     energies = buffer.curves.setdefault((SEABED, ALL), accumulator.empty())
-    accumulator.add_swath(energies, swath, transmit_amplitude, receive_amplitude)
+    accumulator.add_swath(energies, samples)
     if len(swath.interference_ranges):
         before = energies.cells.copy()
-        accumulator.add_fringes(energies, swath, transmit_amplitude, receive_amplitude)
+        accumulator.add_fringes(energies, swath, samples)
         interference = buffer.common.setdefault(
             SEABED, IntensityBuffer(np.zeros_like(before), np.zeros_like(energies.intensity))
         )
         interference.cells[...] += energies.cells - before
-    _add_positions(buffer, accumulator, swath, swath.origins, transmit_amplitude, receive_amplitude)
+    _add_positions(buffer, accumulator, samples, swath.origins)
     if len(swath.origins.cut):
         _add_occluded(buffer, accumulator, swath, swath.origins, occluder_names)
 
 
 def _add_positions(
-    buffer: LabelBuffer, accumulator: IncoherentAccumulator, swath: ReverberationSamples, origins: Origins,
-    transmit_amplitude: Singles,
-    receive_amplitude: Singles
-) -> None:  # fmt: skip
+    buffer: LabelBuffer, accumulator: IncoherentAccumulator, samples: WeightedSamples, origins: Origins
+) -> None:
     """Add energy and position of every pair to its bins."""
     grid, (lead, tail) = accumulator.grid, ringing(accumulator)
-    interference_factor, mean = accumulator.replica_jitter.interference_factor, accumulator.replica_jitter.mean_energy
-    bins = np.zeros((len(swath.pair), grid.sample_count + lead + tail, MOMENTS))
+    bins = np.zeros((len(samples.pair), grid.sample_count + lead + tail, MOMENTS))
+    by_delay = DelayCells(bins, grid.start - lead / grid.sample_rate, grid.sample_rate)
     deposit_pair_positions(
-        swath.delay, transmit_amplitude, receive_amplitude, swath.pair, swath.count, swath.rows, swath.cross_section,
-        float(amplitude_ratio(accumulator.ping_geometry.source_level_db)), interference_factor,
-        mean - interference_factor, bins,
-        grid.start - lead / grid.sample_rate, grid.sample_rate, origins.position, origins.grazing,
-        accumulator.ping_geometry.receive_position,
-    )  # fmt: skip
-    for (i, j), pair_bins in zip(swath.pair.tolist(), bins, strict=True):
+        samples, by_delay, origins.position, origins.grazing, accumulator.ping_geometry.receive_position
+    )
+    for (i, j), pair_bins in zip(samples.pair.tolist(), bins, strict=True):
         key = SEABED, pair_name(origins.families[i], origins.families[j])
         buffer.bins[key] = buffer.bins[key] + pair_bins[None] if key in buffer.bins else pair_bins[None]
 
@@ -96,8 +91,9 @@ def _add_occluded(
             continue
         key = name, HIDDEN
         shape = 1, grid.sample_count + lead + tail, MOMENTS
+        bins = buffer.bins.setdefault(key, np.zeros(shape))[0]
         deposit_positions(
-            buffer.bins.setdefault(key, np.zeros(shape))[0], grid.start - lead / grid.sample_rate, grid.sample_rate,
+            DelayCells(bins, grid.start - lead / grid.sample_rate, grid.sample_rate),
             2 * legs.delay[0, occluded], energy[occluded], points[occluded], origins.position, grazing, grazing,
             accumulator.ping_geometry.receive_position,
         )  # fmt: skip
