@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from insonify.annotations import CLASSES, merge_coco, write_coco
-from insonify.annotations.annotation import GAP, annotations
+from insonify.annotations.annotation import GAP, about, annotations
 from insonify.annotations.run_length import compressed_run_lengths
 from insonify.formats.store_description import StoreError
 from oracles.labelled import labelled_image
@@ -110,3 +110,15 @@ def test_an_image_without_targets_is_valid(tmp_path):
     for number, image in enumerate([labelled_image(targets=0), labelled_image(targets=2)]):
         truth = opened(write_coco([image], tmp_path / str(number), least_area=10_000))
         assert truth.getImgIds() == [0] and truth.getAnnIds() == []
+
+
+def test_contrast_is_that_to_the_bare_surroundings():
+    """A ghost 7 dB above a uniform image has 7 dB whatever is around; the shadow under it counts where it is bare."""
+    expected = np.full((60, 60), -30.0, np.float32)
+    layers = np.zeros((3, 60, 60), np.int32)
+    layers[2, 20:30, 20:30], layers[1, 25:40, 20:40] = 1, 2
+    expected[25:40, 20:40], expected[20:30, 20:30], expected[:, :19] = -60.0, -23.0, np.nan
+    image = labelled_image(shape=(60, 60), layers=layers, expected=expected)
+    assert [about(image, part)["contrast_db"] for part in annotations(image)] == [7.0, -30.0]
+    full = labelled_image(shape=(60, 60), layers=np.ones((3, 60, 60), np.int32))
+    assert about(full, next(annotations(full)))["contrast_db"] is None

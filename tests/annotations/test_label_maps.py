@@ -16,16 +16,17 @@ def test_maps_return_from_png(tmp_path):
     images = [labelled_image(seed, index=seed, targets=2 + seed) for seed in range(2)]
     write_label_maps(images[:1], tmp_path)
     names = json.loads(write_label_maps(images[1:], tmp_path).read_text())
+    assert names == {str(number): name for number, name in enumerate(("background", *CLASSES))}
     for image in images:
         classes, instances = (np.asarray(Image.open(tmp_path / kind / f"{image.name}.png")) for kind in
                               ("classes", "instances"))  # fmt: skip
         np.testing.assert_array_equal(classes, image.classes)
         np.testing.assert_array_equal(instances, image.instances)
-        assert names["instances"][image.name] == list(image.instance_names)
+        names = json.loads((tmp_path / "names" / f"{image.name}.json").read_text())
+        assert names == {str(number): name for number, name in enumerate(image.instance_names, start=1)}
         shown = image.layers[[0, 2, 1]]  # highlights over ghosts over shadows
         strongest = np.where(shown[0] != 0, shown[0], np.where(shown[1] != 0, shown[1], shown[2]))
         np.testing.assert_array_equal(instances, strongest)
-    assert names["classes"] == ["background", *CLASSES]
 
 
 def test_levels_and_maps_return_from_geotiff(tmp_path):

@@ -50,6 +50,11 @@ def test_a_known_target_lies_on_its_true_coordinates(tmp_path, slopes, heading, 
         assert 1 <= len(cells[0]) < 200 and not image.layers[[SHADOW, GHOST]].any()
         assert abs(image.views[1]["slant_range_m"] - slant) < 0.05
         assert abs(image.views[1]["ground_range_m"] - abs(across)) < 0.05
+    right = np.sign(across) * np.array([-forward[1], forward[0]])
+    ray = np.array([*(abs(across) * right), depth - 6.0])
+    upright = np.array([*(-np.array(slopes or (0.0, 0.0))), 1.0])  # normal of the plane, downwards
+    angle = np.arcsin(ray @ upright / np.linalg.norm(ray) / np.linalg.norm(upright))
+    assert abs(image.views[1]["grazing_deg"] - np.degrees(angle)) < 0.3
 
 
 @pytest.fixture(scope="module")
@@ -147,3 +152,43 @@ def test_parts_of_a_recording_and_memory_have_the_same_labels(walls):
     np.testing.assert_array_equal(image.image, same.image)
     with pytest.raises(StoreError, match="--labels"):
         labelled_images(recording)
+
+
+def test_a_view_is_that_of_the_nearest_ping(walls):
+    """Range, grazing angle and altitude of the walls by trigonometry; each has the sonar abeam, on its own side."""
+    for projection in ("slant", "mosaic"):
+        (image,) = labelled_images(walls, projection)
+        for instance, aspect in ((1, 270.0), (2, 90.0)):
+            view = image.views[instance]
+            assert view["altitude_m"] == ABOVE and view["ground_range_m"] == pytest.approx(9.0, abs=0.01)
+            assert view["grazing_deg"] == pytest.approx(np.degrees(np.arctan2(ABOVE, 9.0)), abs=0.05)
+            assert view["aspect_deg"] == pytest.approx(aspect, abs=1.5)
+        assert image.conditions["altitude_m"] == ABOVE and image.conditions["scattering_law"] == "lambert"
+
+
+def test_a_fan_of_beams_gives_an_image_of_each_ping(tmp_path):
+    """A point ahead, to starboard, is in the row of its range and the column of its bearing, far ranges above."""
+    bearing, slant = np.radians(8.0), 12.0
+    down = 4.0 - 0.02
+    position = np.sqrt(slant**2 - down**2) * np.array([np.cos(bearing), np.sin(bearing)])
+    target = {"shape": "point", "label": "p", "position": (*position, 6.0 + down), "target_strength_db": 0.0}
+    beams = tuple(np.radians(np.arange(-20.0, 21.0, 2.0)))
+    wide, fan = ({"kind": "planar", "width": width, "height": 0.01} for width in (0.005, 0.15))
+    base = sidescan(targets=[target], pings=2, **QUIET)
+    sonar = base.sonar.model_dump() | {
+        "transmit": wide, "receive": {**fan, "steer": beams}, "sides": None, "mounting": {"bearing": 0, "tilt": 0.3},
+    }  # fmt: skip
+    track = {"kind": "static", "position": (0.0, 0.0, 6.0), "window": (0.0, 0.02), "pings": 2}
+    scenario = sidescan(targets=[target], sonar=sonar, **QUIET).with_("track", track)
+    record(scenario, tmp_path / "fan.zarr", with_labels=True, threads=1)
+    images = list(labelled_images(tmp_path / "fan.zarr"))
+    assert [image.pings.tolist() for image in images] == [[0], [1]] and images[0].columns.units == "rad"
+    for image in images:
+        assert image.rows.values[0] > image.rows.values[-1]
+        rows, columns = np.nonzero(image.layers[HIGHLIGHT] == 1)
+        assert image.rows.values[rows].mean() == pytest.approx(slant, abs=0.05)
+        cone = np.arcsin(position[1] / slant)  # of a line of elements, whose beams are cones about it
+        strongest = columns[np.argmax(image.expected[rows, columns])]
+        assert image.columns.values[strongest] == pytest.approx(cone, abs=np.radians(1.0))
+    with pytest.raises(StoreError, match="Choose the projection slant"):
+        labelled_images(tmp_path / "fan.zarr", "ground")

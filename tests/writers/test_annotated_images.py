@@ -37,7 +37,7 @@ def export(capsys, *words):
         (("x", "--as", "coco", "--projection", "mosaic"), {"annotations.json", "images/a_mosaic.png"}),
         (("x.yolo", "--projection", "ground"), {"data.yaml", "images/train/a.png", "labels/train/a.txt"}),
         (("x.yolo", "--as", "yolo-segments"), {"data.yaml", "images/train/a.png", "labels/train/a.txt"}),
-        (("x.maps",), {"names.json", "images/a.png", "classes/a.png", "instances/a.png"}),
+        (("x.maps",), {"classes.json", "names/a.json", "images/a.png", "classes/a.png", "instances/a.png"}),
     ],
     ids=lambda value: " ".join(value) if isinstance(value, tuple) else "",
 )

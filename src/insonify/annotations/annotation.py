@@ -7,11 +7,14 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
-from insonify.annotations.labelled_image import CLASSES, LabelledImage
+from insonify.annotations.labelled_image import CLASSES, STRENGTH, LabelledImage
+from insonify.units import intensity_ratio
 
 Mask = NDArray[np.bool_]
 GAP = 8
 """Distance to which parts of a mask are one annotation; further away it is another sighting or ghost [cells]."""
+AROUND = 16
+"""Width of the surroundings that the contrast of a mask refers to [cells]."""
 NUMBERS = 1 << 16
 """Distance of the numbers of the annotations of one image and of the next [1]."""
 
@@ -96,5 +99,30 @@ def _box(mask: Mask) -> tuple[slice, slice] | None:
 
 
 def about(image: LabelledImage, annotation: Annotation) -> dict[str, Any]:
-    """Name of the target of an annotation, and the view that the sonar has of it."""
-    return {"target": image.instance_names[annotation.instance - 1], **image.views.get(annotation.instance, {})}
+    """Name of the target of an annotation, its contrast, and the view that the sonar has of it.
+
+    Args:
+        image: The image.
+        annotation: One of its annotations.
+
+    Returns:
+        Fields by name; `contrast_db` is the mean expected intensity of the mask, where no stronger class lies over it,
+        re that of the cells around it without any mask, None without either.
+    """
+    name = image.instance_names[annotation.instance - 1]
+    contrast = _contrast_db(image, annotation)
+    return {"target": name, "contrast_db": contrast, **image.views.get(annotation.instance, {})}
+
+
+def _contrast_db(image: LabelledImage, annotation: Annotation) -> float | None:
+    left, upper, width, height = annotation.box
+    rows = slice(max(upper - AROUND, 0), upper + height + AROUND)
+    columns = slice(max(left - AROUND, 0), left + width + AROUND)
+    power = intensity_ratio(image.expected[rows, columns])
+    bare = (image.layers[:, rows, columns] == 0).all(axis=0) & np.isfinite(power)
+    box = slice(upper, upper + height), slice(left, left + width)
+    stronger = [image.layers[row][box] != 0 for row in STRENGTH[: STRENGTH.index(annotation.kind - 1)]]
+    shown = annotation.inside & ~np.any([np.zeros_like(annotation.inside), *stronger], axis=0)
+    own = intensity_ratio(image.expected[box][shown])
+    means = [float(np.mean(cells)) if cells.size else 0.0 for cells in (own[np.isfinite(own)], power[bare])]
+    return round(10 * float(np.log10(means[0] / means[1])), 2) if min(means) > 0 else None

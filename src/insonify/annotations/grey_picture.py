@@ -10,6 +10,8 @@ from insonify.annotations.labelled_image import LabelledImage, Levels
 
 QUANTILES = (0.01, 0.999)
 """Parts of the cells that are darker than the darkest grey, and no brighter than white [1]."""
+RANGE = 50.0
+"""Largest span of levels, so that silent water does not take most of the greys [dB]."""
 Span = tuple[float, float]
 
 
@@ -19,7 +21,7 @@ def level_span(level: Levels) -> Span:
     if not finite.size:
         return 0.0, 1.0
     low, high = (round(float(value), 2) for value in np.quantile(finite, QUANTILES))
-    return low, max(high, low + 1.0)
+    return max(low, round(high - RANGE, 2)), max(high, low + 1.0)
 
 
 def greys(level: Levels, span: Span) -> NDArray[np.uint8]:

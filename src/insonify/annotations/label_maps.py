@@ -11,7 +11,7 @@ from insonify.annotations.grey_picture import Span, write_grey, write_png
 from insonify.annotations.labelled_image import CLASSES, LabelledImage
 from insonify.surveys.raster import write_bands
 
-FILE = "names.json"
+FILE = "classes.json"
 MAPS = ("images", "classes", "instances")
 
 
@@ -26,18 +26,18 @@ def write_label_maps(
     Args:
         images: The images; each has a `name` of its own.
         directory: Folder of the data set, made if there is none, with the folders `images`, `classes` (8 bits) and
-            `instances` (16 bits), and the names of their numbers in names.json.
+            `instances` (16 bits). The names of classes are in classes.json; those of the instances of an image are in
+            the folder `names`.
         form: "png" for grey pictures; "tif" for GeoTIFF, whose images are recorded and expected levels [dB], unrounded,
             and mosaics have their coordinates. This needs rasterio.
         span: Levels of the darkest grey and of white of a PNG [dB]; None: of each image alone.
 
     Returns:
-        The file names.json.
+        The file classes.json.
     """
     folder = Path(directory)
-    for kind in MAPS:
+    for kind in (*MAPS, "names"):
         (folder / kind).mkdir(parents=True, exist_ok=True)
-    names = dict[str, list[str]]()
     for image in images:
         files = [folder / kind / f"{image.name}.{form}" for kind in MAPS]
         classes, instances = image.classes, image.instances.astype(np.uint16)
@@ -51,9 +51,8 @@ def write_label_maps(
             write_grey(image, files[0], span)
             write_png(files[1], classes)
             write_png(files[2], instances)
-        names[image.name] = list(image.instance_names)
+        names = json.dumps(dict(enumerate(image.instance_names, start=1)))
+        (folder / "names" / f"{image.name}.json").write_text(names, encoding="utf-8")
     file = folder / FILE
-    known = json.loads(file.read_text(encoding="utf-8"))["instances"] if file.is_file() else {}
-    content = {"classes": ["background", *CLASSES], "instances": dict(sorted((known | names).items()))}
-    file.write_text(json.dumps(content), encoding="utf-8")
+    file.write_text(json.dumps(dict(enumerate(("background", *CLASSES)))), encoding="utf-8")
     return file

@@ -13,7 +13,7 @@ Projection = Literal["slant", "ground", "mosaic"]
 CLASSES = ("highlight", "shadow", "ghost")
 """Classes of a cell; their numbers in label maps count from 1, in COCO from 1, in YOLO from 0."""
 STRENGTH = (0, 2, 1)
-"""Classes from the one that a label map shows on top: a ghost over a shadow is what is received there."""
+"""Rows of the classes from the one that a label map shows on top: a ghost over a shadow is what is received there."""
 NO_TARGET = -1
 """Instance of a shadow that no target casts, but the seabed's own relief."""
 

@@ -16,7 +16,10 @@ SLOPE_STEP = 0.5
 def with_views(survey: Survey, image: LabelledImage) -> LabelledImage:
     """Image with its conditions and with the views of the targets in it.
 
-    A view is that of the ping in the middle of the target's rows, or in a mosaic of the nearest ping.
+    A view is that of the ping in the middle of the target's rows, or in a mosaic of the nearest ping. It has the slant
+    range to the point of the seabed under the target's middle, or to a point target itself; the grazing angle on the
+    slope there; and the aspect, the bearing of the sonar from the target re its heading, 0 ahead of it, 90 deg to its
+    starboard.
 
     Args:
         survey: The survey.
@@ -43,7 +46,8 @@ def _view(survey: Survey, target: Target, number: int) -> dict[str, Any]:
     """View of a target from one ping: distances in metres, angles in degrees."""
     north, east = target.position[:2]
     bed = float(survey.bed_depth(np.array([north]), np.array([east]))[0])
-    depth = target.position[2] if isinstance(target, PointTarget) else (target.base_depth or bed)
+    depth = target.position[2] if isinstance(target, PointTarget) else target.base_depth
+    depth = bed if depth is None else depth
     sonar = survey.position[number]
     to_target = np.array([north, east, depth]) - sonar
     slant, horizontal = float(np.linalg.norm(to_target)), float(np.hypot(*to_target[:2]))

@@ -87,8 +87,9 @@ def _across(survey: Survey, projection: Projection) -> Floats:
     if projection == "slant":
         return slant
     cell = float(slant[1] - slant[0])
-    count = int(slant[-1] / cell) + 1  # cells of a ground line
-    return np.asarray((np.arange(count) + 0.5) * cell, float)
+    height = max(survey.shallowest_bed - float(survey.position[:, 2].max()), 0.0)
+    reach = np.sqrt(max(slant[-1] ** 2 - height**2, (2 * cell) ** 2))
+    return np.asarray((np.arange(int(reach / cell)) + 0.5) * cell, float)
 
 
 def _line(source: LabelledPings, ping: PingSamples, place: tuple[int, int], grid: tuple[Projection, Floats]) -> Parts:
@@ -97,6 +98,7 @@ def _line(source: LabelledPings, ping: PingSamples, place: tuple[int, int], grid
     if projection == "slant":
         return ping.power[channel], ping.expected[channel], ping.layers[:, channel]
     line = ground_line(source.survey, number, channel, float(across[1] - across[0]))
-    sample = line.samples(ping.power.shape[1])
+    sample = line.samples(ping.power.shape[1])[: across.size]
     layers = np.where(sample >= 0, ping.layers[:, channel, np.maximum(sample, 0)], 0)
-    return line.means(ping.power[channel]), line.means(ping.expected[channel]), layers
+    power, expected = (line.means(values[channel])[: across.size] for values in (ping.power, ping.expected))
+    return power, expected, layers

@@ -97,6 +97,11 @@ class Survey:
             return np.full(np.shape(north), self.scenario.seabed.depth)
         return terrain.depth_at(north, east)
 
+    @property
+    def shallowest_bed(self) -> float:
+        """Least depth of the seabed [m]."""
+        return self.scenario.seabed.depth if self._terrain is None else self._terrain.span[0]
+
     @cached_property
     def _terrain(self) -> SeabedTerrain | None:
         return self.scenario.scene.seabed.terrain
