@@ -21,6 +21,7 @@ from insonify.engines.eigenray_engine import EigenrayEngine
 from insonify.engines.fast_reverberation import FastReverberation, prepare_fast_reverberation
 from insonify.engines.parts import SerialPool, WorkerPool, parts_of
 from insonify.engines.terrain_cover import MOST_HIDDEN, hidden_part
+from insonify.machine_memory import warn_of_memory
 from insonify.malloc_tuning import keep_freed_memory
 from insonify.part import Part
 from insonify.propagation.families import families_reaching
@@ -28,7 +29,7 @@ from insonify.propagation.path_settings import PathSettings
 from insonify.propagation.propagation_model_choice import propagation_model_for
 from insonify.records.arrivals import Arrivals, concatenate_arrivals, expand_arrivals
 from insonify.records.labels import LabelNames, Labels, concatenate_channels, label_dataset
-from insonify.records.recording import recording_dataset
+from insonify.records.recording import FIELDS, recording_dataset
 from insonify.records.reverberation_samples import ReverberationSamples
 from insonify.scenario.attributes import attributes
 from insonify.scenario.pings import require_index, selected_pings
@@ -234,7 +235,11 @@ def simulate(scenario: Scenario, *, pings: int | Iterable[int] | None = None, th
     chosen = selected_pings(scenario, pings)
     simulator = build_simulator(scenario)
     shape = len(chosen), scenario.sonar.channel_count, simulator.grid.sample_count  # also of no pings at all
-    data = np.array([series for _, series in simulate_pings(simulator, chosen, threads)]).reshape(shape)
+    data: NDArray[np.generic] = np.empty(shape, FIELDS["pressure" if scenario.field == "coherent" else "intensity"][0])
+    warn_of_memory(data.nbytes, "simulate() holds all pings in memory", "record() writes them to disk one by one, and "
+                   "open_recording() reads them on access")  # fmt: skip
+    for row, (_, series) in zip(data, simulate_pings(simulator, chosen, threads), strict=True):
+        row[...] = series
     layout = recording_layout(scenario, simulator.platforms, simulator.grid.time)
     recording = recording_dataset(layout, attributes(scenario), data, np.array(chosen, np.int64))
     lines = simulator.recorded_lines()

@@ -9,7 +9,7 @@ from typing import Annotated, Any
 
 import typer
 
-from insonify.cli import comparison, export, info, paper_and_demo, recordings, scenarios, serve
+from insonify.cli import comparison, export, info, paper_and_demo, parts, recordings, scenarios, serve
 from insonify.cli.arguments import InputError
 from insonify.cli.compile_progress import reporting
 
@@ -29,6 +29,8 @@ app = typer.Typer(
 app.command("new")(scenarios.new)
 app.command("schema")(scenarios.schema)
 app.command("info")(info.info)
+app.command("plan")(parts.plan)
+app.command("status")(parts.status)
 app.command("compare")(comparison.compare)
 app.command("scenario-from")(scenarios.scenario_from)
 for _computes in (
@@ -105,6 +107,8 @@ def _verdict(error: Exception) -> int:
         return _say(str(error), WRONG_INPUT)
     if os.environ.get("INSONIFY_TRACEBACK"):
         raise error
+    if type(error).__name__ == "WriteError":
+        return _say(str(error), FAILED)
     hint = "set INSONIFY_TRACEBACK=1 for the details"
     return _say(f"the run failed: {type(error).__name__}: {error} ({hint})", FAILED)
 

@@ -4,8 +4,7 @@ All is that of the whole command: its start, every ping with its labels, and wri
 work of a ping is counted by `insonify.estimates.ping_work`, operations are priced by `insonify.estimates.unit_costs`.
 """
 
-import os
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -16,6 +15,7 @@ from insonify.engines.volume import TOO_MANY
 from insonify.estimates import unit_costs
 from insonify.estimates.compile_time import estimate_compile_seconds
 from insonify.estimates.ping_work import PingWork, ping_work, waveform_count
+from insonify.machine_memory import installed_memory
 from insonify.records.labels import COLUMNS
 from insonify.scenario.scenario import Scenario
 from insonify.simulator import Simulator, build_simulator
@@ -44,6 +44,12 @@ class RunCost:
     """Processor time more, once, while the cache of compiled kernels lacks some [s]."""
     labels: bool = False
     """True: labels are counted."""
+
+    def of_task(self, tasks: int) -> "RunCost":
+        """Cost of one of several tasks that share the pings, each with the start of the program."""
+        apart = unit_costs.START_SECONDS
+        seconds = apart + max(self.seconds - apart, 0.0) / tasks
+        return replace(self, pings=-(-self.pings // tasks), seconds=seconds, disk=self.disk / tasks)
 
     def summary(self) -> str:
         """The cost in one line."""
@@ -102,7 +108,7 @@ def size_refusal(cost: RunCost, memory: float | None = None) -> str:
         cost: Cost of the run.
         memory: Memory of the machine [bytes]; None: it is looked up.
     """
-    there = _memory() if memory is None else memory
+    there = installed_memory() if memory is None else memory
     if np.isinf(cost.scatterers):
         return TOO_MANY
     if cost.memory <= SHARE * there:
@@ -155,14 +161,6 @@ def _disk_of(simulator: Simulator, labelled: bool) -> float:
             + pings * float(each) * unit_costs.LABEL_COMPRESSION_RATIO
         )
     return total
-
-
-def _memory() -> float:
-    """Memory of this machine [bytes]; infinite where the system does not report it."""
-    try:
-        return float(os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES"))
-    except (ValueError, OSError, AttributeError):
-        return float("inf")
 
 
 def _rounded(count: float) -> str:

@@ -1,7 +1,9 @@
 """Writing of pings and labels into a recording by one of any number of processes."""
 
+import errno
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -11,6 +13,7 @@ from numpy.typing import NDArray
 
 from insonify.formats import label_store, zarr_store
 from insonify.formats.shards import pack_shards, row_array
+from insonify.formats.store_description import WriteError
 from insonify.part import Part
 from insonify.processing.recorded_lines import RecordedLines
 from insonify.records.labels import LabelNames, Labels
@@ -35,27 +38,17 @@ class RecordingWriter:
             overwrite: True: replace another recording at that path.
         """
         self.path, self._lines, self._labelled = path, lines, label_names is not None
-        self._identity = zarr_store.create_recording(path, layout, attributes, overwrite=overwrite)
-        if label_names is not None:
-            label_store.create_labels(path, label_names, layout, attributes, into=self._identity)
+        with writing(path):
+            self._identity = zarr_store.create_recording(path, layout, attributes, overwrite=overwrite)
+            if label_names is not None:
+                label_store.create_labels(path, label_names, layout, attributes, into=self._identity)
         self._per_shard = row_array(path, "done").per_shard
         self._left = Counter[int]()
 
     def of_part(self, part: Part | None, wanted: list[int]) -> list[int]:
-        """Those of the wanted pings that belong to a part: whole shards, or whole lines where shards are too few.
-
-        Args:
-            part: The part; None: all pings.
-            wanted: Numbers of the pings.
-        """
-        if part is None:
-            return wanted
-        pings = row_array(self.path, "done").shape[0]
-        unit = self._per_shard
-        if -(-pings // unit) < part.count:
-            unit = self._lines.recorder.pings_per_line if self._lines is not None else 1
-        share = part.share(pings, unit)
-        return [ping for ping in wanted if ping in share]
+        """Those of the wanted pings that belong to a part; None: all."""
+        share = None if part is None else zarr_store.pings_of_part(self.path, part)
+        return [ping for ping in wanted if share is None or ping in share]
 
     def missing(self, wanted: list[int]) -> tuple[list[tuple[int, bool, bool]], int]:
         """Missing results of some pings: number, sound, labels; and the number of all pings that this concerns.
@@ -80,6 +73,14 @@ class RecordingWriter:
             series: Its pressure [uPa] or intensity [uPa^2], shape (channels, samples); None: it is there.
             labels: Its labels; None: they are there, or not wanted.
         """
+        with writing(self.path):
+            self._write(ping, series, labels)
+        shard = ping // self._per_shard
+        self._left[shard] -= 1
+        if not self._left[shard]:
+            self.pack([shard])
+
+    def _write(self, ping: int, series: NDArray[np.generic] | None, labels: Labels | None) -> None:
         if labels is not None:  # first: a ping whose sound is there is whole
             label_store.write_label_ping(self.path, ping, labels, into=self._identity)
         if series is not None:
@@ -87,14 +88,36 @@ class RecordingWriter:
             complete = {ping: series} if self._lines is None else self._lines.add(ping, series, write_line)
             for number, one in complete.items():
                 zarr_store.write_ping(self.path, number, one, into=self._identity)
-        shard = ping // self._per_shard
-        self._left[shard] -= 1
-        if not self._left[shard]:
-            self.pack([shard])
 
     def pack(self, shards: list[int] | None = None) -> None:
         """Pack shards of which all pings are there, of any writer; None: all such shards."""
-        zarr_store.require_own_recording(self.path, self._identity)
-        pack_shards(self.path, zarr_store.sound_arrays(self.path), shards)
-        if self._labelled:
-            label_store.pack_labels(self.path, shards)
+        with writing(self.path):
+            zarr_store.require_own_recording(self.path, self._identity)
+            pack_shards(self.path, zarr_store.sound_arrays(self.path), shards)
+            if self._labelled:
+                label_store.pack_labels(self.path, shards)
+
+
+@contextmanager
+def writing(path: Path) -> Iterator[None]:
+    """Convert errors of the file system while a recording is written.
+
+    Args:
+        path: Folder of the recording.
+
+    Raises:
+        WriteError: The disk is full, or the folder was removed or locked; all that was recorded can be read.
+    """
+    try:
+        yield
+    except WriteError:
+        raise
+    except OSError as error:
+        again = "What was recorded is kept; the same command goes on from there"
+        if error.errno in (errno.ENOSPC, errno.EDQUOT):
+            reason = f"{path}: the disk is full. Free some space, or copy the folder to a larger disk. {again}"
+        elif isinstance(error, FileNotFoundError) and not (path / "zarr.json").is_file():
+            reason = f"{path} was removed or renamed during the run. The same command starts anew"
+        else:
+            reason = f"{path} cannot be written: {error.strerror or error}. {again} when the folder is writable"
+        raise WriteError(reason) from error

@@ -24,6 +24,10 @@ class StoreError(ValueError):
     """A recording that cannot be written or read; the message gives the remedy."""
 
 
+class WriteError(OSError):
+    """A recording that can no longer be written; the message gives the reason and the remedy."""
+
+
 def read_description(folder: Path) -> dict[str, Any]:
     """Read the description of a group or an array that zarr wrote.
 

@@ -38,6 +38,7 @@ from insonify.formats.store_description import (
     require_consistent_sizes,
 )
 from insonify.formats.store_description import StoreError as StoreError
+from insonify.part import Part
 from insonify.records.netcdf_recording import as_recording
 from insonify.records.recording import (
     COLUMNS,
@@ -223,9 +224,52 @@ def recorded_lines(path: str | Path) -> NDArray[np.bool_]:
     return np.array([k // array.per_shard in packed or k in loose for k in range(array.shape[0])], bool)
 
 
+def pings_of_part(path: str | Path, part: Part) -> range:
+    """Pings of one part of a run: whole shards; whole lines of a recorder, or pings, where shards are too few.
+
+    Args:
+        path: Folder of the recording.
+        part: The part.
+    """
+    done, unit = row_array(path, "done"), 1
+    pings = done.shape[0]
+    if -(-pings // done.per_shard) >= part.count:
+        unit = done.per_shard
+    elif "recorded" in sound_arrays(path):
+        unit = _pings_per_line(np.asarray(zarr.open_array(Path(path) / "line_ping", mode="r")[:]), pings)
+    return part.share(pings, unit)
+
+
+def _pings_per_line(line_ping: NDArray[np.generic], pings: int) -> int:
+    """Pings of one line of a recorder, by the first ping of each; all pings where there is one line [1]."""
+    if line_ping.size < 2:
+        return pings if line_ping.size else 1
+    return int(line_ping[1]) - int(line_ping[0])
+
+
 def sound_arrays(path: str | Path) -> list[str]:
     """Names of the arrays of a recording with the sound of its pings or its lines."""
     return [name for name in _SOUND if (Path(path) / name).is_dir()]
+
+
+def require_recording(path: str | Path) -> None:
+    """Refuse a folder that is no recording, or lacks a file.
+
+    Args:
+        path: Folder of the recording.
+
+    Raises:
+        StoreError: The folder is not a recording, or is damaged.
+    """
+    if not _is_recording(Path(path)):
+        raise StoreError(f"{path} is not a recording. Make one with: insonify run FILE -o {path}")
+    _require_complete(Path(path))
+    require_consistent_sizes(Path(path))
+
+
+def loose_pings(path: str | Path) -> int:
+    """Number of recorded pings that are not in a shard yet [1]."""
+    return len(row_array(path, "done").loose_rows())
 
 
 def open_recording(path: str | Path) -> xr.Dataset:
@@ -242,10 +286,7 @@ def open_recording(path: str | Path) -> xr.Dataset:
     Raises:
         StoreError: The folder is not a recording, or is damaged.
     """
-    if not _is_recording(Path(path)):
-        raise StoreError(f"{path} is not a recording. Make one with: insonify run FILE -o {path}")
-    _require_complete(Path(path))
-    require_consistent_sizes(Path(path))
+    require_recording(path)
     with errors_as_store_errors(Path(path)):
         dataset: xr.Dataset = xr.open_zarr(path, chunks=None, consolidated=True, decode_times=False)
         again = f"Delete this file and simulate its ping again: insonify run FILE -o {path}"
@@ -261,7 +302,7 @@ def _build(path: Path, layout: RecordingLayout, attributes: Mapping[str, Any]) -
     group.attrs.update({**attributes, IDENTITY: uuid.uuid4().hex})
     pings, channels, samples = layout.ping_time.size, layout.steer.size, layout.time.size
     names = ("recorded",) * bool(layout.bin_time.size)
-    line = pings // layout.line_ping.size if layout.line_ping.size else 1
+    line = _pings_per_line(layout.line_ping, pings)
     shard = pings_per_shard(pings, channels * samples * np.dtype(FIELDS[layout.field][0]).itemsize, line)
     for field in (layout.field, *names) if layout.keeps_field else names:
         dtype, units, long_name = FIELDS.get(field, (np.float32, layout.recorded_units, ""))

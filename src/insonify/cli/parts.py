@@ -1,0 +1,116 @@
+"""Commands about runs that many processes share: plan, status."""
+
+import math
+import shlex
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from insonify.cli.arguments import InputError
+from insonify.part import Part
+
+TIME_MARGIN, MEMORY_MARGIN = 2.0, 1.5
+"""Requested time and memory of a task over the estimate, which is right within a factor of two [1]."""
+LEAST_MINUTES, LEAST_MEGABYTES = 5, 500
+MOST_RANGES = 12
+"""Ranges of missing pings that are listed [1]."""
+
+
+def plan(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="Scenario file (YAML).")],
+    tasks: Annotated[int, typer.Option(metavar="N", min=1, help="Number of tasks that share the pings.")],
+    out: Annotated[
+        Path | None, typer.Option("-o", "--out", metavar="OUT", help="Folder of the recording. [default: FILE.zarr]")
+    ] = None,
+    sbatch: Annotated[bool, typer.Option("--sbatch", help="For SLURM: sbatch script.sh.")] = False,
+    labels: Annotated[bool, typer.Option("--labels", help="With labels.")] = False,
+) -> None:
+    """Print the script of a job array that simulates a scenario in N parts, with time and memory of each task.
+
+    Example: insonify plan harbour.yaml --tasks 8 > parts.sh; bash parts.sh
+
+    Example: insonify plan harbour.yaml --tasks 64 --sbatch > parts.sh; sbatch parts.sh
+    """
+    from insonify.estimates.run_cost import estimate_cost
+    from insonify.scenario.load import load_scenario
+
+    scenario = load_scenario(file)
+    pings = scenario.track.ping_count
+    if tasks > pings:
+        raise InputError(f"--tasks {tasks}: the track has {pings} pings. Give {pings} at most")
+    whole = estimate_cost(scenario, labels=labels, threads=1)
+    task = whole.of_task(tasks)
+    target = out or file.with_suffix(".zarr")
+    words = ["insonify", "run", str(file), "-o", str(target), *["--labels"] * labels]
+    command = shlex.join([*words, "--threads", "1", "--quiet", "--part"])
+    first = shlex.join([*words, "--pings", "0"])
+    head = [
+        "#!/bin/bash",
+        f"# all: {whole.summary()}",
+        f"# each of {tasks} tasks, on one core: {task.summary()}",
+        f"# once before, to create the recording and compile: {first}",
+        f"# afterwards, what is missing: insonify status {shlex.quote(str(target))} --tasks {tasks}",
+    ]
+    if sbatch:
+        minutes = math.ceil(max((task.seconds + task.compiling) * TIME_MARGIN / 60, LEAST_MINUTES))
+        megabytes = math.ceil(max(task.memory * MEMORY_MARGIN / 1e6, LEAST_MEGABYTES))
+        slurm = {
+            "job-name": file.stem, "array": f"1-{tasks}", "cpus-per-task": 1, "mem": f"{megabytes}M",
+            "time": f"{minutes // 60}:{minutes % 60:02d}:00", "output": f"{file.stem}-%a.log",
+        }  # fmt: skip
+        head[1:1] = [f"#SBATCH --{name}={value}" for name, value in slurm.items()]
+        lines = [*head, f'{command} "$SLURM_ARRAY_TASK_ID/{tasks}"']
+    else:
+        lines = [*head, f'seq {tasks} | xargs -P "$(nproc)" -I {{}} {command} {{}}/{tasks}']
+    typer.echo("\n".join(lines))
+
+
+def status(
+    recording: Annotated[Path, typer.Argument(metavar="OUT", help="Recording made by `insonify run`.")],
+    tasks: Annotated[
+        int | None, typer.Option(metavar="N", min=1, help="Number of tasks of the plan: list the unfinished parts.")
+    ] = None,
+) -> None:
+    """List what a recording holds, and what is missing: pings, labels, parts of a job array.
+
+    Example: insonify status harbour.zarr --tasks 64
+    """
+    from insonify.formats.label_store import labelled_pings
+    from insonify.formats.shards import row_array
+    from insonify.formats.zarr_store import loose_pings, pings_of_part, recorded_pings, require_recording
+
+    require_recording(recording)
+    there = recorded_pings(recording)
+    lines = [f"{recording}: {_of(there.sum(), there.size)} pings recorded"]
+    if row_array(recording, "done").per_shard > 1:
+        lines.append(f"  {loose_pings(recording):,} of them loose, the others in shards")
+    wanted = there
+    if (recording / "labels" / "zarr.json").is_file():
+        labelled = labelled_pings(recording)
+        lines.append(f"  {_of(labelled.sum(), labelled.size)} pings labelled")
+        wanted = there & labelled
+    if missing := _ranges((~wanted).nonzero()[0].tolist()):
+        more = f" and {len(missing) - MOST_RANGES:,} more ranges" if len(missing) > MOST_RANGES else ""
+        lines.append(f"  missing: {', '.join(missing[:MOST_RANGES])}{more}, by --pings of insonify run")
+    if tasks is not None:
+        unfinished = [
+            number
+            for number in range(1, tasks + 1)
+            if not all(wanted[ping] for ping in pings_of_part(recording, Part(number, tasks)))
+        ]
+        array = ",".join(part.replace(":", "-") for part in _ranges(unfinished, inclusive=True))
+        lines.append(f"  unfinished parts of {tasks}: {array or 'none'}" + f" (sbatch --array={array})" * bool(array))
+    typer.echo("\n".join(lines))
+
+
+def _of(some: int, whole: int) -> str:
+    """Such as `30 of 100`, or `all 100`."""
+    return f"all {whole:,}" if some == whole else f"{some:,} of {whole:,}"
+
+
+def _ranges(numbers: list[int], *, inclusive: bool = False) -> list[str]:
+    """Runs of consecutive numbers as they are typed, such as 3, 10:20 (20 not included unless `inclusive`)."""
+    starts = [k for k in range(len(numbers)) if not k or numbers[k] != numbers[k - 1] + 1]
+    runs = [(numbers[a], numbers[b - 1]) for a, b in zip(starts, [*starts[1:], len(numbers)], strict=False)]
+    return [f"{first}" if first == last else f"{first}:{last + (not inclusive)}" for first, last in runs]

@@ -1,0 +1,71 @@
+"""A plan is a script that runs, and a status names what is missing."""
+
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from insonify.cli import main
+from insonify.formats import shards
+from insonify.formats.zarr_store import create_recording, write_ping
+from insonify.records.recording import RecordingLayout
+
+SAME = {"scenario": "title: here", "seed": 1, "version": "0"}
+
+
+@pytest.fixture
+def harbour(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Path:
+    """A scenario of one ping in an empty folder."""
+    monkeypatch.chdir(tmp_path)
+    main(["new", "our harbour"])
+    capsys.readouterr()
+    return Path("our harbour.yaml")
+
+
+@pytest.mark.parametrize("options", [[], ["--sbatch", "--labels", "-o", "x y.zarr"]])
+def test_a_plan_is_a_script(harbour: Path, capsys: pytest.CaptureFixture[str], options: list[str]) -> None:
+    """The shell can read it; it runs one part a task, and states time and memory."""
+    text = harbour.read_text().replace("pings: 1", "pings: 30")
+    harbour.write_text(text)
+    assert main(["plan", str(harbour), "--tasks", "8", *options]) == 0
+    script = capsys.readouterr().out
+    assert subprocess.run(["bash", "-n"], input=script, text=True, check=False).returncode == 0
+    assert "# each of 8 tasks, on one core: 4 pings, about" in script
+    if options:
+        for line in ("#SBATCH --array=1-8\n", "#SBATCH --time=0:", "#SBATCH --mem=", '--part "$SLURM_ARRAY_TASK_ID/8"',
+                     "insonify run 'our harbour.yaml' -o 'x y.zarr' --labels --threads 1"):  # fmt: skip
+            assert line in script
+        assert script.index("#SBATCH") < script.index("\n# ")  # SLURM reads until the first command
+    else:
+        shown = script.splitlines()[-1].replace("insonify", "echo", 1)
+        said = subprocess.run(["bash", "-c", shown], capture_output=True, text=True, check=True).stdout
+        assert sorted(line.split()[-1] for line in said.splitlines()) == [f"{k}/8" for k in range(1, 9)]
+        assert "run our harbour.yaml -o our harbour.zarr" in said
+    assert main(["plan", str(harbour), "--tasks", "31"]) == 2
+    assert "--tasks 31: the track has 30 pings. Give 30 at most" in capsys.readouterr().err
+
+
+def test_a_status_names_what_is_missing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Pings as --pings takes them, parts as --array takes them; a folder that is no recording is refused."""
+    monkeypatch.setattr(shards, "FEWEST_PINGS", 4)
+    monkeypatch.setattr(shards, "MOST_PINGS", 4)
+    path, place = tmp_path / "a.zarr", np.zeros((20, 3))
+    layout = RecordingLayout("intensity", np.arange(3.0), np.arange(20.0), np.zeros(1), place, place)
+    create_recording(path, layout, SAME)
+    for ping in (0, 1, 2, 3, 9, 16, 17, 18, 19):
+        write_ping(path, ping, np.ones((1, 3)))
+    assert main(["status", str(path), "--tasks", "5"]) == 0
+    said = capsys.readouterr().out
+    assert "9 of 20 pings recorded" in said and "9 of them loose" in said
+    assert "missing: 4:9, 10:16, by --pings" in said
+    assert "unfinished parts of 5: 2-4 (sbatch --array=2-4)" in said
+    for ping in set(range(20)) - {0, 1, 2, 3, 9, 16, 17, 18, 19}:
+        write_ping(path, ping, np.ones((1, 3)))
+    assert main(["status", str(path), "--tasks", "5"]) == 0
+    said = capsys.readouterr().out
+    assert "all 20 pings recorded" in said and "missing" not in said and "unfinished parts of 5: none" in said
+    assert main(["status", str(tmp_path)]) == 2
+    assert "not a recording" in capsys.readouterr().err
