@@ -1,4 +1,4 @@
-"""Axes, and how one set of axes lies in another.
+"""Coordinate frames and the rotations between them.
 
 World: x north, y east, z down; z = 0 is the mean sea surface, so z is depth.
 Body: x to the bow, y to starboard, z down.

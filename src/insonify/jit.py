@@ -54,7 +54,7 @@ class Kernel:
 
     @property
     def _numba_type_(self) -> Any:
-        """Type by which the compiler knows this kernel where another one calls it."""
+        """Numba type of this kernel, for calls from other kernels."""
         return self.dispatcher._numba_type_
 
     def __call__(self, *arguments: Any) -> Any:
@@ -84,7 +84,7 @@ class Intrinsic:
 
     @functools.cached_property
     def _numba_type_(self) -> Any:
-        """Type by which the compiler knows it where a kernel calls it."""
+        """Numba type of this function, for calls from kernels."""
         from numba.core import types
         from numba.core.typing.templates import make_intrinsic_template
 

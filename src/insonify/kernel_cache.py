@@ -77,7 +77,7 @@ def cache_folder(package: Path) -> Callable[[Path], Path]:
 
 
 def _numba_cache_settings() -> tuple[str, list[str]]:
-    """Folder that the user named for machine code, and classes of places in the order wanted; empty: as numba has it.
+    """Folder that the user named for machine code, and cache locators in order of preference; empty: numba's defaults.
 
     Numba's configuration is read where it has been imported, or reads a file of settings; importing it takes a second.
     """
@@ -98,7 +98,7 @@ def _cache_subfolder(root: Path, folder: Path) -> Path:
 
 
 def _user_cache() -> Path:
-    """The user's own place for numba's files; the module of numba that knows it is loaded alone, without numba."""
+    """The user's folder of numba's files, by the module of numba that determines it, loaded without importing numba."""
     numba = importlib.util.find_spec("numba")
     assert numba is not None and numba.origin is not None
     spec = importlib.util.spec_from_file_location("_appdirs", Path(numba.origin).parent / "misc" / "appdirs.py")

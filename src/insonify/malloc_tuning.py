@@ -1,6 +1,6 @@
-"""Memory that one ping frees is what the next one needs: the C library is set to keep it meanwhile.
+"""Settings of the C library that keep freed memory for the next ping.
 
-By its own choice glibc gives every large array back to the system and allocates it anew, and the system fills it with
+By default glibc returns every large array to the system and requests it again, and the system fills it with
 zeros page by page: a tenth of the time of a ping, and more on a virtual machine.
 
 Source: mallopt(3), the Linux manual pages: M_TRIM_THRESHOLD and M_MMAP_THRESHOLD.

@@ -80,7 +80,7 @@ class Model(BaseModel):
     @model_validator(mode="before")
     @classmethod
     def _refuse_former_names(cls, values: Any) -> Any:
-        """Answer a key or value that was renamed with its new name."""
+        """Report the new name of a key or value that was renamed."""
         if isinstance(values, dict):
             raise_errors(_former_names(cls, values))
         return values

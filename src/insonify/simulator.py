@@ -426,14 +426,14 @@ def _sums(
         ground: Fast reverberation of its seabed; None: the seabed comes in blocks, as all else.
         known: Energies of the seabed by the fast reverberation; None: not yet evaluated.
     """
-    wants = accumulator.requirements
-    engine = simulator.tracer if wants.rays else _engine(simulator.engine, wants, pool, ground)
-    blocks = engine.blocks(geometry, quadrature=wants.quadrature)
+    required = accumulator.requirements
+    engine = simulator.tracer if required.rays else _engine(simulator.engine, required, pool, ground)
+    blocks = engine.blocks(geometry, quadrature=required.quadrature)
 
     def blocks_sum(some: list[Any]) -> Any:
         buffer = accumulator.empty()
         for block in some:
-            for pairs in engine.pair_batches(geometry, block, include_negligible=wants.negligible_pairs):
+            for pairs in engine.pair_batches(geometry, block, include_negligible=required.negligible_pairs):
                 accumulator.add(buffer, pairs)
         return buffer
 
@@ -448,21 +448,21 @@ def _sums(
     if known is not None:
         buffers.append(known)
     elif ground is not None:
-        buffers.append(reduce(iadd, ground.accumulate(pool.map, samples_sum, labelled=wants.origins)))
+        buffers.append(reduce(iadd, ground.accumulate(pool.map, samples_sum, labelled=required.origins)))
     return reduce(iadd, buffers) if buffers else accumulator.empty()
 
 
 def _engine(
-    engine: EigenrayEngine, wants: Requirements, pool: WorkerPool, ground: FastReverberation | None
+    engine: EigenrayEngine, required: Requirements, pool: WorkerPool, ground: FastReverberation | None
 ) -> EigenrayEngine:
     """The eigenray engine for one sum: its contributions, its density of scatterers, its caches."""
     changes: dict[str, Any] = {} if ground is None else {"choice": ground.remaining_choice}
     choice = changes.get("choice", engine.choice)
-    if wants.max_scatterers_per_cell < choice.scatterers_per_cell:
-        changes["choice"] = choice.unchecked_copy(scatterers_per_cell=wants.max_scatterers_per_cell)
-    if wants.quadrature:
+    if required.max_scatterers_per_cell < choice.scatterers_per_cell:
+        changes["choice"] = choice.unchecked_copy(scatterers_per_cell=required.max_scatterers_per_cell)
+    if required.quadrature:
         changes["delay_field"] = None  # an expectation is a mean over random delays
-    if wants.approximate_edges:
+    if required.approximate_edges:
         changes["approximate_edges"] = True
     if isinstance(pool, SerialPool):
         changes["terrain_occlusion"] = pool.terrain_occlusion  # of this ping alone

@@ -75,7 +75,7 @@ def test_lines_reach_the_last_echo_and_zones_of_equal_slices_are_merged():
 
 
 def test_the_ground_along_a_line_is_that_of_the_position():
-    """Heights read along lines, across pieces of the map, are those of a sine within linear interpolation."""
+    """Heights read along lines, across tiles of the map, are those of a sine within linear interpolation."""
     wave, height = 8.0, 1.0
     terrain_occlusion = seen_from(bed_of(Corduroy(wave, height)))
     zone = np.searchsorted(terrain_occlusion.profiles.edges, 40.0)

@@ -160,17 +160,17 @@ def test_a_world_turned_as_a_whole_sounds_the_same() -> None:
 
 
 def test_the_map_is_the_ground() -> None:
-    """Heights on the nodes of a piece within a thousandth of their rms, slopes within a hundredth."""
+    """Heights on the nodes of a tile within a thousandth of their rms, slopes within a hundredth."""
     bed = build_simulator(made()).engine.scene.seabed.terrain
     assert bed is not None
     kept = TerrainMap(bed)
-    piece = 2, -3
-    (row,) = rows = kept.claim(np.array([piece]))
+    tile = 2, -3
+    (row,) = rows = kept.claim(np.array([tile]))
     kept.draw(rows)
     node = np.arange(65)
-    along, across = ((number * 64 + node) * kept.cell for number in piece)
+    along, across = ((number * 64 + node) * kept.cell for number in tile)
     height, slope = bed.relief.resolved.sample_in_grid_axes(along[:, None], across[None, :])
-    off = kept.pieces[row] - np.concatenate([height[..., None], slope], axis=-1)
+    off = kept.nodes[row] - np.concatenate([height[..., None], slope], axis=-1)
     assert off[..., 0].std() < 0.005 * height.std()
     assert off[..., 1:].std() < 0.01 * slope.std()
 

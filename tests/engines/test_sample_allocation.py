@@ -138,7 +138,7 @@ def test_lines_in_longer_steps_cover_the_same_ground():
 
 
 def test_every_piece_that_a_line_reads_is_requested():
-    """200 lines at any angle, in steps of 1 to 8: the pieces under all their samples, one by one, are among those."""
+    """200 lines at any angle, in steps of 1 to 8: the tiles under all their samples, one by one, are among those."""
     rng = np.random.default_rng(4)
     bearing, lines = rng.uniform(0, 2 * np.pi, 200), np.zeros((200, 9))
     bearing[:4] = np.arange(4) * np.pi / 2
@@ -158,15 +158,15 @@ def test_every_piece_that_a_line_reads_is_requested():
 
 
 def test_ground_along_a_line_is_that_of_the_map():
-    """Heights of a plane are exact, slopes those of the nearest node; across pieces, forwards and back."""
+    """Heights of a plane are exact, slopes those of the nearest node; across tiles, forwards and back."""
     slot, node = np.zeros((4, 4), np.uint32), np.arange(65)
-    pieces = np.zeros((16, 65, 65, 3), np.float32)
+    nodes = np.zeros((16, 65, 65, 3), np.float32)
     for row, (a, b) in enumerate((a, b) for a in range(-2, 2) for b in range(-2, 2)):
         slot[a + 2, b + 2] = row
         x, y = (a * 64 + node)[:, None], (b * 64 + node)[None, :]
-        pieces[row, :, :, 0], pieces[row, :, :, 1], pieces[row, :, :, 2] = 0.01 * x - 0.03 * y, x + 0 * y, y + 0 * x
+        nodes[row, :, :, 0], nodes[row, :, :, 1], nodes[row, :, :, 2] = 0.01 * x - 0.03 * y, x + 0 * y, y + 0 * x
     where, depth, slope = np.empty(500, np.uint32), np.empty(500, np.float32), np.empty((2, 500), np.float32)
-    frame, tiles = RadialFrame(65.3, 61.9, 0.0, 0.2), MapTiles(0.5, slot, pieces, False)
+    frame, tiles = RadialFrame(65.3, 61.9, 0.0, 0.2), MapTiles(0.5, slot, nodes, False)
     for bearing in np.linspace(0, 2 * np.pi, 17):
         line = np.array([np.cos(bearing), np.sin(bearing), 0, 0, 0, 60.0, 0.37, 0, 1])
         _radial_terrain_kernel.sample_radial_terrain(frame, line, 300, 0.0, tiles, where, depth, slope)

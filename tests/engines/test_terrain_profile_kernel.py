@@ -45,10 +45,10 @@ def test_the_slice_of_a_point_is_its_bearing_in_steps_of_its_zone(count):
         north, east = at - place[:2]
         zone = min(int(np.searchsorted(EDGES, np.hypot(north, east))), 2)
         among = np.mod(np.arctan2(east, north) - heading, 2 * np.pi) / (2 * np.pi) * COUNTS[zone]
-        piece = STARTS[zone] + int(among)
-        fours = 2 ** int(merged[piece // 8])
-        piece -= piece % fours
-        expected.append(found if abs(among - round(among)) < 1e-5 else piece)
+        index = STARTS[zone] + int(among)
+        fours = 2 ** int(merged[index // 8])
+        index -= index % fours
+        expected.append(found if abs(among - round(among)) < 1e-5 else index)
         want |= {int(found)} if home[found] < 0 else set()
     np.testing.assert_array_equal(own, expected)
     np.testing.assert_allclose(distance, np.hypot(*(position - place[:2]).T), rtol=1e-14)
@@ -116,8 +116,8 @@ def test_a_middle_line_is_the_mean_of_the_bearings_that_it_stands_for(zone):
 @pytest.mark.parametrize("count", [1, SAMPLES_PER_RUN - 1, SAMPLES_PER_RUN, SAMPLES_PER_RUN + 1, 240])
 @pytest.mark.parametrize("here", [(0.0, 0.0), (-63.99, 31.7)])
 def test_ground_along_a_line_is_the_map_read_sample_by_sample(count, here):
-    """16 directions, those of the axes among them, across pieces of 32 m: within a ten-thousandth of a cell's slope."""
-    ground = map_of(swell(1), 0.5, first=(-6, -6), pieces=(12, 12))
+    """16 directions, those of the axes among them, across tiles of 32 m: within a ten-thousandth of a cell's slope."""
+    ground = map_of(swell(1), 0.5, first=(-6, -6), tiles=(12, 12))
     angle = np.concatenate([np.arange(4) * np.pi / 2, np.random.default_rng(2).uniform(0, 2 * np.pi, 12)])
     rays = np.repeat(np.stack([np.cos(angle), np.sin(angle)], axis=-1)[:, None], 2, axis=1)
     firsts, depth = np.array([0, count // 2, count]), np.full((16, count), np.nan, np.float32)
@@ -131,10 +131,10 @@ def test_ground_along_a_line_is_the_map_read_sample_by_sample(count, here):
     np.testing.assert_allclose(depth, 20 - ground.read(a, b), atol=5e-6)
 
 
-def test_pieces_that_are_missing_are_named_and_nothing_else_is():
-    """One hole of the map: lines that cross it name that piece alone, and are whole when it is there."""
+def test_tiles_that_are_missing_are_named_and_nothing_else_is():
+    """One hole of the map: lines that cross it name that tile alone, and are whole when it is there."""
     height, hole = swell(3), (1, 0)
-    holed = map_of(height, 0.5, first=(-6, -6), pieces=(12, 12), missing=(hole,))
+    holed = map_of(height, 0.5, first=(-6, -6), tiles=(12, 12), missing=(hole,))
     angle = np.linspace(-1, 1, 21)
     rays, firsts = np.stack([np.cos(angle), np.sin(angle)], axis=-1)[:, None], np.array([0, 250])
     depth, done, wanted = np.empty((21, 250), np.float32), np.zeros(4, bool), holed.none_wanted()
@@ -145,14 +145,14 @@ def test_pieces_that_are_missing_are_named_and_nothing_else_is():
     inside = (np.floor(a / 0.5 / CELLS) == 1) & (np.floor(b / 0.5 / CELLS) == 0)
     stretch = np.arange(250) // SAMPLES_PER_RUN
     np.testing.assert_array_equal(done, [not inside[:, stretch == k].any() for k in range(4)])
-    whole = map_of(height, 0.5, first=(-6, -6), pieces=(12, 12))
+    whole = map_of(height, 0.5, first=(-6, -6), tiles=(12, 12))
     assert sample_profiles(np.array([3.0, 2.0]), rays, 0.5, firsts, 20.0, whole.pages, whole.none_wanted(), done, depth)
     np.testing.assert_allclose(depth, 20 - whole.read(a, b), atol=5e-6)
 
 
 def test_beyond_the_map_its_border_is_named():
-    """A line that leaves the pieces there are: the first corner of the border represents whatever lies beyond."""
-    ground = map_of(swell(4), 0.5, first=(-1, -1), pieces=(2, 2))
+    """A line that leaves the tiles there are: the first corner of the border represents whatever lies beyond."""
+    ground = map_of(swell(4), 0.5, first=(-1, -1), tiles=(2, 2))
     depth, wanted = np.empty((1, 100), np.float32), ground.none_wanted()
     ray = np.array([[[1.0, 0.0]]])
     assert not sample_profiles(

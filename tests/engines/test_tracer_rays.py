@@ -59,7 +59,7 @@ def test_a_table_is_its_own_inverse():
     """Positions of even parts have the density that was requested: histogram against weights."""
     weight = RNG.uniform(0, 1, 20) * (np.arange(20) != 7)
     one = tabulated_density(-1.0, 3.0, weight)
-    found, _ = np.histogram(one.place((np.arange(100_000) + 0.5) / 100_000), np.linspace(-1, 3, 21))
+    found, _ = np.histogram(one.quantile((np.arange(100_000) + 0.5) / 100_000), np.linspace(-1, 3, 21))
     np.testing.assert_allclose(found / 100_000, weight / weight.sum(), atol=2e-5)
     np.testing.assert_allclose(one.density(np.linspace(-0.9, 2.9, 20)) * 0.2, weight / weight.sum(), rtol=1e-9)
     assert one.density(np.array([-1.5, 3.5])).max() == 0

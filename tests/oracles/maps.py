@@ -9,19 +9,19 @@ from insonify.scene.heightmap_cache import CELLS, NODES, HeightmapTiles
 
 @dataclass(frozen=True)
 class Map:
-    """Some pieces of a map of a height that is told by a function of two coordinates."""
+    """Some tiles of a map of a height that is told by a function of two coordinates."""
 
     height: object
     pages: HeightmapTiles
     shape: tuple[int, int]
-    """Rows and columns of pieces, the border among them."""
+    """Rows and columns of tiles, the border among them."""
 
     def none_wanted(self):
-        """Where a kernel says which pieces are missing."""
+        """Where a kernel says which tiles are missing."""
         return np.zeros(self.shape, bool)
 
     def named(self, wanted):
-        """Numbers of the pieces that a kernel wants."""
+        """Numbers of the tiles that a kernel wants."""
         return (np.argwhere(wanted) + np.array([self.pages.corner_a, self.pages.corner_b])).tolist()
 
     def read(self, a, b):
@@ -36,13 +36,13 @@ class Map:
         return self.height(i * self.pages.cell, j * self.pages.cell).astype(np.float32).astype(float)
 
 
-def map_of(height, cell, *, first=(-2, -2), pieces=(4, 4), missing=()):
-    """So many pieces from the first on, all but those missing, which are numbered as the pieces are."""
-    row_of = np.full((pieces[0] + 2, pieces[1] + 2), -1, np.int32)
+def map_of(height, cell, *, first=(-2, -2), tiles=(4, 4), missing=()):
+    """So many tiles from the first on, all but those missing, which are numbered as the tiles are."""
+    row_of = np.full((tiles[0] + 2, tiles[1] + 2), -1, np.int32)
     kept = [np.zeros((NODES, NODES), np.float32)]
     nodes = np.arange(NODES)
-    for i in range(first[0], first[0] + pieces[0]):
-        for j in range(first[1], first[1] + pieces[1]):
+    for i in range(first[0], first[0] + tiles[0]):
+        for j in range(first[1], first[1] + tiles[1]):
             if (i, j) not in missing:
                 row_of[i - first[0] + 1, j - first[1] + 1] = len(kept)
                 a, b = (i * CELLS + nodes) * cell, (j * CELLS + nodes) * cell

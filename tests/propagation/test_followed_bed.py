@@ -14,7 +14,7 @@ ROUGH = swell(1, rms=0.06, shortest_wavelength=6.0)
 
 def ground_of(height=ROUGH):
     """A map of 96 m square."""
-    return map_of(height, 0.25, first=(-3, -3), pieces=(6, 6))
+    return map_of(height, 0.25, first=(-3, -3), tiles=(6, 6))
 
 
 def frame_of(north=0.0, east=0.0, heading=0.0):
@@ -139,11 +139,11 @@ def test_points_that_have_their_ways_are_not_touched():
     np.testing.assert_array_equal(made.residual_variance[:, ~done], every.residual_variance[:, ~done])
 
 
-def test_only_who_reads_a_missing_piece_waits_for_it():
+def test_only_reads_of_a_missing_tile_are_deferred():
     """A hole in the map: those that are done have the bits of the whole map; asked again with it, all have."""
     points = points_about(5, 200)
     whole, *_ = followed("BSB", points)
-    holed = map_of(ROUGH, 0.25, first=(-3, -3), pieces=(6, 6), missing=((0, -1),))
+    holed = map_of(ROUGH, 0.25, first=(-3, -3), tiles=(6, 6), missing=((0, -1),))
     made, done, wanted = followed("BSB", points, ground=holed)
     assert 0 < done.sum() < 200
     assert holed.named(wanted) == [[0, -1]]

@@ -71,7 +71,7 @@ def test_more_elements_than_their_covariance_fits_are_refused():
     [
         ({"gain": {"tvg_db_per_decade": 30}}, "without a converter there is nothing between"),
         ({"adc": {"full_scale_db": 80}}, "noise alone is 83 dB"),
-        ({"adc": {"full_scale_db": 200, "bits": 8}}, "rounded to silence"),
+        ({"adc": {"full_scale_db": 200, "bits": 8}}, "rounded to 0"),
         ({"gain": {"fixed_db": 60}, "adc": {"full_scale_db": 140}}, "at full gain it takes 80 dB"),
     ],
 )

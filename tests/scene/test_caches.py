@@ -75,8 +75,8 @@ def bed(seed=1, **relief):
     )
 
 
-def test_pieces_of_the_map_join():
-    """The last row and column of a piece are the first of the next: no step where a shadow crosses a seam."""
+def test_tiles_of_the_map_join():
+    """The last row and column of a tile are the first of the next: no step where a shadow crosses a seam."""
     ground = bed()
     here, north, east = (ground.heightmap_synthesizer.heights(*which) for which in ((0, 0), (1, 0), (0, 1)))
     assert here.shape == (TILE_CELLS + 1, TILE_CELLS + 1)

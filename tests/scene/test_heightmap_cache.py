@@ -10,7 +10,7 @@ from insonify.scene.heightmap_cache import CELLS, NODES, HeightmapCache
 SIDE = 0.5 * CELLS
 
 
-def piece(along, across):
+def tile(along, across):
     """A page that says at each node where it lies."""
     nodes = np.arange(NODES, dtype=np.float32)
     return (along * CELLS + nodes[:, None]) * 1000 + across * CELLS + nodes
@@ -23,7 +23,7 @@ def read(paged, places, drawn=None):
     def draw(a, b):
         if drawn is not None:
             drawn.append((a, b))
-        return piece(a, b)
+        return tile(a, b)
 
     def ask(pages, wanted):
         for n in np.flatnonzero(~done):
@@ -61,7 +61,7 @@ def test_a_page_is_drawn_once():
     assert first == len(set(drawn)) == len(drawn)
 
 
-def test_threads_share_pages():
+def test_threads_share_tiles():
     """Eight readers of one small store, which forgets: each is told the map."""
     paged, rng = HeightmapCache(60 * NODES**2), np.random.default_rng(3)
     wanted = [rng.integers(-400, 400, (20, 2)) for _ in range(40)]

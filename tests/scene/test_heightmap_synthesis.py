@@ -22,10 +22,10 @@ def bed(relief=FRACTAL, seed=1, **more):
 
 
 def drawn(ground, *numbers):
-    """Some pieces as the pen draws them together, heights and slopes, shape (n, 65, 65, 3)."""
-    pieces = np.full((len(numbers), TILE_CELLS + 1, TILE_CELLS + 1, 3), np.nan, np.float32)
-    ground.heightmap_synthesizer.draw(np.arange(len(numbers)), np.array(numbers, np.int64), pieces)
-    return pieces
+    """Some tiles as the pen draws them together, heights and slopes, shape (n, 65, 65, 3)."""
+    tiles = np.full((len(numbers), TILE_CELLS + 1, TILE_CELLS + 1, 3), np.nan, np.float32)
+    ground.heightmap_synthesizer.draw(np.arange(len(numbers)), np.array(numbers, np.int64), tiles)
+    return tiles
 
 
 @pytest.fixture(scope="module")
@@ -36,9 +36,9 @@ def fractal():
 
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_heights_are_the_exact_ones_to_a_tenth_of_a_millimetre(seed):
-    """Relief of 5 cm rms, four pieces near and far: 0.1 mm rms against node by node, 0.5 mm at most anywhere."""
+    """Relief of 5 cm rms, four tiles near and far: 0.1 mm rms against node by node, 0.5 mm at most anywhere."""
     ground = bed(seed=seed)
-    off = np.array([ground.heightmap_synthesizer.heights(*piece) - heightmap_tile(ground, *piece) for piece in FAR])
+    off = np.array([ground.heightmap_synthesizer.heights(*tile) - heightmap_tile(ground, *tile) for tile in FAR])
     assert np.sqrt(np.mean(off**2)) < 1e-4 and np.abs(off).max() < 5e-4
 
 
@@ -88,17 +88,17 @@ def test_no_octave_is_drawn_on_nodes_too_few_for_it(fractal):
 
 @given(st.permutations(range(6)), st.integers(1, 6))
 @settings(max_examples=15, deadline=None)
-def test_bits_of_a_piece_do_not_depend_on_the_others(order, together):
+def test_bits_of_a_tile_do_not_depend_on_the_others(order, together):
     """Drawn alone or with others, first or last, in any row: the same bits."""
     ground, numbers = bed(), [(0, 0), (0, 1), (-5, 2), (300, -7), (1, 0), (64, 64)]
     alone = {number: drawn(ground, number)[0] for number in numbers}
     asked = [numbers[k] for k in order][:together]
-    for number, piece in zip(asked, drawn(ground, *asked), strict=True):
-        np.testing.assert_array_equal(piece, alone[number])
+    for number, tile in zip(asked, drawn(ground, *asked), strict=True):
+        np.testing.assert_array_equal(tile, alone[number])
 
 
 def test_two_pens_of_one_ground_draw_the_same(fractal):
-    """A bed settled anew, whose pen drew other pieces before, gives the same bits."""
+    """A bed settled anew, whose pen drew other tiles before, gives the same bits."""
     other = bed()
     other.heightmap_synthesizer.heights(9, 9)
     np.testing.assert_array_equal(
@@ -110,16 +110,16 @@ def test_two_pens_of_one_ground_draw_the_same(fractal):
 
 
 def test_only_the_rows_that_are_asked_for_are_written(fractal):
-    """Other pieces in the same memory keep every bit: readers may be at them."""
-    pieces = np.full((3, TILE_CELLS + 1, TILE_CELLS + 1, 3), 7.0, np.float32)
-    fractal.heightmap_synthesizer.draw(np.array([1]), np.array([[0, 0], [4, 5], [0, 0]]), pieces)
-    assert (pieces[[0, 2]] == 7).all()
-    np.testing.assert_array_equal(pieces[1], drawn(fractal, (4, 5))[0])
+    """Other tiles in the same memory keep every bit: readers may be at them."""
+    tiles = np.full((3, TILE_CELLS + 1, TILE_CELLS + 1, 3), 7.0, np.float32)
+    fractal.heightmap_synthesizer.draw(np.array([1]), np.array([[0, 0], [4, 5], [0, 0]]), tiles)
+    assert (tiles[[0, 2]] == 7).all()
+    np.testing.assert_array_equal(tiles[1], drawn(fractal, (4, 5))[0])
 
 
 @pytest.mark.parametrize("relief", [FRACTAL, RIPPLES, [FRACTAL, RIPPLES]], ids=["fractal", "ripples", "both"])
 def test_neighbours_meet_in_height_and_slope(relief):
-    """Common nodes of pieces side by side agree to 3 um and 1e-4: no cliff where a walk leaves one piece."""
+    """Common nodes of tiles side by side agree to 3 um and 1e-4: no cliff where a walk leaves one tile."""
     ground = bed(relief)
     here, north, east = drawn(ground, (2, 5), (3, 5), (2, 6))
     for mine, theirs in ((here[-1], north[0]), (here[:, -1], east[:, 0])):
@@ -170,8 +170,8 @@ def test_gaps_of_a_survey_stay_gaps(tmp_path):
 
 def test_slopes_are_what_heights_rise_by(fractal):
     """Trapezoid over slopes gives the rise of each row and column to 3 % of its range: one drawing, not two."""
-    piece = drawn(fractal, (3, -2))[0].astype(float)
+    tile = drawn(fractal, (3, -2))[0].astype(float)
     for axis in (0, 1):
-        height, slope = (np.moveaxis(piece[..., k], axis, 0) for k in (0, 1 + axis))
+        height, slope = (np.moveaxis(tile[..., k], axis, 0) for k in (0, 1 + axis))
         rise = np.cumsum((slope[1:] + slope[:-1]) / 2 * fractal.heightmap_cell_size, axis=0)
         assert np.abs(rise - (height[1:] - height[0])).max() < 0.03 * np.ptp(height)

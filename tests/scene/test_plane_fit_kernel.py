@@ -22,7 +22,7 @@ def ellipses(seed, count, *, within=20.0, longest=6.0):
 
 
 def fitted(ground, ask, pattern):
-    """Fit them all; which are known, and the pieces that are missing."""
+    """Fit them all; which are known, and the tiles that are missing."""
     known, wanted = np.ones(len(ask.a), bool), ground.none_wanted()
     fit_planes(ask, len(ask.a), pattern, ground.pages, wanted, known)
     return known, wanted
@@ -76,8 +76,8 @@ def test_of_a_plane_nothing_is_left():
 
 
 def test_ellipses_are_answered_alone_as_in_company_and_on_a_wider_map():
-    """Any order and any part of them, more pieces about: the same bits. Those not asked for keep what they had."""
-    near, wide = map_of(swell(2), CELL), map_of(swell(2), CELL, first=(-5, -4), pieces=(9, 11))
+    """Any order and any part of them, more tiles about: the same bits. Those not asked for keep what they had."""
+    near, wide = map_of(swell(2), CELL), map_of(swell(2), CELL, first=(-5, -4), tiles=(9, 11))
     every = ellipses(4, 120)
     fitted(near, every, LARGE[1])
     order = np.random.default_rng(5).permutation(120)
@@ -131,7 +131,7 @@ def test_ground_that_is_unknown_counts_as_the_mean_and_less_than_half_comes_down
     assert np.sum(np.array(seen) == 0) > 20 and np.sum((np.array(seen) > 0) & (np.array(seen) < 1)) > 50
 
 
-def test_missing_pieces_are_named_and_only_those_who_read_them_wait():
+def test_missing_tiles_are_reported_and_only_their_reads_are_deferred():
     """A hole in the map: the ellipses with a sample in it; beyond the map the border's first corner."""
     holed = map_of(swell(10), CELL, missing=((0, -1),))
     ask = ellipses(11, 200, within=28.0, longest=2.0)

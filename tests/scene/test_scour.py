@@ -71,16 +71,16 @@ def test_the_map_of_shadows_has_the_moat():
     """Nodes of the map, by the quick way's and by the general one's, lie where the ground does, to a millimetre."""
     bed = Scene(seabed={"depth": 20.0}, targets=[{**DRUM, "scour": MOAT}]).seabed.terrain
     side = bed.heightmap_cell_size * 64
-    piece = (int(4.0 // side), int(60.0 // side))
+    tile = (int(4.0 // side), int(60.0 // side))
     node = np.arange(65)
-    a, b = ((number * 64 + node) * bed.heightmap_cell_size for number in piece)
+    a, b = ((number * 64 + node) * bed.heightmap_cell_size for number in tile)
     truth = bed.relief.height(a[:, None], b[None, :])
     assert truth.min() < -0.15
-    np.testing.assert_allclose(bed.heightmap_synthesizer.heights(*piece), truth, atol=1e-6)
+    np.testing.assert_allclose(bed.heightmap_synthesizer.heights(*tile), truth, atol=1e-6)
     kept = TerrainMap(bed)
-    (row,) = rows = kept.claim(np.array([piece]))
+    (row,) = rows = kept.claim(np.array([tile]))
     kept.draw(rows)
-    np.testing.assert_allclose(kept.pieces[row][..., 0], truth, atol=1e-3)
+    np.testing.assert_allclose(kept.nodes[row][..., 0], truth, atol=1e-3)
 
 
 @pytest.mark.filterwarnings("ignore::insonify.validity.PhysicsWarning")

@@ -29,18 +29,18 @@ def bed(relief=FRACTAL, **more):
 
 
 def small(monkeypatch, rows=4):
-    """A map with room for a few pieces only."""
-    monkeypatch.setattr(module, "MAX_PIECES", rows)
+    """A map with room for a few tiles only."""
+    monkeypatch.setattr(module, "MAX_TILES", rows)
     return TerrainMap(bed())
 
 
 def numbers(*rows):
-    """Numbers of some pieces."""
+    """Numbers of some tiles."""
     return np.array(rows, np.int64).reshape(-1, 2)
 
 
 def where(kept, along, across):
-    """Row of a piece that is there, or None."""
+    """Row of a tile that is there, or None."""
     i, j = along % AROUND, across % AROUND
     return int(kept.slot[i, j]) if tuple(kept.number[i, j]) == (along, across) else None
 
@@ -67,68 +67,68 @@ def test_cubics_are_filled_in_exactly(margin, count):
     np.testing.assert_array_equal(fine[:, :, nodes:], 1)
 
 
-@pytest.mark.parametrize("piece", [(0, 0), (-3, 700), (40_000, -40_000)])
+@pytest.mark.parametrize("tile", [(0, 0), (-3, 700), (40_000, -40_000)])
 @pytest.mark.parametrize("per_cell", [0.05, 1.2, 6.0])
-def test_an_octave_on_every_node_is_the_octave(piece, per_cell):
+def test_an_octave_on_every_node_is_the_octave(tile, per_cell):
     """Vectors of single precision against place after place in double: 1e-5 of the largest, however fine or far."""
     cell, whole = 0.0625, unit_octave(per_cell * 0.0625, seed=3, layer=2)
     turn, shift_a, shift_b, _ = whole.placed()[0]
     k0, k1 = random_keys.stream_key(3, random_keys.TERRAIN)
     octave = np.array([[whole.pitch[0], 2 * np.pi * turn, shift_a, shift_b, whole.amplitude[0]]])
     into = np.empty((TILE_CELLS + 1, TILE_CELLS + 1, 3), np.float32)
-    synthesize_octaves(*piece, cell, octave, np.array([[1, 0, 4, k0, k1]]), quantiles(), into)
-    along, across = ((number * TILE_CELLS + np.arange(TILE_CELLS + 1)) * cell for number in piece)
+    synthesize_octaves(*tile, cell, octave, np.array([[1, 0, 4, k0, k1]]), quantiles(), into)
+    along, across = ((number * TILE_CELLS + np.arange(TILE_CELLS + 1)) * cell for number in tile)
     told = whole.sample(along[:, None], across[None])
     np.testing.assert_allclose(into[..., 0], told.height, atol=1e-5 * np.abs(told.height).max())
     np.testing.assert_allclose(into[..., 1:], told.slope, atol=2e-5 * np.abs(told.slope).max())
 
 
-def test_slopes_of_a_piece_are_the_grounds():
+def test_slopes_of_a_tile_are_the_grounds():
     """Octaves filled in by cubics change slopes by 0.7 % in the mean square, and none by more than 5 %."""
     ground = bed()
     kept = TerrainMap(ground)
     kept.draw(kept.claim(numbers((-2, 31))))
     along, across = ((number * TILE_CELLS + np.arange(TILE_CELLS + 1)) * kept.cell for number in (-2, 31))
     told = ground.relief.resolved.sample_in_grid_axes(along[:, None], across[None]).slope
-    off, size = kept.pieces[0, ..., 1:] - told, told.std()
+    off, size = kept.nodes[0, ..., 1:] - told, told.std()
     assert off.std() < 0.007 * size and np.abs(off).max() < 0.05 * size
 
 
 @pytest.mark.parametrize("relief", [FRACTAL, RIPPLES, [FRACTAL, RIPPLES]])
-@pytest.mark.parametrize("piece", [(0, 0), (-1, 5)])
-def test_a_piece_is_the_ground_of_its_numbers(relief, piece):
+@pytest.mark.parametrize("tile", [(0, 0), (-1, 5)])
+def test_a_tile_is_the_ground_of_its_numbers(relief, tile):
     """Fractal octaves by cubics, other kinds by their own law: heights within 1 % of their rms, either side of 0."""
     ground = bed(relief)
     kept = TerrainMap(ground)
-    (row,) = rows = kept.claim(numbers(piece))
+    (row,) = rows = kept.claim(numbers(tile))
     kept.draw(rows)
-    told = heightmap_tile(ground, *piece)
-    off = kept.pieces[row, :, :, 0] - told
+    told = heightmap_tile(ground, *tile)
+    off = kept.nodes[row, :, :, 0] - told
     assert np.abs(off).max() < 0.03 * told.std() and off.std() < 0.01 * told.std()
 
 
-def test_slopes_of_a_piece_are_those_of_its_heights():
+def test_slopes_of_a_tile_are_those_of_its_heights():
     """Trapezoid over the slopes along both axes gives the rise from node to node, to the step's square."""
     kept = TerrainMap(bed({**RIPPLES, "wavelength": 4.0}))
     kept.draw(kept.claim(numbers((3, -2))))
-    piece = kept.pieces[0].astype(float)
+    tile = kept.nodes[0].astype(float)
     for axis in (0, 1):
-        height, slope = np.moveaxis(piece[..., 0], axis, 0), np.moveaxis(piece[..., 1 + axis], axis, 0)
+        height, slope = np.moveaxis(tile[..., 0], axis, 0), np.moveaxis(tile[..., 1 + axis], axis, 0)
         rise = np.cumsum((slope[1:] + slope[:-1]) / 2 * kept.cell, axis=0)
         np.testing.assert_allclose(rise, height[1:] - height[0], atol=0.03 * np.ptp(height))
 
 
-def test_neighbouring_pieces_of_the_map_meet():
+def test_neighbouring_tiles_of_the_map_join():
     """The last nodes of one are the first of the next in height and slope, wherever they are kept."""
     kept = TerrainMap(bed())
     kept.draw(kept.claim(numbers((0, 0), (1, 0), (0, 1))))
-    here, north, east = kept.pieces[:3]
+    here, north, east = kept.nodes[:3]
     assert here.shape == (TILE_CELLS + 1, TILE_CELLS + 1, 3)
     np.testing.assert_allclose(here[-1], north[0], atol=2e-6)
     np.testing.assert_allclose(here[:, -1], east[:, 0], atol=2e-6)
 
 
-def test_a_piece_is_asked_for_once():
+def test_a_tile_is_asked_for_once():
     """What is there need not be drawn again, and keeps its row."""
     kept = TerrainMap(bed())
     first = kept.claim(numbers((0, 0), (0, 1)))
@@ -138,7 +138,7 @@ def test_a_piece_is_asked_for_once():
     assert where(kept, 0, 1) == first[1] and where(kept, 0, 0) == first[0]
 
 
-def test_the_piece_not_asked_for_longest_makes_room(monkeypatch):
+def test_the_least_recently_read_tile_is_replaced(monkeypatch):
     """Four fit: a fifth takes the place of the one that was asked for the longest time ago."""
     kept = small(monkeypatch)
     for n in range(4):
@@ -163,17 +163,17 @@ def test_what_nobody_asked_for_lately_goes_before_new_memory_is_taken(monkeypatc
     assert where(kept, 1, 0) == 1 and where(kept, 3, 0) == 2, "what was asked for lately stays"
 
 
-def test_pieces_wanted_together_do_not_push_each_other_out(monkeypatch):
+def test_tiles_requested_together_do_not_replace_each_other(monkeypatch):
     """As many as there is room for, old and new, whatever was there before."""
     kept = small(monkeypatch)
     kept.claim(numbers(*((n, 0) for n in range(4))))
     wanted = [(3, 0), (20, 1), (21, 1), (0, 0)]
     kept.claim(numbers(*wanted))
-    rows = [where(kept, *piece) for piece in wanted]
+    rows = [where(kept, *tile) for tile in wanted]
     assert None not in rows and len(set(rows)) == 4
 
 
-def test_pieces_of_one_slot_replace_each_other():
+def test_tiles_of_one_slot_replace_each_other():
     """Numbers that are alike modulo the extent of the map are told apart by their own numbers."""
     kept = TerrainMap(bed())
     kept.claim(numbers((2, 3)))
@@ -192,7 +192,7 @@ def test_the_books_of_the_map_are_kept_straight(asked):
         kept = small(patch, 5)
     for wanted in asked:
         kept.claim(numbers(*wanted))
-        assert all(where(kept, *piece) is not None for piece in wanted)
+        assert all(where(kept, *tile) is not None for tile in wanted)
         used = kept.slot[kept.slot >= 0]
         assert len(np.unique(used)) == len(used) <= 5
         for i, j in zip(*np.nonzero(kept.slot >= 0), strict=True):
@@ -200,34 +200,34 @@ def test_the_books_of_the_map_are_kept_straight(asked):
 
 
 def test_readers_at_the_same_time_find_their_ground(monkeypatch):
-    """Six threads, room for what two of them want: each reads the pieces it asked for, as they are drawn alone."""
+    """Six threads, room for what two of them want: each reads the tiles it asked for, as they are drawn alone."""
     kept, alone = small(monkeypatch, 5), TerrainMap(bed())
     asked = [numbers((n % 4, k * AROUND), (n % 4 + 1, k * AROUND)) for n in range(12) for k in (0, 1)]
 
     def read(wanted):
         with kept.reading(wanted):
-            rows = [where(kept, *piece) for piece in wanted.tolist()]
+            rows = [where(kept, *tile) for tile in wanted.tolist()]
             time.sleep(0.001)
-            return kept.pieces[rows].copy()
+            return kept.nodes[rows].copy()
 
     with ThreadPoolExecutor(6) as pool:
         found = list(pool.map(read, asked))
-    for wanted, pieces in zip(asked, found, strict=True):
-        for piece, got in zip(wanted.tolist(), pieces, strict=True):
-            alone.draw(alone.claim(numbers(piece)))
-            np.testing.assert_array_equal(got, alone.pieces[where(alone, *piece)])
+    for wanted, tiles in zip(asked, found, strict=True):
+        for tile, got in zip(wanted.tolist(), tiles, strict=True):
+            alone.draw(alone.claim(numbers(tile)))
+            np.testing.assert_array_equal(got, alone.nodes[where(alone, *tile)])
     assert not kept._readers.any()
 
 
-def test_a_piece_that_could_not_be_drawn_is_drawn_by_the_next(monkeypatch):
-    """A reader that fails leaves no blank piece behind, and nobody waits for it."""
+def test_a_tile_that_could_not_be_drawn_is_drawn_by_the_next(monkeypatch):
+    """A reader that fails leaves no blank tile behind, and nobody waits for it."""
     kept, draw = TerrainMap(bed()), TerrainMap.draw
     monkeypatch.setattr(TerrainMap, "draw", lambda *_: 1 / 0)
     with pytest.raises(ZeroDivisionError), kept.reading(numbers((0, 0))):
         pass
     monkeypatch.setattr(TerrainMap, "draw", draw)
     with kept.reading(numbers((0, 0))):
-        assert kept.pieces[where(kept, 0, 0)].std() > 0
+        assert kept.nodes[where(kept, 0, 0)].std() > 0
 
 
 def test_a_bed_has_one_map():

@@ -51,7 +51,7 @@ def write_bounced_legs(
     slowness: float, soft: bool, delay: Floats, length: Floats, spreading: Floats, absorption: Floats, boundary: Floats,
     departure: Floats, arrival: Floats, grazing: Floats, status: Floats, occluder: Floats, visibility: Floats,
 ) -> None:  # fmt: skip
-    """Write some legs of one family anew; columns are those of `Legs`, one row of each.
+    """Overwrite some legs of one family; columns are those of `Legs`, one row of each.
 
     Args:
         some: Which points they lead to, (n,).

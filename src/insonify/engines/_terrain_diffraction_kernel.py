@@ -77,12 +77,12 @@ def find_crests(
     Args:
         launch: Launch that reaches the seabed at each sample, (s, n); where none does, one that hides nothing.
         distance: Distances of the samples, evenly from the first on [m], (n,).
-        rising: True if rays rise from a bounce: lines are then walked inwards, and terrain above a ray hides.
+        rising: True if rays rise from a bounce: profiles are then processed inwards, and terrain above a ray occludes.
         wavelength: Acoustic wavelength [m].
         bound: Result, smallest launch up to each sample; of rays that rise, the largest from it on, (s, n).
         last_crest: Result, number of the last crest up to each sample, -1 for none, (s, n).
-        crests: Result, for each crest in the order of the walk: its sample, its launch, the most by which ground behind
-            lies below the ray over it [m], and of `negligible_beyond` [m], (s, n // 2 + 1, 4).
+        crests: Result, for each crest in the order of processing: its sample, its launch, the greatest depth of the
+            terrain behind it below the ray over it [m], and `negligible_beyond` [m], (s, n // 2 + 1, 4).
     """
     count, sense = launch.shape[1], np.float32(-1 if rising else 1)
     never = np.float32(np.inf)
@@ -115,7 +115,7 @@ def negligible_beyond(near: float, hollow_depth: float, wavelength: float) -> fl
     """Horizontal distance from which on a crest changes rays that clear it by less than `NEGLIGIBLE_CHANGE` [m].
 
     The hollow behind it is too shallow for the Fresnel zone, however near it a ray passes, see
-    `_knife_edge_kernel.crest_is_negligible`.
+    `insonify.propagation.knife_edge_kernel.crest_is_negligible`.
 
     Args:
         near: Distance of the crest [m].

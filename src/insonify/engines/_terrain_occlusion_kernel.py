@@ -41,11 +41,11 @@ def rising_rays_clear(
 
     Args:
         launch: Launch that would reach the seabed at each sample, (s, n).
-        highest: Largest from each sample on, (s, n): most rays pass above all that follows, and need no walk.
+        highest: Largest from each sample on, (s, n): most rays pass above all further samples.
         steepness: Launch slopes of the rays, (all,).
         rows: Line of each point, (points,).
-        start: Distance in steps from which the ray is looked at, (all,).
-        stop: Distance at which it ends, (all,).
+        start: Distance from which the ray is tested [steps], (all,).
+        stop: Distance at which it ends [steps], (all,).
         points: Which points, (points,).
         clear: Result, (all,).
     """
@@ -136,7 +136,7 @@ def segments_clear(
     lines: LineDepths, rows: Integers, points: Integers, nodes: Floats, bounce_margin: Floats, on_terrain: bool,
     penetration: float, clear: NDArray[np.bool_],
 ) -> None:  # fmt: skip
-    """Return True if paths of straight segments clear the seabed of a line; only parts below its highest are walked.
+    """Return True if paths of straight segments clear the seabed of a profile; only parts below its highest are tested.
 
     Args:
         lines: Seabed along the lines.

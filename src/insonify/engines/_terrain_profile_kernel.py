@@ -15,14 +15,14 @@ Rows = NDArray[np.int32]
 
 EAST_NEIGHBOUR, NORTH_NEIGHBOUR = np.uint32(1), np.uint32(NODES)
 SAMPLES_PER_RUN = 64
-"""Samples of one line that are taken before those of the next: neighbours read the same piece of the map."""
+"""Samples of one line that are taken before those of the next: neighbours read the same tile of the map."""
 MERGE_BLOCK_LOG2 = 3
 """Two to this power slices are merged in one decision."""
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def sample_profiles(
-    here: Floats, rays: Floats, step: float, firsts: Integers, level: float, pages: HeightmapTiles,
+    here: Floats, rays: Floats, step: float, firsts: Integers, level: float, heightmap: HeightmapTiles,
     wanted: NDArray[np.bool_], done: NDArray[np.bool_], depth: Floats,
 ) -> bool:  # fmt: skip
     """Depths of the seabed along lines, linear between the nodes of the map; sample k lies (k + 1) steps out.
@@ -33,8 +33,8 @@ def sample_profiles(
         step: Distance of samples along a line [m].
         firsts: Number of the first sample in each zone; the last number is the end of all, (zones + 1,).
         level: Depth of the plane from which heights are counted [m].
-        pages: The map.
-        wanted: Result, True for the pieces that are missing, (rows, columns) of pieces.
+        heightmap: Tiles of terrain heights.
+        wanted: Result, True for the tiles that are missing, (rows, columns) of tiles.
         done: True for runs of `SAMPLES_PER_RUN` samples of a zone that are complete already, (runs,).
         depth: Result [m], (s, samples).
 
@@ -48,7 +48,9 @@ def sample_profiles(
             if not done[stretch]:
                 there, end = True, min(begin + SAMPLES_PER_RUN, firsts[zone + 1])
                 for s in range(rays.shape[0]):
-                    there &= _sample_line(here, rays[s, zone], step, begin, end, top, pages, wanted, at, part, depth[s])
+                    there &= _sample_line(
+                        here, rays[s, zone], step, begin, end, top, heightmap, wanted, at, part, depth[s]
+                    )
                 done[stretch] = there
                 every &= there
             stretch += 1
@@ -58,28 +60,34 @@ def sample_profiles(
 @njit(cache=True, nogil=True, error_model="numpy")
 def _sample_line(
     here: NDArray[np.float64], ray: NDArray[np.float64], step: float, first: int, stop: int, top: np.float32,
-    pages: HeightmapTiles, wanted: NDArray[np.bool_], at: NDArray[np.uint32], part: Floats, depth: Floats,
+    heightmap: HeightmapTiles, wanted: NDArray[np.bool_], at: NDArray[np.uint32], part: Floats, depth: Floats,
 ) -> bool:  # fmt: skip
     """Depths along a run of one line; returns True if no tile of the map is missing. Arguments see `sample_profiles`.
 
-    Cells and positions in them are computed first, in vectors, into `at` and `part` of (TOGETHER,), (2, TOGETHER + 1).
+    Cells and positions in them are computed first, in vectors, into `at`, shape (SAMPLES_PER_RUN,), and `part`,
+    shape (2, SAMPLES_PER_RUN + 1).
     """
-    x0, y0, dx, dy = here[0] / pages.cell, here[1] / pages.cell, ray[0] * step / pages.cell, ray[1] * step / pages.cell
-    flat, rows, height, width = pages.heights, pages.row_of, wanted.shape[0], wanted.shape[1]
+    x0, y0, dx, dy = (
+        here[0] / heightmap.cell,
+        here[1] / heightmap.cell,
+        ray[0] * step / heightmap.cell,
+        ray[1] * step / heightmap.cell,
+    )
+    flat, rows, height, width = heightmap.heights, heightmap.row_of, wanted.shape[0], wanted.shape[1]
     there, k = True, first
     while k < stop:
         i, j = math.floor(x0 + (k + 1) * dx) >> SHIFT, math.floor(y0 + (k + 1) * dy) >> SHIFT
-        row, column, page = i - pages.corner_a, j - pages.corner_b, -1
+        row, column, slot = i - heightmap.corner_a, j - heightmap.corner_b, -1
         if 0 < row < height - 1 and 0 < column < width - 1:
-            page = rows[row * width + column]
+            slot = rows[row * width + column]
         else:
             row, column = 0, 0
-        if page < 0:
+        if slot < 0:
             wanted[row, column], there = True, False
             k += 1
             continue
-        piece, north, east = (
-            flat[page * NODES * NODES : (page + 1) * NODES * NODES],
+        tile, north, east = (
+            flat[slot * NODES * NODES : (slot + 1) * NODES * NODES],
             float(i << SHIFT),
             float(j << SHIFT),
         )
@@ -88,17 +96,17 @@ def _sample_line(
             x, y = x0 + (k + m + 1) * dx - north, y0 + (k + m + 1) * dy - east
             a, b = np.int32(x), np.int32(y)
             at[m], part[0, m], part[1, m] = a * NODES + b, np.float32(x - a), np.float32(y - b)
-        slice_of, touched = depth[k : k + run], np.float32(0)
-        for m in range(0, run, 2):  # all that will be read is requested at once, before anything waits for it
-            touched += piece[at[m]] + piece[at[m] + NORTH_NEIGHBOUR]
+        depth_of_run, touched = depth[k : k + run], np.float32(0)
+        for m in range(0, run, 2):  # prefetch: all nodes are read once before the first is used
+            touched += tile[at[m]] + tile[at[m] + NORTH_NEIGHBOUR]
         part[0, SAMPLES_PER_RUN] = touched
         for m in range(run):
             node, f, g = at[m], part[0, m], part[1, m]  # unsigned: no index from the end
-            low = piece[node] + g * (piece[node + EAST_NEIGHBOUR] - piece[node])
-            high = piece[node + NORTH_NEIGHBOUR] + g * (
-                piece[node + NORTH_NEIGHBOUR + EAST_NEIGHBOUR] - piece[node + NORTH_NEIGHBOUR]
+            low = tile[node] + g * (tile[node + EAST_NEIGHBOUR] - tile[node])
+            high = tile[node + NORTH_NEIGHBOUR] + g * (
+                tile[node + NORTH_NEIGHBOUR + EAST_NEIGHBOUR] - tile[node + NORTH_NEIGHBOUR]
             )
-            slice_of[m] = top - (low + f * (high - low))
+            depth_of_run[m] = top - (low + f * (high - low))
         k += run
     return there
 
@@ -108,9 +116,9 @@ def _samples_left(start: float, step: float, first: int) -> int:
     """Number of samples of a line, from one on a tile of the map on, that certainly lie on that tile along one axis.
 
     Args:
-        start: Where the line starts, from the edge of the piece [cells].
-        step: How far apart samples are [cells].
-        first: Number of the first sample: it lies one more step out.
+        start: Start of the line, from the edge of the tile [cells].
+        step: Spacing of the samples [cells].
+        first: Number of the first sample, which lies first + 1 steps from the start.
     """
     edge = float(CELLS) if step > 0 else 0.0
     if abs(step) < 1e-9:
@@ -128,7 +136,7 @@ def profiles_of(
     """Distances of points, and the azimuth slices in which they lie.
 
     Args:
-        place: North and east from where they are seen [m], (2 or more,).
+        place: North and east of the sonar [m], (2 or more,).
         position: The same of the points [m], (n, 2 or more).
         heading: From which bearings are counted [rad].
         edges: Outer edge of each zone, increasing [m], (zones,).
@@ -141,7 +149,7 @@ def profiles_of(
         wanted: Result, True for slices whose lines are not stored, (slices,).
 
     Returns:
-        How many points those are wanted for.
+        Number of points whose profile is not stored.
     """
     c, s, missing, zones = math.cos(heading), math.sin(heading), 0, edges.size
     turn = np.empty(distance.size)
@@ -153,12 +161,12 @@ def profiles_of(
         zone = 0
         while zone < zones - 1 and distance[n] > edges[zone]:
             zone += 1
-        piece = starts[zone] + min(int(turn[n] * counts[zone]), counts[zone] - 1)
-        power = merged[piece >> MERGE_BLOCK_LOG2]
-        piece = (piece >> power) << power
-        slice_of[n] = piece
-        if home[piece] < 0:
-            wanted[piece] = True
+        index = starts[zone] + min(int(turn[n] * counts[zone]), counts[zone] - 1)
+        power = merged[index >> MERGE_BLOCK_LOG2]
+        index = (index >> power) << power
+        slice_of[n] = index
+        if home[index] < 0:
+            wanted[index] = True
             missing += 1
     return missing
 
@@ -197,15 +205,15 @@ def profile_bearings(
         rays: Result, directions there, (s, zone + 1, 2).
     """
     for n in range(wanted.size):
-        piece, slice_of = wanted[n] - starts[zone], 0.0
+        index, slice_of = wanted[n] - starts[zone], 0.0
         for k in range(zone, -1, -1):
-            power = merged[(starts[k] + piece) >> MERGE_BLOCK_LOG2]
-            middle = ((piece >> power) << power) + (1 << power) / 2
+            power = merged[(starts[k] + index) >> MERGE_BLOCK_LOG2]
+            middle = ((index >> power) << power) + (1 << power) / 2
             turn[n, k] = middle * (2 * math.pi / counts[k])
             rays[n, k, 0], rays[n, k, 1] = math.cos(turn[n, k]), math.sin(turn[n, k])
             # its own middle throughout: that of merged slices is the border of two wider ones
             slice_of = middle if k == zone else slice_of
-            piece = int(slice_of * counts[k - 1] / counts[zone]) if k > 0 else piece
+            index = int(slice_of * counts[k - 1] / counts[zone]) if k > 0 else index
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -231,8 +231,9 @@ def spread_patterns(beams: Beams) -> tuple[Floats, Floats, Floats, Floats]:
     """Fourth root of the mean fourth power of each pattern of some beams, over spreads of directions, as tables.
 
     Returns:
-        Of the four patterns of `Beams.majorants`, shape (spreads, rows): spreads double from `kernel.FIRST` rows of
-        the majorant's table, of which each row here represents `kernel.ROWS`.
+        Of the four patterns of `Beams.majorants`, shape (spreads, rows): spreads double from
+        `_glint_spread_kernel.MIN_SPREAD_ROWS` rows of the majorant's table, of which each row here represents
+        `ROWS_PER_SPREAD_ROW`.
     """
     a, b, c, d = (
         _table(bound.tobytes(), float(per)) for bound, per in zip(beams.majorants, beams.per_unit, strict=True)

@@ -109,8 +109,8 @@ class MapTiles(NamedTuple):
     cell: float
     """Side of a cell [m]."""
     slot: Integers
-    """Row in `pieces` of each tile of the window, (any, any)."""
-    pieces: Singles
+    """Row in `nodes` of each tile of the window, (any, any)."""
+    nodes: Singles
     """Height [m] and slopes [1] on nodes, (tiles, 65, 65, 3)."""
     flat: bool
     """True for a flat seabed, which has no map."""

@@ -29,12 +29,12 @@ LOW_GAIN = 10 ** (-25 / 20)
 """Two-way gain below which lines represent several cells each [1]."""
 SIDE_LOBE = 10 ** (-20 / 20)
 """Largest two-way gain at a distance below which `LOW_GAIN` is lowered in proportion: all gains are low there [1]."""
-CELLS_PER_FAINT_RADIAL = (16, 4)
+CELLS_PER_LOW_GAIN_RADIAL = (16, 4)
 """Largest number of cells of a radial where all gains are low."""
 MAX_PATCH_WIDTH = 0.5
 """Width of a patch of the seabed above which the gain towards it is not bounded [rad]."""
-FAINT_RADIAL_STRIDE = 2
-"""Steps between the samples of the widest of them."""
+LOW_GAIN_STRIDE = 2
+"""Steps between the samples of the widest of these radials."""
 
 
 def radials_in_view(
@@ -49,12 +49,12 @@ def radials_in_view(
         window_range: Distances received in the window.
         resolution: Resolution cells of the sonar.
         families: Families that reach the boundary.
-        floor: Two-way gain below which ground is left out [1].
-        heading: Heading of the frame in which the lines are wanted [rad].
-        rise: How far the boundary may stand above or lie below its depth [m], less than the sonar's height above it.
+        floor: Two-way gain below which the seabed is left out [1].
+        heading: Heading of the frame of the radials [rad].
+        rise: Largest height of the boundary above or below its depth [m], less than the sonar's height above it.
 
     Returns:
-        Lines as `RadialSet` wants them, shape (n, 9).
+        Radials as the rows of `RadialSet.radials`, shape (n, 9).
     """
     key = (
         ping_geometry.transmit_beams.axes.tobytes(), ping_geometry.receive_beams.axes.tobytes(),
@@ -92,7 +92,7 @@ def _radials(
             ping_geometry, boresight, whole, merged, zone, _zone_over_relief(zone, images[0], rise), images, floor
         ):
             held = last.get((first, count))
-            if held is None or held[0] != outer:  # one that comes back after finer ones begins anew
+            if held is None or held[0] != outer:  # after a zone of finer radials a new one begins
                 held = last[first, count] = [inner, outer]
                 keys.append((first, count))
                 zones.append(held)
@@ -111,12 +111,12 @@ def _radials(
     lines[:, 4:6] = np.array(zones)
     lines[:, 4] = np.maximum(lines[:, 4], window_range.nearest)
     lines[:, 6], lines[:, 7] = 1 - np.mod((number + 0.5) * GOLDEN, 1.0), number
-    lines[:, 8] = np.where(count >= CELLS_PER_FAINT_RADIAL[0], FAINT_RADIAL_STRIDE, 1)
+    lines[:, 8] = np.where(count >= CELLS_PER_LOW_GAIN_RADIAL[0], LOW_GAIN_STRIDE, 1)
     return lines
 
 
 def _is_faint(key: tuple[int, int]) -> bool:
-    return key[1] >= CELLS_PER_FAINT_RADIAL[-1]
+    return key[1] >= CELLS_PER_LOW_GAIN_RADIAL[-1]
 
 
 def _zone_over_relief(zone: tuple[float, float], climbs: Floats, rise: float) -> tuple[float, float]:
@@ -139,14 +139,14 @@ def _cells(
     first = np.arange(-whole // 2, whole // 2, CELLS_PER_SECTOR)
     is_high = level(first, CELLS_PER_SECTOR, zone)
     # near the sonar even the largest gain may be a side lobe of the vertical beam
-    faint = LOW_GAIN * min(float(is_high.max(initial=0.0)) / SIDE_LOBE, 1.0)
+    low_gain = LOW_GAIN * min(float(is_high.max(initial=0.0)) / SIDE_LOBE, 1.0)
     first, kept = first[level(first, CELLS_PER_SECTOR, over_relief) >= floor], []
     coarser = CELLS_PER_SECTOR
-    for width in sorted({*(max(count, merged) for count in CELLS_PER_FAINT_RADIAL), merged}, reverse=True):
+    for width in sorted({*(max(count, merged) for count in CELLS_PER_LOW_GAIN_RADIAL), merged}, reverse=True):
         first = (first[:, None] + np.arange(0, coarser, width)).ravel()
         is_high = level(first, width, zone)
-        rest = (is_high >= faint) if width > merged else np.zeros(len(first), bool)
-        if width >= CELLS_PER_FAINT_RADIAL[-1]:
+        rest = (is_high >= low_gain) if width > merged else np.zeros(len(first), bool)
+        if width >= CELLS_PER_LOW_GAIN_RADIAL[-1]:
             kept += [(int(cell), width) for cell in first[(level(first, width, over_relief) >= floor) & ~rest]]
         else:
             kept += [(int(cell), width) for cell in first]

@@ -1,8 +1,8 @@
 """Bottom bounces over relief: legs reflected by planes fitted to the terrain at their bounces.
 
-Straight rays are reflected exactly by the fitted planes, and walked over the seabed segment by segment, each from its
-own image. Refracted rays keep their occlusion and refraction; they are displaced by the change that the same planes,
-fitted at the refracted ray's bounces, cause in straight rays.
+Straight rays are reflected exactly by the fitted planes, and tested for occlusion segment by segment, each from its
+own image source. Refracted rays keep their occlusion and refraction; they are displaced by the change that the same
+planes, fitted at the refracted ray's bounces, cause in straight rays.
 """
 
 from dataclasses import replace
@@ -45,13 +45,14 @@ def reflect_off_relief(
         legs: Legs over the mean plane, owned by the caller alone: their columns are overwritten.
         scatterers: The points that they reach.
         position: North, east, depth of the sonar's end [m], shape (3,).
-        terrain_occlusion: What the seabed hides from there.
+        terrain_occlusion: Occlusion by the seabed for that end.
         scene: The scene; its bed has relief.
-        soft: See `occlude_by_terrain`; legs off local planes end at once behind ground.
-        wanted: Which bounced legs are requested, shape (f, n); others over straight rays are silent. None: all.
+        soft: See `occlude_by_terrain`; legs off local planes have hard shadows.
+        wanted: True for the legs with bounces to evaluate, shape (f, n); other legs of straight rays get no amplitude.
+            None: all.
 
     Returns:
-        The same rows. A seabed whose relief has no height leaves everything as it is, bit for bit.
+        The same rows. Over a relief of height 0 they are bit-identical.
     """
     low, high = terrain_occlusion.bed.span
     bounced = [row for row, family in enumerate(legs.families) if "B" in family] if high > low else []
@@ -105,7 +106,7 @@ def _write_bounced(
     legs: Legs, row: int, some: NDArray[np.int64], scatterers: Scatterers, position: NDArray[np.float64],
     terrain_occlusion: TerrainOcclusion, scene: Scene, *, soft: bool,
 ) -> None:  # fmt: skip
-    """Write some straight legs of one family anew, off local planes."""
+    """Replace some straight legs of one family by legs reflected off local planes."""
     family, points = legs.families[row], scatterers.position[some]
     way = local_plane_paths(family, position, points, terrain_occlusion.bed, terrain_occlusion.wavelength)
     left = reflection_product(family, way, terrain_occlusion.bed, terrain_occlusion.wavelength, scene)
@@ -206,10 +207,10 @@ def clear_of_terrain(
     way: ImagePaths, position: NDArray[np.float64], points: NDArray[np.float64], terrain_occlusion: TerrainOcclusion,
     *, ground: bool,
 ) -> NDArray[np.bool_]:  # fmt: skip
-    """Return True if paths off local planes are there, and clear the seabed but the mirrors' own, shape (n,).
+    """Return True if paths off local planes exist and are not occluded by other parts of the seabed, shape (n,).
 
-    They are walked in the vertical plane through sonar and point: planes tilted across it displace the path by less
-    than a cell of the seabed.
+    They are tested in the vertical plane through sonar and point: planes tilted across it displace the path by less
+    than a cell of the terrain map.
 
     Args:
         way: The paths.

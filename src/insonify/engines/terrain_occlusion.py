@@ -1,16 +1,17 @@
 """Terrain occlusion: visibility of the seabed, and of objects above it, from each end of the sonar.
 
-Rays of one family in one vertical plane never cross: seen from the sonar, all that lies at a steeper launch angle than
-nearer terrain is hidden. So one walk outwards along a line, with the launch horizon (the shallowest launch angle that
+Rays of one family in one vertical plane do not cross: terrain that is reached at a steeper launch angle than nearer
+terrain is hidden. So one pass outwards along a profile, with the launch horizon (the shallowest launch angle that
 has reached the terrain so far), determines the visible samples in O(samples). A ray with bounces is tested segment by
-segment: the last one to the seabed, and those that come down from the surface, by the launch horizon of their own
-family; one that rises from a bounce by the same walk with its sense reversed.
+segment: the last one to the seabed, and those that descend from the surface, by the launch horizon of their own
+family; one that rises from a bounce by the same pass in the opposite direction.
 
-Terrain is walked along azimuth slices, see `terrain_profiles`. A point of the seabed is visible where the seabed of its
-slice's middle line is.
+Terrain is sampled along azimuth slices, see `terrain_profiles`. A point of the seabed is visible where the middle
+profile of its slice is.
 
-With soft edges, sound is diffracted over crests, behind which terrain lies in shadow: of the nearest few, by the one
-that takes most on every segment of a leg, see `_terrain_diffraction_kernel`. The walk above still determines occlusion.
+With soft edges, sound is diffracted over crests, behind which terrain lies in shadow: on every segment of a leg by that
+of the nearest few crests with the largest loss, see `_terrain_diffraction_kernel`. The launch horizon still determines
+occlusion.
 """
 
 from __future__ import annotations
@@ -48,7 +49,7 @@ SEABED = -2
 
 
 class TerrainOcclusion:
-    """Occlusion by the seabed for one end of the sonar at one ping; lines are walked when they are requested."""
+    """Occlusion by the seabed for one end of the sonar at one ping; profiles are sampled when they are needed."""
 
     def __init__(
         self, terrain: SeabedTerrain, position: Floats, launches: LaunchAngles, *, farthest: float, wavelength: float,
@@ -103,13 +104,13 @@ class TerrainOcclusion:
             soft = None if left is None else np.ones(len(distance), complex)
             found[row] = self._clear(name, groups, distance, sine[row], ground, soft)
             steep = steepness(name, sine[row])
-            astray = self.launches.off_table_rays(name, steep, distance, depth)
-            if astray is not None and astray.any():
+            off_table = self.launches.off_table_rays(name, steep, distance, depth)
+            if off_table is not None and off_table.any():
                 rays = RayModel(self.launches, self.bed.depth, self.wavelength, self.step)
-                walked = march_over_terrain(rays, name, groups, distance, steep, depth, astray, on_terrain=ground)
-                found[row, astray] = walked[astray]
+                marched = march_over_terrain(rays, name, groups, distance, steep, depth, off_table, on_terrain=ground)
+                found[row, off_table] = marched[off_table]
                 if soft is not None:
-                    soft[astray] = walked[astray]
+                    soft[off_table] = marched[off_table]
             if left is not None:
                 left[row] = soft
         return found
@@ -198,12 +199,12 @@ class TerrainOcclusion:
     def image_paths_clear(
         self, groups: list[ProfileGroup], nodes: Floats, spared: Floats, *, ground: bool
     ) -> NDArray[np.bool_]:
-        """Return True if paths with any bounces clear the seabed on the way to positions, walked sample by sample.
+        """Return True if paths with any bounces clear the seabed on the paths to positions, tested sample by sample.
 
         Args:
             groups: Of `profile_groups` the positions.
             nodes: Horizontal distance and depth of the sonar, of each bounce and of the position [m], shape (k, n, 2).
-            spared: Distance about each of these within which the seabed is the mirror itself [m], shape (k, n).
+            spared: Distance about each of these within which the seabed is the reflecting plane [m], shape (k, n).
             ground: True if the positions lie on the seabed: then paths end on that of their slice's line.
 
         Returns:

@@ -109,7 +109,7 @@ ProfileGroup = tuple[TerrainProfiles, Integers, Integers]
 
 
 class AzimuthProfiles:
-    """Seabed about one end of the sonar at one ping; lines are walked when they are requested."""
+    """Terrain profiles about one end of the sonar at one ping, sampled when they are needed."""
 
     def __init__(
         self, terrain: SeabedTerrain, position: Floats, launches: LaunchAngles, *, farthest: float, wavelength: float,
@@ -181,13 +181,13 @@ class AzimuthProfiles:
         ]
 
     def _build(self, wanted: Integers) -> None:
-        """Walk the lines of some slices, each from the sonar to the outer edge of its zone.
+        """Sample the profiles of some slices, each from the sonar to the outer edge of its zone.
 
         Args:
             wanted: Numbers of the slices, of merged ones the first, increasing, shape (n,).
         """
         with self._lock:
-            wanted = wanted[self._home[wanted] < 0]  # another thread may have walked them
+            wanted = wanted[self._home[wanted] < 0]  # another thread may have sampled them
             cut = np.searchsorted(wanted, self.starts).tolist()
             for zone, (start, stop) in enumerate(pairwise(cut)):
                 for first in range(start, stop, PROFILES_PER_BATCH):
@@ -204,13 +204,13 @@ class AzimuthProfiles:
         depth = np.empty((len(wanted), int(firsts[-1])), np.float32)
         done = np.zeros(int((-(-np.diff(firsts) // kernel.SAMPLES_PER_RUN)).sum()), bool)
 
-        def request(pages: HeightmapTiles, missing: NDArray[np.bool_]) -> bool:
+        def sample(heightmap: HeightmapTiles, missing: NDArray[np.bool_]) -> bool:
             return kernel.sample_profiles(
-                self._here, rays, self.step, firsts, self._bed.depth, pages, missing, done, depth
+                self._here, rays, self.step, firsts, self._bed.depth, heightmap, missing, done, depth
             )
 
         ends = np.concatenate([self._here + rays[:, -1] * (self.step * depth.shape[1]), self._here[None]])
-        self._bed.read_heightmap(ends, request)
+        self._bed.read_heightmap(ends, sample)
         return TerrainProfiles(depth, turn[:, -1], self._distance[: depth.shape[1]], self._launches, self._wavelength)
 
 
@@ -218,9 +218,9 @@ def _zones(across: float, farthest: float, min_profile_width: float) -> tuple[Fl
     """Outer edges of the zones [m], and the slices of azimuth in each.
 
     Args:
-        across: Width below which slices need not be divided [m].
+        across: Width below which slices are not divided [m].
         farthest: Distance that the last zone reaches to [m].
-        min_profile_width: Width that they need not be narrower than [rad].
+        min_profile_width: Least width of a slice [rad].
     """
     innermost = FIRST_ZONE * across / (2 * np.pi)
     zones = max(0, int(np.ceil(np.log2(max(farthest, innermost) / innermost))))

@@ -493,7 +493,7 @@ def _on_boundary(
 
 
 def _tile(resolution: Resolution, distance: Floats, height: float, scenario: Scenario) -> Floats:
-    """Side of the tiles that the sampling wants at some distances [m], shape (n,)."""
+    """Side of the tiles of scatterers at some distances [m], shape (n,)."""
     pitch = np.sqrt(resolution.cell_area(distance, height))
     if scenario.field == "coherent":  # the scatterer grid's cells come in powers of two
         pitch = BASE_PITCH * 2.0 ** np.maximum(np.floor(np.log2(pitch / BASE_PITCH)), FINEST_LEVEL)

@@ -24,7 +24,7 @@ from insonify.synthesis.time_grid import OVERSAMPLING
 from insonify.thread_count import thread_count
 
 SHARE = 0.8
-"""Part of the machine's memory that a run may want [1]."""
+"""Fraction of the machine's memory that a run may use [1]."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -266,8 +266,8 @@ def _verdict(behind: SampleArrivals, recorded: complex, name: str) -> str:
 def _residual(scenario: Scenario, name: str) -> str:
     """Contributions to the recorded sample beyond its arrivals."""
     water, receiver = scenario.water, scenario.sonar.receiver
-    silent = water.noise_level_db is None and water.noise is None and receiver.self_noise is None
-    parts = [] if silent else ["noise"]
+    is_noiseless = water.noise_level_db is None and water.noise is None and receiver.self_noise is None
+    parts = [] if is_noiseless else ["noise"]
     parts += [name for name in receiver.stages if name != "adc"]
     # a recording of expected intensity holds the mean over the jitter, the arrivals hold one draw of it
     paths = scenario.paths

@@ -7,7 +7,7 @@ from insonify.simulator import build_simulator, levels
 from insonify.synthesis.level_curves import ALL, pair_name
 from insonify.units import level_db
 
-FAINTEST = 60.0
+SHOWN_RANGE = 60.0
 """Level below the strongest curve at which curves are omitted [dB]."""
 WHY = (
     "The tracer's rays carry energies and no phases: only paths to point targets and by mirrors alone are named one by "
@@ -32,7 +32,7 @@ def traced_sample_report(scenario: Scenario, ping: int, channel: int, time: floa
         for pair in curves["pair"].values
     ]
     there = sorted((row for row in rows if np.isfinite(row[0]) and row[1] != "total"), reverse=True)
-    shown = [row for row in there if row[0] > there[0][0] - FAINTEST] if there else []
+    shown = [row for row in there if row[0] > there[0][0] - SHOWN_RANGE] if there else []
     lines = [
         f"ping {ping}, beam {channel}, {time * 1e3:.3f} ms: expected levels of rays by contribution and pair of paths"
     ]

@@ -21,7 +21,7 @@ from insonify.records.recording import RecordingLayout
 
 
 class RecordingWriter:
-    """Writer of one process into a recording: it knows what is missing, and packs shards that become complete."""
+    """Writer of one process into a recording; it determines missing pings, and packs shards that are complete."""
 
     def __init__(
         self, path: Path, layout: RecordingLayout, attributes: Mapping[str, Any], *, lines: RecordedLines | None = None,

@@ -118,7 +118,7 @@ class SoundSpeedProfile:
     def smoothed(self, length: float) -> Self:
         """Round the corners of the profile, so that the gradient has no jumps.
 
-        Each corner becomes a parabola, cut into thin layers; see `insonify.ocean.profile_smoothing.rounded`.
+        Each corner becomes a parabola, cut into thin layers; see `insonify.ocean.profile_smoothing.round_corners`.
 
         Args:
             length: Depth within which each corner is rounded, half above and half below it [m], above 0.

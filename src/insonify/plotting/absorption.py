@@ -39,7 +39,7 @@ def absorption(path: str | Path, *, waters: Mapping[str, Water] = WATERS, depth:
     with style.plot_style():
         figure = style.new_figure(9, 8)
         upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=[2, 1])
-        add_caveats(figure, losses(upper, lower, waters, depth), "Fainter: ")
+        add_caveats(figure, losses(upper, lower, waters, depth), "Thin: ")
         return style.save_figure(figure, path)
 
 

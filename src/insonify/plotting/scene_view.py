@@ -18,7 +18,7 @@ from insonify.sonar.sonar import Sonar, array_position, array_rotation
 from insonify.sonar.track import Poses, true_poses
 
 Floats = NDArray[np.float64]
-FAINTEST = 30.0
+SHOWN_RANGE = 30.0
 """Range of levels of the two-way beam drawn below its axis [dB]."""
 LIT = LinearSegmentedColormap.from_list("water", ["#FFFFFF", "#9CCBEB"])
 WIDE, SECTION = 9.0, 2.7
@@ -73,7 +73,7 @@ def section(axes: Axes, scenario: Scenario) -> None:
     axes.set_xlabel(("port  |  starboard,  " if min(signs) < 0 else "") + "distance along the first ping's beam [m]")
     axes.set_ylabel("depth [m]")
     note = ", drawn without refraction" if scenario.water.layered else ""
-    axes.set_title(f"In the beam's plane: two-way beam down to {-FAINTEST:g} dB{note}; bed; targets it passes",
+    axes.set_title(f"In the beam's plane: two-way beam down to {-SHOWN_RANGE:g} dB{note}; bed; targets it passes",
                    fontsize=10)  # fmt: skip
 
 
@@ -100,8 +100,8 @@ def _beam(axes: Axes, scenario: Scenario, side: Sonar, track: Poses, sign: int, 
     for array in side.channel_arrays:
         power = power * np.max(np.abs(beams(array, frequency, speed, rotation).gain(direction)) ** 2, axis=0)
     level = 10 * np.log10(np.maximum(power, 1e-30))
-    shown = np.where((level > -FAINTEST) & (length <= far), level, np.nan)
-    axes.pcolormesh(sign * x, z, shown, cmap=LIT, vmin=-FAINTEST, vmax=0, rasterized=True, zorder=0)
+    shown = np.where((level > -SHOWN_RANGE) & (length <= far), level, np.nan)
+    axes.pcolormesh(sign * x, z, shown, cmap=LIT, vmin=-SHOWN_RANGE, vmax=0, rasterized=True, zorder=0)
 
 
 def _ground(axes: Axes, scenario: Scenario, position: Floats, bearing: float, sign: int, far: float) -> None:

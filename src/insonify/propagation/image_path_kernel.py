@@ -265,9 +265,9 @@ def paths_off_local_planes(
         is_seabed_bounce: True for planes of the seabed, False for the surface, (m,).
         bounce_shift: Offset from each bounce to the sampled terrain [m], (m, n, 2), or (m, 0, 2) for none.
         frame: Frame of the terrain.
-        disc_samples: Samples of the unit disc for the first planes and for the last, see `fit_ellipse`.
+        disc_samples: Samples of the unit disc for the first planes and for the last, see `fit_planes`.
         heightmap: Tiles of terrain heights.
-        wanted: Result: missing tiles, see `fit_ellipse`.
+        wanted: Result: missing tiles, see `fit_planes`.
         is_done: Mask of the points with a path, (n,).
         paths: Result.
 

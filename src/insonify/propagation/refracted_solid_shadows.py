@@ -45,7 +45,7 @@ def occlude_refracted_row(
         bounds: Bounds from `solid_bounds`.
         position: North, east, depth of the sonar [m], shape (3,).
         scatterers: Ends of the legs, n of them.
-        point_columns: See `insonify.propagation._refracted_legs_kernel.bearings`, shape (5, n).
+        point_columns: See `insonify.propagation._refracted_legs_kernel.horizontal_geometry`, shape (5, n).
         family: Family of the row.
         slowness: Horizontal slowness of the rays [s/m], shape (n,).
         departure: Directions of the rays at the sonar, shape (n, 3).

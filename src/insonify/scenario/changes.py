@@ -18,7 +18,7 @@ NAME = "scenario"
 
 
 def with_changes(model: ModelT, changes: Mapping[str, object]) -> tuple[ModelT, list[Diagnostic]]:
-    """A model with some of its values replaced, everything checked anew.
+    """Copy of a model with some of its values replaced, validated as a whole.
 
     Args:
         model: The model, such as a scenario; it stays as it is.

@@ -1,8 +1,8 @@
-"""The validator's findings, turned into advice for the author of a scenario file.
+"""Errors of pydantic's validator as diagnostics on a scenario file.
 
-The validator speaks of types, and once per alternative of a union. A person wants one
-line per mistake: the value as it was typed, the range in the unit that was typed, and
-the word that was probably meant.
+The validator reports types, once for each alternative of a union. Here each mistake becomes one
+diagnostic: the value as it was written, the range in the unit that was written, and
+the nearest permitted word.
 """
 
 import math

@@ -14,7 +14,7 @@ Known = dict[str, str | float]
 
 
 def georeference(scenario: Scenario) -> Known:
-    """Attributes that lay a scene's north and east on the globe.
+    """Attributes that georeference a scene's north and east coordinates.
 
     Args:
         scenario: The scenario.
@@ -22,7 +22,7 @@ def georeference(scenario: Scenario) -> Known:
     Returns:
         `origin_latitude` and `origin_longitude` of north 0, east 0 [deg, WGS 84]; where the scene has a surveyed grid
         with coordinates in metres also `origin_northing` and `origin_easting` [m] and their `crs`. Empty where nothing
-        is known. A grid is believed before a log.
+        is known. A bathymetry grid takes precedence over a navigation log.
     """
     grids = [relief for relief in scenario.seabed.relief if isinstance(relief, BathymetryGrid)]
     known: Known = dict(grid_origin(grids[0])) if grids else {}

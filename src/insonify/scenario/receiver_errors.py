@@ -21,8 +21,8 @@ if TYPE_CHECKING:
 
 MAX_ELEMENTS = 4096
 """Elements whose noise is drawn together: their covariance takes 0.3 GB."""
-FAINT = 0.5
-"""Rms noise in one quadrature below which a converter says little but 0 [steps]."""
+MIN_NOISE_STEPS = 0.5
+"""Rms noise in one quadrature below which nearly all samples of a converter are 0 [steps]."""
 
 
 def receiver_errors(scenario: Scenario) -> Iterator[PydanticCustomError]:
@@ -118,9 +118,9 @@ def receiver_warnings(scenario: Scenario) -> Iterator[str]:
     if receiver.adc.bits is None:
         return
     step = most * 2.0 ** (1 - receiver.adc.bits)
-    if noise < FAINT * np.sqrt(2) * step:
+    if noise < MIN_NOISE_STEPS * np.sqrt(2) * step:
         yield (f"sonar.receiver.adc.bits: at full gain its step is that of {2 * level_db(step):.0f} dB re 1 uPa, "
-               "above the noise; sound that is fainter than half a step is rounded to silence. Give more gain or bits, "
+               "above the noise; sound that is weaker than half a step is rounded to 0. Give more gain or bits, "
                "or a lower full_scale_db.")  # fmt: skip
 
 

@@ -36,10 +36,10 @@ if TYPE_CHECKING:
 Floats = NDArray[np.float64]
 Transducers = LineArray | PlanarArray | PointTransducer
 
-ASKED = 9
-"""Depths of the sonar, from its shallowest to its deepest, that corners of a profile are tried for."""
+TESTED_DEPTHS = 9
+"""Number of sonar depths, from its shallowest to its deepest, at which profile corners are tested."""
 THINNEST = 1e-3
-"""Distance between knots of a profile below which a step of it is more likely noise than water [m]."""
+"""Distance between knots of a profile below which a step of sound speed is likely to be measurement noise [m]."""
 MAX_LOST_ENERGY = 0.1
 """Share of the pulse's energy that a receiver may leave out without a word [1]."""
 
@@ -59,7 +59,7 @@ def scenario_warnings(scenario: Scenario) -> None:
     found = [
         *pulse_warnings(scenario),
         _narrow_receiver_warning(scenario),
-        _profile_corners(scenario, np.linspace(depths[0], depths[-1], ASKED)),
+        _profile_corners(scenario, np.linspace(depths[0], depths[-1], TESTED_DEPTHS)),
     ]
     for end, array in zip(("transmit", "receive"), sonar.beam_arrays, strict=False):
         found.append(_grating_lobes(end, array, sonar.pulse.frequency, slowest))

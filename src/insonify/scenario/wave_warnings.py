@@ -41,7 +41,7 @@ def wave_warnings(scenario: Scenario, shallowest: float) -> Iterator[str]:
         yield (
             f"surface: the waves drawn are so curved that the farthest paths meet about {count:.0f} bounce points each "
             f"({MOST} are followed), with a curvature across the path of {across:.2g} of what makes several side by "
-            "side (of which one is). Surface echoes come out too faint by decibels. "
+            "side (of which one is). Surface echoes are too weak by decibels. "
             + (
                 "Give a longer surface.cutoff_wavelength, or reflection: statistical."
                 if scenario.surface.wind_speed

@@ -1,9 +1,9 @@
-"""A scenario file as it was typed: values with their lines.
+"""A scenario file as it was written: values with their lines.
 
-Plain YAML forgets lines, lets the last of two equal keys win without a word, and reads
+A plain YAML reader keeps no line numbers, takes the last of two equal keys without an error, and reads
 `1e3` as text and `1:30` as ninety. Here the syntax tree is read instead of the values:
-numbers are decimal, everything else that is not a number is text, and what is doubtful
-is said aloud.
+numbers are decimal, everything else that is not a number is text, and ambiguous
+values are reported.
 """
 
 import math

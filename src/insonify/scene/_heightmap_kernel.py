@@ -1,6 +1,7 @@
-"""Draws a square piece of ground, from the coarsest nodes to the finest. Plain numbers and arrays only.
+"""Synthesis of a heightmap tile from the coarsest octave to the finest. Plain numbers and arrays only.
 
-Single precision: places in a window of nodes are a few dozen pitches at most, so heights are right to a millionth.
+Single precision: coordinates in a window of nodes are a few dozen pitches at most, so that heights have a relative
+error of 1e-6.
 """
 
 import math
@@ -17,17 +18,17 @@ Floats = NDArray[np.float64]
 Singles = NDArray[np.float32]
 
 _OUTER, _INNER = np.float32(-1 / 16), np.float32(9 / 16)  # cubic through four nodes, half way between the middle two
-_SPARE = 1e-3  # cells by which a window is wider than what its places need
+_SPARE = 1e-3  # margin of a window beyond its positions [cells]
 
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
 def add_upsampled(coarse: Singles, margin: int, count: int, fine: Singles) -> None:
-    """Add what stands on every second node to all nodes, by cubics through four along both axes.
+    """Add values given on every second node to all nodes, by cubic interpolation through four along both axes.
 
     Args:
         coarse: Values on every second node, from two of them before the first to two after the last, (planes, m, any).
-        margin: Nodes before the first, and after the last, that are wanted: 0 or 2.
-        count: Nodes wanted along each axis, with margins.
+        margin: Nodes that are filled before the first and after the last: 0 or 2.
+        count: Nodes along each axis, with margins.
         fine: Result, added to, (planes, count, at least count).
     """
     first = 1 - margin // 2  # coarse node before that of the first fine one
@@ -46,8 +47,8 @@ def add_upsampled(coarse: Singles, margin: int, count: int, fine: Singles) -> No
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
 def _add_row(held: Singles, at: int, width: int, between: int, out: Singles, to: int, count: int) -> None:
-    """Add to one row of nodes: the second of four rows, or half way to the third."""
-    # Unsigned places: an index that may be negative keeps the loop from becoming vectors.
+    """Add the second of four rows, or the interpolation half way to the third, to one row of nodes."""
+    # Unsigned indices: a possibly negative index prevents vectorisation.
     a, t = np.uint64(at), np.uint64(to)
     b, c, d = np.uint64(at + width), np.uint64(at + 2 * width), np.uint64(at + 3 * width)
     if between:
@@ -63,7 +64,7 @@ def _fill_node_window(
     first_row: int, rows: int, first_group: int, groups: int, level: int, layer: int, k0: int, k1: int,
     quantiles: Floats, window: Singles,
 ) -> None:  # fmt: skip
-    """Numbers of a window of nodes, row by row: the same as `terrain._kernels` has."""
+    """Normal random numbers of a window of nodes, row by row: those of `terrain.lattice_noise_kernel`."""
     words = np.empty((4, rows), np.uint32)
     per_word, width = (quantiles.size - 1) * 2.0**-32, np.uint64(4 * groups)
     for group in range(groups):
@@ -72,7 +73,7 @@ def _fill_node_window(
             drawn, out = words[lane], window[4 * group + lane :]
             for n in range(np.uint64(rows)):
                 place = np.float64(drawn[n]) * per_word
-                cell = np.uint64(np.int64(place))  # unsigned: an index that may be negative costs a test
+                cell = np.uint64(np.int64(place))  # unsigned: a possibly negative index costs a test
                 low, high = quantiles[cell], quantiles[cell + np.uint64(1)]
                 out[n * width] = low + (place - np.float64(cell)) * (high - low)
 
@@ -85,13 +86,13 @@ def _add_octave(
     """Add one octave on a square of nodes.
 
     Args:
-        x: Place of the first node [m].
-        y: Likewise [m].
-        step: From node to node [m].
-        count: Nodes along the first axis; along the second as many as `out` has room for.
-        octave: One row of `octaves`, as of `synthesize_octaves`, (5,).
-        name: Likewise of `names`, (5,).
-        quantiles: Of a normal number.
+        x: First coordinate of the first node [m].
+        y: Second coordinate [m].
+        step: Spacing of the nodes [m].
+        count: Nodes along the first axis; along the second as many as `out` holds.
+        octave: One row of `octaves` of `synthesize_octaves`, (5,).
+        name: One row of `names` of `synthesize_octaves`, (5,).
+        quantiles: Quantiles of the normal distribution.
         out: Result, added to, (3, count, whole vectors).
     """
     pitch, amplitude, width = octave[0], octave[4], out.shape[2]
@@ -105,7 +106,7 @@ def _add_octave(
     last_j = math.floor(b + max(0.0, -per_s * down) + max(0.0, per_c * right) + _SPARE)
     group = first_j >> 2
     rows, groups = last_i - first_i + 4, ((last_j + 3) >> 2) - group + 1
-    if rows * groups > 6 * count * width:  # nodes of a map far apart: each alone draws some six groups
+    if rows * groups > 6 * count * width:  # nodes far apart: pointwise each draws about six groups
         _add_octave_pointwise(x, y, step, octave, name, quantiles, out)
         return
     window = np.empty(4 * rows * groups, np.float32)
@@ -126,7 +127,7 @@ def _add_octave(
 def _add_octave_pointwise(
     x: float, y: float, step: float, octave: Floats, name: NDArray[np.int64], quantiles: Floats, out: Singles
 ) -> None:
-    """Add an octave so fine that nodes of the map share none of its numbers; arguments as of `_add_octave`."""
+    """Add an octave whose pitch is so small that nodes share no random numbers; arguments as of `_add_octave`."""
     count, width = out.shape[1], out.shape[2]
     north, east, found = np.empty(count * width), np.empty(count * width), np.zeros((count * width, 3))
     for i in range(count):
@@ -145,16 +146,16 @@ def _add_octave_pointwise(
 def synthesize_octaves(
     along: int, across: int, cell: float, octaves: Floats, names: NDArray[np.int64], quantiles: Floats, into: Singles
 ) -> None:  # fmt: skip
-    """Height and slopes of octaves of relief on the nodes of one piece.
+    """Height and slopes of octaves of relief on the nodes of one tile.
 
     Args:
-        along: Number of the piece along the frame's first axis.
+        along: Number of the tile along the frame's first axis.
         across: Along its second.
         cell: Side of a cell [m].
         octaves: Pitch [m], turn [rad], both shifts [pitches] and amplitude [m] of each, (o, 5).
         names: Step between the nodes on which it is drawn: 16, 8, 4, 2 or 1, coarsest first; then its level, layer and
             the key of its numbers, (o, 5).
-        quantiles: Of a normal number, as of `add_band`.
+        quantiles: Quantiles of the normal distribution, as of `add_band`.
         into: Result, height [m] and slopes along the axes [1], (nodes, nodes, 3).
     """
     nodes = into.shape[0]
@@ -181,18 +182,18 @@ def synthesize_octaves(
 @njit(cache=True, nogil=True, error_model="numpy")
 def synthesize_tiles(
     rows: NDArray[np.int64], held: NDArray[np.int64], cell: float, octaves: Floats, names: NDArray[np.int64],
-    quantiles: Floats, pieces: Singles,
+    quantiles: Floats, tiles: Singles,
 ) -> None:  # fmt: skip
-    """`synthesize_octaves` on some pieces of a map.
+    """`synthesize_octaves` on some tiles of a map.
 
     Args:
-        rows: Which, (n,).
-        held: Numbers of the piece in each row, (rows, 2).
+        rows: Rows to fill, (n,).
+        held: Numbers of the tile in each row, (rows, 2).
         cell: As of `synthesize_octaves`.
-        octaves: Likewise.
-        names: Likewise.
-        quantiles: Likewise.
-        pieces: Result, (rows, nodes, nodes, 3).
+        octaves: As of `synthesize_octaves`.
+        names: As of `synthesize_octaves`.
+        quantiles: As of `synthesize_octaves`.
+        tiles: Result, (rows, nodes, nodes, 3).
     """
     for row in rows:
-        synthesize_octaves(held[row, 0], held[row, 1], cell, octaves, names, quantiles, pieces[row])
+        synthesize_octaves(held[row, 0], held[row, 1], cell, octaves, names, quantiles, tiles[row])

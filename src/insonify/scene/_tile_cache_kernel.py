@@ -9,12 +9,12 @@ from insonify.jit import njit
 Integers = NDArray[Any]
 
 EMPTY = -(2**63)
-"""Number of a piece that is not there."""
+"""Number that marks an empty slot or row."""
 
 
 @njit(cache=True, nogil=True)
 def fits(wanted: Integers, slot: Integers, number: Integers, readers: Integers) -> bool:
-    """Return True if there are rows for some tiles without those that others read; arguments as of `claim`."""
+    """Return True if some tiles fit beside those that other threads read; arguments as of `claim`."""
     around, taken, missing, held = slot.shape[0], False, 0, 0
     for w in range(wanted.shape[0]):
         a, b = wanted[w, 0] % around, wanted[w, 1] % around
@@ -34,23 +34,23 @@ def claim(
     wanted: Integers, slot: Integers, number: Integers, held: Integers, last_read: Integers, readers: Integers,
     ticket: int, used: int, fresh: int, lately: int, blank: Integers,
 ) -> tuple[int, int]:  # fmt: skip
-    """Give pieces their rows.
+    """Assign rows to tiles, replacing the least recently used.
 
     Args:
-        wanted: Numbers of the pieces, each once, (n, 2).
-        slot: Row of each stretch of ground, by its numbers modulo the size of this, -1 for none, (around, around).
-        number: Numbers of the piece that is there, (around, around, 2).
-        held: Numbers of the piece in each row, (rows, 2).
+        wanted: Numbers of the tiles, each once, (n, 2).
+        slot: Row of each tile, by its numbers modulo the size of this table, -1 for none, (around, around).
+        number: Numbers of the tile in each slot, (around, around, 2).
+        held: Numbers of the tile in each row, (rows, 2).
         last_read: Ticket of the latest reading of each row, (rows,).
-        readers: How many read each row now, (rows,).
-        ticket: Of this reading.
-        used: Rows that were ever used.
-        fresh: Rows that are used before any is used again.
+        readers: Number of current readers of each row, (rows,).
+        ticket: Ticket of this reading.
+        used: Number of rows used so far.
+        fresh: Number of rows that are used before any is reused.
         lately: Readings within which a tile is likely to be read again.
-        blank: Result, rows of pieces that were not there, (at least n,).
+        blank: Result, rows of tiles that were not cached, (at least n,).
 
     Returns:
-        How many these are, and how many rows were ever used.
+        Number of these rows, and number of rows used so far.
     """
     around, count = slot.shape[0], 0
     for w in range(wanted.shape[0]):
@@ -62,7 +62,7 @@ def claim(
         if number[a, b, 0] == wanted[w, 0] and number[a, b, 1] == wanted[w, 1]:
             continue
         row = used
-        if row >= min(fresh, held.shape[0]):  # new memory costs more than what is drawn there
+        if row >= min(fresh, held.shape[0]):  # first use of new memory takes longer than the synthesis
             oldest, age = 0, ticket + 1
             for k in range(used):
                 last = ticket if readers[k] > 0 else last_read[k]

@@ -1,7 +1,7 @@
-"""Synthesis of heightmap tiles: square, on nodes a cell apart, a score of times as fast as node by node.
+"""Synthesis of heightmap tiles: heights and slopes on a square grid of nodes, about 20 times as fast as node by node.
 
-Octaves of relief that are long against a cell are drawn on every second, fourth ... node and filled in between with
-cubics, which changes slopes by half a percent; only the finest are drawn on every node.
+Octaves of relief that are long against a cell are evaluated on every second, fourth ... node and interpolated with
+cubics, which changes slopes by half a percent; only the finest are evaluated on every node.
 """
 
 from dataclasses import dataclass
@@ -20,53 +20,53 @@ Floats = NDArray[np.float64]
 Singles = NDArray[np.float32]
 
 MIN_NODES_PER_PITCH = 4
-"""Nodes to the spacing of an octave's lattice, at least, on which it is drawn."""
+"""Least number of evaluated nodes per lattice spacing of an octave."""
 
 
 @dataclass(frozen=True, eq=False)
 class HeightmapSynthesizer:
-    """Draws pieces of one ground."""
+    """Synthesiser of heightmap tiles of one terrain."""
 
     terrain: ReliefSum
     """Its relief."""
     cell: float
     """Side of a cell [m]."""
 
-    def draw(self, rows: NDArray[np.int64], numbers: NDArray[np.int64], pieces: Singles) -> None:
-        """Draw pieces into their rows, from the coarsest nodes to the finest.
+    def draw(self, rows: NDArray[np.int64], numbers: NDArray[np.int64], tiles: Singles) -> None:
+        """Synthesise tiles into their rows, from the coarsest octave to the finest.
 
         Args:
-            rows: Which, shape (any,).
-            numbers: Numbers of the piece of each row along the axes of the lattice, shape (n, 2).
-            pieces: Result, height [m] and slopes along the lattice's axes [1] on the nodes, shape (n, 65, 65, 3).
+            rows: Rows to fill, shape (any,).
+            numbers: Numbers of the tile of each row along the axes of the lattice, shape (n, 2).
+            tiles: Result, height [m] and slopes along the lattice's axes [1] on the nodes, shape (n, 65, 65, 3).
         """
-        synthesize_tiles(rows, numbers, self.cell, *self._octaves, quantiles(), pieces)
+        synthesize_tiles(rows, numbers, self.cell, *self._octaves, quantiles(), tiles)
         node = np.arange(NODES)
         for row in rows.tolist() if self._others else ():
             a, b = ((number * CELLS + node) * self.cell for number in numbers[row])
             for relief in self._others:
                 height, slope = relief.sample(np.repeat(a, len(b)), np.tile(b, len(a)))
-                pieces[row] += np.column_stack([height, slope]).reshape(pieces[row].shape)
+                tiles[row] += np.column_stack([height, slope]).reshape(tiles[row].shape)
 
     def heights(self, along: int, across: int) -> Singles:
-        """Heights on the nodes of one piece [m], shape (65, 65).
+        """Heights on the nodes of one tile [m], shape (65, 65).
 
         Args:
-            along: Number of the piece along the lattice's first axis [1].
+            along: Number of the tile along the lattice's first axis [1].
             across: Along its second axis [1].
         """
-        piece = np.empty((1, NODES, NODES, 3), np.float32)
-        self.draw(np.zeros(1, np.int64), np.array([[along, across]]), piece)
-        return piece[0, :, :, 0]
+        tile = np.empty((1, NODES, NODES, 3), np.float32)
+        self.draw(np.zeros(1, np.int64), np.array([[along, across]]), tile)
+        return tile[0, :, :, 0]
 
     @cached_property
     def _others(self) -> list[Relief]:
-        """Components other than octaves: node by node."""
+        """Components other than octaves, which are evaluated node by node."""
         return [part for part in self.terrain.parts if not isinstance(part, Octaves)]
 
     @cached_property
     def _octaves(self) -> tuple[Floats, NDArray[np.int64]]:
-        """All octaves of the relief, coarsest nodes first, as `synthesize_tiles` wants them."""
+        """All octaves of the relief, coarsest first, as arguments of `synthesize_tiles`."""
         numbers, names = [], []
         for part in self.terrain.parts:
             if isinstance(part, Octaves):

@@ -197,7 +197,7 @@ def repaired(surface: Triangles) -> tuple[Triangles, list[str]]:
 
 
 def edge_defects(faces: NDArray[np.int64]) -> tuple[int, int]:
-    """Count edges that belong to one face only, and others that are not walked once in each sense.
+    """Number of edges that belong to one face only, and of other edges not traversed once in each sense.
 
     Args:
         faces: Rows of the corners of each triangle, shape (t, 3).

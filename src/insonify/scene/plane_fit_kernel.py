@@ -1,4 +1,4 @@
-"""Planes fitted to pieces of a map of heights: samples of an ellipse, least squares. Plain numbers and arrays only."""
+"""Planes fitted to tiles of a map of heights: samples of an ellipse, least squares. Plain numbers and arrays only."""
 
 import math
 from typing import Any, NamedTuple
@@ -12,8 +12,8 @@ from insonify.scene.heightmap_cache import CELLS, NODES, SHIFT, HeightmapTiles
 Floats = NDArray[np.floating[Any]]
 Singles = NDArray[np.float32]
 MAX_SAMPLES = 32
-_FAST = {"contract", "reassoc", "nsz", "arcp"}  # not "nnan": unknown ground is no number
-_PAGE, _DOWN, _NEXT = np.uint64(NODES * NODES), np.uint64(NODES), np.uint64(MAX_SAMPLES)
+_FAST = {"contract", "reassoc", "nsz", "arcp"}  # not "nnan": unknown terrain is NaN
+_TILE, _DOWN, _NEXT = np.uint64(NODES * NODES), np.uint64(NODES), np.uint64(MAX_SAMPLES)
 _INSIDE, _NODES = np.int32(CELLS - 1), np.int32(NODES)
 
 
@@ -44,7 +44,7 @@ class EllipsePatches(NamedTuple):
 
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
 def fit_planes(
-    patches: EllipsePatches, count: int, pattern: Singles, pages: HeightmapTiles, wanted: NDArray[np.bool_],
+    patches: EllipsePatches, count: int, pattern: Singles, heightmap: HeightmapTiles, wanted: NDArray[np.bool_],
     known: NDArray[np.bool_],
 ) -> None:  # fmt: skip
     """Least-squares planes of the heights at the samples of ellipses, linear between the nodes of the map.
@@ -56,11 +56,11 @@ def fit_planes(
         patches: The ellipses, and the result.
         count: How many of them.
         pattern: Samples of the unit disc and, as a last column, the sums of their squares, (2, samples + 1).
-        pages: The map.
-        wanted: Result, True for the pieces that are missing, (rows, columns) of pieces.
+        heightmap: Tiles of terrain heights.
+        wanted: Result, True for the tiles that are missing, (rows, columns) of tiles.
         known: False where a tile is missing, (n,).
     """
-    samples, per = pattern.shape[1] - 1, 1 / pages.cell
+    samples, per = pattern.shape[1] - 1, 1 / heightmap.cell
     u, v, squares_u, squares_v = (
         pattern[0],
         pattern[1],
@@ -68,8 +68,8 @@ def fit_planes(
         np.float64(pattern[1, samples]),
     )
     at, cells = np.empty(2 * MAX_SAMPLES, np.float32), np.empty(2 * MAX_SAMPLES, np.int32)
-    flat, rows, wide = pages.heights, pages.row_of, np.int32(wanted.shape[1])
-    corner_a, corner_b = pages.corner_a * CELLS, pages.corner_b * CELLS
+    flat, rows, wide = heightmap.heights, heightmap.row_of, np.int32(wanted.shape[1])
+    corner_a, corner_b = heightmap.corner_a * CELLS, heightmap.corner_b * CELLS
     begin_a, begin_b = corner_a + CELLS, corner_b + CELLS
     end_a, end_b = corner_a + (wanted.shape[0] - 1) * CELLS, corner_b + (wanted.shape[1] - 1) * CELLS
     for q in range(np.uint64(count)):
@@ -111,7 +111,7 @@ def fit_planes(
                 known[q] = False
                 break
             # without a sign, for a number that might be negative is checked each time
-            first = np.uint64(np.uint32(row)) * _PAGE + np.uint64(np.uint32(cells[_NEXT + k]))
+            first = np.uint64(np.uint32(row)) * _TILE + np.uint64(np.uint32(cells[_NEXT + k]))
             f, g, here, below = at[k], at[_NEXT + k], flat[first], flat[first + _DOWN]
             low = here + g * (flat[first + np.uint64(1)] - here)
             high = below + g * (flat[first + _DOWN + np.uint64(1)] - below)
@@ -128,7 +128,7 @@ def fit_planes(
         mean, share, rest = total / samples, 1.0, squares / samples
         along, across = along / squares_u, across / squares_v
         if total != total:
-            mean, along, across, rest, share = _known(pattern, at, cells, pages)
+            mean, along, across, rest, share = _known(pattern, at, cells, heightmap)
         explained = mean * mean + (along * along * squares_u + across * across * squares_v) / samples
         patches.height[q], patches.along[q] = share * mean, share * along / length
         patches.across[q] = share * across / width
@@ -137,16 +137,16 @@ def fit_planes(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _known(
-    pattern: Singles, at: Singles, cells: NDArray[np.int32], pages: HeightmapTiles
+    pattern: Singles, at: Singles, cells: NDArray[np.int32], heightmap: HeightmapTiles
 ) -> tuple[float, float, float, float, float]:
     """Mean, slopes in units of the half axes, mean square and share, where some of the ground is unknown."""
     samples, known = pattern.shape[1] - 1, 0
     total = squares = along = across = lean_u = lean_v = 0.0
     for k in range(samples):
-        u, v, first = pattern[0, k], pattern[1, k], pages.row_of[cells[k]] * NODES * NODES + cells[MAX_SAMPLES + k]
-        here, below = pages.heights[first], pages.heights[first + NODES]
-        low = here + at[MAX_SAMPLES + k] * (pages.heights[first + 1] - here)
-        high = below + at[MAX_SAMPLES + k] * (pages.heights[first + NODES + 1] - below)
+        u, v, first = pattern[0, k], pattern[1, k], heightmap.row_of[cells[k]] * NODES * NODES + cells[MAX_SAMPLES + k]
+        here, below = heightmap.heights[first], heightmap.heights[first + NODES]
+        low = here + at[MAX_SAMPLES + k] * (heightmap.heights[first + 1] - here)
+        high = below + at[MAX_SAMPLES + k] * (heightmap.heights[first + NODES + 1] - below)
         height = np.float64(low + at[k] * (high - low))
         if height == height:
             known += 1

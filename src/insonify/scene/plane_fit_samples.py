@@ -1,7 +1,8 @@
-"""Sample points of the planes that stand for uneven terrain at a bounce: over an ellipse of the resolved terrain.
+"""Sample points of local planes: over an ellipse of the resolved terrain about a bounce.
 
-A bounce sees the terrain of its first Fresnel zone as one mirror. Waves longer than the zone raise and tilt it; shorter
-ones roughen it, and are in the account of `Bed.roughness_reflection_factor`.
+A bounce is a specular reflection off one plane, fitted over its first Fresnel zone. Waves of the relief longer than the
+zone shift and tilt the plane; shorter ones reduce the coherent reflection by
+`SeabedTerrain.roughness_reflection_factor`.
 """
 
 import numpy as np

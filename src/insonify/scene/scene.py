@@ -174,7 +174,7 @@ def _out_of_water_errors(path: str, depth: float, seabed_depth: float) -> Pydant
 
 
 def point_scatterer(target: PointTarget) -> Scatterers:
-    """A point target as the one scatterer it is, answering alike in all directions."""
+    """A point target as one isotropic scatterer."""
     return Scatterers(
         object=target.label, boundary="target", law=PointTargetLaw(target.target_strength_db),
         position=np.array([target.position]), normal=np.zeros((1, 3)), area=np.ones(1), phase=np.ones(1, complex),

@@ -110,7 +110,7 @@ class TableLaw(Model):
 def _of_sediment(
     law: str, volume: VolumeSpectrum, name: str | float, frequency: float, sound_speed: float
 ) -> CompiledLaw:
-    """Making a law's tables takes a fraction of a second, and every ping wants the same."""
+    """Compiled law of a sediment, cached: its tables take a fraction of a second, and all pings use the same."""
     bed = sediment(name)
     if law == SMALL_SLOPE:
         return compile_law(SmallSlope(bed, frequency, sound_speed=sound_speed))

@@ -57,7 +57,8 @@ def tile_scatterers(
 
     Args:
         depth: Of the mean plane [m].
-        terrain_rows: Height and gradient at the points of tiles, and where each tile begins; see `Bed.sample_tiles`.
+        terrain_rows: Height and gradient at the points of tiles, and first row of each tile; see
+            `SeabedTerrain.sample_tiles`.
         law: Scattering law.
         tile: Row of the tile of each point, shape (n,).
         rank: Which of its tile's points it is, likewise.

@@ -1,7 +1,7 @@
-"""The seabed as it lies: how deep at a position, how steep, and how smooth to sound that bounces off it.
+"""Depth, gradient and coherent reflection loss of the resolved terrain of a seabed.
 
-Depth is that of the mean plane less the height of the terrain. Results are cached: positions that belong to the
-lattice come back in every ping.
+Depth is that of the mean plane less the height of the terrain. Results are cached, since the positions of scatterers
+recur in every ping.
 """
 
 from collections.abc import Callable
@@ -20,14 +20,14 @@ Floats = NDArray[np.float64]
 Places = Callable[[NDArray[np.int64], NDArray[np.int64]], tuple[Floats, Floats]]
 
 TILE_CELLS = CELLS
-"""Cells along the side of one piece of the map."""
+"""Cells along the side of one tile of the map."""
 CELLS_PER_WAVELENGTH = 8
 """Cells of the map along the shortest wave of the terrain."""
 MIN_CELL_SIZE = 0.02
-"""Smallest cell of the map [m]: ground finer than four of them tilts facets, but throws no shadows."""
+"""Smallest cell of the map [m]: relief finer than four of them tilts facets, but casts no shadows."""
 MAX_CELL_SIZE = 0.5
-"""Largest [m]: edges of shadows are no sharper."""
-_MAX_CACHE_BYTES = 192 << 20  # bytes of points
+"""Largest cell of the map [m], which limits the sharpness of shadow edges."""
+_MAX_CACHE_BYTES = 192 << 20  # of cached terrain samples
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,15 +35,15 @@ class SeabedTerrain:
     """The relief of one seabed under one seed."""
 
     depth: float
-    """Of the mean plane, from which heights are counted [m]."""
+    """Depth of the mean plane, from which heights are counted [m]."""
     relief: CompositeRelief
-    """Heights above that plane, and what they leave to the scattering law."""
+    """Heights above that plane, and the roughness left to the scattering law."""
     _points: dict[int, ScattererTerrainCache] = field(default_factory=dict, repr=False)
-    _pages: HeightmapCache = field(default_factory=HeightmapCache, repr=False)
+    _heightmap: HeightmapCache = field(default_factory=HeightmapCache, repr=False)
 
     @cached_property
     def span(self) -> tuple[float, float]:
-        """Shallowest and deepest ground [m]."""
+        """Least and greatest depth of the terrain [m]."""
         low, high = self.relief.span
         return self.depth - high, self.depth - low
 
@@ -54,18 +54,18 @@ class SeabedTerrain:
     def sample_tiles(
         self, seed: int, key: NDArray[np.int64], size: NDArray[np.int64], positions: Places
     ) -> tuple[Floats, NDArray[np.int64]]:
-        """Ground at points of tiles that come again under the same keys.
+        """Terrain samples at the points of tiles, cached under the tiles' keys.
 
         Args:
-            seed: Under which they were drawn.
-            key: Names of the tiles, each once, shape (tiles,); the same key must mean the same points.
-            size: How many of its points are wanted of each, the first of them, shape (tiles,).
-            positions: Gives the grid coordinates [m] of the points of some tiles, one after the other: given which
-                tiles, and which of their points is the first that is wanted.
+            seed: Seed with which the points were drawn.
+            key: Keys of the tiles, each once, shape (tiles,); the same key must mean the same points.
+            size: Number of points of each tile, counted from its first, shape (tiles,).
+            positions: Function of rows of tiles and of the first missing point of each; returns the grid coordinates
+                [m] of their missing points, tile by tile.
 
         Returns:
-            Height [m] and gradient to the north and the east [1] of points, shape (any, 3), and where among them each
-            tile begins, shape (tiles,).
+            Height [m] and gradient to the north and the east [1] of points, shape (any, 3), and the first row of each
+            tile among them, shape (tiles,).
         """
         terrain = self.relief.resolved
 
@@ -86,13 +86,13 @@ class SeabedTerrain:
         return HeightmapSynthesizer(self.relief.resolved, self.heightmap_cell_size)
 
     def read_heightmap(self, own: Floats, evaluate: Callable[[HeightmapTiles, NDArray[np.bool_]], bool]) -> None:
-        """Let a kernel read the map until it has all the pieces that it comes to.
+        """Evaluate a kernel on the map, synthesising the tiles that it needs.
 
         Args:
-            own: Places on the lattice about which it is likely to read [m], shape (n, 2).
+            own: Positions in grid coordinates about which it is likely to read [m], shape (n, 2).
             evaluate: See `HeightmapCache.serve_kernel`.
         """
-        self._pages.serve_kernel(
+        self._heightmap.serve_kernel(
             self.heightmap_cell_size, own.min(axis=0), own.max(axis=0), self.heightmap_synthesizer.heights, evaluate
         )
 
@@ -104,18 +104,18 @@ class SeabedTerrain:
 
         Args:
             sine: Sine of the grazing angle at the mean plane [1], any shape.
-            wavelength: Of the sound [m].
+            wavelength: Acoustic wavelength [m].
             fresnel_length: Length of the Fresnel zone on the seabed [m], shape of `sine`.
-            residual_variance: Mean square of the resolved ground about the plane fitted to it in the zone [m^2], shape
-                of `sine`.
+            residual_variance: Mean square of the resolved terrain about the plane fitted to it in the zone [m^2],
+                shape of `sine`.
 
         Returns:
-            Pressure ratio [1]. h is the rms height of all waves of the relief, on either side of the split, between
-            the zone's length and the sound's: longer ones tilt the mirror; shorter ones do not disturb it. Of ground
-            that is no sum of waves, such as a surveyed grid, `residual_variance` takes the place of the resolved ones;
-            without it such ground has no share.
+            Pressure ratio [1]. h is the rms height of all waves of the relief, on either side of the cutoff, between
+            the zone's length and the acoustic wavelength: longer waves tilt the reflecting plane, shorter ones have no
+            effect. Of relief without a spectrum, such as a surveyed grid, the resolved part of h^2 is
+            `residual_variance`; without that argument it is 0.
 
-        Source: Rayleigh's roughness as in APL-UW TR 9407 (1994); the band so that no wave counts twice.
+        Source: Rayleigh roughness factor as in APL-UW TR 9407 (1994); the band is chosen so that no wave counts twice.
         """
         k = 2 * np.pi / wavelength
         low = np.minimum(2 * np.pi / fresnel_length, k)

@@ -61,12 +61,12 @@ class Surface(Model):
     scattering: Annotated[
         Annotated[Lambert | AplSurfaceLaw, Field(discriminator="law")] | None, BeforeValidator(infer_law_kind)
     ] = None
-    """Law of the surface's own reverberation; None for a surface that only mirrors."""
+    """Scattering law of the surface; None for a surface that reflects specularly only."""
 
     @model_validator(mode="after")
     def _check_wave_parameters(self) -> Self:
-        wants = {"wind_speed": ("statistical", "3 m/s"), "swell": ("tilted", "{height: 4 cm, length: 30 m}")}
-        for name, (bounce, example) in wants.items():
+        required = {"wind_speed": ("statistical", "3 m/s"), "swell": ("tilted", "{height: 4 cm, length: 30 m}")}
+        for name, (bounce, example) in required.items():
             there = getattr(self, name) is not None
             if bounce == self.reflection and not there:
                 raise field_error(name, "null", f"does not say what moves a {bounce} surface. Write {name}: {example}.")

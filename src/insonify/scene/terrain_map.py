@@ -1,7 +1,7 @@
-"""The terrain as a map that is drawn once and read by many pings: heights and slopes on square pieces, side by side.
+"""The terrain as a map of heights and slopes on square tiles, synthesised once and read by many pings.
 
-Pieces are made where a line first crosses them (`insonify.scene.heightmap_synthesis`), and forgotten when room is
-wanted, the oldest first.
+Tiles are synthesised when a radial first crosses them (`insonify.scene.heightmap_synthesis`); when memory is full, the
+least recently used are replaced first.
 """
 
 from collections.abc import Callable, Iterable, Iterator
@@ -22,55 +22,55 @@ Singles = NDArray[np.float32]
 Mapped = Callable[[Callable[[Any], Any], Iterable[Any]], Iterable[Any]]
 
 AROUND = 512
-"""Pieces along each side of the stretch of ground within which all pieces have places of their own."""
-MAX_PIECES = 3072
-"""Pieces that are kept: some 150 MB."""
+"""Tiles along each side of a square area of terrain within which no two tiles share an entry of the table."""
+MAX_TILES = 3072
+"""Number of cached tiles: about 150 MB."""
 FRESH = 512
-"""Tiles that have new memory in any case; beyond them, the least recently used are replaced first."""
+"""Number of tiles that always use new memory; beyond it, the least recently used are replaced first."""
 RECENT_READS = 64
 """Readings within which a tile is likely to be read again."""
 PARTS = 2
-"""Parts into which pieces that must be drawn are shared."""
+"""Number of parts into which the synthesis of missing tiles is divided."""
 _BLANK, _BEGUN, _DRAWN = range(3)
 
 
 @dataclass
 class TerrainMap:
-    """Pieces of one bed's map, shared by threads: what is read under `reading` stays where it is meanwhile."""
+    """Tiles of the map of one seabed, shared by threads: tiles read within `reading` are not replaced meanwhile."""
 
     terrain: SeabedTerrain
 
     def __post_init__(self) -> None:
-        """Nothing drawn yet."""
+        """Create an empty map."""
         self.cell = self.terrain.heightmap_cell_size
         """Side of a cell [m]."""
         self._change = Condition()
-        self.pieces: Singles = np.empty((MAX_PIECES, TILE_CELLS + 1, TILE_CELLS + 1, 3), np.float32)
-        """Height [m] and slopes along the lattice's axes [1] on the nodes of each piece."""
+        self.nodes: Singles = np.empty((MAX_TILES, TILE_CELLS + 1, TILE_CELLS + 1, 3), np.float32)
+        """Height [m] and slopes along the lattice's axes [1] on the nodes of each tile."""
         self.slot = np.full((AROUND, AROUND), -1, np.int64)
-        """Row in `pieces` of each stretch of terrain, by its numbers modulo `AROUND`."""
+        """Row in `nodes` of each tile, -1 for none, by the tile's numbers modulo `AROUND`."""
         self.number = np.full((AROUND, AROUND, 2), EMPTY, np.int64)
-        """Numbers of the piece that is there."""
-        self._held = np.full((MAX_PIECES, 2), EMPTY, np.int64)
-        self._last_read = np.zeros(MAX_PIECES, np.int64)
-        self._readers = np.zeros(MAX_PIECES, np.int64)
-        self._state = np.full(MAX_PIECES, _BLANK, np.int8)
+        """Numbers of the tile in each slot."""
+        self._held = np.full((MAX_TILES, 2), EMPTY, np.int64)
+        self._last_read = np.zeros(MAX_TILES, np.int64)
+        self._readers = np.zeros(MAX_TILES, np.int64)
+        self._state = np.full(MAX_TILES, _BLANK, np.int8)
         self._ticket, self._next = 0, 0
-        self._pen = self.terrain.heightmap_synthesizer
+        self._synthesizer = self.terrain.heightmap_synthesizer
 
     @contextmanager
     def reading(self, wanted: NDArray[np.int64], share: Mapped = map) -> Iterator[NDArray[np.int64]]:
-        """While pieces are read: they are drawn, and none of them goes.
+        """Context within which tiles are synthesised and not replaced.
 
-        Any number of threads may read at a time. Where there is no room for what one of them wants, it waits until
-        others have done.
+        Any number of threads may read at a time. A thread whose tiles do not fit beside those being read waits until
+        other readers have finished.
 
         Args:
-            wanted: Numbers of the pieces, each once, shape (n, 2), n up to `MAX_PIECES`.
-            share: Calls a function with each of some things, as `map` does, perhaps on several threads.
+            wanted: Numbers of the tiles, each once, shape (n, 2), n up to `MAX_TILES`.
+            share: A function like `map`, which may use several threads.
 
         Returns:
-            Row in `pieces` of each, shape (n,).
+            Row in `nodes` of each, shape (n,).
         """
         with self._change:
             self._change.wait_for(lambda: self._fits(wanted))
@@ -87,7 +87,7 @@ class TerrainMap:
                 self._change.notify_all()
 
     def _synthesize_missing(self, rows: NDArray[np.int64], share: Mapped) -> None:
-        """Synthesise the tiles that no other thread has begun, and wait for the others."""
+        """Synthesise the tiles that no other thread synthesises, and wait for the others."""
         with self._change:
             mine = rows[self._state[rows] == _BLANK]
             self._state[mine] = _BEGUN
@@ -100,23 +100,25 @@ class TerrainMap:
             list(share(drawn, [mine[k::PARTS] for k in range(PARTS)]))
         finally:
             with self._change:
-                self._state[mine[self._state[mine] == _BEGUN]] = _BLANK  # where drawing failed, another may try
+                self._state[mine[self._state[mine] == _BEGUN]] = (
+                    _BLANK  # after an error another thread may synthesise them
+                )
                 self._change.notify_all()
         with self._change:
             self._change.wait_for(lambda: not (self._state[rows] == _BEGUN).any())
 
     def _fits(self, wanted: NDArray[np.int64]) -> bool:
-        """Return True if there are rows without those that others read."""
+        """Return True if there are enough rows besides those that other threads read."""
         return bool(fits(wanted, self.slot, self.number, self._readers))
 
     def claim(self, wanted: NDArray[np.int64]) -> NDArray[np.int64]:
-        """Assign rows to pieces.
+        """Assign rows to tiles.
 
         Args:
-            wanted: Numbers of the pieces that will be read together, each once, shape (n, 2), n up to `MAX_PIECES`.
+            wanted: Numbers of the tiles that will be read together, each once, shape (n, 2), n up to `MAX_TILES`.
 
         Returns:
-            Rows in `pieces` of those that must be drawn first.
+            Rows in `nodes` of those that must be synthesised first.
         """
         self._ticket += 1
         fresh = np.empty(len(wanted), np.int64)
@@ -128,28 +130,28 @@ class TerrainMap:
         return fresh[:count]
 
     def draw(self, rows: NDArray[np.int64]) -> None:
-        """Draw pieces into their rows, from the coarsest nodes to the finest.
+        """Synthesise tiles into their rows, from the coarsest octave to the finest.
 
         Args:
-            rows: Which, claimed before.
+            rows: Rows of the tiles, from `claim`.
         """
-        self._pen.draw(rows, self._held, self.pieces)
+        self._synthesizer.draw(rows, self._held, self.nodes)
 
 
 def terrain_map(bed: SeabedTerrain) -> TerrainMap:
-    """The one map of a seabed."""
-    with _MAKING:
-        return _made(bed)
+    """The map of a seabed, the same object for equal seabeds."""
+    with _LOCK:
+        return _terrain_map(bed)
 
 
 @lru_cache(maxsize=4)
-def _made(bed: SeabedTerrain) -> TerrainMap:
+def _terrain_map(bed: SeabedTerrain) -> TerrainMap:
     return TerrainMap(bed)
 
 
-_MAKING = Lock()
+_LOCK = Lock()
 
 
 def empty_terrain_map() -> tuple[Any, ...]:
-    """Placeholder of a map where the seabed is flat: nothing to look up."""
+    """Placeholders of the nodes and slots of a map, for a flat seabed."""
     return np.zeros((1, 2, 2, 3), np.float32), np.zeros((1, 1), np.uint32)

@@ -149,7 +149,7 @@ def beams(
 def _beams_in_array_frame(
     array: LineArray | PlanarArray | PointTransducer, frequency: float, sound_speed: float
 ) -> Beams:
-    """The same where nothing is turned: every ping wants them."""
+    """Beams of an array in its own frame, cached: all pings use the same."""
     wavelength = sound_speed / frequency
     steer = _axes_of(array)
     across, down = _extent(array, wavelength)

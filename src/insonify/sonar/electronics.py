@@ -30,7 +30,7 @@ class SelfNoise(Model):
     """Noise of the receiver itself, as the sound that would make it at an element."""
 
     level_db: Annotated[Decibels, Field(ge=-100, le=250)] | None = None
-    """Spectrum level of each element's own hydrophone and amplifier [dB re 1 uPa^2/Hz]; None: silent."""
+    """Spectrum level of each element's own hydrophone and amplifier [dB re 1 uPa^2/Hz]; None: no such noise."""
     tones: tuple[Tone, ...] = ()
     """Lines, picked up by all elements at once, in phase; they run on from ping to ping."""
 

@@ -60,7 +60,7 @@ class NavigationLog:
 
 @dataclass(frozen=True, slots=True)
 class _LogColumn:
-    """One column that we want."""
+    """One column that is read."""
 
     name: str
     place: int
@@ -214,7 +214,7 @@ def _rows(path: Path) -> Iterator[tuple[int, list[str]]]:
 
 
 def _columns(header: list[str], where: str) -> list[_LogColumn]:
-    """The columns we want, time first."""
+    """Columns that are read, time first."""
     found: dict[str, _LogColumn] = {}
     for place, title in enumerate(header):
         name, unit = _title(title)

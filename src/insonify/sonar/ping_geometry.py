@@ -277,7 +277,7 @@ class MountedSonar:
         return held
 
     def _turned(self, bodies: list[Floats], speeds: tuple[float, ...]) -> _AttitudeBeams:
-        """The same, made anew."""
+        """Beams at one attitude and sound speed, evaluated without the cache."""
         sonar, frequency = self.sonar, self.sonar.pulse.frequency
         rotation, receive_rotation = array_rotation(sonar, bodies[0]), receiver_rotation(sonar, bodies[1])
         transmit, receive, resolving = sonar.beam_arrays[0], sonar.beam_arrays[-1], None

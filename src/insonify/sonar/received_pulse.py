@@ -166,7 +166,7 @@ def _received_spectrum(
 
 
 def _span(pulse: Pulse, receiver: Receiver) -> tuple[float, float]:
-    """Start and length of the time in which the waveform and its ringing live [s]."""
+    """Start and duration of the interval that contains the waveform and its ringing [s]."""
     ringing = RINGING / receiver.bandwidth
     first = -ringing - (pulse.duration if receiver.matched_filter else 0.0)
     return first, pulse.duration + ringing - first

@@ -78,7 +78,7 @@ def leg_amplitudes(
     departure: NDArray[np.float32], amplitude: NDArray[np.complex64], delay: Floats, beams: BeamTables,
     array: MovingArray, out: NDArray[np.float32],
 ) -> None:  # fmt: skip
-    """Magnitude of all legs times the gain of one beam, as in `beam_kernels.gains`.
+    """Magnitude of all legs times the gain of one beam, as in `insonify.sonar.beam_kernels.beam_gains`.
 
     Args:
         departure: Unit vectors in the world [1], (f, 3, n).
@@ -128,7 +128,7 @@ def leg_amplitudes(
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
 def _multiply_by_pattern(table: Floats, per_unit: float, axis: float, cosine: Floats, gain: Floats) -> None:
-    """Multiply gains by a pattern at some direction cosines, as in `beam_kernels.look_up`."""
+    """Multiply gains by a pattern at some direction cosines, as `insonify.sonar.beam_kernels.interpolate_pattern`."""
     if table.shape[0] == 0:
         return
     cubics, last = table.reshape(table.size), np.uint32(table.shape[0] - 1)

@@ -1,7 +1,7 @@
 """Fast reverberation: the expected seabed echo of one ping, point by point along radials of the sonar.
 
 The eigenray engine evaluates legs, pairs and scattering strengths of a batch of points one array after the other; here
-a radial is walked once and each of its points is taken through all of them, and what the next ping needs again is kept.
+a radial is evaluated in one pass through all of them, point by point, and tables that the next ping needs are kept.
 `prepare_fast_reverberation` returns None where its conditions do not hold (straight rays, a monostatic sonar with one
 beam a side, a short pulse, still water, a smooth surface); then the eigenray engine evaluates the seabed. Otherwise it
 returns a `FastReverberation`, whose `accumulate` gives blocks of `ReverberationSamples` to a function and returns its

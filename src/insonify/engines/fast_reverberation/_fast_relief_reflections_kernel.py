@@ -16,7 +16,7 @@ def write_image_paths(
     some: NDArray[np.int64], way: ImagePaths, mirrors: NDArray[np.complex64], slowness: float, f: int,
     table: FamilyTable, legs: RadialLegs,
 ) -> None:  # fmt: skip
-    """Write some legs of one family anew.
+    """Overwrite some legs of one family.
 
     Args:
         some: Which points they lead to, (m,).

@@ -1,4 +1,4 @@
-"""Asks the memory for what will be read soon, in the compiler's portable language: compilers do not do it."""
+"""Prefetch of memory that will be read soon, by LLVM's portable intrinsic: compilers do not insert it."""
 
 from typing import Any
 

@@ -130,7 +130,7 @@ def range_bins_of(
         wanted: Result, (f, b).
 
     Returns:
-        Samples of the line up to the last that any family wants.
+        Number of samples of the radial up to the last that any family uses.
     """
     last = max(math.ceil(line[5] / step - line[6]), 0)
     begin = max(math.ceil(line[4] / step - line[6]), 0)

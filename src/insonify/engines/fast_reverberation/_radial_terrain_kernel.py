@@ -1,4 +1,4 @@
-"""The seabed along lines, read off its map, and the pieces of the map that this takes. Numbers and arrays only."""
+"""The seabed along lines, read off its map, and the tiles of the map that this takes. Numbers and arrays only."""
 
 from typing import Any
 
@@ -14,7 +14,7 @@ Integers = NDArray[Any]
 Singles = NDArray[np.float32]
 
 CELLS = 64
-"""Cells along a piece of the map."""
+"""Cells along a tile of the map."""
 NODE_ROW = 3 * (CELLS + 1)
 VALUES_PER_TILE = NODE_ROW * (CELLS + 1)
 _SIX, _INSIDE, _THREE = np.uint32(6), np.uint32(CELLS - 1), np.uint32(3)
@@ -26,7 +26,7 @@ def tiles_under_radials(
     frame: RadialFrame, radials: Floats, samples: Integers, chosen: Integers, cell: float, mark: Integers,
     found: Integers,
 ) -> int:  # fmt: skip
-    """Numbers in a window of the pieces of the map that samples of some lines lie in.
+    """Numbers in a window of the tiles of the map that samples of some lines lie in.
 
     Args:
         frame: Frame of the radials.
@@ -81,9 +81,9 @@ def sample_radial_terrain(
         depth[:count] = mean
         slope[:, :count] = 0
         return
-    step, cell, slot, pieces = frame.step * line[8], tiles.cell, tiles.slot, tiles.pieces
+    step, cell, slot, nodes = frame.step * line[8], tiles.cell, tiles.slot, tiles.nodes
     a, b, step_a, step_b = frame.along / cell, frame.across / cell, line[0] * step / cell, line[1] * step / cell
-    node, half = pieces.reshape(pieces.size), np.float32(0.5)
+    node, half = nodes.reshape(nodes.size), np.float32(0.5)
     slope_a, slope_b = slope[0], slope[1]
     for k in range(count):  # each sample for itself, and first all positions: the map is far larger than any cache
         place = k + line[6]

@@ -38,7 +38,7 @@ def walk_radials(
     frame: RadialFrame, channel: IsovelocityChannel, part: RadialSet, tiles: MapTiles, families: FamilyTable,
     legs: RadialLegs, pairs: PairSamples, interference_ranges: Integers,
 ) -> int:  # fmt: skip
-    """Fill the points of the seabed along some lines that any pair of families wants, and their legs.
+    """Fill the points of the seabed along some radials that any pair of families uses, and their legs.
 
     Args:
         frame: Frame of the radials.
@@ -158,9 +158,9 @@ def gather_directions(
         outgoing: By the receive leg, (3, n).
         normal: Normals of the points, (3, n).
         rows: Points of the pair, (m,).
-        into: Result, as the law wants it, (3, m).
-        out: Result, shape (3, m).
-        up: Result, shape (3, m).
+        into: Result, directions of travel towards the points, (3, m).
+        out: Result, directions of travel from the points, (3, m).
+        up: Result, unit normals, (3, m).
     """
     for c in range(3):
         one, two, three = incoming[c], outgoing[c], normal[c]

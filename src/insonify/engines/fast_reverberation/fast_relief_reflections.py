@@ -1,6 +1,6 @@
 """Bottom bounces over relief in fast reverberation: legs reflected by planes fitted to the terrain at their bounces.
 
-The walk along radials takes the mean plane for every bounce, as do the keep probabilities of pairs. Over relief, legs
+Along radials, every bounce is a reflection at the mean plane, as in the keep probabilities of pairs. Over relief, legs
 with bottom bounces are replaced by those of `local_plane_paths` at the points where any pair requests them. Occlusion
 by terrain and targets remains that over the mean plane.
 """
@@ -23,7 +23,7 @@ def bounce_off_relief(
     scene: Scene, terrain: SeabedTerrain, ping_geometry: PingGeometry, plan: ReverberationPlan, part: RadialSet,
     legs: RadialLegs, pairs: PairSamples,
 ) -> None:  # fmt: skip
-    """Write the legs with bottom bounces of some lines anew, off the planes fitted to the seabed under each bounce.
+    """Replace the legs with bottom bounces of some radials by legs off planes fitted to the seabed at each bounce.
 
     Args:
         scene: The scene.

@@ -11,7 +11,7 @@ from insonify.engines.fast_reverberation.reverberation_plan import Reverberation
 from insonify.engines.radial_tables import RadialFrame, RadialSet
 from insonify.propagation.knife_edge import ROUGH_RIPPLES
 from insonify.scene.seabed_terrain import SeabedTerrain
-from insonify.scene.terrain_map import MAX_PIECES
+from insonify.scene.terrain_map import MAX_TILES
 from insonify.sonar.ping_geometry import PingGeometry
 
 Floats = NDArray[np.float64]
@@ -24,17 +24,17 @@ class TerrainWindow:
     start: tuple[float, float] = (0.0, 0.0)
     """Start of the radials, along the map's axes from the first node of the window [m]."""
     side: int = 1
-    """Pieces along each side of the window."""
+    """Tiles along each side of the window."""
     corner: NDArray[np.int64] = field(default_factory=lambda: np.zeros(2, np.int64))
-    """Numbers of its first piece."""
+    """Numbers of its first tile."""
     crossed: NDArray[np.int64] = field(default_factory=lambda: np.zeros((0, 2), np.int64))
-    """Numbers in the window of the pieces that the lines cross, (n, 2)."""
+    """Numbers in the window of the tiles that the lines cross, (n, 2)."""
 
 
 def terrain_window(
     terrain: SeabedTerrain | None, ping_geometry: PingGeometry, step: float, parts: list[RadialSet], farthest: float
 ) -> TerrainWindow | None:
-    """The window of one ping, or None where its lines cross more pieces than are kept.
+    """The window of one ping, or None where its lines cross more tiles than are kept.
 
     Args:
         terrain: The seabed; None for a flat bed.
@@ -45,21 +45,21 @@ def terrain_window(
     """
     if terrain is None:
         return TerrainWindow()
-    lattice, piece = terrain.relief.resolved.scatterer_grid, terrain.heightmap_cell_size * CELLS
+    lattice, tile = terrain.relief.resolved.scatterer_grid, terrain.heightmap_cell_size * CELLS
     own = lattice.from_world(ping_geometry.transmit_position[:2]).tolist()
-    reach = math.ceil(farthest / piece) + 1
-    first = [math.floor(position / piece) - reach for position in own]
-    start = own[0] - first[0] * piece, own[1] - first[1] * piece
+    reach = math.ceil(farthest / tile) + 1
+    first = [math.floor(position / tile) - reach for position in own]
+    start = own[0] - first[0] * tile, own[1] - first[1] * tile
     frame, side = RadialFrame(*start, lattice.heading, step), 2 * reach + 1
-    mark, found = np.zeros((side, side), np.int8), np.empty((MAX_PIECES + 1, 2), np.int64)
+    mark, found = np.zeros((side, side), np.int8), np.empty((MAX_TILES + 1, 2), np.int64)
     crossed = np.zeros((side, side), bool)
     for part in parts:
         count = tiles_under_radials(
             frame, part.radials, part.lists.samples, part.taken, terrain.heightmap_cell_size, mark, found
         )
         crossed[tuple(found[:count].T)] = True
-    pieces = np.argwhere(crossed)
-    return None if len(pieces) > MAX_PIECES else TerrainWindow(start, side, np.array(first), pieces)
+    tiles = np.argwhere(crossed)
+    return None if len(tiles) > MAX_TILES else TerrainWindow(start, side, np.array(first), tiles)
 
 
 def radials_past_targets(

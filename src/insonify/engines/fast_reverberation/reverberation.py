@@ -1,7 +1,7 @@
 """Fast reverberation: the expected intensity of the seabed at one ping, evaluated along radials.
 
 `engines.eigenray_engine` evaluates any block of scatterers; an expectation over a whole seabed needs the same few
-quantities at every point. Here each radial is walked once (`_walk_kernel`), and all sample lists and
+quantities at every point. Here each radial is evaluated in one pass (`_walk_kernel`), and all sample lists and
 tables are kept for the next ping. `prepare_fast_reverberation` checks the conditions: straight rays, a monostatic
 sonar, one beam a side. All other scenes are left to the general engine.
 """
@@ -162,14 +162,14 @@ class FastReverberation:
         """
         terrain, window = self.scene.seabed.terrain, self.window
         if terrain is None:
-            pieces, slot = empty_terrain_map()
-            tiles = MapTiles(1.0, slot, pieces, flat=True)
+            nodes, slot = empty_terrain_map()
+            tiles = MapTiles(1.0, slot, nodes, flat=True)
             return [accumulate_samples(self._walk(part, tiles, labelled)) for part in self.parts]
         kept = terrain_map(terrain)
         slot = np.zeros((window.side, window.side), np.uint32)
         with kept.reading(window.corner + window.crossed, map_function) as rows:
             slot[tuple(window.crossed.T)] = rows
-            tiles = MapTiles(kept.cell, slot, kept.pieces, flat=False)
+            tiles = MapTiles(kept.cell, slot, kept.nodes, flat=False)
             return [accumulate_samples(self._walk(part, tiles, labelled)) for part in self.parts]
 
     def _walk(self, part: RadialSet, tiles: MapTiles, labelled: bool) -> ReverberationSamples:
@@ -360,11 +360,11 @@ def _reduced_choice(
     choice: PathSettings, scene: Scene, ping_geometry: PingGeometry, more: tuple[str, ...]
 ) -> PathSettings:
     """The path settings without the seabed, contributions that do not scatter, and some further ones."""
-    silent = ["seabed", *more]
-    silent += ["surface"] if scene.surface.law(ping_geometry.frequency) is None else []
-    silent += [] if scene.water.scatters else ["water"]
-    left = tuple(contribution for contribution in choice.contributions if contribution not in silent)
-    return choice.unchecked_copy(contributions=left)
+    omitted = ["seabed", *more]
+    omitted += ["surface"] if scene.surface.law(ping_geometry.frequency) is None else []
+    omitted += [] if scene.water.scatters else ["water"]
+    remaining = tuple(contribution for contribution in choice.contributions if contribution not in omitted)
+    return choice.unchecked_copy(contributions=remaining)
 
 
 @lru_cache(maxsize=16)

@@ -64,13 +64,13 @@ class ReverberationPlan:
         return self.allocation.energies(across)
 
     def sample_lists(self, radials: Floats, heading: float, keep_probability: NDArray[np.uint8]) -> SampleLists:
-        """Points of lines that are not the plan's own.
+        """Samples of radials other than those of the plan.
 
         Args:
             radials: See `RadialSet`, (m, 9).
             heading: Heading of their frame [rad].
-            keep_probability: Part of the points of each line and range bin that every pair takes, in parts of `WHOLE`,
-                (m, b, p).
+            keep_probability: Keep probability of the points of each radial, range bin and pair, as a count of parts of
+                `sample_allocation.FULL_PROBABILITY`, (m, b, p).
         """
         return _sample_lists(radials, heading, self.step, self.allocation, keep_probability, self.table)
 

@@ -1,8 +1,8 @@
 """First intersection of a straight ray with terrain, by a march over tiles of heights. Plain numbers and arrays only.
 
-Heights of the seabed lie on square tiles of a map. Each tile has the highest point of itself and of its blocks of
-cells, so a ray above them steps over whole squares; only in cells that it may touch is it compared with the terrain,
-which is bilinear between the nodes. A tile that is not loaded yet is marked as missing and passed over.
+Heights of the seabed are stored in square tiles of a map, with the maxima of each tile and of its blocks of cells, so
+that a ray above them steps over whole squares; only in cells that it may touch is it compared with the terrain, which
+is bilinear between the nodes. A tile that is not loaded yet is marked as missing and skipped.
 """
 
 import math
@@ -21,33 +21,33 @@ BLOCK = 8
 NUDGE = 1e-7
 """Distance by which a ray is moved over the border of a square [m]."""
 MAX_START_DEPTH = 1e-4
-"""A ray that starts no deeper than this in the seabed stands on it [m]."""
-HALVINGS = 24
+"""Depth below the seabed up to which a ray's origin counts as on the seabed [m]."""
+BISECTIONS = 24
 
 
 class TerrainTiles(NamedTuple):
-    """Heights about the mean plane, in pieces, and how to find them."""
+    """Heights about the mean plane, in tiles, with the row of each tile."""
 
     depth: float
     """Depth of the mean plane [m]."""
     cell: float
-    """Side of a cell [m]; 0 for a flat bed, which needs none of the rest."""
+    """Side of a cell [m]; 0 for a flat seabed, for which the other fields are not used."""
     low: float
-    """No ground is lower [m above the mean plane]."""
+    """Lower bound of the heights [m above the mean plane]."""
     high: float
-    """No ground is higher [m above the mean plane]."""
+    """Upper bound of the heights [m above the mean plane]."""
     corner_a: int
-    """Number of the first row of pieces in `row_of`."""
+    """Number of the first row of tiles in `row_of`."""
     corner_b: int
     """Number of the first column."""
     row_of: NDArray[np.int32]
-    """Row of each piece in `tiles`, -1 where it is not there, (rows, columns)."""
+    """Row of each tile in `tiles`, -1 where it is not loaded, (rows, columns)."""
     tiles: Singles
-    """Heights on the nodes [m], (pieces, cells + 1, cells + 1)."""
+    """Heights on the nodes [m], (tiles, cells + 1, cells + 1)."""
     block_maxima: Singles
-    """Highest node of each block [m], (pieces, blocks, blocks)."""
+    """Highest node of each block [m], (tiles, blocks, blocks)."""
     tile_maxima: Singles
-    """Highest node of each piece [m], (pieces,)."""
+    """Highest node of each tile [m], (tiles,)."""
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -61,13 +61,13 @@ def terrain_hit(
         x: First coordinate of the ray's origin, in the frame of the map [m].
         y: Second coordinate [m].
         z: Depth [m].
-        u: Components of its unit vector [1].
-        v: Second coordinate in the same frame [m].
-        w: Third coordinate, positive down [m].
-        start: Distance from which on it is tested [m].
-        stop: Distance up to which it is tested [m].
+        u: First component of the ray's unit vector [1].
+        v: Second component [1].
+        w: Third component, positive down [1].
+        start: Distance from which the ray is tested [m].
+        stop: Distance up to which the ray is tested [m].
         ground: The seabed.
-        missing: Pieces that are not there and may matter are marked, shape of `ground.row_of`.
+        missing: Result, True for tiles that the ray crosses and that are not loaded, shape of `ground.row_of`.
     """
     if ground.cell == 0.0:
         return _plane_hit(z, w, start, stop, ground.depth)
@@ -115,18 +115,18 @@ def terrain_hit(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _plane_hit(z: float, w: float, start: float, stop: float, depth: float) -> float:
-    """Distance to a flat bed [m]."""
+    """Distance along a ray to a flat seabed [m], infinite outside `start` to `stop`."""
     if w <= 0:
         return math.inf
-    way = (depth - z) / w
-    return way if start <= way < stop else math.inf
+    distance = (depth - z) / w
+    return distance if start <= distance < stop else math.inf
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _cell_exit(  # type: ignore[no-untyped-def]
     x, y, u, v, at, i, j, side
 ):
-    """Distance at which a ray that is in a square of a number and a side leaves it, always beyond `at` [m]."""
+    """Distance along a ray at which it leaves square (i, j) of a grid of given side, always beyond `at` [m]."""
     out = math.inf
     if u != 0:
         out = ((i + 1 if u > 0 else i) * side - x) / u
@@ -139,13 +139,13 @@ def _cell_exit(  # type: ignore[no-untyped-def]
 def _height_above(  # type: ignore[no-untyped-def]
     x, y, z, u, v, w, at, i, j, row, ground
 ):
-    """Height of a ray above the bilinear ground of one cell [m]; no number over a hole."""
+    """Height of a ray above the bilinear terrain of one cell [m]; NaN over a gap in the terrain."""
     f, g = (x + u * at) / ground.cell - i, (y + v * at) / ground.cell - j
     cells = ground.tiles.shape[1] - 1
     m, n = i % cells, j % cells
-    piece = ground.tiles[row]
-    near = piece[m, n] + g * (piece[m, n + 1] - piece[m, n])
-    far = piece[m + 1, n] + g * (piece[m + 1, n + 1] - piece[m + 1, n])
+    tile = ground.tiles[row]
+    near = tile[m, n] + g * (tile[m, n + 1] - tile[m, n])
+    far = tile[m + 1, n] + g * (tile[m + 1, n + 1] - tile[m + 1, n])
     return ground.depth - z - w * at - near - f * (far - near)
 
 
@@ -153,8 +153,8 @@ def _height_above(  # type: ignore[no-untyped-def]
 def _bisect_hit(  # type: ignore[no-untyped-def]
     x, y, z, u, v, w, above, below, i, j, row, ground
 ):
-    """Distance at which a ray goes into the seabed of one cell, between two at which it is above and below [m]."""
-    for _ in range(HALVINGS):
+    """Distance at which a ray enters the seabed in one cell [m], by bisection between distances above and below it."""
+    for _ in range(BISECTIONS):
         middle = (above + below) / 2
         if _height_above(x, y, z, u, v, w, middle, i, j, row, ground) > 0:
             above = middle
@@ -173,13 +173,13 @@ def terrain_normal(x: float, y: float, ground: TerrainTiles, missing: NDArray[np
     i, j = math.floor(a), math.floor(b)
     row_p, row_q = i // cells - ground.corner_a, j // cells - ground.corner_b
     row = ground.row_of[row_p, row_q]
-    if row < 0:  # rounded over a border
+    if row < 0:  # position rounded across the tile's border
         missing[row_p, row_q] = True
         return 0.0, 0.0, -1.0
-    piece = ground.tiles[row]
+    tile = ground.tiles[row]
     f, g, m, n = a - i, b - j, i % cells, j % cells
-    along = (1 - g) * (piece[m + 1, n] - piece[m, n]) + g * (piece[m + 1, n + 1] - piece[m, n + 1])
-    across = (1 - f) * (piece[m, n + 1] - piece[m, n]) + f * (piece[m + 1, n + 1] - piece[m + 1, n])
+    along = (1 - g) * (tile[m + 1, n] - tile[m, n]) + g * (tile[m + 1, n + 1] - tile[m, n + 1])
+    across = (1 - f) * (tile[m, n + 1] - tile[m, n]) + f * (tile[m + 1, n + 1] - tile[m + 1, n])
     p, q = along / ground.cell, across / ground.cell
     length = math.sqrt(1 + p * p + q * q)
     return -p / length, -q / length, -1 / length

@@ -1,4 +1,4 @@
-"""Straight rays between seabed, surface and bodies: their first hits, and whether a path is clear."""
+"""Straight rays between seabed, surface and bodies: first hits, and occlusion of reflected paths."""
 
 import math
 
@@ -18,19 +18,19 @@ CLEARANCE = 1e-6
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def first_hits(
-    origin: Floats, way: Floats, farthest: Floats, ground: TerrainTiles, bodies: TriangleTree,
+    origin: Floats, direction: Floats, farthest: Floats, ground: TerrainTiles, bodies: TriangleTree,
     missing: NDArray[np.bool_],
     distance: Floats, hit_kind: NDArray[np.int8], body_row: NDArray[np.int64], normal: Floats,
 ) -> None:  # fmt: skip
     """First hits of rays.
 
     Args:
-        origin: Where they start [m], (n, 3).
-        way: Unit vectors [1], (n, 3).
+        origin: Starting points [m], (n, 3).
+        direction: Unit vectors [1], (n, 3).
         farthest: Distance beyond which no hit is searched [m], (n,).
         ground: The seabed.
         bodies: Triangles of all bodies.
-        missing: Pieces of the seabed that are not there are marked.
+        missing: Result, True for tiles of the seabed that are not loaded.
         distance: Result, distance to the hit [m], (n,).
         hit_kind: Result, NOTHING, BED, SURFACE or BODY, (n,).
         body_row: Result, row of the body hit, -1 for none, (n,).
@@ -38,7 +38,7 @@ def first_hits(
     """
     for n in range(farthest.size):
         x, y, z = origin[n]
-        u, v, w = way[n]
+        u, v, w = direction[n]
         far, kind, row = farthest[n], NOTHING, -1
         if w < 0 and -z / w < far:
             far, kind = -z / w, SURFACE
@@ -63,9 +63,9 @@ def clear_image_paths(
     end: Floats, place: Floats, bottom: NDArray[np.bool_], wavelength: float, ground: TerrainTiles,
     bodies: TriangleTree, missing: NDArray[np.bool_], clear: NDArray[np.bool_],
 ) -> None:  # fmt: skip
-    """Return True if reflected paths between one end of the sonar and some positions are clear, segment by segment.
+    """Test reflected paths between one end of the sonar and some positions for occlusion, segment by segment.
 
-    Terrain within half the first Fresnel zone of a bounce on the seabed is the reflecting surface, and hides nothing.
+    Terrain within half the first Fresnel zone of a bounce on the seabed is the reflecting surface and does not occlude.
 
     Args:
         end: The sonar's end [m], (3,).
@@ -74,8 +74,8 @@ def clear_image_paths(
         wavelength: Acoustic wavelength [m].
         ground: The seabed.
         bodies: Triangles of all bodies.
-        missing: Pieces of the seabed that are not there are marked.
-        clear: Which are requested; False where something stands in the way, (n,).
+        missing: Result, True for tiles of the seabed that are not loaded.
+        clear: In: positions to test. Result: False where terrain or a body blocks the path, (n,).
     """
     bounces = bottom.size
     for n in range(place.shape[0]):
@@ -127,6 +127,6 @@ def _segment_clear(  # type: ignore[no-untyped-def]
         return False
     if ground.cell == 0.0:
         return True
-    # Walked from the position to the sonar: where a ray starts on the seabed, it may touch it.
+    # Traced from the position to the sonar: a ray may touch the seabed only at its start.
     hit = terrain_hit(to_x, to_y, to_z, -u, -v, -w, margin, length - skip, ground, missing)
     return hit == math.inf

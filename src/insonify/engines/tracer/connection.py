@@ -36,18 +36,18 @@ def echoes(ping: TracedPing, hits: RayHits) -> Iterator[EchoEnergies]:
         ping: The ping.
         hits: Hits of rays on one interface.
     """
-    rays, law, own = hits.rays, hits.law, OWN_BOUNCE[hits.contribution]
+    rays, law, own_bounce = hits.rays, hits.law, OWN_BOUNCE[hits.contribution]
     by_target = "T" in rays.chain
-    if law is None or hits.contribution not in ping.choice.contributions or rays.chain.endswith(own):
+    if law is None or hits.contribution not in ping.choice.contributions or rays.chain.endswith(own_bounce):
         return
     if not by_target and (ping.is_reversed or rays.family not in ping.choice.followed_families):
         return
     sent = _transmitted_energy(ping, rays)
     for family in ping.choice.followed_families:
-        if family.endswith(own):
+        if family.endswith(own_bounce):
             continue
         back = image_legs(ping.scene, ping.receive, rays.origin, family, ping.ping_geometry.wavelength)
-        returned = scattered_per_steradian(law, rays.way, -back.arrival, hits.normal)
+        returned = scattered_per_steradian(law, rays.direction, -back.arrival, hits.normal)
         returned *= back.intensity * np.exp(-ping.attenuation * back.length) / back.length**2
         length = rays.length + back.length
         requested = ping.intersector.clear(
@@ -74,23 +74,23 @@ def echoes(ping: TracedPing, hits: RayHits) -> Iterator[EchoEnergies]:
 def _transmitted_energy(ping: TracedPing, rays: RayBundle) -> Floats:
     """Mean-square pressure times the area of each ray at its hit, by transmit beam [uPa^2 m^2], shape (beams, n)."""
     level = float(intensity_ratio(ping.ping_geometry.source_level_db))
-    left = rays.solid_angle * rays.left * np.exp(-ping.attenuation * rays.length)
+    factor = rays.solid_angle * rays.energy_fraction * np.exp(-ping.attenuation * rays.length)
     if "T" not in rays.chain:
-        sine = np.minimum(np.abs(rays.way[:, 2]), 1.0)
-        left = left * coherent_intensity_factor(
+        sine = np.minimum(np.abs(rays.direction[:, 2]), 1.0)
+        factor = factor * coherent_intensity_factor(
             ping.scene, rays.family, float(ping.transmit[2]), rays.length, sine, ping.ping_geometry.wavelength
         )
-    return np.asarray(level * left * ping.transmit_beams.gain(rays.launch) ** 2)
+    return np.asarray(level * factor * ping.transmit_beams.gain(rays.launch) ** 2)
 
 
 def _retraced_echoes(ping: TracedPing, hits: RayHits, sent: Floats) -> Iterator[EchoEnergies]:
-    """Echoes that return along the transmit path, over targets' faces; flat faces spread as a straight path."""
+    """Echoes that return along the transmit path by flat faces of targets, with spherical spreading."""
     rays = hits.rays
     if hits.law is None:
         return
     leaving, departure, length, clear = receiver_paths(ping, rays)
-    returned = scattered_per_steradian(hits.law, rays.way, leaving, hits.normal)
-    returned = returned * rays.left * np.exp(-ping.attenuation * length) / length**2
+    returned = scattered_per_steradian(hits.law, rays.direction, leaving, hits.normal)
+    returned = returned * rays.energy_fraction * np.exp(-ping.attenuation * length) / length**2
     rows = np.flatnonzero(clear & (returned > 0) & _in_window(ping, rays.length + length))
     if rows.size:
         gain = ping.receive_beams.gain(departure[rows]) ** 2
@@ -128,7 +128,7 @@ def point_echoes(ping: TracedPing, target: PointTarget, position: Floats) -> Ite
 
 
 def boundary_echo_energies(ping: TracedPing) -> Iterator[EchoEnergies]:
-    """Sound from the transmitter to the receiver by mirrors alone, family by family in the order of travel.
+    """Sound from the transmitter to the receiver by reflections alone, family by family in the order of travel.
 
     A path and the same path travelled backwards, such as BS and SB, interfere; others add as energies.
 
@@ -145,8 +145,8 @@ def boundary_echo_energies(ping: TracedPing) -> Iterator[EchoEnergies]:
         )
         sine = np.abs(back.departure[:, 2])
         rough = sediment_bounce_factor(family, depth, back.length, sine, ping.scene.seabed, geometry.wavelength)
-        left = back.intensity * rough**2 * np.exp(-ping.attenuation * back.length) / back.length**2
-        sent = level * left * ping.transmit_beams.gain(-back.arrival) ** 2
+        loss = back.intensity * rough**2 * np.exp(-ping.attenuation * back.length) / back.length**2
+        sent = level * loss * ping.transmit_beams.gain(-back.arrival) ** 2
         energy = _channels(ping, sent, ping.receive_beams.gain(back.departure) ** 2)
         if not clear[0] or not energy.any():
             continue
@@ -161,11 +161,13 @@ def _reciprocal(ping: TracedPing, position: Floats, out: str, back: str) -> Floa
     """Interference of paths with the same travelled backwards [1]: 1 where both ends are at one position."""
     if ping.ping_geometry.is_monostatic:
         return np.ones(len(position))
-    apart = np.zeros(len(position))
+    path_difference = np.zeros(len(position))
     for end, sign in ((ping.transmit, 1.0), (ping.receive, -1.0)):
         for family, turn in ((out, sign), (back, -sign)):
-            apart += turn * image_legs(ping.scene, end, position, family, ping.ping_geometry.wavelength).length
-    return _interference(ping, apart)
+            path_difference += (
+                turn * image_legs(ping.scene, end, position, family, ping.ping_geometry.wavelength).length
+            )
+    return _interference(ping, path_difference)
 
 
 def _exchanged_interference(ping: TracedPing, rays: RayBundle, family: str, length: Floats) -> Floats:
@@ -183,17 +185,17 @@ def _exchanged_interference(ping: TracedPing, rays: RayBundle, family: str, leng
     return _interference(ping, length - out - np.linalg.norm(rays.origin - rays.receiver_image, axis=1))
 
 
-def _interference(ping: TracedPing, apart: Floats) -> Floats:
-    """Mean-square pressure that two equal echoes add by interference, re that of one of them.
+def _interference(ping: TracedPing, path_difference: Floats) -> Floats:
+    """Interference term of two equal echoes, re the mean-square pressure of one of them.
 
     Args:
         ping: The ping.
-        apart: Difference of their path lengths [m], shape (n,).
+        path_difference: Difference of their path lengths [m], shape (n,).
 
     Returns:
         The autocorrelation of the received pulse with its carrier [1], 1 without a difference, shape (n,).
     """
-    lag, (step, correlation) = apart / _speed(ping), _pulse_correlation(ping.ping_geometry.pulse)
+    lag, (step, correlation) = path_difference / _speed(ping), _pulse_correlation(ping.ping_geometry.pulse)
     value = np.interp(np.abs(lag), step * np.arange(len(correlation)), correlation, right=0.0)
     return np.asarray(np.real(np.exp(2j * np.pi * ping.ping_geometry.frequency * np.abs(lag)) * value))
 
@@ -208,7 +210,7 @@ def _pulse_correlation(pulse: ReceivedPulse) -> tuple[float, NDArray[np.complex1
 
 
 def _channels(ping: TracedPing, sent: Floats, gains: Floats) -> Floats:
-    """Energy in every channel from that of its beams, (channels, n)."""
+    """Energy in every channel from its transmit and receive beams, (channels, n)."""
     channel = np.arange(ping.ping_geometry.channel_count)
     return np.asarray(sent[channel % len(sent)] * gains[channel % len(gains)])
 

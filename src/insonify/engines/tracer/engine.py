@@ -33,9 +33,9 @@ from insonify.sonar.ping_geometry import PingGeometry
 Floats = NDArray[np.float64]
 
 PARTS = 16
-"""Parts that a ping's rays are shared into: fixed, so that sums do not depend on the number of threads."""
+"""Number of parts of the rays of a ping: fixed, so that sums do not depend on the number of threads."""
 MAX_WINDOWS = 64
-"""Bodies times families that rays are aimed at [1]."""
+"""Largest number of combinations of a body and a family at which rays are aimed [1]."""
 DB_TO_NEPER = np.log(10) / 10
 
 Block = Callable[[], list[EchoEnergies]]
@@ -45,15 +45,15 @@ class Tracer:
     """The engine for one scene and one choice of paths."""
 
     def __init__(self, scene: Scene, choice: PathSettings, seed: int) -> None:
-        """Make a scene ready for rays.
+        """Prepare a scene for tracing.
 
         Args:
-            scene: What is traced.
-            choice: Families, number of rays, what faces mirror.
+            scene: The scene.
+            choice: Families, number of rays, specular fraction of targets.
             seed: Seed of the scenario.
 
         Raises:
-            ValueError: The scene needs more than straight rays; the message gives the remedy.
+            ValueError: The water refracts; the message gives the remedy.
         """
         if scene.water.layered:
             raise ValueError(
@@ -71,7 +71,7 @@ class Tracer:
             quadrature: Not used: rays give expectations only; random scatterers belong to the eigenray engine.
 
         Returns:
-            Blocks in a fixed order, however many threads will trace them.
+            Blocks, in an order that does not depend on the number of threads.
         """
         if not quadrature:
             raise ValueError("the tracer has no phases: write field: incoherent, or paths.engine: eigenrays")
@@ -83,7 +83,7 @@ class Tracer:
         return [*rays, partial(self._exact_paths, ping)]
 
     def exact_paths(self, ping_geometry: PingGeometry) -> list[EchoEnergies]:
-        """Paths of one ping that need no random rays: to point targets, and by mirrors alone.
+        """Paths of one ping without random rays: to point targets, and boundary echoes.
 
         Args:
             ping_geometry: The sonar at this ping.
@@ -124,11 +124,11 @@ class Tracer:
         one_way_range = speed * max(ping_geometry.recorded_delays[1], 0.0) / 2 + float(
             np.linalg.norm(transmit - receive)
         )
-        thrown = self._launch_sampler(ping_geometry, transmit, transmit_beams, receive_beams, laws)
+        sampler = self._launch_sampler(ping_geometry, transmit, transmit_beams, receive_beams, laws)
         intersector = self.world.intersector(transmit, 2 * one_way_range)
         attenuation = float(scene.water.absorption(ping_geometry.frequency)) * DB_TO_NEPER
         return TracedPing(
-            scene, self.choice, ping_geometry, intersector, thrown, transmit, receive, transmit_beams, receive_beams,
+            scene, self.choice, ping_geometry, intersector, sampler, transmit, receive, transmit_beams, receive_beams,
             laws, attenuation,
         )  # fmt: skip
 
@@ -138,38 +138,42 @@ class Tracer:
         return ping.exchanged(self._launch_sampler(ping.ping_geometry, ping.receive, *beams, ping.laws))
 
     def _trace(self, ping: TracedPing, part: int) -> list[EchoEnergies]:
-        """All that comes back of one part of the rays."""
-        way, solid_angle = ping.launch_sampler.rays(self.seed, ping.ping_geometry.ping, self.choice.rays, part, PARTS)
-        n = len(way)
+        """Echoes of one part of the rays."""
+        direction, solid_angle = ping.launch_sampler.rays(
+            self.seed, ping.ping_geometry.ping, self.choice.rays, part, PARTS
+        )
+        n = len(direction)
         start = np.tile(ping.transmit, (n, 1))
-        rays = RayBundle("", start, way, np.zeros(n), way, solid_angle, np.ones(n), np.tile(ping.receive, (n, 1)))
-        has_gain = (ping.transmit_beams.gain(way) ** 2).max(axis=0) > 0
+        rays = RayBundle(
+            "", start, direction, np.zeros(n), direction, solid_angle, np.ones(n), np.tile(ping.receive, (n, 1))
+        )
+        has_gain = (ping.transmit_beams.gain(direction) ** 2).max(axis=0) > 0
         return [echo for hits in trace_hits(ping, rays.take(has_gain)) for echo in echoes(ping, hits)]
 
     def _exact_paths(self, ping: TracedPing) -> list[EchoEnergies]:
-        """All that comes back of point targets, and by mirrors alone."""
+        """Echoes of point targets, and boundary echoes."""
         points = [target for target in self.scene.targets if isinstance(target, PointTarget)]
         if "target" not in self.choice.contributions:
             points = []
-        places = [self.world.to_lattice_frame(np.array([target.position])) for target in points]
-        found = [echo for one, place in zip(points, places, strict=True) for echo in point_echoes(ping, one, place)]
+        positions = [self.world.to_lattice_frame(np.array([target.position])) for target in points]
+        found = [echo for one, at in zip(points, positions, strict=True) for echo in point_echoes(ping, one, at)]
         return [*found, *boundary_echo_energies(ping)]
 
     def _launch_sampler(
         self, ping_geometry: PingGeometry, position: Floats, transmit: Beams, receive: Beams,
         laws: Mapping[int, Law | None],
     ) -> LaunchSampler:  # fmt: skip
-        """Sampler of launch directions: over boundaries that scatter, within the recorded window, and at bodies."""
+        """Sampler of launch directions towards scattering boundaries within the recorded window, and towards bodies."""
         bed = self.scene.seabed.depth
         first, last = (self.scene.water.sound_speed * max(delay, 0.0) / 2 for delay in ping_geometry.recorded_delays)
         reaches: list[tuple[float, float, float, float]] = []
         for kind, letter, contribution, depth in ((BED, "B", "seabed", bed), (SURFACE, "S", "surface", 0.0)):
             if laws[kind] is None or contribution not in self.choice.contributions:
                 continue
-            ways = [family for family in self.choice.followed_families if not family.endswith(letter)]
-            climbs = {family: abs(depth - image_source_depth(family, position[2], bed)) for family in ways}
+            families = [family for family in self.choice.followed_families if not family.endswith(letter)]
+            climbs = {family: abs(depth - image_source_depth(family, position[2], bed)) for family in families}
             for family, climb in climbs.items():
-                # The way back may be by another family, longer or shorter than the way out.
+                # The receive leg may be of another family, longer or shorter than the transmit leg.
                 near = first - (max(climbs.values()) ** 2 - climb**2) / (4 * max(first, 1.0))
                 far = last + (climb**2 - min(climbs.values()) ** 2) / (4 * max(last, 1.0))
                 reaches.append((climb, _vertical_sense(family, float(depth - position[2])), max(near, 0.0), far))
@@ -178,7 +182,7 @@ class Tracer:
     def _body_windows(
         self, position: Floats, last: float, transmit: Beams, receive: Beams
     ) -> Iterator[tuple[Floats, bool]]:
-        """Every body as each family sees it: rays to the corners around it, and whether their sense is turned."""
+        """Vectors from each family's image of the sonar to a body's bounding box, and True if they are reversed."""
         floor, left = 10 ** (self.choice.beam_cutoff_db / 10), MAX_WINDOWS
         for body in self.scene.occluders if "target" in self.choice.contributions else ():
             surface = self.world.to_lattice_frame(world_triangles(body, self.scene.seabed).vertices)
@@ -189,17 +193,17 @@ class Tracer:
                 )
                 rays = corners.reshape(3, 8).T - image
                 turned = len(bounce_letters(family)) % 2 == 1
-                ways = np.vstack([rays, rays.mean(axis=0)]) * np.array([1, 1, -1 if turned else 1])
-                reach = np.linalg.norm(ways, axis=1)
-                ways /= np.maximum(reach, 1e-9)[:, None]
-                gain = np.max(transmit.gain(ways) ** 2 * np.max(receive.gain(ways) ** 2, axis=0))
+                directions = np.vstack([rays, rays.mean(axis=0)]) * np.array([1, 1, -1 if turned else 1])
+                reach = np.linalg.norm(directions, axis=1)
+                directions /= np.maximum(reach, 1e-9)[:, None]
+                gain = np.max(transmit.gain(directions) ** 2 * np.max(receive.gain(directions) ** 2, axis=0))
                 if reach.min() <= last and gain > floor and left:
                     left -= 1
                     yield rays, turned
 
 
 def _vertical_sense(family: str, below: float) -> float:
-    """Return True if rays of a family leave downwards (1) or upwards (-1)."""
+    """Sense in which rays of a family leave: 1 downwards, -1 upwards."""
     if bounce_letters(family):
         return 1.0 if bounce_letters(family)[0] == "B" else -1.0
     return 1.0 if below > 0 else -1.0

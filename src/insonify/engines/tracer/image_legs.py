@@ -1,4 +1,4 @@
-"""Ways between one end of the sonar and positions, by every family of mirrors, each unfolded into a straight line."""
+"""Legs between one end of the sonar and positions by families of reflections, as straight lines from image sources."""
 
 from dataclasses import dataclass
 
@@ -12,7 +12,7 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class ImageLegs:
-    """Ways of one family between one end and n positions, clear or not."""
+    """Legs of one family between one end and n positions, not tested for occlusion."""
 
     length: Floats
     """Path length [m], (n,)."""
@@ -25,12 +25,12 @@ class ImageLegs:
 
 
 def bounce_letters(family: str) -> str:
-    """The mirrors of a family, from the sonar outwards."""
+    """Letters of the reflections of a family, from the sonar outwards; empty for D."""
     return "" if family == "D" else family
 
 
 def image_source_depth(family: str, depth: float, water_depth: float) -> float:
-    """Depth from which a family's rays run straight to a position [m]: that of the sonar, mirrored mirror by mirror."""
+    """Depth of the image source of a family [m]: that of the sonar, reflected in each boundary in turn."""
     for letter in bounce_letters(family):
         depth = 2 * (water_depth if letter == "B" else 0.0) - depth
     return depth
@@ -40,7 +40,7 @@ def image_legs(scene: Scene, end: Floats, position: Floats, family: str, wavelen
     """The paths of one family.
 
     Args:
-        scene: Its mirrors: the level surface, and the mean plane of the seabed.
+        scene: Scene, of which the flat surface and the mean plane of the seabed reflect.
         end: The sonar's end [m], shape (3,).
         position: Positions [m], shape (n, 3).
         family: Name of the family.
@@ -52,43 +52,43 @@ def image_legs(scene: Scene, end: Floats, position: Floats, family: str, wavelen
     arrival = ray / length[:, None]
     sense = np.array([1, 1, -1 if len(bounce_letters(family)) % 2 else 1])
     sine = np.abs(arrival[:, 2])
-    left = reflected_intensity(scene, family, np.arcsin(np.minimum(sine, 1.0)))
-    left = left * coherent_intensity_factor(scene, family, float(end[2]), length, sine, wavelength)
-    return ImageLegs(length, arrival * sense, arrival, left)
+    intensity = reflected_intensity(scene, family, np.arcsin(np.minimum(sine, 1.0)))
+    intensity = intensity * coherent_intensity_factor(scene, family, float(end[2]), length, sine, wavelength)
+    return ImageLegs(length, arrival * sense, arrival, intensity)
 
 
 def reflected_intensity(scene: Scene, family: str, grazing: Floats) -> Floats:
-    """Intensity that the mirrors of a family leave at one grazing angle [rad], shape of `grazing`."""
-    left = np.ones(np.shape(grazing))
+    """Product of the squared reflection coefficients of a family at one grazing angle [rad], shape of `grazing`."""
+    intensity = np.ones(np.shape(grazing))
     for letter in set(bounce_letters(family)):
-        mirror = scene.seabed.reflection_coefficient if letter == "B" else scene.surface.reflection_coefficient
-        left = left * np.abs(mirror(grazing)) ** (2 * bounce_letters(family).count(letter))
-    return left
+        coefficient = scene.seabed.reflection_coefficient if letter == "B" else scene.surface.reflection_coefficient
+        intensity = intensity * np.abs(coefficient(grazing)) ** (2 * bounce_letters(family).count(letter))
+    return intensity
 
 
 def coherent_intensity_factor(
     scene: Scene, family: str, depth: float, length: Floats, sine: Floats, wavelength: float
 ) -> Floats:
-    """Intensity that the roughness of the seabed leaves after all bounces of a family [1], shape of `length`.
+    """Factor of the seabed's roughness on the specular intensity over all bounces of a family [1], shape of `length`.
 
     Args:
         scene: The scene; 1 over a flat bed.
         family: Name of the family.
         depth: Depth of the sonar's end [m].
         length: Lengths of the paths [m].
-        sine: Of their grazing angles at the mirrors [1].
+        sine: Sines of their grazing angles at the boundaries [1].
         wavelength: Acoustic wavelength [m].
     """
-    terrain, left = scene.seabed.terrain, np.ones(np.shape(length))
+    terrain, factor = scene.seabed.terrain, np.ones(np.shape(length))
     if terrain is None:
-        return left
+        return factor
     climb, z = 0.0, depth
     for letter in bounce_letters(family):
         goal = terrain.depth if letter == "B" else 0.0
         climb, z = climb + abs(goal - z), goal
         if letter == "B":
             part = np.clip(climb / np.maximum(sine * length, 1e-12), 0, 1)
-            # the first Fresnel zone: an ellipse, its mean axis
+            # geometric mean of the axes of the first Fresnel zone
             zone = 2 * np.sqrt(wavelength * length * part * (1 - part) / np.maximum(sine, 1e-9))
-            left = left * terrain.roughness_reflection_factor(sine, wavelength, np.maximum(zone, 1e-6)) ** 2
-    return left
+            factor = factor * terrain.roughness_reflection_factor(sine, wavelength, np.maximum(zone, 1e-6)) ** 2
+    return factor

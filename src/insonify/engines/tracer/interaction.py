@@ -11,15 +11,15 @@ Floats = NDArray[np.float64]
 
 
 def scattered_per_steradian(law: Law, incoming: Floats, outgoing: Floats, normal: Floats) -> Floats:
-    """Bistatic cross section per unit area, over the sine of the grazing angle of what arrives [1/sr].
+    """Bistatic cross section per unit area over the sine of the incident grazing angle [1/sr].
 
-    A ray that represents a solid angle at the source carries the same energy at any distance; the area it insonifies
-    grows as one over that sine.
+    The energy of a ray, which represents a solid angle at the source, does not depend on distance; the area that it
+    insonifies is inversely proportional to that sine.
 
     Args:
         law: Scattering law of the interface.
-        incoming: Directions of travel towards it [1], shape (n, 3).
-        outgoing: Directions of travel from the interface [1], shape (n, 3).
+        incoming: Directions of the incident rays [1], shape (n, 3).
+        outgoing: Directions of the scattered rays [1], shape (n, 3).
         normal: Unit normals into the water [1], shape (n, 3).
     """
     sine_in, sine_out = -_dot(incoming, normal), _dot(outgoing, normal)
@@ -28,17 +28,17 @@ def scattered_per_steradian(law: Law, incoming: Floats, outgoing: Floats, normal
         section = np.asarray(law.cross_section(incoming.T, outgoing.T, normal.T), float)
     else:
         grazing_in, grazing_out = (np.arcsin(np.clip(sine, -1, 1)) for sine in (sine_in, sine_out))
-        section = law.cross_section(grazing_in, grazing_out, _turn(incoming, outgoing, normal))
+        section = law.cross_section(grazing_in, grazing_out, _bistatic_azimuth(incoming, outgoing, normal))
     return np.asarray(np.where(lit, section / np.maximum(sine_in, 1e-12), 0.0))
 
 
-def specular_direction(way: Floats, normal: Floats) -> Floats:
-    """Directions after a mirror of some normals, shape (n, 3)."""
-    return np.asarray(way - 2 * _dot(way, normal)[:, None] * normal)
+def specular_direction(direction: Floats, normal: Floats) -> Floats:
+    """Directions after specular reflection at planes of some unit normals, shape (n, 3)."""
+    return np.asarray(direction - 2 * _dot(direction, normal)[:, None] * normal)
 
 
 def specular_fraction(law: Lambert) -> float:
-    """Share of the energy that a Lambert face does not scatter, and so mirrors [1]: its albedo is pi mu."""
+    """Fraction of the energy that a Lambert face reflects specularly [1]: one less its albedo, pi mu."""
     return max(0.0, 1 - np.pi * 10 ** (law.strength_db / 10))
 
 
@@ -46,7 +46,7 @@ def _dot(a: Floats, b: Floats) -> Floats:
     return np.einsum("ij,ij->i", a, b)
 
 
-def _turn(incoming: Floats, outgoing: Floats, normal: Floats) -> Floats:
-    """Bistatic azimuth: 0 where the sound goes on ahead, pi where it comes straight back."""
+def _bistatic_azimuth(incoming: Floats, outgoing: Floats, normal: Floats) -> Floats:
+    """Bistatic azimuth [rad], (n,): 0 for forward scattering, pi for backscattering."""
     a, b = (ray - _dot(ray, normal)[:, None] * normal for ray in (incoming, outgoing))
     return np.arctan2(np.linalg.norm(np.cross(a, b), axis=1), _dot(a, b))

@@ -1,9 +1,9 @@
 """Launch directions of rays, and the solid angle that each represents.
 
-Directions are given by the cosine u to the array's right and the angle psi about that axis: solid angle is du dpsi, and
-a side-looking beam is narrow in u alone. Some rays follow the beams and fill slant range evenly, family by family;
-others are aimed at each body. The solid angle of a ray follows from the probability density of all of them together at
-its direction, so the estimate is unbiased.
+Directions are given by the direction cosine u to the array's right and the angle psi about that axis: solid angle is
+du dpsi, and a side-looking beam is narrow in u alone. Some rays are drawn in proportion to the beam gain over u and
+uniformly over slant range, family by family; others are drawn within the angles of each body. The solid angle of a ray
+is one over the density of all rays together in its direction, so that the estimate is unbiased.
 
 Method: stratified and importance sampling, and the balance heuristic of Veach & Guibas (1995), Proc. SIGGRAPH 95, 419.
 """
@@ -21,11 +21,11 @@ Floats = NDArray[np.float64]
 ACROSS, AROUND = 8192, 16384
 """Steps of the tables over u and psi."""
 UNIFORM_ACROSS, UNIFORM_AROUND = 0.05, 0.1
-"""Share of the rays that are thrown evenly over u, and over psi, whatever the beams [1]."""
+"""Fraction of the rays that are uniform over u, and over psi, independent of the beams [1]."""
 MIN_RELATIVE_GAIN = 0.02
-"""Gain re the largest below which rays are as dense as at this gain [1]."""
+"""Relative gain added to that of the beam, so that the density of rays does not vanish outside the beam [1]."""
 AIMED_FRACTION = 0.35
-"""Share of the rays that are aimed at bodies, where there are any [1]."""
+"""Fraction of the rays that are aimed at bodies, where there are any [1]."""
 WINDOW_MARGIN = 0.1
 """Margin of a window on each side of a body, re the body's size [1]."""
 _GOLDEN = 0.6180339887498949
@@ -34,35 +34,37 @@ _LEAST_WINDOW = 1e-4  # of u, and of psi [rad]
 
 @dataclass(frozen=True, slots=True)
 class TabulatedDensity:
-    """A density over even steps between two ends."""
+    """Probability density that is constant in each of n equal steps."""
 
     low: float
+    """Lower end of the first step."""
     step: float
+    """Width of a step."""
     probability: Floats
-    """Part of the rays in each step, shape (n,)."""
+    """Probability of each step, shape (n,)."""
     cumulative: Floats
-    """Part of the rays below each border, shape (n + 1,)."""
+    """Cumulative probability at the borders of the steps, shape (n + 1,)."""
 
     def density(self, x: Floats) -> Floats:
-        """Rays per unit, shape of x; 0 outside."""
+        """Probability density at x, shape of x; 0 outside."""
         row = np.floor((x - self.low) / self.step).astype(np.int64)
         inside = (row >= 0) & (row < len(self.probability))
         return np.asarray(
             np.where(inside, self.probability[np.clip(row, 0, len(self.probability) - 1)] / self.step, 0.0)
         )
 
-    def place(self, part: Floats) -> Floats:
-        """Value below which a fraction of the rays, 0 to 1, lies, shape of `part`."""
+    def quantile(self, part: Floats) -> Floats:
+        """Value below which a probability lies, the inverse of the cumulative probability, shape of `part`."""
         borders = self.low + self.step * np.arange(len(self.cumulative))
         return np.interp(part, self.cumulative, borders)
 
 
 def tabulated_density(low: float, high: float, weight: Floats) -> TabulatedDensity:
-    """A density from weights over even steps.
+    """Density proportional to weights of equal steps.
 
     Args:
-        low: Where the first step begins.
-        high: Where the last one ends.
+        low: Lower end of the first step.
+        high: Upper end of the last step.
         weight: Weight of each step, not negative, shape (n,).
     """
     probability = weight / weight.sum()
@@ -72,16 +74,17 @@ def tabulated_density(low: float, high: float, weight: Floats) -> TabulatedDensi
 
 @dataclass(frozen=True, slots=True)
 class AimWindow:
-    """Directions towards one body by one family of mirrors: over u as the beams are, over psi evenly."""
+    """Directions towards one body by one family: distributed over u like the beams, over psi uniformly."""
 
     u: tuple[float, float]
+    """Least and greatest direction cosine u [1]."""
     part: tuple[float, float]
-    """Parts of the rays of the beams that leave below its ends in u [1]."""
+    """Cumulative probabilities of the density over u at these two [1]."""
     psi: tuple[float, float]
-    """From its lower end on [rad]."""
+    """Least and greatest angle psi [rad]."""
 
     def density(self, u: Floats, psi: Floats, across: TabulatedDensity) -> Floats:
-        """Rays per unit solid angle of those aimed through it [1/sr]."""
+        """Probability density of the rays aimed through the window, per solid angle [1/sr]."""
         low, tall = self.psi[0], self.psi[1] - self.psi[0]
         inside = (u >= self.u[0]) & (u < self.u[1]) & (np.mod(psi - low, 2 * np.pi) < tall)
         return np.asarray(inside * across.density(u) / ((self.part[1] - self.part[0]) * tall))
@@ -104,41 +107,41 @@ class LaunchSampler:
 
         Args:
             seed: Seed of the scenario.
-            ping: Number of the ping: rays are thrown anew each time.
-            count: All rays.
-            part: Which part.
-            parts: How many parts there are.
+            ping: Number of the ping; every ping has independent rays.
+            count: Number of all rays.
+            part: Number of the part, from 0.
+            parts: Number of parts.
 
         Returns:
             Unit vectors (n, 3), and the solid angle that each represents [sr] (n,).
         """
         aimed = int(AIMED_FRACTION * count / len(self.windows)) if self.windows else 0
         general = count - aimed * len(self.windows)
-        thrown: list[tuple[Floats, Floats]] = []
+        drawn: list[tuple[Floats, Floats]] = []
         for group, size in enumerate([general] + [aimed] * len(self.windows)):
             n = np.arange(part, size, parts)
             first = random_keys.uniforms(seed, random_keys.TRACER, 0, group, ping, 1)
             u = random_keys.uniforms(seed, random_keys.TRACER, n, group, ping, 0)
             one, other = (n + u[:, 0]) / max(size, 1), np.mod(n * _GOLDEN + first[0], 1.0)
             if group == 0:
-                thrown.append((self.across.place(other), self.around.place(one)))
+                drawn.append((self.across.quantile(other), self.around.quantile(one)))
             else:
                 (left, right), (low, high) = self.windows[group - 1].part, self.windows[group - 1].psi
-                thrown.append((self.across.place(left + other * (right - left)), low + one * (high - low)))
-        cosine, turn = (np.concatenate(column) for column in zip(*thrown, strict=True))
+                drawn.append((self.across.quantile(left + other * (right - left)), low + one * (high - low)))
+        cosine, turn = (np.concatenate(column) for column in zip(*drawn, strict=True))
         density = general * self.across.density(cosine) * self.around.density(_wrapped(turn))
         for window in self.windows:
             density += aimed * window.density(cosine, turn, self.across)
         return self.direction(cosine, turn), 1 / density
 
     def direction(self, u: Floats, psi: Floats) -> Floats:
-        """Unit vectors of cosines u and turns psi, shape (n, 3)."""
+        """Unit vectors of direction cosines u and angles psi, shape (n, 3)."""
         ahead = np.sqrt(np.maximum(1 - u**2, 0.0))
         return np.asarray(np.stack([ahead * np.cos(psi), u, ahead * np.sin(psi)], axis=-1) @ self.axes)
 
 
 def _wrapped(psi: Floats) -> Floats:
-    """Turns brought between -pi and pi [rad]."""
+    """Angles wrapped to -pi to pi [rad]."""
     return np.mod(psi + np.pi, 2 * np.pi) - np.pi
 
 
@@ -148,12 +151,12 @@ def launch_sampler(
     """Sampler of the launch directions of one ping.
 
     Args:
-        transmit: Beams that send, in the frame of the rays.
+        transmit: Transmit beams, in the frame of the rays.
         receive: Receive beams, shape (channels,).
-        reaches: For each family that gets to a boundary: the vertical distance to it with all bounces [m], the sense in
-            which its rays leave (1 down, -1 up), and the least and greatest length that is received [m].
-        sights: For each body and family, rays to corners around it from the image of the sonar [m] (8, 3), and whether
-            they leave with their vertical sense turned.
+        reaches: For each family to a scattering boundary: the vertical distance to it with all bounces [m], the sense
+            in which its rays leave (1 down, -1 up), and the least and greatest path length that is recorded [m].
+        sights: For each body and family, vectors from the image of the sonar to the corners of the body's bounding box
+            [m] (8, 3), and True if the vertical component of its launch directions is reversed.
     """
     plain = LaunchSampler(transmit.axes, _uniform_density(-1, 1), _uniform_density(-np.pi, np.pi), ())
     psi = np.linspace(-np.pi, np.pi, AROUND + 1)
@@ -164,8 +167,8 @@ def launch_sampler(
     u = -1 + 2 * (np.arange(ACROSS) + 0.5) / ACROSS
     gain_of = np.zeros(ACROSS)
     for turn in (0.0, float(middle[np.argmax(sent)])):
-        ways = plain.direction(u, np.full(ACROSS, turn))
-        gain_of += _max_power(transmit, ways) * _max_power(receive, ways)
+        directions = plain.direction(u, np.full(ACROSS, turn))
+        gain_of += _max_power(transmit, directions) * _max_power(receive, directions)
     across = tabulated_density(
         -1, 1, UNIFORM_ACROSS / ACROSS + (1 - UNIFORM_ACROSS) * gain_of / max(gain_of.sum(), 1e-300)
     )
@@ -177,11 +180,11 @@ def launch_sampler(
 def _slant_range_density(
     down: Floats, sent: Floats, reaches: list[tuple[float, float, float, float]]
 ) -> TabulatedDensity:
-    """The density over psi that fills slant range evenly, family by family.
+    """Density over psi for which rays are uniform over slant range, family by family.
 
     Args:
         down: Sine of the launch angle at the borders of the steps, positive down [1], shape (AROUND + 1,).
-        sent: Power that the beam sends in each step [1], shape (AROUND,).
+        sent: Transmitted power in each step [1], shape (AROUND,).
         reaches: See `launch_sampler`.
     """
     weight, found = np.full(AROUND, 1.0 / AROUND), np.zeros(AROUND)
@@ -199,13 +202,13 @@ def _uniform_density(low: float, high: float) -> TabulatedDensity:
     return tabulated_density(low, high, np.ones(1))
 
 
-def _max_power(beams: Beams, ways: Floats) -> Floats:
-    """Largest power of all beams towards some directions [1], shape (n,)."""
-    return np.asarray((beams.gain(ways) ** 2).max(axis=0))
+def _max_power(beams: Beams, directions: Floats) -> Floats:
+    """Largest power gain of all beams in some directions [1], shape (n,)."""
+    return np.asarray((beams.gain(directions) ** 2).max(axis=0))
 
 
 def _aim_window(axes: Floats, across: TabulatedDensity, corners: Floats, turned: bool) -> AimWindow:
-    """The window about a body seen from an image of the sonar."""
+    """Window of launch directions about a body as seen from an image of the sonar."""
     ray = corners * np.array([1, 1, -1 if turned else 1])
     ahead, u, under = ((ray / np.maximum(np.linalg.norm(ray, axis=1, keepdims=True), 1e-9)) @ axes.T).T
     psi = np.arctan2(under, ahead)

@@ -20,7 +20,7 @@ Rows = NDArray[np.bool_] | NDArray[np.int64]
 
 @dataclass(frozen=True, slots=True)
 class TracedPing:
-    """One ping in the scatterer grid's frame: what every part of its rays needs."""
+    """One ping in the scatterer grid's frame: scene, beams, laws and sampler common to all its rays."""
 
     scene: Scene
     choice: PathSettings
@@ -28,21 +28,21 @@ class TracedPing:
     intersector: RayIntersector
     launch_sampler: LaunchSampler
     transmit: Floats
-    """Place of the transmitter [m], (3,)."""
+    """Position of the transmitter [m], (3,)."""
     receive: Floats
-    """Place of the receiver [m], (3,)."""
+    """Position of the receiver [m], (3,)."""
     transmit_beams: Beams
     receive_beams: Beams
     laws: Mapping[int, Law | None]
     """Scattering laws of seabed and surface, by interface."""
     attenuation: float
-    """Intensity lost to absorption along each metre [Np/m]."""
+    """Absorption coefficient of intensity, per metre [Np/m]."""
     is_reversed: bool = False
     """True: transmitter and receiver are exchanged, so that rays from the receiver reach targets' faces on its side."""
 
     @property
     def farthest(self) -> float:
-        """Length of the longest two-way path that is received [m]."""
+        """Length of the longest two-direction path that is received [m]."""
         return self.scene.water.sound_speed * max(self.ping_geometry.recorded_delays[1], 0.0)
 
     def exchanged(self, launch_sampler: LaunchSampler) -> "TracedPing":
@@ -59,32 +59,32 @@ class TracedPing:
 
 @dataclass(frozen=True, slots=True)
 class RayBundle:
-    """Rays of one chain of mirrors, n of them, in the scatterer grid's frame."""
+    """Rays with one chain of specular reflections, n of them, in the scatterer grid's frame."""
 
     chain: str
     """Letters of the reflections so far, in order: S surface, B seabed, T a target's face."""
     origin: Floats
     """Positions [m], (n, 3)."""
-    way: Floats
+    direction: Floats
     """Directions [1], (n, 3)."""
     length: Floats
     """Path lengths so far [m], (n,)."""
     launch: Floats
     """Directions in which they left the sonar [1], (n, 3)."""
     solid_angle: Floats
-    """That each represents [sr], (n,)."""
-    left: Floats
-    """Part of the energy that the mirrors have left [1], (n,)."""
+    """Solid angle that each represents [sr], (n,)."""
+    energy_fraction: Floats
+    """Fraction of the energy that remains after the reflections so far [1], (n,)."""
     receiver_image: Floats
-    """Images of the receiver in the mirrors so far, round ones as flat as they are at the hit [m], (n, 3)."""
+    """Images of the receiver in the reflecting planes so far, curved faces by their tangent planes [m], (n, 3)."""
     flat: bool = True
     """True: all reflections so far are off flat faces, so that spreading is that of a straight path."""
 
     def take(self, rows: Rows) -> "RayBundle":
         """Some of the rays."""
         return RayBundle(
-            self.chain, self.origin[rows], self.way[rows], self.length[rows], self.launch[rows],
-            self.solid_angle[rows], self.left[rows], self.receiver_image[rows], self.flat,
+            self.chain, self.origin[rows], self.direction[rows], self.length[rows], self.launch[rows],
+            self.solid_angle[rows], self.energy_fraction[rows], self.receiver_image[rows], self.flat,
         )  # fmt: skip
 
     @property
@@ -98,7 +98,7 @@ class RayHits:
     """Hits of the rays of one chain on one interface."""
 
     rays: RayBundle
-    """The rays as they arrive: origin at the hit, way towards it."""
+    """The rays as they arrive: origin at the hit, direction towards it."""
     normal: Floats
     """Unit normal into the water [1], (n, 3)."""
     contribution: str
@@ -109,7 +109,7 @@ class RayHits:
     """Letter of the reflection in chains."""
     law: Law | None
     """Scattering law of the interface."""
-    mirror: float
-    """Share of the energy that a target's face mirrors [1]; bed and surface have coefficients of their own."""
+    specular_fraction: float
+    """Fraction of the energy that a target's face reflects specularly [1]; 0 for seabed and surface."""
     flat: bool = True
-    """True: the mirror is flat; a round body is given from one with faces by the angles at its edges."""
+    """True: the reflecting face is flat, see `tracing_scene.has_flat_faces`."""

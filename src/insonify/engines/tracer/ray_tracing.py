@@ -1,4 +1,4 @@
-"""Tracing of rays: straight to the first hit, then in the specular direction, until little energy is left."""
+"""Tracing of rays: straight to the first hit, then in the specular direction, until little energy remains."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -16,9 +16,10 @@ from insonify.scene.target import Solid
 Floats = NDArray[np.float64]
 
 MIN_ENERGY_FRACTION = 1e-7
-"""A ray of which mirrors have left less than this part of the energy is given up [1]."""
-SAME_POINT = 1e-3
-"""Distance from the receiver at which a path by the mirrors of a ray ends where they are the same mirrors [m]."""
+"""Fraction of its energy below which a ray is not traced further [1]."""
+MAX_MISS_DISTANCE = 1e-3
+"""Largest distance from the receiver at which a path by the faces of a ray's chain may end [m]; else the path hit other
+faces of the same kind."""
 BOUNCE_LETTERS = {BED: "B", SURFACE: "S", BODY: "T"}
 CONTRIBUTIONS = {BED: "seabed", SURFACE: "surface", BODY: "target"}
 UP = np.array([0.0, 0.0, -1.0])
@@ -30,30 +31,31 @@ def trace_hits(ping: TracedPing, rays: RayBundle) -> Iterator[RayHits]:
     Yields:
         RayHits, chain by chain, including those of chains that are not followed further.
     """
-    under_way = [rays]
-    while under_way:
-        now = under_way.pop()
-        for hits in _first_hits(ping, now):
+    pending = [rays]
+    while pending:
+        bundle = pending.pop()
+        for hits in _first_hits(ping, bundle):
             yield hits
-            if is_followed(ping, now.chain + hits.letter):
-                after = _reflected_rays(ping, hits)
-                after = after.take(after.left > MIN_ENERGY_FRACTION)
-                if len(after.length):
-                    under_way.append(after)
+            if is_followed(ping, bundle.chain + hits.letter):
+                reflected = _reflected_rays(ping, hits)
+                reflected = reflected.take(reflected.energy_fraction > MIN_ENERGY_FRACTION)
+                if len(reflected.length):
+                    pending.append(reflected)
 
 
 def is_followed(ping: TracedPing, chain: str) -> bool:
-    """Return True if rays of a chain of mirrors are followed.
+    """Return True if rays of a chain of reflections are followed.
 
-    Those of level mirrors as far as a family requests them. Those with a target's face up to the most reflections, off
-    the level mirrors of the families; where families are named, only if `target_specular_fraction` is, too.
+    Chains of boundaries only: where a requested family begins with them. Chains with a target's face: up to
+    `max_reflections`, by the boundaries of the requested families; if the scenario names families, it must also give
+    `target_specular_fraction`.
     """
     choice = ping.choice
     if "T" not in chain:
         return any(bounce_letters(family).startswith(chain) for family in choice.followed_families)
-    coefficient = choice.families is None or choice.target_specular_fraction is not None
+    faces_reflect = choice.families is None or choice.target_specular_fraction is not None
     return (
-        coefficient
+        faces_reflect
         and len(chain) <= choice.max_reflections
         and set(chain) <= {"T", *"".join(map(bounce_letters, choice.followed_families))}
     )
@@ -62,54 +64,61 @@ def is_followed(ping: TracedPing, chain: str) -> bool:
 def _first_hits(ping: TracedPing, rays: RayBundle) -> list[RayHits]:
     """First hits of the rays of one chain, one interface after another."""
     bodies = ping.scene.occluders
-    distance, interface, body_row, normal = ping.intersector.hits(rays.origin, rays.way, ping.farthest - rays.length)
-    arrived = replace(rays, origin=rays.origin + distance[:, None] * rays.way, length=rays.length + distance)
+    distance, interface, body_row, normal = ping.intersector.hits(
+        rays.origin, rays.direction, ping.farthest - rays.length
+    )
+    arrived = replace(rays, origin=rays.origin + distance[:, None] * rays.direction, length=rays.length + distance)
     found = []
     for kind, row in ((BED, -1), (SURFACE, -1), *((BODY, row) for row in range(len(bodies)))):
-        mine = np.flatnonzero((interface == kind) & (body_row == row))
-        if not mine.size:
+        selected = np.flatnonzero((interface == kind) & (body_row == row))
+        if not selected.size:
             continue
-        own, mirror, flat = ping.laws.get(kind), 0.0, True
+        law, fraction, flat = ping.laws.get(kind), 0.0, True
         if kind == BODY:
-            own, flat = bodies[row].scattering, has_flat_faces(bodies[row])
-            mirror = _face_specular_fraction(ping, bodies[row])
-        part = arrived.take(mine)
+            law, flat = bodies[row].scattering, has_flat_faces(bodies[row])
+            fraction = _face_specular_fraction(ping, bodies[row])
+        part = arrived.take(selected)
         if kind == SURFACE:
             part.origin[:, 2] = 0.0
         elif kind == BED and ping.scene.seabed.terrain is None:
             part.origin[:, 2] = ping.scene.seabed.depth
         name = bodies[row].label if kind == BODY else CONTRIBUTIONS[kind]
-        found.append(RayHits(part, normal[mine], CONTRIBUTIONS[kind], name, BOUNCE_LETTERS[kind], own, mirror, flat))
+        found.append(
+            RayHits(part, normal[selected], CONTRIBUTIONS[kind], name, BOUNCE_LETTERS[kind], law, fraction, flat)
+        )
     return found
 
 
 def _face_specular_fraction(ping: TracedPing, body: Solid) -> float:
-    """Share of the energy that a target's face mirrors [1], all of it with the ray that goes on.
+    """Fraction of the energy that a target's face reflects specularly [1], all of it into the continued ray.
 
-    The law of the face is that of its rough part alone, so that no energy of the specular lobe is scattered as well. A
-    face reflection coefficient of the scenario replaces the specular fraction of the law.
+    The scattering law of a face has no specular lobe, so that no energy is counted twice. A face reflection coefficient
+    of the scenario replaces the requested fraction; the albedo of the scattering law limits both.
     """
     specular = (
         ping.choice.target_specular_fraction
         if body.face_reflection_coefficient is None
         else body.face_reflection_coefficient**2
     )
-    least = specular_fraction(body.scattering)
-    return least if specular is None else min(specular, least)
+    largest = specular_fraction(body.scattering)
+    return largest if specular is None else min(specular, largest)
 
 
 def _reflected_rays(ping: TracedPing, hits: RayHits) -> RayBundle:
-    """Rays after the reflection at their hits; the seabed reflects as its mean plane."""
+    """Rays after the reflection at their hits; the seabed reflects like its mean plane."""
     rays = hits.rays
-    normal = hits.normal if hits.letter == "T" else np.broadcast_to(UP, rays.way.shape)
-    left = rays.left * _reflected_fraction(ping, hits)
-    way, flat = specular_direction(rays.way, normal), rays.flat and hits.flat
+    normal = hits.normal if hits.letter == "T" else np.broadcast_to(UP, rays.direction.shape)
+    energy_fraction = rays.energy_fraction * _reflected_fraction(ping, hits)
+    direction, flat = specular_direction(rays.direction, normal), rays.flat and hits.flat
     image = rays.origin + specular_direction(rays.receiver_image - rays.origin, normal)
-    return replace(rays, chain=rays.chain + hits.letter, way=way, left=left, receiver_image=image, flat=flat)
+    return replace(
+        rays, chain=rays.chain + hits.letter, direction=direction, energy_fraction=energy_fraction,
+        receiver_image=image, flat=flat,
+    )  # fmt: skip
 
 
 def receiver_paths(ping: TracedPing, rays: RayBundle) -> tuple[Floats, Floats, Floats, NDArray[np.bool_]]:
-    """Paths from where rays are to the receiver by the flat mirrors of their chain, in reverse order.
+    """Paths from the rays' positions to the receiver by the flat faces of their chain, in reverse order.
 
     Args:
         ping: The ping.
@@ -117,39 +126,39 @@ def receiver_paths(ping: TracedPing, rays: RayBundle) -> tuple[Floats, Floats, F
 
     Returns:
         Directions in which the paths leave (n, 3), directions from the receiver (n, 3), lengths [m] (n,), and True
-        where a path is clear and by the same mirrors (n,).
+        where a path is clear and reflected by the same faces (n,).
     """
     if ping.ping_geometry.is_monostatic:
-        return -rays.way, rays.launch, rays.length, np.ones(len(rays.length), bool)
+        return -rays.direction, rays.launch, rays.length, np.ones(len(rays.length), bool)
     straight = rays.receiver_image - rays.origin
     length = np.linalg.norm(straight, axis=1)
     leaving = straight / np.maximum(length, 1e-9)[:, None]
-    origin, way, left, clear = rays.origin, leaving, length, np.ones(len(length), bool)
+    origin, direction, remaining, clear = rays.origin, leaving, length, np.ones(len(length), bool)
     for letter in (*reversed(rays.chain), ""):
-        distance, kind, _, normal = ping.intersector.hits(origin, way, left)
-        origin, left = origin + distance[:, None] * way, left - distance
+        distance, kind, _, normal = ping.intersector.hits(origin, direction, remaining)
+        origin, remaining = origin + distance[:, None] * direction, remaining - distance
         clear &= np.array([BOUNCE_LETTERS.get(int(one), "") == letter for one in kind], bool)
         if letter:
-            way = specular_direction(way, normal if letter == "T" else np.broadcast_to(UP, way.shape))
-    return leaving, -way, length, clear & (np.linalg.norm(origin - ping.receive, axis=1) < SAME_POINT)
+            direction = specular_direction(direction, normal if letter == "T" else np.broadcast_to(UP, direction.shape))
+    return leaving, -direction, length, clear & (np.linalg.norm(origin - ping.receive, axis=1) < MAX_MISS_DISTANCE)
 
 
 def _reflected_fraction(ping: TracedPing, hits: RayHits) -> Floats:
-    """Part of the energy that one mirror leaves [1], (n,)."""
+    """Fraction of the energy that is reflected specularly at a hit [1], (n,)."""
     rays, wavelength = hits.rays, ping.ping_geometry.wavelength
-    sine = np.minimum(np.abs(rays.way[:, 2]), 1.0)
+    sine = np.minimum(np.abs(rays.direction[:, 2]), 1.0)
     if hits.letter != "T":
-        left = reflected_intensity(ping.scene, hits.letter, np.arcsin(sine))
+        reflected = reflected_intensity(ping.scene, hits.letter, np.arcsin(sine))
         terrain = ping.scene.seabed.terrain
         if hits.letter == "B" and "T" in rays.chain and terrain is not None:
-            # the remaining path is unknown: taken as long as the path so far
+            # the length of the remaining path is unknown; it is set to that of the path so far
             zone = np.sqrt(wavelength * rays.length / np.maximum(sine, 1e-9))
-            left = left * terrain.roughness_reflection_factor(sine, wavelength, np.maximum(zone, 1e-6)) ** 2
-        return left
-    facing = np.where(np.einsum("ij,ij->i", rays.way, hits.normal) < 0, hits.mirror, 0.0)
+            reflected = reflected * terrain.roughness_reflection_factor(sine, wavelength, np.maximum(zone, 1e-6)) ** 2
+        return reflected
+    facing = np.where(np.einsum("ij,ij->i", rays.direction, hits.normal) < 0, hits.specular_fraction, 0.0)
     if "T" in rays.chain:
         return facing
-    # until here a chain of level mirrors, whose roughness is counted where its way ends
+    # a chain of boundaries only ends at this face: the roughness at all its bounces is applied here
     return facing * coherent_intensity_factor(
         ping.scene, rays.family, float(ping.transmit[2]), rays.length, sine, wavelength
     )

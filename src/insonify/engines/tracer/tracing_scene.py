@@ -1,7 +1,7 @@
 """Scene in the form of the tracer's kernels: triangles, and terrain tiles loaded as rays reach them.
 
-Coordinates are those of the scatterer grid, so that a world moved as a whole is traced with the same numbers. Upright
-boxes are triangles like all other bodies.
+Coordinates are those of the scatterer grid, so that results do not change when the whole scene is moved. Upright boxes
+are triangulated like all other bodies.
 """
 
 from functools import lru_cache
@@ -23,45 +23,46 @@ from insonify.scene.target import Solid
 Floats = NDArray[np.float64]
 Marks = NDArray[np.bool_]
 
-MAX_PIECES = 8192
-"""Pieces of ground that are kept, some 140 MB [1]."""
+MAX_TILES = 8192
+"""Number of terrain tiles that are cached: about 140 MB [1]."""
 CELL_PARTS = 2
-"""Parts of the sides of the map's cells. Facets of whole cells, an eighth of the shortest wave, are gentler than the
-relief: 5 cm rms scatters 0.1 dB too little at 4 degrees, and 0.02 dB with halves [1]."""
+"""Divisions of the side of the map's cells. Bilinear facets of undivided cells, an eighth of the shortest wavelength,
+are less steep than the relief: at 5 cm rms it scatters 0.1 dB too little at 4 degrees, with half cells 0.02 dB [1]."""
 MAX_FLAT_ANGLE, MIN_EDGE_ANGLE = 2e-3, 0.5
-"""Angles between neighbouring triangles: of one face below the first, of two faces above the second [rad]."""
+"""Angles between neighbouring triangles: those of one flat face are below the first, edges between faces above the
+second [rad]."""
 
 
 class TracingScene:
-    """A scene for rays; shared by all pings and threads."""
+    """Scene in the tracer's representation; shared by all pings and threads."""
 
     def __init__(self, scene: Scene) -> None:
-        """Sort the bodies; the seabed is fetched when rays come to it."""
+        """Build the tree of the bodies; terrain tiles are loaded when rays reach them."""
         self.scene, self.lattice, self.bed = scene, scene.seabed.scatterer_grid, scene.seabed.terrain
         self.solids: tuple[Solid, ...] = scene.occluders
         self.bodies = _scene_tree(scene)
         self.store = None if self.bed is None else TerrainTileCache(self.bed)
 
     def turned(self, vector: Floats) -> Floats:
-        """Vectors of the world in the scatterer grid's frame, shape (..., 3)."""
+        """Vectors rotated from north, east, down to the scatterer grid's frame, shape (..., 3)."""
         return np.asarray(vector @ lattice_rotation(self.lattice).T)
 
     def to_lattice_frame(self, position: Floats) -> Floats:
-        """Positions of the world in the scatterer grid's frame [m], shape (..., 3)."""
+        """Positions transformed from north, east, down to the scatterer grid's frame [m], shape (..., 3)."""
         return np.concatenate([self.lattice.from_world(position[..., :2]), position[..., 2:]], axis=-1)
 
     def intersector(self, here: Floats, farthest: float) -> "RayIntersector":
-        """The seabed about a position in the scatterer grid's frame [m], as far as anything is received [m]."""
-        if self.bed is not None and self.store is not None and len(self.store.rows) > MAX_PIECES:
-            self.store = TerrainTileCache(self.bed)  # sheets under way keep the old one
+        """Intersector of rays within a distance [m] of a position in the scatterer grid's frame [m]."""
+        if self.bed is not None and self.store is not None and len(self.store.rows) > MAX_TILES:
+            self.store = TerrainTileCache(self.bed)  # intersectors in use keep the old cache
         return RayIntersector(self, here, farthest)
 
 
 class TerrainTileCache:
-    """Pieces of ground that have been fetched; rows are only ever added."""
+    """Terrain tiles that have been loaded; rows are added and never replaced."""
 
     def __init__(self, terrain: SeabedTerrain) -> None:
-        """Nothing fetched yet."""
+        """Create an empty cache."""
         self.bed, self.lock = terrain, Lock()
         self.synthesizer = HeightmapSynthesizer(terrain.relief.resolved, terrain.heightmap_cell_size / CELL_PARTS)
         self.rows: dict[tuple[int, int], int] = {}
@@ -71,7 +72,7 @@ class TerrainTileCache:
         self.tile_maxima = np.empty(64, np.float32)
 
     def fetch(self, along: int, across: int) -> int:
-        """Row of a piece, fetched where it is not there yet; hold the lock."""
+        """Row of a tile, synthesised if necessary; the caller holds `lock`."""
         key = (along, across)
         if key not in self.rows:
             row = len(self.rows)
@@ -80,9 +81,9 @@ class TerrainTileCache:
                     np.concatenate([kept, np.empty_like(kept)])
                     for kept in (self.tiles, self.block_maxima, self.tile_maxima)
                 )
-            piece = self.synthesizer.heights(along, across)
-            self.tiles[row] = piece
-            known = np.where(np.isnan(piece), -np.inf, piece)
+            tile = self.synthesizer.heights(along, across)
+            self.tiles[row] = tile
+            known = np.where(np.isnan(tile), -np.inf, tile)
             corners = (known[:-1, :-1], known[1:, :-1], known[:-1, 1:], known[1:, 1:])
             cells = np.maximum.reduce(corners)
             side = TILE_CELLS // BLOCK
@@ -96,12 +97,12 @@ class RayIntersector:
     """Intersection of rays with the seabed, the surface and bodies of one ping."""
 
     def __init__(self, world: TracingScene, here: Floats, farthest: float) -> None:
-        """No piece is looked up yet.
+        """Set up the table of tiles about a position, with those that are loaded already.
 
         Args:
-            world: Bodies and store of ground.
-            here: Middle of the sheet, in the scatterer grid's frame [m], shape (>= 2,).
-            farthest: How far it reaches [m].
+            world: Bodies and terrain tiles of the scene.
+            here: Middle of the table, in the scatterer grid's frame [m], shape (>= 2,).
+            farthest: Horizontal distance that the table covers [m].
         """
         self._scene_tree, self._store = world.bodies, world.store
         if world.store is None:
@@ -125,7 +126,7 @@ class RayIntersector:
         )  # fmt: skip
 
     def _fetch_missing(self, missing: Marks) -> bool:
-        """Fetch the pieces that are wanted; False where none is."""
+        """Load the tiles that rays have marked as missing; False if there are none."""
         store = self._store
         if store is None or not missing.any():
             return False
@@ -139,7 +140,7 @@ class RayIntersector:
         return True
 
     def hits(
-        self, origin: Floats, way: Floats, farthest: Floats
+        self, origin: Floats, direction: Floats, farthest: Floats
     ) -> tuple[Floats, NDArray[np.int8], NDArray[np.int64], Floats]:
         """First hits of rays, see `first_hits`.
 
@@ -156,7 +157,16 @@ class RayIntersector:
         while True:
             missing = np.zeros(self.ground.row_of.shape, bool)
             first_hits(
-                origin, way, farthest, self.ground, self._scene_tree, missing, distance, interface, body_row, normal
+                origin,
+                direction,
+                farthest,
+                self.ground,
+                self._scene_tree,
+                missing,
+                distance,
+                interface,
+                body_row,
+                normal,
             )
             if not self._fetch_missing(missing):
                 return distance, interface, body_row, normal
@@ -167,7 +177,7 @@ class RayIntersector:
         Args:
             end: The sonar's end, in the scatterer grid's frame [m], shape (3,).
             position: The positions in the same frame [m], shape (n, 3).
-            family: Letters of the mirrors from the sonar outwards, D for none.
+            family: Letters of the reflections from the sonar outwards, D for none.
             wavelength: Acoustic wavelength [m].
             requested: Positions to test, shape (n,).
         """
@@ -202,7 +212,7 @@ def lattice_rotation(lattice: ScattererGrid) -> Floats:
 
 
 def _flat_tiles(depth: float) -> TerrainTiles:
-    """A level bed."""
+    """Terrain tiles of a flat seabed."""
     none, map_of = np.zeros((0, 1, 1), np.float32), np.full((1, 1), -1, np.int32)
     return TerrainTiles(float(depth), 0.0, 0.0, 0.0, 0, 0, map_of, none, none, none[:, 0, 0])
 

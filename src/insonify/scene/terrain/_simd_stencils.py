@@ -1,7 +1,7 @@
-"""Cubic B-splines at any four points at once, in vectors: each point gathers sixteen numbers of its own.
+"""Cubic B-splines at four arbitrary points at once in SIMD vectors: each point reads its own 4 x 4 spline coefficients.
 
-Compilers do not gather by themselves where results are written too, so the instructions are written out here, in the
-compiler's portable vector language.
+Compilers do not vectorise such indexed loads in loops that also store results, so the instructions are given here as
+LLVM's portable vector operations.
 """
 
 from typing import Any
@@ -15,24 +15,24 @@ cgutils = deferred("numba.core.cgutils")
 errors = deferred("numba.core.errors")
 
 POINTS = 4
-"""Points that are worked out together."""
-_INDEX, _PLACE = ir.IntType(32), ir.IntType(64)
+"""Points per vector."""
+_INDEX, _OFFSET = ir.IntType(32), ir.IntType(64)
 _FOUR = ir.VectorType(ir.DoubleType(), POINTS)
 
 
 def _transposed(builder: Any, rows: list[Any]) -> list[Any]:
-    """The columns of four by four numbers, as vectors."""
+    """Transpose of a 4 x 4 matrix given as four row vectors."""
 
     def pick(first: Any, second: Any, lanes: list[int]) -> Any:
         return builder.shuffle_vector(first, second, ir.Constant(ir.VectorType(_INDEX, POINTS), lanes))
 
     even, odd, low, high = [0, 4, 2, 6], [1, 5, 3, 7], [0, 1, 4, 5], [2, 3, 6, 7]
-    halves = [(pick(rows[0], rows[1], way), pick(rows[2], rows[3], way)) for way in (even, odd)]
-    return [pick(*half, way) for way in (low, high) for half in halves]
+    halves = [(pick(rows[0], rows[1], lanes), pick(rows[2], rows[3], lanes)) for lanes in (even, odd)]
+    return [pick(*half, lanes) for lanes in (low, high) for half in halves]
 
 
 def _vector(builder: Any, data: Any, at: Any) -> Any:
-    """First positions of stencils of four numbers."""
+    """Pointer to the vector of four consecutive float64 that starts at index `at` of `data`."""
     return builder.bitcast(builder.gep(data, [at]), _FOUR.as_pointer())
 
 
@@ -40,18 +40,18 @@ def _vector(builder: Any, data: Any, at: Any) -> Any:
 def splines(
     typing_context: Any, node: Any, stride: Any, at: Any, along: Any, across: Any, first: Any, found: Any, plane: Any
 ) -> Any:
-    """Value and both slopes per pitch of the spline at the next `POINTS` points.
+    """Value and both slopes, re one pitch, of the bicubic B-spline at `POINTS` points from `first` on.
 
     Args:
-        typing_context: Of the compiler.
-        node: Numbers on the nodes, row by row, float64.
+        typing_context: Typing context of numba.
+        node: Spline coefficients at the nodes, row by row, float64, (rows * stride,).
         stride: Length of the rows.
-        at: Where in `node` the first of the 16 nodes of each point is, int64.
-        along: How far in its cell each point is, from row to row, float64.
+        at: Index in `node` of the first of the 16 nodes of each point, int64, (n,).
+        along: Fractional position of each point in its cell, from row to row, 0 to 1, float64, (n,).
         across: Likewise from column to column.
-        first: Number of the first of the points in these three and in the results.
-        found: Results, values, then slopes along and across, float64.
-        plane: How much further in it these are.
+        first: Index of the first of the four points.
+        found: Result: values, slopes along, slopes across, one block after the other, float64, (3 * plane,).
+        plane: Length of one of these blocks.
     """
     for array, kind in ((node, types.float64), (at, types.int64), (along, types.float64), (across, types.float64),
                         (found, types.float64)):  # fmt: skip
@@ -64,7 +64,9 @@ def splines(
             for k in (0, 2, 3, 4, 6)
         )
         stride, first, plane = (arguments[k] for k in (1, 5, 7))
-        positions = [builder.load(builder.gep(at, [builder.add(first, ir.Constant(_PLACE, k))])) for k in range(POINTS)]
+        positions = [
+            builder.load(builder.gep(at, [builder.add(first, ir.Constant(_OFFSET, k))])) for k in range(POINTS)
+        ]
         do = Arithmetic(builder, _FOUR)
         (a, d), (b, e) = (do.weights(builder.load(_vector(builder, part, first), align=8)) for part in (along, across))
         heights, slopes = [], []

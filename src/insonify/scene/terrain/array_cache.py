@@ -12,10 +12,10 @@ class ArrayCache:
     """Arrays by key; the least recently used are deleted first. Threads may share it."""
 
     def __init__(self, max_bytes: int) -> None:
-        """An empty store.
+        """Create an empty cache.
 
         Args:
-            max_bytes: Size of all arrays together beyond which the oldest are forgotten [bytes].
+            max_bytes: Size of all arrays together beyond which the least recently used are deleted [bytes].
         """
         self.max_bytes, self.bytes = max_bytes, 0
         self._arrays: OrderedDict[Hashable, NDArray[np.floating]] = OrderedDict()

@@ -285,10 +285,10 @@ def _numpy(path: str, variable: str | None) -> _Found:
 
 
 def projected_position(latitude: float, longitude: float, soundings: ElevationGrid) -> tuple[float, float]:
-    """Northing and easting, in a grid's own system [m], of a geodetic place [deg, WGS 84].
+    """Northing and easting, in a grid's own system [m], of a geodetic position [deg, WGS 84].
 
     Raises:
-        GridError: The grid does not know where on Earth it lies.
+        GridError: The grid has no coordinate system.
     """
     if not soundings.crs:
         raise GridError("the file names no coordinate system, so latitude and longitude have no place in it. "

@@ -1,8 +1,8 @@
-"""A surveyed seabed: a grid of depths from a file, as ground that can be walked on.
+"""Relief of the seabed from a grid of surveyed depths in a file.
 
-Between its nodes the terrain is smooth; where the survey has a hole, or ends, the terrain is unknown, and nothing is
-invented: it neither scatters nor casts a shadow. A grid says nothing of waves shorter than two of its cells: add a
-power law whose outer scale is about that for a seabed that looks real.
+Between its nodes the terrain is smooth; in gaps of the survey and beyond its edges it is unknown (NaN) and neither
+scatters nor casts a shadow. A grid has no waves shorter than two of its cells: add a power law whose outer scale is
+about that length for a realistic seabed.
 """
 
 from __future__ import annotations
@@ -50,13 +50,13 @@ class BathymetryGrid(Model):
     origin: tuple[Coordinate, Coordinate] | None = None
     """Northing and easting, in the file's coordinates, of the scene's north 0 and east 0 [m]; or give a latitude."""
     latitude: Latitude | None = None
-    """Of the scene's north 0, east 0, with a longitude; None: they lie in the middle of what was surveyed [rad]."""
+    """Latitude of the scene's north 0, east 0, given with a longitude; None: the middle of the surveyed area [rad]."""
     longitude: Longitude | None = None
-    """East positive [rad]."""
+    """Longitude of the scene's north 0, east 0, east positive [rad]."""
     tide: Annotated[Metres, Field(ge=-20, le=20)] = 0.0
-    """Height of the sea above the zero of the file's depths, added to all of them [m]."""
+    """Height of the sea above the vertical datum of the file, added to all depths [m]."""
     sha256: Fingerprint = None
-    """Fingerprint of the file, filled in when it is read; a file that has changed since is refused."""
+    """SHA-256 digest of the file, filled in when it is read; a file that has changed since is an error."""
 
     @model_validator(mode="after")
     def _check_file(self) -> Self:
@@ -74,7 +74,7 @@ class BathymetryGrid(Model):
 
     @property
     def cell(self) -> float:
-        """Side of its cells [m]; of the longer sides, where they are not squares."""
+        """Side of its cells [m], the longer one where they are not squares."""
         return max(placed_grid(self).step)
 
     @property
@@ -85,46 +85,46 @@ class BathymetryGrid(Model):
 
     @property
     def measured_fraction(self) -> float:
-        """Share of its cells that were measured [1]."""
+        """Fraction of its cells that have a measured depth [1]."""
         return float(np.isfinite(placed_grid(self).height).mean())
 
     @property
     def description(self) -> str:
-        """One line about it."""
-        lies = placed_grid(self)
-        rows, columns = lies.height.shape
+        """Size, cell, sign and coverage of the grid in one line."""
+        grid = placed_grid(self)
+        rows, columns = grid.height.shape
         return (
-            f"{columns} x {rows} cells of {lies.step[1]:.4g} x {lies.step[0]:.4g} m, {lies.description}, "
+            f"{columns} x {rows} cells of {grid.step[1]:.4g} x {grid.step[0]:.4g} m, {grid.description}, "
             f"{100 * self.measured_fraction:.0f} % filled"
         )
 
     def build_relief(self, *, cutoff: RoughnessCutoff, mean_depth: float) -> GridRelief:
-        """The grid as ground about a mean plane.
+        """The grid as relief about a mean plane.
 
         Args:
-            cutoff: Where the terrain ends; cells finer than half of it are averaged in squares.
+            cutoff: Cutoff wavelength of the terrain; cells finer than half of it are averaged in blocks.
             mean_depth: Depth from which heights are counted [m].
         """
-        lies = placed_grid(self)
-        together = [max(1, int(cutoff.wavelength / 2 / step)) for step in lies.step]
-        return GridRelief.of(lies.averaged(*together), mean_depth)
+        grid = placed_grid(self)
+        block = [max(1, int(cutoff.wavelength / 2 / step)) for step in grid.step]
+        return GridRelief.of(grid.averaged(*block), mean_depth)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PlacedGrid:
-    """Soundings in the scene: metres to the north and the east of its origin."""
+    """Grid of elevations in the scene's frame: metres to the north and the east of its origin."""
 
     height: Singles
     """Elevation of the nodes above the sea, NaN in holes [m], shape (n, m)."""
     corner: tuple[float, float]
     """North and east of the first node [m]."""
     step: tuple[float, float]
-    """From row to row and from column to column [m]."""
+    """Spacing of rows and of columns [m]."""
     description: str
     """Description of its sign and range."""
 
     def averaged(self, rows: int, columns: int) -> PlacedGrid:
-        """The mean of every so many rows and columns; a hole where fewer than half of them are known."""
+        """Grid of the means of blocks of `rows` x `columns` nodes; NaN where fewer than half of a block are known."""
         if rows == columns == 1:
             return self
         n, m = self.height.shape[0] // rows, self.height.shape[1] // columns
@@ -142,10 +142,10 @@ class PlacedGrid:
 
 @lru_cache(maxsize=4)
 def placed_grid(grid: BathymetryGrid) -> PlacedGrid:
-    """A grid's soundings in the scene's frame.
+    """Elevations of a bathymetry file in the scene's frame.
 
     Raises:
-        GridError: The file is no such grid, or does not say where it lies.
+        GridError: The file is no such grid, or has no position.
     """
     found = read_grid(grid.file, variable=grid.variable, positive=grid.positive)
     corner, step = _placed(grid, found)
@@ -153,7 +153,7 @@ def placed_grid(grid: BathymetryGrid) -> PlacedGrid:
 
 
 def _placed(grid: BathymetryGrid, found: ElevationGrid) -> tuple[tuple[float, float], tuple[float, float]]:
-    """First node and steps in the scene [m]."""
+    """North and east of the first node, and spacing of rows and columns, in the scene's frame [m]."""
     metres = (1.0, 1.0)
     if found.geographic:
         if grid.origin is not None:
@@ -215,24 +215,24 @@ def _middle(found: ElevationGrid) -> tuple[float, float]:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class GridRelief(Relief):
-    """A grid that can be walked on: cubic between its nodes, with a continuous gradient."""
+    """Relief interpolated from a grid by cubics between its nodes, with a continuous gradient."""
 
     nodes: Singles
     """Heights of the nodes above the mean plane [m], shape (n, m)."""
     slopes: tuple[Singles, Singles]
-    """From row to row, and from column to column [m], shape (n, m)."""
+    """Change of height per row and per column at the nodes [m], shape (n, m)."""
     corner: tuple[float, float]
     """North and east of the first node [m]."""
     step: tuple[float, float]
-    """From row to row and from column to column [m]."""
+    """Spacing of rows and of columns [m]."""
 
     @classmethod
-    def of(cls, lies: PlacedGrid, mean_depth: float) -> Self:
-        """Ground about a mean plane of a depth [m]."""
-        height = lies.height + np.float32(mean_depth)
+    def of(cls, grid: PlacedGrid, mean_depth: float) -> Self:
+        """Relief of a grid about the mean plane at a depth [m]."""
+        height = grid.height + np.float32(mean_depth)
         slopes = np.empty_like(height), np.empty_like(height)
         kernel.node_slopes(height, *slopes)
-        return cls(height, slopes, lies.corner, lies.step)
+        return cls(height, slopes, grid.corner, grid.step)
 
     def __repr__(self) -> str:
         rows, columns = self.nodes.shape
@@ -240,7 +240,7 @@ class GridRelief(Relief):
 
     @property
     def span(self) -> tuple[float, float]:
-        """Lowest and highest node, and as much again as a cubic may overshoot, see `Relief.span`."""
+        """Lowest and highest node with the largest overshoot of the cubics [m], see `Relief.span`."""
         steepest = max(float(np.nanmax(np.abs(slope))) for slope in self.slopes)
         return float(np.nanmin(self.nodes)) - 0.3 * steepest, float(np.nanmax(self.nodes)) + 0.3 * steepest
 
@@ -256,15 +256,15 @@ class GridRelief(Relief):
 
 
 def warn_of_overlap(cell: float, outer_scale: float) -> None:
-    """Say so where a power law repeats waves that a grid already has.
+    """Warn where a power law repeats waves that a grid already has.
 
     Args:
-        cell: Of the grid [m].
-        outer_scale: Of the power law [m].
+        cell: Side of a cell of the grid [m].
+        outer_scale: Outer scale of the power law [m].
     """
     if outer_scale > 4 * cell:
         warnings.warn(
             f"seabed.relief: a power law with an outer scale of {outer_scale:g} m has waves that the grid's cells of "
-            f"{cell:.3g} m already show; they count twice. Give an outer scale of about {2 * cell:.3g} m.",
+            f"{cell:.3g} m already resolve; they count twice. Give an outer scale of about {2 * cell:.3g} m.",
             PhysicsWarning, stacklevel=2,
         )  # fmt: skip

@@ -1,4 +1,4 @@
-"""The terrain of a scene: its reliefs, cut once by the split into terrain and roughness."""
+"""The terrain of a scene: its reliefs, divided at the cutoff wavelength into resolved terrain and roughness."""
 
 from __future__ import annotations
 
@@ -23,31 +23,31 @@ _LAYERS = 4  # streams a relief may use
 
 @dataclass(frozen=True, slots=True)
 class CompositeRelief(Relief):
-    """Terrain that can be walked on, and an account of the roughness that is not in it."""
+    """Resolved terrain, and the components from which the variance of the unresolved roughness follows."""
 
     resolved: ReliefSum
-    """The part coarser than the split."""
+    """The part with wavelengths above the cutoff."""
     components: tuple[Kind, ...]
-    """Relief before it is cut."""
+    """Reliefs of the scenario, at all wavelengths."""
     cutoff: RoughnessCutoff
-    """Wavelength that divides the two."""
+    """Cutoff wavelength between resolved terrain and residual roughness."""
 
     def __repr__(self) -> str:
         kinds = ", ".join(map(repr, self.components)) or "flat"
         return f"Ground: {kinds}; split at {self.cutoff.wavelength:g} m"
 
     def sample(self, north: ArrayLike, east: ArrayLike) -> TerrainSample:
-        """Height and gradient of the resolved ground, see `Relief.sample`."""
+        """Height and gradient of the resolved terrain, see `Relief.sample`."""
         return self.resolved.sample(north, east)
 
     @property
     def span(self) -> tuple[float, float]:
-        """Lowest and highest height of the resolved ground [m], see `Relief.span`."""
+        """Lowest and highest height of the resolved terrain [m], see `Relief.span`."""
         return self.resolved.span
 
     @property
     def shortest_wavelength(self) -> float:
-        """Shortest wave of the resolved ground [m]; the split where there is no ground."""
+        """Shortest wavelength of the resolved terrain [m]; the cutoff wavelength where there is no relief."""
         waves = [
             self.cutoff.wavelength if isinstance(kind, PowerLaw)
             else max(2 * kind.cell, self.cutoff.wavelength) if isinstance(kind, BathymetryGrid)
@@ -60,7 +60,7 @@ class CompositeRelief(Relief):
 
     @property
     def is_waves(self) -> bool:
-        """True: the relief consists of waves, whose heights have a spectrum: no survey, no scour."""
+        """True: all components have a wavenumber spectrum (no bathymetry grid, no scour pit)."""
         return all(isinstance(kind, PowerLaw | Ripples) for kind in self.components)
 
     def band_variance(self, low: Floats, high: float) -> Floats:
@@ -84,17 +84,17 @@ def build_terrain(
     components: Sequence[Kind], *, seed: int, cutoff: RoughnessCutoff | None = None,
     scatterer_grid: ScattererGrid | None = None, mean_depth: float = 0.0,
 ) -> CompositeRelief:  # fmt: skip
-    """The terrain that some reliefs make together.
+    """The terrain of the sum of some reliefs.
 
     Args:
-        components: Fractal reliefs and ripples, added; none of them for a flat seabed.
+        components: Reliefs, added; empty for a flat seabed.
         seed: Seed of the scene, 0 to 2^64 - 1 [1].
-        cutoff: Where ground ends and roughness begins; the default `RoughnessCutoff` if None.
-        scatterer_grid: Frame in which everything is drawn; the world's if None.
+        cutoff: Cutoff wavelength between terrain and roughness; the default `RoughnessCutoff` if None.
+        scatterer_grid: Frame in which the reliefs are defined; the scene's origin and north if None.
         mean_depth: Depth of the plane from which the heights of a grid are counted [m].
 
     Returns:
-        Terrain without end: any point can be evaluated at any time, in any order, bit-identically.
+        Unbounded terrain: any point can be evaluated in any order, bit-identically.
     """
     cutoff, scatterer_grid = cutoff or RoughnessCutoff(), scatterer_grid or ScattererGrid()
     parts: list[Relief] = []

@@ -30,7 +30,7 @@ _PLACEMENT = 1  # streams counter of an octave's turn and shift; its nodes have 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Octaves(Relief):
-    """A sum of octaves of noise, without end and without memory."""
+    """Sum of octaves of noise, unbounded; any point is evaluated independently of others."""
 
     pitch: Floats
     """Spacing of the nodes of each octave [m], shape (n,)."""
@@ -126,12 +126,12 @@ def spline_spectrum(s: Floats) -> Floats:
 
 
 def unit_octave(pitch: float, *, seed: int, layer: int) -> Octaves:
-    """One octave of unit variance, for what wanders smoothly: crests, heights of ripples, borders.
+    """One octave of unit variance, for smooth random displacements: crests and heights of ripples, borders.
 
     Args:
-        pitch: Spacing of the nodes [m]; the noise forgets itself after about two of them.
+        pitch: Spacing of the nodes [m]; the noise is uncorrelated beyond about two of them.
         seed: Seed of the scene [1].
-        layer: Its own layer [1].
+        layer: Number of its random stream [1].
     """
     return Octaves(np.array([pitch]), np.array([1 / SPLINE_ENERGY]), seed, layer, np.zeros(1, np.int64))
 

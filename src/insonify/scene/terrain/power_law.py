@@ -89,12 +89,12 @@ class PowerLaw(Model):
         return (self.rms or 0.0) ** 2 * (self.gamma - 2) * self.outer_wavenumber ** (self.gamma - 2) / (2 * math.pi)
 
     def spectrum(self, wavenumber: ArrayLike) -> Floats:
-        """Asked two-sided 2-D spectrum [m^4] at wavenumbers [rad/m], any shape; whole, as if nothing were split."""
+        """Two-sided 2-D height spectrum [m^4] at wavenumbers [rad/m], any shape; resolved and residual parts."""
         K = require_numbers("wavenumber", wavenumber, "rad/m", 0.0)
         return np.asarray(self.w2 * (K**2 + self.outer_wavenumber**2) ** (-self.gamma / 2))
 
     def band_variance(self, low: float = 0.0, high: float = math.inf) -> float:
-        """Mean square height [m^2] between two wavenumbers [rad/m]; of everything by default."""
+        """Mean square height [m^2] between two wavenumbers [rad/m]; of all wavenumbers by default."""
         n, K0 = self.gamma / 2 - 1, self.outer_wavenumber
         return math.pi * self.w2 / n * ((low**2 + K0**2) ** -n - (high**2 + K0**2) ** -n)
 
@@ -111,13 +111,13 @@ class PowerLaw(Model):
         return math.pi * self.w2 * steep
 
     def build_relief(self, *, seed: int, layer: int, cutoff: RoughnessCutoff) -> Octaves:
-        """The resolved part as ground that can be walked on.
+        """Realisation of the resolved part as a sum of octaves.
 
-        The octaves stand at whole powers of two of a metre: a finer split adds detail to the same ground. The
-        finest has the share that gives the mean square slope of a sharp cut at the split.
+        The pitches of the octaves are powers of two of a metre: a shorter cutoff wavelength adds detail to the same
+        terrain. The finest octave is weighted so that the mean square slope is that of a sharp cut at the cutoff.
 
         Args:
-            seed: Of the scene [1].
+            seed: Seed of the scene [1].
             layer: Number of this relief in the scene [1].
             cutoff: Where the terrain ends.
         """

@@ -1,4 +1,4 @@
-"""Relief: how high the terrain stands, and how steeply, at any point of an endless seabed.
+"""Relief: height and gradient of the terrain at any point of an unbounded seabed.
 
 Height is positive up, from the mean plane of the seabed: depth = mean depth - height, and the
 slopes of the depth are minus those of the height. The normal that points from the seabed into
@@ -20,19 +20,19 @@ from insonify.validity import require_numbers
 Floats = NDArray[np.float64]
 
 FARTHEST = 1e9
-"""Distance from the origin beyond which a position has too few digits left for centimetres [m]."""
+"""Largest coordinate that float64 resolves well below a centimetre [m]."""
 
 
 def broadcast_positions(north: ArrayLike, east: ArrayLike, *, allow_nan: bool = True) -> tuple[Floats, Floats]:
-    """Positions as numbers of one shape.
+    """Positions as float64 arrays of one shape.
 
     Args:
-        north: Place [m], any shape.
-        east: Place [m], broadcast.
-        allow_nan: Whether NaN may pass; the terrain there is NaN.
+        north: Northing [m], any shape.
+        east: Easting [m], broadcast.
+        allow_nan: True: NaN is permitted; the terrain there is NaN.
 
     Raises:
-        ValueError: Something is no place.
+        ValueError: A coordinate is not a number within `FARTHEST`.
     """
     n, e = (
         require_numbers(name, x, "m", -FARTHEST, FARTHEST, allow_nan=allow_nan)
@@ -52,14 +52,14 @@ class TerrainSample(NamedTuple):
 
 
 class Relief(Protocol):
-    """Answers one question: how does the terrain lie here?"""
+    """Height and gradient of a terrain as functions of position."""
 
     def sample(self, north: ArrayLike, east: ArrayLike) -> TerrainSample:
         """Height and gradient.
 
         Args:
-            north: Place [m], any shape.
-            east: Place [m], broadcast.
+            north: Northing [m], any shape.
+            east: Easting [m], broadcast.
 
         Returns:
             Height [m] and slopes [1] of the broadcast shape. A position's values are bit-identical,
@@ -69,7 +69,7 @@ class Relief(Protocol):
 
     @property
     def span(self) -> tuple[float, float]:
-        """Heights between which the terrain stays [m], lowest and highest; but for one place in a thousand million."""
+        """Lowest and highest height of the terrain [m], exceeded at one position in 1e9 at most."""
         ...
 
     def height(self, north: ArrayLike, east: ArrayLike) -> Floats:
@@ -83,12 +83,12 @@ class Relief(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class ReliefSum(Relief):
-    """Reliefs on top of one another, in the frame of the scene's lattice."""
+    """Sum of reliefs, in the frame of the scene's scatterer grid."""
 
     parts: tuple[Relief, ...]
-    """Parts that are added; each is evaluated in grid coordinates. None of them: flat terrain."""
+    """Reliefs that are added; each is evaluated in grid coordinates. Empty: flat terrain."""
     scatterer_grid: ScattererGrid = field(default_factory=ScattererGrid)
-    """Frame in which the parts were drawn; a world moved as a whole keeps its ground."""
+    """Frame in which the parts are defined; moving the whole scene moves the terrain with it."""
 
     def sample(self, north: ArrayLike, east: ArrayLike) -> TerrainSample:
         """Height and gradient of all parts together, see `Relief.sample`."""
@@ -96,9 +96,9 @@ class ReliefSum(Relief):
         return self.to_world(self.sample_in_grid_axes(own[..., 0], own[..., 1]))
 
     def sample_in_grid_axes(self, along: ArrayLike, across: ArrayLike) -> TerrainSample:
-        """Height, and gradient along the lattice's axes, at grid coordinates [m], any shape.
+        """Height, and gradient along the grid's axes, at grid coordinates [m], any shape.
 
-        A world moved as a whole keeps these to the last bit.
+        Moving the whole scene leaves these bit-identical.
         """
         if len(self.parts) == 1:  # nothing to add
             return self.parts[0].sample(along, across)
@@ -111,19 +111,19 @@ class ReliefSum(Relief):
         return TerrainSample(height, slope)
 
     def to_world(self, terrain_sample: TerrainSample) -> TerrainSample:
-        """A survey whose gradient is along the lattice's axes, turned to the north and the east."""
+        """Terrain sample with its gradient rotated from the grid's axes to the north and the east."""
         rows = self.gradient_rows_in_world(terrain_sample).reshape(*terrain_sample.height.shape, 3)
         return TerrainSample(rows[..., 0].copy(), rows[..., 1:].copy())
 
     def gradient_rows_in_world(self, terrain_sample: TerrainSample) -> Floats:
-        """The same as rows of height, slope to the north and slope to the east, shape (n, 3)."""
+        """Rows of height [m], slope to the north and slope to the east [1] of a terrain sample, shape (n, 3)."""
         rows = np.empty((terrain_sample.height.size, 3))
         turned(terrain_sample.height.ravel(), terrain_sample.slope.reshape(-1, 2), *self.scatterer_grid.frame[2:], rows)
         return rows
 
     @property
     def span(self) -> tuple[float, float]:
-        """Lowest and highest that the parts come to together, see `Relief.span`."""
+        """Sums of the lowest and of the highest heights of the parts [m], see `Relief.span`."""
         low, high = np.sum([part.span for part in self.parts], axis=0) if self.parts else (0.0, 0.0)
         return float(low), float(high)
 
@@ -135,7 +135,7 @@ def upward_normal(slope: ArrayLike) -> Floats:
         slope: Gradient of the height to the north and the east [1], shape (..., 2).
 
     Returns:
-        Unit vectors, shape (..., 3); (0, 0, -1) on flat ground.
+        Unit vectors, shape (..., 3); (0, 0, -1) on flat terrain.
     """
     slope = require_numbers("slope", slope, "")
     if slope.ndim == 0 or slope.shape[-1] != 2:

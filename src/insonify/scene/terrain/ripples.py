@@ -1,4 +1,4 @@
-"""Sand ripples: a train of crests across the seabed, sharp on top, never quite straight.
+"""Sand ripples: a train of narrow, slightly irregular crests across the seabed.
 
 The terrain is (height / 2) a [cos(psi) + s cos(2 psi)]: the second harmonic is locked to the first, so
 that crests are narrow and troughs flat. The phase psi and the height a wander smoothly by key, which
@@ -49,7 +49,7 @@ class Ripples(Model):
 
     @property
     def wavenumber(self) -> float:
-        """Of the first harmonic [rad/m]; the second goes where the first goes."""
+        """Wavenumber of the first harmonic [rad/m]; the second harmonic is cut off together with it."""
         return 2 * np.pi / self.wavelength
 
     @property
@@ -60,11 +60,11 @@ class Ripples(Model):
     def build_relief(
         self, *, seed: int, layer: int, cutoff: RoughnessCutoff, heading: float = 0.0
     ) -> "RippleRelief | None":
-        """The ripples as ground; None where the split leaves them to the scattering law.
+        """The ripples as resolved relief; None where they are shorter than the cutoff and left to the scattering law.
 
         Args:
-            seed: Of the scene [1].
-            layer: Number of this relief in the scene; it uses this and the next [1].
+            seed: Seed of the scene [1].
+            layer: First of the two random streams that this relief uses [1].
             cutoff: Cutoff wavelength of the terrain.
             heading: Compass heading of the frame in which the field is evaluated [rad].
         """
@@ -77,16 +77,16 @@ class Ripples(Model):
 
 @dataclass(frozen=True, slots=True)
 class RippleRelief(Relief):
-    """Ripples that can be walked on."""
+    """Realisation of a field of ripples as relief."""
 
     ripples: Ripples
     """Dimensions of the ripples."""
     bearing: float
     """Direction across the crests from the frame's first axis [rad]."""
     crest_wander: Octaves
-    """Wander of the crests, unit variance."""
+    """Random displacement of the crests, unit variance."""
     height_variation: Octaves
-    """Wander of the height, unit variance."""
+    """Random variation of the height, unit variance."""
 
     @property
     def span(self) -> tuple[float, float]:
@@ -95,12 +95,12 @@ class RippleRelief(Relief):
         return -tallest, tallest * (1 + self.ripples.sharpness)
 
     def sample(self, north: ArrayLike, east: ArrayLike) -> TerrainSample:
-        """Height and gradient, see `Relief.sample`; the gradient includes the wander."""
+        """Height and gradient, see `Relief.sample`; the gradient includes that of both random variations."""
         r = self.ripples
         north, east = broadcast_positions(north, east)
         across = np.array([np.cos(self.bearing), np.sin(self.bearing)])
         bend, growth = self.crest_wander.sample(north, east), self.height_variation.sample(north, east)
-        # cycles first: the phase far from the origin keeps its digits
+        # reduced to one cycle before the factor 2 pi, for accuracy far from the origin
         cycles = (across[0] * north + across[1] * east) / r.wavelength + r.irregularity * bend.height
         turn = across / r.wavelength + r.irregularity * bend.slope
         psi = 2 * np.pi * (cycles - np.floor(cycles))

@@ -1,7 +1,8 @@
-"""Scour: the moat that currents dig around what lies in a sandy bed.
+"""Scour pit: the depression that currents dig around an object on a sandy seabed.
 
-A ring about a footprint, a rectangle with round corners: deepest along its edge, back to the old bed a width away on
-both sides. The middle of the footprint stays where it was, and what rests there with it.
+A ring about a footprint, which is a rectangle with rounded corners: deepest along the edge of the footprint, at the
+original height of the seabed one width away on both sides. The middle of the footprint keeps its height, and so does an
+object that rests there.
 """
 
 from dataclasses import dataclass
@@ -22,16 +23,16 @@ ScourWidth = Annotated[Metres, Field(ge=0.05, le=100)]
 _Side = Annotated[Metres, Field(gt=0, le=1000)]
 
 STEEPEST = 0.7
-"""Slope at which sand slides, tan(35 deg) [1]."""
+"""Slope at the angle of repose of sand, tan(35 deg) [1]."""
 
 
 class ScourDimensions(Model):
-    """A scour of a target, around its own footprint."""
+    """Depth and width of a scour pit around a target's footprint."""
 
     depth: ScourDepth = 0.2
     """Below the seabed, along the edge of the footprint [m]."""
     width: ScourWidth = 0.5
-    """From that edge to where the seabed is as it was [m]."""
+    """Distance from that edge to the undisturbed seabed [m]."""
 
     @model_validator(mode="after")
     def _check_slope(self) -> Self:
@@ -41,7 +42,7 @@ class ScourDimensions(Model):
 
 
 class Scour(ScourDimensions):
-    """A scour as part of the relief."""
+    """Scour pit as a component of the relief."""
 
     kind: Literal["scour"] = "scour"
     position: tuple[Metres, Metres]
@@ -49,12 +50,12 @@ class Scour(ScourDimensions):
     size: tuple[_Side, _Side]
     """Length of the footprint along its heading, and width across it [m]."""
     corner: Annotated[Metres, Field(ge=0, le=500)] = 0.0
-    """Radius of its corners [m]: half of a side for a round one."""
+    """Radius of the footprint's corners [m]: half of a side for a round footprint."""
     heading: Radians = 0.0
     """Compass heading of its length [rad]."""
 
     def build_relief(self, lattice: ScattererGrid) -> "ScourRelief":
-        """The scour as ground.
+        """The scour pit as relief.
 
         Args:
             lattice: Frame in which it is evaluated.
@@ -65,17 +66,17 @@ class Scour(ScourDimensions):
 
 @dataclass(frozen=True, slots=True)
 class ScourRelief(Relief):
-    """One scour that can be walked through."""
+    """Relief of one scour pit."""
 
     scour: Scour
     middle: tuple[float, float]
     """Middle in the frame in which it is evaluated [m]."""
     heading: float
-    """Likewise [rad]."""
+    """Heading of the footprint's length in that frame [rad]."""
 
     @property
     def span(self) -> tuple[float, float]:
-        """Its bottom, and the old bed, see `Relief.span`."""
+        """Heights of its bottom and of the undisturbed seabed [m], see `Relief.span`."""
         return -self.scour.depth, 0.0
 
     def sample(self, north: ArrayLike, east: ArrayLike) -> TerrainSample:

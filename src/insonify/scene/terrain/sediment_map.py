@@ -17,7 +17,7 @@ from insonify.scene.terrain.relief import broadcast_positions
 Floats = NDArray[np.float64]
 Place = tuple[Metres, Metres]
 SedimentName = Annotated[str, AfterValidator(lambda name: Sediment.named(name).name)]
-"""A name that `Sediment.named` knows; others are refused with the nearest ones."""
+"""A name that `Sediment.named` accepts; others are an error that lists the nearest names."""
 _LAYER = 1 << 20  # above every layer of relief
 
 

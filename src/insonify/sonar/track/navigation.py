@@ -29,7 +29,7 @@ class NavigationTrack(PingSchedule):
     """Table of comma-separated values with a header: time, north and east (or latitude and longitude), depth,
     heading, and where it has them pitch and roll. Beside the scenario file, or with its path."""
     sha256: str = ""
-    """Digest of the file; filled in when it is read, so that a recording knows which log it rests on."""
+    """Digest of the file; filled in when it is read, so that a recording identifies its navigation log."""
     origin: tuple[Annotated[float, Field(ge=-90, le=90)], Annotated[float, Field(ge=-360, le=360)]] | None = None
     """Latitude and longitude of north 0, east 0 [deg]; None: the first row. Only for logs in degrees."""
     start: Seconds = Field(default=0.0, ge=0, le=1e9)

@@ -28,7 +28,7 @@ class PositionError(Model):
     noise: Annotated[Metres, Field(ge=0, le=1e5)] = 0.0
     """Root mean square of the noise [m]."""
     correlation_time: Memory = 0.0
-    """Time in which the noise forgets itself, to 1/e [s]; 0: white."""
+    """Time in which the autocorrelation of the noise falls to 1/e [s]; 0: white noise."""
 
 
 class AngleError(Model):
@@ -41,7 +41,7 @@ class AngleError(Model):
     noise: Annotated[Radians, Field(ge=0, le=7)] = 0.0
     """Root mean square of the noise [rad]."""
     correlation_time: Memory = 0.0
-    """Time in which the noise forgets itself, to 1/e [s]; 0: white."""
+    """Time in which the autocorrelation of the noise falls to 1/e [s]; 0: white noise."""
 
 
 class NavigationErrors(Model):
