@@ -130,12 +130,12 @@ def surveyed(tmp_path, *, hole=False):
 
 
 def test_a_sonar_over_a_hole_or_below_the_mirror_is_refused(tmp_path):
-    """The first such ping, its place and what to move; the plane that mirrors sound lies below the sonar."""
+    """The first such ping, its place and what to move; the plane that reflects sound lies below the sonar."""
     base = "title: x\n" + surveyed(tmp_path) + SONAR
     said = advice(base + "track: {kind: static, position: [0, 300, 11]}")
     assert "ping 0 has the platform at north 0 m, east 300 m, where the survey has a hole or ends" in said
     said = advice(base + "track: {kind: static, position: [-90, 0, 20.5]}")
-    assert "seabed.depth: 20 m is the plane that mirrors sound" in said
+    assert "seabed.depth: 20 m is the plane that reflects sound" in said
     said = advice(base + "track: {kind: static, position: [90, 0, 19.5]}")
     assert "at or below the seabed (19.1 m)" in said
 

@@ -19,10 +19,10 @@ CLEAR, FACING_AWAY, OCCLUDED, GROUND = 0, 1, 2, -2  # the values of records.legs
 def set_path_nodes(
     way: ImagePaths, place: Floats, points: Floats, distance: Floats, wavelength: float, nodes: Floats, spared: Floats
 ) -> None:
-    """Ends of all segments of some paths, as `TerrainOcclusion.image_paths_clear` requests them.
+    """Ends of all segments of some paths, as arguments of `TerrainOcclusion.image_paths_clear`.
 
     Args:
-        way: The paths, n of them off m mirrors.
+        way: The paths, n of them, each reflected at m planes.
         place: North, east, depth of the sonar's end [m], (3,).
         points: The same of the points [m], (n, 3).
         distance: Horizontal distance of the points [m], (n,).
@@ -47,20 +47,20 @@ def set_path_nodes(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def write_bounced_legs(
-    some: Integers, way: ImagePaths, mirrored: Floats, taken: Floats, clear: NDArray[np.bool_], normals: Floats,
+    some: Integers, way: ImagePaths, reflection: Floats, attenuation: Floats, clear: NDArray[np.bool_], normals: Floats,
     slowness: float, soft: bool, delay: Floats, length: Floats, spreading: Floats, absorption: Floats, boundary: Floats,
     departure: Floats, arrival: Floats, grazing: Floats, status: Floats, occluder: Floats, visibility: Floats,
 ) -> None:  # fmt: skip
     """Overwrite some legs of one family; columns are those of `Legs`, one row of each.
 
     Args:
-        some: Which points they lead to, (n,).
+        some: Numbers of the points that the legs reach, (n,).
         way: The paths off local planes, n of them.
-        mirrored: What the mirrors leave [1], (n,).
-        taken: What the water leaves [1], (n,).
-        clear: True if the paths are there and clear the seabed, (n,).
+        reflection: Product of the reflection coefficients [1], (n,).
+        attenuation: Factor of absorption on the pressure [1], (n,).
+        clear: True if the paths exist and are not occluded by the seabed, (n,).
         normals: Unit normals of all points, (all, 3).
-        slowness: Of sound [s/m].
+        slowness: One over the speed of sound [s/m].
         soft: True if `visibility` is the factor of terrain alone on legs that targets cut.
         delay: Result, (all,), as are those that follow; directions are of shape (all, 3).
         length: Result.
@@ -70,14 +70,14 @@ def write_bounced_legs(
         departure: Result.
         arrival: Result.
         grazing: Result.
-        status: Changed, as of the level leg: cut by targets, or clear.
-        occluder: Changed where the seabed cuts.
+        status: Changed; in: that of the leg over the mean plane, cut by targets or clear.
+        occluder: Changed where the seabed occludes.
         visibility: Result, factor on the pressure of each leg [1], (all,).
     """
     for m in range(some.size):
         n = some[m]
         delay[n], length[n], spreading[n] = way.length[m] * slowness, way.length[m], 1 / way.length[m]
-        absorption[n], boundary[n] = taken[m], mirrored[m]
+        absorption[n], boundary[n] = attenuation[m], reflection[m]
         sine = 0.0
         for i in range(3):
             departure[n, i], arrival[n, i] = way.departure[m, i], way.arrival[m, i]

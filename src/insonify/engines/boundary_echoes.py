@@ -76,9 +76,9 @@ def transmitter_point(ping_geometry: PingGeometry) -> Scatterers:
 
 
 def scatters_facets(scene: Scene, choice: PathSettings) -> bool:
-    """True where the surface's own scattering already holds what waves take from its specular echo.
+    """Return True if the scattering law of the surface includes the energy that waves take from its specular echo.
 
-    The facets of the surface's law scatter about the specular direction, and integrate to the energy of the mirror.
+    The facets of that law scatter about the specular direction; integrated, they have the energy of a flat surface.
     """
     return isinstance(scene.surface.scattering, AplSurfaceLaw) and "surface" in choice.contributions
 
@@ -95,7 +95,7 @@ def without_glints(legs: Legs) -> Legs:
 def sediment_roughness_factor(
     legs: Legs, position: Floats, seabed: Seabed, wavelength: float, *, hull_depth: float = 0.0
 ) -> Floats:
-    """Factor of a sediment's own roughness on the coherent sound of all bottom bounces, shape (f, n) [1].
+    """Factor of the roughness of a sediment on the coherent sound of all bottom bounces, shape (f, n) [1].
 
     Args:
         legs: Legs between the position and n points.
@@ -117,11 +117,11 @@ def sediment_bounce_factor(
     family: str, depth: float, length: Floats, sine: Floats, seabed: Seabed, wavelength: float, *,
     hull_depth: float = 0.0,
 ) -> Floats:  # fmt: skip
-    """Factor of a sediment's own roughness on the coherent sound of paths of one family [1], shape (n,).
+    """Factor of the roughness of a sediment on the coherent sound of paths of one family [1], shape (n,).
 
-    exp(-2 k^2 h^2 sin^2) for each bottom bounce, h the rms height of the roughness between the Fresnel zone's wave and
-    the sound's. What it takes is in the near-specular part of the sediment's scattering law. A seabed with relief has
-    its relief's roughness instead, in its legs already; one without a law of a sediment is smooth.
+    exp(-2 k^2 h^2 sin^2) for each bottom bounce, h the rms height of the roughness between the length of the Fresnel
+    zone and the acoustic wavelength. The energy lost is in the near-specular part of the sediment's scattering law. For
+    a seabed with relief, whose legs include the roughness of the relief, and for one without a sediment law, it is 1.
 
     Args:
         family: Name of the family.

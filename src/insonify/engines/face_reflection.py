@@ -66,7 +66,7 @@ def reflects_to(face: FlatFace, scatterers: Scatterers) -> bool:
 def lit_points(
     face: FlatFace, position: Floats, points: Floats, wavelength: float, *, tall: float, around: Floats | float = 0.0
 ) -> Marks:
-    """Points that a face may light from a position, seen along the face, shape (n,).
+    """Points that reflection at a face may reach from a position, by its horizontal extent, shape (n,).
 
     Args:
         face: The face.
@@ -199,7 +199,7 @@ def _unfolded(letters: str, depth: Floats, bed: float) -> Floats:
 
 
 def _crossing_part(face: FlatFace, image: Floats, points: Floats) -> Floats:
-    """Part of the path from an image to points, seen from above, before it crosses the plane of an upright face [1]."""
+    """Horizontal fraction of the path from an image to points before the plane of an upright face [1]."""
     before, after = -float(face.height_of(image)), face.height_of(points)
     return np.asarray(before / (before + after))
 

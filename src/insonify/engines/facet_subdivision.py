@@ -77,7 +77,7 @@ def solid_insonification(
     scene: Scene, solid: Solid, choice: PathSettings, ping_geometry: PingGeometry, slant: float,
     rays: PropagationModel | None,
 ) -> TargetInsonification:  # fmt: skip
-    """The sonar as one target sees it: arguments see `smooth_facets`."""
+    """Insonification of a solid by one ping; arguments see `smooth_facets`."""
     surface = world_triangles(solid, scene.seabed)
     ends = ping_geometry.transmit_position, ping_geometry.receive_position
     distance = min(float(np.linalg.norm(np.clip(end, surface.low, surface.high) - end)) for end in ends)

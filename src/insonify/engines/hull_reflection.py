@@ -1,7 +1,7 @@
-"""Legs under a hull: reflections between seabed and hull, and what the hull leaves of those by the surface.
+"""Legs under a hull: reflections between seabed and hull, and the part of the surface reflections that passes it.
 
-The underside is a finite mirror. For the water below it, it is the surface of a sea whose depths begin at the hull: the
-legs of that sea are those of the propagation model, with H in place of S.
+The underside is a finite specular reflector. For the water below, it is the surface of a sea whose depths are counted
+from the hull: the legs are those of the propagation model in that sea, with H in place of S.
 """
 
 from dataclasses import replace
@@ -175,7 +175,7 @@ def _displaced(
 
 
 def rectangle_factor(plate: HullPlate, position: Floats, before: Floats, after: Floats, wavelength: float) -> Complexes:
-    """Part of a plane mirror's reflected pressure that a rectangle about the bounce reflects [1], shape (n,).
+    """Pressure reflected by a rectangle about the bounce, re that of an unbounded plane [1], shape (n,).
 
     Args:
         plate: The rectangle.

@@ -42,7 +42,7 @@ class Lobe(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class TargetInsonification:
-    """The ends of the sonar as a body sees them, and what one ping resolves there."""
+    """Images of the sonar, main lobes and window of one ping for one target; limits the size of its patches."""
 
     images: tuple[Floats, Floats]
     """Positions of the images of transmitter and receiver [m], shapes (f, 3)."""

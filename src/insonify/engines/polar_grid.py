@@ -88,11 +88,11 @@ class PolarGrid:
             rays: Propagation model of the scene.
             families: Families that reach the boundary.
             floor: Two-way pressure gain [1].
-            glints: How a moving surface spreads the directions of legs; None: it is still.
+            glints: Spread of the directions of legs by a moving surface; None: it does not move.
             images: Images of the sonar in faces.
         """
 
-        def seen(tiles: NDArray[np.int64], across: int) -> NDArray[np.int64]:
+        def within_beams(tiles: NDArray[np.int64], across: int) -> NDArray[np.int64]:
             ring, sector = tiles.T
             near, far = (self._horizontal_distance((ring + side) * RINGS_PER_TILE * self.slant) for side in (0, 1))
             middle, width = (near + far) / 2, across * self.azimuth
@@ -105,9 +105,9 @@ class PolarGrid:
             return np.asarray(tiles[(bound >= floor) & (far > 0)])
 
         beside = RINGS_PER_TILE // SECTORS_PER_TILE
-        wide = seen(self.tiles[self.tiles[:, 1] % beside == 0] // (1, beside), RINGS_PER_TILE)
+        wide = within_beams(self.tiles[self.tiles[:, 1] % beside == 0] // (1, beside), RINGS_PER_TILE)
         strips = np.stack([np.repeat(wide[:, 0], beside), (wide[:, 1, None] * beside + np.arange(beside)).ravel()], -1)
-        return seen(strips, SECTORS_PER_TILE)
+        return within_beams(strips, SECTORS_PER_TILE)
 
     def keep_probabilities(
         self, tiles: NDArray[np.int64], beam_importance: BeamImportance, gain_factor: Floats | None = None
@@ -147,8 +147,8 @@ class PolarGrid:
 
         Args:
             tiles: Rows of (ring, sector), shape (tiles, 2).
-            zone: The zone, as seen from the middle of the cells.
-            beside: Bearing beside it that counts too [rad].
+            zone: The zone, relative to the middle of the cells.
+            beside: Margin of bearing on either side of it [rad].
         """
         near, far = (self._horizontal_distance((tiles[:, 0] + side) * RINGS_PER_TILE * self.slant) for side in (0, 1))
         width = SECTORS_PER_TILE * self.azimuth

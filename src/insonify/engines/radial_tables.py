@@ -95,7 +95,7 @@ class FamilyTable(NamedTuple):
     """Depth of the image source of each row of launches [m], (rows,)."""
     launch_rising: NDArray[np.bool_]
     """True if its last bounce is off the bottom, (rows,)."""
-    mirrors: NDArray[np.complex64]
+    reflection_products: NDArray[np.complex64]
     """Product of all bounces of a family, over evenly spaced sines of the grazing angle [1], (f, nodes)."""
     factor: Singles
     """Direction factor of a law that is a product of two, see `CompiledLaw.factor`; empty for any other."""

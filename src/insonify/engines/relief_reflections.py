@@ -133,12 +133,12 @@ def _may_be_faint(
 def reflection_product(
     family: str, way: ImagePaths, terrain: SeabedTerrain, wavelength: float, scene: Scene
 ) -> NDArray[np.complex128]:
-    """Product of what all mirrors of a family leave of the coherent sound, with its phase [1], shape (n,).
+    """Product of the complex coherent reflection factors of a family [1], shape (n,).
 
-    Each bottom bounce has the seabed's own coefficient at its grazing angle with the fitted plane, times
-    exp(-2 k^2 h^2 sin^2), h the roughness between the zone's wave and the sound's, see
-    `SeabedTerrain.roughness_reflection_factor`. What it loses is not mirrored. Where the seabed's bounces are rough,
-    glints have that factor, and carry what it takes.
+    Each bottom bounce has the seabed's coefficient at its grazing angle with the fitted plane, times
+    exp(-2 k^2 h^2 sin^2), h the rms height of the roughness between the lengths of the Fresnel zone and of the acoustic
+    wave, see `SeabedTerrain.roughness_reflection_factor`. The energy lost is not reflected coherently. Where the
+    reflecting interface of the seabed is rough, glints have that factor and the energy lost.
 
     Args:
         family: Name of the family.

@@ -1,11 +1,11 @@
-"""Specular points of relief: all positions from which a seabed mirrors the transmitter to the receiver.
+"""Specular points of relief: all points of a seabed at which sound is reflected from transmitter to receiver.
 
-A path over relief is reflected where its length is stationary: once over level ground, several times where waves of the
-seabed focus. Each point has the pressure of the stationary phase, sqrt(det H0 / |det H|) of that of its tangent plane,
-with H the second derivatives of the path length over the ground, H0 those over the plane, and the phase +90 degrees
-for each negative curvature (a caustic touched). Source: stationary phase of Kirchhoff's integral, as in Brekhovskikh &
-Lysanov (2003), Fundamentals of Ocean Acoustics, chapter 9 (chapter from memory; tested against the integral). Near a
-caustic the curvature is held above that at which Airy's function has its value at the caustic.
+A path over relief is reflected where its length is stationary: at one point of a flat seabed, at several where waves of
+the seabed focus. Each point has the pressure of the stationary phase, that of its tangent plane times sqrt(det H0 /
+|det H|), with H the second derivatives of the path length over the relief, H0 those over the plane, and the phase +90
+degrees for each negative curvature (a caustic touched). Source: stationary phase of Kirchhoff's integral, as in
+Brekhovskikh & Lysanov (2003), Fundamentals of Ocean Acoustics, chapter 9 (chapter from memory; tested against the
+integral). Near a caustic the curvature is held above that at which Airy's function has its value at the caustic.
 
 In layered water the length is the travel time times the speed at the surface, for the family B.
 """
@@ -121,9 +121,9 @@ def with_specular_points(
 
 
 def _images(family: str, begin: Floats, stop: Floats) -> tuple[Floats, Floats]:
-    """Ends of a family with one bottom reflection, mirrored in the surface where it begins or ends with one."""
-    mirrored = np.array([1.0, 1.0, -1.0])
-    return begin * mirrored if family[0] == "S" else begin, stop * mirrored if family[-1] == "S" else stop
+    """Ends of a family with one bottom reflection, or their images in the surface where it begins or ends with one."""
+    upside_down = np.array([1.0, 1.0, -1.0])
+    return begin * upside_down if family[0] == "S" else begin, stop * upside_down if family[-1] == "S" else stop
 
 
 def _write(

@@ -23,7 +23,7 @@ def cull_points(points: Scatterers, insonification: TargetInsonification) -> Sca
 
     Args:
         points: Points on the faces of one target, neighbours one after another.
-        insonification: The sonar as the target sees it.
+        insonification: Images of the sonar, window and beams with respect to the target.
     """
     if len(points) <= MAX_UNCULLED:
         return points
@@ -38,7 +38,7 @@ def rows_in_reach(
     Args:
         position: Positions of the points, neighbours one after another [m], shape (n, 3).
         normal: Unit normals of their faces, shape (n, 3).
-        insonification: The sonar as the target sees it.
+        insonification: Images of the sonar, window and beams with respect to the target.
         run: Points that are evaluated together [1].
     """
     starts = np.arange(0, len(position), run)
@@ -56,13 +56,15 @@ def facing(position: Floats, normal: Floats, insonification: TargetInsonificatio
     Args:
         position: Positions of points on the faces of one target [m], shape (n, 3).
         normal: Unit normals of the faces there, shape (n, 3).
-        insonification: The sonar as the target sees it.
+        insonification: Images of the sonar, window and beams with respect to the target.
     """
     both = np.ones(len(position), bool)
-    for places in insonification.point_images:
-        seen = np.zeros(len(position), bool)
-        for image in places:
+    for images in insonification.point_images:
+        faces_image = np.zeros(len(position), bool)
+        for image in images:
             ray = image - position
-            seen |= np.einsum("nk,nk->n", ray, normal) > -insonification.max_deviation * np.linalg.norm(ray, axis=1)
-        both &= seen
+            faces_image |= np.einsum("nk,nk->n", ray, normal) > -insonification.max_deviation * np.linalg.norm(
+                ray, axis=1
+            )
+        both &= faces_image
     return both

@@ -1,4 +1,4 @@
-"""A target as one ping sees it: images of the sonar, beams, window, and how finely its faces must be split."""
+"""Insonification of a target by one ping: images of the sonar, beams, window, and largest size of its patches."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,7 +35,7 @@ def target_insonification(
     scene: Scene, choice: PathSettings, ping_geometry: PingGeometry, slant: float, distance: float,
     rays: PropagationModel | None,
 ) -> TargetInsonification:  # fmt: skip
-    """The sonar as a target sees it.
+    """Insonification of a target by one ping.
 
     Args:
         scene: The scene.

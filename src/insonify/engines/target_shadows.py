@@ -18,7 +18,7 @@ PROBES = 48
 
 
 class ShadowSector(NamedTuple):
-    """The sector of the seabed in which one target may cast shadows, seen from the transmitter."""
+    """Azimuths and distances from the transmitter of the seabed on which one target may cast shadows."""
 
     bearing: float
     """Bearing of its middle [rad]."""

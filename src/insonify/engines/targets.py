@@ -211,7 +211,7 @@ def _points_of(
         slant: Resolution along the slant range [m].
         target: The body.
         cells: Resolution cells that limit the number of points; None: no limit.
-        insonification: Makes the sonar as the body sees it.
+        insonification: Function that returns the insonification of the body.
         even: True: quadrature points for an expectation. False: random ones.
     """
     row = scene.occluders.index(target)

@@ -63,7 +63,7 @@ class TerrainOcclusion:
             position: North, east, depth of the end [m], shape (3,).
             launches: How launch angles belong to positions.
             farthest: Horizontal distance beyond which occlusion is that at this distance [m].
-            wavelength: Acoustic wavelength, for the size of a bounce's mirror [m].
+            wavelength: Acoustic wavelength, for the Fresnel zone of a bounce [m].
             min_profile_width: Slices need not be narrower than this [rad].
             gain_bound: How strong sound of some bearings can be; None: all alike.
         """
@@ -140,11 +140,11 @@ class TerrainOcclusion:
         self, family: str, groups: list[ProfileGroup], distance: Floats, sine: Floats, ground: bool,
         left: NDArray[np.complex128] | None,
     ) -> NDArray[np.bool_]:  # fmt: skip
-        """Return True if rays of one family are clear, segment by segment, and what crests leave of each."""
+        """Return True if rays of one family are clear, segment by segment; `left` gets the factor of their crests."""
         string = bounce_sequence(family)
         steep = steepness(family, sine)
         stops = [*self.launches.bounce_ranges(family, steep), distance]
-        mirrors = {
+        zone_lengths = {
             k: fresnel_half_length(stops[k], distance, self.launches.bottom_grazing_tangent(steep), self.wavelength)
             for k, letter in enumerate(string)
             if letter == "B"
@@ -154,9 +154,9 @@ class TerrainOcclusion:
             if k == 0 and string.startswith("S") and self._all_below:
                 continue
             passed, ends = string[:k] or "D", ground and k == len(string)
-            before = stop - mirrors.get(k, 0.0)
+            before = stop - zone_lengths.get(k, 0.0)
             if passed.endswith("B") and not ends:
-                way = self._steps(stops[k - 1] + mirrors[k - 1]), self._steps(before)
+                way = self._steps(stops[k - 1] + zone_lengths[k - 1]), self._steps(before)
                 own = np.ones(len(lit), bool)
                 for lines, points, rows in groups:
                     kernel.rising_rays_clear(*lines.horizon(passed)[:2], steep, rows, *way, points, own)
@@ -289,16 +289,16 @@ def occlude_by_terrain(
     legs: Legs, scatterers: Scatterers, position: Floats, terrain_occlusion: TerrainOcclusion, *, soft: bool = False,
     seen: ProfiledPoints | None = None,
 ) -> Legs:  # fmt: skip
-    """Legs over relief: the seabed hides some of them, and its roughness takes from every bottom bounce.
+    """Legs over relief: occluded by the seabed, and reduced by its roughness at every bottom bounce.
 
     Args:
         legs: Legs over the mean plane.
         scatterers: The points that they reach.
         position: North, east, depth of the sonar's end [m], shape (3,).
-        terrain_occlusion: What the seabed hides from there.
-        soft: True if sound bends around crests. Visibility is complex then, and that of legs that targets cut is what
-            the seabed alone leaves, for `knife_edge.diffract_at_edges` to take from.
-        seen: Of `locate_points`, where it is known.
+        terrain_occlusion: Occlusion by the seabed for that end.
+        soft: True if sound is diffracted over crests. Visibility is complex then; on legs that targets cut it is the
+            factor of the seabed alone, to which `knife_edge.diffract_at_edges` adds that of the targets.
+        seen: Result of `locate_points`, if it is known.
     """
     distance, groups = locate_points(terrain_occlusion, position, scatterers.position) if seen is None else seen
     status, occluder, boundary = legs.status.copy(), legs.occluder.copy(), legs.reflection_coefficient

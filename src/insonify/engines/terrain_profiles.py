@@ -156,7 +156,7 @@ class AzimuthProfiles:
         """Points by the lines that pass them.
 
         Args:
-            place: North and east from where they are seen [m], shape (2 or more,).
+            place: North and east of the sonar [m], shape (2 or more,).
             position: North and east of the points [m], shape (n, 2 or more).
 
         Returns:

@@ -10,7 +10,7 @@ from insonify.units import level_db
 SHOWN_RANGE = 60.0
 """Level below the strongest curve at which curves are omitted [dB]."""
 WHY = (
-    "The tracer's rays carry energies and no phases: only paths to point targets and by mirrors alone are named one by "
+    "The tracer's rays carry energies and no phases: only paths to point targets and boundary echoes are named one by "
     "one. For all paths behind a sample write engine: eigenrays under paths and run again"
 )
 
@@ -48,7 +48,7 @@ def traced_sample_report(scenario: Scenario, ping: int, channel: int, time: floa
 
 
 def named_paths(scenario: Scenario, ping: int, channel: int, time: float) -> list[str]:
-    """Lines on the paths to point targets and by mirrors alone whose pulse covers a time, in the order of arrival."""
+    """Lines on the paths to point targets and the boundary echoes whose pulse covers a time, in order of arrival."""
     simulator = build_simulator(scenario)
     geometry = simulator.ping_geometry(ping, channel=channel)
     row = channel % scenario.sonar.beam_count % geometry.channel_count

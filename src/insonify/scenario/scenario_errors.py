@@ -125,11 +125,11 @@ def _tracer_limits(scenario: Scenario) -> Iterator[PydanticCustomError]:
         yield field_error("sonar.hull", None, "reflects sound, which the tracer does not follow. Leave it out, "
                           "or write engine: eigenrays under paths.")  # fmt: skip
     if scenario.seabed.reflecting_interface != "smooth":
-        yield field_error("seabed.reflecting_interface", "rough", "is not for the tracer, whose seabed is a mirror. "
+        yield field_error("seabed.reflecting_interface", "rough", "is not for the tracer, whose seabed is smooth. "
                       "Write smooth, or engine: eigenrays under paths.")  # fmt: skip
     if scenario.surface.reflection != "flat":
         yield field_error("surface.reflection", scenario.surface.reflection, "is not for the tracer, whose surface is "
-                      "a mirror. Write reflection: flat, or engine: eigenrays under paths.")  # fmt: skip
+                      "flat. Write reflection: flat, or engine: eigenrays under paths.")  # fmt: skip
 
 
 def _profile_depth_errors(scenario: Scenario) -> Iterator[PydanticCustomError]:

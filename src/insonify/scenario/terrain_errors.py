@@ -48,7 +48,7 @@ def terrain_errors(scenario: Scenario, array_positions: dict[str, Floats]) -> It
     deepest = max(float(position[:, 2].max()) for position in array_positions.values())
     if deepest >= bed.depth:
         yield field_error(
-            "seabed.depth", f"{bed.depth:g} m", f"is the plane that mirrors sound, and the sonar goes down to "
+            "seabed.depth", f"{bed.depth:g} m", f"is the plane that reflects sound, and the sonar goes down to "
             f"{deepest:.4g} m. Write the mean depth of the part in its range, above {deepest:.4g} m.",
         )  # fmt: skip
 

@@ -1,4 +1,4 @@
-"""The seabed: where it lies, how it scatters and how it mirrors sound."""
+"""The seabed: depth, relief, scattering law, texture and specular reflection."""
 
 from functools import lru_cache
 from typing import Annotated, Literal, Self
@@ -51,7 +51,7 @@ class Seabed(Model):
     scattering: Annotated[
         Annotated[Lambert | SedimentLaw | TableLaw, Field(discriminator="law")] | None, BeforeValidator(infer_law_kind)
     ] = SedimentLaw()
-    """Law of diffuse scattering; None for a seabed that only mirrors."""
+    """Law of diffuse scattering; None for a seabed that reflects specularly only."""
     texture: Texture | None = None
     """Variation of the scattering strength about its mean, from place to place; None: none."""
     reflection: Reflection = "medium sand"

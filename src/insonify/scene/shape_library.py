@@ -1,6 +1,6 @@
-"""The library: typical things on a seabed, as generic shapes of their usual size.
+"""Library of target shapes: typical objects on a seabed, as generic bodies of their usual size.
 
-No shape is a drawing of one make: each has the outline that a sonar sees and the size that its kind usually has.
+No shape models one product: each has the outline and the usual size of its kind.
 Sources of the sizes stand beside them; where one says "from memory" it has not been checked against a document.
 """
 

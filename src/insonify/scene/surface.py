@@ -47,17 +47,18 @@ class Surface(Model):
     """A sea surface at a mean depth of zero."""
 
     reflection: Literal["flat", "statistical", "tilted", "explicit"] = "flat"
-    """Model of surface reflection: a flat mirror, which turns the sound's sign and keeps all of it; a wind sea, by a
-    coherent part and glints; off one plane, tilted as a swell is where the mirror's bounce point lies; or off waves
-    that are drawn, at all points that reflect it, with what is too short to be drawn as of a statistical bounce."""
+    """Model of surface reflection. flat: specular reflection with coefficient -1. statistical: a wind sea, by a
+    coherent part and glints. tilted: specular reflection off the tangent plane of the swell at the bounce point of the
+    flat surface. explicit: reflection at all specular points of a realised sum of waves; shorter waves are treated as
+    for a statistical bounce."""
     wind_speed: Annotated[MetresPerSecond, Field(gt=0, le=30)] | None = None
     """Wind 10 m above the sea, for a statistical bounce or for waves [m/s]."""
     swell: Swell | None = None
     """The wave that tilts the plane of a tilted bounce, or one of the waves."""
     cutoff_wavelength: Annotated[Metres, Field(ge=0.1, le=1000)] | None = None
-    """Length of the shortest waves of the wind that are drawn [m]; None for half that of the dominant ones."""
+    """Shortest wavelength of the wind sea that is realised [m]; None: half the dominant wavelength."""
     wave_direction: Radians = 0.0
-    """Direction that the waves go to, from north clockwise [rad]."""
+    """Direction of propagation of the waves, clockwise from north [rad]."""
     scattering: Annotated[
         Annotated[Lambert | AplSurfaceLaw, Field(discriminator="law")] | None, BeforeValidator(infer_law_kind)
     ] = None

@@ -38,14 +38,14 @@ class _Body(Model):
     burial: Annotated[float, Field(ge=0, lt=1)] = 0.0
     """Part of its height that has sunk into the seabed [1]."""
     burial_depth: Annotated[Metres, Field(ge=0, le=1000)] = 0.0
-    """Or how far its lowest point has sunk into the seabed [m]."""
+    """Alternatively, depth of its lowest point below the seabed [m]."""
     scour: ScourDimensions | None = None
-    """The moat that currents have dug around it, as `{depth: 0.2 m, width: 0.5 m}`; None for none."""
+    """Scour pit around it, as `{depth: 0.2 m, width: 0.5 m}`; None for none."""
     scattering: Lambert = Lambert(strength_db=-10.0)
-    """Law of its faces, where they are rough."""
+    """Scattering law of its faces for their rough part."""
     face_reflection_coefficient: Annotated[float, Field(ge=-1, le=1)] | None = None
-    """Pressure reflection coefficient of its faces where they are smooth, which flash like mirrors [1]: 1 for a rigid
-    body, -1 for one full of air; None: they are rough only."""
+    """Pressure reflection coefficient of the smooth part of its faces, which reflect specularly [1]: 1 for a rigid
+    body, -1 for one filled with air; None: they are rough only."""
 
     @model_validator(mode="after")
     def _check_depth_or_burial(self) -> Self:

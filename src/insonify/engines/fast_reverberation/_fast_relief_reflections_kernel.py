@@ -13,15 +13,15 @@ from insonify.propagation.image_path_kernel import ImagePaths
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def write_image_paths(
-    some: NDArray[np.int64], way: ImagePaths, mirrors: NDArray[np.complex64], slowness: float, f: int,
+    some: NDArray[np.int64], way: ImagePaths, reflection: NDArray[np.complex64], slowness: float, f: int,
     table: FamilyTable, legs: RadialLegs,
 ) -> None:  # fmt: skip
     """Overwrite some legs of one family.
 
     Args:
-        some: Which points they lead to, (m,).
+        some: Numbers of the points that the legs reach, (m,).
         way: The paths off local planes, m of them.
-        mirrors: What all mirrors of each way leave [1], (m,).
+        reflection: Product of the reflection coefficients of each path [1], (m,).
         slowness: One over the speed of sound [s/m].
         f: Row of the family.
         table: Tables of the families.
@@ -45,4 +45,4 @@ def write_image_paths(
             at = math.sqrt(min(max(1 + off, 0.0), 1.0)) * last
             cell = min(int(at), last - 1)
             size *= math.sqrt(factor[cell] + (at - cell) * (factor[cell + 1] - factor[cell]))
-        amplitude[n] = mirrors[m] * size
+        amplitude[n] = reflection[m] * size

@@ -201,7 +201,7 @@ def legs_along_radial(
     """
     n, m, facet, bits = scratch.begin, ahead.shape[1], scratch.facet, scratch.bits
     place, normal, delay, departure, arrival = legs.place, legs.normal, legs.delay, legs.departure, legs.arrival
-    amplitude, mirrors, bounce_codes = legs.amplitude, table.mirrors, table.bounce_codes
+    amplitude, reflection_products, bounce_codes = legs.amplitude, table.reflection_products, table.bounce_codes
     stop = n + m
     cos_h, sin_h = math.cos(frame.heading), math.sin(frame.heading)
     cosine, sine = cos_h * line[0] - sin_h * line[1], sin_h * line[0] + cos_h * line[1]
@@ -210,7 +210,7 @@ def legs_along_radial(
     facets = Facets(place[0, n:stop], facet[0, :m], facet[1, :m], normal[0, n:stop], normal[1, n:stop],
                     normal[2, n:stop], area)  # fmt: skip
     facet_normals(facets, cos_h, sin_h, frame.step * line[8] * line[2])
-    bearing, nodes = RadialBearing(cosine, sine, ahead[0], ahead[1]), mirrors.shape[1] - 1
+    bearing, nodes = RadialBearing(cosine, sine, ahead[0], ahead[1]), reflection_products.shape[1] - 1
     for f in range(table.images.size):
         if families & (1 << f) == 0:
             amplitude[f, n:stop] = 0
@@ -234,5 +234,5 @@ def legs_along_radial(
             at = min(abs(arrival[f, 2, n + i]), np.float32(1)) * np.float32(nodes)
             cell = np.uint64(min(int(at), nodes - 1))  # unsigned, for no index is then looked at twice
             part = np.float32(at - cell)
-            low, high = mirrors[f, cell], mirrors[f, cell + np.uint64(1)]
+            low, high = reflection_products[f, cell], reflection_products[f, cell + np.uint64(1)]
             amplitude[f, n + i] = size[i] * (low + part * (high - low))

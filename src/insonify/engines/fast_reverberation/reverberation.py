@@ -267,8 +267,8 @@ def prepare_fast_reverberation(
 ) -> FastReverberation | None:
     """Prepare fast reverberation of one ping; None where the scene does not meet its conditions.
 
-    It takes water of one sound speed, a three-dimensional scene, both ends of the sonar at one position, one beam to a
-    side, a sea surface that only mirrors, and ground that lies below the sonar.
+    Conditions: water of one sound speed, a three-dimensional scene, both ends of the sonar at one position, one beam a
+    side, a sea surface that reflects specularly only, and a seabed below the sonar.
 
     Args:
         scene: The scene.

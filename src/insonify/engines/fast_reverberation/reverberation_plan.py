@@ -111,10 +111,10 @@ def _plan(
         scene.seabed.depth,
         scene.seabed.terrain is not None,
     )
-    mirrors = _reflection_table(scene, families, round(source, 2), ping_geometry.wavelength, rough)
+    reflection_products = _reflection_table(scene, families, round(source, 2), ping_geometry.wavelength, rough)
     absorption_db = float(scene.water.absorption(ping_geometry.frequency))
     thin = allocate_samples(
-        ping_geometry, depth, rise, families, radials, step, heading, law, mirrors, absorption_db,
+        ping_geometry, depth, rise, families, radials, step, heading, law, reflection_products, absorption_db,
         ASSUMED_SLOPE if rough else 0.0,
     )  # fmt: skip
     bounce_codes, horizon_row, ways = _bounce_tables(families)
@@ -122,7 +122,7 @@ def _plan(
         np.array([image_depth(name, source, depth) for name in families]), bounce_codes, horizon_row,
         launch_image_depths=np.array([image_depth(name, source, depth) for name in ways]),
         launch_rising=np.array([way.endswith("B") for way in ways]),
-        mirrors=mirrors,
+        reflection_products=reflection_products,
         factor=np.zeros(0, np.float32) if law.factor is None else law.factor,
         loss=absorption_db / 20 * float(np.log2(10)),
     )  # fmt: skip

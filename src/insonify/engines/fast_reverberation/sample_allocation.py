@@ -62,7 +62,8 @@ class SampleAllocation:
 
 def allocate_samples(
     ping_geometry: PingGeometry, depth: float, rise: float, families: tuple[str, ...], radials: Floats, step: float,
-    heading: float, law: CompiledLaw, mirrors: NDArray[np.complex64], absorption_db: float, steepness: float,
+    heading: float, law: CompiledLaw, reflection_products: NDArray[np.complex64], absorption_db: float,
+    steepness: float,
 ) -> SampleAllocation:  # fmt: skip
     """Keep probabilities of all pairs along the lines of one ping.
 
@@ -75,7 +76,7 @@ def allocate_samples(
         step: Distance of samples along them [m].
         heading: Heading of their frame [rad].
         law: Scattering law of the seabed.
-        mirrors: Product of all bounces of a family over evenly spaced sines, (f, nodes).
+        reflection_products: Product of all bounces of a family over evenly spaced sines, (f, nodes).
         absorption_db: Absorption of the water [dB/m].
         steepness: Slope of the seabed that is reckoned with [1].
     """
@@ -89,7 +90,7 @@ def allocate_samples(
     source, speed = float(ping_geometry.transmit_position[2]), ping_geometry.sound_speed
     climbs = np.array([depth - image_depth(name, source, depth) for name in families])
     middle = (edges[1:] + edges[:-1]) / 2
-    strength = _strengths(middle, climbs, pair, law, mirrors, absorption_db, steepness)
+    strength = _strengths(middle, climbs, pair, law, reflection_products, absorption_db, steepness)
     odd = np.array([len(bounce_sequence(name)) % 2 == 1 for name in families])
     sent, received, same_beams = (
         ping_geometry.transmit_beams.kernel_tables,
@@ -137,14 +138,19 @@ def allocate_samples(
 
 
 def _strengths(
-    distance: Floats, climbs: Floats, pair: NDArray[np.int64], law: CompiledLaw, mirrors: NDArray[np.complex64],
-    absorption_db: float, steepness: float,
+    distance: Floats, climbs: Floats, pair: NDArray[np.int64], law: CompiledLaw,
+    reflection_products: NDArray[np.complex64], absorption_db: float, steepness: float,
 ) -> Floats:  # fmt: skip
     """Cross section of each pair times the squares of both legs' pressures at some distances [m^-4], (p, n)."""
     length = np.hypot(distance, climbs[:, None])
     sine = climbs[:, None] / length
-    nodes = mirrors.shape[1] - 1
-    bounced = np.abs(np.stack([row[np.rint(x * nodes).astype(int)] for row, x in zip(mirrors, sine, strict=True)])) ** 2
+    nodes = reflection_products.shape[1] - 1
+    bounced = (
+        np.abs(
+            np.stack([row[np.rint(x * nodes).astype(int)] for row, x in zip(reflection_products, sine, strict=True)])
+        )
+        ** 2
+    )
     power = bounced * 10 ** (-absorption_db * length / 10) / length**2
     into = np.stack([np.sqrt(1 - sine**2), 0 * sine, sine], axis=1).astype(np.float32)
     found = np.zeros((len(pair), len(distance)))

@@ -100,7 +100,7 @@ class SedimentMap(Model):
     base: SedimentName | SedimentPatches = "medium sand"
     """Sediment of all positions outside regions and strips."""
     on_top: tuple[Annotated[SedimentRegion | SedimentStrip, Field(discriminator="kind")], ...] = ()
-    """Laid on the base in this order: the last one is seen."""
+    """Regions and strips over the base, in this order: the last one that covers a position applies."""
 
     @property
     def sediments(self) -> tuple[str, ...]:
