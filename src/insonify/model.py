@@ -94,7 +94,7 @@ class Model(BaseModel):
 
         Args:
             update: New values by the names of their fields; numbers may have units ("90 deg").
-            deep: Whether the values that stay are copied too.
+            deep: True if the values that stay are copied too.
 
         Raises:
             AttributeError: A name is no field of this model; the nearest one is named.

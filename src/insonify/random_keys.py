@@ -223,7 +223,7 @@ def uniforms(
 
     Args:
         seed: Of the scenario [1].
-        stream: What the draw is for [1].
+        stream: Number of the random stream [1].
         c0: First counter, whole numbers of any sign, any shape; the low 32 bits count [1].
         c1: Second counter, broadcast against the first [1].
         c2: Third counter [1].
@@ -246,10 +246,10 @@ def complex_normals(
 
     Args:
         seed: Of the scenario [1].
-        stream: What the draw is for [1].
-        ping: Which ping [1].
-        channel: Which channel of the ping [1].
-        count: How many samples [1].
+        stream: Number of the random stream [1].
+        ping: Number of the ping [1].
+        channel: Number of the channel of the ping [1].
+        count: Number of samples [1].
         start: Index of the first sample wanted; samples 100 to 199 are the same whether
             computed alone or as part of a longer run [1].
 

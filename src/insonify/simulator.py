@@ -224,7 +224,7 @@ def simulate(scenario: Scenario, *, pings: int | Iterable[int] | None = None, th
     """Simulate a recording.
 
     Args:
-        scenario: What is simulated.
+        scenario: The scenario.
         pings: Number of a ping, or numbers of several; all by default.
         threads: Number of threads; all cores by default. The result does not depend on it, bit for bit.
 
@@ -260,7 +260,7 @@ def record(
     """Simulate to disk, ping by ping; an interrupted run resumes.
 
     Args:
-        scenario: What is simulated.
+        scenario: The scenario.
         path: Folder of the recording.
         pings: Numbers of the pings; all by default.
         threads: Number of threads; all cores by default.
@@ -495,7 +495,7 @@ def labels(scenario: Scenario, ping: int = 0, *, threads: int | None = None) -> 
     """Labels of each sample of one ping: object, paths and position of the strongest echo; highlight, shadow, ghost.
 
     Args:
-        scenario: What is simulated.
+        scenario: The scenario.
         ping: Number of the ping.
         threads: Number of threads; all cores by default.
 
@@ -518,7 +518,7 @@ def arrivals(scenario: Scenario, ping: int = 0, *, window: DelayInterval | None 
     """The paths of one ping, out and back, row by row.
 
     Args:
-        scenario: What is simulated.
+        scenario: The scenario.
         ping: Number of the ping.
         window: Earliest and latest delay wanted [s], or with units such as ("200 ms", "201 ms"); by default all that
             touch the recording.
@@ -568,7 +568,7 @@ def levels(
     """Expected levels of one ping by contribution and by family pair.
 
     Args:
-        scenario: What is simulated.
+        scenario: The scenario.
         ping: Number of the ping.
         channel: Number of the beam or element; an element is at its array's centre, with its own pattern.
         threads: Number of threads; all cores by default.

@@ -26,7 +26,7 @@ def warn_outside(law: str, quantity: str, value: ArrayLike, low: float, high: fl
 
     Args:
         law: Name of the law, with author and year.
-        quantity: What the value measures.
+        quantity: Quantity that the value measures.
         value: The value or values used, any shape, in `unit`.
         low: Smallest trustworthy value, in `unit`.
         high: Largest trustworthy value, in `unit`.
@@ -59,12 +59,12 @@ def require_numbers(
 
     Args:
         name: Name of the quantity in the message: "frequency", "Sediment.loss".
-        value: What was given.
+        value: Value that was given.
         unit: Unit of the numbers, "" for a ratio.
         low: Smallest number that means something, in `unit`.
         high: Largest, in `unit`.
-        exclude_low: Whether `low` itself means nothing.
-        allow_nan: Whether NaN and masked values may pass: gaps in a measurement, which stay gaps (NaN), as does
+        exclude_low: True if `low` itself means nothing.
+        allow_nan: True if NaN and masked values may pass: gaps in a measurement, which stay gaps (NaN), as does
             what is computed of them.
         example: Example, for the advice.
 
@@ -92,7 +92,7 @@ def require_number(
 
     Args:
         name: Name of the quantity in the message.
-        value: What was given.
+        value: Value that was given.
         unit: Unit of the number, "" for a ratio.
         low: Smallest number that means something, in `unit`.
         high: Largest, in `unit`.
@@ -112,8 +112,8 @@ def require_grazing_angle(name: str, value: ArrayLike, *, gaps: bool = True) -> 
 
     Args:
         name: Of the angle.
-        value: What was given.
-        gaps: Whether NaN may pass.
+        value: Value that was given.
+        gaps: True if NaN may pass.
     """
     given = require_numbers(
         name, value, "rad", -_ROUNDING, math.pi / 2 + _ROUNDING, allow_nan=gaps, example="np.radians(20)"
@@ -126,8 +126,8 @@ def require_sound_speed(name: str, value: ArrayLike, *, gaps: bool = True) -> ND
 
     Args:
         name: Of the speed.
-        value: What was given.
-        gaps: Whether NaN may pass.
+        value: Value that was given.
+        gaps: True if NaN may pass.
     """
     return require_numbers(name, value, "m/s", 300.0, 5000.0, allow_nan=gaps, example="1500")
 

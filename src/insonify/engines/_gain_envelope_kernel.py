@@ -246,7 +246,7 @@ def two_way_envelope(
         back: Receiving end.
         same_beams: True if these are the same.
         position: Positions (north, east) [m], shape (n, 2).
-        radius: How far around each position it is the largest that is given [m], shape (n,).
+        radius: Radius around each position within which the largest value is given [m], shape (n,).
         result: Result.
     """
     workspace = np.empty((_ROWS + 1) * BATCH)

@@ -36,7 +36,7 @@ def grid_positions(
         level: Level of each tile, shape (tiles,).
         along: Number of each along the scatterer grid's first axis, shape (tiles,).
         across: Along its second, shape (tiles,).
-        rows: Which tiles are requested.
+        rows: Rows of the requested tiles.
         part: Parts of their sides [1].
         frame: Frame of the scatterer grid.
         position: Result.

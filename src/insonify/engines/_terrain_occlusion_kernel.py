@@ -22,7 +22,7 @@ def horizon_at(lowest: Floats, rows: Integers, reach: Floats, points: Integers, 
         lowest: Of `_terrain_diffraction_kernel.find_crests`, (s, n).
         rows: Line of each point, (points,).
         reach: Distance in steps of each point, (all,).
-        points: Which points, (points,).
+        points: Numbers of the points, (points,).
         found: Result, (all,).
     """
     last = lowest.shape[1] - 1
@@ -46,7 +46,7 @@ def rising_rays_clear(
         rows: Line of each point, (points,).
         start: Distance from which the ray is tested [steps], (all,).
         stop: Distance at which it ends [steps], (all,).
-        points: Which points, (points,).
+        points: Numbers of the points, (points,).
         clear: Result, (all,).
     """
     for m in range(points.size):
@@ -98,7 +98,7 @@ def clear_of_terrain(
         reach: Where it ends, in steps, (n,).
         ends: Depth at which it ends [m], (n,).
         ignored_below: Depth below which it is not evaluated [m], (n,).
-        penetration: How far it may dip into the seabed [m].
+        penetration: Largest permitted depth below the seabed [m].
         on_terrain: True if it is to end on the seabed of its line, and leans to it from end to end.
 
     Returns:
@@ -141,11 +141,11 @@ def segments_clear(
     Args:
         lines: Seabed along the lines.
         rows: Line of each point, (points,).
-        points: Which points, (points,).
+        points: Numbers of the points, (points,).
         nodes: Distance and depth of the ends of all segments [m], (segments + 1, all, 2).
         bounce_margin: Distance about each bounce within which the seabed is not evaluated [m], (segments + 1, all).
         on_terrain: True if the paths end on the seabed of their line.
-        penetration: How far they may dip into the seabed [m].
+        penetration: Largest permitted depth below the seabed [m].
         clear: Result, False is written where a way is cut, (all,).
     """
     depth, shallowest, step = lines

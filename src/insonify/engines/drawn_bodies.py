@@ -14,7 +14,7 @@ class DrawnBodies:
     """Cache of the points of bodies, by all that they depend on; the least recently used are dropped first."""
 
     def __init__(self, most: int = MAX_CONCURRENT_PING_BYTES) -> None:
-        """Nothing kept yet.
+        """Create an empty cache.
 
         Args:
             most: Memory of the points that are kept beyond those of the last body [bytes].
@@ -28,7 +28,7 @@ class DrawnBodies:
         """The points of one body, drawn where they are not kept.
 
         Args:
-            key: All that the points follow from.
+            key: Parameters that determine the points.
             draw: Function that draws them.
         """
         with self._lock:

@@ -66,7 +66,7 @@ class FaceImage:
 
     @property
     def key(self) -> tuple[bytes, ...]:
-        """All that a layout of points about the origin takes from it."""
+        """Key of the parameters on which a layout of points about the origin depends."""
         sonar = self.sonar
         return sonar.transmit_position.tobytes(), sonar.receive_position.tobytes(), sonar.transmit_beams.axes.tobytes()
 

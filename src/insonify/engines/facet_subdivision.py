@@ -55,7 +55,7 @@ def smooth_facets(
         solid: One of its targets, with smooth faces.
         choice: Paths followed, and the floor of the beams.
         ping_geometry: The sonar at this ping.
-        slant: What it resolves along the slant range [m].
+        slant: Resolution along the slant range [m].
         rays: Propagation model of the scene; None: unknown, and no piece is dropped by its beam gain.
     """
     insonification = solid_insonification(scene, solid, choice, ping_geometry, slant, rays)

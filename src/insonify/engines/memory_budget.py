@@ -24,7 +24,7 @@ def legs_per_point(scene: Scene, choice: PathSettings, boundary: Boundary, *, dr
     Args:
         scene: The scene.
         choice: Paths followed.
-        boundary: What the point lies on.
+        boundary: Boundary that the point lies on.
         drawn: True for a random scatterer; False for point targets and smooth faces, which have more glints.
     """
     kept = families_reaching(boundary, choice.followed_families)

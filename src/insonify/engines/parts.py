@@ -39,6 +39,6 @@ def parts_of(size: int) -> int:
     """Parts that a ping's blocks are shared into: fewer where each holds a large array's sound.
 
     Args:
-        size: What one part holds [bytes].
+        size: Size of one part [bytes].
     """
     return int(np.clip(MAX_ACCUMULATOR_BYTES // max(size, 1), MIN_PARTS, MAX_PARTS))

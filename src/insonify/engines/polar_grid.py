@@ -60,7 +60,7 @@ class PolarGrid:
             depth: Depth of the boundary [m].
             reach: Distances received in the window.
             resolution: Resolution cells of the sonar.
-            rise: How far the boundary may stand above or lie below its depth [m].
+            rise: Largest height of the boundary above or below its depth [m].
         """
         self.ping_geometry, self.depth, self.height, self.rise = ping_geometry, depth, reach.vertical_distance, rise
         # rings as far apart as a pulse is long leave no ripple behind, and rings a little closer do

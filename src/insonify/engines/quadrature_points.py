@@ -72,7 +72,7 @@ class QuadratureLayout:
 
         Args:
             keep_probability: Keep probability of the cells of all tiles [1].
-            rows: Which of the tiles.
+            rows: Rows of the tiles.
         """
         key = rows.start, rows.stop
         if (

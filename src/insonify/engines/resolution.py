@@ -45,12 +45,12 @@ class Resolution:
 
     @property
     def sparse(self) -> bool:
-        """True: only as many even points as separate samples, for labels, where more cost more than they bring."""
+        """True: no more points than separate samples, for labels, whose accuracy does not improve with more."""
         return self.scatterers_per_cell < SPARSE_LIMIT
 
     @property
     def cell(self) -> kernel.ResolutionCell:
-        """The same columns for kernels."""
+        """The resolution cell as a tuple for kernels."""
         return kernel.ResolutionCell(
             float(self.slant_resolution), float(self.beam_width), float(self.scatterers_per_cell),
             float(self.pulse_resolution), float(self.elongation),
@@ -152,7 +152,7 @@ def receivable_range(
         boundary_depth: Depth of the boundary [m].
         rays: Propagation model of the scene.
         families: Families that reach the boundary.
-        rise: How far the boundary may stand above or lie below its depth [m].
+        rise: Largest height of the boundary above or below its depth [m].
 
     Returns:
         Horizontal distances [m]; farthest is negative where nothing is received.
@@ -178,9 +178,9 @@ def tiles_in_view(
         families: Families that reach the boundary.
         resolution: Resolution cells of the sonar.
         beam_floor: Two-way pressure gain below which a tile is left out [1].
-        rise: How far the boundary may stand above or lie below its depth [m].
+        rise: Largest height of the boundary above or below its depth [m].
         widest: Longest way from one end by way of a position to the other that is received [m], see `max_path_length`.
-        glints: How a moving surface spreads the directions of legs; None: it is still.
+        glints: Spread of the directions of legs by a moving surface; None: it does not move.
         images: Images of the sonar in faces.
 
     Returns:
@@ -317,15 +317,15 @@ def two_way_gain_bound(
 
     Args:
         centre: Positions (north, east) [m], shape (n, 2).
-        half_diagonal: How far around them the bound must hold [m], shape (n,).
+        half_diagonal: Distance around them up to which the bound holds [m], shape (n,).
         ping_geometry: The sonar.
         boundary_depth: Depth of the boundary [m].
         rays: Propagation model of the scene.
         families: Families that reach the boundary.
-        rise: How far the boundary may stand above or lie below its depth [m].
+        rise: Largest height of the boundary above or below its depth [m].
         enough: Gain at which no further family need be looked at [1]: where it is reached, less than the bound may
             be evaluated.
-        glints: How a moving surface spreads the directions of legs; None: it is still.
+        glints: Spread of the directions of legs by a moving surface; None: it does not move.
         images: Images of the sonar in faces.
 
     Returns:

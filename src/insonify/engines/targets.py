@@ -67,7 +67,7 @@ def target_points(
         choice: Path settings: all of the scene, or a slice.
         seed: Seed of the scenario.
         ping_geometry: The sonar at this ping.
-        slant: What it resolves along the slant range [m].
+        slant: Resolution along the slant range [m].
         quadrature: True: quadrature points for an expectation. False: random ones.
         rays: Propagation model of the scene; None: targets below the beam cutoff are not dropped.
         resolution: Resolution cells, for targets of many drawn or sparse points to have no more than fill them; None:
@@ -112,9 +112,9 @@ def target_count(
 
     Args:
         scene: The scene.
-        choice: Which paths are received, down to what floor of the beams.
+        choice: Paths that are followed, and the floor of the beams.
         ping_geometry: The sonar.
-        slant: What it resolves along the slant range [m].
+        slant: Resolution along the slant range [m].
         rays: See `target_points`.
         resolution: See `target_points`.
     """

@@ -61,7 +61,7 @@ class TerrainOcclusion:
         Args:
             terrain: The seabed.
             position: North, east, depth of the end [m], shape (3,).
-            launches: How launch angles belong to positions.
+            launches: Launch angles as a function of position.
             farthest: Horizontal distance beyond which occlusion is that at this distance [m].
             wavelength: Acoustic wavelength, for the Fresnel zone of a bounce [m].
             min_profile_width: Slices need not be narrower than this [rad].
@@ -278,7 +278,7 @@ def locate_points(terrain_occlusion: TerrainOcclusion, place: Floats, position: 
     """Azimuth slices and samples of some points about one end of the sonar.
 
     Args:
-        terrain_occlusion: What the seabed hides from there.
+        terrain_occlusion: Occlusion by the seabed for that end.
         place: North, east, depth of that end [m], shape (3,).
         position: The same of the points [m], shape (n, 3).
     """

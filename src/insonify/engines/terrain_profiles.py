@@ -58,7 +58,7 @@ class TerrainProfiles:
             depth: Depths of the seabed at even distances [m], shape (lines, samples).
             turn: Bearing of each line from the scatterer grid's [rad], shape (lines,).
             distance: One step, two steps, ... [m], shape (samples,).
-            launches: How launch angles belong to positions.
+            launches: Launch angles as a function of position.
             wavelength: Acoustic wavelength [m].
         """
         self.depth, self.turn, self._launches, self._wavelength = depth, turn, launches, wavelength

@@ -81,7 +81,7 @@ def formed_beam(dataset: xr.Dataset, scenario: Scenario, ping: int, bearing: flo
 
     Args:
         dataset: The recording.
-        scenario: What was simulated.
+        scenario: The scenario.
         ping: Number of the ping.
         bearing: Clockwise from the bow [rad].
 

@@ -43,10 +43,10 @@ class SampleArrivals:
         """Find them again.
 
         Args:
-            scenario: What was simulated.
+            scenario: The scenario.
             ping: Number of the ping.
             time: Time of the sample [s].
-            channel: Which beam or element.
+            channel: Number of the beam or element.
             formed: Beam that is formed of elements about that one; None: the channel itself.
         """
         self.simulator: Simulator = build_simulator(scenario)
@@ -123,7 +123,7 @@ def explain_sample(
         dataset: A recording that carries its scenario.
         ping: Number of the ping.
         time: Time after the start of transmission [s]; the nearest sample is taken.
-        channel: Which beam or element; by default the one in which that sample is strongest.
+        channel: Number of the beam or element; by default the one in which that sample is strongest.
         bearing: Where a beam looks that is formed of all recorded elements, clockwise from the bow [rad]; None: the
             channel by itself, which receives all bearings.
 

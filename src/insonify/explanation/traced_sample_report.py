@@ -19,9 +19,9 @@ def traced_sample_report(scenario: Scenario, ping: int, channel: int, time: floa
     """The expected levels behind one sample of a recording by the tracer, strongest first, and paths that have names.
 
     Args:
-        scenario: What was simulated.
+        scenario: The scenario.
         ping: Number of the ping.
-        channel: Which beam.
+        channel: Number of the beam.
         time: Time of the sample [s].
         recorded: The sample [uPa^2].
     """

@@ -21,7 +21,7 @@ def with_transmitter_clock(written: Any, track: Track | None) -> Any:
     """A receiver's track as it was written, with the transmitter's clock and number of pings where it says none.
 
     Args:
-        written: What stands in the scenario.
+        written: Values of the scenario file.
         track: The transmitter's; None where that is at fault itself.
     """
     if not isinstance(written, dict) or track is None:
@@ -48,7 +48,7 @@ def clock_errors(scenario: Scenario) -> Iterator[PydanticCustomError]:
 
 
 def bistatic_errors(scenario: Scenario) -> Iterator[PydanticCustomError]:
-    """Everything that keeps a receiver from having a platform of its own.
+    """Errors in the settings of a receiver on a second platform.
 
     Args:
         scenario: The scenario.

@@ -97,7 +97,7 @@ def _plain(model: BaseModel, *, whole: bool = False) -> dict[str, Any]:
 
     Args:
         model: The model.
-        whole: Whether values that were left out are written too.
+        whole: True if values that were left out are written too.
     """
     dumped = model.model_dump(mode="json")
     names = [name for name in dumped if whole or name in model.model_fields_set or _is_needed(model, name)]

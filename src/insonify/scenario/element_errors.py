@@ -136,7 +136,7 @@ def passed_energy_fraction(pulse: Pulse, receiver: Receiver, doppler: float) -> 
     """Share of the energy of an echo that the receiver's band passes [1].
 
     Args:
-        pulse: What was sent.
+        pulse: The transmitted pulse.
         receiver: Receiver of the echo.
         doppler: Part by which the echo is quicker, d(emission) / d(arrival) - 1 [1].
     """

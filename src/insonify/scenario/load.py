@@ -59,7 +59,7 @@ def parse_model(
     Args:
         model: Class of the model.
         text: The YAML.
-        name: What messages call the text.
+        name: Name of the text in messages.
         folder: Where the files stand that it names by relative paths; the working directory by default.
         recorded: True: the text is that of a recording: its parts are not checked against each other again.
 

@@ -28,10 +28,10 @@ def require_index(name: str, value: Any, count: int, container: str) -> int:
     """Check the number of a ping or channel.
 
     Args:
-        name: What is counted, such as "ping".
+        name: Name of what is counted, such as "ping".
         value: Its number.
         count: Number of them.
-        container: What has them, such as "track".
+        container: Name of what contains them, such as "track".
 
     Raises:
         TypeError: It is not a whole number.

@@ -27,7 +27,7 @@ def domain(scenario: Scenario, track: Poses | Platforms, pulse: ReceivedPulse) -
     """Region in which the pings of a scenario need rays.
 
     Args:
-        scenario: What is simulated.
+        scenario: The scenario.
         track: Poses of the platform, or the platforms.
         pulse: The sonar's pulse as received.
     """

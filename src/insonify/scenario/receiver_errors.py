@@ -26,7 +26,7 @@ MIN_NOISE_STEPS = 0.5
 
 
 def receiver_errors(scenario: Scenario) -> Iterator[PydanticCustomError]:
-    """Everything that keeps the noise and the receiver from being simulated.
+    """Errors in the settings of noise and receiver that prevent a simulation.
 
     Args:
         scenario: The scenario.

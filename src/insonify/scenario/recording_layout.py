@@ -23,7 +23,7 @@ def navigation_systems(scenario: Scenario, platforms: Platforms) -> list[Navigat
     """Navigation system of each platform, of the transmitter's first.
 
     Args:
-        scenario: What is simulated.
+        scenario: The scenario.
         platforms: Its platforms.
     """
     tracks = [(scenario.track, scenario.seed)]
@@ -36,10 +36,10 @@ def recording_layout(
     scenario: Scenario, platforms: Platforms, time: NDArray[np.float64], lines: RecordedLines | None = None,
     systems: Sequence[NavigationSystem] = (),
 ) -> RecordingLayout:  # fmt: skip
-    """All that a recording of some pings holds besides its series.
+    """Coordinates and attributes of a recording of some pings, without its time series.
 
     Args:
-        scenario: What is simulated.
+        scenario: The scenario.
         platforms: Its platforms at these pings.
         time: Time of each sample [s], shape (samples,).
         lines: Lines of its recorder; None: none are stored.

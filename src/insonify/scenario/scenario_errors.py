@@ -41,7 +41,7 @@ MIN_POINT_DISTANCE = 1.0
 
 
 def scenario_errors(scenario: Scenario) -> Iterator[PydanticCustomError]:
-    """Everything that keeps a scenario of valid parts from being simulated.
+    """Errors in the combination of valid parts of a scenario.
 
     Args:
         scenario: The scenario; each of its models has passed its own checks.

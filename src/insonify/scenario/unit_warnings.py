@@ -12,7 +12,7 @@ def unit_warnings(model: type[BaseModel], source: YamlSource) -> list[Diagnostic
     """Warnings about bare numbers of a file that are implausible in SI, one for each.
 
     Args:
-        model: What the file describes.
+        model: Model that the file describes.
         source: The file; only values in `source.written` are looked at.
 
     Returns:

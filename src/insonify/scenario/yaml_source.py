@@ -76,7 +76,7 @@ def read(text: str, name: str) -> YamlSource:
 
     Args:
         text: The whole file.
-        name: What messages call it, such as "harbour.yaml".
+        name: Name of it in messages, such as "harbour.yaml".
     """
     source = YamlSource(name)
     try:

@@ -1,8 +1,8 @@
-"""Cubic B-splines of one lattice at many positions of a row at once, in vectors.
+"""Cubic B-splines of one lattice at consecutive nodes of a map row at once, in SIMD vectors.
 
-The nodes of a map lie on straight rows, the numbers of an octave on a lattice that is turned against them: sixteen of
-these for every node, gathered from all over a window. Compilers do not gather by themselves where results are written
-too, so the instructions are written out here, in the compiler's portable vector language.
+The lattice of an octave is rotated relative to the rows of the map, so that each node reads its own 4 x 4 spline
+coefficients. Compilers do not vectorise such indexed loads in loops that also store results, so the instructions are
+given here as LLVM's portable vector operations.
 """
 
 from typing import Any
@@ -16,22 +16,22 @@ errors = deferred("numba.core.errors")
 
 
 LANES = 16
-"""Nodes of a row that are worked out together."""
+"""Nodes per vector."""
 _SINGLE, _INDEX, _PLACE = ir.FloatType(), ir.IntType(32), ir.IntType(64)
 _ROW, _CELLS, _PLACES = (ir.VectorType(kind, LANES) for kind in (_SINGLE, _INDEX, _PLACE))
 _FOUR = ir.VectorType(_SINGLE, 4)
-_FUSED = ("contract",)  # a multiplication and an addition may round once
+_FUSED = ("contract",)  # permits fused multiply-add
 
 
 class Arithmetic:
-    """Sums and products of vectors of one kind, and of vectors and plain numbers."""
+    """Builder of arithmetic instructions on vectors of one type, and on vectors and constants."""
 
     def __init__(self, builder: Any, kind: Any = _ROW) -> None:
-        """Nothing worked out yet."""
+        """Arithmetic with a builder of LLVM and a type of vectors."""
         self.builder, self.kind = builder, kind
 
     def of(self, number: Any) -> Any:
-        """A plain number in every lane."""
+        """Vector with a constant in every lane."""
         return ir.Constant(self.kind, [number] * self.kind.count) if isinstance(number, float) else number
 
     def plus(self, a: Any, b: Any) -> Any:
@@ -157,17 +157,17 @@ def add_spline(
     """Add height and slopes of one octave at the next `LANES` nodes of a row.
 
     Args:
-        typing_context: Of the compiler.
-        window: Numbers on a window of the lattice, row by row, float32.
+        typing_context: Typing context of numba.
+        window: Spline coefficients in a window of the lattice, row by row, float32.
         stride: Length of its rows.
-        a: Place of the first node in rows of the window, not below 0: places from n to n + 1 reach rows n to n + 3.
-        b: Likewise in columns.
-        per_a: Rows from node to node.
-        per_b: Columns from node to node.
-        turned: Factor of the height, then cosine and sine of the turn times that of the slopes.
+        a: Position of the first node in rows of the window, >= 0: positions n to n + 1 use rows n to n + 3.
+        b: Position of the first node in columns.
+        per_a: Rows per node.
+        per_b: Columns per node.
+        turned: Factor of the height, then cosine and sine of the lattice's angle times the factor of the slopes.
         out: Result, added to: heights, then both slopes, float32.
-        at: Where the first node's height is in `out`.
-        plane: How much further its slopes are.
+        at: Index of the first node's height in `out`.
+        plane: Offset from heights to slopes, and between the two slopes, in `out`.
     """
     _require_flat(window, out)
 

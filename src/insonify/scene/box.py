@@ -123,7 +123,7 @@ def box_section(
         box: The box.
         sonar_position: A point of the slice's vertical plane: north, east, ... [m].
         bearing: Bearing of that plane [rad].
-        covered: How much of a width across the plane [m], centred on it, the two-way beam covers [m].
+        covered: Width within the two-way beam [m] as a function of a width across the plane, centred on it [m].
 
     Returns:
         The points of the faces that the plane cuts, moved into it; none where it misses the box.

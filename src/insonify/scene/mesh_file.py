@@ -52,7 +52,7 @@ def mesh_triangles(file: str, up: str | None, scale: float, sha256: str | None) 
 
     Args:
         file: Path of an STL, OBJ, PLY or GLB file.
-        up: Which axis points up, "z" or "y"; None: what the kind of file says.
+        up: Axis that points up, "z" or "y"; None: that of the file format.
         scale: Metres in one unit of the file [m].
         sha256: Fingerprint of the file: another content is read again.
 
@@ -67,7 +67,7 @@ def mesh_warnings(file: str, up: str | None, scale: float, sha256: str | None) -
 
     Args:
         file: Path of the file.
-        up: Which axis points up, as in `mesh_triangles`.
+        up: Axis that points up, as in `mesh_triangles`.
         scale: Metres in one unit of the file [m].
         sha256: Fingerprint of the file.
     """

@@ -122,7 +122,7 @@ def panels(solid: Solid, seabed: Seabed, place: Floats) -> list[Panel]:
 
     Args:
         solid: The target.
-        seabed: What it lies on.
+        seabed: Seabed that it lies on.
         place: Position of the viewer: north, east, depth [m], shape (3,). The azimuth t of a sphere, about its vertical
             axis, begins at the viewer's bearing, so that its patches look the same from every bearing.
     """

@@ -54,7 +54,7 @@ def fit_planes(
 
     Args:
         patches: The ellipses, and the result.
-        count: How many of them.
+        count: Number of them.
         pattern: Samples of the unit disc and, as a last column, the sums of their squares, (2, samples + 1).
         heightmap: Tiles of terrain heights.
         wanted: Result, True for the tiles that are missing, (rows, columns) of tiles.

@@ -60,7 +60,7 @@ class ScattererGrid(Model):
         return place
 
     def from_world(self, position: NDArray[np.float64]) -> NDArray[np.float64]:
-        """ScattererGrid coordinates [m] of north and east [m], shape (..., 2) both."""
+        """Grid coordinates [m] of north and east [m], shape (..., 2) both."""
         c, s = np.cos(self.heading), np.sin(self.heading)
         north, east = position[..., 0] - self.origin[0], position[..., 1] - self.origin[1]
         return np.stack([c * north + s * east, c * east - s * north], axis=-1)
@@ -99,10 +99,10 @@ class Tiles(NamedTuple):
 
 
 def next_positions(tiles: Tiles, seed: int, stream: int, begin: Integers, end: Integers) -> tuple[Floats, Floats]:
-    """ScattererGrid coordinates [m] of some scatterers of tiles, one tile after the other, by rank.
+    """Grid coordinates [m] of some scatterers of tiles, one tile after the other, by rank.
 
     Args:
-        tiles: Which tiles.
+        tiles: The tiles.
         seed: Seed of the scenario.
         stream: Stream of the interface.
         begin: First rank of each, shape (tiles,).
@@ -118,7 +118,7 @@ def _next_positions(
     level: Integers, tile_along: Integers, tile_across: Integers, begin: Integers, end: Integers, k0: int, k1: int,
     along: Floats, across: Floats,
 ) -> None:  # fmt: skip
-    """The same, into along and across."""
+    """Compiled loop of `next_positions`: fills `along` and `across` [m]."""
     words, done = np.empty((4, TILE * TILE), np.uint32), 0
     row, column, rank = np.empty((3, TILE * TILE), np.int64)
     for t in range(level.size):

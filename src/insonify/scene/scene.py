@@ -92,7 +92,7 @@ def open_scene(scene: Scene) -> Scene:
 
 
 def scene_errors(seabed: Seabed, targets: tuple[Target, ...]) -> Iterator[PydanticCustomError]:
-    """Everything that keeps targets from standing in the water, each with a label of its own.
+    """Errors in the positions and labels of targets: each must be in the water and have a unique label.
 
     Args:
         seabed: The seabed that they lie on, or above.
@@ -152,9 +152,9 @@ def inside_body(
 
     Args:
         body: Any target but a point.
-        seabed: What it lies on.
+        seabed: Seabed that it lies on.
         position: North, east, depth [m], shape (n, 3).
-        touching: Whether a position on top or under the base of an upright box counts as inside.
+        touching: True if a position on top or under the base of an upright box counts as inside.
     """
     if is_solid(body):
         return inside_solid(complete_triangles(body, seabed), position)

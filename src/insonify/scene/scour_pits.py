@@ -16,7 +16,7 @@ def with_scour_pits(seabed: Seabed, targets: Iterable[Target]) -> Seabed:
 
     Args:
         seabed: The seabed; scours that are part of it already are not dug twice.
-        targets: What lies on it, or in it.
+        targets: Targets on or in the seabed.
     """
     scours = [_scour(target) for target in targets if not isinstance(target, PointTarget) and target.scour is not None]
     new = [scour for scour in dict.fromkeys(scours) if scour not in seabed.relief]

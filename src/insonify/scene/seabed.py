@@ -100,12 +100,12 @@ class Seabed(Model):
         return self
 
     def completed(self, seed: int, frequency: float, sound_speed: float) -> Self:
-        """The same seabed with nothing about its relief and its texture left open.
+        """Copy of the seabed with all optional values of its relief and texture determined.
 
         Args:
             seed: Seed of the scenario.
-            frequency: Of the sonar [Hz].
-            sound_speed: Of the water [m/s].
+            frequency: Frequency of the sonar [Hz].
+            sound_speed: Sound speed of the water [m/s].
         """
         if not (self.relief or self.texture) or (self.cutoff_wavelength is not None and self.seed is not None):
             return self
@@ -165,7 +165,7 @@ class Seabed(Model):
         return self.reflection_coefficient_at_sine(np.asarray(grazing))
 
     def reflection_coefficient_at_sine(self, sine: NDArray[np.float64]) -> NDArray[np.complex128]:
-        """The same by the sine of the grazing angle [1], any shape."""
+        """Reflection coefficient at sines of the grazing angle [1], any shape."""
         if isinstance(self.reflection, str):
             return reflection_coefficient_at_sine(sediment(self.reflection), sine)
         return np.full(np.shape(sine), complex(self.reflection))

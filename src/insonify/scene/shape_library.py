@@ -52,7 +52,7 @@ def preset_triangles(name: str, variant: int = 0) -> Triangles:
 
     Args:
         name: One of `PRESETS`.
-        variant: Which of the many rocks.
+        variant: Number of the rock.
     """
     return LIBRARY[name].make(variant).centred()
 

@@ -37,7 +37,7 @@ def clip_at_seabed(corners: Floats, seabed: Seabed) -> Floats:
 
     Args:
         corners: Of the triangles [m], shape (t, 3, 3).
-        seabed: What may hide them.
+        seabed: Seabed that may occlude them.
 
     Returns:
         Triangles with the same normals, shape (..., 3, 3).

@@ -161,7 +161,7 @@ def solid_scatterers(
 
     Args:
         solid: The solid.
-        seabed: What it lies on; what has sunk in, or stands out of the water, is left out.
+        seabed: Seabed that it lies on; what has sunk in, or stands out of the water, is left out.
         seed: Seed of the scenario.
         pitch: Side of a cell [m].
         occluder: Row of this solid among the scene's occluders.
@@ -192,7 +192,7 @@ def cell_side(whole: float, pitch: float) -> float:
 
     Args:
         whole: Area of its surface [m^2].
-        pitch: What is wanted [m].
+        pitch: Requested side [m].
     """
     return float(np.clip(pitch, np.sqrt(whole / MAX_POINTS), np.sqrt(whole / MIN_POINTS)))
 
@@ -218,12 +218,12 @@ def inside_solid(surface: Triangles, position: Floats) -> NDArray[np.bool_]:
 
 
 def solid_errors(path: str, solid: Solid, seabed: Seabed) -> Iterator[PydanticCustomError]:
-    """Everything that keeps a solid from lying in the water.
+    """Errors in the position of a solid, which must be in the water.
 
     Args:
-        path: Where it stands in the scenario, such as "targets.0".
+        path: Key of the solid in the scenario, such as "targets.0".
         solid: The solid.
-        seabed: What it lies on.
+        seabed: Seabed that it lies on.
 
     Yields:
         Errors of `field_error`.

@@ -31,13 +31,13 @@ def solid_section(
 
     Args:
         solid: The solid.
-        seabed: What it lies on; what has sunk in is left out.
+        seabed: Seabed that it lies on; what has sunk in is left out.
         seed: Seed of the scenario.
         pitch: Largest distance of points along the outline [m].
         occluder: Row of this solid among the scene's occluders.
         sonar_position: A point of the plane: north, east, ... [m].
         bearing: Bearing of the plane [rad].
-        covered: How much of a width across the plane [m], centred on it, the two-way beam covers [m].
+        covered: Width within the two-way beam [m] as a function of a width across the plane, centred on it [m].
         quadrature: Evenly spaced points, for an expectation, instead of random ones.
 
     Returns:

@@ -114,7 +114,7 @@ def surface_of_revolution(
         profile: Points of the line from aft to fore: place along the axis and distance from it [m]. Where it starts
             or ends on the axis it closes there.
         around: Steps about the axis.
-        closed: Whether its last point goes on to its first, as in a ring; such a line goes fore outside, aft inside.
+        closed: True if its last point goes on to its first, as in a ring; such a line goes fore outside, aft inside.
     """
     along, radius = np.array(profile, float).T
     turn = 2 * np.pi * np.arange(around) / around

@@ -82,7 +82,7 @@ def water_scatterers(water: Water, seabed: Seabed, cubes: WaterBlocks, seed: int
     Args:
         water: Water with its scattering layers.
         seabed: Lower end of the water; its scatterer grid is that of the blocks.
-        cubes: Which blocks.
+        cubes: Numbers of the blocks.
         seed: Of the scenario.
     """
     n = len(cubes.level) * CELLS**3
@@ -167,7 +167,7 @@ def max_water_depth(seabed: Seabed) -> float:
 def patch_errors(
     patches: tuple[ScatteringPatch, ...], seabed: Seabed, targets: tuple[Target, ...]
 ) -> Iterator[PydanticCustomError]:
-    """Everything that keeps patches from hanging in the water, each with a label of its own.
+    """Errors in the positions and labels of scattering patches: each must be in the water and have a unique label.
 
     Args:
         patches: The patches; paths of the faults begin with `water.patches`.

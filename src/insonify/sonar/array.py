@@ -63,7 +63,7 @@ class PointTransducer(Model):
         return ((0.0, 0.0),)
 
     def steered(self, steers: tuple[tuple[float, float], ...]) -> Self:
-        """The same transducer: a point cannot be steered."""
+        """The transducer itself: a point cannot be steered."""
         return self
 
 

@@ -61,12 +61,12 @@ class Beams:
 
     @property
     def kernel_tables(self) -> BeamTables:
-        """The same for kernels."""
+        """The beams as a tuple for kernels."""
         return BeamTables(self.axes, self.steer, self.scale, self.tables, self.per_unit, self.element)
 
     @property
     def kernel_majorants(self) -> BeamMajorants:
-        """The same for kernels that bound beams."""
+        """The beams' majorants as a tuple for kernels."""
         return BeamMajorants(self.axes, self.steer, self.scale, self.majorants, self.per_unit, self.element)
 
     def single_beam(self, channel: int) -> "Beams":
@@ -79,7 +79,7 @@ class Beams:
         return replace(self, steer=self.steer[row], scale=self.scale[row])
 
     def rotated(self, rotation: Floats) -> "Beams":
-        """The same beams with the array at another attitude.
+        """The beams with the array rotated.
 
         Args:
             rotation: Boresight, right, down as rows in the world [1], shape (3, 3).

@@ -38,7 +38,7 @@ class _Elements(Model):
         return (0.0,)
 
     def steered(self, steers: tuple[tuple[float, float], ...]) -> Self:
-        """The same array: its elements are recorded one by one, and steered afterwards."""
+        """The array itself: its elements are recorded separately, and beams are formed afterwards."""
         return self
 
 
@@ -69,7 +69,7 @@ class ElementArray(_Elements):
         return self
 
     def mirrored(self) -> dict[str, Any]:
-        """Fields that change when the array is seen in a mirror that swaps right and left."""
+        """Fields that differ in the mirror image of the array, with right and left exchanged."""
         turned = None if self.orientations is None else tuple(-angle for angle in self.orientations)
         return {"positions": tuple((a, -r, d) for a, r, d in self.positions), "orientations": turned}
 
@@ -106,7 +106,7 @@ class ArcArray(_Elements):
         return tuple((float(a), float(r), float(d)) for a, r, d in rows)
 
     def mirrored(self) -> dict[str, Any]:
-        """Its elements are counted from right to left in a mirror, which is no other array."""
+        """No field differs: a mirror image only reverses the order of the elements."""
         return {}
 
 

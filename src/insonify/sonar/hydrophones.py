@@ -60,7 +60,7 @@ def hydrophones(array: AnyArray, errors: ElementErrors, seed: int, side: int = 0
 
     Args:
         array: The array; a continuous aperture is one element.
-        errors: What they have wrong.
+        errors: Errors.
         seed: Of the scenario.
         side: Which side of the platform they are on: each has errors of its own.
     """

@@ -49,9 +49,9 @@ class PingGeometry:
     first_beam_bearing: float
     """Bearing of the first beam [rad]."""
     platform_positions: Floats
-    """Places of the platform, or of both, at all pings, shape (n, 3): sampling follows the whole track."""
+    """Positions of the platform, or of both, at all pings [m], shape (n, 3); sampling follows from the whole track."""
     track_extent: TrackExtent
-    """The same in short: how near, how far and how deep the sonar ever gets; of two platforms the transmitter's."""
+    """Extent of the track: polyline, convex hull and depth range; of two platforms the transmitter's."""
     window: tuple[float, float]
     """Start and stop of the recording [s]."""
     pulse: ReceivedPulse
@@ -191,9 +191,9 @@ def ping_geometry(
         ping: Number of the ping.
         window: Start and stop of the recording [s].
         pulse: The received pulse, computed once for all pings.
-        water: What the arrays stand in: a beam is as wide as the sound speed at its own array makes it.
+        water: The water; beam widths follow from the sound speed at each array.
         track_extents: Track extent of each platform; none: they are computed here.
-        seed: Seed of the scenario, for the elements' errors.
+        seed: Seed of the scenario, for the random errors of the elements.
     """
     both = Platforms(platforms) if isinstance(platforms, Poses) else platforms
     return MountedSonar(sonar, both, window, pulse, water, track_extents or track_extents_of(sonar, both), seed).at(

@@ -193,7 +193,7 @@ def _chirp_integral(rate: float, f: Floats, start: float, stop: float) -> Comple
 
 
 def _sweep_numeric(pulse: Pulse, f: Floats) -> Complexes:
-    """The same integral by Gauss-Legendre panels of at most one cycle, broken where the taper begins."""
+    """Spectrum of a sweep by Gauss-Legendre quadrature in panels of at most one cycle, split where the taper begins."""
     half = pulse.duration / 2
     corner = half - tapered_fraction(pulse) * half
     cycles = int((np.max(np.abs(f), initial=0.0) + pulse.bandwidth) * pulse.duration) + 1

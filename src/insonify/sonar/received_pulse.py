@@ -59,7 +59,7 @@ class ReceivedPulse:
 
         Args:
             offset: Frequency relative to the centre [Hz], any shape.
-            doppler: Part by which the echo is quicker than what was sent, d(emission) / d(arrival) - 1 [1].
+            doppler: Relative compression of the echo in time, d(emission time) / d(arrival time) - 1 [1].
 
         Returns:
             P(f) H(f), or P(f) P0(f)* H(f) / E when the receiver compresses with the sent pulse P0, shape of offset.
@@ -85,11 +85,11 @@ class ReceivedPulse:
         return np.asarray(np.where(inside, cubic, 0.0))
 
     def doppler_filtered(self, doppler: float, share: Callable[[NDArray[np.float64]], NDArray[Any]]) -> "ReceivedPulse":
-        """The waveform of a Doppler-compressed echo, and of a part of its spectrum; only for `samples`.
+        """Waveform of a Doppler-compressed echo, with a weighting of its spectrum; only for `samples`.
 
         Args:
-            doppler: Part by which it is quicker [1].
-            share: What is left at offsets from the carrier [Hz], of the shape of the offsets [1].
+            doppler: Relative increase of its frequencies [1].
+            share: Weight of the spectrum as a function of the offset from the carrier [Hz], shape of the offset [1].
         """
         first, period = _span(self.pulse, self.receiver)
         bins = int(self.receiver.sample_rate / 2 * period)

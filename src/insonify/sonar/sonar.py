@@ -49,8 +49,8 @@ class Sonar(Model):
     hull: Hull | None = None
     """Hull above the transmitter, whose underside reflects boundary echoes; None: none."""
     sides: tuple[Side, ...] | None = None
-    """A sidescan's sides, in the order of their channels: starboard as mounted, port its mirror image, each with
-    its own transmitter and receiver that receives nothing of the other; None: one sonar, as mounted."""
+    """Sides of a sidescan, in the order of their channels: starboard as mounted, port its mirror image, each with a
+    transmitter and a receiver, without crosstalk between the sides; None: one sonar, as mounted."""
 
     @model_validator(mode="after")
     def _check_sides(self) -> Self:
@@ -180,14 +180,14 @@ class Sonar(Model):
 
 
 def mirrored(sonar: Sonar) -> Sonar:
-    """The same sonar on the platform's other side: its image in the plane of bow and keel."""
+    """Mirror image of a sonar in the vertical plane through bow and keel: the other side of a sidescan."""
     turned = sonar.mounting.unchecked_copy(bearing=-sonar.mounting.bearing)
     ends = {"transmit": _mirrored(sonar.transmit), "receive": _mirrored(sonar.receive)}
     return sonar.unchecked_copy(mounting=turned, **ends)
 
 
 def _mirrored(array: AnyArray) -> AnyArray:
-    """An array whose image in a mirror this is: what lay to the right lies to the left."""
+    """Mirror image of an array, with right and left exchanged."""
     ahead, starboard, down = array.offset
     change: dict[str, object] = {"offset": (ahead, -starboard, down)}
     if isinstance(array, ElementArray | ArcArray):

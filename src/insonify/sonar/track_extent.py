@@ -139,7 +139,7 @@ def distance_to_segments(position: Floats, segments: Floats, *, each: bool = Fal
     Args:
         position: Coordinates in a plane [m], shape (n, 2).
         segments: Both ends of each run [m], shape (runs, 2, 2).
-        each: Whether the distance from each run is wanted.
+        each: True if the distance from each run is wanted.
 
     Returns:
         Distances [m], shape (n,), or (n, runs) of each.

@@ -19,8 +19,8 @@ def prefetch(typing_context: Any, array: Any, at: Any) -> Any:
 
     Args:
         typing_context: Typing context of the compiler.
-        array: What will be read.
-        at: Which element of it.
+        array: Array that will be read.
+        at: Index of the element.
     """
 
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:

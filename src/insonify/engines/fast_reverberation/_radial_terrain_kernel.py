@@ -31,8 +31,8 @@ def tiles_under_radials(
     Args:
         frame: Frame of the radials.
         radials: See `RadialSet`.
-        samples: How many are looked at, of the lists of points, (lists,).
-        chosen: Which of these lists each line has, (s,).
+        samples: Number of samples of each list of points, (lists,).
+        chosen: Row of the list of each radial, (s,).
         cell: Side of a cell of the map [m].
         mark: Scratch, zeros on entry and on exit, (any, any).
         found: Result, (most, 2).

@@ -91,7 +91,7 @@ def pair_keep_probabilities(
         wanted: True if the pair is received at all there, (b, p).
         together: First of the pairs that may arrive together with each one there, itself for none, (b, p).
         keep_probability: Result, parts of `whole`, (s, b, p).
-        whole: What represents all points.
+        whole: Value that represents all points.
         fewest: Smallest part of a pair that is received.
     """
     count = energy.shape[2]
@@ -129,7 +129,7 @@ def lengthen_steps(
         radials: As they are, (s, 9).
         edges: Edges of the range bins [m], (b + 1,).
         keep_probability: Keep probability of each line and range bin, (s, b, p).
-        whole: What represents all points.
+        whole: Value that represents all points.
         longest: Longest step [steps], a power of 2.
         result: Result, lines, (2 s, 9).
         row: Result, which one of those before each is a part of, (2 s,).

@@ -120,7 +120,7 @@ def append_pair_samples(
 
     Args:
         lists: See `walk_radials`.
-        one: Which of them the line has.
+        one: Row of the list of the radial.
         area: Areas of the points [m^2], (points,).
         n: Number of the line's first point.
         rows: See `PairSamples`.

@@ -29,7 +29,7 @@ def bounce_off_relief(
         scene: The scene.
         terrain: Its ground, which has relief.
         ping_geometry: The sonar at this ping.
-        plan: What all such pings have in common.
+        plan: Tables that all such pings share.
         part: The lines, s of them.
         legs: Changed, the legs to their points.
         pairs: Points of each pair.

@@ -150,15 +150,15 @@ class FastReverberation:
     def accumulate(
         self, map_function: Mapped, accumulate_samples: Callable[[ReverberationSamples], Any], *, labelled: bool = False
     ) -> list[Any]:
-        """All the seabed received.
+        """Evaluate the seabed, part by part.
 
         Args:
-            map_function: Calls a function with each of some things, as `map` does, perhaps on several threads.
-            accumulate_samples: What is done with it; its columns are written over afterwards.
-            labelled: True: with the `Origins` of its points.
+            map_function: A function like `map`, which may use several threads.
+            accumulate_samples: Function of the samples of each part, whose columns are overwritten afterwards.
+            labelled: True: samples have the `Origins` of their points.
 
         Returns:
-            What reception it came to.
+            Results of `accumulate_samples`.
         """
         terrain, window = self.scene.seabed.terrain, self.window
         if terrain is None:
@@ -272,7 +272,7 @@ def prepare_fast_reverberation(
 
     Args:
         scene: The scene.
-        choice: Which paths are followed.
+        choice: Paths that are followed.
         ping_geometry: The sonar at this ping.
         rays: Propagation model of the scene.
     """

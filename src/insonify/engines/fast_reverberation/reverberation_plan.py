@@ -90,7 +90,7 @@ def plan_reverberation(
         radials: Of `radials_in_view`.
         step: Distance of samples along them [m].
         heading: Heading of their frame [rad].
-        rise: How far the seabed may stand above or lie below its mean depth [m].
+        rise: Largest height of the seabed above or below its mean depth [m].
     """
     objects = map(Identity, (radials, scene, law))
     key = (*objects, step, ping_geometry.pulse.pulse, ping_geometry.pulse.receiver)

@@ -70,7 +70,7 @@ def allocate_samples(
     Args:
         ping_geometry: The sonar, both ends at one position.
         depth: Depth of the mean seabed [m].
-        rise: How far the seabed may stand above or lie below it [m].
+        rise: Largest height of the seabed above or below it [m].
         families: Families that reach the seabed.
         radials: See `RadialSet`.
         step: Distance of samples along them [m].

@@ -60,7 +60,7 @@ def origins(
     """Positions of the points of some lines, and their cut direct legs.
 
     Args:
-        plan: What all such pings have in common.
+        plan: Tables that all such pings share.
         ping_geometry: The sonar at this ping.
         part: The lines.
         legs: Their points.

@@ -125,7 +125,7 @@ def record_settings(
         record: The record.
         columns: Fields that become settings.
         source: Kind of the datagram and its first byte.
-        prefix: What the names begin with.
+        prefix: Prefix of the names.
     """
     for column in columns:
         raw = record[column.field]

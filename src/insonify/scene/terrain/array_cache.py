@@ -33,7 +33,7 @@ class ArrayCache:
         """The arrays of some keys, None for those that are not kept.
 
         Args:
-            keys: What they are the arrays of.
+            keys: Keys of the arrays.
         """
         with self._lock:
             found = [self._arrays.get(key) for key in keys]
@@ -46,7 +46,7 @@ class ArrayCache:
         """The array of a key, made where it is not kept; two threads may both make it, and get the same values.
 
         Args:
-            key: What it is the array of.
+            key: Key of the array.
             make: Makes it.
         """
         with self._lock:

@@ -65,7 +65,7 @@ def read_grid(path: str, *, variable: str | None = None, positive: Positive | No
     Args:
         path: GeoTIFF (.tif), BAG (.bag), netCDF (.nc) or numpy (.npz) file.
         variable: Name of the variable that holds it, for netCDF and numpy; None: found by its name.
-        positive: Which way its values grow; None: as the file says, or as the sign of all values does.
+        positive: Direction in which its values grow; None: from the file, or from the sign of all values.
 
     Raises:
         GridError: The file is not there, no such grid, or leaves open what may not be guessed.

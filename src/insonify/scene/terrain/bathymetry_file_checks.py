@@ -49,7 +49,7 @@ def require_grid_size(path: str, shape: Sequence[int], piece: Sequence[int], kin
         path: The file, for the message.
         shape: Cells along each axis.
         piece: Cells of what is unpacked at once, along each axis; empty where nothing is.
-        kind: What a cell holds.
+        kind: Data type of a cell.
 
     Raises:
         GridError: It is; with its size, the limit and the way out.

@@ -63,7 +63,7 @@ def logged_poses(errors: NavigationErrors, true: Poses, seed: int) -> Poses:
     """Poses that the navigation system logs.
 
     Args:
-        errors: What it has wrong.
+        errors: Errors.
         true: Where the platform was.
         seed: Of the scenario.
 
@@ -81,7 +81,7 @@ class NavigationSystem:
         """A system that has logged nothing yet.
 
         Args:
-            errors: What it has wrong.
+            errors: Errors.
             interval: Time from ping to ping, in which its noise fades [s].
             seed: Of the scenario.
         """

@@ -65,7 +65,7 @@ class Poses:
 
     @cached_property
     def rotations(self) -> Floats:
-        """The same at every ping, shape (pings, 3, 3)."""
+        """Rotation matrices of all pings [1], shape (pings, 3, 3), see `rotation`."""
         turned = pose_rotation(self.heading, self.pitch, self.roll)
         turned.flags.writeable = False  # every ping reads it
         return turned
