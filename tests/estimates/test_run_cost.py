@@ -7,11 +7,18 @@ import pytest
 
 from insonify.cli import main
 from insonify.engines import volume
-from insonify.engines.memory_budget import legs_per_point
+from insonify.engines.face_images import face_images
+from insonify.engines.memory_budget import (
+    BYTES_AT_ONCE,
+    BYTES_PER_LEG,
+    BYTES_PER_PAIR,
+    legs_per_point,
+    points_at_once,
+)
 from insonify.engines.parts import parts_of
 from insonify.engines.ping_scatterers import ping_scatterers
 from insonify.engines.targets import target_count
-from insonify.estimates import compile_time, unit_costs
+from insonify.estimates import compile_time, ping_work, unit_costs
 from insonify.estimates.compile_time import FeatureKernels
 from insonify.estimates.run_cost import RunCost, estimate_cost, size_refusal
 from insonify.estimates.run_limits import run_refusal
@@ -380,3 +387,44 @@ def test_a_slice_and_rays_have_a_price():
         for rays in (100_000, 1_000_000)
     )
     assert many.seconds - start == pytest.approx(10 * (few.seconds - start), rel=0.1)
+
+
+@pytest.mark.parametrize("changes", [{}, {"heading": np.pi / 4, "position": (0.0, 40.5)}], ids=["abeam", "oblique"])
+def test_legs_off_faces_are_counted_to_a_factor_of_two(changes):
+    """As many as the scatterers of one ping have, of a wall across the beam and of one that turns it aside."""
+    wall = {"shape": "box", "size": (30.0, 1.0, 20.0), "position": (0.0, 60.5), "face_reflection_coefficient": 0.9}
+    paths = {"face_reflections": True, "max_reflections": 1, "contributions": ["seabed"]}
+    scenario = nominal(targets=[{**wall, **changes}], paths=paths, track={"window": (0.02, 0.08)})
+    simulator = build_simulator(scenario)
+    here, families = simulator.ping_geometry(0), ("D", "S")
+    made = np.zeros(2)
+    for block in simulator.engine.blocks(here):
+        scatterers = block()
+        lit = sum(simulator.engine._lit(one, here.transmit_position, scatterers, here) for one in
+                  simulator.engine.faces(here))  # fmt: skip
+        made += np.sum(lit), np.sum((len(families) + lit) ** 2) / len(families) ** 2
+    points, distance, _ = ping_work._on_boundary(
+        here, 20.0, simulator.engine.rays, families, ping_scatterers(
+            scenario.scene, scenario.paths, 1, here, simulator.engine.rays).resolution, scenario, 0.0,
+        face_images(scenario.scene, scenario.paths, here, "seabed"),
+    )  # fmt: skip
+    seconds, fold = ping_work._off_hull_and_faces(simulator, here, "seabed", families, points, distance)
+    each = unit_costs.SECONDS_PER_FACE_LEG + ping_work._legs(simulator, here, "D")
+    assert 0.5 < seconds / each / made[0] < 2
+    assert 0.5 < fold * points.sum() / made[1] < 2
+
+
+@pytest.mark.parametrize("hull", [None, {"length": 20.0, "width": 6.0, "offset": (0.0, 0.0, -0.5)}])
+def test_a_hull_and_faces_leave_the_memory_of_a_block_bounded(hull):
+    """Blocks that faces light, or under a hull, are cut so that legs and pairs of each take no more than the bound."""
+    plain = nominal(paths={"max_reflections": 3})
+    simulator = build_simulator(nominal(paths={"max_reflections": 3}, sonar={"hull": hull} if hull else {}))
+    scatterers = next(block() for block in simulator.engine.blocks(simulator.ping_geometry(0)))
+    for further in (0, 3, 40):
+        legs = legs_per_point(plain.scene, plain.paths, scatterers.boundary, drawn=True, further=further)
+        assert legs == legs_per_point(plain.scene, plain.paths, scatterers.boundary, drawn=True) + further
+        held = points_at_once(plain.scene, plain.paths, scatterers, further)
+        assert held * (legs * BYTES_PER_LEG + legs**2 * BYTES_PER_PAIR) <= BYTES_AT_ONCE
+    pairs = next(simulator.engine.pair_batches(simulator.ping_geometry(0), lambda: scatterers))
+    drawn = legs_per_point(plain.scene, plain.paths, scatterers.boundary, drawn=True)
+    assert (len(pairs.out.families) > drawn) == bool(hull)

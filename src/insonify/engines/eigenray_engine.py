@@ -134,8 +134,10 @@ class EigenrayEngine:
             block: One of `blocks(ping_geometry)`.
             include_negligible: See `pairs`.
         """
-        for scatterers in self._by_faces(ping_geometry, block()):
-            size = points_at_once(self.scene, self.choice, scatterers)
+        hull = len(hull_families(self.choice.followed_families)) if ping_geometry.hull is not None else 0
+        for scatterers, faces in self._by_faces(ping_geometry, block()):
+            further = hull + faces * len(face_families(self.choice))
+            size = points_at_once(self.scene, self.choice, scatterers, further)
             for start in range(0, max(len(scatterers), 1), size):
                 batch = scatterers if len(scatterers) <= size else scatterers.take(slice(start, start + size))
                 yield self.path_pairs(
@@ -229,14 +231,19 @@ class EigenrayEngine:
         """Faces of targets off which sound is reflected on its way to other scatterers."""
         return reflecting_faces(self.scene, self.choice, ping_geometry.frequency)
 
-    def _by_faces(self, ping_geometry: PingGeometry, scatterers: Scatterers) -> Iterator[Scatterers]:
-        """Scatterers of a block, apart those that faces light: the others have no legs by way of faces."""
-        lit = np.zeros(len(scatterers), bool)
+    def _by_faces(self, ping_geometry: PingGeometry, scatterers: Scatterers) -> Iterator[tuple[Scatterers, int]]:
+        """Scatterers of a block and the number of faces that light any, apart those that none does."""
+        lit, count = np.zeros(len(scatterers), bool), 0
         for face in self.faces(ping_geometry):
-            lit |= self._lit(face, ping_geometry.transmit_position, scatterers, ping_geometry)
+            one = self._lit(face, ping_geometry.transmit_position, scatterers, ping_geometry)
             if not ping_geometry.is_monostatic:
-                lit |= self._lit(face, ping_geometry.receive_position, scatterers, ping_geometry)
-        yield from (scatterers,) if lit.all() or not lit.any() else (scatterers.take(~lit), scatterers.take(lit))
+                one |= self._lit(face, ping_geometry.receive_position, scatterers, ping_geometry)
+            lit, count = lit | one, count + bool(one.any())
+        if lit.all() or not lit.any():
+            yield scatterers, count
+            return
+        yield scatterers.take(~lit), 0
+        yield scatterers.take(lit), count
 
     def _lit(
         self, face: FlatFace, position: Floats, scatterers: Scatterers, ping_geometry: PingGeometry

@@ -16,34 +16,36 @@ MIN_POINTS = 16
 """Points that are held at least."""
 
 
-def legs_per_point(scene: Scene, choice: PathSettings, boundary: Boundary, *, drawn: bool) -> int:
+def legs_per_point(scene: Scene, choice: PathSettings, boundary: Boundary, *, drawn: bool, further: int = 0) -> int:
     """Number of legs between one end and one point: one for each family; more for those off rough boundaries.
 
     A moving surface and a rough seabed add glints; explicit waves have several bounce points, each with its own glints.
+    A hull and smooth faces add legs.
 
     Args:
         scene: The scene.
         choice: Paths followed.
         boundary: Boundary that the point lies on.
         drawn: True for a random scatterer; False for point targets and smooth faces, which have more glints.
+        further: Legs off a hull and off faces that light the point.
     """
     kept = families_reaching(boundary, choice.followed_families)
     if scene.surface.reflection == "explicit":
         moving = sum("S" in bounce_sequence(name) for name in kept)
-        return len(kept) + moving * (BOUNCES * (1 + FEW * (scene.surface.wind_speed is not None)) - 1)
+        return len(kept) + moving * (BOUNCES * (1 + FEW * (scene.surface.wind_speed is not None)) - 1) + further
     rough = "S" * (scene.surface.reflection == "statistical") + "B" * (scene.seabed.reflecting_interface == "rough")
     random = sum(bool(set(rough) & set(bounce_sequence(name))) for name in kept)
-    return len(kept) + random * (FEW if drawn else SEVERAL)
+    return len(kept) + random * (FEW if drawn else SEVERAL) + further
 
 
-def bytes_per_point(scene: Scene, choice: PathSettings, boundary: Boundary, *, drawn: bool) -> float:
+def bytes_per_point(scene: Scene, choice: PathSettings, boundary: Boundary, *, drawn: bool, further: int = 0) -> float:
     """Memory that the legs and pairs of one point take [bytes]: arguments see `legs_per_point`."""
-    legs = legs_per_point(scene, choice, boundary, drawn=drawn)
+    legs = legs_per_point(scene, choice, boundary, drawn=drawn, further=further)
     return legs * BYTES_PER_LEG + legs**2 * (BYTES_PER_PAIR if drawn else BYTES_PER_SPECULAR_PAIR)
 
 
-def points_at_once(scene: Scene, choice: PathSettings, scatterers: Scatterers) -> int:
-    """Points of a block whose pairs are made at once."""
-    each = bytes_per_point(scene, choice, scatterers.boundary, drawn=scatterers.has_random_phase)
+def points_at_once(scene: Scene, choice: PathSettings, scatterers: Scatterers, further: int = 0) -> int:
+    """Points of a block whose pairs are made at once, with further legs to each off a hull and off faces."""
+    each = bytes_per_point(scene, choice, scatterers.boundary, drawn=scatterers.has_random_phase, further=further)
     share = BYTES_AT_ONCE if scatterers.has_random_phase else BYTES_AT_ONCE / 2
     return max(int(share / max(each, 1.0)), MIN_POINTS)

@@ -11,9 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from insonify.engines import polar_grid
-from insonify.engines.beam_importance import BeamImportance
+from insonify.engines.beam_importance import BEARINGS, BeamImportance
 from insonify.engines.face_images import FaceImage, face_images
 from insonify.engines.glint_spread import glint_spread
+from insonify.engines.hull_reflection import hull_families
 from insonify.engines.memory_budget import legs_per_point
 from insonify.engines.ping_scatterers import ping_scatterers
 from insonify.engines.resolution import Resolution, max_path_length, receivable_range, tiles_in_view, two_way_gain_bound
@@ -22,7 +23,7 @@ from insonify.engines.volume import VolumeScatterers
 from insonify.estimates import unit_costs
 from insonify.estimates.facet_work import facet_work
 from insonify.propagation.bounding_cylinders import points_near_cylinders
-from insonify.propagation.families import bounce_sequence, families_reaching
+from insonify.propagation.families import DIRECT, bounce_sequence, families_reaching
 from insonify.propagation.image_sources import StraightRays
 from insonify.propagation.propagation_model import PropagationModel
 from insonify.scattering.lambert import Lambert
@@ -188,6 +189,8 @@ def _boundaries(
             face_images(scenario.scene, scenario.paths, ping_geometry, boundary),
         )  # fmt: skip
         legs, pairs = _leg_and_pair_work(simulator, ping_geometry, boundary, kept, points, position)
+        more, fold = _off_hull_and_faces(simulator, ping_geometry, boundary, kept, points, position)
+        legs, pairs = legs + more, pairs * fold
         each = _pair_seconds(simulator, ping_geometry, law, boundary, label=label)
         relief = len(scenario.seabed.relief) if boundary == "seabed" else 0
         count = float(points.sum())
@@ -195,6 +198,40 @@ def _boundaries(
             legs += _diffraction_seconds(simulator, ping_geometry, kept, points, position)
         total += PingWork(count, legs + pairs * each + count * unit_costs.SECONDS_PER_TERRAIN_POINT * relief, tiles)
     return total
+
+
+def _off_hull_and_faces(
+    simulator: Simulator, ping_geometry: PingGeometry, boundary: Boundary, kept: tuple[str, ...], points: Floats,
+    distance: Floats,
+) -> tuple[float, float]:  # fmt: skip
+    """Processor time of legs off a hull and smooth faces to a boundary's points [s], and the factor on their pairs."""
+    scenario, count = simulator.scenario, max(float(points.sum()), 1e-300)
+    seconds, fold = 0.0, 1.0
+    if ping_geometry.hull is not None:
+        under = hull_families(kept) if boundary == "seabed" else ()
+        fold *= ((len(kept) + len(under)) / len(kept)) ** 2
+        each = unit_costs.SECONDS_PER_HULL_FACTOR * (len(kept) + len(under))
+        seconds += count * (each + sum(_legs(simulator, ping_geometry, name) for name in under))
+    images = face_images(scenario.scene, scenario.paths, ping_geometry, boundary)
+    if not images or not distance.any():
+        return seconds, fold
+    depth = scenario.seabed.depth if boundary == "seabed" else 0.0
+    azimuth = np.linspace(0, 2 * np.pi, BEARINGS, endpoint=False)
+    offset = distance[:, None, None] * np.stack([np.cos(azimuth), np.sin(azimuth)], axis=-1)
+    place = (ping_geometry.midpoint + offset).reshape(-1, 2)
+    importance = BeamImportance(
+        ping_geometry, depth, simulator.engine.rays, kept, scenario.seabed.scatterer_grid, float(distance.max()),
+        scenario.paths.importance_sampling, glint_spread(scenario.scene, ping_geometry.frequency), images,
+    )  # fmt: skip
+    kept_part = importance.keep_probability_of(importance.gain_at(place)).reshape(-1, BEARINGS)
+    off_faces = np.zeros(len(place))
+    for one in images:
+        off_faces[one.lights(place, depth, np.zeros(len(place)))] += len(one.families)
+    weight = points[:, None] * kept_part / np.maximum(kept_part.sum(axis=1, keepdims=True), 1e-300)
+    off_faces = off_faces.reshape(weight.shape)
+    each = unit_costs.SECONDS_PER_FACE_LEG + _legs(simulator, ping_geometry, DIRECT)
+    seconds += float((weight * off_faces).sum()) * each
+    return seconds, fold * float((weight * (1 + off_faces / len(kept)) ** 2).sum()) / count
 
 
 def _diffraction_seconds(

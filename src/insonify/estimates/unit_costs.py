@@ -39,6 +39,8 @@ SECONDS_PER_WAVE_LEG = 25e-6
 """One leg off explicit waves: all its bounce points are searched for [s]."""
 SECONDS_PER_REFRACTED_WAVE_LEG, SECONDS_PER_WAVE_LEG_KNOT = 20e-6, 1.5e-6
 """More of it in layered water, and for each knot of the profile [s]."""
+SECONDS_PER_HULL_FACTOR, SECONDS_PER_FACE_LEG = 0.3e-6, 1.2e-6
+"""Part of one leg that passes a hull or is reflected by it, and one leg off a smooth face with its size [s]."""
 SECONDS_PER_REFRACTED_LEG = 0.5e-6
 """One leg of refracted rays, more than a straight one [s]."""
 SECONDS_PER_DIFFRACTED_LEG = 2.5e-6
