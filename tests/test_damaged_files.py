@@ -231,7 +231,7 @@ def test_a_table_without_end_is_not_begun(read, tmp_path, monkeypatch):
         ("strengths.csv", {"seabed": ", scattering: {file: strengths.csv}", "targets": ""}),
     ],
 )
-def test_check_answers_a_torn_file_with_exit_code_2(name, keys, whole, tmp_path, capsys):
+def test_check_reports_a_damaged_file_with_exit_code_2(name, keys, whole, tmp_path, capsys):
     """At every length of the file `check` says which file is wrong and exits with 2, or takes it; never a traceback."""
     scenario = tmp_path / "a.yaml"
     scenario.write_text(SCENE.format(**keys))

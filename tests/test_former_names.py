@@ -52,7 +52,7 @@ def test_former_keys_are_gone_and_new_ones_exist(name):
         ("geometry: 3d", "engine: paths", "paths.engine: paths is called eigenrays."),
     ],
 )
-def test_a_file_of_old_names_is_answered_with_the_new_one(tmp_path, capsys, old, line, said):
+def test_a_file_of_old_names_is_reported_with_the_new_one(tmp_path, capsys, old, line, said):
     """Exit code 2, the line of the file, the old name and the new one."""
     text = NOMINAL.read_text()
     assert old in text
@@ -63,7 +63,7 @@ def test_a_file_of_old_names_is_answered_with_the_new_one(tmp_path, capsys, old,
     assert f"old.yaml:{number}: {said} Write" in capsys.readouterr().err
 
 
-def test_python_is_answered_with_the_new_name():
+def test_python_is_reported_with_the_new_name():
     """Construction, a copy with changes, a change by dotted name and an unchecked copy: the same answer."""
     with pytest.raises(ValidationError, match="thinning: is called importance_sampling"):
         PathSettings(thinning=False)
@@ -86,7 +86,7 @@ def test_no_text_of_the_program_names_a_former_key():
         assert re.findall(rf"\b(?:{'|'.join(former)})\b", file.read_text(encoding="utf-8")) == [], file
 
 
-def test_a_former_gain_is_answered_with_the_new_one():
+def test_a_former_gain_is_reported_with_the_new_one():
     """On the command line with the option to write, in Python with the value."""
     with pytest.raises(InputError, match=r"--gain learnt is called empirical\. Write --gain empirical"):
         require_choice("learnt", GAINS, "--gain")

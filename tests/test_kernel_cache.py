@@ -117,7 +117,7 @@ def _answer(package: Path, settings: dict[str, str]) -> tuple[float, bool]:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("where", ["beside", "named", "read-only"])
-def test_an_upgraded_callee_is_compiled_anew_wherever_the_cache_lies(installed, tmp_path, where):
+def test_an_upgraded_callee_is_compiled_again_wherever_the_cache_lies(installed, tmp_path, where):
     """With the callee's sign turned, a new process gives the new sign; without a change it reads the cache.
 
     The cache lies beside the sources, in NUMBA_CACHE_DIR, or in the user's where sources cannot be written to.

@@ -42,7 +42,7 @@ def test_a_masked_value_is_a_gap():
 
 
 @given(st.floats(-10, 10))
-def test_limits_belong_to_the_range_unless_they_are_told_apart(value):
+def test_limits_belong_to_the_range_unless_they_are_distinguished(value):
     """0 or more; and above 0, where 0 itself means nothing."""
     for above in (False, True):
         if value > 0 or (value == 0 and not above):

@@ -77,7 +77,7 @@ def test_draws_fill_the_unit_interval_evenly():
 
 
 @pytest.mark.parametrize("axis", range(4))
-def test_neighbouring_cells_know_nothing_of_each_other(axis):
+def test_neighbouring_cells_are_independent_of_each_other(axis):
     """Correlation of draws at counters n and n + 1 is 0 within 4/sqrt(N), N = 100 000, on every counter."""
     counters = [0, 0, 0, 0]
     counters[axis] = np.arange(100_001)
@@ -85,7 +85,7 @@ def test_neighbouring_cells_know_nothing_of_each_other(axis):
     assert abs(np.corrcoef(draws[:-1], draws[1:])[0, 1]) < 4 / np.sqrt(100_000)
 
 
-def test_streams_and_seeds_know_nothing_of_each_other():
+def test_streams_and_seeds_are_independent_of_each_other():
     """The same counters in any two streams, or under neighbouring seeds, are uncorrelated (4/sqrt(N), N = 50 000)."""
     cells = np.arange(50_000)
     kinds = [uniforms(1, stream, cells)[:, 0] for stream in (SEABED, SURFACE, TARGET, SLICE, JITTER, NOISE)]

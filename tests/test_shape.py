@@ -21,7 +21,7 @@ def _function(lines: int) -> str:
     return '"""A module."""\n\n\ndef listen() -> None:\n    """A sound."""\n' + "    pass\n" * (lines - 1)
 
 
-def test_well_shaped_code_has_nothing_to_answer_for(tmp_path):
+def test_well_shaped_code_breaks_no_bar(tmp_path):
     """A short, documented, typed and tested file breaks no bar."""
     assert shape.broken(_tree(tmp_path, WELL)) == []
 

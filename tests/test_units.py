@@ -50,7 +50,7 @@ def test_a_unit_of_something_else_is_refused():
         si("3 ms", "frequency")
 
 
-def test_a_misspelt_unit_is_answered_with_the_right_one():
+def test_a_misspelt_unit_is_reported_with_the_right_one():
     """Units are case-sensitive, and the advice says so by example."""
     with pytest.raises(ValueError, match="did you mean kHz"):
         si("100 khz", "frequency")

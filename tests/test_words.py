@@ -55,7 +55,7 @@ def test_replaced_words_are_noticed_in_names_and_text(words, text, count):
     assert len(words.replaced_words({"a.py": text})) == count
 
 
-def test_a_count_above_its_bar_fails_and_one_below_asks_for_a_lower_bar(words, tmp_path, monkeypatch, capsys):
+def test_a_count_above_its_bar_fails_and_one_below_requests_a_lower_bar(words, tmp_path, monkeypatch, capsys):
     """A project of one file with one question."""
     source = tmp_path / "src" / "a.py"
     source.parent.mkdir()

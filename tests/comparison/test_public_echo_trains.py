@@ -32,7 +32,7 @@ def test_the_second_echo_comes_at_twice_the_first_range(group):
 
 
 @pytest.mark.parametrize("group", ["38 kHz", "120 kHz", "200 kHz"])
-def test_hull_and_surface_echoes_are_told_apart(group):
+def test_hull_and_surface_echoes_are_distinguished(group):
     """An echo 30 dB or more below the second lies behind it by the depth of the transducer, 6.93 m, within 0.11 m."""
     values = measured(group)
     assert abs(values["range of 2z + d (surface) less that"]) < 0.11

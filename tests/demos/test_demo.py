@@ -42,7 +42,7 @@ def test_words_say_what_holds_and_what_does_not():
 
 
 @given(st.lists(st.floats(allow_nan=False, allow_infinity=False), min_size=1, max_size=5))
-def test_any_number_can_be_told(values):
+def test_any_number_can_be_reported(values):
     """Great, small and negative ones, each on a line, and no line ends in a blank."""
     lines = demo.numbers_table([CheckedNumber("x", value, "m") for value in values]).splitlines()
     assert len(lines) == len(values) and all(line == line.rstrip() for line in lines)

@@ -44,7 +44,7 @@ def test_the_summit_of_a_parabola_is_found_wherever_it_stands(place, bend, level
 
 
 @pytest.mark.parametrize("top", [0, 4])
-def test_a_peak_at_the_edge_of_what_was_heard_is_the_edge(top):
+def test_a_peak_at_the_edge_of_what_was_received_is_the_edge(top):
     """There is no sample beyond it to say more."""
     level = np.array([4.0, 3, 2, 1, 0])[:: 1 if top == 0 else -1]
     assert parabolic_peak_position(np.arange(5.0), level, top) == top
@@ -138,7 +138,7 @@ def test_cells_are_of_the_aperture_and_of_the_band():
     assert aperture.cells(tone)[1] == pytest.approx(1e-4 * scenario.water.sound_speed / 2)
 
 
-def test_a_point_that_is_off_is_told_by_how_much():
+def test_the_error_of_a_displaced_point_is_reported():
     """A peak 2 cm along and 3 cm nearer than it was put, as wide as Gaussians are: in centimetres, with its sign."""
     scenario = demo("synthetic-aperture")
     course = aperture.StripFrame.of(logged(0.0, start=(0.0, 0.0)), scenario)
@@ -213,7 +213,7 @@ def test_the_spread_of_depths_is_half_of_their_middle_two_thirds():
 
 
 @pytest.mark.parametrize("order", [(0, 1, 2, 3), (3, 1, 0, 2), (2, 3, 0, 1)])
-def test_pairs_are_told_by_where_they_hang(order):
+def test_pairs_are_distinguished_by_their_depth(order):
     """Two receivers a side in any order of channels: the upper first, port to port, starboard to starboard."""
     place = np.array([[0, -0.4, 0.98], [0, -0.4, 1.02], [0, 0.4, 0.98], [0, 0.4, 1.02]])[list(order)]
     side = np.array([-1.0, -1.0, 1.0, 1.0])[list(order)]

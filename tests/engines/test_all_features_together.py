@@ -96,7 +96,7 @@ def test_threads_do_not_change_a_bit_and_parts_make_the_whole(described, tmp_pat
 
 @pytest.mark.validate
 @pytest.mark.parametrize("field", ["coherent", "incoherent"])
-def test_a_world_that_is_moved_and_turned_as_a_whole_sounds_the_same(described, field):
+def test_a_scene_that_is_moved_and_turned_as_a_whole_sounds_the_same(described, field):
     """Ship, lattice, ripples and bodies 800 m away, turned by 1 rad: one ping within 1 %.
 
     Edges of shadows move by rounding, and with them a few points of thousands.

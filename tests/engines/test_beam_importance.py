@@ -135,7 +135,7 @@ def test_pings_nearby_keep_the_same():
     np.testing.assert_allclose(change[lobe], 1, rtol=1e-3)
 
 
-def test_tables_of_beams_that_are_made_anew_change_nothing():
+def test_tables_of_beams_that_are_made_again_change_nothing():
     """Both ends' patterns in tables of their own, as after other scenarios in one process: the same scatterers."""
     scenario = bed(order=2)
     made = [list(evaluate(scenario))]
@@ -200,7 +200,7 @@ def test_recorded_elements_keep_what_they_are_sent():
     assert whole.mean() / lobe.mean() == pytest.approx(10**-1.78 / 10**-1.4, rel=0.3)
 
 
-def test_a_world_moved_keeps_its_choice():
+def test_a_scene_moved_keeps_its_choice():
     """Sonar and lattice moved by kilometres and turned: the same keys are kept."""
     shift, turn = np.array([3000.0, -700.0]), 0.7
     moved = nominal(

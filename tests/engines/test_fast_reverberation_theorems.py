@@ -93,7 +93,7 @@ def scaled(factor):
 
 
 @pytest.mark.parametrize("factor", [0.5, 2.0])
-def test_a_world_of_twice_the_size_takes_twice_the_time(factor):
+def test_a_scene_of_twice_the_size_takes_twice_the_time(factor):
     """All lengths, times and the wavelength scaled: intensity by 1 / scale^2, sample by sample, shadow and all."""
     own, other = (build_simulator(scaled(one)) for one in (1.0, factor))
     here, there = quickly(own)[0], quickly(other)[0]

@@ -68,7 +68,7 @@ def test_a_slice_has_the_level_of_the_whole_scene():
     assert 10 * np.log10(flat / whole) == pytest.approx(0, abs=0.2)
 
 
-def test_a_world_without_scattering_has_no_echo():
+def test_a_scene_without_scattering_has_no_echo():
     """Purely specular seabed and surface: no scatterers, no echo."""
     scenario = nominal(seabed={"depth": 20, "scattering": None}, track=WINDOW)
     assert not build_simulator(scenario).engine.blocks(build_simulator(scenario).ping_geometry(0))

@@ -51,7 +51,7 @@ def test_however_finely_drawn_a_target_keeps_its_surface(monkeypatch):
         assert found["drum"].area.sum() == pytest.approx(np.pi * 0.572 * (0.851 + 0.286), rel=5e-3)
 
 
-def test_a_finer_sonar_requests_as_many_more_points_as_its_cells_are_smaller():
+def test_a_finer_sonar_needs_as_many_more_points_as_its_cells_are_smaller():
     """With costly fringes, four times the points for half the resolution; never below the minimum."""
     wreck = {"shape": "wreck", "position": (0.0, 100.0), "size": (20.0, 6.0, 5.0)}
     counts = [len(drawn(wreck, slant=slant)["wreck"]) for slant in (0.3, 0.15)]

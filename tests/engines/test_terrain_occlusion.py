@@ -133,7 +133,7 @@ def test_the_walk_agrees_with_rays_walked_step_by_step(family):
     assert np.mean(lit == alone) > 0.96
 
 
-def test_a_world_moved_as_a_whole_keeps_its_shadows():
+def test_a_scene_moved_as_a_whole_keeps_its_shadows():
     """Bed, sonar and points 500 m away and turned by 1 rad: every flag is the same."""
     lattice = ScattererGrid(origin=(500.0, -300.0), heading=1.0)
     distance, azimuth = np.random.default_rng(1).uniform((5, -3), (150, 3), (2000, 2)).T

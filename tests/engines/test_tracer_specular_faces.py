@@ -14,7 +14,7 @@ WALL = {"shape": "box", "size": (12.0, 1.0, 19.5), "position": (0.0, 60.5),
 FAR = {"window": (0.1, 0.115), "paths": {"families": None, "max_reflections": 1, "target_specular_fraction": 1.0}}
 
 
-def test_a_wall_mirrors_the_world_in_front_of_it():
+def test_a_wall_mirrors_the_scene_in_front_of_it():
     """Echoes by a wall out and back, after its own: those of the open bed at that time, as if there were no wall.
 
     A face that scatters 3e-6 of the incident energy reflects the rest; a beam 11 m deep reaches it from 60 m on.

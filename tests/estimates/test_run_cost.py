@@ -194,7 +194,7 @@ def test_an_estimate_of_many_beams_measures_each_once_and_fits_none(monkeypatch)
     assert estimate_cost(scenario).seconds > 1 and len(measured) == 501
 
 
-def test_an_estimate_asks_for_the_doppler_of_a_fan_at_one_ping(monkeypatch):
+def test_an_estimate_evaluates_the_doppler_of_a_fan_at_one_ping(monkeypatch):
     """Two sides that roll past a target: directions in the beams, all around, are found at one ping, not at nine."""
     found, directions = [], waveform_basis._largest_gain
     monkeypatch.setattr(waveform_basis, "_largest_gain", lambda *ends: found.append(1) or directions(*ends))

@@ -118,7 +118,7 @@ def test_a_run_without_labels_replaces_those_that_were_there(tmp_path: Path) -> 
     assert not list(path.glob("labels*"))
 
 
-def test_labels_that_strayed_in_are_told_and_made_anew(tmp_path: Path) -> None:
+def test_labels_that_strayed_in_are_reported_and_made_again(tmp_path: Path) -> None:
     """A folder of labels of another recording is refused, and labelling again makes room for its own."""
     one, two = tmp_path / "f.zarr", tmp_path / "g.zarr"
     record(survey(), one, with_labels=True, pings=[0])

@@ -179,7 +179,7 @@ def test_a_picture_is_a_figure_or_a_file(sound, tmp_path):
 
 
 @pytest.mark.parametrize(("package", "extra"), [("trimesh", "targets"), ("netCDF4", "io"), ("rasterio", "io")])
-def test_a_missing_package_is_answered_with_a_command_that_works(package, extra):
+def test_a_missing_package_is_reported_with_a_command_that_works(package, extra):
     """From a checkout: its own extra, by its place; nothing that an index would have to know of this project."""
     from insonify.data_file import EXTRAS, install_advice
 

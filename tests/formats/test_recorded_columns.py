@@ -86,7 +86,7 @@ def test_truth_and_log_are_both_kept():
     np.testing.assert_array_equal(held["side"].values, [-1, 1])
 
 
-def test_a_target_to_starboard_of_a_ship_heading_north_is_heard_east():
+def test_a_target_to_starboard_of_a_ship_heading_north_is_received_east():
     """North is ahead: a point to the east is loud on the starboard channel and faint to port."""
     held = simulate(_survey())
     energy = np.sum(np.abs(held["pressure"].values) ** 2, axis=(0, 2))

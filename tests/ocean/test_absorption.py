@@ -133,7 +133,7 @@ def test_above_500_khz_warm_brackish_water_is_inside_the_law():
     assert 0.1 < loss < 0.3
 
 
-def test_an_unknown_law_is_answered_with_the_known_ones():
+def test_an_unknown_law_is_reported_with_the_known_ones():
     """The error lists what can be asked."""
     with pytest.raises(ValueError, match=r"'thorp'.*available are: francois-garrison"):
         absorption_db_per_m(1e5, model="thorp")

@@ -67,7 +67,7 @@ def test_two_ways_of_listening_to_wind_agree():
     np.testing.assert_allclose(wind_noise_db(8e3, wind), 20 * np.log10(53.91 * wind - 104.5), atol=4)
 
 
-def test_the_busiest_sea_is_20_db_louder_than_the_remotest():
+def test_the_busiest_sea_is_20_db_stronger_than_the_remotest():
     """Shipping from 0 to 1 spans 20 dB at every frequency."""
     np.testing.assert_allclose(shipping_noise_db(FREQUENCIES, 1.0) - shipping_noise_db(FREQUENCIES, 0.0), 20)
 
@@ -92,14 +92,14 @@ def test_more_weather_and_more_ships_are_never_quieter(wind, shipping, rain):
         assert np.all(noise_level_db(f, wind_speed=more[0], shipping=more[1], rain_rate=more[2]) >= here)
 
 
-def test_who_rules_where():
+def test_the_dominant_source_of_each_band():
     """Eddies at 1 Hz, ships at 50 Hz, wind at 10 kHz, molecules at 400 kHz."""
     for frequency, ruler in ((1.0, "turbulence"), (50.0, "shipping"), (1e4, "wind"), (4e5, "thermal")):
         causes = noise_components_db(frequency)
         assert max(causes, key=lambda name: causes[name]) == ruler
 
 
-def test_above_a_megahertz_only_molecules_are_heard():
+def test_above_a_megahertz_only_molecules_are_received():
     """The whole is the thermal limit, and no fit needs a warning."""
     assert noise_level_db(1e6) == pytest.approx(thermal_noise_db(1e6), abs=0.05)
 
@@ -116,7 +116,7 @@ def test_rain_is_flat_below_20_khz_and_falls_above():
     assert rain_noise_db(2e5, 10.0) == pytest.approx(rain_noise_db(2e4, 10.0) - 20)
 
 
-def test_weather_beyond_what_was_heard_warns():
+def test_weather_beyond_what_was_received_warns():
     """A hurricane, and a cloudburst of 300 mm/h."""
     with pytest.warns(PhysicsWarning, match="wind noise.*0 to 20 m/s; 40 m/s"):
         wind_noise_db(1e4, 40.0)
@@ -139,7 +139,7 @@ def test_outside_the_measured_band_its_end_is_held_with_a_warning():
         assert NoiseSpectrum([1e3, 1e5], [60.0, 40.0]).level_db(2e5) == 40
 
 
-def test_a_fit_outside_its_range_warns_only_where_it_is_heard():
+def test_a_fit_outside_its_range_warns_only_where_it_is_received():
     """A gale at 150 kHz is louder than the molecules and beyond what anyone fitted; at 1 MHz it is neither."""
     with pytest.warns(PhysicsWarning, match=r"fit of wind noise.*1 to 100000 Hz; 150000 Hz"):
         noise_level_db([150e3, 1e6], wind_speed=20.0)

@@ -22,18 +22,18 @@ frequencies = st.floats(1, 1e6)
 pytestmark = pytest.mark.filterwarnings("ignore::insonify.validity.PhysicsWarning")
 
 
-def test_wind_is_loudest_at_400_hertz():
+def test_wind_is_strongest_at_400_hertz():
     """20 log f - 40 log(f + 0.4) has its maximum where f = 0.4 kHz, at any wind."""
     for wind in (0.0, 5.0, 15.0):
         assert FINE[np.argmax(wind_noise_db(FINE, wind))] == pytest.approx(400, rel=1e-3)
 
 
-def test_ships_are_loudest_at_23_hertz():
+def test_ships_are_strongest_at_23_hertz():
     """26 log f - 60 log(f + 0.03) has its maximum where 26 (f + 0.03) = 60 f: at 22.94 Hz."""
     assert FINE[np.argmax(shipping_noise_db(FINE, 0.3))] == pytest.approx(1e3 * 0.78 / 34, rel=1e-3)
 
 
-def test_the_peaks_are_as_loud_as_printed():
+def test_the_peaks_are_as_strong_as_printed():
     """At 0.4 kHz wind is 50 - 20 log 1.6 + 7.5 sqrt(w) dB; at 30 Hz ships are 40 + 26 log .03 - 60 log .06."""
     assert wind_noise_db(400.0, 0.0) == pytest.approx(50 - 20 * np.log10(1.6))
     assert wind_noise_db(400.0, 16.0) - wind_noise_db(400.0, 4.0) == pytest.approx(15)
@@ -47,7 +47,7 @@ def test_wind_falls_by_six_decibels_an_octave_above_ten_kilohertz():
 
 
 @given(st.floats(1, 100), st.floats(1.1, 3))
-def test_ten_times_the_rain_is_15_decibels_louder(rate, octaves):
+def test_ten_times_the_rain_is_15_decibels_stronger(rate, octaves):
     """15.4 dB per decade of the rate at every frequency: the coefficient of Ma and Nystuen."""
     f = 1e3 * 2**octaves
     assert rain_noise_db(f, 10 * rate) - rain_noise_db(f, rate) == pytest.approx(15.4)
@@ -82,7 +82,7 @@ def test_the_level_is_the_logarithm_of_a_sum(frequency, wind, ships, rain):
 
 
 @given(st.floats(10, 9e4))
-def test_a_measured_copy_of_the_sea_makes_it_three_decibels_louder(frequency):
+def test_a_measured_copy_of_the_sea_makes_it_three_decibels_stronger(frequency):
     """The sea's own level, measured and added to itself, is 10 log 2 above it."""
     grid = np.geomspace(10, 1e5, 2001)
     copy = NoiseSpectrum(grid, noise_level_db(grid))

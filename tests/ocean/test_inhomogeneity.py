@@ -46,7 +46,7 @@ def test_within_one_patch_the_delay_is_the_change_times_the_time():
 
 
 @pytest.mark.parametrize("shape", [(), (4,), (3, 2)])
-def test_ways_of_any_shape_are_answered(shape):
+def test_path_lengths_of_any_shape_are_evaluated(shape):
     """One variance for each way, speeds broadcast."""
     uneven = Inhomogeneity(rms_index=1e-4, correlation_length=3.0)
     assert delay_variance(np.full(shape, 40.0), 1500.0, uneven).shape == shape

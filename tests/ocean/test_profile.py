@@ -110,7 +110,7 @@ def test_one_profile_may_be_written_in_many_ways(tmp_path, text):
     np.testing.assert_allclose([read.depth, read.speed], [[0, 10], [1500, 1490]], rtol=1e-12)
 
 
-def test_a_cast_of_temperature_and_salinity_is_read_by_the_law_asked_for(tmp_path):
+def test_a_cast_of_temperature_and_salinity_is_read_by_the_law_requested(tmp_path):
     """The file and the numbers make the same profile."""
     path = tmp_path / "ctd.csv"
     path.write_text("temperature,depth,salinity\ndegC,m,PSU\n18,0,34\n9,50,35\n")
@@ -144,7 +144,7 @@ def test_a_cast_of_temperature_and_salinity_is_read_by_the_law_asked_for(tmp_pat
         ("depth,speed\n0,1500\n", "line 2: the file ends after 1 row"),
     ],
 )
-def test_every_fault_of_a_file_is_answered_with_its_place(tmp_path, text, said):
+def test_every_fault_of_a_file_is_reported_with_its_place(tmp_path, text, said):
     """File, line and column, and what to do."""
     path = tmp_path / "broken.csv"
     path.write_text(text)

@@ -48,7 +48,7 @@ def test_weak_corners_pass():
     assert found([0, 5, 20], [1507.4, 1505, 1505], 11.0) == []
 
 
-def test_of_a_rough_cast_the_sharpest_corners_are_told():
+def test_of_a_rough_cast_the_sharpest_corners_are_reported():
     """Ten thousand rows with noise have thousands of corners: the sharpest are enough, nearest first."""
     depth = np.linspace(0, 20, 2001)
     speed = 1500 - 10 * np.tanh((depth - 9) / 2) + 0.005 * np.random.default_rng(1).standard_normal(depth.size)

@@ -48,7 +48,7 @@ def test_a_table_is_named_and_hashed_and_needed_no_more(tmp_path, monkeypatch):
     assert Water.model_validate(water.model_dump()) == water
 
 
-def test_layered_water_knows_its_speeds():
+def test_layered_water_has_the_speeds_of_its_profile():
     """At the knots, between them, and over all of the way down."""
     water = Water(profile=ROWS)
     assert water.layered and (water.min_sound_speed, water.max_sound_speed) == (1490.0, 1510.0)
@@ -74,7 +74,7 @@ def test_smoothing_rounds_the_corners():
     assert water.sound_speed_at(8.0) == smooth.at(8.0) < 1510
 
 
-def test_water_deeper_than_its_profile_is_told():
+def test_water_deeper_than_its_profile_is_reported():
     """With the way out."""
     with pytest.raises(ValueError, match=r"ends at 20 m; the water is 25 m deep"):
         Water(profile=ROWS).profile_to_depth(25.0)
@@ -113,18 +113,18 @@ def test_one_of_speed_and_profile_must_go():
         ({"depth": [9, 0], "speed": [1500, 1500]}, "depth.1: 0 m comes after 9 m"),
     ],
 )
-def test_what_is_no_profile_is_told_with_its_place(profile, said):
+def test_what_is_no_profile_is_reported_with_its_place(profile, said):
     """Row and column, value, limits."""
     assert said in refused(profile=profile)
 
 
-def test_all_faults_of_a_profile_are_told_at_once():
+def test_all_errors_of_a_profile_are_reported_at_once():
     """Nobody likes to be corrected one word at a time."""
     told = refused(profile=[[0, 1200], [9, 1900], ["deep", 1500]]).splitlines()
     assert sorted(line.split(":")[0] for line in told) == ["0.1", "1.1", "2.0"]
 
 
-def test_a_table_that_is_missing_or_broken_is_told_by_name(tmp_path, monkeypatch):
+def test_a_table_that_is_missing_or_broken_is_reported_by_name(tmp_path, monkeypatch):
     """The folder, what is there instead, or the line of the table."""
     monkeypatch.chdir(tmp_path)
     (tmp_path / "cast.csv").write_text("depth,speed\n0,1510\n8,fast\n")

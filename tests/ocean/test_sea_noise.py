@@ -64,7 +64,7 @@ def test_the_level_is_that_of_the_laws():
 
 
 @pytest.mark.parametrize("shape", [(), (3,), (2, 5)])
-def test_any_shape_of_frequencies_is_answered_in_kind(shape):
+def test_results_have_the_shape_of_the_frequencies(shape):
     """Each part has the shape that was asked."""
     told = SeaNoise(wind_speed=5.0, directionality="surface").density(np.full(shape, 2e4))
     assert all(np.shape(part) == shape for part in told.values())

@@ -31,7 +31,7 @@ def _places(count, extent, seed=5):
 
 
 @pytest.mark.parametrize("name", SEAS)
-def test_the_sea_is_as_high_as_asked(name):
+def test_the_sea_is_as_high_as_requested(name):
     """Significant height within 3 %: 8 seas, 4000 places each over 40 km and an hour, N = 32 000 (error 0.4 %)."""
     spectrum, spreading = SEAS[name]
     north, east = _places(4000, 20e3)
@@ -55,7 +55,7 @@ def test_every_sea_has_all_the_variance_of_its_band(name):
         assert np.sum(sea.amplitude**2) / 2 == pytest.approx(wanted, rel=1e-4)
 
 
-def test_the_sea_has_the_asked_spectrum():
+def test_the_sea_has_the_requested_spectrum():
     """At a fixed post, third-octave levels from 0.8 to 12 times the peak are the spectrum's within 1 dB (64 seas)."""
     spectrum, step, count = PiersonMoskowitz(8.0), 0.2, 8192
     peak = math.sqrt(9.81 * spectrum.peak)
@@ -133,7 +133,7 @@ def test_slopes_and_speed_are_derivatives_of_height(water_depth):
     np.testing.assert_array_equal(motion.elevation, sea.elevation(north, east, time))
 
 
-def test_slopes_are_as_steep_as_asked():
+def test_slopes_are_as_steep_as_requested():
     """Slope variance within 3 % of the spectrum's down to the shortest wave (N = 24 000), more of it along the wind."""
     sea = SeaSurface(WIND, ElfouhailySpreading(WIND), wave_direction=math.pi / 2)
     motion = sea.motion(*_places(24000, 20e3), 0.0)
@@ -195,7 +195,7 @@ def test_another_seed_is_another_sea():
     assert abs(np.corrcoef(one, far)[0, 1]) < 4 / math.sqrt(4000) + 0.05
 
 
-def test_phases_know_nothing_of_directions():
+def test_phases_are_independent_of_directions():
     """A wave's phase is uniform, and independent of its direction's place in the sector (4 / sqrt(N))."""
     sea = SeaSurface(WIND, CosinePowerSpreading(0.0), directions=16)
     place = np.arctan2(sea.wavenumber[1], sea.wavenumber[0]) / (2 * math.pi) * 16

@@ -151,7 +151,7 @@ def test_outside_a_law_one_warning_says_so(model, conditions, said):
     assert len(heard) == 1
 
 
-def test_an_unknown_law_is_answered_with_the_known_ones():
+def test_an_unknown_law_is_reported_with_the_known_ones():
     """The error lists what can be asked, and says how to ask a law of depth from a pressure."""
     with pytest.raises(ValueError, match="available are: teos10, chen-millero, unesco, mackenzie, medwin"):
         sound_speed(10, 35, 0, model="wilson")

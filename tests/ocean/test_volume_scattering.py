@@ -45,7 +45,7 @@ def test_named_layers_span_the_coast():
     np.testing.assert_allclose(np.diff(levels), 10)
 
 
-def test_a_misspelt_layer_is_answered_with_the_nearest():
+def test_a_misspelt_layer_is_reported_with_the_nearest():
     """Names are taught, not guessed."""
     with pytest.raises(ValueError, match="'spares' is not a named layer; the nearest are: sparse"):
         ScatteringLayer.named("spares", 0, 10)

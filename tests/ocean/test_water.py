@@ -27,7 +27,7 @@ def test_a_measured_absorption_overrules_the_law(said):
     np.testing.assert_allclose(water.absorption([1e4, 1e6]), [0.034, 0.034])
 
 
-def test_lossless_and_silent_water_can_be_asked_for():
+def test_lossless_and_silent_water_can_be_requested():
     """Zero absorption is a number like any other; no noise is None."""
     water = Water(absorption_db_per_m=0, noise_level_db=None)
     assert water.absorption(1e5) == 0

@@ -122,7 +122,7 @@ def test_young_waves_are_quick():
     assert sea.peak_frequency / (2 * math.pi) == pytest.approx(wanted, rel=0.05 / 3.5)
 
 
-def test_ripples_answer_to_the_grip_of_the_wind():
+def test_ripples_follow_the_friction_velocity_of_the_wind():
     """Elfouhaily at 370 rad/m: the saturation is half of 0.01 (1 + 3 ln(u*/0.23)), 0.01256 for u* = 0.381 at 10 m/s."""
     assert 370.0**3 * Elfouhaily(10.0).density(370.0) == pytest.approx(0.01256, rel=2e-3)
 

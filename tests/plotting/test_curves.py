@@ -60,7 +60,7 @@ def test_every_spike_has_the_colour_of_its_pair(tmp_path: Path) -> None:
     assert plotting.spikes(paths, tmp_path / "spikes.png").exists()
 
 
-def test_nothing_heard_is_an_empty_picture() -> None:
+def test_nothing_received_is_an_empty_picture() -> None:
     """A list without paths can be drawn."""
     paths = arrivals(nominal({**QUICK, "targets": [], "paths.contributions": ["target"]}))
     axes = style.new_figure().subplots()

@@ -93,7 +93,7 @@ def test_colours_go_with_the_levels(shift, seed, spread):
     assert colour_span(with_silence) == (low, high)
 
 
-def test_nothing_but_silence_has_colours_too():
+def test_a_recording_of_zeros_has_colours_too():
     """No finite level at all: a span that can be drawn."""
     low, high = colour_span(np.full((2, 3), -np.inf))
     assert low < high and np.isfinite([low, high]).all()
@@ -154,7 +154,7 @@ def test_even_pings_are_drawn_over_the_distance_run_and_uneven_ones_over_their_n
     assert even.get_xlabel() == "slant range [m]"  # one side only
 
 
-def test_a_title_tells_what_there_are_several_of():
+def test_a_title_states_what_there_are_several_of():
     """The number of a ping among many, the beam and its angle among many; a lone one has the title alone."""
     many = sound(random_levels(3, 2, 4), steer=np.radians([-2.0, 1.5]))
     assert many.named(ping=2, channel=1) == "made up, ping 2, beam 1 steered +1.50 deg"
@@ -248,7 +248,7 @@ def test_a_labelled_sample_is_coloured_and_no_other(monkeypatch):
     assert {text.get_text() for text in kept[0].legends[0].get_texts()} == set(MEANING.values())
 
 
-def test_a_labelled_trace_shows_the_owners_that_are_heard(monkeypatch):
+def test_a_labelled_trace_shows_the_objects_that_are_received(monkeypatch):
     """One curve for each owner with an echo, at its level, never below 80 dB under the loudest."""
     kept = caught(monkeypatch)
     recording, said = labelled(highlight=[(2, 12)])

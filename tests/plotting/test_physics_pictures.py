@@ -157,7 +157,7 @@ def test_rings_hold_the_variance_of_a_known_wave() -> None:
     assert np.mean(density[-8:]) * (2 * np.pi / 0.1) ** 2 == pytest.approx(1.0, rel=0.05)
 
 
-def test_the_patch_has_the_spectrum_that_was_asked() -> None:
+def test_the_patch_has_the_spectrum_that_was_requested() -> None:
     """Wavelengths of 0.6 m to 8 m of the drawn patch have the resolved spectrum: 1 dB on the mean, 3 dB each ring.
 
     N = 1 patch with 20 rings; the longest ring holds some 30 waves, 4.34 / sqrt(30) = 0.8 dB.
@@ -173,7 +173,7 @@ def test_the_patch_has_the_spectrum_that_was_asked() -> None:
     assert abs(apart.mean()) < 1 and np.abs(apart).max() < 3
 
 
-def test_absorption_is_drawn_by_both_laws_and_faint_where_untrusted() -> None:
+def test_absorption_is_drawn_by_both_laws_and_weak_where_untrusted() -> None:
     """Two curves for each water; brackish water is outside Francois & Garrison, and alone is faint."""
     upper, lower = blank(), blank()
     caveats = losses(upper, lower, WATERS, 0.0)

@@ -159,7 +159,7 @@ def test_the_closer_look_is_at_the_target_in_the_beam(steer: float, label: str) 
     assert label in title(ascan(sound, 0).axes[-1])
 
 
-def test_of_several_beams_the_closer_look_takes_the_loudest() -> None:
+def test_of_several_beams_the_closer_look_takes_the_strongest() -> None:
     """A beam alone keeps its number, and what is loudest in it is looked at."""
     steers = np.radians([0.5, 2.09, -3.0]).tolist()
     sound = recording_levels(ping({**two_targets(), "sonar.receive.steer": steers}))
@@ -181,7 +181,7 @@ def test_the_closer_look_lasts_to_the_last_family() -> None:
     assert look is not None and look.window[0] < first and look.window[1] > last
 
 
-def test_a_target_nobody_hears_is_not_looked_at() -> None:
+def test_a_target_that_is_not_received_is_not_drawn() -> None:
     """Outside the window there is no closer look."""
     assert target_window(recording_levels(ping({"track.window": [0.1, 0.12]})), 0) is None
 

@@ -83,7 +83,7 @@ def test_the_section_shows_targets_at_their_distance_from_the_track():
     assert axes.get_xlabel().startswith("port  |  starboard") and axes.get_ylabel() == "depth [m]"
 
 
-def test_layered_water_is_told_of():
+def test_layered_water_is_stated():
     """The beam is drawn straight, and the title says so where sound does not go straight."""
     axes = style.new_figure().add_subplot()
     section(axes, sidescan(water={"profile": [[0.0, 1500.0], [12.0, 1480.0]]}))

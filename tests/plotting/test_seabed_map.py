@@ -17,7 +17,7 @@ def drawn(scenario):
     return axes
 
 
-def test_the_map_shows_the_ground_as_far_as_it_is_heard():
+def test_the_map_shows_the_ground_as_far_as_it_is_received():
     """180 m each way for a window of 240 ms, north up, each pixel the ground's depth at its middle."""
     scenario = nominal(seabed={"relief": FRACTAL}, track={"window": (0.0, 0.24)}, targets=[point(20.0, 50.0, 19.0)])
     axes = drawn(scenario)

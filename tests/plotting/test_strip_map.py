@@ -44,7 +44,7 @@ def test_a_bed_on_a_straight_line_is_that_line(level, slope):
     np.testing.assert_allclose(range_trend(bed), line, atol=1e-8)
 
 
-def test_a_bed_is_known_where_nothing_was_heard():
+def test_a_bed_is_known_where_nothing_was_received():
     """Columns that hold no number get the line of the others, without a warning."""
     bed = strip().level.copy()
     bed[:, :7] = np.nan

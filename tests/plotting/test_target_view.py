@@ -64,7 +64,7 @@ def test_the_echo_window_holds_every_arrival_of_the_target(families):
     assert (last - first) - (np.ptp(delay) + pulse) < spare
 
 
-def test_a_point_is_heard_at_twice_its_leg():
+def test_a_point_is_received_at_twice_its_leg():
     """Slant range 150.24 m there and back, 200.32 ms: less and more by the pulse and the receiver's ringing."""
     scenario = nominal(targets=[point(0, 150, 19.5)], paths={"families": ["D"], "contributions": ["target"]})
     first, last = echo_window(scenario, 0, scenario.targets[0])
@@ -72,7 +72,7 @@ def test_a_point_is_heard_at_twice_its_leg():
     assert arrived - 1e-3 < first <= arrived and arrived + pulse <= last < arrived + pulse + 1e-3
 
 
-def test_the_loudest_target_is_the_one_with_the_greatest_strength():
+def test_the_strongest_target_is_the_one_with_the_greatest_strength():
     """Two points beside each other: 20 dB decide."""
     pair = [point(0, 150, 19.5, label="weak"), point(0, 149, 19.5, strength=20, label="strong")]
     for targets, row in ((pair, 1), (pair[::-1], 0)):
@@ -80,7 +80,7 @@ def test_the_loudest_target_is_the_one_with_the_greatest_strength():
         assert strongest_target(scenario, 0, [0]) == (row, 0)
 
 
-def test_the_loudest_target_is_the_one_in_the_beam():
+def test_the_strongest_target_is_the_one_in_the_beam():
     """The same point ahead and off the beam: the beam decides, and so does the channel."""
     scenario = nominal(
         targets=[point(-20, 150, 19.5, label="left"), point(0, 150, 19.5, label="ahead")],
@@ -90,7 +90,7 @@ def test_the_loudest_target_is_the_one_in_the_beam():
     assert (scenario.targets[row].label, channel) == ("ahead", 0)
 
 
-def test_a_target_outside_the_window_is_not_the_loudest():
+def test_a_target_outside_the_window_is_not_the_strongest():
     """What arrives later than the recording is not heard."""
     assert strongest_target(nominal(targets=[point(0, 190, 19.5)], track={"window": (0.0, 0.1)}), 0, [0]) is None
 

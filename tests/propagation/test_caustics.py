@@ -113,7 +113,7 @@ def rays_and_wave(ranges, depth, frequency):
     return sound(rays, limited(rays, frequency), frequency), sound(rays, rays[..., AMPLITUDE], frequency), wave
 
 
-def test_the_fold_is_as_loud_as_the_wave_equation_says():
+def test_the_fold_is_as_strong_as_the_wave_equation_says():
     """From two hundredths to one and a half of a diffraction length beyond the fold, and with the third ray beside it.
 
     At 20 kHz, where two thicknesses of the turning layer's own Airy function separate the rays from its kinks: within

@@ -109,7 +109,7 @@ def test_the_table_is_coarsest_at_the_edge():
 
 
 @given(st.floats(-2, 2), WAYS, WAYS, st.floats(1e-3, 0.1))
-def test_the_number_knows_no_direction_and_no_unit(height, before, behind, wavelength):
+def test_the_fresnel_number_is_reciprocal_and_dimensionless(height, before, behind, wavelength):
     """Source and point may change places, and all lengths may grow: the number is a ratio."""
     number = fresnel_number(height, before, behind, wavelength)
     assert fresnel_number(height, behind, before, wavelength) == pytest.approx(number, rel=1e-14)

@@ -81,7 +81,7 @@ def test_a_point_below_its_mirror_has_no_way():
 
 
 @pytest.mark.parametrize("family", ["B", "S", "BS", "SB", "SBS", "BSB", "BSBS"])
-def test_level_ways_are_told_by_their_lengths(family):
+def test_paths_over_a_flat_seabed_are_identified_by_their_lengths(family):
     """Parts of the way before each bounce, by how much it climbs till then: those of images in level planes."""
     points = points_about(np.random.default_rng(6), 50)
     way = flat_image_paths(family, SONAR, points, DEPTH)
@@ -91,7 +91,7 @@ def test_level_ways_are_told_by_their_lengths(family):
 
 
 @pytest.mark.parametrize("family", ["B", "BS", "SBS"])
-def test_points_have_their_ways_whoever_is_asked_with_them(family):
+def test_points_have_their_ways_independent_of_other_points(family):
     """Alone, in another order, among hundreds or after others far off: the same bits, over ground drawn on the way."""
     relief = {"kind": "power-law", "hurst": 0.8, "rms": 0.05}
     points = points_about(np.random.default_rng(7), 150)

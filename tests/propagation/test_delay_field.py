@@ -113,7 +113,7 @@ def test_the_covariance_of_some_legs_is_part_of_that_of_all():
     np.testing.assert_array_equal(part, whole[:, [[3], [1]], [3, 1]])
 
 
-def test_places_forget_after_their_lifetime():
+def test_glints_decorrelate_after_their_lifetime():
     """exp(-t^2 / T^2) after 0.5 T and 1.5 T, 3 standard errors; without a lifetime the bits stay."""
     slow = PATCHES.model_copy(update={"correlation_time": 20.0})
     first = delays("D", HERE, THERE, uneven=slow)

@@ -230,7 +230,7 @@ def test_what_the_table_was_not_made_for_is_solved_for():
         held.plane_at(12.0)
 
 
-def test_no_path_is_told_from_no_table():
+def test_no_path_is_distinguished_from_no_table():
     """In the shadow beyond 162 m the table itself says that there is none, and why."""
     held = table(water("thermo20"), "D", points=(20.0, 20.0))
     ranges = np.array([150.0, 161.0, 170.0, 195.0])

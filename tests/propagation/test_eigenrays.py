@@ -139,7 +139,7 @@ def test_two_rays_are_born_at_a_fold_and_one_has_touched_the_caustic():
     assert apart == pytest.approx(2 * np.sqrt(2 * 0.02 / born[0, FOLD_CURVATURE]), rel=0.05)
 
 
-def test_what_a_ray_knows_does_not_depend_on_who_asks_with_it():
+def test_properties_of_a_ray_do_not_depend_on_the_other_points():
     """Alone, in a batch, or shuffled: the same rays, to rounding; the last Newton step may differ."""
     rng = np.random.default_rng(3)
     depth, distance = rng.choice([2.0, 6.0, 11.0, 20.0], 300), rng.uniform(0, 250, 300)

@@ -213,7 +213,7 @@ def test_a_fold_has_no_edge():
 
 
 @pytest.mark.parametrize("z", [1e-3, 0.1, 1.0, 10.0, 25.0])
-def test_a_focus_is_as_loud_as_its_integral(z):
+def test_a_focus_is_as_strong_as_its_integral(z):
     """Integral of exp(-j (a u^2 / 2 + d u^4 / 24)) by a complex line on which it decays; z = 3 a^2 / 4 d."""
     a, d, turn = 1.0, 0.75 / z, np.exp(-1j * np.pi / 8)
 

@@ -49,7 +49,7 @@ def summed(found, *, limited=True, turn=1j):
     return np.sum(amplitude * phase, axis=1), np.sqrt(np.sum(np.abs(amplitude) ** 2, axis=1))
 
 
-def test_the_wave_oracle_knows_still_water():
+def test_the_wave_oracle_is_exact_in_isovelocity_water():
     """exp(-j k r) / r, within a few thousandths of a dB."""
     distance = np.array([50.0, 150.0, 260.0])
     slant = np.hypot(distance, POINT - SOURCE)
@@ -68,7 +68,7 @@ def test_where_rays_do_not_meet_they_are_the_wave(gradient):
     np.testing.assert_allclose(summed(found)[0] / wave, 1, rtol=0, atol=1.5e-3)
 
 
-def test_the_fold_is_as_loud_as_the_wave_has_it():
+def test_the_fold_is_as_strong_as_the_wave_has_it():
     """From 0.2 m behind the caustic on within 1 dB of the local level; rays alone are 3 dB and more too loud there."""
     distance = np.arange(184.4, 197.0, 0.9)
     found, count = rays(CORNER, distance)

@@ -153,7 +153,7 @@ def test_only_reads_of_a_missing_tile_are_deferred():
     np.testing.assert_array_equal(np.where(done, made.length, again.length), whole.length)
 
 
-def test_a_world_moved_and_turned_has_the_same_ways():
+def test_a_scene_moved_and_turned_has_the_same_ways():
     """Frame, sonar and points by kilometres and 0.7 rad: lengths to 10 um, directions turned."""
     points, turn, shift = points_about(6, 100), 0.7, np.array([2500.0, -800.0, 0.0])
     c, s = np.cos(turn), np.sin(turn)
@@ -190,7 +190,7 @@ def test_ends_exchanged_have_one_way():
                 np.testing.assert_allclose(back.departure[0], -out.arrival[n], atol=2e-5)
 
 
-def test_ground_asked_elsewhere_is_ground_moved():
+def test_ground_requested_elsewhere_is_ground_moved():
     """Zones moved by 4 m to the north: the ways of a world whose ground lies 4 m further south."""
     points = points_about(9, 80)
     moved = np.zeros((1, 80, 2))

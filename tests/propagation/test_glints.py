@@ -74,7 +74,7 @@ def test_nothing_is_lost_but_to_bubbles(wind, family):
 
 
 @pytest.mark.parametrize(("wind", "apart"), [(0.5, 0.05), (1.0, 0.02), (1.0, 0.2), (2.0, 0.02), (3.0, 0.02)])
-def test_glints_forget_their_phase_as_a_drawn_sea_does(wind, apart):
+def test_glints_decorrelate_like_a_realised_sea(wind, apart):
     """E[rho(t) rho*(t + dt)] of coherent leg and glints = that of exp(2 j k sin(g) eta) on seas drawn wave by wave.
 
     20 000 glints (error 0.007) against 4 seas of 3 000 places; and it is exp(-4 Gamma^2 (1 - rho_eta)).
@@ -115,7 +115,7 @@ def test_glints_are_met_again_on_the_way_back():
     assert abs(found - wanted) < 0.02
 
 
-def test_a_lively_sea_forgets_by_its_vertical_speed():
+def test_decorrelation_of_a_rough_sea_follows_its_vertical_speed():
     """Gamma far above 1: coherence over dt is exp(-(2 k sin(g) w dt)^2 / 2), w the rms vertical speed: 5 m/s, 3 ms."""
     mirror, now, _ = off_the_surface(5.0, count=20_000)
     _, then, _ = off_the_surface(5.0, count=20_000, time=3e-3)
@@ -126,7 +126,7 @@ def test_a_lively_sea_forgets_by_its_vertical_speed():
 
 @pytest.mark.parametrize("apart", [0.0, 0.02])
 @pytest.mark.parametrize("towards", [0.0, np.pi / 2, -np.pi / 2])
-def test_glints_forget_their_phase_over_the_surface_as_a_drawn_sea_does(towards, apart):
+def test_glints_decorrelate_over_the_surface_like_a_realised_sea(towards, apart):
     """A sonar that moves 5 cm along its beam moves the bounce by 3.2 cm: coherence as of seas drawn wave by wave.
 
     Along, against and across a wind of 1 m/s, at once and 20 ms later; error 0.01 and 0.02.

@@ -144,7 +144,7 @@ def test_a_walked_path_ends_at_the_point(source, point, north, east, depth):
         np.testing.assert_allclose(found.arrival[row, 0], path.arrival, atol=1e-12)
 
 
-def test_each_bounce_pays_its_coefficient_and_each_metre_its_loss():
+def test_each_bounce_has_its_coefficient_and_each_metre_its_absorption():
     """-1 per surface bounce.
 
     R per bottom bounce (0.35, or Rayleigh's for medium sand at the bounce's own angle), 1 / L for spreading, 0.03

@@ -139,13 +139,13 @@ def test_a_leg_that_is_cut_before_its_last_bounce_gets_nothing() -> None:
 
 
 @pytest.mark.parametrize("heading", [0.7, -2.0])
-def test_turning_the_world_changes_no_edge(heading: float) -> None:
+def test_turning_the_scene_changes_no_edge(heading: float) -> None:
     """Box and points turned about the sonar: the same visibility, to 1e-6."""
     there, here = (visibility(scene(heading=a, thickness=0.5), ground(POINTS, a)) for a in (heading, 0.0))
     np.testing.assert_allclose(there, here, atol=1e-6)
 
 
-def test_a_slice_knows_no_sides() -> None:
+def test_a_slice_is_symmetric_in_its_sides() -> None:
     """In a slice the box is endlessly wide: its middle is as dark as behind a wide one, to the wide one's ripple."""
     points = ground(POINTS[:2])
     alone = visibility(scene(base=None), points, wide=True)

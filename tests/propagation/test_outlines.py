@@ -50,7 +50,7 @@ def test_an_upright_block_has_one_height():
 
 @settings(max_examples=20)
 @given(SEEDS, st.floats(-3, 3), st.floats(0.2, 5))
-def test_an_outline_turns_and_grows_with_the_world(seed, turn, size):
+def test_an_outline_turns_and_grows_with_the_scene(seed, turn, size):
     """Turned about the place it faces elsewhere, grown it is farther and taller; its borders stay."""
     rng = np.random.default_rng(seed)
     corners = rng.uniform(-1, 1, (12, 3, 3)) + np.array([9.0, 0.0, 0.0])

@@ -62,7 +62,7 @@ def test_legs_at_a_fold_add_up_to_the_wave():
     assert np.abs(ours - wave).max() < 0.08 * np.abs(wave).max()
 
 
-def test_ends_far_apart_hear_no_ground_beyond_their_reach():
+def test_ends_far_apart_receive_no_ground_beyond_their_reach():
     """Transmitter and receiver 30 m apart: every place whose pair of legs falls into the window is within reach."""
     water, families, window = rays(THERMO), ("D", "S", "BS"), (0.12, 0.15)
     away = np.linspace(1, 190, 2000)

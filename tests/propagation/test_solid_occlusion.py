@@ -237,7 +237,7 @@ def test_the_record_names_the_first_of_those_that_cut_a_leg():
     np.testing.assert_array_equal(legs.status[0] == LegStatus.OCCLUDED, [True, True, False, True])
 
 
-def test_a_world_moved_as_a_whole_hides_the_same():
+def test_a_scene_moved_as_a_whole_hides_the_same():
     """Turned by any angle and shifted by 100 km: the same legs are cut."""
     targets = [
         {"shape": "anchor", "position": (3, 40), "heading": 0.4, "pitch": 0.2},

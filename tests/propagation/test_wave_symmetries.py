@@ -58,7 +58,7 @@ def bounce_rows(where, place, target, family, time, *, out):
 
 
 @pytest.mark.parametrize("family", ["S", "BS", "SB"])
-def test_bounces_off_a_wind_sea_do_not_ask_who_calls(family):
+def test_bounces_off_a_wind_sea_are_reciprocal(family):
     """A ping's way home, and the way out of one sent by the target as it comes by: the same places, to 50 um.
 
     Ten times of a sea that bounces each path up to nine times.
@@ -112,7 +112,7 @@ def test_a_swell_repeats_itself_in_time_and_in_space(family, count):
         assert_alike(here[row], moved[row])
 
 
-def test_who_runs_along_with_a_swell_sees_it_stand():
+def test_a_swell_is_stationary_in_its_own_frame():
     """Both ends moved at the speed of the waves for 0.8 s: the bounces of the start, to 0.1 ns."""
     gone = 0.8
     where, shift = swell(), gone * LENGTH / PERIOD * np.array([np.cos(1.1), np.sin(1.1), 0.0])

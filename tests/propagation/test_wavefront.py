@@ -34,7 +34,7 @@ def test_in_one_speed_of_sound_wavefronts_are_spheres():
 
 
 @pytest.mark.parametrize(("name", "bar"), [("even", 1e-12), ("gradient", 1e-10), ("thermocline", 3e-9)])
-def test_a_leg_to_the_centre_tells_the_legs_beside_it(name, bar):
+def test_a_leg_to_the_centre_gives_the_legs_beside_it(name, bar):
     """Against legs of their own from places 0.15 m to every side: nearly exact but in a thermocline.
 
     There the gradient itself changes with depth: 3e-9 s is 2 mrad of a carrier of 100 kHz.

@@ -57,7 +57,7 @@ def test_the_bistatic_law_agrees_straight_back(name, grazing_deg):
     assert flat == pytest.approx(float(apl_bottom_strength_db(bed, 30e3, grazing)), abs=2.0)
 
 
-def test_grazing_at_nothing_is_faint_and_finite():
+def test_backscatter_at_zero_grazing_is_weak_and_finite():
     """At grazing 0 the handbook takes 0.001 degrees."""
     found = apl_bottom_strength_db(SAND, 30e3, np.array([0.0, np.radians(1e-3)]))
     assert found[0] == found[1]

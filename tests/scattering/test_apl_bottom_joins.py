@@ -104,7 +104,7 @@ def test_the_inside_does_not_know_the_frequency():
     )
 
 
-def test_angles_asked_together_or_alone_are_the_same():
+def test_angles_requested_together_or_alone_are_the_same():
     """An angle's strength does not depend on its company."""
     together = apl_bottom_strength_db(_bed("gravel"), 30e3, GRAZING)
     alone = [float(apl_bottom_strength_db(_bed("gravel"), 30e3, g)) for g in GRAZING]

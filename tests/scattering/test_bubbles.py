@@ -76,7 +76,7 @@ def test_the_mixed_ways_add_as_pressures_only_straight_back():
     assert back / aside == pytest.approx(1.5, rel=1e-4)
 
 
-def test_the_cone_has_the_asked_width():
+def test_the_cone_has_the_requested_width():
     """At the cone's half width the excess is 1/e of that straight back."""
     law, steep = Bubbles(0.5, 30e3, cone=0.05), 1.0
     # Turning both directions by a small angle about the vertical parts them by cos(grazing) times that angle.

@@ -98,7 +98,7 @@ def test_a_tilted_facet_is_a_shifted_angle(law, tilt_deg):
     np.testing.assert_allclose(np.ravel(angles), [grazing + tilt, grazing + tilt, np.pi], atol=1e-6)
 
 
-def test_the_world_may_be_turned():
+def test_the_scene_may_be_turned():
     """Directions and normal turned together change nothing: the law knows no north."""
     random = np.random.default_rng(5)
     turn, _ = np.linalg.qr(random.normal(size=(3, 3)))
@@ -108,7 +108,7 @@ def test_the_world_may_be_turned():
     np.testing.assert_allclose(turned, straight, rtol=2e-3)
 
 
-def test_local_angles_are_the_ones_asked_for():
+def test_local_angles_are_the_ones_requested():
     """From angles to unit vectors and back, at 1000 pairs, on a facet of any attitude."""
     random = np.random.default_rng(6)
     a, b, azimuth = random.uniform(0.01, 1.5, (3, 1000))

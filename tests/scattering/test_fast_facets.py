@@ -75,7 +75,7 @@ def test_reciprocity_of_tilted_facets(name):
 
 
 @every_law
-def test_a_mirrored_world_answers_alike(name):
+def test_a_mirrored_world_scatters_alike(name):
     """All east turned into west, or the axes exchanged: no law knows left from right, nor one axis from another."""
     into, out, up = _questions(500, seed=9)
     law = compile_law(LAWS[name])

@@ -92,7 +92,7 @@ def test_lossless_rock_is_the_limit_of_rock_with_little_loss():
     )
 
 
-def test_rock_unless_told_has_no_loss():
+def test_rock_unless_given_has_no_loss():
     """Both losses are 0 when they are not given."""
     assert ElasticSolid(2.5, 3.5, 2.0, 0.0, 0.0) == GRANITE
 

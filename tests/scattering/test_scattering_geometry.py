@@ -117,7 +117,7 @@ def test_at_the_mirror_direction_only_the_blur_is_left():
     np.testing.assert_allclose(found.vertical, np.sin(grazing), rtol=1e-12)
 
 
-def test_darkness_and_gaps_are_told_apart():
+def test_darkness_and_gaps_are_distinguished():
     """Behind the interface a cross section is 0; of a gap nothing is known."""
     found = scattering_geometry([0.3, -0.3, np.nan], 0.4, 1.0)
     np.testing.assert_array_equal(found.is_illuminated, [True, False, True])

@@ -182,7 +182,7 @@ def test_the_inside_is_single_scattering_by_a_power_law_of_density(name):
     np.testing.assert_allclose(found, 1 / (1 / free + 1 / 0.1), rtol=1e-5)
 
 
-def test_below_the_critical_angle_isotropy_is_louder():
+def test_below_the_critical_angle_isotropy_is_stronger():
     """Medium sand: the isotropic inside lies 2.1 dB above the power law at 5 degrees grazing, 1.3 dB at 20, 0.1 at 40.
 
     Backscatter of the inside alone; of the whole bed the two differ by at most 0.3 dB, since the surface rules.
@@ -240,7 +240,7 @@ def test_mirrors_of_a_brownian_bed_have_a_closed_form():
 
 
 @pytest.mark.parametrize("grazing_deg", [20, 30, 45])
-def test_harder_beds_are_louder(grazing_deg):
+def test_harder_beds_are_stronger(grazing_deg):
     """Rock > gravel > sand > silt between 20 and 45 degrees: the handbook, and Jackson's law where slopes are small."""
     g = np.radians(grazing_deg)
     beds = [Sediment.named(name) for name in ("rock", "gravel", "medium sand", "fine silt")]

@@ -83,13 +83,13 @@ def test_a_name_may_be_written_as_people_write():
 
 
 @pytest.mark.parametrize(("said", "meant"), [("medium snad", "medium sand"), ("sandy clya", "sandy clay")])
-def test_a_misspelt_name_is_answered_with_the_nearest(said, meant):
+def test_a_misspelt_name_is_reported_with_the_nearest(said, meant):
     """The error says what was probably meant."""
     with pytest.raises(ValueError, match=f"{said}.*did you mean .*{meant}"):
         Sediment.named(said)
 
 
-def test_a_name_like_no_other_is_answered_with_all():
+def test_a_name_like_no_other_is_reported_with_all():
     """Where nothing is near, the list is the advice."""
     with pytest.raises(ValueError, match=r"known ones are .*sandy gravel, .* or clay"):
         Sediment.named("zzz")

@@ -72,7 +72,7 @@ def test_the_veil_at_25_kilohertz_is_the_printed_power_of_ten():
 
 
 @given(steep, steep, around)
-def test_a_thin_veil_answers_in_proportion(a, b, azimuth):
+def test_a_thin_bubble_layer_scatters_in_proportion(a, b, azimuth):
     """Single scattering: far below the wind that hides anything, half the bubbles send half, in every direction."""
     one, other = Bubbles(2.0, 20e3), Bubbles(2.0 - np.log10(2) / 0.4701, 20e3)
     ratio = one.cross_section(a, b, azimuth) / other.cross_section(a, b, azimuth)
@@ -104,7 +104,7 @@ def test_the_mirror_direction_sees_the_flat_facets(mean_square, grazing):
     assert found == pytest.approx(float(lit) / (4 * np.pi * mean_square))
 
 
-def test_heading_unless_told_is_with_the_wind():
+def test_heading_unless_given_is_with_the_wind():
     """No heading is heading 0, of the facets and of the whole."""
     facets, whole = SurfaceFacets(0.03, 0.01), SurfaceScattering(SurfaceFacets(0.03, 0.01), Bubbles(8.0, 5e4))
     for sea in (facets, whole):

@@ -45,7 +45,7 @@ def test_a_file_may_hold_it(tmp_path):
         ("grazing_deg,strength_db\n", r"at least two rows"),
     ],
 )
-def test_a_broken_file_is_answered_with_its_line(tmp_path, text, said):
+def test_a_broken_file_is_reported_with_its_line(tmp_path, text, said):
     """File, line and column are named."""
     file = tmp_path / "law.csv"
     file.write_text(text)
@@ -79,7 +79,7 @@ def test_equal_tables_are_equal():
         (b"grazing_deg,strength_db\n5,-inf\n6,-3\n", "line 2: column strength_db: not a finite"),
     ],
 )
-def test_a_broken_file_is_answered_with_its_place(tmp_path, content, said):
+def test_a_broken_file_is_reported_with_its_place(tmp_path, content, said):
     """Bytes that are no text, a cell that is missing, angles in disorder: file, line and column are named."""
     file = tmp_path / "measured.csv"
     file.write_bytes(content)

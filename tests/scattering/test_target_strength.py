@@ -163,7 +163,7 @@ def test_bodies_that_cannot_be_are_refused(call, named):
         call()
 
 
-def test_bodies_too_small_for_optics_are_told():
+def test_bodies_too_small_for_optics_are_reported():
     """A cylinder of ka = 0.4: one warning with law and range."""
     with pytest.warns(PhysicsWarning, match="Kirchhoff cylinder"):
         cylinder_strength_db(0.001, 1.0, FREQUENCY)

@@ -141,7 +141,7 @@ def test_one_mistake_gets_one_line_with_the_way_out(typed: str) -> None:
     assert lines(typed) == [MISTAKES[typed]]
 
 
-def test_all_mistakes_are_told_at_once_in_the_order_of_the_file() -> None:
+def test_all_mistakes_are_reported_at_once_in_the_order_of_the_file() -> None:
     """Nobody likes to be corrected one word at a time."""
     told = lines("seabed: {depht: 20}\npings: 0\nfield: loud\npings: 1\nsteer: [.nan]")
     assert [line.split(":")[0] for line in told] == ["1", "2", "3", "4", "5"]

@@ -36,7 +36,7 @@ def cautions_of(start, stop):
     return [str(one.message) for one in said if one.category is PhysicsWarning]
 
 
-def test_a_corner_that_only_the_last_pings_meet_is_told():
+def test_a_corner_that_only_the_last_pings_meet_is_reported():
     """Seen from 2 m the corner at 8 m gathers no rays; from 11 m it does, the first ping's depth or the last's."""
     assert not any("8 m" in word for word in cautions_of(2.0, 2.1))
     for start, stop in ((11.0, 2.0), (2.0, 11.0)):

@@ -40,7 +40,7 @@ def test_a_steady_log_gives_no_cause(tmp_path):
     assert heard_of(track=logged(tmp_path, [0.0, 2.0, 4.0, 18.9, 33.8])) == []
 
 
-def test_a_jump_is_told_with_its_file_and_row(tmp_path):
+def test_a_jump_is_reported_with_its_file_and_row(tmp_path):
     """40 m in a second, there and back: the first by its line, the other counted."""
     (word,) = heard_of(track=logged(tmp_path, [0.0, 2.0, 44.0, 6.0, 8.0]))
     assert word.startswith(f"track.file: {tmp_path / 'log.csv'}, line 4: 42 m from the row before it in 1 s is 42 m/s")
@@ -52,7 +52,7 @@ def test_a_jump_outside_of_the_pings_is_nobodys_business(tmp_path):
     assert heard_of(track=logged(tmp_path, [0.0, 2.0, 4.0, 6.0, 99.0], pings=2)) == []
 
 
-def test_a_pause_that_is_allowed_is_still_told(tmp_path):
+def test_a_pause_that_is_allowed_is_still_reported(tmp_path):
     """60 s without a row, allowed by longest_gap: said with the line after it."""
     time = np.array([*range(10), *range(69, 80)], float)
     track = logged(tmp_path, 0.1 * time, time, longest_gap=100.0)
@@ -60,7 +60,7 @@ def test_a_pause_that_is_allowed_is_still_told(tmp_path):
     assert "line 12: the log has a gap of 60 s before this line" in word
 
 
-def test_knots_of_a_profile_a_hair_apart_are_told():
+def test_knots_of_a_profile_a_hair_apart_are_reported():
     """0.2 mm between two knots: their gradient is noise; 1 mm is none of it."""
     profile = [[0.0, 1500.0], [5.0, 1500.0], [5.0002, 1500.1], [20.0, 1500.1]]
     said = [word for word in heard_of(water={"profile": profile}) if "apart" in word]
@@ -91,7 +91,7 @@ def test_the_cost_of_relief_knows_how_high_it_stands(tmp_path):
 
 
 @pytest.mark.parametrize(("depth", "what"), [(0.0004, "0.4 mm of the sea surface"), (19.9996, "0.4 mm of the seabed")])
-def test_a_sonar_that_touches_a_boundary_is_told(depth, what):
+def test_a_sonar_that_touches_a_boundary_is_reported(depth, what):
     """0.4 mm of water at 100 kHz: said with the wavelength and a distance that does; 2 cm are enough for silence."""
     (word,) = heard_of(track={"kind": "static", "position": (0, 0, depth)})
     assert what in word and "wavelength (15 mm)" in word and "0.1 m away" in word

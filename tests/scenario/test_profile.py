@@ -87,7 +87,7 @@ def cautions(file) -> list[str]:
     return [str(word.message) for word in heard]
 
 
-def test_a_kink_that_gathers_rays_is_told_with_the_way_out(written):
+def test_a_kink_that_gathers_rays_is_reported_with_the_way_out(written):
     """Depth, jump, where it begins; and rounding is the way out."""
     sharp = "profile: [[0, 1520], [5, 1505], [20, 1490]]"
     (word,) = cautions(written(sharp))
@@ -95,7 +95,7 @@ def test_a_kink_that_gathers_rays_is_told_with_the_way_out(written):
     assert cautions(written(sharp + "\n  smoothing: 1 m")) == []
 
 
-def test_kinks_beyond_what_is_heard_are_not_told(written):
+def test_kinks_beyond_what_is_received_are_not_reported(written):
     """The window ends before its range, or the seabed lies above it."""
     file = written("profile: [[0, 1520], [5, 1505], [20, 1490]]")
     file.write_text(file.read_text().replace("[0 ms, 240 ms]", "[0 ms, 60 ms]"))

@@ -35,7 +35,7 @@ def told(**changes: Any) -> list[str]:
     return [str(word.message) for word in said]
 
 
-def test_a_survey_that_hears_its_bed_and_targets_is_silent() -> None:
+def test_a_survey_that_receives_its_bed_and_targets_is_silent() -> None:
     """A bed and a box within 30 m of the track need no word."""
     box = {"shape": "box", "position": [0, 20], "size": [2, 1, 1]}
     assert told(targets=[box]) == []

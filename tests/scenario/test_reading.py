@@ -104,7 +104,7 @@ def test_the_few_words_of_yaml_go_in_any_case_and_quotes_make_them_text():
         ("[" * 1200, 1, "nested too deeply"),
     ],
 )
-def test_bad_writing_is_told_with_its_line(text, line, said):
+def test_bad_writing_is_reported_with_its_line(text, line, said):
     """One fault each: the file, the line, and what to do."""
     (fault,) = read(text, "a.yaml").faults
     assert fault.line == line and str(fault).startswith(f"a.yaml:{line}: ") and said in str(fault)
@@ -141,8 +141,8 @@ def test_a_known_word_with_a_letter_too_few_is_found_again(known, data):
     assert nearest_word("0123456789", known) is None
 
 
-def test_a_place_is_asked_for_what_its_noun_asks():
-    """Units, limits and kinds come from the nouns: a length in m, an angle, a frequency above zero, a list of 3."""
+def test_a_key_has_the_units_and_limits_of_its_model():
+    """Units, limits and kinds come from the models: a length in m, an angle, a frequency above zero, a list of 3."""
     values = nominal().model_dump(mode="json")
 
     def asked(dots):

@@ -75,14 +75,14 @@ def test_more_elements_than_their_covariance_fits_are_refused():
         ({"gain": {"fixed_db": 60}, "adc": {"full_scale_db": 140}}, "at full gain it takes 80 dB"),
     ],
 )
-def test_receivers_that_may_not_be_meant_are_told(told, said):
+def test_receivers_that_may_not_be_meant_are_reported(told, said):
     """40 dB re 1 uPa^2/Hz over 21.9 kHz of filter is 83 dB."""
     with pytest.warns(PhysicsWarning, match=said):
         quiet(**told)
 
 
 @pytest.mark.parametrize(("dead", "words"), [([0, 1, 3], 0), ([3, 1, 2, 0], 1), ([0, 0, 1, 2], 0)])
-def test_an_array_without_a_living_element_is_told(dead, words):
+def test_an_array_without_a_living_element_is_reported(dead, words):
     """Of four elements any one alive is enough; the same one twice is one."""
     with warnings.catch_warnings(record=True) as said:
         warnings.simplefilter("always")
@@ -91,7 +91,7 @@ def test_an_array_without_a_living_element_is_told(dead, words):
 
 
 @pytest.mark.parametrize(("duration", "words"), [(12e-3, 0), (12.1e-3, 1)])
-def test_a_pulse_that_outlasts_the_window_is_told(duration, words):
+def test_a_pulse_that_outlasts_the_window_is_reported(duration, words):
     """A window that ends at 12 ms hears the end of no longer pulse."""
     with warnings.catch_warnings(record=True) as said:
         warnings.simplefilter("always")
@@ -118,7 +118,7 @@ def test_a_receiver_that_fits_is_not_warned_of_and_is_written_back():
         assert any(name in line for line in citations(told))
 
 
-def test_a_law_outside_its_range_is_told_when_the_file_is_checked():
+def test_a_law_outside_its_range_is_reported_when_the_file_is_checked():
     """Wind noise at 100 kHz and more, with the band: an extrapolation."""
     with pytest.warns(PhysicsWarning, match="fit of wind noise"):
         quiet(water={"noise": {"wind_speed": np.float64(10.0)}})

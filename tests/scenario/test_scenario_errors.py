@@ -46,7 +46,7 @@ def test_three_contradictions_get_three_lines_in_the_order_of_the_file():
         assert f": {value} " in line and "14 m" in line
 
 
-def test_contradictions_are_told_together_in_python_too():
+def test_contradictions_are_reported_together_in_python_too():
     """One error holds every line."""
     with pytest.raises(ValidationError) as caught:
         Scene(targets=[{"shape": "point", "position": (0, 1, 31)}, {"shape": "point", "position": (0, 1, 32)}])
@@ -149,7 +149,7 @@ def test_a_depth_too_many_points_to_the_base_of_the_box():
         ({"pitch": "1e999 deg"}, "track.pitch: 1e999 deg is not a finite number (-1.5708 to 1.5708 rad)."),
     ],
 )
-def test_a_number_out_of_range_is_told_the_range(typed, answer):
+def test_a_number_out_of_range_is_reported_with_the_range(typed, answer):
     """Also where it is no number at all."""
     assert told(edited(**typed)) == [answer]
 

@@ -31,7 +31,7 @@ def test_the_nominal_sonar_gives_no_cause():
     assert heard_of() == []
 
 
-def test_water_outside_the_absorption_law_is_told_before_the_run():
+def test_water_outside_the_absorption_law_is_reported_before_the_run():
     """Law and range, once; a measured absorption asks no law."""
     (word,) = heard_of(water={"temperature": 30})
     assert "Francois & Garrison" in word and "-2 to 22 degC" in word
@@ -57,7 +57,7 @@ def test_bubbles_beyond_the_range_of_their_law_are_warned_of_before_the_run(boun
     assert sum("trusted for frequency 10 to 100 kHz; 300 kHz" in str(word.message) for word in heard) == count
 
 
-def test_a_receiver_narrower_than_its_sweep_is_told_what_is_lost():
+def test_a_receiver_narrower_than_its_sweep_is_reported_what_is_lost():
     """A sweep of 40 kHz spends half of its time, hence half of its energy, inside 20 kHz."""
     sweep = {"kind": "lfm", "bandwidth": 40e3, "duration": 20e-3, "taper": "none"}
     (word,) = heard_of(pulse=sweep)
@@ -88,7 +88,7 @@ def test_only_beams_with_a_loud_replica_are_counted():
 
 
 @pytest.mark.parametrize("kind", ["planar", "point"])
-def test_other_arrays_are_asked_as_well(kind):
+def test_other_arrays_are_requested_as_well(kind):
     """A panel with sparse rows has lobes below and above; a point has none."""
     panel = {"kind": "planar", "width": 1, "height": 1, "rows": 20}
     words = heard_of(receive=panel if kind == "planar" else {"kind": "point"})

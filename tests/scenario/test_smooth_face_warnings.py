@@ -25,7 +25,7 @@ def said(target, **changes):
     return [str(word.message) for word in heard if "face" in str(word.message)]
 
 
-def test_a_face_that_sends_back_more_than_it_gets_is_told():
+def test_a_face_that_sends_back_more_than_it_gets_is_reported():
     """1 and -10 dB make 100 + 31 %; what is offered is accepted without a word."""
     (word,) = said({**BOX, "face_reflection_coefficient": 1.0})
     assert (

@@ -33,7 +33,7 @@ def wavelength(scenario):
     return scenario.water.sound_speed / scenario.sonar.pulse.frequency
 
 
-def test_the_told_loss_is_what_the_recording_has():
+def test_the_reported_loss_is_what_the_recording_has():
     """At the end of the window, mean of both sides in dB, against the straight line; and the outer side is darker."""
     radius = 16.0
     scenario = survey(radius)
@@ -59,7 +59,7 @@ def test_a_platform_that_stops_and_hops_loses_nothing():
     assert turn_warnings(slow, wavelength(slow)) == []
 
 
-def test_a_loss_of_side_lobes_is_not_told_to_the_decibel():
+def test_a_loss_of_side_lobes_is_not_reported_to_the_decibel():
     """Beyond 10 dB a Gaussian beam has no say, and the words have a bound instead."""
     scenario = survey(8.0)
     (said,) = turn_warnings(scenario, wavelength(scenario))

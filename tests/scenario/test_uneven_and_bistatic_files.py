@@ -30,7 +30,7 @@ def uneven(length, *, receive=None, rms=1e-4, record="elements"):
     return inhomogeneity_warnings(scene(told, receive=receive, receiver={"record": record}))
 
 
-def test_small_patches_are_told_from_where_a_fresnel_zone_fills_them():
+def test_inhomogeneities_smaller_than_a_fresnel_zone_are_reported():
     """4 R / (k l^2) = 1 at l = sqrt(2 R wavelength / pi), 0.68 m here: a word below it, none above."""
     edge = (2 * WAY * WAVELENGTH / 3.141592653589793) ** 0.5
     assert edge == pytest.approx(0.677, abs=1e-3)
@@ -47,7 +47,7 @@ def test_what_is_advised_needs_no_further_word():
 
 
 @pytest.mark.parametrize(("part", "words"), [(0.96, 0), (1.04, 1)])
-def test_an_array_longer_than_half_a_patch_is_told(part, words):
+def test_an_array_longer_than_half_a_patch_is_reported(part, words):
     """Its elements would not share their delays; beams that are recorded are told nothing of it."""
     line = {"kind": "line", "length": part * SHARED * 3.0 * 32 / 31, "elements": 32, "element": "omni"}
     assert len(uneven(3.0, receive=line)) == words
@@ -108,7 +108,7 @@ def test_another_clock_is_refused_at_the_field_that_differs(name):
 
 
 @pytest.mark.parametrize("depth", [-1.0, 0.0, 20.0, 30.0])
-def test_a_receiver_out_of_the_water_is_told_at_its_own_track(depth):
+def test_a_receiver_out_of_the_water_is_reported_at_its_own_track(depth):
     """At or above the surface, at or below the bed: the receiver's position, not the transmitter's, is named."""
     with pytest.raises(ValueError, match=r"receiver_track\.position"):
         scene(receiver_track={"kind": "static", "position": (10.0, 0.0, depth)})

@@ -28,7 +28,7 @@ def test_the_points_of_a_box_lie_on_its_faces_and_share_their_area(length, width
     np.testing.assert_allclose(np.abs(points.phase), 1)
 
 
-def test_a_cell_of_a_face_is_no_larger_than_asked():
+def test_a_cell_of_a_face_is_no_larger_than_requested():
     """Each point stands for at most the square of the pitch."""
     points = box_scatterers(Box(position=(0, 60), size=(2, 1, 1)), 20.0, 1, 0.05, 0)
     assert points.area.max() <= 0.05**2 * (1 + 1e-9)

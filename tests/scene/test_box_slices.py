@@ -169,7 +169,7 @@ def test_a_box_seen_from_the_other_side_has_the_same_section():
 
 
 @pytest.mark.parametrize("turn", [0.6, 2.1, -1.2])
-def test_a_section_turns_with_the_world(turn):
+def test_a_section_turns_with_the_scene(turn):
     """Box and plane turned together by any angle: the same points, turned."""
     c, s = np.cos(turn), np.sin(turn)
     matrix = np.array([[c, -s], [s, c]])

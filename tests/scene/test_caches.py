@@ -36,7 +36,7 @@ def test_what_is_kept_cannot_be_written_to():
         held[0] = 2
 
 
-def test_the_array_not_asked_for_longest_is_forgotten_first():
+def test_the_least_recently_used_array_is_deleted_first():
     """Three fit; asking for the first again saves it from the fourth."""
     kept = ArrayCache(3 * 800)
     for name in "abc":
@@ -137,7 +137,7 @@ def test_only_waves_shorter_than_the_zone_disturb_a_bounce():
     assert left[0] == 1.0 and np.all(np.diff(left) < 0)
 
 
-def test_a_bed_forgets_nothing_that_matters():
+def test_equality_of_seabeds_includes_all_parameters():
     """Two beds of one seed are the same ground; another seed is another."""
     one, same, other = bed(), bed(), bed(seed=2)
     place = np.linspace(-100, 100, 500)

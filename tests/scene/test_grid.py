@@ -60,7 +60,7 @@ def test_the_gradient_is_exact_and_does_not_jump_at_cell_edges(tmp_path):
         np.testing.assert_allclose(*sides, atol=1e-6)
 
 
-def test_a_hole_and_the_world_beyond_stay_unknown(tmp_path):
+def test_a_hole_and_the_scene_beyond_stay_unknown(tmp_path):
     """One missing node takes its four cells; outside of the grid nothing is known; all else is."""
     depth = hilly()
     depth[20, 25] = np.nan
@@ -88,7 +88,7 @@ def test_a_grid_finer_than_the_split_is_averaged_to_it(tmp_path):
     )
 
 
-def test_the_scene_stands_where_its_origin_is_told(tmp_path):
+def test_the_scene_stands_where_its_origin_is_reported(tmp_path):
     """The origin told in the file's coordinates is the scene's north 0, east 0; else the middle of what is known."""
     north, east = 7_000_000 + np.arange(41.0), 600_000 + np.arange(51.0)
     relief = saved(tmp_path, hilly(), north=north, east=east)
@@ -132,7 +132,7 @@ def test_a_survey_moves_with_its_world(tmp_path):
         ({"positive": "up"}, "relief.0.grid.*positive", "all above the sea"),
     ],
 )
-def test_what_does_not_fit_is_answered(tmp_path, change, field, words):
+def test_what_does_not_fit_is_reported(tmp_path, change, field, words):
     """Field, value, what is wrong and the way out."""
     relief, seabed = saved(tmp_path, hilly()), {}
     for name, value in change.items():

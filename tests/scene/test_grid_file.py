@@ -70,7 +70,7 @@ def test_netcdf_says_its_coordinate_system(tmp_path, key):
 
 
 @pytest.mark.parametrize(("values", "told"), [(-DEPTH, "elevations by their sign"), (DEPTH, "depths by their sign")])
-def test_depths_and_elevations_are_told_apart_by_their_sign(tmp_path, values, told):
+def test_depths_and_elevations_are_distinguished_by_their_sign(tmp_path, values, told):
     """Both mean the same bed, and it is said how that is known."""
     found = read_grid(tif(tmp_path / "a.tif", values))
     np.testing.assert_allclose(found.elevation, -DEPTH)
@@ -161,7 +161,7 @@ def wrong_files(tmp_path):
     ]
 
 
-def test_every_fault_is_answered_with_the_file_and_a_way_out(tmp_path):
+def test_every_fault_is_reported_with_the_file_and_a_way_out(tmp_path):
     """Seventeen wrong files; each answer names the file and what to do."""
     for path, words in wrong_files(tmp_path):
         with pytest.raises(GridError) as caught:

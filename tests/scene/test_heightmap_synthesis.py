@@ -109,7 +109,7 @@ def test_two_pens_of_one_ground_draw_the_same(fractal):
     )
 
 
-def test_only_the_rows_that_are_asked_for_are_written(fractal):
+def test_only_the_rows_that_are_requested_are_written(fractal):
     """Other tiles in the same memory keep every bit: readers may be at them."""
     tiles = np.full((3, TILE_CELLS + 1, TILE_CELLS + 1, 3), 7.0, np.float32)
     fractal.heightmap_synthesizer.draw(np.array([1]), np.array([[0, 0], [4, 5], [0, 0]]), tiles)

@@ -79,7 +79,7 @@ def test_places_in_their_cells_are_uniform_and_so_are_their_phases() -> None:
     np.testing.assert_allclose(np.abs(drawn.phase), 1)
 
 
-def test_place_and_phase_of_a_cell_have_nothing_to_do_with_each_other() -> None:
+def test_place_and_phase_of_a_cell_are_independent_of_each_other() -> None:
     """A table of 8 x 8 classes of any two of the three draws is even: chi-square above its 0.1 % quantile."""
     _, drawn = patch()
     pitch = BASE_PITCH * 2.0**3

@@ -87,7 +87,7 @@ def test_a_mesh_turned_inside_out_is_turned_back(tmp_path):
     assert wrong.volume == pytest.approx(right.volume) and right.volume > 0
 
 
-def test_an_open_surface_answers_on_both_sides_and_is_told(tmp_path):
+def test_an_open_surface_answers_on_both_sides_and_is_reported(tmp_path):
     """A box without its lid: a warning that names the file; every face is there once for each side."""
     whole = block(2, 1, 1)
     file = saved(tmp_path / "tray.stl", whole.vertices, whole.faces[:-2])
@@ -115,7 +115,7 @@ def test_corners_at_one_place_are_one_corner():
     assert len(found.vertices) == len(whole.vertices)
 
 
-def test_faces_that_disagree_are_told():
+def test_faces_that_disagree_are_reported():
     """One face of a closed block the other way round: both of its sides scatter, and a remark says why."""
     whole = block(2, 1, 1)
     faces = whole.faces.copy()

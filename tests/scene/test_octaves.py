@@ -60,7 +60,7 @@ def test_an_octave_is_splines_of_numbers_on_nodes(reach):
     np.testing.assert_allclose(one.height(north, east), expected, rtol=0, atol=1e-12 * (1 + reach / 100))
 
 
-def test_places_that_nobody_knows_leave_others_alone():
+def test_unknown_positions_do_not_affect_others():
     """NaN among places in order and in none: NaN there, the same bits everywhere else."""
     one = octave()
     for north, east in (somewhere(300, 4.0), somewhere(300, 4000.0)):
@@ -166,7 +166,7 @@ def test_octaves_are_equal_by_their_numbers_and_cannot_be_changed():
     assert "1 (2 to 2 m)" in repr(one)
 
 
-def test_brownian_ground_forgets_exponentially():
+def test_brownian_relief_decorrelates_exponentially():
     """Hurst exponent 1/2 has a closed form: the mean square difference over r is 2 rms^2 (1 - exp(-K0 r))."""
     law, lag = PowerLaw(hurst=0.5, rms=0.2, outer_scale=5.0), np.array([0.0, 0.01, 0.3, 2.0, 40.0])
     told = 2 * 0.2**2 * (1 - np.exp(-2 * np.pi / 5 * lag))
@@ -174,7 +174,7 @@ def test_brownian_ground_forgets_exponentially():
 
 
 @given(st.floats(0.2, 0.9), st.floats(0.01, 2.0), st.floats(1.0, 100.0))
-def test_far_apart_heights_know_nothing_of_each_other(hurst, rms, outer_scale):
+def test_far_apart_heights_are_independent_of_each_other(hurst, rms, outer_scale):
     """The structure function ends at twice the variance, and grows to it without a turn."""
     law = PowerLaw(hurst=hurst, rms=rms, outer_scale=outer_scale)
     found = structure(law, outer_scale * np.geomspace(1e-3, 10, 60))
@@ -243,7 +243,7 @@ def test_spans_add_and_hold_the_ground():
     assert build_terrain([], seed=2).span == (0.0, 0.0)
 
 
-def test_a_place_that_is_none_is_answered_with_its_name():
+def test_a_place_that_is_none_is_reported_with_its_name():
     """Too far for centimetres, or a word: the axis is named; a gap stays a gap and spoils no neighbour."""
     ground: CompositeRelief = build_terrain([PowerLaw(hurst=0.6, rms=0.1)], seed=1)
     with pytest.raises(ValueError, match="north"):

@@ -75,7 +75,7 @@ def test_of_a_plane_nothing_is_left():
     np.testing.assert_allclose(ask.residual_variance, 0, atol=3e-9)
 
 
-def test_ellipses_are_answered_alone_as_in_company_and_on_a_wider_map():
+def test_ellipses_are_reported_alone_as_in_company_and_on_a_wider_map():
     """Any order and any part of them, more tiles about: the same bits. Those not asked for keep what they had."""
     near, wide = map_of(swell(2), CELL), map_of(swell(2), CELL, first=(-5, -4), tiles=(9, 11))
     every = ellipses(4, 120)

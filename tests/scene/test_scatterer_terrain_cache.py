@@ -40,7 +40,7 @@ def test_points_are_worked_out_once_and_fewer_of_them_are_there_too():
 
 
 @pytest.mark.parametrize("room", [30, 1000])
-def test_a_bound_too_small_costs_time_and_never_an_answer(room):
+def test_a_bound_too_small_changes_no_result(room):
     """Random tiles of random sizes, more at a time than there is room for: always the tile's own points."""
     held, rng = ScattererTerrainCache(room * 24), np.random.default_rng(1)
     for _ in range(60):
@@ -48,7 +48,7 @@ def test_a_bound_too_small_costs_time_and_never_an_answer(room):
         assert_own_points(held, key, rng.integers(1, 12, 20))
 
 
-def test_tiles_asked_for_lately_outlive_others():
+def test_recently_read_tiles_are_kept_longest():
     """Asked for in each of many rounds, one tile is worked out once; those of the first round are forgotten."""
     held, made = ScattererTerrainCache(2 * 100 * 24), []
     for number in range(40):

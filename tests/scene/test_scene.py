@@ -41,7 +41,7 @@ def test_two_targets_do_not_share_a_label():
     [((0, 50, 19.5), False), ((0.9, 50.4, 19.1), False), ((0, 50, 20), False), ((0, 50, 18.9), True),
      ((1.1, 50, 19.5), True), ((0, 50.6, 19.5), True), ((0, 50, 19), True), ((1, 50, 19.5), True)],
 )  # fmt: skip
-def test_a_point_inside_a_box_is_never_heard_and_is_refused(place, heard):
+def test_a_point_inside_a_box_is_never_received_and_is_refused(place, heard):
     """Outside it is heard, and on its faces, but not under its foot."""
     box = {"shape": "box", "position": (0, 50), "size": (2, 1, 1)}
     point = {"shape": "point", "position": place}

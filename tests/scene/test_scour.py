@@ -20,7 +20,7 @@ def depth_at(scene, north, east):
     return seabed_depth_at(scene.seabed, np.stack(np.broadcast_arrays(north, east), axis=-1).astype(float))
 
 
-def test_a_moat_is_as_deep_and_as_wide_as_asked():
+def test_a_moat_is_as_deep_and_as_wide_as_requested():
     """0.2 m along the edge of a 2 m x 1 m footprint, half of it half a width away, nothing a width away or inside."""
     scene = Scene(seabed={"depth": 20.0}, targets=[{**DRUM, "scour": MOAT}])
     ends = depth_at(scene, 3.0 + np.array([1.0, 1.25, 1.5, 2.0, 0.5, 0.0]), 60.0) - 20
@@ -84,7 +84,7 @@ def test_the_map_of_shadows_has_the_moat():
 
 
 @pytest.mark.filterwarnings("ignore::insonify.validity.PhysicsWarning")
-def test_a_moat_is_heard():
+def test_a_moat_is_received():
     """Its far wall faces the sonar and its near wall does not: brighter behind, darker before; as far as it reaches."""
     target = {**DRUM, "position": (0.0, 60.0), "length": 3.0, "heading": 0.0, "burial": 0.95}
     changes = {"field": "incoherent", "track": {"window": (0.075, 0.09)}, "paths": {"families": ["D"]}}

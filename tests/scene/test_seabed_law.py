@@ -106,7 +106,7 @@ def test_a_table_of_lamberts_law_is_lamberts_law(tmp_path, field):
     np.testing.assert_allclose(by_table[name], by_law[name], rtol=0, atol=2.5e-3 * float(np.abs(by_law[name]).max()))
 
 
-def test_a_recording_remembers_its_table(tmp_path):
+def test_a_recording_stores_its_table(tmp_path):
     """The recording names the table and its fingerprint, cites it, and says so when it has changed since."""
     scenario = insonify.load_scenario(_written(tmp_path, "{file: strengths.csv}"))
     assert "Seabed strength table strengths.csv" in citations(scenario)

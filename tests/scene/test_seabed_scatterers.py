@@ -67,7 +67,7 @@ def test_a_dome_of_facets_has_the_surface_of_its_cap():
     assert np.all(outwards[over] >= 0)
 
 
-def test_land_and_holes_do_not_answer():
+def test_land_and_holes_do_not_scatter():
     """Ground at or above the mean sea surface is no seabed; where the survey is silent there is none either."""
     found = square(lambda n, e: np.where(n < 5, np.nan, np.where(n > 15, 20.0, 0.0)), lambda n, e: (0 * n, 0 * e))
     assert len(found) == 800

@@ -129,7 +129,7 @@ def test_a_bed_of_one_sediment_is_that_everywhere():
         cover.lookup(np.nan, 0.0)
 
 
-def test_a_strip_without_length_is_answered():
+def test_a_strip_without_length_is_reported():
     """Both ends at one place: field and way out."""
     with pytest.raises(ValidationError, match="Give another place"):
         SedimentStrip(sediment="fine sand", start=(1, 2), end=(1, 2), width=3)

@@ -68,7 +68,7 @@ def test_draws_and_even_points_lie_on_the_same_outline():
     np.testing.assert_allclose(np.abs(drawn.phase), 1)
 
 
-def test_a_leaning_block_is_heard_in_a_slice_as_the_upright_one():
+def test_a_leaning_block_is_received_in_a_slice_as_the_upright_one():
     """Expected level of a 2 x 1 x 1 m block, turned by a millionth so that it is a solid: the box's, to 0.3 dB."""
     heard = []
     for roll in (0.0, 1e-6):

@@ -60,7 +60,7 @@ def test_a_triangle_that_is_short_enough_is_left_alone():
 
 @pytest.mark.parametrize("side", [0.3, 0.05])
 @pytest.mark.parametrize("name", SHAPES)
-def test_a_cell_is_no_larger_than_a_square_of_the_side_asked(name, side):
+def test_a_cell_is_no_larger_than_a_square_of_the_side_requested(name, side):
     """The number of cells is the area over that of the square, rounded up: never fewer."""
     area = SHAPES[name].area.sum()
     cells = surface_cells(SHAPES[name], side)

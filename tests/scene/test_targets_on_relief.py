@@ -28,7 +28,7 @@ def test_a_target_lies_on_the_ground_under_its_middle():
     assert drum.high[2] == pytest.approx(ground + 0.1)
 
 
-def test_only_what_stands_out_of_the_ground_answers():
+def test_only_the_part_above_the_seabed_scatters():
     """A long low slab across the hills: its points all lie above the ground under them, and some have gone."""
     scene = Scene(
         seabed=HILLS, targets=[{"shape": "plate", "position": PLACE, "length": 20, "width": 1, "thickness": 0.5}]

@@ -112,7 +112,7 @@ def test_a_box_stands_on_the_ground_under_it():
         ("seabed: {relief: 5 cm}", "seabed.relief"),
     ],
 )
-def test_what_is_no_relief_is_answered_with_its_line(seabed, words):
+def test_what_is_no_relief_is_reported_with_its_line(seabed, words):
     """File, line, field and the way out."""
     said = advice(f"title: x\n{seabed}{SONAR}{TRACK}")
     assert words in said and said.startswith("harbour.yaml:2: seabed"), said

@@ -251,7 +251,7 @@ def test_shares_of_patches_are_relative():
     np.testing.assert_array_equal(beds[0], beds[2])
 
 
-def test_patches_are_as_large_as_asked():
+def test_patches_are_as_large_as_requested():
     """A bed of twice the size is the same bed seen from half the distance, lattice and all, in how often it changes."""
     line = np.arange(0.0, 4000.0, 0.25)
     changes = [

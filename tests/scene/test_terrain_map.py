@@ -128,7 +128,7 @@ def test_neighbouring_tiles_of_the_map_join():
     np.testing.assert_allclose(here[:, -1], east[:, 0], atol=2e-6)
 
 
-def test_a_tile_is_asked_for_once():
+def test_a_tile_is_synthesised_once():
     """What is there need not be drawn again, and keeps its row."""
     kept = TerrainMap(bed())
     first = kept.claim(numbers((0, 0), (0, 1)))
@@ -149,7 +149,7 @@ def test_the_least_recently_read_tile_is_replaced(monkeypatch):
     assert all(where(kept, n, 0) is not None for n in (0, 2, 3, 9))
 
 
-def test_what_nobody_asked_for_lately_goes_before_new_memory_is_taken(monkeypatch):
+def test_tiles_not_read_lately_are_replaced_before_new_memory_is_used(monkeypatch):
     """On a straight survey memory stops growing, though there would be room."""
     monkeypatch.setattr(module, "FRESH", 2)
     kept = small(monkeypatch)

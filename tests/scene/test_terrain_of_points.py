@@ -76,7 +76,7 @@ def test_what_is_found_moves_over_and_what_is_missing_gets_room(seed):
 @given(st.lists(st.tuples(st.integers(0, 5), st.integers(0, TILE**2 - 1)), max_size=40),
        st.lists(st.floats(1e-3, 1), min_size=6, max_size=6))  # fmt: skip
 @settings(max_examples=80, deadline=None)
-def test_as_many_are_asked_for_as_all_that_are_kept_or_a_quarter_or_a_quarter_of_that(kept, density):
+def test_as_many_are_requested_as_all_that_are_kept_or_a_quarter_or_a_quarter_of_that(kept, density):
     """Never fewer than any rank kept, less than four times and a bit as many, and a part of the whole that quarters."""
     kept = [(t, min(rank, int(np.ceil(density[t] * TILE**2)) - 1)) for t, rank in kept]
     tile, rank = np.array(kept, np.int32).reshape(-1, 2).T

@@ -68,7 +68,7 @@ def test_the_normal_stands_on_the_ground():
     assert np.all(normal[:, 2] < 0)
 
 
-def test_generated_ground_has_the_asked_spectrum():
+def test_generated_ground_has_the_requested_spectrum():
     """Mean periodogram of 64 patches within 1 dB of the asked law over 1.5 decades of wavenumber.
 
     Patches of 32 m, from 3 to 96 cycles per patch; outer scale 40 m, so the bend of the spectrum is in view.
@@ -94,7 +94,7 @@ def test_generated_ground_has_the_asked_spectrum():
 
 
 @pytest.mark.parametrize("hurst", [0.4, 0.625, 0.8])
-def test_generated_ground_has_the_asked_structure(hurst):
+def test_generated_ground_has_the_requested_structure(hurst):
     """Mean square difference over a lag within 5 % of the closed form: 96 patches, lags up to a twentieth of one.
 
     Roughness below the split has forgotten itself at these lags: it would add twice its mean square.
@@ -198,7 +198,7 @@ def test_neighbouring_seeds_and_layers_are_different_grounds():
     assert abs(np.corrcoef(one, twice)[0, 1]) < 0.05
 
 
-def test_a_world_moved_as_a_whole_keeps_its_ground():
+def test_a_scene_moved_as_a_whole_keeps_its_ground():
     """ScattererGrid, ripples and points turned and shifted together: the same heights, slopes turned."""
     turn, shift = 0.9, np.array([40.0, -70.0])
     c, s = np.cos(turn), np.sin(turn)
@@ -244,7 +244,7 @@ def test_a_fractal_needs_one_shape_and_one_size(wrong):
         PowerLaw(**wrong)
 
 
-def test_exponents_no_seabed_has_are_told():
+def test_exponents_no_seabed_has_are_reported():
     """Exponent 2.2: one warning that names the range."""
     with pytest.warns(PhysicsWarning, match="2.4 to 3.9"):
         PowerLaw(exponent=2.2, rms=0.1)

@@ -36,7 +36,7 @@ def test_ripples_have_their_wavelength_across_the_crests():
     assert first + second > 0.97 * power[1:].sum()
 
 
-def test_ripples_are_as_high_as_asked():
+def test_ripples_are_as_high_as_requested():
     """Mean square over a large field is the closed form, wander of the height included."""
     ripples = Ripples(wavelength=1.0, height=0.1, irregularity=0.3)
     place = np.random.default_rng(1).uniform(-1e5, 1e5, (2, 100_000))
@@ -76,13 +76,13 @@ def test_ripples_finer_than_the_split_are_roughness():
     assert roughness_rms(left, 10.0, 20.0) == roughness_rms(drawn, 10.0, 20.0) == pytest.approx(residual_rms(left))
 
 
-def test_ripples_too_steep_to_stand_are_told():
+def test_ripples_too_steep_to_stand_are_reported():
     """Height over wavelength 0.5: sand does not hold it."""
     with pytest.warns(PhysicsWarning, match="Sand ripples"):
         Ripples(wavelength=0.1, height=0.05)
 
 
-def test_patches_cover_the_shares_that_were_asked():
+def test_patches_cover_the_shares_that_were_requested():
     """Three sediments at 20, 50 and 30 % of the area, to 2 %; neighbours in the list are neighbours on the bed."""
     bed = SedimentMap(base=SedimentPatches(sediments=("rock", "medium sand", "clay"), fractions=(2, 5, 3), size=10.0))
     cover = bed.build_cover(seed=3)
@@ -93,7 +93,7 @@ def test_patches_cover_the_shares_that_were_asked():
     assert [sediment.name for sediment in cover.sediments] == ["rock", "medium sand", "clay"]
 
 
-def test_patches_are_the_same_in_any_order_and_move_with_the_world():
+def test_patches_are_the_same_in_any_order_and_move_with_the_scene():
     """Alone or together, and on a lattice that moved with the points."""
     bed = SedimentMap(base=SedimentPatches(sediments=("rock", "clay"), fractions=(1, 1), size=5.0))
     place = np.random.default_rng(3).uniform(-40, 40, (2, 500))
@@ -122,7 +122,7 @@ def test_a_strip_lies_across_what_was_there():
     assert cover.lookup([3.0, 3.0], [4.0, -4.0]).tolist() == [2, 1]
 
 
-def test_a_misspelt_sediment_is_answered_with_the_nearest():
+def test_a_misspelt_sediment_is_reported_with_the_nearest():
     """Names are checked where the map is written."""
     with pytest.raises(ValidationError, match="medium sand"):
         SedimentMap(base="medium snad")

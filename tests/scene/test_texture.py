@@ -27,7 +27,7 @@ def test_strengths_are_gamma_distributed_about_one(shape):
 
 
 @pytest.mark.parametrize("shape", [0.5, 3.0, 100.0])
-def test_strengths_forget_each_other_as_the_texture_says(shape):
+def test_strengths_decorrelate_as_the_texture_states(shape):
     """At the length 1/e; at other distances and bearings the stated correlation.
 
     100 000 pairs: standard error of a product of such variables 0.004 at shape 3, 0.008 at 0.5; 0.02 and 0.04 allowed.
@@ -42,7 +42,7 @@ def test_strengths_forget_each_other_as_the_texture_says(shape):
 
 
 @given(st.floats(-1e4, 1e4), st.floats(-1e4, 1e4), st.floats(-3, 3))
-def test_a_world_moved_as_a_whole_keeps_its_texture(north, east, heading):
+def test_a_scene_moved_as_a_whole_keeps_its_texture(north, east, heading):
     """Places and lattice moved and turned together, to rounding."""
     texture, own = Texture(k_shape=3.0, correlation_length=2.0), np.random.default_rng(1).uniform(-50, 50, (2, 40))
     frame = ScattererGrid(origin=(north, east), heading=heading)
@@ -52,7 +52,7 @@ def test_a_world_moved_as_a_whole_keeps_its_texture(north, east, heading):
     )
 
 
-def test_a_place_has_one_strength_whoever_asks_and_another_under_another_seed():
+def test_a_position_has_one_strength_for_each_seed():
     """Alone, in another order and in company: the same bits; another seed: unrelated within 0.015 (N = 100 000)."""
     texture = Texture(k_shape=3.0, correlation_length=2.0)
     drawn = patches(texture)

@@ -80,7 +80,7 @@ def _images(legs, place):
     return found
 
 
-def test_200_points_in_a_thermocline_heard_by_an_array_under_way():
+def test_200_points_in_a_thermocline_received_by_an_array_under_way():
     """Brute force: D and S through layers that absorb, two elements 0.12 m apart at 3 m/s; rms 1e-5 (seen: 4e-6)."""
     targets = some_targets(200)
     scenario = told(targets, THERMOCLINE, receive=line_of(2))
@@ -111,7 +111,7 @@ def test_so_are_echoes_off_a_wind_sea():
 
 
 @pytest.mark.parametrize("abeam", [1.2, 40.0])
-def test_an_array_of_32_hears_what_is_abeam_at_its_ends_and_between(abeam):
+def test_an_array_of_32_receives_what_is_abeam_at_its_ends_and_between(abeam):
     """A line of 0.5 m at 3 m/s, 20 points within so many degrees of its beam: rms 1e-5 (seen: 5e-6)."""
     random = np.random.default_rng(7)
     bearing = HEADING + np.pi / 2 + np.radians(random.uniform(-abeam, abeam, 20))

@@ -14,7 +14,7 @@ WATER = {"profile": [[0.0, 1500.0], [20.0, 1490.0]], "noise_level_db": None}
 
 
 @pytest.mark.parametrize("told", [{}, {"seabed": RELIEF}, {"seabed": RELIEF, "water": WATER}])
-def test_what_is_carried_over_hears_the_same_bits(told):
+def test_what_is_carried_over_receives_the_same_bits(told):
     """Flat bed, relief, relief under layered water: pickled before its first ping, and after it."""
     simulator = build_simulator(nominal(track={"window": (0.06, 0.062)}, paths={"max_reflections": 0}, **told))
 

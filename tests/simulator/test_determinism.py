@@ -20,7 +20,7 @@ def test_one_thread_and_two_give_the_same_bits(field):
     assert one.identical(three)
 
 
-def test_a_ping_does_not_know_which_others_were_asked_for():
+def test_a_ping_does_not_know_which_others_were_requested():
     """Any subset, in any order, has each ping's own bits, jitter and noise included."""
     track = {"kind": "line", "start": (0, 0, 11), "position": None, "speed": 2.0, "pings": 4, **SHORT}
     track = {key: value for key, value in track.items() if value is not None}
@@ -85,7 +85,7 @@ def placed(north, east, turn, lattice=True):
 
 
 @pytest.mark.parametrize(("north", "east", "turn"), [(1024.0, -512.0, 0.0), (300.7, -4000.1, 0.0), (512.3, 77.7, 2.1)])
-def test_a_world_moved_as_a_whole_sounds_the_same(north, east, turn):
+def test_a_scene_moved_as_a_whole_sounds_the_same(north, east, turn):
     """No place and no bearing is special: relative rms 1e-6 (seen: 0 to 2e-8).
 
     Over another piece of the lattice it does not.

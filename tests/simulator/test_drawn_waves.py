@@ -50,7 +50,7 @@ def test_waves_sound_the_same_on_any_number_of_cores(surface):
     np.testing.assert_array_equal(together[1], simulate(scenario, pings=[1], threads=1)["pressure"].values[0])
 
 
-def test_a_world_turned_and_moved_as_a_whole_sounds_the_same():
+def test_a_scene_turned_and_moved_as_a_whole_sounds_the_same():
     """Scene, waves, sonar and lattice turned by 70 degrees and moved by kilometres: the same recording."""
 
     def heard(angle, move):
@@ -98,7 +98,7 @@ def test_waves_refuse_what_they_cannot_follow():
         nominal(surface=WINDY, paths={"max_reflections": 3})
 
 
-def test_crowded_and_high_waves_are_told_before_the_run():
+def test_crowded_and_high_waves_are_reported_before_the_run():
     """A wind sea drawn down to 1 m has bounces side by side; waves of a metre reach a sonar at 0.4 m."""
 
     def said(surface, **track):

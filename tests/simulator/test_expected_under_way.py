@@ -31,7 +31,7 @@ def mean_db(scenario):
 
 @pytest.mark.parametrize("apart", [0.0, 1e-3], ids=["quick way", "general way"])
 @pytest.mark.parametrize("speed", [2.0, 5.0])
-def test_sand_is_fainter_by_what_two_parted_beams_share(speed, apart):
+def test_sand_is_weaker_by_what_two_parted_beams_share(speed, apart):
     """Integral of sinc^2 u sinc^2 (u - 2 v L / c wavelength) over that of sinc^4: 0.27 dB at 2 m/s; to 0.02 dB."""
     u = np.linspace(-40, 40, 80001)
     has_parallax = np.sinc(u - 2 * speed / 1500 / 0.015)

@@ -105,7 +105,7 @@ def parallax(apart):
     return abs(sums[0]) / np.sqrt(abs(sums[1] * sums[2]))
 
 
-def test_displaced_ends_with_one_phase_centre_hear_one_speckle():
+def test_displaced_ends_with_one_phase_centre_receive_one_speckle():
     """Ends 20 cm ahead and behind at 30 m: coherence at least 0.995; as the integral over the beams says, to 0.005.
 
     What is lost is the parallax (2 d)^2 / 4 R: its delay and, over 3.8 m of range, its phase. About 100 looks: known to

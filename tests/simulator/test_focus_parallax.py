@@ -13,7 +13,7 @@ from oracles.scenes import nominal, point
 from synthesis.oracle import relative_rms
 
 
-def test_channels_of_one_array_with_one_phase_centre_hear_one_speckle():
+def test_channels_of_one_array_with_one_phase_centre_receive_one_speckle():
     """A sonar moves on by 20 cm, and an element 40 cm astern takes the place of the first: coherence at least 0.995.
 
     Elements of 0.1 m at 150 kHz and 30 m: patterns asked for directions from the array's centre would lose 0.009. About
@@ -49,7 +49,7 @@ def test_arrivals_of_an_element_come_from_where_it_sees_them():
 
 
 @pytest.mark.parametrize("speed", [1.5, 3.0])
-def test_a_beam_under_way_hears_a_place_abeam_from_where_it_has_come_to(speed):
+def test_a_beam_under_way_receives_a_place_abeam_from_where_it_has_come_to(speed):
     """1.5 m at 100 kHz, a target 100 m abeam as the pulse leaves: it comes back v t / R off the beam's axis.
 
     2.4 dB at 3 m/s: sinc(L / wavelength 2 v / c), within 0.1 dB; elements by delay and sum lose as much, to -40 dB.

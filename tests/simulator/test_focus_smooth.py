@@ -40,7 +40,7 @@ def summed(places, area, pairs, depth):
 
 
 @pytest.mark.parametrize(("far", "width", "height"), [(12.0, 2.0, 1.0), (60.0, 0.4, 0.3)], ids=["near", "far"])
-def test_a_plate_is_heard_by_every_element_as_the_sum_of_its_patches(far, width, height):
+def test_a_plate_is_received_by_every_element_as_the_sum_of_its_patches(far, width, height):
     """2 x 1 m at 12 m, deep in its near field, and 0.4 x 0.3 m at 60 m: level within 0.1 dB, phase within 0.02 rad."""
     plate = {
         "shape": "box",
@@ -54,7 +54,7 @@ def test_a_plate_is_heard_by_every_element_as_the_sum_of_its_patches(far, width,
     np.testing.assert_allclose(np.angle(found / told), 0, atol=0.02)
 
 
-def test_a_face_on_the_bed_is_heard_by_every_element_as_a_corner():
+def test_a_face_on_the_bed_is_received_by_every_element_as_a_corner():
     """2 x 1 m upright at 150 m, R_b = 0.35, all four pairs of D and B at once: 33 dB; each element within 0.1 dB.
 
     Its target strength as told for the project's reference: 11.8 (D-D) and 33.1 dB (D-B and B-D), out of phase.
@@ -78,7 +78,7 @@ def test_a_face_on_the_bed_is_heard_by_every_element_as_a_corner():
     ],
     ids=["sphere", "cylinder", "plate"],
 )  # fmt: skip
-def test_canonical_bodies_are_heard_at_their_levels(body, far, level_db, bar):
+def test_canonical_bodies_are_received_at_their_levels(body, far, level_db, bar):
     """Sphere 20 log(a / 2), cylinder 10 log(a L^2 / 2 wavelength), plate 20 log(A / wavelength), in the recording.
 
     Source: Urick (1983), Principles of Underwater Sound, table 9.1 (from memory); the engine's legs by themselves are

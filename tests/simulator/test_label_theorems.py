@@ -62,7 +62,7 @@ def test_owners_and_nothing_else_make_up_what_is_expected(seen):
     assert (bare.shadowing_object.values == NO_ROW).all()
 
 
-def test_port_hears_none_of_what_is_to_starboard(seen):
+def test_port_receives_none_of_what_is_to_starboard(seen):
     """Panels 0.4 m wide that look away: no mask to port, the bed is loudest, and it is the bed of no targets."""
     for mask in ("highlight", "shadow", "ghost"):
         assert not seen[mask].values[0].any(), mask
@@ -115,7 +115,7 @@ def test_masks_exclude_each_other(seen):
     np.testing.assert_array_equal(seen.shadowing_object.values != NO_ROW, seen.shadow.values)
 
 
-def test_levels_shift_and_labels_stay_when_the_sonar_is_louder(seen):
+def test_levels_shift_and_labels_stay_when_the_sonar_is_stronger(seen):
     """20 dB more source level: a hundred times every intensity, and the same masks, owners, pairs and places."""
     loud = told(sonar={"source_level_db": 240})
     for name in ("expected_intensity", "object_intensity", "pair_intensity"):

@@ -113,7 +113,7 @@ def test_a_shadow_has_a_place_though_a_multiple_fills_it(whole):
     np.testing.assert_allclose(said.distance.values[0][dark], slant[dark], atol=0.05)
 
 
-def test_a_point_is_told_from_the_bed_by_its_own_label():
+def test_a_point_is_distinguished_from_the_seabed_by_its_label():
     """A point 16 dB above the bed owns its pulse, and the bed the rest; its place is its own, to a millimetre."""
     told = nominal(targets=[point(0.0, 75.0, 18.0, strength=-40.0)], paths={"max_reflections": 0},
                    track={"window": (0.099, 0.104)}, surface={"scattering": None})  # fmt: skip

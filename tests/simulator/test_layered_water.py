@@ -100,7 +100,7 @@ def test_a_nearly_constant_profile_is_nearly_the_same_water():
 
 
 @pytest.mark.parametrize("profile", [THERMOCLINE, CHANNEL])
-def test_the_world_may_be_moved_as_a_whole(profile):
+def test_the_scene_may_be_moved_as_a_whole(profile):
     """Sonar and targets moved and turned together: the same sound."""
     turn, away = 0.7, np.array([500.0, -200.0])
     c, s = np.cos(turn), np.sin(turn)

@@ -65,7 +65,7 @@ def test_noise_has_no_time_and_no_way(everything: xr.Dataset) -> None:
 
 
 @pytest.mark.parametrize("decibels", [6.0, 20.0])
-def test_a_louder_source_lifts_every_curve_by_as_much(decibels: float) -> None:
+def test_a_stronger_source_lifts_every_curve_by_as_much(decibels: float) -> None:
     """Levels rise by the source level, dB for dB, to 1e-9 dB."""
     told = {"track": SHORT, "paths": {"geometry": "slice"}}
     loud, quiet = (

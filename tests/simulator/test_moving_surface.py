@@ -126,7 +126,7 @@ def test_a_calm_is_a_mirror():
 
 
 @pytest.mark.parametrize("surface", [WINDY, TILTED])
-def test_a_world_turned_and_moved_as_a_whole_sounds_the_same(surface):
+def test_a_scene_turned_and_moved_as_a_whole_sounds_the_same(surface):
     """Scene, waves, sonar and lattice turned by 70 degrees and moved by kilometres: the same recording."""
     turn, shift = np.radians(70.0), np.array([1500.0, -800.0])
 

@@ -56,7 +56,7 @@ def test_any_number_of_threads_gives_the_same_bits(field: str) -> None:
             np.testing.assert_array_equal(series, first[ping])
 
 
-def test_only_a_few_pings_are_begun_before_they_are_asked_for(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_only_a_few_pings_are_begun_before_they_are_requested(monkeypatch: pytest.MonkeyPatch) -> None:
     """Memory does not grow with the survey: pings begun less pings told never exceed threads and the few ahead."""
     begun, heard, lock = [0], simulator_module.record_ping, threading.Lock()
 

@@ -28,7 +28,7 @@ def scaled(body, factor):
 
 
 @pytest.mark.parametrize(("name", "factor"), [("box", 0.5), ("box", 2.0), ("cylinder", 2.0), ("sphere", 2.0)])
-def test_a_larger_world_at_a_lower_pitch_sounds_fainter_by_its_size(name, factor):
+def test_a_larger_world_at_a_lower_pitch_sounds_weaker_by_its_size(name, factor):
     """Every length and the wavelength by one factor: each pair's pressure by its inverse, phase and all, to 1 %."""
     body = BODIES[name]
     here = flashes(body, 2)
@@ -90,7 +90,7 @@ def test_a_turned_world_flashes_the_same(name, turn):
 
 
 @pytest.mark.parametrize("name", BODIES)
-def test_a_mirrored_body_is_heard_the_same_by_a_symmetric_sonar(name):
+def test_a_mirrored_body_is_received_the_same_by_a_symmetric_sonar(name):
     """North and south exchanged, heading and place: the same pressure, to 1 % of the loudest."""
     body = BODIES[name]
     north, east = body["position"]

@@ -89,7 +89,7 @@ SIDES = [
 
 
 @pytest.mark.parametrize(("side", "heading", "bearing", "place"), SIDES, ids=[side[0] for side in SIDES])
-def test_a_side_of_the_ship_is_a_side_of_the_world(
+def test_a_side_of_the_ship_is_a_side_of_the_scene(
     side: str, heading: float, bearing: float, place: tuple[float, float]
 ) -> None:
     """Heading north, starboard is east, port is west; heading east, starboard is south. The other side is deaf."""
@@ -215,7 +215,7 @@ def test_the_noise_is_new_at_every_ping_and_in_every_beam() -> None:
     np.testing.assert_allclose(power, power.mean(), atol=0.5)
 
 
-def test_a_ship_at_rest_hears_the_same_bed_at_every_ping() -> None:
+def test_a_ship_at_rest_receives_the_same_bed_at_every_ping() -> None:
     """No noise, no jitter: the same bits; with jitter each ping shakes its own replicas, and only a part is common."""
     told = {"track": {"pings": 2, "window": (0.19, 0.2)}}
     still = simulate(nominal(**told, paths={"geometry": "slice"})).pressure.values[:, 0]

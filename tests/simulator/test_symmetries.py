@@ -132,7 +132,7 @@ def test_arrivals_cut_in_two_and_joined_are_what_they_were(rows: int, cut: int, 
 
 @settings(max_examples=6)
 @given(st.floats(-200, 200), st.floats(-200, 200), st.floats(-np.pi, np.pi))
-def test_a_world_moved_as_a_whole_sounds_the_same(north: float, east: float, turn: float) -> None:
+def test_a_scene_moved_as_a_whole_sounds_the_same(north: float, east: float, turn: float) -> None:
     """Sonar, buoy and box moved and turned together: the same delays and amplitudes to 1e-9 and single precision."""
 
     def moved(place: tuple[float, ...]) -> tuple[float, ...]:
@@ -221,7 +221,7 @@ def test_caller_and_listener_may_change_places() -> None:
         assert delays[b, a] == pytest.approx(t, abs=1e-12)
 
 
-def test_a_mirrored_world_is_heard_by_the_other_side() -> None:
+def test_a_mirrored_world_is_received_by_the_other_side() -> None:
     """East and west exchanged, starboard becomes port: a buoy's echo is the same."""
     right, left = (
         simulate(nominal(targets=[point(1.0, side * 150, 15)], track=SHORT, paths={"contributions": ["target"]},

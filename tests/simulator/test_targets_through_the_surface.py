@@ -105,7 +105,7 @@ def test_a_deck_above_the_water_casts_no_shadow(tmp_path):
 
 @pytest.mark.parametrize("edges", ["none", "knife-edge"])
 @pytest.mark.parametrize("roll", [0.0, 1e-4])
-def test_nothing_is_heard_over_a_quay_wall(edges, roll):
+def test_nothing_is_received_over_a_quay_wall(edges, roll):
     """A point 1 m under the surface behind a wall 400 m long and 12 m high: silent by every path, however edges bend.
 
     Over a wall that ends 0.1 m under the surface some of it bends.

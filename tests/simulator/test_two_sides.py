@@ -51,7 +51,7 @@ CRATE = {"shape": "box", "label": "crate", "size": [4.0, 2.0, 1.5]}
 
 
 @pytest.mark.parametrize("order", [0, 2])
-def test_a_crate_to_port_is_heard_as_the_same_crate_to_starboard(order):
+def test_a_crate_to_port_is_received_as_the_same_crate_to_starboard(order):
     """Ripples that run to the east are their own mirror image: echo and shadow to 0.3 dB, bare ground to 0.05 dB.
 
     Points on the crate are laid out along its own axes, not mirrored ones.
@@ -73,7 +73,7 @@ def test_a_roll_gives_to_one_side_what_it_takes_from_the_other(roll):
     assert abs(level(there[0], there[1])) > 0.5
 
 
-def test_a_ship_that_goes_the_other_way_hears_the_other_side():
+def test_a_ship_that_goes_the_other_way_receives_the_other_side():
     """Turned by half a circle, port hears what starboard heard: the same ground, to 0.1 dB in any 2 ms."""
     fractal = {"relief": {"kind": "power-law", "hurst": 0.8, "rms": "3 cm"}}
     ahead = sides(seabed=fractal)

@@ -89,7 +89,7 @@ def test_shallow_water_rings_on_for_a_second():
 
 
 @pytest.mark.parametrize(("depth", "sonar", "window"), [(300.0, 30.0, (0.36, 0.362)), (2.0, 0.3, (0.03, 0.05))])
-def test_any_depth_of_water_is_heard(depth, sonar, window):
+def test_any_depth_of_water_is_received(depth, sonar, window):
     """Deep under the sonar and in a puddle: arrivals within the window, sound in the recording."""
     scenario = nominal(seabed={"depth": depth}, track={"position": (0, 0, sonar), "window": window},
                        paths={"beam_cutoff_db": -20, "scatterers_per_cell": 1})  # fmt: skip

@@ -58,7 +58,7 @@ def test_the_step_that_is_advised_works(first, last, step):
         (("-1e-999999999 deg", "1e999999999 deg", "1 deg"), "to: 1e999999999 deg is not an angle"),
     ],
 )
-def test_a_wrong_row_is_told_the_way_out(row, answer):
+def test_a_wrong_row_is_reported_with_the_remedy(row, answer):
     """At the guilty key, all of them at once."""
     with pytest.raises(ValidationError, match=re.escape(answer)):
         steer(*row)

@@ -69,7 +69,7 @@ def test_the_slope_is_the_derivative(x, shading, elements):
 
 
 @given(st.floats(-1e3, 1e3), st.sampled_from(SHADINGS), st.sampled_from([None, 3, 32]))
-def test_no_direction_is_louder_than_the_axis(x, shading, elements):
+def test_no_direction_is_stronger_than_the_axis(x, shading, elements):
     """Weights are not negative, so nothing adds up to more than all of them in phase."""
     assert abs(pattern(x, shading, elements)[0]) <= 1 + 1e-12
 

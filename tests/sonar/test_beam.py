@@ -102,7 +102,7 @@ def test_steer_is_to_the_right_of_boresight():
     assert abs(beam.gain([0.5, np.sqrt(0.75), 0])[0]) < 0.02
 
 
-def test_a_line_array_hears_all_elevations_alike():
+def test_a_line_array_receives_all_elevations_alike():
     """Omnidirectional in the vertical: only the sine to the right matters."""
     elevation = np.linspace(-1.5, 1.5, 31)
     d = np.stack([np.cos(elevation), np.zeros(31), np.sin(elevation)], axis=-1)
@@ -168,7 +168,7 @@ ARRAYS = [
 
 @pytest.mark.parametrize("array", ARRAYS)
 @pytest.mark.parametrize("margin", [0.0, 1e-3, 0.03, 0.4, 2.0])
-def test_no_beam_is_louder_than_its_bound(array, margin):
+def test_no_beam_is_stronger_than_its_bound(array, margin):
     """In 20 directions drawn within the margin of each of 400: never above the bound; grating lobes included."""
     beam = beams(array, FREQUENCY, SPEED)
     centre = directions(400, seed=5)

@@ -29,7 +29,7 @@ def test_turned_beams_are_the_same_beams(array, bearing, tilt):
 
 
 @pytest.mark.parametrize("array", ARRAYS, ids=TOLD)
-def test_the_same_array_has_the_same_pattern_when_asked_again(array):
+def test_the_same_array_has_the_same_pattern_when_requested_again(array):
     """Two nouns of equal fields share their tables, and with them the pattern."""
     again = type(array)(**array.model_dump())
     assert beams(again, FREQUENCY, SPEED).pattern_key == beams(array, FREQUENCY, SPEED).pattern_key
@@ -54,7 +54,7 @@ def test_another_frequency_is_another_pattern():
     assert one.pattern_key != other.pattern_key
 
 
-def test_one_beam_of_many_is_told_from_the_others():
+def test_one_beam_of_many_is_distinguished_from_the_others():
     """Each channel alone has a pattern of its own, and none has that of all."""
     fan = beams(ARRAYS[1], FREQUENCY, SPEED)
     told = {fan.single_beam(channel).pattern_key for channel in range(3)}

@@ -66,7 +66,7 @@ def test_one_beam_of_a_fan_has_the_columns_of_its_own():
             assert element_amplitude(alone, 0.5, u, v) == element_amplitude(fan.kernel_tables, 0.5, u, v)
 
 
-def test_a_point_hears_all_directions_alike():
+def test_a_point_receives_all_directions_alike():
     """No table is a pattern of one; and its majorant is one."""
     made = beams(PointTransducer(), FREQUENCY, SPEED).kernel_tables
     assert {element_amplitude(made, *way) * beam_amplitude(made, 0, *way[1:]) for way in everywhere()} == {1.0}
@@ -88,14 +88,14 @@ def test_a_table_of_cubics_is_even_and_goes_on_as_its_last_row(x, per_unit):
 
 @settings(max_examples=100, deadline=None)
 @given(x=st.floats(-5, 5), further=st.floats(0, 3))
-def test_what_is_loudest_from_a_place_outwards_grows_no_more(x, further):
+def test_what_is_strongest_from_a_place_outwards_grows_no_more(x, further):
     """A majorant that falls row by row: no less than its own row, no more further out, the last row at the end."""
     bound = np.array([1.0, 0.6, 0.3, 0.2, 0.2, 0.1])
     here, beyond = interpolate_majorant(bound, 2.0, x), interpolate_majorant(bound, 2.0, abs(x) + further)
     assert here >= bound[min(int(abs(x) * 2), 5)] and beyond <= here and interpolate_majorant(bound, 2.0, 1e9) == 0.1
 
 
-def test_elements_hear_before_them():
+def test_elements_receive_before_them():
     """Omni all round; a baffle the front half with its edge; a cosine what it is, and nothing behind."""
     cosines = (-1.0, -1e-9, 0.0, 0.5, 1.0)
     assert [element_gain(OMNI, w) for w in cosines] == [1] * 5

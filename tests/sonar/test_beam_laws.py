@@ -134,7 +134,7 @@ def test_a_single_beam_serves_every_channel():
 
 @given(st.floats(-np.pi, np.pi), st.floats(-1.5, 1.5), st.floats(-np.pi, np.pi))
 @settings(max_examples=30, deadline=None)
-def test_a_turned_array_hears_turned_sound_alike(heading, pitch, roll):
+def test_a_turned_array_receives_turned_sound_alike(heading, pitch, roll):
     """Turned there and back the beams are as they were; turned, they hear what is turned with them."""
     axes = pose_rotation(heading, pitch, roll)
     own, way = line(6, steer=[0.3], element="cosine"), everywhere(50)

@@ -48,7 +48,7 @@ def test_the_product_theorem_joins_an_element_and_its_places():
     np.testing.assert_allclose(beams(line, frequency, c).gain(way)[0], (one * phases).real, atol=1e-6)
 
 
-def test_errors_are_drawn_as_told_and_once():
+def test_errors_are_drawn_as_reported_and_once():
     """10,000 elements: rms gain 1 dB, phase 0.2 rad, place 1 mm on each axis, to 3 % (4 standard errors)."""
     array = LineArray(length=100.0, elements=10_000)
     worn = hydrophones(array, ElementErrors(gain_db=1.0, phase=0.2, position=1e-3), seed=4)

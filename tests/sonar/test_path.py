@@ -69,7 +69,7 @@ def test_a_turn_without_room_is_refused_with_what_it_wants():
     assert abs(caught.value.angle) == pytest.approx(np.pi / 2)
 
 
-def test_turning_the_world_turns_the_path():
+def test_turning_the_scene_turns_the_path():
     """A rotated polygon has the rotated path."""
     angle = 0.7
     turn = np.array([[np.cos(angle), -np.sin(angle), 0], [np.sin(angle), np.cos(angle), 0], [0, 0, 1]])
@@ -88,7 +88,7 @@ def test_a_path_of_whole_intervals_has_a_ping_at_both_ends(count, interval):
     assert max_ping_count(longest - 0.01 * interval, interval) == count - 1
 
 
-def test_pings_asked_for_must_fit():
+def test_pings_requested_must_fit():
     """Left out, all that fit; fewer may be asked for; more are refused with what they would run beyond."""
     assert checked_ping_count(None, 12, "pings", end="the end") == 12
     assert checked_ping_count(5, 12, "pings", end="the end") == 5

@@ -14,13 +14,13 @@ def after(track, window):
     return track_motion(true_poses(track, seed=2), later).at(0, window)
 
 
-def test_a_platform_at_rest_is_told_to_be():
+def test_a_platform_at_rest_is_recognised():
     """Nothing moves without speed; anything does with some."""
     assert after(LineTrack(start=(0, 0, 5), speed=0.0), 0.2).is_static
     assert not after(LineTrack(start=(0, 0, 5), speed=0.1), 0.2).is_static
 
 
-def test_a_straight_line_is_told_exactly():
+def test_a_straight_line_is_reproduced_exactly():
     """Velocity as planned, no acceleration, for lever arms too."""
     way = after(LineTrack(start=(0, 0, 5), speed=4.0, heading=np.radians(60)), 0.2)
     first, velocity, acceleration = way.kinematics(np.array([[1.0, 2.0, 0.3]]))

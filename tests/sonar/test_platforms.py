@@ -83,7 +83,7 @@ def test_a_receiver_leans_with_its_own_sea():
 
 
 @pytest.mark.parametrize("field", ["coherent", "incoherent"])
-def test_both_readings_are_told_how_the_sonar_goes_on(field):
+def test_both_readings_are_reported_how_the_sonar_goes_on(field):
     """Of a sonar that stops and hops, each is told of the start of each ping alone."""
     scenario = heard_by_elements([]).unchecked_copy(field=field)  # intensities of elements would be refused
     assert platforms(scenario).transmitter_window_poses is not None

@@ -74,7 +74,7 @@ def test_time_and_band_scale_together_in_the_recording(taper, compress):
 
 
 @pytest.mark.parametrize("taper", TAPERS)
-def test_a_falling_sweep_is_heard_as_the_conjugate_of_a_rising_one(taper):
+def test_a_falling_sweep_is_received_as_the_conjugate_of_a_rising_one(taper):
     """The receiver is real and even; a matched filter does not tell them apart at all."""
     time = np.linspace(-3e-3, 8e-3, 800)
     for compress in (False, True):
@@ -102,7 +102,7 @@ def test_a_narrower_band_never_passes_more(told, compress):
 
 @pytest.mark.parametrize("told", [TONE, SWEEP])
 @pytest.mark.parametrize("compress", [False, True])
-def test_times_of_the_heard_pulse_are_in_order_and_hold_its_energy(told, compress):
+def test_times_of_the_received_pulse_are_in_order_and_hold_its_energy(told, compress):
     """Ringing holds faint, faint holds loud; outside the loud part lies less than a millionth of the energy."""
     heard = receive_pulse(Pulse(**told), Receiver(bandwidth=20e3, matched_filter=compress))
     first, last = heard.table_interval

@@ -102,7 +102,7 @@ def test_the_compressed_tone_is_the_autocorrelation_of_the_sent_one():
     np.testing.assert_allclose(heard.samples(time), 1 - np.abs(time) / 1e-3, atol=2e-3)
 
 
-def test_a_wide_receiver_hears_what_was_sent():
+def test_a_wide_receiver_receives_what_was_sent():
     """The energy lost shrinks to nothing, and the effective duration to the sent energy."""
     heard = receive_pulse(TONE, Receiver(bandwidth="150 kHz"))
     assert heard.out_of_band_energy < 3e-5

@@ -19,7 +19,7 @@ def loudest(scenario):
 
 @pytest.mark.parametrize(("heading", "north", "east"), [(0, 0, 1), (90, -1, 0), (200, np.sin(np.radians(20)),
                                                                                -np.cos(np.radians(20)))])  # fmt: skip
-def test_what_lies_to_starboard_is_heard_to_starboard(heading, north, east):
+def test_what_lies_to_starboard_is_received_to_starboard(heading, north, east):
     """Heading north, starboard is east: a target there is on the starboard channel alone, and 180 deg round on port."""
     for side, row in ((1, 1), (-1, 0)):
         target = point(60 * north * side, 60 * east * side, 15)
@@ -28,7 +28,7 @@ def test_what_lies_to_starboard_is_heard_to_starboard(heading, north, east):
         assert heard[row] > 1e6 and heard[1 - row] == 0
 
 
-def test_sides_are_labelled_in_the_order_asked():
+def test_sides_are_labelled_in_the_order_requested():
     """Port is -1, starboard 1; a sonar without sides has 0."""
     quick = {"track": {"window": (0.08, 0.081)}, **QUIET}
     both = simulate(nominal(sonar={"sides": ["starboard", "port"]}, **quick))

@@ -210,7 +210,7 @@ def test_a_polyline_keeps_to_its_places(seed):
     assert away.max() <= wander + 1e-9 <= 1.0 + 1e-9 and len(corners) < 150
 
 
-def test_a_survey_turns_with_the_world():
+def test_a_survey_turns_with_the_scene():
     """Poses turned and moved have the turned and moved survey; depths stay."""
     bend = true_poses(
         WaypointTrack(waypoints=((0, 0, 5), (80, 0, 9), (80, 60, 9)), speed=2, turn_radius=20, window=(0, 0.1))

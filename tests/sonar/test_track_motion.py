@@ -18,7 +18,7 @@ def line(**changes):
     } | changes)  # fmt: skip
 
 
-def test_motion_has_the_rms_that_was_asked():
+def test_motion_has_the_rms_that_was_requested():
     """Over 600 s of 60 seeds the mean square is the one asked within 3 %: 3 standard errors of the ensemble."""
     motion = Motion(heave=RandomTranslation(rms="0.2 m", period="6 s"))
     time = np.arange(0, 600, 0.5)
@@ -26,7 +26,7 @@ def test_motion_has_the_rms_that_was_asked():
     np.testing.assert_allclose(np.mean(square), 0.04, rtol=0.03)
 
 
-def test_motion_has_the_spectrum_that_was_asked():
+def test_motion_has_the_spectrum_that_was_requested():
     """Energy below a frequency, over 40 seeds of an hour, is that of the table: a triangle from 0.1 to 0.3 Hz."""
     motion = Motion(roll={"rms": "2 deg", "spectrum": [[0.1, 0], [0.2, 1], [0.3, 0]]})
     step, count = 0.5, 7200

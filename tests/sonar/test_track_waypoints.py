@@ -46,7 +46,7 @@ def test_a_turn_is_an_arc_that_touches_both_legs():
     st.floats(0.0, 2.0),
     st.floats(-np.pi, np.pi),
 )
-def test_the_path_is_smooth_and_moves_with_the_world(steps, radius, turn):
+def test_the_path_is_smooth_and_moves_with_the_scene(steps, radius, turn):
     """Heading is the direction of motion, no step jumps, and a turned world has a turned path."""
     legs = np.array(steps) * 20 + np.array([40.0, 0.0])  # never a turn sharper than a right angle
     corners = np.column_stack([np.vstack([[0, 0], np.cumsum(legs, axis=0)]), np.linspace(5, 7, len(legs) + 1)])

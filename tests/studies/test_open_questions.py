@@ -94,7 +94,7 @@ def test_a_page_has_its_tables_and_pictures(tmp_path) -> None:
         (["study", "real-recordings", "--recordings", "."], "has no ek80"),
     ],
 )
-def test_wrong_studies_are_answered_with_advice(words, advice, capsys, tmp_path, monkeypatch) -> None:
+def test_wrong_studies_are_reported_with_advice(words, advice, capsys, tmp_path, monkeypatch) -> None:
     """One line and exit code 2; nothing is written."""
     monkeypatch.chdir(tmp_path)
     assert main(words) == 2

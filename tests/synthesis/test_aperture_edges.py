@@ -90,7 +90,7 @@ def test_echoes_off_the_grid_are_passed_over():
     assert not laid(told, first_time=1.0).any()
 
 
-def test_dead_elements_are_silent_and_the_others_do_not_know_it():
+def test_dead_elements_record_nothing_and_do_not_affect_others():
     """Two of nine deaf: not one cell of theirs; the cells of the others as before, to 1e-6."""
     told = echoes(5, 400, 9)
     whole, pattern = laid(told), np.zeros(9, int)
@@ -102,7 +102,7 @@ def test_dead_elements_are_silent_and_the_others_do_not_know_it():
     assert not laid(told, ears=told[0]._replace(pattern=np.full(9, -1))).any()
 
 
-def test_nothing_comes_of_nothing():
+def test_no_arrivals_give_a_zero_recording():
     """Scatterers that bring, return or answer nothing: silence."""
     ears, sent, heard, strength, middle, node = told = echoes(6, 50, 5)
     assert laid(told).any()
@@ -112,7 +112,7 @@ def test_nothing_comes_of_nothing():
     assert not laid((ears, sent, heard, 0 * strength, middle, node)).any()
 
 
-def test_each_element_at_rest_hears_where_it_stands():
+def test_each_element_at_rest_receives_where_it_stands():
     """One scatterer: the cells of an element are loudest at the way there and back by geometry, to one cell."""
     told = echoes(7, 1, 33, moving=0.0, dopplers=1, none=0.0)
     ears, sent, heard, strength, _, _ = told

@@ -26,7 +26,7 @@ def reception(middle, doppler_nodes):
 
 
 @pytest.mark.parametrize(("beams", "patterns"), [(1, 3), (3, 3), (3, 1)])
-def test_beams_hear_the_sum_over_pairs(beams, patterns):
+def test_beams_receive_the_sum_over_pairs(beams, patterns):
     """Two legs out, three back, at rest: cells as of each pair's echoes, weighed and turned one by one, to 1e-6."""
     rng = np.random.default_rng(beams + 7 * patterns)
     sent, heard = legs(rng, 2), legs(rng, 3)
@@ -52,7 +52,7 @@ def test_beams_hear_the_sum_over_pairs(beams, patterns):
     assert np.linalg.norm(cells[:, 0, :, 0] - expected) < 1e-6 * np.linalg.norm(expected)
 
 
-def test_deaf_channels_stay_silent():
+def test_channels_without_gain_record_nothing():
     """An element of no pattern hears nothing, the one beside it what is there."""
     one, place = np.ones((1, 5)), np.zeros((2, 3))
     own = np.array([[0, 1], [1, 2]])

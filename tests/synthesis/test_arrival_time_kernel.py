@@ -40,7 +40,7 @@ def water(middle=0.0):
 
 
 @pytest.mark.parametrize("size", [0.01, 0.5, 3.0])
-def test_an_element_hears_from_where_it_stands(size):
+def test_an_element_receives_from_where_it_stands(size):
     """Spheres: arrays of a centimetre to three metres, scatterers from 0.3 m: exact distances, 1e-13 s, 1e-6."""
     away, way = ways()
     place = size * np.array([0.6, -0.5, 0.3])
@@ -51,7 +51,7 @@ def test_an_element_hears_from_where_it_stands(size):
     np.testing.assert_allclose(fade, away / there, rtol=1e-6)
 
 
-def test_an_element_at_the_scatterer_itself_hears_no_infinity():
+def test_an_element_at_the_scatterer_itself_receives_no_infinity():
     """Nearer than a centimetre the sphere grows no louder."""
     when, fade = np.empty(1), np.empty(1, np.float32)
     echo = columns(np.zeros(1), np.ones(1), np.eye(3)[:, :1])

@@ -151,7 +151,7 @@ def test_a_scatterer_without_any_leg_is_silence():
     assert laid(world(5, 40)).any()
 
 
-def test_a_baffle_hears_and_sends_nothing_backwards():
+def test_a_baffle_receives_and_sends_nothing_backwards():
     """All scatterers behind either array: silence; before both: sound."""
     told = world(6, 50, moving=0.0)
     ahead = told["transmit"]["axes"][0]
@@ -216,7 +216,7 @@ def mapped(told, matrix, steer):
     ids=["turned", "port for starboard"],
 )  # fmt: skip
 @pytest.mark.parametrize("turning", [0.0, 0.4])
-def test_no_direction_of_the_world_is_special(matrix, steer, turning):
+def test_no_direction_of_the_scene_is_special(matrix, steer, turning):
     """All turned together, or mirrored with the steer angles: the same sound, to 1e-6."""
     told = world(12, 700, patterns=3, turning=turning)
     assert relative_rms(laid(mapped(told, matrix, steer)), laid(told)) < 1e-6

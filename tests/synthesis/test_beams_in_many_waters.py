@@ -79,7 +79,7 @@ def test_what_a_caustic_turns_is_turned(world):
         assert relative_rms(heard(reading, turned), -heard(reading, pairs)) < 1e-6
 
 
-def test_legs_that_are_one_may_be_told_twice(world):
+def test_a_leg_may_be_given_twice(world):
     """The legs back as a copy of those out: the same cells to 1e-6."""
     reading, pairs = world
     assert relative_rms(heard(reading, replace(pairs, back=replace(pairs.back))), heard(reading, pairs)) < 1e-6

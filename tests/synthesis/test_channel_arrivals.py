@@ -31,7 +31,7 @@ HEAD = {"kind": "arc", "radius": 0.2, "arc_angle": "120 deg", "elements": 5, "el
     ],
     ids=["errors", "still", "rolling", "layered", "arc", "sub-bands", "beams", "beams in bands", "layered beams"],
 )
-def test_arrivals_heard_again_are_the_recording(told):
+def test_arrivals_received_again_are_the_recording(told):
     """Each channel's own arrivals, with their Doppler factors, give that channel back to 1e-5 of its rms."""
     scenario = heard_by_elements(some_targets(), **told)
     heard, simulator = simulate(scenario).pressure.values[0], build_simulator(scenario)

@@ -41,7 +41,7 @@ def db(ratio):
     return 10 * np.log10(ratio)
 
 
-def test_neighbours_hear_the_sea_alike():
+def test_neighbours_receive_the_sea_alike():
     """Covariance of 16 elements 0.4 wavelengths apart is sin kd / kd times their power, N = 100 000.
 
     Errors are 1 / sqrt(N) in the rms, within three of its standard errors, and none of the 136 is beyond 4 / sqrt(N).
@@ -121,7 +121,7 @@ def test_self_noise_is_each_elements_own():
     assert db(beam / power) == pytest.approx(-db(8), abs=1e-6)
 
 
-def test_dead_elements_hear_their_own_noise_only():
+def test_dead_elements_receive_their_own_noise_only():
     """The sea does not reach them; their amplifier still hisses."""
     told = quiet(line(4, 0.4), noise={"level_db": 60}, errors={"dead": [2]}, self_noise={"level_db": 20})
     power = build_simulator(told).noise.power
@@ -129,7 +129,7 @@ def test_dead_elements_hear_their_own_noise_only():
     assert np.all(power[[0, 1, 3]] > 5000 * power[2])
 
 
-def test_two_sides_hear_noise_of_their_own():
+def test_two_sides_receive_noise_of_their_own():
     """Three elements a side, 0.3 wavelengths apart: alike as sin kd / kd on a side, not at all across. N = 50 000."""
     told = quiet(line(3, 0.3), noise={"level_db": 50})
     told = told.model_copy(update={"sonar": told.sonar.model_copy(update={"sides": ("port", "starboard")})})

@@ -30,7 +30,7 @@ def test_one_echo_is_the_source_level_less_twice_the_loss():
 
 
 @pytest.mark.parametrize("order", [0, 1, 2])
-def test_a_point_target_is_heard_along_every_pair_of_paths(order):
+def test_a_point_target_is_received_along_every_pair_of_paths(order):
     """1, 9, 25 echoes of one point against their sum over frequencies: relative rms 1e-5."""
     scenario = nominal(targets=[point(0, 150, 19.5)], track={"window": (0.19, 0.23)},
                        paths={"max_reflections": order, "contributions": ["target"]})  # fmt: skip
@@ -41,7 +41,7 @@ def test_a_point_target_is_heard_along_every_pair_of_paths(order):
     assert relative_rms(series.pressure.values[0, 0], truth) < 1e-5
 
 
-def test_each_channel_hears_through_its_own_beam():
+def test_each_channel_receives_through_its_own_beam():
     """A fan of three beams: each channel is the same beam heard alone, to 1e-6."""
     fan = (-0.02, 0.0, 0.02)
     told = {

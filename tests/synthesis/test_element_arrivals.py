@@ -63,7 +63,7 @@ def truth(scenario, targets, elements, families=("D", "S")):
     ],
     ids=["still", "straight", "long pulse", "rolling"],
 )
-def test_every_element_hears_what_a_moving_receiver_hears(pulse, track, bar):
+def test_every_element_receives_what_a_moving_receiver_receives(pulse, track, bar):
     """Four elements, six targets, all pairs of D and S: float64 sum from emission times.
 
     Under way the echo is expanded about the pulse's middle, which leaves v^2 T^2 k / 8 R, and a rolling platform runs
@@ -80,7 +80,7 @@ def test_every_element_hears_what_a_moving_receiver_hears(pulse, track, bar):
         assert relative_rms(hop.pressure.values[0], known) > 0.1
 
 
-def test_beams_of_a_moving_sonar_hear_its_doppler():
+def test_beams_of_a_moving_sonar_receive_its_doppler():
     """A point receiver recorded as a beam is its one element, under way too: the same bits but for a gain of one."""
     targets = some_targets(3)
     one = heard_by_elements(targets, receive={"kind": "point", "element": "omni"})
@@ -122,7 +122,7 @@ def test_doppler_passes_for_range_in_a_compressed_sweep(sweep, sign):
     assert (peak - middle) * SPEED / 2 == pytest.approx(sign * bias, rel=0.05)
 
 
-def test_layered_water_bends_the_wavefronts_that_elements_hear():
+def test_layered_water_bends_the_wavefronts_that_elements_receive():
     """Rays of their own to every element of a 3 x 3 panel of 0.3 m, through a thermocline: 1e-5 (seen: 4e-6)."""
     targets = some_targets(5)
     panel = {"kind": "planar", "width": 0.3, "height": 0.3, "columns": 3, "rows": 3, "element": "omni"}
@@ -213,7 +213,7 @@ def test_dead_elements_are_silent_and_gains_are_as_drawn():
     np.testing.assert_allclose(heard, whole * response[:, None], atol=1e-5 * np.abs(whole).max())
 
 
-def test_elements_on_an_arc_hear_where_they_face():
+def test_elements_on_an_arc_receive_where_they_face():
     """A half-round head: a target abeam of one end is 20 dB louder there than at the other, which faces away."""
     head = {"kind": "arc", "radius": 0.2, "arc_angle": "180 deg", "elements": 9, "element": "cosine"}
     # boresight is starboard of north-east by east: the last element faces to its right, which is astern

@@ -54,7 +54,7 @@ def silence(elements, dopplers):
     ("elements", "bent", "patterns", "dopplers", "velocity"),
     [(20, False, 1, 4, 1.0), (20, False, 3, 6, 1.0), (33, True, 1, 2, 1.0), (20, False, 1, 1, 0.0)],
 )
-def test_nodes_tell_what_each_element_hears(elements, bent, patterns, dopplers, velocity):
+def test_nodes_interpolate_to_each_element(elements, bent, patterns, dopplers, velocity):
     """A line of 1 m from 6 m on, under way and at rest: as laid down element by element, to 2e-6 of the rms."""
     ears, begin, end = met(elements, bent=bent, patterns=patterns, dopplers=dopplers, velocity=velocity)
     nearest = float(begin[0].receive.horizontal_distance.min()) if bent else NEAREST
@@ -66,7 +66,7 @@ def test_nodes_tell_what_each_element_hears(elements, bent, patterns, dopplers, 
     assert np.linalg.norm(few - each) < 2e-6 * np.linalg.norm(each)
 
 
-def test_echoes_before_the_grid_are_not_heard_by_way_of_a_second_part():
+def test_echoes_before_the_grid_are_not_received_by_way_of_a_second_part():
     """Of 33,000 scatterers, more than are taken at once, most echo before the grid: as one by one, none before it."""
     ears, begin, end = met(6, bent=False, patterns=1, dopplers=1, velocity=0.0, count=33_000)
     end = (end[0]._replace(first_time=0.028),)
@@ -78,7 +78,7 @@ def test_echoes_before_the_grid_are_not_heard_by_way_of_a_second_part():
     assert np.linalg.norm(few[1:7] - each) < 1e-5 * np.linalg.norm(each)
 
 
-def test_elements_off_a_line_are_told_one_by_one():
+def test_elements_off_a_line_are_evaluated_one_by_one():
     """A bow has no line of nodes: all its elements are nodes, and hear what they hear by themselves, to 1e-6."""
     ears, begin, end = met(12, bent=False, patterns=1, dopplers=3, velocity=1.0)
     place = ears.position + np.outer(np.linspace(-1, 1, 12) ** 2, [0.0, 0.0, 0.01])

@@ -73,7 +73,7 @@ def test_sound_leaves_from_where_the_transmitter_is_in_the_middle_of_the_pulse()
         assert (one == idle).all()
 
 
-def test_what_the_water_takes_is_told_in_parts_of_pressure():
+def test_absorption_is_given_as_a_pressure_ratio():
     """exp(-a r) with a of `absorption_np_per_m` is the loss in dB at any frequency, to 1e-12; 1 at the carrier."""
     water = build_simulator(heard_by_elements([(0, 20, 5)], water={"noise_level_db": None})).engine.scene.water
     length = np.array([[0.0, 1.0, 30.0], [200.0, 5.0, 1e3]])
@@ -103,7 +103,7 @@ def test_patterns_tell_elements_apart_only_near_them():
     )
 
 
-def test_an_element_that_faces_aside_hears_what_a_turned_one_hears():
+def test_an_element_that_faces_aside_receives_what_a_turned_one_receives():
     """A cosine element turned to the right by an angle: the cosine from there; and the gains row by row."""
     here, way = (
         ping_geometry(

@@ -15,7 +15,7 @@ def lloyd(field="incoherent", seed=1, duration=0.2e-3):
                    track={"position": (0, 0, 0.5), "window": (0.06, 0.2)})  # fmt: skip
 
 
-def test_a_shallow_sonar_hears_lloyds_fringes():
+def test_a_shallow_sonar_receives_lloyds_fringes():
     """Lloyd's mirror.
 
     Out and back the intensity follows |1 - exp(-j k dL)|^4 where D and S overlap; a pulse of 1 ms lets levels
@@ -47,7 +47,7 @@ def test_lloyds_fringes_are_the_mean_of_the_coherent_reading():
     assert np.abs(10 * np.log10(ratio)).max() < 0.7
 
 
-def test_the_echo_of_a_point_is_heard_as_it_is():
+def test_the_echo_of_a_point_is_received_as_it_is():
     """A deterministic target has no speckle: its intensity is the square of its pressure, overlapping paths and all."""
     told = nominal(targets=[point(0, 150, 19.5)], track={"window": (0.199, 0.212)}, paths={"contributions": ["target"]})
     power = np.abs(simulate(told).pressure.values) ** 2

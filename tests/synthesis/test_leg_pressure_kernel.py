@@ -34,7 +34,7 @@ def test_it_is_the_product_of_all_that_changes_the_sound(f, beams):
     np.testing.assert_allclose(heard(amplitude, louder, phase, lost, gains), told, rtol=3e-7)
 
 
-def test_no_loss_told_is_no_loss():
+def test_without_absorption_there_is_no_loss():
     """An empty table of losses is one of ones, bit by bit."""
     amplitude, louder, phase, lost, gains = legs()
     none = heard(amplitude, louder, phase, np.empty((0, 0)), gains)
@@ -61,7 +61,7 @@ def test_the_phase_of_a_place_turns_what_arrives_and_keeps_its_size(seed, turn):
     np.testing.assert_allclose(other, one * np.exp(1j * turn), rtol=1e-6, atol=1e-6 * np.abs(one).max())
 
 
-def test_places_do_not_hear_of_each_other():
+def test_scatterers_are_independent():
     """Any part of the places by itself has the bits that it has among all: blocks may be cut anywhere."""
     amplitude, louder, phase, lost, gains = legs()
     whole = heard(amplitude, louder, phase, lost, gains)

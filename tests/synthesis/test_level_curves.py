@@ -25,7 +25,7 @@ def power(curve):
     return 10 ** (curve.values / 10)
 
 
-def test_the_causes_add_up_to_what_is_heard(curves):
+def test_the_contributions_add_up_to_the_recording(curves):
     """Seabed + surface + target + noise = total = the incoherent reading."""
     whole = curves.level_db.sel(pair="all")
     parts = sum(power(whole.sel(contribution=cause)) for cause in ("seabed", "surface", "target", "noise"))

@@ -57,7 +57,7 @@ def test_a_block_may_be_cut_anywhere():
         assert np.linalg.norm(heard(reading, *parts) - whole) < 1e-6 * np.linalg.norm(whole)
 
 
-def test_nothing_is_heard_of_no_scatterers_and_no_pairs():
+def test_nothing_is_received_of_no_scatterers_and_no_pairs():
     """An empty block, and one of which no pair is left: silence."""
     reading, here, engine = under_way()
     points = max((block() for block in engine.blocks(here)), key=len)

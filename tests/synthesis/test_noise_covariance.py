@@ -115,7 +115,7 @@ def test_half_wave_lines_gain_ten_log_m_wherever_they_look():
 
 
 @pytest.mark.parametrize("element", ["omni", "baffled"])
-def test_beams_hear_what_their_elements_would_after_delay_and_sum(element):
+def test_beams_receive_what_their_elements_would_after_delay_and_sum(element):
     """Levels and correlation of beams, from their patterns, are w* C w of the elements: 1e-5 of the power."""
     array = line(24, 0.3, element=element, shading="hamming")
     steers = [0.0, 0.05, -0.4]

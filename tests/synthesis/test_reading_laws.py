@@ -178,7 +178,7 @@ def test_an_even_rain_of_echoes_is_steady():
 
 
 @pytest.mark.parametrize(("jitter", "amplitude"), [(0.0, 0.4), (0.3, 0.0), (0.5, 0.9)])
-def test_factors_stay_within_what_was_asked(jitter, amplitude):
+def test_factors_stay_within_what_was_requested(jitter, amplitude):
     """Magnitude within 1 +- e, phase between 0 and -J turns; the ranges are filled to 1 %."""
     factor = ReplicaJitter(3, 2, jitter, amplitude).factor(PLACES, "D", "S")
     size, turn = np.abs(factor), -np.angle(factor) / (2 * np.pi) % 1

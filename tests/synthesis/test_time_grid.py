@@ -53,13 +53,13 @@ def test_shifting_the_window_shifts_nothing_else():
 
 
 @pytest.mark.parametrize("delay", [-1.0, 0.0, 0.0175, 0.0625, 0.07, 0.5, 1e9, np.nan, np.inf, -np.inf])
-def test_an_echo_outside_the_window_is_not_heard(delay):
+def test_an_echo_outside_the_window_is_not_received(delay):
     """Arrivals too early or too late, even a million times louder, neither wrap around nor break anything."""
     assert np.abs(hear(window(), delay, 1.0)).max() <= 2e-5
 
 
 @pytest.mark.parametrize("delay", [0.0195, 0.0199, 0.0601, 0.0605])
-def test_an_echo_across_the_edge_is_heard_in_part(delay):
+def test_an_echo_across_the_edge_is_received_in_part(delay):
     """An arrival just outside the window still has its pulse inside, and keeps it."""
     grid = time_grid(0.02, 0.06, RATE, -RINGING, RINGING)
     truth = series([delay], np.ones(1), grid.time)
@@ -119,7 +119,7 @@ def test_energy_of_one_arrival_is_the_squared_pulse(delay):
     assert heard.min() >= 0
 
 
-def test_weak_echoes_survive_a_loud_one():
+def test_weak_echoes_survive_a_strong_one():
     """60 dB and 20 ms after a loud echo, a weak one keeps its level to 1e-4: transforms smear nothing."""
     grid = window()
     delay, weight = np.array([0.03, 0.05]), np.array([1.0, 1e-3])

@@ -26,7 +26,7 @@ def energies(scenario: Scenario) -> dict[str, float]:
 
 
 @pytest.mark.parametrize("heading", [0.0, 0.35])
-def test_a_block_of_triangles_is_as_loud_as_a_box(heading: float) -> None:
+def test_a_block_of_triangles_is_as_strong_as_a_box(heading: float) -> None:
     """The nominal box as a plate of its thickness, order 2: every pair of families within 0.1 dB (found: 0.005)."""
     lie = {"position": (0, 150.5), "heading": heading}
     box = energies(seen({"shape": "box", "size": (2, 1, 1), **lie}))
@@ -63,7 +63,7 @@ def test_the_coherent_echo_of_a_solid_has_the_mean_of_the_incoherent_one() -> No
     assert 10 * np.log10(np.mean(found) / expected) == pytest.approx(0, abs=0.7)
 
 
-def test_a_world_moved_as_a_whole_sounds_the_same() -> None:
+def test_a_scene_moved_as_a_whole_sounds_the_same() -> None:
     """Turned by 1.1 rad and shifted by kilometres: the same series within 1e-6 of its strongest sample."""
     turn, shift = 1.1, np.array([3000.0, -2000.0])
     c, s = np.cos(turn), np.sin(turn)
@@ -86,7 +86,7 @@ def test_a_world_moved_as_a_whole_sounds_the_same() -> None:
     assert np.abs(here).max() > 0
 
 
-def test_a_target_does_not_hear_of_the_others() -> None:
+def test_a_target_does_not_receive_of_the_others() -> None:
     """A second target far to the side changes neither places nor phases of the first, only adds its own."""
     rock = {"shape": "rock", "position": (0, 60)}
     alone, together = (
@@ -124,7 +124,7 @@ def test_a_solid_beyond_the_window_costs_nothing() -> None:
         assert bool(target_points(scenario.scene, scenario.paths, 1, here, slant, quadrature=False)) is heard
 
 
-def test_a_target_that_no_beam_comes_near_is_left_out_and_would_not_be_heard() -> None:
+def test_a_target_that_no_beam_comes_near_is_left_out_and_would_not_be_received() -> None:
     """A drum at 60 m, 45 degrees off a sidescan's beam: no points; drawn all the same it is 50 dB below one abeam."""
     heard = {}
     for name, place, floor in (("abeam", (0.0, 60.0), -50), ("aside", (42.4, 42.4), -50), ("all", (42.4, 42.4), -120)):

@@ -42,7 +42,7 @@ def test_a_place_keeps_its_scatterer_along_a_track_that_turns_and_heaves():
             ).any()  # no cell holds a finer one
 
 
-def test_a_world_moved_as_a_whole_sounds_the_same():
+def test_a_scene_moved_as_a_whole_sounds_the_same():
     """Track and lattice moved and turned together: the same echoes, but for rounding in the places."""
     heard = simulate(scene(ROUND), pings=[14]).pressure.values
     c, s = np.cos(0.6), np.sin(0.6)

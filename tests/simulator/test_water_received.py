@@ -71,7 +71,7 @@ def test_the_mean_coherent_echo_of_the_water_is_the_sonar_equation_and_speckles(
     assert np.mean(power**2) / power.mean() ** 2 == pytest.approx(2.1, abs=0.3)
 
 
-def test_a_layer_is_heard_at_its_own_delays():
+def test_a_layer_is_received_at_its_own_delays():
     """Water that answers from 2 to 4 m only, sonar at 11 m: nothing before 7 m of slant range, then the sonar equation.
 
     Within 0.1 dB beyond the first metre; nothing before but the ringing of the receiver's filter.

@@ -92,7 +92,7 @@ def test_spikes_written_out_sound_like_the_ping():
     np.testing.assert_allclose(written, heard, atol=1e-5 * np.abs(heard).max())
 
 
-def test_half_the_reflection_is_a_quarter_of_the_energy_and_soft_is_as_loud_as_rigid():
+def test_half_the_reflection_is_a_quarter_of_the_energy_and_soft_is_as_strong_as_rigid():
     """Energy goes with the square of the coefficient, whatever its sign."""
     whole, half, soft = (intensity(scene(smooth=smooth)).sum() for smooth in (1.0, 0.5, -1.0))
     assert half == pytest.approx(whole / 4, rel=1e-6)

@@ -81,7 +81,7 @@ def test_a_sediment_may_be_a_grain_size() -> None:
         ({"scattering": {"law": "jacksn"}}, "jackson"),
     ],
 )
-def test_a_wrong_sediment_is_answered_with_the_right_ones(seabed: dict[str, Any], word: str) -> None:
+def test_a_wrong_sediment_is_reported_with_the_right_ones(seabed: dict[str, Any], word: str) -> None:
     """Names that are not known, sizes that do not exist."""
     with pytest.raises(ValueError, match=word):
         nominal(seabed={"depth": 20.0, **seabed})

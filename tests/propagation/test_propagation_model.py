@@ -1,6 +1,6 @@
-"""What the engine asks of the water: legs, reach and cones, whether rays are straight or bent.
+"""Claims about propagation models: legs, reach and departure cones, with straight or refracted rays.
 
-The same claims hold for both kinds of rays; where sound speed hardly changes they answer alike.
+The same claims hold for both kinds of rays; where sound speed hardly changes both give the same.
 """
 
 import numpy as np
@@ -105,7 +105,7 @@ def test_length_and_delay_go_by_the_speeds_of_the_water(name):
 
 
 @pytest.mark.parametrize("name", ["falling", "thermocline", "channel"])
-def test_the_world_may_be_turned_and_moved(name):
+def test_the_scene_may_be_turned_and_moved(name):
     """Only distance and depth matter: sonar and points moved and turned together have the same legs."""
     place, turn = around(60), 1.1
     c, s = np.cos(turn), np.sin(turn)
@@ -120,7 +120,7 @@ def test_the_world_may_be_turned_and_moved(name):
     np.testing.assert_allclose(there.departure[lit], here.departure[lit] @ matrix.T, atol=1e-8)
 
 
-def test_water_that_is_nearly_still_answers_like_still_water():
+def test_nearly_isovelocity_water_has_the_paths_of_isovelocity_water():
     """A millionth of a metre per second over 20 m: legs, reach and cones of images."""
     still, nearly = rays("still"), rays("nearly still")
     place = around()
@@ -175,7 +175,7 @@ def test_ground_that_may_rise_widens_every_promise(name, rise):
 
 
 @pytest.mark.parametrize("name", ["still", "falling", "thermocline"])
-def test_all_that_is_heard_in_a_window_lies_within_reach(name):
+def test_all_that_is_received_in_a_window_lies_within_reach(name):
     """No leg to the bed whose delay falls into the window ends nearer or farther than reach says."""
     bent = rays(name)
     first, last = 0.04, 0.08

@@ -83,7 +83,7 @@ def test_intensities_of_textured_ground_are_k_distributed(power):
     assert kstest(own, "expon").statistic > 0.03
 
 
-def test_both_readings_hear_the_same_texture():
+def test_both_readings_receive_the_same_texture():
     """8 beds of other scatterers on the one texture, N = 3300 cells, standard error 0.08 dB: means within 0.25 dB.
 
     Without it the expected intensity would differ by patches: so do the beds, in the same places.
@@ -115,7 +115,7 @@ def test_texture_is_in_labels_as_in_the_expected_intensity():
     np.testing.assert_allclose(told, heard, rtol=1e-5)
 
 
-def test_the_quick_way_over_relief_hears_the_texture_too(monkeypatch):
+def test_the_quick_way_over_relief_receives_the_texture_too(monkeypatch):
     """Against the general way over the same textured ground, 5 ms: mean within 0.15 dB."""
     here = textured(window=(0.07, 0.075), field="incoherent", seabed={"relief": RELIEF})
     quick = simulate(here).intensity.values[0, 0]
