@@ -1,6 +1,6 @@
 """Samples of a recording with their labels: levels with gain, masks and targets, ping by ping."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import NamedTuple
 
@@ -20,6 +20,10 @@ from insonify.units import intensity_ratio
 
 Floats = NDArray[np.float64]
 USED = ["expected_intensity", "object_intensity", "highlight", "shadow", "ghost", "shadowing_object"]
+
+
+MOST_VALUES = 1 << 22
+"""Most values that are read at once: 16 MB [1]."""
 
 
 class PingSamples(NamedTuple):
@@ -42,6 +46,8 @@ class LabelledPings:
     """Labels over (ping, channel, time), read on access."""
     gain_name: str
     """Gain of the levels: "none" or one of `LAWS`."""
+    _blocks: dict[int, tuple[xr.Dataset, NDArray[np.float32]]] = field(default_factory=dict, repr=False)
+    """The pings that were read last, by the number of the first."""
 
     @cached_property
     def instance_names(self) -> tuple[str, ...]:
@@ -63,14 +69,28 @@ class LabelledPings:
             return np.ones(self.survey.recording.sizes["time"])
         return gain_ratio(self.survey, self.gain_name)
 
+    @property
+    def _block_size(self) -> int:
+        """Number of pings that are read at once, because a read of one takes as long as that of many."""
+        sizes = self.labels.sizes
+        return max(MOST_VALUES // (sizes["channel"] * sizes["time"] * (sizes["object"] + 2)), 1)
+
     def ping(self, number: int) -> PingSamples:
         """Samples of one ping.
 
         Args:
             number: Number within the recorded pings.
         """
-        row = int(self.survey.rows[number])
-        columns = self.labels[USED].isel(ping=row).load()
+        first = number - number % self._block_size
+        if first not in self._blocks:
+            self._blocks.clear()
+            block = slice(first, first + self._block_size)
+            self._blocks[first] = (
+                self.labels[USED].isel(ping=self.survey.rows[block]).load(),
+                self.survey.amplitude(block),
+            )
+        labels, amplitude = self._blocks[first]
+        columns = labels.isel(ping=number - first)
         targets = np.flatnonzero(self._instance_of_row[: columns.sizes["object"]] > 0)
         strongest = np.zeros(columns["highlight"].shape, np.int32)
         if targets.size:
@@ -80,7 +100,7 @@ class LabelledPings:
             np.where(columns[name].values, caster if name == "shadow" else strongest, 0)
             for name in ("highlight", "shadow", "ghost")
         ]
-        power = np.asarray(self.survey.amplitude(number), float) ** 2
+        power = np.asarray(amplitude[number - first], float) ** 2
         expected = np.asarray(columns["expected_intensity"].values, float)
         return PingSamples(power * self.gain, expected * self.gain, np.stack(layers))
 

@@ -74,7 +74,7 @@ class Survey:
         north, east = (np.gradient(self.position[:, axis], self.time) for axis in (0, 1))
         return np.asarray(np.hypot(north, east))
 
-    @property
+    @cached_property
     def altitude(self) -> Floats:
         """Height of the platform above the seabed [m], shape (ping,)."""
         return self.bed_depth(self.position[:, 0], self.position[:, 1]) - self.position[:, 2]
@@ -106,23 +106,23 @@ class Survey:
     def _terrain(self) -> SeabedTerrain | None:
         return self.scenario.scene.seabed.terrain
 
-    def amplitude(self, number: int) -> NDArray[np.float32]:
-        """Rms amplitude of one ping [uPa], shape (channel, time).
+    def amplitude(self, numbers: slice) -> NDArray[np.float32]:
+        """Rms amplitude of successive pings [uPa], shape (ping, channel, time).
 
         Args:
-            number: Number within the recorded pings.
+            numbers: Numbers within the recorded pings.
         """
         field = next((name for name in FIELDS if name in self.recording), "recorded")
         if "ping" not in self.recording[field].dims:
             raise StoreError(f"{self.name} has the lines of a recorder alone. Keep the pressure beside them in the "
                              "scenario, or write them as xtf-recorded (.xtf) or netCDF (.nc)")  # fmt: skip
-        values = self.recording[field].isel(ping=int(self.rows[number])).transpose("channel", "time").values
+        values = self.recording[field].isel(ping=self.rows[numbers]).transpose("ping", "channel", "time").values
         amplitude = np.sqrt(values) if field == "intensity" else values if field == "recorded" else np.abs(values)
         return np.asarray(amplitude, np.float32)
 
     def amplitudes(self) -> Iterator[tuple[int, NDArray[np.float32]]]:
         """Number within the recorded pings, and rms amplitude [uPa], shape (channel, time), of each ping."""
-        return ((number, self.amplitude(number)) for number in range(self.rows.size))
+        return ((number, self.amplitude(slice(number, number + 1))[0]) for number in range(self.rows.size))
 
     def recorded_lines(self) -> Self:
         """The lines of the recorder as pings, at the first ping of each, with their numbers as amplitudes.
