@@ -220,8 +220,9 @@ def test_keep_probabilities_have_the_documented_layout(count):
     np.testing.assert_array_equal(odd, np.flatnonzero(~some & (middle < PEAK_RATIO * np.minimum(whole, 1))))
     at_parts, at_ends = rng.random((len(many), PARTS + 1, PARTS + 1)), rng.random((len(odd), 2, 2))
     corner, largest = np.empty((count, PARTS + 1, PARTS + 1)), np.empty((count, PARTS, PARTS))
+    bounds = _keep_probability_kernel.GainBounds(rng.uniform(0.2, 1, count), whole, middle, row, parts)
     _keep_probability_kernel.interpolate_corner_gains(
-        whole, middle, row, parts, many, at_parts.ravel(), odd, at_ends.ravel(), corner, largest
+        bounds, many, at_parts.ravel(), odd, at_ends.ravel(), corner, largest
     )
     along = np.linspace(0, 1, PARTS + 1)
     for t in range(count):
@@ -233,9 +234,9 @@ def test_keep_probabilities_have_the_documented_layout(count):
             want = np.array([np.interp(along, [0, 1], rows[:, j]) for j in range(PARTS + 1)]).T
         np.testing.assert_allclose(corner[t], want)
         np.testing.assert_array_equal(largest[t], parts[row[t]] if some[t] else np.full((PARTS, PARTS), whole[t]))
-    density, peaked, most = rng.uniform(0.2, 1, count), np.empty(largest.shape, bool), np.empty(largest.shape)
+    density, peaked, most = bounds.density, np.empty(largest.shape, bool), np.empty(largest.shape)
     _keep_probability_kernel.find_peaked_parts(
-        corner, largest, row, density, PEAK_RATIO, LINEAR_BELOW, MIN_KEEP_PROBABILITY, peaked, most
+        corner, largest, bounds, PEAK_RATIO, LINEAR_BELOW, MIN_KEEP_PROBABILITY, peaked, most
     )
     for t, i, j in np.ndindex(largest.shape):
         near = corner[t, i : i + 2, j : j + 2].max()

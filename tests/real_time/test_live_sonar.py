@@ -176,9 +176,9 @@ def test_two_platforms_want_both_poses() -> None:
 @pytest.mark.slow
 @pytest.mark.filterwarnings("ignore::insonify.validity.PhysicsWarning")
 def test_memory_does_not_grow_with_pings() -> None:
-    """Three hundred pings, each from a new pose, after as many: Python holds less than 150 kB more.
+    """150 pings, each from a new pose, after as many: Python holds less than 150 kB more.
 
-    Kept pings would be over 1 MB; caches of bounded size still fill.
+    Kept pings would be over 0.5 MB; caches of bounded size still fill.
     """
     scene = nominal(targets=[point(0.0, 10.0, 15.0)], field="incoherent", paths={"contributions": ("target",)},
                     track={"window": (0.005, 0.02), "stop_and_hop": False})  # fmt: skip
@@ -186,9 +186,9 @@ def test_memory_does_not_grow_with_pings() -> None:
         tracemalloc.start()
         try:
             sizes = []
-            for n in range(600):
+            for n in range(300):
                 sonar.ping(0.1 * n, (0.001 * n, 0, 11), (0.0003 * n, 0, 0))
-                if n in (300, 599):
+                if n in (150, 299):
                     gc.collect()
                     sizes.append(tracemalloc.get_traced_memory()[0])
         finally:

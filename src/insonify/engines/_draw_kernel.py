@@ -1,6 +1,7 @@
 """Scatterers of tiles, each drawn and kept or left out at once: the arithmetic of `engines.beam_importance`."""
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,7 +11,7 @@ from insonify.engines._keep_probability_kernel import GridFrame, keep_probabilit
 from insonify.fast_sincos import sincos_cycles
 from insonify.jit import njit
 from insonify.random_keys import philox_at, uniform_from_word
-from insonify.scene.scatterer_grid import BASE_PITCH, PARTS, SIDE, TILE, priority_ordered_cells
+from insonify.scene.scatterer_grid import BASE_PITCH, PARTS, SIDE, TILE, Tiles, priority_ordered_cells
 from insonify.scene.scatterers import KEY_ROW
 
 SQUARE = 2
@@ -31,27 +32,39 @@ ScattererColumns = tuple[
 """Position, area, phase, key, tile and rank of the scatterers kept."""
 
 
+class PendingScatterers(NamedTuple):
+    """Scatterers in parts with a gain peak, n of them, before their gains are evaluated."""
+
+    positions: Floats
+    """North and east of each [m], shape (n, 2)."""
+    values: Floats
+    """Priority, fraction that fills the sonar's cells, largest keep probability, area of the cell [m^2] and phase
+    [turns] of each, shape (n or more, 5)."""
+    tile_rank: Integers
+    """Row of its tile and its rank, shape (n or more, 2)."""
+    keys: NDArray[np.uint64]
+    """Its key, shape (n or more,)."""
+
+
 @njit(cache=True, nogil=True, error_model="numpy")
 def draw_and_keep(
-    level: Integers, along: Integers, across: Integers, first_key: NDArray[np.uint64], k0: int, k1: int,
-    shares: ProbabilityColumns, gains: EnvelopeArguments, frame: GridFrame, depth: float, columns: ScattererColumns,
+    tiles: Tiles, first_key: NDArray[np.uint64], key: tuple[int, int], shares: ProbabilityColumns,
+    gains: EnvelopeArguments, frame: GridFrame, depth: float, columns: ScattererColumns,
 ) -> int:  # fmt: skip
     """Draw scatterers of some tiles and keep those with a priority below their keep probability; returns the number.
 
     Args:
-        level: Level of each tile, shape (tiles,).
-        along: Number of each along the scatterer grid's first axis, shape (tiles,).
-        across: Along its second, shape (tiles,).
+        tiles: The tiles.
         first_key: Key of the place of each tile's first cell, shape (tiles,).
-        k0: First word of the key of the draws.
-        k1: Its second word.
+        key: Both words of the key of the draws.
         shares: Keep probabilities.
         gains: First arguments of `gain_re_threshold`.
         frame: Frame of the scatterer grid.
         depth: Put down as that of all [m].
         columns: Result.
     """
-    position, area, phase, key, tile, rank = columns
+    (level, along, across), (k0, k1) = tiles, key
+    position, area, phase, scatterer_id, tile, rank = columns
     density, max_probability, corner, is_peaked, linear_below, min_probability = shares
     north, east, c, s = frame
     words = np.empty((4, TILE * TILE), np.uint32)
@@ -65,10 +78,7 @@ def draw_and_keep(
         drawn = priority_ordered_cells(level[t], along[t], across[t], max_probability[t], k0, k1, row, column, order)
         crowded = _subdivided_parts(max_probability[t], is_peaked[t])
         if crowded > 0:
-            _bound_squares(
-                crowded, a0, b0, pitch, density[t], max_probability[t], is_peaked[t], linear_below, min_probability,
-                gains, frame, top,
-            )  # fmt: skip
+            _bound_squares(t, a0, b0, pitch, shares, gains, frame, top)
             left = 0
             for w in range(drawn):
                 if order[w] < top[(row[w] - a0) // SQUARE, (column[w] - b0) // SQUARE] * (TILE * TILE):
@@ -106,13 +116,12 @@ def draw_and_keep(
                 tile_rank[waiting, 0], tile_rank[waiting, 1], keys[waiting], waiting = t, order[w], name, waiting + 1
                 continue
             position[n, 0], position[n, 1], position[n, 2] = x, y, depth
-            area[n], key[n], tile[n], rank[n] = pitch * pitch / share, name, t, order[w]
+            area[n], scatterer_id[n], tile[n], rank[n] = pitch * pitch / share, name, t, order[w]
             sine, cosine = sincos_cycles(uniform_from_word(words[2, w]))
             phase[n], n = complex(cosine, sine), n + 1
         if waiting > BATCH or t == level.size - 1:
-            n = _decide_batch(
-                positions[:waiting], pending, tile_rank, keys, linear_below, min_probability, gains, depth, columns, n
-            )
+            batch = PendingScatterers(positions[:waiting], pending, tile_rank, keys)
+            n = _decide_batch(batch, linear_below, min_probability, gains, depth, columns, n)
             waiting = 0
     return n
 
@@ -129,26 +138,25 @@ def _subdivided_parts(max_probability: Floats, is_peaked: NDArray[np.bool_]) -> 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _bound_squares(
-    crowded: int, a0: int, b0: int, pitch: float, density: float, max_probability: Floats, is_peaked: NDArray[np.bool_],
-    linear_below: float, min_probability: float, gains: EnvelopeArguments, frame: GridFrame, top: Floats,
+    t: int, a0: int, b0: int, pitch: float, shares: ProbabilityColumns, gains: EnvelopeArguments, frame: GridFrame,
+    top: Floats,
 ) -> None:  # fmt: skip
     """The largest keep probability in each square of one tile, into top (SQUARES, SQUARES).
 
     Args:
-        crowded: Parts whose squares are evaluated, as `_subdivided_parts` has it.
+        t: Row of the tile.
         a0: Number of the tile's first cell along the scatterer grid's first axis.
         b0: Along its second.
         pitch: Side of its cells [m].
-        density: See `beam_importance.KeepProbabilities`, of this tile.
-        max_probability: See `beam_importance.KeepProbabilities`, of this tile.
-        is_peaked: See `beam_importance.KeepProbabilities`, of this tile.
-        linear_below: See `keep_probability_of`.
-        min_probability: See `keep_probability_of`.
+        shares: Keep probabilities.
         gains: First argument of `gain_re_threshold`.
         frame: Frame of the scatterer grid.
         top: Result.
     """
-    count, each = crowded * (SIDE // SQUARE) ** 2, SIDE // SQUARE
+    density, max_probability, is_peaked = shares[0][t], shares[1][t], shares[3][t]
+    linear_below, min_probability = shares[4], shares[5]
+    count = _subdivided_parts(max_probability, is_peaked) * (SIDE // SQUARE) ** 2
+    each = SIDE // SQUARE
     north, east, c, s = frame
     positions, gain, n = np.empty((count, 2)), np.empty(count), 0
     for i in range(SQUARES):
@@ -170,17 +178,13 @@ def _bound_squares(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _decide_batch(
-    positions: Floats, pending: Floats, tile_rank: Integers, keys: NDArray[np.uint64], linear_below: float,
-    min_probability: float, gains: EnvelopeArguments, depth: float, columns: ScattererColumns, count: int,
+    batch: PendingScatterers, linear_below: float, min_probability: float, gains: EnvelopeArguments, depth: float,
+    columns: ScattererColumns, count: int,
 ) -> int:  # fmt: skip
     """Keep or leave out scatterers in parts with a gain peak.
 
     Args:
-        positions: North and east of each [m], shape (n, 2).
-        pending: Priority, fraction that fills the sonar's cells, largest keep probability, area of the cell [m^2] and
-            phase [turns] of each, shape (n or more, 5).
-        tile_rank: Row of its tile and its rank, shape (n or more, 2).
-        keys: Its key, shape (n or more,).
+        batch: The scatterers.
         linear_below: See `keep_probability_of`.
         min_probability: See `keep_probability_of`.
         gains: First argument of `gain_re_threshold`.
@@ -191,6 +195,7 @@ def _decide_batch(
     Returns:
         Rows in them now.
     """
+    positions, pending, tile_rank, keys = batch
     position, area, phase, key, tile, rank = columns
     gain = np.empty(positions.shape[0])
     gain_re_threshold(gains, positions, np.zeros(gain.size), gain)

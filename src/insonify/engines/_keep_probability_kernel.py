@@ -1,5 +1,7 @@
 """Keep probabilities of the scatterers of tiles, part by part: the arithmetic of `engines.beam_importance`."""
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -10,6 +12,27 @@ Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 GridFrame = tuple[float, float, float, float]
 """North and east of the scatterer grid's origin [m], cosine and sine of its heading."""
+
+
+class GainBounds(NamedTuple):
+    """Upper bounds of the gain over n tiles."""
+
+    density: Floats
+    """Fraction of the scatterers that fills the sonar's cells: tile levels come in powers of two, shape (n,)."""
+    tile_gain: Floats
+    """Largest gain anywhere in each, re that above which all are kept, shape (n,)."""
+    centre_gain: Floats
+    """Gain in the middle of each, re that above which all are kept, shape (n,)."""
+    row: Integers
+    """Row in `parts` of each, -1 for one with few scatterers that is evaluated as a whole, shape (n,)."""
+    part_gains: Floats
+    """The largest gain in each part of some tiles, shape (any, PARTS, PARTS)."""
+
+    def take(self, rows: slice) -> "GainBounds":
+        """Bounds of some tiles."""
+        return GainBounds(
+            self.density[rows], self.tile_gain[rows], self.centre_gain[rows], self.row[rows], self.part_gains
+        )
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -75,16 +98,13 @@ def classify_tiles(tile_gain: Floats, centre_gain: Floats, row: Integers, peak: 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def interpolate_corner_gains(
-    tile_gain: Floats, centre_gain: Floats, row: Integers, parts: Floats, by_part: Integers, at_parts: Floats,
-    nonuniform: Integers, at_ends: Floats, corner: Floats, largest: Floats,
+    bounds: GainBounds, by_part: Integers, at_parts: Floats, nonuniform: Integers, at_ends: Floats, corner: Floats,
+    largest: Floats,
 ) -> None:  # fmt: skip
     """Gains at the corners of all parts of some tiles, and the largest gain in each part.
 
     Args:
-        tile_gain: See `classify_tiles`.
-        centre_gain: See `classify_tiles`.
-        row: Row in `parts` of each tile, -1 for one that is evaluated as a whole, shape (tiles,).
-        parts: Largest gain in each part of some tiles, shape (any, PARTS, PARTS).
+        bounds: Upper bounds of the gain over the tiles.
         by_part: As returned by `classify_tiles`.
         at_parts: Gain at the corners of their parts, shape (many * (PARTS + 1)**2,).
         nonuniform: As returned by `classify_tiles`.
@@ -92,6 +112,7 @@ def interpolate_corner_gains(
         corner: Result, shape (tiles, PARTS + 1, PARTS + 1).
         largest: Result, shape (tiles, PARTS, PARTS).
     """
+    _, tile_gain, centre_gain, row, parts = bounds
     for t in range(tile_gain.size):
         corner[t] = centre_gain[t]
         if row[t] < 0:
@@ -112,16 +133,16 @@ def interpolate_corner_gains(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def find_peaked_parts(
-    corner: Floats, largest: Floats, row: Integers, density: Floats, peak: float, linear_below: float,
-    min_probability: float, is_peaked: NDArray[np.bool_], most: Floats,
+    corner: Floats, largest: Floats, bounds: GainBounds, peak: float, linear_below: float, min_probability: float,
+    is_peaked: NDArray[np.bool_], most: Floats,
 ) -> None:  # fmt: skip
     """Parts of tiles with a gain peak far above their corners, and the largest keep probability in each part.
 
     Args:
         corner: Gains re that above which all scatterers are kept, shape (tiles, PARTS + 1, PARTS + 1).
         largest: Largest gain in each part, or in the tile, shape (tiles, PARTS, PARTS).
-        row: -1 for tiles of which the corners and the position of largest gain of all are given, shape (tiles,).
-        density: Fraction of scatterers that fills the sonar's cells, shape (tiles,).
+        bounds: Upper bounds of the gain over the tiles; of those evaluated as a whole, the corners and the position of
+            largest gain of all are given.
         peak: Largest corner re the position of largest gain below which it is [1].
         linear_below: See `keep_probability_of`.
         min_probability: See `keep_probability_of`.
@@ -129,6 +150,7 @@ def find_peaked_parts(
         most: Result, shape (tiles, PARTS, PARTS): the keep probability at the position of largest gain, or at the
             largest corner in parts without a gain peak.
     """
+    density, row = bounds.density, bounds.row
     for t in range(corner.shape[0]):
         for i in range(PARTS):
             for j in range(PARTS):

@@ -23,6 +23,7 @@ from insonify.engines import _gain_envelope_arrays as _gain_envelope_arrays  # s
 from insonify.engines import _gain_envelope_kernel as kernel
 from insonify.engines import _keep_probability_kernel as share_kernel
 from insonify.engines._draw_kernel import draw_and_keep
+from insonify.engines._keep_probability_kernel import GainBounds
 from insonify.engines.face_images import FaceImage
 from insonify.engines.glint_spread import GlintSpread, spread_patterns
 from insonify.propagation.propagation_model import PropagationModel
@@ -60,27 +61,6 @@ HALVINGS = 12
 """Largest number of halvings of a sector."""
 GAIN_TOLERANCE = 1.05
 """Ratio to which the largest gain is found [1]."""
-
-
-class GainBounds(NamedTuple):
-    """Upper bounds of the gain over n tiles."""
-
-    density: Floats
-    """Fraction of the scatterers that fills the sonar's cells: tile levels come in powers of two, shape (n,)."""
-    tile_gain: Floats
-    """Largest gain anywhere in each, re that above which all are kept, shape (n,)."""
-    centre_gain: Floats
-    """Gain in the middle of each, re that above which all are kept, shape (n,)."""
-    row: Integers
-    """Row in `parts` of each, -1 for one with few scatterers that is evaluated as a whole, shape (n,)."""
-    part_gains: Floats
-    """The largest gain in each part of some tiles, shape (any, PARTS, PARTS)."""
-
-    def take(self, rows: slice) -> "GainBounds":
-        """Bounds of some tiles."""
-        return GainBounds(
-            self.density[rows], self.tile_gain[rows], self.centre_gain[rows], self.row[rows], self.part_gains
-        )
 
 
 class KeepProbabilities(NamedTuple):
@@ -166,17 +146,13 @@ class BeamImportance:
         at_ends = self._relative_gain(self._positions(tiles, nonuniform, np.arange(2.0)))
         count = len(bounds.row)
         corner, largest = np.empty((count, PARTS + 1, PARTS + 1)), np.empty((count, PARTS, PARTS))
-        share_kernel.interpolate_corner_gains(
-            bounds.tile_gain, bounds.centre_gain, bounds.row, bounds.part_gains, by_part, at_parts, nonuniform,
-            at_ends, corner, largest,
-        )  # fmt: skip
+        share_kernel.interpolate_corner_gains(bounds, by_part, at_parts, nonuniform, at_ends, corner, largest)
         if self.images:
             self._fill_parts_lit_by_faces(tiles, corner, largest)
         peaked, max_probability = np.empty(largest.shape, np.bool_), np.empty(largest.shape)
         share_kernel.find_peaked_parts(
-            corner, largest, bounds.row, bounds.density, PEAK_RATIO, self._linear_below, MIN_KEEP_PROBABILITY, peaked,
-            max_probability,
-        )  # fmt: skip
+            corner, largest, bounds, PEAK_RATIO, self._linear_below, MIN_KEEP_PROBABILITY, peaked, max_probability
+        )
         return KeepProbabilities(bounds.density, max_probability, corner, peaked)
 
     def _fill_parts_lit_by_faces(self, tiles: Tiles, corner: Floats, largest: Floats) -> None:
@@ -257,7 +233,7 @@ class BeamImportance:
             MIN_KEEP_PROBABILITY,
         )
         count = draw_and_keep(
-            *tiles, first, *random_keys.stream_key(seed, stream), probabilities, self._gains, self.lattice.frame,
+            tiles, first, random_keys.stream_key(seed, stream), probabilities, self._gains, self.lattice.frame,
             depth, columns,
         )  # fmt: skip
         return KeptScatterers(*(column[:count] for column in columns))

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from insonify.jit import njit
 from insonify.random_keys import philox_consecutive
 from insonify.scene._simd_splines import LANES, add_spline
-from insonify.scene.terrain.lattice_noise_kernel import add_band
+from insonify.scene.terrain.lattice_noise_kernel import LatticeBand, LatticeKey, add_band
 
 Floats = NDArray[np.float64]
 Singles = NDArray[np.float32]
@@ -61,14 +61,13 @@ def _add_row(held: Singles, at: int, width: int, between: int, out: Singles, to:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _fill_node_window(
-    first_row: int, rows: int, first_group: int, groups: int, level: int, layer: int, k0: int, k1: int,
-    quantiles: Floats, window: Singles,
-) -> None:  # fmt: skip
+    first_row: int, rows: int, first_group: int, groups: int, key: LatticeKey, quantiles: Floats, window: Singles
+) -> None:
     """Normal random numbers of a window of nodes, row by row: those of `terrain.lattice_noise_kernel`."""
     words = np.empty((4, rows), np.uint32)
     per_word, width = (quantiles.size - 1) * 2.0**-32, np.uint64(4 * groups)
     for group in range(groups):
-        philox_consecutive(first_row, first_group + group, level, layer, k0, k1, words)
+        philox_consecutive(first_row, first_group + group, key.level, key.layer, key.k0, key.k1, words)
         for lane in range(4):
             drawn, out = words[lane], window[4 * group + lane :]
             for n in range(np.uint64(rows)):
@@ -110,7 +109,8 @@ def _add_octave(
         _add_octave_pointwise(x, y, step, octave, name, quantiles, out)
         return
     window = np.empty(4 * rows * groups, np.float32)
-    _fill_node_window(first_i - 1, rows, group, groups, name[1], name[2], name[3], name[4], quantiles, window)
+    key = LatticeKey(name[1], name[2], name[3], name[4])
+    _fill_node_window(first_i - 1, rows, group, groups, key, quantiles, window)
     a, b = a - first_i, b - 4 * group
     steep = amplitude / pitch
     turned = (np.float32(amplitude), np.float32(steep * c), np.float32(steep * s))
@@ -133,10 +133,8 @@ def _add_octave_pointwise(
     for i in range(count):
         north[i * width : (i + 1) * width] = x + i * step
         east[i * width : (i + 1) * width] = y + np.arange(width) * step
-    add_band(
-        north, east, octave[0], octave[1], octave[2], octave[3], octave[4], name[1], name[2], name[3], name[4],
-        quantiles, found,
-    )  # fmt: skip
+    band = LatticeBand(octave[0], octave[1], octave[2], octave[3], octave[4])
+    add_band(north, east, band, LatticeKey(name[1], name[2], name[3], name[4]), quantiles, found)
     for n in range(count * width):
         for plane in range(3):
             out[plane, n // width, n % width] += np.float32(found[n, plane])

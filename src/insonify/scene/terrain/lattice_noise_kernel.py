@@ -6,6 +6,7 @@ follow one another share nodes where they can, which changes the time and not on
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +23,30 @@ _LARGEST = 1 << 16  # in one that all share
 _CHUNK = 256  # points that are worked out in one go
 
 
+class LatticeBand(NamedTuple):
+    """One band of lattice noise."""
+
+    pitch: float
+    """Distance of nodes [m]."""
+    turn: float
+    """Heading of the lattice [rad]."""
+    offset_a: float
+    """Shift along its first axis [pitches]."""
+    offset_b: float
+    """Shift along its second axis [pitches]."""
+    amplitude: float
+    """Height of a node's unit [m]."""
+
+
+class LatticeKey(NamedTuple):
+    """Key of the random numbers of a band's nodes."""
+
+    level: int
+    layer: int
+    k0: int
+    k1: int
+
+
 @njit(cache=True, nogil=True, error_model="numpy")
 def normal(word: np.uint32, quantiles: Floats) -> float:
     """A random word as a normal number [1], by linear interpolation in a table of quantiles."""
@@ -31,22 +56,23 @@ def normal(word: np.uint32, quantiles: Floats) -> float:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _fill(row, group, level, layer, k0, k1, quantiles, words, node):  # type: ignore[no-untyped-def]
+def _fill(row, group, key, quantiles, words, node):  # type: ignore[no-untyped-def]
     """Numbers of groups of four neighbouring nodes, one after the other; node j belongs to group (j + 1) // 4."""
-    philox_at(row, group, level, layer, k0, k1, words)
+    philox_at(row, group, key.level, key.layer, key.k0, key.k1, words)
     for n in range(row.size):
         for lane in range(4):
             node[4 * n + lane] = normal(words[lane, n], quantiles)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _together(x, y, first, most, c, s, per_pitch, offset_a, offset_b):  # type: ignore[no-untyped-def]
+def _together(x, y, first, most, frame):  # type: ignore[no-untyped-def]
     """Points from the first on that share a window of so many groups of nodes: where they end, and the window.
 
     Returns:
         Row after the last of them; first cell row, first group, rows and groups of the nodes that they reach; 0 rows
         where that are more nodes than would be drawn for each point alone.
     """
+    c, s, per_pitch, offset_a, offset_b = frame
     first_i = first_j = _OUTSIDE
     last_i = last_j = -_OUTSIDE
     rows = groups = 0
@@ -78,8 +104,9 @@ def _window(first_i, first_group, rows, groups, row, group):  # type: ignore[no-
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _cells(x, y, first, end, c, s, per_pitch, offset_a, offset_b, row, group):  # type: ignore[no-untyped-def]
+def _cells(x, y, first, end, frame, row, group):  # type: ignore[no-untyped-def]
     """Names of the groups around the cell of each of some points, two to a row; returns their number."""
+    c, s, per_pitch, offset_a, offset_b = frame
     for n in range(first, end):
         i = math.floor((c * x[n] + s * y[n]) * per_pitch + offset_a)
         j = math.floor((c * y[n] - s * x[n]) * per_pitch + offset_b)
@@ -89,19 +116,18 @@ def _cells(x, y, first, end, c, s, per_pitch, offset_a, offset_b, row, group):  
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def add_band(
-    x: Floats, y: Floats, pitch: float, turn: float, offset_a: float, offset_b: float, amplitude: float,
-    level: int, layer: int, k0: int, k1: int, quantiles: Floats, out: Floats,
-) -> None:  # fmt: skip
+def add_band(x: Floats, y: Floats, band: LatticeBand, key: LatticeKey, quantiles: Floats, out: Floats) -> None:
     """Add one band's height and its slopes along x and y at points x, y, into out of shape (n, 3).
 
     Points close together that follow one another share a window of nodes; others have 16 nodes of their own.
     """
-    c, s = math.cos(turn), math.sin(turn)
-    per_pitch, steep = 1.0 / pitch, amplitude / pitch
+    c, s, amplitude = math.cos(band.turn), math.sin(band.turn), band.amplitude
+    per_pitch, steep = 1.0 / band.pitch, amplitude / band.pitch
+    offset_a, offset_b = band.offset_a, band.offset_b
+    frame = c, s, per_pitch, offset_a, offset_b
     most, end = _WIDEST, 0
-    if _together(x, y, 0, most, c, s, per_pitch, offset_a, offset_b)[3] == 0:
-        last, _, _, rows, groups = _together(x, y, 0, min(6 * x.size, _LARGEST), c, s, per_pitch, offset_a, offset_b)
+    if _together(x, y, 0, most, frame)[3] == 0:
+        last, _, _, rows, groups = _together(x, y, 0, min(6 * x.size, _LARGEST), frame)
         if last == x.size and rows > 0:  # in no order, but close to one another
             most = max(most, rows * groups)
     row, group = np.empty(most, np.int64), np.empty(most, np.int64)
@@ -110,13 +136,13 @@ def add_band(
     found = np.empty(3 * _CHUNK)
     while end < x.size:
         first = end
-        end, first_i, first_group, rows, groups = _together(x, y, first, most, c, s, per_pitch, offset_a, offset_b)
+        end, first_i, first_group, rows, groups = _together(x, y, first, most, frame)
         if rows > 0:
             count, stride = _window(first_i, first_group, rows, groups, row, group), 4 * groups
         else:
             end = min(end, first + most // 8)
-            count, stride = _cells(x, y, first, end, c, s, per_pitch, offset_a, offset_b, row, group), 8
-        _fill(row[:count], group[:count], level, layer, k0, k1, quantiles, words, node)
+            count, stride = _cells(x, y, first, end, frame, row, group), 8
+        _fill(row[:count], group[:count], key, quantiles, words, node)
         for begin in range(first, end, _CHUNK):
             some = min(end - begin, _CHUNK)
             for k in range(some):

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from insonify import random_keys
-from insonify.scene.terrain import lattice_noise_kernel
+from insonify.scene.terrain.lattice_noise_kernel import LatticeBand, LatticeKey, add_band
 from insonify.scene.terrain.relief import Relief, TerrainSample, broadcast_positions
 from insonify.validity import require_numbers
 
@@ -79,9 +79,9 @@ class Octaves(Relief):
         """Add height [m] and slopes [1] at positions [m] of shape (n,), without any check, to `out` of shape (n, 3)."""
         k0, k1 = random_keys.stream_key(self.seed, random_keys.TERRAIN)
         for o, (turn, shift_a, shift_b, _) in enumerate(self.placed()):
-            lattice_noise_kernel.add_band(
-                x, y, self.pitch[o], 2 * np.pi * turn, shift_a, shift_b, self.amplitude[o],
-                self.level[o], 2 * self.layer, k0, k1, quantiles(), out,
+            add_band(
+                x, y, LatticeBand(self.pitch[o], 2 * np.pi * turn, shift_a, shift_b, self.amplitude[o]),
+                LatticeKey(self.level[o], 2 * self.layer, k0, k1), quantiles(), out,
             )  # fmt: skip
 
     @property
