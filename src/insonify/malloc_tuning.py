@@ -19,7 +19,7 @@ MMAP_THRESHOLD_BYTES = 32 << 20
 
 @lru_cache(maxsize=1)
 def keep_freed_memory() -> bool:
-    """RaySource for it, once; whether the C library can do so: others than glibc are left as they are."""
+    """Apply the settings once; True if the C library supports them (glibc), others are left unchanged."""
     if sys.platform != "linux":
         return False
     try:

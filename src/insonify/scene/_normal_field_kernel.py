@@ -54,7 +54,7 @@ def normal_field(x: Floats, y: Floats, k0: int, k1: int, out: Floats) -> None:
 
 @njit(cache=True, nogil=True)
 def spline(t: float, weight: Floats) -> None:
-    """Weights of the four nodes about a place that is a part t of the way from the second to the third [1], (4,)."""
+    """Weights of four consecutive nodes for the position at a fraction t from the second to the third [1], (4,)."""
     s = 1 - t
     weight[0] = s * s * s / 6
     weight[1] = (3 * t - 6) * t * t / 6 + 2 / 3

@@ -43,14 +43,14 @@ def find(
     key: Integers, size: Integers, table: Integers, rows: Floats, old_table: Integers, old_rows: Floats, used: int,
     start: Integers, known: Integers,
 ) -> tuple[int, int]:  # fmt: skip
-    """Find the rows of tiles; those of the older table move to the newer, for others room is set apart.
+    """Find the rows of tiles; those of the older table are copied to the newer, for others rows are reserved.
 
     Of a tile of which fewer rows are known these come along.
 
     Args:
         key: Keys of the tiles, shape (n,).
-        size: Rows that are wanted of each, likewise.
-        table: The newer table, with room for all of them.
+        size: Number of requested rows of each tile, likewise.
+        table: The newer table, large enough for all of them.
         rows: Its rows, likewise, shape (any, 3).
         old_table: The older.
         old_rows: Its rows.

@@ -110,7 +110,7 @@ def _side_by_side(builder: Any, parts: list[Any]) -> Any:
 
 
 def _cell(builder: Any, position: Any) -> tuple[Any, Any]:
-    """Number of the cell that places above 0 are in, and where in it they are."""
+    """Cell number and fractional position in the cell of positions above 0."""
     cell = builder.fptosi(position, _CELLS)
     return cell, builder.fsub(position, builder.sitofp(cell, _ROW))
 

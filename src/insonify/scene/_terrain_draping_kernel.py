@@ -38,10 +38,10 @@ def drape_tiles(
     depth: float, rows: Floats, start: Integers, tile: NDArray[np.int32], rank: NDArray[np.int32], position: Floats,
     normal: Floats, area: Floats, phase: NDArray[np.complex128], key: NDArray[np.uint64],
 ) -> int:  # fmt: skip
-    """The same for points of tiles, in place; those where the ground is not known, or no ground, drop out.
+    """Place points of tiles on the terrain, in place; those over unknown terrain, or none, are removed.
 
     Args:
-        depth: Of the mean plane [m].
+        depth: Depth of the mean plane [m].
         rows: Height [m] and gradient to the north and the east [1] of points of tiles, shape (any, 3).
         start: First row of each tile.
         tile: Row of each point's tile in `start`, shape (n,).

@@ -1,4 +1,4 @@
-"""Draws in cells of the water: place and phase of one scatterer each."""
+"""Random positions and phases of scatterers in the water, one in each cell."""
 
 import numpy as np
 from numpy.typing import NDArray

@@ -39,7 +39,7 @@ _TURN = {
 
 
 class MeshError(ValueError):
-    """A file that cannot be a target, with the field that says so."""
+    """A file that cannot be a target, with the field of the scenario that is wrong."""
 
     def __init__(self, message: str, field: str = "file") -> None:
         """Store the message and the key that it belongs to."""

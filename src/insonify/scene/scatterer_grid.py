@@ -39,7 +39,7 @@ Coordinate = Annotated[Metres, Field(ge=-1e7, le=1e7)]
 
 
 class ScattererGrid(Model):
-    """Frame in which scatterers are drawn: moving it with the world changes no echo."""
+    """Frame in which scatterers are drawn; moving it together with the whole scene changes no echo."""
 
     origin: tuple[Coordinate, Coordinate] = (0.0, 0.0)
     """North and east of the lattice's origin [m]."""
@@ -142,7 +142,7 @@ def tile_prefixes(tile: NDArray[np.int32], rank: NDArray[np.int32], density: Flo
 
     Args:
         tile: Row of the tile of each scatterer, shape (n,).
-        rank: Its place in the tile's order, likewise.
+        rank: Rank of each cell in the order of the tile's priorities, likewise.
         density: The largest part of a tile's scatterers that anybody keeps, shape (tiles,).
 
     Returns:
@@ -183,7 +183,7 @@ def priority_ordered_cells(
     scale: int, tile_along: int, tile_across: int, most: Floats, k0: int, k1: int, row: Integers, column: Integers,
     rank: Integers,
 ) -> int:  # fmt: skip
-    """Cells of one tile that come before some priority in each part: their row, column and place in the order.
+    """Cells of one tile below a priority in each part: their row, column and rank.
 
     The order of a tile's cells is stratified: of any first 4**k one lies in each of 4**k equal squares, and the next
     are spread over these, as far from the first as they can be. Few of them are still an even lattice.
@@ -214,7 +214,7 @@ def priority_ordered_cells(
 
 @njit(cache=True, nogil=True)
 def _cell(number: int, scrambles: np.uint64) -> tuple[int, int]:
-    """Row and column in its part of the cell that comes at some place of the part's order."""
+    """Row and column, within a part, of the cell at some rank of the part's order."""
     node, a, b, done = 0, 0, 0, 0
     for _ in range(3):
         scramble = int(scrambles >> np.uint64(2 * (done + node))) & 3

@@ -44,7 +44,7 @@ class Scatterers:
     scatterer_id: NDArray[np.uint64]
     """Key of the position, the same in every ping, shape (n,)."""
     has_random_phase: bool = True
-    """True: random phases, so only paths of one place interfere in the mean; False: the whole target does."""
+    """True: random phases, so that only paths of one scatterer interfere in the mean; False: all of the target."""
     occluder: int = -1
     """Row of the target these points lie on among the scene's occluders, -1 for none."""
     corners: NDArray[np.float64] | None = None
@@ -52,7 +52,7 @@ class Scatterers:
     its terms, see `insonify.scattering.kirchhoff_patch`, shape (n, 7, 3)."""
 
     centre: NDArray[np.float64] | None = None
-    """Middle of the target as a whole, for smooth faces, whatever part of them this is [m], shape (3,)."""
+    """Middle of the whole target for smooth faces, also where these are a part of it [m], shape (3,)."""
 
     def __post_init__(self) -> None:
         """Refuse columns of unequal length."""
@@ -86,7 +86,7 @@ def grid_scatterer_id(
 
 
 def whole_target_id(label: str, count: int) -> NDArray[np.uint64]:
-    """Key of a target as a whole, as often as it is wanted: for points that belong together, shape (count,)."""
+    """Key of a whole target, repeated for points that form one object, shape (count,)."""
     return np.repeat(target_scatterer_id(label, 7, np.zeros(1, int), np.zeros(1, int)), count)
 
 

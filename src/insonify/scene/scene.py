@@ -160,7 +160,7 @@ def inside_body(
         return inside_solid(complete_triangles(body, seabed), position)
     assert isinstance(body, Box)
     edge = 0.0 if touching else _ROUNDING
-    # a face that stands on the seabed is no way in
+    # a face that rests on the seabed is not an open face
     prism = box_body(body, seabed_depth_under(body, seabed)) + np.array([0, 0, 0, 0, -edge, -edge, edge, 0])
     near = np.hypot(*(position[:, :2] - prism[:2]).T) <= np.hypot(prism[4], prism[5])
     near[near] = [inside_box(prism, row) for row in position[near]]

@@ -53,7 +53,7 @@ class Seabed(Model):
     ] = SedimentLaw()
     """Law of diffuse scattering; None for a seabed that reflects specularly only."""
     texture: Texture | None = None
-    """Variation of the scattering strength about its mean, from place to place; None: none."""
+    """Spatial variation of the scattering strength about its mean; None: none."""
     reflection: Reflection = "medium sand"
     """Pressure reflection coefficient [1], or the sediment whose Rayleigh coefficient is used."""
     reflecting_interface: Literal["smooth", "rough"] = "smooth"
@@ -144,7 +144,7 @@ class Seabed(Model):
         """Factor of the texture on the scattering cross section at positions [1], shape (n,).
 
         Args:
-            position: North and east [m], and whatever else, shape (n, 2 or more).
+            position: North, east [m] and any further columns, shape (n, 2 or more).
         """
         if self.texture is None:
             return np.ones(len(position))

@@ -1,6 +1,6 @@
 """Scatterers on relief: each lies on the terrain at its position and faces where the terrain faces there.
 
-A point stands for the cell of the mean plane that it was drawn in, and its facet for the terrain over that cell. Its
+A point represents the cell of the mean plane in which it was drawn, and its facet the terrain over that cell. Its
 slope is the terrain's at the one point, whatever the size of the cell: the mean over many points is right for any
 density, but terrain that is finer than the cells is sampled at few points, and ripples the level more.
 """
@@ -24,12 +24,12 @@ def seabed_scatterers(
 
     Args:
         depth: Of the mean plane [m].
-        terrain_sample: The terrain at the places: height [m] (n,), gradient to the north and the east [1] (n, 2).
+        terrain_sample: The terrain at the scatterers: height [m] (n,), gradient to the north and the east [1] (n, 2).
         law: Scattering law.
         horizontal_position: North and east [m], shape (n, 2).
         area: Area of the mean plane that each stands for [m^2], shape (n,).
         phase: Unit phasors [1], shape (n,).
-        scatterer_id: Keys of the places, shape (n,).
+        scatterer_id: Keys of the scatterers, shape (n,).
     """
     known = terrain_sample.height < depth  # neither a hole nor land
     if not known.all():
@@ -65,7 +65,7 @@ def tile_scatterers(
         position: North, east and any depth [m], shape (n, 3).
         area: Area of the mean plane that each stands for [m^2], shape (n,).
         phase: Unit phasors [1], shape (n,).
-        scatterer_id: Keys of the places, shape (n,).
+        scatterer_id: Keys of the scatterers, shape (n,).
     """
     normal = np.empty(position.shape)
     n = drape_tiles(depth, *terrain_rows, tile, rank, position, normal, area, phase, scatterer_id)

@@ -22,7 +22,7 @@ def water_clearance(seabed: Seabed) -> Callable[[Floats], Floats]:
     """Distance from the nearer of bed and mean surface, positive in the water [m], of positions (n, 3).
 
     Args:
-        seabed: The seabed; places over unknown ground count as far above it.
+        seabed: The seabed; positions over unknown terrain are treated as far above it.
     """
 
     def clear(position: Floats) -> Floats:

@@ -1,4 +1,4 @@
-"""Solids in the world: where their triangles stand, what is inside them, and the points drawn on their faces.
+"""Solids in the world frame: positions of their triangles, interior points, and points drawn on their faces.
 
 Solids above the water are cut off at the mean surface: sound in the water reaches neither that part nor its shadow. The
 cut is left open, for no sound comes from there.
@@ -188,7 +188,7 @@ def solid_scatterers(
 
 
 def cell_side(whole: float, pitch: float) -> float:
-    """Side of the cells of a solid [m]: as wanted, but for no more points than many and no fewer than few.
+    """Side of the cells of a solid [m]: as requested, but limited by `MAX_POINTS` and `MIN_POINTS`.
 
     Args:
         whole: Area of its surface [m^2].

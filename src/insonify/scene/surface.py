@@ -30,7 +30,7 @@ class AplSurfaceLaw(Model):
 
 
 class Swell(Model):
-    """One long-crested wave that runs on for ever."""
+    """One long-crested sinusoidal wave of unlimited duration and extent."""
 
     height: Annotated[Metres, Field(gt=0, le=30)]
     """From trough to crest [m]."""

@@ -45,7 +45,7 @@ class SurfaceCells:
         """A point of each cell and the surface's normal there, each of shape (n, 3).
 
         Args:
-            u: Three uniform numbers for each cell: where in the cell's stretch of the row, and where in the piece.
+            u: Three uniform random numbers for each cell: position in the cell's part of the row, and in the piece.
             quadrature: Evenly spaced points instead.
         """
         n = np.arange(self.count)

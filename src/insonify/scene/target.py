@@ -177,7 +177,7 @@ class LibraryTarget(_Body):
     name: Literal[PRESETS]  # type: ignore[valid-type]
     """Name of a shape of the library."""
     size: Dimensions | None = None
-    """Length, width and height to stretch it to [m]; None: those of the library."""
+    """Length, width and height to which the shape is scaled [m]; None: those of the library."""
     variant: Annotated[int, Field(ge=0, le=2**31)] = 0
     """Number of the rock among many; all other shapes are one of a kind."""
 

@@ -41,7 +41,7 @@ class Texture(Model):
         A position and seed have one value, which moves with the world if its scatterer grid moves with it.
 
         Args:
-            north: Of the places [m], shape (n,).
+            north: Northing of the positions [m], shape (n,).
             east: Likewise [m], shape (n,).
             seed: Of the seabed.
             scatterer_grid: Frame of the seabed.
@@ -77,7 +77,7 @@ class Texture(Model):
 
 
 def _correlation(shape: float, apart: Floats) -> Floats:
-    """Correlation of the texture at positions so many pitches apart along the lattice [1], shape of `apart`.
+    """Correlation of the texture at positions `apart` pitches apart along the lattice [1], shape of `apart`.
 
     Source: Mehler's expansion: a function with Hermite coefficients a_n keeps sum a_n^2 n! rho^n of its variance.
     """

@@ -45,7 +45,7 @@ class WaterBlocks(NamedTuple):
     """Blocks of cells of water, nearly cubes, columns of shape (n,)."""
 
     level: Integers
-    """Level of the cells: BASE_PITCH each way at 0; each level doubles one side, along, across, down in turn."""
+    """Level of the cells: cubes of BASE_PITCH at 0; each level doubles one side, along, across, down in turn."""
     along: Integers
     """Number of the block along the lattice's first axis."""
     across: Integers
@@ -104,9 +104,9 @@ def layer_scatterers(
         water: Water with its scattering layers.
         seabed: Lower end of the water.
         position: North, east, depth [m], shape (n, 3).
-        volume: Share of the water that each stands for [m^3], shape (n,).
+        volume: Volume of water that each represents [m^3], shape (n,).
         phase: Unit phasors [1], shape (n,).
-        key: Keys of the places, shape (n,).
+        key: Keys of the scatterers, shape (n,).
     """
     strength = np.zeros(len(position))
     for top, bottom, s_v in water.layers(max_water_depth(seabed)):

@@ -12,7 +12,7 @@ Floats = NDArray[np.float64]
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def nearest_segment_distance(position: Floats, runs: Floats, distance: Floats) -> None:
-    """Distance of each place from the nearest run.
+    """Distance of each position from the nearest run.
 
     Args:
         position: Coordinates in a plane [m], shape (n, 2).

@@ -40,7 +40,7 @@ def interpolate_majorant(bound: Floats, per_unit: float, x: float) -> float:
     """Largest magnitude of a pattern at direction cosine x off its axis or beyond [1]; x and `per_unit` as above."""
     if bound.shape[0] == 0:
         return 1.0
-    # a hair inwards: a place rounded across a row's edge must not lose that row's maximum
+    # slightly inwards: a position rounded across a row's edge must include that row's maximum
     return bound[min(int(max(abs(x) * per_unit - 1e-9, 0.0)), bound.shape[0] - 1)]
 
 

@@ -45,7 +45,7 @@ class PlatformMotion:
         return first, *_parabola(middle - first, last - first, self.window)
 
     def max_displacement(self, offset: Floats) -> float:
-        """Farthest that anything fixed to the platform gets from where it started, about [m].
+        """Approximate largest displacement of any point fixed to the platform from its initial position [m].
 
         Args:
             offset: Places from the reference point: forward, starboard, down [m], shape (m, 3).

@@ -227,7 +227,7 @@ def receiver_mounting(sonar: Sonar) -> Mounting:
 
 
 def array_position(array: AnyArray, position: NDArray[np.float64], body: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Place of an array's centre in the world [m].
+    """Position of an array's centre in the world frame [m].
 
     Args:
         array: The array; only its offset matters.

@@ -17,7 +17,7 @@ from insonify.sonar.track.poses import Poses
 Floats = NDArray[np.float64]
 
 STRAIGHT = 1e-6
-"""A track that bends by less is straight [m]."""
+"""Deviation from a straight line up to which a track is treated as straight [m]."""
 ROUGHLY = 1.0
 """Distance by which a bending track may differ from the polyline that stands for it [m]."""
 
@@ -139,7 +139,7 @@ def distance_to_segments(position: Floats, segments: Floats, *, each: bool = Fal
     Args:
         position: Coordinates in a plane [m], shape (n, 2).
         segments: Both ends of each run [m], shape (runs, 2, 2).
-        each: True if the distance from each run is wanted.
+        each: True to return the distance from each run.
 
     Returns:
         Distances [m], shape (n,), or (n, runs) of each.

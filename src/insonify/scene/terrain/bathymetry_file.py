@@ -54,7 +54,7 @@ class ElevationGrid:
     geographic: bool
     """True: the coordinates are latitude and longitude."""
     crs: str
-    """Its coordinate system as well-known text; empty where the file says none."""
+    """Its coordinate system as well-known text; empty where the file has none."""
     description: str
     """Source of the sign, in words."""
 
@@ -301,7 +301,7 @@ def projected_position(latitude: float, longitude: float, soundings: ElevationGr
 
 
 def geodetic_position(north: float, east: float, crs: str) -> tuple[float, float]:
-    """Latitude and longitude of a place in a coordinate system [deg, WGS 84].
+    """Latitude and longitude of a position in a coordinate system [deg, WGS 84].
 
     Args:
         north: Northing [m].

@@ -13,7 +13,7 @@ MAX_CELLS = 100_000_000
 
 
 class GridError(ValueError):
-    """A file that is no bathymetry, with the field of the scenario that says so."""
+    """A file that is no bathymetry, with the field of the scenario that is wrong."""
 
     def __init__(self, message: str, field: str = "file") -> None:
         """Store the message and the key that it belongs to."""
@@ -23,7 +23,7 @@ class GridError(ValueError):
 
 @contextmanager
 def library_errors_as_grid_errors(path: str) -> Iterator[None]:
-    """While a library reads a file: whatever it raises is the file's fault, and is said with its name.
+    """Context in which a library reads a file: any exception becomes an error on the file, with its name.
 
     Args:
         path: The file.

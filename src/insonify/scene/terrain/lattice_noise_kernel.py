@@ -20,7 +20,7 @@ Floats = NDArray[np.float64]
 _OUTSIDE = 1 << 50
 _WIDEST = 1024  # groups of four nodes in a window that only some points share: 32 kB
 _LARGEST = 1 << 16  # in one that all share
-_CHUNK = 256  # points that are worked out in one go
+_CHUNK = 256  # points that are evaluated together
 
 
 class LatticeBand(NamedTuple):
@@ -66,7 +66,7 @@ def _fill(row, group, key, quantiles, words, node):  # type: ignore[no-untyped-d
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _together(x, y, first, most, frame):  # type: ignore[no-untyped-def]
-    """Points from the first on that share a window of so many groups of nodes: where they end, and the window.
+    """Consecutive points from the first on that share a window of groups of nodes: end of the points, and the window.
 
     Returns:
         Row after the last of them; first cell row, first group, rows and groups of the nodes that they reach; 0 rows

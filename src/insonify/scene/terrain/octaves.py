@@ -72,7 +72,7 @@ class Octaves(Relief):
         return TerrainSample(out[:, 0].reshape(x.shape), out[:, 1:].reshape(*x.shape, 2))
 
     def placed(self) -> Floats:
-        """Turn of each octave's lattice [turns] and its two shifts [pitches], shape (n, 4); the last says nothing."""
+        """Rotation [turns], two shifts [pitches] and an unused number of each octave's lattice, shape (n, 4)."""
         return _placed(self.seed, self.layer, tuple(self.level.tolist()))
 
     def add_to(self, x: Floats, y: Floats, out: Floats) -> None:

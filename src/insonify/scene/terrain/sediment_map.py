@@ -113,7 +113,7 @@ class SedimentMap(Model):
 
         Args:
             seed: Seed of the scene [1].
-            lattice: Frame in which patches are drawn; the world's if None.
+            lattice: Frame in which patches are drawn; the scene's origin and north if None.
         """
         fields: Sequence[Octaves] = ()
         if isinstance(self.base, SedimentPatches):

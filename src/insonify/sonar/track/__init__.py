@@ -1,4 +1,4 @@
-"""Tracks: where the platform is, and how it leans, at every ping; and what its navigation system says of that."""
+"""Tracks: position and attitude of the platform at every ping, true and as logged by its navigation system."""
 
 from typing import Annotated
 

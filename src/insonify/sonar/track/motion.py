@@ -120,7 +120,7 @@ class Motion(Model):
 
 
 DEGREES_OF_FREEDOM = tuple(Motion.model_fields)
-"""Names of the six freedoms; a freedom's draws belong to its place in this list."""
+"""Names of the six degrees of freedom; the random numbers of each are keyed by its position in this list."""
 
 
 def displacement(motion: Motion, time: Floats, seed: int) -> dict[str, Floats]:

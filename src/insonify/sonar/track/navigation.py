@@ -22,7 +22,7 @@ SHORTEST_GAP = 1.0
 
 
 class NavigationTrack(PingSchedule):
-    """A platform that goes where a log says; between rows it goes straight and turns evenly."""
+    """Track from a navigation log; positions and angles are interpolated linearly between its rows."""
 
     kind: Literal["navigation"] = "navigation"
     file: DataFile

@@ -56,7 +56,7 @@ class NavigationErrors(Model):
 
 
 COLUMNS = tuple(NavigationErrors.model_fields)
-"""Names of the columns; a column's draws belong to its place in this list."""
+"""Names of the columns; the random numbers of a column are keyed by its position in this list."""
 
 
 def logged_poses(errors: NavigationErrors, true: Poses, seed: int) -> Poses:
