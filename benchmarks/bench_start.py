@@ -16,9 +16,9 @@ from measure import Result
 EXAMPLES = Path(__file__).parents[1] / "examples"
 ROUNDS = 5
 """Runs of each command."""
-SURVEY_PINGS = "0:6"
-"""Pings of the harbour that are recorded for its picture."""
-SMALL = {"ROUNDS": 1, "SURVEY_PINGS": "0"}
+RECORDED: tuple[tuple[str, str], ...] = (("nominal", "0"), ("harbour", "0:6"))
+"""Scenes that are drawn, and the pings of each that are recorded for its picture."""
+SMALL = {"ROUNDS": 1, "RECORDED": (("nominal", "0"),)}
 
 
 def processor_time(*words: str) -> float:
@@ -57,7 +57,7 @@ def pictures() -> list[Result]:
     """Pictures of a trace, with its expected level, and of a survey."""
     with tempfile.TemporaryDirectory() as folder:
         found = []
-        for name, pings in (("nominal", "0"), ("harbour", SURVEY_PINGS)):
+        for name, pings in RECORDED:
             out = f"{folder}/{name}.zarr"
             processor_time("run", str(EXAMPLES / f"{name}.yaml"), "-o", out, "--quiet", "--pings", pings)
             found.append(median(f"show of a recording of the {name} scene", "show", out, "-o", f"{folder}/{name}.png"))
