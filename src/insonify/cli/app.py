@@ -107,7 +107,7 @@ def _verdict(error: Exception) -> int:
         return _say(str(error), WRONG_INPUT)
     if os.environ.get("INSONIFY_TRACEBACK"):
         raise error
-    if type(error).__name__ == "WriteError":
+    if type(error).__name__ in ("WriteError", "ClusterError"):
         return _say(str(error), FAILED)
     hint = "set INSONIFY_TRACEBACK=1 for the details"
     return _say(f"the run failed: {type(error).__name__}: {error} ({hint})", FAILED)

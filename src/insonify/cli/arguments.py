@@ -3,7 +3,7 @@
 import difflib
 import re
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from insonify.former_names import FORMER_WORDS
@@ -84,6 +84,24 @@ def parse_part(text: str | None, option: str = "--part") -> Part | None:
         return None if text is None else Part.parse(text)
     except ValueError as error:
         raise InputError(f"{option} {error}") from None
+
+
+def require_cluster(cluster: str, others: Mapping[str, object]) -> None:
+    """Refuse an address of a cluster that cannot be used.
+
+    Args:
+        cluster: The address as typed.
+        others: Further options that a cluster has no use for, with their values.
+    """
+    from insonify import cluster as clusters
+
+    for option, value in others.items():
+        if value is not None:
+            raise InputError(f"{option} {value}: for one process, and --cluster has many of one thread. Leave one out")
+    try:
+        clusters.require_cluster(cluster)
+    except ValueError as error:
+        raise InputError(f"--cluster {error}") from None
 
 
 def require_choice(text: str, known: Sequence[str], option: str) -> None:

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -39,12 +40,18 @@ def run(
         str | None,
         typer.Option(metavar="I/N", help="Only this part of the pings, from 1/N; other processes simulate the others."),
     ] = None,
+    cluster: Annotated[
+        str | None,
+        typer.Option(metavar="ADDRESS", help="Workers of dask: local:2, tcp://host:8786 or slurm://partition:64."),
+    ] = None,
 ) -> None:
     """Simulate a scenario; a run that was stopped is resumed.
 
     Example: insonify run harbour.yaml -o harbour.zarr
 
     Example: insonify run harbour.yaml -o harbour.zarr --part 3/64
+
+    Example: insonify run harbour.yaml -o harbour.zarr --cluster local:2
     """
     mine = arguments.parse_part(part)
     if mine is not None and overwrite:
@@ -58,13 +65,24 @@ def run(
     from insonify.estimates.run_limits import run_refusal
     from insonify.simulator import record
 
-    if trouble := run_refusal(scenario, estimate_cost(scenario, labels=labels, threads=threads), labels=labels):
+    if cluster is not None:
+        arguments.require_cluster(cluster, {"--part": part, "--threads": threads})
+        threads = 1
+    cost = estimate_cost(scenario, labels=labels, threads=threads)
+    if trouble := run_refusal(scenario, cost, labels=labels):
         raise InputError(f"{file}: {trouble}")
-    with progress(quiet) as on_ping:
-        record(
-            scenario, out, pings=wanted, threads=threads, overwrite=overwrite, on_ping=on_ping,
-            with_labels=True if labels else None, part=mine,
-        )  # fmt: skip
+    simulate = partial(
+        record, path=out.absolute(), pings=wanted, threads=threads, with_labels=True if labels else None
+    )  # fmt: skip
+    if cluster is None:
+        with progress(quiet) as on_ping:
+            simulate(scenario, overwrite=overwrite, on_ping=on_ping, part=mine)
+    else:
+        from insonify.cluster import run_parts
+
+        simulate(scenario, overwrite=overwrite, pings=[])  # the recording is there when the parts begin
+        with progress(quiet, "part") as on_part:
+            run_parts(simulate, scenario, cluster, len(wanted), memory=1.5 * cost.memory, on_part=on_part)
     typer.echo(out)
 
 
