@@ -11,7 +11,7 @@ from insonify.annotations.annotation import annotations
 from insonify.formats.label_store import open_labels
 from insonify.formats.store_description import StoreError
 from insonify.simulator import record
-from oracles.surveys import UTM, plane, sidescan
+from oracles.surveys import MOTION, UTM, plane, sidescan
 
 HIGHLIGHT, SHADOW, GHOST = range(3)
 ABOVE = 4.0
@@ -192,3 +192,25 @@ def test_a_fan_of_beams_gives_an_image_of_each_ping(tmp_path):
         assert image.columns.values[strongest] == pytest.approx(cone, abs=np.radians(1.0))
     with pytest.raises(StoreError, match="Choose the projection slant"):
         labelled_images(tmp_path / "fan.zarr", "ground")
+
+
+@pytest.mark.slow
+def test_a_target_that_is_passed_twice_has_two_boxes_and_one_place(tmp_path):
+    """There and back with roll, pitch and yaw: one mask on either side in the waterfall, one on the mosaic."""
+    target = {"shape": "point", "label": "p", "position": (2.0, 7.0, 9.98), "target_strength_db": -28.0}
+    track = {"kind": "waypoints", "waypoints": ((0.0, 0.0, 6.0), (4.0, 0.0, 6.0), (0.0, 0.0, 6.0)), "turn_radius": 0.0,
+             "speed": 2.0, "interval": 0.06, "window": (0.0, 0.014), "motion": MOTION}  # fmt: skip
+    scenario = sidescan(targets=[target], **QUIET).with_("track", track)
+    record(scenario, tmp_path / "a.zarr", with_labels=True, threads=1)
+    for projection in ("slant", "ground"):
+        (image,) = labelled_images(tmp_path / "a.zarr", projection)
+        boxes = [part for part in annotations(image) if part.area > 5]
+        sides = {np.sign(image.columns.values[part.corner[1]]) for part in boxes}
+        along = sorted(image.rows.values[part.corner[0] + part.inside.shape[0] // 2] for part in boxes)
+        assert len(boxes) == 2 and sides == {-1.0, 1.0}, projection
+        np.testing.assert_allclose(along, [2.0, 6.0], atol=0.6)  # three rms of yaw (12 cm) and pitch (14 cm) at 7 m
+    (image,) = labelled_images(tmp_path / "a.zarr", "mosaic")
+    (part,) = annotations(image)
+    rows, columns = np.nonzero(part.mask(image.image.shape))
+    place = image.rows.values[rows].mean(), image.columns.values[columns].mean()
+    np.testing.assert_allclose(place, [2.0, 7.0], atol=abs(np.diff(image.rows.values[:2])[0]))
