@@ -1,9 +1,13 @@
 """A live sonar: the same bits as a recording on the same track, and advice where a pose is none."""
 
 import gc
+import os
+import subprocess
+import sys
 import threading
 import tracemalloc
 import warnings
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -200,3 +204,23 @@ def test_elements_out_of_the_water_are_refused() -> None:
     """A pose that rolls an element above the surface is named with its element."""
     with insonify.live(CASES["elements"], warm_up=False) as sonar, pytest.raises(ValueError, match="element"):
         sonar.ping(0.0, (0, 0, 0.015), (0, 1.5, 0))
+
+
+def test_no_ping_waits_for_packages() -> None:
+    """After the warm-up the first ping loads nothing: in a process of its own."""
+    script = """
+import sys, warnings
+warnings.simplefilter("ignore")
+import insonify
+from oracles.surveys import sidescan
+sonar = insonify.live(sidescan(pings=2), threads=1)
+known = set(sys.modules)
+sonar.ping(**sonar.track_ping(0))
+print(*sorted(set(sys.modules) - known))
+"""
+    folder = str(Path(__file__).parents[1])
+    found = subprocess.run(
+        [sys.executable, "-c", script], env={**os.environ, "PYTHONPATH": folder}, capture_output=True, text=True,
+        check=True, timeout=300,
+    )  # fmt: skip
+    assert found.stdout.split() == []

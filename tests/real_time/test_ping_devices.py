@@ -129,3 +129,23 @@ def test_hostile_datagrams_are_refused_or_dropped(scanning):
     time.sleep(2)  # the system drops what its buffer cannot hold
     out.sendto(packed(Message(6, struct.pack("<H", 5))), scanning.address)
     assert next(messages(out.recv(4096))).number == 5
+
+
+def test_a_datagram_full_of_headers_costs_no_more_than_its_length():
+    """60 000 bytes that are all starts of whole messages: a tenth of a second, not a sum for each start."""
+    begin = time.process_time()
+    assert list(messages(b"BR" * 30_000)) == []
+    hostile = bytearray(b"BR\x00\x70" * 15_000)
+    assert list(messages(bytes(hostile))) == []
+    assert time.process_time() - begin < 1.0
+
+
+def test_a_datagram_of_thousands_of_commands_is_answered_in_part(scanning):
+    """Of 2000 pings in one datagram 16 are made; the device then answers others."""
+    out = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+    out.settimeout(60)
+    ping = struct.pack("<BBHHHHHBB", 1, 1, 0, 100, 80, 500, 200, 1, 0)
+    out.sendto(packed(Message(2601, ping)) * 2000, scanning.address)
+    out.sendto(packed(Message(6, struct.pack("<H", 5))), scanning.address)
+    numbers = [next(messages(out.recv(4096))).number for _ in range(17)]
+    assert numbers == [2300] * 16 + [5]

@@ -152,3 +152,40 @@ def test_connections_are_limited(server):
     while "error" in Client(server.address).hello:
         assert time.monotonic() < deadline
         time.sleep(0.05)
+
+
+def test_a_request_that_trickles_in_is_dropped_in_the_idle_time(sonar):
+    """A byte now and then keeps no connection open: the whole request has to come in time."""
+    with TcpServer(sonar, port=0, idle_seconds=0.5).start() as hasty:
+        slow, begin = Client(hasty.address), time.monotonic()
+        with pytest.raises(OSError):
+            while time.monotonic() - begin < 20:
+                slow.socket.sendall(b" ")
+                time.sleep(0.1)
+        assert time.monotonic() - begin < 10
+        quick = Client(hasty.address)
+        quick.socket.sendall(b'{"method": "restart"}\n' * 5000 + b'{"method": "rest')  # more than one request's length
+        assert all("error" not in quick.reply()[0] for _ in range(5000))
+
+
+def test_a_connection_that_is_aborted_before_it_is_accepted_ends_nothing(sonar, monkeypatch):
+    """Faults of accepting, and too few descriptors, leave the server at work."""
+    server = TcpServer(sonar, port=0)
+    faults = iter([ConnectionAbortedError(103, "aborted"), OSError(24, "too many open files")])
+
+    class Faulty:
+        def __init__(self, bound):
+            self.bound = bound
+
+        def accept(self):
+            """Two faults, then connections."""
+            for fault in faults:
+                raise fault
+            return self.bound.accept()
+
+        def __getattr__(self, name):
+            return getattr(self.bound, name)
+
+    monkeypatch.setattr(server, "_socket", Faulty(server._socket))
+    with server.start():
+        assert "error" not in Client(server.address).ask(method="restart")[0]

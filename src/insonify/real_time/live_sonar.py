@@ -168,10 +168,13 @@ class LiveSonar:
         return found
 
     def warm_up(self) -> None:
-        """Simulate the first ping of the track and discard it: kernels are compiled, tables are made."""
+        """Simulate the first ping of the track and discard it: kernels are compiled, tables and packages loaded."""
         with self._lock:
             self._require_open()
-            self._simulate(0, self._poses.single_ping(0))
+            here, logged = self._poses.single_ping(0), self._navigation
+            self._navigation = navigation_systems(self.scenario, self._poses)
+            self._recording(here, self._simulate(0, here))
+            self._navigation = logged
 
     def restart(self) -> None:
         """Start anew: the next ping is number 0, at any time."""

@@ -6,6 +6,7 @@ import time
 import warnings
 from abc import abstractmethod
 from collections.abc import Callable, Mapping
+from itertools import islice
 from typing import Any
 
 import numpy as np
@@ -27,6 +28,9 @@ SPAN_DB = 60.0
 """Levels between the samples 0 and 255 [dB]."""
 FULL_SCALE_BELOW_SOURCE_DB = 40.0
 """Level of the sample 255 at the middle gain, below the source level [dB]: the maker publishes none."""
+
+MAX_MESSAGES = 16
+"""Messages of one datagram that get replies: each may take a ping, and a datagram holds thousands."""
 
 
 class PingDevice(SocketServer):
@@ -77,8 +81,9 @@ class PingDevice(SocketServer):
                 if self._stopped.is_set():
                     return
                 continue
-            for message in protocol.messages(datagram):
-                self._send(self._replies(message, sender), sender)
+            for message in islice(protocol.messages(datagram), MAX_MESSAGES):
+                if not self._stopped.is_set():
+                    self._send(self._replies(message, sender), sender)
             if self._reader is not None and time.monotonic() >= self._due:
                 self._send(self._guarded(0, self.stream), self._reader)
 

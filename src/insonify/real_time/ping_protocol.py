@@ -6,6 +6,7 @@ lengths and numbers in little-endian order, the sum of all bytes as a check.
 
 import struct
 from collections.abc import Iterator
+from itertools import accumulate
 from typing import NamedTuple
 
 START = b"BR"
@@ -43,12 +44,12 @@ def messages(datagram: bytes) -> Iterator[Message]:
     Args:
         datagram: Bytes as received.
     """
-    start = 0
+    start, sums = 0, [0, *accumulate(datagram)]  # once: a hostile datagram has a header at every second byte
     while (start := datagram.find(START, start)) >= 0 and start + HEADER.size + CHECKSUM.size <= len(datagram):
         _, length, number, source, destination = HEADER.unpack_from(datagram, start)
         end = start + HEADER.size + length
         is_whole = end + CHECKSUM.size <= len(datagram)
-        if is_whole and CHECKSUM.unpack_from(datagram, end)[0] == sum(datagram[start:end]) & 0xFFFF:
+        if is_whole and CHECKSUM.unpack_from(datagram, end)[0] == (sums[end] - sums[start]) & 0xFFFF:
             yield Message(number, datagram[start + HEADER.size : end], source, destination)
             start = end + CHECKSUM.size
         else:

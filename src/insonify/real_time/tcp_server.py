@@ -6,7 +6,8 @@ The protocol is described in `docs/explanation/live-sonar.md`. Each connection h
 import json
 import socket
 import threading
-from collections.abc import Callable
+import time
+from collections.abc import Callable, Iterator
 from contextlib import suppress
 from importlib.metadata import version
 from typing import Any
@@ -73,8 +74,9 @@ class TcpServer(SocketServer):
                 connection, _ = self._socket.accept()
             except TimeoutError:
                 continue
-            except OSError:
-                return
+            except OSError:  # the server is closed; or this one was aborted, or there are no descriptors left
+                self._stopped.wait(0.05)
+                continue
             with self._lock:
                 full = len(self._connections) >= MAX_CONNECTIONS
                 if not full:
@@ -102,14 +104,10 @@ class TcpServer(SocketServer):
             connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
             sonar = self._sonar.sequence()
             connection.sendall(_line({"protocol": PROTOCOL, "version": VERSION, "insonify": version("insonify")}))
-            with connection.makefile("rb") as requests:
-                while line := requests.readline(MAX_LINE + 1):
-                    if not line.endswith(b"\n"):
-                        if len(line) > MAX_LINE:
-                            self._end(connection, _error(None, "too long", f"a request has {MAX_LINE} bytes at most"))
-                        return
-                    for part in replies(sonar, line):
-                        connection.sendall(part)
+            for line in self._requests(connection):
+                connection.settimeout(self._idle)
+                for part in replies(sonar, line):
+                    connection.sendall(part)
         except OSError:  # the other end has gone, or does not read
             pass
         finally:
@@ -117,6 +115,23 @@ class TcpServer(SocketServer):
             connection.close()
             with self._lock:
                 self._connections.discard(connection)
+
+    def _requests(self, connection: socket.socket) -> Iterator[bytes]:
+        """Whole requests, each complete within the idle time, however slowly its bytes come."""
+        known, deadline = b"", time.monotonic() + self._idle
+        while True:
+            line, end, rest = known.partition(b"\n")
+            if len(line) > MAX_LINE:
+                return self._end(connection, _error(None, "too long", f"a request has {MAX_LINE} bytes at most"))
+            if end:
+                yield line
+                known, deadline = rest, time.monotonic() + self._idle
+                continue
+            connection.settimeout(max(deadline - time.monotonic(), 1e-3))
+            more = connection.recv(MAX_LINE)
+            if not more:
+                return None
+            known += more
 
     @staticmethod
     def _end(connection: socket.socket, last: bytes) -> None:
