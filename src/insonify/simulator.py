@@ -46,6 +46,7 @@ from insonify.synthesis.channel_arrivals import channel_arrivals
 from insonify.synthesis.channel_noise import ChannelNoise, channel_noise
 from insonify.synthesis.coherent import CoherentAccumulator
 from insonify.synthesis.coherent_groups import PulseTable, pulse_table
+from insonify.synthesis.direction_powers import direction_powers
 from insonify.synthesis.element_arrivals import element_as_beam
 from insonify.synthesis.incoherent import IncoherentAccumulator, IntensityBuffer
 from insonify.synthesis.label_accumulator import SEABED_POINTS, LabelAccumulator, label_names
@@ -66,6 +67,8 @@ MAX_CONCURRENT_PING_BYTES = 64 << 20
 """Memory of a coherent ping's buffer, of one side and part, up to which pings are simulated concurrently [bytes]."""
 PINGS_JUDGED = 5
 """Pings of a track at which the part of the seabed hidden by terrain is measured."""
+MAX_ROWS_PER_BEAM = 4.0
+"""Largest number of rows of directions per beam for an expected intensity, which limits the memory [1]."""
 QUEUED_PINGS = 2
 """Pings that are simulated, or wait for a thread, beyond one for each thread."""
 
@@ -103,7 +106,8 @@ class Simulator:
     def incoherent_accumulator(self, geometry: PingGeometry) -> IncoherentAccumulator:
         """Accumulator of the expected intensity of one ping, by eigenrays."""
         late = delay_field(self.scenario)
-        return IncoherentAccumulator(geometry, self.grid, self._jitter(geometry), self._table, late)
+        rows = direction_powers(geometry, MAX_ROWS_PER_BEAM)
+        return IncoherentAccumulator(geometry, self.grid, self._jitter(geometry), self._table, late, rows)
 
     def fast_reverberation(self, geometry: PingGeometry) -> FastReverberation | None:
         """Fast reverberation of one ping, where it applies."""

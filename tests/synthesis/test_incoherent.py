@@ -6,6 +6,7 @@ import pytest
 import insonify.simulator as simulation
 from insonify.simulator import arrivals, build_simulator, simulate
 from oracles.scenes import PULSE, each_ping, nominal, point
+from oracles.surveys import sidescan
 
 
 def lloyd(field="incoherent", seed=1, duration=0.2e-3):
@@ -88,3 +89,28 @@ def test_expected_power_is_the_sum_over_groups_written_out(monkeypatch):
     monkeypatch.setattr(simulation, "pulse_table", lambda p, a, b, rate: plain(p, a - more, b + more, rate))
     heard = simulate(told).intensity.values[0, 0]
     assert np.abs(heard - expected).max() < 1e-5 * expected.mean()
+
+
+@pytest.mark.parametrize("moving", [False, True])
+def test_many_beams_from_rows_of_directions_are_those_of_each_beam(monkeypatch, moving):
+    """65 beams over a bed and a point: 2 % of the largest beam at each time, 0.02 dB in the mean; whatever threads."""
+    steer = [float(angle) for angle in np.radians(np.linspace(-60, 60, 65))]
+    array = {"kind": "planar", "width": 0.05, "height": 0.01}
+    sonar = {
+        "source_level_db": 200, "pulse": {"kind": "cw", "frequency": 300e3, "duration": 0.1e-3},
+        "transmit": {"kind": "planar", "width": 0.003, "height": 0.01, "steer": 0.0},
+        "receive": array | {"steer": steer}, "mounting": {"bearing": 0.0, "tilt": "20 deg"},
+    }  # fmt: skip
+    point = {"shape": "point", "label": "point", "position": (12.0, 3.0, 8.0), "target_strength_db": -5.0}
+    paths = {"max_reflections": 0, "contributions": ("seabed", "target")}
+    track = {"pings": 1, "window": (0.004, 0.024), "stop_and_hop": not moving}
+    scenario = sidescan(targets=[point], sonar=sonar, paths=paths, track=track)
+    rows, again = (simulate(scenario, threads=threads).intensity.values for threads in (2, 1))
+    np.testing.assert_array_equal(rows, again)
+    monkeypatch.setattr("insonify.simulator.direction_powers", lambda *_: None)
+    each = simulate(scenario, threads=1).intensity.values
+    assert not np.array_equal(rows, each)
+    assert np.abs(rows - each).max() <= 0.02 * each.max()
+    assert (np.abs(rows - each) <= 0.02 * each.max(axis=1, keepdims=True)).all()
+    assert np.abs(10 * np.log10(rows.mean(axis=2) / each.mean(axis=2))).max() < 0.1
+    assert abs(10 * np.log10(rows.mean() / each.mean())) < 0.02

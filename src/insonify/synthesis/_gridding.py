@@ -92,3 +92,32 @@ def deposit_energy(
         for i in range(tau.size):
             if first_cell[i] >= 0 and weight[i] != 0:
                 add_real_spike(cells, np.intp(first_cell[i]), np.float64(fraction[i]), weight[i])
+
+
+@njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
+def deposit_energy_on_rows(
+    cells: NDArray[np.float64], first_time: float, cell_rate: float, delay: NDArray[np.float64],
+    energy: NDArray[np.float64], row: NDArray[np.float64],
+) -> None:  # fmt: skip
+    """Energies of echoes from many directions, each shared among the two rows beside its own.
+
+    Args:
+        cells: Energy grids of the rows, added to in place, shape (rows, cell_count).
+        first_time: Time of the first cell [s].
+        cell_rate: Cells per second of the energy grid [Hz].
+        delay: Delay of each echo [s], shape (n,).
+        energy: Mean-square weight of each echo, shape (n,).
+        row: Row of each echo, with fraction, shape (n,).
+    """
+    last = cells.shape[1] - CELLS_PER_SPIKE
+    first_cell, fraction = np.empty(_BLOCK, np.int32), np.empty(_BLOCK, np.float32)
+    for begin in range(0, delay.size, _BLOCK):
+        tau, weight, place = delay[begin : begin + _BLOCK], energy[begin : begin + _BLOCK], row[begin : begin + _BLOCK]
+        _locate(tau, first_time, cell_rate, last, first_cell, fraction)
+        for i in range(tau.size):
+            if first_cell[i] >= 0 and weight[i] != 0:
+                k = min(max(int(place[i]), 0), cells.shape[0] - 2)
+                part = place[i] - k
+                cell, shift = np.intp(first_cell[i]), np.float64(fraction[i])
+                add_real_spike(cells[k], cell, shift, weight[i] * (1 - part))
+                add_real_spike(cells[k + 1], cell, shift, weight[i] * part)

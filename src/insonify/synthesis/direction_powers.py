@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from insonify.recent_results import RecentResults
 from insonify.sonar.beam import Beams
 from insonify.sonar.ping_geometry import PingGeometry
 from insonify.synthesis._direction_grid_kernel import combine_rows
@@ -54,16 +55,32 @@ class DirectionPowers(NamedTuple):
         return beams.astype(float)
 
 
-def direction_powers(ping_geometry: PingGeometry) -> DirectionPowers | None:
-    """Rows of a ping's receive beams; None where beams are few, steered on both ends, or differ otherwise."""
+def direction_powers(ping_geometry: PingGeometry, rows_per_beam: float = ROWS_PER_BEAM) -> DirectionPowers | None:
+    """Rows of a ping's receive beams; None where beams are few, steered on both ends, or differ otherwise.
+
+    Args:
+        ping_geometry: The sonar at the ping.
+        rows_per_beam: Largest number of rows per beam, beyond which there are none [1].
+    """
     transmit, receive = ping_geometry.transmit_beams, ping_geometry.receive_beams
     if ping_geometry.elements is not None or transmit.channel_count > 1 or not differ_in_steering(transmit, receive):
         return None
     extent = horizontal_extent(receive)
-    cosine = np.linspace(-1.0, 1.0, int(np.ceil(2 * ROWS_PER_LOBE * extent)) + 1)
-    if len(cosine) > ROWS_PER_BEAM * receive.channel_count:
+    count = int(np.ceil(2 * ROWS_PER_LOBE * extent)) + 1
+    if count > rows_per_beam * receive.channel_count:
         return None
-    powers = (horizontal_patterns(receive)(cosine) * receive.scale[:, None]) ** 2
-    # a direction at the very end has a row beyond it, and the kernel takes four at a time
-    padded = np.pad(powers, ((0, 0), (0, 4 - len(cosine) % 4))).astype(np.float32)
-    return DirectionPowers(float(cosine[1] - cosine[0]), extent, padded, common_pattern(receive))
+    return DirectionPowers(2 / (count - 1), extent, _beam_powers(receive, count), common_pattern(receive))
+
+
+_POWERS: RecentResults[NDArray[np.float32]] = RecentResults(4)
+
+
+def _beam_powers(receive: Beams, count: int) -> NDArray[np.float32]:
+    """Power of each beam at so many rows, shape (beams, rows); kept for the next ping."""
+
+    def evaluated() -> NDArray[np.float32]:
+        powers = (horizontal_patterns(receive)(np.linspace(-1.0, 1.0, count)) * receive.scale[:, None]) ** 2
+        # a direction at the very end has a row beyond it, and the kernel takes four at a time
+        return np.pad(powers, ((0, 0), (0, 4 - count % 4))).astype(np.float32)
+
+    return _POWERS.get((receive.pattern_key, count), evaluated)

@@ -28,11 +28,12 @@ from insonify.synthesis._fast_reverberation_energies import (
     deposit_pair_energies,
     leg_amplitudes,
 )
-from insonify.synthesis._gridding import deposit_energy
+from insonify.synthesis._gridding import deposit_energy, deposit_energy_on_rows
 from insonify.synthesis.accumulator import Requirements
 from insonify.synthesis.coherence_factors import split_by_coherence
 from insonify.synthesis.coherent_groups import PulseTable, add_groups
 from insonify.synthesis.coherent_subsets import coherent_subsets
+from insonify.synthesis.direction_powers import DirectionPowers
 from insonify.synthesis.leg_weights import leg_weights, weights_from_gain, weights_from_two_gains
 from insonify.synthesis.receive_beam_motion import moving_array_axes, receive_directions
 from insonify.synthesis.replica_jitter import ReplicaJitter
@@ -59,6 +60,13 @@ class IntensityBuffer:
     """Intensity of groups of interfering arrivals, at the output samples, shape (channels, samples)."""
     specular_sums: list[SpecularSums] = field(default_factory=list)
     """Arrivals of the last smooth target, whose blocks may be incomplete; none or one."""
+    rows: Floats | None = None
+    """Energies of single arrivals for all beams, by direction, shape (rows, cells); None: no rows."""
+
+    @property
+    def nbytes(self) -> int:
+        """Memory of the rows, by which a ping has fewer parts [bytes]."""
+        return 0 if self.rows is None else self.rows.nbytes
 
     def flush_specular(self) -> None:
         """Add the power of a completed smooth target to the intensity."""
@@ -71,6 +79,8 @@ class IntensityBuffer:
         other.flush_specular()
         self.cells[...] += other.cells
         self.intensity[...] += other.intensity
+        if self.rows is not None and other.rows is not None:
+            self.rows[...] += other.rows
         return self
 
 
@@ -84,6 +94,8 @@ class IncoherentAccumulator:
     table: PulseTable
     delay_field: DelayField | None = None
     """Random delays in inhomogeneous water; None: homogeneous."""
+    directions: DirectionPowers | None = None
+    """Rows of directions, where beams are many; None: each beam has its own energies."""
 
     @property
     def requirements(self) -> Requirements:
@@ -93,11 +105,27 @@ class IncoherentAccumulator:
     def empty(self) -> IntensityBuffer:
         """Empty buffer."""
         channels = self.ping_geometry.channel_count
-        return IntensityBuffer(self.grid.energy_cells(channels), np.zeros((channels, self.grid.sample_count)))
+        rows = None if self.directions is None else self.grid.energy_cells(self.directions.beam_powers.shape[1])
+        samples = np.zeros((channels, self.grid.sample_count))
+        return IntensityBuffer(self.grid.energy_cells(channels), samples, rows=rows)
 
     def add(self, energies: IntensityBuffer, pairs: Pairs) -> None:
         """Add the mean intensity of one block of scatterers."""
-        self.add_weighted(energies, pairs, *self.weights(pairs))
+        if energies.rows is not None and len(pairs.pair) == 1 and not pairs.interferes:
+            self._add_to_rows(energies.rows, pairs)
+        else:
+            self.add_weighted(energies, pairs, *self.weights(pairs))
+
+    def _add_to_rows(self, rows: Floats, pairs: Pairs) -> None:
+        """Add the energies of scatterers with one pair of legs each, about their directions."""
+        assert self.directions is not None
+        direction = receive_directions(pairs, self.ping_geometry)
+        transmit, receive = self.weights(pairs, direction, self.directions.common)
+        i, j = pairs.pair[0]
+        delay, row = pairs.out.delay[i] + pairs.back.delay[j], self.directions.rows(direction[j])
+        for one, *shares in self.replica_jitter.expected_parts(pairs):
+            energy = sum(shares) * np.abs(transmit[0, i] * receive[0, j] * one.strength[0]) ** 2
+            deposit_energy_on_rows(rows, self.grid.first_time, self.grid.energy_rate, delay, energy, row)
 
     def weights(
         self, pairs: Pairs, receive_direction: Floats | None = None, receive_beams: Beams | None = None
@@ -252,10 +280,11 @@ class IncoherentAccumulator:
     def time_series(self, energies: IntensityBuffer) -> Floats:
         """Expected intensity at the grid's times [uPa^2], shape (channels, samples)."""
         energies.flush_specular()
-        return (
-            convolve_energy_spectrum(energies.cells, self.grid, _spectrum_factors(self.ping_geometry.pulse, self.grid))
-            + energies.intensity
-        )
+        cells = energies.cells
+        if self.directions is not None and energies.rows is not None:
+            cells = cells + self.directions.to_beams(energies.rows)
+        factors = _spectrum_factors(self.ping_geometry.pulse, self.grid)
+        return convolve_energy_spectrum(cells, self.grid, factors) + energies.intensity
 
 
 @lru_cache(maxsize=4)
