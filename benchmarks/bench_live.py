@@ -60,7 +60,8 @@ paths: {max_reflections: 0}
 """256 beams, 700 ranges, 14 m."""
 CASES: dict[str, tuple[str, float, int]] = {
     "scanning": (SCANNING, 25.0, 200),
-    "forward-looking": (FORWARD_LOOKING, 200.0, 50),
+    "forward-looking": (FORWARD_LOOKING.replace("max_", "edge_diffraction: none, max_"), 200.0, 50),
+    "forward-looking, edge diffraction": (FORWARD_LOOKING, 200.0, 10),
     "sidescan": (SCENE.replace("ORDER", "0"), 267.0, 100),
 }
 """Scene, bar of the 99th percentile [ms] and number of pings; a sidescan's bar is its ping interval."""
