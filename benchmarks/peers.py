@@ -192,7 +192,7 @@ def pymust() -> list[Result]:
         sine = place[:, 0] / radius
         # the gain of one element: its width, and the soft baffle's cosine
         gain = np.sinc(WIDTH * CARRIER / SPEED * sine) * place[:, 1] / radius
-        weight = reflectivity * gain**2 / radius + 0j
+        weight = reflectivity * gain**2 + 0j  # spreads as cylindrical waves: 1 / range over both ways
         return rendered(level(place), line(ELEMENTS, PITCH), weight, -PITCH / 2, grid, CARRIER, spectrum)
 
     other, series = taken(simus, 1)

@@ -39,6 +39,23 @@ def test_each_function_gives_lines_of_the_table(benchmarks, monkeypatch, name):
             assert np.isfinite(line.value) and line.value >= 0, line
 
 
+@pytest.mark.parametrize(
+    ("package", "name", "tolerance"),
+    [("pymust", "pymust", 0.02), ("finufft", "finufft", 1e-3), ("scipy", "replicas", 0.05),
+     ("pyroomacoustics", "pyroomacoustics", 0.01)],
+)  # fmt: skip
+def test_peers_agree_with_what_they_are_timed_against(benchmarks, monkeypatch, package, name, tolerance):
+    """The series of both programs, small: a comparison of speed is one of the same work."""
+    pytest.importorskip(package)
+    peers = importlib.import_module("peers")
+    for constant, value in peers.SMALL.items():
+        monkeypatch.setattr(peers, constant, value)
+    mine, theirs = getattr(peers, name)()
+    assert mine.value > 0 and theirs.value > 0
+    assert float(theirs.accuracy.split()[0]) < tolerance
+    sys.modules.pop("peers")
+
+
 def test_a_benchmark_that_is_made_small_by_a_name_it_does_not_have_is_refused(benchmarks):
     """A constant that was renamed is noticed, or the smoke run would take the full size."""
     module = type(sys)("bench_nothing")
