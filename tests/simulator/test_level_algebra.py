@@ -158,3 +158,25 @@ def test_levels_of_a_compressed_sweep_are_those_of_its_compressed_pulse() -> Non
         mean = power(levels(told), contribution="seabed", pair=ALL).mean()
         ratio.append(mean / build_simulator(told).pulse.effective_duration)
     np.testing.assert_allclose(10 * np.log10(np.array(ratio) / ratio[0]), 0, atol=0.25)
+
+
+@pytest.mark.parametrize("names", [("D", "S", "B", "SB", "BS", "SBS", "BSB", "F", "FS", "FB", "FBS", "BH", "SBH")])
+def test_both_orders_of_a_pair_have_one_name(names):
+    """Out by one family and back by another is one pair with its reverse, off faces and hulls too: BS-FS, not FS-BS.
+
+    Under two names each order would stand alone, without the interference of both (6 dB for the two together).
+    """
+    for one, other in combinations_with_replacement(names, 2):
+        assert pair_name(one, other) == pair_name(other, one)
+    assert pair_name("FS", "BS") == "BS-FS" and pair_name("BS", "SB") == "SB-BS" and pair_name("F", "D") == "D-F"
+
+
+def test_levels_of_pairs_under_a_hull_add_up():
+    """Of one contribution, its pairs' mean powers sum to that of all within 0.02 dB: BS-BH with both its orders."""
+    hull = {"length": 20.0, "width": 6.0, "offset": (0.0, 0.0, -0.5)}
+    found = levels(nominal(field="incoherent", sonar={"hull": hull}, track={"window": (0.03, 0.06)},
+                           paths={"families": ["D", "BS"], "contributions": ("seabed",)}))  # fmt: skip
+    power = (10 ** (found.level_db.sel(contribution="seabed") / 10)).mean("time")
+    assert {"BH-BS"} <= set(power.pair.values) and "BS-BH" not in power.pair.values
+    pairs = float(power.sum("pair") - power.sel(pair=ALL))
+    assert 10 * np.log10(pairs / float(power.sel(pair=ALL))) == pytest.approx(0.0, abs=0.02)

@@ -36,7 +36,7 @@ def pair_name(transmit_family: str, receive_family: str) -> str:
     A boundary echo is one leg: its name is that family's, such as B.
     """
     families = [name for name in (transmit_family, receive_family) if name]
-    return "-".join(sorted(families, key=lambda name: (name != DIRECT, len(name), not name.startswith("S"))))
+    return "-".join(sorted(families, key=lambda name: (name != DIRECT, len(name), not name.startswith("S"), name)))
 
 
 class LevelBuffers(dict[tuple[str, str], IntensityBuffer]):
