@@ -1,43 +1,48 @@
 """Kernel of delay-and-sum: element series summed along the delays of a dynamic focus."""
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
 from insonify.jit import njit
-from insonify.processing._fractional_delay import BLOCK, FAST, add_interpolated, prepare_taps
+from insonify.processing._fractional_delay import BLOCK, FAST, CellClock, TapBlock, add_interpolated, prepare_taps
 
 Doubles = NDArray[np.float64]
 
 
+class WeightedElements(NamedTuple):
+    """Elements that are summed to beams, positions from the centre of their array."""
+
+    element: Doubles
+    """Position of each element [m], shape (channels, 3)."""
+    weight: Doubles
+    """Weight of each element [1], shape (channels,)."""
+    transmit: Doubles
+    """Position of the transmitter [m], shape (3,)."""
+
+
 @njit(cache=True, nogil=True, fastmath=FAST, error_model="numpy")
 def delay_and_sum(
-    cells: NDArray[np.complex64], first_time: float, cell_rate: float, frequency: float, sound_speed: float,
-    time: Doubles, element: Doubles, transmit: Doubles, direction: Doubles, weight: Doubles, focus: float,
-    out: NDArray[np.float32],
+    cells: NDArray[np.complex64], clock: CellClock, time: Doubles, array: WeightedElements, direction: Doubles,
+    focus: float, out: NDArray[np.float32],
 ) -> None:  # fmt: skip
     """Add one ping's elements to beams.
 
     Args:
         cells: Fine cells of the elements, shape (channels, cells).
-        first_time: Time of the first cell [s].
-        cell_rate: Cells per second [Hz].
-        frequency: Carrier [Hz].
-        sound_speed: Sound speed of the water [m/s].
+        clock: Times of the cells.
         time: Sample times of the beams [s], shape (samples,).
-        element: Positions of the elements from the array's centre [m], shape (channels, 3).
-        transmit: Position of the transmitter from the array's centre [m], shape (3,).
+        array: The elements.
         direction: Unit vectors, shape (beams, 3).
-        weight: Weights of the elements [1], shape (channels,).
         focus: Range of the focus [m]: negative for a dynamic focus, above 1e9 for infinity.
         out: Beams, real and imaginary parts alternating, added to in place, shape (beams, 2 samples).
     """
     flat, last = cells.view(np.float32), cells.shape[1] - 4
-    first_cell, taps, phasors = (
-        np.empty(BLOCK, np.int32),
-        np.empty(4 * BLOCK, np.float32),
-        np.empty((2, BLOCK), np.float32),
-    )
-    tap_columns = np.empty((4, BLOCK), np.float32)
+    first_time, cell_rate, frequency, sound_speed = clock
+    element, weight, transmit = array
+    block = TapBlock(np.empty(BLOCK, np.int32), np.empty((4, BLOCK), np.float32), np.empty(4 * BLOCK, np.float32),
+                     np.empty((2, BLOCK), np.float32))  # fmt: skip
     focus_range, position, cycles = np.empty(BLOCK), np.empty(BLOCK), np.empty(BLOCK)
     sample_weight = np.empty(BLOCK, np.float32)
     for begin in range(0, time.size, BLOCK):
@@ -58,10 +63,8 @@ def delay_and_sum(
                     position[i] = (sample_time[i] + delay - first_time) * cell_rate
                     cycles[i] = frequency * delay
                     sample_weight[i] = element_weight
-                prepare_taps(
-                    sample_time.size, position, cycles, sample_weight, last, first_cell, tap_columns, taps, phasors
-                )
-                add_interpolated(sample_time.size, flat[channel], first_cell, taps, phasors, sums)
+                prepare_taps(sample_time.size, position, cycles, sample_weight, last, block)
+                add_interpolated(sample_time.size, flat[channel], block, sums)
 
 
 @njit(inline="always")

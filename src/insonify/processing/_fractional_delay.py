@@ -8,6 +8,8 @@ edge of the band, less within.
 Source of the method: non-uniform FFT of type 2, Barnett, Magland & af Klinteberg (2019), SIAM J. Sci. Comput. 41(5).
 """
 
+from typing import NamedTuple
+
 import numpy as np
 import scipy
 from numpy.typing import NDArray
@@ -28,6 +30,32 @@ _SHAPE = 10.4  # least leakage for four cells and a band of a quarter of them
 
 Singles = NDArray[np.float32]
 Doubles = NDArray[np.float64]
+
+
+class CellClock(NamedTuple):
+    """Times of fine cells, and the wave."""
+
+    first_time: float
+    """Time of the first cell [s]."""
+    cell_rate: float
+    """Cells per second [Hz]."""
+    frequency: float
+    """Carrier [Hz]."""
+    sound_speed: float
+    """Sound speed of the water [m/s]."""
+
+
+class TapBlock(NamedTuple):
+    """Block of interpolated values: work arrays of `prepare_taps`."""
+
+    first_cell: NDArray[np.int32]
+    """First cell of each value, shape (BLOCK,)."""
+    tap_columns: Singles
+    """Weights of the four cells, shape (4, BLOCK)."""
+    taps: Singles
+    """The same, contiguous for each value, shape (4 BLOCK,)."""
+    phasors: Singles
+    """Cosine, then sine, times weight, shape (2, BLOCK)."""
 
 
 def _tap_coefficients() -> NDArray[np.float32]:
@@ -88,9 +116,8 @@ def oversampled_cells(series: NDArray[np.complex64], *, workers: int = 1) -> NDA
 
 @njit(inline="always")
 def prepare_taps(
-    count: int, position: Doubles, cycles: Doubles, real_weight: Singles, last: int, at: NDArray[np.int32],
-    tap_columns: Singles, taps: Singles, phasors: Singles,
-) -> None:  # fmt: skip
+    count: int, position: Doubles, cycles: Doubles, real_weight: Singles, last: int, block: TapBlock
+) -> None:
     """Cells, kernel weights and carrier phases of a block of interpolated values.
 
     Args:
@@ -99,11 +126,9 @@ def prepare_taps(
         cycles: Phase of each value [cycles], shape (count,).
         real_weight: Real weight of each value, shape (count,); zero is used outside the series.
         last: Number of cells less the kernel's width.
-        at: Result: first cell of each value, shape (count,).
-        tap_columns: Work array for the weights of the four cells, shape (4, BLOCK).
-        taps: Result: the same, contiguous for each value, shape (4 BLOCK,).
-        phasors: Result: cosine, then sine, times weight, shape (2, BLOCK).
+        block: Result.
     """
+    at, tap_columns, taps, phasors = block
     real, imaginary = phasors[0], phasors[1]
     first, second, third, fourth = tap_columns[0], tap_columns[1], tap_columns[2], tap_columns[3]
     for i in range(count):
@@ -126,10 +151,9 @@ def prepare_taps(
 
 
 @njit(inline="always")
-def add_interpolated(
-    count: int, cells: Singles, at: NDArray[np.int32], taps: Singles, phasors: Singles, out: Singles
-) -> None:
+def add_interpolated(count: int, cells: Singles, block: TapBlock, out: Singles) -> None:
     """Add a block of values prepared by `prepare_taps` to `out`: real and imaginary alternating, shape (2 count,)."""
+    at, _, taps, phasors = block
     real, imaginary = phasors[0], phasors[1]
     for i in range(count):
         x, y = four_tap_sum(cells, np.intp(2) * np.intp(at[i]), taps, 4 * i)

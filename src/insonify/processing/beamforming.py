@@ -13,8 +13,8 @@ import numpy as np
 import scipy
 from numpy.typing import ArrayLike, NDArray
 
-from insonify.processing._delay_and_sum_kernel import delay_and_sum
-from insonify.processing._fractional_delay import FINER, REACH, oversampled_cells
+from insonify.processing._delay_and_sum_kernel import WeightedElements, delay_and_sum
+from insonify.processing._fractional_delay import FINER, REACH, CellClock, oversampled_cells
 from insonify.processing.element_series import (
     checked_carrier,
     checked_positions,
@@ -87,10 +87,9 @@ def beamform_delay_sum(
     def form(job: tuple[int, int, Complexes]) -> None:
         ping, begin, cells = job
         beams = slice(begin, begin + BEAMS_AT_ONCE)
-        delay_and_sum(
-            cells, first - REACH / rate, rate * FINER, frequency, speed, sample_times, element - origin,
-            transmitter_offset, axes[beams], weight, focus_range, out[ping, beams].view(np.float32),
-        )  # fmt: skip
+        clock = CellClock(first - REACH / rate, rate * FINER, frequency, speed)
+        array = WeightedElements(element - origin, weight, transmitter_offset)
+        delay_and_sum(cells, clock, sample_times, array, axes[beams], focus_range, out[ping, beams].view(np.float32))
 
     with ThreadPoolExecutor(thread_count(threads)) as pool:
         for ping, row in enumerate(pings):
@@ -208,13 +207,12 @@ def _focused_elements(
         clock: Time of the first sample [s], sample rate [Hz], carrier [Hz], and sound speed [m/s].
     """
     first, rate, frequency, speed = clock
+    cells_clock = CellClock(first - REACH / rate, rate * FINER, frequency, speed)
     look, alone = np.array([[np.sqrt(max(1 - sine**2, 0.0)), sine, 0.0]]), np.ones(1)
     out = np.zeros((len(line), len(time)), np.complex64)
     for m in range(len(line)):
-        delay_and_sum(
-            cells[m : m + 1], first - REACH / rate, rate * FINER, frequency, speed, time, line[m : m + 1], np.zeros(3),
-            look, alone, -1.0, out[m : m + 1].view(np.float32),
-        )  # fmt: skip
+        array = WeightedElements(line[m : m + 1], alone, np.zeros(3))
+        delay_and_sum(cells[m : m + 1], cells_clock, time, array, look, -1.0, out[m : m + 1].view(np.float32))
     return out
 
 

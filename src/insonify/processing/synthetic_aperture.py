@@ -5,8 +5,8 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from insonify.processing._backprojection_kernel import backproject_pings
-from insonify.processing._fractional_delay import FINER, REACH, oversampled_cells
+from insonify.processing._backprojection_kernel import SonarTrack, backproject_pings
+from insonify.processing._fractional_delay import FINER, REACH, CellClock, oversampled_cells
 from insonify.processing.element_series import checked_carrier, checked_positions, element_series, taper, uniform_clock
 from insonify.thread_count import thread_count
 from insonify.validity import require_number, require_numbers
@@ -73,16 +73,17 @@ def backproject(
         raise ValueError(f"grid has shape {pixels.shape}; give positions in three axes, (..., 3)")
     flat_pixels = np.ascontiguousarray(pixels.reshape(-1, 3).T)
     sums, weights = np.zeros(2 * flat_pixels.shape[1], np.float32), np.zeros(flat_pixels.shape[1], np.float32)
-    workers = thread_count(threads)
+    columns, workers = (transmit_position, receive_position, velocity, weight, axis), thread_count(threads)
     with ThreadPoolExecutor(workers) as pool:
         for part in _batches(count, channels * series.shape[2] * FINER):
             cells = oversampled_cells(series[part], workers=workers)
 
             def add_pixels(begin: int, cells: NDArray[np.complex64] = cells, part: slice = part) -> None:
                 end = begin + PIXELS_AT_ONCE
+                times = CellClock(clock[0] - REACH / clock[1], clock[1] * FINER, frequency, speed)
+                track = SonarTrack(*(own[part] for own in columns))
                 backproject_pings(
-                    cells, clock[0] - REACH / clock[1], clock[1] * FINER, frequency, speed, transmit_position[part],
-                    receive_position[part], velocity[part], weight[part], axis[part], max_sine, window,
+                    cells, times, track, max_sine, window,
                     np.ascontiguousarray(flat_pixels[:, begin:end]), sums[2 * begin : 2 * end], weights[begin:end],
                 )  # fmt: skip
 
