@@ -247,3 +247,21 @@ def test_a_damaged_shard_is_named_and_its_pings_simulated_again(serial: Path, tm
     assert np.flatnonzero(~recorded_pings(path)).tolist() == list(range(64, 128))
     write_part(path)
     assert contents(path) == contents(serial)
+
+
+def test_a_recording_of_an_earlier_version_is_read_and_continued(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Many pings with a file each: parts go on in the same way, status and mask agree, and no shard is made."""
+    path = tmp_path / "a.zarr"
+    with monkeypatch.context() as earlier:
+        earlier.setattr(shards, "FEWEST_PINGS", PINGS)
+        create_recording(path, layout(), SAME)
+    for ping in (0, 7, 149):
+        write_ping(path, ping, sound(ping))
+    assert np.flatnonzero(open_recording(path).done).tolist() == [0, 7, 149]
+    for number in (3, 1, 2):
+        write_part(path, Part(number, 3), random.Random(number))
+    assert recorded_pings(path).all() and not (path / ".loose").exists()
+    assert len(list((path / "pressure" / "c").iterdir())) == PINGS
+    np.testing.assert_array_equal(open_recording(path).pressure, np.stack([sound(k) for k in range(PINGS)]))
