@@ -8,6 +8,7 @@ from insonify.kernel_cache import delete_stale_kernels
 
 if TYPE_CHECKING:
     from insonify.comparison.compare import compare as compare
+    from insonify.datasets.dataset import dataset as dataset
     from insonify.formats.instruments.open_instrument import open_instrument as open_instrument
     from insonify.formats.netcdf_file import read_netcdf as read_netcdf
     from insonify.formats.netcdf_file import write_netcdf as write_netcdf
@@ -28,6 +29,7 @@ delete_stale_kernels(Path(__file__).parent)  # before any of them can be loaded
 # Numba and friends take a second to import: nothing is loaded before it is used.
 _HOMES = {
     "compare": "insonify.comparison.compare",
+    "dataset": "insonify.datasets.dataset",
     "load_scenario": "insonify.scenario.load",
     "Scenario": "insonify.scenario.scenario",
     "simulate": "insonify.simulator",
@@ -45,12 +47,12 @@ _HOMES = {
 }
 _PACKAGES = (
     "ocean", "scattering", "scene", "sonar", "records", "propagation", "processing", "formats", "plotting", "paper",
-    "demos", "explanation", "estimates", "comparison", "surveys", "annotations",
+    "demos", "explanation", "estimates", "comparison", "surveys", "annotations", "datasets",
     "writers", "real_time",
 )  # fmt: skip
 
 __all__ = [
-    "PathSettings", "Scenario", "arrivals", "compare", "export", "labels", "levels", "live", "load_scenario",
+    "PathSettings", "Scenario", "arrivals", "compare", "dataset", "export", "labels", "levels", "live", "load_scenario",
     "open_instrument",
     "open_recording", "read_netcdf", "record", "simulate", "write_netcdf",
 ]  # fmt: skip

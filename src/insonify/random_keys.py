@@ -53,6 +53,12 @@ VOLUME = 27
 """Stream of the scatterers in the water: place in the cell and phase."""
 PAIR_SAMPLING = 36
 """Stream of the scatterers that are evaluated for weak pairs of legs: one draw per scatterer."""
+SPECKLE = 40
+"""Stream of the speckle drawn from an expected intensity: one draw per ping, channel and sample."""
+OTHER_SPECKLE = 41
+"""Stream of another realisation of that speckle."""
+DATASET = 42
+"""Stream of what varies between the images of a data set: one draw per key and image."""
 RECEIVER = 35
 """Stream of the receiver's own noise: one draw per ping, channel and sample, and the phases of its tones."""
 

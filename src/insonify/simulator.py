@@ -290,7 +290,7 @@ def record(
     missing, count = writer.missing(writer.of_part(part, wanted))
     done, report = count - len(missing), on_ping or (lambda *_: None)
     report(done, count)
-    for job, series, labelling in _simulate_jobs(simulator, [Job(*one) for one in missing], threads):
+    for job, series, labelling in simulate_jobs(simulator, [Job(*one) for one in missing], threads):
         writer.write(job.ping, series, labelling)
         done += 1
         report(done, count)
@@ -315,14 +315,14 @@ def simulate_pings(
     simulator: Simulator, pings: Iterable[int], threads: int | None = None
 ) -> Iterator[tuple[int, NDArray[np.generic]]]:
     """Time series, ping by ping: number of the ping, and its series of shape (channels, samples)."""
-    for job, series, _ in _simulate_jobs(
+    for job, series, _ in simulate_jobs(
         simulator, [Job(ping, wants_sound=True, wants_labels=False) for ping in pings], threads
     ):
         assert series is not None
         yield job.ping, series
 
 
-def _simulate_jobs(
+def simulate_jobs(
     simulator: Simulator, jobs: list[Job], threads: int | None
 ) -> Iterator[tuple[Job, NDArray[np.generic] | None, Labels | None]]:
     """Series and labels of some pings, one after the other.

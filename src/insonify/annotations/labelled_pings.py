@@ -90,18 +90,18 @@ class LabelledPings:
                 self.survey.amplitude(block),
             )
         labels, amplitude = self._blocks[first]
-        columns = labels.isel(ping=number - first)
-        targets = np.flatnonzero(self._instance_of_row[: columns.sizes["object"]] > 0)
+        columns = {name: labels.variables[name].values[number - first] for name in USED}
+        targets = np.flatnonzero(self._instance_of_row[: labels.sizes["object"]] > 0)
         strongest = np.zeros(columns["highlight"].shape, np.int32)
         if targets.size:
-            strongest = np.argmax(columns["object_intensity"].values[:, targets], axis=1).astype(np.int32) + 1
-        caster = self._instance_of_row[columns["shadowing_object"].values]
+            strongest = np.argmax(columns["object_intensity"][:, targets], axis=1).astype(np.int32) + 1
+        caster = self._instance_of_row[columns["shadowing_object"]]
         layers = [
-            np.where(columns[name].values, caster if name == "shadow" else strongest, 0)
+            np.where(columns[name], caster if name == "shadow" else strongest, 0)
             for name in ("highlight", "shadow", "ghost")
         ]
         power = np.asarray(amplitude[number - first], float) ** 2
-        expected = np.asarray(columns["expected_intensity"].values, float)
+        expected = np.asarray(columns["expected_intensity"], float)
         return PingSamples(power * self.gain, expected * self.gain, np.stack(layers))
 
 

@@ -9,7 +9,7 @@ from typing import Annotated, Any
 
 import typer
 
-from insonify.cli import comparison, export, info, paper_and_demo, parts, recordings, scenarios, serve
+from insonify.cli import comparison, dataset, export, info, paper_and_demo, parts, recordings, scenarios, serve
 from insonify.cli.arguments import InputError
 from insonify.cli.compile_progress import reporting
 
@@ -34,7 +34,8 @@ app.command("status")(parts.status)
 app.command("compare")(comparison.compare)
 app.command("scenario-from")(scenarios.scenario_from)
 for _computes in (
-    scenarios.check, recordings.run, recordings.show, recordings.explain, export.export, paper_and_demo.paper,
+    scenarios.check, recordings.run, recordings.show, recordings.explain, export.export, dataset.dataset,
+    paper_and_demo.paper,
     paper_and_demo.demo, paper_and_demo.study, serve.serve,
 ):  # fmt: skip
     app.command(_computes.__name__)(reporting(_computes))

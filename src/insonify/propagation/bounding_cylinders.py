@@ -71,3 +71,13 @@ def edge_clearance(longest: float, wavelength: float, number: float) -> float:
     """
     longer = 1.0001 * number**2 * wavelength / 4
     return float(np.sqrt(2 * max(longest, wavelength) * longer + longer**2))
+
+
+def union(parts: list[NDArray[np.int64]], count: int) -> NDArray[np.int64]:
+    """Sorted union of rows, out of `count`."""
+    if len(parts) == 1:
+        return parts[0]
+    there = np.zeros(count, bool)
+    for part in parts:
+        there[part] = True
+    return np.flatnonzero(there)

@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from insonify.propagation._silhouette_kernel import SolidScreen, diffract_around_solid
-from insonify.propagation.bounding_cylinders import edge_clearance, points_near_cylinders
+from insonify.propagation.bounding_cylinders import edge_clearance, points_near_cylinders, union
 from insonify.propagation.families import bounce_sequence, image_depth
 from insonify.propagation.knife_edge_kernel import FAR, PER_UNIT, BoxScreens, DiffractedLegs, diffract_around_boxes
 from insonify.propagation.silhouette import silhouette
@@ -138,16 +138,6 @@ def screened_part(
         diffract_around_boxes(rows, legs, 0.0, wavelength, screens, edge_diffraction_table())
         taken += 1 - left[0]
     return taken
-
-
-def union(parts: list[NDArray[np.int64]], count: int) -> NDArray[np.int64]:
-    """Sorted union of rows, out of `count`."""
-    if len(parts) == 1:
-        return parts[0]
-    there = np.zeros(count, bool)
-    for part in parts:
-        there[part] = True
-    return np.flatnonzero(there)
 
 
 def close_gap_above(screens: NDArray[np.float64], top: int) -> NDArray[np.float64]:

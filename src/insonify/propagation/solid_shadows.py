@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from insonify.propagation._solid_shadow_kernel import FoldedLegs, occlude_legs, solids_along
-from insonify.propagation.bounding_cylinders import points_near_cylinders
+from insonify.propagation.bounding_cylinders import points_near_cylinders, union
 from insonify.propagation.triangle_tree import TriangleTree, triangle_tree
 from insonify.scene.scatterers import Scatterers
 from insonify.scene.scene import Scene
@@ -50,7 +50,7 @@ def occlude_by_solids(
         return
     # seen from above, legs of all families follow one line: most points have no solid on it
     behind = points_near_cylinders(scene, position, scatterers.position)[len(scene.boxes) :]
-    rows = behind[0] if len(behind) == 1 else np.unique(np.concatenate(behind))
+    rows = union(behind, len(scatterers))
     if not len(rows):
         return
     tree = _scene_tree(solids, scene.seabed, len(scene.boxes))

@@ -66,6 +66,11 @@ class ExpectedType:
             return list(self.unfold(inner[0]))
         return list(self.unfold(inner[index])) if 0 <= index < len(inner) else []
 
+    @property
+    def mapped(self) -> list[Self]:
+        """Expected types of the values of a mapping with free keys; empty for other types."""
+        return list(self.unfold(get_args(self.kind)[1])) if get_origin(self.kind) is dict else []
+
     def tags(self, key: str = "") -> set[str]:
         """Words that distinguish a model from its alternatives: its kind, shape or law."""
         keys = [self.keys.get(key, [])] if key else self.keys.values()
@@ -151,7 +156,8 @@ def find(model: type[BaseModel], values: Any, loc: Path) -> tuple[Path, list[Exp
         elif any(step in choice.keys for choice in models):
             expected = [inner for choice in models for inner in choice.keys.get(step, [])]
         elif isinstance(values, dict) and step in values:
-            expected = models  # a key that none of them has
+            # a value of a mapping, or a key that none of them has
+            expected = [inner for choice in expected for inner in choice.mapped] or models
         else:
             continue
         path = (*path, step)

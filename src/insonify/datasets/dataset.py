@@ -1,0 +1,134 @@
+"""Data sets of labelled images about one scenario: made in a folder, or one image after the other."""
+
+from __future__ import annotations
+
+import gc
+from collections.abc import Callable, Iterator
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
+from multiprocessing import get_context
+from pathlib import Path
+from typing import Any
+
+from insonify.datasets.dataset_checks import dataset_faults
+from insonify.datasets.dataset_file import DatasetFile
+from insonify.datasets.dataset_folder import DatasetFolder
+from insonify.datasets.rendered_scene import SceneImage, scene_images
+from insonify.part import Part
+from insonify.scenario.diagnostic import ScenarioError
+from insonify.scenario.load import load, load_scenario
+from insonify.scenario.scenario import Scenario
+from insonify.thread_count import thread_count
+
+WHOLE = Part(1, 1)
+YOUNG = 500_000
+"""New objects between two searches for cyclic garbage, of which scenes make none [1]."""
+
+
+@dataclass(frozen=True)
+class Description:
+    """Data set as its file describes it, checked."""
+
+    file: DatasetFile
+    base: Scenario
+
+
+def load_dataset(path: str | Path) -> Description:
+    """Load the file of a data set and its scenario, and check all ranges.
+
+    Args:
+        path: The file.
+
+    Raises:
+        ScenarioError: Every fault that was found, one line each.
+    """
+    file = load(DatasetFile, path)
+    base = load_scenario(file.scene)
+    if faults := dataset_faults(file, base, path):
+        raise ScenarioError(faults)
+    return Description(file, base)
+
+
+def make_dataset(
+    path: str | Path, out: str | Path, *, part: Part = WHOLE, processes: int | None = None,
+    on_scene: Callable[[int, int], None] | None = None,
+) -> bool:  # fmt: skip
+    """Make the images of a data set, or of one part of the job; those that are there are kept.
+
+    Args:
+        path: File of the data set.
+        out: Folder of the images.
+        part: Part of the scenes.
+        processes: Number of processes; None: one for each core. The result does not depend on it, bit for bit.
+        on_scene: Called with the numbers of scenes done and of all of the part, before the first and after each.
+
+    Returns:
+        True if all scenes of all parts are there, and so the card and the lists of annotations.
+    """
+    described = load_dataset(path)
+    folder = DatasetFolder(Path(out), described.file, described.base)
+    folder.open()
+    mine = part.share(described.file.dataset.images)
+    missing, report = folder.missing(mine), on_scene or (lambda *_: None)
+    report(len(mine) - len(missing), len(mine))
+    count = min(thread_count(processes), max(len(missing), 1))
+    if count == 1:
+        _start(folder)
+        for done, scene in enumerate(missing, len(mine) - len(missing) + 1):
+            _make_scene(scene)
+            report(done, len(mine))
+    else:
+        with ProcessPoolExecutor(count, get_context("spawn"), _start, (folder,)) as pool:
+            for done, _ in enumerate(pool.map(_make_scene, missing), len(mine) - len(missing) + 1):
+                report(done, len(mine))
+    return folder.finish()
+
+
+_FOLDER: list[DatasetFolder] = []  # of this process
+
+
+def _start(folder: DatasetFolder) -> None:
+    """Prepare a process for scenes of a data set."""
+    _FOLDER[:] = [folder]
+    gc.set_threshold(YOUNG)
+    gc.freeze()
+
+
+def _make_scene(scene: int) -> None:
+    folder = _FOLDER[0]
+    if folder.missing([scene]):  # another job may have made it
+        folder.write(scene, scene_images(folder.file, folder.base, scene))
+
+
+def dataset(path: str | Path, *, part: Part | str = WHOLE, threads: int | None = None) -> Iterator[dict[str, Any]]:
+    """Images of a data set, simulated one after the other: for loops that train without files.
+
+    Args:
+        path: File of the data set.
+        part: Part of the scenes, such as "2/4" for the second of four workers.
+        threads: Number of threads; all cores by default.
+
+    Yields:
+        For each image `image` and `expected`, its level and expected level with gain [dB], float32, shape (r, c);
+        `classes` uint8 (0 background, 1 highlight, 2 shadow, 3 ghost), `instances` int32 (number of the target, from 1)
+        of that shape; `targets`, their labels; `name`, `twin`, `drawn` and `scenario`.
+
+    Example:
+        >>> for item in insonify.dataset("dataset.yaml", part="1/4"):  # doctest: +SKIP
+        ...     train(item["image"], item["classes"])
+    """
+    described = load_dataset(path)
+    share = Part.parse(part) if isinstance(part, str) else part
+    for scene in share.share(described.file.dataset.images):
+        for one in scene_images(described.file, described.base, scene, threads):
+            yield as_item(one)
+
+
+def as_item(one: SceneImage) -> dict[str, Any]:
+    """An image as a dictionary of arrays."""
+    image = one.labelled
+    return {
+        "image": image.image, "expected": image.expected, "classes": image.classes, "instances": image.instances,
+        "targets": image.instance_names, "name": image.name, "twin": one.twin, "drawn": one.drawn,
+        "scenario": one.scenario,
+    }  # fmt: skip

@@ -1,0 +1,89 @@
+"""Checks of a data set before any image is simulated: keys, ranges and positions."""
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from insonify.datasets.dataset_file import DatasetFile
+from insonify.datasets.distributions import Draw
+from insonify.datasets.drawn_scene import SceneDraws, value_at
+from insonify.datasets.swath import PlacementError
+from insonify.datasets.varied_keys import UnknownItemError, VariedKey, varied_keys
+from insonify.scenario.changes import with_changes
+from insonify.scenario.diagnostic import Diagnostic, ScenarioError
+from insonify.scenario.scenario import Scenario
+from insonify.scenario.yaml_source import read
+
+CHECKED_DRAWS = 10_000
+"""Images whose draws are searched for the extremes of a distribution without limits."""
+
+
+def dataset_faults(file: DatasetFile, base: Scenario, path: str | Path) -> list[Diagnostic]:
+    """Every fault of a data set that shows without an image: unknown keys, ranges that a key refuses, no room.
+
+    Args:
+        file: The data set.
+        base: Its scenario.
+        path: The file, for messages.
+    """
+    source, draws = read(Path(path).read_text(encoding="utf-8-sig"), str(path)), SceneDraws(file, base)
+    faults = list[Diagnostic]()
+    for key, draw in file.vary.items():
+        line, field = source.line(("vary", key)), f"vary.{key}"
+        try:
+            found = varied_keys(base, key)
+        except UnknownItemError as error:
+            faults.append(Diagnostic(str(path), line, field, str(error)))
+            continue
+        for one in found:
+            if fault := _range_fault(draws, one, draw):
+                faults.append(Diagnostic(str(path), line, field, fault.problem, fault.allowed, fault.fix))
+                break
+    pair_faults = {
+        "other_speckle": (base.field == "coherent", "speckle is drawn from the expected intensity alone",
+                          "Write field: incoherent in the scenario, or leave other_speckle out"),
+        "no_multipath": (not base.paths.max_reflections, "without reflections, no_multipath twins are copies",
+                         "Write paths: {max_reflections: 1} in the scenario, or leave no_multipath out"),
+    }  # fmt: skip
+    for pair in file.pairs:
+        is_wrong, problem, fix = pair_faults.get(pair, (False, "", ""))
+        if is_wrong:
+            faults.append(Diagnostic(str(path), source.line(("pairs",)), "pairs", problem, fix=fix))
+    if faults:
+        return faults
+    try:
+        draws.scene(0)
+    except ScenarioError as error:
+        line = source.line(("clutter" if file.clutter else "vary",))
+        return [replace(fault, file=str(path), line=line) for fault in error.faults]
+    except PlacementError as error:
+        line = next((source.line(("vary", key)) for key in file.vary if key in str(error)), source.line(("clutter",)))
+        return [Diagnostic(str(path), line, "", str(error))]
+    return []
+
+
+def _range_fault(draws: SceneDraws, key: VariedKey, draw: Draw) -> Diagnostic | None:
+    """The fault of the values that a key can have, each alone; None where it allows them all."""
+    if draw.uniform_in is not None:
+        known = value_at(draws.base, key.path)
+        is_position = key.path.endswith(".position") and isinstance(known, tuple)
+        return None if is_position else Diagnostic("", 0, "", "uniform_in draws a position, and this key is none")
+    for value in _extremes(draws, key, draw):
+        try:
+            with_changes(draws.base, {key.path: value})
+        except ScenarioError as error:
+            for fault in error.faults:
+                if fault.field.startswith(key.path) or key.path.startswith(fault.field):
+                    return fault
+    return None
+
+
+def _extremes(draws: SceneDraws, key: VariedKey, draw: Draw) -> list[Any]:
+    """Values at the limits of a distribution, and the least, middle and largest of those drawn."""
+    if draw.choice is not None:
+        return list(draw.extremes)
+    images = np.arange(min(draws.file.dataset.images, CHECKED_DRAWS))
+    drawn = sorted(draws.values(key.key, draw, images))
+    return list(dict.fromkeys([*draw.extremes, drawn[0], drawn[len(drawn) // 2], drawn[-1]]))

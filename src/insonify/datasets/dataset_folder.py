@@ -1,0 +1,237 @@
+"""Folder of a data set: scenes one by one, each whole or not there, and a card and lists when all are there.
+
+A scene is written under a temporary name and its files renamed, its note last, so a job that was stopped goes on where
+it stopped, and two jobs with the same scene write the same bytes.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import shutil
+import uuid
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from insonify.annotations import CLASSES, merge_coco, write_coco, write_label_maps, write_yolo
+from insonify.annotations.yolo import write_yolo_data
+from insonify.datasets.dataset_file import DatasetFile, Format
+from insonify.datasets.drawn_scene import uniforms
+from insonify.datasets.rendered_scene import SceneImage
+from insonify.formats.store_description import StoreError
+from insonify.scenario.scenario import Scenario
+from insonify.scenario.write import to_yaml
+
+if TYPE_CHECKING:
+    from insonify.annotations import LabelledImage
+
+NOTES = "scenes"
+"""Folder of the notes, one for each scene."""
+DESCRIPTION = "dataset.json"
+"""File that says which data set the folder holds."""
+PER_FOLDER = {"names.json", "data.yaml"}
+"""Files of writers about a whole folder, which are written when all scenes are there."""
+
+
+@dataclass(frozen=True)
+class DatasetFolder:
+    """Folder of a data set and what belongs into it."""
+
+    path: Path
+    file: DatasetFile
+    base: Scenario
+
+    @property
+    def fingerprint(self) -> str:
+        """Fingerprint of all that the images depend on."""
+        from importlib.metadata import version
+
+        own = self.file.model_dump(mode="json", exclude={"scene", "compare"})
+        text = json.dumps([own, to_yaml(self.base), version("insonify")], sort_keys=True)
+        return hashlib.sha256(text.encode()).hexdigest()
+
+    def open(self) -> None:
+        """Make the folder, or check that it holds this data set.
+
+        Raises:
+            StoreError: It holds something else.
+        """
+        text = json.dumps({"fingerprint": self.fingerprint}) + "\n"
+        (self.path / NOTES).mkdir(parents=True, exist_ok=True)
+        known = self.path / DESCRIPTION
+        if not known.exists():
+            if any(entry.name != NOTES for entry in self.path.iterdir()) or any((self.path / NOTES).iterdir()):
+                raise StoreError(f"{self.path} holds files that are no data set. Choose another folder with -o")
+            write_whole(known, text)
+        elif known.read_text(encoding="utf-8") != text:
+            raise StoreError(f"{self.path} holds another data set: its file, scenario or version differs. Choose "
+                             "another folder with -o, or delete this one")  # fmt: skip
+
+    def note(self, scene: int) -> Path:
+        """File that is there when all files of a scene are."""
+        return self.path / NOTES / f"{scene:05d}.json"
+
+    def missing(self, scenes: Iterable[int]) -> list[int]:
+        """Scenes of some that are not there."""
+        there = {entry.name for entry in (self.path / NOTES).iterdir()}
+        return [scene for scene in scenes if self.note(scene).name not in there]
+
+    @cached_property
+    def splits(self) -> list[str]:
+        """Part of the split of each scene: exact fractions of all, in an order that the seed shuffles."""
+        settings = self.file.dataset
+        order = np.argsort(uniforms(settings.seed, "split", np.arange(settings.images))[:, 0], kind="stable")
+        names = np.repeat(list(settings.split), settings.split_counts)
+        parts = np.empty(settings.images, names.dtype)
+        parts[order] = names
+        return [str(name) for name in parts]
+
+    def write(self, scene: int, images: Iterator[SceneImage]) -> None:
+        """Write the images of one scene, and its note.
+
+        Args:
+            scene: Number of the scene.
+            images: Its images.
+
+        Raises:
+            StoreError: The disk is full.
+        """
+        partial = self.path / f".{scene:05d}.{uuid.uuid4().hex}.partial"
+        split = self.splits[scene]
+        try:
+            notes = [self._write_image(one, partial, split, scene) for one in images]
+            drawn, coco = notes[0].pop("drawn"), partial / "coco"
+            note: dict[str, Any] = {"scene": scene, "split": split, "drawn": drawn, "images": notes}
+            if "coco" in self.file.write:
+                note["coco"] = self._coco_fragments(coco)
+            for entry in sorted(partial.rglob("*")):
+                inside = entry.relative_to(partial)
+                if entry.is_dir() and entry.suffix == ".zarr":
+                    _move_folder(entry, self.path / inside)
+                elif entry.is_file() and entry.name not in PER_FOLDER and ".zarr" not in str(inside.parent):
+                    (self.path / inside).parent.mkdir(parents=True, exist_ok=True)
+                    os.replace(entry, self.path / inside)
+            write_whole(self.note(scene), json.dumps(note, allow_nan=False) + "\n")
+        except OSError as fault:
+            if fault.errno in (28, 122):  # no space left, quota exceeded
+                raise StoreError(f"{self.path}: the disk is full at scene {scene}; {fault.strerror}. Free some space "
+                                 "and give the same command again: it goes on there") from None  # fmt: skip
+            raise
+        finally:
+            shutil.rmtree(partial, ignore_errors=True)
+
+    def _write_image(self, one: SceneImage, partial: Path, split: str, scene: int) -> dict[str, Any]:
+        """Write one image in all formats; its note."""
+        labelled = replace(one.labelled, conditions={**one.labelled.conditions, "scene": scene, "twin": one.twin})
+        for name in self.file.write:
+            (partial / name).mkdir(parents=True, exist_ok=True)
+            self._write_format(name, labelled, partial, split)
+        classes = {name: int((labelled.layers[row] > 0).sum()) for row, name in enumerate(CLASSES)}
+        instances = {
+            name: len(np.unique(layer[layer > 0])) for name, layer in zip(CLASSES, labelled.layers, strict=True)
+        }
+        finite = labelled.image[np.isfinite(labelled.image)]
+        return {
+            "name": labelled.name, "twin": one.twin, "shape": list(labelled.image.shape), "cells": classes,
+            "instances": instances, "targets": list(labelled.instance_names),
+            "level_db": [round(float(np.mean(finite)), 3), round(float(np.std(finite)), 3)] if finite.size else None,
+            "drawn": one.drawn,
+        }  # fmt: skip
+
+    def _write_format(self, name: Format, image: LabelledImage, partial: Path, split: str) -> None:
+        folder, span = partial / name, self.file.dataset.span
+        if name == "coco":
+            write_coco([image], folder, span=span, file=f"{image.name}.json")
+        elif name == "yolo":
+            write_yolo([image], folder, split=split, span=span)
+        elif name == "png":
+            write_label_maps([image], folder / split, span=span)
+        elif name == "geotiff":
+            from insonify.datasets.geotiff import write_geotiff
+
+            write_geotiff(image, folder / split / f"{image.name}.tif")
+        else:
+            from insonify.datasets.labelled_dataset import labelled_dataset
+
+            (folder / split).mkdir(parents=True, exist_ok=True)
+            labelled_dataset(image).to_zarr(folder / split / f"{image.name}.zarr", mode="w", consolidated=False)
+
+    @staticmethod
+    def _coco_fragments(coco: Path) -> dict[str, Any]:
+        """Entries of a scene's images, whose files are removed."""
+        fragments = sorted(coco.glob("*.json"))
+        merge_coco(fragments, coco / "all.json")
+        content = json.loads((coco / "all.json").read_text(encoding="utf-8"))
+        for fragment in (*fragments, coco / "all.json"):
+            fragment.unlink()
+        return {"images": content["images"], "annotations": content["annotations"]}
+
+    def finish(self) -> bool:
+        """Write what is about all scenes, if all are there: lists of annotations, names and the card.
+
+        Returns:
+            True if all scenes are there.
+        """
+        if self.missing(range(self.file.dataset.images)):
+            return False
+        from insonify.datasets.card import write_card
+
+        if "coco" in self.file.write:
+            for split in self.file.dataset.split:
+                self._write_coco_list(split)
+        if "yolo" in self.file.write:
+            write_yolo_data(self.path / "yolo")
+        if "png" in self.file.write:
+            for split in self.file.dataset.split:
+                names = {
+                    image["name"]: image["targets"]
+                    for note in self.notes() if note["split"] == split for image in note["images"]
+                }  # fmt: skip
+                content = {"classes": ["background", *CLASSES], "instances": names}
+                write_whole(self.path / "png" / split / "names.json", json.dumps(content))
+        write_card(self)
+        return True
+
+    def notes(self) -> Iterator[dict[str, Any]]:
+        """Notes of all scenes, in their order."""
+        for scene in range(self.file.dataset.images):
+            yield json.loads(self.note(scene).read_text(encoding="utf-8"))
+
+    def _write_coco_list(self, split: str) -> None:
+        """Write the annotations of one part of the split."""
+        folder = self.path / "coco"
+        content = json.loads(write_coco([], folder, file=f".{uuid.uuid4().hex}.empty").read_text(encoding="utf-8"))
+        for empty in folder.glob(".*.empty"):
+            empty.unlink(missing_ok=True)
+        for note in self.notes():
+            if note["split"] == split:
+                for kind in ("images", "annotations"):
+                    content[kind].extend(note["coco"][kind])
+        write_whole(folder / f"annotations_{split}.json", json.dumps(content, allow_nan=False))
+
+
+def write_whole(path: Path, text: str) -> None:
+    """Write a text under a temporary name and rename it."""
+    partial = path.with_name(f".{path.name}.{uuid.uuid4().hex}.partial")
+    try:
+        partial.write_text(text, encoding="utf-8")
+        os.replace(partial, path)
+    finally:
+        partial.unlink(missing_ok=True)
+
+
+def _move_folder(entry: Path, to: Path) -> None:
+    """Move a folder to a place where another job may have put the same one."""
+    to.parent.mkdir(parents=True, exist_ok=True)
+    shutil.rmtree(to, ignore_errors=True)
+    try:
+        os.replace(entry, to)
+    except OSError:
+        if not to.is_dir():
+            raise

@@ -1,0 +1,216 @@
+"""Data sets: the same whatever the parts and kills, twins that differ in one thing, annotations, a card."""
+
+import contextlib
+import errno
+import io
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import insonify
+from datasets.small_dataset import write_small
+from insonify.cli import main
+from insonify.datasets.dataset import make_dataset
+from insonify.formats.store_description import StoreError
+from insonify.part import Part
+
+EVERYTHING = ("write: [coco]", "write: [coco, yolo, png, zarr]")
+
+
+def contents(folder: Path) -> dict[str, bytes]:
+    """All files of a folder."""
+    return {str(path.relative_to(folder)): path.read_bytes() for path in sorted(folder.rglob("*")) if path.is_file()}
+
+
+@pytest.fixture(scope="module")
+def serial(tmp_path_factory):
+    """The data set made at once, and its file."""
+    folder = tmp_path_factory.mktemp("serial")
+    path = write_small(folder, EVERYTHING)
+    assert make_dataset(path, folder / "out", processes=1)
+    return path, folder / "out"
+
+
+def test_parts_in_any_order_make_the_same_files(serial, tmp_path):
+    """Byte by byte, card and annotations too; a part made twice, and a file left by a kill, do no harm."""
+    path, whole = serial
+    out = tmp_path / "out"
+    assert not make_dataset(path, out, part=Part(3, 3), processes=1)
+    (out / "scenes" / "00003.json").unlink(missing_ok=True)  # as killed before its note
+    assert not make_dataset(path, out, part=Part(1, 3), processes=1)
+    assert not make_dataset(path, out, part=Part(1, 3), processes=1)
+    assert not make_dataset(path, out, part=Part(2, 3), processes=1)
+    assert make_dataset(path, out, part=Part(3, 3), processes=1)
+    assert contents(out) == contents(whole)
+
+
+@pytest.mark.slow
+def test_killed_jobs_resume(serial, tmp_path):
+    """Killed as soon as a scene appears, again and again, and then by two jobs at once: the same files."""
+    path, whole = serial
+    out = tmp_path / "out"
+    command = [sys.executable, "-W", "ignore", "-m", "insonify", "dataset", str(path), "-o", str(out), "--quiet"]
+    for wanted in (1, 2):
+        job = subprocess.Popen([*command, "--processes", "1"], start_new_session=True)
+        deadline = time.monotonic() + 120
+        while time.monotonic() < deadline and len(list(out.glob("scenes/*.json"))) < wanted:
+            time.sleep(0.005)
+        os.killpg(job.pid, signal.SIGKILL)
+        job.wait()
+    assert 2 <= len(list(out.glob("scenes/*.json"))) <= 4
+    jobs = [subprocess.Popen([*command, "--processes", "1"]) for _ in range(2)]
+    assert [job.wait(timeout=240) for job in jobs] == [0, 0]
+    left = {name: text for name, text in contents(out).items() if not name.startswith(".")}
+    assert left == contents(whole)
+
+
+def test_another_data_set_is_not_mixed_in(serial, tmp_path):
+    """A folder keeps to the data set that it was begun with, and to no other files."""
+    _, whole = serial
+    with pytest.raises(StoreError, match="another data set"):
+        make_dataset(write_small(tmp_path, EVERYTHING, ("seed: 7", "seed: 8")), whole)
+    (tmp_path / "full").mkdir()
+    (tmp_path / "full" / "thesis.tex").write_text("")
+    with pytest.raises(StoreError, match="no data set"):
+        make_dataset(tmp_path / "dataset.yaml", tmp_path / "full")
+
+
+def test_a_full_disk_is_named_and_resumed(tmp_path, monkeypatch):
+    """The scene is left out whole; the same command goes on there."""
+    path, out = write_small(tmp_path), tmp_path / "out"
+    calls = []
+
+    def full(source, target):
+        calls.append(target)
+        if len(calls) == 3:
+            raise OSError(errno.ENOSPC, "No space left on device")
+        os.rename(source, target)
+
+    monkeypatch.setattr("insonify.datasets.dataset_folder.os.replace", full)
+    with pytest.raises(StoreError, match=r"disk is full at scene \d+; .* goes on there"):
+        make_dataset(path, out, processes=1)
+    assert not list(out.glob(".*.partial"))
+    assert make_dataset(path, out, processes=1)
+
+
+def test_coco_against_itself_has_full_precision(serial):
+    """Average precision 1 of the annotations as their own detections (pycocotools), in every part of the split."""
+    from pycocotools.coco import COCO
+    from pycocotools.cocoeval import COCOeval
+
+    _, out = serial
+    names = set()
+    for split in ("train", "val"):
+        with contextlib.redirect_stdout(io.StringIO()):
+            truth = COCO(str(out / "coco" / f"annotations_{split}.json"))
+            found = truth.loadRes([one | {"score": 1.0} for one in truth.dataset["annotations"]])
+            verdict = COCOeval(truth, found, "segm")
+            verdict.evaluate()
+            verdict.accumulate()
+            verdict.summarize()
+        assert verdict.stats[0] == pytest.approx(1.0)
+        names |= {image["file_name"] for image in truth.dataset["images"]}
+        assert all((out / "coco" / image["file_name"]).is_file() for image in truth.dataset["images"])
+    assert len(names) == 4
+
+
+def test_the_card_counts_what_is_there(serial):
+    """Counts, split, ranges and seed; the page says the same."""
+    _, out = serial
+    card = json.loads((out / "card.json").read_text())
+    assert (card["scenes"], card["images"], card["seed"], card["split"]) == (4, 4, 7, {"train": 2, "val": 2})
+    assert card["annotations"]["highlight"] == 4
+    heading = card["varied"]["targets[pipe].heading"]
+    assert 0 <= heading["least"] < heading["largest"] <= 2 * np.pi
+    assert "seed 7" in (out / "README.md").read_text()
+
+
+def test_the_iterator_has_the_images_of_the_files(serial):
+    """Levels, expected levels, classes and instances as in the stores; a part has its share."""
+    import xarray as xr
+
+    path, out = serial
+    items = list(insonify.dataset(path, part="2/2", threads=1))
+    assert [item["name"] for item in items] == ["00002", "00003"]
+    for item in items:
+        (store,) = out.glob(f"zarr/*/{item['name']}.zarr")
+        with xr.open_zarr(store, consolidated=False) as saved:
+            for name in ("image", "expected", "classes", "instances"):
+                np.testing.assert_array_equal(saved[name].values, item[name])
+        assert item["targets"] == ("pipe",)
+        assert item["scenario"].targets[0].heading == item["drawn"]["targets[pipe].heading"]
+
+
+def test_twins_differ_only_in_what_they_say(tmp_path):
+    """Other speckle: the same expected levels and masks, bit for bit; no target: the same image beyond its reach."""
+    pairs = ("write: [coco]", "pairs: [no_target, other_speckle]")
+    path = write_small(tmp_path, pairs, ("images: 4", "images: 1"), (", split: {train: 0.5, val: 0.5}", ""),
+                       scene=(("pings: 24", "pings: 60"),))  # fmt: skip
+    scene, without, other = insonify.dataset(path, threads=1)
+    assert [one["twin"] for one in (scene, without, other)] == ["scene", "no_target", "other_speckle"]
+    for name in ("expected", "classes", "instances"):
+        np.testing.assert_array_equal(other[name], scene[name])
+    difference = (other["image"] - scene["image"]).ravel()
+    assert np.mean(difference != 0) > 0.99 and abs(difference.mean()) < 1
+    assert not without["classes"].any() and scene["classes"].any()
+    changed = (without["image"] != scene["image"]).any(axis=1)
+    near = scene["classes"].any(axis=1)
+    reach = np.flatnonzero(near)
+    assert changed[near].any()
+    assert not changed[: max(reach[0] - 25, 0)].any() and not changed[reach[-1] + 25 :].any()
+    assert changed.sum() < 0.8 * changed.size
+
+
+def test_no_multipath_twins_lack_the_echoes_by_way_of_the_surface(tmp_path):
+    """The twin is the scene with direct paths alone: weaker in the mean, with equal masks of direct echoes at most."""
+    path = write_small(
+        tmp_path,
+        ("write: [coco]", "pairs: [no_multipath]"),
+        ("images: 4", "images: 1"),
+        (", split: {train: 0.5, val: 0.5}", ""),
+        scene=(("max_reflections: 0", "max_reflections: 1"),),
+    )
+    scene, direct = insonify.dataset(path, threads=1)
+    assert direct["scenario"].paths.max_reflections == 0
+    assert np.mean(direct["expected"]) < np.mean(scene["expected"])
+
+
+def test_clutter_has_sizes_and_places_of_its_own(tmp_path):
+    """Rocks in the proportions of the library, each another one, apart from each other and from the targets."""
+    from insonify.datasets.dataset import load_dataset
+    from insonify.datasets.drawn_scene import SceneDraws
+
+    clutter = (
+        "clutter: [{count: {integers: [2, 5]}, target: {shape: rock, label: rock, burial: {uniform: [0, 0.5]}}, "
+        "length: {power_law: {exponent: 3, within: [0.3 m, 2 m]}}, position: {area: swath, apart: 1 m}}]"
+    )
+    described = load_dataset(write_small(tmp_path, ("write: [coco]", clutter)))
+    draws = SceneDraws(described.file, described.base)
+    counts = set()
+    for image in range(6):
+        rocks = draws.scene(image)[0].targets[1:]
+        counts.add(len(rocks))
+        assert [rock.label for rock in rocks] == [f"rock {n + 1}" for n in range(len(rocks))]
+        assert len({rock.variant for rock in rocks}) == len(rocks)
+        assert all(0.3 <= rock.size[0] <= 2 and 0 <= rock.burial <= 0.5 for rock in rocks)
+        places = np.array([target.position for target in draws.scene(image)[0].targets])
+        apart = np.linalg.norm(places[:, None] - places, axis=-1) + 10 * np.eye(len(places))
+        assert apart[1:].min() >= 1
+    assert counts <= {2, 3, 4, 5} and len(counts) > 1
+
+
+def test_command_line(tmp_path, capsys):
+    """A contact sheet, a folder that is asked for, a part that there is not."""
+    path = write_small(tmp_path, ("images: 4", "images: 2"))
+    assert main(["dataset", str(path), "--preview", "2"]) == 0
+    assert (tmp_path / "dataset-preview.png").stat().st_size > 20_000
+    assert main(["dataset", str(path)]) == 2
+    assert main(["dataset", str(path), "-o", str(tmp_path / "out"), "--part", "3/2"]) == 2
+    assert "-o DIR is missing" in capsys.readouterr().err
