@@ -136,3 +136,12 @@ def test_carrier_phase_is_the_callers():
     delay = np.array([0.0312345])
     truth = series(delay, carried(delay, np.ones(1)), grid.time)
     assert relative_rms(hear(grid, delay, carried(delay, np.ones(1))), truth) <= 3e-6
+
+
+def test_energies_of_channels_are_transformed_alike_in_any_number():
+    """40 channels of random energies at once, and each alone: the same bits."""
+    grid = window()
+    cells = np.random.default_rng(1).random((40, grid.energy_cells(1).shape[1]))
+    together = convolve_energy(cells, grid, pulse_spectrum(grid.frequencies))
+    alone = [convolve_energy(one[None], grid, pulse_spectrum(grid.frequencies))[0] for one in cells]
+    np.testing.assert_array_equal(together, alone)
