@@ -230,11 +230,9 @@ class FastReverberation:
             np.hypot(north - here[0], east - here[1]) - radius
             for north, east, radius in self.plan.bounding_cylinders[:, :3]
         )
-        behind, listed = [], part.lists.first[part.taken]
-        for s in np.flatnonzero(part.passes_target):
-            point = np.flatnonzero(legs.place[0, first[s] : first[s + 1]] > nearest)
-            behind.append(np.stack([first[s] + point, listed[s] + point]))
-        row, point = np.concatenate(behind, axis=1)
+        line = np.repeat(np.arange(len(first) - 1), np.diff(first))
+        row = np.flatnonzero(part.passes_target[line] & (legs.place[0, : len(line)] > nearest))
+        point = part.lists.first[part.taken][line[row]] + row - first[line[row]]
         if not len(row):
             return None
         reach, depth = legs.place[:, row]
