@@ -12,33 +12,27 @@ import numpy as np
 from insonify.annotations import CLASSES
 
 if TYPE_CHECKING:
-    from insonify.datasets.dataset_folder import DatasetFolder
+    from insonify.datasets.dataset_file import DatasetFile
+    from insonify.scenario.scenario import Scenario
 
 
-def write_card(folder: DatasetFolder) -> None:
-    """Write card.json and README.md of a data set whose scenes are all there.
+def card(file: DatasetFile, base: Scenario, notes: list[dict[str, Any]], fingerprint: str) -> dict[str, Any]:
+    """Content of the card.
 
     Args:
-        folder: The folder.
+        file: The data set.
+        base: Its scenario.
+        notes: Notes of all its scenes.
+        fingerprint: Fingerprint of all that its images depend on.
     """
-    from insonify.datasets.dataset_folder import write_whole
-
-    content = card(folder)
-    write_whole(folder.path / "card.json", json.dumps(content, indent=1, allow_nan=False) + "\n")
-    write_whole(folder.path / "README.md", card_text(content))
-
-
-def card(folder: DatasetFolder) -> dict[str, Any]:
-    """Content of the card."""
     from importlib.metadata import version
 
-    file, notes = folder.file, list(folder.notes())
     images = [image for note in notes for image in note["images"]]
     levels = np.array([image["level_db"] for image in images if image["level_db"]])
     return {
-        "title": folder.base.title or Path(file.scene).stem,
+        "title": base.title or Path(file.scene).stem,
         "version": f"insonify {version('insonify')}",
-        "fingerprint": folder.fingerprint,
+        "fingerprint": fingerprint,
         "seed": file.dataset.seed,
         "scenes": len(notes),
         "images": len(images),
@@ -52,8 +46,8 @@ def card(folder: DatasetFolder) -> dict[str, Any]:
         "varied": _varied([note["drawn"] for note in notes], file.model_dump(mode="json", exclude_none=True)["vary"]),
         "projection": file.dataset.projection,
         "gain": file.dataset.gain,
-        "field": folder.base.field,
-        "compared": _compared(folder),
+        "field": base.field,
+        "compared": _compared(file, base),
     }  # fmt: skip
 
 
@@ -83,18 +77,18 @@ def _summary(values: list[Any]) -> dict[str, Any]:
     return {"counts": dict(sorted(Counter(json.dumps(value) for value in values).items()))}
 
 
-def _compared(folder: DatasetFolder) -> dict[str, Any] | None:
+def _compared(file: DatasetFile, base: Scenario) -> dict[str, Any] | None:
     """Distance of the first scene to the real recording that the file names."""
-    if folder.file.compare is None:
+    if file.compare is None:
         return None
     from insonify import random_keys
     from insonify.comparison.compare import compare
     from insonify.datasets.drawn_scene import SceneDraws
     from insonify.datasets.rendered_scene import expected_recording, with_speckle
 
-    scenario, _ = SceneDraws(folder.file, folder.base).scene(0)
+    scenario, _ = SceneDraws(file, base).scene(0)
     recording = with_speckle(expected_recording(scenario)[0], scenario, random_keys.SPECKLE)
-    result = compare(folder.file.compare, recording).to_dict()
+    result = compare(file.compare, recording).to_dict()
     return {"real": Path(result["real"]).name, **{key: result[key] for key in ("summary", "notes", "findings")}}
 
 

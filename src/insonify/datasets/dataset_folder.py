@@ -180,7 +180,7 @@ class DatasetFolder:
         """
         if self.missing(range(self.file.dataset.images)):
             return False
-        from insonify.datasets.card import write_card
+        from insonify.datasets.card import card, card_text
 
         if "coco" in self.file.write:
             for split in self.file.dataset.split:
@@ -195,7 +195,9 @@ class DatasetFolder:
                 }  # fmt: skip
                 content = {"classes": ["background", *CLASSES], "instances": names}
                 write_whole(self.path / "png" / split / "names.json", json.dumps(content))
-        write_card(self)
+        content = card(self.file, self.base, list(self.notes()), self.fingerprint)
+        write_whole(self.path / "card.json", json.dumps(content, indent=1, allow_nan=False) + "\n")
+        write_whole(self.path / "README.md", card_text(content))
         return True
 
     def notes(self) -> Iterator[dict[str, Any]]:
