@@ -202,6 +202,6 @@ def test_what_is_kept_from_ping_to_ping_follows_the_pulse() -> None:
         ground = prepare_fast_reverberation(scene, engine.choice, simulator.ping_geometry(0), engine.rays)
         assert ground is not None
         plans.append(ground.plan)
-    assert plans[1].loss == plans[2].loss < plans[0].loss
-    np.testing.assert_array_equal(plans[1].reflection_products, plans[2].reflection_products)
-    assert np.abs(plans[1].reflection_products - plans[0].reflection_products).max() > 0.01
+    assert plans[1].table.loss == plans[2].table.loss < plans[0].table.loss
+    np.testing.assert_array_equal(plans[1].table.reflection_products, plans[2].table.reflection_products)
+    assert np.abs(plans[1].table.reflection_products - plans[0].table.reflection_products).max() > 0.01

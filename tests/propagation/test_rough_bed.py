@@ -199,7 +199,7 @@ def test_boundary_echoes_keep_their_coherent_part_alone(relief):
     ("changes", "message"),
     [
         ({"seabed": {"reflecting_interface": "rough"}}, "needs the roughness of a sediment"),
-        ({"seabed": bed(), "paths": {"engine": "tracer"}, "field": "incoherent"}, "seabed is a mirror"),
+        ({"seabed": bed(), "paths": {"engine": "tracer"}, "field": "incoherent"}, "seabed is smooth"),
         ({"seabed": bed(), "surface": {"reflection": "explicit", "wind_speed": 3.0}}, "explicit or a tilted surface"),
     ],
 )

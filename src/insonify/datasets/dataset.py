@@ -113,9 +113,7 @@ def dataset(path: str | Path, *, part: Part | str = WHOLE, threads: int | None =
         `classes` uint8 (0 background, 1 highlight, 2 shadow, 3 ghost), `instances` int32 (number of the target, from 1)
         of that shape; `targets`, their labels; `name`, `twin`, `drawn` and `scenario`.
 
-    Example:
-        >>> for item in insonify.dataset("dataset.yaml", part="1/4"):  # doctest: +SKIP
-        ...     train(item["image"], item["classes"])
+    In a training loop: `for item in insonify.dataset("dataset.yaml", part="1/4"): train(item["image"])`.
     """
     described = load_dataset(path)
     share = Part.parse(part) if isinstance(part, str) else part

@@ -44,7 +44,7 @@ from insonify.propagation.knife_edge import diffract_at_edges
 from insonify.propagation.path_settings import PathSettings
 from insonify.propagation.propagation_model import PropagationModel
 from insonify.propagation.surface_reflection import SonarEnd, apply_surface_reflection, repeated_glint_weight
-from insonify.recent_results import RecentResults
+from insonify.recent_results import Identity, RecentResults
 from insonify.records.legs import Legs, joined_legs
 from insonify.records.pairs import Pairs, PairSampling, SeparableStrengths, Strengths
 from insonify.scattering.compiled_law import CompiledLaw
@@ -62,6 +62,8 @@ Floats = NDArray[np.float64]
 
 FACE_SEED = 0x9E3779B1
 """Multiple of the number of a face that its random bounces have in their seed, so that each face has its own."""
+MAX_CACHED_BOUNDARY_ECHOES = 8
+"""Sides of pings whose boundary echoes are kept."""
 MAX_CACHED_SPECULAR_POINTS = 64
 """Paths whose specular points are kept: those of a ping on each thread."""
 
@@ -89,6 +91,10 @@ class EigenrayEngine:
         default_factory=lambda: RecentResults(MAX_CACHED_SPECULAR_POINTS), compare=False, repr=False
     )
     """Specular points of relief between the last ends of the sonar, which all sides and labels have in common."""
+    boundary_echoes: RecentResults[Pairs] = field(
+        default_factory=lambda: RecentResults(MAX_CACHED_BOUNDARY_ECHOES), compare=False, repr=False
+    )
+    """Boundary echoes of the last sides of pings, which sound and labels have in common."""
     delay_field: DelayField | None = None
     """Random travel-time delays of inhomogeneous water; None: none, as for an expected intensity."""
     approximate_edges: bool = False
@@ -155,7 +161,8 @@ class EigenrayEngine:
             selection: Families and the scatterers at which their pairs are evaluated; None: all of both.
         """
         if scatterers.boundary == BOUNDARY_ECHO:
-            return self._boundary_echoes(ping_geometry, scatterers)
+            key = Identity(ping_geometry), self.delay_field is None
+            return self.boundary_echoes.get(key, lambda: self._boundary_echoes(ping_geometry, scatterers))
         out = self._end_legs(
             ping_geometry.transmit_position, scatterers, ping_geometry, selection, elements=ping_geometry.is_monostatic
         )
@@ -201,7 +208,8 @@ class EigenrayEngine:
             if scatters_facets(self.scene, self.choice):
                 back = without_glints(back)
         if self.choice.edge_diffraction == "knife-edge":
-            back, _ = self._with_diffraction(back, back, transmitter, ping_geometry)
+            exact = replace(self, approximate_edges=False)
+            back, _ = exact._with_diffraction(back, back, transmitter, ping_geometry)
         if hull is not None:
             echoes = hull_families(families, echoes=True)
             _, back = self._with_hull(back, back, echoes, transmitter, ping_geometry, None)
