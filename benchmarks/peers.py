@@ -13,6 +13,7 @@ others on as many as they take. Beside each speed stands the difference of the t
 """
 
 import importlib.util
+import math
 import sys
 import time
 from collections.abc import Callable
@@ -36,8 +37,10 @@ SPEED, CARRIER, ELEMENTS, RATE = 1500.0, 100e3, 32, 160e3
 PITCH = SPEED / CARRIER / 2
 WIDTH = 0.8 * PITCH
 NEAREST, FARTHEST = 5.0, 40.0
-POINTS = 4000
-REPLICA_POINTS = 400
+NARROW = 25e3
+"""Samples per second of the band of pulses of 0.2 ms and longer [Hz]."""
+POINTS = 20_000
+REPLICA_POINTS = 200
 REPLICA_SECONDS = 2e-3
 REFLECTIONS = 10
 """Highest order of the images of the channel."""
@@ -140,11 +143,19 @@ def envelope(series: np.ndarray, rate: float, grid: TimeGrid, carrier: float) ->
         grid: The grid.
         carrier: Carrier [Hz].
     """
-    samples = max(series.shape[1], round(2 * grid.time[-1] * rate))
-    frequency = np.fft.fftfreq(samples, 1 / rate) - carrier
-    in_band = np.abs(frequency) <= 0.45 * grid.sample_rate
-    transform = np.fft.fft(series, samples, axis=1)[:, in_band] * (2 / samples)
-    return np.asarray(transform @ np.exp(2j * np.pi * np.outer(frequency[in_band], grid.time)))
+    block = round(rate / math.gcd(round(rate), round(grid.sample_rate)))
+    samples = -(-max(series.shape[1], round((grid.time[-1] + 1e-3) * rate)) // block) * block
+    kept = round(samples * grid.sample_rate / rate)
+    offset = np.fft.fftfreq(kept, 1 / grid.sample_rate)
+    first = round(carrier * samples / rate)
+    result = np.empty((len(series), len(grid.time)), complex)
+    for row, one in enumerate(series):
+        band = np.fft.fft(one, samples)[first + np.round(offset * samples / rate).astype(int)]
+        band *= np.abs(offset) <= 0.45 * grid.sample_rate
+        # the carrier lies between two bins of the transform
+        shift = np.exp(2j * np.pi * (first * rate / samples - carrier) * grid.time)
+        result[row] = np.fft.ifft(band)[: len(grid.time)] * shift * (2 * kept / samples)
+    return result
 
 
 def tone(seconds: float) -> np.ndarray:
@@ -214,8 +225,8 @@ def finufft() -> list[Result]:
     """Exact delays with numpy, and one transform of type 1 per element, in single precision to 1e-5, on one thread."""
     import finufft as peer
 
-    pulse = tone(1e-4)
-    grid = time_grid(0.0, 2 * FARTHEST / SPEED + 1e-3, RATE, -1e-4, 3e-4)
+    pulse = tone(2e-4)
+    grid = time_grid(0.0, 2 * FARTHEST / SPEED + 1e-3, NARROW, -1e-4, 3e-4)
     place, weight, insonify = echoes(POINTS, pulse, grid)
     spectrum = np.fft.fftshift(band_of(pulse, 1e-7, 0.0, grid, CARRIER))
     samples = len(spectrum)
@@ -227,9 +238,9 @@ def finufft() -> list[Result]:
             delay = (radius + way) / SPEED
             cycles = CARRIER * delay
             strength = (weight / way * np.exp(-2j * np.pi * (cycles - np.floor(cycles)))).astype(np.complex64)
-            turn = np.mod(delay * RATE / samples, 1.0) * 2 * np.pi
+            turn = np.mod(delay * NARROW / samples, 1.0) * 2 * np.pi
             modes = peer.nufft1d1(turn.astype(np.float32), strength, samples, isign=-1, eps=1e-5, nthreads=1)
-            rows.append(np.fft.ifft(np.fft.ifftshift(modes * spectrum))[: grid.sample_count] * RATE)
+            rows.append(np.fft.ifft(np.fft.ifftshift(modes * spectrum))[: grid.sample_count] * NARROW)
         return np.array(rows)
 
     seconds, found = taken(transforms, REPEATS)
@@ -242,7 +253,7 @@ def finufft() -> list[Result]:
 def replicas() -> list[Result]:
     """The paper's method for one element, and the same pulse by insonify for all elements and points."""
     pulse = tone(REPLICA_SECONDS)
-    grid = time_grid(0.0, 2 * FARTHEST / SPEED + 2 * REPLICA_SECONDS, RATE, -1e-4, REPLICA_SECONDS + 1e-4)
+    grid = time_grid(0.0, 2 * FARTHEST / SPEED + 2 * REPLICA_SECONDS, NARROW, -1e-4, REPLICA_SECONDS + 1e-4)
     _, _, insonify = echoes(POINTS, pulse, grid)
     place, weight, _ = echoes(REPLICA_POINTS, pulse, grid)
     across = line(ELEMENTS, PITCH)[0]
@@ -250,7 +261,7 @@ def replicas() -> list[Result]:
     amplitude = weight / np.hypot(place[:, 0] - across, place[:, 1])
 
     def summed() -> np.ndarray:
-        series = np.zeros(round((grid.time[-1] + 1 / RATE) * 1e6))
+        series = np.zeros(round((grid.time[-1] + 1 / NARROW) * 1e6))
         passband_replicas(series, 1e6, delay, amplitude, CARRIER, REPLICA_SECONDS)
         return series
 
