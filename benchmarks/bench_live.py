@@ -1,7 +1,7 @@
 """Time from a pose to a ping: a scanning sonar, a fan of 256 beams, a sidescan; directly, over TCP and over UDP.
 
-Percentiles over some pings of one after the other, by two threads. Wall times are those of this machine with all that
-it does besides, which the load tells; processor times count the same on a busy machine.
+Percentiles over some pings of one after the other, by two threads. Wall times include waiting for
+other work of the machine, see its load; processor times count the same on a busy machine.
 """
 
 import json

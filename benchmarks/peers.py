@@ -294,18 +294,18 @@ def pyroomacoustics() -> list[Result]:
     boundary = {side: peer.Material(0.19 if side in ("floor", "ceiling") else 1.0) for side in
                 ("east", "west", "north", "south", "floor", "ceiling")}  # fmt: skip
 
-    def rooms() -> np.ndarray:
-        room = peer.ShoeBox(size, fs=int(rate), materials=boundary, max_order=REFLECTIONS, air_absorption=False)
-        room.add_source([150.0, 70.0, 5.0])
-        room.add_microphone_array(np.array([centre[0] + across, 0 * across + centre[1], 0 * across + centre[2]]))
-        room.compute_rir()
-        images = room.sources[0]
-        rooms.found = images.images.T, images.damping[0], peer.constants.get("frac_delay_length") // 2  # type: ignore[attr-defined]
-        longest = max(len(room.rir[m][0]) for m in range(MICROPHONES))
-        return np.array([np.pad(room.rir[m][0], (0, longest - len(room.rir[m][0]))) for m in range(MICROPHONES)])
+    room = peer.ShoeBox(size, fs=int(rate), materials=boundary, max_order=REFLECTIONS, air_absorption=False)
+    room.add_source([150.0, 70.0, 5.0])
+    room.add_microphone_array(np.array([centre[0] + across, 0 * across + centre[1], 0 * across + centre[2]]))
 
-    seconds, responses = taken(rooms, REPEATS)
-    images, damping, lead = rooms.found  # type: ignore[attr-defined]
+    def impulse_responses() -> np.ndarray:
+        room.compute_rir()
+        longest = max(len(responses[0]) for responses in room.rir)
+        return np.array([np.pad(responses[0], (0, longest - len(responses[0]))) for responses in room.rir])
+
+    seconds, responses = taken(impulse_responses, REPEATS)
+    images, damping = room.sources[0].images.T, room.sources[0].damping[0]
+    lead = peer.constants.get("frac_delay_length") // 2
     pulse = np.sin(np.pi * np.arange(10_000) * 1e-7 / 1e-3) ** 2 * np.cos(
         2 * np.pi * carrier * np.arange(10_000) * 1e-7
     )
