@@ -24,6 +24,16 @@ def test_a_wall_mirrors_the_scene_in_front_of_it():
     assert apart_db(mirrored, free) == pytest.approx(0, abs=0.1)
 
 
+@pytest.mark.parametrize("apart", [(0.0, 0.0, 0.0), (0.0, 0.0, -0.1)], ids=["together", "apart"])
+def test_a_wall_mirrors_pairs_of_different_families(apart):
+    """Out by the wall and back by wall and surface, in either order: pair D-S of the open bed within 0.1 dB."""
+    paths, receive = {**FAR["paths"], "max_reflections": 2, "contributions": ["seabed"]}, {"receive": {"offset": apart}}
+    free = curves(scene("tracer", window=FAR["window"], paths={"families": ["D", "S"]}, **receive))["seabed", "D-S"]
+    found = curves(scene("tracer", targets=[WALL], rays=100_000, window=FAR["window"], paths=paths, **receive))
+    mirrored = sum(found.get(("seabed", pair), 0.0) for pair in ("T-ST", "T-TS"))
+    assert apart_db(mirrored, free) == pytest.approx(0, abs=0.1)
+
+
 def test_half_a_mirror_returns_a_quarter_of_what_passes_it_twice():
     """Echoes by the wall out and back fall by 6.02 dB, those that pass it once by 3.01 dB."""
     once, twice = {}, {}

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 from insonify.engines.boundary_echoes import boundary_echo_families, sediment_bounce_factor
 from insonify.engines.tracer.image_legs import coherent_intensity_factor, image_legs
 from insonify.engines.tracer.interaction import scattered_per_steradian
-from insonify.engines.tracer.ray_bundle import RayBundle, RayHits, TracedPing
-from insonify.engines.tracer.ray_tracing import receiver_paths
+from insonify.engines.tracer.ray_bundle import RayBundle, RayHits, ReceiverPaths, TracedPing
+from insonify.engines.tracer.ray_tracing import MAX_MISS_DISTANCE, face_chains, receiver_paths
 from insonify.records.echo_energies import EchoEnergies
 from insonify.scene.scatterers import BOUNDARY_ECHO
 from insonify.scene.target import PointTarget
@@ -30,7 +30,7 @@ def echoes(ping: TracedPing, hits: RayHits) -> Iterator[EchoEnergies]:
     has the energy of one order, and as `reciprocal` the interference with the other order: 0 where there is no
     distinct other order. Paths over a target's face are traced from the transmitter; those with a face on the receive
     leg alone are the same path of a monostatic sonar, and otherwise traced from the receiver, in an exchanged ping.
-    The path back over the same flat faces is added.
+    Paths back over flat faces are added: by the same reflections, and by others.
 
     Args:
         ping: The ping.
@@ -84,19 +84,54 @@ def _transmitted_energy(ping: TracedPing, rays: RayBundle) -> Floats:
 
 
 def _retraced_echoes(ping: TracedPing, hits: RayHits, sent: Floats) -> Iterator[EchoEnergies]:
-    """Echoes that return along the transmit path by flat faces of targets, with spherical spreading."""
-    rays = hits.rays
+    """Echoes that return by flat faces of targets, with spherical spreading: first those along the transmit path."""
+    rays, own_bounce = hits.rays, OWN_BOUNCE[hits.contribution]
+    same = ReceiverPaths(
+        -rays.direction, rays.launch, rays.length, rays.energy_fraction, np.ones(len(rays.length), bool)
+    )
+    if not ping.ping_geometry.is_monostatic:
+        same = receiver_paths(ping, rays.origin, rays.receiver_image, rays.chain)
+        same = same._replace(energy_fraction=rays.energy_fraction)
+    yield from _face_echoes(ping, hits, sent, rays.chain, same, None)
+    for chain, transmit_image, image in face_chains(ping):
+        other = np.linalg.norm(rays.receiver_image - image, axis=1) > MAX_MISS_DISTANCE
+        if chain.endswith(own_bounce) or (chain == rays.chain and not other.any()):
+            continue
+        paths = receiver_paths(ping, rays.origin, image, chain)
+        if chain == rays.chain:
+            paths = paths._replace(is_clear=paths.is_clear & other)
+        yield from _face_echoes(ping, hits, sent, chain, paths, transmit_image)
+
+
+def _face_echoes(
+    ping: TracedPing, hits: RayHits, sent: Floats, chain: str, paths: ReceiverPaths, transmit_image: Floats | None
+) -> Iterator[EchoEnergies]:
+    """Echoes that return by one chain of flat faces and boundaries.
+
+    Args:
+        ping: The ping.
+        hits: Hits of rays by flat faces.
+        sent: Their energies from `_transmitted_energy`.
+        chain: Reflections of the receive legs, from the receiver outwards.
+        paths: The receive legs.
+        transmit_image: Image of the transmitter in the planes of that chain [m], (3,); None for the transmit path.
+    """
+    rays, length = hits.rays, hits.rays.length + paths.length
     if hits.law is None:
         return
-    leaving, departure, length, clear = receiver_paths(ping, rays)
-    returned = scattered_per_steradian(hits.law, rays.direction, leaving, hits.normal)
-    returned = returned * rays.energy_fraction * np.exp(-ping.attenuation * length) / length**2
-    rows = np.flatnonzero(clear & (returned > 0) & _in_window(ping, rays.length + length))
-    if rows.size:
-        gain = ping.receive_beams.gain(departure[rows]) ** 2
-        energy = _channels(ping, sent[:, rows], gain * returned[rows])
-        delay = (rays.length + length)[rows] / _speed(ping)
-        yield EchoEnergies(hits.contribution, hits.object, rays.family, rays.family, delay, energy, np.zeros(rows.size))
+    returned = scattered_per_steradian(hits.law, rays.direction, paths.leaving, hits.normal)
+    returned = returned * paths.energy_fraction * np.exp(-ping.attenuation * paths.length) / paths.length**2
+    rows = np.flatnonzero(paths.is_clear & (returned > 0) & _in_window(ping, length))
+    if not rows.size:
+        return
+    energy = _channels(ping, sent[:, rows], ping.receive_beams.gain(paths.departure[rows]) ** 2 * returned[rows])
+    reciprocal = np.full(rows.size, 0.0 if transmit_image is None else 1.0)
+    if transmit_image is not None and not ping.ping_geometry.is_monostatic:
+        out = np.linalg.norm(rays.origin - transmit_image, axis=1)
+        back = np.linalg.norm(rays.origin - rays.receiver_image, axis=1)
+        reciprocal = _interference(ping, (length - out - back)[rows])
+    delay = length[rows] / _speed(ping)
+    yield EchoEnergies(hits.contribution, hits.object, rays.family, chain, delay, energy, reciprocal)
 
 
 def point_echoes(ping: TracedPing, target: PointTarget, position: Floats) -> Iterator[EchoEnergies]:

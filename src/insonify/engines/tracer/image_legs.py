@@ -79,16 +79,29 @@ def coherent_intensity_factor(
         sine: Sines of their grazing angles at the boundaries [1].
         wavelength: Acoustic wavelength [m].
     """
-    terrain, factor = scene.seabed.terrain, np.ones(np.shape(length))
-    if terrain is None:
-        return factor
-    climb, z = 0.0, depth
-    for letter in bounce_letters(family):
-        goal = terrain.depth if letter == "B" else 0.0
+    factor, climb, z = np.ones(np.shape(length)), 0.0, depth
+    for letter in bounce_letters(family) if scene.seabed.terrain is not None else "":
+        goal = scene.seabed.depth if letter == "B" else 0.0
         climb, z = climb + abs(goal - z), goal
         if letter == "B":
             part = np.clip(climb / np.maximum(sine * length, 1e-12), 0, 1)
-            # geometric mean of the axes of the first Fresnel zone
-            zone = 2 * np.sqrt(wavelength * length * part * (1 - part) / np.maximum(sine, 1e-9))
-            factor = factor * terrain.roughness_reflection_factor(sine, wavelength, np.maximum(zone, 1e-6)) ** 2
+            factor = factor * bounce_roughness_factor(scene, part, length, sine, wavelength)
     return factor
+
+
+def bounce_roughness_factor(scene: Scene, part: Floats, length: Floats, sine: Floats, wavelength: float) -> Floats:
+    """Factor of the seabed's roughness on the specular intensity of one bounce [1], shape of `length`.
+
+    Args:
+        scene: The scene; 1 over a flat bed.
+        part: Fraction of the path before the bounce [1].
+        length: Lengths of the paths [m].
+        sine: Sines of their grazing angles at the bounce [1].
+        wavelength: Acoustic wavelength [m].
+    """
+    terrain = scene.seabed.terrain
+    if terrain is None:
+        return np.ones(np.shape(length))
+    # geometric mean of the axes of the first Fresnel zone
+    zone = 2 * np.sqrt(wavelength * length * part * (1 - part) / np.maximum(sine, 1e-9))
+    return np.asarray(terrain.roughness_reflection_factor(sine, wavelength, np.maximum(zone, 1e-6)) ** 2)

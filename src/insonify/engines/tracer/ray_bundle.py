@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -91,6 +92,21 @@ class RayBundle:
     def family(self) -> str:
         """Name of the chain: D without reflections."""
         return self.chain or "D"
+
+
+class ReceiverPaths(NamedTuple):
+    """Paths from n positions to the receiver by a chain of flat faces and boundaries."""
+
+    leaving: Floats
+    """Directions in which they leave the positions [1], (n, 3)."""
+    departure: Floats
+    """Directions of their ends at the receiver, outwards [1], (n, 3)."""
+    length: Floats
+    """Lengths [m], (n,)."""
+    energy_fraction: Floats
+    """Fraction of the energy that remains after the reflections [1], (n,)."""
+    is_clear: NDArray[np.bool_]
+    """True where a path is clear and reflected by the faces of the chain, (n,)."""
 
 
 @dataclass(frozen=True, slots=True)

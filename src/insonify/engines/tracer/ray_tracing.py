@@ -2,15 +2,22 @@
 
 from collections.abc import Iterator
 from dataclasses import replace
+from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
 
 from insonify.engines.tracer._trace_kernel import BED, BODY, SURFACE
-from insonify.engines.tracer.image_legs import bounce_letters, coherent_intensity_factor, reflected_intensity
+from insonify.engines.tracer.image_legs import (
+    bounce_letters,
+    bounce_roughness_factor,
+    coherent_intensity_factor,
+    image_source_depth,
+    reflected_intensity,
+)
 from insonify.engines.tracer.interaction import specular_direction, specular_fraction
-from insonify.engines.tracer.ray_bundle import RayBundle, RayHits, TracedPing
-from insonify.engines.tracer.tracing_scene import has_flat_faces
+from insonify.engines.tracer.ray_bundle import RayBundle, RayHits, ReceiverPaths, TracedPing
+from insonify.engines.tracer.tracing_scene import FacePlane, face_planes, has_flat_faces
 from insonify.scene.target import Solid
 
 Floats = NDArray[np.float64]
@@ -117,30 +124,67 @@ def _reflected_rays(ping: TracedPing, hits: RayHits) -> RayBundle:
     )  # fmt: skip
 
 
-def receiver_paths(ping: TracedPing, rays: RayBundle) -> tuple[Floats, Floats, Floats, NDArray[np.bool_]]:
-    """Paths from the rays' positions to the receiver by the flat faces of their chain, in reverse order.
+def receiver_paths(ping: TracedPing, position: Floats, image: Floats, chain: str) -> ReceiverPaths:
+    """Paths from positions to the receiver by a chain of flat faces and boundaries, in reverse order.
 
     Args:
         ping: The ping.
-        rays: The rays, n of them, which left the transmitter.
-
-    Returns:
-        Directions in which the paths leave (n, 3), directions from the receiver (n, 3), lengths [m] (n,), and True
-        where a path is clear and reflected by the same faces (n,).
+        position: The positions [m], shape (n, 3).
+        image: Images of the receiver in the planes of the chain [m], shape (n, 3) or (3,).
+        chain: Letters of the reflections, from the receiver outwards.
     """
-    if ping.ping_geometry.is_monostatic:
-        return -rays.direction, rays.launch, rays.length, np.ones(len(rays.length), bool)
-    straight = rays.receiver_image - rays.origin
+    straight, wavelength = image - position, ping.ping_geometry.wavelength
     length = np.linalg.norm(straight, axis=1)
     leaving = straight / np.maximum(length, 1e-9)[:, None]
-    origin, direction, remaining, clear = rays.origin, leaving, length, np.ones(len(length), bool)
-    for letter in (*reversed(rays.chain), ""):
-        distance, kind, _, normal = ping.intersector.hits(origin, direction, remaining)
+    origin, direction, remaining, clear = position, leaving, length, np.ones(len(length), bool)
+    fraction = np.ones(len(length))
+    of_body = np.array([*(_face_specular_fraction(ping, body) for body in ping.scene.occluders), 0.0])
+    for letter in (*reversed(chain), ""):
+        distance, kind, body_row, normal = ping.intersector.hits(origin, direction, remaining)
         origin, remaining = origin + distance[:, None] * direction, remaining - distance
         clear &= np.array([BOUNCE_LETTERS.get(int(one), "") == letter for one in kind], bool)
+        if letter == "T":
+            fraction *= np.where(np.einsum("ij,ij->i", direction, normal) < 0, of_body[body_row], 0.0)
+        elif letter:
+            sine, normal = np.minimum(np.abs(direction[:, 2]), 1.0), np.broadcast_to(UP, direction.shape)
+            fraction *= reflected_intensity(ping.scene, letter, np.arcsin(sine))
+            if letter == "B":
+                fraction *= bounce_roughness_factor(ping.scene, remaining / length, length, sine, wavelength)
         if letter:
-            direction = specular_direction(direction, normal if letter == "T" else np.broadcast_to(UP, direction.shape))
-    return leaving, -direction, length, clear & (np.linalg.norm(origin - ping.receive, axis=1) < MAX_MISS_DISTANCE)
+            direction = specular_direction(direction, normal)
+    clear &= np.linalg.norm(origin - ping.receive, axis=1) < MAX_MISS_DISTANCE
+    return ReceiverPaths(leaving, -direction, length, fraction, clear)
+
+
+def face_chains(ping: TracedPing) -> list[tuple[str, Floats, Floats]]:
+    """Chains of reflections with one flat face, each with the images of transmitter and receiver in its planes [m]."""
+    boundaries = "".join(sorted(set("".join(map(bounce_letters, ping.choice.followed_families)))))
+    words, chains = [""], list[str]()
+    for _ in range(ping.choice.max_reflections):
+        words = [word + letter for word in words for letter in "T" + boundaries if not word.endswith(letter)]
+        words = [word for word in words if word.count("T") < 2]
+        chains += [word for word in words if "T" in word and is_followed(ping, word)]
+    found: list[tuple[str, Floats, Floats]] = []
+    for chain, plane in product(chains, face_planes(ping.scene)):
+        transmit, receive = (
+            _chain_image(chain, plane, position, ping.scene.seabed.depth) for position in (ping.transmit, ping.receive)
+        )
+        if transmit is not None and receive is not None:
+            found.append((chain, transmit, receive))
+    return found
+
+
+def _chain_image(chain: str, plane: FacePlane, position: Floats, bed: float) -> Floats | None:
+    """Image of a position in the planes of a chain with one face [m], (3,); None where it is behind the face."""
+    image = position
+    for letter in chain:
+        if letter != "T":
+            image = np.array([image[0], image[1], image_source_depth(letter, image[2], bed)])
+        elif (reflected := plane.image(image)) is not None:
+            image = reflected
+        else:
+            return None
+    return image
 
 
 def _reflected_fraction(ping: TracedPing, hits: RayHits) -> Floats:

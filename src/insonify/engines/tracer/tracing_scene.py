@@ -6,6 +6,7 @@ are triangulated like all other bodies.
 
 from functools import lru_cache
 from threading import Lock
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,6 +32,11 @@ are less steep than the relief: at 5 cm rms it scatters 0.1 dB too little at 4 d
 MAX_FLAT_ANGLE, MIN_EDGE_ANGLE = 2e-3, 0.5
 """Angles between neighbouring triangles: those of one flat face are below the first, edges between faces above the
 second [rad]."""
+
+COPLANAR = 1e-4
+"""Distance between planes [m], and angle [rad], below which they are one."""
+MAX_PLANES = 64
+"""Largest number of planes of faces by which receive legs are searched [1]."""
 
 
 class TracingScene:
@@ -187,6 +193,36 @@ class RayIntersector:
             clear_image_paths(end, position, bottom, wavelength, self.ground, self._scene_tree, missing, found)
             if not self._fetch_missing(missing):
                 return found
+
+
+class FacePlane(NamedTuple):
+    """Plane of a flat face in the scatterer grid's frame."""
+
+    normal: Floats
+    """Unit normal into the water [1], shape (3,)."""
+    offset: float
+    """Distance from the origin along the normal [m]."""
+
+    def image(self, position: Floats) -> Floats | None:
+        """Image of a position (3,) in the plane [m]; None for one behind it."""
+        height = float(position @ self.normal) - self.offset
+        return None if height <= COPLANAR else position - 2 * height * self.normal
+
+
+@lru_cache(maxsize=8)
+def face_planes(scene: Scene) -> tuple[FacePlane, ...]:
+    """Planes of the flat faces of all occluders, those of the largest faces first, `MAX_PLANES` at most."""
+    tree, solids = _scene_tree(scene), scene.occluders
+    flat = np.array([has_flat_faces(solids[row]) for row in tree.solid_row], bool)
+    corner, normal = tree.corner_and_sides[flat], tree.normal[flat]
+    area = np.linalg.norm(np.cross(corner[:, 3:6], corner[:, 6:]), axis=1)
+    offset, left, found = np.einsum("ij,ij->i", corner[:, :3], normal), area > 0, list[FacePlane]()
+    for row in np.argsort(-area, kind="stable"):
+        if left[row] and len(found) < MAX_PLANES:
+            same = (normal @ normal[row] > 1 - COPLANAR**2 / 2) & (np.abs(offset - offset[row]) < COPLANAR)
+            left &= ~same
+            found.append(FacePlane(normal[row], float(offset[row])))
+    return tuple(found)
 
 
 @lru_cache(maxsize=256)
