@@ -5,7 +5,7 @@ calls another file's kernel holds a copy of it, and would go on running the old 
 after an upgrade in place, or a change to a callee. So each file of kernels is stamped here with all that it draws on.
 
 The stamps stand with the machine code, wherever numba keeps it: in a folder that the user named (NUMBA_CACHE_DIR),
-beside the sources, or in the user's own cache where the sources cannot be written to. Each of these places has its own
+beside the sources, or in the user's own cache where the sources cannot be written to. Each location has its own
 stamps, so that whatever is loaded was made from the sources as they are.
 """
 
@@ -30,7 +30,7 @@ def delete_stale_kernels(package: Path) -> list[str]:
     """Delete the machine code of kernels whose own source, or that of a kernel they may call, has changed.
 
     Returns:
-        Files of kernels whose machine code was dropped, relative to the package; none where no place for machine code
+        Files of kernels whose machine code was dropped, relative to the package; none where no folder for machine code
         can be written to.
     """
     beside = cache_folder(package)
@@ -65,14 +65,14 @@ def cache_folder(package: Path) -> Callable[[Path], Path]:
         package: Folder of the package; where its own machine code can be written, that of its parts can be, too.
     """
     named, order = _numba_cache_settings()
-    places: dict[str, Callable[[Path], Path]] = {"InTree": lambda folder: folder / "__pycache__"}
+    locations: dict[str, Callable[[Path], Path]] = {"InTree": lambda folder: folder / "__pycache__"}
     if named:
-        places = {"UserProvided": partial(_cache_subfolder, Path(named)), **places}
-    if order:  # the user's own choice among numba's classes of places
-        places = {name: places[name] for name in order if name in places}
-    for place in places.values():
-        if _is_writable(place(package)):
-            return place
+        locations = {"UserProvided": partial(_cache_subfolder, Path(named)), **locations}
+    if order:  # the user's own choice among numba's classes of locations
+        locations = {name: locations[name] for name in order if name in locations}
+    for location in locations.values():
+        if _is_writable(location(package)):
+            return location
     return partial(_cache_subfolder, _user_cache())
 
 
@@ -92,7 +92,7 @@ def _numba_cache_settings() -> tuple[str, list[str]]:
 
 
 def _cache_subfolder(root: Path, folder: Path) -> Path:
-    """Folder for the machine code of a folder of sources, in a place that many packages share."""
+    """Folder for the machine code of a folder of sources, in a location that many packages share."""
     path = os.path.abspath(folder)
     return root / f"{os.path.basename(path)}_{hashlib.sha1(path.encode(), usedforsecurity=False).hexdigest()}"
 

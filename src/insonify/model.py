@@ -35,7 +35,7 @@ def field_error(path: str, value: object, advice: str) -> PydanticCustomError:
     Args:
         path: Where the value stands below this model: field names and indices joined by dots.
         value: The value, as a person would write it; None where there is nothing to show.
-        advice: What is wrong with it, its limit, and the way out; it reads on after the value.
+        advice: What is wrong with it, its limit, and the fix; it reads on after the value.
 
     Returns:
         An error for a model validator to raise; in Python it reads "path: value advice".
@@ -155,7 +155,7 @@ def _no_field(model: type[BaseModel], name: str) -> str:
 def _number(value: object) -> object:
     # YAML reads a bare `no` as False, and Python would quietly count that as 0.
     if isinstance(value, bool):
-        raise PydanticCustomError("truth_value", "true or false where a number is wanted")
+        raise PydanticCustomError("truth_value", "true or false where a number is expected")
     return value
 
 

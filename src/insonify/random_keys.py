@@ -18,7 +18,7 @@ from insonify.jit import njit
 
 # The numbers are part of every stored result: append new ones, never renumber.
 SEABED = 1
-"""Stream of the scatterers on the seabed: place in the cell and phase."""
+"""Stream of the scatterers on the seabed: position in the cell and phase."""
 SURFACE = 2
 """Stream of the scatterers on the sea surface."""
 TARGET = 3
@@ -42,7 +42,7 @@ NAVIGATION = 13
 TRACER = 16
 """Stream of the directions of traced rays, one draw per ray and ping."""
 GLINT = 17
-"""Stream of the glints of the sea surface: the waves that make them, one draw per place, family and bounce."""
+"""Stream of the glints of the sea surface: the waves that make them, one draw per point, family and bounce."""
 ELEMENTS = 20
 """Stream of the errors of a receiving array's elements."""
 WATER_DELAYS = 37
@@ -50,7 +50,7 @@ WATER_DELAYS = 37
 TEXTURE = 26
 """Stream of the seabed's texture: numbers of lattice nodes."""
 VOLUME = 27
-"""Stream of the scatterers in the water: place in the cell and phase."""
+"""Stream of the scatterers in the water: position in the cell and phase."""
 PAIR_SAMPLING = 36
 """Stream of the scatterers that are evaluated for weak pairs of legs: one draw per scatterer."""
 SPECKLE = 40
@@ -256,7 +256,7 @@ def complex_normals(
         ping: Number of the ping [1].
         channel: Number of the channel of the ping [1].
         count: Number of samples [1].
-        start: Index of the first sample wanted; samples 100 to 199 are the same whether
+        start: Index of the first sample; samples 100 to 199 are the same whether
             computed alone or as part of a longer run [1].
 
     Returns:

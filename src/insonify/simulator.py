@@ -278,7 +278,7 @@ def record(
     """
     from insonify.formats.recording_writer import RecordingWriter
 
-    wanted = selected_pings(scenario, pings)
+    requested = selected_pings(scenario, pings)
     simulator = build_simulator(scenario)
     lines = simulator.recorded_lines()
     layout = recording_layout(scenario, simulator.platforms, simulator.grid.time, lines)
@@ -287,7 +287,7 @@ def record(
         Path(path), layout, attributes(scenario), lines=lines, overwrite=overwrite,
         label_names=simulator.label_names if labelled else None,
     )  # fmt: skip
-    missing, count = writer.missing(writer.of_part(part, wanted))
+    missing, count = writer.missing(writer.of_part(part, requested))
     done, report = count - len(missing), on_ping or (lambda *_: None)
     report(done, count)
     for job, series, labelling in simulate_jobs(simulator, [Job(*one) for one in missing], threads):
@@ -302,13 +302,13 @@ SeriesAndLabels = tuple[NDArray[np.generic] | None, Labels | None]
 
 
 class Job(NamedTuple):
-    """Results wanted of one ping."""
+    """Results to compute of one ping."""
 
     ping: int
-    wants_sound: bool
-    """True: its series is wanted."""
-    wants_labels: bool
-    """True: its labels are wanted."""
+    with_series: bool
+    """True: its series is computed."""
+    with_labels: bool
+    """True: its labels are computed."""
 
 
 def simulate_pings(
@@ -316,7 +316,7 @@ def simulate_pings(
 ) -> Iterator[tuple[int, NDArray[np.generic]]]:
     """Time series, ping by ping: number of the ping, and its series of shape (channels, samples)."""
     for job, series, _ in simulate_jobs(
-        simulator, [Job(ping, wants_sound=True, wants_labels=False) for ping in pings], threads
+        simulator, [Job(ping, with_series=True, with_labels=False) for ping in pings], threads
     ):
         assert series is not None
         yield job.ping, series
@@ -352,12 +352,12 @@ def simulate_jobs(
 
 
 def _simulate_ping(simulator: Simulator, job: Job, pool: WorkerPool) -> SeriesAndLabels:
-    """Series and labels of one ping, as far as they are wanted; terrain occlusion is evaluated once for both."""
+    """Series and labels of one ping, as far as the job includes them; terrain occlusion is evaluated once for both."""
     sides = simulator.ping_geometries(job.ping)
-    if not job.wants_labels:
+    if not job.with_labels:
         return record_ping(simulator, sides, pool), None
     labelling, seabeds = _labels(simulator, sides, pool)
-    return record_ping(simulator, sides, pool, seabeds) if job.wants_sound else None, labelling
+    return record_ping(simulator, sides, pool, seabeds) if job.with_series else None, labelling
 
 
 def _pings_fit_concurrently(simulator: Simulator, ping: int) -> bool:
@@ -524,7 +524,7 @@ def arrivals(scenario: Scenario, ping: int = 0, *, window: DelayInterval | None 
     Args:
         scenario: The scenario.
         ping: Number of the ping.
-        window: Earliest and latest delay wanted [s], or with units such as ("200 ms", "201 ms"); by default all that
+        window: Earliest and latest delay to report [s], or with units such as ("200 ms", "201 ms"); by default all that
             touch the recording.
         channel: Number of the beam or element; paths are those of its side, and delays, amplitudes and Doppler factors
             those of this channel, on a moving platform as well.

@@ -7,7 +7,7 @@ from scipy import stats
 from datasets.small_dataset import write_small
 from insonify.datasets.distributions import SwathArea
 from insonify.datasets.drawn_scene import uniforms
-from insonify.datasets.swath import PlacementError, free_place, swath_of
+from insonify.datasets.swath import PlacementError, free_position, swath_of
 from insonify.datasets.varied_keys import UnknownItemError, varied_keys
 from insonify.scenario.load import load_scenario
 
@@ -59,21 +59,21 @@ def test_positions_are_uniform_over_the_swath(scenario):
     """Along and across a straight track by Kolmogorov-Smirnov at 0.1 %, 2000 positions, all to starboard and seen."""
     area = SwathArea(across=(7, 14), along=(0.25, 0.75))
     swath = swath_of(scenario, area)
-    places = np.array([swath.place(u, area.along) for u in uniforms(7, "position", np.arange(2000))])
+    points = np.array([swath.point_at(u, area.along) for u in uniforms(7, "position", np.arange(2000))])
     length = 2.0 * 0.1 * 23
-    assert stats.kstest(places[:, 0], stats.uniform(0.25 * length, 0.5 * length).cdf).pvalue > 1e-3
-    assert stats.kstest(places[:, 1], stats.uniform(7, 7).cdf).pvalue > 1e-3
+    assert stats.kstest(points[:, 0], stats.uniform(0.25 * length, 0.5 * length).cdf).pvalue > 1e-3
+    assert stats.kstest(points[:, 1], stats.uniform(7, 7).cdf).pvalue > 1e-3
 
 
 def test_default_positions_are_recorded(scenario):
     """Slant ranges of all positions lie within the window, as does the shadow behind them."""
     area = SwathArea()
     swath = swath_of(scenario, area)
-    places = np.array([swath.place(u, area.along) for u in uniforms(7, "position", np.arange(500))])
-    slant = np.hypot(places[:, 1], 6.0)
+    points = np.array([swath.point_at(u, area.along) for u in uniforms(7, "position", np.arange(500))])
+    slant = np.hypot(points[:, 1], 6.0)
     start, stop = (750 * time for time in scenario.track.window)
     assert slant.min() > start and slant.max() < stop
-    assert places[:, 0].min() > 0 and places[:, 0].max() < 4.6
+    assert points[:, 0].min() > 0 and points[:, 0].max() < 4.6
 
 
 def test_both_sides_and_one(scenario):
@@ -82,7 +82,7 @@ def test_both_sides_and_one(scenario):
     for side, share in (("both", 0.5), ("port", 1.0), ("starboard", 0.0)):
         area = SwathArea(side=side)
         swath = swath_of(two, area)
-        port = np.mean([swath.place(u, area.along)[1] < 0 for u in uniforms(7, "position", np.arange(1000))])
+        port = np.mean([swath.point_at(u, area.along)[1] < 0 for u in uniforms(7, "position", np.arange(1000))])
         assert port == pytest.approx(share, abs=4 * np.sqrt(share * (1 - share) / 1000))
     with pytest.raises(PlacementError, match="no port side"):
         swath_of(scenario.with_("sonar.sides", ["starboard"]), SwathArea(side="port"))
@@ -93,8 +93,8 @@ def test_a_fan_of_beams_has_a_sector(scenario):
     changes = {"sonar.mounting.bearing": "0 deg", "sonar.receive.steer": [-0.5, 0.0, 0.5]}
     area = SwathArea(along=(0, 0))
     swath = swath_of(scenario.with_(changes), area)
-    places = np.array([swath.place(u, area.along) for u in uniforms(7, "position", np.arange(2000))])
-    bearing, distance = np.arctan2(places[:, 1], places[:, 0]), np.hypot(*places.T)
+    points = np.array([swath.point_at(u, area.along) for u in uniforms(7, "position", np.arange(2000))])
+    bearing, distance = np.arctan2(points[:, 1], points[:, 0]), np.hypot(*points.T)
     assert stats.kstest(bearing, stats.uniform(-0.5, 1.0).cdf).pvalue > 1e-3
     squares = stats.uniform(swath.near**2, swath.far**2 - swath.near**2)
     assert stats.kstest(distance**2, squares.cdf).pvalue > 1e-3
@@ -105,8 +105,8 @@ def test_places_are_apart(scenario):
     area = SwathArea(apart=1.5)
     swath, taken = swath_of(scenario, area), []
     for number in range(4):
-        taken.append(free_place(swath, area, uniforms(7, f"thing {number}", 0, np.arange(200)), taken))
+        taken.append(free_position(swath, area, uniforms(7, f"thing {number}", 0, np.arange(200)), taken))
     apart = np.linalg.norm(np.array(taken)[:, None] - np.array(taken), axis=-1) + 10 * np.eye(4)
     assert apart.min() >= 1.5
     with pytest.raises(PlacementError, match="fewer targets"):
-        free_place(swath, SwathArea(apart=900), uniforms(7, "thing", 0, np.arange(5)), taken)
+        free_position(swath, SwathArea(apart=900), uniforms(7, "thing", 0, np.arange(5)), taken)

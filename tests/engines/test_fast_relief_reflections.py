@@ -53,7 +53,7 @@ def test_each_leg_is_that_of_the_general_engine(monkeypatch: pytest.MonkeyPatch)
         bounce_off_relief(*expected)
         listed = np.concatenate([part.lists.first[one] + np.arange(n) for one, n in
                                  zip(part.taken, np.diff(first), strict=True)])  # fmt: skip
-        reach, depth = legs.place[:, : first[-1]]
+        reach, depth = legs.point[:, : first[-1]]
         points = np.stack([*(here.transmit_position[:2, None] + reach * part.lists.ahead[:, listed]), depth], axis=-1)
         kept.append((points, delay[:, : first[-1]].copy(), departure[:, :, : first[-1]].copy(), *level))
 

@@ -40,12 +40,12 @@ def world(request):
     def legs(which=slice(None)):
         return simulator.engine.rays.legs(sonar, points.take(which), FAMILIES, here.frequency)
 
-    def evaluate_at(wanted=None, which=slice(None), soft=False):
+    def evaluate_at(needed=None, which=slice(None), soft=False):
         terrain_occlusion = TerrainOcclusion(bed, sonar, StraightLaunchAngles(11.0, 20.0), farthest=80.0,
         wavelength=0.015,
                             min_profile_width=4e-3)  # fmt: skip
         return reflect_off_relief(
-            legs(which), points.take(which), sonar, terrain_occlusion, scene, soft=soft, wanted=wanted
+            legs(which), points.take(which), sonar, terrain_occlusion, scene, soft=soft, needed=needed
         )
 
     return evaluate_at, legs
@@ -61,10 +61,10 @@ def assert_same(one, other, name):
 def test_legs_requested_are_those_of_all_and_others_are_zero(world, chance, soft):
     """None, a few, half and all of each family: the same to rounding; the rest silent; legs without bottom as ever."""
     requested, _ = world
-    every, wanted = requested(soft=soft), np.random.default_rng(2).random((len(FAMILIES), 300)) < chance
-    some = requested(wanted, soft=soft)
+    every, needed = requested(soft=soft), np.random.default_rng(2).random((len(FAMILIES), 300)) < chance
+    some = requested(needed, soft=soft)
     for row, family in enumerate(FAMILIES):
-        here = wanted[row] if "B" in family else np.ones(300, bool)
+        here = needed[row] if "B" in family else np.ones(300, bool)
         for name in COLUMNS:
             assert_same(getattr(some, name)[row, here], getattr(every, name)[row, here], name)
         assert not np.any(some.amplitude[row, ~here])

@@ -162,12 +162,12 @@ def test_wrong_poses_are_refused_with_advice_and_change_nothing() -> None:
             sonar.ping(6.0, (0, 0, 4))
 
 
-def test_layered_water_wants_depths_that_have_rays() -> None:
-    """A depth without a table of rays is refused; with places above and below it, it is simulated."""
+def test_layered_water_requires_depths_that_have_rays() -> None:
+    """A depth without a table of rays is refused; with positions above and below it, it is simulated."""
     layered = CASES["layered water"]
-    with insonify.live(layered, warm_up=False) as sonar, pytest.raises(ValueError, match="places"):
+    with insonify.live(layered, warm_up=False) as sonar, pytest.raises(ValueError, match="positions"):
         sonar.ping(0.0, (0, 0, 5))
-    with insonify.live(layered, places=[(0, 0, 3), (0, 0, 6)], warm_up=False) as sonar:
+    with insonify.live(layered, positions=[(0, 0, 3), (0, 0, 6)], warm_up=False) as sonar:
         assert np.isfinite(sonar.ping(0.0, (0, 0, 5), (0, 0.1, 0))["pressure"]).all()
 
 

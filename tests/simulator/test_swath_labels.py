@@ -59,8 +59,8 @@ def test_labels_hold_the_expectation_that_is_recorded(order):
 def test_the_sound_is_the_same_with_labels_and_without():
     """One ping with labels and one without, past a target: bit by bit."""
     simulator = build_simulator(made(2, targets=[CRATE]))
-    alone, _ = _simulate_ping(simulator, Job(1, wants_sound=True, wants_labels=False), SerialPool())
-    beside, labels = _simulate_ping(simulator, Job(1, wants_sound=True, wants_labels=True), SerialPool())
+    alone, _ = _simulate_ping(simulator, Job(1, with_series=True, with_labels=False), SerialPool())
+    beside, labels = _simulate_ping(simulator, Job(1, with_series=True, with_labels=True), SerialPool())
     assert labels is not None
     np.testing.assert_array_equal(alone, beside)
 

@@ -65,7 +65,7 @@ def test_a_turn_without_room_is_refused_with_what_it_wants():
     rounded_path(SQUARE, 50.0)
     with pytest.raises(TurnRadiusError) as caught:
         rounded_path(SQUARE, 60.0)
-    assert caught.value.wanted > caught.value.room == pytest.approx(100)
+    assert caught.value.required > caught.value.length == pytest.approx(100)
     assert abs(caught.value.angle) == pytest.approx(np.pi / 2)
 
 

@@ -78,8 +78,8 @@ def test_a_path_of_whole_intervals_ends_with_a_ping():
     [
         ({"waypoints": ((0, 0, 5),)}, "waypoints: 1 of them is no path"),
         ({"waypoints": ((0, 0, 5), (0, 0, 6))}, "waypoints.1: waypoint 1 is at, or straight above or below"),
-        ({"turn_radius": 100}, "waypoints.1: the turn of 90 deg at waypoint 1 and the one beside it take 100 m of a "
-                               "leg of 80 m. Write a turn_radius of 80 m"),
+        ({"turn_radius": 100}, "waypoints.1: the turn of 90 deg at waypoint 1 and its neighbour take 100 m of a "
+                               "run of 80 m. Write a turn_radius of 80 m"),
         ({"waypoints": ((0, 0, 5), (9, 0, 5), (0, 0, 5)), "turn_radius": 1},
          "waypoints.1: the path turns back on itself"),
         ({"pings": 500}, "pings: 500 pings run beyond the last waypoint"),

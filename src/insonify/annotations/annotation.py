@@ -55,7 +55,7 @@ class Annotation(NamedTuple):
 
 
 def annotations(image: LabelledImage, least_area: int = 1) -> Iterator[Annotation]:
-    """Annotations of an image, by target, class and place.
+    """Annotations of an image, by target, class and position.
 
     Their numbers follow from the number of the image and their order in it alone, so that data sets made in parts have
     the numbers of one made at once. Shadows of the seabed's own relief have no target and no annotation.
@@ -84,9 +84,9 @@ def _parts(mask: Mask) -> Iterator[tuple[tuple[int, int], Mask]]:
     joined = joined[GAP // 2 :, GAP // 2 :][: inside.shape[0], : inside.shape[1]]
     for part in range(1, count + 1):
         cells = inside & (joined == part)
-        place = _box(cells)
-        assert place is not None
-        yield (box[0].start + place[0].start, box[1].start + place[1].start), cells[place]
+        bounds = _box(cells)
+        assert bounds is not None
+        yield (box[0].start + bounds[0].start, box[1].start + bounds[1].start), cells[bounds]
 
 
 def _box(mask: Mask) -> tuple[slice, slice] | None:

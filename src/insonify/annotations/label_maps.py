@@ -42,11 +42,11 @@ def write_label_maps(
         files = [folder / kind / f"{image.name}.{form}" for kind in MAPS]
         classes, instances = image.classes, image.instances.astype(np.uint16)
         if form == "tif":
-            place = (image.crs, image.transform) if image.crs else None
+            georeference = (image.crs, image.transform) if image.crs else None
             levels = {"recorded level": image.image, "expected level": image.expected}
-            write_bands(files[0], place, levels, ("dB re 1 uPa",) * 2)
-            write_bands(files[1], place, {"class": classes})
-            write_bands(files[2], place, {"target": instances})
+            write_bands(files[0], georeference, levels, ("dB re 1 uPa",) * 2)
+            write_bands(files[1], georeference, {"class": classes})
+            write_bands(files[2], georeference, {"target": instances})
         else:
             write_grey(image, files[0], span)
             write_png(files[1], classes)

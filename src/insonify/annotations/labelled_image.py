@@ -70,9 +70,9 @@ class LabelledImage:
             raise ValueError(f"projection is {self.projection!r}; choose one of {', '.join(get_args(Projection))}")
         shape = self.rows.values.size, self.columns.values.size
         shapes = {"image": shape, "expected": shape, "layers": (len(CLASSES), *shape)}
-        for name, wanted in shapes.items():
-            if getattr(self, name).shape != wanted:
-                raise ValueError(f"LabelledImage.{name} has shape {getattr(self, name).shape}; its axes have {wanted}")
+        for name, needed in shapes.items():
+            if getattr(self, name).shape != needed:
+                raise ValueError(f"LabelledImage.{name} has shape {getattr(self, name).shape}; its axes have {needed}")
         low, high = (int(f(self.layers, initial=0)) for f in (np.min, np.max))
         if low < NO_TARGET or high > len(self.instance_names):
             raise ValueError(f"LabelledImage.layers has instances {low} to {high}; there are "
@@ -104,7 +104,7 @@ class LabelledImage:
         return bool((~np.isnan(self.image)).any())
 
     def part(self, rows: slice, columns: slice, index: int) -> Self:
-        """Tile of the image with the name of its place and a number of its own.
+        """Tile of the image with the name of its position and a number of its own.
 
         Args:
             rows: Its rows, with start and stop.

@@ -55,4 +55,4 @@ def _without_straight_corners(ring: list[Corner]) -> list[Corner]:
     corners = np.array(ring)
     before, after = corners - np.roll(corners, 1, axis=0), np.roll(corners, -1, axis=0) - corners
     turns = np.flatnonzero((before != after).any(axis=1))
-    return [ring[place] for place in turns.tolist()]
+    return [ring[index] for index in turns.tolist()]

@@ -19,8 +19,8 @@ def run_lengths(mask: NDArray[np.bool_]) -> list[int]:
 def compressed_run_lengths(mask: NDArray[np.bool_]) -> dict[str, object]:
     """Mask as the field `segmentation` of an annotation of COCO: size and counts."""
     runs, text = run_lengths(mask), list[str]()
-    for place, run in enumerate(runs):
-        rest = run - runs[place - 2] if place > 2 else run
+    for index, run in enumerate(runs):
+        rest = run - runs[index - 2] if index > 2 else run
         more = True
         while more:
             group, rest = rest & 31, rest >> 5

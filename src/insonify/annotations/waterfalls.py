@@ -92,9 +92,9 @@ def _across(survey: Survey, projection: Projection) -> Floats:
     return np.asarray((np.arange(int(reach / cell)) + 0.5) * cell, float)
 
 
-def _line(source: LabelledPings, ping: PingSamples, place: tuple[int, int], grid: tuple[Projection, Floats]) -> Parts:
+def _line(source: LabelledPings, ping: PingSamples, index: tuple[int, int], grid: tuple[Projection, Floats]) -> Parts:
     """Recorded and expected power, and layers, of one side of one ping, on the columns of that side."""
-    (number, channel), (projection, across) = place, grid
+    (number, channel), (projection, across) = index, grid
     if projection == "slant":
         return ping.power[channel], ping.expected[channel], ping.layers[:, channel]
     line = ground_line(source.survey, number, channel, float(across[1] - across[0]))

@@ -41,8 +41,8 @@ for _computes in (
     app.command(_computes.__name__)(reporting(_computes))
 
 
-def _version(wanted: bool) -> None:
-    if wanted:
+def _version(requested: bool) -> None:
+    if requested:
         from importlib.metadata import version as installed
 
         typer.echo(installed("insonify"))
@@ -119,8 +119,8 @@ def _is_about_the_input(error: Exception) -> bool:
     from insonify.scenario.diagnostic import ScenarioError
 
     # A path that cannot be read or written was typed; a full disk was not.
-    places = (PermissionError, NotADirectoryError, IsADirectoryError, FileExistsError)
-    return isinstance(error, (ScenarioError, StoreError, InputError, *places))
+    path_errors = (PermissionError, NotADirectoryError, IsADirectoryError, FileExistsError)
+    return isinstance(error, (ScenarioError, StoreError, InputError, *path_errors))
 
 
 def _say(message: str, code: int) -> int:

@@ -138,7 +138,7 @@ def require_picture_suffix(path: Path, option: str) -> None:
             tempfile.TemporaryFile(dir=path.parent).close()
     except OSError as error:
         why = error.strerror or "not allowed"
-        raise InputError(f"{option} {path}: no picture can be written there ({why}). Choose another place") from None
+        raise InputError(f"{option} {path}: no picture can be written there ({why}). Choose another path") from None
 
 
 def make_folder(path: Path, option: str) -> None:

@@ -85,19 +85,19 @@ def status(
     lines = [f"{recording}: {_of(there.sum(), there.size)} pings recorded"]
     if row_array(recording, "done").per_shard > 1:
         lines.append(f"  {loose_pings(recording):,} of them loose, the others in shards")
-    wanted = there
+    complete = there
     if (recording / "labels" / "zarr.json").is_file():
         labelled = labelled_pings(recording)
         lines.append(f"  {_of(labelled.sum(), labelled.size)} pings labelled")
-        wanted = there & labelled
-    if missing := _ranges((~wanted).nonzero()[0].tolist()):
+        complete = there & labelled
+    if missing := _ranges((~complete).nonzero()[0].tolist()):
         more = f" and {len(missing) - MOST_RANGES:,} more ranges" if len(missing) > MOST_RANGES else ""
         lines.append(f"  missing: {', '.join(missing[:MOST_RANGES])}{more}, by --pings of insonify run")
     if tasks is not None:
         unfinished = [
             number
             for number in range(1, tasks + 1)
-            if not all(wanted[ping] for ping in pings_of_part(recording, Part(number, tasks)))
+            if not all(complete[ping] for ping in pings_of_part(recording, Part(number, tasks)))
         ]
         array = ",".join(part.replace(":", "-") for part in _ranges(unfinished, inclusive=True))
         lines.append(f"  unfinished parts of {tasks}: {array or 'none'}" + f" (sbatch --array={array})" * bool(array))

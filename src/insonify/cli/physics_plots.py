@@ -29,7 +29,7 @@ def show_physics(what: str, out: Path, *, frequency: float = 100e3, wind: float 
         Whether it was physics; if not, nothing is drawn.
 
     Raises:
-        InputError: It was physics, and there is no such thing; with the way out.
+        InputError: No plot of that name; with the nearest names.
     """
     kind, _, detail = (part.strip() for part in what.partition(":"))
     if Path(what).suffix.lower() == ".csv":
@@ -108,12 +108,12 @@ def _probe(file: Path, knots: int) -> dict[str, list[float]]:
     delimiter = next((mark for mark in ";\t" if mark in said[0]), ",")
     header, *rows = csv.reader(said, delimiter=delimiter)
     found: dict[str, list[float]] = {}
-    for place, title in enumerate(header):
+    for index, title in enumerate(header):
         name = re.split(r"[\[(]", title)[0].strip().lower()
         if name in ("temperature", "salinity"):
             try:
                 # the last rows are the knots: a row of units may stand before them
-                found[name] = [float(row[place]) for row in rows[-knots:]]
+                found[name] = [float(row[index]) for row in rows[-knots:]]
             except (ValueError, IndexError):
                 continue
     return found

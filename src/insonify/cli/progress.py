@@ -7,7 +7,7 @@ from contextlib import contextmanager
 import typer
 
 OnStep = Callable[[int, int], None]
-"""Told what is done and what is wanted, once before the first step and after each."""
+"""Callback with the steps done and the steps in total, called before the first step and after each."""
 
 
 @contextmanager
@@ -66,7 +66,7 @@ def resumed_note(done: int, total: int, step: str) -> str:
 
     Args:
         done: Steps that were done when this run began.
-        total: Steps wanted.
+        total: Number of steps in total.
         step: What is counted, in the singular.
     """
     if done < total:

@@ -22,7 +22,7 @@ def show_rays(what: str, out: Path, *, source_depth: str | None = None, farthest
         farthest: Range of the rays, as typed; None for that of a scenario's window, or 200 m.
 
     Raises:
-        InputError: Neither profile nor scenario, or a depth outside the water; with the way out.
+        InputError: Neither profile nor scenario, or a depth outside the water; with the fix.
     """
     kind = Path(what).suffix.lower()
     depth = None if source_depth is None else parse_quantity(source_depth, "length", "--source-depth")

@@ -60,7 +60,7 @@ def run(
     from insonify.scenario.load import load_scenario
 
     scenario = load_scenario(file)
-    wanted = arguments.parse_ping_range(pings, scenario.track.ping_count)
+    requested = arguments.parse_ping_range(pings, scenario.track.ping_count)
     from insonify.estimates.run_cost import estimate_cost
     from insonify.estimates.run_limits import run_refusal
     from insonify.simulator import record
@@ -72,7 +72,7 @@ def run(
     if trouble := run_refusal(scenario, cost, labels=labels):
         raise InputError(f"{file}: {trouble}")
     simulate = partial(
-        record, path=out.absolute(), pings=wanted, threads=threads, with_labels=True if labels else None
+        record, path=out.absolute(), pings=requested, threads=threads, with_labels=True if labels else None
     )  # fmt: skip
     if cluster is None:
         with progress(quiet) as on_ping:
@@ -82,7 +82,7 @@ def run(
 
         simulate(scenario, overwrite=overwrite, pings=[])  # the recording is there when the parts begin
         with progress(quiet, "part") as on_part:
-            run_parts(simulate, scenario, cluster, len(wanted), memory=1.5 * cost.memory, on_part=on_part)
+            run_parts(simulate, scenario, cluster, len(requested), memory=1.5 * cost.memory, on_part=on_part)
     typer.echo(out)
 
 
@@ -214,7 +214,7 @@ def _of_elements(dataset: "xr.Dataset") -> bool:
 
 
 def _check_image(ping: int | None, ground: bool, gain: str | None) -> None:
-    """Refuse a gain that there is not, and what belongs to an image where one ping is wanted."""
+    """Refuse a gain that does not exist, and options of an image for a picture of one ping."""
     if gain is not None:
         from insonify.processing.sidescan import GAINS
 
@@ -299,8 +299,8 @@ def _check_ping(dataset: "xr.Dataset", recording: Path, ping: int) -> None:
     if ping >= pings:
         raise InputError(f"--ping {ping}: the recording has {_numbered('ping', pings)}")
     if not dataset["done"].values[ping]:
-        way_out = f"Simulate it first: insonify run FILE -o {recording} --pings {ping}"
-        raise InputError(f"--ping {ping}: not simulated yet. {way_out}")
+        fix = f"Simulate it first: insonify run FILE -o {recording} --pings {ping}"
+        raise InputError(f"--ping {ping}: not simulated yet. {fix}")
 
 
 def _check_beam(dataset: "xr.Dataset", beam: int | None) -> None:

@@ -57,10 +57,10 @@ class Contrast(Measure):
         rows = np.arange(len(flat))
         levels = []
         for percentile in (50.0, *PERCENTILES):
-            wanted = percentile / 100
-            at = np.argmax(share >= wanted, axis=1)
+            fraction = percentile / 100
+            at = np.argmax(share >= fraction, axis=1)
             below = np.where(at > 0, share[rows, at - 1], 0.0)
-            part = ratio(wanted - below, share[rows, at] - below)
+            part = ratio(fraction - below, share[rows, at] - below)
             levels.append(self._edges[at] + STEP_DB * part)
         found = np.stack([level - levels[0] for level in levels[1:]], axis=-1)
         return found.reshape(*sums.shape[:-1], -1)

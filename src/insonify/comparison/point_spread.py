@@ -82,7 +82,7 @@ def _inside(shape: tuple[int, ...], axis: int, reach: int) -> "np.ndarray[tuple[
     """True where an echo lies at least `reach` from both ends of an axis."""
     row = np.arange(shape[axis])
     keep = (row >= reach) & (row < shape[axis] - reach)
-    return keep.reshape([-1 if place == axis else 1 for place in range(3)])
+    return keep.reshape([-1 if dimension == axis else 1 for dimension in range(3)])
 
 
 def _half_width(shape: Floats) -> Floats:

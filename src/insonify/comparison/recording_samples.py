@@ -69,11 +69,11 @@ def image_samples(image: xr.Dataset, name: str) -> Samples:
 def _channels(recording: xr.Dataset, name: str, group: str | None) -> list[int]:
     count = recording.sizes["channel"]
     sides = np.asarray(recording["side"].values if "side" in recording.variables else np.zeros(count)).astype(int)
-    wanted = {"port": -1, "starboard": 1}.get(group or "")
-    if wanted is None and (sides < 0).any() and (sides > 0).any():
+    requested = {"port": -1, "starboard": 1}.get(group or "")
+    if requested is None and (sides < 0).any() and (sides > 0).any():
         raise StoreError(f"{name} has two sides. Name one of them: --group port or --group starboard")
-    rows = np.flatnonzero(sides == wanted) if wanted is not None else np.arange(count)
-    if wanted is not None and not rows.size:
+    rows = np.flatnonzero(sides == requested) if requested is not None else np.arange(count)
+    if requested is not None and not rows.size:
         rows = np.arange(count)  # a sonar without sides: the group is that of the other file
     return [int(row) for row in rows]
 

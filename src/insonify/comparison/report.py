@@ -166,8 +166,8 @@ def figure_of(comparison: Comparison, findings: tuple[Finding, ...], *, with_lev
             drawn = _draw_level(axis, level, comparison, top)
             axis.set_title(name, fontsize=9)
         figure.colorbar(drawn, ax=axes, label="level [dB]")
-    for place, (finding, curve) in enumerate(curves):
-        _draw_curve(figure.add_subplot(grid[int(with_levels) + place // 2, place % 2]), finding, curve)
+    for panel, (finding, curve) in enumerate(curves):
+        _draw_curve(figure.add_subplot(grid[int(with_levels) + panel // 2, panel % 2]), finding, curve)
     return figure
 
 

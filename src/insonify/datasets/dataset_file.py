@@ -120,6 +120,6 @@ class DatasetFile(Model):
     @model_validator(mode="after")
     def _check_formats(self) -> Self:
         if "geotiff" in self.write and self.dataset.projection != "mosaic":
-            raise field_error("write", "geotiff", f"has a place on Earth, and {self.dataset.projection} range has "
+            raise field_error("write", "geotiff", f"has a position on Earth, and {self.dataset.projection} range has "
                               "none. Write projection: mosaic, or leave geotiff out.")  # fmt: skip
         return self

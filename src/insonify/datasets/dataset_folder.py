@@ -229,7 +229,7 @@ def write_whole(path: Path, text: str) -> None:
 
 
 def _move_folder(entry: Path, to: Path) -> None:
-    """Move a folder to a place where another job may have put the same one."""
+    """Move a folder to a path where another job may have put the same one."""
     to.parent.mkdir(parents=True, exist_ok=True)
     shutil.rmtree(to, ignore_errors=True)
     try:

@@ -135,7 +135,7 @@ class Draw(Model):
         names = [name for name in type(self).model_fields if getattr(self, name) is not None]
         if len(names) != 1:
             known = ", ".join(type(self).model_fields)
-            raise field_error("", None, f"{' and '.join(names) or 'nothing'} given; one distribution is wanted. "
+            raise field_error("", None, f"{' and '.join(names) or 'nothing'} given; one distribution is required. "
                               f"Write one of {known}.")  # fmt: skip
         limits = self.limits
         if limits is not None and limits[0] > limits[1]:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from insonify import random_keys
 from insonify.datasets.dataset_file import Clutter, DatasetFile
 from insonify.datasets.distributions import Draw, SwathArea
-from insonify.datasets.swath import TRIES, PlacementError, free_place, swath_of
+from insonify.datasets.swath import TRIES, PlacementError, free_position, swath_of
 from insonify.datasets.varied_keys import VariedKey, varied_keys
 from insonify.scenario.scenario import Scenario
 from insonify.scene.shape_library import preset_triangles
@@ -79,9 +79,9 @@ class SceneDraws:
             drawn[key.key] = changes[key.path] = self.values(key.key, draw, rows)[0]
         scene, taken = self._scene_of_swath(changes), list[tuple[float, float]]()
         for key, area in placed:
-            place = self._place(scene, key.key, area, image, taken)
+            position = self._free_position(scene, key.key, area, image, taken)
             depth = value_at(self.base, key.path)[2:]  # of a point, which has one
-            drawn[key.key] = changes[key.path] = [*place, *depth]
+            drawn[key.key] = changes[key.path] = [*position, *depth]
         for kind, clutter in enumerate(self.file.clutter):
             things = self._clutter(scene, kind, clutter, image, taken)
             drawn[f"clutter[{kind}]"] = things
@@ -117,21 +117,21 @@ class SceneDraws:
                 thing[key] = self.values(f"{one}.{key}", draw, rows)[0]
             if clutter.length is not None:
                 thing["size"] = _size(clutter.preset, self.values(f"{one}.length", clutter.length, rows)[0])
-            thing["position"] = list(self._place(scene, one, clutter.position, image, taken))
+            thing["position"] = list(self._free_position(scene, one, clutter.position, image, taken))
             things.append(thing)
         return things
 
-    def _place(
+    def _free_position(
         self, scenario: Scenario, key: str, area: SwathArea, image: int, taken: list[tuple[float, float]]
     ) -> tuple[float, float]:
         """Position in the swath, apart from those taken, to which it is added."""
         tries = uniforms(self.file.dataset.seed, key, image, np.arange(TRIES))
         try:
-            place = free_place(swath_of(scenario, area), area, tries, taken)
+            position = free_position(swath_of(scenario, area), area, tries, taken)
         except PlacementError as fault:
             raise PlacementError(f"image {image}, {key}: {fault}") from None
-        taken.append(place)
-        return place
+        taken.append(position)
+        return position
 
 
 def twin(scenario: Scenario, pair: str, targets: int) -> Scenario:

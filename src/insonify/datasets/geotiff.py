@@ -20,11 +20,11 @@ def write_geotiff(image: LabelledImage, path: Path) -> None:
 
     north, east = image.rows.values, image.columns.values
     step = float(east[1] - east[0])
-    place = rasterio.Affine(step, 0, east[0] - step / 2, 0, -step, north[0] + step / 2)
+    transform = rasterio.Affine(step, 0, east[0] - step / 2, 0, -step, north[0] + step / 2)
     path.parent.mkdir(parents=True, exist_ok=True)
     about = {
         "driver": "GTiff", "height": north.size, "width": east.size, "count": len(BANDS), "dtype": "float32",
-        "crs": rasterio.crs.CRS.from_string(image.crs), "transform": place, "compress": "deflate", "nodata": np.nan,
+        "crs": rasterio.crs.CRS.from_string(image.crs), "transform": transform, "compress": "deflate", "nodata": np.nan,
     }  # fmt: skip
     with rasterio.open(path, "w", **about) as file:
         layers = (image.image, image.expected, image.classes, image.instances)

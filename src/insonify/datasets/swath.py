@@ -11,7 +11,7 @@ from insonify.scenario.scenario import Scenario
 
 Floats = NDArray[np.float64]
 TRIES = 200
-"""Positions drawn before a place apart from all others is given up."""
+"""Positions drawn in search of one apart from all others, before the search is given up."""
 OUTER_TENTH = 0.1
 """Part of the swath that is left free at its outer edge, where shadows would be cut [1]."""
 STEEPEST = np.radians(45)
@@ -37,7 +37,7 @@ class RecordedSwath:
     sectors: tuple[tuple[float, float], ...]
     """Bearing from the bow and half width of the sector of each side [rad]."""
 
-    def place(self, uniforms: Floats, along: tuple[float, float]) -> tuple[float, float]:
+    def point_at(self, uniforms: Floats, along: tuple[float, float]) -> tuple[float, float]:
         """Position that belongs to four uniform numbers, uniform over the area.
 
         Args:
@@ -96,7 +96,7 @@ def _half_sector(steers: tuple[float, ...]) -> float:
     return float(np.ptp(steers)) / 2 if len(steers) > 1 else 0.0
 
 
-def free_place(
+def free_position(
     swath: RecordedSwath, area: SwathArea, tries: Floats, taken: list[tuple[float, float]]
 ) -> tuple[float, float]:  # fmt: skip
     """First position of several that is apart from those taken.
@@ -111,8 +111,8 @@ def free_place(
         PlacementError: None is.
     """
     for uniforms in tries:
-        place = swath.place(uniforms, area.along)
-        if all(np.hypot(place[0] - north, place[1] - east) >= area.apart for north, east in taken):
-            return place
+        position = swath.point_at(uniforms, area.along)
+        if all(np.hypot(position[0] - north, position[1] - east) >= area.apart for north, east in taken):
+            return position
     raise PlacementError(f"no position is {area.apart:g} m apart from the {len(taken)} others, after {len(tries)} "
                          "tries. Give a smaller distance, a larger area or fewer targets")  # fmt: skip

@@ -55,7 +55,7 @@ def draw_and_keep(
 
     Args:
         tiles: The tiles.
-        first_key: Key of the place of each tile's first cell, shape (tiles,).
+        first_key: Key of each tile's first cell, shape (tiles,).
         key: Both words of the key of the draws.
         shares: Keep probabilities.
         gains: First arguments of `gain_re_threshold`.
@@ -217,7 +217,7 @@ def _decide_batch(
 
 @njit(cache=True, nogil=True)
 def _bilinear(corner: Floats, i: int, j: int, x: float, y: float) -> float:
-    """Value in a part between its four corners, x and y of the way from the first."""
+    """Value in a part between its four corners, at the fractions x and y of its sides from the first."""
     low = corner[i, j] + y * (corner[i, j + 1] - corner[i, j])
     high = corner[i + 1, j] + y * (corner[i + 1, j + 1] - corner[i + 1, j])
     return low + x * (high - low)

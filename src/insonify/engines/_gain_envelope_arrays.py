@@ -150,7 +150,7 @@ def _max_gain_at(
 ) -> None:  # fmt: skip
     """Envelope of the largest two-way gain at some distances, over all bearings, into best (n,) [1]."""
 
-    def places(node: Integers, bearing: Floats) -> Floats:
+    def positions(node: Integers, bearing: Floats) -> Floats:
         return np.asarray(middle + distance[node, None] * np.stack([np.cos(bearing), np.sin(bearing)], axis=-1))
 
     def raise_best(node: Integers, there: Floats) -> None:
@@ -158,10 +158,10 @@ def _max_gain_at(
 
     best[:], wide = 0.0, np.pi / len(sectors)
     node, bearing = np.arange(len(distance)).repeat(len(axes)), np.tile(axes, len(distance))
-    raise_best(node, places(node, bearing))
+    raise_best(node, positions(node, bearing))
     node, bearing = np.arange(len(distance)).repeat(len(sectors)), np.tile(sectors, len(distance))
     for _ in range(halvings):
-        there = places(node, bearing)
+        there = positions(node, bearing)
         raise_best(node, there)
         found = _two_way(out, back, same_beams, there, wide * distance[node])
         wide /= 2

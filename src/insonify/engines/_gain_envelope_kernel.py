@@ -36,7 +36,7 @@ class RaySpreads(NamedTuple):
 
 
 EnvelopeEnd = tuple[Floats, Floats, float, float, BeamMajorants, RaySpreads]
-"""Place of one end [m], shape (3,); sines of the rays' departure at nodes of distance, positive down, NaN for none,
+"""Position of one end [m], shape (3,); sines of the rays' departure at nodes of distance, positive down, NaN for none,
 shape (rows, nodes): one row a family, and one more for its glints; distance of the last node [m]; height of the end
 above the boundary, or depth below it [m]; its beams; and the spreads of its rows by a moving surface."""
 EnvelopeArguments = tuple[EnvelopeEnd, EnvelopeEnd, bool, Floats, float, Floats, float]
@@ -56,10 +56,10 @@ def _envelope(bound: Floats, per_unit: float, x: float) -> float:
     """Largest magnitude of a pattern at distance x from its axis or beyond, drawn through the table's rows."""
     if bound.shape[0] == 0:
         return 1.0
-    place = x * per_unit
-    row = min(int(place), bound.shape[0] - 1)
+    position = x * per_unit
+    row = min(int(position), bound.shape[0] - 1)
     after = bound[min(row + 1, bound.shape[0] - 1)]
-    return bound[row] + min(place - row, 1.0) * (after - bound[row])
+    return bound[row] + min(position - row, 1.0) * (after - bound[row])
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -77,11 +77,11 @@ def _row(workspace: Floats, number: int) -> Floats:
 @njit(cache=True, nogil=True, error_model="numpy")
 def _locate(end: EnvelopeEnd, workspace: Floats, has_radius: bool, size: int) -> None:
     """Directions of the positions of a batch, the nodes about them, and the angles that their radii subtend."""
-    place, sines, last, height, _, _ = end
+    position, sines, last, height, _, _ = end
     north, east, radius = _row(workspace, _NORTH), _row(workspace, _EAST), _row(workspace, _RADIUS)
     node, part, ahead, aside = _row(workspace, 6), _row(workspace, 7), _row(workspace, 8), _row(workspace, 9)
     sine, cosine = _row(workspace, 10), _row(workspace, 11)
-    here_north, here_east, count = place[0], place[1], sines.shape[1]
+    here_north, here_east, count = position[0], position[1], sines.shape[1]
     for n in range(size):
         x, y = north[n] - here_north, east[n] - here_east
         distance = math.sqrt(x * x + y * y)

@@ -48,9 +48,9 @@ def pattern_with_spread(table: Floats, plain: float, per_unit: float, x: float, 
     """
     if table.shape[0] == 0 or spread <= 0.0:
         return plain
-    place = min(x * (per_unit / ROWS_PER_SPREAD_ROW), table.shape[1] - 1.0)
-    row = min(int(place), table.shape[1] - 2)
-    part, times = place - row, spread * (per_unit / MIN_SPREAD_ROWS)
+    index = min(x * (per_unit / ROWS_PER_SPREAD_ROW), table.shape[1] - 1.0)
+    row = min(int(index), table.shape[1] - 2)
+    part, times = index - row, spread * (per_unit / MIN_SPREAD_ROWS)
     if times <= 1.0:
         return plain + times * (table[0, row] + part * (table[0, row + 1] - table[0, row]) - plain)
     octave = min(math.log2(times), table.shape[0] - 1.0)

@@ -51,7 +51,7 @@ def assign_priorities(
 @njit(cache=True, nogil=True, error_model="numpy")
 def mark_sampled_families(
     priority: NDArray[np.float32], range_bin: NDArray[np.uint8], keep_probability: NDArray[np.float32],
-    wanted: NDArray[np.bool_]
+    needed: NDArray[np.bool_]
 ) -> None:  # fmt: skip
     """Mark the scatterers at which any pair of each family is evaluated.
 
@@ -59,8 +59,8 @@ def mark_sampled_families(
         priority: Priorities of the positions, (n,).
         range_bin: Of distance that each lies in, (n,).
         keep_probability: Largest keep probability of the pairs of a family, (f, range bins).
-        wanted: Result, (f, n).
+        needed: Result, (f, n).
     """
     for i in range(keep_probability.shape[0]):
         for n in range(priority.size):
-            wanted[i, n] = priority[n] < keep_probability[i, range_bin[n]]
+            needed[i, n] = priority[n] < keep_probability[i, range_bin[n]]

@@ -17,37 +17,37 @@ CLEAR, FACING_AWAY, OCCLUDED, GROUND = 0, 1, 2, -2  # the values of records.legs
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def set_path_nodes(
-    way: ImagePaths, place: Floats, points: Floats, distance: Floats, wavelength: float, nodes: Floats, spared: Floats
+    path: ImagePaths, end: Floats, points: Floats, distance: Floats, wavelength: float, nodes: Floats, spared: Floats
 ) -> None:
     """Ends of all segments of some paths, as arguments of `TerrainOcclusion.image_paths_clear`.
 
     Args:
-        way: The paths, n of them, each reflected at m planes.
-        place: North, east, depth of the sonar's end [m], (3,).
+        path: The paths, n of them, each reflected at m planes.
+        end: North, east, depth of the sonar's end [m], (3,).
         points: The same of the points [m], (n, 3).
         distance: Horizontal distance of the points [m], (n,).
         wavelength: Acoustic wavelength [m].
         nodes: Result, horizontal distance and depth [m], (m + 2, n, 2).
         spared: Result, half the length of the zone about each [m], (m + 2, n).
     """
-    count = way.fraction.shape[0]
+    count = path.fraction.shape[0]
     for n in range(distance.size):
         once = 1 / max(distance[n], 1e-9)
-        north, east = (points[n, 0] - place[0]) * once, (points[n, 1] - place[1]) * once
-        nodes[0, n, 0], nodes[0, n, 1], spared[0, n] = 0.0, place[2], 0.0
+        north, east = (points[n, 0] - end[0]) * once, (points[n, 1] - end[1]) * once
+        nodes[0, n, 0], nodes[0, n, 1], spared[0, n] = 0.0, end[2], 0.0
         nodes[count + 1, n, 0], nodes[count + 1, n, 1], spared[count + 1, n] = distance[n], points[n, 2], 0.0
         for k in range(count):
-            along = (way.bounce_position[k, n, 0] - place[0]) * north + (way.bounce_position[k, n, 1] - place[1]) * east
+            along = (path.bounce_position[k, n, 0] - end[0]) * north + (path.bounce_position[k, n, 1] - end[1]) * east
             nodes[k + 1, n, 0] = min(max(along, 0.0), distance[n])
-            nodes[k + 1, n, 1] = way.bounce_position[k, n, 2]
+            nodes[k + 1, n, 1] = path.bounce_position[k, n, 2]
             spared[k + 1, n] = bounce_fresnel_zone(
-                way.length[n], way.fraction[k, n], way.grazing_sine[k, n], wavelength
+                path.length[n], path.fraction[k, n], path.grazing_sine[k, n], wavelength
             )[0]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def write_bounced_legs(
-    some: Integers, way: ImagePaths, reflection: Floats, attenuation: Floats, clear: NDArray[np.bool_], normals: Floats,
+    some: Integers, path: ImagePaths, reflection: Floats, attenuation: Floats, clear: NDArray[np.bool_], normal: Floats,
     slowness: float, soft: bool, delay: Floats, length: Floats, spreading: Floats, absorption: Floats, boundary: Floats,
     departure: Floats, arrival: Floats, grazing: Floats, status: Floats, occluder: Floats, visibility: Floats,
 ) -> None:  # fmt: skip
@@ -55,11 +55,11 @@ def write_bounced_legs(
 
     Args:
         some: Numbers of the points that the legs reach, (n,).
-        way: The paths off local planes, n of them.
+        path: The paths off local planes, n of them.
         reflection: Product of the reflection coefficients [1], (n,).
         attenuation: Factor of absorption on the pressure [1], (n,).
         clear: True if the paths exist and are not occluded by the seabed, (n,).
-        normals: Unit normals of all points, (all, 3).
+        normal: Unit normals of all points, (all, 3).
         slowness: One over the speed of sound [s/m].
         soft: True if `visibility` is the factor of terrain alone on legs that targets cut.
         delay: Result, (all,), as are those that follow; directions are of shape (all, 3).
@@ -76,14 +76,14 @@ def write_bounced_legs(
     """
     for m in range(some.size):
         n = some[m]
-        delay[n], length[n], spreading[n] = way.length[m] * slowness, way.length[m], 1 / way.length[m]
+        delay[n], length[n], spreading[n] = path.length[m] * slowness, path.length[m], 1 / path.length[m]
         absorption[n], boundary[n] = attenuation[m], reflection[m]
         sine = 0.0
         for i in range(3):
-            departure[n, i], arrival[n, i] = way.departure[m, i], way.arrival[m, i]
-            sine -= way.arrival[m, i] * normals[n, i]
+            departure[n, i], arrival[n, i] = path.departure[m, i], path.arrival[m, i]
+            sine -= path.arrival[m, i] * normal[n, i]
         grazing[n] = math.asin(min(max(sine, -1.0), 1.0))
-        free = normals[n, 0] == 0 and normals[n, 1] == 0 and normals[n, 2] == 0
+        free = normal[n, 0] == 0 and normal[n, 1] == 0 and normal[n, 2] == 0
         behind = sine <= 0 and not free
         # a face turned away from the ray off the mean plane may face this one
         now, left = (CLEAR, visibility[n] * 0 + 1) if status[n] == FACING_AWAY else (status[n], visibility[n])

@@ -122,9 +122,9 @@ def tile_distance_bounds(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _distance(x: float, y: float, place: Floats) -> float:
+def _distance(x: float, y: float, point: Floats) -> float:
     """Distance between two positions in a plane [m]."""
-    return math.sqrt((x - place[0]) ** 2 + (y - place[1]) ** 2)
+    return math.sqrt((x - point[0]) ** 2 + (y - point[1]) ** 2)
 
 
 @njit(cache=True, nogil=True)
@@ -139,7 +139,7 @@ def tiles_between(low: Integers, high: Integers, along: Integers, across: Intege
 @njit(cache=True, nogil=True, error_model="numpy")
 def tiles_in_reach(
     pitch: float, along: Integers, across: Integers, here: Floats, other: Floats, nearest: float, farthest: float,
-    widest: float, frame: GridFrame, centre: Floats, place: Floats,
+    widest: float, frame: GridFrame, centre: Floats, centre_position: Floats,
 ) -> int:  # fmt: skip
     """Tiles of one level that are near enough to both ends; they move to the front, and their number is returned.
 
@@ -151,10 +151,10 @@ def tiles_in_reach(
         other: The same of the receiver.
         nearest: Distance from the transmitter from which on something is received [m].
         farthest: Up to which [m].
-        widest: Longest way from one end by way of a position to the other that is received [m].
+        widest: Longest path from one end by a position to the other that is received [m].
         frame: Frame of the scatterer grid.
         centre: Result, of each that is left, in grid coordinates [m], shape (n, 2).
-        place: Result, the same as north and east [m].
+        centre_position: Result, the same as north and east [m].
     """
     north, east, c, s = frame
     side, half, m = TILE * pitch, TILE * pitch / math.sqrt(2.0), 0
@@ -166,7 +166,7 @@ def tiles_in_reach(
         if widest < np.inf and distance + _distance(x, y, other) - 2 * half > widest:
             continue
         along[m], across[m], centre[m, 0], centre[m, 1] = along[n], across[n], x, y
-        place[m, 0], place[m, 1] = north + c * x - s * y, east + s * x + c * y
+        centre_position[m, 0], centre_position[m, 1] = north + c * x - s * y, east + s * x + c * y
         m += 1
     return m
 

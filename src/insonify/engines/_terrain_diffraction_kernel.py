@@ -181,16 +181,16 @@ def diffract_over_crests(
             continue
         here, at, blocking_sample = launch[s, k], last_crest[s, k], -1
         if ground:
-            way = float(here + min(steps - (k + 1), 1.0) * (launch[s, k + 1] - here))
+            slope = float(here + min(steps - (k + 1), 1.0) * (launch[s, k + 1] - here))
             # the launch horizon is the seabed itself, or the launch over the last crest
-            if way > (here if at < 0 else min(here, crests[s, at, 1])):
+            if slope > (here if at < 0 else min(here, crests[s, at, 1])):
                 visible[n], at = False, last_crest[s, k + 1]
         else:
-            way = float(steepness[n])
-            if way > lowest[s, k] and here <= lowest[s, k]:
+            slope = float(steepness[n])
+            if slope > lowest[s, k] and here <= lowest[s, k]:
                 blocking_sample = k  # it dips into ground that still rises
         if soft and (at >= 0 or blocking_sample >= 0):
-            ray = CrestRay(1.0, way, ENDLESS, distance[n])
+            ray = CrestRay(1.0, slope, ENDLESS, distance[n])
             left[n] *= strongest_crest_factor(horizon, s, at, blocking_sample, ray, step, wavelength, table)
 
 
@@ -217,10 +217,10 @@ def diffract_rising_rays(
         first, end = max(math.ceil(start[n]) - 1, 0), min(math.floor(stop[n]), launch.shape[1])
         if first >= end:
             continue
-        way, blocking_sample = float(steepness[n]), -1
-        if not visible[n] and launch[s, first] > way:
+        slope, blocking_sample = float(steepness[n]), -1
+        if not visible[n] and launch[s, first] > slope:
             blocking_sample = first  # it rises out of the seabed itself
-        ray = CrestRay(-1.0, way, float(end), distance[n])
+        ray = CrestRay(-1.0, slope, float(end), distance[n])
         left[n] *= strongest_crest_factor(
             horizon, s, last_crest[s, first], blocking_sample, ray, step, wavelength, table
         )
@@ -244,16 +244,16 @@ def strongest_crest_factor(
         table: See `diffract_over_crests`.
     """
     launch, crests = horizon.launch, horizon.crests
-    sense, way, end, distance = ray
-    stretch, least, most = math.sqrt(1 + way * way), 1 + 0j, 0.0
+    sense, slope, end, distance = ray
+    stretch, least, most = math.sqrt(1 + slope * slope), 1 + 0j, 0.0
     length, level = distance * stretch, 1 / stretch
     if blocking_sample >= 0:
         near = (blocking_sample + 1) * step
-        high = sense * (way - launch[s, blocking_sample]) * near * level
+        high = sense * (slope - launch[s, blocking_sample]) * near * level
         least = crest_diffraction_factor(high, ENDLESS, length - near * stretch, length, wavelength, table)
         most = (1 - least.real) ** 2 + least.imag**2
     for number in range(last, max(last - MAX_CRESTS, -1), -1):
-        at, above = float(crests[s, number, 0]), sense * (way - crests[s, number, 1])
+        at, above = float(crests[s, number, 0]), sense * (slope - crests[s, number, 1])
         if at >= end:
             break
         if above < 0 and distance > crests[s, number, 3]:

@@ -113,8 +113,8 @@ def clear_of_terrain(
             part = min(reach[n] - (last + 1), 1.0)
             lean = line[last] + part * (line[last + 1] - line[last]) - ends[n]
         for k in range(last + 1):
-            way = ray_depths[n, k] + lean * (k + 1) / reach[n]
-            if way > line[k] + penetration and way <= ignored_below[n]:
+            ray = ray_depths[n, k] + lean * (k + 1) / reach[n]
+            if ray > line[k] + penetration and ray <= ignored_below[n]:
                 clear[n] = False
                 break
     return clear
@@ -146,7 +146,7 @@ def segments_clear(
         bounce_margin: Distance about each bounce within which the seabed is not evaluated [m], (segments + 1, all).
         on_terrain: True if the paths end on the seabed of their line.
         penetration: Largest permitted depth below the seabed [m].
-        clear: Result, False is written where a way is cut, (all,).
+        clear: Result, False is written where a ray is cut, (all,).
     """
     depth, shallowest, step = lines
     for m in range(points.size):

@@ -23,7 +23,7 @@ MERGE_BLOCK_LOG2 = 3
 @njit(cache=True, nogil=True, error_model="numpy")
 def sample_profiles(
     here: Floats, rays: Floats, step: float, firsts: Integers, level: float, heightmap: HeightmapTiles,
-    wanted: NDArray[np.bool_], done: NDArray[np.bool_], depth: Floats,
+    missing: NDArray[np.bool_], done: NDArray[np.bool_], depth: Floats,
 ) -> bool:  # fmt: skip
     """Depths of the seabed along lines, linear between the nodes of the map; sample k lies (k + 1) steps out.
 
@@ -34,7 +34,7 @@ def sample_profiles(
         firsts: Number of the first sample in each zone; the last number is the end of all, (zones + 1,).
         level: Depth of the plane from which heights are counted [m].
         heightmap: Tiles of terrain heights.
-        wanted: Result, True for the tiles that are missing, (rows, columns) of tiles.
+        missing: Result, True for the tiles that are missing, (rows, columns) of tiles.
         done: True for runs of `SAMPLES_PER_RUN` samples of a zone that are complete already, (runs,).
         depth: Result [m], (s, samples).
 
@@ -49,7 +49,7 @@ def sample_profiles(
                 there, end = True, min(begin + SAMPLES_PER_RUN, firsts[zone + 1])
                 for s in range(rays.shape[0]):
                     there &= _sample_line(
-                        here, rays[s, zone], step, begin, end, top, heightmap, wanted, at, part, depth[s]
+                        here, rays[s, zone], step, begin, end, top, heightmap, missing, at, part, depth[s]
                     )
                 done[stretch] = there
                 every &= there
@@ -60,7 +60,7 @@ def sample_profiles(
 @njit(cache=True, nogil=True, error_model="numpy")
 def _sample_line(
     here: NDArray[np.float64], ray: NDArray[np.float64], step: float, first: int, stop: int, top: np.float32,
-    heightmap: HeightmapTiles, wanted: NDArray[np.bool_], at: NDArray[np.uint32], part: Floats, depth: Floats,
+    heightmap: HeightmapTiles, missing: NDArray[np.bool_], at: NDArray[np.uint32], part: Floats, depth: Floats,
 ) -> bool:  # fmt: skip
     """Depths along a run of one line; returns True if no tile of the map is missing. Arguments see `sample_profiles`.
 
@@ -73,7 +73,7 @@ def _sample_line(
         ray[0] * step / heightmap.cell,
         ray[1] * step / heightmap.cell,
     )
-    flat, rows, height, width = heightmap.heights, heightmap.row_of, wanted.shape[0], wanted.shape[1]
+    flat, rows, height, width = heightmap.heights, heightmap.row_of, missing.shape[0], missing.shape[1]
     there, k = True, first
     while k < stop:
         i, j = math.floor(x0 + (k + 1) * dx) >> SHIFT, math.floor(y0 + (k + 1) * dy) >> SHIFT
@@ -83,7 +83,7 @@ def _sample_line(
         else:
             row, column = 0, 0
         if slot < 0:
-            wanted[row, column], there = True, False
+            missing[row, column], there = True, False
             k += 1
             continue
         tile, north, east = (
@@ -130,13 +130,13 @@ def _samples_left(start: float, step: float, first: int) -> int:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def profiles_of(
-    place: Floats, position: Floats, heading: float, edges: Floats, counts: Integers, starts: Integers,
-    merged: NDArray[np.uint8], home: Rows, distance: Floats, slice_of: Integers, wanted: NDArray[np.bool_],
+    sonar: Floats, position: Floats, heading: float, edges: Floats, counts: Integers, starts: Integers,
+    merged: NDArray[np.uint8], home: Rows, distance: Floats, slice_of: Integers, to_sample: NDArray[np.bool_],
 ) -> int:  # fmt: skip
     """Distances of points, and the azimuth slices in which they lie.
 
     Args:
-        place: North and east of the sonar [m], (2 or more,).
+        sonar: North and east of the sonar [m], (2 or more,).
         position: The same of the points [m], (n, 2 or more).
         heading: From which bearings are counted [rad].
         edges: Outer edge of each zone, increasing [m], (zones,).
@@ -146,7 +146,7 @@ def profiles_of(
         home: Array in which the line of each slice is stored, -1 for none, (slices,).
         distance: Result, horizontal [m], (n,).
         slice_of: Result, number of the slice of each point, of merged ones the first, (n,).
-        wanted: Result, True for slices whose lines are not stored, (slices,).
+        to_sample: Result, True for slices whose lines are not stored, (slices,).
 
     Returns:
         Number of points whose profile is not stored.
@@ -154,7 +154,7 @@ def profiles_of(
     c, s, missing, zones = math.cos(heading), math.sin(heading), 0, edges.size
     turn = np.empty(distance.size)
     for n in range(distance.size):
-        north, east = position[n, 0] - place[0], position[n, 1] - place[1]
+        north, east = position[n, 0] - sonar[0], position[n, 1] - sonar[1]
         distance[n] = math.sqrt(north * north + east * east)
         turn[n] = bearing_in_turns(north * c + east * s, east * c - north * s)
     for n in range(distance.size):
@@ -166,7 +166,7 @@ def profiles_of(
         index = (index >> power) << power
         slice_of[n] = index
         if home[index] < 0:
-            wanted[index] = True
+            to_sample[index] = True
             missing += 1
     return missing
 
@@ -190,13 +190,13 @@ def bearing_in_turns(x: float, y: float) -> float:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def profile_bearings(
-    wanted: Integers, zone: int, counts: Integers, starts: Integers, merged: NDArray[np.uint8], turn: Floats,
+    slices: Integers, zone: int, counts: Integers, starts: Integers, merged: NDArray[np.uint8], turn: Floats,
     rays: Floats,
 ) -> None:  # fmt: skip
     """Middle lines of some slices of one zone, and of the wider slices of nearer zones in which these lie.
 
     Args:
-        wanted: Numbers of the slices, of merged ones the first, (s,).
+        slices: Numbers of the slices, of merged ones the first, (s,).
         zone: Number of their zone.
         counts: See `profiles_of`.
         starts: See `profiles_of`.
@@ -204,8 +204,8 @@ def profile_bearings(
         turn: Result, bearings on the scatterer grid [rad], (s, zone + 1).
         rays: Result, directions there, (s, zone + 1, 2).
     """
-    for n in range(wanted.size):
-        index, slice_of = wanted[n] - starts[zone], 0.0
+    for n in range(slices.size):
+        index, slice_of = slices[n] - starts[zone], 0.0
         for k in range(zone, -1, -1):
             power = merged[(starts[k] + index) >> MERGE_BLOCK_LOG2]
             middle = ((index >> power) << power) + (1 << power) / 2

@@ -21,7 +21,7 @@ BOUNCE_EXCESS_LENGTH = 2.0
 
 
 def delay_interval(ping_geometry: PingGeometry, window: DelayInterval | None) -> tuple[float, float]:
-    """First and last delay of an interval that echoes are wanted from [s]; all that touch the recording by default.
+    """First and last delay of an interval of echoes [s]; all that touch the recording by default.
 
     Raises:
         ValueError: The interval is empty, or lies beyond all that touches the recording: then often in milliseconds.

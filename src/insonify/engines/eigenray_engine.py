@@ -382,9 +382,9 @@ class EigenrayEngine:
         legs = self.rays.legs(position, scatterers, families, ping_geometry.frequency)
         if elements and ping_geometry.elements is not None:
             legs = self.rays.with_aperture_expansion(legs, position, scatterers, ping_geometry.element_extent)
-        wanted = None if selection is None else selection.wanted
+        needed = None if selection is None else selection.needed
         return self._with_water_delays(
-            self._with_terrain(legs, scatterers, ping_geometry, position, wanted), scatterers, ping_geometry, position
+            self._with_terrain(legs, scatterers, ping_geometry, position, needed), scatterers, ping_geometry, position
         )
 
     def _pair_strengths(
@@ -470,7 +470,7 @@ class EigenrayEngine:
 
     def _with_terrain(
         self, legs: Legs, scatterers: Scatterers, ping_geometry: PingGeometry, position: Floats,
-        wanted: NDArray[np.bool_] | None,
+        needed: NDArray[np.bool_] | None,
     ) -> Legs:  # fmt: skip
         """Apply terrain occlusion and relief reflections to legs."""
         terrain = self.scene.seabed.terrain
@@ -496,7 +496,7 @@ class EigenrayEngine:
         key = (ping_geometry.ping, position.tobytes(), ping_geometry.first_beam_bearing)
         soft = self.choice.edge_diffraction == "knife-edge"
         return reflect_off_relief(
-            legs, scatterers, position, self.terrain_occlusion.get(key, occlude), self.scene, soft=soft, wanted=wanted
+            legs, scatterers, position, self.terrain_occlusion.get(key, occlude), self.scene, soft=soft, needed=needed
         )
 
     def _wavelength(self, ping_geometry: PingGeometry, position: Floats) -> float:

@@ -179,16 +179,16 @@ def _size_factors(
             start, ends = image.copy(), points.copy()
             start[2] = image_depth(letters[:after] or DIRECT, image[2], bed)
             ends[:, 2] = _unfolded(letters[after:], points[:, 2], bed)
-            way = (ends - start) @ face.axes.T
+            ray = (ends - start) @ face.axes.T
             if not letters and scene.water.layered:
-                way[:, 2] = _rise_behind_face(face, legs, row, image, points)
-            way /= np.maximum(np.linalg.norm(way, axis=1, keepdims=True), 1e-12)
+                ray[:, 2] = _rise_behind_face(face, legs, row, image, points)
+            ray /= np.maximum(np.linalg.norm(ray, axis=1, keepdims=True), 1e-12)
             adjacent = letters[max(after - 1, 0) : after + 1]
             strips = face.strips.copy()
             strips[face.at_surface & ("S" not in adjacent), 6] = -SKY
             gap_below = ~(face.at_seabed & ("B" not in adjacent))
             factor[row] += screened_part(
-                strips, gap_below, (start @ face.axes.T, ends @ face.axes.T), way, legs.length[row], speed / frequency
+                strips, gap_below, (start @ face.axes.T, ends @ face.axes.T), ray, legs.length[row], speed / frequency
             )
     return np.where(np.isfinite(factor), factor, 0.0)
 
@@ -211,8 +211,8 @@ def _rise_behind_face(face: FlatFace, legs: Legs, row: int, image: Floats, point
     """
     t, reach = _crossing_part(face, image, points), np.hypot(*(points - image)[:, :2].T)
     first, last = (
-        reach * way[:, 2] / np.maximum(np.hypot(way[:, 0], way[:, 1]), 1e-9)
-        for way in (legs.departure[row], legs.arrival[row])
+        reach * ray[:, 2] / np.maximum(np.hypot(ray[:, 0], ray[:, 1]), 1e-9)
+        for ray in (legs.departure[row], legs.arrival[row])
     )
     rise = points[:, 2] - image[2]
     crossed = rise * t * t * (3 - 2 * t) + t * (1 - t) * ((1 - t) * first - t * last)
@@ -246,10 +246,10 @@ def _paths(face: FlatFace, family: str, position: Floats, points: Floats, bed: f
     made = []
     for low, high in ((0.0 * at, at * (1 - TRIM)), (at + TRIM * (1 - at), 0.0 * at + 1 - TRIM)):
         t = np.clip(nodes, low, high)
-        place = image + t[..., None] * (points - image)
+        point = image + t[..., None] * (points - image)
         if letters:
             unfolded = np.mod(image[2] + t * climb, 2 * bed)
-            place[..., 2] = np.where(unfolded > bed, 2 * bed - unfolded, unfolded)
-        place -= 2 * np.minimum(face.height_of(place), 0.0)[..., None] * face.axes[0]
-        made.append(np.ascontiguousarray(np.moveaxis(place, 0, 1)))
+            point[..., 2] = np.where(unfolded > bed, 2 * bed - unfolded, unfolded)
+        point -= 2 * np.minimum(face.height_of(point), 0.0)[..., None] * face.axes[0]
+        made.append(np.ascontiguousarray(np.moveaxis(point, 0, 1)))
     return made[0], made[1]

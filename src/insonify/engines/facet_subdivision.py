@@ -127,7 +127,7 @@ def towards(scene: Scene, solid: Solid, insonification: TargetInsonification) ->
     """Corners of the triangles of a smooth mesh that look at both ends [m], shape (t, 3, 3)."""
     corners = smooth_triangles(solid, scene.seabed)
     return corners[
-        np.logical_and(*(_faces_any(corners, places, insonification.max_deviation) for places in insonification.images))
+        np.logical_and(*(_faces_any(corners, images, insonification.max_deviation) for images in insonification.images))
     ]
 
 
@@ -188,9 +188,9 @@ def _relative_sides(corners: Floats, sides: Floats, insonification: TargetInsoni
     middle = corners.mean(axis=1)
     length = np.linalg.norm(sides, axis=2)
     nearness, along, turned = np.zeros(len(middle)), np.zeros(length.shape), np.zeros(length.shape)
-    for places in insonification.images:
+    for images in insonification.images:
         closest = np.full(len(middle), np.inf)
-        for position in places:
+        for position in images:
             ray = middle - position
             away = np.maximum(np.linalg.norm(ray, axis=1), 1e-6)
             ray = ray / away[:, None]
@@ -201,7 +201,7 @@ def _relative_sides(corners: Floats, sides: Floats, insonification: TargetInsoni
                 turned = np.maximum(turned, turn / lobe.width)
             closest = np.minimum(closest, away)
         nearness += 1 / closest
-    # the path to a corner is longer by half the square of its distance over the way's length
+    # the path to a corner is longer by half the square of its distance over the path's length
     flat = np.sqrt(
         2 * MAX_WAVEFRONT_PHASE / (insonification.wavenumber * CORNER_DISTANCE**2 * np.maximum(nearness, 1e-300))
     )
@@ -210,12 +210,12 @@ def _relative_sides(corners: Floats, sides: Floats, insonification: TargetInsoni
     )
 
 
-def _faces_any(corners: Floats, places: Floats, max_deviation: float) -> NDArray[np.bool_]:
+def _faces_any(corners: Floats, images: Floats, max_deviation: float) -> NDArray[np.bool_]:
     """True for triangles that face any of some positions, within a sine of `max_deviation`, shape (t,)."""
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-300)
     seen = np.zeros(len(corners), bool)
-    for position in places:
+    for position in images:
         ray = position - corners.mean(axis=1)
         seen |= np.einsum("tk,tk->t", ray, normal) > -max_deviation * np.linalg.norm(ray, axis=1)
     return seen

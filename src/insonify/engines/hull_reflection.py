@@ -136,12 +136,12 @@ def plate_factors(
         whole = np.maximum(last[0] + np.abs(points[:, 2] - last[1]), 1e-9)
         for at, passes in [(at, False) for at in bounces] + [(at, True) for at in crossings]:
             part = np.clip(at / whole, 0.0, 1.0)
-            place = position[:2] + part[:, None] * (points[:, :2] - position[:2])
+            crossing = position[:2] + part[:, None] * (points[:, :2] - position[:2])
             if legs.glints is not None and legs.glints.bounce_id[row] >= 0:
                 ends = position[:2], points[:, :2]
-                place = _displaced(at, (first, last[0], whole), ends, legs.departure[row], legs.arrival[row])
+                crossing = _displaced(at, (first, last[0], whole), ends, legs.departure[row], legs.arrival[row])
             length = legs.length[row]
-            within = rectangle_factor(plate, place, length * part, length * (1 - part), wavelength)
+            within = rectangle_factor(plate, crossing, length * part, length * (1 - part), wavelength)
             if passes:  # a path that ends before it comes back to the hull's depth does not cross it again
                 within = np.where(at <= whole, 1 - within, 1.0)
             factor[row] *= within
@@ -161,7 +161,7 @@ def _displaced(
         arrival: Unit vectors of travel at the end, shape (n, 3).
     """
     first, last, whole = travels
-    ahead, behind = (way[:, :2] / np.maximum(np.abs(way[:, 2:]), 1e-3) for way in (departure, arrival))
+    ahead, behind = (ray[:, :2] / np.maximum(np.abs(ray[:, 2:]), 1e-3) for ray in (departure, arrival))
 
     def before(travel: float) -> Floats:
         return np.asarray(ends[0] + travel * ahead)

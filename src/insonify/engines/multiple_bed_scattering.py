@@ -1,11 +1,11 @@
 """Paths scattered by the seabed several times, counted once.
 
-A path may be scattered near the specular direction by the seabed's roughness at several places: a second bottom echo,
-b-H-b, at two. One of them is the scatterer of the sampled seabed, and glints are the others. Each of the places may be
-the scatterer, so the same path is in several pairs: in D-BH with the second place as scatterer, in BH-D with the first.
-The energy of a pair is divided by the number of its incoherent places that some pair has as its scatterer.
+A path may be scattered near the specular direction by the seabed's roughness at several bounces: a second bottom echo,
+b-H-b, at two. One of them is the scatterer of the sampled seabed, and glints are the others. Each bounce may be the
+scatterer, so the same path is in several pairs: in D-BH with the second bounce as scatterer, in BH-D with the first.
+The energy of a pair is divided by the number of its incoherent bounces that some pair has as its scatterer.
 
-Places are incoherent with probability 1 - exp(-nu) each, nu the mean number of quanta of a bounce, on the condition
+Bounces are incoherent with probability 1 - exp(-nu) each, nu the mean number of quanta of a bounce, on the condition
 that a glint leg has one quantum. Scattering by more than a third of the sound's wavenumber, and in the sediment, is of
 the law alone, and counted once already.
 """
@@ -78,8 +78,8 @@ def other_scatterers(out: str, back: str, followed: Iterable[str]) -> tuple[int,
     """
 
     def count(one: str, other: str) -> int:
-        places = (at for at, letter in enumerate(one) if letter == "B")
-        return sum(one[:at] in known and other + "B" + one[:at:-1] in known for at in places)
+        bounces = (at for at, letter in enumerate(one) if letter == "B")
+        return sum(one[:at] in known and other + "B" + one[:at:-1] in known for at in bounces)
 
     known, legs = set(followed), (bounce_sequence(out), bounce_sequence(back))
     return count(*legs), count(*legs[::-1])

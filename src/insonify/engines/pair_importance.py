@@ -60,7 +60,7 @@ class PairSelection:
 
     families: tuple[str, ...]
     """Families that are followed, f of them; the first always."""
-    wanted: NDArray[np.bool_] | None
+    needed: NDArray[np.bool_] | None
     """True: any pair of each family is evaluated at a scatterer, shape (f, n); None: all are everywhere."""
     sampling: PairSampling | None
     """Sampling of each ordered pair of families, f * f of them; None: all are evaluated everywhere."""
@@ -83,7 +83,7 @@ class PairSelection:
 
 def select_pairs(
     families: tuple[str, ...], energy_fraction: Floats, ping_geometry: PingGeometry, position: NDArray[np.float64],
-    place: NDArray[np.uint64], seed: int,
+    scatterer_id: NDArray[np.uint64], seed: int,
 ) -> PairSelection:  # fmt: skip
     """Select the families and pairs that are evaluated at scatterers of the seabed.
 
@@ -92,16 +92,16 @@ def select_pairs(
         energy_fraction: Result of `pair_energy_fractions`, shape (f, f, RANGE_BINS).
         ping_geometry: The sonar at this ping.
         position: North, east, depth of the positions [m], shape (n, 3).
-        place: Their keys, shape (n,).
+        scatterer_id: Their keys, shape (n,).
         seed: Seed of the scatterers.
     """
     low, high = random_keys.stream_key(seed, random_keys.PAIR_SAMPLING)
-    range_bin, number = np.empty(len(place), np.uint8), np.empty(len(place), np.float32)
+    range_bin, number = np.empty(len(scatterer_id), np.uint8), np.empty(len(scatterer_id), np.float32)
     least, most = assign_priorities(
         position, float(ping_geometry.midpoint[0]), float(ping_geometry.midpoint[1]), _edges(ping_geometry),
-        _bin_lookup(), place, np.uint64(high << 32 | low), range_bin, number,
+        _bin_lookup(), scatterer_id, np.uint64(high << 32 | low), range_bin, number,
     )  # fmt: skip
-    span = slice(least, most + 1) if len(place) else slice(0, 0)
+    span = slice(least, most + 1) if len(scatterer_id) else slice(0, 0)
     kept = significant_families(families, energy_fraction, ping_geometry, span)
     rows = [families.index(name) for name in kept]
     keep_probability = _keep_probabilities(
@@ -109,9 +109,9 @@ def select_pairs(
     ).astype(np.float32)
     if (keep_probability[..., span] >= 1).all():
         return PairSelection(kept, None, None)
-    wanted = np.empty((len(kept), len(place)), bool)
-    mark_sampled_families(number, range_bin, keep_probability.max(axis=1), wanted)
-    return PairSelection(kept, wanted, PairSampling(number, range_bin, keep_probability.reshape(len(kept) ** 2, -1)))
+    needed = np.empty((len(kept), len(scatterer_id)), bool)
+    mark_sampled_families(number, range_bin, keep_probability.max(axis=1), needed)
+    return PairSelection(kept, needed, PairSampling(number, range_bin, keep_probability.reshape(len(kept) ** 2, -1)))
 
 
 @lru_cache(maxsize=1)
@@ -253,18 +253,18 @@ def _legs(
     position = np.array([0.0, 0.0, depth])
     points = np.stack([distance, 0 * distance, np.full_like(distance, terrain.depth)], axis=-1)
     paths = [flat_image_paths(name, position, points, terrain.depth) for name in families]
-    length = np.array([way.length for way in paths])
+    length = np.array([path.length for path in paths])
     factors = [np.ones_like(distance)] * len(families)
     if scene.seabed.reflecting_interface == "smooth":
         factors = [
-            coherent_bounce_factor(name, way, terrain, ping_geometry.wavelength)
-            for name, way in zip(families, paths, strict=True)
+            coherent_bounce_factor(name, path, terrain, ping_geometry.wavelength)
+            for name, path in zip(families, paths, strict=True)
         ]
     surface = abs(complex(scene.surface.reflection_coefficient(np.zeros(1))[0]))
     factors = [one * surface ** bounce_sequence(name).count("S") for name, one in zip(families, factors, strict=True)]
     absorption = float(scene.water.absorption(ping_geometry.frequency))
     power = np.array(factors) ** 2 * 10 ** (-absorption * length / 10) / length**2
-    return length, np.array([way.arrival for way in paths]), power
+    return length, np.array([path.arrival for path in paths]), power
 
 
 def _elevation_spreads(
@@ -300,7 +300,7 @@ def _gains(
         transmit_arrival: Directions of arrival to the north of the transmit legs, (f, n, 3).
         receive_arrival: The same of the legs from the receiver, (f, n, 3).
         up: Families that leave upwards, (f,).
-        rises: Of `_elevation_spreads`, for the way out and for that from the receiver.
+        rises: Result of `_elevation_spreads` for the transmit leg and for the receive leg.
     """
     channels = np.unique(np.linspace(0, ping_geometry.channel_count - 1, MAX_CHANNELS).astype(int))
     if ping_geometry.elements is not None:
@@ -317,13 +317,13 @@ def _gains(
         return np.stack([level * np.cos(bearing), level * np.sin(bearing), down], axis=-1)
 
     def energy(beams: Beams, into: Floats, rows: NDArray[np.intp], rise: Floats) -> Floats:
-        way = leaving(into)
-        mean = beams.gain(way)[rows] ** 2
+        path = leaving(into)
+        mean = beams.gain(path)[rows] ** 2
         if rise.any():
-            level, down = np.hypot(way[..., 0], way[..., 1]), np.arcsin(np.clip(way[..., 2], -1, 1))
+            level, down = np.hypot(path[..., 0], path[..., 1]), np.arcsin(np.clip(path[..., 2], -1, 1))
             for off in ELEVATION_DEVIATIONS:
                 turned = down + off * rise
-                ahead = way[..., :2] * (np.cos(turned) / np.maximum(level, 1e-12))[..., None]
+                ahead = path[..., :2] * (np.cos(turned) / np.maximum(level, 1e-12))[..., None]
                 mean += beams.gain(np.concatenate([ahead, np.sin(turned)[..., None]], axis=-1))[rows] ** 2
             mean /= 1 + len(ELEVATION_DEVIATIONS)
         return np.asarray(mean)
@@ -346,5 +346,5 @@ def _cross_section(law: Law, arriving: Floats, leaving: Floats) -> Floats:
         normal = np.zeros((3, len(arriving)))
         normal[2] = -1.0
         return np.asarray(law.cross_section(arriving.T, -leaving.T, normal), float)
-    into, off = (np.arcsin(np.clip(way[:, 2], 0, 1)) for way in (arriving, leaving))
+    into, off = (np.arcsin(np.clip(path[:, 2], 0, 1)) for path in (arriving, leaving))
     return np.asarray(law.cross_section(into, off, np.array(np.pi)))

@@ -76,8 +76,8 @@ class TargetInsonification:
             radius: Their radii [m], shape (n,).
         """
         shortest, longest = np.zeros((2, len(middle)))
-        for places in self.point_images:
-            length = np.linalg.norm(middle - places[:, None], axis=2)
+        for images in self.point_images:
+            length = np.linalg.norm(middle - images[:, None], axis=2)
             shortest += np.maximum(length.min(axis=0) - radius, 0)
             longest += length.max(axis=0) + radius
         there = (shortest <= self.path_length_limits[1]) & (longest >= self.path_length_limits[0])
@@ -169,9 +169,9 @@ def _receivable(d: PanelDerivatives, patches: Patches, insonification: TargetIns
     # the normal turns over a patch by no more than this
     bent = np.linalg.norm(d.ss, axis=1) / np.maximum(np.linalg.norm(d.s, axis=1), 1e-300) * patches.half_s
     round_one = np.where(np.linalg.norm(d.tt, axis=1) > 0, patches.half_t, 0.0)
-    for places in insonification.images:
+    for images in insonification.images:
         seen, least, most = np.zeros(len(radius), bool), np.full(len(radius), np.inf), np.zeros(len(radius))
-        for position in places:
+        for position in images:
             ray, length = _rays(d.position, position)
             leeway = np.minimum(bent + round_one + radius / length, np.pi / 2)
             seen |= -np.einsum("nk,nk->n", ray, normal) > -np.sin(leeway) - insonification.max_deviation
@@ -207,9 +207,9 @@ def _sizes(d: PanelDerivatives, patches: Patches, insonification: TargetInsonifi
     ]
     seen, near, near_cubed, lobes = np.zeros((7, len(long))), *np.zeros((2, len(long))), np.zeros((2, len(long)))
     twist = np.zeros(len(long))
-    for places in insonification.images:
+    for images in insonification.images:
         most, nearest = np.zeros((7, len(long))), np.full(len(long), np.inf)
-        for position in places:
+        for position in images:
             ray, length = _rays(d.position, position)
             along = np.stack([np.einsum("nk,nk->n", ray, term) for term in patch_terms])
             most, nearest = np.maximum(most, np.abs(along)), np.minimum(nearest, length)

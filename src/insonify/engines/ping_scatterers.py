@@ -45,7 +45,7 @@ from insonify.sonar.two_way_beam import two_way_footprint, two_way_width
 from insonify.units import amplitude_ratio
 
 SCATTERERS_PER_BLOCK = 49152
-"""Scatterers in a block: few enough for the cache, enough to keep Python out of the way."""
+"""Scatterers in a block: few enough for the cache, enough to make the cost of Python negligible."""
 MIN_TILE_COST = 4
 """Scatterers of a block that one more tile counts for at least."""
 QUADRATURE_ELONGATION = 2.0
@@ -307,11 +307,11 @@ def lay_on_terrain(
     requested, size = tile_prefixes(kept.tile, kept.rank, density)
     some = tiles.take(requested)
 
-    def places(rows: NDArray[np.int64], known: NDArray[np.int64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    def positions(rows: NDArray[np.int64], known: NDArray[np.int64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         return next_positions(some.take(rows), seed, stream, known, size[rows])
 
     key = grid_scatterer_id(stream, some.level, some.along, some.across).view(np.int64)
-    rows, begin = terrain.sample_tiles(seed, key, size, places)
+    rows, begin = terrain.sample_tiles(seed, key, size, positions)
     start = np.zeros(len(density), np.int64)
     start[requested] = begin
     return tile_scatterers(
@@ -320,12 +320,12 @@ def lay_on_terrain(
 
 
 def _on_boundary(
-    boundary: Boundary, depth: float, law: Law, place: NDArray[np.float64], area: NDArray[np.float64],
+    boundary: Boundary, depth: float, law: Law, horizontal: NDArray[np.float64], area: NDArray[np.float64],
     phase: NDArray[np.complex128], key: NDArray[np.uint64],
 ) -> Scatterers:  # fmt: skip
     """Points of a flat boundary, facing the water."""
-    position = np.empty((len(place), 3))
-    position[:, :2], position[:, 2] = place, depth
+    position = np.empty((len(horizontal), 3))
+    position[:, :2], position[:, 2] = horizontal, depth
     return _horizontal_points(boundary, law, position, area, phase, key)
 
 

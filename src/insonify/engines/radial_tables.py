@@ -31,13 +31,13 @@ class SampleLists(NamedTuple):
     samples: Integers
     """Samples of the line from the sonar up to the last point of each list, (lists,)."""
     families: Integers
-    """Families that any point of each list is wanted by, a bit for each, (lists,)."""
+    """Families requested at any point of each list, a bit for each, (lists,)."""
     passed: NDArray[np.bool_]
     """Rows of launches that any of these passes by, (lists, paths)."""
     sample: Integers
     """Number of each point along its line, (n,)."""
-    wanted: Integers
-    """Families that each point is wanted by, (n,)."""
+    requested: Integers
+    """Families requested at each point, a bit for each, (n,)."""
     reach: Floats
     """Horizontal distance of each point [m], (n,)."""
     ahead: Singles
@@ -59,7 +59,7 @@ class RadialSet(NamedTuple):
 
     radials: Floats
     """One row each, (s, 9): cosine and sine in the frame of the map; width of its cell [rad]; width over which the beam
-    is evaluated in turn, 0 for its middle alone [rad]; start and stop of what is received [m]; place of its first
+    is evaluated in turn, 0 for its middle alone [rad]; start and stop of what is received [m]; position of its first
     sample in its own steps; its number; its own step in steps of the frame."""
     lists: SampleLists
     """Lists of points."""
@@ -121,7 +121,7 @@ class RadialLegs(NamedTuple):
 
     first: NDArray[np.int64]
     """First sample of each radial, and the number of all, (s + 1,)."""
-    place: Floats
+    point: Floats
     """Horizontal distance and depth of each sample [m], (2, n)."""
     normal: Singles
     """Unit normal into the water, (3, n)."""

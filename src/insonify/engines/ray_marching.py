@@ -37,7 +37,7 @@ class RayModel(NamedTuple):
 
 def march_over_terrain(
     rays: RayModel, family: str, groups: list[ProfileGroup], distance: Floats, steepness: Floats, depth: Floats,
-    wanted: NDArray[np.bool_], *, on_terrain: bool,
+    marched: NDArray[np.bool_], *, on_terrain: bool,
 ) -> NDArray[np.bool_]:  # fmt: skip
     """Compare rays with the terrain profile that each follows.
 
@@ -51,7 +51,7 @@ def march_over_terrain(
         distance: Horizontal distance of the points [m], shape (n,).
         steepness: Steepness of their rays [1], see `insonify.propagation.launch_angles`, shape (n,).
         depth: Depth of the points [m], shape (n,).
-        wanted: Points whose rays are marched, shape (n,).
+        marched: Points whose rays are marched, shape (n,).
         on_terrain: True if the points lie on the terrain; rays then end on the terrain of their profile instead.
 
     Returns:
@@ -59,7 +59,7 @@ def march_over_terrain(
     """
     clear = np.ones(len(distance), bool)
     for profiles, points, rows in groups:
-        chosen = np.flatnonzero(wanted[points])
+        chosen = np.flatnonzero(marched[points])
         for start in range(0, len(chosen), RAYS_PER_BATCH):
             some = chosen[start : start + RAYS_PER_BATCH]
             mine, profile = points[some], rows[some]

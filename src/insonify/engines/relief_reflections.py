@@ -37,7 +37,7 @@ NEGLIGIBLE_PRESSURE = 3e-4
 
 def reflect_off_relief(
     legs: Legs, scatterers: Scatterers, position: NDArray[np.float64], terrain_occlusion: TerrainOcclusion,
-    scene: Scene, *, soft: bool = False, wanted: NDArray[np.bool_] | None = None,
+    scene: Scene, *, soft: bool = False, needed: NDArray[np.bool_] | None = None,
 ) -> Legs:  # fmt: skip
     """Legs as relief leaves them: moved to the planes that they bounce off, dimmed by roughness, hidden by ground.
 
@@ -48,7 +48,7 @@ def reflect_off_relief(
         terrain_occlusion: Occlusion by the seabed for that end.
         scene: The scene; its bed has relief.
         soft: See `occlude_by_terrain`; legs off local planes have hard shadows.
-        wanted: True for the legs with bounces to evaluate, shape (f, n); other legs of straight rays get no amplitude.
+        needed: True for the legs with bounces to evaluate, shape (f, n); other legs of straight rays get no amplitude.
             None: all.
 
     Returns:
@@ -63,7 +63,7 @@ def reflect_off_relief(
         return _displace_refracted(shaded, bounced, legs, scatterers, position, terrain_occlusion, scene)
     made = _without_bottom_bounces(legs, bounced, scatterers, position, terrain_occlusion, soft=soft)
     for row in bounced:
-        some = np.flatnonzero(wanted[row]) if wanted is not None else np.arange(len(scatterers))
+        some = np.flatnonzero(needed[row]) if needed is not None else np.arange(len(scatterers))
         followed = some
         if scene.seabed.reflecting_interface == "smooth":
             followed = some[~_negligible(made, row, some, position, terrain_occlusion)]
@@ -98,8 +98,8 @@ def _negligible(
     length, sine = legs.length[row, some], np.abs(legs.departure[row, some, 2])
     if not _may_be_faint(family, length, sine, terrain_occlusion):
         return np.zeros(len(some), bool)
-    way = flat_bounces(family, float(position[2]), length, sine, terrain.depth)
-    return coherent_bounce_factor(family, way, terrain, wavelength) < NEGLIGIBLE_PRESSURE
+    paths = flat_bounces(family, float(position[2]), length, sine, terrain.depth)
+    return coherent_bounce_factor(family, paths, terrain, wavelength) < NEGLIGIBLE_PRESSURE
 
 
 def _write_bounced(
@@ -108,13 +108,13 @@ def _write_bounced(
 ) -> None:  # fmt: skip
     """Replace some straight legs of one family by legs reflected off local planes."""
     family, points = legs.families[row], scatterers.position[some]
-    way = local_plane_paths(family, position, points, terrain_occlusion.bed, terrain_occlusion.wavelength)
-    left = reflection_product(family, way, terrain_occlusion.bed, terrain_occlusion.wavelength, scene)
+    paths = local_plane_paths(family, position, points, terrain_occlusion.bed, terrain_occlusion.wavelength)
+    left = reflection_product(family, paths, terrain_occlusion.bed, terrain_occlusion.wavelength, scene)
     per_metre = np.log(legs.absorption[row, some[0]]) / legs.length[row, some[0]]
-    taken = np.exp(per_metre * way.length)
-    clear = clear_of_terrain(way, position, points, terrain_occlusion, ground=scatterers.boundary == "seabed")
+    taken = np.exp(per_metre * paths.length)
+    clear = clear_of_terrain(paths, position, points, terrain_occlusion, ground=scatterers.boundary == "seabed")
     write_bounced_legs(
-        some, way, left, taken, clear, scatterers.normal, 1 / scene.water.sound_speed, soft,
+        some, paths, left, taken, clear, scatterers.normal, 1 / scene.water.sound_speed, soft,
         *(getattr(legs, name)[row] for name in _WRITTEN_COLUMNS),
     )  # fmt: skip
 
@@ -131,7 +131,7 @@ def _may_be_faint(
 
 
 def reflection_product(
-    family: str, way: ImagePaths, terrain: SeabedTerrain, wavelength: float, scene: Scene
+    family: str, paths: ImagePaths, terrain: SeabedTerrain, wavelength: float, scene: Scene
 ) -> NDArray[np.complex128]:
     """Product of the complex coherent reflection factors of a family [1], shape (n,).
 
@@ -142,42 +142,42 @@ def reflection_product(
 
     Args:
         family: Name of the family.
-        way: Its paths.
+        paths: Its paths.
         terrain: The seabed.
         wavelength: Acoustic wavelength [m].
         scene: The scene.
     """
     left: NDArray[np.float64] | float = 1.0
     if scene.seabed.reflecting_interface == "smooth" or not terrain.relief.is_waves:
-        left = coherent_bounce_factor(family, way, terrain, wavelength)
+        left = coherent_bounce_factor(family, paths, terrain, wavelength)
     coefficient = 1 + 0j
     product: NDArray[np.complex128] | complex = 1.0
     for k, letter in enumerate(bounce_sequence(family)):
         if letter == "B":
-            product = product * scene.seabed.reflection_coefficient_at_sine(way.grazing_sine[k])
+            product = product * scene.seabed.reflection_coefficient_at_sine(paths.grazing_sine[k])
         else:
             coefficient *= complex(scene.surface.reflection_coefficient(np.zeros(1))[0])  # alike at any angle
     return np.asarray(left * coefficient * product)
 
 
 def coherent_bounce_factor(
-    family: str, way: ImagePaths | BounceGeometry, terrain: SeabedTerrain, wavelength: float
+    family: str, paths: ImagePaths | BounceGeometry, terrain: SeabedTerrain, wavelength: float
 ) -> NDArray[np.float64]:
     """Coherent reflection factor of all bottom bounces of a family [1], shape (n,).
 
     Args:
         family: Name of the family.
-        way: Its paths.
+        paths: Its paths.
         terrain: The seabed.
         wavelength: Acoustic wavelength [m].
     """
-    product = np.ones(len(way.length))
+    product = np.ones(len(paths.length))
     for k, letter in enumerate(bounce_sequence(family)):
         if letter == "B":
-            length, width = fresnel_zone(way, k, wavelength)
+            length, width = fresnel_zone(paths, k, wavelength)
             axis = np.maximum(2 * np.sqrt(length * width), 1e-6)
             product *= terrain.roughness_reflection_factor(
-                way.grazing_sine[k], wavelength, axis, residual_variance=way.residual_variance[k]
+                paths.grazing_sine[k], wavelength, axis, residual_variance=paths.residual_variance[k]
             )
     return product
 
@@ -204,7 +204,7 @@ def relief_roughness_factor(
 
 
 def clear_of_terrain(
-    way: ImagePaths, position: NDArray[np.float64], points: NDArray[np.float64], terrain_occlusion: TerrainOcclusion,
+    paths: ImagePaths, position: NDArray[np.float64], points: NDArray[np.float64], terrain_occlusion: TerrainOcclusion,
     *, ground: bool,
 ) -> NDArray[np.bool_]:  # fmt: skip
     """Return True if paths off local planes exist and are not occluded by other parts of the seabed, shape (n,).
@@ -213,17 +213,17 @@ def clear_of_terrain(
     than a cell of the terrain map.
 
     Args:
-        way: The paths.
+        paths: The paths.
         position: North, east, depth of the sonar's end [m], shape (3,).
         points: The same of the points [m], shape (n, 3).
         terrain_occlusion: The seabed about that end.
         ground: True if the points lie on it.
     """
     seen = locate_points(terrain_occlusion, position, points)
-    count, n = way.fraction.shape
+    count, n = paths.fraction.shape
     nodes, spared = np.empty((count + 2, n, 2)), np.empty((count + 2, n))
-    set_path_nodes(way, position, points, seen.distance, terrain_occlusion.wavelength, nodes, spared)
-    return way.is_valid & terrain_occlusion.image_paths_clear(seen.groups, nodes, spared, ground=ground)
+    set_path_nodes(paths, position, points, seen.distance, terrain_occlusion.wavelength, nodes, spared)
+    return paths.is_valid & terrain_occlusion.image_paths_clear(seen.groups, nodes, spared, ground=ground)
 
 
 def _displace_refracted(
@@ -233,7 +233,7 @@ def _displace_refracted(
     """Bent legs over the mean plane, moved by what local planes change in straight ones.
 
     To first order a plane that stands h higher under a bounce shortens a leg by 2 h sin(grazing), whatever the water:
-    the straight way's change is scaled by the ratio of the sines.
+    the straight path's change is scaled by the ratio of the sines.
     """
     made = replace(legs, **{name: getattr(legs, name).copy() for name in _COPIED_COLUMNS})
     north, east = (scatterers.position[:, :2] - position[:2]).T
@@ -241,13 +241,13 @@ def _displace_refracted(
     for row in bounced:
         family = made.families[row]
         launch = steepness(family, plain.departure[row, :, 2])
-        evaluated = np.array(
+        needed = np.array(
             [np.clip(at, 0.0, distance) for at in terrain_occlusion.launches.bounce_ranges(family, launch)]
         )
         level = flat_image_paths(family, position, scatterers.position, terrain_occlusion.bed.depth)
         local = local_plane_paths(
             family, position, scatterers.position, terrain_occlusion.bed, terrain_occlusion.wavelength,
-            terrain_bounce_ranges=evaluated,
+            terrain_bounce_ranges=needed,
         )  # fmt: skip
         tangent = terrain_occlusion.launches.bottom_grazing_tangent(launch)
         sine = tangent / np.hypot(1, tangent)

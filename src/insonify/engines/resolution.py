@@ -179,7 +179,7 @@ def tiles_in_view(
         resolution: Resolution cells of the sonar.
         beam_floor: Two-way pressure gain below which a tile is left out [1].
         rise: Largest height of the boundary above or below its depth [m].
-        widest: Longest way from one end by way of a position to the other that is received [m], see `max_path_length`.
+        widest: Longest path from one end by a position to the other that is received [m], see `max_path_length`.
         glints: Spread of the directions of legs by a moving surface; None: it does not move.
         images: Images of the sonar in faces.
 
@@ -202,7 +202,7 @@ def tiles_in_view(
         level > FINEST_LEVEL and side * FIRST_TILES > window_range.farthest and (side / TILE / 2) ** 2 > grain.coarsest
     ):
         level, side = level - 1, side / 2
-    low, high = (np.floor((here + way * window_range.farthest) / side).astype(np.int64) for way in (-1, 1))
+    low, high = (np.floor((here + sense * window_range.farthest) / side).astype(np.int64) for sense in (-1, 1))
     along, across = np.empty((2, int(np.prod(high - low + 1))), np.int64)
     kernel.tiles_between(low, high, along, across)
     if ping_geometry.receive_track_extent is None:

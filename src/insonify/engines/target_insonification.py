@@ -72,8 +72,8 @@ def target_insonification(
             return np.ones(len(middle), bool)
         ends = (images[0], ping_geometry.transmit_beams), (images[1], ping_geometry.bounding_receive_beams)
         gain = np.ones(len(middle))
-        for row, (places, beams) in enumerate(ends):
-            best = _largest_gain(middle, radius, families, places, beams, max_deviation)
+        for row, (positions, beams) in enumerate(ends):
+            best = _largest_gain(middle, radius, families, positions, beams, max_deviation)
             for one, image in faces[row::2]:
                 seen = (one.sonar.transmit_beams, one.sonar.bounding_receive_beams)[row]
                 np.maximum(best, _largest_gain(middle, radius, one.families, image, seen, max_deviation), out=best)
@@ -127,9 +127,9 @@ def _largest_gain(
     for name, image in zip(families, images, strict=True):
         ray = middle - image
         length = np.maximum(np.linalg.norm(ray, axis=1), 1e-6)
-        way = ray / length[:, None]
+        direction = ray / length[:, None]
         if len(bounce_sequence(name)) % 2:
-            way[:, 2] *= -1
+            direction[:, 2] *= -1
         margin = np.arcsin(np.minimum(radius / length, 1.0)) + max_deviation
-        best = np.maximum(best, beams.bound(way, np.minimum(margin, np.pi)))
+        best = np.maximum(best, beams.bound(direction, np.minimum(margin, np.pi)))
     return best

@@ -351,11 +351,11 @@ def _may_fall_in_window(solid: Solid, scene: Scene, ping_geometry: PingGeometry)
     surface = world_triangles(solid, scene.seabed)
     middle = (surface.low + surface.high) / 2
     radius = float(np.linalg.norm(surface.high - surface.low)) / 2
-    way = sum(
+    path_length = sum(
         float(np.linalg.norm(middle - end)) - radius
         for end in (ping_geometry.transmit_position, ping_geometry.receive_position)
     )
-    return way * MIN_TRAVEL_TIME_RATIO / ping_geometry.sound_speed <= ping_geometry.recorded_delays[1]
+    return path_length * MIN_TRAVEL_TIME_RATIO / ping_geometry.sound_speed <= ping_geometry.recorded_delays[1]
 
 
 def _within_beams(
@@ -406,7 +406,7 @@ def _outside_beams(scene: Scene, target: Solid, ping_geometry: PingGeometry) -> 
         bearing = np.arctan2(offset[1], offset[0]) + np.linspace(-half, half, 9)
         climb = np.linspace(-np.pi / 2, np.pi / 2, 181)[:, None]
         level = np.broadcast_to(np.sin(climb), (181, 9))
-        way = np.stack([np.cos(climb) * np.cos(bearing), np.cos(climb) * np.sin(bearing), level], axis=-1)
-        if not beams.gain(way).any():
+        path_length = np.stack([np.cos(climb) * np.cos(bearing), np.cos(climb) * np.sin(bearing), level], axis=-1)
+        if not beams.gain(path_length).any():
             return True
     return False

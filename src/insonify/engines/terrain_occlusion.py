@@ -79,7 +79,7 @@ class TerrainOcclusion:
         self, families: tuple[str, ...], distance: Floats, sine: Floats, depth: Floats, groups: list[ProfileGroup], *,
         ground: bool = False, left: NDArray[np.complex128] | None = None,
     ) -> NDArray[np.bool_]:  # fmt: skip
-        """Return True if rays of some families reach positions without meeting the seabed on their way.
+        """Return True if rays of some families reach positions without reaching the seabed before them.
 
         Args:
             families: Names of the families, f of them.
@@ -156,13 +156,13 @@ class TerrainOcclusion:
             passed, ends = string[:k] or "D", ground and k == len(string)
             before = stop - zone_lengths.get(k, 0.0)
             if passed.endswith("B") and not ends:
-                way = self._steps(stops[k - 1] + zone_lengths[k - 1]), self._steps(before)
+                span = self._steps(stops[k - 1] + zone_lengths[k - 1]), self._steps(before)
                 own = np.ones(len(lit), bool)
                 for lines, points, rows in groups:
-                    kernel.rising_rays_clear(*lines.horizon(passed)[:2], steep, rows, *way, points, own)
+                    kernel.rising_rays_clear(*lines.horizon(passed)[:2], steep, rows, *span, points, own)
                 lit &= own
                 if left is not None:
-                    self._under_crests(groups, passed, way, steep, distance, own, left)
+                    self._under_crests(groups, passed, span, steep, distance, own, left)
                 continue
             leaves = -steep if k == 0 and string.startswith("S") else steep
             if ends:
@@ -187,13 +187,13 @@ class TerrainOcclusion:
             )
 
     def _under_crests(
-        self, groups: list[ProfileGroup], family: str, way: tuple[Floats, Floats], steepness: Floats, distance: Floats,
+        self, groups: list[ProfileGroup], family: str, span: tuple[Floats, Floats], steepness: Floats, distance: Floats,
         lit: NDArray[np.bool_], left: NDArray[np.complex128],
     ) -> None:  # fmt: skip
         for lines, points, rows in groups:
             rays = crests.LineRays(rows, points, steepness, distance, lit, left)
             crests.diffract_rising_rays(
-                lines.horizon(family), self.step, rays, *way, self.wavelength, edge_diffraction_table()
+                lines.horizon(family), self.step, rays, *span, self.wavelength, edge_diffraction_table()
             )
 
     def image_paths_clear(
@@ -208,7 +208,7 @@ class TerrainOcclusion:
             ground: True if the positions lie on the seabed: then paths end on that of their slice's line.
 
         Returns:
-            True where a way is clear, shape (n,).
+            True where a segment is clear, shape (n,).
         """
         lit = np.ones(nodes.shape[1], bool)
         for lines, points, rows in groups:
@@ -233,8 +233,8 @@ class TerrainOcclusion:
             azimuth: Bearing of each from the sonar [rad], shape (n,).
             distance: Horizontal distance [m], shape (n,).
         """
-        way = np.stack([distance * np.cos(azimuth), distance * np.sin(azimuth)], axis=-1)
-        return self.profiles.group_points(np.zeros(2), way)[1]
+        span = np.stack([distance * np.cos(azimuth), distance * np.sin(azimuth)], axis=-1)
+        return self.profiles.group_points(np.zeros(2), span)[1]
 
 
 def steepness(family: str, sine: Floats) -> Floats:
@@ -274,15 +274,15 @@ class ProfiledPoints(NamedTuple):
     """By the lines that pass them."""
 
 
-def locate_points(terrain_occlusion: TerrainOcclusion, place: Floats, position: Floats) -> ProfiledPoints:
+def locate_points(terrain_occlusion: TerrainOcclusion, sonar: Floats, position: Floats) -> ProfiledPoints:
     """Azimuth slices and samples of some points about one end of the sonar.
 
     Args:
         terrain_occlusion: Occlusion by the seabed for that end.
-        place: North, east, depth of that end [m], shape (3,).
+        sonar: North, east, depth of that end [m], shape (3,).
         position: The same of the points [m], shape (n, 3).
     """
-    return ProfiledPoints(*terrain_occlusion.profiles.group_points(place, position))
+    return ProfiledPoints(*terrain_occlusion.profiles.group_points(sonar, position))
 
 
 def occlude_by_terrain(

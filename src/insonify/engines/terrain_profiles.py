@@ -152,24 +152,24 @@ class AzimuthProfiles:
             self.merged[first : first + len(found)] = np.where(found < LOW_GAIN * found.max(), MERGE_POWER, 0)
             inner = float(outer)
 
-    def group_points(self, place: Floats, position: Floats) -> tuple[Floats, list[ProfileGroup]]:
+    def group_points(self, sonar: Floats, position: Floats) -> tuple[Floats, list[ProfileGroup]]:
         """Points by the lines that pass them.
 
         Args:
-            place: North and east of the sonar [m], shape (2 or more,).
+            sonar: North and east of the sonar [m], shape (2 or more,).
             position: North and east of the points [m], shape (n, 2 or more).
 
         Returns:
             Their horizontal distances [m], shape (n,), and the points by the lines that pass them.
         """
         distance, own = np.empty(len(position)), np.empty(len(position), np.int64)
-        wanted = np.zeros(len(self._home), bool)
+        slices = np.zeros(len(self._home), bool)
         missing = kernel.profiles_of(
-            place, position, self._lattice.heading, self.edges, self.counts, self.starts, self.merged, self._home,
-            distance, own, wanted,
+            sonar, position, self._lattice.heading, self.edges, self.counts, self.starts, self.merged, self._home,
+            distance, own, slices,
         )  # fmt: skip
         if missing:
-            self._build(np.flatnonzero(wanted))
+            self._build(np.flatnonzero(slices))
         points, rows = np.empty((2, len(own)), np.int64)
         starts = np.empty(len(self._lines) + 1, np.int64)
         kernel.group_by_profile(own, self._home, self._row, starts, points, rows)
@@ -180,28 +180,28 @@ class AzimuthProfiles:
             if stop > start
         ]
 
-    def _build(self, wanted: Integers) -> None:
+    def _build(self, slices: Integers) -> None:
         """Sample the profiles of some slices, each from the sonar to the outer edge of its zone.
 
         Args:
-            wanted: Numbers of the slices, of merged ones the first, increasing, shape (n,).
+            slices: Numbers of the slices, of merged ones the first, increasing, shape (n,).
         """
         with self._lock:
-            wanted = wanted[self._home[wanted] < 0]  # another thread may have sampled them
-            cut = np.searchsorted(wanted, self.starts).tolist()
+            slices = slices[self._home[slices] < 0]  # another thread may have sampled them
+            cut = np.searchsorted(slices, self.starts).tolist()
             for zone, (start, stop) in enumerate(pairwise(cut)):
                 for first in range(start, stop, PROFILES_PER_BATCH):
-                    some = wanted[first : min(first + PROFILES_PER_BATCH, stop)]
+                    some = slices[first : min(first + PROFILES_PER_BATCH, stop)]
                     self._lines.append(self._built(zone, some))
                     self._row[some] = np.arange(len(some))
                     self._home[some] = len(self._lines) - 1
 
-    def _built(self, zone: int, wanted: Integers) -> TerrainProfiles:
+    def _built(self, zone: int, slices: Integers) -> TerrainProfiles:
         """Lines of some slices of one zone; nearer samples are those of the wider slices of nearer zones."""
         firsts = self._firsts[: zone + 2]
-        turn, rays = np.empty((len(wanted), zone + 1)), np.empty((len(wanted), zone + 1, 2))
-        kernel.profile_bearings(wanted, zone, self.counts, self.starts, self.merged, turn, rays)
-        depth = np.empty((len(wanted), int(firsts[-1])), np.float32)
+        turn, rays = np.empty((len(slices), zone + 1)), np.empty((len(slices), zone + 1, 2))
+        kernel.profile_bearings(slices, zone, self.counts, self.starts, self.merged, turn, rays)
+        depth = np.empty((len(slices), int(firsts[-1])), np.float32)
         done = np.zeros(int((-(-np.diff(firsts) // kernel.SAMPLES_PER_RUN)).sum()), bool)
 
         def sample(heightmap: HeightmapTiles, missing: NDArray[np.bool_]) -> bool:

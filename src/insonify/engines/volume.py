@@ -227,8 +227,8 @@ class VolumeScatterers:
             for row, (position, beams) in enumerate(there):
                 length, around, ray = self._rays(family, position, centre[rows], radius[rows])
                 margin = np.where(around < length, np.arcsin(np.minimum(1, around / length)), np.pi)
-                for way, more in self._refracted_directions(ray / length[:, None]):
-                    gain[row, rows] = np.maximum(gain[row, rows], beams.bound(way, margin + more))
+                for left, more in self._refracted_directions(ray / length[:, None]):
+                    gain[row, rows] = np.maximum(gain[row, rows], beams.bound(left, margin + more))
             received[rows] = np.prod(gain[:, rows], axis=0) ** times >= amplitude_ratio(choice.beam_cutoff_db)
             rows = rows[~received[rows]]  # those that are received need no further family
         return received
@@ -242,16 +242,16 @@ class VolumeScatterers:
         ray[:, 2] *= (-1) ** len(bounce_sequence(family))
         return length, radius + self._relief_height * 2 * family.count("B"), ray
 
-    def _refracted_directions(self, way: Floats) -> Iterator[tuple[Floats, float]]:
+    def _refracted_directions(self, ray: Floats) -> Iterator[tuple[Floats, float]]:
         """Departure cones of rays to some positions, given the straight directions."""
         water = self.scene.water
         if not water.layered:
-            yield way, 0.0
+            yield ray, 0.0
             return
         bend = float(
             np.arccos(water.min_sound_speed / water.max_sound_speed)
         )  # no ray that passes both speeds turns by more
-        azimuth, elevation = np.arctan2(way[:, 1], way[:, 0]), np.arcsin(np.clip(way[:, 2], -1, 1))
+        azimuth, elevation = np.arctan2(ray[:, 1], ray[:, 0]), np.arcsin(np.clip(ray[:, 2], -1, 1))
         for turn in np.linspace(-bend, bend, 5):
             up = np.clip(elevation + turn, -np.pi / 2, np.pi / 2)
             yield np.column_stack([np.cos(up) * np.cos(azimuth), np.cos(up) * np.sin(azimuth), np.sin(up)]), bend / 4
@@ -290,7 +290,7 @@ class VolumeScatterers:
             up = top + thick / 2 - self.ping_geometry.transmit_position[2]
             near, far = (np.sqrt(np.maximum(reach**2 - up**2, 0)) for reach in (inner, outer))
             level = (near + far) / 2
-            centre = np.column_stack([self._place(level, np.asarray((sector + 0.5) * angle, float)), top + thick / 2])
+            centre = np.column_stack([self._point(level, np.asarray((sector + 0.5) * angle, float)), top + thick / 2])
             beyond = np.maximum(np.abs(up) - outer, 0)
             radius = np.sqrt(((far - near) / 2 + far * angle / 2) ** 2 + (thick / 2) ** 2) + beyond
             return self._receivable(centre, radius)
@@ -321,7 +321,7 @@ class VolumeScatterers:
         level = reach**2 - (depth - self.ping_geometry.transmit_position[2]) ** 2
         there = level > 0
         position = np.column_stack(
-            [self._place(np.sqrt(level[there]).astype(float), np.asarray(bearing[there], float)), depth[there]]
+            [self._point(np.sqrt(level[there]).astype(float), np.asarray(bearing[there], float)), depth[there]]
         )
         number = (ring << 38 | sector << 16 | stratum & 0xFFFF).astype(np.uint64)[there]
         return layer_scatterers(
@@ -329,7 +329,7 @@ class VolumeScatterers:
             LAYERS | number,
         )  # fmt: skip
 
-    def _place(self, distance: Floats, azimuth: Floats) -> Floats:
+    def _point(self, distance: Floats, azimuth: Floats) -> Floats:
         """North and east [m], azimuth counted from half a turn off boresight."""
         bearing = np.arctan2(self.ping_geometry.boresight[1], self.ping_geometry.boresight[0]) + np.pi + azimuth
         offset = np.stack([np.cos(bearing), np.sin(bearing)], axis=-1) * distance[..., None]

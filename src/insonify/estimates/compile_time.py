@@ -57,7 +57,7 @@ def _needed(simulator: Simulator, labels: bool) -> list[FeatureKernels]:
     expected, side = scenario.field == "incoherent", simulator.ping_geometries(0)[0]
     ground = "seabed" in scenario.paths.contributions and scenario.seabed.scattering is not None
     drawn = not expected and ground and scenario.paths.geometry == "3d"
-    wanted = {
+    used_by = {
         COHERENT: drawn,
         BEAMS: drawn and side.elements is None and not simulator.coherent_accumulator(side).uses_far_field,
         FAST: expected
@@ -73,7 +73,7 @@ def _needed(simulator: Simulator, labels: bool) -> list[FeatureKernels]:
         WAVES: scenario.surface.reflection == "explicit",
         SOLIDS: bool(simulator.engine.scene.occluders),
     }
-    return [feature for feature, used in wanted.items() if used]
+    return [feature for feature, used in used_by.items() if used]
 
 
 def _kept(feature: FeatureKernels) -> bool:

@@ -218,15 +218,15 @@ def _off_hull_and_faces(
     depth = scenario.seabed.depth if boundary == "seabed" else 0.0
     azimuth = np.linspace(0, 2 * np.pi, BEARINGS, endpoint=False)
     offset = distance[:, None, None] * np.stack([np.cos(azimuth), np.sin(azimuth)], axis=-1)
-    place = (ping_geometry.midpoint + offset).reshape(-1, 2)
+    position = (ping_geometry.midpoint + offset).reshape(-1, 2)
     importance = BeamImportance(
         ping_geometry, depth, simulator.engine.rays, kept, scenario.seabed.scatterer_grid, float(distance.max()),
         scenario.paths.importance_sampling, glint_spread(scenario.scene, ping_geometry.frequency), images,
     )  # fmt: skip
-    kept_part = importance.keep_probability_of(importance.gain_at(place)).reshape(-1, BEARINGS)
-    off_faces = np.zeros(len(place))
+    kept_part = importance.keep_probability_of(importance.gain_at(position)).reshape(-1, BEARINGS)
+    off_faces = np.zeros(len(position))
     for one in images:
-        off_faces[one.lights(place, depth, np.zeros(len(place)))] += len(one.families)
+        off_faces[one.lights(position, depth, np.zeros(len(position)))] += len(one.families)
     weight = points[:, None] * kept_part / np.maximum(kept_part.sum(axis=1, keepdims=True), 1e-300)
     off_faces = off_faces.reshape(weight.shape)
     each = unit_costs.SECONDS_PER_FACE_LEG + _legs(simulator, ping_geometry, DIRECT)
@@ -244,13 +244,13 @@ def _diffraction_seconds(
     start, azimuth = ping_geometry.transmit_position, np.linspace(0, 2 * np.pi, AROUND, endpoint=False)
     offset = distance[:, None, None] * np.stack([np.cos(azimuth), np.sin(azimuth)], axis=-1)
     ground = np.full((*offset.shape[:2], 1), simulator.scenario.seabed.depth)
-    place = np.concatenate([start[:2] + offset, ground], axis=-1).reshape(-1, 3)
-    way = (place - start) / np.linalg.norm(place - start, axis=1, keepdims=True)
+    position = np.concatenate([start[:2] + offset, ground], axis=-1).reshape(-1, 3)
+    direction = (position - start) / np.linalg.norm(position - start, axis=1, keepdims=True)
     ends = ping_geometry.transmit_beams, ping_geometry.receive_beams
-    gain = np.prod([np.abs(end.gain(way)).max(axis=0) for end in ends], axis=0)
+    gain = np.prod([np.abs(end.gain(direction)).max(axis=0) for end in ends], axis=0)
     seen = gain >= amplitude_ratio(paths.beam_cutoff_db) * gain.max()
-    behind = np.bincount(np.concatenate(points_near_cylinders(scene, start, place)[len(scene.boxes) :]),
-                         minlength=len(place))  # fmt: skip
+    behind = np.bincount(np.concatenate(points_near_cylinders(scene, start, position)[len(scene.boxes) :]),
+                         minlength=len(position))  # fmt: skip
     within = seen.reshape(-1, AROUND).sum(axis=1)
     share = (behind * seen).reshape(-1, AROUND).sum(axis=1) / np.maximum(within, 1)
     return float(points @ share) * len(kept) * unit_costs.SECONDS_PER_DIFFRACTED_LEG

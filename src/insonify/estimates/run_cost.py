@@ -39,7 +39,7 @@ class RunCost:
     memory: float
     """Largest resident set [bytes]."""
     disk: float
-    """Files of the recording, compressed, with labels where they are wanted [bytes]."""
+    """Files of the recording, compressed, with labels if they are computed [bytes]."""
     compiling: float = 0.0
     """Processor time more, once, while the cache of compiled kernels lacks some [s]."""
     labels: bool = False
@@ -69,7 +69,7 @@ def estimate_cost(scenario: Scenario, *, labels: bool = False, threads: int | No
 
     Args:
         scenario: The scenario.
-        labels: True if labels are wanted that the scenario itself does not request.
+        labels: True if labels are computed in addition to those that the scenario requests.
         threads: Threads of the run; None: one for each core.
 
     Returns:

@@ -18,7 +18,7 @@ def run_refusal(scenario: Scenario, whole: RunCost, *, labels: bool = False) -> 
     Args:
         scenario: The scenario.
         whole: Its cost.
-        labels: True if labels are wanted that the scenario itself does not request.
+        labels: True if labels are computed in addition to those that the scenario requests.
     """
     if labels and scenario.sonar.receiver.record == "elements":
         return (
@@ -35,7 +35,7 @@ def _water_limit_error(scenario: Scenario, counted: set[tuple[int, bool]], *, la
     Args:
         scenario: The scenario.
         counted: Pings whose points have been counted, with True for quadrature points; they are few enough.
-        labels: True if labels are wanted.
+        labels: True if labels are computed.
     """
     if not scenario.water.scatters or "water" not in scenario.paths.contributions or scenario.paths.geometry == "slice":
         return ""

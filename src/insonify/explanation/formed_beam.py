@@ -41,7 +41,7 @@ class FormedBeam:
     def factor(self, arrivals: Arrivals, ping_geometry: PingGeometry, time: float) -> NDArray[np.complex128]:
         """Pressure of each arrival in the beam over that at the reference element [1], shape (n,).
 
-        Narrow band: the phase of the carrier at each element, from a position at half the arrival's way.
+        Narrow band: the phase of the carrier at each element, from a position at half the arrival's path.
 
         Args:
             arrivals: Paths as the reference element receives them.
@@ -91,8 +91,8 @@ def formed_beam(dataset: xr.Dataset, scenario: Scenario, ping: int, bearing: flo
     if scenario.sonar.receiver.record != "elements":
         raise ValueError("a bearing is for recordings of elements, and this one is of beams. Choose a beam instead.")
     side = np.asarray(dataset["side"].values).astype(int)
-    wanted = 1 if np.sin(bearing) >= 0 else -1
-    channels = np.flatnonzero(side == wanted) if np.any(side == wanted) else np.arange(len(side))
+    requested = 1 if np.sin(bearing) >= 0 else -1
+    channels = np.flatnonzero(side == requested) if np.any(side == requested) else np.arange(len(side))
     positions = np.asarray(dataset["element_position"].values, float)[channels]
     nearest = int(np.argmin(np.linalg.norm(positions - positions.mean(axis=0), axis=1)))
     prefix = "receiver_" if "receiver_attitude" in dataset else ""

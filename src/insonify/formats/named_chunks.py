@@ -47,8 +47,8 @@ class _NamedChunks(BackendArray):
         try:
             loose = self._loose_values(key)
             values = np.array(self.stored[key].values)
-            for place, row in loose.items():
-                values[place] = row
+            for index, row in loose.items():
+                values[index] = row
             return values
         except MemoryError:
             raise
@@ -58,7 +58,7 @@ class _NamedChunks(BackendArray):
             ) from None
 
     def _loose_values(self, key: tuple[Any, ...]) -> dict[Any, NDArray[np.generic]]:
-        """Values of the loose rows among those of a key, by their place in the result.
+        """Values of the loose rows among those of a key, by their index in the result.
 
         They are read before the shards: a row that is packed meanwhile is in one of them.
         """
@@ -67,11 +67,11 @@ class _NamedChunks(BackendArray):
             return found
         array, rows = row_array(self.folder.parent, self.folder.name), np.arange(self.shape[0])[key[0]]
         there = set(array.loose_rows())
-        for place, row in enumerate(np.atleast_1d(rows).tolist()):
+        for index, row in enumerate(np.atleast_1d(rows).tolist()):
             values = array.read_loose(row) if row in there else None
             if values is not None:
                 one = xr.Variable(self.stored.dims, values)[(0, *key[1:])]
-                found[place if rows.ndim else ()] = one.values
+                found[index if rows.ndim else ()] = one.values
         return found
 
     def _first_damaged(self) -> Path:

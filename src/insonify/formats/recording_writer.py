@@ -34,7 +34,7 @@ class RecordingWriter:
             layout: Layout of the recording.
             attributes: Attributes of the recording.
             lines: Lines of the recorder; None: none.
-            label_names: Axes of the labels; None: none are wanted.
+            label_names: Axes of the labels; None: none are written.
             overwrite: True: replace another recording at that path.
         """
         self.path, self._lines, self._labelled = path, lines, label_names is not None
@@ -45,25 +45,25 @@ class RecordingWriter:
         self._per_shard = row_array(path, "done").per_shard
         self._left = Counter[int]()
 
-    def of_part(self, part: Part | None, wanted: list[int]) -> list[int]:
-        """Those of the wanted pings that belong to a part; None: all."""
+    def of_part(self, part: Part | None, pings: list[int]) -> list[int]:
+        """Those of some pings that belong to a part; None: all."""
         share = None if part is None else zarr_store.pings_of_part(self.path, part)
-        return [ping for ping in wanted if share is None or ping in share]
+        return [ping for ping in pings if share is None or ping in share]
 
-    def missing(self, wanted: list[int]) -> tuple[list[tuple[int, bool, bool]], int]:
+    def missing(self, pings: list[int]) -> tuple[list[tuple[int, bool, bool]], int]:
         """Missing results of some pings: number, sound, labels; and the number of all pings that this concerns.
 
         Args:
-            wanted: Numbers of the pings.
+            pings: Numbers of the pings.
         """
         there = zarr_store.recorded_pings(self.path)
         if self._lines is not None:
-            wanted = self._lines.plan(wanted, there, zarr_store.recorded_lines(self.path))
+            pings = self._lines.plan(pings, there, zarr_store.recorded_lines(self.path))
         whole = label_store.labelled_pings(self.path) if self._labelled else np.ones(len(there), bool)
-        jobs = [(ping, False, True) for ping in wanted if there[ping] and not whole[ping]]
-        jobs += [(ping, True, not whole[ping]) for ping in wanted if not there[ping]]
+        jobs = [(ping, False, True) for ping in pings if there[ping] and not whole[ping]]
+        jobs += [(ping, True, not whole[ping]) for ping in pings if not there[ping]]
         self._left = Counter(ping // self._per_shard for ping, *_ in jobs)
-        return jobs, len(wanted)
+        return jobs, len(pings)
 
     def write(self, ping: int, series: NDArray[np.generic] | None, labels: Labels | None) -> None:
         """Write one ping, and pack its shard if it was the last.
@@ -71,7 +71,7 @@ class RecordingWriter:
         Args:
             ping: Number of the ping.
             series: Its pressure [uPa] or intensity [uPa^2], shape (channels, samples); None: it is there.
-            labels: Its labels; None: they are there, or not wanted.
+            labels: Its labels; None: they are there, or not written.
         """
         with writing(self.path):
             self._write(ping, series, labels)

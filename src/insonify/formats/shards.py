@@ -53,8 +53,8 @@ def pings_per_shard(pings: int, ping_bytes: int, line: int = 1) -> int:
     """
     if pings <= FEWEST_PINGS:
         return 1
-    wanted = min(max(FEWEST_PINGS, LEAST_BYTES // max(ping_bytes, 1)), MOST_PINGS, pings)
-    count = max(min(wanted, MOST_BYTES // max(ping_bytes, 1)), 1)
+    length = min(max(FEWEST_PINGS, LEAST_BYTES // max(ping_bytes, 1)), MOST_PINGS, pings)
+    count = max(min(length, MOST_BYTES // max(ping_bytes, 1)), 1)
     return min(max(count // line, 1) * line, pings // line * line) or 1
 
 
@@ -236,14 +236,14 @@ class _PackedMeanwhileError(Exception):
 def _shard_bytes(array: RowArray, shard: int) -> Iterator[bytes]:
     """Bytes of a shard: its rows, then an index of offsets and lengths with a checksum."""
     index, offset = np.full((array.per_shard, 2), ABSENT, "<u8"), 0
-    for place, row in enumerate(array.rows(shard)):
+    for number, row in enumerate(array.rows(shard)):
         try:
             content = array.row_file(row).read_bytes()
         except FileNotFoundError:
             if array.dtype != bool:
                 raise _PackedMeanwhileError from None
             continue  # a row of False has no file
-        index[place] = offset, len(content)
+        index[number] = offset, len(content)
         offset += len(content)
         yield content
     encoded = index.tobytes()

@@ -1,6 +1,6 @@
 """Directional spreading: distribution of the waves of one wavelength over directions.
 
-A photograph of the sea does not distinguish a wave from the one that travels the opposite way, so that a
+A photograph of the sea does not distinguish a wave from the one that travels in the opposite direction, so that a
 spectrum from photographs is two-sided. A moving sea needs a one-sided distribution,
 in which most waves travel downwind.
 """

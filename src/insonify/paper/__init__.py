@@ -22,16 +22,16 @@ def run(figures: list[int] | None, folder: Path, *, on_figure: Callable[[int, in
     Raises:
         ValueError: A figure that is not available.
     """
-    wanted = list(FIGURES) if figures is None else figures
-    unknown = [number for number in wanted if number not in FIGURES]
+    requested = list(FIGURES) if figures is None else figures
+    unknown = [number for number in requested if number not in FIGURES]
     if unknown:
         available = ", ".join(map(str, FIGURES))
         raise ValueError(f"figure {', '.join(map(str, unknown))} is not available; choose from {available}")
     folder.mkdir(parents=True, exist_ok=True)
     report = on_figure or (lambda *_: None)
-    report(0, len(wanted))
+    report(0, len(requested))
     written: list[Path] = []
-    for done, number in enumerate(wanted, start=1):
+    for done, number in enumerate(requested, start=1):
         written += import_module(f"{__name__}.figure{number}").draw(folder)
-        report(done, len(wanted))
+        report(done, len(requested))
     return written

@@ -63,7 +63,7 @@ def interferogram_view(sides: list[SwathSide], slant: Floats, run: Floats, row: 
         "depth": ([_every(np.where(side.sure, side.depth, np.nan)) for side in sides], DEPTHS, deep, "depth [m]",
                   "Depth by phase"),
         "truth": ([_every(np.where(side.sure, side.truth, np.nan)) for side in sides], DEPTHS, deep, "depth [m]",
-                  "True depth at the same places"),
+                  "True depth at the same positions"),
     }  # fmt: skip
     for name, (parts, colours, limits, label, caption) in pictures.items():
         axes = panels[name]

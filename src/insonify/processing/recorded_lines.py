@@ -28,15 +28,15 @@ class RecordedLines:
     held: dict[int, Series] = field(default_factory=dict)
     """Series of pings whose line is not complete."""
 
-    def plan(self, wanted: list[int], there: NDArray[np.bool_], written: NDArray[np.bool_]) -> list[int]:
-        """Pings to simulate: those wanted, and all of each line that becomes complete with them.
+    def plan(self, requested: list[int], there: NDArray[np.bool_], written: NDArray[np.bool_]) -> list[int]:
+        """Pings to simulate: those requested, and all of each line that becomes complete with them.
 
         Args:
-            wanted: Numbers of the wanted pings.
+            requested: Numbers of the requested pings.
             there: Mask of the recorded pings, shape (pings,); cleared where a ping has to arrive once more.
             written: Mask of the recorded lines, shape (lines,).
         """
-        pings, length = set(wanted), self.recorder.pings_per_line
+        pings, length = set(requested), self.recorder.pings_per_line
         for line in map(int, np.flatnonzero(~written)):
             own = range(line * length, (line + 1) * length)
             if all(there[ping] or ping in pings for ping in own) and not pings.isdisjoint(own):

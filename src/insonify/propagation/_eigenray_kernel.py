@@ -357,8 +357,8 @@ def bounced_rays(
     found = turning_slabs(ray_branch, start, stop, so_far, slabs[side])
     away = 1.0 if first_up else -1.0  # from the wall
     farthest = limit
-    for way in range(1, 4):
-        before, after = way != 2, way != 1
+    for turns_beside in range(1, 4):
+        before, after = turns_beside != 2, turns_beside != 1
         for k in range(found):
             near = int(slabs[side, TURN_NODE, k])
             start_layer_sequence(ray_branch)
@@ -371,7 +371,7 @@ def bounced_rays(
             count_passages(ray_branch, at, r)
             ray_branch[LAYER_SEQUENCE, NEAR + side], ray_branch[LAYER_SEQUENCE, HALF_TURNS + side] = (
                 near,
-                (4 if way == 3 else 2),
+                (4 if turns_beside == 3 else 2),
             )
             finish_layer_sequence(ray_branch, min(wall, near), max(wall, near))
             launch, arrival = (away if before else -away), (-away if after else away)

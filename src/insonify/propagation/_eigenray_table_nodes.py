@@ -2,7 +2,7 @@
 
 Every derivative of the delay that a node needs follows from the ray that the exact solver finds there. With A the
 spreading of the ray tube, c and c_s the speeds at the point and at the source, and sigma = -1 for every bounce and
-every caustic on the way,
+every caustic along the ray,
 
     T_R = p,   T_z = sin(arrival) / c,   T_zs = -sin(launch) / c_s,
     T_Rz = -sigma sin(launch) R A^2 / c_s,   T_Rzs = sigma sin(arrival) R A^2 / c,   T_zzs = -sigma p R A^2:

@@ -84,13 +84,13 @@ def _require_flat(nodes: Any) -> None:
 
 @intrinsic
 def interpolate_on_line(typing_context: Any, nodes: Any, node_offset: Any, u: Any) -> Any:
-    """(U, dU/du, V, W, dW/du, Y) at a fraction u of the way from one node to the next.
+    """(U, dU/du, V, W, dW/du, Y) at a fraction u of the distance from one node to the next.
 
     Args:
         typing_context: Of the compiler.
         nodes: All nodes one after another, float64.
         node_offset: Where the first node begins.
-        u: Fraction of the way, 0 to 1.
+        u: Fraction of the distance between the nodes, 0 to 1.
     """
     _require_flat(nodes)
 
@@ -112,8 +112,8 @@ def interpolate_in_cell(typing_context: Any, nodes: Any, upper: Any, lower: Any,
         nodes: All nodes one after another, float64.
         upper: Where the node at the cell's upper near corner begins.
         lower: Where the one below it begins.
-        u: Fraction of the way to the next nodes, 0 to 1.
-        v: Fraction of the way down, 0 to 1.
+        u: Fraction of the horizontal distance to the next nodes, 0 to 1.
+        v: Fraction of the cell's height, 0 to 1.
         height: Height of the cell [m].
     """
     _require_flat(nodes)
@@ -122,8 +122,8 @@ def interpolate_in_cell(typing_context: Any, nodes: Any, upper: Any, lower: Any,
         data = _data(context, builder, signature.args[0], arguments[0])
         u, v, height = (_splat(builder, scalar) for scalar in arguments[3:])
         ends: list[Any] = []
-        for place in arguments[1:3]:
-            value, slope = _on_line(builder, data, place, u)
+        for node in arguments[1:3]:
+            value, slope = _on_line(builder, data, node, u)
             ends.append(_pick(builder, value, slope, [0, 1, 4, 5]))
             down = _pick(builder, value, slope, [2, 3, 6, 7])
             ends.append(builder.fmul(down, height, flags=_FUSED))

@@ -304,12 +304,12 @@ def apply_glints_to_row(
             offset_east = sonar_position[1] + reach * east - y
             if paths.on_bed[b]:
                 axes, phase = source.bed_axes, points.bed_phase[n]
-                place, ahead, aside = _cell_of_bounce(keys[n], code << 4 | b, source, offset_north, offset_east)
+                cell, ahead, aside = _cell_of_bounce(keys[n], code << 4 | b, source, offset_north, offset_east)
                 # from the cell: the wavenumber follows the angles of a moving sonar
                 offset_north = ahead * axes[0, 0] + aside * axes[1, 0]
                 offset_east = ahead * axes[0, 1] + aside * axes[1, 1]
                 along, across, omega, first = sample_glint(
-                    keys[n], code << 4 | place << 20 | b, source.key, phase, b == incoherent, source.bed_waves,
+                    keys[n], code << 4 | cell << 20 | b, source.key, phase, b == incoherent, source.bed_waves,
                     points.long_variance[n],
                 )  # fmt: skip
                 k_north, k_east = along * axes[0, 0] + across * axes[1, 0], along * axes[0, 1] + across * axes[1, 1]
@@ -331,7 +331,7 @@ def apply_glints_to_row(
             gone += omega * (start + before)
             came += omega * (start + there + delay[n] - before)
         displaced_bounce_path(far, climb, north, east, paths.bounces, slopes, bent)
-        # The waves set the phase; the glint's own way only when it is received.
+        # The waves set the phase; the glint's own path length only when it is received.
         cycles = paths.frequency * bent[0] / paths.speed
         still = turned + 2 * math.pi * (cycles - math.floor(cycles + 0.5))
         phasor_out[n] = complex(math.cos(still - gone), math.sin(still - gone))

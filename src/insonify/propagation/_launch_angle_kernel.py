@@ -62,18 +62,18 @@ def unturned_distances(
         square = launch_slope[n] * launch_slope[n]
         range_to_surface[n] = range_to_plane[n] = 0.0
         for side in range(2):
-            way, root = 0.0, abs(launch_slope[n])
+            reach, root = 0.0, abs(launch_slope[n])
             j = source_row
             while j != (0 if side == 0 else depth.size - 1):
                 k = j - 1 if side == 0 else j + 1
                 left = square + (1 - ratio[k]) * (1 + ratio[k])
                 after = math.sqrt(max(left, 0.0))
                 if left < 0 or root + after == 0:
-                    way = np.inf
+                    reach = np.inf
                     break
-                way += abs(depth[k] - depth[j]) * (ratio[j] + ratio[k]) / (root + after)
+                reach += abs(depth[k] - depth[j]) * (ratio[j] + ratio[k]) / (root + after)
                 root, j = after, k
             if side == 0:
-                range_to_surface[n] = way
+                range_to_surface[n] = reach
             else:
-                range_to_plane[n] = way
+                range_to_plane[n] = reach

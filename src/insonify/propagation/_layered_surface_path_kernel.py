@@ -1,7 +1,7 @@
 """Kernels of a refracted path from one end to a point of an uneven surface: travel time and its derivatives.
 
 Times are lengths in water of the speed at the mean surface. Above the mean surface the water is as at it. A path rises
-all the way, or, over a bottom bounce, falls to it and rises from it: rays that turn are not among them. The sums over
+throughout, or, over a bottom bounce, falls to it and rises from it: rays that turn are not among them. The sums over
 layers are those of `_ray_properties_kernel`, with v the tangent of the grazing angle at the highest speed.
 """
 

@@ -68,7 +68,7 @@ def _trace(
         # from the launch, not from p: at a nearly horizontal ray 1 - (p c)^2 would be a difference of equals
         s2 = launch * launch - square * (speed[knot] - c0) * (speed[knot] + c0) / (c0 * c0)
         if s == 0 and s2 <= 0 and idle < 2 and g != 0 and _has_layer(depth, z, not down):
-            down, idle = not down, idle + 1  # refracts the other way, or not at all
+            down, idle = not down, idle + 1  # refracts towards the other boundary, or not at all
             layer = _layer(depth, z, down)
             continue
         held = s == 0 and s2 <= 0  # along the axis of a channel, or in isovelocity water

@@ -293,12 +293,12 @@ def search_bounce_points(leg: SurfaceLeg, search: BounceSearch, seeds: Floats, f
         for k in range(many + also):
             t = zeros[k] if k < many else turns[k - many]
             along, aside = x - pitch + t * pitch, _value(ridge, t)
-            place = start[0] + along * ahead_n - aside * ahead_e, start[1] + along * ahead_e + aside * ahead_n
+            point = start[0] + along * ahead_n - aside * ahead_e, start[1] + along * ahead_e + aside * ahead_n
             if k < many and count < seeds.shape[1]:
-                seeds[0, count], seeds[1, count] = place
+                seeds[0, count], seeds[1, count] = point
                 count += 1
             elif k >= many and dark < folds.shape[1]:
-                folds[0, dark], folds[1, dark] = place
+                folds[0, dark], folds[1, dark] = point
                 dark += 1
         f0, d0 = f1, d1
     return count, dark
@@ -431,12 +431,12 @@ def bounce_points(
             leg = SurfaceLeg(start, ends.position[n], ends.time[n], slowness, is_transmit, waves, water)
             count[n] = 0
             for seed in range(many + dark):
-                place = seeds[:, seed] if seed < many else folds[:, seed - many]
-                before = math.hypot(math.hypot(place[0] - start[0], place[1] - start[1]), start[2])
-                after = math.hypot(math.hypot(place[0] - middle[0], place[1] - middle[1]), middle[2])
+                seed_point = seeds[:, seed] if seed < many else folds[:, seed - many]
+                before = math.hypot(math.hypot(seed_point[0] - start[0], seed_point[1] - start[1]), start[2])
+                after = math.hypot(math.hypot(seed_point[0] - middle[0], seed_point[1] - middle[1]), middle[2])
                 part = before / (before + after)  # of a flat surface
-                north = place[0] + part * (leg.end[0] - middle[0])
-                east = place[1] + part * (leg.end[1] - middle[1])
+                north = seed_point[0] + part * (leg.end[0] - middle[0])
+                east = seed_point[1] + part * (leg.end[1] - middle[1])
                 count[n] = _follow_bounce(north, east, leg, search, seed >= many, point, stationary_points[n], count[n])
 
 

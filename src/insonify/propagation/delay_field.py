@@ -85,10 +85,10 @@ class DelayField:
                 some = np.ix_([legs.families[row] == name for name in legs.families], point_rows)
                 spread.append(self._spread(legs.visibility[some], legs.delay[some], legs.length[some]).max(axis=0))
         points = points[point_rows]
-        ways = [self._path_points(legs.families[row], place, points) for legs, place, rows in leg_ends for row in rows]
-        found = np.empty((len(points), len(ways), len(ways)))
-        for a, first in enumerate(ways):
-            for b, second in enumerate(ways[: a + 1]):
+        paths = [self._path_points(legs.families[row], end, points) for legs, end, rows in leg_ends for row in rows]
+        found = np.empty((len(points), len(paths), len(paths)))
+        for a, first in enumerate(paths):
+            for b, second in enumerate(paths[: a + 1]):
                 square = np.sum((first - second) ** 2, axis=-1)
                 alike = np.exp(-square / self.inhomogeneity.correlation_length**2).mean(axis=0)
                 found[:, a, b] = found[:, b, a] = spread[a] * spread[b] * alike
@@ -98,10 +98,10 @@ class DelayField:
         """Points at even fractions of a leg's path, shape (fractions, n, 3)."""
         part = ((np.arange(PARTS) + 0.5) / PARTS)[:, None, None]
         ends = np.column_stack([points[:, :2], self._unfolded(family, points[:, 2])])
-        way = position + part * (ends - position)
-        depth = np.mod(way[..., 2], 2 * self.water_depth)
-        way[..., 2] = np.minimum(depth, 2 * self.water_depth - depth)
-        return way
+        path = position + part * (ends - position)
+        depth = np.mod(path[..., 2], 2 * self.water_depth)
+        path[..., 2] = np.minimum(depth, 2 * self.water_depth - depth)
+        return path
 
     def _unfolded(self, family: str, depth: Floats) -> Floats:
         """Depth at which a family's unfolded ray arrives, straight through surface and bottom [m]."""

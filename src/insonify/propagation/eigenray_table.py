@@ -194,10 +194,10 @@ def check_sample(table: EigenrayTable) -> None:
         late, amplitude_error = compare(table.plane_at(source_depth), depth, ranges)
         worst = int(np.argmax(np.maximum(late / LATEST, amplitude_error / LOUDEST)))
         if late[worst] > LATEST or amplitude_error[worst] > LOUDEST:
-            place = f"from {source_depth:.3f} m to {depth[worst]:.3f} m at {ranges[worst]:.3f} m"
+            location = f"from {source_depth:.3f} m to {depth[worst]:.3f} m at {ranges[worst]:.3f} m"
             error = f"{late[worst]:.1e} s and {20 * np.log10(1 + amplitude_error[worst]):.3f} dB"
             raise TableError(
-                f"the table of {table.family} {place} is wrong by {error}; {LATEST:g} s and 0.02 dB are allowed. "
+                f"the table of {table.family} {location} is wrong by {error}; {LATEST:g} s and 0.02 dB are allowed. "
                 "Use method='exact', or a profile with rounder kinks."
             )
 

@@ -131,7 +131,7 @@ class EigenrayTables:
             )  # fmt: skip
         except TableError as error:
             warnings.warn(
-                f"{error} The exact solver takes its place: the same, but slower.", TableWarning, stacklevel=2
+                f"{error} The exact solver replaces it: the same result, but slower.", TableWarning, stacklevel=2
             )
             return None
 

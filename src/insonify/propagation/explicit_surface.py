@@ -160,11 +160,11 @@ def find_bounce_points(
         positions = np.column_stack([positions[:, :2], np.clip(positions[:, 2], 0.0, water.depth[-1])])
     cells = _cells(positions, scene.seabed.scatterer_grid, size)
 
-    def node_values(places: Floats) -> tuple[Floats, Floats]:
-        there = 0.0 if is_transmit_leg else np.linalg.norm(places - sonar_end.transmit_position, axis=1) / speed
-        ends = places - origin
-        ends[:, 2] = _unfolded_depth(places[:, 2], after, bed)
-        return ends, sonar_end.ping_time + np.broadcast_to(there, len(places))
+    def node_values(nodes: Floats) -> tuple[Floats, Floats]:
+        there = 0.0 if is_transmit_leg else np.linalg.norm(nodes - sonar_end.transmit_position, axis=1) / speed
+        ends = nodes - origin
+        ends[:, 2] = _unfolded_depth(nodes[:, 2], after, bed)
+        return ends, sonar_end.ping_time + np.broadcast_to(there, len(nodes))
 
     start = sonar_end.position - origin
     start[2] = _unfolded_depth(sonar_end.position[2], before, bed)
@@ -206,7 +206,7 @@ def explicit_surface_legs(
     if scene.water.layered:
         legs, touched = _rising_rays_apart(legs)
     sea = explicit_waves(scene.surface, seed, scene.seabed.depth)
-    ways = []
+    out_and_back = []
     for out in (True, False):
         found = {
             row: find_bounce_points(
@@ -214,13 +214,13 @@ def explicit_surface_legs(
             )
             for row in touched
         }
-        moved, sines, place = _moved(legs, found, scene, scatterers, frequency, float(sonar_end.position[2]))
+        moved, sines, bounce_points = _moved(legs, found, scene, scatterers, frequency, float(sonar_end.position[2]))
         rough = _with_rough_reflection(
-            moved, sines, GlintBouncePoints(place, APART * sea.shortest_wavelength), scene, seed, scatterers,
+            moved, sines, GlintBouncePoints(bounce_points, APART * sea.shortest_wavelength), scene, seed, scatterers,
             frequency, sonar_end,
         )  # fmt: skip
-        ways.append(rough[not out])
-    return ways[0], ways[1]
+        out_and_back.append(rough[not out])
+    return out_and_back[0], out_and_back[1]
 
 
 def _rising_rays_apart(legs: Legs) -> tuple[Legs, list[int]]:
@@ -270,14 +270,14 @@ def _moved(
     moved = replace(leg_rows(legs, rows), branch=tuple(number))
     caustic = np.ones(moved.delay.shape, complex) if moved.caustic is None else moved.caustic
     moved = replace(moved, caustic=caustic)
-    sines, place = np.full(moved.delay.shape, 1e-6), np.zeros((*moved.delay.shape, 2))
+    sines, bounce_points = np.full(moved.delay.shape, 1e-6), np.zeros((*moved.delay.shape, 2))
     wavenumber = 2 * math.pi * frequency / float(scene.water.sound_speed_at(0.0))
     spread = {row: bounce_spreading(one, wavenumber) for row, one in surface_points.items()}
     for to, (row, branch) in enumerate(zip(rows, number, strict=True)):
         if row in surface_points:
             there = (surface_points[row].bounce_count > branch) & (legs.status[row] < LegStatus.SHADOW)
             sines[to] = np.where(there, surface_points[row].points[:, branch, _SINE], sines[to])
-            place[to] = surface_points[row].points[:, branch, _NORTH : _EAST + 1]
+            bounce_points[to] = surface_points[row].points[:, branch, _NORTH : _EAST + 1]
             strength = spread[row][there, branch]
             moved.spreading[to, there] *= np.abs(strength) * _calm_distance(surface_points[row], there)
             caustic[to, there] = strength / np.abs(strength)
@@ -287,7 +287,7 @@ def _moved(
             moved.visibility[to][~there] = 0.0
         elif "S" in bounce_sequence(legs.families[row]):  # rays that turn
             sines[to] = calm_grazing_sine(legs, row, scene, sonar_depth)
-    return moved, sines, place
+    return moved, sines, bounce_points
 
 
 def _bounce(
@@ -309,20 +309,20 @@ def _bounce(
         length = legs.length[row, has_bounce] + (at[_BEFORE] + at[_AFTER] - level)
         legs.delay[row, has_bounce] *= length / legs.length[row, has_bounce]
         plain /= level[:, None]
-        ways = (point - surface_points.sonar_position) / at[_BEFORE, :, None], plain
+        out_and_back = (point - surface_points.sonar_position) / at[_BEFORE, :, None], plain
         onward = (surface_points.point_positions[has_bounce] - point) / at[_AFTER, :, None], plain * (1, 1, -1)
     else:
         rays, calm = refracted.rays[has_bounce, branch], refracted.calm[has_bounce]
         length = legs.length[row, has_bounce] + rays[:, 1] - calm[:, 1]
         legs.delay[row, has_bounce] += (at[_BEFORE] + at[_AFTER] - calm[:, 3]) / refracted.speed
-        ways, onward = _refracted_directions(
+        out_and_back, onward = _refracted_directions(
             surface_points, rays, calm, point, plain, has_bounce, (before, after), scene
         )
     legs.absorption[row, has_bounce] *= legs.absorption[row, has_bounce] ** (length / legs.length[row, has_bounce] - 1)
     legs.caustics[row, has_bounce] = ((at[_WEAK] < 0) & (at[_GRADIENT] == 0)).astype(np.uint8) + (at[_STRONG] < 0)
     legs.length[row, has_bounce] = length
-    for column, (way, mirror), bottoms in ((legs.departure, ways, before), (legs.arrival, onward, after)):
-        turned = column[row, has_bounce] + (way - mirror) * (1, 1, (-1) ** bottoms)
+    for column, (direction, mirror), bottoms in ((legs.departure, out_and_back, before), (legs.arrival, onward, after)):
+        turned = column[row, has_bounce] + (direction - mirror) * (1, 1, (-1) ** bottoms)
         column[row, has_bounce] = turned / np.linalg.norm(turned, axis=1, keepdims=True)
     departure, arrival = legs.departure[row, has_bounce], legs.arrival[row, has_bounce]
     # The bottom's coefficient follows the changed angle of incidence.

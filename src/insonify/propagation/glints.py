@@ -6,7 +6,7 @@ the required slope, each with a phase that varies at its own frequency. Powers o
 surface, less bubble loss. A glint is a sum of waves of the sea, see `_glint_kernel`: its slope, frequency shift and
 phase come from the same waves, so that delays, angles, and coherence over position and time are consistent.
 
-A glint has one frequency, whereas the sea has a band: after its lifetime another glint takes its place; otherwise a
+A glint has one frequency, whereas the sea has a band: after its lifetime another glint replaces it; otherwise a
 synthetic aperture would focus each to a sharp point. Scatterers and glints change at times of their own, and all
 begin with their first.
 
@@ -214,7 +214,7 @@ class GlintSurface:
                 )
         label = (*(-1,) * len(kept), *(self._code(legs, row, m) for row, m in glints))
         whole = replace(whole, branch=_numbered(legs, kept, glints))
-        out, back = (replace(whole, glints=GlintPhasors(label, way, bed)) for way in phasor)
+        out, back = (replace(whole, glints=GlintPhasors(label, phasors, bed)) for phasors in phasor)
         return out, back
 
     def coherent_reflection(self, legs: Legs, row: int, sonar_end: SonarEnd) -> CoherentReflection:

@@ -254,7 +254,7 @@ def extent_on_grid(position: Floats, points: Floats, frame: TerrainFrame, span: 
 @njit(cache=True, nogil=True, error_model="numpy")
 def paths_off_local_planes(
     position: Floats, points: Floats, is_seabed_bounce: NDArray[np.bool_], bounce_shift: Floats, frame: TerrainFrame,
-    disc_samples: tuple[Singles, ...], heightmap: HeightmapTiles, wanted: NDArray[np.bool_],
+    disc_samples: tuple[Singles, ...], heightmap: HeightmapTiles, missing: NDArray[np.bool_],
     is_done: NDArray[np.bool_], paths: ImagePaths,
 ) -> bool:  # fmt: skip
     """Paths off the planes fitted to the seabed about each bounce, of those points that are not done yet.
@@ -267,7 +267,7 @@ def paths_off_local_planes(
         frame: Frame of the terrain.
         disc_samples: Samples of the unit disc for the first planes and for the last, see `fit_planes`.
         heightmap: Tiles of terrain heights.
-        wanted: Result: missing tiles, see `fit_planes`.
+        missing: Result: missing tiles, see `fit_planes`.
         is_done: Mask of the points with a path, (n,).
         paths: Result.
 
@@ -288,7 +288,7 @@ def paths_off_local_planes(
                     _zone_ellipses(which.size, k, frame, room)
                     if bounce_shift.shape[1] > 0:
                         _shift_zones(which, bounce_shift[k], frame, room)
-                    fit_planes(zone_rows, which.size, pattern, heightmap, wanted, known)
+                    fit_planes(zone_rows, which.size, pattern, heightmap, missing, known)
                     _set_planes(which.size, k, frame.depth, room)
             _unfold(position, points, which, mirrors, room)
         _write_columns(room, which, mirrors, paths)

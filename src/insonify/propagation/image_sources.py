@@ -94,12 +94,12 @@ def _boundary(
 
 @departure_cones.stand_in
 def _cones(
-    place: Floats, down: float, centre: Floats, radius: Floats, rise: float, way: Floats, margin: Floats
+    position: Floats, down: float, centre: Floats, radius: Floats, rise: float, direction: Floats, margin: Floats
 ) -> None:
     """Departure cones of straight rays to neighbourhoods, as from the kernel `departure_cones`."""
-    way[:, :2], way[:, 2] = centre - place[:2], down
-    length, around = np.sqrt(np.sum(way**2, axis=1)), radius + rise
-    way /= length[:, None]
+    direction[:, :2], direction[:, 2] = centre - position[:2], down
+    length, around = np.sqrt(np.sum(direction**2, axis=1)), radius + rise
+    direction /= length[:, None]
     margin[:] = np.where(around < length, np.arcsin(np.minimum(1.0, around / length)), np.pi)
 
 
@@ -154,6 +154,6 @@ class StraightRays:
         """Cones about the straight lines to the centres; see `PropagationModel.departure_cones`."""
         climb = boundary_depth - image_depth(family, position[2], self.scene.seabed.depth)
         turned = -climb if len(bounce_sequence(family)) % 2 else climb
-        way, margin = np.empty((len(centre), 3)), np.empty(len(centre))
-        departure_cones(position, turned, centre, radius, relief_height, way, margin)
-        return DepartureCones(way, margin, np.ones(len(centre), bool))
+        direction, margin = np.empty((len(centre), 3)), np.empty(len(centre))
+        departure_cones(position, turned, centre, radius, relief_height, direction, margin)
+        return DepartureCones(direction, margin, np.ones(len(centre), bool))

@@ -89,9 +89,9 @@ def edge_diffraction(number: float, table: Complexes) -> complex:
         real = 0.5 / (math.pi * size)
         imag = -real
     else:
-        place = size * PER_UNIT
-        row = min(max(int(place), 1), table.size - 3)
-        t = place - row
+        index = size * PER_UNIT
+        row = min(max(int(index), 1), table.size - 3)
+        t = index - row
         a, b = -t * (t - 1) * (t - 2) * (1 / 6), (t + 1) * (t - 1) * (t - 2) * 0.5
         c, d = -(t + 1) * t * (t - 2) * 0.5, (t + 1) * t * (t - 1) * (1 / 6)
         one, two, three, four = table[row - 1], table[row], table[row + 1], table[row + 2]
@@ -295,7 +295,7 @@ def crest_is_negligible(
 
     Beyond its shadow a half plane changes it by at most 1/2, and by at most 1 / (sqrt(2) pi nu), the first term of the
     asymptotic series. Fresnel numbers are at most off sqrt(2 / wavelength (1 / behind + 1 / before)), and less than
-    that by no more than the ratio of that way to one longer by `off`.
+    that by no more than the ratio of that path to one longer by `off`.
     """
     d = max(distance_behind, wavelength)
     rest = max(length - d, wavelength)

@@ -129,8 +129,8 @@ def local_plane_paths(
     extent_on_grid(here, points, frame, span)
     terrain.read_heightmap(
         span,
-        lambda pages, wanted: paths_off_local_planes(
-            here, points, is_seabed_bounce, moved, frame, _PATTERNS, pages, wanted, done, made
+        lambda pages, missing: paths_off_local_planes(
+            here, points, is_seabed_bounce, moved, frame, _PATTERNS, pages, missing, done, made
         ),
     )
     return made

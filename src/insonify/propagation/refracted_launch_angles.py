@@ -34,7 +34,7 @@ class RefractedLaunchAngles:
     """Rays from one depth of the sonar in layered water; see `insonify.propagation.launch_angles.LaunchAngles`."""
 
     def __init__(
-        self, column: SoundSpeedLayers, source_depth: float, max_range: float, places: tuple[float, float]
+        self, column: SoundSpeedLayers, source_depth: float, max_range: float, depth_limits: tuple[float, float]
     ) -> None:
         """Prepare the grids, which are solved on first use.
 
@@ -42,9 +42,9 @@ class RefractedLaunchAngles:
             column: The water, down to the deepest terrain.
             source_depth: Depth of the sonar [m].
             max_range: Largest horizontal distance [m].
-            places: Depth of the highest position, and of the deepest terrain [m].
+            depth_limits: Depth of the highest position, and of the deepest terrain [m].
         """
-        self._column, self._source, self._places = column, source_depth, places
+        self._column, self._source, self._depth_limits = column, source_depth, depth_limits
         self._speed = float(np.interp(source_depth, column.depth, column.speed))
         stations = min(int(np.ceil(max_range / WIDTH)) + 2, MOST_STATIONS)
         self._width = max(WIDTH, max_range / (stations - 2))
@@ -65,9 +65,9 @@ class RefractedLaunchAngles:
         top, height, climb = self._grid(family)
         shape = np.broadcast_shapes(np.shape(distance), np.shape(depth))
         far = np.ascontiguousarray(np.broadcast_to(distance, shape[-1:]), float)
-        places = np.ascontiguousarray(np.broadcast_to(depth, shape), float).reshape(-1, shape[-1])
-        found = np.empty(places.shape)
-        interpolate_launch_slope(climb, top, height, self._width, far, places, found)
+        depth_limits = np.ascontiguousarray(np.broadcast_to(depth, shape), float).reshape(-1, shape[-1])
+        found = np.empty(depth_limits.shape)
+        interpolate_launch_slope(climb, top, height, self._width, far, depth_limits, found)
         return found.reshape(shape)
 
     def bounce_ranges(self, family: str, launch_slope: Floats) -> list[Floats]:
@@ -125,7 +125,7 @@ class RefractedLaunchAngles:
 
     def _solve(self, family: str) -> tuple[float, float, NDArray[np.float64]]:
         string, water = bounce_sequence(family), self._column
-        low, high = self._places
+        low, high = self._depth_limits
         if string.endswith("B"):  # rays that rise from the plane meet nothing below it
             high = min(high, water.bottom_reflection_depth)
         low = min(low, high - HEIGHTS[0])

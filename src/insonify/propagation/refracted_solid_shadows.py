@@ -66,10 +66,10 @@ def occlude_refracted_row(
         low, high = np.fmin.reduce(depths, axis=1), np.fmax.reduce(depths, axis=1)
         near = (high >= bounds[body, 2]) & (low <= bounds[body, 5])
         rows, along, depths = rows[near], along[near], depths[near]
-        ways = np.empty((len(rows), count, 3))
-        ways[..., :2] = position[:2] + along[..., None] * (ends[rows, None, :2] - position[:2])
-        ways[..., 2] = depths
-        found = occluders_of_paths(scene, ways)
+        paths = np.empty((len(rows), count, 3))
+        paths[..., :2] = position[:2] + along[..., None] * (ends[rows, None, :2] - position[:2])
+        paths[..., 2] = depths
+        found = occluders_of_paths(scene, paths)
         cut = found >= 0
         first = np.where(status[rows] == LegStatus.OCCLUDED, np.minimum(occluder[rows], found), found)
         status[rows[cut]], occluder[rows[cut]] = LegStatus.OCCLUDED, first[cut]

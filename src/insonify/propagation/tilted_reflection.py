@@ -39,8 +39,8 @@ def tilted_legs(legs: Legs, scene: Scene, scatterers: Scatterers, sonar_end: Son
     for row in touched:
         lines = unfold_paths(legs.families[row], sonar_end.position, scatterers.position, scene.seabed.depth)
         times = bounce_times(lines, legs.delay[row], scene, scatterers, sonar_end)
-        for way, time in zip((out, back), times, strict=True):
-            _reflect_in_tilted_planes(way, row, lines, scene, scatterers, sonar_end, time)
+        for path, time in zip((out, back), times, strict=True):
+            _reflect_in_tilted_planes(path, row, lines, scene, scatterers, sonar_end, time)
     return out, back
 
 
@@ -58,9 +58,9 @@ def _reflect_in_tilted_planes(
         bounce += letter == "S"
         facings.append(facing)
         image = image - 2 * np.sum((image - at) * facing, axis=-1, keepdims=True) * facing
-    way = scatterers.position - image
-    length = np.maximum(np.linalg.norm(way, axis=1), 1e-6)
-    arrival = way / length[:, None]
+    path = scatterers.position - image
+    length = np.maximum(np.linalg.norm(path, axis=1), 1e-6)
+    arrival = path / length[:, None]
     departure = arrival
     for facing in reversed(facings):
         departure = departure - 2 * np.sum(departure * facing, axis=-1, keepdims=True) * facing

@@ -75,11 +75,11 @@ def departure_cones(sweeps: list[TravelTimeCurve], offset: Floats, radius: Float
     middle = (low + high) / 2
     ahead = offset / np.maximum(away, 1e-300)[:, None]
     ahead[away == 0] = [1.0, 0.0]
-    way = np.column_stack([np.cos(middle)[:, None] * ahead, np.sin(middle)])
+    direction = np.column_stack([np.cos(middle)[:, None] * ahead, np.sin(middle)])
     aside = np.where(radius < away, np.arcsin(np.minimum(1, radius / np.maximum(away, radius))), np.pi)
     level_part = np.cos(np.where(low * high <= 0, 0.0, np.minimum(np.abs(low), np.abs(high))))
     margin = np.minimum(np.hypot((high - low) / 2, aside * level_part), np.pi)
-    return DepartureCones(way, margin, there)
+    return DepartureCones(direction, margin, there)
 
 
 def travel_time_curve(

@@ -47,17 +47,17 @@ OFF_TRACK = 1.0
 OFF_DEPTH = 0.1
 """Depth beyond those of the track up to which a ping is sampled as one of the track [m]."""
 STEPS = 8
-"""Poses from one further place to the next, so that rays are prepared for all depths between them."""
+"""Poses from one further position to the next, so that rays are prepared for all depths between them."""
 
 
 def live(
-    scenario: Scenario, *, places: Iterable[ArrayLike] = (), threads: int | None = None, warm_up: bool = True
+    scenario: Scenario, *, positions: Iterable[ArrayLike] = (), threads: int | None = None, warm_up: bool = True
 ) -> LiveSonar:
     """A sonar whose pings are simulated one by one, from poses given at each.
 
     Args:
         scenario: What is simulated; its track gives sampling densities, ping interval and window.
-        places: Positions (north, east, depth) that the sonar may have besides those of the track [m]: straight runs
+        positions: Positions (north, east, depth) that the sonar may have besides those of the track [m]: straight runs
             join them. The scene is sampled, and rays are prepared, for all of them.
         threads: Number of threads; all cores by default. The result does not depend on it, bit for bit.
         warm_up: True: simulate one ping now, so that no later one waits for kernels and tables.
@@ -66,7 +66,7 @@ def live(
         with insonify.live(scenario) as sonar:
             ping = sonar.ping(0.0, (0.0, 0.0, 5.0), (0.5, 0.0, 0.0))
     """
-    sonar = LiveSonar(scenario, places=places, threads=threads)
+    sonar = LiveSonar(scenario, positions=positions, threads=threads)
     if warm_up:
         sonar.warm_up()
     return sonar
@@ -75,12 +75,12 @@ def live(
 class LiveSonar:
     """A prepared scenario that is simulated ping by ping; several threads may use it, one ping at a time."""
 
-    def __init__(self, scenario: Scenario, *, places: Iterable[ArrayLike] = (), threads: int | None = None) -> None:
+    def __init__(self, scenario: Scenario, *, positions: Iterable[ArrayLike] = (), threads: int | None = None) -> None:
         """Prepare a scenario; arguments as those of `live`."""
         if not isinstance(scenario, Scenario):
-            raise TypeError(f"a Scenario is wanted, not a {type(scenario).__name__}; load one with load_scenario")
+            raise TypeError(f"expected a Scenario, not a {type(scenario).__name__}; load one with load_scenario")
         track = platforms(scenario)
-        self._simulator = build_simulator(scenario, _with_places(track, places))
+        self._simulator = build_simulator(scenario, _with_positions(track, positions))
         self._attributes = attributes(scenario)
         self._lines = self._simulator.recorded_lines()
         if self._lines is not None and self._lines.recorder.pings_per_line > 1:
@@ -220,11 +220,11 @@ class LiveSonar:
         """The receiver's own pose, where its track keeps to one."""
         carried = self._poses.own_receiver_poses
         assert carried is not None
-        place, lean = carried.position, carried.attitude
-        if np.ptp(place, axis=0).any() or np.ptp(lean, axis=0).any():
+        position, lean = carried.position, carried.attitude
+        if np.ptp(position, axis=0).any() or np.ptp(lean, axis=0).any():
             raise ValueError("receiver is None, and the receiver's track moves. Give receiver=PlatformPose(position, "
                              "attitude).")  # fmt: skip
-        return PlatformPose(place[0], lean[0], np.zeros(3), np.zeros(3))
+        return PlatformPose(position[0], lean[0], np.zeros(3), np.zeros(3))
 
     def _platforms(self, time: float, ends: list[PlatformPose]) -> Platforms:
         """The platforms at one ping, in the water."""
@@ -252,7 +252,7 @@ class LiveSonar:
             warnings.warn(
                 f"position {np.round(here.transmitter_poses.position[0], 3).tolist()} m is off the scenario's track, "
                 "by which the seabed is sampled: its scatterers, and the speckle with them, change from ping to ping. "
-                "Give live(scenario, places=...) the positions that the sonar may have.",
+                "Give live(scenario, positions=...) the positions that the sonar may have.",
                 PhysicsWarning, stacklevel=5,
             )  # fmt: skip
         extents = track_extents_of(self.scenario.sonar, here)
@@ -279,7 +279,7 @@ class LiveSonar:
             known = f"{nearest[0]:.4g} to {nearest[-1]:.4g} m" if region.is_span else f"{nearest.tolist()} m"
             raise ValueError(
                 f"an array is at {depths[outside][0]:.6g} m, and rays in this layered water are prepared for "
-                f"{known}. Give live(scenario, places=...) positions above and below all depths of the sonar."
+                f"{known}. Give live(scenario, positions=...) positions above and below all depths of the sonar."
             )
 
     @property
@@ -316,9 +316,9 @@ def _is_off(extents: tuple[TrackExtent, ...], here: Platforms) -> bool:
     return False
 
 
-def _with_places(track: Platforms, places: Iterable[ArrayLike]) -> Platforms | None:
-    """Platforms at all pings of the track and at further places, joined by straight runs; None: there are none."""
-    given = [np.asarray(PlatformPose(place).position, float) for place in places]
+def _with_positions(track: Platforms, positions: Iterable[ArrayLike]) -> Platforms | None:
+    """Platforms at all pings of the track and at further positions, joined by straight runs; None: there are none."""
+    given = [np.asarray(PlatformPose(position).position, float) for position in positions]
     if not given:
         return None
     steps = np.linspace(0, 1, STEPS, endpoint=False)[:, None]

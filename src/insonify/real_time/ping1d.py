@@ -65,9 +65,9 @@ class Ping1D(PingDevice):
             self._set(message.number, *struct.unpack(f"<{SETS[message.number]}", message.payload))
             return [self.acknowledgement(message.number)]
         if message.number in (CONTINUOUS_START, CONTINUOUS_STOP):
-            (wanted,) = struct.unpack("<H", message.payload)
-            if wanted != PROFILE:
-                raise ValueError(f"message {wanted} is not sent continuously; {PROFILE} is")
+            (number,) = struct.unpack("<H", message.payload)
+            if number != PROFILE:
+                raise ValueError(f"message {number} is not sent continuously; {PROFILE} is")
             self._reader, self._due = self._sender if message.number == CONTINUOUS_START else None, time.monotonic()
             return [self.acknowledgement(message.number)]
         return super().command(message)

@@ -157,16 +157,16 @@ class PingDevice(SocketServer):
 
     def _replies(self, message: Message, sender: Any) -> list[Message]:
         """Replies to one message: that requested, those of a command, or a refusal."""
-        wanted = message.number
-        if wanted == protocol.GENERAL_REQUEST:
+        number = message.number
+        if number == protocol.GENERAL_REQUEST:
             if len(message.payload) != 2:
-                return [_refusal(wanted, "a request has the number of a message")]
-            (wanted,) = struct.unpack("<H", message.payload)
-            return self._guarded(wanted, lambda: self._requested(wanted))
+                return [_refusal(number, "a request has the number of a message")]
+            (number,) = struct.unpack("<H", message.payload)
+            return self._guarded(number, lambda: self._requested(number))
         self._sender = sender
         # a message without payload may be a request, in the older form
         return self._guarded(
-            wanted, lambda: (None if message.payload else self._requested(wanted)) or self.command(message)
+            number, lambda: (None if message.payload else self._requested(number)) or self.command(message)
         )
 
     def _requested(self, number: int) -> list[Message] | None:
@@ -200,15 +200,17 @@ def track_pose(scenario: Scenario, elapsed: float) -> dict[str, Any]:
     """
     stop = scenario.track.window[1]
     moments = [true_poses(scenario.track, seed=scenario.seed, after=elapsed + t) for t in (0.0, stop / 2, stop)]
-    (place, lean), *later = [(poses.position[0], poses.attitude[0]) for poses in moments]
-    return {"position": place, "attitude": lean, "window_poses": tuple(later)}
+    (position, attitude), *later = [(poses.position[0], poses.attitude[0]) for poses in moments]
+    return {"position": position, "attitude": attitude, "window_poses": tuple(later)}
 
 
 def _with_head(pose: Mapping[str, Any], angle: float) -> dict[str, Any]:
     """The pose of a platform that is turned with the head on it."""
     turned = dict(pose) | {"attitude": _turned(pose.get("attitude", (0.0, 0.0, 0.0)), angle)}
     if pose.get("window_poses") is not None:
-        turned["window_poses"] = tuple((place, _turned(lean, angle)) for place, lean in pose["window_poses"])
+        turned["window_poses"] = tuple(
+            (position, _turned(attitude, angle)) for position, attitude in pose["window_poses"]
+        )
     elif pose.get("turn_rate") is None:
         turned["turn_rate"] = (0.0, 0.0, 0.0)  # the head stands while it receives
     return turned

@@ -55,7 +55,7 @@ class PlatformPose:
             if not isinstance(self.window_poses, Sequence) or len(self.window_poses) != 2:
                 raise ValueError("window_poses are not two of (position, attitude). Give those at the middle and the "
                                  "end of the window.")  # fmt: skip
-            moments = tuple((_position(place), _attitude(lean)) for place, lean in self.window_poses)
+            moments = tuple((_position(position), _attitude(attitude)) for position, attitude in self.window_poses)
             object.__setattr__(self, "window_poses", moments)
 
     def poses(self, time: float) -> Poses:
@@ -74,8 +74,8 @@ class PlatformPose:
             window: Length of the window [s].
         """
         if self.window_poses is not None:
-            (middle, lean), (end, tilt) = self.window_poses
-            return _row(time + window / 2, middle, lean), _row(time + window, end, tilt)
+            (middle, angles), (end, tilt) = self.window_poses
+            return _row(time + window / 2, middle, angles), _row(time + window, end, tilt)
         position, attitude = np.asarray(self.position, float), np.asarray(self.attitude, float)
         velocity, rate = (np.zeros(3) if r is None else np.asarray(r, float) for r in (self.velocity, self.turn_rate))
         half, whole = (_row(time + t, position + t * velocity, attitude + t * rate) for t in (window / 2, window))
@@ -116,8 +116,8 @@ class PlatformPose:
 
 
 def _row(time: float, position: ArrayLike, attitude: ArrayLike) -> Poses:
-    lean = np.asarray(attitude, float)
-    return Poses(np.array([time]), np.asarray(position, float)[None], lean[:1], lean[1:2], lean[2:])
+    angles = np.asarray(attitude, float)
+    return Poses(np.array([time]), np.asarray(position, float)[None], angles[:1], angles[1:2], angles[2:])
 
 
 def _position(value: ArrayLike) -> Floats:

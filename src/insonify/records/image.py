@@ -40,9 +40,9 @@ def image_dataset(
     """
     import xarray as xr
 
-    for name, rows, wanted in (("across", across, level.shape[1]), ("along", along, level.shape[0])):
-        if len(rows) != wanted:
-            raise ValueError(f"image: {name} has {len(rows)} rows; level has {wanted}")
+    for name, rows, expected in (("across", across, level.shape[1]), ("along", along, level.shape[0])):
+        if len(rows) != expected:
+            raise ValueError(f"image: {name} has {len(rows)} rows; level has {expected}")
     return xr.Dataset(
         {"level_db": (("ping", "across"), level, {"units": "dB", "long_name": f"level, gain {gain}"})},
         coords={

@@ -45,7 +45,7 @@ class SeparableStrengths:
     out: Legs
     """Legs from the transmitter to the scatterers."""
     back: Legs
-    """Legs from the receiver to the scatterers, travelled the other way."""
+    """Legs from the receiver to the scatterers, travelled in the opposite direction."""
     pair: NDArray[np.int64]
     """Row of the transmit leg and of the receive leg of each ordered pair, shape (p, 2)."""
     direction_factor: Floats
@@ -100,7 +100,7 @@ class Pairs:
     out: Legs
     """Legs from the transmitter to the scatterers."""
     back: Legs
-    """Legs from the receiver to the scatterers, travelled the other way."""
+    """Legs from the receiver to the scatterers, travelled in the opposite direction."""
     pair: NDArray[np.int64]
     """Row of the transmit leg and of the receive leg of each ordered pair, shape (p, 2)."""
     stored_strengths: Strengths | SeparableStrengths

@@ -61,4 +61,4 @@ class ReverberationSamples:
     Pairs that interfere have the same points in these ranges.
     """
     origins: Origins | None = None
-    """Positions and occlusion of the points; None where no labels are wanted."""
+    """Positions and occlusion of the points; None where no labels are computed."""

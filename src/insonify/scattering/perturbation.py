@@ -71,7 +71,7 @@ def grating_strength(sediment: Sediment, d: ScatteringGeometry) -> Floats:
 
 
 def transmission(sediment: Sediment, d: ScatteringGeometry) -> Floats:
-    """Share of sound that enters the sediment on one way and returns on the other [1].
+    """Share of sound that enters the sediment on the transmit leg and returns on the receive leg [1].
 
     Returns:
         |1 + R_in|^2 |1 + R_out|^2 / (16 rho^4).

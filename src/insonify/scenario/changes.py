@@ -29,7 +29,7 @@ def with_changes(model: ModelT, changes: Mapping[str, object]) -> tuple[ModelT, 
         The new model, and warnings about numbers without a unit that were probably meant in another one.
 
     Raises:
-        ScenarioError: A path leads nowhere, or a value is refused; every fault with its path and the way out.
+        ScenarioError: A path leads nowhere, or a value is refused; every fault with its path and the fix.
     """
     source = YamlSource(NAME, values=_plain(model), lines={(): 0})
     faults = [fault for path, value in changes.items() if (fault := _put(source, model, path, _as_typed(value)))]

@@ -1,4 +1,4 @@
-"""Diagnostics of a scenario file: problem, place in the file, and fix.
+"""Diagnostics of a scenario file: problem, location in the file, and fix.
 
 One line per fault: file and line, key, problem, allowed values, fix.
 """
@@ -29,12 +29,12 @@ class Diagnostic:
 
     def __str__(self) -> str:
         """The advice as it is printed, one line, like a compiler's."""
-        place = f"{self.file}:{self.line}:" if self.line else f"{self.file}:"
+        location = f"{self.file}:{self.line}:" if self.line else f"{self.file}:"
         label = f" ({self.label})" if self.label else ""
         field = f" {self.field}{label}:" if self.field else ""
         allowed = f" ({self.allowed})" if self.allowed else ""
         fix = f" {self.fix}" if self.fix else ""
-        text = f"{place}{field} {_ended(self.problem + allowed)}{_ended(fix)}"
+        text = f"{location}{field} {_ended(self.problem + allowed)}{_ended(fix)}"
         return " ".join(text.split())
 
 

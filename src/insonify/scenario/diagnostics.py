@@ -37,7 +37,7 @@ class _Finding:
 
     @property
     def is_about_kind(self) -> bool:
-        """True: the error only states that this alternative wanted another kind of value."""
+        """True: the error only states that this alternative is of another kind of value."""
         return self.kind.endswith(("_type", "_parsing")) or self.kind == "int_from_float"
 
 
@@ -64,7 +64,7 @@ def validation_diagnostics(error: ValidationError, model: type[BaseModel], sourc
 
 
 def yaml_boolean_errors(model: type[BaseModel], source: YamlSource) -> list[Diagnostic]:
-    """Every yes, no, on or off that stands where a number or a word is wanted, and every .nan and .inf.
+    """Every yes, no, on or off that stands where a number or a word is expected, and every .nan and .inf.
 
     Python counts truths as 1 and 0, and some models hold text or laws of their own: the validator
     alone would let them pass.
@@ -86,8 +86,8 @@ def yaml_boolean_errors(model: type[BaseModel], source: YamlSource) -> list[Diag
             problem = f"{source.written[path]} is not a finite number"
             advice.append(_advice(path, source, problem, _allowed(expected)))
         elif expected and all(choice.kind is not bool for choice in expected):
-            wanted = _either_of(expected)
-            problem = f"{source.written[path]} means {str(value).lower()} in YAML; it should be {wanted}"
+            kinds = _either_of(expected)
+            problem = f"{source.written[path]} means {str(value).lower()} in YAML; it should be {kinds}"
             fix = "Put quotes around it" if any(choice.kind is str for choice in expected) else ""
             advice.append(_advice(path, source, problem, fix=fix))
     return advice
@@ -158,7 +158,7 @@ def _say(finding: _Finding, source: YamlSource) -> Diagnostic:
         return _advice(path, source, f"{typed} is not a finite number", _allowed(finding.expected))
     if kind in ("too_short", "too_long"):
         fix = next((expected.fix for expected in finding.expected if expected.fix), "") if kind == "too_long" else ""
-        return _advice(path, source, f"{typed} has {len(finding.value)} values", _wanted([finding]), fix)
+        return _advice(path, source, f"{typed} has {len(finding.value)} values", _kinds([finding]), fix)
     if kind == "value_error":
         return _refused(finding, source)
     return _advice(path, source, f"{typed}: {finding.message}")
@@ -167,8 +167,8 @@ def _say(finding: _Finding, source: YamlSource) -> Diagnostic:
 def _missing(finding: _Finding, source: YamlSource) -> Diagnostic:
     *parent, name = finding.path
     if isinstance(name, int):
-        return _advice(tuple(parent), source, f"value {name + 1} is missing", fix=f"Write {_wanted([finding])} there")
-    return _advice(finding.path, source, f"missing; it should be {_wanted([finding])}", fix=f"Add a line '{name}: ...'")
+        return _advice(tuple(parent), source, f"value {name + 1} is missing", fix=f"Write {_kinds([finding])} there")
+    return _advice(finding.path, source, f"missing; it should be {_kinds([finding])}", fix=f"Add a line '{name}: ...'")
 
 
 def _unknown_key(finding: _Finding, source: YamlSource) -> Diagnostic:
@@ -216,14 +216,14 @@ def _type_error_message(here: list[_Finding], source: YamlSource) -> Diagnostic:
     first = here[0]
     typed = source.show(first.path, first.value)
     if first.value is None:
-        return _advice(first.path, source, f"has no value; it should be {_wanted(here)}")
+        return _advice(first.path, source, f"has no value; it should be {_kinds(here)}")
     if isinstance(first.value, int | float) and all(expected.kind is str for expected in first.expected):
         return _advice(first.path, source, f"{typed} is read as a number", fix=f'Write "{typed}", with quotes')
     where = "" if first.path else "the file holds "
-    return _advice(first.path, source, f"{where}{typed} where {_wanted(here)} should be")
+    return _advice(first.path, source, f"{where}{typed} where {_kinds(here)} should be")
 
 
-def _wanted(findings: list[_Finding]) -> str:
+def _kinds(findings: list[_Finding]) -> str:
     expected = [choice for finding in findings for choice in finding.expected if choice.kind is not type(None)]
     return _either_of(expected) or "something else"
 

@@ -93,7 +93,7 @@ def _out_of_band_errors(scenario: Scenario) -> Iterator[PydanticCustomError]:
         for side in scenario.sonar.side_sonars
         for array, moments in zip(side.arrays, carried.window_poses, strict=True)
     ]
-    speed = np.max([np.linalg.norm(way, axis=1) for way in moved], axis=0) / stop
+    speed = np.max([np.linalg.norm(displacement, axis=1) for displacement in moved], axis=0) / stop
     if speed.max() == 0:
         return
     found = _dopplers(scenario, carried, int(np.argmax(speed)))

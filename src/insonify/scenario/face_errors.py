@@ -23,7 +23,7 @@ LAP = 1e-3
 
 
 def overlapping_face_errors(scenario: Scenario) -> Iterator[PydanticCustomError]:
-    """Errors of faces of different targets that reflect sound from the same place.
+    """Errors of faces of different targets that reflect sound from the same point.
 
     Args:
         scenario: The scenario, whose targets have passed their own checks.
@@ -59,6 +59,6 @@ def _overlap(one: FlatFace, other: FlatFace) -> bool:
 
 
 def _sides(face: FlatFace) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Least and greatest place along and down of the strips of a face [m], each shape (k, 2)."""
+    """Least and greatest position along and down of the strips of a face [m], each shape (k, 2)."""
     along, half, top, base = face.strips[:, 1], face.strips[:, 5], face.strips[:, 6], face.strips[:, 7]
     return np.stack([along - half, top], axis=1), np.stack([along + half, base], axis=1)

@@ -25,14 +25,14 @@ def inhomogeneity_warnings(scenario: Scenario) -> list[str]:
     uneven, sonar = scenario.water.inhomogeneity, scenario.sonar
     if uneven is None or uneven.rms_index == 0:
         return []
-    found, way = [], scenario.water.max_sound_speed * scenario.track.window[1] / 2
+    found, length = [], scenario.water.max_sound_speed * scenario.track.window[1] / 2
     wavelength = scenario.water.sound_speed / sonar.pulse.frequency
-    if (size := wave_parameter(way, wavelength, uneven)) > 1:
+    if (size := wave_parameter(length, wavelength, uneven)) > 1:
         least = float(np.sqrt(size)) * uneven.correlation_length
         found.append(
-            f"water.inhomogeneity.correlation_length: over {way:.4g} m patches of {uneven.correlation_length:g} m bend "
-            f"the sound as much as they delay it (4 R / (k l^2) is {size:.2g}, and 1 is the limit): amplitudes would "
-            f"flicker, and are left steady. Give patches of {least:.2g} m or more, or a shorter window."
+            f"water.inhomogeneity.correlation_length: over {length:.4g} m patches of {uneven.correlation_length:g} m "
+            f"bend the sound as much as they delay it (4 R / (k l^2) is {size:.2g}, and 1 is the limit): amplitudes "
+            f"would flicker, and are steady. Give patches of {least:.2g} m or more, or a shorter window."
         )
     if sonar.receiver.record == "elements":
         extent = float(np.ptp(element_layout(sonar.receive)[0], axis=0).max())

@@ -16,7 +16,7 @@ def selected_pings(scenario: Scenario, pings: int | Iterable[int] | None) -> lis
         ValueError: The track has no such ping.
     """
     if not isinstance(scenario, Scenario):
-        raise TypeError(f"a Scenario is wanted, not a {type(scenario).__name__}; load one with insonify.load_scenario")
+        raise TypeError(f"expected a Scenario, not a {type(scenario).__name__}; load one with insonify.load_scenario")
     count = scenario.track.ping_count
     if pings is None:
         return list(range(count))

@@ -29,7 +29,7 @@ def range_warnings(scenario: Scenario) -> list[str]:
     Args:
         scenario: A scenario without faults.
     """
-    ends = [place for name, place in array_positions(scenario).items() if name not in (PLATFORM, RECEIVER)]
+    ends = [position for name, position in array_positions(scenario).items() if name not in (PLATFORM, RECEIVER)]
     stop = scenario.track.window[1]
     farthest = float(scenario.water.max_sound_speed * stop / 2)
     reach = f"and echoes that come within track.window, up to {1e3 * stop:g} ms, are from {farthest:.3g} m at most"
@@ -60,9 +60,9 @@ def _bed(scenario: Scenario, ends: list[Floats], farthest: float, reach: str) ->
     if scenario.seabed.scattering is None:
         return ""
     reached = farthest * (SLOPES if scenario.seabed.relief else 1.0)
-    if seabed_depth_span(scenario)[1] - max(place[:, 2].max() for place in ends) <= reached:
+    if seabed_depth_span(scenario)[1] - max(position[:, 2].max() for position in ends) <= reached:
         return ""
-    nearest = float(min(np.nanmin(seabed_depth_below(scenario, place) - place[:, 2]) for place in ends))
+    nearest = float(min(np.nanmin(seabed_depth_below(scenario, position) - position[:, 2]) for position in ends))
     if nearest <= reached:
         return ""
     return (
@@ -73,7 +73,7 @@ def _bed(scenario: Scenario, ends: list[Floats], farthest: float, reach: str) ->
 
 def _target(label: str, position: tuple[float, ...], ends: list[Floats], farthest: float, reach: str) -> str:
     """Warning on a target that no ping comes near; empty otherwise."""
-    nearest = float(min(np.hypot(*(place[:, :2] - position[:2]).T).min() for place in ends))
+    nearest = float(min(np.hypot(*(end_position[:, :2] - position[:2]).T).min() for end_position in ends))
     if nearest <= farthest + BODY:
         return ""
     return (
@@ -84,7 +84,7 @@ def _target(label: str, position: tuple[float, ...], ends: list[Floats], farthes
 
 def _patch(patch: ScatteringPatch, ends: list[Floats], farthest: float, reach: str) -> str:
     """Warning on a patch of water that no ping comes near; empty otherwise."""
-    away = min(np.linalg.norm(place - np.array(patch.position), axis=1).min() for place in ends)
+    away = min(np.linalg.norm(position - np.array(patch.position), axis=1).min() for position in ends)
     nearest = float(away - np.linalg.norm(patch.size) / 2)
     if nearest <= farthest:
         return ""

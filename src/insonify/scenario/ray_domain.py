@@ -68,6 +68,6 @@ def _element_excursion(scenario: Scenario, carried: Platforms) -> float:
         size = float(np.linalg.norm(element_layout(scenario.sonar.receive)[0], axis=1).max())
     for array, (first, *later) in zip(scenario.sonar.arrays, carried.window_poses, strict=True):
         for then in later:
-            way = then.offset_positions(array.offset) - first.offset_positions(array.offset)
-            moved = max(moved, float(np.linalg.norm(way, axis=-1).max()))
+            displacement = then.offset_positions(array.offset) - first.offset_positions(array.offset)
+            moved = max(moved, float(np.linalg.norm(displacement, axis=-1).max()))
     return 2 * (size + moved)

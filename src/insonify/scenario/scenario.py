@@ -84,9 +84,9 @@ class Scenario(Model):
             raise TypeError("with_ takes a path and its value, or a mapping of paths to values")
         if value and not isinstance(changes, str):
             raise TypeError("with_ takes no further value beside a mapping")
-        wanted = dict(changes) if isinstance(changes, Mapping) else {changes: value[0]} if changes else {}
-        wanted |= {name.replace("__", "."): new for name, new in by_name.items()}
-        made, caveats = with_changes(self, wanted)
+        requested = dict(changes) if isinstance(changes, Mapping) else {changes: value[0]} if changes else {}
+        requested |= {name.replace("__", "."): new for name, new in by_name.items()}
+        made, caveats = with_changes(self, requested)
         for doubt in caveats:
             warnings.warn(str(doubt), PhysicsWarning, stacklevel=2)
         return made

@@ -47,7 +47,7 @@ def scenario_errors(scenario: Scenario) -> Iterator[PydanticCustomError]:
         scenario: The scenario; each of its models has passed its own checks.
 
     Yields:
-        Errors of `field_error`, each at the faulty value, with its limit and the way out.
+        Errors of `field_error`, each at the faulty value, with its limit and the fix.
     """
     if untimely := list(clock_errors(scenario)):
         yield from untimely
@@ -149,13 +149,13 @@ def _profile_depth_errors(scenario: Scenario) -> Iterator[PydanticCustomError]:
         )  # fmt: skip
 
 
-def _sonar_inside_target(scenario: Scenario, places: dict[str, Floats]) -> Iterator[PydanticCustomError]:
+def _sonar_inside_target(scenario: Scenario, positions: dict[str, Floats]) -> Iterator[PydanticCustomError]:
     seabed = scenario.completed_seabed
     for row, target in enumerate(scenario.targets):
         if isinstance(target, PointTarget):
-            yield from _point_target_too_near(row, target, places)
+            yield from _point_target_too_near(row, target, positions)
             continue
-        for name, position in places.items():
+        for name, position in positions.items():
             pings = np.flatnonzero(inside_body(target, seabed, position))
             if len(pings):
                 when = f"at ping {pings[0]}" if len(pings) == 1 else f"from ping {pings[0]} to {pings[-1]}"
@@ -166,9 +166,9 @@ def _sonar_inside_target(scenario: Scenario, places: dict[str, Floats]) -> Itera
                 break
 
 
-def _point_target_too_near(row: int, point: PointTarget, places: dict[str, Floats]) -> Iterator[PydanticCustomError]:
+def _point_target_too_near(row: int, point: PointTarget, positions: dict[str, Floats]) -> Iterator[PydanticCustomError]:
     """A point target nearer than the distance that source level and target strength refer to."""
-    for name, position in places.items():
+    for name, position in positions.items():
         away = np.linalg.norm(position - np.array(point.position), axis=1)
         ping = int(np.argmin(away))
         if away[ping] < MIN_POINT_DISTANCE:
@@ -211,11 +211,11 @@ def _slice_errors(scenario: Scenario) -> Iterator[PydanticCustomError]:
             "paths.geometry", "slice", f"has one beam, but the sonar {has}. "
             "Write 3d, for a bearing needs the third dimension, or give one steer angle.",
         )  # fmt: skip
-    ways = {"track.pitch": track.pitch, "track.roll": track.roll}
+    angles = {"track.pitch": track.pitch, "track.roll": track.roll}
     for end, array in zip(ENDS, (sonar.transmit, sonar.receive), strict=True):
         if not isinstance(array, PointTransducer) and len(array.steers) == 1:
-            ways[f"sonar.{end}.steer"] = array.steers[0][0]
-    for path, angle in ways.items():
+            angles[f"sonar.{end}.steer"] = array.steers[0][0]
+    for path, angle in angles.items():
         if angle != 0:
             yield field_error(
                 path, f"{np.degrees(angle):g} deg", "takes the beam out of the one vertical plane of a slice. "

@@ -52,7 +52,7 @@ def required_curvature_radius(scenario: Scenario, found: dict[str, Floats]) -> t
     """Inverse of the least curvature with which a swell gives a path a second bounce point [m], and its family.
 
     A path with heights h1 and h2 climbed before and after the bounce has 2 h1 h2 r^2 / (h1 + h2)^3: it grows with
-    distance, so that the farthest place in the window decides, at any ping, by every family.
+    distance, so that the farthest point in the window decides, at any ping, by every family.
 
     Args:
         scenario: The scenario.

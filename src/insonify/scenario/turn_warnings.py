@@ -41,7 +41,7 @@ def turn_warnings(scenario: Scenario, wavelength: float) -> list[str]:
     return [
         f"track: at ping {ping} the platform turns by {np.degrees(turned[ping]):.2g} deg before the window ends "
         f"(at {many} ping{'s' * (many != 1)} by half of that or more), and the latest echoes come back beside the "
-        f"receive beam, {lost} weaker; the platform's own way adds to that on the outside of the turn and "
+        f"receive beam, {lost} weaker; the platform's own motion adds to that on the outside of the turn and "
         "takes from it on the inside, so that one side is darker. Real sonars have that; turn more slowly, take wider "
         "beams or a shorter window, or leave it out with track.stop_and_hop: true."
     ]

@@ -71,10 +71,10 @@ def _fill_node_window(
         for lane in range(4):
             drawn, out = words[lane], window[4 * group + lane :]
             for n in range(np.uint64(rows)):
-                place = np.float64(drawn[n]) * per_word
-                cell = np.uint64(np.int64(place))  # unsigned: a possibly negative index costs a test
+                index = np.float64(drawn[n]) * per_word
+                cell = np.uint64(np.int64(index))  # unsigned: a possibly negative index costs a test
                 low, high = quantiles[cell], quantiles[cell + np.uint64(1)]
-                out[n * width] = low + (place - np.float64(cell)) * (high - low)
+                out[n * width] = low + (index - np.float64(cell)) * (high - low)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -1,6 +1,6 @@
 """A smooth normal field without end and without memory: numbers on a lattice, spread by cubic splines.
 
-Whatever the place, the weights of its sixteen nodes are scaled to a mean square of one, so that the field is exactly
+At every position, the weights of its sixteen nodes are scaled to a mean square of one, so that the field is exactly
 normal everywhere, not only on average.
 """
 

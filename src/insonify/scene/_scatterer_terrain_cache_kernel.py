@@ -56,8 +56,8 @@ def find(
         old_rows: Its rows.
         used: Rows in use.
         start: Result, where in `rows` each tile begins, shape (n,).
-        known: Result, how many of its rows are there already, likewise; where these are fewer than are wanted, the rest
-            is still to be filled and the tile to be put.
+        known: Result, how many of its rows are there already, shape (n,); if fewer than requested, the rest is still to
+            be filled and the tile to be put.
 
     Returns:
         Rows in use now, and tiles new in the table.

@@ -93,12 +93,12 @@ def _four_columns(builder: Any, positions: list[Any]) -> list[Any]:
     rows = [_side_by_side(builder, fours[k::4]) for k in range(4)]
 
     def zipped(first: Any, second: Any, lanes: list[int]) -> Any:
-        way = [4 * part + lane % 4 + lane // 4 * LANES for part in range(LANES // 4) for lane in lanes]
-        return _pick(builder, first, second, way)
+        order = [4 * part + lane % 4 + lane // 4 * LANES for part in range(LANES // 4) for lane in lanes]
+        return _pick(builder, first, second, order)
 
     low, high, left, right = [0, 4, 1, 5], [2, 6, 3, 7], [0, 1, 4, 5], [2, 3, 6, 7]
-    halves = [(zipped(rows[0], rows[1], way), zipped(rows[2], rows[3], way)) for way in (low, high)]
-    return [zipped(*half, way) for half in halves for way in (left, right)]
+    halves = [(zipped(rows[0], rows[1], order), zipped(rows[2], rows[3], order)) for order in (low, high)]
+    return [zipped(*half, order) for half in halves for order in (left, right)]
 
 
 def _side_by_side(builder: Any, parts: list[Any]) -> Any:

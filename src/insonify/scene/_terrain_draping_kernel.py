@@ -13,7 +13,7 @@ Integers = NDArray[np.int64]
 
 @njit(cache=True, nogil=True)
 def drape_points(
-    depth: float, height: Floats, slope: Floats, place: Floats, area: Floats, position: Floats, normal: Floats,
+    depth: float, height: Floats, slope: Floats, horizontal: Floats, area: Floats, position: Floats, normal: Floats,
     wide: Floats,
 ) -> None:  # fmt: skip
     """Positions, normals and areas on the terrain of points of a mean plane.
@@ -22,14 +22,14 @@ def drape_points(
         depth: Of the mean plane [m].
         height: Of the ground above it [m], shape (n,).
         slope: Gradient of the height to the north and the east [1], shape (n, 2).
-        place: North and east [m], shape (n, 2).
+        horizontal: North and east [m], shape (n, 2).
         area: Of the mean plane [m^2], shape (n,).
         position: Result: north, east, depth [m], shape (n, 3).
         normal: Result: unit normal into the water, shape (n, 3).
         wide: Result: area of the ground [m^2], shape (n,).
     """
     for n in range(height.size):
-        position[n, 0], position[n, 1] = place[n, 0], place[n, 1]
+        position[n, 0], position[n, 1] = horizontal[n, 0], horizontal[n, 1]
         wide[n] = area[n] * _face(n, depth, height[n], slope[n, 0], slope[n, 1], position, normal)
 
 
@@ -45,7 +45,7 @@ def drape_tiles(
         rows: Height [m] and gradient to the north and the east [1] of points of tiles, shape (any, 3).
         start: First row of each tile.
         tile: Row of each point's tile in `start`, shape (n,).
-        rank: Place of the point in its tile, likewise.
+        rank: Rank of the point in its tile, likewise.
         position: North and east [m], and what becomes the depth, shape (n, 3).
         normal: Result, shape (n, 3).
         area: Of the mean plane [m^2], of which it becomes that of the ground, shape (n,).

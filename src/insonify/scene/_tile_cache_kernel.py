@@ -13,12 +13,12 @@ EMPTY = -(2**63)
 
 
 @njit(cache=True, nogil=True)
-def fits(wanted: Integers, slot: Integers, number: Integers, readers: Integers) -> bool:
+def fits(tiles: Integers, slot: Integers, number: Integers, readers: Integers) -> bool:
     """Return True if some tiles fit beside those that other threads read; arguments as of `claim`."""
     around, taken, missing, held = slot.shape[0], False, 0, 0
-    for w in range(wanted.shape[0]):
-        a, b = wanted[w, 0] % around, wanted[w, 1] % around
-        row, there = slot[a, b], number[a, b, 0] == wanted[w, 0] and number[a, b, 1] == wanted[w, 1]
+    for w in range(tiles.shape[0]):
+        a, b = tiles[w, 0] % around, tiles[w, 1] % around
+        row, there = slot[a, b], number[a, b, 0] == tiles[w, 0] and number[a, b, 1] == tiles[w, 1]
         missing += 0 if there else 1
         taken |= not there and row >= 0 and readers[row] > 0
         held += 1 if there and readers[row] == 0 else 0
@@ -31,13 +31,13 @@ def fits(wanted: Integers, slot: Integers, number: Integers, readers: Integers) 
 
 @njit(cache=True, nogil=True)
 def claim(
-    wanted: Integers, slot: Integers, number: Integers, held: Integers, last_read: Integers, readers: Integers,
+    tiles: Integers, slot: Integers, number: Integers, held: Integers, last_read: Integers, readers: Integers,
     ticket: int, used: int, fresh: int, lately: int, blank: Integers,
 ) -> tuple[int, int]:  # fmt: skip
     """Assign rows to tiles, replacing the least recently used.
 
     Args:
-        wanted: Numbers of the tiles, each once, (n, 2).
+        tiles: Numbers of the tiles, each once, (n, 2).
         slot: Row of each tile, by its numbers modulo the size of this table, -1 for none, (around, around).
         number: Numbers of the tile in each slot, (around, around, 2).
         held: Numbers of the tile in each row, (rows, 2).
@@ -53,13 +53,13 @@ def claim(
         Number of these rows, and number of rows used so far.
     """
     around, count = slot.shape[0], 0
-    for w in range(wanted.shape[0]):
-        a, b = wanted[w, 0] % around, wanted[w, 1] % around
-        if number[a, b, 0] == wanted[w, 0] and number[a, b, 1] == wanted[w, 1]:
+    for w in range(tiles.shape[0]):
+        a, b = tiles[w, 0] % around, tiles[w, 1] % around
+        if number[a, b, 0] == tiles[w, 0] and number[a, b, 1] == tiles[w, 1]:
             last_read[slot[a, b]] = ticket
-    for w in range(wanted.shape[0]):
-        a, b = wanted[w, 0] % around, wanted[w, 1] % around
-        if number[a, b, 0] == wanted[w, 0] and number[a, b, 1] == wanted[w, 1]:
+    for w in range(tiles.shape[0]):
+        a, b = tiles[w, 0] % around, tiles[w, 1] % around
+        if number[a, b, 0] == tiles[w, 0] and number[a, b, 1] == tiles[w, 1]:
             continue
         row = used
         if row >= min(fresh, held.shape[0]):  # first use of new memory takes longer than the synthesis
@@ -77,6 +77,6 @@ def claim(
         if slot[a, b] >= 0:
             held[slot[a, b]] = EMPTY
         slot[a, b], last_read[row], blank[count] = row, ticket, row
-        number[a, b], held[row] = wanted[w], wanted[w]
+        number[a, b], held[row] = tiles[w], tiles[w]
         count += 1
     return count, used

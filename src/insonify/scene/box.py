@@ -92,9 +92,9 @@ def box_scatterers(
         for f, name in enumerate(FACES)
         if name in spans
     ]
-    position, normal, area, phase, place = (np.concatenate(column) for column in zip(*faces, strict=True))
+    position, normal, area, phase, scatterer_id = (np.concatenate(column) for column in zip(*faces, strict=True))
     return Scatterers(
-        box.label, "target", box.scattering, position, normal, area, phase, place, has_random_phase=True,
+        box.label, "target", box.scattering, position, normal, area, phase, scatterer_id, has_random_phase=True,
         occluder=occluder,
     )  # fmt: skip
 

@@ -152,7 +152,7 @@ def _face(scene: Scene, row: int, solid: Solid, corners: Floats, normal: Floats)
 
 
 def _strips(plane: Floats) -> Floats:
-    """First and last place along, least and greatest down, of the strips of an outline [m], shape (k, 4).
+    """First and last position along, least and greatest down, of the strips of an outline [m], shape (k, 4).
 
     Args:
         plane: Corners of its triangles, along and down [m], shape (t, 3, 2); holes are filled.

@@ -101,15 +101,15 @@ class HeightmapCache:
                     self._keep(drawn)
                 corner, shape = self._begin, self._row_of.shape
                 tiles = HeightmapTiles(*corner, cell, self._row_of.ravel(), self._heights.ravel())
-            wanted = np.zeros(shape, bool)
-            if evaluate(tiles, wanted):
+            missing = np.zeros(shape, bool)
+            if evaluate(tiles, missing):
                 return
-            if wanted[0, 0]:  # beyond the border
+            if missing[0, 0]:  # beyond the border
                 begin = begin[0] - shape[0], begin[1] - shape[1]
                 end = end[0] + shape[0], end[1] + shape[1]
-                wanted[0, 0] = False
+                missing[0, 0] = False
             drawn = {}
-            for a, b in (np.array(corner) + np.argwhere(wanted)).tolist():
+            for a, b in (np.array(corner) + np.argwhere(missing)).tolist():
                 held = _held(before, a, b)
                 drawn[a, b] = tile(a, b) if held is None else held
 

@@ -1,7 +1,7 @@
 """Bodies from files: triangles as other people's programs write them, turned and checked once at the door.
 
 Reading is left to trimesh, which is only imported where a mesh is read (the extra `targets`).
-Faults of a file are reported with its name and the way out: what cannot be simulated is an error, what can but
+Faults of a file are reported with its name and the fix: what cannot be simulated is an error, what can but
 may not be what was meant is a warning.
 """
 
@@ -57,7 +57,7 @@ def mesh_triangles(file: str, up: str | None, scale: float, sha256: str | None) 
         sha256: Fingerprint of the file: another content is read again.
 
     Raises:
-        MeshError: It cannot be read, or holds no body; with the way out.
+        MeshError: It cannot be read, or holds no body; with the fix.
     """
     return _read(file, up, scale, sha256)[0]
 

@@ -20,7 +20,7 @@ _FACES = ((0, 1, 2), (1, 2, 0), (2, 0, 1))
 
 
 class PanelDerivatives(NamedTuple):
-    """Place on a panel and its derivatives along the parameters s and t [m], each of shape (n, 3)."""
+    """Point on a panel and its derivatives along the parameters s and t [m], each of shape (n, 3)."""
 
     position: Floats
     s: Floats
@@ -51,10 +51,10 @@ class FlatPanel:
         return 1, 1, 1.0, 1.0
 
     def at(self, s: Floats, t: Floats) -> PanelDerivatives:
-        """Place and derivatives at parameters of shape (n,)."""
+        """Point and derivatives at parameters of shape (n,)."""
         none = np.zeros((len(s), 3))
-        place = self.origin + s[:, None] * self.first + t[:, None] * self.second
-        return PanelDerivatives(place, none + self.first, none + self.second, *(none,) * 7)
+        position = self.origin + s[:, None] * self.first + t[:, None] * self.second
+        return PanelDerivatives(position, none + self.first, none + self.second, *(none,) * 7)
 
     def area(self, s: Floats, t: Floats, half_s: Floats, half_t: Floats) -> Floats:
         """Area of patches with these middles and half sides [m^2], shape (n,)."""
@@ -70,7 +70,7 @@ class RevolvedPanel:
     axes: Floats
     """Axis, and two directions across it; right-handed unit vectors as rows, shape (3, 3)."""
     line: tuple[float, float, float, float] | None
-    """Place along the axis and distance from it where s is 0, and where it is 1 [m]; None: a half circle."""
+    """Position along the axis and distance from it where s is 0, and where it is 1 [m]; None: a half circle."""
     radius: float = 0.0
     """Radius of the half circle about the origin; s is the angle from its aft end, 0 to pi [m]."""
 
@@ -80,7 +80,7 @@ class RevolvedPanel:
         return (8 if self.line is None else 1), 16, (np.pi if self.line is None else 1.0), 2 * np.pi
 
     def at(self, s: Floats, t: Floats) -> PanelDerivatives:
-        """Place and derivatives at parameters of shape (n,)."""
+        """Point and derivatives at parameters of shape (n,)."""
         axis, right, down = self.axes
         out = np.cos(t)[:, None] * right + np.sin(t)[:, None] * down
         around = np.cos(t)[:, None] * down - np.sin(t)[:, None] * right
@@ -100,7 +100,7 @@ class RevolvedPanel:
         return np.asarray(4 * half_s * half_t * away * np.hypot(slope, widening))
 
     def _profile(self, s: Floats) -> tuple[tuple[Floats, ...], tuple[Floats, ...]]:
-        """Place along the axis, and distance from it, each with its first three derivatives along s."""
+        """Position along the axis, and distance from it, each with its first three derivatives along s."""
         none = np.zeros(len(s))
         if self.line is not None:
             x0, r0, x1, r1 = self.line
@@ -117,13 +117,13 @@ class RevolvedPanel:
 Panel = FlatPanel | RevolvedPanel
 
 
-def panels(solid: Solid, seabed: Seabed, place: Floats) -> list[Panel]:
+def panels(solid: Solid, seabed: Seabed, viewer: Floats) -> list[Panel]:
     """The surface of a solid where it lies, in closed form; none for meshes and shapes of the library.
 
     Args:
         solid: The target.
         seabed: Seabed that it lies on.
-        place: Position of the viewer: north, east, depth [m], shape (3,). The azimuth t of a sphere, about its vertical
+        viewer: Its position: north, east, depth [m], shape (3,). The azimuth t of a sphere, about its vertical
             axis, begins at the viewer's bearing, so that its patches look the same from every bearing.
     """
     solid = submerged(solid, seabed)
@@ -132,7 +132,7 @@ def panels(solid: Solid, seabed: Seabed, place: Floats) -> list[Panel]:
     match solid:
         case Sphere(diameter=diameter):
             # upright: what the seabed or the surface cuts off ends along a circle of equal s
-            bearing = np.arctan2(*(place - middle)[1::-1])
+            bearing = np.arctan2(*(viewer - middle)[1::-1])
             c, s = np.cos(bearing), np.sin(bearing)
             return [RevolvedPanel(middle, np.array([[0.0, 0, -1], [c, s, 0], [s, -c, 0]]), None, diameter / 2)]
         case Cylinder(length=length, diameter=diameter):

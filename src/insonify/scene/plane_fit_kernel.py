@@ -44,7 +44,7 @@ class EllipsePatches(NamedTuple):
 
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
 def fit_planes(
-    patches: EllipsePatches, count: int, pattern: Singles, heightmap: HeightmapTiles, wanted: NDArray[np.bool_],
+    patches: EllipsePatches, count: int, pattern: Singles, heightmap: HeightmapTiles, missing: NDArray[np.bool_],
     known: NDArray[np.bool_],
 ) -> None:  # fmt: skip
     """Least-squares planes of the heights at the samples of ellipses, linear between the nodes of the map.
@@ -57,7 +57,7 @@ def fit_planes(
         count: Number of them.
         pattern: Samples of the unit disc and, as a last column, the sums of their squares, (2, samples + 1).
         heightmap: Tiles of terrain heights.
-        wanted: Result, True for the tiles that are missing, (rows, columns) of tiles.
+        missing: Result, True for the tiles that are missing, (rows, columns) of tiles.
         known: False where a tile is missing, (n,).
     """
     samples, per = pattern.shape[1] - 1, 1 / heightmap.cell
@@ -68,10 +68,10 @@ def fit_planes(
         np.float64(pattern[1, samples]),
     )
     at, cells = np.empty(2 * MAX_SAMPLES, np.float32), np.empty(2 * MAX_SAMPLES, np.int32)
-    flat, rows, wide = heightmap.heights, heightmap.row_of, np.int32(wanted.shape[1])
+    flat, rows, wide = heightmap.heights, heightmap.row_of, np.int32(missing.shape[1])
     corner_a, corner_b = heightmap.corner_a * CELLS, heightmap.corner_b * CELLS
     begin_a, begin_b = corner_a + CELLS, corner_b + CELLS
-    end_a, end_b = corner_a + (wanted.shape[0] - 1) * CELLS, corner_b + (wanted.shape[1] - 1) * CELLS
+    end_a, end_b = corner_a + (missing.shape[0] - 1) * CELLS, corner_b + (missing.shape[1] - 1) * CELLS
     for q in range(np.uint64(count)):
         if not known[q]:
             continue
@@ -90,7 +90,7 @@ def fit_planes(
             continue
         reach_a, reach_b = abs(uc) + abs(vs) + 2, abs(us) + abs(vc) + 2
         if not (x0 - reach_a >= begin_a and x0 + reach_a < end_a and y0 - reach_b >= begin_b and y0 + reach_b < end_b):
-            wanted[0, 0], known[q] = True, False
+            missing[0, 0], known[q] = True, False
             continue
         first_i, first_j = math.floor(x0), math.floor(y0)
         # float32: counted from the middle, to a ten-thousandth of a cell
@@ -123,7 +123,7 @@ def fit_planes(
         if not known[q]:
             for k in range(samples):
                 if rows[cells[k]] < 0:
-                    wanted[cells[k] // wide, cells[k] % wide] = True
+                    missing[cells[k] // wide, cells[k] % wide] = True
             continue
         mean, share, rest = total / samples, 1.0, squares / samples
         along, across = along / squares_u, across / squares_v

@@ -55,9 +55,9 @@ class ScattererGrid(Model):
         """North and east [m], shape (n, 2), of lattice coordinates [m], shape (n,)."""
         c, s = np.cos(self.heading), np.sin(self.heading)
         north, east = self.origin
-        place = np.empty((*np.shape(along), 2))
-        place[..., 0], place[..., 1] = north + c * along - s * across, east + s * along + c * across
-        return place
+        position = np.empty((*np.shape(along), 2))
+        position[..., 0], position[..., 1] = north + c * along - s * across, east + s * along + c * across
+        return position
 
     def from_world(self, position: NDArray[np.float64]) -> NDArray[np.float64]:
         """Grid coordinates [m] of north and east [m], shape (..., 2) both."""
@@ -122,8 +122,8 @@ def _next_positions(
     words, done = np.empty((4, TILE * TILE), np.uint32), 0
     row, column, rank = np.empty((3, TILE * TILE), np.int64)
     for t in range(level.size):
-        pitch, wanted = BASE_PITCH * 2.0 ** level[t], np.full((PARTS, PARTS), end[t] / (TILE * TILE))
-        count = priority_ordered_cells(level[t], tile_along[t], tile_across[t], wanted, k0, k1, row, column, rank)
+        pitch, fraction = BASE_PITCH * 2.0 ** level[t], np.full((PARTS, PARTS), end[t] / (TILE * TILE))
+        count = priority_ordered_cells(level[t], tile_along[t], tile_across[t], fraction, k0, k1, row, column, rank)
         last = 0
         for n in range(count):
             if rank[n] >= begin[t]:
@@ -163,17 +163,17 @@ def tile_prefixes(tile: NDArray[np.int32], rank: NDArray[np.int32], density: Flo
 
 
 @njit(cache=True, nogil=True)
-def max_point_count(wanted: Floats) -> int:
+def max_point_count(fractions: Floats) -> int:
     """No fewer cells than come before some priority in each part of some tiles, shape (n, PARTS, PARTS)."""
     count = 0
-    for part in wanted.flat:
+    for part in fractions.flat:
         count += min(int(max(part, 0.0) * CELLS) + 1, CELLS)
     return count
 
 
 @njit(cache=True, nogil=True)
 def _digit(square: int, scramble: int) -> int:
-    """Place in the order of a square (two bits) of one of its four cells under a scramble (two bits)."""
+    """Rank in the order of a square (two bits) of one of its four cells under a scramble (two bits)."""
     shuffled = square ^ scramble  # in the order 0, 3, 1, 2: the second lies across from the first
     return (0, 2, 3, 1)[shuffled]
 
@@ -194,20 +194,20 @@ def priority_ordered_cells(
     n = 0
     coarse, _, _, _ = random_keys.philox(tile_along & 0xFFFFFFFF, tile_across & 0xFFFFFFFF, scale, TILE_ORDER, k0, k1)
     for part in range(PARTS * PARTS):
-        wanted = most[part // PARTS, part % PARTS]
+        fraction = most[part // PARTS, part % PARTS]
         half, quarter = (part >> 3) * 2 + (part >> 1 & 1), (part >> 2 & 1) * 2 + (part & 1)
         first = _digit(half, int(coarse) & 3) + 4 * _digit(quarter, int(coarse) >> (2 + 2 * half) & 3)
-        if wanted <= 0 or first >= wanted * TILE * TILE:
+        if fraction <= 0 or first >= fraction * TILE * TILE:
             continue
         a0, b0 = tile_along * TILE + part // PARTS * SIDE, tile_across * TILE + part % PARTS * SIDE
         w0, w1, _, _ = random_keys.philox(a0 & 0xFFFFFFFF, b0 & 0xFFFFFFFF, scale, PART_ORDER, k0, k1)
         fine = np.uint64(w0) | np.uint64(w1) << np.uint64(32)
         for number in range(CELLS):
-            place = first + PARTS * PARTS * number
-            if place >= wanted * TILE * TILE:
+            order = first + PARTS * PARTS * number
+            if order >= fraction * TILE * TILE:
                 break
             da, db = _cell(number, fine)
-            row[n], column[n], rank[n] = a0 + da, b0 + db, place
+            row[n], column[n], rank[n] = a0 + da, b0 + db, order
             n += 1
     return n
 

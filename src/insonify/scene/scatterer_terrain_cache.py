@@ -56,8 +56,8 @@ class ScattererTerrainCache:
         """Reduce to an empty cache: another process starts without rows."""
         return ScattererTerrainCache, (self.max_bytes,)
 
-    def _capacity(self, wanted: int) -> int:
-        return max(self.max_bytes // (2 * COLUMNS * 8), wanted)
+    def _capacity(self, least: int) -> int:
+        return max(self.max_bytes // (2 * COLUMNS * 8), least)
 
     def rows_of(
         self, key: Integers, size: Integers, make: Callable[[Integers, Integers], Floats]

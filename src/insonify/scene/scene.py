@@ -99,7 +99,7 @@ def scene_errors(seabed: Seabed, targets: tuple[Target, ...]) -> Iterator[Pydant
         targets: The targets; paths of the faults begin with `targets`.
 
     Yields:
-        Errors of `field_error`, each at the faulty value, with its limit and the way out.
+        Errors of `field_error`, each at the faulty value, with its limit and the fix.
     """
     for row, target in enumerate(targets):
         if target.label in RESERVED or any(other.label == target.label for other in targets[:row]):
@@ -169,8 +169,8 @@ def inside_body(
 
 def _out_of_water_errors(path: str, depth: float, seabed_depth: float) -> PydanticCustomError:
     where = f"below the seabed (depth {seabed_depth:g} m)" if depth > 0 else "at or above the sea surface (0 m)"
-    way_out = f"write a depth above 0 m and up to {seabed_depth:g} m."
-    return field_error(path, f"{depth:g} m", f"is {where}. Depths are positive downwards; {way_out}")
+    fix = f"write a depth above 0 m and up to {seabed_depth:g} m."
+    return field_error(path, f"{depth:g} m", f"is {where}. Depths are positive downwards; {fix}")
 
 
 def point_scatterer(target: PointTarget) -> Scatterers:

@@ -64,9 +64,9 @@ def _rock(variant: int) -> Triangles:
     u = random_keys.uniforms(variant, random_keys.TARGET, n, 0, _ROCK)
     high, turn = 2 * u[:, 0] - 1, 2 * np.pi * u[:, 1]
     level = np.sqrt(1 - high**2)
-    way = np.stack([level * np.cos(turn), level * np.sin(turn), high], axis=-1)
+    direction = np.stack([level * np.cos(turn), level * np.sin(turn), high], axis=-1)
     number = 1.5 + 6.0 * n / ROCK_WAVES
-    bump = (0.11 / number * np.cos(ball.vertices @ way.T * number + 2 * np.pi * u[:, 2])).sum(axis=1)
+    bump = (0.11 / number * np.cos(ball.vertices @ direction.T * number + 2 * np.pi * u[:, 2])).sum(axis=1)
     radii = np.array([0.5, 0.4, 0.3]) * (
         0.85 + 0.3 * random_keys.uniforms(variant, random_keys.TARGET, 0, 1, _ROCK)[:3]
     )

@@ -176,8 +176,8 @@ def solid_scatterers(
     cells: SurfaceCells = surface_cells(body, cell_side(whole, pitch))
     n = np.arange(len(cells))
     u = random_keys.uniforms(seed, random_keys.TARGET, n // ROW, n % ROW, SOLID_FACE, zlib.crc32(solid.label.encode()))
-    place, normal = cells.points(u[:, :3], quadrature=quadrature)
-    position = place @ turn.T + shift
+    point, normal = cells.points(u[:, :3], quadrature=quadrature)
+    position = point @ turn.T + shift
     points = Scatterers(
         object=solid.label, boundary="target", law=solid.scattering, position=position, normal=normal @ turn.T,
         area=np.full(len(n), whole / len(n)), phase=np.exp(2j * np.pi * u[:, 3]),

@@ -59,23 +59,23 @@ class TerrainMap:
         self._synthesizer = self.terrain.heightmap_synthesizer
 
     @contextmanager
-    def reading(self, wanted: NDArray[np.int64], share: Mapped = map) -> Iterator[NDArray[np.int64]]:
+    def reading(self, tiles: NDArray[np.int64], share: Mapped = map) -> Iterator[NDArray[np.int64]]:
         """Context within which tiles are synthesised and not replaced.
 
         Any number of threads may read at a time. A thread whose tiles do not fit beside those being read waits until
         other readers have finished.
 
         Args:
-            wanted: Numbers of the tiles, each once, shape (n, 2), n up to `MAX_TILES`.
+            tiles: Numbers of the tiles, each once, shape (n, 2), n up to `MAX_TILES`.
             share: A function like `map`, which may use several threads.
 
         Returns:
             Row in `nodes` of each, shape (n,).
         """
         with self._change:
-            self._change.wait_for(lambda: self._fits(wanted))
-            self.claim(wanted)
-            rows = self.slot[tuple(wanted.T % AROUND)]
+            self._change.wait_for(lambda: self._fits(tiles))
+            self.claim(tiles)
+            rows = self.slot[tuple(tiles.T % AROUND)]
             self._readers[rows] += 1
         try:
             while not (self._state[rows] == _DRAWN).all():
@@ -107,23 +107,23 @@ class TerrainMap:
         with self._change:
             self._change.wait_for(lambda: not (self._state[rows] == _BEGUN).any())
 
-    def _fits(self, wanted: NDArray[np.int64]) -> bool:
+    def _fits(self, tiles: NDArray[np.int64]) -> bool:
         """Return True if there are enough rows besides those that other threads read."""
-        return bool(fits(wanted, self.slot, self.number, self._readers))
+        return bool(fits(tiles, self.slot, self.number, self._readers))
 
-    def claim(self, wanted: NDArray[np.int64]) -> NDArray[np.int64]:
+    def claim(self, tiles: NDArray[np.int64]) -> NDArray[np.int64]:
         """Assign rows to tiles.
 
         Args:
-            wanted: Numbers of the tiles that will be read together, each once, shape (n, 2), n up to `MAX_TILES`.
+            tiles: Numbers of the tiles that will be read together, each once, shape (n, 2), n up to `MAX_TILES`.
 
         Returns:
             Rows in `nodes` of those that must be synthesised first.
         """
         self._ticket += 1
-        fresh = np.empty(len(wanted), np.int64)
+        fresh = np.empty(len(tiles), np.int64)
         count, self._next = claim(
-            wanted, self.slot, self.number, self._held, self._last_read, self._readers, self._ticket, self._next, FRESH,
+            tiles, self.slot, self.number, self._held, self._last_read, self._readers, self._ticket, self._next, FRESH,
             RECENT_READS, fresh,
         )  # fmt: skip
         self._state[fresh[:count]] = _BLANK

@@ -1,7 +1,7 @@
 """Texture: seabed that scatters more here and less there, so that its echoes are K-distributed and not Rayleigh.
 
 A normal field on a lattice is mapped, quantile by quantile, to a gamma distribution of mean one. It multiplies the
-strength of each place of the seabed, whatever the angle and the path: the mean level stays, and where the sonar
+strength of each patch of the seabed, whatever the angle and the path: the mean level stays, and where the sonar
 resolves the texture, intensities spread more than speckle alone lets them.
 """
 

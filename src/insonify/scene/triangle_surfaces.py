@@ -111,7 +111,7 @@ def surface_of_revolution(
     """The surface that a line sweeps out when it is turned about the forward axis.
 
     Args:
-        profile: Points of the line from aft to fore: place along the axis and distance from it [m]. Where it starts
+        profile: Points of the line from aft to fore: position along the axis and distance from it [m]. Where it starts
             or ends on the axis it closes there.
         around: Steps about the axis.
         closed: True if its last point goes on to its first, as in a ring; such a line goes fore outside, aft inside.

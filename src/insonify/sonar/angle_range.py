@@ -31,7 +31,7 @@ def angle_range(given: Mapping[str, object]) -> tuple[float, ...]:
 
     Raises:
         ValueError: A key is missing or unknown.
-        PydanticCustomError: Located at what is no angle, or at a step that does not fit, with the way out.
+        PydanticCustomError: Located at what is no angle, or at a step that does not fit, with the fix.
     """
     if set(given) != set(KEYS):
         raise ValueError(
@@ -77,21 +77,21 @@ def _written(value: object) -> tuple[Fraction, str]:
 
 def _count(first: Fraction, last: Fraction, step: Fraction, unit: str) -> int:
     """Number of steps from the first angle to the last."""
-    way = last - first
-    if way == 0:
+    span = last - first
+    if span == 0:
         return 0
-    if step * way <= 0:
+    if step * span <= 0:
         better = "write, for instance," if step == 0 else "write"
-        guess = float(abs(step) if step else abs(way) / 4) * (1 if way > 0 else -1)
+        guess = float(abs(step) if step else abs(span) / 4) * (1 if span > 0 else -1)
         raise _wrong_step(step, unit, f"does not lead from {float(first):g} to {float(last):g} {unit}; {better} "
                           f"{guess:g} {unit}.")  # fmt: skip
-    exact = way / step
+    exact = span / step
     count = max(round(exact), 1)
     if count >= MAX_ANGLES:
         raise _wrong_step(step, unit, f"makes {count + 1} angles, and {MAX_ANGLES} is the most. Write a larger step.")
     if abs(exact - count) > UNEVEN:
         raise _wrong_step(step, unit, f"does not come out even from {float(first):g} to {float(last):g} {unit}. "
-                          f"Write {float(way / count):.9g} {unit}, for {count + 1} angles.")  # fmt: skip
+                          f"Write {float(span / count):.9g} {unit}, for {count + 1} angles.")  # fmt: skip
     return count
 
 

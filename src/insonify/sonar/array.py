@@ -26,7 +26,7 @@ def _as_tuple(value: object) -> object:
 
 
 def _angle_advice(angle: float) -> str:
-    """The way out for an angle [rad] beyond a right angle: degrees without their unit, or another mounting."""
+    """The fix for an angle [rad] beyond a right angle: degrees without their unit, or another mounting."""
     if abs(angle) < 90 and round(angle, 1) == angle:
         return f"A number without a unit is in radians: write {angle:g} deg."
     return "Turn the array with mounting.bearing instead."
@@ -55,7 +55,7 @@ class PointTransducer(Model):
     element: Literal["omni", "baffled", "cosine"] = "omni"
     """Directivity: all round, the front half space, or the cosine of the angle from boresight."""
     offset: Offset = (0.0, 0.0, 0.0)
-    """Place from the platform's reference point: forward, starboard, down [m]."""
+    """Position from the platform's reference point: forward, starboard, down [m]."""
 
     @property
     def steers(self) -> tuple[tuple[float, float], ...]:
@@ -82,7 +82,7 @@ class LineArray(Model):
     steer: Steers = None
     """Angles of the beams to the right of boresight [rad]; none: as the receive array, which itself points ahead."""
     offset: Offset = (0.0, 0.0, 0.0)
-    """Place of the array's centre from the platform's reference point: forward, starboard, down [m]."""
+    """Position of the array's centre from the platform's reference point: forward, starboard, down [m]."""
 
     @property
     def steers(self) -> tuple[tuple[float, float], ...]:
@@ -117,7 +117,7 @@ class PlanarArray(Model):
     steer_down: Radians | None = Field(default=None, gt=-RIGHT_ANGLE, lt=RIGHT_ANGLE)
     """Angle of all beams below the array's horizontal plane [rad]; none: as steer."""
     offset: Offset = (0.0, 0.0, 0.0)
-    """Place of the array's centre from the platform's reference point: forward, starboard, down [m]."""
+    """Position of the array's centre from the platform's reference point: forward, starboard, down [m]."""
 
     @property
     def steers(self) -> tuple[tuple[float, float], ...]:

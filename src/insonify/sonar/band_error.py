@@ -2,7 +2,7 @@
 
 The error is that of reverberation: rms over all directions in front of the arrays, weighted by the gain of both beams
 and by the pulse's spectrum, at the end of the window, where absorption differs most between frequencies. The beams are
-the first of each array, and both arrays face the same way.
+the first of each array, and both arrays face the same direction.
 """
 
 from dataclasses import dataclass

@@ -18,9 +18,9 @@ def table_value(table: Floats, per_unit: float, x: Floats) -> Floats:
     """
     if not len(table):
         return np.ones(x.shape)
-    place = np.abs(x) * per_unit
-    row = np.minimum(place.astype(np.int64), len(table) - 1)
-    t, (a, b, c, d) = place - row, table.T
+    index = np.abs(x) * per_unit
+    row = np.minimum(index.astype(np.int64), len(table) - 1)
+    t, (a, b, c, d) = index - row, table.T
     return np.asarray(a[row] + t * (b[row] + t * (c[row] + t * d[row])))
 
 
@@ -34,8 +34,8 @@ def bound_value(bound: Floats, per_unit: float, x: Floats) -> Floats:
     """
     if not len(bound):
         return np.ones(x.shape)
-    place = np.maximum(np.abs(x) * per_unit - 1e-9, 0.0)
-    return np.asarray(bound[np.minimum(place.astype(np.int64), len(bound) - 1)])
+    index = np.maximum(np.abs(x) * per_unit - 1e-9, 0.0)
+    return np.asarray(bound[np.minimum(index.astype(np.int64), len(bound) - 1)])
 
 
 def element_gains(element: int, w: Floats) -> Floats:

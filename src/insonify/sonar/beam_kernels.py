@@ -29,9 +29,9 @@ def interpolate_pattern(table: Floats, per_unit: float, x: float) -> float:
     """
     if table.shape[0] == 0:
         return 1.0
-    place = abs(x) * per_unit
-    row = min(int(place), table.shape[0] - 1)
-    t, at = place - row, np.uintp(row)  # unsigned: a sign would be looked at
+    index = abs(x) * per_unit
+    row = min(int(index), table.shape[0] - 1)
+    t, at = index - row, np.uintp(row)  # unsigned: a sign would be looked at
     return table[at, 0] + t * (table[at, 1] + t * (table[at, 2] + t * table[at, 3]))
 
 

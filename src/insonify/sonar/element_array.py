@@ -25,7 +25,7 @@ class _Elements(Model):
     element: Facing = "baffled"
     """Directivity of one element besides its size: all round, front half space, or the cosine from where it faces."""
     offset: Offset = (0.0, 0.0, 0.0)
-    """Place of the array's centre from the platform's reference point: forward, starboard, down [m]."""
+    """Position of the array's centre from the platform's reference point: forward, starboard, down [m]."""
 
     @property
     def steers(self) -> tuple[tuple[float, float], ...]:
@@ -47,7 +47,7 @@ class ElementArray(_Elements):
 
     kind: Literal["elements"] = "elements"
     positions: Annotated[tuple[Offset, ...], Field(min_length=1, max_length=10_000)]
-    """Place of each from the array's centre: along boresight, right, down [m]."""
+    """Position of each from the array's centre: along boresight, right, down [m]."""
     orientations: tuple[Radians, ...] | None = None
     """Angle to the right of boresight that each faces [rad]; none: all along boresight."""
 
@@ -100,7 +100,7 @@ class ArcArray(_Elements):
 
     @property
     def positions(self) -> tuple[Offset, ...]:
-        """Place of each from the arc's centre: along boresight, right, down [m]."""
+        """Position of each from the arc's centre: along boresight, right, down [m]."""
         facing = np.array(self.orientations)
         rows = self.radius * np.stack([np.cos(facing), np.sin(facing), np.zeros(self.elements)], axis=1)
         return tuple((float(a), float(r), float(d)) for a, r, d in rows)

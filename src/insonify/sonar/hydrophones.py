@@ -64,8 +64,8 @@ def hydrophones(array: AnyArray, errors: ElementErrors, seed: int, side: int = 0
         seed: Of the scenario.
         side: Which side of the platform they are on: each has errors of its own.
     """
-    place, facing = element_layout(array)
-    count = len(place)
+    position, facing = element_layout(array)
+    count = len(position)
     draw = np.array([random_keys.complex_normals(seed, random_keys.ELEMENTS, side, row, 8) for row in range(count)])
     # Two real draws to each complex one: the first row of them is gain, phase and position.
     flat = np.stack([draw.real, draw.imag], axis=-1).reshape(count, -1) * np.sqrt(2)
@@ -74,7 +74,7 @@ def hydrophones(array: AnyArray, errors: ElementErrors, seed: int, side: int = 0
     for row in errors.dead:
         if row < count:
             response[row] = 0
-    return Hydrophones(place + errors.position * flat[:, 2:5], facing, response)
+    return Hydrophones(position + errors.position * flat[:, 2:5], facing, response)
 
 
 def element_layout(array: AnyArray) -> tuple[Floats, Floats]:
@@ -84,9 +84,9 @@ def element_layout(array: AnyArray) -> tuple[Floats, Floats]:
         array: The array: elements of a line go from left to right, those of a panel row by row from the top.
     """
     if isinstance(array, ElementArray | ArcArray):
-        place = np.array(array.positions, float)
+        position = np.array(array.positions, float)
         facings = array.orientations
-        return place, np.zeros(len(place)) if facings is None else np.array(facings, float)
+        return position, np.zeros(len(position)) if facings is None else np.array(facings, float)
     if isinstance(array, LineArray):
         right = element_positions(array.elements or 1) * array.length
         return np.stack([np.zeros(len(right)), right, np.zeros(len(right))], axis=1), np.zeros(len(right))
@@ -121,8 +121,8 @@ def one_element(array: AnyArray) -> Steered:
 def filled_aperture(array: AnyArray) -> Steered:
     """The array as one filled aperture facing ahead: as fine as anything that can be made of its elements."""
     if isinstance(array, ElementArray | ArcArray):
-        place, _ = element_layout(array)
-        width, height = np.ptp(place[:, 1:], axis=0) + np.array(array.size)
+        position, _ = element_layout(array)
+        width, height = np.ptp(position[:, 1:], axis=0) + np.array(array.size)
         return _piston(min(float(width), WIDEST), min(float(height), WIDEST), "omni")
     return array.unchecked_copy(steer=(0.0,)) if not isinstance(array, PointTransducer) else array
 

@@ -63,11 +63,11 @@ class _LogColumn:
     """One column that is read."""
 
     name: str
-    place: int
+    index: int
     unit: str
 
     def value(self, text: str, where: str) -> float:
-        spot = f"{where}, column {self.place + 1} ({self.name})"
+        spot = f"{where}, column {self.index + 1} ({self.name})"
         if not text:
             raise ValueError(f"{spot}: nothing stands here. Fill it in, or delete the row.")
         if self.name == "time" and not _is_number(text):
@@ -114,12 +114,12 @@ def read_navigation(path: str | Path, *, origin: tuple[float, float] | None = No
         where = f"{path}, line {line}"
         if len(row) != len(header):
             raise ValueError(f"{where}: {len(row)} columns where the header has {len(header)}. Is a value missing?")
-        table.append([column.value(row[column.place], where) for column in columns])
+        table.append([column.value(row[column.index], where) for column in columns])
         lines.append(line)
         if len(table) > 1 and table[-1][0] <= table[-2][0]:
-            when = row[columns[0].place]
+            when = row[columns[0].index]
             raise ValueError(
-                f"{where}, column {columns[0].place + 1} (time): {when} is not after the row before it. Times must "
+                f"{where}, column {columns[0].index + 1} (time): {when} is not after the row before it. Times must "
                 "increase: sort the rows, and keep one of each time."
             )
     if len(table) < 2:
@@ -176,7 +176,7 @@ def _log(
     time = values["time"] - values["time"][0]
     if "north" in values:
         if origin is not None:
-            raise ValueError(f"{path}: an origin is given, but places are north and east [m] already. Leave it out.")
+            raise ValueError(f"{path}: an origin is given, but positions are north and east [m] already. Leave it out.")
         here = None
         level = np.stack([values["north"], values["east"]], axis=-1)
     else:
@@ -216,21 +216,21 @@ def _rows(path: Path) -> Iterator[tuple[int, list[str]]]:
 def _columns(header: list[str], where: str) -> list[_LogColumn]:
     """Columns that are read, time first."""
     found: dict[str, _LogColumn] = {}
-    for place, title in enumerate(header):
+    for index, title in enumerate(header):
         name, unit = _title(title)
         if name not in COLUMNS:
             continue
-        spot = f"{where}, column {place + 1}"
+        spot = f"{where}, column {index + 1}"
         if name in found:
             raise ValueError(f"{spot}: a second column of {name}. Keep one.")
-        found[name] = _LogColumn(name, place, _known(name, unit, spot))
+        found[name] = _LogColumn(name, index, _known(name, unit, spot))
     globe = "latitude" in found or "longitude" in found
     if globe and ("north" in found or "east" in found):
         raise ValueError(
-            f"{where}: places both in metres and in degrees. Keep north and east, or latitude and longitude."
+            f"{where}: positions both in metres and in degrees. Keep north and east, or latitude and longitude."
         )
-    wanted = ["time", *(("latitude", "longitude") if globe else ("north", "east")), "depth", "heading"]
-    if missing := [name for name in wanted if name not in found]:
+    required = ["time", *(("latitude", "longitude") if globe else ("north", "east")), "depth", "heading"]
+    if missing := [name for name in required if name not in found]:
         raise ValueError(
             f"{where}: the header is {', '.join(header)!r}; no column is named {missing[0]}. Name the columns time, "
             "north and east (or latitude and longitude), depth, heading, and where known pitch and roll; add a "

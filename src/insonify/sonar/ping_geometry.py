@@ -142,14 +142,14 @@ class PingGeometry:
     def element_extent(self) -> tuple[float, float]:
         """Farthest that elements get from the receiver's centre at the start of the ping: over ground, in depth [m]."""
         own = np.zeros((1, 3)) if self.elements is None else self.elements.positions
-        place = own @ self.receive_beams.axes
+        position = own @ self.receive_beams.axes
         if self.receive_motion is not None:
             _, velocity, acceleration = self.receive_motion.kinematics(
-                self.lever_arms[1] + place @ self.receive_motion.rotation[0]
+                self.lever_arms[1] + position @ self.receive_motion.rotation[0]
             )
             moments = (0.0, self.receive_motion.window / 2, self.receive_motion.window)
-            place = np.concatenate([place + velocity * t + acceleration / 2 * t**2 for t in moments])
-        return float(np.hypot(place[:, 0], place[:, 1]).max()), float(np.abs(place[:, 2]).max())
+            position = np.concatenate([position + velocity * t + acceleration / 2 * t**2 for t in moments])
+        return float(np.hypot(position[:, 0], position[:, 1]).max()), float(np.abs(position[:, 2]).max())
 
     @property
     def same_beams(self) -> bool:
@@ -249,7 +249,7 @@ class MountedSonar:
             array_position(array, carrier.position[row], body)
             for array, carrier, body in zip(self._arrays, both.end_poses, bodies, strict=True)
         ]
-        speeds = tuple(self._speed(float(place[2])) for place in positions)
+        speeds = tuple(self._speed(float(position[2])) for position in positions)
         facing, courses = self._attitude(bodies, speeds), both.ping_motions(row, self.window[1])
         return PingGeometry(
             ping=ping, sound_speed=speeds[0], receive_sound_speed=speeds[1], transmit_position=positions[0],
@@ -342,7 +342,7 @@ class MountedSonar:
         """Largest displacement of either end during each ping [m]; rounded, or one speed would be many."""
         if platforms.track_motions is None:
             return None
-        ends = [way.max_displacement(arm) for way, arm in zip(platforms.track_motions, self._arms, strict=True)]
+        ends = [motion.max_displacement(arm) for motion, arm in zip(platforms.track_motions, self._arms, strict=True)]
         return np.asarray(np.round(np.maximum(*ends), 9))
 
     def _speed(self, depth: float) -> float:

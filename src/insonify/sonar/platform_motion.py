@@ -1,6 +1,6 @@
 """Motion of a platform from the start of a ping until its last echo has arrived.
 
-Place and attitude at the start, the middle and the end of the window; what is fixed to the platform runs on the
+Position and attitude at the start, the middle and the end of the window; what is fixed to the platform runs on the
 parabola through its three positions. A wave that takes six seconds bends a parabola of a quarter of a second by a
 thousandth of what it moves.
 """
@@ -38,10 +38,10 @@ class PlatformMotion:
             offset: Their positions from the reference point: forward, starboard, down [m], shape (m, 3).
 
         Returns:
-            Place at the start [m], velocity there [m/s] and acceleration [m/s^2], each of shape (m, 3).
+            Position at the start [m], velocity there [m/s] and acceleration [m/s^2], each of shape (m, 3).
         """
         moments = zip(self.position, self.rotation, strict=True)
-        first, middle, last = (place + offset @ turned.T for place, turned in moments)
+        first, middle, last = (position + offset @ turned.T for position, turned in moments)
         return first, *_parabola(middle - first, last - first, self.window)
 
     def max_displacement(self, offset: Floats) -> float:
@@ -110,8 +110,8 @@ class TrackMotion:
         Args:
             offset: Its position from the reference point: forward, starboard, down [m], shape (3,).
         """
-        place = self.position + self.rotation @ offset if offset.any() else self.position
-        moved = place[:, 1:] - place[:, :1]
+        position = self.position + self.rotation @ offset if offset.any() else self.position
+        moved = position[:, 1:] - position[:, :1]
         return np.asarray(np.sqrt(np.einsum("pmi,pmi->pm", moved, moved).max(axis=1)))
 
 

@@ -76,8 +76,8 @@ class Platforms:
         first, other = self.track_motions
         if not (first.is_moving[ping] or other.is_moving[ping]):
             return None, None
-        way = first.at(ping, window)
-        return way, way if other is first else other.at(ping, window)
+        poses = first.at(ping, window)
+        return poses, poses if other is first else other.at(ping, window)
 
     def single_ping(self, ping: int) -> "Platforms":
         """The platforms at one ping alone, as its number 0.

@@ -251,9 +251,9 @@ def channel_positions(sonar: Sonar) -> NDArray[np.float64]:
     """
     rows = []
     for side in sonar.side_sonars:
-        place = np.zeros((side.beam_count, 3))
+        position = np.zeros((side.beam_count, 3))
         if side.receiver.record == "elements":
             faces = receiver_mounting(side)
-            place = element_layout(side.receive)[0] @ mounting_rotation(faces.bearing, faces.tilt)
-        rows.append(place + np.asarray(side.receive.offset))
+            position = element_layout(side.receive)[0] @ mounting_rotation(faces.bearing, faces.tilt)
+        rows.append(position + np.asarray(side.receive.offset))
     return np.concatenate(rows)

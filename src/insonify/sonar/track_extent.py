@@ -78,7 +78,7 @@ def simplified_polyline(positions: Floats) -> tuple[Floats, float]:
         positions: North and east [m], shape (n, 2).
 
     Returns:
-        Corners, some of the places with the first and the last among them [m], shape (m, 2), m at least 2; and the
+        Corners, some of the positions with the first and the last among them [m], shape (m, 2), m at least 2; and the
         largest distance of any position from them [m], 0 where the row is straight.
 
     Source: Douglas & Peucker (1973), Cartographica 10(2), 112-122.
@@ -120,7 +120,7 @@ def _hull(corners: Floats) -> Floats:
 
 
 def _turn(a: Floats, b: Floats, c: Floats) -> float:
-    """Twice the area of a triangle, negative where its corners turn the other way [m^2]."""
+    """Twice the area of a triangle, negative where its corners turn clockwise [m^2]."""
     return float((b[0] - a[0]) * (c[1] - b[1]) - (b[1] - a[1]) * (c[0] - b[0]))
 
 

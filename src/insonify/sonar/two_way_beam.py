@@ -76,8 +76,8 @@ def _measured_height(transmit: Beams, receive: Beams) -> float:
         found = 0.0
         for side in (-1, 1):
             up = axis + side * away
-            way = np.stack([np.cos(up) * np.cos(turn), np.cos(up) * np.sin(turn), np.sin(up)], axis=-1)
-            found += _half_power(((ends[0].gain(way) * ends[1].gain(way)) ** 2)[0]) * step
+            direction = np.stack([np.cos(up) * np.cos(turn), np.cos(up) * np.sin(turn), np.sin(up)], axis=-1)
+            found += _half_power(((ends[0].gain(direction) * ends[1].gain(direction)) ** 2)[0]) * step
         heights.append(min(found, WIDEST))
     return min(heights)
 

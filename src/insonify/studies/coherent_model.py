@@ -152,7 +152,7 @@ scintillation index (1 for fully developed speckle). Processor time is of one pi
 
 {table(["model", "time", "seabed", "highlight", "shadow", "coherence of two pings 0.45 m apart"], rows)}
 
-In the mean the models agree: where an image of mean levels is wanted, the expected intensity has it in one ping
+In the mean the models agree: for an image of mean levels, the expected intensity has it in one ping
 without speckle. What it cannot have is speckle itself and everything that is made of phase: the interference of a
 target's multipath, detection against speckle, interferometry, synthetic aperture. The model of the vertical plane has
 the speckle of one ping, and no memory: its scatterers stand for whole footprints, and are others at the next ping

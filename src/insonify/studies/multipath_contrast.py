@@ -60,7 +60,7 @@ class TargetContrast:
 
 @dataclass(frozen=True, slots=True)
 class ContrastResults:
-    """Contrasts by place and order, and the A-scans of one place."""
+    """Contrasts by position and order, and the A-scans of one position."""
 
     contrast: dict[str, list[TargetContrast]]
     time: Floats
@@ -69,30 +69,30 @@ class ContrastResults:
     """Expected intensity over sand under a calm sea by order [uPa^2], shape (time,) each."""
 
 
-def evaluate(places: tuple[str, ...] = tuple(PLACES), orders: tuple[int, ...] = ORDERS) -> ContrastResults:
-    """Simulate every place and order.
+def evaluate(positions: tuple[str, ...] = tuple(PLACES), orders: tuple[int, ...] = ORDERS) -> ContrastResults:
+    """Simulate every position and order.
 
     Args:
-        places: Names of `PLACES`.
+        positions: Names of `PLACES`.
         orders: Largest numbers of reflections.
     """
     found: dict[str, list[TargetContrast]] = {}
     scans, time = [], np.empty(0)
-    for place in places:
-        found[place] = []
+    for position in positions:
+        found[position] = []
         for order in orders:
-            common = {**PLACES[place], "paths.max_reflections": order, "paths.edge_diffraction": "knife-edge"}
+            common = {**PLACES[position], "paths.max_reflections": order, "paths.edge_diffraction": "knife-edge"}
             time, bare = _ping({**common, "targets": [], "paths.contributions": ["seabed"]})
             _, shadowed = _ping({**common, "paths.contributions": ["seabed"]})
             _, target = _ping({**common, "paths.contributions": ["target"]})
-            found[place].append(
+            found[position].append(
                 TargetContrast(
                     _mean(time, bare, SHADOW), _mean(time, target, HIGHLIGHT) - _mean(time, bare, HIGHLIGHT),
                     _mean(time, shadowed, SHADOW) - _mean(time, bare, SHADOW),
                     _mean(time, target, GHOSTS) - _mean(time, bare, GHOSTS),
                 )
             )  # fmt: skip
-            if place == places[0]:
+            if position == positions[0]:
                 scans.append(shadowed + target)
     return ContrastResults(found, time, scans)
 
@@ -111,8 +111,8 @@ def _mean(time: Floats, intensity: Floats, window: tuple[float, float]) -> float
 def section(found: ContrastResults) -> Section:
     """Text and picture of the question."""
     rows = [
-        [place, str(order), f"{c.seabed:.1f}", f"{c.highlight:+.1f}", f"{c.shadow:+.1f}", f"{c.ghosts:+.1f}"]
-        for place, row in found.contrast.items()
+        [position, str(order), f"{c.seabed:.1f}", f"{c.highlight:+.1f}", f"{c.shadow:+.1f}", f"{c.ghosts:+.1f}"]
+        for position, row in found.contrast.items()
         for order, c in zip(ORDERS, row, strict=False)
     ]
     calm, silt = found.contrast["sand, calm"], found.contrast["silt, calm"]
@@ -159,9 +159,9 @@ def draw(found: ContrastResults) -> Figure:
         axes.legend(ncols=4, loc="upper right")
         for column, name in enumerate(("highlight", "shadow", "ghosts")):
             axes = figure.add_subplot(grid[1, column])
-            for place, row in found.contrast.items():
+            for position, row in found.contrast.items():
                 level = [getattr(c, name) for c in row]
-                axes.plot(range(len(row)), level, "o-", color=COLOURS[place], label=place)
+                axes.plot(range(len(row)), level, "o-", color=COLOURS[position], label=position)
             axes.set(xlabel="most reflections of a leg", ylabel="dB re the seabed", xticks=range(len(found.scans)))
             if name == "ghosts":
                 axes.set_ylim(-40, None)

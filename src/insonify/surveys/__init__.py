@@ -1,1 +1,1 @@
-"""Recordings as surveys: their navigation, their place on Earth, and rasters on the terrain."""
+"""Recordings as surveys: their navigation, their position on Earth, and rasters on the terrain."""

@@ -17,7 +17,7 @@ NO_EARTH = 'LOCAL_CS["north and east of a simulated scene",UNIT["metre",1],AXIS[
 
 @dataclass(frozen=True, slots=True)
 class EarthFrame:
-    """Place of north 0, east 0 on Earth, as far as a recording states it."""
+    """Position of north 0, east 0 on Earth, as far as a recording states it."""
 
     origin: tuple[float, float] | None
     """Latitude and longitude of north 0, east 0 [deg]; None: nowhere."""

@@ -68,8 +68,8 @@ class Raster:
         """The part of the raster with cells in a mask of its shape, and its rows and columns."""
         spans = []
         for axis in (1, 0):
-            places = np.flatnonzero(mask.any(axis=axis))
-            spans.append(slice(int(places[0]), int(places[-1]) + 1) if places.size else slice(0, 1))
+            indices = np.flatnonzero(mask.any(axis=axis))
+            spans.append(slice(int(indices[0]), int(indices[-1]) + 1) if indices.size else slice(0, 1))
         rows, columns = spans
         shape = rows.stop - rows.start, columns.stop - columns.start
         corner = self.north - rows.start * self.pixel, self.east + columns.start * self.pixel
@@ -100,14 +100,14 @@ def write_raster(
 
 
 def write_bands(
-    path: Path, place: tuple[str, tuple[float, ...]] | None, bands: Mapping[str, NDArray[Any]],
+    path: Path, georeference: tuple[str, tuple[float, ...]] | None, bands: Mapping[str, NDArray[Any]],
     units: Sequence[str] = (), tags: Mapping[str, str] | None = None,
 ) -> None:  # fmt: skip
     """Write bands with a coordinate system and the six numbers of an affine transform, as `write_raster`.
 
     Args:
         path: File to write.
-        place: Coordinate system and transform; None: cells that are nowhere on Earth.
+        georeference: Coordinate system and transform; None: cells that are nowhere on Earth.
         bands: Bands by their description, of one type, shape (rows, columns).
         units: Unit of each band.
         tags: Tags of the file.
@@ -120,8 +120,8 @@ def write_bands(
         "nodata": 255 if first.dtype == np.uint8 else np.nan if first.dtype.kind == "f" else None,
         "compress": "deflate", "tiled": first.size > 1 << 16,
     }  # fmt: skip
-    if place is not None:
-        about |= {"crs": rasterio.crs.CRS.from_string(place[0]), "transform": rasterio.Affine(*place[1])}
+    if georeference is not None:
+        about |= {"crs": rasterio.crs.CRS.from_string(georeference[0]), "transform": rasterio.Affine(*georeference[1])}
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", rasterio.errors.NotGeoreferencedWarning)
         with rasterio.open(path, "w", **about) as file:

@@ -1,4 +1,4 @@
-"""Recording with its scenario, its navigation and its place on Earth, as writers of files need them."""
+"""Recording with its scenario, its navigation and its position on Earth, as writers of files need them."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace

@@ -473,7 +473,7 @@ def deposit_block(
         transmitter: Transmitter.
         receiving_array: Receiving array.
         reception: Time grid, carrier and water.
-        grid: Direction grid, whose rows take the place of channels; of step 0: channels are beams.
+        grid: Direction grid, whose rows replace the channels; of step 0: channels are beams.
     """
     f, g, scatterer_count, strengths = len(block.out.delay), len(block.back.delay), block.phase.size, block.strengths
     terms, patterns = block.wavefronts.expansion.shape[1], len(receiving_array.beams.steer)

@@ -112,12 +112,12 @@ def deposit_energy_on_rows(
     last = cells.shape[1] - CELLS_PER_SPIKE
     first_cell, fraction = np.empty(_BLOCK, np.int32), np.empty(_BLOCK, np.float32)
     for begin in range(0, delay.size, _BLOCK):
-        tau, weight, place = delay[begin : begin + _BLOCK], energy[begin : begin + _BLOCK], row[begin : begin + _BLOCK]
+        tau, weight, index = delay[begin : begin + _BLOCK], energy[begin : begin + _BLOCK], row[begin : begin + _BLOCK]
         _locate(tau, first_time, cell_rate, last, first_cell, fraction)
         for i in range(tau.size):
             if first_cell[i] >= 0 and weight[i] != 0:
-                k = min(max(int(place[i]), 0), cells.shape[0] - 2)
-                part = place[i] - k
+                k = min(max(int(index[i]), 0), cells.shape[0] - 2)
+                part = index[i] - k
                 cell, shift = np.intp(first_cell[i]), np.float64(fraction[i])
                 add_real_spike(cells[k], cell, shift, weight[i] * (1 - part))
                 add_real_spike(cells[k + 1], cell, shift, weight[i] * part)

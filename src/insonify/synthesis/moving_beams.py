@@ -48,7 +48,7 @@ def deposit_beams(
         cells: Grids of pressure, shape (bands, channels, groups, cells, waveforms of a group).
         pairs: Transmit and receive legs of the block, and strengths.
         ping: Conditions of reception.
-        direction_grid: Direction grid, whose rows take the place of channels; None: beams directly.
+        direction_grid: Direction grid, whose rows replace the channels; None: beams directly.
     """
     if not len(pairs.scatterers) or not len(pairs.pair):
         return

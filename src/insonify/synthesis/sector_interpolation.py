@@ -2,7 +2,7 @@
 
 An echo's phase along the array is linear (by its direction) plus curved (by its distance).
 Echoes of one delay have nearly the same curvature. A remaining phase of at most a few radians
-each way is band-limited along the array, so that its values at a few points determine it everywhere: only these are
+each path is band-limited along the array, so that its values at a few points determine it everywhere: only these are
 deposited. The interpolation weights minimise the error for waves of the whole sector: a least-squares fit,
 which takes about a quarter fewer points than polynomials would.
 """

@@ -82,5 +82,5 @@ def write_waterfall(survey: Survey, path: Path) -> None:
     run = np.linalg.norm(np.diff(survey.position[:, :2], axis=0), axis=1).sum()
     step = float(run) / max(survey.rows.size - 1, 1) or cell
     left = -reach if sides[shown[0]] < 0 else 0.0
-    place = NO_EARTH, (cell, 0.0, round(left / cell) * cell, 0.0, -step, run + step / 2)
-    write_bands(path, place, {LEVEL: level}, ("dB re 1 uPa",), survey.tags)
+    georeference = NO_EARTH, (cell, 0.0, round(left / cell) * cell, 0.0, -step, run + step / 2)
+    write_bands(path, georeference, {LEVEL: level}, ("dB re 1 uPa",), survey.tags)

@@ -111,9 +111,9 @@ def _text(text: str) -> bytes:
 
 def _installation(survey: Survey) -> str:
     """Lever arms in metres, forward, starboard, down, and the mean water line."""
-    places = arrays(survey)
-    tx, rx = ("X={:.3f};Y={:.3f};Z={:.3f};R=0.000;P=0.000;H=0.000".format(*place + 0.0)
-              for place in (places.transmitter, places.receiver))  # fmt: skip
+    arms = arrays(survey)
+    tx, rx = ("X={:.3f};Y={:.3f};Z={:.3f};R=0.000;P=0.000;H=0.000".format(*arm + 0.0)
+              for arm in (arms.transmitter, arms.receiver))  # fmt: skip
     inner = ";".join(f"I{part}{axis}=0.00000" for part in "PCS" for axis in "XYZ")
     sensor = "X=0.000;Y=0.000;Z=0.000"
     return (
@@ -148,7 +148,7 @@ def _profile(survey: Survey) -> bytes:
     return head + points
 
 
-def _place(survey: Survey, rows: slice) -> tuple[Floats, Floats, Floats]:
+def _fix(survey: Survey, rows: slice) -> tuple[Floats, Floats, Floats]:
     """Latitude, longitude and true heading at pings [deg]."""
     north, east = survey.position[rows, 0], survey.position[rows, 1]
     heading = np.degrees(survey.attitude[rows, 0] + survey.frame.convergence(north, east)) % 360
@@ -156,7 +156,7 @@ def _place(survey: Survey, rows: slice) -> tuple[Floats, Floats, Floats]:
 
 
 def _position(survey: Survey, number: int) -> bytes:
-    latitude, longitude, heading = _place(survey, slice(number, number + 1))
+    latitude, longitude, heading = _fix(survey, slice(number, number + 1))
     seconds, nanoseconds = _clock(survey.time[number : number + 1])
     fix = _record(
         layouts.POSITION, seconds=seconds, nanoseconds=nanoseconds, latitude=latitude, longitude=longitude,
@@ -168,11 +168,11 @@ def _position(survey: Survey, number: int) -> bytes:
 def _gga(time: float, latitude: float, longitude: float) -> bytes:
     """Sentence of a position receiver, padded to four bytes."""
     clock = datetime.fromtimestamp(round(time, 2), UTC).strftime("%H%M%S.%f")[:9]
-    places = [
+    text_fields = [
         f"{int(abs(angle)):0{digits}d}{abs(angle) % 1 * 60:09.6f},{letters[int(angle < 0)]}"
         for angle, digits, letters in ((float(latitude), 2, "NS"), (float(longitude), 3, "EW"))
     ]
-    text = f"GPGGA,{clock},{places[0]},{places[1]},4,10,0.9,0.0,M,0.0,M,,"
+    text = f"GPGGA,{clock},{text_fields[0]},{text_fields[1]},4,10,0.9,0.0,M,0.0,M,,"
     check = reduce(lambda total, letter: total ^ letter, text.encode())
     content = f"${text}*{check:02X}\r\n".encode()
     return content + bytes(-len(content) % 4)
@@ -183,7 +183,7 @@ def _attitude(survey: Survey, rows: slice) -> bytes:
     time = attitude_times(survey)[rows]
     pose = attitude_at(survey, time)
     known = np.minimum(np.arange(survey.rows.size + 1)[rows], survey.rows.size - 1)
-    latitude, longitude, _ = (column[known] for column in _place(survey, slice(None)))
+    latitude, longitude, _ = (column[known] for column in _fix(survey, slice(None)))
     turn = survey.frame.convergence(survey.position[:, 0], survey.position[:, 1])[known]
     heave = pose[:, 3] - survey.position[:, 2].mean()
     degrees = np.degrees(pose[:, :3] + np.stack([turn, 0 * turn, 0 * turn], axis=1))
@@ -209,7 +209,7 @@ def _body(survey: Survey, number: int) -> bytes:
 def _soundings(survey: Survey, number: int, swath: Swath) -> bytes:
     """Body of an #MRZ datagram."""
     scenario, pulse, rate = survey.scenario, survey.scenario.sonar.pulse, 1 / survey.sample_interval
-    latitude, longitude, heading = (float(column[0]) for column in _place(survey, slice(number, number + 1)))
+    latitude, longitude, heading = (float(column[0]) for column in _fix(survey, slice(number, number + 1)))
     widths = _widths(survey)
     edge = float(np.degrees(swath.angle[-1]))
     depth = float(survey.position[number, 2])
@@ -241,12 +241,12 @@ def _soundings(survey: Survey, number: int, swath: Swath) -> bytes:
 def _detections(survey: Survey, number: int, swath: Swath) -> tuple[NDArray[Any], NDArray[np.int16]]:
     """Table of soundings, and the seabed image of all beams [0.1 dB]."""
     found = np.isfinite(swath.travel_time)
-    place = np.where(found[:, None], swath.sounding, 0.0)
+    point = np.where(found[:, None], swath.sounding, 0.0)
     table = np.zeros(swath.angle.size, layouts.SOUNDING)
     heading = float(survey.attitude[number, 0])
     north, east = survey.position[number, :2]
-    there = (north + place[:, 0] * np.cos(heading) - place[:, 1] * np.sin(heading),
-             east + place[:, 0] * np.sin(heading) + place[:, 1] * np.cos(heading))  # fmt: skip
+    there = (north + point[:, 0] * np.cos(heading) - point[:, 1] * np.sin(heading),
+             east + point[:, 0] * np.sin(heading) + point[:, 1] * np.cos(heading))  # fmt: skip
     latitude, longitude = survey.frame.geodetic(*there)
     here = survey.frame.geodetic(np.array([north]), np.array([east]))
     time, start = np.where(found, swath.travel_time, 0.0), float(survey.recording["time"].values[0])
@@ -259,15 +259,15 @@ def _detections(survey: Survey, number: int, swath: Swath) -> tuple[NDArray[Any]
     fields = {
         "index": np.arange(time.size), "type": np.where(found, 0, REJECTED), "range_factor": 100.0,
         "method": np.where(found, np.where(swath.by_phase, BY_PHASE, BY_AMPLITUDE), 0), "travel_time": time,
-        "quality": 100 * spread / np.maximum(np.linalg.norm(place, axis=1), 1e-3), "sensitivity": SENSITIVITY,
+        "quality": 100 * spread / np.maximum(np.linalg.norm(point, axis=1), 1e-3), "sensitivity": SENSITIVITY,
         "vertical_uncertainty": spread * np.cos(swath.angle),
         "horizontal_uncertainty": spread * np.abs(np.sin(swath.angle)),
         "water_column_beam": np.arange(time.size), "water_column_sample": np.minimum(sample, 65535),
         "water_column_angle": -np.degrees(swath.vertical_angle), "absorption": 1e3 * _absorption(survey),
         "level1": level, "level2": level, "source_level": survey.scenario.sonar.source_level_db,
         "angle": -np.degrees(swath.angle), "delta_latitude": np.where(found, latitude - here[0], 0.0),
-        "delta_longitude": np.where(found, longitude - here[1], 0.0), "forward": place[:, 0], "starboard": place[:, 1],
-        "down": place[:, 2], "first_sample": near[:, 0], "centre_sample": sample - near[:, 0],
+        "delta_longitude": np.where(found, longitude - here[1], 0.0), "forward": point[:, 0], "starboard": point[:, 1],
+        "down": point[:, 2], "first_sample": near[:, 0], "centre_sample": sample - near[:, 0],
         "sample_count": near[:, 1] - near[:, 0],
     }  # fmt: skip
     for name, values in fields.items():

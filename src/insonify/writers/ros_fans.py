@@ -42,7 +42,7 @@ class Fan:
     """Its channels in the recording."""
     axes: Floats
     """Axes x, y, z as columns, forward, starboard, down [1], shape (3, 3)."""
-    place: Floats
+    position: Floats
     """Centre of the receive array, forward, starboard, down from the platform's reference point [m], shape (3,)."""
     direction: Floats
     """Unit vectors of the receive beams along x, y, z [1], shape (beam, 3)."""
@@ -90,12 +90,12 @@ def fans(scenario: Scenario) -> list[Fan]:
     return made
 
 
-def swath_fan(scenario: Scenario, place: Floats, angle: Floats) -> Fan:
+def swath_fan(scenario: Scenario, position: Floats, angle: Floats) -> Fan:
     """Fan of beams that a multibeam forms across the track: x forward, y to starboard, z down.
 
     Args:
         scenario: Its scenario.
-        place: Centre of the receive array: forward, starboard, down [m], shape (3,).
+        position: Centre of the receive array: forward, starboard, down [m], shape (3,).
         angle: Angles of the beams to starboard of z [rad], shape (beam,).
     """
     sonar, speed, count = scenario.sonar, scenario.water.sound_speed, angle.size
@@ -113,7 +113,7 @@ def swath_fan(scenario: Scenario, place: Floats, angle: Floats) -> Fan:
         elements = beams(one_element(sonar.receive), sonar.pulse.frequency, speed).gain(ray @ mounting_rotation(
             *_faces(sonar)).T)  # fmt: skip
     return Fan(
-        "", slice(None), np.eye(3), place, np.stack([np.zeros(count), np.sin(angle), np.cos(angle)], axis=1),
+        "", slice(None), np.eye(3), position, np.stack([np.zeros(count), np.sin(angle), np.cos(angle)], axis=1),
         np.zeros(count), np.full(count, half_power_width(transmit, 0, faces @ np.array([1.0, 0.0, 0.0]))), width,
         (np.degrees(nadir), _decibels(transmit.gain(ray @ faces.T) * elements)),
     )  # fmt: skip
@@ -133,8 +133,8 @@ def half_power_width(formed: Beams, channel: int, towards: ArrayLike) -> float:
     side = np.asarray(towards, float) - axis * (axis @ np.asarray(towards, float))
     turn = np.concatenate([[0.0], np.geomspace(1e-5, np.pi, 4000)])
     width = 0.0
-    for way in (1, -1):
-        rays = np.cos(turn)[:, None] * axis + way * np.sin(turn)[:, None] * side / np.linalg.norm(side)
+    for sense in (1, -1):
+        rays = np.cos(turn)[:, None] * axis + sense * np.sin(turn)[:, None] * side / np.linalg.norm(side)
         below = np.abs(beam.gain(rays)[0]) - np.sqrt(0.5)
         found = int(np.argmax(below < 0))
         width += np.interp(0.0, -below[found - 1 : found + 1], turn[found - 1 : found + 1]) if found else np.pi

@@ -51,7 +51,7 @@ def platform_transform(stamp: int, position: Floats, attitude: Floats) -> Fields
 def sonar_transforms(stamp: int, fans: list[Fan]) -> Fields:
     """Transforms of the sonars on the platform."""
     base = header(stamp, "base_link")
-    return {"transforms": [_transform(base, fan.frame, PLATFORM @ fan.place, fan.rotation) for fan in fans]}
+    return {"transforms": [_transform(base, fan.frame, PLATFORM @ fan.position, fan.rotation) for fan in fans]}
 
 
 def fix(stamp: int, latitude: float, longitude: float, depth: float) -> Fields:
@@ -145,11 +145,11 @@ def detections(head: Fields, info: Fields, fan: Fan, travel_time: Floats, amplit
     }  # fmt: skip
 
 
-def sonar_ranges(head: Fields, info: Fields, fan: Fan, place: Floats, amplitude: Floats) -> Fields:
+def sonar_ranges(head: Fields, info: Fields, fan: Fan, position: Floats, amplitude: Floats) -> Fields:
     """SonarRanges of soundings x, y, z from the array [m], NaN without one, shape (beam, 3); others as `detections`."""
-    reach = np.linalg.norm(place, axis=1)
+    reach = np.linalg.norm(position, axis=1)
     known = np.isfinite(reach)
-    ray = np.where(known[:, None], place / np.where(known, reach, 1.0)[:, None], fan.direction)
+    ray = np.where(known[:, None], position / np.where(known, reach, 1.0)[:, None], fan.direction)
     return {
         "header": head, "ping_info": info, "flags": _flags(reach), "transmit_delays": np.zeros(reach.size),
         "intensities": amplitude, "beam_unit_vec": [vector(one) for one in ray], "ranges": reach,
@@ -175,8 +175,8 @@ def _image(samples: NDArray[Any]) -> Fields:
     }  # fmt: skip
 
 
-def _transform(head: Fields, child: str, place: Floats, rotation: Floats) -> Fields:
-    moved = {"translation": vector(place), "rotation": _quaternion(rotation)}
+def _transform(head: Fields, child: str, position: Floats, rotation: Floats) -> Fields:
+    moved = {"translation": vector(position), "rotation": _quaternion(rotation)}
     return {"header": head, "child_frame_id": child, "transform": moved}
 
 

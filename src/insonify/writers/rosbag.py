@@ -163,7 +163,7 @@ def _put_meaning(bag: _Bag, survey: Survey, sides: list[Fan], stamp: int) -> Non
 
 
 def _put_poses(bag: _Bag, survey: Survey, number: int, stamp: int) -> None:
-    """Logged pose with its transform and its place on Earth, and the true pose."""
+    """Logged pose with its transform and its position on Earth, and the true pose."""
     logged = survey.position[number], survey.attitude[number]
     row, pose = int(survey.rows[number]), "geometry_msgs/msg/PoseStamped"
     true = (np.asarray(survey.recording[name].values[row], float) for name in ("position", "attitude"))
@@ -194,8 +194,8 @@ def _put_ping(bag: _Bag, survey: Survey, fan: Fan, number: int, sent: tuple[int,
     sample = np.clip(np.nan_to_num((swath.travel_time - time[0]) / survey.sample_interval), 0, time.size - 1)
     amplitude = samples[np.arange(len(samples)), np.rint(sample).astype(int)].astype(float)
     amplitude[np.isnan(swath.travel_time)] = np.nan
-    places = swath.sounding @ pose_rotation(0.0, *survey.attitude[number, 1:]) - fan.place
+    points = swath.sounding @ pose_rotation(0.0, *survey.attitude[number, 1:]) - fan.position
     bag.put(f"{fan.topic}/detections", SONAR + "SonarDetections", stamp,
             made.detections(head, info, fan, swath.travel_time, amplitude))  # fmt: skip
     bag.put(f"{fan.topic}/ranges", SONAR + "SonarRanges", stamp,
-            made.sonar_ranges(head, info, fan, places, amplitude))  # fmt: skip
+            made.sonar_ranges(head, info, fan, points, amplitude))  # fmt: skip

@@ -55,19 +55,19 @@ def soundings(survey: Survey) -> Iterator[xr.Dataset]:
 
 def _interferometric(survey: Survey, ping: xr.Dataset, number: int) -> xr.Dataset:
     """Soundings of one ping of an interferometer, with a row for each sample of each side."""
-    heading, place, speed = survey.attitude[number, 0], survey.position[number], survey.scenario.water.sound_speed
+    heading, position, speed = survey.attitude[number, 0], survey.position[number], survey.scenario.water.sound_speed
     sides = []
     for _, *channels in pairs(ping):
         found = interferometric_bathymetry(
             ping, survey.altitude[number], channels=(channels[0], channels[1]), sound_speed=speed
         ).isel(ping=0)
         across, depth = found["across"].values, found["depth"].values
-        down = np.arctan2(depth - place[2], np.abs(across))
+        down = np.arctan2(depth - position[2], np.abs(across))
         sound = (found["coherence"].values >= COHERENT) & (down > FLAT) & (down < STEEP)
         sides.append(np.where(sound, [across, depth, ping["time"].values], np.nan))
     across, depth, time = np.concatenate(sides, axis=1)
     columns = {
-        "north": place[0] - np.sin(heading) * across, "east": place[1] + np.cos(heading) * across, "depth": depth,
+        "north": position[0] - np.sin(heading) * across, "east": position[1] + np.cos(heading) * across, "depth": depth,
         "travel_time": time, "by_phase": np.ones(depth.size, bool),
     }  # fmt: skip
     return xr.Dataset({name: ("beam", values) for name, values in columns.items()})
@@ -110,8 +110,8 @@ def write_geojson(survey: Survey, path: Path) -> None:
     with path.open("w", encoding="utf-8") as file:
         file.write('{"type": "FeatureCollection", "features": [')
         for number, row in enumerate(rows(survey)):
-            place = [row.pop("longitude_deg"), row.pop("latitude_deg"), -row["depth_m"]]
-            point = {"type": "Feature", "geometry": {"type": "Point", "coordinates": place}, "properties": row}
+            position = [row.pop("longitude_deg"), row.pop("latitude_deg"), -row["depth_m"]]
+            point = {"type": "Feature", "geometry": {"type": "Point", "coordinates": position}, "properties": row}
             file.write(("," if number else "") + "\n" + json.dumps(point))
         file.write("\n]}\n")
 

@@ -105,7 +105,7 @@ def surface_speed(survey: Survey, number: int) -> float:
 
 def swaths(survey: Survey) -> Iterator[Swath]:
     """Swaths of all recorded pings, one after the other."""
-    places = arrays(survey)
+    arms = arrays(survey)
     depth, speed = profile(survey)
     angle = np.linspace(-WIDEST, WIDEST, BEAMS)
     fan = direction(np.pi / 2, np.pi / 2 - angle)
@@ -113,12 +113,12 @@ def swaths(survey: Survey) -> Iterator[Swath]:
         ping = compressed(survey.recording.isel(ping=[int(row)]).load(), survey.scenario)
         local = surface_speed(survey, number)
         found = multibeam_soundings(
-            ping, angle, sound_speed=local, transmitter_position=places.transmitter
+            ping, angle, sound_speed=local, transmitter_position=arms.transmitter
         ).isel(ping=0)  # fmt: skip
         beams = beam_recording(ping, np.full(angle.size, np.pi / 2), elevation=np.pi / 2 - angle, sound_speed=local,
                                shading="hamming")  # fmt: skip
         time = np.asarray(found["travel_time"].values, float)
-        sounding, vertical = _refracted(survey, number, time, (places, fan), (depth, speed))
+        sounding, vertical = _refracted(survey, number, time, (arms, fan), (depth, speed))
         yield Swath(
             angle, vertical, time, np.asarray(found["deviation"].values, float), found["by_phase"].values,
             sounding, _levels(beams),
@@ -137,13 +137,13 @@ def _refracted(
     Beams have the heading and the pitch of the transmission and the roll of the reception. Rays start midway between
     transmitter and receiver, which for their distance far below the range is as long as the two legs.
     """
-    places, fan = sonar
+    arms, fan = sonar
     sent = attitude_at(survey, survey.time[number : number + 1])[0]
     waits = 0.0 if survey.scenario.track.stop_and_hop else np.nan_to_num(time)
     roll = attitude_at(survey, survey.time[number] + waits * np.ones(time.size))[:, 2]
     level = pose_rotation(np.zeros(time.size), sent[1], roll)
-    middle = (places.transmitter + places.receiver) / 2
-    reach = (places.receiver - middle) + fan * np.nan_to_num(time, nan=1e-3)[:, None] * water[1].mean() / 2
+    middle = (arms.transmitter + arms.receiver) / 2
+    reach = (arms.receiver - middle) + fan * np.nan_to_num(time, nan=1e-3)[:, None] * water[1].mean() / 2
     aim = np.einsum("bij,bj->bi", level, reach / np.linalg.norm(reach, axis=1)[:, None])
     start = np.einsum("bij,j->bi", level, middle)
     across, down = refracted_rays(time / 2, np.arccos(aim[:, 2]), survey.position[number, 2] + start[:, 2], water)

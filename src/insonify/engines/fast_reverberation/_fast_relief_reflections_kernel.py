@@ -13,14 +13,14 @@ from insonify.propagation.image_path_kernel import ImagePaths
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def write_image_paths(
-    some: NDArray[np.int64], way: ImagePaths, reflection: NDArray[np.complex64], slowness: float, f: int,
+    some: NDArray[np.int64], paths: ImagePaths, reflection: NDArray[np.complex64], slowness: float, f: int,
     table: FamilyTable, legs: RadialLegs,
 ) -> None:  # fmt: skip
     """Overwrite some legs of one family.
 
     Args:
         some: Numbers of the points that the legs reach, (m,).
-        way: The paths off local planes, m of them.
+        paths: The paths off local planes, m of them.
         reflection: Product of the reflection coefficients of each path [1], (m,).
         slowness: One over the speed of sound [s/m].
         f: Row of the family.
@@ -31,13 +31,13 @@ def write_image_paths(
     departure, arrival = legs.departure[f], legs.arrival[f]
     last: Any = factor.size - 1
     for m in range(some.size):
-        n, length = some[m], way.length[m]
+        n, length = some[m], paths.length[m]
         off = 0.0
         for i in range(3):
-            departure[i, n], arrival[i, n] = way.departure[m, i], way.arrival[m, i]
-            off += way.arrival[m, i] * normal[i, n]
+            departure[i, n], arrival[i, n] = paths.departure[m, i], paths.arrival[m, i]
+            off += paths.arrival[m, i] * normal[i, n]
         delay[n] = length * slowness
-        if off >= 0 or not way.is_valid[m]:
+        if off >= 0 or not paths.is_valid[m]:
             amplitude[n] = 0
             continue
         size = 2.0 ** (-loss * length) / length

@@ -22,7 +22,7 @@ class RadialProfile(NamedTuple):
     sample_count: int
     """Samples of the radial."""
     first: float
-    """Place of the first sample in steps."""
+    """Distance of the first sample in steps."""
     step: float
     """Distance of samples [m]."""
     launch: Singles
@@ -41,7 +41,7 @@ def running_horizon(terrain: Singles, image: float, rising: bool, step: float, f
         image: Depth of the image source of a family [m].
         rising: True if the family's last bounce is off the bottom.
         step: Distance of samples [m].
-        first: Place of the first sample in steps.
+        first: Distance of the first sample in steps.
         count: Samples of the line.
         launch: Result, tangents [1], (at least count,).
         bound: Result, smallest tangent so far, or largest from here on [1], (at least count,).
@@ -65,7 +65,7 @@ def running_horizon(terrain: Singles, image: float, rising: bool, step: float, f
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def mark_reached_samples(
-    family: int, reached: Integers, sample: Integers, wanted: Integers, profile: RadialProfile,
+    family: int, reached: Integers, sample: Integers, requested: Integers, profile: RadialProfile,
     channel: IsovelocityChannel, families: FamilyTable,
 ) -> None:  # fmt: skip
     """Mark the points of a line that one family reaches, segment by segment; for ground below the sonar only.
@@ -74,7 +74,7 @@ def mark_reached_samples(
         family: Row of the family, and the bit that is set.
         reached: Bits of the families that reach each point, (at least m,).
         sample: Number of each point along the line, (m,).
-        wanted: Bits of the families that it is wanted by, (m,).
+        requested: Families requested at each sample, a bit for each, (m,).
         profile: Terrain and launch horizons along the line.
         channel: Water of the straight rays.
         families: Tables of the families.
@@ -90,10 +90,10 @@ def mark_reached_samples(
     for i in range(sample.size if free else 0):
         k = np.uint32(sample[i])
         unobstructed = (own_launch[k] <= own_bound[k]) & (terrain[k] > 0)
-        reached[i] |= wanted[i] & (bit if unobstructed else none)
+        reached[i] |= requested[i] & (bit if unobstructed else none)
     for i in range(0 if free else sample.size):
         at = sample[i]
-        if (wanted[i] & bit) != 0 and own_launch[at] <= own_bound[at] and terrain[at] > 0:
+        if (requested[i] & bit) != 0 and own_launch[at] <= own_bound[at] and terrain[at] > 0:
             reach = (at + profile.first) * profile.step
             tangent = abs(terrain[at] - families.images[family]) / reach
             if _clears_terrain(family, bounces, reach, tangent, profile, channel, families):

@@ -46,7 +46,7 @@ def grazing_angles(arrival: Singles, normal: Singles, grazing: Singles) -> None:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def positions(
-    north: float, east: float, first: Integers, begin: Integers, ahead: Singles, place: Floats, position: Floats
+    north: float, east: float, first: Integers, begin: Integers, ahead: Singles, point: Floats, position: Floats
 ) -> None:
     """Fill the positions of the points of some lines.
 
@@ -56,15 +56,15 @@ def positions(
         first: First point of each line, (s + 1,).
         begin: First point of each line in `ahead`, (s,).
         ahead: North and east of the bearing of listed points [1], (2, any).
-        place: Horizontal distance and depth of each point [m], (2, n).
+        point: Horizontal distance and depth of each point [m], (2, n).
         position: Result, north, east, depth [m], (3, n).
     """
     for s in range(begin.size):
         for i in range(first[s], first[s + 1]):
             listed = begin[s] + i - first[s]
-            position[0, i] = north + place[0, i] * ahead[0, listed]
-            position[1, i] = east + place[0, i] * ahead[1, listed]
-            position[2, i] = place[1, i]
+            position[0, i] = north + point[0, i] * ahead[0, listed]
+            position[1, i] = east + point[0, i] * ahead[1, listed]
+            position[2, i] = point[1, i]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -87,14 +87,14 @@ def unlit_points(amplitude: NDArray[np.complex64], points: Integers, found: Inte
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def unoccluded_amplitudes(
-    points: Integers, place: Floats, depth: float, arrival: Singles, normal: Singles, loss: float, factor: Floats,
+    points: Integers, point: Floats, depth: float, arrival: Singles, normal: Singles, loss: float, factor: Floats,
     free: NDArray[np.complex64],
 ) -> None:  # fmt: skip
     """Fill the amplitudes of direct legs to some points without occlusion, 0 for a point that faces away.
 
     Args:
         points: Indices of the points, (m,).
-        place: Horizontal distance and depth of each point [m], (2, n).
+        point: Horizontal distance and depth of each point [m], (2, n).
         depth: Depth of the sonar [m].
         arrival: Direction of travel of the direct legs at the points [1], (3, n).
         normal: Unit normals into the water, (3, n).
@@ -107,8 +107,8 @@ def unoccluded_amplitudes(
         n = points[k]
         facing = -(arrival[0, n] * normal[0, n] + arrival[1, n] * normal[1, n] + arrival[2, n] * normal[2, n])
         free[k] = 0
-        if facing > 0 and place[1, n] > 0:
-            slant = math.hypot(place[0, n], place[1, n] - depth)
+        if facing > 0 and point[1, n] > 0:
+            slant = math.hypot(point[0, n], point[1, n] - depth)
             size = 2.0 ** (-loss * slant) / slant
             if last > 0:
                 at = math.sqrt(max(1.0 - facing, 0.0)) * last

@@ -176,9 +176,9 @@ def apply_direction_factor(factor: Singles, root_slant: Singles, size: Singles) 
     """
     rate, last = np.float32(factor.size - 1), np.uint32(factor.size - 2)
     for i in range(size.size):
-        place = min(root_slant[i], np.float32(1)) * rate
-        cell = min(np.uint32(place), last)
-        part = place - np.float32(cell)
+        index = min(root_slant[i], np.float32(1)) * rate
+        cell = min(np.uint32(index), last)
+        part = index - np.float32(cell)
         size[i] *= math.sqrt(factor[cell] + part * (factor[cell + np.uint32(1)] - factor[cell]))
 
 
@@ -194,20 +194,20 @@ def legs_along_radial(
         frame: Frame of the radials.
         channel: Water of the straight rays.
         table: Tables of the families.
-        families: Those that any of the points is wanted by, a bit for each.
+        families: Families requested at any of the points, a bit for each.
         ahead: Bearings at which the beams are evaluated [1], (2, m).
         scratch: Slopes of the facets, and families that reach each point; areas go into the fourth row.
         legs: Result.
     """
     n, m, facet, bits = scratch.begin, ahead.shape[1], scratch.facet, scratch.bits
-    place, normal, delay, departure, arrival = legs.place, legs.normal, legs.delay, legs.departure, legs.arrival
+    index, normal, delay, departure, arrival = legs.point, legs.normal, legs.delay, legs.departure, legs.arrival
     amplitude, reflection_products, bounce_codes = legs.amplitude, table.reflection_products, table.bounce_codes
     stop = n + m
     cos_h, sin_h = math.cos(frame.heading), math.sin(frame.heading)
     cosine, sine = cos_h * line[0] - sin_h * line[1], sin_h * line[0] + cos_h * line[1]
     # rows of whole arrays: the compiler must see that they lie concurrently
-    depth, size, area, root_slant = place[1, n:stop], facet[2, :m], facet[3, :m], facet[4, :m]
-    facets = Facets(place[0, n:stop], facet[0, :m], facet[1, :m], normal[0, n:stop], normal[1, n:stop],
+    depth, size, area, root_slant = index[1, n:stop], facet[2, :m], facet[3, :m], facet[4, :m]
+    facets = Facets(index[0, n:stop], facet[0, :m], facet[1, :m], normal[0, n:stop], normal[1, n:stop],
                     normal[2, n:stop], area)  # fmt: skip
     facet_normals(facets, cos_h, sin_h, frame.step * line[8] * line[2])
     bearing, nodes = RadialBearing(cosine, sine, ahead[0], ahead[1]), reflection_products.shape[1] - 1

@@ -54,14 +54,14 @@ def list_samples(
     """
     edges, pair, close = bins
     family_count = families.bounce_codes.shape[0]
-    range_bin, wanted = np.empty(edges.size, np.int64), np.empty((family_count, edges.size - 1), np.uint8)
+    range_bin, requested = np.empty(edges.size, np.int64), np.empty((family_count, edges.size - 1), np.uint8)
     n, ranges, row = 0, 0, 0
     lists.first[0], lists.close_first[0] = 0, 0
     for s in range(radials.shape[0]):
         own = step * radials[s, 8]
-        count = range_bins_of(radials[s], own, edges, pair, keep_probability[s], range_bin, wanted)
+        count = range_bins_of(radials[s], own, edges, pair, keep_probability[s], range_bin, requested)
         lists.samples[s] = count
-        mark_needed_launches(wanted, families, lists.passed[s])
+        mark_needed_launches(requested, families, lists.passed[s])
         priority, number = np.empty(count, np.int32), np.full(count, -1, np.int32)
         priorities(radials[s, 7], count, priority)
         begin, every = n, np.int32(0)
@@ -70,13 +70,13 @@ def list_samples(
             for k in range(range_bin[b], range_bin[b + 1]):
                 bits = np.int32(0)
                 for f in range(family_count):
-                    bits |= np.int32(1 << f) if priority[k] < wanted[f, b] else np.int32(0)
+                    bits |= np.int32(1 << f) if priority[k] < requested[f, b] else np.int32(0)
                 if bits == 0:
                     continue
                 number[k] = n - begin
                 every |= bits
                 if fill:
-                    lists.sample[n], lists.wanted[n] = k, bits
+                    lists.sample[n], lists.requested[n] = k, bits
                 n += 1
             if close[b] and n > start:
                 if fill:
@@ -107,8 +107,8 @@ def _positions(line: Floats, heading: float, step: float, sample: Integers, reac
     sine = math.sin(heading) * line[0] + math.cos(heading) * line[1]
     for i in range(sample.size):
         reach[i] = (sample[i] + line[6]) * step
-        place = line[7] * GOLDEN + (sample[i] + 0.5) * GOLDEN
-        priority = (place - math.floor(place) - 0.5) * line[3]
+        fraction = line[7] * GOLDEN + (sample[i] + 0.5) * GOLDEN
+        priority = (fraction - math.floor(fraction) - 0.5) * line[3]
         middle = 1 - 0.5 * priority * priority
         ahead[0, i], ahead[1, i] = cosine * middle - sine * priority, sine * middle + cosine * priority
 
@@ -116,7 +116,7 @@ def _positions(line: Floats, heading: float, step: float, sample: Integers, reac
 @njit(cache=True, nogil=True, error_model="numpy")
 def range_bins_of(
     line: Floats, step: float, edges: Floats, pair: Integers, keep_probability: Integers, range_bin: Integers,
-    wanted: Integers
+    requested: Integers
 ) -> int:  # fmt: skip
     """First sample of each range bin of a line, and the largest keep probability of each family there.
 
@@ -127,14 +127,14 @@ def range_bins_of(
         pair: See `RangeBins`.
         keep_probability: Keep probability of the line, (b, p).
         range_bin: Result, (b + 1,).
-        wanted: Result, (f, b).
+        requested: Result, (f, b).
 
     Returns:
         Number of samples of the radial up to the last that any family uses.
     """
     last = max(math.ceil(line[5] / step - line[6]), 0)
     begin = max(math.ceil(line[4] / step - line[6]), 0)
-    wanted[:] = 0
+    requested[:] = 0
     count = 0
     for b in range(edges.size):
         range_bin[b] = min(max(math.ceil(edges[b] / step - line[6]), begin), last)
@@ -143,8 +143,8 @@ def range_bins_of(
         for p in range(pair.shape[0]):
             if keep_probability[b, p] > 0:
                 i, j = pair[p, 0], pair[p, 1]
-                wanted[i, b] = max(wanted[i, b], keep_probability[b, p])
-                wanted[j, b] = max(wanted[j, b], keep_probability[b, p])
+                requested[i, b] = max(requested[i, b], keep_probability[b, p])
+                requested[j, b] = max(requested[j, b], keep_probability[b, p])
                 count = max(count, range_bin[b + 1]) if range_bin[b + 1] > range_bin[b] else count
     for b in range(edges.size):
         range_bin[b] = min(range_bin[b], count)
@@ -169,12 +169,12 @@ def priorities(number: float, count: int, priority: Integers) -> None:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def mark_needed_launches(wanted: Integers, families: FamilyTable, passed: NDArray[np.bool_]) -> None:
-    """Mark the rows of launches that any wanted family passes by, (f, b) of `wanted` being above 0."""
+def mark_needed_launches(requested: Integers, families: FamilyTable, passed: NDArray[np.bool_]) -> None:
+    """Mark the rows of launches that any requested family passes by, (f, b) of `requested` being above 0."""
     bounce_codes, horizon_row = families.bounce_codes, families.horizon_row
     passed[:] = False
     for f in range(bounce_codes.shape[0]):
-        if wanted[f].max() > 0:
+        if requested[f].max() > 0:
             for k in range(horizon_row.shape[1]):
                 if k == 0 or bounce_codes[f, k - 1] > 0:
                     passed[horizon_row[f, k]] = True

@@ -46,8 +46,8 @@ def tiles_under_radials(
             frame.along / cell, frame.across / cell, radials[s, 0] * own / cell, radials[s, 1] * own / cell
         )  # fmt: skip
         for k in range(samples[chosen[s]]):
-            place = k + radials[s, 6]
-            mark[np.uint32(a + place * step_a) >> _SIX, np.uint32(b + place * step_b) >> _SIX] = 1
+            distance_steps = k + radials[s, 6]
+            mark[np.uint32(a + distance_steps * step_a) >> _SIX, np.uint32(b + distance_steps * step_b) >> _SIX] = 1
     count = 0
     for i in range(mark.shape[0]):
         for j in range(mark.shape[1]):
@@ -69,7 +69,7 @@ def sample_radial_terrain(
     Args:
         frame: Frame of the radials.
         line: One row of `RadialSet.radials`, (9,).
-        count: Samples wanted.
+        count: Number of samples.
         level: Depth of the mean plane [m].
         tiles: Tiles of the seabed's map.
         where: Scratch, unsigned, (at least count,).
@@ -86,8 +86,8 @@ def sample_radial_terrain(
     node, half = nodes.reshape(nodes.size), np.float32(0.5)
     slope_a, slope_b = slope[0], slope[1]
     for k in range(count):  # each sample for itself, and first all positions: the map is far larger than any cache
-        place = k + line[6]
-        x, y = a + place * step_a, b + place * step_b
+        distance_steps = k + line[6]
+        x, y = a + distance_steps * step_a, b + distance_steps * step_b
         i, j = np.uint32(x), np.uint32(y)
         at = np.uint32(slot[i >> _SIX, j >> _SIX]) * np.uint32(VALUES_PER_TILE)
         at += (i & _INSIDE) * np.uint32(NODE_ROW) + (j & _INSIDE) * _THREE

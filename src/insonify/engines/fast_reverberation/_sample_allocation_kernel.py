@@ -79,7 +79,7 @@ def pair_energies(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def pair_keep_probabilities(
-    energy: Singles, points: Floats, least: Floats, wanted: Any, together: NDArray[np.int64],
+    energy: Singles, points: Floats, least: Floats, needed: Any, together: NDArray[np.int64],
     keep_probability: NDArray[np.uint8], whole: int, fewest: int,
 ) -> None:  # fmt: skip
     """Fraction of the points of each range bin of each line that every pair needs.
@@ -88,7 +88,7 @@ def pair_keep_probabilities(
         energy: Of `pair_energies`, (s, b, p).
         points: Points that each line has in each range bin, (s, b).
         least: Energy of a point from which on every point is needed, (b, p).
-        wanted: True if the pair is received at all there, (b, p).
+        needed: True if the pair is received at all there, (b, p).
         together: First of the pairs that may arrive together with each one there, itself for none, (b, p).
         keep_probability: Result, parts of `whole`, (s, b, p).
         whole: Value that represents all points.
@@ -104,7 +104,7 @@ def pair_keep_probabilities(
             for p in range(count):
                 part = energy[s, b, p] * known / np.float32(least[b, p])
                 most = np.uint8(min(max(math.ceil(min(part, np.float32(255))), fewest), whole))
-                keep_probability[s, b, p] = most if wanted[b, p] and part > 0 else 0
+                keep_probability[s, b, p] = most if needed[b, p] and part > 0 else 0
             if alone:
                 continue
             # pairs that interfere are evaluated at the same points: the largest gain of them leads
@@ -113,7 +113,7 @@ def pair_keep_probabilities(
                     keep_probability[s, b, together[b, p]], keep_probability[s, b, p]
                 )
             for p in range(count):
-                keep_probability[s, b, p] = keep_probability[s, b, together[b, p]] if wanted[b, p] else 0
+                keep_probability[s, b, p] = keep_probability[s, b, together[b, p]] if needed[b, p] else 0
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -121,7 +121,7 @@ def lengthen_steps(
     radials: Floats, edges: Floats, keep_probability: NDArray[np.uint8], whole: int, longest: int, result: Floats,
     row: NDArray[np.int64],
 ) -> int:  # fmt: skip
-    """Cut lines where from there on few of their points are wanted, and look at fewer from there.
+    """Cut lines from where on few of their points are evaluated, and sample them more coarsely from there.
 
     Half of the samples that are left are still passed over, evenly.
 

@@ -76,12 +76,12 @@ def walk_radials(
             if lists.passed[one, w]:
                 running_horizon(ground, families.launch_image_depths[w], families.launch_rising[w], own, first, count,
                                 launch[w], bound[w])  # fmt: skip
-        legs.place[0, n : n + m] = lists.reach[begin:stop]
-        gather_samples(lists.sample[begin:stop], ground, slope, legs.place[1, n : n + m], facet, bits)
+        legs.point[0, n : n + m] = lists.reach[begin:stop]
+        gather_samples(lists.sample[begin:stop], ground, slope, legs.point[1, n : n + m], facet, bits)
         profile = RadialProfile(ground, count, first, own, launch, bound)
         for f in range(families.images.size):
             mark_reached_samples(
-                f, bits, lists.sample[begin:stop], lists.wanted[begin:stop], profile, channel, families
+                f, bits, lists.sample[begin:stop], lists.requested[begin:stop], profile, channel, families
             )
         legs_along_radial(radials[s], frame, channel, families, lists.families[one], lists.ahead[:, begin:stop],
                           RadialScratch(facet, bits, n), legs)  # fmt: skip

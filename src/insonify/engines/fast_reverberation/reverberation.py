@@ -207,7 +207,7 @@ class FastReverberation:
         bearing = np.repeat(np.arctan2(radials[:, 1], radials[:, 0]) + self.known.heading, np.diff(legs.first))
         ahead = np.stack([np.cos(bearing), np.sin(bearing)], axis=-1)
         here = self.ping_geometry.transmit_position[:2]
-        return self.scene.seabed.texture_factor(here + legs.place[0, : len(bearing), None] * ahead)
+        return self.scene.seabed.texture_factor(here + legs.point[0, : len(bearing), None] * ahead)
 
     def _apply_law(
         self, into: NDArray[np.float32], out: NDArray[np.float32], normal: NDArray[np.float32],
@@ -231,11 +231,11 @@ class FastReverberation:
             for north, east, radius in self.plan.bounding_cylinders[:, :3]
         )
         line = np.repeat(np.arange(len(first) - 1), np.diff(first))
-        row = np.flatnonzero(part.passes_target[line] & (legs.place[0, : len(line)] > nearest))
+        row = np.flatnonzero(part.passes_target[line] & (legs.point[0, : len(line)] > nearest))
         point = part.lists.first[part.taken][line[row]] + row - first[line[row]]
         if not len(row):
             return None
-        reach, depth = legs.place[:, row]
+        reach, depth = legs.point[:, row]
         points = np.stack([here[0] + reach * ahead[0, point], here[1] + reach * ahead[1, point], depth], axis=-1)
         up = np.ascontiguousarray(legs.normal[:, row].T, float)
         left, shaded = shaded_legs(self.scene, self.ping_geometry, self.plan, self.choice.edge_diffraction, points, up)
@@ -249,7 +249,7 @@ def _columns(part: RadialSet, f: int, p: int) -> tuple[RadialLegs, PairSamples, 
     takes = int(np.diff(lists.pair_first, axis=1)[taken].sum(axis=0).max())
     most, ranges = (int((many[taken + 1] - many[taken]).sum()) for many in (lists.first, lists.close_first))
     legs = RadialLegs(
-        np.empty(len(part.radials) + 1, np.int64), _SCRATCH.of("place", (2, most), np.float64),
+        np.empty(len(part.radials) + 1, np.int64), _SCRATCH.of("point", (2, most), np.float64),
         _SCRATCH.of("normal", (3, most), np.float32), _SCRATCH.of("delay", (f, most), np.float64),
         _SCRATCH.of("amplitude", (f, most), np.complex64), _SCRATCH.of("departure", (f, 3, most), np.float32),
         _SCRATCH.of("arrival", (f, 3, most), np.float32),

@@ -117,11 +117,11 @@ def _plan(
         ping_geometry, depth, rise, families, radials, step, heading, law, reflection_products, absorption_db,
         ASSUMED_SLOPE if rough else 0.0,
     )  # fmt: skip
-    bounce_codes, horizon_row, ways = _bounce_tables(families)
+    bounce_codes, horizon_row, launches = _bounce_tables(families)
     table = FamilyTable(
         np.array([image_depth(name, source, depth) for name in families]), bounce_codes, horizon_row,
-        launch_image_depths=np.array([image_depth(name, source, depth) for name in ways]),
-        launch_rising=np.array([way.endswith("B") for way in ways]),
+        launch_image_depths=np.array([image_depth(name, source, depth) for name in launches]),
+        launch_rising=np.array([launch.endswith("B") for launch in launches]),
         reflection_products=reflection_products,
         factor=np.zeros(0, np.float32) if law.factor is None else law.factor,
         loss=absorption_db / 20 * float(np.log2(10)),
@@ -162,17 +162,17 @@ def _bounce_tables(families: tuple[str, ...]) -> tuple[NDArray[np.int64], NDArra
     longest = max(1, *(len(string) for string in strings))
     bounce_codes = np.zeros((len(families), longest), np.int64)
     horizon_row = np.zeros((len(families), longest + 1), np.int64)
-    ways: list[str] = []
+    launches: list[str] = []
     for f, string in enumerate(strings):
         bounce_codes[f, : len(string)] = [1 + (letter == "B") for letter in string]
         for k in range(len(string) + 1):
             if k == 0 and string.startswith("S"):
-                continue  # on its way up it clears the seabed
+                continue  # as it rises it clears the seabed
             name = string[:k] or "D"
-            if name not in ways:
-                ways.append(name)
-            horizon_row[f, k] = ways.index(name)
-    return bounce_codes, horizon_row, tuple(ways)
+            if name not in launches:
+                launches.append(name)
+            horizon_row[f, k] = launches.index(name)
+    return bounce_codes, horizon_row, tuple(launches)
 
 
 @lru_cache(maxsize=32)

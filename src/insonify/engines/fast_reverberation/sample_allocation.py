@@ -39,7 +39,7 @@ BOUNCE_COST_FACTOR = 2.0
 INTERFERENCE_PULSES = 4.0
 """Lag at which two arrivals no longer interfere, in durations of the pulse's energy [1]."""
 MAX_STEP = 8
-"""Longest step of a line where few of its points are wanted [steps]."""
+"""Longest step of a line where few of its points are evaluated [steps]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,9 +108,9 @@ def allocate_samples(
     late = (np.hypot(edges, climbs[:, None]) / speed)[pair].sum(axis=1)
     lasting = np.maximum(np.diff(late, axis=1), pulse.effective_duration) / pulse.effective_duration
     whole = np.diff(arrived_energy(late, total), axis=1) / lasting
-    wanted = np.ascontiguousarray((total / lasting >= NEGLIGIBLE * whole).T)
+    needed = np.ascontiguousarray((total / lasting >= NEGLIGIBLE * whole).T)
     together = _interfering_pairs(
-        edges, climbs, pair, speed, rise, INTERFERENCE_PULSES * pulse.effective_duration, wanted
+        edges, climbs, pair, speed, rise, INTERFERENCE_PULSES * pulse.effective_duration, needed
     )
     dear = np.array([any("B" in families[k] for k in one) for one in pair]) & (steepness > 0)
     least = np.ascontiguousarray(
@@ -121,7 +121,7 @@ def allocate_samples(
         length = np.clip(np.minimum(edges[1:], some[:, 5:6]) - np.maximum(edges[:-1], some[:, 4:5]), 0, None)
         keep_probability = np.empty(pair_energy.shape, np.uint8)
         pair_keep_probabilities(
-            pair_energy, length / (step * some[:, 8:9]), least, wanted, together, keep_probability, FULL_PROBABILITY,
+            pair_energy, length / (step * some[:, 8:9]), least, needed, together, keep_probability, FULL_PROBABILITY,
             MIN_PROBABILITY_STEPS,
         )  # fmt: skip
         return keep_probability
@@ -166,13 +166,13 @@ def _strengths(
 
 def _interfering_pairs(
     edges: Floats, climbs: Floats, pair: NDArray[np.int64], speed: float, rise: float, pulse: float,
-    wanted: NDArray[np.bool_],
+    needed: NDArray[np.bool_],
 ) -> NDArray[np.int64]:  # fmt: skip
     """First of the pairs that may arrive within one pulse of each other, for each of them, itself for none, (b, p)."""
     ends = [(np.hypot(edges, climbs[:, None] + up) / speed)[pair].sum(axis=1).T for up in (-rise, rise)]
     late = np.stack([end[part] for end in ends for part in (slice(None, -1), slice(1, None))])
     lag = late[..., :, None] - late[..., None, :]
-    overlap = (lag.min(axis=0) <= pulse) & (lag.max(axis=0) >= -pulse) & wanted[:, :, None] & wanted[:, None, :]
+    overlap = (lag.min(axis=0) <= pulse) & (lag.max(axis=0) >= -pulse) & needed[:, :, None] & needed[:, None, :]
     overlap |= np.eye(len(pair), dtype=bool)
     for _ in range(int(np.ceil(np.log2(len(pair)))) if (overlap.sum(axis=(1, 2)) > len(pair)).any() else 0):
         overlap = np.matmul(overlap.astype(np.float32), overlap.astype(np.float32)) > 0

@@ -215,13 +215,13 @@ def _shadow_runs(
     left[row] = _remaining_energy(plan, scene, ping_geometry, choice, heading, row, stretch, distance) / STRIPS
     total = ((left[:, 1:] + left[:, :-1]) / 2).sum(axis=(0, 1))
     hot = total < (1 - MIN_HIDDEN_FRACTION) * free.sum(axis=0)
-    wanted = NARROW_RADIALS_PER_POINT * choice.scatterers_per_cell / np.maximum(total, 1e-6 * free.sum(axis=0))
+    needed = NARROW_RADIALS_PER_POINT * choice.scatterers_per_cell / np.maximum(total, 1e-6 * free.sum(axis=0))
     runs, marked = [], np.unique(stretch[hot])
     for run in np.split(marked, np.flatnonzero(np.diff(marked) > 1) + 1) if len(marked) else []:
         inside = hot & (stretch >= run[0]) & (stretch <= run[-1])
         near, far = zone[inside, 0].min(), zone[inside, 1].max()
         strips = np.maximum(left[:, 1:, inside], left[:, :-1, inside])
-        parts = _parts_of_strips((free[:, inside] * wanted[inside]).max(axis=1), (strips * wanted[inside]).max(axis=2))
+        parts = _parts_of_strips((free[:, inside] * needed[inside]).max(axis=1), (strips * needed[inside]).max(axis=2))
         runs.append(ShadowRun(max(near, float(edges[run[0]])), min(far, float(edges[run[-1] + 1])), parts))
     return runs
 

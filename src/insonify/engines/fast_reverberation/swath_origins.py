@@ -70,7 +70,7 @@ def origins(
     """
     count, here = int(legs.first[-1]), ping_geometry.transmit_position
     position = np.empty((3, count))
-    positions(here[0], here[1], legs.first, part.lists.first[part.taken], part.lists.ahead, legs.place, position)
+    positions(here[0], here[1], legs.first, part.lists.first[part.taken], part.lists.ahead, legs.point, position)
     grazing = np.empty((len(plan.families), count), np.float32)
     grazing_angles(legs.arrival[:, :, :count], legs.normal[:, :count], grazing)
     straight, direct = straight_rows(plan)
@@ -79,7 +79,7 @@ def origins(
     if len(cut):
         free = np.empty(len(cut), np.complex64)
         unoccluded_amplitudes(
-            pairs.rows[straight, cut], legs.place, plan.table.images[direct], legs.arrival[direct], legs.normal,
+            pairs.rows[straight, cut], legs.point, plan.table.images[direct], legs.arrival[direct], legs.normal,
             plan.table.loss, plan.table.factor, free,
         )  # fmt: skip
         there = np.flatnonzero(free)

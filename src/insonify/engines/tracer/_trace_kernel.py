@@ -60,7 +60,7 @@ def first_hits(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def clear_image_paths(
-    end: Floats, place: Floats, bottom: NDArray[np.bool_], wavelength: float, ground: TerrainTiles,
+    end: Floats, position: Floats, bottom: NDArray[np.bool_], wavelength: float, ground: TerrainTiles,
     bodies: TriangleTree, missing: NDArray[np.bool_], clear: NDArray[np.bool_],
 ) -> None:  # fmt: skip
     """Test reflected paths between one end of the sonar and some positions for occlusion, segment by segment.
@@ -69,7 +69,7 @@ def clear_image_paths(
 
     Args:
         end: The sonar's end [m], (3,).
-        place: The positions [m], (n, 3).
+        position: The positions [m], (n, 3).
         bottom: For each bounce from the sonar outwards, whether it is off the seabed or off the surface, (bounces,).
         wavelength: Acoustic wavelength [m].
         ground: The seabed.
@@ -78,15 +78,15 @@ def clear_image_paths(
         clear: In: positions to test. Result: False where terrain or a body blocks the path, (n,).
     """
     bounces = bottom.size
-    for n in range(place.shape[0]):
+    for n in range(position.shape[0]):
         if not clear[n]:
             continue
-        dx, dy = place[n, 0] - end[0], place[n, 1] - end[1]
-        climb = _vertical_path(end[2], place[n, 2], bottom, ground.depth)
+        dx, dy = position[n, 0] - end[0], position[n, 1] - end[1]
+        climb = _vertical_path(end[2], position[n, 2], bottom, ground.depth)
         length = math.sqrt(dx * dx + dy * dy + climb * climb)
         done, z, skip = 0.0, end[2], 0.0
         for part in range(bounces + 1):
-            goal, passed, margin = place[n, 2], 1.0, 0.0
+            goal, passed, margin = position[n, 2], 1.0, 0.0
             if part < bounces:
                 goal = ground.depth if bottom[part] else 0.0
                 passed = done + abs(goal - z) / max(climb, 1e-12)

@@ -222,8 +222,8 @@ class InstrumentFile(ABC):
             rows = self.datagrams.rows(str(kind))
             step = np.diff(self.datagrams.time[rows])
             for row in np.flatnonzero((step < -_MOST_BACK) | (step > _MOST_AHEAD))[:MAX_OMISSIONS]:
-                way = "back" if step[row] < 0 else "ahead"
-                why = f"{kind}: the clock jumps {way} by {abs(step[row]):.3f} s"
+                direction = "back" if step[row] < 0 else "ahead"
+                why = f"{kind}: the clock jumps {direction} by {abs(step[row]):.3f} s"
                 jumps.append(Omission(int(self.datagrams.offset[rows[row + 1]]), why))
         return tuple(sorted(jumps, key=lambda jump: jump.offset))
 

@@ -336,8 +336,8 @@ class KongsbergAllFile(InstrumentFile):
         return list(pings.values())
 
     def _water_column(self, pings: slice) -> xr.Dataset:
-        wanted = range(len(self._water_rows))[pings]
-        made = [(ping, part) for ping in wanted if (part := self._water_ping(self._water_rows[ping])) is not None]
+        requested = range(len(self._water_rows))[pings]
+        made = [(ping, part) for ping in requested if (part := self._water_ping(self._water_rows[ping])) is not None]
         waters = [part for _, part in made]
         found = variables([water.head for water in waters], _IDENTITY, ("ping",))
         found |= variables([water.ping for water in waters], _WATER, ("ping",))

@@ -471,16 +471,16 @@ def _filter(content: bytes) -> tuple[int, int, NDArray[np.complex64]]:
 def _values(head: _Samples, content: bytes) -> dict[str, NDArray[Any]]:
     """Samples of one ping: voltage (sectors, samples), power [dB] and electrical angles [rad], both (samples,)."""
     made: dict[str, NDArray[Any]] = {}
-    place, count = _SAMPLE_HEAD, head.samples
+    offset, count = _SAMPLE_HEAD, head.samples
     if head.contents & _POWER:
-        made["power_db"] = np.frombuffer(content, "<i2", count, place) * np.float32(POWER_DB)
-        place += 2 * count
+        made["power_db"] = np.frombuffer(content, "<i2", count, offset) * np.float32(POWER_DB)
+        offset += 2 * count
     if head.contents & _ANGLES:
-        angles = np.frombuffer(content, "<i1", 2 * count, place).reshape(count, 2) * np.float32(np.pi / 128)
+        angles = np.frombuffer(content, "<i1", 2 * count, offset).reshape(count, 2) * np.float32(np.pi / 128)
         made["phase_athwartship"], made["phase_alongship"] = angles[:, 0], angles[:, 1]
-        place += 2 * count
+        offset += 2 * count
     if head.sectors:
         kind = "<f4" if head.contents & _SINGLE else "<f2"
-        pairs = np.frombuffer(content, kind, 2 * count * head.sectors, place).astype(np.float32, copy=False)
+        pairs = np.frombuffer(content, kind, 2 * count * head.sectors, offset).astype(np.float32, copy=False)
         made["voltage"] = pairs.view(np.complex64).reshape(count, head.sectors).T
     return made

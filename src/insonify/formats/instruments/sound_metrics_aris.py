@@ -48,7 +48,7 @@ FRAME = np.dtype(
     {
         "names": list(_FIELDS),
         "formats": [kind for kind, _ in _FIELDS.values()],
-        "offsets": [place for _, place in _FIELDS.values()],
+        "offsets": [position for _, position in _FIELDS.values()],
         "itemsize": HEADER_SIZE,
     }
 )
@@ -234,8 +234,8 @@ def bearings(beams: int, telephoto: bool) -> NDArray[np.float64]:
     lens = LENSES.get((beams, telephoto))
     if lens is None:  # no such combination is sold
         lens = LENSES[(beams, False)]
-    place = np.linspace(1.0, -1.0, beams)  # beam 0 is the rightmost
-    return np.asarray(DEGREE * sum(factor * place ** (2 * power + 1) for power, factor in enumerate(lens)))
+    position = np.linspace(1.0, -1.0, beams)  # beam 0 is the rightmost
+    return np.asarray(DEGREE * sum(factor * position ** (2 * power + 1) for power, factor in enumerate(lens)))
 
 
 def _frame(content: bytes) -> Any:

@@ -74,21 +74,21 @@ def _positions(file: InstrumentFile, first: int, latitude: float, longitude: flo
     metres = metres_per_degree(latitude)
     depth = data["depth"].values.astype(float)
     if "delta_latitude" in data:
-        places = [np.degrees(data[name].values[:, None] + data[f"delta_{name}"].values)
+        coordinates = [np.degrees(data[name].values[:, None] + data[f"delta_{name}"].values)
                   for name in ("latitude", "longitude")]  # fmt: skip
     else:
-        fixes, places = active_rows(file.navigation()), [np.full(depth.shape, np.nan)] * 2
+        fixes, coordinates = active_rows(file.navigation()), [np.full(depth.shape, np.nan)] * 2
         if fixes is not None and fixes.sizes["time"] > 1 and {"forward", "starboard"} <= set(data.variables):
             turn = pose_rotation(data["heading"].values)
             across = np.stack([data["forward"].values, data["starboard"].values], axis=-1)
             moved = np.einsum("pij,pbj->ibp", turn[:, :2, :2], across).transpose(0, 2, 1)
-            places = [
+            coordinates = [
                 np.degrees(np.interp(data["time"].values, fixes["time"].values, fixes[name].values))[:, None]
                 + offset / size
                 for name, offset, size in zip(("latitude", "longitude"), moved, metres, strict=True)
             ]
-    north, east = ((place - zero) * size
-                   for place, zero, size in zip(places, (latitude, longitude), metres, strict=True))  # fmt: skip
+    north, east = ((degrees - zero) * size
+                   for degrees, zero, size in zip(coordinates, (latitude, longitude), metres, strict=True))  # fmt: skip
     speed = data["sound_speed"].values[:, None] if "sound_speed" in data else 1500.0
     slant = data["travel_time"].values * speed / 2 if "travel_time" in data else depth
     return np.stack([values.ravel() for values in np.broadcast_arrays(north, east, depth, slant)])

@@ -210,13 +210,13 @@ class XtfFile(InstrumentFile):
         self._require_group(group)
         channel = self._names[group]
         about, made = self._channels[channel], []
-        wanted = list(enumerate(self._pings[channel]))[pings]
+        requested = list(enumerate(self._pings[channel]))[pings]
         if (kind := _TYPES.get((int(about["sample_size"]), int(about["sample_format"])))) is None:
             self._omit(
                 0, f"{group}: samples of {about['sample_size']} bytes, format {about['sample_format']}, not read"
             )
-            wanted = []
-        for number, (row, at) in wanted:
+            requested = []
+        for number, (row, at) in requested:
             for _, content in self._parsed([row], lambda content: content):
                 header = records(content, layouts.PING_CHANNEL, at)[0]
                 count, start = int(header["samples"]), at + layouts.PING_CHANNEL.itemsize

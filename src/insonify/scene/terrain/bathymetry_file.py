@@ -91,8 +91,8 @@ def _read(path: str, stamp: int, variable: str | None, positive: Positive | None
     with library_errors_as_grid_errors(path):
         found, stated_direction, values = kinds[suffix](path, variable)
     values = np.where(np.isfinite(values), values, np.nan)  # an endless depth is a gap too
-    way, why = _positive_direction(path, values, stated_direction, positive)
-    elevation = values if way == "up" else -values
+    sense, why = _positive_direction(path, values, stated_direction, positive)
+    elevation = values if sense == "up" else -values
     _refuse_wrong_units(path, elevation)
     return ElevationGrid(elevation.astype(np.float32), **found, description=why)
 
@@ -106,15 +106,15 @@ def _positive_direction(
         raise GridError(f"{path}: no cell holds a number. Is it the right band or variable?")
     low, high = float(known.min()), float(known.max())
     span = f"{low:.6g} to {high:.6g} m"
-    way = requested or stated_direction
-    if way is not None:
-        if (high if way == "down" else -low) <= 0:
-            name, other = ("depths, positive down", "up") if way == "down" else ("elevations, positive up", "down")
+    sense = requested or stated_direction
+    if sense is not None:
+        if (high if sense == "down" else -low) <= 0:
+            name, other = ("depths, positive down", "up") if sense == "down" else ("elevations, positive up", "down")
             raise GridError(
                 f"{path}: read as {name}, its values of {span} are all above the sea. Write positive: {other}.",
                 "positive",
             )
-        return way, f"{'elevations, positive up' if way == 'up' else 'depths, positive down'}, {span}"
+        return sense, f"{'elevations, positive up' if sense == 'up' else 'depths, positive down'}, {span}"
     if low < 0 < high:
         raise GridError(
             f"{path}: values of {span} may be elevations with land, or depths with land. Write positive: up for "
@@ -291,7 +291,7 @@ def projected_position(latitude: float, longitude: float, soundings: ElevationGr
         GridError: The grid has no coordinate system.
     """
     if not soundings.crs:
-        raise GridError("the file names no coordinate system, so latitude and longitude have no place in it. "
+        raise GridError("the file names no coordinate system, so it has no latitudes and longitudes. "
                         "Give origin: [north, east] in the file's coordinates.", "latitude")  # fmt: skip
     from rasterio.warp import transform
 

@@ -52,7 +52,7 @@ def require_grid_size(path: str, shape: Sequence[int], piece: Sequence[int], kin
         kind: Data type of a cell.
 
     Raises:
-        GridError: It is; with its size, the limit and the way out.
+        GridError: It is; with its size, the limit and the fix.
     """
     for sides, what in ((shape, "it has"), (piece, "it is stored in pieces of")):
         cells = int(np.prod([int(side) for side in sides], dtype=object))

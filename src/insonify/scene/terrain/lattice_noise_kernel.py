@@ -50,9 +50,9 @@ class LatticeKey(NamedTuple):
 @njit(cache=True, nogil=True, error_model="numpy")
 def normal(word: np.uint32, quantiles: Floats) -> float:
     """A random word as a normal number [1], by linear interpolation in a table of quantiles."""
-    place = np.float64(word) * (quantiles.size - 1) * 2.0**-32
-    row = int(place)
-    return quantiles[row] + (place - row) * (quantiles[row + 1] - quantiles[row])
+    index = np.float64(word) * (quantiles.size - 1) * 2.0**-32
+    row = int(index)
+    return quantiles[row] + (index - row) * (quantiles[row + 1] - quantiles[row])
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -1,7 +1,7 @@
 """Relief as octaves of smooth noise, each on a lattice of its own, turned and shifted by key.
 
 One octave is h(x) = A sum over nodes of g B(a - i) B(b - j): g normal and independent, B the cubic
-B-spline, (a, b) the place in units of the pitch p on the turned lattice. Over all shifts of the
+B-spline, (a, b) the position in units of the pitch p on the turned lattice. Over all shifts of the
 lattice its spectrum is W(K) = (A p / 2 pi)^2 [sinc(p Ka / 2) sinc(p Kb / 2)]^8, sinc x = sin x / x:
 nearly the Gaussian exp(-p^2 K^2 / 3), which is why octaves add up to a power law.
 """

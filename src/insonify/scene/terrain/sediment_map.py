@@ -15,7 +15,7 @@ from insonify.scene.terrain.octaves import Octaves, unit_octave
 from insonify.scene.terrain.relief import broadcast_positions
 
 Floats = NDArray[np.float64]
-Place = tuple[Metres, Metres]
+Position = tuple[Metres, Metres]
 SedimentName = Annotated[str, AfterValidator(lambda name: Sediment.named(name).name)]
 """A name that `Sediment.named` accepts; others are an error that lists the nearest names."""
 _LAYER = 1 << 20  # above every layer of relief
@@ -51,7 +51,7 @@ class SedimentRegion(Model):
     kind: Literal["region"] = "region"
     sediment: SedimentName
     """Its name."""
-    corners: Annotated[tuple[Place, ...], Field(min_length=3)]
+    corners: Annotated[tuple[Position, ...], Field(min_length=3)]
     """North and east of the corners, in order; the last is joined to the first [m]."""
 
     def covers(self, north: Floats, east: Floats) -> NDArray[np.bool_]:
@@ -73,9 +73,9 @@ class SedimentStrip(Model):
     kind: Literal["strip"] = "strip"
     sediment: SedimentName
     """Its name."""
-    start: Place
+    start: Position
     """North and east of one end of its middle line [m]."""
-    end: Place
+    end: Position
     """North and east of the other [m]."""
     width: Annotated[Metres, Field(gt=0)]
     """Width across [m]."""
@@ -83,7 +83,7 @@ class SedimentStrip(Model):
     @model_validator(mode="after")
     def _check_length(self) -> Self:
         if self.start == self.end:
-            raise field_error("end", str(self.end), "is where the strip starts. Give another place.")
+            raise field_error("end", str(self.end), "is where the strip starts. Give another position.")
         return self
 
     def covers(self, north: Floats, east: Floats) -> NDArray[np.bool_]:
@@ -149,8 +149,8 @@ class SedimentCover:
         """Row of `sediments` of the sediment at some points.
 
         Args:
-            north: Place [m], any shape.
-            east: Place [m], broadcast.
+            north: Position [m], any shape.
+            east: Position [m], broadcast.
 
         Returns:
             Row numbers, broadcast shape; a position's row is independent of the other positions.

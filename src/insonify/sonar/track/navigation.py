@@ -65,7 +65,7 @@ class NavigationTrack(PingSchedule):
             if self.sha256 and digest != self.sha256:
                 raise ValueError(
                     f"{self.file} is not the file that it was: its sha256 is {digest[:12]}..., and "
-                    f"{self.sha256[:12]}... is wanted. Restore the file, or leave sha256 out."
+                    f"{self.sha256[:12]}... is required. Restore the file, or leave sha256 out."
                 )
             log = _read(self.file, digest, self.origin)
         except OSError as fault:

@@ -17,7 +17,7 @@ MAX_WINDOW = 100.0
 MAX_PINGS = 500_000
 """More than any survey line has [1]."""
 Coordinate = Annotated[Metres, Field(ge=-1e7, le=1e7)]
-Place = tuple[Coordinate, Coordinate, Coordinate]
+Position = tuple[Coordinate, Coordinate, Coordinate]
 Floats = NDArray[np.float64]
 
 

@@ -6,7 +6,7 @@ import numpy as np
 from pydantic import Field
 
 from insonify.model import MetresPerSecond
-from insonify.sonar.track.ping_schedule import FixedHeading, FixedTilt, PingCount, PingSchedule, Place, ping_times
+from insonify.sonar.track.ping_schedule import FixedHeading, FixedTilt, PingCount, PingSchedule, Position, ping_times
 from insonify.sonar.track.poses import Poses
 
 
@@ -14,7 +14,7 @@ class StaticTrack(PingSchedule, FixedTilt, FixedHeading):
     """A platform that stays where it is."""
 
     kind: Literal["static"] = "static"
-    position: Place
+    position: Position
     """Platform's reference point: north, east, depth [m]."""
     pings: PingCount = 1
     """Number of pings."""
@@ -35,7 +35,7 @@ class LineTrack(PingSchedule, FixedTilt, FixedHeading):
     """A platform that runs straight ahead at constant depth and speed."""
 
     kind: Literal["line"] = "line"
-    start: Place
+    start: Position
     """Reference point at the first ping: north, east, depth [m]."""
     speed: MetresPerSecond = Field(ge=0, le=100)
     """Speed along the heading [m/s]."""
@@ -50,6 +50,6 @@ class LineTrack(PingSchedule, FixedTilt, FixedHeading):
     def planned_poses(self, after: float = 0.0) -> Poses:
         """Every pose, but for the platform's motion, some time [s] after the start of each ping."""
         time = ping_times(self.pings, self.interval) + after
-        way = np.array([np.cos(self.heading), np.sin(self.heading), 0.0])
-        position = np.asarray(self.start) + self.speed * time[:, None] * way
+        direction = np.array([np.cos(self.heading), np.sin(self.heading), 0.0])
+        position = np.asarray(self.start) + self.speed * time[:, None] * direction
         return Poses(time, position, *(np.full(self.pings, lean) for lean in (self.heading, self.pitch, self.roll)))

@@ -1,6 +1,6 @@
-"""A path through waypoints: straight legs, joined by arcs that touch both, run at constant speed.
+"""A path through waypoints: straight runs, joined by arcs that touch both, run at constant speed.
 
-Depth changes evenly along each leg and along each arc, so arcs are helices. With a turning radius of
+Depth changes evenly along each run and along each arc, so arcs are helices. With a turning radius of
 zero the path has corners, and the platform turns on the spot: no ship does, but a towed carriage or a
 rail may. A platform faces where it goes.
 """
@@ -40,7 +40,7 @@ class WaypointPath:
             run: Distances run from the start [m], shape (n,).
 
         Returns:
-            North, east, depth [m], shape (n, 3); compass heading [rad], shape (n,). At a corner: of the next leg.
+            North, east, depth [m], shape (n, 3); compass heading [rad], shape (n,). At a corner: of the next run.
         """
         length = self.length
         before = np.concatenate([[0.0], np.cumsum(length)])
@@ -51,9 +51,9 @@ class WaypointPath:
         course = self.heading[piece]
         # The chord of an arc leans half the angle turned so far, and is shorter than the arc by a sinc.
         chord = share * self.horizontal_length[piece] * np.sinc(turned / 2 / np.pi)
-        way = np.stack([np.cos(course + turned / 2), np.sin(course + turned / 2)], axis=-1)
+        step = np.stack([np.cos(course + turned / 2), np.sin(course + turned / 2)], axis=-1)
         position = self.start[piece].copy()
-        position[:, :2] += chord[:, None] * way
+        position[:, :2] += chord[:, None] * step
         position[:, 2] += share * self.climb[piece]
         ahead = np.stack([np.cos(course + turned), np.sin(course + turned)], axis=-1)
         position[:, :2] += beyond * (self.horizontal_length / length)[piece, None] * ahead
@@ -64,17 +64,17 @@ class WaypointPath:
 class TurnRadiusError(ValueError):
     """A turn that does not fit between its neighbours."""
 
-    def __init__(self, waypoint: int, angle: float, wanted: float, room: float) -> None:
+    def __init__(self, waypoint: int, angle: float, required: float, length: float) -> None:
         """Errors of a path that does not fit its waypoints.
 
         Args:
             waypoint: Number of the waypoint at which the path turns, from 0.
             angle: Angle of the turn [rad].
-            wanted: Length that the turns take up on the shorter leg beside it [m].
-            room: Length of that leg [m].
+            required: Length that the turns take up on the shorter straight run beside it [m].
+            length: Length of that run [m].
         """
-        super().__init__(f"a turn of {np.degrees(angle):.4g} deg takes {wanted:.4g} m of a leg of {room:.4g} m")
-        self.waypoint, self.angle, self.wanted, self.room = waypoint, angle, wanted, room
+        super().__init__(f"a turn of {np.degrees(angle):.4g} deg takes {required:.4g} m of a run of {length:.4g} m")
+        self.waypoint, self.angle, self.required, self.length = waypoint, angle, required, length
 
 
 def rounded_path(corners: Floats, radius: float) -> WaypointPath:
@@ -85,16 +85,16 @@ def rounded_path(corners: Floats, radius: float) -> WaypointPath:
         radius: Radius of the turns over ground [m]; 0: sharp corners.
 
     Raises:
-        TurnRadiusError: An arc would begin before the leg that leads to it, or before the arc before it has ended.
+        TurnRadiusError: An arc would begin before the run that leads to it, or before the arc before it has ended.
     """
-    way = np.diff(corners, axis=0)
-    level = np.hypot(way[:, 0], way[:, 1])
-    course = np.unwrap(np.arctan2(way[:, 1], way[:, 0]))
+    step = np.diff(corners, axis=0)
+    level = np.hypot(step[:, 0], step[:, 1])
+    course = np.unwrap(np.arctan2(step[:, 1], step[:, 0]))
     turn = np.diff(course)
-    # An arc touches both legs this far from their common waypoint.
+    # An arc touches both runs this far from their common waypoint.
     cut = np.concatenate([[0.0], radius * np.tan(np.abs(turn) / 2), [0.0]])
     _require_turn_room(cut, level, turn)
-    slope = way / level[:, None]
+    slope = step / level[:, None]
     begin = corners[:-1] + cut[:-1, None] * slope
     end = corners[1:] - cut[1:, None] * slope
     straight = np.maximum(level - cut[:-1] - cut[1:], 0.0)
@@ -115,14 +115,14 @@ def rounded_path(corners: Floats, radius: float) -> WaypointPath:
 def _require_turn_room(cut: Floats, level: Floats, turn: Floats) -> None:
     tight = np.flatnonzero(cut[:-1] + cut[1:] > level * (1 + 1e-9))
     if tight.size:
-        leg = int(tight[0])
-        waypoint = leg if cut[leg] > cut[leg + 1] else leg + 1
-        wanted = float(cut[leg] + cut[leg + 1])
-        raise TurnRadiusError(waypoint, float(turn[waypoint - 1]), wanted, float(level[leg]))
+        run = int(tight[0])
+        waypoint = run if cut[run] > cut[run + 1] else run + 1
+        required = float(cut[run] + cut[run + 1])
+        raise TurnRadiusError(waypoint, float(turn[waypoint - 1]), required, float(level[run]))
 
 
-def _between(legs: Floats, arcs: Floats) -> Floats:
-    """Rows of legs and of the arcs between them, in turn."""
-    rows = np.empty((len(legs) + len(arcs), *legs.shape[1:]))
-    rows[0::2], rows[1::2] = legs, arcs
+def _between(runs: Floats, arcs: Floats) -> Floats:
+    """Rows of runs and of the arcs between them, in turn."""
+    rows = np.empty((len(runs) + len(arcs), *runs.shape[1:]))
+    rows[0::2], rows[1::2] = runs, arcs
     return rows

@@ -12,7 +12,7 @@ from insonify.sonar.track.ping_schedule import (
     FixedTilt,
     PingCount,
     PingSchedule,
-    Place,
+    Position,
     checked_ping_count,
     max_ping_count,
     ping_times,
@@ -27,7 +27,7 @@ class WaypointTrack(PingSchedule, FixedTilt):
     """A platform that runs from waypoint to waypoint at constant speed and faces where it goes."""
 
     kind: Literal["waypoints"] = "waypoints"
-    waypoints: tuple[Place, ...]
+    waypoints: tuple[Position, ...]
     """Corners of the path: north, east, depth [m]; at least two."""
     speed: MetresPerSecond = Field(gt=0, le=100)
     """Speed along the path [m/s]."""
@@ -79,19 +79,19 @@ class WaypointTrack(PingSchedule, FixedTilt):
 
 
 @lru_cache(maxsize=64)
-def _rounded(waypoints: tuple[Place, ...], radius: float) -> WaypointPath:
+def _rounded(waypoints: tuple[Position, ...], radius: float) -> WaypointPath:
     return rounded_path(np.array(waypoints, dtype=float), radius)
 
 
 def _turning_advice(fault: TurnRadiusError, radius: float) -> str:
     angle = abs(np.degrees(fault.angle))
-    if fault.wanted > 1e6:
+    if fault.required > 1e6:
         return (
             f"the path turns back on itself at waypoint {fault.waypoint} ({angle:.4g} deg), and no arc does. "
             "Put two waypoints there, two turning radii apart, or write turn_radius: 0 m."
         )
-    largest = radius * fault.room / fault.wanted
+    largest = radius * fault.length / fault.required
     return (
-        f"the turn of {angle:.4g} deg at waypoint {fault.waypoint} and the one beside it take {fault.wanted:.4g} m of "
-        f"a leg of {fault.room:.4g} m. Write a turn_radius of {largest:.4g} m or less, or move the waypoints apart."
+        f"the turn of {angle:.4g} deg at waypoint {fault.waypoint} and its neighbour take {fault.required:.4g} m of "
+        f"a run of {fault.length:.4g} m. Write a turn_radius of {largest:.4g} m or less, or move the waypoints apart."
     )
