@@ -220,7 +220,7 @@ def build_simulator(scenario: Scenario, carried: Platforms | None = None) -> Sim
     if scenario.paths.engine == "tracer":
         from insonify.engines.tracer import Tracer  # kernels of its own, which few runs need
 
-        tracer = Tracer(scenario.scene, scenario.paths, scenario.seed)
+        tracer = Tracer(scenario.scene, scenario.paths, scenario.seed, rays)
     return Simulator(scenario, engine, carried, track_extents_of(scenario.sonar, carried), pulse, grid, tracer)
 
 

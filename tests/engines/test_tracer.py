@@ -168,7 +168,6 @@ def test_rays_scatter_about_one_mean_and_less_the_more_there_are():
     ("changes", "said"),
     [
         ({"field": "coherent"}, "rays have none"),
-        ({"water": {"profile": [[0, 1500], [20, 1510]], "noise_level_db": None}}, "one sound_speed"),
         ({"paths": {"engine": "tracer", "geometry": "slice"}}, "launches rays in all directions"),
     ],
 )

@@ -25,8 +25,9 @@ def echo_curves(engine, *, families, window, **changes):
         {"seabed": SAND, "sonar": {"pulse": {"frequency": 2e4, "duration": 1e-3}}},
         {"receive": {"offset": (0.0, 0.0, -0.1)}},
         {"transmit": {"kind": "planar", "length": None, "width": 0.3, "height": 0.06}},
+        {"water": {"noise_level_db": None, "profile": [[0, 1530], [12, 1500], [20, 1496]]}},
     ],
-    ids=["nominal", "shoal", "rough sand", "arrays apart", "planar"],
+    ids=["nominal", "shoal", "rough sand", "arrays apart", "planar", "layered"],
 )
 def test_boundary_echoes_of_the_tracer_are_those_of_the_engine(changes):
     """S, B, BS, SB, SBS and BSB over 40 ms: every sample that is not 60 dB down within 0.02 dB.

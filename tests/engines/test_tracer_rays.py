@@ -102,8 +102,9 @@ def test_marched_ground_is_hit_where_it_is():
     turn, dip = RNG.uniform(-np.pi, np.pi, 200), np.radians(np.geomspace(4, 60, 200))
     way = np.stack([np.cos(dip) * np.cos(turn), np.cos(dip) * np.sin(turn), np.sin(dip)], axis=-1)
     origin = np.tile([0.0, 0.0, 11.0], (200, 1))
-    distance, crests, label, normal = ping.intersector.hits(origin, way, np.full(200, 150.0))
-    assert np.all(crests == 1) and np.all(label == -1)
+    hits = ping.intersector.hits(origin, way, np.full(200, 150.0))
+    distance, normal = hits.distance, hits.normal
+    assert np.all(hits.kind == 1) and np.all(hits.body_row == -1)
     place = origin + distance[:, None] * way
     np.testing.assert_allclose(place[:, 2], bed.depth_at(place[:, 0], place[:, 1]), atol=1e-3)
     ground = bed.relief.sample(place[:, 0], place[:, 1])

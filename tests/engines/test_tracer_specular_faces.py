@@ -11,6 +11,7 @@ from oracles.traced import apart_db, curves, scene
 
 WALL = {"shape": "box", "size": (12.0, 1.0, 19.5), "position": (0.0, 60.5),
         "scattering": {"law": "lambert", "strength_db": -60}}  # fmt: skip
+GRADIENT = {"noise_level_db": None, "profile": [[0.0, 1530.0], [12.0, 1500.0], [20.0, 1496.0]]}
 FAR = {"window": (0.1, 0.115), "paths": {"families": None, "max_reflections": 1, "target_specular_fraction": 1.0}}
 
 
@@ -24,12 +25,14 @@ def test_a_wall_mirrors_the_scene_in_front_of_it():
     assert apart_db(mirrored, free) == pytest.approx(0, abs=0.1)
 
 
+@pytest.mark.parametrize("water", [{"noise_level_db": None}, GRADIENT], ids=["one speed", "layered"])
 @pytest.mark.parametrize("apart", [(0.0, 0.0, 0.0), (0.0, 0.0, -0.1)], ids=["together", "apart"])
-def test_a_wall_mirrors_pairs_of_different_families(apart):
+def test_a_wall_mirrors_pairs_of_different_families(apart, water):
     """Out by the wall and back by wall and surface, in either order: pair D-S of the open bed within 0.1 dB."""
-    paths, receive = {**FAR["paths"], "max_reflections": 2, "contributions": ["seabed"]}, {"receive": {"offset": apart}}
-    free = curves(scene("tracer", window=FAR["window"], paths={"families": ["D", "S"]}, **receive))["seabed", "D-S"]
-    found = curves(scene("tracer", targets=[WALL], rays=100_000, window=FAR["window"], paths=paths, **receive))
+    paths, changes = {"max_reflections": 2, "contributions": ["seabed"]}, {"receive": {"offset": apart}, "water": water}
+    free = curves(scene("tracer", window=FAR["window"], paths={"families": ["D", "S"]}, **changes))["seabed", "D-S"]
+    paths = {**FAR["paths"], **paths}
+    found = curves(scene("tracer", targets=[WALL], rays=60_000, window=FAR["window"], paths=paths, **changes))
     mirrored = sum(found.get(("seabed", pair), 0.0) for pair in ("T-ST", "T-TS"))
     assert apart_db(mirrored, free) == pytest.approx(0, abs=0.1)
 

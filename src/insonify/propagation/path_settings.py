@@ -53,7 +53,7 @@ class PathSettings(Model):
     engine: Literal["eigenrays", "tracer"] = "eigenrays"
     """Eigenrays: all paths between sonar and scatterers; tracer: random rays, also between targets and the seabed.
 
-    The tracer is for expected intensities, in water of one sound speed.
+    The tracer is for expected intensities.
     """
     rays: Annotated[int, Field(ge=100, le=100_000_000)] = 200_000
     """Rays that the tracer launches from each side at each ping [1]."""

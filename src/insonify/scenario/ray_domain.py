@@ -41,7 +41,9 @@ def domain(scenario: Scenario, track: Poses | Platforms, pulse: ReceivedPulse) -
         + carried.max_separation
         + _element_excursion(scenario, carried)
     )
-    if scenario.paths.face_reflections:  # out by way of a face, and back by a short way
+    if (
+        scenario.paths.face_reflections or scenario.paths.engine == "tracer"
+    ):  # out by way of a face, and back by a short way
         farthest *= 2
     depths = [float(depth) for depth in _required_depths(scenario, carried)]
     spanned = len(depths) > FEW_DEPTHS

@@ -118,9 +118,6 @@ def _tracer_limits(scenario: Scenario) -> Iterator[PydanticCustomError]:
     if scenario.field == "coherent":
         yield field_error("field", "coherent", "needs phases, and the tracer's rays have none. Write field: "
                       "incoherent, or engine: eigenrays under paths.")  # fmt: skip
-    if scenario.water.layered:
-        yield field_error("water.profile", None, "bends rays, and those of the tracer are straight. Give the water one "
-                      "sound_speed, or write engine: eigenrays under paths.")  # fmt: skip
     if scenario.sonar.hull is not None:
         yield field_error("sonar.hull", None, "reflects sound, which the tracer does not follow. Leave it out, "
                           "or write engine: eigenrays under paths.")  # fmt: skip

@@ -2,12 +2,14 @@
 
 from collections.abc import Iterator
 from functools import lru_cache
+from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
 
 from insonify.engines.boundary_echoes import boundary_echo_families, sediment_bounce_factor
-from insonify.engines.tracer.image_legs import coherent_intensity_factor, image_legs
+from insonify.engines.tracer.family_legs import TracedLegs, family_legs, nearest_delay
+from insonify.engines.tracer.image_legs import coherent_intensity_factor
 from insonify.engines.tracer.interaction import scattered_per_steradian
 from insonify.engines.tracer.ray_bundle import RayBundle, RayHits, ReceiverPaths, TracedPing
 from insonify.engines.tracer.ray_tracing import MAX_MISS_DISTANCE, face_chains, receiver_paths
@@ -21,6 +23,9 @@ Floats = NDArray[np.float64]
 
 OWN_BOUNCE = {"seabed": "B", "surface": "S", "target": "-"}
 """Bounces excluded from receive legs of an interface: a reflection at the scatterer itself is part of its law."""
+
+SAME_DELAY = 1e-7
+"""Difference of delays below which two refracted rays of one chain are one [s]."""
 
 
 def echoes(ping: TracedPing, hits: RayHits) -> Iterator[EchoEnergies]:
@@ -46,27 +51,23 @@ def echoes(ping: TracedPing, hits: RayHits) -> Iterator[EchoEnergies]:
     for family in ping.choice.followed_families:
         if family.endswith(own_bounce):
             continue
-        back = image_legs(ping.scene, ping.receive, rays.origin, family, ping.ping_geometry.wavelength)
-        returned = scattered_per_steradian(law, rays.direction, -back.arrival, hits.normal)
-        returned *= back.intensity * np.exp(-ping.attenuation * back.length) / back.length**2
-        length = rays.length + back.length
-        requested = ping.intersector.clear(
-            ping.receive, rays.origin, family, ping.ping_geometry.wavelength, (returned > 0) & _in_window(ping, length)
-        )
-        rows = np.flatnonzero(requested)
-        if not rows.size:
-            continue
-        gain = ping.receive_beams.gain(back.departure[rows]) ** 2
-        energy = _channels(ping, sent[:, rows], gain * returned[rows])
-        reciprocal = np.zeros(rows.size)
-        if by_target:
-            energy *= 2 if ping.ping_geometry.is_monostatic else 1
-            reciprocal = _exchanged_interference(ping, rays.take(rows), family, length[rows])
-        elif family != rays.family:
-            reciprocal = _reciprocal(ping, rays.origin[rows], rays.family, family)
-        chains = (family, rays.family) if ping.is_reversed else (rays.family, family)
-        delay = length[rows] / _speed(ping)
-        yield EchoEnergies(hits.contribution, hits.object, *chains, delay, energy, reciprocal)
+        rows = np.flatnonzero(_may_arrive(ping, rays))
+        part, normal = rays.take(rows), hits.normal[rows]
+        legs = family_legs(ping, ping.receive, part.origin, family, hits.contribution)
+        for back in legs:
+            returned = scattered_per_steradian(law, part.direction, -back.arrival, normal)
+            returned *= back.intensity(ping.attenuation)
+            delay = part.delay + back.delay
+            some = np.flatnonzero(_is_clear(ping, part.origin, family, back, (returned > 0) & _in_window(ping, delay)))
+            if not some.size:
+                continue
+            gain = ping.receive_beams.gain(back.departure[some]) ** 2
+            energy = _channels(ping, sent[:, rows[some]], gain * returned[some])
+            if by_target:
+                energy *= 2 if ping.ping_geometry.is_monostatic else 1
+            reciprocal = _other_order(ping, part, family, back, legs)[some]
+            chains = (family, rays.family) if ping.is_reversed else (rays.family, family)
+            yield EchoEnergies(hits.contribution, hits.object, *chains, delay[some], energy, reciprocal)
     if by_target and rays.flat and not ping.is_reversed:
         yield from _retraced_echoes(ping, hits, sent)
 
@@ -75,6 +76,9 @@ def _transmitted_energy(ping: TracedPing, rays: RayBundle) -> Floats:
     """Mean-square pressure times the area of each ray at its hit, by transmit beam [uPa^2 m^2], shape (beams, n)."""
     level = float(intensity_ratio(ping.ping_geometry.source_level_db))
     factor = rays.solid_angle * rays.energy_fraction * np.exp(-ping.attenuation * rays.length)
+    if ping.rays is not None:  # the flux of a ray tube is constant, and pressure squared is flux times impedance
+        speed = ping.scene.water.sound_speed_at
+        factor = factor * speed(rays.origin[:, 2]) / speed(ping.transmit[2])
     if "T" not in rays.chain:
         sine = np.minimum(np.abs(rays.direction[:, 2]), 1.0)
         factor = factor * coherent_intensity_factor(
@@ -84,27 +88,38 @@ def _transmitted_energy(ping: TracedPing, rays: RayBundle) -> Floats:
 
 
 def _retraced_echoes(ping: TracedPing, hits: RayHits, sent: Floats) -> Iterator[EchoEnergies]:
-    """Echoes that return by flat faces of targets, with spherical spreading: first those along the transmit path."""
+    """Echoes that return by flat faces of targets: in water of one sound speed, first those along the transmit path."""
     rays, own_bounce = hits.rays, OWN_BOUNCE[hits.contribution]
-    same = ReceiverPaths(
-        -rays.direction, rays.launch, rays.length, rays.energy_fraction, np.ones(len(rays.length), bool)
-    )
-    if not ping.ping_geometry.is_monostatic:
-        same = receiver_paths(ping, rays.origin, rays.receiver_image, rays.chain)
-        same = same._replace(energy_fraction=rays.energy_fraction)
-    yield from _face_echoes(ping, hits, sent, rays.chain, same, None)
+    straight, together = ping.rays is None, ping.ping_geometry.is_monostatic
+    if straight:
+        n = len(rays.length)
+        same = [ReceiverPaths(-rays.direction, rays.launch, rays.length, rays.delay, 1 / rays.length**2,
+                              rays.energy_fraction, np.ones(n, bool))]  # fmt: skip
+        if not together:
+            same = receiver_paths(ping, rays.origin, rays.receiver_image, rays.chain)
+        for one in same:
+            paths = one._replace(energy_fraction=rays.energy_fraction)
+            yield from _face_echoes(ping, hits, sent, rays.chain, paths, np.zeros(n))
+    dimensions = 3 if straight else 2
     for chain, transmit_image, image in face_chains(ping):
-        other = np.linalg.norm(rays.receiver_image - image, axis=1) > MAX_MISS_DISTANCE
-        if chain.endswith(own_bounce) or (chain == rays.chain and not other.any()):
+        other = np.linalg.norm((rays.receiver_image - image)[:, :dimensions], axis=1) > MAX_MISS_DISTANCE
+        other |= chain != rays.chain
+        if chain.endswith(own_bounce) or (straight and not other.any()):
             continue
-        paths = receiver_paths(ping, rays.origin, image, chain)
-        if chain == rays.chain:
-            paths = paths._replace(is_clear=paths.is_clear & other)
-        yield from _face_echoes(ping, hits, sent, chain, paths, transmit_image)
+        for paths in receiver_paths(ping, rays.origin, image, chain):
+            reciprocal = other.astype(float)
+            if straight:
+                paths = paths._replace(is_clear=paths.is_clear & other)
+            elif together:  # another ray of the same chain
+                reciprocal[np.abs(paths.delay - rays.delay) > SAME_DELAY] = 1.0
+            if not together:
+                out = _face_delay(ping, rays.origin, transmit_image, ping.transmit[2], chain, paths.delay)
+                reciprocal *= _interference(ping, rays.delay + paths.delay - out - _own_delay(ping, rays))
+            yield from _face_echoes(ping, hits, sent, chain, paths, reciprocal)
 
 
 def _face_echoes(
-    ping: TracedPing, hits: RayHits, sent: Floats, chain: str, paths: ReceiverPaths, transmit_image: Floats | None
+    ping: TracedPing, hits: RayHits, sent: Floats, chain: str, paths: ReceiverPaths, reciprocal: Floats
 ) -> Iterator[EchoEnergies]:
     """Echoes that return by one chain of flat faces and boundaries.
 
@@ -114,24 +129,41 @@ def _face_echoes(
         sent: Their energies from `_transmitted_energy`.
         chain: Reflections of the receive legs, from the receiver outwards.
         paths: The receive legs.
-        transmit_image: Image of the transmitter in the planes of that chain [m], (3,); None for the transmit path.
+        reciprocal: Interference with the path travelled backwards [1], (n,).
     """
-    rays, length = hits.rays, hits.rays.length + paths.length
+    rays, delay = hits.rays, hits.rays.delay + paths.delay
     if hits.law is None:
         return
     returned = scattered_per_steradian(hits.law, rays.direction, paths.leaving, hits.normal)
-    returned = returned * paths.energy_fraction * np.exp(-ping.attenuation * paths.length) / paths.length**2
-    rows = np.flatnonzero(paths.is_clear & (returned > 0) & _in_window(ping, length))
-    if not rows.size:
-        return
-    energy = _channels(ping, sent[:, rows], ping.receive_beams.gain(paths.departure[rows]) ** 2 * returned[rows])
-    reciprocal = np.full(rows.size, 0.0 if transmit_image is None else 1.0)
-    if transmit_image is not None and not ping.ping_geometry.is_monostatic:
-        out = np.linalg.norm(rays.origin - transmit_image, axis=1)
-        back = np.linalg.norm(rays.origin - rays.receiver_image, axis=1)
-        reciprocal = _interference(ping, (length - out - back)[rows])
-    delay = length[rows] / _speed(ping)
-    yield EchoEnergies(hits.contribution, hits.object, rays.family, chain, delay, energy, reciprocal)
+    returned = returned * paths.energy_fraction * np.exp(-ping.attenuation * paths.length) * paths.spreading
+    rows = np.flatnonzero(paths.is_clear & (returned > 0) & _in_window(ping, delay))
+    if rows.size:
+        gain = ping.receive_beams.gain(paths.departure[rows]) ** 2
+        energy = _channels(ping, sent[:, rows], gain * returned[rows])
+        yield EchoEnergies(
+            hits.contribution, hits.object, rays.family, chain, delay[rows], energy, reciprocal[rows]
+        )  # fmt: skip
+
+
+def _face_delay(ping: TracedPing, position: Floats, image: Floats, depth: float, chain: str, near: Floats) -> Floats:
+    """Delays of legs between one end of the sonar and positions by a chain with flat faces [s], shape (n,).
+
+    Args:
+        ping: The ping.
+        position: The positions [m], (n, 3).
+        image: Images of that end in the planes of the chain [m], (n, 3) or (3,).
+        depth: Depth of that end [m].
+        chain: Letters of the reflections.
+        near: Delays near which those of refracted rays are sought [s], (n,).
+    """
+    if ping.rays is None:
+        return np.asarray(np.linalg.norm(position - image, axis=1) / ping.scene.water.sound_speed)
+    total, image = np.full(len(position), np.inf), np.broadcast_to(image, position.shape)[:, :2]
+    for xy in np.unique(np.round(image, 3), axis=0):  # rays of one chain have few faces
+        rows = np.flatnonzero(np.linalg.norm(image - xy, axis=1) < 2 * MAX_MISS_DISTANCE)
+        end, family = np.array([*image[rows[0]], depth]), chain.replace("T", "") or "D"
+        total[rows] = nearest_delay(family_legs(ping, end, position[rows], family), near[rows])
+    return total
 
 
 def point_echoes(ping: TracedPing, target: PointTarget, position: Floats) -> Iterator[EchoEnergies]:
@@ -142,24 +174,28 @@ def point_echoes(ping: TracedPing, target: PointTarget, position: Floats) -> Ite
         target: The point.
         position: Its position in the frame of the scatterer grid [m], shape (1, 3).
     """
-    wavelength, strength = ping.ping_geometry.wavelength, float(intensity_ratio(target.target_strength_db))
+    strength = float(intensity_ratio(target.target_strength_db))
     level = float(intensity_ratio(ping.ping_geometry.source_level_db))
-    ends = []
+    ends: list[list[tuple[str, int, Floats, Floats]]] = []
     for end, beams in ((ping.transmit, ping.transmit_beams), (ping.receive, ping.receive_beams)):
-        found = {}
+        found = []
         for family in ping.choice.followed_families:
-            one = image_legs(ping.scene, end, position, family, wavelength)
-            clear = ping.intersector.clear(end, position, family, wavelength, np.ones(1, bool))
-            loss = one.intensity * np.exp(-ping.attenuation * one.length) / one.length**2
-            found[family] = one.length, beams.gain(one.departure) ** 2 * loss * clear
+            for ray, one in enumerate(family_legs(ping, end, position, family)):
+                clear = _is_clear(ping, position, family, one, one.reflected > 0, end=end)
+                gain = beams.gain(one.departure) ** 2 * one.intensity(ping.attenuation) * clear
+                found.append((family, ray, one.delay, gain))
         ends.append(found)
-    for out, (length_out, sent) in ends[0].items():
-        for back, (length_back, channels) in ends[1].items():
-            length = length_out + length_back
-            energy = _channels(ping, level * sent, strength * channels)
-            if _in_window(ping, length)[0] and energy.any():
-                same = np.zeros(1) if out == back else _reciprocal(ping, position, out, back)
-                yield EchoEnergies("target", target.label, out, back, length / _speed(ping), energy, same)
+    delays = [{(family, ray): delay for family, ray, delay, _ in found} for found in ends]
+    for (out, ray_out, delay_out, sent), (back, ray_back, delay_back, channels) in product(*ends):
+        delay, energy = delay_out + delay_back, _channels(ping, level * sent, strength * channels)
+        if not _in_window(ping, delay)[0] or not energy.any():
+            continue
+        same = np.zeros(1)
+        if (out, ray_out) != (back, ray_back):
+            none = np.full(1, np.inf)
+            exchanged = delays[0].get((back, ray_back), none) + delays[1].get((out, ray_out), none)
+            same = _interference(ping, delay - exchanged)
+        yield EchoEnergies("target", target.label, out, back, delay, energy, same)
 
 
 def boundary_echo_energies(ping: TracedPing) -> Iterator[EchoEnergies]:
@@ -174,63 +210,65 @@ def boundary_echo_energies(ping: TracedPing) -> Iterator[EchoEnergies]:
     families = boundary_echo_families(ping.choice, two_platforms=False)
     level, depth = float(intensity_ratio(geometry.source_level_db)), float(ping.receive[2])
     for family in families:
-        back = image_legs(ping.scene, ping.receive, position, family, geometry.wavelength)
-        clear = ping.intersector.clear(
-            ping.receive, position, family, geometry.wavelength, _in_window(ping, back.length)
-        )
-        sine = np.abs(back.departure[:, 2])
-        rough = sediment_bounce_factor(family, depth, back.length, sine, ping.scene.seabed, geometry.wavelength)
-        loss = back.intensity * rough**2 * np.exp(-ping.attenuation * back.length) / back.length**2
-        sent = level * loss * ping.transmit_beams.gain(-back.arrival) ** 2
-        energy = _channels(ping, sent, ping.receive_beams.gain(back.departure) ** 2)
-        if not clear[0] or not energy.any():
-            continue
-        same, reverse = np.zeros(1), family[::-1]
-        if reverse != family and reverse in families:
-            other = image_legs(ping.scene, ping.receive, position, reverse, geometry.wavelength).length
-            same = _interference(ping, back.length - other)
-        yield EchoEnergies(BOUNDARY_ECHO, BOUNDARY_ECHO, reverse, "", back.length / _speed(ping), energy, same)
+        legs = family_legs(ping, ping.receive, position, family, BOUNDARY_ECHO)
+        reverse = family[::-1]
+        for back in legs:
+            clear = _is_clear(ping, position, family, back, (back.reflected > 0) & _in_window(ping, back.delay))
+            sine = np.abs(back.departure[:, 2])
+            rough = sediment_bounce_factor(family, depth, back.length, sine, ping.scene.seabed, geometry.wavelength)
+            sent = level * rough**2 * back.intensity(ping.attenuation) * ping.transmit_beams.gain(-back.arrival) ** 2
+            energy = _channels(ping, sent, ping.receive_beams.gain(back.departure) ** 2)
+            if not clear[0] or not energy.any():
+                continue
+            same = np.zeros(1)
+            if reverse != family and reverse in families:
+                others = family_legs(ping, ping.receive, position, reverse, BOUNDARY_ECHO)
+                same = _interference(ping, back.delay - nearest_delay(others, back.delay))
+            yield EchoEnergies(BOUNDARY_ECHO, BOUNDARY_ECHO, reverse, "", back.delay, energy, same)
 
 
-def _reciprocal(ping: TracedPing, position: Floats, out: str, back: str) -> Floats:
-    """Interference of paths with the same travelled backwards [1]: 1 where both ends are at one position."""
-    if ping.ping_geometry.is_monostatic:
-        return np.ones(len(position))
-    path_difference = np.zeros(len(position))
-    for end, sign in ((ping.transmit, 1.0), (ping.receive, -1.0)):
-        for family, turn in ((out, sign), (back, -sign)):
-            path_difference += (
-                turn * image_legs(ping.scene, end, position, family, ping.ping_geometry.wavelength).length
-            )
-    return _interference(ping, path_difference)
+def _other_order(
+    ping: TracedPing, rays: RayBundle, family: str, back: TracedLegs, legs: list[TracedLegs]
+) -> Floats:  # fmt: skip
+    """Interference of paths back by a family with the same travelled backwards [1], shape (n,).
 
-
-def _exchanged_interference(ping: TracedPing, rays: RayBundle, family: str, length: Floats) -> Floats:
-    """Interference of paths out over a target's face and back by a family with the other order of both [1].
+    0 where a path is its own reverse; 1 where both ends are at one position.
 
     Args:
         ping: The ping.
         rays: Rays at their hits, n of them.
         family: Family of the receive legs.
-        length: Length of both legs together [m], shape (n,).
+        back: The receive legs.
+        legs: Receive legs of all rays of the family.
     """
+    if family == rays.family and ping.rays is None:
+        return np.zeros(len(rays.delay))
+    other = nearest_delay(legs, rays.delay) != back.delay if family == rays.family else True
     if ping.ping_geometry.is_monostatic:
-        return np.ones(len(length))
-    out = image_legs(ping.scene, ping.transmit, rays.origin, family, ping.ping_geometry.wavelength).length
-    return _interference(ping, length - out - np.linalg.norm(rays.origin - rays.receiver_image, axis=1))
+        return np.ones(len(rays.delay)) * other
+    sent = nearest_delay(family_legs(ping, ping.transmit, rays.origin, family), back.delay)
+    return _interference(ping, rays.delay + back.delay - sent - _own_delay(ping, rays)) * other
 
 
-def _interference(ping: TracedPing, path_difference: Floats) -> Floats:
+def _own_delay(ping: TracedPing, rays: RayBundle) -> Floats:
+    """Delays of legs from the receiver to the hits of rays by the same reflections [s], shape (n,)."""
+    if "T" in rays.chain:
+        return _face_delay(ping, rays.origin, rays.receiver_image, ping.receive[2], rays.chain, rays.delay)
+    return nearest_delay(family_legs(ping, ping.receive, rays.origin, rays.family), rays.delay)
+
+
+def _interference(ping: TracedPing, lag: Floats) -> Floats:
     """Interference term of two equal echoes, re the mean-square pressure of one of them.
 
     Args:
         ping: The ping.
-        path_difference: Difference of their path lengths [m], shape (n,).
+        lag: Difference of their delays [s], shape (n,).
 
     Returns:
         The autocorrelation of the received pulse with its carrier [1], 1 without a difference, shape (n,).
     """
-    lag, (step, correlation) = path_difference / _speed(ping), _pulse_correlation(ping.ping_geometry.pulse)
+    step, correlation = _pulse_correlation(ping.ping_geometry.pulse)
+    lag = np.where(np.isfinite(lag), lag, 1e9)
     value = np.interp(np.abs(lag), step * np.arange(len(correlation)), correlation, right=0.0)
     return np.asarray(np.real(np.exp(2j * np.pi * ping.ping_geometry.frequency * np.abs(lag)) * value))
 
@@ -250,10 +288,23 @@ def _channels(ping: TracedPing, sent: Floats, gains: Floats) -> Floats:
     return np.asarray(sent[channel % len(sent)] * gains[channel % len(gains)])
 
 
-def _in_window(ping: TracedPing, length: Floats) -> NDArray[np.bool_]:
+def _in_window(ping: TracedPing, delay: Floats) -> NDArray[np.bool_]:
     first, last = ping.ping_geometry.recorded_delays
-    return np.asarray((length >= first * _speed(ping)) & (length <= last * _speed(ping)))
+    return np.asarray((delay >= first) & (delay <= last))
 
 
-def _speed(ping: TracedPing) -> float:
-    return ping.scene.water.sound_speed
+def _may_arrive(ping: TracedPing, rays: RayBundle) -> NDArray[np.bool_]:
+    """True for rays at whose hits the shortest way to the receiver ends before the window does, shape (n,)."""
+    shortest = np.linalg.norm(rays.origin - ping.receive, axis=1) / ping.scene.water.max_sound_speed
+    return np.asarray(rays.delay + shortest <= ping.ping_geometry.recorded_delays[1])
+
+
+def _is_clear(
+    ping: TracedPing, position: Floats, family: str, legs: TracedLegs, requested: NDArray[np.bool_], *,
+    end: Floats | None = None,
+) -> NDArray[np.bool_]:  # fmt: skip
+    """True for positions whose legs to one end of the sonar, by default the receiver, are not occluded, shape (n,)."""
+    wavelength = ping.ping_geometry.wavelength
+    if ping.rays is None:
+        return ping.intersector.clear(ping.receive if end is None else end, position, family, wavelength, requested)
+    return ping.intersector.clear_refracted(position, -legs.arrival, legs.length, family, wavelength, requested)

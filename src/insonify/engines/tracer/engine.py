@@ -5,7 +5,7 @@ of its energy towards the receiver, along every family of receive legs; the refl
 is carried by the continued ray, scattered energy by the receive leg: none is counted twice. The search for paths
 shares no code with the eigenray engine.
 
-Expected intensities only, in water of one sound speed. Shadows end hard.
+Expected intensities only. Shadows end hard.
 """
 
 from collections.abc import Callable, Iterator, Mapping
@@ -14,16 +14,20 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
+from insonify.engines.tracer._refracted_ray_kernel import WaterLayers
 from insonify.engines.tracer._trace_kernel import BED, SURFACE
 from insonify.engines.tracer.connection import boundary_echo_energies, echoes, point_echoes
 from insonify.engines.tracer.image_legs import bounce_letters, image_source_depth
-from insonify.engines.tracer.launch_sampling import LaunchSampler, launch_sampler
+from insonify.engines.tracer.launch_sampling import LaunchSampler, Reach, launch_sampler
 from insonify.engines.tracer.ray_bundle import RayBundle, TracedPing
 from insonify.engines.tracer.ray_tracing import is_followed, trace_hits
-from insonify.engines.tracer.tracing_scene import TracingScene, lattice_rotation
+from insonify.engines.tracer.tracing_scene import TracingScene, lattice_rotation, open_water_hits
 from insonify.propagation.path_settings import PathSettings
+from insonify.propagation.propagation_model import PropagationModel
 from insonify.records.echo_energies import EchoEnergies
-from insonify.scene.scatterers import Law
+from insonify.records.legs import LegStatus
+from insonify.scattering.point_target import PointTargetLaw
+from insonify.scene.scatterers import Law, Scatterers
 from insonify.scene.scene import Scene
 from insonify.scene.solid import world_triangles
 from insonify.scene.target import PointTarget
@@ -36,6 +40,8 @@ PARTS = 16
 """Number of parts of the rays of a ping: fixed, so that sums do not depend on the number of threads."""
 MAX_WINDOWS = 64
 """Largest number of combinations of a body and a family at which rays are aimed [1]."""
+AIM_FREQUENCY = 1e5
+"""Frequency of the legs along which rays are aimed, of which their directions are independent [Hz]."""
 DB_TO_NEPER = np.log(10) / 10
 
 Block = Callable[[], list[EchoEnergies]]
@@ -44,24 +50,24 @@ Block = Callable[[], list[EchoEnergies]]
 class Tracer:
     """The engine for one scene and one choice of paths."""
 
-    def __init__(self, scene: Scene, choice: PathSettings, seed: int) -> None:
+    def __init__(
+        self, scene: Scene, choice: PathSettings, seed: int, propagation_model: PropagationModel | None = None
+    ) -> None:
         """Prepare a scene for tracing.
 
         Args:
             scene: The scene.
             choice: Families, number of rays, specular fraction of targets.
             seed: Seed of the scenario.
+            propagation_model: Eigenrays of layered water, for connections; not used in water of one sound speed.
 
         Raises:
-            ValueError: The water refracts; the message gives the remedy.
+            ValueError: The water is layered, and there is no propagation model.
         """
-        if scene.water.layered:
-            raise ValueError(
-                "paths.engine is tracer, whose rays are straight, but water.profile refracts. Write engine: eigenrays, "
-                "or give the water one sound_speed."
-            )
+        if scene.water.layered and propagation_model is None:
+            raise ValueError("water.profile refracts, and there is no propagation_model. Give that of the scene.")
         self.scene, self.choice, self.seed = scene, choice, seed
-        self.world = TracingScene(scene)
+        self.world, self.rays = TracingScene(scene), propagation_model if scene.water.layered else None
 
     def blocks(self, ping_geometry: PingGeometry, *, quadrature: bool = True) -> list[Block]:
         """The rays of one ping, in parts that are traced when they are called.
@@ -116,12 +122,11 @@ class Tracer:
         transmit_beams, receive_beams = (
             one.rotated(one.axes @ turn) for one in (ping_geometry.transmit_beams, ping_geometry.receive_beams)
         )
-        speed = scene.water.sound_speed
         laws = {
-            BED: scene.seabed.law(ping_geometry.frequency, speed),
+            BED: scene.seabed.law(ping_geometry.frequency, float(scene.water.sound_speed_at(scene.seabed.depth))),
             SURFACE: scene.surface.law(ping_geometry.frequency),
         }
-        one_way_range = speed * max(ping_geometry.recorded_delays[1], 0.0) / 2 + float(
+        one_way_range = scene.water.max_sound_speed * max(ping_geometry.recorded_delays[1], 0.0) / 2 + float(
             np.linalg.norm(transmit - receive)
         )
         sampler = self._launch_sampler(ping_geometry, transmit, transmit_beams, receive_beams, laws)
@@ -129,7 +134,7 @@ class Tracer:
         attenuation = float(scene.water.absorption(ping_geometry.frequency)) * DB_TO_NEPER
         return TracedPing(
             scene, self.choice, ping_geometry, intersector, sampler, transmit, receive, transmit_beams, receive_beams,
-            laws, attenuation,
+            laws, attenuation, self.rays,
         )  # fmt: skip
 
     def _exchanged(self, ping: TracedPing) -> TracedPing:
@@ -145,7 +150,15 @@ class Tracer:
         n = len(direction)
         start = np.tile(ping.transmit, (n, 1))
         rays = RayBundle(
-            "", start, direction, np.zeros(n), direction, solid_angle, np.ones(n), np.tile(ping.receive, (n, 1))
+            "",
+            start,
+            direction,
+            np.zeros(n),
+            np.zeros(n),
+            direction,
+            solid_angle,
+            np.ones(n),
+            np.tile(ping.receive, (n, 1)),
         )
         has_gain = (ping.transmit_beams.gain(direction) ** 2).max(axis=0) > 0
         return [echo for hits in trace_hits(ping, rays.take(has_gain)) for echo in echoes(ping, hits)]
@@ -166,7 +179,7 @@ class Tracer:
         """Sampler of launch directions towards scattering boundaries within the recorded window, and towards bodies."""
         bed = self.scene.seabed.depth
         first, last = (self.scene.water.sound_speed * max(delay, 0.0) / 2 for delay in ping_geometry.recorded_delays)
-        reaches: list[tuple[float, float, float, float]] = []
+        reaches: list[tuple[Reach, float, float]] = []
         for kind, letter, contribution, depth in ((BED, "B", "seabed", bed), (SURFACE, "S", "surface", 0.0)):
             if laws[kind] is None or contribution not in self.choice.contributions:
                 continue
@@ -176,8 +189,25 @@ class Tracer:
                 # The receive leg may be of another family, longer or shorter than the transmit leg.
                 near = first - (max(climbs.values()) ** 2 - climb**2) / (4 * max(first, 1.0))
                 far = last + (climb**2 - min(climbs.values()) ** 2) / (4 * max(last, 1.0))
-                reaches.append((climb, _vertical_sense(family, float(depth - position[2])), max(near, 0.0), far))
+                reach: Reach = partial(_reach, climb, _vertical_sense(family, float(depth - position[2])))
+                if self.rays is not None:
+                    reach = partial(self._refracted_reach, position, bounce_letters(family) + letter, far)
+                reaches.append((reach, max(near, 0.0), far))
         return launch_sampler(transmit, receive, reaches, list(self._body_windows(position, last, transmit, receive)))
+
+    def _refracted_reach(self, position: Floats, chain: str, farthest: float, directions: Floats) -> Floats:
+        """Path length of refracted rays over a flat seabed to the last reflection of a chain [m], shape (n,)."""
+        water, bed = self.world.water, self.scene.seabed.depth
+        assert water is not None  # straight rays have `_reach`
+        kept = water.depth <= bed
+        origin, length = np.tile(position, (len(directions), 1)), np.zeros(len(directions))
+        there = np.ones(len(directions), bool)
+        for letter in chain:
+            hits = open_water_hits(origin, directions, farthest, bed, WaterLayers(water.depth[kept], water.speed[kept]))
+            there &= hits.kind == (BED if letter == "B" else SURFACE)
+            origin, length = hits.position, length + hits.distance
+            directions = hits.direction * np.array([1, 1, -1])
+        return np.where(there, length, np.inf)
 
     def _body_windows(
         self, position: Floats, last: float, transmit: Beams, receive: Beams
@@ -199,7 +229,39 @@ class Tracer:
                 gain = np.max(transmit.gain(directions) ** 2 * np.max(receive.gain(directions) ** 2, axis=0))
                 if reach.min() <= last and gain > floor and left:
                     left -= 1
-                    yield rays, turned
+                    yield from self._refracted_windows(position, family, corners, rays, turned)
+
+    def _refracted_windows(
+        self, position: Floats, family: str, corners: Floats, straight: Floats, turned: bool
+    ) -> Iterator[tuple[Floats, bool]]:
+        """Departures of rays of a family towards the corners of a bounding box; straight ones in water of one speed."""
+        if self.rays is None:
+            yield straight, turned
+            return
+        ends = corners.reshape(3, 8).T.copy()
+        ends[:, 2] = np.clip(ends[:, 2], 0.0, self.scene.seabed.depth)
+        points = Scatterers(
+            "target", "target", PointTargetLaw(0.0), ends, np.zeros((8, 3)), np.ones(8), np.ones(8, complex),
+            np.zeros(8, np.uint64),
+        )  # fmt: skip
+        legs = self.rays.open_water().legs(position, points, (family,), AIM_FREQUENCY)
+        for row in range(len(legs.families)):
+            reached = legs.departure[row][legs.status[row] == LegStatus.CLEAR]
+            if len(reached):
+                yield reached, False
+
+
+def _reach(climb: float, sense: float, directions: Floats) -> Floats:
+    """Slant range at which straight rays have risen or fallen by a vertical distance [m], shape (n,).
+
+    Args:
+        climb: The vertical distance [m].
+        sense: Sense in which they leave: 1 downwards, -1 upwards.
+        directions: Their directions [1], shape (n, 3).
+    """
+    down = directions[:, 2]
+    with np.errstate(divide="ignore"):
+        return np.asarray(np.where(sense * down > 0, climb / (sense * down), np.inf))
 
 
 def _vertical_sense(family: str, below: float) -> float:

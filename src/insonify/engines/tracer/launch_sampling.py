@@ -8,6 +8,7 @@ is one over the density of all rays together in its direction, so that the estim
 Method: stratified and importance sampling, and the balance heuristic of Veach & Guibas (1995), Proc. SIGGRAPH 95, 419.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,6 +18,7 @@ from insonify import random_keys
 from insonify.sonar.beam import Beams
 
 Floats = NDArray[np.float64]
+Reach = Callable[[Floats], Floats]
 
 ACROSS, AROUND = 8192, 16384
 """Steps of the tables over u and psi."""
@@ -146,15 +148,15 @@ def _wrapped(psi: Floats) -> Floats:
 
 
 def launch_sampler(
-    transmit: Beams, receive: Beams, reaches: list[tuple[float, float, float, float]], sights: list[tuple[Floats, bool]]
+    transmit: Beams, receive: Beams, reaches: list[tuple[Reach, float, float]], sights: list[tuple[Floats, bool]]
 ) -> LaunchSampler:
     """Sampler of the launch directions of one ping.
 
     Args:
         transmit: Transmit beams, in the frame of the rays.
         receive: Receive beams, shape (channels,).
-        reaches: For each family to a scattering boundary: the vertical distance to it with all bounces [m], the sense
-            in which its rays leave (1 down, -1 up), and the least and greatest path length that is recorded [m].
+        reaches: For each family to a scattering boundary: its path length [m] as a function of launch directions
+            (n, 3), infinite where it does not exist, and the least and greatest path length that is recorded [m].
         sights: For each body and family, vectors from the image of the sonar to the corners of the body's bounding box
             [m] (8, 3), and True if the vertical component of its launch directions is reversed.
     """
@@ -163,7 +165,7 @@ def launch_sampler(
     middle = (psi[:-1] + psi[1:]) / 2
     steer = float(np.mean(transmit.steer[:, 0]))
     sent = _max_power(transmit, plain.direction(np.full(AROUND, steer), middle))
-    around = _slant_range_density(plain.direction(np.zeros(AROUND + 1), psi)[:, 2], sent, reaches)
+    around = _slant_range_density(plain.direction(np.zeros(AROUND + 1), psi), sent, reaches)
     u = -1 + 2 * (np.arange(ACROSS) + 0.5) / ACROSS
     gain_of = np.zeros(ACROSS)
     for turn in (0.0, float(middle[np.argmax(sent)])):
@@ -178,19 +180,18 @@ def launch_sampler(
 
 
 def _slant_range_density(
-    down: Floats, sent: Floats, reaches: list[tuple[float, float, float, float]]
+    directions: Floats, sent: Floats, reaches: list[tuple[Reach, float, float]]
 ) -> TabulatedDensity:
     """Density over psi for which rays are uniform over slant range, family by family.
 
     Args:
-        down: Sine of the launch angle at the borders of the steps, positive down [1], shape (AROUND + 1,).
+        directions: Launch directions at the borders of the steps [1], shape (AROUND + 1, 3).
         sent: Transmitted power in each step [1], shape (AROUND,).
         reaches: See `launch_sampler`.
     """
     weight, found = np.full(AROUND, 1.0 / AROUND), np.zeros(AROUND)
-    for climb, sense, near, far in reaches:
-        with np.errstate(divide="ignore"):
-            reach = np.clip(np.where(sense * down > 0, climb / (sense * down), np.inf), near, far)
+    for path_length, near, far in reaches:
+        reach = np.clip(path_length(directions), near, far)
         fill = np.abs(np.diff(reach)) * (MIN_RELATIVE_GAIN + sent / max(sent.max(), 1e-300))
         found += fill / max(fill.sum(), 1e-300)
     if found.sum() > 0:

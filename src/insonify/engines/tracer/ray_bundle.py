@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from insonify.engines.tracer.launch_sampling import LaunchSampler
 from insonify.engines.tracer.tracing_scene import RayIntersector
 from insonify.propagation.path_settings import PathSettings
+from insonify.propagation.propagation_model import PropagationModel
 from insonify.scene.scatterers import Law
 from insonify.scene.scene import Scene
 from insonify.sonar.beam import Beams
@@ -38,13 +39,15 @@ class TracedPing:
     """Scattering laws of seabed and surface, by interface."""
     attenuation: float
     """Absorption coefficient of intensity, per metre [Np/m]."""
+    rays: PropagationModel | None = None
+    """Propagation model of layered water; None in water of one sound speed."""
     is_reversed: bool = False
     """True: transmitter and receiver are exchanged, so that rays from the receiver reach targets' faces on its side."""
 
     @property
     def farthest(self) -> float:
         """Length of the longest two-direction path that is received [m]."""
-        return self.scene.water.sound_speed * max(self.ping_geometry.recorded_delays[1], 0.0)
+        return self.scene.water.max_sound_speed * max(self.ping_geometry.recorded_delays[1], 0.0)
 
     def exchanged(self, launch_sampler: LaunchSampler) -> "TracedPing":
         """The ping with both ends of the sonar exchanged.
@@ -70,6 +73,8 @@ class RayBundle:
     """Directions [1], (n, 3)."""
     length: Floats
     """Path lengths so far [m], (n,)."""
+    delay: Floats
+    """Travel times so far [s], (n,)."""
     launch: Floats
     """Directions in which they left the sonar [1], (n, 3)."""
     solid_angle: Floats
@@ -84,8 +89,8 @@ class RayBundle:
     def take(self, rows: Rows) -> "RayBundle":
         """Some of the rays."""
         return RayBundle(
-            self.chain, self.origin[rows], self.direction[rows], self.length[rows], self.launch[rows],
-            self.solid_angle[rows], self.energy_fraction[rows], self.receiver_image[rows], self.flat,
+            self.chain, self.origin[rows], self.direction[rows], self.length[rows], self.delay[rows],
+            self.launch[rows], self.solid_angle[rows], self.energy_fraction[rows], self.receiver_image[rows], self.flat,
         )  # fmt: skip
 
     @property
@@ -103,6 +108,10 @@ class ReceiverPaths(NamedTuple):
     """Directions of their ends at the receiver, outwards [1], (n, 3)."""
     length: Floats
     """Lengths [m], (n,)."""
+    delay: Floats
+    """Travel times [s], (n,)."""
+    spreading: Floats
+    """Intensity by spreading, re 1 m [1], (n,)."""
     energy_fraction: Floats
     """Fraction of the energy that remains after the reflections [1], (n,)."""
     is_clear: NDArray[np.bool_]

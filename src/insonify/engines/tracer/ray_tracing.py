@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from insonify.engines.tracer._trace_kernel import BED, BODY, SURFACE
+from insonify.engines.tracer.family_legs import family_legs
 from insonify.engines.tracer.image_legs import (
     bounce_letters,
     bounce_roughness_factor,
@@ -27,6 +28,10 @@ MIN_ENERGY_FRACTION = 1e-7
 MAX_MISS_DISTANCE = 1e-3
 """Largest distance from the receiver at which a path by the faces of a ray's chain may end [m]; else the path hit other
 faces of the same kind."""
+MAX_REFRACTED_MISS_DISTANCE = 0.1
+"""That of a refracted path, which chords follow [m]."""
+UPRIGHT = 1e-6
+"""Vertical component of a face's normal below which it is upright [1]."""
 BOUNCE_LETTERS = {BED: "B", SURFACE: "S", BODY: "T"}
 CONTRIBUTIONS = {BED: "seabed", SURFACE: "surface", BODY: "target"}
 UP = np.array([0.0, 0.0, -1.0])
@@ -71,10 +76,12 @@ def is_followed(ping: TracedPing, chain: str) -> bool:
 def _first_hits(ping: TracedPing, rays: RayBundle) -> list[RayHits]:
     """First hits of the rays of one chain, one interface after another."""
     bodies = ping.scene.occluders
-    distance, interface, body_row, normal = ping.intersector.hits(
-        rays.origin, rays.direction, ping.farthest - rays.length
-    )
-    arrived = replace(rays, origin=rays.origin + distance[:, None] * rays.direction, length=rays.length + distance)
+    hits = ping.intersector.hits(rays.origin, rays.direction, ping.farthest - rays.length)
+    interface, body_row, normal = hits.kind, hits.body_row, hits.normal
+    arrived = replace(
+        rays, origin=hits.position, direction=hits.direction, length=rays.length + hits.distance,
+        delay=rays.delay + hits.delay,
+    )  # fmt: skip
     found = []
     for kind, row in ((BED, -1), (SURFACE, -1), *((BODY, row) for row in range(len(bodies)))):
         selected = np.flatnonzero((interface == kind) & (body_row == row))
@@ -124,8 +131,8 @@ def _reflected_rays(ping: TracedPing, hits: RayHits) -> RayBundle:
     )  # fmt: skip
 
 
-def receiver_paths(ping: TracedPing, position: Floats, image: Floats, chain: str) -> ReceiverPaths:
-    """Paths from positions to the receiver by a chain of flat faces and boundaries, in reverse order.
+def receiver_paths(ping: TracedPing, position: Floats, image: Floats, chain: str) -> list[ReceiverPaths]:
+    """Paths from positions to the receiver by a chain of flat faces and boundaries, in reverse order, ray by ray.
 
     Args:
         ping: The ping.
@@ -133,18 +140,34 @@ def receiver_paths(ping: TracedPing, position: Floats, image: Floats, chain: str
         image: Images of the receiver in the planes of the chain [m], shape (n, 3) or (3,).
         chain: Letters of the reflections, from the receiver outwards.
     """
-    straight, wavelength = image - position, ping.ping_geometry.wavelength
-    length = np.linalg.norm(straight, axis=1)
-    leaving = straight / np.maximum(length, 1e-9)[:, None]
+    if ping.rays is None:
+        straight = image - position
+        length = np.linalg.norm(straight, axis=1)
+        leaving = straight / np.maximum(length, 1e-9)[:, None]
+        return [_walked(ping, position, leaving, length, chain)]
+    # level boundaries are their own images in an upright face
+    end, family = np.array([*image[:2], ping.receive[2]]), chain.replace("T", "") or "D"
+    found = []
+    for legs in family_legs(ping, end, position, family):
+        paths = _walked(ping, position, -legs.arrival, legs.length, chain)
+        clear = paths.is_clear & (legs.reflected > 0)
+        found.append(paths._replace(delay=legs.delay, spreading=legs.spreading, is_clear=clear))
+    return found
+
+
+def _walked(ping: TracedPing, position: Floats, leaving: Floats, length: Floats, chain: str) -> ReceiverPaths:
+    """Paths from positions that leave in some directions for the receiver, with spherical spreading."""
     origin, direction, remaining, clear = position, leaving, length, np.ones(len(length), bool)
-    fraction = np.ones(len(length))
+    fraction, delay, wavelength = np.ones(len(length)), np.zeros(len(length)), ping.ping_geometry.wavelength
     of_body = np.array([*(_face_specular_fraction(ping, body) for body in ping.scene.occluders), 0.0])
     for letter in (*reversed(chain), ""):
-        distance, kind, body_row, normal = ping.intersector.hits(origin, direction, remaining)
-        origin, remaining = origin + distance[:, None] * direction, remaining - distance
-        clear &= np.array([BOUNCE_LETTERS.get(int(one), "") == letter for one in kind], bool)
+        hits = ping.intersector.hits(origin, direction, remaining)
+        origin, direction, remaining = hits.position, hits.direction, remaining - hits.distance
+        delay = delay + hits.delay
+        normal = hits.normal
+        clear &= np.array([BOUNCE_LETTERS.get(int(one), "") == letter for one in hits.kind], bool)
         if letter == "T":
-            fraction *= np.where(np.einsum("ij,ij->i", direction, normal) < 0, of_body[body_row], 0.0)
+            fraction *= np.where(np.einsum("ij,ij->i", direction, normal) < 0, of_body[hits.body_row], 0.0)
         elif letter:
             sine, normal = np.minimum(np.abs(direction[:, 2]), 1.0), np.broadcast_to(UP, direction.shape)
             fraction *= reflected_intensity(ping.scene, letter, np.arcsin(sine))
@@ -152,8 +175,9 @@ def receiver_paths(ping: TracedPing, position: Floats, image: Floats, chain: str
                 fraction *= bounce_roughness_factor(ping.scene, remaining / length, length, sine, wavelength)
         if letter:
             direction = specular_direction(direction, normal)
-    clear &= np.linalg.norm(origin - ping.receive, axis=1) < MAX_MISS_DISTANCE
-    return ReceiverPaths(leaving, -direction, length, fraction, clear)
+    miss = MAX_MISS_DISTANCE if ping.rays is None else MAX_REFRACTED_MISS_DISTANCE
+    clear &= np.linalg.norm(origin - ping.receive, axis=1) < miss
+    return ReceiverPaths(leaving, -direction, length, delay, 1 / length**2, fraction, clear)
 
 
 def face_chains(ping: TracedPing) -> list[tuple[str, Floats, Floats]]:
@@ -169,7 +193,8 @@ def face_chains(ping: TracedPing) -> list[tuple[str, Floats, Floats]]:
         transmit, receive = (
             _chain_image(chain, plane, position, ping.scene.seabed.depth) for position in (ping.transmit, ping.receive)
         )
-        if transmit is not None and receive is not None:
+        followed = ping.rays is None or abs(plane.normal[2]) < UPRIGHT
+        if followed and transmit is not None and receive is not None:
             found.append((chain, transmit, receive))
     return found
 

@@ -11,8 +11,16 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from insonify.engines.tracer._refracted_ray_kernel import (
+    RefractedHits,
+    RefractingScene,
+    WaterLayers,
+    clear_refracted_paths,
+    refracted_hits,
+)
 from insonify.engines.tracer._terrain_hit_kernel import BLOCK, TerrainTiles
 from insonify.engines.tracer._trace_kernel import clear_image_paths, first_hits
+from insonify.propagation.sound_speed_layers import scene_layers
 from insonify.propagation.triangle_tree import TriangleTree, triangle_tree
 from insonify.scene.heightmap_synthesis import HeightmapSynthesizer
 from insonify.scene.scatterer_grid import ScattererGrid
@@ -48,6 +56,10 @@ class TracingScene:
         self.solids: tuple[Solid, ...] = scene.occluders
         self.bodies = _scene_tree(scene)
         self.store = None if self.bed is None else TerrainTileCache(self.bed)
+        self.water: WaterLayers | None = None
+        if scene.water.layered:
+            layers = scene_layers(scene)
+            self.water = WaterLayers(layers.depth, layers.speed)
 
     def turned(self, vector: Floats) -> Floats:
         """Vectors rotated from north, east, down to the scatterer grid's frame, shape (..., 3)."""
@@ -111,6 +123,7 @@ class RayIntersector:
             farthest: Horizontal distance that the table covers [m].
         """
         self._scene_tree, self._store = world.bodies, world.store
+        self.water, self._speed = world.water, world.scene.water.sound_speed
         if world.store is None:
             self.ground = _flat_tiles(world.scene.seabed.depth)
             return
@@ -145,40 +158,31 @@ class RayIntersector:
             )
         return True
 
-    def hits(
-        self, origin: Floats, direction: Floats, farthest: Floats
-    ) -> tuple[Floats, NDArray[np.int8], NDArray[np.int64], Floats]:
-        """First hits of rays, see `first_hits`.
+    def _refracting(self, water: WaterLayers) -> RefractingScene:
+        """Water and obstacles, with the terrain tiles that are loaded."""
+        return RefractingScene(self.ground, self._scene_tree, water)
 
-        Returns:
-            Distance [m] (n,), interface (n,), row of the body (n,), unit normal (n, 3).
-        """
-        n = len(origin)
-        distance, interface, body_row, normal = (
-            np.empty(n),
-            np.empty(n, np.int8),
-            np.empty(n, np.int64),
-            np.empty((n, 3)),
-        )
+    def hits(self, origin: Floats, direction: Floats, farthest: Floats) -> RefractedHits:
+        """First hits of rays within a path length, see `first_hits` and `refracted_hits`."""
+        water, found = self.water, _no_hits(len(origin))
         while True:
             missing = np.zeros(self.ground.row_of.shape, bool)
-            first_hits(
-                origin,
-                direction,
-                farthest,
-                self.ground,
-                self._scene_tree,
-                missing,
-                distance,
-                interface,
-                body_row,
-                normal,
-            )
+            if water is None:
+                first_hits(
+                    origin, direction, farthest, self.ground, self._scene_tree, missing, found.distance, found.kind,
+                    found.body_row, found.normal,
+                )  # fmt: skip
+            else:
+                refracted_hits(origin, direction, farthest, self._refracting(water), missing, found)
             if not self._fetch_missing(missing):
-                return distance, interface, body_row, normal
+                break
+        if water is not None:
+            return found
+        position = origin + found.distance[:, None] * direction
+        return found._replace(delay=found.distance / self._speed, position=position, direction=direction)
 
     def clear(self, end: Floats, position: Floats, family: str, wavelength: float, requested: Marks) -> Marks:
-        """Return True for positions that a reflected path from one end of the sonar reaches, see `clear_image_paths`.
+        """Return True for positions that a straight reflected path reaches, see `clear_image_paths`.
 
         Args:
             end: The sonar's end, in the scatterer grid's frame [m], shape (3,).
@@ -191,6 +195,28 @@ class RayIntersector:
         while True:
             found, missing = requested.copy(), np.zeros(self.ground.row_of.shape, bool)
             clear_image_paths(end, position, bottom, wavelength, self.ground, self._scene_tree, missing, found)
+            if not self._fetch_missing(missing):
+                return found
+
+    def clear_refracted(
+        self, position: Floats, leaving: Floats, length: Floats, family: str, wavelength: float, requested: Marks
+    ) -> Marks:
+        """Return True for positions that a refracted reflected path reaches, see `clear_refracted_paths`.
+
+        Args:
+            position: The positions, in the scatterer grid's frame [m], shape (n, 3).
+            leaving: Directions in which the paths leave them for the sonar [1], shape (n, 3).
+            length: Path lengths [m], shape (n,).
+            family: Letters of the reflections from the sonar outwards, D for none.
+            wavelength: Acoustic wavelength [m].
+            requested: Positions to test, shape (n,).
+        """
+        bottom, water = np.array([letter == "B" for letter in reversed(family) if letter != "D"], bool), self.water
+        assert water is not None  # straight rays have `clear`
+        while True:
+            found, missing = requested.copy(), np.zeros(self.ground.row_of.shape, bool)
+            scene = self._refracting(water)
+            clear_refracted_paths(position, leaving, length, bottom, wavelength, scene, missing, found)
             if not self._fetch_missing(missing):
                 return found
 
@@ -223,6 +249,32 @@ def face_planes(scene: Scene) -> tuple[FacePlane, ...]:
             left &= ~same
             found.append(FacePlane(normal[row], float(offset[row])))
     return tuple(found)
+
+
+def open_water_hits(
+    origin: Floats, direction: Floats, farthest: float, bed: float, water: WaterLayers
+) -> RefractedHits:  # fmt: skip
+    """First hits of refracted rays on the surface and on a flat seabed.
+
+    Args:
+        origin: Starting points [m], shape (n, 3).
+        direction: Unit vectors [1], shape (n, 3).
+        farthest: Path length beyond which no hit is searched [m].
+        bed: Depth of the seabed [m].
+        water: Sound speed, down to the seabed.
+    """
+    n = len(origin)
+    found = _no_hits(n)
+    none = triangle_tree(np.zeros((0, 3, 3)), np.zeros(0, np.int64))
+    scene = RefractingScene(_flat_tiles(bed), none, water)
+    refracted_hits(origin, direction, np.full(n, farthest), scene, np.zeros((1, 1), bool), found)
+    return found
+
+
+def _no_hits(n: int) -> RefractedHits:
+    """Hits of n rays, not yet computed."""
+    (distance, delay), (position, direction, normal) = np.empty((2, n)), np.empty((3, n, 3))
+    return RefractedHits(distance, delay, position, direction, np.empty(n, np.int8), np.empty(n, np.int64), normal)
 
 
 @lru_cache(maxsize=256)

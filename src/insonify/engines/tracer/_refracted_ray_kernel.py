@@ -1,0 +1,287 @@
+"""Refracted rays between seabed, surface and bodies: first hits, and occlusion of reflected paths.
+
+In a layer of constant gradient g a ray is an arc of a circle: its angle falls by p g for every metre, p the horizontal
+slowness (Officer 1958, Introduction to the Theory of Sound Transmission; not verified). Between bodies and over relief
+arcs are tested as chords that deviate by no more than `MAX_SAGITTA`.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.engines.tracer._terrain_hit_kernel import TerrainTiles, terrain_hit, terrain_normal
+from insonify.engines.tracer._trace_kernel import BED, BODY, CLEARANCE, NOTHING, SURFACE
+from insonify.jit import njit
+from insonify.propagation.triangle_tree import TriangleTree, nearest_hit
+
+Floats = NDArray[np.float64]
+Marks = NDArray[np.bool_]
+
+MAX_SAGITTA = 1e-3
+"""Largest distance of an arc from its chord [m]."""
+STRAIGHT = 1e-9
+"""Curvature below which a ray is straight within a layer [1/m]."""
+MAX_ARCS = 1_000_000
+"""Number of arcs after which a ray is given up [1]."""
+TOUCHING = 1e-9
+"""Part of the way to the receiver that is left out, so that it does not end on the other side of a boundary [1]."""
+
+
+class WaterLayers(NamedTuple):
+    """Sound speed of the water, linear between knots."""
+
+    depth: Floats
+    """Depths of the knots, from the surface to the deepest seabed [m], (m,)."""
+    speed: Floats
+    """Sound speeds there [m/s], (m,)."""
+
+
+class RefractingScene(NamedTuple):
+    """Water and obstacles of refracted rays."""
+
+    ground: TerrainTiles
+    """The seabed."""
+    bodies: TriangleTree
+    """Triangles of all bodies."""
+    water: WaterLayers
+    """Sound speed, down to the deepest seabed."""
+
+
+class RefractedHits(NamedTuple):
+    """Results of `refracted_hits` for n rays."""
+
+    distance: Floats
+    """Path length to the hit [m], (n,)."""
+    delay: Floats
+    """Travel time to the hit [s], (n,)."""
+    position: Floats
+    """Position of the hit [m], (n, 3)."""
+    direction: Floats
+    """Direction of travel there [1], (n, 3)."""
+    kind: NDArray[np.int8]
+    """NOTHING, BED, SURFACE or BODY, (n,)."""
+    body_row: NDArray[np.int64]
+    """Row of the body hit, -1 for none, (n,)."""
+    normal: Floats
+    """Unit normal at the hit, into the water [1], (n, 3)."""
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def layer_of(z: float, angle: float, water: WaterLayers) -> int:
+    """Layer that a ray enters at a depth [m] with an angle, positive down [rad]."""
+    layer = 0
+    while layer < water.depth.size - 2 and z >= water.depth[layer + 1]:
+        layer += 1
+    if angle < 0 and layer > 0 and z <= water.depth[layer]:
+        layer -= 1
+    return layer
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def next_arc(
+    z: float, angle: float, slowness: float, layer: int, longest: float, water: WaterLayers
+) -> tuple[float, float, float, float, int]:
+    """The next arc of a ray, up to the border of its layer or a length.
+
+    Args:
+        z: Depth [m].
+        angle: Angle of travel, positive down [rad].
+        slowness: Horizontal slowness [s/m].
+        layer: Row of the layer.
+        longest: Largest length [m].
+        water: The layers.
+
+    Returns:
+        Its length [m], its curvature [1/m], depth [m] and angle [rad] at its end, and the layer entered: -1 above the
+        surface, and the number of layers below the last knot.
+    """
+    depth, speed = water.depth, water.speed
+    gradient = (speed[layer + 1] - speed[layer]) / (depth[layer + 1] - depth[layer])
+    bend = slowness * gradient
+    down = angle > 0 or (angle == 0 and gradient < 0)
+    node, leaving = (layer + 1 if down else layer), angle
+    if abs(bend) < STRAIGHT:
+        sine = math.sin(angle)
+        length = (depth[node] - z) / sine if abs(sine) > 1e-12 else math.inf
+        bend = 0.0
+    else:
+        cosine, sense = slowness * speed[node], (1.0 if down else -1.0)
+        if cosine >= 1:  # the ray turns before it reaches that border
+            node, sense = (layer if down else layer + 1), -sense
+            cosine = min(slowness * speed[node], 1.0)
+        leaving = sense * math.atan2(math.sqrt((1 - cosine) * (1 + cosine)), cosine)
+        length = (angle - leaving) / bend
+    if length > longest:
+        half = bend * longest / 2
+        return longest, bend, z + longest * _sinc(half) * math.sin(angle - half), angle - 2 * half, layer
+    return max(length, 0.0), bend, depth[node], leaving, (layer - 1 if node == layer else layer + 1)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _sinc(x: float) -> float:
+    """Sine of x over x [1]."""
+    return math.sin(x) / x if abs(x) > 1e-6 else 1.0
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _arc_delay(z: float, angle: float, bend: float, length: float, layer: int, water: WaterLayers) -> float:
+    """Travel time along an arc [s], by Gauss-Legendre quadrature with four nodes."""
+    depth, speed = water.depth, water.speed
+    gradient, total = (speed[layer + 1] - speed[layer]) / (depth[layer + 1] - depth[layer]), 0.0
+    here = speed[layer] + gradient * (z - depth[layer])
+    for node, weight in (
+        (0.06943184420297371, 0.17392742256872692), (0.33000947820757187, 0.3260725774312731),
+        (0.6699905217924281, 0.3260725774312731), (0.9305681557970263, 0.17392742256872692),
+    ):  # fmt: skip
+        half = bend * node * length / 2
+        total += weight / (here + gradient * node * length * _sinc(half) * math.sin(angle - half))
+    return total * length
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _longest_chord(slowness: float, layer: int, water: WaterLayers) -> float:
+    """Length of the chord that deviates from its arc by `MAX_SAGITTA` [m]."""
+    gradient = (water.speed[layer + 1] - water.speed[layer]) / (water.depth[layer + 1] - water.depth[layer])
+    return math.sqrt(8 * MAX_SAGITTA / max(abs(slowness * gradient), 1e-12))
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def refracted_hits(
+    origin: Floats, direction: Floats, farthest: Floats, scene: RefractingScene, missing: Marks, found: RefractedHits
+) -> None:
+    """First hits of rays.
+
+    Args:
+        origin: Starting points [m], (n, 3).
+        direction: Unit vectors [1], (n, 3).
+        farthest: Path length beyond which no hit is searched [m], (n,).
+        scene: Water and obstacles.
+        missing: Result, True for tiles of the seabed that are not loaded.
+        found: Result.
+    """
+    ground, bodies, water = scene.ground, scene.bodies, scene.water
+    obstacles, layers = bodies.normal.shape[0] > 0 or ground.cell > 0, water.depth.size - 1
+    for n in range(farthest.size):
+        x, y, z = origin[n]
+        level = math.hypot(direction[n, 0], direction[n, 1])
+        north, east = (direction[n, 0] / level, direction[n, 1] / level) if level > 1e-12 else (1.0, 0.0)
+        angle = math.atan2(direction[n, 2], level)
+        layer, kind, row, clearance = layer_of(z, angle, water), NOTHING, -1, CLEARANCE
+        slowness = math.cos(angle) / np.interp(z, water.depth, water.speed)
+        done, delay = 0.0, 0.0
+        for _ in range(MAX_ARCS):
+            longest = farthest[n] - done
+            if longest <= 0:
+                break
+            if obstacles:
+                longest = min(longest, _longest_chord(slowness, layer, water))
+            length, bend, z_end, leaving, entered = next_arc(z, angle, slowness, layer, longest, water)
+            half = bend * length / 2
+            chord = length * _sinc(half)
+            u, v, w = math.cos(angle - half) * north, math.cos(angle - half) * east, math.sin(angle - half)
+            far, row = chord, -1
+            if obstacles:
+                far, row = nearest_hit(bodies, (x, y, z), (u, v, w), clearance, chord)
+                kind = BODY if row >= 0 else NOTHING
+                if ground.cell > 0:
+                    bed = terrain_hit(x, y, z, u, v, w, 0.0, far, ground, missing)
+                    if bed < far:
+                        far, kind, row = bed, BED, -1
+            if kind != NOTHING:
+                length *= far / chord
+                z_end, leaving = z + far * w, angle - bend * length
+            delay += _arc_delay(z, angle, bend, length, layer, water)
+            x, y, z, angle, done, clearance = x + far * u, y + far * v, z_end, leaving, done + length, 0.0
+            if kind == NOTHING and entered < 0:
+                kind = SURFACE
+            elif kind == NOTHING and entered >= layers:
+                kind = BED
+            if kind != NOTHING:
+                break
+            layer = entered
+        found.distance[n], found.delay[n], found.kind[n], found.body_row[n] = done, delay, kind, -1
+        found.position[n, 0], found.position[n, 1], found.position[n, 2] = x, y, z
+        u, v, w = math.cos(angle) * north, math.cos(angle) * east, math.sin(angle)
+        found.direction[n, 0], found.direction[n, 1], found.direction[n, 2] = u, v, w
+        normal = found.normal[n]
+        if kind == BODY:
+            found.body_row[n] = bodies.solid_row[row]
+            normal[:] = bodies.normal[row]
+        elif kind == BED:
+            normal[0], normal[1], normal[2] = terrain_normal(x, y, ground, missing)
+        else:
+            normal[0], normal[1], normal[2] = 0.0, 0.0, 1.0
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def clear_refracted_paths(
+    position: Floats, leaving: Floats, length: Floats, bottom: Marks, wavelength: float, scene: RefractingScene,
+    missing: Marks, clear: Marks,
+) -> None:  # fmt: skip
+    """Test reflected paths from some positions to one end of the sonar for occlusion, chord by chord.
+
+    Terrain within half the first Fresnel zone of a bounce on the seabed is the reflecting surface and does not occlude.
+
+    Args:
+        position: The positions [m], (n, 3).
+        leaving: Directions in which the paths leave them [1], (n, 3).
+        length: Path lengths [m], (n,).
+        bottom: For each bounce from the position on, whether it is off the seabed or off the surface, (bounces,).
+        wavelength: Acoustic wavelength [m].
+        scene: Water and obstacles.
+        missing: Result, True for tiles of the seabed that are not loaded.
+        clear: In: positions to test. Result: False where terrain or a body blocks the path, (n,).
+    """
+    ground, bodies, water = scene.ground, scene.bodies, scene.water
+    for n in range(length.size):
+        if not clear[n]:
+            continue
+        x, y, z = position[n]
+        level = math.hypot(leaving[n, 0], leaving[n, 1])
+        north, east = (leaving[n, 0] / level, leaving[n, 1] / level) if level > 1e-12 else (1.0, 0.0)
+        angle = math.atan2(leaving[n, 2], level)
+        layer, slowness = layer_of(z, angle, water), math.cos(angle) / np.interp(z, water.depth, water.speed)
+        done, bounce, clearance, since, free = 0.0, 0, CLEARANCE, 0.0, 0.0
+        for _ in range(MAX_ARCS):
+            left = length[n] * (1 - TOUCHING) - done
+            if left <= 0:
+                break
+            longest = min(left, _longest_chord(slowness, layer, water))
+            arc, bend, z_end, gone, entered = next_arc(z, angle, slowness, layer, longest, water)
+            half = bend * arc / 2
+            chord = arc * _sinc(half)
+            u, v, w = math.cos(angle - half) * north, math.cos(angle - half) * east, math.sin(angle - half)
+            off_seabed = bounce < bottom.size and bottom[bounce]
+            stop = chord
+            if off_seabed and w > 0:
+                to_bounce = (ground.depth - z) / w
+                stop = min(chord, to_bounce - _half_zone(done + to_bounce, length[n], w, wavelength))
+            hit = nearest_hit(bodies, (x, y, z), (u, v, w), clearance, chord)[1] >= 0
+            if ground.cell > 0 and stop > max(free - since, 0.0) and not hit:
+                hit = terrain_hit(x, y, z, u, v, w, max(free - since, 0.0), stop, ground, missing) < stop
+            if hit:
+                clear[n] = False
+                break
+            x, y, z, angle, done, since, clearance = (
+                x + chord * u, y + chord * v, z_end, gone, done + arc, since + arc, 0.0
+            )  # fmt: skip
+            # the reflecting plane is a knot, so that no arc crosses it
+            at_boundary = bounce < bottom.size and (z == ground.depth and w > 0 if off_seabed else entered < 0)
+            if at_boundary:
+                free = _half_zone(done, length[n], abs(math.sin(angle)), wavelength) if off_seabed else 0.0
+                angle, bounce, since = -angle, bounce + 1, 0.0
+                layer = layer_of(z, angle, water)
+            elif entered < 0 or entered >= water.depth.size - 1:
+                break
+            else:
+                layer = entered
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _half_zone(done: float, length: float, sine: float, wavelength: float) -> float:
+    """Half the first Fresnel zone along a path about a bounce on the seabed after some of its length [m]."""
+    part = min(max(done / length, 0.0), 1.0)
+    cosine = math.sqrt(max(1 - sine * sine, 1e-18))
+    return math.sqrt(wavelength * length * part * (1 - part)) / max(sine * cosine, 1e-9)

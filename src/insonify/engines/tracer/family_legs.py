@@ -1,0 +1,86 @@
+"""Legs between one end of the sonar and positions by families of reflections: straight, or refracted, ray by ray.
+
+In water of one sound speed they are straight lines from image sources. In layered water they are the eigenrays of the
+propagation model, in open water: a family has one set of legs for each of its rays.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.engines.tracer.image_legs import bounce_letters, coherent_intensity_factor, image_legs
+from insonify.engines.tracer.ray_bundle import TracedPing
+from insonify.records.legs import LegStatus
+from insonify.scattering.point_target import PointTargetLaw
+from insonify.scene.scatterers import Boundary, Scatterers
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class TracedLegs:
+    """Legs of one ray of one family between one end and n positions, not tested for occlusion."""
+
+    delay: Floats
+    """Travel time [s], (n,)."""
+    length: Floats
+    """Path length [m], (n,)."""
+    departure: Floats
+    """Direction at the sonar, outwards [1], (n, 3)."""
+    arrival: Floats
+    """Direction of travel at the position, towards it [1], (n, 3)."""
+    reflected: Floats
+    """Product of the reflections' intensity factors [1]; 0 where there is no such ray, (n,)."""
+    spreading: Floats
+    """Intensity by spreading, re 1 m [1], (n,)."""
+
+    def intensity(self, attenuation: float) -> Floats:
+        """Intensity re 1 m from the source, by an absorption coefficient of intensity [Np/m], shape (n,) [1]."""
+        return np.asarray(self.reflected * np.exp(-attenuation * self.length) * self.spreading)
+
+
+def family_legs(
+    ping: TracedPing, end: Floats, position: Floats, family: str, boundary: Boundary = "target"
+) -> list[TracedLegs]:
+    """Legs of all rays of one family.
+
+    Args:
+        ping: The ping.
+        end: The sonar's end [m], shape (3,).
+        position: Positions [m], shape (n, 3).
+        family: Name of the family.
+        boundary: Boundary on which the positions lie.
+    """
+    scene, wavelength = ping.scene, ping.ping_geometry.wavelength
+    if ping.rays is None:
+        one = image_legs(scene, end, position, family, wavelength)
+        delay = one.length / scene.water.sound_speed
+        return [TracedLegs(delay, one.length, one.departure, one.arrival, one.intensity, 1 / one.length**2)]
+    n = len(position)
+    points = Scatterers(
+        boundary, boundary, PointTargetLaw(0.0), position, np.zeros((n, 3)), np.ones(n), np.ones(n, complex),
+        np.zeros(n, np.uint64),
+    )  # fmt: skip
+    legs = ping.rays.open_water().legs(end, points, (family,), ping.ping_geometry.frequency)
+    at_end, at_bed = scene.water.sound_speed_at(np.array([end[2], scene.seabed.depth]))
+    found = []
+    for row in range(len(legs.families)):
+        cosine = np.hypot(legs.departure[row, :, 0], legs.departure[row, :, 1]) * at_bed / at_end
+        sine = np.sqrt(np.clip((1 - cosine) * (1 + cosine), 1e-12, 1.0))
+        reflected = np.abs(legs.reflection_coefficient[row]) ** 2 * (legs.status[row] == LegStatus.CLEAR)
+        if "B" in bounce_letters(family):
+            reflected *= coherent_intensity_factor(scene, family, float(end[2]), legs.length[row], sine, wavelength)
+        found.append(TracedLegs(
+            legs.delay[row], legs.length[row], legs.departure[row], legs.arrival[row], reflected,
+            legs.spreading[row] ** 2,
+        ))  # fmt: skip
+    return found
+
+
+def nearest_delay(legs: list[TracedLegs], delay: Floats) -> Floats:
+    """Travel times of those rays of a family that are nearest to given ones, infinite without any [s], shape (n,)."""
+    if not legs:
+        return np.full(len(delay), np.inf)
+    delays = np.array([np.where(one.reflected > 0, one.delay, np.inf) for one in legs])
+    return np.asarray(delays[np.nanargmin(np.abs(delays - delay), axis=0), np.arange(len(delay))])
