@@ -7,6 +7,7 @@ import pytest
 from scipy.optimize import minimize_scalar
 
 from insonify.engines import relief_specular_points
+from insonify.engines.eigenray_engine import EigenrayEngine
 from insonify.engines.hull_reflection import rectangle_factor
 from insonify.propagation.surface_water import surface_water
 from insonify.propagation.wind_waves import shortest_wavenumber, wind_waves
@@ -273,18 +274,21 @@ HULL = {"length": 20.0, "width": 6.0, "reflection": 0.9}
 
 
 def test_specular_points_are_searched_for_once_per_ping_and_path(monkeypatch, tmp_path):
-    """Labels, both directions of SB and BS, and both sides of a sonar have the points of one search in common."""
-    searches, search = [], relief_specular_points.specular_points
+    """Labels, both directions of SB and BS, and both sides share one search and one set of echoes."""
+    searches, search, computed = [], relief_specular_points.specular_points, []
+    compute = EigenrayEngine._boundary_echoes
+    monkeypatch.setattr(EigenrayEngine, "_boundary_echoes", lambda *a: computed.append(a) or compute(*a))
     monkeypatch.setattr(relief_specular_points, "specular_points", lambda *a: searches.append(a) or search(*a))
     waves = {"kind": "power-law", "hurst": 0.8, "rms": 0.02}
     scene = bed_only(order=2, seabed={"relief": [waves]}, sonar={"sides": ["port", "starboard"]})
     record(scene, tmp_path / "echoes.zarr", pings=[0], with_labels=True)
-    assert len(searches) == 2
+    assert (len(searches), len(computed)) == (2, 1)
 
 
-def all_nodes(_, north, east, *ends):
+def all_nodes(depth, ground, _):
     """Every node of the square that is searched."""
-    return np.stack(np.meshgrid(north, east, indexing="ij"), axis=-1).reshape(-1, 2)
+    rows = np.indices(np.array(depth.shape) - 2 * relief_specular_points.MARGIN).reshape(2, -1).T
+    return np.array([ground.north, ground.east]) + (rows + relief_specular_points.MARGIN) * ground.step
 
 
 @pytest.mark.parametrize(

@@ -4,7 +4,7 @@ For one ping the scene supplies scatterers in blocks. Propagation computes the l
 sonar. Each ordered pair of legs scatters with the strength that the object's law gives. Synthesis sums the pairs.
 """
 
-from collections.abc import Iterator
+from collections.abc import Hashable, Iterator
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 
@@ -63,7 +63,9 @@ Floats = NDArray[np.float64]
 FACE_SEED = 0x9E3779B1
 """Multiple of the number of a face that its random bounces have in their seed, so that each face has its own."""
 MAX_CACHED_BOUNDARY_ECHOES = 8
-"""Sides of pings whose boundary echoes are kept."""
+"""Pings whose boundary echoes are kept."""
+BOUNDARY_ECHO_PROFILE_WIDTH = 1e-3
+"""Least width of the azimuth slices in which the seabed occludes boundary echoes, whatever the beams [rad]."""
 MAX_CACHED_SPECULAR_POINTS = 64
 """Paths whose specular points are kept: those of a ping on each thread."""
 
@@ -78,7 +80,7 @@ class EigenrayEngine:
     rays: PropagationModel
     """Propagation model of the scene."""
     terrain_occlusion: RecentResults[TerrainOcclusion] = field(
-        default_factory=lambda: RecentResults(4), compare=False, repr=False
+        default_factory=lambda: RecentResults(8), compare=False, repr=False
     )
     """Terrain occlusion at the last few positions of the sonar's ends."""
     energy_fraction_cache: ArrayCache = field(default_factory=lambda: ArrayCache(1 << 20), compare=False, repr=False)
@@ -94,7 +96,7 @@ class EigenrayEngine:
     boundary_echoes: RecentResults[Pairs] = field(
         default_factory=lambda: RecentResults(MAX_CACHED_BOUNDARY_ECHOES), compare=False, repr=False
     )
-    """Boundary echoes of the last sides of pings, which sound and labels have in common."""
+    """Boundary echoes of the last pings, which sides, sound and labels have in common."""
     delay_field: DelayField | None = None
     """Random travel-time delays of inhomogeneous water; None: none, as for an expected intensity."""
     approximate_edges: bool = False
@@ -161,8 +163,9 @@ class EigenrayEngine:
             selection: Families and the scatterers at which their pairs are evaluated; None: all of both.
         """
         if scatterers.boundary == BOUNDARY_ECHO:
-            key = Identity(ping_geometry), self.delay_field is None
-            return self.boundary_echoes.get(key, lambda: self._boundary_echoes(ping_geometry, scatterers))
+            return self.boundary_echoes.get(
+                self._boundary_echo_key(ping_geometry), lambda: self._boundary_echoes(ping_geometry, scatterers)
+            )
         out = self._end_legs(
             ping_geometry.transmit_position, scatterers, ping_geometry, selection, elements=ping_geometry.is_monostatic
         )
@@ -189,6 +192,15 @@ class EigenrayEngine:
                 ping_geometry, out, back, pair
             )
         return Pairs(scatterers, out, back, pair, strengths)
+
+    def _boundary_echo_key(self, ping_geometry: PingGeometry) -> tuple[Hashable, ...]:
+        """Key of the boundary echoes of a ping; sides with arrays at the same positions share them."""
+        return (
+            ping_geometry.ping, ping_geometry.time, ping_geometry.frequency, ping_geometry.transmit_position.tobytes(),
+            ping_geometry.receive_position.tobytes(), self.delay_field is None,
+            None if ping_geometry.elements is None else ping_geometry.element_extent,
+            None if ping_geometry.hull is None else Identity(ping_geometry),
+        )  # fmt: skip
 
     def _boundary_echoes(self, ping_geometry: PingGeometry, transmitter: Scatterers) -> Pairs:
         """Paths from the transmitter to the receiver by reflections alone, see `insonify.engines.boundary_echoes`."""
@@ -479,10 +491,15 @@ class EigenrayEngine:
 
         def occlude() -> TerrainOcclusion:
             separation = float(np.linalg.norm(ping_geometry.transmit_position - ping_geometry.receive_position))
-            farthest = self.scene.water.max_sound_speed * ping_geometry.recorded_delays[1] / 2 + separation
-            width = min(two_way_width(ping_geometry.transmit_beams, ping_geometry.receive_beams), MAX_CELL_WIDTH)
             launches = self.rays.launch_angles(float(position[2]))
             wavelength = self._wavelength(ping_geometry, position)
+            if is_boundary_echo:
+                return TerrainOcclusion(
+                    terrain, position, launches, farthest=separation + 2 * terrain.depth, wavelength=wavelength,
+                    min_profile_width=BOUNDARY_ECHO_PROFILE_WIDTH,
+                )  # fmt: skip
+            farthest = self.scene.water.max_sound_speed * ping_geometry.recorded_delays[1] / 2 + separation
+            width = min(two_way_width(ping_geometry.transmit_beams, ping_geometry.receive_beams), MAX_CELL_WIDTH)
             gain_bound = None
             if isinstance(self.rays, StraightRays) and self.choice.importance_sampling:
                 gain_bound = straight_gain_bound(
@@ -493,7 +510,9 @@ class EigenrayEngine:
                 gain_bound=gain_bound,
             )  # fmt: skip
 
-        key = (ping_geometry.ping, position.tobytes(), ping_geometry.first_beam_bearing)
+        is_boundary_echo = scatterers.boundary == BOUNDARY_ECHO
+        bearing = None if is_boundary_echo else ping_geometry.first_beam_bearing
+        key = (ping_geometry.ping, position.tobytes(), bearing)
         soft = self.choice.edge_diffraction == "knife-edge"
         return reflect_off_relief(
             legs, scatterers, position, self.terrain_occlusion.get(key, occlude), self.scene, soft=soft, needed=needed

@@ -12,11 +12,20 @@ In layered water the length is the travel time times the speed at the surface, f
 
 from dataclasses import replace
 from functools import partial
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from insonify.engines._relief_specular_points_kernel import (
+    COLUMNS,
+    Ground,
+    PathEnds,
+    changes_sign,
+    gradients_at_nodes,
+    paths_by_ground,
+    stationary_points,
+)
 from insonify.engines.relief_reflections import NEGLIGIBLE_PRESSURE
 from insonify.propagation.glints import leg_rows
 from insonify.propagation.surface_water import SurfaceWater, rays_to, surface_water
@@ -33,10 +42,10 @@ NODES_PER_WAVE = 8.0
 """Nodes along the shortest wave of the ground that is searched [1]."""
 SLOPES = 4.0
 """Slopes that are searched, in rms slopes of the ground [1]."""
+MARGIN = 8
+"""Nodes of the ground around that square, beyond which the ends of a spline have no effect [1]."""
 SIGN_NODES = 2
 """Nodes to either side among which the gradient changes sign about a stationary point [1]."""
-NEWTON_STEPS = 8
-"""Steps towards a stationary point [1]."""
 MOST = 64
 """Points of one path that are kept, the strongest [1]."""
 AIRY = 0.795
@@ -61,21 +70,6 @@ class SpecularPoints(NamedTuple):
     """Length of the waves of the seabed below which they are left to the coherent loss [m]."""
     residual_variance: float
     """Mean square of the ground that the search leaves out [m^2]."""
-
-
-class _Ground(NamedTuple):
-    """Depth of some ground as a spline over north and east, and the water above it."""
-
-    spline: Any
-    water: SurfaceWater
-
-    def derivatives(self, positions: Floats) -> tuple[Floats, Floats, Floats]:
-        """Depth [m], (n,), its gradient [1], (n, 2), and second derivatives [1/m], (n, 2, 2), at positions (n, 2)."""
-        depth, north, east, north2, both, east2 = (
-            self.spline.ev(*positions.T, dx=dx, dy=dy) for dx, dy in ((0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2))
-        )
-        second = np.moveaxis(np.array([[north2, both], [both, east2]]), 2, 0)
-        return depth, np.stack([north, east], axis=1), second
 
 
 def with_specular_points(
@@ -191,8 +185,7 @@ def specular_points(
         The points; None where roughness leaves nothing coherent, the ground is unknown, or none is found within the
         slopes that are searched. Just beyond a caustic, on its dark side, nothing is kept.
     """
-    from scipy.interpolate import RectBivariateSpline
-    from scipy.ndimage import gaussian_filter
+    from scipy.ndimage import gaussian_filter, spline_filter
 
     before, after = terrain.depth - begin[2], terrain.depth - stop[2]
     middle = begin[:2] + before / (before + after) * (stop[:2] - begin[:2])
@@ -203,9 +196,9 @@ def specular_points(
         return None
     half = zone + SLOPES * _rms_slope(terrain, middle, float(reach.max())) * float(reach.max())
     step = max(wave / NODES_PER_WAVE, 2 * half / NODES)
-    wave, margin = max(wave, NODES_PER_WAVE * step), 4
+    wave = max(wave, NODES_PER_WAVE * step)
     keeps_all = wave <= terrain.relief.shortest_wavelength
-    nodes = np.arange(-np.ceil(half / step) - margin, np.ceil(half / step) + margin + 1) * step
+    nodes = np.arange(-np.ceil(half / step) - MARGIN, np.ceil(half / step) + MARGIN + 1) * step
     north, east = middle[0] + nodes, middle[1] + nodes
     depth = terrain.depth_at(north[:, None], east[None, :])
     if not np.all(np.isfinite(depth)):
@@ -213,12 +206,12 @@ def specular_points(
     # half of a wave of that length stays
     smooth = depth if keeps_all else gaussian_filter(depth, 0.187 * wave / step, mode="nearest")
     residual = float(np.var(depth - smooth))
-    ground = _Ground(RectBivariateSpline(north, east, smooth), water)
-    positions = _starts(ground, north[margin:-margin], east[margin:-margin], begin, stop)
-    positions = _stationary(ground, positions, begin, stop, step)
+    ground = Ground(spline_filter(smooth, mode="mirror"), float(north[0]), float(east[0]), float(step))
+    ends = PathEnds(begin, stop, water)
+    positions = _stationary(_starts(smooth, ground, ends), ground, ends)
     if not len(positions):
         return None
-    found = _at(ground, positions, begin, stop, wavelength, wave, residual)
+    found = _at(ground, positions, ends, wavelength, wave, residual)
     if not keeps_all:
         return found
     exact = np.column_stack([found.position[:, :2], terrain.depth_at(*found.position[:, :2].T)])
@@ -237,97 +230,39 @@ def _rms_slope(terrain: SeabedTerrain, middle: Floats, reach: float) -> float:
     return float(np.sqrt(np.nanmean(np.square(sample.slope))))
 
 
-def _path(
-    ground: _Ground, positions: Floats, begin: Floats, stop: Floats
-) -> tuple[Floats, Floats, Floats, Floats, Floats]:
-    """Length of paths by the ground, gradient, second derivatives, those over the tangent plane, sine of grazing."""
-    depth, slope, bend = ground.derivatives(positions)
-    point = np.column_stack([positions, depth])
-    tangent = np.zeros((len(positions), 3, 2))
-    tangent[:, 0, 0] = tangent[:, 1, 1] = 1.0
-    tangent[:, 2] = slope
-    length, total, curvature = np.zeros(len(positions)), np.zeros((len(positions), 3)), np.zeros((len(positions), 3, 3))
-    for end in (begin, stop):
-        offset = point - end
-        if ground.water.depth.size:
-            distance, unit, part = _refracted_length(offset, point[:, 2], end, ground.water)
-        else:
-            distance = np.linalg.norm(offset, axis=1)
-            unit = offset / distance[:, None]
-            part = (np.eye(3) - unit[:, :, None] * unit[:, None, :]) / distance[:, None, None]
-        length += distance
-        total += unit
-        curvature += part
-    gradient = np.einsum("ni,nij->nj", total, tangent)
-    plane = np.einsum("nia,nij,njb->nab", tangent, curvature, tangent)
-    steep = np.sqrt(1 + np.sum(slope**2, axis=1))
-    sine = np.abs(total[:, 2] - np.sum(total[:, :2] * slope, axis=1)) / (2 * steep)
-    return length, gradient, plane + total[:, 2, None, None] * bend, plane, sine
+def _paths(ground: Ground, positions: Floats, ends: PathEnds) -> Floats:
+    """Columns of `paths_by_ground` of paths by positions (n, 2), shape (n, 12)."""
+    rows = np.empty((len(positions), COLUMNS))
+    paths_by_ground(np.ascontiguousarray(positions), ground, ends, rows)
+    return rows
 
 
-def _refracted_length(offset: Floats, depth: Floats, end: Floats, water: SurfaceWater) -> tuple[Floats, Floats, Floats]:
-    """Travel time from an end to points below it [m], its gradient [1], (n, 3), and second derivatives [1/m]."""
-    rays = rays_to(end + offset, end, water)
-    p, per, bend, reference = rays[:, 0], 1 / rays[:, 1], 1 / rays[:, 2], float(water.speed[0])
-    index, below = (reference / np.interp(depth + step, water.depth, water.speed) for step in (0.0, 1e-3))
-    q = np.sqrt(np.maximum(index**2 - p**2, 1e-12))
-    across = np.linalg.norm(offset[:, :2], axis=1)
-    ahead = np.where(across[:, None] > 1e-9, offset[:, :2] / np.maximum(across, 1e-9)[:, None], [1.0, 0.0])
-    second = np.zeros((len(offset), 3, 3))
-    second[:, :2, :2] = per[:, None, None] * np.eye(2) + ((bend - per)[:, None] * ahead)[:, :, None] * ahead[:, None]
-    second[:, :2, 2] = second[:, 2, :2] = (-p / q * bend)[:, None] * ahead
-    second[:, 2, 2] = (p / q) ** 2 * bend + index * (below - index) / 1e-3 / q
-    return rays[:, 3], np.column_stack([p[:, None] * ahead, q]), second
+def _matrices(elements: Floats) -> Floats:
+    """Symmetric matrices from their elements north-north, north-east, east-east, shape (n, 2, 2)."""
+    return elements[:, [0, 1, 1, 2]].reshape(-1, 2, 2)
 
 
-def _starts(ground: _Ground, north: Floats, east: Floats, begin: Floats, stop: Floats) -> Floats:
+def _starts(depth: Floats, ground: Ground, ends: PathEnds) -> Floats:
     """Nodes about which both components of the gradient of the path length pass through zero, shape (n, 2).
 
-    A stationary point that is resolved has such nodes on all sides. The range of either component over the nodes at
-    most `SIGN_NODES` away is widened by a quarter on both sides, for a root between nodes of one sign.
+    A stationary point that is resolved has such nodes on all sides.
     """
-    from scipy.ndimage import maximum_filter, minimum_filter
-
-    depth, slope_north, slope_east = (ground.spline(north, east, dx=dx, dy=dy) for dx, dy in ((0, 0), (1, 0), (0, 1)))
-    point = np.stack([*np.broadcast_arrays(north[:, None], east[None, :]), depth], axis=-1)
-    total = np.zeros_like(point)
-    for end in (begin, stop):
-        offset = (point - end).reshape(-1, 3)
-        if ground.water.depth.size:
-            unit = _refracted_length(offset, depth.ravel(), end, ground.water)[1]
-        else:
-            unit = offset / np.sqrt(np.einsum("ni,ni->n", offset, offset))[:, None]
-        total += unit.reshape(total.shape)
-    is_start = np.ones(depth.shape, bool)
-    for axis, slope in enumerate((slope_north, slope_east)):
-        component = total[..., axis] + total[..., 2] * slope
-        low, high = (bound(component, 2 * SIGN_NODES + 1, mode="nearest") for bound in (minimum_filter, maximum_filter))
-        is_start &= (1.25 * low <= 0.25 * high) & (0.25 * low <= 1.25 * high)
-    return np.ascontiguousarray(point[is_start][:, :2])
+    size = depth.shape[0] - 2 * MARGIN, depth.shape[1] - 2 * MARGIN
+    gradient, is_start = np.empty((2, *size)), np.empty(size, bool)
+    gradients_at_nodes(depth, MARGIN, ground, ends, gradient)
+    changes_sign(gradient, SIGN_NODES, is_start)
+    return np.array([ground.north, ground.east]) + (np.argwhere(is_start) + MARGIN) * ground.step
 
 
-def _stationary(ground: _Ground, positions: Floats, begin: Floats, stop: Floats, step: float) -> Floats:
-    """Stationary points of the path length, each once, from starts a step apart by Newton's method, shape (n, 2)."""
-    start = positions
-    for number in range(NEWTON_STEPS):
-        _, gradient, curvature, _, _ = _path(ground, positions, begin, stop)
-        determinant = np.linalg.det(curvature)
-        safe = np.abs(determinant) > 1e-12
-        move = np.zeros_like(positions)
-        move[safe] = -np.linalg.solve(curvature[safe], gradient[safe][..., None])[..., 0]
-        strayed = np.linalg.norm(positions + move - start, axis=1) > 2 * step
-        is_kept = safe & ~strayed
-        if number < NEWTON_STEPS // 2:  # starts beside a caustic need more than one step
-            is_kept |= safe & (np.linalg.norm(gradient, axis=1) < 4 * step * np.abs(curvature).max(axis=(1, 2)))
-            size = np.linalg.norm(move, axis=1, keepdims=True)
-            move *= np.minimum(1.0, step / np.maximum(size, 1e-12))
-        positions, start = (positions + move)[is_kept], start[is_kept]
+def _stationary(starts: Floats, ground: Ground, ends: PathEnds) -> Floats:
+    """Stationary points of the path length, each once, from starts a step apart, shape (n, 2)."""
+    positions, is_found = starts.copy(), np.empty(len(starts), bool)
+    stationary_points(positions, ground, ends, is_found)
+    positions = positions[is_found]
     if not len(positions):
         return positions
-    _, gradient, _, _, _ = _path(ground, positions, begin, stop)
-    positions = positions[np.linalg.norm(gradient, axis=1) < 1e-7]
-    _, first = np.unique(np.round(positions / (step / 10)).astype(np.int64), axis=0, return_index=True)
-    return _apart(positions[np.sort(first)], step / 20)
+    _, first = np.unique(np.round(positions / (ground.step / 10)).astype(np.int64), axis=0, return_index=True)
+    return _apart(positions[np.sort(first)], ground.step / 20)
 
 
 def _apart(positions: Floats, least: float) -> Floats:
@@ -340,30 +275,28 @@ def _apart(positions: Floats, least: float) -> Floats:
 
 
 def _at(
-    ground: _Ground, positions: Floats, begin: Floats, stop: Floats, wavelength: float, scale: float, residual: float
+    ground: Ground, positions: Floats, ends: PathEnds, wavelength: float, scale: float, residual: float
 ) -> SpecularPoints:
     """Pressure of the path by each stationary point, the strongest first."""
-    length, _, curvature, plane, sine = _path(ground, positions, begin, stop)
+    rows, water = _paths(ground, positions, ends), ends.water
+    length, curvature, plane, sine, depth = rows[:, 0], _matrices(rows[:, 3:6]), _matrices(rows[:, 6:9]), *rows.T[9:11]
     value, vector = np.linalg.eigh(curvature)
     wavenumber, beside = 2 * np.pi / wavelength, scale / 8
     for axis in range(2):
         along = vector[:, :, axis]
-        moved = (positions + side * beside * along for side in (-1, 1))
-        ends = [np.einsum("na,nab,nb->n", along, _path(ground, one, begin, stop)[2], along) for one in moved]
-        third = np.abs(ends[1] - ends[0]) / (2 * beside)
+        moved = (_paths(ground, positions + side * beside * along, ends) for side in (-1, 1))
+        bends = [np.einsum("na,nab,nb->n", along, _matrices(one[:, 3:6]), along) for one in moved]
+        third = np.abs(bends[1] - bends[0]) / (2 * beside)
         least = AIRY * third ** (2 / 3) * wavenumber ** (-1 / 3)
         value[:, axis] = np.where(value[:, axis] < 0, -1, 1) * np.maximum(np.abs(value[:, axis]), least)
     focusing = np.sqrt(np.linalg.det(plane) / np.maximum(np.abs(value.prod(axis=1)), 1e-12))
-    if ground.water.depth.size:  # Kirchhoff's integral: cosine / (d1 d2 sqrt |det H|), with d spreading distances
-        depth, slope, _ = ground.derivatives(positions)
-        points = np.column_stack([positions, depth])
-        apart = [rays_to(points, end, ground.water)[:, 5] for end in (begin, stop)]
-        facing = sine * np.sqrt(1 + np.sum(slope**2, axis=1))
-        focusing *= length * facing / (apart[0] * apart[1] * np.sqrt(np.linalg.det(plane)))
-        sine = sine * np.interp(depth, ground.water.depth, ground.water.speed) / ground.water.speed[0]
+    points = np.column_stack([positions, depth])
+    if water.depth.size:  # Kirchhoff's integral: cosine / (d1 d2 sqrt |det H|), with d spreading distances
+        apart = [rays_to(points, end, water)[:, 5] for end in (ends.begin, ends.stop)]
+        focusing *= length * sine * rows[:, 11] / (apart[0] * apart[1] * np.sqrt(np.linalg.det(plane)))
+        sine = sine * np.interp(depth, water.depth, water.speed) / water.speed[0]
     order = np.argsort(-focusing / length, kind="stable")[:MOST]
-    depth, _, _ = ground.derivatives(positions[order])
     return SpecularPoints(
-        np.column_stack([positions[order], depth]), length[order], focusing[order],
-        np.sum(value[order] < 0, axis=1).astype(np.uint8), sine[order], scale, residual,
+        points[order], length[order], focusing[order], np.sum(value[order] < 0, axis=1).astype(np.uint8), sine[order],
+        scale, residual,
     )  # fmt: skip

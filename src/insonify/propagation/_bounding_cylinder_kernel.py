@@ -40,7 +40,7 @@ def points_behind_cylinder(
                 north, east = directions[f, n, 0], directions[f, n, 1]
             along = north * north + east * east
             off = dy * north - dx * east
-            if off * off > most * along:  # a vertical path has no side
+            if off * off > most * along or (along == 0 and dx * dx + dy * dy > most):
                 continue
             back, length = dx * north + dy * east, math.sqrt(along)
             if back >= -radius * length and back <= (math.sqrt(square) + radius) * length:

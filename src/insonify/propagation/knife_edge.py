@@ -27,7 +27,7 @@ from insonify.propagation.families import bounce_sequence, image_depth
 from insonify.propagation.knife_edge_kernel import FAR, PER_UNIT, BoxScreens, DiffractedLegs, diffract_around_boxes
 from insonify.propagation.silhouette import silhouette
 from insonify.records.legs import Legs, LegStatus
-from insonify.scene.scatterers import Scatterers
+from insonify.scene.scatterers import BOUNDARY_ECHO, Scatterers
 from insonify.scene.scene import Scene
 
 TOUCHING = 0.01
@@ -159,11 +159,14 @@ def _near(
     if not np.isfinite(longest):  # legs that do not exist have no length
         longest = float(np.fmax.reduce(legs.length, axis=None, initial=0.0))
     boxes, found, points = len(scene.boxes), [], scatterers.position
+    aside = 0.0
+    if scatterers.boundary == BOUNDARY_ECHO:  # slopes turn paths aside from the straight line between both ends
+        aside = float(np.nanmax(legs.length * np.hypot(*np.moveaxis(legs.arrival[..., :2], -1, 0)), initial=0.0))
     if boxes:
-        beside = edge_clearance(longest, wavelength, FAR)
+        beside = edge_clearance(longest, wavelength, FAR) + aside
         found = points_near_cylinders(scene, position, points, beside, legs.arrival)[:boxes]
     if boxes < len(scene.occluders):
-        beside = edge_clearance(longest, wavelength, max_fresnel_number)
+        beside = edge_clearance(longest, wavelength, max_fresnel_number) + aside
         found += points_near_cylinders(scene, position, points, beside)[boxes:]
     return found
 

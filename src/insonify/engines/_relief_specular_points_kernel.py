@@ -1,0 +1,257 @@
+"""Kernels of the path from one position to another by a point of the ground: its length and derivatives.
+
+Lengths in layered water are travel times times the speed at the surface. The ground is a uniform cubic spline.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.jit import njit
+from insonify.propagation._layered_surface_path_kernel import (
+    CLOSE,
+    SurfaceWater,
+    refracted_path,
+    speed_at,
+    time_and_length,
+)
+
+Floats = NDArray[np.float64]
+
+COLUMNS = 12
+"""Columns of `paths_by_ground` [1]."""
+NEWTON_STEPS = 8
+"""Steps towards a stationary point [1]."""
+
+
+class Ground(NamedTuple):
+    """Depth of a square of ground as a cubic spline over a lattice."""
+
+    coefficients: Floats
+    """Coefficients of the nodes [m], (a, b)."""
+    north: float
+    """North of the first node [m]."""
+    east: float
+    """East of the first node [m]."""
+    step: float
+    """Distance of the nodes [m]."""
+
+
+class PathEnds(NamedTuple):
+    """Ends of paths by the ground, or their images, and the water between."""
+
+    begin: Floats
+    """North, east, depth [m], (3,)."""
+    stop: Floats
+    """North, east, depth [m], (3,)."""
+    water: SurfaceWater
+    """The water; without knots, of one sound speed."""
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _weights(t: float) -> tuple[tuple[float, ...], tuple[float, ...], tuple[float, ...]]:
+    """Weights of four nodes at a fraction t from the second to the third; their first and second derivatives [1]."""
+    s = 1 - t
+    value = (s * s * s / 6, (3 * t - 6) * t * t / 6 + 2 / 3, (3 * s - 6) * s * s / 6 + 2 / 3, t * t * t / 6)
+    first = (-s * s / 2, (1.5 * t - 2) * t, (2 - 1.5 * s) * s, t * t / 2)
+    return value, first, (s, 3 * t - 2, 3 * s - 2, t)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def depth_derivatives(north: float, east: float, ground: Ground) -> tuple[float, float, float, float, float, float]:
+    """Depth [m]; its derivatives by north, by east [1]; second ones by north twice, both, and east twice [1/m]."""
+    coefficients, per_step = ground.coefficients, 1 / ground.step
+    x, y = (north - ground.north) * per_step, (east - ground.east) * per_step
+    a = min(max(math.floor(x), 1), coefficients.shape[0] - 3)
+    b = min(max(math.floor(y), 1), coefficients.shape[1] - 3)
+    along, along1, along2 = _weights(x - a)
+    across, across1, across2 = _weights(y - b)
+    depth = north1 = east1 = north2 = both = east2 = 0.0
+    for i in range(4):
+        row = row1 = row2 = 0.0
+        for j in range(4):
+            c = coefficients[a - 1 + i, b - 1 + j]
+            row += across[j] * c
+            row1 += across1[j] * c
+            row2 += across2[j] * c
+        depth += along[i] * row
+        north1 += along1[i] * row
+        east1 += along[i] * row1
+        north2 += along2[i] * row
+        both += along1[i] * row1
+        east2 += along[i] * row2
+    square = per_step * per_step
+    return depth, north1 * per_step, east1 * per_step, north2 * square, both * square, east2 * square
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _direction(
+    north: float, east: float, depth: float, end: Floats, water: SurfaceWater
+) -> tuple[float, float, float, float, float, float]:
+    """Gradient of the length from an end to a point below it [1], slopes of the distance [1/m], and the length [m].
+
+    The slopes are those of the horizontal part of the gradient across and along the path.
+    """
+    x, y, z = north - end[0], east - end[1], depth - end[2]
+    if water.depth.size == 0:
+        length = math.sqrt(x * x + y * y + z * z)
+        return x / length, y / length, z / length, 1 / length, 1 / length, length
+    distance = math.sqrt(x * x + y * y)
+    ray = refracted_path(distance, -end[2], depth, False, water, 0.0, CLOSE)
+    if not ray.exists:
+        return math.nan, math.nan, math.nan, math.nan, math.nan, math.nan
+    reference = water.speed[0]
+    p, index = reference * ray.slowness, reference / speed_at(depth, water)
+    time, _ = time_and_length(ray, distance, False, water)
+    ahead, aside = (x / distance, y / distance) if distance > 1e-9 else (1.0, 0.0)
+    q = math.sqrt(max(index * index - p * p, 1e-12))
+    return p * ahead, p * aside, q, reference / ray.distance, reference / ray.growth, reference * time
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _second_derivatives(
+    gradient: tuple[float, float, float, float, float, float], depth: float, water: SurfaceWater
+) -> tuple[float, float, float, float, float, float]:
+    """Second derivatives of the length of `_direction` by north, east and depth: nn, ne, ee, nd, ed, dd [1/m]."""
+    n, e, d, per, bend, _ = gradient
+    if water.depth.size == 0:
+        return (1 - n * n) * per, -n * e * per, (1 - e * e) * per, -n * d * per, -e * d * per, (1 - d * d) * per
+    p = math.sqrt(n * n + e * e)
+    ahead, aside = (n / p, e / p) if p > 1e-12 else (1.0, 0.0)
+    index, below = water.speed[0] / speed_at(depth, water), water.speed[0] / speed_at(depth + 1e-3, water)
+    cross = -p / d * bend
+    return (
+        per + (bend - per) * ahead * ahead, (bend - per) * ahead * aside, per + (bend - per) * aside * aside,
+        cross * ahead, cross * aside, (p / d) ** 2 * bend + index * (below - index) / 1e-3 / d,
+    )  # fmt: skip
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _path(north: float, east: float, ground: Ground, ends: PathEnds, row: Floats) -> None:
+    """Write the columns of the path by one point, (12,)."""
+    depth, north1, east1, north2, both, east2 = depth_derivatives(north, east, ground)
+    row[:] = 0.0
+    total_north = total_east = down = 0.0
+    for end in (ends.begin, ends.stop):
+        gradient = _direction(north, east, depth, end, ends.water)
+        nn, ne, ee, nd, ed, dd = _second_derivatives(gradient, depth, ends.water)
+        row[0] += gradient[5]
+        total_north += gradient[0]
+        total_east += gradient[1]
+        down += gradient[2]
+        row[6] += nn + 2 * nd * north1 + dd * north1 * north1
+        row[7] += ne + nd * east1 + ed * north1 + dd * north1 * east1
+        row[8] += ee + 2 * ed * east1 + dd * east1 * east1
+    row[1], row[2] = total_north + down * north1, total_east + down * east1
+    row[3], row[4], row[5] = row[6] + down * north2, row[7] + down * both, row[8] + down * east2
+    steepness = math.sqrt(1 + north1 * north1 + east1 * east1)
+    row[9] = abs(down - total_north * north1 - total_east * east1) / (2 * steepness)
+    row[10], row[11] = depth, steepness
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def paths_by_ground(positions: Floats, ground: Ground, ends: PathEnds, rows: Floats) -> None:
+    """Paths by n points of the ground.
+
+    Args:
+        positions: North, east [m], (n, 2).
+        ground: The ground.
+        ends: Ends of the paths.
+        rows: Filled: length [m]; its derivatives by north, by east [1]; second ones by north twice, both, and east
+            twice; those over the tangent plane [1/m]; sine of the grazing angle [1]; depth [m]; secant of the slope
+            [1], (n, 12).
+    """
+    for n in range(positions.shape[0]):
+        _path(positions[n, 0], positions[n, 1], ground, ends, rows[n])
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def gradients_at_nodes(depth: Floats, margin: int, ground: Ground, ends: PathEnds, gradient: Floats) -> None:
+    """Gradient of the length at the nodes of the ground.
+
+    Args:
+        depth: Depth of the nodes [m], (a, b).
+        margin: Nodes left out along each edge, at least 1.
+        ground: The ground.
+        ends: Ends of the paths.
+        gradient: Filled: by north and by east [1], (2, a - 2 margin, b - 2 margin).
+    """
+    c, half = ground.coefficients, 1 / (12 * ground.step)
+    for i in range(gradient.shape[1]):
+        for j in range(gradient.shape[2]):
+            a, b = i + margin, j + margin
+            north1 = (c[a + 1, b - 1] - c[a - 1, b - 1] + c[a + 1, b + 1] - c[a - 1, b + 1]) * half
+            north1 += 4 * (c[a + 1, b] - c[a - 1, b]) * half
+            east1 = (c[a - 1, b + 1] - c[a - 1, b - 1] + c[a + 1, b + 1] - c[a + 1, b - 1]) * half
+            east1 += 4 * (c[a, b + 1] - c[a, b - 1]) * half
+            north, east = ground.north + a * ground.step, ground.east + b * ground.step
+            one = _direction(north, east, depth[a, b], ends.begin, ends.water)
+            other = _direction(north, east, depth[a, b], ends.stop, ends.water)
+            down = one[2] + other[2]
+            gradient[0, i, j] = one[0] + other[0] + down * north1
+            gradient[1, i, j] = one[1] + other[1] + down * east1
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def changes_sign(gradient: Floats, reach: int, found: NDArray[np.bool_]) -> None:
+    """Mark nodes about which both components of a gradient pass through zero.
+
+    The range of either component over the nodes at most `reach` away is widened by a quarter on both sides, for a root
+    between nodes of one sign. Unknown components are left out.
+
+    Args:
+        gradient: Both components [1], (2, a, b).
+        reach: Nodes to either side.
+        found: Filled, (a, b).
+    """
+    _, rows, columns = gradient.shape
+    for i in range(rows):
+        for j in range(columns):
+            found[i, j] = True
+            for axis in range(2):
+                low, high = math.inf, -math.inf
+                for a in range(max(i - reach, 0), min(i + reach + 1, rows)):
+                    for b in range(max(j - reach, 0), min(j + reach + 1, columns)):
+                        low, high = min(low, gradient[axis, a, b]), max(high, gradient[axis, a, b])
+                if not (1.25 * low <= 0.25 * high and 0.25 * low <= 1.25 * high):
+                    found[i, j] = False
+                    break
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def stationary_points(starts: Floats, ground: Ground, ends: PathEnds, is_found: NDArray[np.bool_]) -> None:
+    """Move starts to stationary points of the path length by Newton's method.
+
+    Args:
+        starts: North, east [m], replaced, (n, 2).
+        ground: The ground; the starts are a step apart.
+        ends: Ends of the paths.
+        is_found: Filled: True where a stationary point is found, (n,).
+    """
+    row, step = np.empty(COLUMNS), ground.step
+    for n in range(starts.shape[0]):
+        north, east = starts[n, 0], starts[n, 1]
+        is_found[n] = True
+        for number in range(NEWTON_STEPS):
+            _path(north, east, ground, ends, row)
+            g, h, nn, ne, ee = row[1], row[2], row[3], row[4], row[5]
+            determinant = nn * ee - ne * ne
+            if not abs(determinant) > 1e-12:
+                is_found[n] = False
+                break
+            move, aside = (ne * h - ee * g) / determinant, (ne * g - nn * h) / determinant
+            strayed = math.hypot(north + move - starts[n, 0], east + aside - starts[n, 1]) > 2 * step
+            early = number < NEWTON_STEPS // 2
+            near = math.hypot(g, h) < 4 * step * max(abs(nn), abs(ne), abs(ee))
+            if strayed and not (early and near):
+                is_found[n] = False
+                break
+            size = math.hypot(move, aside)
+            part = step / size if early and size > step else 1.0  # starts beside a caustic need more than one step
+            north, east = north + part * move, east + part * aside
+        if is_found[n]:
+            _path(north, east, ground, ends, row)
+            is_found[n] = math.hypot(row[1], row[2]) < 1e-7
+        starts[n, 0], starts[n, 1] = north, east
