@@ -125,3 +125,19 @@ def test_bootstrap_intervals_hold_the_mean_as_often_as_stated():
         low, high = interval(weights @ sample / 40)[:, 0]
         inside.append(low <= 1 <= high)
     assert 0.90 <= np.mean(inside) <= 0.98
+
+
+def test_few_exchanges_decide_nothing():
+    """Three units have eight exchanges, of which two are as extreme as any: no chance below 1/4, whatever the rounding.
+
+    The observed one is among them; sums of it in another order, 1e-15 apart, count as equal.
+    """
+    rng = np.random.default_rng(5)
+    signs = np.array([[1 - 2 * (row >> unit & 1) for unit in range(3)] for row in range(8)])
+    exchanged = np.repeat(signs @ rng.normal(size=(3, 4)), 125, axis=0)
+    adjusted, chance = p_values(exchanged[0] * (1 + 1e-15), exchanged)
+    assert np.isnan(chance) and np.isnan(adjusted).all()
+    units = rng.normal(size=6)
+    signs = np.array([[1 - 2 * (row >> unit & 1) for unit in range(6)] for row in range(64)])
+    largest = np.repeat(signs @ np.abs(units), 16)[:, None]  # the identity is the most extreme of 64
+    assert p_values(largest[0] * (1 + 1e-15), largest)[1] == pytest.approx(2 / 64, rel=0.05)

@@ -77,7 +77,14 @@ def _finding(kind: type[Measure], frame: Frame, weights: Floats, seed: int) -> F
     values = tuple(Value(q.name, q.unit, *(float(number) for number in numbers)) for q, *numbers in rows)
     remark, curves = measure.remark(*totals), measure.curves(*totals)
     if not np.isfinite(chance):
-        return Finding(kind.name, "not compared", "too few independent samples", float("nan"), values, curves)
+        return Finding(
+            kind.name,
+            "not compared",
+            "too few independent samples to separate two draws",
+            float("nan"),
+            values,
+            curves,
+        )
     return Finding(kind.name, "alike", remark, chance, values, curves)
 
 

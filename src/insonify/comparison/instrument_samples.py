@@ -7,6 +7,7 @@ import xarray as xr
 
 from insonify.comparison.samples import Floats, Samples, Values, amplitude_of_level
 from insonify.formats.instruments.instrument_file import InstrumentFile
+from insonify.formats.instruments.simrad_ek80 import TRANSMITTED
 from insonify.formats.store_description import StoreError
 
 MAX_VALUES = 1 << 25
@@ -41,6 +42,7 @@ def instrument_samples(file: InstrumentFile, group: str | None = None, frequency
     return found if np.isfinite(found.depth) else replace(found, depth=_mounting_depth(file, chosen, pings))
 
 
+_NO_IMAGES = ("soundings", "extra detections")
 _AXES = ("sector", "beam", "sample")
 _PULSE_ABOVE = 20.0  # dB of a transmitted pulse above the median of a record that opens with it
 
@@ -54,7 +56,7 @@ def _mounting_depth(file: InstrumentFile, group: str, pings: xr.Dataset) -> floa
 
 def _only_group(file: InstrumentFile, frequency: float) -> str:
     names = list(file.groups)
-    images = [name for name in names if name != "soundings"] or names
+    images = [name for name in names if name not in _NO_IMAGES and not name.endswith(TRANSMITTED)] or names
     if len(images) == 1:
         return images[0]
     near = {}

@@ -14,7 +14,9 @@ from insonify.comparison.samples import Floats
 PERMUTATIONS = 999
 RESAMPLES = 400
 CONFIDENCE = 0.95
-"""Probability of the intervals."""
+"""Probability of the intervals; a difference counts where it is less likely than the rest."""
+_ROUNDING = 1e-7
+"""Standardised differences that are closer count as equal: sums of the same units differ by their order."""
 
 
 def exchanges(frame: Frame, seed: int = 0) -> Floats:
@@ -66,7 +68,7 @@ def p_values(observed: Floats, exchanged: Floats, distances: int = 0) -> tuple[F
 
     Returns:
         Probability of each difference, adjusted for their number by the largest one (Westfall & Young 1993, maxT), and
-        the probability of the largest one.
+        the probability of the largest one; NaN where so few units are exchanged that no difference could count.
     """
     known = np.isfinite(observed) & (np.isfinite(exchanged).mean(axis=0) > 0.9)
     adjusted = np.full(observed.shape, np.nan)
@@ -78,7 +80,9 @@ def p_values(observed: Floats, exchanged: Floats, distances: int = 0) -> tuple[F
     sided = (np.arange(observed.size) >= observed.size - distances)[known]
     score, others = ((values - middle) / spread for values in (observed[known], rows))
     score, others = (np.where(sided, values, np.abs(values)) for values in (score, others))
-    largest = np.max(np.nan_to_num(others), axis=1)
+    largest = np.max(np.nan_to_num(others), axis=1) + _ROUNDING
+    if largest.max() > 2 * _ROUNDING and np.mean(largest >= largest.max() - _ROUNDING) > 1 - CONFIDENCE:
+        return adjusted, np.nan
     adjusted[known] = (1 + (largest[:, None] >= score).sum(axis=0)) / (1 + len(rows))
     return adjusted, float(adjusted[known].min())
 

@@ -12,7 +12,7 @@ from insonify.formats.instruments import instrument_file, open_instrument
 from insonify.formats.instruments.instrument_file import MAX_OMISSIONS
 from insonify.formats.instruments.open_instrument import instrument_formats
 from insonify.formats.store_description import StoreError
-from oracles import imaging_sonar_files
+from oracles import imaging_sonar_files, other_datagrams
 from oracles import instrument_files as files
 
 MEMORY = 128
@@ -48,6 +48,12 @@ def survive(suffix, whole, path, count, seed):
 def test_mutants_are_read_or_refused(suffix, tmp_path):
     """Fifty mutants of each small file."""
     assert survive(suffix, files.SYNTHETIC[suffix](), tmp_path / f"a{suffix}", 50, 1) > 40
+
+
+@pytest.mark.parametrize("suffix", other_datagrams.OTHERS)
+def test_mutants_with_seldom_datagrams_are_read_or_refused(suffix, tmp_path):
+    """Fifty mutants of each small file with datagrams of sensors, earlier instruments and other programs."""
+    assert survive(suffix, other_datagrams.OTHERS[suffix](), tmp_path / f"a{suffix}", 50, 4) > 35
 
 
 @pytest.mark.validate

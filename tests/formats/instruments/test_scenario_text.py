@@ -121,7 +121,7 @@ class Survey(InstrumentFile):
         """None."""
         return ()
 
-    def lever_arm(self):
+    def lever_arm(self, group=None):
         """As drawn."""
         return self.arm
 

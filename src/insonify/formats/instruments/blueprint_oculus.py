@@ -66,7 +66,7 @@ PINGS = (
 KINDS = {0x15: "fire", 0x22: "ping result", 0x23: "simple ping result", 0x55: "user configuration", 0x80: "log"}
 _CONTENT = {
     "simple ping result": "image", "simple ping result 2": "image and attitude", "fire": "demand of a ping",
-    "ping result": "image in the full form, not read", "user configuration": "network", "log": "messages of the sonar",
+    "ping result": "image in the full form", "user configuration": "network", "log": "messages of the sonar",
     "message 0xff": "idle", "item": "other data of the log",
 }  # fmt: skip
 _SIMPLE = ("simple ping result", "simple ping result 2")
@@ -102,6 +102,8 @@ class BlueprintOculusFile(InstrumentFile):
     format = "Blueprint Oculus"
     suffixes = (".oculus", ".raw")
     kinds = _CONTENT
+    unread = frozenset(_CONTENT) - {"simple ping result", "simple ping result 2", "message 0xff"}
+    """The maker publishes the names, not the meaning, of the fields of the full form of a ping."""
 
     @staticmethod
     def matches(head: bytes) -> bool:
@@ -121,8 +123,6 @@ class BlueprintOculusFile(InstrumentFile):
                 offset = self._find(mark, offset + 1)
                 continue
             yield (offset, *found)
-            if found[1] == "ping result":
-                self._omit(offset, "ping result: the full form of a ping is not read, only the simple one")
             offset += found[0]
 
     def _message(self, offset: int) -> tuple[int, str, float]:

@@ -33,12 +33,12 @@ def file_summary(file: InstrumentFile) -> dict[str, Any]:
             for kind in np.unique(index.kind).tolist()
         ],
         "groups": groups,
-        "series": {name: _series(found) for name in ("navigation", "attitude")
-                   if (found := getattr(file, name)()) is not None},
+        "series": {name: _series(found) for name, found in (("navigation", file.navigation()),
+                   ("attitude", file.attitude()), *file.sensors().items()) if found is not None},
         "sound_speed_profiles": len(file.sound_speed_profiles()),
         "settings": len(file.settings()),
         "clock_jumps": [{"offset": jump.offset, "reason": jump.reason} for jump in file.clock_jumps],
-        "omissions": [{"offset": part.offset, "reason": part.reason} for part in file.omissions],
+        "omissions": [{"offset": part.offset, "reason": part.reason} for part in (*file.omissions, *file.not_read)],
     }  # fmt: skip
 
 

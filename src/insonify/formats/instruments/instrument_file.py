@@ -114,6 +114,8 @@ class InstrumentFile(ABC):
     """Suffixes of such files, in lower case with the dot."""
     kinds: ClassVar[Mapping[str, str]]
     """Content of each kind of datagram that the format has; others are listed as unknown."""
+    unread: ClassVar[frozenset[str]] = frozenset()
+    """Kinds of which nothing is read; `not_read` lists those that a file has."""
 
     def __init__(self, path: str | Path) -> None:
         self.path = Path(path)
@@ -189,8 +191,16 @@ class InstrumentFile(ABC):
         """Profiles of sound speed [m/s] over depth [m], each with the attribute `time`."""
         return ()
 
-    def lever_arm(self) -> LeverArm | None:
-        """Position of the transducer re the point that `navigation` has positions of, None where it is not known."""
+    def sensors(self) -> Mapping[str, xr.Dataset]:
+        """Readings of other sensors over time, by name, such as "clock" or "height"."""
+        return {}
+
+    def lever_arm(self, group: str | None = None) -> LeverArm | None:
+        """Position of a transducer re the point that `navigation` has positions of, None where it is not known.
+
+        Args:
+            group: Group of the transducer, of a file with several of them.
+        """
         return None
 
     def setting_values(self, *names: str) -> list[float] | None:
@@ -214,6 +224,14 @@ class InstrumentFile(ABC):
         more = f"and {len(self._not_listed)} more"
         return (*listed, Omission(self._size, more)) if self._not_listed else listed
 
+    @property
+    def not_read(self) -> tuple[Omission, ...]:
+        """Kinds of datagrams that the format has and of which nothing is read, with their number, each at its first."""
+        rows = (row for row in self._kind_counts() if row[0] in self.unread)
+        return tuple(
+            Omission(offset, f"{kind}: {self.kinds[kind]}: not read, {count} of them") for kind, offset, count in rows
+        )
+
     @cached_property
     def clock_jumps(self) -> tuple[Omission, ...]:
         """Datagrams whose clock is far from that of the previous one of their kind: a buffer reorders by seconds."""
@@ -232,7 +250,7 @@ class InstrumentFile(ABC):
         for group, count in self.groups.items():
             for ping in range(count):
                 self.read(group, slice(ping, ping + 1))
-        self.settings(), self.navigation(), self.attitude(), self.sound_speed_profiles()
+        self.settings(), self.navigation(), self.attitude(), self.sound_speed_profiles(), self.sensors()
         return self.omissions
 
     def close(self) -> None:
@@ -315,11 +333,14 @@ class InstrumentFile(ABC):
 
     def _omit_unknown(self) -> None:
         """List the first datagram of each kind that the format does not have."""
-        kinds, first, counts = np.unique(self.datagrams.kind, return_index=True, return_counts=True)
-        for kind, row, count in zip(kinds, first, counts, strict=True):
+        for kind, offset, count in self._kind_counts():
             if kind not in self.kinds:
-                why = f"{kind}: unknown kind of datagram" + (f", {count} of them" if count > 1 else "")
-                self._omit(int(self.datagrams.offset[row]), why)
+                self._omit(offset, f"{kind}: unknown kind of datagram" + (f", {count} of them" if count > 1 else ""))
+
+    def _kind_counts(self) -> Iterator[tuple[str, int, int]]:
+        """Each kind of datagram with the offset of the first and their number."""
+        kinds, first, counts = np.unique(self.datagrams.kind, return_index=True, return_counts=True)
+        return zip(kinds.tolist(), self.datagrams.offset[first].tolist(), counts.tolist(), strict=True)
 
     def _parsed(self, rows: Iterable[int], parse: Callable[[bytes], Parsed]) -> Iterator[tuple[int, Parsed]]:
         """Rows of the index with their parsed datagrams; those that cannot be read are omitted."""

@@ -8,7 +8,7 @@ which Kongsberg counts positive to port.
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
@@ -157,6 +157,28 @@ _POSITION = (
     Column("ellipsoid_height", "ellipsoid_height", "m", "height above the ellipsoid", 1.0, -999.0),
     Column("position_uncertainty", "quality", "m", "quality of the position as the sensor states it"),
 )
+_SENSORS = {
+    "#CPO": ("position at the water line", layouts.POSITION, _POSITION),
+    "#SCL": ("clock", layouts.CLOCK, (
+        Column("offset", "offset", "s", "offset from the clock source"),
+        Column("deviation", "deviation", "s", "time of arrival less time in the clock source", 1e-9))),
+    "#SPE": ("position error", layouts.POSITION_ERROR, (
+        Column("major_axis", "major_axis", "m", "standard deviation along the major axis of the error ellipse"),
+        Column("minor_axis", "minor_axis", "m", "standard deviation along the minor axis of the error ellipse"),
+        Column("orientation", "orientation", "rad", "direction of the major axis", DEGREE),
+        *(Column(f"{name}_error", name, "m", f"standard deviation of the {name}")
+          for name in ("latitude", "longitude", "height")))),
+    "#SVT": ("sound speed at the transducer", layouts.SPEED, (
+        Column("sound_speed", "sound_speed", "m/s", "sound speed at the transducer"),
+        Column("temperature", "temperature", "degC", "temperature", 1.0, -9999.0),
+        Column("pressure", "pressure", "Pa", "pressure", 1.0, -9999.0),
+        Column("salinity", "salinity", "g/kg", "salinity", 1.0, -9999.0))),
+    "#SDE": ("depth of the sonar", layouts.DEPTH, (
+        Column("depth", "depth", "m", "depth as used"),
+        Column("depth_raw", "raw", "m", "depth as the sensor states it, NaN before revision I"))),
+    "#CHE": ("heave of water columns", layouts.HEAVE, (Column("heave", "heave", "m", "heave, positive down"),)),
+}  # fmt: skip
+"""Name, records and variables of the datagrams of other sensors."""
 _PROFILE = (
     Column("sound_speed", "sound_speed", "m/s", "sound speed"),
     Column("temperature", "temperature", "degC", "temperature"),
@@ -198,7 +220,9 @@ class KmallFile(InstrumentFile):
         "#SHI": "height sensor", "#MRZ": "soundings and seabed image", "#MWC": "water column",
         "#SPE": "position error", "#CPO": "position, compatible", "#CHE": "heave, compatible",
         "#FCF": "calibration file", "#MRZ+": "continued soundings", "#MWC+": "continued water column",
+        "#SHA": "heading", "#IBE": "built-in test", "#IBR": "built-in test, reply", "#IBS": "built-in test, short",
     }  # fmt: skip
+    unread = frozenset({"#SHI", "#SHA", "#FCF", "#IBE", "#IBR", "#IBS"})
     _of_group: ClassVar[Mapping[str, str]] = {"soundings": "#MRZ", "seabed image": "#MRZ", "water column": "#MWC"}
 
     @staticmethod
@@ -276,7 +300,7 @@ class KmallFile(InstrumentFile):
                 return time_dataset(found, _seconds(found), _POSITION)
         return None
 
-    def lever_arm(self) -> LeverArm | None:
+    def lever_arm(self, group: str | None = None) -> LeverArm | None:
         """Position of the transmitter re the vessel's reference point, which #SPO has the positions of."""
         for part in ("TRAI_TX1", "TRAI_HD1"):
             names = [f"{part}.{axis}" for axis in "XYZ"]
@@ -292,6 +316,18 @@ class KmallFile(InstrumentFile):
     def sound_speed_profiles(self) -> tuple[xr.Dataset, ...]:
         """Profiles with their time and position."""
         return tuple(profile for _, profile in self._parsed(self.datagrams.rows("#SVP"), _profile))
+
+    def sensors(self) -> Mapping[str, xr.Dataset]:
+        """Clock, position error, position at the water line, sound speed at the transducer, depth, heave, by name."""
+        made = {}
+        for kind, (name, part, columns) in _SENSORS.items():
+            read = list(self._parsed(self.datagrams.rows(kind), partial(_sensor, kind, part)))
+            found = [rows for _, rows in read]
+            timed = "seconds" in (part.names or ())
+            times = _seconds(found) if timed else self.datagrams.time[[row for row, _ in read]]
+            if (series := time_dataset(found, times, columns)) is not None:
+                made[name] = series
+        return made
 
     def _water_column(self, pings: slice) -> xr.Dataset:
         numbers, columns = self._multibeam("#MWC", pings, _water_column)
@@ -412,6 +448,22 @@ def _position(content: bytes) -> NDArray[Any]:
     """Position of an #SPO or #CPO datagram, shape (1,)."""
     _, offset = _part(content, layouts.SENSOR, layouts.HEADER.itemsize)
     return records(content, layouts.POSITION, offset)
+
+
+def _sensor(kind: str, part: np.dtype[Any], content: bytes) -> NDArray[Any]:
+    """Readings in a datagram of another sensor, shape (n,)."""
+    if kind == "#SVT":
+        info, offset = _part(content, layouts.SPEED_INFO, layouts.HEADER.itemsize)
+        return records(content, part, offset, int(info["count"]), int(info["sample_size"]))
+    _, offset = _part(content, layouts.BODY if kind == "#CHE" else layouts.SENSOR, layouts.HEADER.itemsize)
+    if kind == "#SDE" and content[8] == 0:  # before revision I without the raw depth
+        found = np.zeros(1, part)
+        older = records(content, layouts.DEPTH_EARLIER, offset)
+        for name in older.dtype.names or ():
+            found[name] = older[name]
+        found["raw"] = np.nan
+        return found
+    return records(content, part, offset)
 
 
 def _attitude(content: bytes) -> NDArray[Any]:

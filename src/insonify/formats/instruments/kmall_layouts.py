@@ -49,3 +49,10 @@ PROFILE = layout("u2 size count; S4 format; u4 seconds; f8 latitude longitude")
 PROFILE_POINT = layout("f4 depth sound_speed; u4 pad; f4 temperature salinity")
 SPEED_INFO = layout("u2 size status format count sample_size contents; f4 filter_time offset")
 SPEED = layout("u4 seconds nanoseconds; f4 sound_speed temperature pressure salinity")
+CLOCK = layout("f4 offset; i4 deviation")
+POSITION_ERROR = layout(
+    "u4 seconds nanoseconds; f4 range_rms major_axis minor_axis orientation latitude longitude height"
+)
+DEPTH = layout("f4 depth raw offset scale; f8 latitude longitude")
+HEAVE = layout("f4 heave")
+DEPTH_EARLIER = layout("f4 depth offset scale; f8 latitude longitude")

@@ -7,13 +7,14 @@ and a sum of its bytes at its end. Receivers of a system with two have datagrams
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from datetime import date
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from insonify.formats.instruments import kongsberg_all_earlier as earlier
 from insonify.formats.instruments import kongsberg_all_layouts as layouts
 from insonify.formats.instruments.columns import (
     DEGREE,
@@ -38,6 +39,8 @@ from insonify.formats.instruments.instrument_file import (
     Setting,
     records,
 )
+from insonify.formats.instruments.kongsberg_all_earlier import NO_QUALITY
+from insonify.formats.instruments.kongsberg_all_sensors import ATTITUDE, SENSORS, readings
 from insonify.formats.instruments.kongsberg_text import installation_settings
 
 _HEAD = layouts.HEADER.itemsize
@@ -59,7 +62,7 @@ _SOUNDING = (
     Column("starboard", "starboard", "m", "position re the positioning system's reference, to starboard"),
     Column("down", "down", "m", "position re the transmitter, down"),
     Column("backscatter", "level", "dB", "backscatter level", _DECI),
-    Column("quality", "quality", "1", "standard deviation of the range re the range", 1 / 250),
+    Column("quality", "quality", "1", "standard deviation of the range re the range", 1 / 250, NO_QUALITY),
     Column("incidence_correction", "incidence_correction", "rad", "correction of the incidence angle", _DECI * DEGREE),
     Column("cleaning", "cleaning", "code", "negative where a beam is flagged out"),
 )
@@ -75,8 +78,26 @@ _SECTOR = (
     Column("focus_range", "focus_range", "m", "focal range of the transmitter, 0 without", _DECI),
     Column("bandwidth", "bandwidth", "Hz", "bandwidth of the sector's pulse"),
     Column("pulse_length", "pulse_length", "s", "length of the sector's pulse"),
-    Column("absorption", "absorption", "dB/m", "mean absorption of the sector", 1e-5),
+    Column("absorption", "absorption", "dB/m", "mean absorption of the sector", 1e-5, 0.0),
     Column("waveform", "waveform", "code", "0 CW, 1 rising FM, 2 falling FM"),
+)
+_EXTRA_PING = (
+    Column("heading", "heading", "rad", "heading of the vessel", _CENTI * DEGREE),
+    Column("sound_speed", "sound_speed", "m/s", "sound speed at the transducer", _DECI),
+    Column("transducer_depth", "reference_depth", "m", "depth of the point that depths refer to"),
+)
+_EXTRA = (
+    Column("travel_time", "travel_time", "s", "two-way travel time"),
+    Column("beam_angle", "angle", "rad", "beam angle re the receiver, positive to starboard", -DEGREE),
+    Column("forward", "forward", "m", "position forward"),
+    Column("starboard", "starboard", "m", "position to starboard"),
+    Column("down", "down", "m", "position re the transmitter, down"),
+    Column("backscatter", "level", "dB", "backscatter level", _DECI),
+    Column("sector", "sector", "code", "transmit sector"),
+    Column("class_number", "class", "code", "class of the detection"),
+    Column("confidence", "confidence", "code", "confidence level"),
+    Column("water_column_beam", "water_column_beam", "code", "beam of the water column"),
+    Column("water_column_sample", "water_column_sample", "code", "sample of the detection in the water column"),
 )
 _IMAGE_PING = (
     Column("image_sample_rate", "sample_rate", "Hz", "sample rate of the seabed image"),
@@ -107,12 +128,6 @@ _WATER_BEAM = (
     Column("detected_sample", "detected", "1", "sample number of the detection, NaN without", 1.0, 0.0),
     Column("sector", "sector", "code", "transmit sector"),
     Column("sample_count", "sample_count", "code", "samples of the beam"),
-)
-_ATTITUDE = (
-    Column("roll", "roll", "rad", "roll, positive starboard down", _CENTI * DEGREE),
-    Column("pitch", "pitch", "rad", "pitch, positive bow up", _CENTI * DEGREE),
-    Column("yaw", "yaw", "rad", "heading", _CENTI * DEGREE),
-    Column("heave", "heave", "m", "heave, positive down", _CENTI),
 )
 _ACTIVE, _NUMBER = 0x80, 0x03  # bits of a position's system: active, and its number
 _NO_ROLL = 0x02  # bit of an attitude's sensor whose roll is not used
@@ -162,6 +177,8 @@ class _Ranges(NamedTuple):
 
     sectors: NDArray[Any]
     beams: NDArray[Any]
+    earlier: bool = False
+    """True of the datagrams before 2005, whose beams are those with a detection."""
 
 
 class _Water(NamedTuple):
@@ -185,8 +202,11 @@ class KongsbergAllFile(InstrumentFile):
         "n": "attitude, network", "P": "position", "U": "sound-speed profile", "C": "clock", "h": "height",
         "H": "heading", "G": "sound speed at the transducer", "W": "sound-speed profile, text", "1": "processor status",
         "O": "quality factors", "l": "extra detections", "3": "extra parameters", "T": "tide", "J": "transducer tilt",
-        "B": "built-in test", "E": "single beam depth",
+        "B": "built-in test", "E": "single beam depth", "D": "soundings, earlier", "f": "raw ranges, earlier",
+        "S": "seabed image, earlier", "V": "sound-speed profile, earlier", "F": "raw ranges, earliest",
+        "e": "raw ranges of EM 3000", "K": "central beams", "d": "nominal depths", "0": "processor identity",
     }  # fmt: skip
+    unread = frozenset("W1O3BFeKd0")
 
     @staticmethod
     def matches(head: bytes) -> bool:
@@ -226,8 +246,8 @@ class KongsbergAllFile(InstrumentFile):
     @cached_property
     def groups(self) -> Mapping[str, int]:
         """Number of pings of each group; each receiver counts as a ping."""
-        counts = {"soundings": self.datagrams.rows("X").size, "seabed image": self.datagrams.rows("Y").size,
-                  "water column": len(self._water_rows)}  # fmt: skip
+        counts = {"soundings": self.datagrams.rows("X", "D").size, "seabed image": self.datagrams.rows("Y", "S").size,
+                  "water column": len(self._water_rows), "extra detections": self.datagrams.rows("l").size}  # fmt: skip
         return {group: count for group, count in counts.items() if count}
 
     def read(self, group: str, pings: slice = slice(None)) -> xr.Dataset:
@@ -238,10 +258,12 @@ class KongsbergAllFile(InstrumentFile):
         self._require_group(group)
         if group == "water column":
             return self._water_column(pings)
+        if group == "extra detections":
+            return self._extra(pings)
         return self._seabed_image(pings) if group == "seabed image" else self._soundings(pings)
 
     def _soundings(self, pings: slice) -> xr.Dataset:
-        rows = self.datagrams.rows("X")
+        rows = self.datagrams.rows("X", "D")
         made = list(self._parsed(rows[pings], _soundings))
         kept = [row for row, _ in made]
         found = variables([head for _, (head, _, _) in made], _IDENTITY, ("ping",))
@@ -252,6 +274,18 @@ class KongsbergAllFile(InstrumentFile):
         below = found["down"].values + found["transducer_depth"].values[:, None]
         found["depth"] = variable(("ping", "beam"), below, "m", "depth below the water line")
         return ping_dataset("soundings", np.searchsorted(rows, kept), self.datagrams.time[kept], found)
+
+    def _extra(self, pings: slice) -> xr.Dataset:
+        rows = self.datagrams.rows("l")
+        made = list(self._parsed(rows[pings], _extra_detections))
+        kept, tables = [row for row, _ in made], [table for _, (_, _, table) in made]
+        for row, table in zip(kept, tables, strict=True):
+            if count := int(table["sample_count"].sum(dtype=np.int64)):
+                self._omit(int(self.datagrams.offset[row]), f"l: {count} samples about extra detections, not read")
+        found = variables([head for _, (head, _, _) in made], _IDENTITY, ("ping",))
+        found |= variables([ping for _, (_, ping, _) in made], _EXTRA_PING, ("ping",))
+        found |= variables(tables, _EXTRA, ("ping", "beam"))
+        return ping_dataset("extra detections", np.searchsorted(rows, kept), self.datagrams.time[kept], found)
 
     def settings(self) -> tuple[Setting, ...]:
         """Installation and runtime parameters."""
@@ -278,7 +312,7 @@ class KongsbergAllFile(InstrumentFile):
         read = self._parsed(self.datagrams.rows("P"), lambda content: records(content, layouts.POSITION, _HEAD))
         return list(read)
 
-    def lever_arm(self) -> LeverArm | None:
+    def lever_arm(self, group: str | None = None) -> LeverArm | None:
         """Position of the transmitter re the antenna of the active system, which P has the positions of."""
         systems = [int(found["system"][0]) for _, found in self._fixes]
         number = next((system & _NUMBER for system in systems if system & _ACTIVE), 1)
@@ -293,16 +327,30 @@ class KongsbergAllFile(InstrumentFile):
         made = list(self._parsed(self.datagrams.rows("A"), _attitude))
         times = [self.datagrams.time[row] + found["milliseconds"] * 1e-3 for row, (found, _) in made]
         poses = time_dataset(
-            [found for _, (found, _) in made], np.concatenate(times) if times else np.empty(0), _ATTITUDE
+            [found for _, (found, _) in made], np.concatenate(times) if times else np.empty(0), ATTITUDE
         )
         return with_active(poses, [active for _, (found, active) in made for _ in found])
 
     def sound_speed_profiles(self) -> tuple[xr.Dataset, ...]:
         """Profiles with their time."""
-        return tuple(profile for _, profile in self._parsed(self.datagrams.rows("U"), _profile))
+        return tuple(profile for _, profile in self._parsed(self.datagrams.rows("U", "V"), _profile))
+
+    def sensors(self) -> Mapping[str, xr.Dataset]:
+        """Clock, height, heading, sound speed at the transducer, tide, tilt and attitude of the network, by name."""
+        made = {}
+        for kind, sensor in SENSORS.items():
+            read = list(self._parsed(self.datagrams.rows(kind), partial(readings, sensor)))
+            times = [self.datagrams.time[row] + sensor.step * found["elapsed"] if sensor.step
+                     else self.datagrams.time[[row]] for row, found in read]  # fmt: skip
+            series = time_dataset(
+                [found for _, found in read], np.concatenate(times) if times else np.empty(0), sensor.columns
+            )
+            if series is not None:
+                made[sensor.name] = series
+        return made
 
     def _seabed_image(self, pings: slice) -> xr.Dataset:
-        rows = self.datagrams.rows("Y")
+        rows = self.datagrams.rows("Y", "S")
         made = list(self._parsed(rows[pings], _image))
         kept, images = [row for row, _ in made], [image for _, image in made]
         found = variables([image.head for image in images], _IDENTITY, ("ping",))
@@ -317,13 +365,14 @@ class KongsbergAllFile(InstrumentFile):
 
     def _ranges_of(self, rows: Sequence[int], beam_counts: Sequence[int]) -> dict[str, xr.Variable]:
         """Travel times, angles and sectors of the pings of some datagrams, NaN where the file lacks them."""
-        at = {self._identities[row]: row for row in reversed(self.datagrams.rows("N").tolist())}
+        at = {self._identities[row]: row for row in reversed(self.datagrams.rows("N", "f").tolist())}
         found = dict(self._parsed(sorted({at[i] for i in map(self._identities.__getitem__, rows) if i in at}), _ranges))
         none = _Ranges(np.empty(0, layouts.RANGE_SECTOR), np.empty(0, layouts.RANGE_BEAM))
         if not found:
             return {}
         pairs = [found.get(at.get(self._identities[row], -1), none) for row in rows]
-        beams = [ranges.beams[:count] for ranges, count in zip(pairs, beam_counts, strict=True)]
+        beams = [ranges.beams[:count] if not ranges.earlier or ranges.beams.size == count else none.beams
+                 for ranges, count in zip(pairs, beam_counts, strict=True)]  # fmt: skip
         made = variables([ranges.sectors for ranges in pairs], _SECTOR, ("ping", "tx_sector"))
         return made | variables(beams, _RANGE, ("ping", "beam"), max(beam_counts, default=0))
 
@@ -381,6 +430,8 @@ def _table(content: bytes, head: np.dtype[Any], rows: np.dtype[Any]) -> tuple[ND
 
 def _soundings(content: bytes) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any]]:
     """Header, settings and beams of a soundings datagram."""
+    if content[5:6] == b"D":
+        return earlier.soundings(content)
     ping, beams, _ = _table(content, layouts.XYZ, layouts.XYZ_BEAM)
     return records(content, layouts.HEADER, 0)[0], ping, beams
 
@@ -399,6 +450,8 @@ def _detections(tables: Sequence[NDArray[Any]]) -> dict[str, xr.Variable]:
 
 def _ranges(content: bytes) -> _Ranges:
     """Parts of a datagram of raw ranges and angles."""
+    if content[5:6] == b"f":
+        return _Ranges(*earlier.ranges(content), earlier=True)
     head = records(content, layouts.RANGE, _HEAD)[0]
     offset = _HEAD + layouts.RANGE.itemsize
     sectors = records(content, layouts.RANGE_SECTOR, offset, int(head["sectors"]))
@@ -407,18 +460,30 @@ def _ranges(content: bytes) -> _Ranges:
 
 def _image(content: bytes) -> _Image:
     """Parts of a seabed image datagram; samples of each beam in the order of rising range."""
-    ping, beams, offset = _table(content, layouts.IMAGE, layouts.IMAGE_BEAM)
-    counts = beams["sample_count"].astype(np.int64)
-    if offset + 2 * int(counts.sum()) + _TRAILER > len(content):
-        raise DatagramError(f"{counts.sum()} samples are stated from byte {offset} of {len(content)}")
-    starts = offset + 2 * (np.cumsum(counts) - counts)
-    level = ragged(content, "<i2", starts.tolist(), counts.tolist(), _DECI)
+    if content[5:6] == b"S":
+        _, ping, beams, level = earlier.image(content)
+        counts = beams["sample_count"].astype(np.int64)
+    else:
+        ping, beams, offset = _table(content, layouts.IMAGE, layouts.IMAGE_BEAM)
+        counts = beams["sample_count"].astype(np.int64)
+        if offset + 2 * int(counts.sum()) + _TRAILER > len(content):
+            raise DatagramError(f"{counts.sum()} samples are stated from byte {offset} of {len(content)}")
+        starts = offset + 2 * (np.cumsum(counts) - counts)
+        level = ragged(content, "<i2", starts.tolist(), counts.tolist(), _DECI)
     falling, beams = beams["order"] < 0, beams.copy()
     for beam in np.flatnonzero(falling & (counts > 0)):
         level[beam, : counts[beam]] = level[beam, : counts[beam]][::-1].copy()
         if 0 < beams["centre_sample"][beam] <= counts[beam]:
             beams["centre_sample"][beam] = counts[beam] + 1 - beams["centre_sample"][beam]
     return _Image(records(content, layouts.HEADER, 0)[0], ping, beams, level)
+
+
+def _extra_detections(content: bytes) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any]]:
+    """Header, settings and detections of a datagram of extra detections."""
+    ping = records(content, layouts.EXTRA, _HEAD)[0]
+    offset = _HEAD + layouts.EXTRA.itemsize + int(ping["classes"]) * int(ping["class_size"])
+    table = records(content, layouts.EXTRA_BEAM, offset, int(ping["beams"]), int(ping["beam_size"]))
+    return records(content, layouts.HEADER, 0)[0], ping, table
 
 
 def _water(content: bytes) -> _Water:
@@ -444,9 +509,10 @@ def _attitude(content: bytes) -> tuple[NDArray[Any], bool]:
 
 
 def _profile(content: bytes) -> xr.Dataset:
-    """Sound-speed profile of a U datagram."""
+    """Sound-speed profile of a U datagram, or of an earlier V."""
     head = records(content, layouts.PROFILE, _HEAD)[0]
-    points = records(content, layouts.PROFILE_POINT, _HEAD + layouts.PROFILE.itemsize, int(head["count"]))
+    point = layouts.PROFILE_POINT_EARLIER if content[5:6] == b"V" else layouts.PROFILE_POINT
+    points = records(content, point, _HEAD + layouts.PROFILE.itemsize, int(head["count"]))
     depth = variable("depth", points["depth"] * float(head["resolution"]) * _CENTI, "m", "depth below the water line")
     speed = (Column("sound_speed", "sound_speed", "m/s", "sound speed", _DECI),)
     about = {"time": _seconds(int(head["date"]), float(head["seconds"])), "time_units": TIME_UNIT}

@@ -35,3 +35,31 @@ RUNTIME = layout(
     "u2 port_swath; u1 beam_spacing port_coverage stabilisation starboard_coverage; u2 starboard_swath; i2 tilt;"
     "u1 filter2"
 )
+PROFILE_POINT_EARLIER = layout("u2 depth sound_speed")
+EXTRA = layout(
+    "u2 number version swath swath_index heading sound_speed; f4 reference_depth water_column_rate image_rate;"
+    "u2 rx_array beams classes class_size alarms beam_size"
+)
+EXTRA_BEAM = layout(
+    "f4 down starboard forward delta_latitude delta_longitude angle angle_correction travel_time time_correction;"
+    "i2 level; i1 incidence_correction info; u2 spare sector window quality cleaning range_factor class confidence "
+    "ifremer_quality water_column_beam; f4 water_column_angle; u2 water_column_sample sample_count"
+)
+DEPTH = layout("u2 heading sound_speed transducer_depth; u1 most beams depth_step step; u2 sample_rate")
+DEPTH_BEAM = layout("i2 down starboard forward depression; u2 azimuth range; u1 quality window; i1 level; u1 number")
+OLD_RANGE = layout("u2 sectors beams; u4 sample_rate; i4 vehicle_depth; u2 sound_speed most spare1 spare2")
+OLD_RANGE_SECTOR = layout("i2 tilt; u2 focus_range; u4 pulse_length delay frequency; u2 bandwidth; u1 waveform number")
+OLD_RANGE_BEAM = layout("i2 angle; u2 range; u1 sector; i1 level; u1 quality window; i2 number; u2 spare")
+OLD_IMAGE = layout(
+    "u2 absorption pulse_length normal_range first_range last_range; i1 normal_level oblique_level; u2 tx_beam_width;"
+    "u1 crossover beams"
+)
+OLD_IMAGE_BEAM = layout("u1 number; i1 order; u2 sample_count centre_sample")
+CLOCK = layout("u4 date milliseconds; u1 pps")
+HEIGHT = layout("i4 height; u1 type")
+HEADING = layout("u2 elapsed heading")
+SPEED = layout("u2 elapsed sound_speed")
+TIDE = layout("u4 date milliseconds; i2 tide")
+TILT = layout("u2 elapsed; i2 tilt")
+SINGLE_BEAM = layout("u4 date milliseconds depth; S1 source")
+NETWORK_ATTITUDE = layout("u2 elapsed; i2 roll pitch heave; u2 yaw; u1 message")

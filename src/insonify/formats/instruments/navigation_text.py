@@ -48,7 +48,7 @@ def navigation_log(file: InstrumentFile, group: str | None = None) -> str:
             columns[name] = np.degrees(np.interp(time, turned["time"], np.unwrap(turned[of])))
         if "heave" in turned and not values.depth_name:
             columns["depth"] = columns["depth"] + np.interp(time, turned["time"], turned["heave"])
-    arm = file.lever_arm()
+    arm = file.lever_arm(chosen)
     if arm is not None:
         heading, pitch, roll = (np.radians(columns[name]) for name in ("heading", "pitch", "roll"))
         offset = pose_rotation(heading, pitch, roll) @ np.array(arm.position)

@@ -220,7 +220,7 @@ def _track(values: ScenarioValues, log: str) -> str:
 
 def _log_source(values: ScenarioValues) -> str:
     """Content of the navigation log, with the lever arm that is in it."""
-    arm = values.file.lever_arm()
+    arm = values.file.lever_arm(values.group)
     if arm is None:
         return "navigation and attitude of the file; no lever arm is stated"
     return f"navigation and attitude of the file, moved to the transducer by [{arm.text}] m ({arm.source})"

@@ -24,6 +24,7 @@ from insonify.formats.instruments.instrument_file import (
     DatagramError,
     Instrument,
     InstrumentFile,
+    LeverArm,
     Setting,
     records,
     require_memory,
@@ -40,6 +41,8 @@ _HEAD, _SAMPLE_HEAD, _FILTER_HEAD = 16, 156, 152
 """Bytes before the text, the samples and the filter coefficients, from the length on."""
 _POWER, _ANGLES, _HALF, _SINGLE = 1, 2, 4, 8
 """Bits of the type of data: power, electrical angles, complex samples of half or single precision."""
+TRANSMITTED = ", transmitted"
+"""Ending of the names of groups with transmitted pulses, which have the form of echoes."""
 POWER_DB = 10 * np.log10(2) / 256
 """Step of recorded power [dB]."""
 _UNIX_EPOCH = 116_444_736_000_000_000  # steps of 100 ns from 1601
@@ -47,7 +50,7 @@ _KINDS = {
     "XML0 Configuration": "transceivers and transducers", "XML0 InitialParameter": "settings at the start",
     "XML0 Environment": "water", "XML0 Parameter": "settings of a ping", "XML0 PingSequence": "order of pings",
     "XML0 Sensor": "manual value of a sensor", "FIL1": "receiver filter", "RAW3": "samples",
-    "RAW4": "transmitted pulse, not read", "NME0": "NMEA sentence", "MRU0": "attitude",
+    "RAW4": "transmitted pulse", "NME0": "NMEA sentence", "MRU0": "attitude",
     "MRU1": "attitude", "TAG0": "annotation", "IDX0": "index of pings", "BOT0": "bottom",
 }  # fmt: skip
 _MOTION = np.dtype([(name, "<f4") for name in ("heave", "roll", "pitch", "yaw")])
@@ -95,6 +98,7 @@ class SimradEk80File(InstrumentFile):
     format = "Simrad EK80"
     suffixes = (".raw",)
     kinds = _KINDS
+    unread = frozenset({"XML0 InitialParameter", "XML0 PingSequence", "XML0 Sensor", "TAG0", "IDX0", "BOT0"})
 
     @staticmethod
     def matches(head: bytes) -> bool:
@@ -155,7 +159,7 @@ class SimradEk80File(InstrumentFile):
         if kind == "FIL1":
             stage = int(records(head, np.dtype("<i2"), _HEAD)[0])
             latest[f"filter {stage}", _text(head[20:148])] = offset
-        if kind == "RAW3":
+        if kind in ("RAW3", "RAW4"):
             contents, _, first, count = struct.unpack_from("<HHii", records(head, np.dtype("V12"), 144)[0].tobytes())
             name = _text(head[_HEAD:144])
             parameter, environment = latest.get(("Parameter", name), -1), latest.get(("Environment", ""), -1)
@@ -180,9 +184,13 @@ class SimradEk80File(InstrumentFile):
 
     @cached_property
     def _rows(self) -> Mapping[str, NDArray[np.int64]]:
-        """Rows of the pings of each group, by ascending nominal frequency."""
+        """Rows of the pings of each group, by ascending nominal frequency; transmitted pulses behind the echoes."""
+        pulses = {f"{name}{TRANSMITTED}": rows for name, rows in self._rows_of("RAW4").items()}
+        return self._rows_of("RAW3") | pulses
+
+    def _rows_of(self, kind: str) -> dict[str, NDArray[np.int64]]:
         rows: dict[str, list[int]] = {}
-        for row in self.datagrams.rows("RAW3"):
+        for row in self.datagrams.rows(kind):
             rows.setdefault(self._samples[int(self.datagrams.offset[row])].channel, []).append(int(row))
         known = {name: channel.frequency for name, channel in self._channels.items() if channel.frequency > 0}
         ordered = sorted((name for name in known if name in rows), key=lambda name: known[name])
@@ -329,7 +337,7 @@ class SimradEk80File(InstrumentFile):
     def settings(self) -> tuple[Setting, ...]:
         """Fields of the configuration by group, and of the first environment."""
         offset = self._configuration[0]
-        names = {name: group for group, rows in self._rows.items() for name in (self._channel_of(int(rows[0])),)}
+        names = {self._channel_of(int(rows[0])): group for group, rows in self._rows_of("RAW3").items()}
         found = []
         for name, channel in self._channels.items():
             found += simrad_xml.channel_settings(names.get(name, name), channel, offset)
@@ -360,6 +368,23 @@ class SimradEk80File(InstrumentFile):
         kept = [(row, fix) for row, fix in found if fix.quality == max(dict.fromkeys(kinds), key=kinds.count)]
         fixes = np.array([tuple(fix) for _, fix in kept], [("latitude", "f8"), ("longitude", "f8"), ("quality", "i8")])
         return time_dataset([fixes], self.datagrams.time[[row for row, _ in kept]], _FIX)
+
+    def lever_arm(self, group: str | None = None) -> LeverArm | None:
+        """Position of a transducer re the receiver of positions that the file puts first.
+
+        Args:
+            group: Group of the transducer; None: the first.
+        """
+        root, rows = self._configuration[1], self._rows.get(group or next(iter(self._rows), ""))
+        channel = None if rows is None else self._channels.get(self._channel_of(int(rows[0])))
+        if root is None or channel is None or (sensor := simrad_xml.position_sensor(root)) is None:
+            return None
+        own = [number(channel.mounting, f"TransducerOffset{axis}") for axis in "XYZ"]
+        other = [number(sensor, axis) for axis in "XYZ"]
+        forward, starboard, down = (a - b for a, b in zip(own, other, strict=True))
+        source = f"XML0 Configuration: TransducerOffset less position of {' '.join(sensor.get('Name', '').split())}"
+        arm = LeverArm((forward, starboard, down), source)
+        return arm if np.isfinite(arm.position).all() else None
 
     def attitude(self) -> xr.Dataset | None:
         """Roll, pitch, yaw [rad] and heave [m, positive down] over time, None where the file has none."""

@@ -124,6 +124,23 @@ def channels(root: ElementTree.Element) -> dict[str, Channel]:
     return found
 
 
+def position_sensor(root: ElementTree.Element) -> Mapping[str, str] | None:
+    """Name and place on the vessel (X forward, Y starboard, Z down [m]) of the first receiver of positions, or None.
+
+    Args:
+        root: Configuration, in which each receiver has the priority of its latitudes.
+    """
+    ranked = [
+        (number(value.attrib, "Priority"), sensor.attrib)
+        for sensor in root.iterfind("ConfiguredSensors/Sensor")
+        for telegram in sensor.iterfind("Telegram")
+        for value in telegram.iterfind("Value")
+        if telegram.get("Enabled", "1") == "1" and value.get("Name") == "Latitude"
+    ]
+    known = [(rank, sensor) for rank, sensor in ranked if rank == rank]  # not NaN
+    return min(known, key=lambda pair: pair[0])[1] if known else None
+
+
 def channel_settings(name: str, channel: Channel, offset: int) -> list[Setting]:
     """Settings of one channel, each named after the group and the field of the configuration."""
     parts = {"transceiver": channel.transceiver, "channel": channel.channel, "transducer": channel.transducer,

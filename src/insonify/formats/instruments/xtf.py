@@ -13,6 +13,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 
 from insonify.formats.instruments import xtf_layouts as layouts
 from insonify.formats.instruments.columns import (
@@ -40,8 +41,11 @@ _HEADER, _CHANNELS_IN_HEADER, _MOST_CHANNELS = 1024, 6, 256
 _PADDING = 64  # packets are padded to a multiple of it
 _KNOT = 1852 / 3600
 _KINDS = {
-    0: "SONAR", 1: "NOTES", 2: "BATHY", 3: "ATTITUDE", 4: "FORWARD", 6: "RAW_SERIAL", 15: "HIGHSPEED_SENSOR",
-    17: "BATHY_XYZA", 23: "GYRO", 42: "NAVIGATION", 84: "SOURCETIME_GYRO", 107: "POS_RAW_NAVIGATION", 199: "CUSTOM",
+    0: "SONAR", 1: "NOTES", 2: "BATHY", 3: "ATTITUDE", 4: "FORWARD", 5: "ELAC", 6: "RAW_SERIAL", 8: "HIDDEN_SONAR",
+    14: "KLEIN_RAW_BATHY", 15: "HIGHSPEED_SENSOR", 17: "BATHY_XYZA", 18: "K5000_BATHY_IQ", 19: "BATHY_SNIPPET",
+    20: "GPS", 22: "SINGLE_BEAM", 23: "GYRO", 28: "Q_MULTIBEAM", 42: "NAVIGATION", 61: "RESON_7125",
+    62: "RESON_7125_SNIPPET", 65: "Q_R2SONIC_BATHY", 67: "R2SONIC_TRUEPIX", 68: "R2SONIC_BATHY", 73: "EDGETECH_4600",
+    78: "RESON_7018_WATERCOLUMN", 84: "SOURCETIME_GYRO", 107: "POS_RAW_NAVIGATION", 199: "CUSTOM",
 }  # fmt: skip
 _MAKERS = {
     "Klein": (5, 9, 14, 32, 57, 58, 60, 66), "EdgeTech": (7, 10, 23, 24, 35, 38, 43, 56), "CMAX": (36, 51),
@@ -80,6 +84,13 @@ _GRID_POSITION = (
     Column("northing", "latitude", "m", "northing in the projection of the file"),
     Column("easting", "longitude", "m", "easting in the projection of the file"),
 )
+_BEAM = (
+    Column("travel_time", "travel_time", "s", "two-way travel time"),
+    Column("beam_angle", "beam_angle", "rad", "beam angle, signed as stated", DEGREE),
+    Column("tilt", "tilt", "rad", "steering of the transmitter along", DEGREE),
+    Column("intensity", "intensity", "1", "intensity of the detection as stated"),
+    Column("quality", "quality", "code", "quality of the detection as stated"),
+)
 _ATTITUDE = tuple(column for column in _SINGLE if column.name in ("roll", "pitch", "heave"))
 _YAW = Column("yaw", "heading", "rad", "heading", DEGREE)
 
@@ -115,10 +126,20 @@ class XtfFile(InstrumentFile):
     format = "XTF"
     suffixes = (".xtf",)
     kinds: ClassVar[Mapping[str, str]] = {
-        "SONAR": "sonar ping", "NOTES": "notes", "ATTITUDE": "attitude", "NAVIGATION": "position",
-        "POS_RAW_NAVIGATION": "position and attitude", "RAW_SERIAL": "text of a serial port", "GYRO": "heading",
-        "SOURCETIME_GYRO": "heading", "CUSTOM": "content of a maker's own",
-    }  # fmt: skip
+        "SONAR": "sonar ping",
+        "NOTES": "notes",
+        "ATTITUDE": "attitude",
+        "NAVIGATION": "position",
+        "POS_RAW_NAVIGATION": "position and attitude",
+        "RAW_SERIAL": "text of a serial port",
+        "GYRO": "heading",
+        "SOURCETIME_GYRO": "heading",
+        "CUSTOM": "content of a maker's own",
+        "Q_MULTIBEAM": "soundings",
+    } | {
+        name: "bathymetry of a maker's own" for name in _KINDS.values() if re.search("BATHY|RESON|R2S|EDGE|ELAC", name)
+    }
+    unread = frozenset(kinds) - {"SONAR", "ATTITUDE", "NAVIGATION", "POS_RAW_NAVIGATION", "Q_MULTIBEAM"}
 
     @staticmethod
     def matches(head: bytes) -> bool:
@@ -191,8 +212,10 @@ class XtfFile(InstrumentFile):
 
     @cached_property
     def groups(self) -> Mapping[str, int]:
-        """Number of pings of each channel."""
-        return {name: len(self._pings[channel]) for name, channel in self._names.items()}
+        """Number of pings of each channel, and of soundings."""
+        found = {name: len(self._pings[channel]) for name, channel in self._names.items()}
+        count = self.datagrams.rows("Q_MULTIBEAM").size
+        return found | ({"soundings": int(count)} if count else {})
 
     @cached_property
     def _names(self) -> dict[str, int]:
@@ -208,6 +231,8 @@ class XtfFile(InstrumentFile):
     def read(self, group: str, pings: slice = slice(None)) -> xr.Dataset:
         """Read pings of one channel; amplitudes [counts] over (ping, sample), port too from near to far."""
         self._require_group(group)
+        if group == "soundings":
+            return self._soundings(pings)
         channel = self._names[group]
         about, made = self._channels[channel], []
         requested = list(enumerate(self._pings[channel]))[pings]
@@ -234,6 +259,18 @@ class XtfFile(InstrumentFile):
             group, [part[0] for part in made], self.datagrams.time[[part[1] for part in made]], found
         )
         return dataset.assign_attrs(range="ground" if about["correction"] == 2 else "slant")
+
+    def _soundings(self, pings: slice) -> xr.Dataset:
+        """Soundings of the packets that QINSy writes, over (ping, beam)."""
+        rows = self.datagrams.rows("Q_MULTIBEAM")
+        made = list(self._parsed(rows[pings], _multibeam))
+        heads = [head for _, (head, _) in made]
+        found = variables([beams for _, (_, beams) in made], _BEAM, ("ping", "beam"))
+        found |= variables(heads, _SINGLE, ("ping",))
+        speed = np.array([_two_way(float(head["sound_speed"])) for head in heads])
+        found["sound_speed"] = variable("ping", speed, "m/s", "sound speed, twice the stated one where that is one-way")
+        kept = [row for row, _ in made]
+        return ping_dataset("soundings", np.searchsorted(rows, kept), self.datagrams.time[kept], found)
 
     def _ping_settings(self, about: Any, heads: list[Any], headers: list[Any]) -> dict[str, xr.Variable]:
         """Position, sound speed, frequency and sample interval of each ping."""
@@ -284,6 +321,13 @@ class XtfFile(InstrumentFile):
         return time_dataset([found for _, found in made], self.datagrams.time[[row for row, _ in made]], columns)
 
 
+def _multibeam(content: bytes) -> tuple[Any, NDArray[Any]]:
+    """Header and beams of a packet of soundings."""
+    head, size = records(content, layouts.PING, 0)[0], layouts.MULTIBEAM_BEAM.itemsize
+    count = min((len(content) - layouts.PING.itemsize) // size, int(head["channels"]))  # the rest is padding
+    return head, records(content, layouts.MULTIBEAM_BEAM, layouts.PING.itemsize, count)
+
+
 def _packet_time(head: bytes, kind: str) -> float:
     """Seconds since 1970 of a packet, NaN where it states no time."""
     layout = {
@@ -291,7 +335,7 @@ def _packet_time(head: bytes, kind: str) -> float:
         "NAVIGATION": layouts.NAVIGATION,
         "POS_RAW_NAVIGATION": layouts.RAW_POSITION,
     }
-    part = layout.get(kind, layouts.PING if kind == "SONAR" else None)
+    part = layout.get(kind, layouts.PING if kind in ("SONAR", "Q_MULTIBEAM") else None)
     if part is None or len(head) < part.itemsize:
         return np.nan
     found = records(head, part, 0)[0]

@@ -45,3 +45,4 @@ RAW_POSITION = layout(
     "f4 pitch roll heave heading; u1 spare2"
 )
 NOTE = layout("u2 magic; u1 kind channel; u2 channels; V4 spare; u4 size;" + DATE + "; V35 spare2; S200 text")
+MULTIBEAM_BEAM = layout("i4 beam; f8 intensity; i4 quality; f8 travel_time delta_time beam_angle tilt; V16 spare")
