@@ -76,6 +76,15 @@ class Model(BaseModel):
     """A frozen, validated thing of the scenario; unknown fields and NaN are refused."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, defer_build=True)
+    __slots__ = ("_hash",)  # neither copied nor pickled
+
+    def __hash__(self) -> int:
+        """Hash of the fields, evaluated once: whole scenes are keys of caches."""
+        found: int | None = getattr(self, "_hash", None)
+        if found is None:
+            found = hash(tuple(self.__dict__[name] for name in type(self).model_fields))
+            object.__setattr__(self, "_hash", found)
+        return found
 
     @model_validator(mode="before")
     @classmethod

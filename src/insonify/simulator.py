@@ -332,6 +332,9 @@ def simulate_jobs(
     """
     workers = thread_count(threads)
     keep_freed_memory()
+    if workers == 1:
+        yield from ((job, *_simulate_ping(simulator, job, SerialPool())) for job in jobs)
+        return
     with ThreadPoolExecutor(workers) as pool:
         if len(jobs) < 2 * workers or not _pings_fit_concurrently(simulator, jobs[0].ping):
             yield from ((job, *_simulate_ping(simulator, job, pool)) for job in jobs)

@@ -166,6 +166,19 @@ def test_overlapping_shadows_are_looked_at_once() -> None:
     assert requested[1] == requested[0]
 
 
+def test_a_line_that_ends_before_a_target_does_not_pass_it() -> None:
+    """Of all lines towards a box those whose last point is nearer than the box's cylinder cast no shadow."""
+    simulator = build_simulator(scene(0.02))
+    here = simulator.ping_geometry(0)
+    ground = simulator.fast_reverberation(here)
+    assert ground is not None
+    plan = ground.plan
+    north, east, radius = plan.bounding_cylinders[0, :3]
+    nearest = np.hypot(north - here.transmit_position[0], east - here.transmit_position[1]) - radius
+    passing = radials_past_targets(plan, here, ground.known.heading, "none")[0]
+    assert passing.any() and (plan.radials[passing, 5] > nearest).all()
+
+
 def test_narrow_lines_cover_the_ground_of_those_they_replace() -> None:
     """Kept lines and new ones: the areas of all add up to those of the plan's lines, line by line to a millionth."""
     simulator = build_simulator(scene(0.02))
@@ -175,6 +188,7 @@ def test_narrow_lines_cover_the_ground_of_those_they_replace() -> None:
     plan = ground.plan
     passing = radials_past_targets(plan, here, ground.known.heading, "none")
     made = shadow_radials(plan, ground.scene, here, ground.choice, ground.known.heading, passing)
+    assert made is not None
 
     def area(radials: Floats) -> float:
         return float(np.sum((radials[:, 5] ** 2 - radials[:, 4] ** 2) / 2 * radials[:, 2]))

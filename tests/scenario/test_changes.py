@@ -1,5 +1,6 @@
 """Claims about changing a scenario in Python: by paths, checked as a file is, and never without a word."""
 
+import pickle
 import warnings
 from pathlib import Path
 
@@ -23,6 +24,14 @@ NOMINAL = next(path for path in TEMPLATES if path.stem == "nominal")
 def nominal() -> Scenario:
     """The nominal scene."""
     return load_scenario(NOMINAL)
+
+
+def test_equal_scenarios_have_equal_hashes_and_changed_ones_have_their_own(nominal):
+    """A hash is kept with its model alone: a copy with changes, and one from another process, evaluate their own."""
+    kept = hash(nominal)
+    assert hash(nominal.unchecked_copy(seed=nominal.seed + 1)) != kept != hash(nominal.with_("seed", 99))
+    assert not hasattr(pickle.loads(pickle.dumps(nominal)), "_hash")  # texts have other hashes there
+    assert hash(pickle.loads(pickle.dumps(nominal))) == hash(nominal.with_("seed", nominal.seed)) == kept
 
 
 @pytest.mark.parametrize("file", TEMPLATES, ids=lambda path: path.stem)

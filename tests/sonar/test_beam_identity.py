@@ -60,3 +60,14 @@ def test_one_beam_of_many_is_distinguished_from_the_others():
     told = {fan.single_beam(channel).pattern_key for channel in range(3)}
     assert len(told) == 3 and fan.pattern_key not in told
     assert fan.single_beam(1).pattern_key == fan.single_beam(1).pattern_key
+
+
+@pytest.mark.parametrize(
+    "other", [*ARRAYS, PlanarArray(width=0.4, height=0.1, steer="21 deg")], ids=lambda one: one.kind
+)
+@pytest.mark.parametrize("array", ARRAYS, ids=TOLD)
+def test_equal_beams_have_equal_gains_and_no_others_are_equal(array, other):
+    """Beams of two arrays are equal where the arrays are, whether the fields of one were written or are defaults."""
+    again = type(other)(**other.model_dump())
+    one, two = (beams(some, FREQUENCY, SPEED) for some in (array, again))
+    assert one.equals(two) == two.equals(one) == (array == other)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -20,6 +21,7 @@ from insonify.scenario.recording_layout import recording_layout
 from insonify.scenario.scenario import Scenario
 from insonify.simulator import Job, Simulator, build_simulator, simulate_jobs
 from insonify.sonar.recorder import Looks
+from insonify.surveys.survey import Survey
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -65,10 +67,10 @@ def scene_images(file: DatasetFile, base: Scenario, number: int, threads: int | 
         expected = expected or (recording, labels)
         stream = random_keys.OTHER_SPECKLE if one == "other_speckle" else random_keys.SPECKLE
         name = f"{number:05d}" if one == THE_SCENE else f"{number:05d}_{one}"
+        survey = Survey(Path(name), with_speckle(recording, here, stream), here)
         for image in labelled_images(
-            with_speckle(recording, here, stream), settings.projection, settings.tile, labels=labels,
-            gain=settings.gain, first_index=first, name=name,
-        ):  # fmt: skip
+            survey, settings.projection, settings.tile, labels=labels, gain=settings.gain, first_index=first, name=name
+        ):
             if image.index >= (number + 1) * IMAGES_PER_SCENE:
                 raise ValueError(f"scene {number} has more than {IMAGES_PER_SCENE} images; give fewer pings or larger "
                                  "tiles")  # fmt: skip

@@ -7,7 +7,7 @@ random and fixed to the world; for an expectation they are quadrature points, wi
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from functools import partial
+from functools import cached_property, partial
 from itertools import pairwise
 
 import numpy as np
@@ -56,7 +56,7 @@ QUADRATURE_SEED = 0
 Block = Callable[[], Scatterers]
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class PingScatterers:
     """Scatterers of the scene in reach of one ping."""
 
@@ -65,11 +65,15 @@ class PingScatterers:
     seed: int
     ping_geometry: PingGeometry
     rays: PropagationModel
-    resolution: Resolution
     quadrature: bool
     """Even points for an expectation, or drawn ones that belong to their positions."""
     layouts: RecentResults[QuadratureLayout] = field(default_factory=lambda: RecentResults(1))
     """Even points of the last few attitudes."""
+
+    @cached_property
+    def resolution(self) -> Resolution:
+        """Resolution cells of the ping."""
+        return resolution_of(self.scene, self.choice, self.ping_geometry)
 
     def blocks(self) -> list[Block]:
         """Blocks of every scatterer in reach of this ping, in a fixed order."""
@@ -245,10 +249,9 @@ def ping_scatterers(
     quadrature: bool = False, layouts: RecentResults[QuadratureLayout] | None = None,
 ) -> PingScatterers:  # fmt: skip
     """Scatterers of the scene in reach of one ping, with the finest resolution that processing can attain."""
-    resolution = resolution_of(scene, choice, ping_geometry)
     if reflecting_faces(scene, choice, ping_geometry.frequency):  # by way of a face, echoes of near ground arrive late
         ping_geometry = replace(ping_geometry, window=(0.0, ping_geometry.window[1]))
-    return PingScatterers(scene, choice, seed, ping_geometry, rays, resolution, quadrature, layouts or RecentResults(1))
+    return PingScatterers(scene, choice, seed, ping_geometry, rays, quadrature, layouts or RecentResults(1))
 
 
 def resolution_of(scene: Scene, choice: PathSettings, ping_geometry: PingGeometry) -> Resolution:

@@ -89,6 +89,8 @@ class Labels:
 
 def concatenate_channels(parts: Sequence[Labels]) -> Labels:
     """Labels of several sides of a sonar, joined along the channel axis."""
+    if len(parts) == 1:
+        return parts[0]
     return Labels(*(np.concatenate([getattr(part, column.name) for part in parts]) for column in fields(Labels)))
 
 

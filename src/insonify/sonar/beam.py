@@ -69,6 +69,20 @@ class Beams:
         """The beams' majorants as a tuple for kernels."""
         return BeamMajorants(self.axes, self.steer, self.scale, self.majorants, self.per_unit, self.element)
 
+    def equals(self, other: "Beams") -> bool:
+        """Return True for beams of the same axes, steering and patterns.
+
+        Args:
+            other: Other beams.
+        """
+        return self is other or (
+            self.element == other.element and np.array_equal(self.steer, other.steer)
+            and np.array_equal(self.axes, other.axes) and np.array_equal(self.scale, other.scale)
+            and np.array_equal(self.per_unit, other.per_unit)
+            # equal tables are one object only as long as the first is cached
+            and all(a is b or np.array_equal(a, b) for a, b in zip(self.tables, other.tables, strict=True))
+        )  # fmt: skip
+
     def single_beam(self, channel: int) -> "Beams":
         """One of the beams alone; a single beam serves every channel.
 

@@ -154,14 +154,7 @@ class PingGeometry:
     @property
     def same_beams(self) -> bool:
         """True where both ends have the same beams."""
-        transmit, receive = self.transmit_beams, self.bounding_receive_beams
-        return transmit is receive or (
-            np.array_equal(transmit.axes, receive.axes) and np.array_equal(transmit.steer, receive.steer)
-            and transmit.element == receive.element and np.array_equal(transmit.scale, receive.scale)
-            and np.array_equal(transmit.per_unit, receive.per_unit)
-            # equal tables are one object only as long as the first is cached
-            and all(a is b or np.array_equal(a, b) for a, b in zip(transmit.tables, receive.tables, strict=True))
-        )  # fmt: skip
+        return self.transmit_beams.equals(self.bounding_receive_beams)
 
     @property
     def bounding_receive_beams(self) -> Beams:
@@ -176,7 +169,8 @@ class PingGeometry:
     @property
     def is_monostatic(self) -> bool:
         """True where transmitter and receiver are at one position, so that legs out and back hold the same values."""
-        return bool(np.array_equal(self.transmit_position, self.receive_position))
+        same = self.transmit_position is self.receive_position
+        return same or bool(np.array_equal(self.transmit_position, self.receive_position))
 
 
 def ping_geometry(
@@ -249,6 +243,8 @@ class MountedSonar:
             array_position(array, carrier.position[row], body)
             for array, carrier, body in zip(self._arrays, both.end_poses, bodies, strict=True)
         ]
+        if np.array_equal(positions[0], positions[1]):
+            positions[1] = positions[0]  # one object, so that comparisons are fast
         speeds = tuple(self._speed(float(position[2])) for position in positions)
         facing, courses = self._attitude(bodies, speeds), both.ping_motions(row, self.window[1])
         return PingGeometry(
@@ -296,8 +292,8 @@ class MountedSonar:
             )
         facing = rotation[0] * np.cos(sonar.steers[0]) + rotation[1] * np.sin(sonar.steers[0])
         transmit_beams = beams(transmit, frequency, speeds[0], rotation)
-        same_beams = transmit == receive and speeds[0] == speeds[1] and np.array_equal(rotation, receive_rotation)
-        receive_beams = transmit_beams if same_beams else beams(receive, frequency, speeds[1], receive_rotation)
+        receive_beams = beams(receive, frequency, speeds[1], receive_rotation)
+        receive_beams = transmit_beams if transmit_beams.equals(receive_beams) else receive_beams
         bearing = float(np.arctan2(facing[1], facing[0]))
         return _AttitudeBeams(transmit_beams, receive_beams, resolving, bands, rotation[0], bearing)
 

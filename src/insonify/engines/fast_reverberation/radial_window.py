@@ -65,7 +65,7 @@ def terrain_window(
 def radials_past_targets(
     plan: ReverberationPlan, ping_geometry: PingGeometry, heading: float, edges: str
 ) -> NDArray[np.bool_]:
-    """Lines that pass each target, or come so near that its soft edge is looked at, (t, s).
+    """Lines that reach each target and pass it, or come so near that its soft edge is looked at, (t, s).
 
     Args:
         plan: The plan of the lines.
@@ -86,7 +86,7 @@ def radials_past_targets(
         half = math.asin(min(1.0, radius / max(apart, 1e-9))) + _diffraction_margin(
             apart, ping_geometry.wavelength, edges
         )
-        passed[t] = (apart <= radius) | (off <= half)
+        passed[t] = (apart <= radius) | (off <= half) & (plan.radials[:, 5] > apart - radius)
     return passed
 
 

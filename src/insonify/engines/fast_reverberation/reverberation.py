@@ -92,8 +92,9 @@ class PreparedReverberation:
     """The path settings without the seabed."""
     choice_without_targets: PathSettings
     """Without targets, too."""
-    positions_off_targets: list[Floats] = field(default_factory=list)
-    """The last position from `RECHECK_DISTANCE` about which no beam comes near any target [m]."""
+    last_check: list[tuple[Floats, bool]] = field(default_factory=list)
+    """Last position about which beams were checked [m]; True: from `RECHECK_DISTANCE` about it none reaches a target.
+    """
 
 
 @dataclass(frozen=True)
@@ -128,12 +129,15 @@ class FastReverberation:
         if not scene.occluders:
             return False
         here = self.ping_geometry.transmit_position[:2]
-        if any(math.dist(here, position) <= RECHECK_DISTANCE for position in self.known.positions_off_targets):
-            return False
-        if not self._may_reach_target_from(RECHECK_DISTANCE):
-            self.known.positions_off_targets[:] = [here]
-            return False
-        return self._may_reach_target_from(0.0)
+        for position, is_off in self.known.last_check:
+            apart = math.dist(here, position)
+            if is_off and apart <= RECHECK_DISTANCE:
+                return False
+            if not is_off and apart <= RECHECK_DISTANCE / 4:
+                return self._may_reach_target_from(0.0)
+        is_off = not self._may_reach_target_from(RECHECK_DISTANCE)
+        self.known.last_check[:] = [(here, is_off)]
+        return not is_off and self._may_reach_target_from(0.0)
 
     def _may_reach_target_from(self, away: float) -> bool:
         """Return True if any beam may exceed the floor at any target, within a displacement of the sonar [m]."""

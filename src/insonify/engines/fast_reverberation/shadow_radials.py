@@ -97,8 +97,10 @@ def shaded_legs(
 def shadow_radials(
     plan: ReverberationPlan, scene: Scene, ping_geometry: PingGeometry, choice: PathSettings, heading: float,
     passing: NDArray[np.bool_],
-) -> ShadowRadials:  # fmt: skip
+) -> ShadowRadials | None:  # fmt: skip
     """Narrower lines where shadows of targets matter to one ping, and the rest of the lines that these replace.
+
+    None where no line is replaced.
 
     Args:
         plan: The plan of the ping's lines.
@@ -110,6 +112,8 @@ def shadow_radials(
     """
     any_target = np.asarray(passing.any(axis=0), bool)
     runs = _shadow_runs(plan, scene, ping_geometry, choice, heading, passing)
+    if not runs:
+        return None
     replaced = np.zeros(len(plan.radials), bool)
     for run in runs:
         replaced[run.parts.any(axis=1)] = True
