@@ -5,6 +5,7 @@ import pytest
 
 from insonify.engines.face_reflection import face_families
 from insonify.explanation.sample_report import explain_sample
+from insonify.propagation.knife_edge import knife_edge
 from insonify.propagation.path_settings import PathSettings
 from insonify.records.legs import LegStatus
 from insonify.scattering.lambert import Lambert
@@ -62,6 +63,20 @@ def test_a_face_counts_as_one_reflection():
     allowed = [PathSettings(face_reflections=True, max_reflections=order) for order in (0, 1, 2)]
     assert [face_families(one) for one in allowed] == [(), ("D",), ("D", "S", "B")]
     assert face_families(PathSettings(max_reflections=2)) == ()
+
+
+@pytest.mark.parametrize("gap", [0.001, 0.009, 0.011, 0.03])
+def test_a_gap_below_a_wall_takes_what_passes_between_its_edge_and_the_image_of_the_edge(gap):
+    """Legs to the seabed at its foot, less the Fresnel integral over a slot of twice the gap: 2 % of the whole leg."""
+    places, wavelength = [(0.0, 55.0, 20.0), (0.0, 58.0, 20.0), (0.0, 59.5, 20.0)], 0.015
+    lifted = {**WALL, "size": (40.0, 1.0, 20.0 - gap), "base_depth": 20.0 - gap}
+    whole, found = (legs_to(points(*places), targets=[one], paths={"max_reflections": 1})["F"][1]
+                    for one in (WALL, lifted))  # fmt: skip
+    for (_, east, _), ratio in zip(places, found / whole, strict=True):
+        behind, steep = 60.0 - east, np.arctan2(9.0, 120.0 - east)
+        low, high = ((side * gap + behind * np.tan(steep)) * np.cos(steep) for side in (-1, 1))
+        scale = np.sqrt(2 / wavelength * (np.cos(steep) / 60 + np.cos(steep) / behind))
+        assert abs(ratio - (1 - knife_edge(low * scale) + knife_edge(high * scale))) < 0.02
 
 
 @pytest.mark.parametrize("east", [40.0, 52.0])

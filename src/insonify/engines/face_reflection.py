@@ -167,8 +167,8 @@ def _size_factors(
     """Part of each leg's pressure that a face of finite size reflects [1], shape (f, n).
 
     A leg with bounces crosses the plane of the face on one of its straight parts, each of which is unfolded. Where the
-    face ends at a boundary that this part is reflected at, its image in the boundary goes on; at another boundary that
-    it stands on it has no edge.
+    face ends at a boundary that this part is reflected at, its image in the boundary goes on; another boundary shows
+    its image, so that a face that stands on it has no edge, and one above it a gap of twice its height.
     """
     bed = scene.seabed.depth
     speed = float(scene.water.sound_speed_at(float(np.clip(image[2], 0.0, bed))))
@@ -186,11 +186,21 @@ def _size_factors(
             adjacent = letters[max(after - 1, 0) : after + 1]
             strips = face.strips.copy()
             strips[face.at_surface & ("S" not in adjacent), 6] = -SKY
-            gap_below = ~(face.at_seabed & ("B" not in adjacent))
+            gap_below = np.ones(len(strips), bool)
+            if "B" not in adjacent:
+                strips, gap_below = _with_bed_image(strips, face.gap)
             factor[row] += screened_part(
                 strips, gap_below, (start @ face.axes.T, ends @ face.axes.T), ray, legs.length[row], speed / frequency
             )
     return np.where(np.isfinite(factor), factor, 0.0)
+
+
+def _with_bed_image(strips: Floats, gap: Floats) -> tuple[Floats, Marks]:
+    """Strips of a face with their images in the seabed, and True for those with a gap below, shapes (m, 8), (m,)."""
+    above = (gap > 0) & np.isfinite(gap)
+    image = strips[above]
+    image[:, 6], image[:, 7] = image[:, 7] + 2 * gap[above], SKY
+    return np.concatenate([strips, image]), np.concatenate([gap > 0, np.zeros(len(image), bool)])
 
 
 def _unfolded(letters: str, depth: Floats, bed: float) -> Floats:

@@ -7,10 +7,19 @@ the face, which scatters by Lambert's law, returns 1 + 4 R^2 + R^4 times as much
 0.35, and 7 dB with the Rayleigh coefficient of its sand, which at such grazing angles reflects nearly everything.
 The level of the bed does not change: sound reflected by a flat bed does not return to it.
 
-A smooth face has a larger effect. Its specular reflection passes 3 degrees over the sonar, but face and bed form a
-corner reflector: all of ac is in phase, and the peak rises by some 20 dB even with the paper's 0.35.
+A face that is smooth has a larger effect. The paper's rays go on from the target in the specular direction; here the
+face reflects what its law does not scatter. Its own reflection passes 3 degrees over the sonar, but face and bed form a
+corner reflector: all of ac is in phase, and the target's peak rises by some 20 dB with the paper's 0.35 and 30 dB over
+sand. And the bed in front of the face is lit by it: once by the face (af), sound that the bed scatters near the
+specular direction comes back at the same time as the corner's, 10 to 16 dB below it; twice (ff), after the target and
+into its shadow, smaller. Without phase there is no corner echo: af is the larger peak of the paper's rays, and ff the
+smaller ones after it. The tracer is that procedure; after the peak it lacks what the edges of the face diffract.
+
+The smooth bed reflects all that its coefficient allows, and its law scatters the same energy again. So af is no
+addition to the corner echo but another description of it, and the panels show both apart.
 """
 
+import math
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -30,7 +39,7 @@ from insonify.scattering.reflection import reflection_coefficient
 from insonify.scattering.sediments import Sediment
 from insonify.scenario.scenario import Scenario
 from insonify.simulator import levels
-from insonify.units import level_db
+from insonify.units import intensity_ratio, level_db
 
 TITLE = "One ping about the target with reflections off the seabed"
 WINDOW = (0.197, 0.206)
@@ -46,11 +55,15 @@ LEAST = 3.0
 """Least rise of the peak over sand [dB]."""
 SHORT = {"sonar.pulse.duration": "30 us", "sonar.pulse.taper": "hann", "sonar.receiver.bandwidth": "150 kHz"}
 """Pulse that separates the echoes."""
-SMOOTH = 0.8
-"""Reflection coefficient of the smooth face, in addition to its rough scattering [1]."""
-SPAN = (40.0, 130.0)
+SMOOTH = math.sqrt(1 - math.pi * 0.1)
+"""Reflection coefficient of the smooth face, which reflects all that its rough scattering of -10 dB leaves [1]."""
+RAYS = 200_000
+"""Rays of the tracer over a flat bed; four times as many over relief [1]."""
+SPAN = (40.0, 170.0)
 SEEN = {"D-D": "D", "D-B": "B", "B-B": "SB"}
 """Pairs of legs, and families that define their colours."""
+BY_FACE = {"D-F": ("af", "--"), "F-F": ("ff", ":")}
+"""Pairs of legs of the bed by the face once and twice: names and styles of lines."""
 
 Floats = NDArray[np.float64]
 
@@ -85,6 +98,40 @@ def echoes(water: Water, reflection: float | str, *, short: bool = False, smooth
     face = {"targets": [{**box(sidescan_model.OWN), "face_reflection_coefficient": SMOOTH}]} if smooth else {}
     values = sidescan_model.target_only({**(SHORT if short else {}), **face})
     return levels(scene(water, reflection, changes=values)).sel(contribution="target")
+
+
+@lru_cache(maxsize=8)
+def smooth_target(
+    water: Water, reflection: float | str, *, relief: float = 0.0, short: bool = False, tracer: bool = False
+) -> xr.Dataset:
+    """Expected levels with a smooth target that lights the bed, over (contribution, pair, time) [dB re 1 uPa].
+
+    Args:
+        water: Water with or without the profile.
+        reflection: Reflection coefficient or sediment of the bed.
+        relief: Rms height of the bed's relief [m].
+        short: True for a pulse of 30 us instead of 0.2 ms.
+        tracer: True for rays without phase, the paper's procedure, in water of one speed.
+    """
+    target = {"targets": [{**box(sidescan_model.OWN), "face_reflection_coefficient": SMOOTH}]}
+    values = {"paths.face_reflections": True, **target, **(SHORT if short else {})}
+    if tracer:
+        rays = {"paths.rays": RAYS * (4 if relief else 1), "paths.target_specular_fraction": SMOOTH**2}
+        values |= {"paths.engine": "tracer", **rays}
+    return levels(scene(water, reflection, relief=relief, changes=values))
+
+
+def bed_by_face(curves: xr.Dataset) -> dict[str, float]:
+    """Level of the mean intensity of the bed by the face once and twice [dB re 1 uPa].
+
+    Args:
+        curves: Levels of `smooth_target` by either engine; the tracer's letter of a face is T.
+    """
+    seabed = curves["level_db"].sel(contribution="seabed")
+    return {
+        pair: float(level_db(intensity_ratio(seabed.sel(pair=name).values).mean()))
+        for pair in BY_FACE for name in (pair, pair.replace("F", "T")) if name in seabed["pair"]
+    }  # fmt: skip
 
 
 def later(water: Water, pair: str) -> tuple[float, float]:
@@ -156,8 +203,27 @@ def numbers() -> list[CheckedNumber]:
                 f"{water}: smooth target's peak, R = {PAPER_REFLECTION:g}, up by", rise, "dB", LEAST, None, source
             )
         )
+        lit = smooth_target(water, SAND)["level_db"]
+        once, corner = (
+            float(lit.sel(contribution=one, pair=pair).max()) for one, pair in (("seabed", "D-F"), ("target", "D-B"))
+        )
+        bare = float(lit.sel(contribution="seabed", pair="D-D").max())
+        source = "the paper's brighter bed in front of the target"
+        rows.append(
+            CheckedNumber(f"{water}: bed by the face once, over the bed", once - bare, "dB", LEAST, None, source)
+        )
+        rows.append(
+            CheckedNumber(f"{water}: corner echo, over the bed by the face", corner - once, "dB", None, None, "")
+        )
         rows.append(CheckedNumber(f"{water}: bed more than 10 m away, largest change", elsewhere(water), "dB", 0.0, 0.5,
                            "a flat bed reflects away from itself"))  # fmt: skip
+    found, traced = (bed_by_face(smooth_target("one speed", SAND, tracer=tracer)) for tracer in (False, True))
+    for pair, (name, _) in BY_FACE.items():
+        rows.append(
+            CheckedNumber(
+                f"one speed: {name} of the bed, mean level", found[pair], "dB", traced[pair], 0.2, "the tracer"
+            )
+        )
     return rows
 
 
@@ -177,11 +243,13 @@ def draw(folder: Path) -> list[Path]:
             _pairs(axes, echoes(water, SAND, short=True), water, (80, 130))
             axes.set_title(f"{letter}  the face by a pulse of 30 us, {SAND}")
         for axes, letter, water in zip(last, "ef", WATERS, strict=True):
-            _pairs(axes, echoes(water, PAPER_REFLECTION, short=True, smooth=True), water, (80, 170))
+            curves = smooth_target(water, PAPER_REFLECTION, short=True)
+            _pairs(axes, curves.sel(contribution="target"), water, (50, 170))
+            _bed_by_face(axes, curves.sel(contribution="seabed"))
             axes.set_title(f"{letter}  the same, but smooth, over R = {PAPER_REFLECTION:g}")
         for axes in (above[0], below[0], last[0]):
             axes.set_ylabel("level [dB re 1 uPa]")
-        for axes in (above[1], below[1], last[1]):
+        for axes in (above[0], below[1], last[1]):
             axes.legend(loc="upper right")
         picture = style.save_figure(figure, folder / "figure4.png")
     scenarios = {
@@ -193,17 +261,31 @@ def draw(folder: Path) -> list[Path]:
 
 
 def _panel(axes: Axes, water: Water) -> None:
-    """Draw the fractal bed and the target, with and without reflections off the bed."""
-    for reflection, colour, wide, name in (
-        (SAND, style.CONTRIBUTION_COLOURS["target"], 2.0, f"reflections off {SAND}"),
-        (PAPER_REFLECTION, style.FAMILIES["B"], 1.4, f"reflections, R = {PAPER_REFLECTION:g}"),
-        (None, style.INK, 0.9, "direct paths only"),
-    ):
-        time, intensity = sidescan_model.expected_ping(scene(water, reflection, relief=sidescan_model.RELIEF))
-        axes.plot(1e3 * time, level_db(np.maximum(intensity, 1.0)), color=colour, linewidth=wide, label=name)
+    """Draw the smooth target on the fractal bed: direct paths, corner echo, bed by the face, and the paper's rays."""
+    curves = smooth_target(water, SAND, relief=sidescan_model.RELIEF)
+    time, level = 1e3 * curves["time"].values, curves["level_db"].clip(min=0.0)
+    direct = level.sel(contribution="total", pair="D-D")
+    colours = style.CONTRIBUTION_COLOURS
+    axes.plot(time, level.sel(contribution="target", pair="all"), color=colours["target"], linewidth=2.0,
+              label=f"target by {SAND}: corner echo")  # fmt: skip
+    axes.plot(time, level.sel(contribution="seabed", pair="all"), color=colours["seabed"], linewidth=2.0,
+              label="bed, by the face too")  # fmt: skip
+    axes.plot(time, direct, color=style.INK, linewidth=0.9, label="direct paths only")
+    if water == "one speed":
+        rays = smooth_target(water, SAND, relief=sidescan_model.RELIEF, tracer=True)
+        total = rays["level_db"].sel(contribution="total", pair="all").clip(min=0.0)
+        axes.plot(1e3 * rays["time"], total, ":", color=style.EXPECTED, linewidth=1.6, label="rays without phase")
     axes.set_xlim(*(1e3 * when for when in WINDOW))
     axes.set_ylim(*SPAN)
     axes.set_xlabel("time after the start of transmission [ms]")
+
+
+def _bed_by_face(axes: Axes, curves: xr.Dataset) -> None:
+    """Draw the echoes of the bed by the face once and twice."""
+    for pair, (name, line) in BY_FACE.items():
+        level = np.maximum(curves["level_db"].sel(pair=pair).values, 0.0)
+        colour = style.CONTRIBUTION_COLOURS["seabed"]
+        axes.plot(1e3 * curves["time"].values, level, line, color=colour, linewidth=1.5, label=name)
 
 
 def _pairs(axes: Axes, curves: xr.Dataset, water: Water, span: tuple[float, float]) -> None:

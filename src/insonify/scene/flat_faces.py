@@ -10,8 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from insonify.scene.scene import Scene
+from insonify.scene.seabed import Seabed
 from insonify.scene.smooth_faces import clip_at_seabed, smooth_triangles
-from insonify.scene.solid import seabed_depth_at
+from insonify.scene.solid import STANDING, seabed_depth_at
 from insonify.scene.target import Box, LibraryTarget, Mesh, Plate, Solid
 
 Floats = NDArray[np.float64]
@@ -29,7 +30,7 @@ STRIPS = 64
 HALF_THICKNESS = 1e-7
 """Half of the thickness of a strip [m]."""
 TOUCHING = 0.01
-"""Largest gap between an edge and a boundary that counts as none [m]."""
+"""Largest gap between an edge and the surface that counts as none [m]."""
 
 
 class FlatFace(NamedTuple):
@@ -45,8 +46,8 @@ class FlatFace(NamedTuple):
     """Distance of its plane from the world's origin along the normal [m]."""
     strips: Floats
     """Outline as boxes without thickness in its own frame, see `insonify.scene.box.box_body`, shape (k, 8)."""
-    at_seabed: NDArray[np.bool_]
-    """True: the strip stands on the seabed, shape (k,)."""
+    gap: Floats
+    """Height of each strip above the seabed, along the third axis: 0 where it stands on it [m], shape (k,)."""
     at_surface: NDArray[np.bool_]
     """True: the strip reaches the surface, shape (k,)."""
     triangles: Floats
@@ -85,7 +86,9 @@ def flat_faces(scene: Scene, wavelength: float) -> tuple[FlatFace, ...]:
 
 def _faces_of(scene: Scene, row: int, solid: Solid, least: float) -> list[FlatFace]:
     """Faces of one target that are as wide as some width [m], the largest first."""
-    corners = clip_at_seabed(smooth_triangles(solid, scene.seabed), scene.seabed)
+    corners = smooth_triangles(solid, scene.seabed)
+    if scene.seabed.terrain is None:  # over relief, strips are cut where they stand
+        corners = clip_at_seabed(corners, scene.seabed)
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     area = np.linalg.norm(normal, axis=1) / 2
     kept = area > 1e-12
@@ -106,7 +109,7 @@ def _faces_of(scene: Scene, row: int, solid: Solid, least: float) -> list[FlatFa
             some = plane[part]
             face = _face(scene, row, solid, corners[some], normal[first])
             size = np.ptp(face.triangles.reshape(-1, 2), axis=0)
-            if area[some].sum() >= least * size.max():
+            if len(face.strips) and area[some].sum() >= least * size.max():
                 found.append((float(area[some].sum()), face))
     found.sort(key=lambda one: -one[0])
     return [face for _, face in found[:MAX_FACES]]
@@ -137,30 +140,46 @@ def _face(scene: Scene, row: int, solid: Solid, corners: Floats, normal: Floats)
     down *= np.sign(down[2]) or 1.0
     axes = np.array([normal, along, down])
     plane = corners @ axes[1:].T
-    strips = _strips(plane)
+    strips = _strips(plane, divided=scene.seabed.terrain is not None)
     distance = float(np.mean(corners.reshape(-1, 3) @ normal))
     boxes = np.zeros((len(strips), 8))
     boxes[:, 0], boxes[:, 1], boxes[:, 2] = distance, (strips[:, 0] + strips[:, 1]) / 2, 1.0
     boxes[:, 4], boxes[:, 5], boxes[:, 6:] = HALF_THICKNESS, (strips[:, 1] - strips[:, 0]) / 2, strips[:, 2:]
-    lower, upper = (np.stack([np.full(len(boxes), distance), boxes[:, 1], boxes[:, at]], -1) @ axes for at in (7, 6))
-    bed = seabed_depth_at(scene.seabed, lower[:, :2])
+    gap = _gap_below(boxes, axes, scene.seabed)
+    boxes[:, 7] += np.minimum(gap, 0.0)
+    kept = boxes[:, 7] > boxes[:, 6]
+    boxes, gap = boxes[kept], np.maximum(gap[kept], 0.0)
+    upper = np.stack([boxes[:, 0], boxes[:, 1], boxes[:, 6]], -1) @ axes
     assert solid.face_reflection_coefficient is not None
     return FlatFace(
-        row, solid.label, axes, distance, boxes, lower[:, 2] > bed - TOUCHING, upper[:, 2] < TOUCHING, plane,
-        solid.face_reflection_coefficient,
-    )  # fmt: skip
+        row, solid.label, axes, distance, boxes, gap, upper[:, 2] < TOUCHING, plane, solid.face_reflection_coefficient
+    )
 
 
-def _strips(plane: Floats) -> Floats:
+def _gap_below(boxes: Floats, axes: Floats, seabed: Seabed) -> Floats:
+    """Distance along a face from the lower edge of each strip to the seabed [m], (k,): negative below the seabed.
+
+    Args:
+        boxes: Strips of the face in its own frame, shape (k, 8).
+        axes: Axes of the face, shape (3, 3).
+        seabed: The seabed; unknown terrain is infinitely far.
+    """
+    lower = np.stack([boxes[:, 0], boxes[:, 1], boxes[:, 7]], -1) @ axes
+    gap = (seabed_depth_at(seabed, lower[:, :2]) - lower[:, 2]) / max(float(axes[2, 2]), UPRIGHT_SINE)
+    return np.nan_to_num(np.where(np.abs(gap) < STANDING, 0.0, gap), nan=np.inf)
+
+
+def _strips(plane: Floats, *, divided: bool) -> Floats:
     """First and last position along, least and greatest down, of the strips of an outline [m], shape (k, 4).
 
     Args:
         plane: Corners of its triangles, along and down [m], shape (t, 3, 2); holes are filled.
+        divided: True: a rectangle has strips too.
     """
     low, high = plane.reshape(-1, 2).min(axis=0), plane.reshape(-1, 2).max(axis=0)
     side, other = plane[:, 1] - plane[:, 0], plane[:, 2] - plane[:, 0]
     area = np.abs(side[:, 0] * other[:, 1] - side[:, 1] * other[:, 0]).sum() / 2
-    if area > (1 - 1e-6) * np.prod(high - low):
+    if area > (1 - 1e-6) * np.prod(high - low) and not divided:
         return np.array([[low[0], high[0], low[1], high[1]]])
     borders = np.linspace(low[0], high[0], STRIPS + 1)
     middle = (borders[1:] + borders[:-1])[:, None, None] / 2
