@@ -242,3 +242,27 @@ def test_the_small_xtf_file_is_one(tmp_path):
             assert samples.tolist() == files.xtf_samples(ping, channel)[:: 2 * channel - 1].tolist()
         assert theirs.SensorSpeed == 2.0 and theirs.Heave == 0.5 and theirs.Second == ping
     assert packets[pyxtf.XTFHeaderType.attitude][0].Roll == 90.0
+
+
+def test_readings_of_other_sensors():
+    """Clock, error of positions and positions at the water line of KMALL; clock, height and attitude of .all."""
+    with opened("kmall") as file:
+        found = file.sensors()
+    for name, kind, source, values in (
+        ("clock", "kmall", "S_CLOCK", {"deviation": ("clock_dev_pu_microsec", 1e-9), "offset": ("offset_sec", 1)}),
+        ("position error", "kmall", "S_POSITION_ERROR", {"latitude_error": ("latitude_error_m", 1),
+         "major_axis": ("ellipse_semi_major_axis_error_m", 1), "height_error": ("height_error_m", 1)}),
+        ("position at the water line", "kmall", "C_POSITION", {"latitude": ("corrected_lat_deg", DEGREE)}),
+    ):  # fmt: skip
+        parts = datagrams(kind, "kmall", source)
+        for ours, (theirs, scale) in values.items():
+            agree(found[name][ours], [getattr(part, f"get_{theirs}")() for part in parts], scale)
+    with opened("all") as file:
+        found = file.sensors()
+    agree(found["height"].height, [part.get_height() for part in datagrams("all", "kongsbergall",
+                                                                          "DepthOrHeightDatagram")], 0.01)  # fmt: skip
+    clocks = datagrams("all", "kongsbergall", "ClockDatagram")
+    agree(found["clock"].external_time, [part.get_time_since_midnight_external() for part in clocks], 1e-3)
+    parts = [part.get_attitudes() for part in datagrams("all", "kongsbergall", "NetworkAttitudeVelocityDatagram")]
+    roll = np.concatenate([np.ravel(part.get_roll_in_degrees_tensor()) for part in parts])
+    agree(found["attitude of the network"]["roll"], roll, DEGREE)
