@@ -152,6 +152,18 @@ def test_a_slice_is_symmetric_in_its_sides() -> None:
     np.testing.assert_allclose(alone, visibility(scene(base=None, width=60.0), points), atol=0.02)
 
 
+@pytest.mark.parametrize("heading", [0.3, 0.7, -0.7])
+@pytest.mark.parametrize("shape", ["box", "cylinder"])
+def test_a_slanting_wall_casts_no_shadow_in_front_of_it(heading: float, shape: str) -> None:
+    """A wall 8 m long, oblique to the sound: the bed 1.5 m in front of it, all along, receives what it does alone."""
+    body = {"size": (8.0, 0.3, 1.0)} if shape == "box" else {"length": 8.0, "diameter": 0.6}
+    told = Scene(water={"sound_speed": SPEED}, seabed={"depth": 20.0},
+                 targets=[{"shape": shape, "position": (0.0, SCREEN), "heading": heading, **body}])  # fmt: skip
+    along, c, s = np.linspace(-5, 5, 41), np.cos(heading), np.sin(heading)
+    where = np.stack([c * along + 1.5 * s, SCREEN + s * along - 1.5 * c, np.full(41, 19.999)], axis=-1)
+    assert np.abs(visibility(told, ground(where)))[0] == pytest.approx(1, abs=0.1)
+
+
 def test_without_boxes_nothing_changes() -> None:
     """Legs of a scene without boxes come back as they are."""
     told = Scene(water={"sound_speed": SPEED}, seabed={"depth": 20.0})

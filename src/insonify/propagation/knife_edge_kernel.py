@@ -186,19 +186,21 @@ def fresnel_numbers(
     point, arrival, horizontal_component, slope, horizontal_length, length = segment
     east, north = arrival[1] / horizontal_component, arrival[0] / horizontal_component
     low, high, a_low, a_high = np.inf, -np.inf, 0.0, 0.0
+    last_back, last_off = _corner(box, 3, point, north, east)
     for k in range(4):
-        along = box[4] if k % 2 == 0 else -box[4]
-        beside = box[5] if k < 2 else -box[5]
-        dx = box[0] + box[2] * along - box[3] * beside - point[0]
-        dy = box[1] + box[3] * along + box[2] * beside - point[1]
-        back, off = -(dx * north + dy * east), dy * north - dx * east
+        back, off = _corner(box, k, point, north, east)
+        if (back > 0) != (last_back > 0):  # the side runs on behind the end of the leg: it ends beside it
+            beside = math.copysign(ENDLESS, last_off + (off - last_off) * last_back / (last_back - back))
+            low, a_low = (beside, 0.0) if beside < low else (low, a_low)
+            high, a_high = (beside, 0.0) if beside > high else (high, a_high)
+        last_back, last_off = back, off
+        if back <= 0:
+            continue
         number = edge_fresnel_number(off, min(back, horizontal_length) / horizontal_component, length, wavelength)
-        if back <= 0:  # beside the end of the leg, or behind it
-            number = math.copysign(ENDLESS, off)
-        if number < low:
-            low, a_low = number, back
-        if number > high:
-            high, a_high = number, back
+        low, a_low = (number, back) if number < low else (low, a_low)
+        high, a_high = (number, back) if number > high else (high, a_high)
+    if low > high:
+        return -1  # all of the box lies behind the end
     x, y = point[0] - box[0], point[1] - box[1]
     near, far = footprint_interval(box, x, y, -north, -east)
     if near <= 0 < far:
@@ -228,6 +230,24 @@ def fresnel_numbers(
     numbers[0], numbers[1] = (-ENDLESS, ENDLESS) if infinitely_wide else (low, high)
     silent = numbers[3] < -FAR or numbers[0] > FAR or numbers[1] < -FAR
     return -1 if silent else crossed
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def _corner(box: Floats, k: int, point: Floats, north: float, east: float) -> tuple[float, float]:
+    """Distance before the end of a leg, and beside it, of a corner of a box, in the order of its outline [m].
+
+    Args:
+        box: The box, (8,).
+        k: The corner, 0 to 3.
+        point: The end [m], (3,).
+        north: North component of the leg's horizontal direction [1].
+        east: East component of it [1].
+    """
+    along = box[4] if k < 2 else -box[4]
+    beside = box[5] if k % 3 == 0 else -box[5]
+    dx = box[0] + box[2] * along - box[3] * beside - point[0]
+    dy = box[1] + box[3] * along + box[2] * beside - point[1]
+    return -(dx * north + dy * east), dy * north - dx * east
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
