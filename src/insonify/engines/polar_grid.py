@@ -109,16 +109,12 @@ class PolarGrid:
         strips = np.stack([np.repeat(wide[:, 0], beside), (wide[:, 1, None] * beside + np.arange(beside)).ravel()], -1)
         return within_beams(strips, SECTORS_PER_TILE)
 
-    def keep_probabilities(
-        self, tiles: NDArray[np.int64], beam_importance: BeamImportance, gain_factor: Floats | None = None
-    ) -> Floats:
-        """Keep probability of the cells of some tiles, the larger of both ends [1], (tiles, PIECES_PER_TILE, ACROSS).
+    def gains(self, tiles: NDArray[np.int64], beam_importance: BeamImportance) -> Floats:
+        """Gain in the cells of some tiles, the larger of both ends [1], (tiles, PIECES_PER_TILE, ACROSS).
 
         Args:
             tiles: Rows of (ring, sector), shape (tiles, 2).
             beam_importance: Two-way gain on the boundary.
-            gain_factor: Factor on the gain in each piece of each row of tiles [1], shape (rows, PIECES_PER_TILE);
-                None: 1.
         """
         position = np.empty((len(tiles) * (PIECES_PER_TILE + 1) * SECTORS_PER_TILE, 2))
         kernel.piece_edges(
@@ -126,9 +122,22 @@ class PolarGrid:
             self._origin, position,
         )  # fmt: skip
         gain = beam_importance.gain_at(position).reshape(-1, PIECES_PER_TILE + 1, SECTORS_PER_TILE)
-        gain = self.evenness * np.maximum(gain[:, 1:], gain[:, :-1])
+        return np.asarray(self.evenness * np.maximum(gain[:, 1:], gain[:, :-1]))
+
+    def keep_probabilities(
+        self, tiles: NDArray[np.int64], gain: Floats, beam_importance: BeamImportance, gain_factor: Floats | None = None
+    ) -> Floats:
+        """Keep probability of the cells of some tiles [1], shape (tiles, PIECES_PER_TILE, ACROSS).
+
+        Args:
+            tiles: Rows of (ring, sector), shape (tiles, 2).
+            gain: From `gains`.
+            beam_importance: Two-way gain on the boundary.
+            gain_factor: Factor on the gain in each piece of each row of tiles [1], shape (rows, PIECES_PER_TILE);
+                None: 1.
+        """
         if gain_factor is not None:
-            gain *= gain_factor[tiles[:, 0] - self.rows[0]][..., None]
+            gain = gain * gain_factor[tiles[:, 0] - self.rows[0]][..., None]
         return beam_importance.keep_probability_of(gain) * (
             self._width_fraction(tiles) if beam_importance.importance_sampling else 1.0
         )

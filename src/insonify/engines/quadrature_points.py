@@ -63,9 +63,14 @@ class QuadratureLayout:
     _kept: dict[tuple[int, int], Columns] = field(default_factory=dict)
 
     @cached_property
+    def gain(self) -> Floats:
+        """Gain in the cells of all tiles [1], shape (tiles, PIECES_PER_TILE, ACROSS)."""
+        return self.cells.gains(self.tiles, self.beam_importance)
+
+    @cached_property
     def keep_probability(self) -> Floats:
         """Keep probability of the cells of all tiles, but for targets [1], shape (tiles, PIECES_PER_TILE, ACROSS)."""
-        return self.cells.keep_probabilities(self.tiles, self.beam_importance)
+        return self.cells.keep_probabilities(self.tiles, self.gain, self.beam_importance)
 
     def points(self, keep_probability: Floats, rows: slice) -> Columns:
         """The points of some tiles; those of `keep_probability` are kept for the next ping.
@@ -122,7 +127,7 @@ class QuadraturePoints:
         keep_probability = (
             layout.keep_probability
             if gain_factor is None
-            else layout.cells.keep_probabilities(layout.tiles, layout.beam_importance, gain_factor)
+            else layout.cells.keep_probabilities(layout.tiles, layout.gain, layout.beam_importance, gain_factor)
         )
 
         def points_of_tiles(rows: slice) -> Columns:

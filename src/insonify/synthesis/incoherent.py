@@ -100,7 +100,7 @@ class IncoherentAccumulator:
     @property
     def requirements(self) -> Requirements:
         """Quadrature points; of short pulses the seabed may come by the fast reverberation."""
-        return Requirements(fast_reverberation=self.is_short_pulse)
+        return Requirements(fast_reverberation=self.is_short_pulse, approximate_edges=True)
 
     def empty(self) -> IntensityBuffer:
         """Empty buffer."""

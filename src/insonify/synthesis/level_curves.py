@@ -63,7 +63,7 @@ class LevelAccumulator:
     @property
     def requirements(self) -> Requirements:
         """Properties of the path pairs that `add` expects."""
-        return Requirements(max_scatterers_per_cell=self.scatterers_per_cell)
+        return Requirements(max_scatterers_per_cell=self.scatterers_per_cell, approximate_edges=True)
 
     def empty(self) -> LevelBuffers:
         """Empty buffer."""
