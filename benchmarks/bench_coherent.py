@@ -1,7 +1,7 @@
 """Time of a coherent ping against real time: the sidescan of `bench_sidescan`, its echoes added in phase.
 
-What is timed is a survey under way: the kernels are there, the ground about the track is drawn and the memory has been
-touched by the pings before. Many pings are timed, heard as a survey has them: at the end of a few, one thread waits.
+Pings of a survey in progress are timed: kernels are compiled, the ground about the track is drawn and memory has been
+touched by earlier pings. Many pings are timed together, as in a survey: at the end of a few, one thread waits.
 """
 
 from bench_sidescan import SCENE, WINDOW, loaded
@@ -14,11 +14,11 @@ GOALS = {2: 4.0, 4: 2.0}
 ELEMENTS_GOAL = 1.0
 """The same for 32 recorded elements, one side."""
 WARM, PINGS = 6, 24
-"""Pings heard before the clock starts, and timed, each by all threads."""
+"""Pings simulated before the clock starts, and timed, by all threads."""
 
 
 def sidescan(order: int) -> Scenario:
-    """The scene with legs of at most so many bounces, both sides, heard by beams."""
+    """The scene with legs of at most so many bounces, both sides, recorded by beams."""
     return loaded(SCENE.replace("ORDER", str(order)).replace("incoherent", "coherent"))
 
 
@@ -34,11 +34,11 @@ def pings() -> list[Result]:
     """Real-time factor, processor time and scatterers of one ping."""
     found = []
     for order, goal in GOALS.items():
-        found += _told(f"coherent ping, up to {order} bounces", sidescan(order), goal)
-    return found + _told("32 elements, up to 2 bounces", elements(), ELEMENTS_GOAL)
+        found += _measured(f"coherent ping, up to {order} bounces", sidescan(order), goal)
+    return found + _measured("32 elements, up to 2 bounces", elements(), ELEMENTS_GOAL)
 
 
-def _told(name: str, scenario: Scenario, goal: float) -> list[Result]:
+def _measured(name: str, scenario: Scenario, goal: float) -> list[Result]:
     simulator = build_simulator(scenario)
     wall, cores = ping_seconds(simulator, WARM, PINGS)
     blocks = [block for here in simulator.ping_geometries(WARM) for block in simulator.engine.blocks(here)]

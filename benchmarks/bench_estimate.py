@@ -1,7 +1,7 @@
-"""The estimate of `insonify check` held against the run: processor time, memory and disk, scene by scene.
+"""The estimate of `insonify check` compared with the run: processor time, memory and disk, scene by scene.
 
-Each scene is run by the command, in a process of its own, with warm kernels. The value is told over taken: 1 is right,
-and the goal is 0.5 to 2.
+Each scene is run by the command, in a process of its own, with warm kernels. Values are estimated over measured:
+1 is right, the goal is 0.5 to 2.
 """
 
 import json
@@ -21,8 +21,8 @@ from insonify.estimates.run_cost import RunCost, estimate_cost
 from insonify.scenario.load import load_scenario
 from measure import THREADS, Result
 
-SMALL = {"WANTED": ("calm sea",)}
-WANTED: tuple[str, ...] = tuple(SCENES)
+SMALL = {"CHOSEN": ("calm sea",)}
+CHOSEN: tuple[str, ...] = tuple(SCENES)
 """Scenes that are run."""
 
 
@@ -37,14 +37,14 @@ class Taken(NamedTuple):
     """Sizes of all files of the recording [bytes]."""
 
 
-def told(file: Path) -> RunCost:
+def estimated(file: Path) -> RunCost:
     """The estimate of a scenario file."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         return estimate_cost(load_scenario(file))
 
 
-def taken(file: Path, out: Path) -> Taken:
+def measured(file: Path, out: Path) -> Taken:
     """Run a scenario file in a process of its own; twice where the first has to compile."""
     while True:
         words = [sys.executable, "-m", "insonify", "run", str(file), "-o", str(out), "--quiet", "--overwrite",
@@ -62,21 +62,21 @@ def taken(file: Path, out: Path) -> Taken:
 
 
 def estimates() -> list[Result]:
-    """Told over taken, of all scenes."""
+    """Estimated over measured, of all scenes."""
     found = []
-    for name in WANTED:
+    for name in CHOSEN:
         with tempfile.TemporaryDirectory() as folder:
             file = Path(folder) / "scene.yaml"
             file.write_text(yaml.safe_dump(described(name), sort_keys=False), encoding="utf-8")
-            guess, real = told(file), taken(file, Path(folder) / "scene.zarr")
+            guess, real = estimated(file), measured(file, Path(folder) / "scene.zarr")
         for what, one, other, unit, size in (
             ("time", guess.seconds, real.seconds, "s", 1.0),
             ("memory", guess.memory, real.memory, "MB", 1e6),
             ("disk", guess.disk, real.disk, "MB", 1e6),
         ):
-            note = f"told {one / size:.3g} {unit}, taken {other / size:.3g} {unit}"
-            found.append(Result(f"estimate, {name}: {what}", one / other, "told / taken", note))
-        print(json.dumps({"scene": name, "told": [guess.seconds, guess.memory, guess.disk], "taken": real}),
+            note = f"estimated {one / size:.3g} {unit}, measured {other / size:.3g} {unit}"
+            found.append(Result(f"estimate, {name}: {what}", one / other, "estimated / measured", note))
+        print(json.dumps({"scene": name, "estimated": [guess.seconds, guess.memory, guess.disk], "measured": real}),
               file=sys.stderr, flush=True)  # fmt: skip
     return found
 

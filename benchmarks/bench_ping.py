@@ -25,7 +25,7 @@ def nominal(per_cell: float, **changes: object) -> Scenario:
 
 
 def scatterers(scenario: Scenario) -> int:
-    """Scatterers that one ping of a scenario meets."""
+    """Scatterers of one ping of a scenario."""
     simulator = build_simulator(scenario)
     return sum(len(block()) for block in simulator.engine.blocks(simulator.ping_geometry(0)))
 
@@ -65,7 +65,7 @@ def incoherent_ping() -> list[Result]:
 
 
 def _heard(scenario: Scenario) -> Callable[[], object]:
-    """One ping of a survey that is under way: what is made once for all pings is there."""
+    """One ping of a survey in progress: what is computed once for all pings is cached."""
     simulator = build_simulator(scenario)
     here = simulator.ping_geometry(0)
 

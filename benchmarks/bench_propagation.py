@@ -35,11 +35,11 @@ def _rates(what: str, depth: np.ndarray, ranges: np.ndarray, note: str) -> list[
     for water, (z, c) in COLUMNS_OF_WATER.items():
         for family, (bounces, up) in FAMILIES.items():
             water_column = np.asarray(z, float), np.asarray(c, float), np.inf  # the last knot mirrors sound
-            asked = (*water_column, 11.0, bounces, up, depth, ranges, rays, count, status)
-            solve_eigenrays(*asked)
+            arguments = (*water_column, 11.0, bounces, up, depth, ranges, rays, count, status)
+            solve_eigenrays(*arguments)
             name = f"{what}, {water}, {family}"
             found[name] = count.sum()
-            runs[name] = lambda asked=asked: [solve_eigenrays(*asked) for _ in range(CALLS)]
+            runs[name] = lambda arguments=arguments: [solve_eigenrays(*arguments) for _ in range(CALLS)]
     seconds = best_seconds(runs)
     return [Result(name, CALLS * found[name] / best / 1e6, UNIT, note) for name, best in seconds.items()]
 

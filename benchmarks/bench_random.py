@@ -1,8 +1,8 @@
-"""Random scenarios run for one ping: no crash, no NaN, and the estimate of `insonify check` held against the run.
+"""Random scenarios run for one ping: no crash, no NaN, and the estimate of `insonify check` compared with the run.
 
-Each scene runs by the command on one thread, in a child process with limits of memory and time. Values are told over
-taken: 1 is right, the goal is 0.5 to 2. The same numbers give the same scenes. Lines about single scenes go to stderr
-as JSON.
+Each scene runs by the command on one thread, in a child process with limits of memory and time. Values are
+estimated over measured: 1 is right, the goal is 0.5 to 2. The same numbers give the same scenes. Lines about single
+scenes go to stderr as JSON.
 """
 
 import json
@@ -50,7 +50,7 @@ def scene(seed: int) -> dict[str, Any]:
         seed: Number of the scene.
 
     Returns:
-        The outcome: invalid, too large, refused, done or failed; told and taken; time of the check [s].
+        The outcome: invalid, too large, refused, done or failed; estimated and measured; time of the check [s].
     """
     with tempfile.TemporaryDirectory() as folder, warnings.catch_warnings():
         warnings.simplefilter("ignore")
@@ -60,11 +60,11 @@ def scene(seed: int) -> dict[str, Any]:
             scenario = load_scenario(file)
         except ScenarioError as fault:
             return {"seed": seed, "outcome": "invalid", "words": str(fault).partition(": ")[2]}
-        told = estimate_cost(scenario, threads=1)
-        refused = run_refusal(scenario, told)
+        estimate = estimate_cost(scenario, threads=1)
+        refused = run_refusal(scenario, estimate)
         found = {"seed": seed, "check": time.process_time() - begin,
-                 "told": {name: getattr(told, name) for name in QUANTITIES}}  # fmt: skip
-        if not refused and told.seconds > MOST_SECONDS:
+                 "estimated": {name: getattr(estimate, name) for name in QUANTITIES}}  # fmt: skip
+        if not refused and estimate.seconds > MOST_SECONDS:
             return found | {"outcome": "too large"}
         return found | _run(file, Path(folder) / "scene.zarr", refused=bool(refused))
 
@@ -89,7 +89,7 @@ def _run(file: Path, out: Path, *, refused: bool) -> dict[str, Any]:
     disk = sum(one.stat().st_size for one in out.rglob("*") if one.is_file())
     taken = {"seconds": used.ru_utime + used.ru_stime, "memory": used.ru_maxrss * 1024.0, "disk": float(disk)}
     broken = _broken(out)
-    return {"outcome": "failed" if broken else "done", "taken": taken, "words": broken}
+    return {"outcome": "failed" if broken else "done", "measured": taken, "words": broken}
 
 
 def _limit(process: int) -> None:
@@ -116,13 +116,13 @@ def random_scenes() -> Iterator[dict[str, Any]]:
         yield found
 
 
-def told_over_taken() -> list[Result]:
+def estimate_over_measured() -> list[Result]:
     """Shares of scenes whose estimate is within a factor of two, the worst, and outcomes."""
     found = list(random_scenes())
     done = [one for one in found if one["outcome"] == "done"]
     lines = []
     for key, name in QUANTITIES.items():
-        ratio = np.array([one["told"][key] / one["taken"][key] for one in done])
+        ratio = np.array([one["estimated"][key] / one["measured"][key] for one in done])
         good = 100 * float(np.mean((ratio >= 0.5) & (ratio <= 2))) if done else 0.0
         spread = f"{ratio.min():.2f} to {ratio.max():.2f}, median {np.median(ratio):.2f}" if done else "none"
         lines.append(Result(f"random scenes, {name} within a factor of 2", good, "%", spread))
@@ -135,4 +135,4 @@ def told_over_taken() -> list[Result]:
     return [*lines, Result("random scenes, slowest check", slowest, "s", "the goal is 5")]
 
 
-BENCHES = [told_over_taken]
+BENCHES = [estimate_over_measured]

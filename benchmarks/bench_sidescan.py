@@ -16,7 +16,7 @@ GOALS = {0: 50.0, 2: 15.0, 4: 7.0}
 SURVEYS = {0: 10.0, 2: 25.0}
 """Seconds for a thousand pings, written."""
 WARM, PINGS = 100, 300
-"""Pings heard before the clock starts, and timed, as a survey has them: to the target, past it and away."""
+"""Pings simulated before the clock starts, and timed: to the target, past it and away."""
 SCENE = """
 title: Sidescan of fractal ground
 seed: 1

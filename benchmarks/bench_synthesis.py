@@ -23,7 +23,7 @@ from measure import Result, best_seconds
 RATE, CARRIER, WINDOW = 25e3, 100e3, 0.24
 UNIT = "M spike-elements/s"
 GRID = time_grid(0.0, WINDOW, RATE, -1e-3, 1e-3)
-PLACE = (GRID.first_time, GRID.cell_rate)
+GRID_ARGUMENTS = (GRID.first_time, GRID.cell_rate)
 TAPS = tap_coefficients()
 
 
@@ -42,20 +42,20 @@ def plain_gridding(cells, first_time, cell_rate, delay, amplitude, frequency, ta
         cell = int(np.floor(position))
         if cell < 0 or cell > cells.size - CELLS_PER_SPIKE:
             continue
-        place = np.float32(position - cell - 0.5)
+        fraction = np.float32(position - cell - 0.5)
         cycles = frequency * delay[i]
         angle = np.float32(2 * np.pi * (cycles - np.floor(cycles)))
         weight = amplitude[i] * np.complex64(complex(np.cos(angle), -np.sin(angle)))
         for j in range(WIDTH):
             height = taps[-1, j]
             for degree in range(taps.shape[0] - 2, -1, -1):
-                height = height * place + taps[degree, j]
+                height = height * fraction + taps[degree, j]
             cells[cell + j] += weight * height
 
 
 @njit(nogil=True, fastmath=True)
 def passband_replicas(series, rate, delay, amplitude, frequency, duration):
-    """The plain way: every echo writes its whole pulse, carrier and all, at 1 MHz."""
+    """Plain gridding: every echo writes its whole pulse, carrier and all, at 1 MHz."""
     samples = int(duration * rate)
     for i in range(delay.size):
         first = int(np.ceil(delay[i] * rate))
@@ -73,14 +73,16 @@ def one_core() -> list[Result]:
         energy = np.abs(weight).astype(float)
         cells, energies = GRID.cells()[0], GRID.energy_cells()[0]
         kernels = {
-            "deposit_pressure": lambda d=delay, w=weight, c=cells: deposit_pressure(c, *PLACE, d, w),
+            "deposit_pressure": lambda d=delay, w=weight, c=cells: deposit_pressure(c, *GRID_ARGUMENTS, d, w),
             "deposit_pressure, delays in order": lambda d=sorted_delay, w=weight, c=cells: deposit_pressure(
-                c, *PLACE, d, w
+                c, *GRID_ARGUMENTS, d, w
             ),
             "deposit_energy": lambda d=delay, e=energy, c=energies: deposit_energy(
                 c, GRID.first_time, GRID.energy_rate, d, e
             ),
-            "plain gridding": lambda d=delay, w=weight, c=cells: plain_gridding(c, *PLACE, d, w, CARRIER, TAPS),
+            "plain gridding": lambda d=delay, w=weight, c=cells: plain_gridding(
+                c, *GRID_ARGUMENTS, d, w, CARRIER, TAPS
+            ),
         }
         seconds = best_seconds(kernels)
         plain = seconds["plain gridding"]
@@ -91,20 +93,20 @@ def one_core() -> list[Result]:
 
 
 def element_by_element() -> list[Result]:
-    """Echoes of 50,000 scatterers at the 16 elements of an array of a metre: at rest, under way, where rays bend."""
+    """Echoes of 50,000 scatterers at the 16 elements of an array of a metre: at rest, moving, where rays bend."""
     count, elements = 50_000, 16
     delay, weight = spikes(count)
     azimuth = np.random.default_rng(2).uniform(0, 2 * np.pi, count)
     towards = np.stack([np.cos(azimuth), np.sin(azimuth), np.zeros(count)], axis=1)
     radius = np.maximum(750 * delay, 1.0)
-    place = np.outer(np.linspace(-0.5, 0.5, elements), [1.0, 0.0, 0.0])
+    positions = np.outer(np.linspace(-0.5, 0.5, elements), [1.0, 0.0, 0.0])
     still, ones, number = np.zeros((elements, 3)), np.ones((1, count)), np.arange(elements)
     sent = TransmitLegs(0 * ones, ones, weight[None, None])
-    heard = ReceiveLegs(delay[None], 1 / radius[None], radius[None], np.empty((1, 0, delay.size)), towards[None],
+    receive_legs = ReceiveLegs(delay[None], 1 / radius[None], radius[None], np.empty((1, 0, delay.size)), towards[None],
                   ones.astype(np.complex64), ones[None].astype(np.float32))  # fmt: skip
     channels = np.stack([number, number + 1], axis=1)
 
-    held = {
+    cells_of = {
         shapes: GRID.cells(elements * shapes).reshape(elements, -(-shapes // 4), -1, min(shapes, 4))
         for shapes in (1, 8)
     }
@@ -112,18 +114,18 @@ def element_by_element() -> list[Result]:
     def kernel(speed: float, bent: bool, shapes: int) -> None:
         made = WaveformBasis(-4e-3 * np.cos((np.arange(shapes) + 0.5) * np.pi / shapes))
         velocity = np.tile([speed, 0.0, 0.0], (elements, 1))
-        ears = ReceiveBeams(place, velocity, still, channels, 0 * number, 0 * number)
-        nodes = aperture_nodes(place, velocity, still, float(radius.min()), WINDOW, 1500 / CARRIER)
-        legs = PairedLegs(np.zeros((1, 3), np.int64), sent, heard, ones)
+        receive_beams = ReceiveBeams(positions, velocity, still, channels, 0 * number, 0 * number)
+        nodes = aperture_nodes(positions, velocity, still, float(radius.min()), WINDOW, 1500 / CARRIER)
+        legs = PairedLegs(np.zeros((1, 3), np.int64), sent, receive_legs, ones)
         water = ArrayWater(1 / 1500, 0.0, 0.0, bent, 1e-4 * (speed > 0))
-        reception = Reception(*PLACE, CARRIER, made.doppler, water)
-        deposit_on_elements(held[shapes], legs, ears, nodes, NO_SECTOR, reception)
+        reception = Reception(*GRID_ARGUMENTS, CARRIER, made.doppler, water)
+        deposit_on_elements(cells_of[shapes], legs, receive_beams, nodes, NO_SECTOR, reception)
 
     kernels = {
         "deposit_on_elements, at rest": lambda: kernel(0.0, False, 1),
-        "deposit_on_elements, under way, 1 shape": lambda: kernel(3.0, False, 1),
-        "deposit_on_elements, under way, 8 shapes": lambda: kernel(3.0, False, 8),
-        "deposit_on_elements, bent rays, under way, 1 shape": lambda: kernel(3.0, True, 1),
+        "deposit_on_elements, moving, 1 shape": lambda: kernel(3.0, False, 1),
+        "deposit_on_elements, moving, 8 shapes": lambda: kernel(3.0, False, 8),
+        "deposit_on_elements, bent rays, moving, 1 shape": lambda: kernel(3.0, True, 1),
     }
     return [Result(name, count * elements / best / 1e6, UNIT) for name, best in best_seconds(kernels).items()]
 
@@ -136,7 +138,7 @@ def against_replicas() -> list[Result]:
 
     def gridded() -> None:
         cells = GRID.cells()
-        deposit_pressure(cells[0], *PLACE, *many)
+        deposit_pressure(cells[0], *GRID_ARGUMENTS, *many)
         convolve_pulse(cells, GRID, spectrum)
 
     seconds = best_seconds(
@@ -162,7 +164,7 @@ def two_threads() -> list[Result]:
 
     def chunk(part: slice) -> np.ndarray:
         cells = GRID.cells()[0]
-        deposit_pressure(cells, *PLACE, delay[part], weight[part])
+        deposit_pressure(cells, *GRID_ARGUMENTS, delay[part], weight[part])
         return cells
 
     with ThreadPoolExecutor(1) as one, ThreadPoolExecutor(2) as two:

@@ -1,6 +1,6 @@
 """Time of a frame of a wide, fine sonar: 900 kHz, 130 deg, 64 elements, 10 m over a flat bed, pressures.
 
-Processor time of one ping, heard by one thread. The sonar records its 64 elements, or 256 beams; its sweep is 30 kHz or
+Processor time of one ping, on one thread. The sonar records its 64 elements, or 256 beams; its sweep is 30 kHz or
 300 kHz wide, with range cells of 2.5 cm and 2.5 mm.
 """
 

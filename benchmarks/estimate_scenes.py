@@ -1,4 +1,4 @@
-"""Scenes over which the estimate of `insonify check` is held against the run: templates with changes, one a feature."""
+"""Scenes on which the estimate of `insonify check` is compared with the run: templates with changes."""
 
 from importlib.resources import files
 from pathlib import Path
@@ -58,7 +58,7 @@ SCENES: dict[str, tuple[str, dict[str, Any]]] = {
     ),
     "coherent sidescan": ("coherent-sidescan", {}),
     "elements": ("forward-looking", {}),
-    "elements under way": ("forward-looking", {
+    "elements, moving": ("forward-looking", {
         "track": {"kind": "line", "start": [0, 0, 7], "heading": 0, "speed": "1 m/s", "pings": 3, "interval": "0.2 s",
                   "window": ["0 ms", "55 ms"]}}),
     "multibeam": ("multibeam", {}),

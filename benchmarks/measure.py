@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from insonify.simulator import Simulator, simulate_pings
 
 THREADS = 2
-"""By which pings are heard."""
+"""Threads that simulate pings."""
 SMOKE = False
 """True: everything is run once, without a warm-up, to see that it runs at all; the numbers then mean nothing."""
 STRETCHES = 3
@@ -38,7 +38,7 @@ def best_seconds(candidates: Mapping[str, Callable[[], object]], repeats: int = 
         repeats: Rounds.
 
     Returns:
-        Seconds by name. Other work on the machine then slows all candidates alike, and the minimum sees least of it.
+        Seconds by name. Other work on the machine then slows all candidates alike, and the minimum has least of it.
     """
     for run in () if SMOKE else candidates.values():
         run()
@@ -52,12 +52,12 @@ def best_seconds(candidates: Mapping[str, Callable[[], object]], repeats: int = 
 
 
 def ping_seconds(simulator: Simulator, warm: int, timed: int) -> tuple[float, float]:
-    """Wall and processor seconds of one ping of a survey that is under way, the least of `STRETCHES` of it.
+    """Wall and processor seconds of one ping of a survey in progress, the least of `STRETCHES` of it.
 
     Args:
         simulator: A scenario that has been prepared.
-        warm: Pings heard first, which compile what is missing, draw the ground and touch the memory that a run holds.
-        timed: Those of each stretch after them, heard as a survey has them.
+        warm: Pings simulated first, which compile kernels, draw the ground and touch the memory of a run.
+        timed: Those of each stretch after them.
     """
     warm, timed, stretches = (1, 1, 1) if SMOKE else (warm, timed, STRETCHES)
     for _ in simulate_pings(simulator, range(warm), THREADS):

@@ -55,9 +55,9 @@ def points(count: int) -> tuple[np.ndarray, np.ndarray]:
     return np.column_stack([range_ * np.sin(angle), range_ * np.cos(angle)]), random.normal(size=count)
 
 
-def level(place: np.ndarray) -> np.ndarray:
+def level(position: np.ndarray) -> np.ndarray:
     """Positions in the plane with a third coordinate of zero, shape (n, 3)."""
-    return np.column_stack([place, np.zeros(len(place))])
+    return np.column_stack([position, np.zeros(len(position))])
 
 
 def line(elements: int, pitch: float) -> np.ndarray:
@@ -66,13 +66,13 @@ def line(elements: int, pitch: float) -> np.ndarray:
 
 
 def rendered(
-    place: np.ndarray, across: np.ndarray, weight: np.ndarray, source: float | None, grid: TimeGrid, carrier: float,
+    position: np.ndarray, across: np.ndarray, weight: np.ndarray, source: float | None, grid: TimeGrid, carrier: float,
     spectrum: np.ndarray,
 ) -> np.ndarray:  # fmt: skip
     """Series of the elements of a line by insonify [1], shape (elements, samples).
 
     Args:
-        place: Positions of the points [m], first along the line, shape (n, 3).
+        position: Positions of the points [m], first along the line, shape (n, 3).
         across: Positions of the elements along it [m], shape (elements,).
         weight: Pressure at 1 m from each point, shape (n,) complex.
         source: Position of the transmitting point along the line [m]; None: the points transmit.
@@ -80,13 +80,13 @@ def rendered(
         carrier: Carrier [Hz].
         spectrum: Of the pulse at the grid's frequencies [s].
     """
-    count, elements = len(place), len(across)
-    radius = np.linalg.norm(place, axis=1)
+    count, elements = len(position), len(across)
+    radius = np.linalg.norm(position, axis=1)
     position = np.outer(across, [1.0, 0.0, 0.0])
     still, one, number = np.zeros((elements, 3)), np.ones((1, count)), np.arange(elements)
     doppler = WaveformBasis(np.zeros(1)).doppler
-    to_point = 0 * radius if source is None else np.linalg.norm(place - [source, 0.0, 0.0], axis=1)
-    towards = place / radius[:, None]
+    to_point = 0 * radius if source is None else np.linalg.norm(position - [source, 0.0, 0.0], axis=1)
+    towards = position / radius[:, None]
     transmit = TransmitLegs((to_point / SPEED)[None], one, weight.astype(np.complex64)[None, None])
     receive = ReceiveLegs(
         (radius / SPEED)[None], (1 / radius)[None], radius[None], np.empty((1, 0, count)), towards[None],
@@ -145,8 +145,8 @@ def envelope(series: np.ndarray, rate: float, grid: TimeGrid, carrier: float) ->
     """
     block = round(rate / math.gcd(round(rate), round(grid.sample_rate)))
     samples = -(-max(series.shape[1], round((grid.time[-1] + 1e-3) * rate)) // block) * block
-    kept = round(samples * grid.sample_rate / rate)
-    offset = np.fft.fftfreq(kept, 1 / grid.sample_rate)
+    count = round(samples * grid.sample_rate / rate)
+    offset = np.fft.fftfreq(count, 1 / grid.sample_rate)
     first = round(carrier * samples / rate)
     result = np.empty((len(series), len(grid.time)), complex)
     for row, one in enumerate(series):
@@ -154,7 +154,7 @@ def envelope(series: np.ndarray, rate: float, grid: TimeGrid, carrier: float) ->
         band *= np.abs(offset) <= 0.45 * grid.sample_rate
         # the carrier lies between two bins of the transform
         shift = np.exp(2j * np.pi * (first * rate / samples - carrier) * grid.time)
-        result[row] = np.fft.ifft(band)[: len(grid.time)] * shift * (2 * kept / samples)
+        result[row] = np.fft.ifft(band)[: len(grid.time)] * shift * (2 * count / samples)
     return result
 
 
@@ -182,7 +182,7 @@ def pymust() -> list[Result]:
     """PyMUST's `simus`: one element transmits; pulse and directivity are those of PyMUST."""
     import pymust as peer
 
-    place, reflectivity = points(POINTS)
+    position, reflectivity = points(POINTS)
     parameters = peer.utils.Param()
     values = {"fc": CARRIER, "pitch": PITCH, "width": WIDTH, "Nelements": ELEMENTS, "bandwidth": 20, "TXnow": 1,
               "c": SPEED, "fs": 4 * CARRIER, "radius": np.inf}  # fmt: skip
@@ -195,16 +195,16 @@ def pymust() -> list[Result]:
     spectrum = band_of(pulse.ravel()[::50], step, -step * len(pulse.ravel()[::50]) / 2, grid, CARRIER)
 
     def simus() -> np.ndarray:
-        series, _ = peer.simus(place[:, 0], place[:, 1], reflectivity, np.zeros((1, ELEMENTS)), parameters)
+        series, _ = peer.simus(position[:, 0], position[:, 1], reflectivity, np.zeros((1, ELEMENTS)), parameters)
         return np.asarray(series)
 
     def insonify() -> np.ndarray:
-        radius = np.hypot(*place.T)
-        sine = place[:, 0] / radius
+        radius = np.hypot(*position.T)
+        sine = position[:, 0] / radius
         # the gain of one element: its width, and the soft baffle's cosine
-        gain = np.sinc(WIDTH * CARRIER / SPEED * sine) * place[:, 1] / radius
+        gain = np.sinc(WIDTH * CARRIER / SPEED * sine) * position[:, 1] / radius
         weight = reflectivity * gain**2 + 0j  # spreads as cylindrical waves: 1 / range over both ways
-        return rendered(level(place), line(ELEMENTS, PITCH), weight, -PITCH / 2, grid, CARRIER, spectrum)
+        return rendered(level(position), line(ELEMENTS, PITCH), weight, -PITCH / 2, grid, CARRIER, spectrum)
 
     other, series = taken(simus, 1)
     ours, found = taken(insonify, REPEATS)
@@ -215,10 +215,14 @@ def pymust() -> list[Result]:
 
 def echoes(count: int, pulse: np.ndarray, grid: TimeGrid) -> tuple[np.ndarray, np.ndarray, Callable[[], np.ndarray]]:
     """Points, pressures at 1 m from them and their series by insonify, with one omnidirectional transmitter."""
-    place, reflectivity = points(count)
-    weight = reflectivity / np.hypot(*place.T) + 0j
+    position, reflectivity = points(count)
+    weight = reflectivity / np.hypot(*position.T) + 0j
     spectrum = band_of(pulse, 1e-7, 0.0, grid, CARRIER)
-    return place, weight, lambda: rendered(level(place), line(ELEMENTS, PITCH), weight, 0.0, grid, CARRIER, spectrum)
+    return (
+        position,
+        weight,
+        lambda: rendered(level(position), line(ELEMENTS, PITCH), weight, 0.0, grid, CARRIER, spectrum),
+    )
 
 
 def finufft() -> list[Result]:
@@ -227,17 +231,17 @@ def finufft() -> list[Result]:
 
     pulse = tone(2e-4)
     grid = time_grid(0.0, 2 * FARTHEST / SPEED + 1e-3, NARROW, -1e-4, 3e-4)
-    place, weight, insonify = echoes(POINTS, pulse, grid)
+    position, weight, insonify = echoes(POINTS, pulse, grid)
     spectrum = np.fft.fftshift(band_of(pulse, 1e-7, 0.0, grid, CARRIER))
     samples = len(spectrum)
 
     def transforms() -> np.ndarray:
-        radius, rows = np.hypot(*place.T), []
+        radius, rows = np.hypot(*position.T), []
         for across in line(ELEMENTS, PITCH):
-            way = np.hypot(place[:, 0] - across, place[:, 1])
-            delay = (radius + way) / SPEED
+            back = np.hypot(position[:, 0] - across, position[:, 1])
+            delay = (radius + back) / SPEED
             cycles = CARRIER * delay
-            strength = (weight / way * np.exp(-2j * np.pi * (cycles - np.floor(cycles)))).astype(np.complex64)
+            strength = (weight / back * np.exp(-2j * np.pi * (cycles - np.floor(cycles)))).astype(np.complex64)
             turn = np.mod(delay * NARROW / samples, 1.0) * 2 * np.pi
             modes = peer.nufft1d1(turn.astype(np.float32), strength, samples, isign=-1, eps=1e-5, nthreads=1)
             rows.append(np.fft.ifft(np.fft.ifftshift(modes * spectrum))[: grid.sample_count] * NARROW)
@@ -255,10 +259,10 @@ def replicas() -> list[Result]:
     pulse = tone(REPLICA_SECONDS)
     grid = time_grid(0.0, 2 * FARTHEST / SPEED + 2 * REPLICA_SECONDS, NARROW, -1e-4, REPLICA_SECONDS + 1e-4)
     _, _, insonify = echoes(POINTS, pulse, grid)
-    place, weight, _ = echoes(REPLICA_POINTS, pulse, grid)
+    position, weight, _ = echoes(REPLICA_POINTS, pulse, grid)
     across = line(ELEMENTS, PITCH)[0]
-    delay = (np.hypot(*place.T) + np.hypot(place[:, 0] - across, place[:, 1])) / SPEED
-    amplitude = weight / np.hypot(place[:, 0] - across, place[:, 1])
+    delay = (np.hypot(*position.T) + np.hypot(position[:, 0] - across, position[:, 1])) / SPEED
+    amplitude = weight / np.hypot(position[:, 0] - across, position[:, 1])
 
     def summed() -> np.ndarray:
         series = np.zeros(round((grid.time[-1] + 1 / NARROW) * 1e6))
@@ -271,7 +275,7 @@ def replicas() -> list[Result]:
     theirs = envelope(series[None], 1e6, grid, CARRIER)[0]
     plain = tone_without_window(REPLICA_SECONDS)
     mine = rendered(
-        level(place), line(ELEMENTS, PITCH), weight, 0.0, grid, CARRIER, band_of(plain, 1e-7, 0.0, grid, CARRIER)
+        level(position), line(ELEMENTS, PITCH), weight, 0.0, grid, CARRIER, band_of(plain, 1e-7, 0.0, grid, CARRIER)
     )
     accuracy = f"{difference(mine[0], theirs):.1e} rms"
     name = f"replicas at 1 MHz, {REPLICA_SECONDS * 1e3:g} ms"
@@ -311,8 +315,8 @@ def pyroomacoustics() -> list[Result]:
     )
     grid = time_grid(0.0, responses.shape[1] / rate, 12e3, -1e-4, 1.2e-3)
     spectrum = band_of(pulse, 1e-7, 0.0, grid, carrier)
-    place = images - centre
-    ours, found = taken(lambda: rendered(place, across, damping + 0j, None, grid, carrier, spectrum), REPEATS)
+    position = images - centre
+    ours, found = taken(lambda: rendered(position, across, damping + 0j, None, grid, carrier, spectrum), REPEATS)
     sampled = np.cos(2 * np.pi * carrier * np.arange(96) / rate) * np.sin(np.pi * np.arange(96) / 96) ** 2
     convolved = np.array([np.convolve(one, sampled)[lead:] for one in responses])
     accuracy = f"{difference(found, envelope(convolved, rate, grid, carrier)):.1e} rms"
@@ -331,12 +335,12 @@ def main(arguments: list[str]) -> None:
     if "--smoke" in arguments:
         measure.SMOKE = True
         globals().update(SMALL)
-    wanted = [word for word in arguments if not word.startswith("-")]
+    names = [word for word in arguments if not word.startswith("-")]
     before = ledger.read()
     for package, bench in PEERS.items():
         if package and importlib.util.find_spec(package) is None:
             print(f"{package} is not installed: left out")
-        elif not wanted or any(word in bench.__name__ for word in wanted):
+        elif not names or any(word in bench.__name__ for word in names):
             lines = bench()
             run.show(lines, before)
             if not measure.SMOKE:

@@ -57,8 +57,8 @@ def random_description(seed: int, folder: Path) -> Description:
         "output": {"labels": draw.chance(0.25)},
     }  # fmt: skip
     if draw.chance(0.1) and "sides" not in found["sonar"]:
-        place = [draw.between(-5, 5), draw.between(-5, 5), depth * draw.between(0.1, 0.85)]
-        found["receiver_track"] = {"kind": "static", "position": place}
+        position = [draw.between(-5, 5), draw.between(-5, 5), depth * draw.between(0.1, 0.85)]
+        found["receiver_track"] = {"kind": "static", "position": position}
     if draw.chance(0.15):
         found["water"]["patches"] = [_patch(draw, depth, reach)]
     return _reconciled(found)
@@ -147,8 +147,8 @@ def _water(draw: _Draw, depth: float) -> Description:
 
 def _patch(draw: _Draw, depth: float, reach: float) -> Description:
     height = depth * draw.between(0.1, 0.3)
-    place = [draw.between(-5, 5), reach * draw.between(0.2, 1), depth * draw.between(0.3, 0.7)]
-    return {"label": "school", "position": place, "size": [draw.log(1, 10), draw.log(1, 10), height],
+    position = [draw.between(-5, 5), reach * draw.between(0.2, 1), depth * draw.between(0.3, 0.7)]
+    return {"label": "school", "position": position, "size": [draw.log(1, 10), draw.log(1, 10), height],
             "volume_strength_db": draw.between(-60, -35)}  # fmt: skip
 
 
@@ -191,14 +191,14 @@ def _surface(draw: _Draw) -> Description:
 
 def _target(draw: _Draw, number: int, depth: float, reach: float, folder: Path) -> Description:
     distance, bearing = reach * draw.between(0.15, 1.0), draw.between(-0.6, 0.6)
-    place = [round(distance * bearing, 3), round(distance, 3)]
+    position = [round(distance * bearing, 3), round(distance, 3)]
     kind = draw.one(("point", "point", "box", "box", "sphere", "cylinder", "cone", "plate", "mesh", "library"))
     if kind == "point":
-        where = [*place, round(depth * draw.between(0.1, 0.95), 3)]
+        where = [*position, round(depth * draw.between(0.1, 0.95), 3)]
         return {"shape": "point", "label": f"point {number}", "position": where,
                 "target_strength_db": draw.between(-40, 5)}  # fmt: skip
     size = [draw.log(0.2, 2.5) for _ in range(3)]
-    found: Description = {"shape": kind, "label": f"{kind} {number}", "position": place,
+    found: Description = {"shape": kind, "label": f"{kind} {number}", "position": position,
                           "heading": f"{draw.between(0, 360)} deg"}  # fmt: skip
     found |= {
         "box": {"size": size},

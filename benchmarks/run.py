@@ -25,7 +25,7 @@ def files() -> list[Path]:
 
 def main(arguments: list[str]) -> None:
     """Measure and print, file by file; with names given, only files and functions whose names contain one."""
-    smoke, wanted = "--smoke" in arguments, [word for word in arguments if word != "--smoke"]
+    smoke, names = "--smoke" in arguments, [word for word in arguments if word != "--smoke"]
     rounds = "each once: the numbers mean nothing" if smoke else "best of 5, interleaved"
     print(f"{platform.machine()}, Python {platform.python_version()}, {rounds}\n")
     print(f"{'benchmark':<52}{'value':>10}  {'unit':<22}note")
@@ -38,7 +38,7 @@ def main(arguments: list[str]) -> None:
                 setattr(module, name, value)
         for bench in module.BENCHES:
             name = f"{file.stem}.{bench.__name__}"
-            if not wanted or any(part in name for part in wanted):
+            if not names or any(part in name for part in names):
                 results = bench()
                 show(results, before)
                 if not smoke:

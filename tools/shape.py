@@ -1,7 +1,7 @@
-"""The shape of the code, measured: how long its files and functions are, and whether they explain themselves.
+"""The size of the code: lengths of files and functions, numbers of parameters, missing docstrings.
 
-Code that fits in the eye gets read. The bars below are the project's own; this script
-prints where the tree stands and, if a bar is broken, who broke it.
+The limits below are the project's own; this script prints the figures of the tree and, if one
+is exceeded, where.
 """
 
 import ast
@@ -28,7 +28,7 @@ Function = ast.FunctionDef | ast.AsyncFunctionDef
 
 @dataclass(frozen=True, slots=True)
 class Measured:
-    """One thing with a length, and where it stands."""
+    """A file or function, its location and its length."""
 
     where: str
     lines: int
@@ -36,12 +36,12 @@ class Measured:
 
 @dataclass(frozen=True, slots=True)
 class Shape:
-    """What the tree looks like: lengths, and the places that owe an explanation."""
+    """Lengths of a tree, and the locations of missing explanations."""
 
     files: list[Measured]
     functions: list[Measured]
     wide: list[str]
-    owing: list[str]
+    undocumented: list[str]
     test_lines: int
 
     @property
@@ -51,10 +51,10 @@ class Shape:
 
 
 def measure(root: Path) -> Shape:
-    """The shape of the project that stands in `root` (its `src` and `tests`)."""
+    """The shape of the project in the directory `root` (its `src` and `tests`)."""
     files: list[Measured] = []
     functions: list[Measured] = []
-    owing: list[str] = []
+    undocumented: list[str] = []
     wide: list[str] = []
     for path in sorted((root / "src").rglob("*.py")):
         text, name = path.read_text(encoding="utf-8"), path.relative_to(root).as_posix()
@@ -63,30 +63,30 @@ def measure(root: Path) -> Shape:
             files.append(Measured(name, len(text.splitlines())))
         functions += [Measured(f"{name}:{f.lineno} {f.name}", _code_lines(f)) for f in _functions(tree)]
         wide += [f"{name}:{f.lineno} {f.name} ({n})" for f in _functions(tree) if (n := _parameters(f)) > PARAMETERS]
-        owing += [f"{name}:{line}" for line in _owing(tree)]
+        undocumented += [f"{name}:{line}" for line in _undocumented(tree)]
     # A folder without __init__.py is invisible to the import contract.
     folders = sorted({path.parent for path in (root / "src").glob("*/**/*.py")})
-    owing += [f"{f.relative_to(root)} has no __init__.py" for f in folders if not (f / "__init__.py").exists()]
+    undocumented += [f"{f.relative_to(root)} has no __init__.py" for f in folders if not (f / "__init__.py").exists()]
     tests = 0
     for path in sorted((root / "tests").rglob("*.py")):
         text, name = path.read_text(encoding="utf-8"), path.relative_to(root).as_posix()
         tests += len(text.splitlines())
         idle = [f for f in _functions(ast.parse(text, name)) if f.name.startswith("test_") and not _asserts(f)]
-        owing += [f"{name}:{f.lineno} {f.name} asserts nothing" for f in idle]
-    return Shape(files, functions, wide, owing, tests)
+        undocumented += [f"{name}:{f.lineno} {f.name} asserts nothing" for f in idle]
+    return Shape(files, functions, wide, undocumented, tests)
 
 
 def broken(shape: Shape) -> list[str]:
-    """Every bar that the tree breaks, one line each; empty if all is well."""
+    """Every limit that the tree exceeds, one line each; empty if none."""
     lines = _too_long("file", shape.files, FILE_BARS)
     lines += _too_long("function", shape.functions, FUNCTION_BARS)
-    lines += shape.owing
+    lines += shape.undocumented
     if len(shape.wide) > WIDE_FUNCTIONS:
         found = ", ".join(shape.wide)
         lines.append(f"{len(shape.wide)} functions pass {PARAMETERS} parameters; at most {WIDE_FUNCTIONS} may: {found}")
     if shape.test_lines < TEST_SHARE * shape.source_lines:
         share = shape.test_lines / shape.source_lines
-        lines.append(f"tests have {share:.2f} lines per source line; at least {TEST_SHARE} are wanted")
+        lines.append(f"tests have {share:.2f} lines per source line; at least {TEST_SHARE} are required")
     return lines
 
 
@@ -96,7 +96,7 @@ def summary(shape: Shape) -> str:
     return (
         f"shape: {len(shape.files)} files {_spread(shape.files)}, {len(shape.functions)} functions "
         f"{_spread(shape.functions)} lines (median/90%/max), {len(shape.wide)} wide; "
-        f"{len(shape.owing)} owe a word; tests/source {share:.2f}"
+        f"{len(shape.undocumented)} undocumented; tests/source {share:.2f}"
     )
 
 
@@ -105,11 +105,11 @@ def _functions(tree: ast.AST) -> Iterator[Function]:
 
 
 def _asserts(test: Function) -> bool:
-    """True: there is an assertion to be seen in a test, or a call of a function whose name says that it asserts."""
+    """True: a test contains an assertion, or a call of a function whose name says that it asserts."""
     called = [ast.unparse(node.func) for node in ast.walk(test) if isinstance(node, ast.Call)]
     names = {name.rpartition(".")[2] for name in called}
-    seen = any(isinstance(node, ast.Assert) for node in ast.walk(test))
-    return seen or bool(names & {"raises", "warns", "fail"}) or any(name.startswith("assert_") for name in names)
+    found = any(isinstance(node, ast.Assert) for node in ast.walk(test))
+    return found or bool(names & {"raises", "warns", "fail"}) or any(name.startswith("assert_") for name in names)
 
 
 def _parameters(function: Function) -> int:
@@ -119,13 +119,13 @@ def _parameters(function: Function) -> int:
 
 
 def _code_lines(function: Function) -> int:
-    # A docstring is a page of the manual, not a length that the eye must hold.
+    # The docstring is not counted: it belongs to the manual.
     docstring = function.body[0] if ast.get_docstring(function) is not None else None
     explained = docstring.end_lineno - docstring.lineno + 1 if docstring and docstring.end_lineno else 0
     return (function.end_lineno or function.lineno) - function.lineno + 1 - explained
 
 
-def _owing(tree: ast.Module) -> Iterator[str]:
+def _undocumented(tree: ast.Module) -> Iterator[str]:
     """Line and complaint for each public name or kernel that lacks its docstring or its return type."""
     if tree.body and ast.get_docstring(tree) is None:
         yield "1 module has no docstring"
@@ -143,9 +143,9 @@ def _definitions(body: list[ast.stmt], *, public: bool) -> Iterator[tuple[Functi
         if isinstance(node, Function):
             yield node, public and not node.name.startswith("_")
         elif isinstance(node, ast.ClassDef):
-            seen = public and not node.name.startswith("_")
-            yield node, seen
-            yield from _definitions(node.body, public=seen)
+            is_public = public and not node.name.startswith("_")
+            yield node, is_public
+            yield from _definitions(node.body, public=is_public)
 
 
 def _too_long(what: str, things: list[Measured], bars: tuple[int, int, int]) -> list[str]:
