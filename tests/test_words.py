@@ -48,11 +48,19 @@ def test_docstrings_that_open_with_a_question_are_noticed(words, text, count):
         ("# the meter is metres long", 0),
         ("answered", 1),
         ("Retold", 0),
+        ("class HeardPulse: TOLD = 1", 2),
+        ("the Place of one_way", 0),
     ],
 )
 def test_replaced_words_are_noticed_in_names_and_text(words, text, count):
-    """Between underscores as well; parts of longer words are not."""
-    assert len(words.replaced_words({"a.py": text})) == count
+    """In any case, between underscores and humps as well; parts of longer words are not."""
+    assert len(words.replaced_words({"tests/a.py": text})) == count
+
+
+def test_a_place_is_a_position_in_names_of_the_package_alone(words):
+    """Prose and tests may have places; a two-way delay is the field's term."""
+    text = "two_way, in_place = place, Place  # in its place"
+    assert [len(words.replaced_words({name: text})) for name in ("src/a.py", "tests/a.py")] == [2, 0]
 
 
 def test_a_count_above_its_bar_fails_and_one_below_requests_a_lower_bar(words, tmp_path, monkeypatch, capsys):
@@ -60,7 +68,7 @@ def test_a_count_above_its_bar_fails_and_one_below_requests_a_lower_bar(words, t
     source = tmp_path / "src" / "a.py"
     source.parent.mkdir()
     source.write_text('"""What it is."""\n')
-    for bar, result, said in ((0, 1, "src/a.py:1"), (1, 0, "(bar 1)"), (2, 1, "lower it")):
+    for bar, result, message in ((0, 1, "src/a.py:1"), (1, 0, "(bar 1)"), (2, 1, "lower it")):
         monkeypatch.setattr(words, "BARS", {kind: bar if "question" in kind else 0 for kind in words.BARS})
         assert words.main(tmp_path, listed=False) == result
-        assert said in capsys.readouterr().out
+        assert message in capsys.readouterr().out

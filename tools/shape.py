@@ -105,7 +105,7 @@ def _functions(tree: ast.AST) -> Iterator[Function]:
 
 
 def _asserts(test: Function) -> bool:
-    """True: a test contains an assertion, or a call of a function whose name says that it asserts."""
+    """True: a test contains an assertion, or a call of a function whose name states that it asserts."""
     called = [ast.unparse(node.func) for node in ast.walk(test) if isinstance(node, ast.Call)]
     names = {name.rpartition(".")[2] for name in called}
     found = any(isinstance(node, ast.Assert) for node in ast.walk(test))
