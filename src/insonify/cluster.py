@@ -81,7 +81,7 @@ def run_parts(
             else:
                 failed[futures[future]] = f"{type(error).__name__}: {error}"
     if failed:
-        listed = "; ".join(f"part {number}/{count}: {said}" for number, said in sorted(failed.items()))
+        listed = "; ".join(f"part {number}/{count}: {reason}" for number, reason in sorted(failed.items()))
         raise ClusterError(f"{len(failed)} of {count} parts failed, the others are done. {listed}")
 
 

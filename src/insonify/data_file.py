@@ -208,7 +208,7 @@ def require_readable_hdf5(path: str | Path) -> None:
     except subprocess.TimeoutExpired:
         why = f"its library gave no result in {patience:.0f} s"
     else:
-        if tried.returncode >= 0:  # what failed there fails here as well, and is said here
+        if tried.returncode >= 0:  # what failed there fails here as well, and is reported here
             return
         hung = tried.returncode == -_OUT_OF_TIME
         why = "its library gave no result in the time that ten such files take" if hung else "its library crashed"

@@ -3,7 +3,7 @@
 Importing numba and making its first call ready takes half a second, and each of some 440 decorated functions a little.
 A scenario that is only checked, or a recording that is only drawn, calls none of them. So kernels are decorated with
 the `njit` of this module: what stands at the module's top level is a `Kernel`, and numba is imported when one is called
-for the first time. To the compiler a kernel that calls another sees numba's own dispatcher, so the machine code, and
+for the first time. For the compiler a kernel that calls another uses numba's own dispatcher, so the machine code, and
 its cache on disk, are those of plain numba.
 """
 

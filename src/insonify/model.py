@@ -54,8 +54,8 @@ def field_errors(errors: Sequence[PydanticCustomError]) -> PydanticCustomError:
 
 
 def _custom_error(errors: list[tuple[str, str]]) -> PydanticCustomError:
-    said = "\n".join(f"{path}: {shown}" if path else shown for path, shown in errors)
-    return PydanticCustomError("field_error", "{said}", {"said": said, "errors": errors})
+    message = "\n".join(f"{path}: {shown}" if path else shown for path, shown in errors)
+    return PydanticCustomError("field_error", "{message}", {"message": message, "errors": errors})
 
 
 def raise_errors(errors: Iterable[PydanticCustomError]) -> None:

@@ -1,6 +1,6 @@
 """Numbers with units at the edge, SI inside.
 
-A scenario may say 100000 or "100 kHz", 0.61 or "35 deg"; inside there is only SI.
+A scenario may hold 100000 or "100 kHz", 0.61 or "35 deg"; inside there is only SI.
 The one exception is recorded pressure, which the trade measures in micropascal.
 """
 

@@ -60,7 +60,7 @@ def _options(
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run one command and say how it went.
+    """Run one command and return how it ended.
 
     Args:
         arguments: The words after the program's name; by default those of the shell.
@@ -78,15 +78,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
         try:
             result = command.main(words, "insonify", standalone_mode=False)
         except KeyboardInterrupt:
-            return _say(INTERRUPTED, FAILED)
+            return _report(INTERRUPTED, FAILED)
         except Exception as error:
             return _verdict(error)
     if result == STOPPED_BY_KEY:
-        return _say(INTERRUPTED, FAILED)
+        return _report(INTERRUPTED, FAILED)
     return result if isinstance(result, int) else DONE
 
 
-_shown_warnings: set[str] = set()  # Python forgets what it has warned of whenever a module changes the filters
+_shown_warnings: set[str] = set()  # Python clears its own record whenever a module changes the filters
 
 
 def _warn(message: Warning | str, *_: Any, **__: Any) -> None:
@@ -98,20 +98,20 @@ def _warn(message: Warning | str, *_: Any, **__: Any) -> None:
 
 
 def _verdict(error: Exception) -> int:
-    """The exit code of an error, after saying on stderr what it was."""
+    """The exit code of an error, after its message on stderr."""
     if hasattr(error, "show") and hasattr(error, "exit_code"):  # the command itself was misspelt
         error.show()
         return WRONG_INPUT
     if type(error).__name__ == "Abort":
-        return _say(INTERRUPTED, FAILED)
+        return _report(INTERRUPTED, FAILED)
     if _is_about_the_input(error):
-        return _say(str(error), WRONG_INPUT)
+        return _report(str(error), WRONG_INPUT)
     if os.environ.get("INSONIFY_TRACEBACK"):
         raise error
     if type(error).__name__ in ("WriteError", "ClusterError"):
-        return _say(str(error), FAILED)
+        return _report(str(error), FAILED)
     hint = "set INSONIFY_TRACEBACK=1 for the details"
-    return _say(f"the run failed: {type(error).__name__}: {error} ({hint})", FAILED)
+    return _report(f"the run failed: {type(error).__name__}: {error} ({hint})", FAILED)
 
 
 def _is_about_the_input(error: Exception) -> bool:
@@ -123,6 +123,6 @@ def _is_about_the_input(error: Exception) -> bool:
     return isinstance(error, (ScenarioError, StoreError, InputError, *path_errors))
 
 
-def _say(message: str, code: int) -> int:
+def _report(message: str, code: int) -> int:
     typer.echo(message, err=True)
     return code

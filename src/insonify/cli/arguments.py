@@ -134,7 +134,7 @@ def require_picture_suffix(path: Path, option: str) -> None:
     try:
         if path.exists():
             path.open("ab").close()
-        else:  # asking the system whether it may be written to would not do: /proc says yes
+        else:  # the system's own test of write access does not suffice: it is true for /proc
             tempfile.TemporaryFile(dir=path.parent).close()
     except OSError as error:
         why = error.strerror or "not allowed"

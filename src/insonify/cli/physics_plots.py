@@ -104,9 +104,9 @@ def _probe(file: Path, knots: int) -> dict[str, list[float]]:
     import csv
 
     lines = file.read_text(encoding="utf-8-sig").splitlines()
-    said = [line for line in lines if line.strip(" \t,;") and not line.lstrip().startswith("#")]
-    delimiter = next((mark for mark in ";\t" if mark in said[0]), ",")
-    header, *rows = csv.reader(said, delimiter=delimiter)
+    filled = [line for line in lines if line.strip(" \t,;") and not line.lstrip().startswith("#")]
+    delimiter = next((mark for mark in ";\t" if mark in filled[0]), ",")
+    header, *rows = csv.reader(filled, delimiter=delimiter)
     found: dict[str, list[float]] = {}
     for index, title in enumerate(header):
         name = re.split(r"[\[(]", title)[0].strip().lower()

@@ -14,7 +14,7 @@ OnStep = Callable[[int, int], None]
 def progress(quiet: bool, step: str = "ping") -> Iterator[OnStep]:
     """A bar on stderr with the pace and the time left, where stderr is a terminal.
 
-    Anywhere on stderr, one line says what an earlier run has left done.
+    Anywhere on stderr, one line reports what an earlier run has completed.
 
     Args:
         quiet: Whether to stay silent in any case.

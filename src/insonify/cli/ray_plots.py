@@ -47,7 +47,7 @@ def _of_a_profile(file: Path, out: Path, depth: float | None, far: float) -> Non
         raise InputError(f"{file}: {error}") from None
     if depth is None:
         middle = float(profile.depth[-1]) / 2
-        raise InputError(f"{file}: where do the rays start? Say --source-depth '{middle:g} m'")
+        raise InputError(f"{file}: where do the rays start? Write --source-depth '{middle:g} m'")
     _draw(profile, out, depth, float(profile.depth[-1]), far, file.name)
 
 

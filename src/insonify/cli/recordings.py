@@ -234,18 +234,18 @@ def _show_labels(
     if _of_elements(dataset):
         raise InputError(f"{recording} records elements, and labels are those of beams: it can have none. Leave "
                          "--labels out; a run of the same scene with record: beams has them")  # fmt: skip
-    said = open_labels(recording)
+    masks = open_labels(recording)
     if ping is not None:
         _check_ping(dataset, recording, ping)
     _check_beam(dataset, beam)
-    labelled = said["done"].values & dataset["done"].values
+    labelled = masks["done"].values & dataset["done"].values
     if not (labelled.any() if ping is None else labelled[ping]):
         which = "no ping" if ping is None else f"ping {ping} not"
         raise InputError(f"{recording} has {which} labelled yet. Label it: insonify run FILE -o {recording} --labels")
     from insonify import plotting
 
     with _reading(recording):
-        plotting.labels(dataset, said, out, ping=ping, beam=beam or 0, ground=ground, gain=gain)
+        plotting.labels(dataset, masks, out, ping=ping, beam=beam or 0, ground=ground, gain=gain)
 
 
 def explain(
@@ -284,7 +284,7 @@ def explain(
 
 @contextmanager
 def _reading(recording: Path) -> Iterator[None]:
-    """Faults of what stands in a recording are said with its name."""
+    """Errors in a recording are reported with its name."""
     from insonify.scenario.diagnostic import ScenarioError
 
     try:

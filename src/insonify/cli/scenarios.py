@@ -132,7 +132,7 @@ def check(
     file: Annotated[Path, typer.Argument(metavar="FILE", help="Scenario file (YAML).")],
     labels: Annotated[bool, typer.Option("--labels", help="For a run with --labels.")] = False,
 ) -> None:
-    """Say what is wrong with a scenario, line by line.
+    """Report what is wrong with a scenario, line by line.
 
     Example: insonify check harbour.yaml
     """
@@ -159,12 +159,12 @@ def check(
     if scenario.field == "coherent":
         from insonify.estimates.sub_band_error import estimate_sub_band_error
 
-        if said := estimate_sub_band_error(scenario).summary():
-            typer.echo(said)
+        if summary := estimate_sub_band_error(scenario).summary():
+            typer.echo(summary)
 
 
 def _renamed(text: str, template: str, target: Path) -> str:
-    """A template whose title and comments speak of the file that it becomes."""
+    """A template whose title and comments name the file that it becomes."""
     import re
     import shlex
 

@@ -110,7 +110,7 @@ def _judged(finding: Finding, chance: float) -> Finding:
 
 
 def _words(finding: Finding, verdict: str) -> str:
-    """Verdict in words: the number that speaks most against two draws of one scene."""
+    """Verdict in words: the number that is least probable of two draws of one scene."""
     tested = [value for value in finding.values if np.isfinite(value.probability)]
     if verdict == "alike":
         return "no more different than two draws of one scene"

@@ -35,7 +35,7 @@ def instrument_samples(file: InstrumentFile, group: str | None = None, frequency
     start = max((count - most) // 2, 0)
     pings = file.read(chosen, slice(start, start + most))
     if not pings.sizes.get("ping"):
-        raise StoreError(f"{file.path}, group {chosen!r}: no ping could be read. `insonify info {file.path}` says why")
+        raise StoreError(f"{file.path}, group {chosen!r}: no ping could be read. `insonify info {file.path}` shows why")
     notes = [f"pings {start} to {start + most - 1} of {count}: the file is large"] if count > most else []
     notes += [f"left out at byte {part.offset}: {part.reason}" for part in file.omissions[:5]]
     found = group_samples(pings, f"{file.path.name}, {chosen}", notes)
@@ -81,30 +81,30 @@ def group_samples(pings: xr.Dataset, name: str, notes: list[str] | None = None) 
     Raises:
         StoreError: The group has neither samples nor detections.
     """
-    said = list(notes or ())
+    remarks = list(notes or ())
     field = next((key for key in FIELDS if key in pings and "sample" in pings[key].dims), None)
     if field is None:
         if "travel_time" in pings:
-            return _detections(pings, name, said)
+            return _detections(pings, name, remarks)
         raise StoreError(f"{name}: no samples to compare. Choose another group: `insonify info` lists them")
-    pings = _of_one_step(pings, name, said)
+    pings = _of_one_step(pings, name, remarks)
     values = pings[field].values
     values = values[:, None] if values.ndim == 2 else values
     if field in ("level", "level_db", "power_db"):
         values = amplitude_of_level(values.astype(float))
     if field == "amplitude" and "gamma" in pings:
-        values = _without_gamma(values, pings, said)
+        values = _without_gamma(values, pings, remarks)
     values, slant_range = _on_one_axis(values, pings)
     if field == "voltage":
-        slant_range = slant_range - _pulse_edge(values, slant_range, pings, said)
-    values = _without_gain(values, slant_range, pings, said)
+        slant_range = slant_range - _pulse_edge(values, slant_range, pings, remarks)
+    values = _without_gain(values, slant_range, pings, remarks)
     angle = _angle(pings)
     return Samples(
         name, values, slant_range, FIELDS[field], _median(pings, "sound_speed", 1500.0),
         frequency=_median(pings, "frequency"), pulse_length=_median(pings, "pulse_length"),
         angle=angle if angle.size == values.shape[1] else np.empty(0), altitude=_altitude(pings),
         depth=_median(pings, "transducer_depth", _median(pings, "sensor_depth")),
-        parts="sector" in pings[field].dims, notes=tuple(said),
+        parts="sector" in pings[field].dims, notes=tuple(remarks),
     )  # fmt: skip
 
 

@@ -32,7 +32,7 @@ def recording_samples(recording: xr.Dataset, name: str, group: str | None = None
         values = recording["pressure"].values[:, rows]
     else:
         values = np.sqrt(recording["intensity"].values[:, rows])
-        notes.append("expected intensity: without speckle, so distributions and correlations say nothing")
+        notes.append("expected intensity: without speckle, so distributions and correlations mean nothing")
     time = np.asarray(recording["time"].values, float)
     speed = _sound_speed(recording, time)
     scenario = _scenario(recording)

@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 NOTES = "scenes"
 """Folder of the notes, one for each scene."""
 DESCRIPTION = "dataset.json"
-"""File that says which data set the folder holds."""
+"""File that names the data set of the folder."""
 PER_FOLDER = {"names.json", "data.yaml"}
 """Files of writers about a whole folder, which are written when all scenes are there."""
 

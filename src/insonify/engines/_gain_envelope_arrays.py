@@ -22,36 +22,36 @@ def _envelope(bound: Floats, per_unit: float, x: Floats) -> Floats:
     return np.asarray(np.interp(x * per_unit, np.arange(len(bound)), bound))
 
 
-def _among(distance: Floats, last: float, count: int) -> tuple[Integers, Floats]:
-    """Row of the node below each distance [m], and the part of the way to the next [1]."""
+def _node_below(distance: Floats, last: float, count: int) -> tuple[Integers, Floats]:
+    """Row of the node below each distance [m], and the fraction of the step to the next [1]."""
     position = np.sqrt(np.clip(distance / last, 0.0, 1.0)) * (count - 1)
     row = np.minimum(position.astype(np.int64), count - 2)
     return row, np.asarray(position - row)
 
 
-def _at_nodes(value: Floats, row: Integers, part: Floats) -> Floats:
-    """Values at nodes, read between them."""
+def _between_nodes(value: Floats, row: Integers, part: Floats) -> Floats:
+    """Linear interpolation between the values of nodes, of a row and a fraction of the step."""
     return np.asarray(value[row] + part * (value[row + 1] - value[row]))
 
 
 class _Neighbourhoods:
     """Directions from one end to positions and what lies around them."""
 
-    def __init__(self, end: EnvelopeEnd, there: Floats, around: Floats) -> None:
+    def __init__(self, end: EnvelopeEnd, centre: Floats, radius: Floats) -> None:
         """Compute bearings and distances.
 
         Args:
             end: The end.
-            there: Positions (north, east) [m], shape (n, 2).
-            around: Distance from each position within which the gain is the largest [m], shape (n,).
+            centre: Positions (north, east) [m], shape (n, 2).
+            radius: Distance from each position within which the gain is the largest [m], shape (n,).
         """
         position, sines, last, height = end[:4]
-        away = there - position[:2]
+        away = centre - position[:2]
         distance = np.hypot(*away.T)
-        self.end, self.wide = end, bool(np.any(around > 0))
-        self.node, self.part = _among(distance, last, sines.shape[1])
+        self.end, self.wide = end, bool(np.any(radius > 0))
+        self.node, self.part = _node_below(distance, last, sines.shape[1])
         self.ahead, self.aside = away.T / np.maximum(distance, 1e-9)
-        self.sine = np.minimum(around / np.maximum(np.hypot(distance, height), 1e-9), 1.0)
+        self.sine = np.minimum(radius / np.maximum(np.hypot(distance, height), 1e-9), 1.0)
         self.cosine = np.where(self.sine < 1.0, np.sqrt(1.0 - self.sine**2), -1.0)
 
     def envelope(self) -> Floats:
@@ -59,10 +59,10 @@ class _Neighbourhoods:
         sines, beam, spreads = self.end[1], self.end[4], self.end[5]
         found = np.zeros(len(self.node))
         for row in range(len(sines)):
-            down = _at_nodes(sines[row], self.node, self.part)
+            down = _between_nodes(sines[row], self.node, self.part)
             level = np.ones(len(down))
             if spreads.level.shape[1]:
-                level = _at_nodes(spreads.level[row], self.node, self.part)
+                level = _between_nodes(spreads.level[row], self.node, self.part)
             spread = self._spread(row, down) if spreads.glints[row] else None
             gain = _gain(beam, self._spans(beam[0], down), spread, spreads.patterns) * level
             np.fmax(found, gain, out=found)  # no ray, no number
@@ -77,7 +77,7 @@ class _Neighbourhoods:
     def _spread(self, row: int, down: Floats) -> tuple[Floats, Floats]:
         """Standard deviations of a glint's cosines to the right and down of the array [1]."""
         spreads, axes = self.end[5], self.end[4][0]
-        tilt, turn = (_at_nodes(one[row], self.node, self.part) for one in (spreads.tilt, spreads.turn))
+        tilt, turn = (_between_nodes(one[row], self.node, self.part) for one in (spreads.tilt, spreads.turn))
         north, east, slopes = self.ahead, self.aside, spreads.slopes
         along = north * north * slopes[0] + 2 * north * east * slopes[1] + east * east * slopes[2]
         up = tilt * np.sqrt(np.maximum(along, 0.0))
@@ -90,19 +90,21 @@ class _Neighbourhoods:
 
 def _gain(
     beam: BeamMajorants,
-    seen: list[tuple[Floats, Floats]],
+    cosines: list[tuple[Floats, Floats]],
     spread: tuple[Floats, Floats] | None,
     patterns: tuple[Floats, ...],
 ) -> Floats:
-    """Envelope of the largest of some beams over spans of cosines [1], in the fourth mean over glints if any."""
+    """Envelope of the largest of some beams over spans of cosines [1], its fourth-power mean over glints if any."""
     _, steer, scale, majorants, per_unit, element = beam
-    (_, w), right, down = seen
+    (_, w), right, down = cosines
     more = np.zeros(len(w)) if spread is None else 2 * np.maximum(*spread)
 
     def pattern(which: int, span: tuple[Floats, Floats], axis: float) -> Floats:
         x = distance_to_span(*span, axis)
         plain = _envelope(majorants[which], per_unit[which], x)
-        return plain if spread is None else _spread_value(patterns[which], plain, per_unit[which], x, spread[which % 2])
+        return (
+            plain if spread is None else _glint_pattern(patterns[which], plain, per_unit[which], x, spread[which % 2])
+        )
 
     one = element_gains(element, (w if spread is None else np.minimum(w + more, 1.0)) + 1e-12)
     one = one * pattern(2, right, 0.0) * pattern(3, down, 0.0)
@@ -112,8 +114,8 @@ def _gain(
     return np.asarray(one * largest)
 
 
-def _spread_value(table: Floats, plain: Floats, per_unit: float, x: Floats, spread: Floats) -> Floats:
-    """Pattern at distances x from its axis, in the fourth mean over spread directions, as `pattern_with_spread` [1]."""
+def _glint_pattern(table: Floats, plain: Floats, per_unit: float, x: Floats, spread: Floats) -> Floats:
+    """Fourth-power mean of a pattern over glints about distances x from its axis, as `pattern_with_spread` [1]."""
     if not len(table):
         return plain
     position = np.minimum(x * (per_unit / ROWS_PER_SPREAD_ROW), table.shape[1] - 1.0)
@@ -125,22 +127,22 @@ def _spread_value(table: Floats, plain: Floats, per_unit: float, x: Floats, spre
     return np.where(times <= 1.0, plain + times * (low - plain), low + (octave - i) * (high - low))
 
 
-def _two_way(out: EnvelopeEnd, back: EnvelopeEnd, same_beams: bool, there: Floats, around: Floats) -> Floats:
+def _two_way_gain(out: EnvelopeEnd, back: EnvelopeEnd, same_beams: bool, position: Floats, radius: Floats) -> Floats:
     """Largest envelope of the two-way gain within a radius [m] of each position [1], shape (n,)."""
-    once = _Neighbourhoods(out, there, around).envelope()
-    return np.asarray(once * (once if same_beams else _Neighbourhoods(back, there, around).envelope()))
+    once = _Neighbourhoods(out, position, radius).envelope()
+    return np.asarray(once * (once if same_beams else _Neighbourhoods(back, position, radius).envelope()))
 
 
 @gain_re_threshold.stand_in
-def _re_edge(gains: EnvelopeArguments, there: Floats, around: Floats, found: Floats) -> None:
+def _gain_over_threshold(gains: EnvelopeArguments, position: Floats, radius: Floats, gain: Floats) -> None:
     """Envelope of the two-way gain re that above which all scatterers are kept, into found (n,) [1]."""
-    out, back, same_beams, edge, last, middle, faintest = gains
-    for first in range(0, len(found), BATCH):
+    out, back, same_beams, edge, last, middle, weakest = gains
+    for first in range(0, len(gain), BATCH):
         part = slice(first, first + BATCH)
-        distance = np.hypot(*(there[part] - middle).T)
-        ends = (distance - around[part], distance + around[part])
-        least = np.minimum(*(_at_nodes(edge, *_among(one, last, len(edge))) for one in ends))
-        found[part] = _two_way(out, back, same_beams, there[part], around[part]) / np.maximum(least, faintest)
+        distance = np.hypot(*(position[part] - middle).T)
+        ends = (distance - radius[part], distance + radius[part])
+        least = np.minimum(*(_between_nodes(edge, *_node_below(one, last, len(edge))) for one in ends))
+        gain[part] = _two_way_gain(out, back, same_beams, position[part], radius[part]) / np.maximum(least, weakest)
 
 
 @max_two_way_gain.stand_in
@@ -153,19 +155,19 @@ def _max_gain_at(
     def positions(node: Integers, bearing: Floats) -> Floats:
         return np.asarray(middle + distance[node, None] * np.stack([np.cos(bearing), np.sin(bearing)], axis=-1))
 
-    def raise_best(node: Integers, there: Floats) -> None:
-        np.maximum.at(best, node, _two_way(out, back, same_beams, there, np.zeros(len(node))))
+    def raise_best(node: Integers, position: Floats) -> None:
+        np.maximum.at(best, node, _two_way_gain(out, back, same_beams, position, np.zeros(len(node))))
 
     best[:], wide = 0.0, np.pi / len(sectors)
     node, bearing = np.arange(len(distance)).repeat(len(axes)), np.tile(axes, len(distance))
     raise_best(node, positions(node, bearing))
     node, bearing = np.arange(len(distance)).repeat(len(sectors)), np.tile(sectors, len(distance))
     for _ in range(halvings):
-        there = positions(node, bearing)
-        raise_best(node, there)
-        found = _two_way(out, back, same_beams, there, wide * distance[node])
+        position = positions(node, bearing)
+        raise_best(node, position)
+        gain = _two_way_gain(out, back, same_beams, position, wide * distance[node])
         wide /= 2
-        hopeful = found > best[node] * close
+        hopeful = gain > best[node] * close
         if not hopeful.any():
             return
         node = node[hopeful].repeat(2)

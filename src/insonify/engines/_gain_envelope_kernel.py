@@ -142,7 +142,7 @@ def _add_beam_envelope(beam: BeamMajorants, workspace: Floats, size: int) -> Non
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _add_glint_envelope(end: EnvelopeEnd, row: int, workspace: Floats, size: int) -> None:
-    """Raise the result of a batch to the envelope over one row's glints, in the fourth mean of their directions."""
+    """Raise the result of a batch to the envelope over one row's glints, by the fourth-power mean of directions."""
     (axes, steer, scale, (across, deep, long, tall), per_unit, element), spreads = end[4], end[5]
     enough, result, level = _row(workspace, _SUFFICIENT), _row(workspace, _RESULT), _row(workspace, _LEVEL)
     down, w, u, v = _row(workspace, 12), _row(workspace, 13), _row(workspace, 14), _row(workspace, 15)
@@ -269,7 +269,7 @@ def gain_re_threshold(gains: EnvelopeArguments, position: Floats, radius: Floats
         radius: See `two_way_envelope`.
         result: Result.
     """
-    out, back, same_beams, edge, last, midpoint, faintest = gains
+    out, back, same_beams, edge, last, midpoint, weakest = gains
     workspace, least = np.empty((_ROWS + 1) * BATCH), np.empty(BATCH)
     for first in range(0, result.size, BATCH):
         has_radius, size = _load_batch(position, radius, first, workspace)
@@ -282,7 +282,7 @@ def gain_re_threshold(gains: EnvelopeArguments, position: Floats, radius: Floats
             workspace[_SUFFICIENT * BATCH + n] = least[n]
         _two_way(out, back, same_beams, workspace, has_radius, size)
         for n in range(size):
-            result[first + n] = workspace[_RESULT * BATCH + n] / max(least[n], faintest)
+            result[first + n] = workspace[_RESULT * BATCH + n] / max(least[n], weakest)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

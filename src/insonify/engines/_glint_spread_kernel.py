@@ -37,7 +37,7 @@ class GlintDeviations(NamedTuple):
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def pattern_with_spread(table: Floats, plain: float, per_unit: float, x: float, spread: float) -> float:
-    """Pattern at distance x from its axis, in the fourth mean over directions spread by so much.
+    """Pattern at distance x from its axis, in the fourth-power mean over directions spread by so much.
 
     Args:
         table: Of `glint_spread.spread_patterns`.

@@ -28,19 +28,22 @@ def facet_count(
     rays: PropagationModel | None = None,
 ) -> float:  # fmt: skip
     """Number of smooth pieces of a target at one ping [1]; arguments see `facet_subdivision.smooth_facets`."""
-    sight = facet_subdivision.solid_insonification(scene, solid, choice, ping_geometry, slant, rays)
+    insonification = facet_subdivision.solid_insonification(scene, solid, choice, ping_geometry, slant, rays)
     closed = panels(solid, scene.seabed, ping_geometry.transmit_position)
     if closed:
-        return sum(_patch_count(scene, panel, sight) for panel in closed)
-    return _triangle_count(scene, facet_subdivision.towards(scene, solid, sight), sight)
+        return sum(_patch_count(scene, panel, insonification) for panel in closed)
+    return _triangle_count(scene, facet_subdivision.towards(scene, solid, insonification), insonification)
 
 
-def _patch_count(scene: Scene, panel: Panel, sight: TargetInsonification) -> float:
+def _patch_count(scene: Scene, panel: Panel, insonification: TargetInsonification) -> float:
     """Number of patches of a panel [1]."""
     count, split, weight, open_ones = 0.0, 0.0, 1.0, patch_subdivision.initial_patches(panel)
-    clear, finest = water_clearance(scene.seabed), facet_subdivision.CUT_RESOLUTION * 2 * np.pi / sight.wavenumber
+    clear, finest = (
+        water_clearance(scene.seabed),
+        facet_subdivision.CUT_RESOLUTION * 2 * np.pi / insonification.wavenumber,
+    )
     while len(open_ones.s):
-        small, large, longer = patch_subdivision.by_size(panel, open_ones, sight)
+        small, large, longer = patch_subdivision.by_size(panel, open_ones, insonification)
         rows = _sample(len(small.s))
         if len(rows):
             left = patch_subdivision.clip_to_water(panel, small.take(rows), clear, finest)
@@ -55,11 +58,11 @@ def _patch_count(scene: Scene, panel: Panel, sight: TargetInsonification) -> flo
     return min(count, float(patch_subdivision.MAX_PATCHES))
 
 
-def _triangle_count(scene: Scene, corners: Floats, sight: TargetInsonification) -> float:
+def _triangle_count(scene: Scene, corners: Floats, insonification: TargetInsonification) -> float:
     """Number of facets of a mesh [1]."""
     count, split, weight = 0.0, 0.0, 1.0
     while len(corners):
-        small, corners, side = facet_subdivision.by_size(corners, sight)
+        small, corners, side = facet_subdivision.by_size(corners, insonification)
         some = small[_sample(len(small))]
         if len(some):
             count += weight * len(small) / len(some) * len(clip_at_seabed(some, scene.seabed))

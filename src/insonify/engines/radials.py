@@ -106,7 +106,7 @@ def _radials(
     width = count * (2 * np.pi / whole)
     bearing = boresight + (first + count / 2) * (2 * np.pi / whole) - heading
     lines[:, 0], lines[:, 1], lines[:, 2] = np.cos(bearing), np.sin(bearing), width
-    merged_there = np.array([_is_faint(key) for key in keys])
+    merged_there = np.array([_is_weak(key) for key in keys])
     lines[:, 3] = np.where(merged_there, width, 0.0)
     lines[:, 4:6] = np.array(zones)
     lines[:, 4] = np.maximum(lines[:, 4], window_range.nearest)
@@ -115,7 +115,7 @@ def _radials(
     return lines
 
 
-def _is_faint(key: tuple[int, int]) -> bool:
+def _is_weak(key: tuple[int, int]) -> bool:
     return key[1] >= CELLS_PER_LOW_GAIN_RADIAL[-1]
 
 

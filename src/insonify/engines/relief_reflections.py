@@ -42,7 +42,7 @@ def reflect_off_relief(
     """Legs as relief leaves them: moved to the planes that they bounce off, dimmed by roughness, hidden by ground.
 
     Args:
-        legs: Legs over the mean plane, owned by the caller alone: their columns are overwritten.
+        legs: Legs over the mean plane; their columns are overwritten.
         scatterers: The points that they reach.
         position: North, east, depth of the sonar's end [m], shape (3,).
         terrain_occlusion: Occlusion by the seabed for that end.
@@ -96,7 +96,7 @@ def _negligible(
     """True for legs of one family that are too weak to be followed, evaluated on the mean plane, shape of `some`."""
     family, terrain, wavelength = legs.families[row], terrain_occlusion.bed, terrain_occlusion.wavelength
     length, sine = legs.length[row, some], np.abs(legs.departure[row, some, 2])
-    if not _may_be_faint(family, length, sine, terrain_occlusion):
+    if not _may_be_weak(family, length, sine, terrain_occlusion):
         return np.zeros(len(some), bool)
     paths = flat_bounces(family, float(position[2]), length, sine, terrain.depth)
     return coherent_bounce_factor(family, paths, terrain, wavelength) < NEGLIGIBLE_PRESSURE
@@ -119,7 +119,7 @@ def _write_bounced(
     )  # fmt: skip
 
 
-def _may_be_faint(
+def _may_be_weak(
     family: str, length: NDArray[np.float64], sine: NDArray[np.float64], terrain_occlusion: TerrainOcclusion
 ) -> bool:
     """Return True if roughness may leave a negligible part of any leg: by the widest zone and the steepest bounce."""

@@ -50,7 +50,7 @@ BEAMS_PER_RING, MOST_APART = 512, 12
 apart at most [1]."""
 AROUND = 180
 """Directions in which the seabed behind solids is counted [1]."""
-PLACES = 12
+STATIONS = 12
 """Distances, and depths, at which pairs of legs to points in the water are counted [1]."""
 TARGET_PINGS, TARGET_LOOKS = 9, 300
 """Most pings at which targets are counted, and counts of single targets from which on there are fewer pings [1]."""
@@ -307,7 +307,7 @@ def _water(simulator: Simulator, ping_geometry: PingGeometry, *, label: bool = F
 def _in_the_water(simulator: Simulator, ping_geometry: PingGeometry) -> tuple[Floats, Floats]:
     """Horizontal distances and depths of positions all over the water that the window reaches [m], shape (n,) each."""
     farthest = simulator.scenario.water.max_sound_speed * ping_geometry.recorded_delays[1] / 2
-    part = (np.arange(PLACES) + 0.5) / PLACES
+    part = (np.arange(STATIONS) + 0.5) / STATIONS
     distance, depth = np.meshgrid(farthest * part, simulator.scenario.seabed.depth * part)
     return distance.ravel(), depth.ravel()
 

@@ -136,7 +136,7 @@ def explain_sample(
             for beams that are formed already.
     """
     if not dataset.attrs.get("scenario"):
-        raise ValueError("the recording does not carry its scenario, so nothing can be said about it")
+        raise ValueError("the recording does not hold its scenario, so its samples cannot be explained")
     scenario = parse_model(Scenario, dataset.attrs["scenario"])
     name = "pressure" if "pressure" in dataset else "intensity"
     sample = dataset[name].sel(ping=ping) if "ping" in dataset.coords else dataset[name].isel(ping=ping)
@@ -147,7 +147,7 @@ def explain_sample(
         chosen = formed.reference
     recorded = values[chosen]
     if not np.isfinite(recorded):
-        raise ValueError(f"ping {ping} is not simulated yet, so nothing can be said about it")
+        raise ValueError(f"ping {ping} is not simulated yet, so its samples cannot be explained")
     when = float(dataset["time"].sel(time=time, method="nearest"))
     if scenario.paths.engine == "tracer":
         return traced_sample_report(scenario, ping, chosen, when, float(np.real(recorded)))

@@ -251,7 +251,7 @@ def echo(curves: xr.Dataset, pair: str) -> tuple[float, float]:
     """
     time = curves["time"].values
     power = intensity_ratio(curves["level_db"].sel(pair=pair).values)
-    face = np.where(power > power.max() / 10, power, 0.0)  # the top of the box is fainter, and later
+    face = np.where(power > power.max() / 10, power, 0.0)  # the top of the box is weaker, and later
     return float(np.sum(time * face) / face.sum()), float(power.sum() * (time[1] - time[0]))
 
 

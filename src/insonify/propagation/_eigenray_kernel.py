@@ -52,7 +52,7 @@ from insonify.propagation._ray_properties_kernel import (
     FOLD_CURVATURE,
     FOLD_SIDE,
     LENGTH,
-    LOUDEST,
+    MAX_AMPLITUDE,
     SIN_ARRIVAL,
     SIN_LAUNCH,
     SLOWNESS,
@@ -220,7 +220,7 @@ def horizontal_rays(ray_branch: Floats, s: int, out: Any) -> float:
         row = rays[i, count[i]]
         row[:] = 0.0
         row[DELAY], row[SLOWNESS], row[LENGTH] = ranges[i] / c, 1 / c, ranges[i]
-        row[AMPLITUDE] = min(LOUDEST, 1 / ranges[i]) if ranges[i] > 0 else LOUDEST
+        row[AMPLITUDE] = min(MAX_AMPLITUDE, 1 / ranges[i]) if ranges[i] > 0 else MAX_AMPLITUDE
         row[AT_END] = 0.0 if inside else 1.0
         row[FOLD], row[FOLD_CURVATURE] = math.inf, 1.0
         count[i] += 1

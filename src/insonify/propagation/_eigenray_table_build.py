@@ -23,7 +23,7 @@ Bytes = NDArray[np.uint8]
 
 LATE = 4e-10
 """Error of the delay above which a cell is left to the exact solver [s]: less than half of the guaranteed error."""
-LOUD = 1.2e-3
+AMPLITUDE_ERROR = 1.2e-3
 """Relative error of amplitude and length above which it is [1]: 0.01 dB, half of the guaranteed error."""
 _MERGED = 2e-3
 _TRACE = 0.25
@@ -242,7 +242,7 @@ def check_cells(plane: TablePlane) -> NDArray[np.bool_]:
     late, amplitude_error = compare(plane, *_inside(plane, rows, cells, 0.5, 0.5))
     chosen = np.zeros(plane.path_count.shape, bool)
     mark_neighbours_of_exact(plane.path_count, chosen)
-    rough = (late > _TRACE * LATE) | (amplitude_error > _TRACE * LOUD)
+    rough = (late > _TRACE * LATE) | (amplitude_error > _TRACE * AMPLITUDE_ERROR)
     chosen[rows[rough], cells[rough]] = True
     check_corners(plane, chosen)
     return chosen
@@ -269,7 +269,7 @@ def compare(plane: TablePlane, depth: Floats, ranges: Floats) -> Floats:
     rays, cell, paths = plane.read(depth, ranges)
     compare_points(
         task.layers.depth, task.layers.speed, task.layers.reflecting_depth, plane.source_depth, task.bounces,
-        task.first_up, depth, ranges, cell, paths, rays, LATE, LOUD, plane.path_count, errors,
+        task.first_up, depth, ranges, cell, paths, rays, LATE, AMPLITUDE_ERROR, plane.path_count, errors,
     )  # fmt: skip
     return errors
 

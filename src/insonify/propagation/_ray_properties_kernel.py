@@ -65,7 +65,7 @@ B_RATIO = 11
 BLOCK_ROWS = 12
 BLOCK = 256
 
-LOUDEST = 1e6  # amplitude where the ray tube has no width
+MAX_AMPLITUDE = 1e6  # amplitude where the ray tube has no width
 _SMALL, _MODERATE = 0.05**2, 0.3**2  # squares for which a few, or more, terms of a series give all digits
 
 
@@ -286,7 +286,7 @@ def write_ray_properties(
     v, sine, cosine, tube = block[B_V, i], block[B_SINE, i], block[B_COSINE, i], block[B_SLOPE, i]
     s0, sr = math.sqrt(sine * sine + cosine * cosine * k0), math.sqrt(sine * sine + cosine * cosine * kr)
     width = block[B_X, i] * abs(s0 * sr * tube) / (c0 * cr)
-    rays[k, n, AMPLITUDE] = min(LOUDEST, 1 / math.sqrt(width)) if width > 0 else LOUDEST
+    rays[k, n, AMPLITUDE] = min(MAX_AMPLITUDE, 1 / math.sqrt(width)) if width > 0 else MAX_AMPLITUDE
     p = cosine / top
     error = block[B_FAR, i] - p * block[B_X, i]
     step = -error * top / (tube * v * cosine * cosine * cosine)

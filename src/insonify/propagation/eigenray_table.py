@@ -32,7 +32,7 @@ Bytes = NDArray[np.uint8]
 
 LATEST = 1e-9
 """Largest error of a delay in a valid cell [s]."""
-LOUDEST = 2.3e-3
+MAX_AMPLITUDE_ERROR = 2.3e-3
 """Largest relative error of an amplitude or a path length: 0.02 dB [1]."""
 FLATNESS = 0.4
 """Height of a cell over its width: delays curve more with depth than with range [1]."""
@@ -192,8 +192,8 @@ def check_sample(table: EigenrayTable) -> None:
         depth = np.sort(draw.uniform(where.node_depths[0], where.node_depths[-1], n))
         ranges = draw.uniform(0, where.node_ranges[-1], n)
         late, amplitude_error = compare(table.plane_at(source_depth), depth, ranges)
-        worst = int(np.argmax(np.maximum(late / LATEST, amplitude_error / LOUDEST)))
-        if late[worst] > LATEST or amplitude_error[worst] > LOUDEST:
+        worst = int(np.argmax(np.maximum(late / LATEST, amplitude_error / MAX_AMPLITUDE_ERROR)))
+        if late[worst] > LATEST or amplitude_error[worst] > MAX_AMPLITUDE_ERROR:
             location = f"from {source_depth:.3f} m to {depth[worst]:.3f} m at {ranges[worst]:.3f} m"
             error = f"{late[worst]:.1e} s and {20 * np.log10(1 + amplitude_error[worst]):.3f} dB"
             raise TableError(

@@ -60,7 +60,7 @@ ABIDING = 16.0
 """Side of the cell of a glint off the seabed, in distances over which its phase changes by 1 rad; as above [1]."""
 LONGER = 2.0
 """Lifetime of a glint off explicit waves, over it: these decorrelate a leg before its glints do [1]."""
-FAINT = 1e-3
+WEAK = 1e-3
 """Coherent part of a leg below which it is neglected [1]."""
 RAMP = STAGGER + 1
 """Fourth counter of the random numbers for a glint's phase gradient over the surface."""
@@ -189,9 +189,9 @@ class GlintSurface:
         touched = [row for row, family in enumerate(legs.families) if set(rough) & set(bounce_sequence(family))]
         if not touched:
             return legs, legs
-        quiet = {row: self.coherent_reflection(legs, row, sonar_end) for row in touched}
+        means = {row: self.coherent_reflection(legs, row, sonar_end) for row in touched}
         kept = [
-            r for r in range(len(legs.families)) if r not in quiet or quiet[r].coherent_factor.max(initial=0.0) > FAINT
+            r for r in range(len(legs.families)) if r not in means or means[r].coherent_factor.max(initial=0.0) > WEAK
         ]
         many = FEW if scatterers.has_random_phase else max(FEW, SEVERAL // (1 + max(legs.branch)))
         glints = [(row, number) for row in touched for number in range(many)]
@@ -200,14 +200,14 @@ class GlintSurface:
         phasor = np.ones((2, len(whole.families), n), complex)
         bed = None if self.bed is None else np.zeros((2, len(whole.families), n))
         for to, row in enumerate(kept):
-            if row in quiet:
-                whole.reflection_coefficient[to] *= quiet[row].coherent_factor * quiet[row].transmission
+            if row in means:
+                whole.reflection_coefficient[to] *= means[row].coherent_factor * means[row].transmission
         for to, (row, number) in enumerate(glints, len(kept)):
-            share = -np.expm1(-quiet[row].mean_quanta) / many
-            whole.reflection_coefficient[to] *= np.sqrt(share) * quiet[row].transmission
+            share = -np.expm1(-means[row].mean_quanta) / many
+            whole.reflection_coefficient[to] *= np.sqrt(share) * means[row].transmission
             if bed is not None:
-                bed[:, to] = quiet[row].bed_quanta, quiet[row].mean_quanta
-            self._apply_glints(whole, to, self._code(legs, row, number), quiet[row], scatterers, sonar_end, phasor)
+                bed[:, to] = means[row].bed_quanta, means[row].mean_quanta
+            self._apply_glints(whole, to, self._code(legs, row, number), means[row], scatterers, sonar_end, phasor)
             if self.bounce_points is not None:
                 phasor[:, to] *= self._surface_phasor(
                     self.bounce_points, row, scatterers.scatterer_id, self._code(legs, row, number)

@@ -1,4 +1,4 @@
-"""Silhouettes of solids as seen from the sonar: top and base by bearing.
+"""Silhouettes of solids from the sonar: top and base by bearing.
 
 A screen of any outline is a row of narrow columns, each with a top, a base and two sides; the field that it blocks is
 the sum over its columns, each a product of two differences of Fresnel integrals (Kirchhoff's approximation, as

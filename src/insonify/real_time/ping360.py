@@ -39,7 +39,7 @@ class Ping360(PingDevice):
         pulse, stop = self._scenario.sonar.pulse, self._scenario.track.window[1]
         self._gain, self._angle, self._scan = 1, 0, (0, GRADIANS - 1, 1, 0)
         self._frequency, self._duration = round(pulse.frequency / 1e3), round(pulse.duration * 1e6)
-        self._count, self._way = SAMPLES[1], 1
+        self._count, self._sense = SAMPLES[1], 1
         self._period = int(np.clip(round(stop / self._count / PERIOD), *PERIODS))
         self._own = (self._frequency, self._duration)
         self._data = b""
@@ -72,7 +72,7 @@ class Ping360(PingDevice):
             for angle in (first, last):
                 _in_range("angle", angle, (0, GRADIANS - 1))
             self._scan = first, last, _in_range("num_steps", step, (1, 10)), _in_range("delay", delay, (0, 100))
-            self._angle, self._way, self._due, self._reader = first, 1, time.monotonic(), self._sender
+            self._angle, self._sense, self._due, self._reader = first, 1, time.monotonic(), self._sender
             return []
         if message.number == MOTOR_OFF:
             self._reader = None
@@ -96,9 +96,9 @@ class Ping360(PingDevice):
             self._angle = (self._angle + step) % GRADIANS
         else:
             along = (self._angle - first) % GRADIANS
-            if not 0 <= along + self._way * step <= width:
-                self._way = -self._way
-            along = min(max(along + self._way * step, 0), width)
+            if not 0 <= along + self._sense * step <= width:
+                self._sense = -self._sense
+            along = min(max(along + self._sense * step, 0), width)
             self._angle = (first + along) % GRADIANS
         self._due = time.monotonic() + delay / 1e3
         return [sent]

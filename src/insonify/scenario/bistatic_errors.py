@@ -18,7 +18,7 @@ CLOCK = ("interval", "window", "stop_and_hop")
 
 
 def with_transmitter_clock(written: Any, track: Track | None) -> Any:
-    """A receiver's track as it was written, with the transmitter's clock and number of pings where it says none.
+    """A receiver's track as it was written, with the transmitter's clock and number of pings where it has none.
 
     Args:
         written: Values of the scenario file.

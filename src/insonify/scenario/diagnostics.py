@@ -55,8 +55,8 @@ def validation_diagnostics(error: ValidationError, model: type[BaseModel], sourc
     advice = []
     for path in dict.fromkeys(finding.path for finding in findings):
         here = [finding for finding in findings if finding.path == path]
-        is_said_below = any(other.path[: len(path)] == path and other.path != path for other in findings)
-        if is_said_below and all(finding.is_about_kind for finding in here):
+        is_reported_below = any(other.path[: len(path)] == path and other.path != path for other in findings)
+        if is_reported_below and all(finding.is_about_kind for finding in here):
             continue
         if (dotted(path), source.line(path)) not in reported and not _is_misspelt_elsewhere(here, findings):
             advice += _one_line(here, findings, source)
@@ -123,11 +123,11 @@ def _one_line(here: list[_Finding], findings: list[_Finding], source: YamlSource
     field_error = [finding for finding in here if finding.kind == "field_error"]
     if field_error:  # each is a mistake of its own
         return [_advice(finding.path, source, str(finding.context["shown"])) for finding in field_error]
-    telling = [finding for finding in here if not finding.is_about_kind]
-    if not telling:
+    specific = [finding for finding in here if not finding.is_about_kind]
+    if not specific:
         return [_type_error_message(here, source)]
-    first = min(telling, key=lambda finding: finding.kind == "value_error")
-    return [_say(first, source)]
+    first = min(specific, key=lambda finding: finding.kind == "value_error")
+    return [_diagnostic(first, source)]
 
 
 def _advice(path: Path, source: YamlSource, problem: str, allowed: str = "", fix: str = "") -> Diagnostic:
@@ -143,7 +143,7 @@ def _label(path: Path, source: YamlSource) -> str:
     return ""
 
 
-def _say(finding: _Finding, source: YamlSource) -> Diagnostic:
+def _diagnostic(finding: _Finding, source: YamlSource) -> Diagnostic:
     kind, path = finding.kind, finding.path
     typed = source.show(path, finding.value)
     if kind in _MISSING:

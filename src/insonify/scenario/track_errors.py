@@ -20,7 +20,7 @@ Floats = NDArray[np.float64]
 PLATFORM = "the platform"
 RECEIVER = "the receiver's platform"
 WRITTEN = {"static": "position", "line": "start", "waypoints": "waypoints", "navigation": "file"}
-"""The key of each kind of track that says how deep it runs."""
+"""The key of each kind of track that states its depth."""
 ENDS = ("transmit", "receive")
 
 

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 MIN_LOSS_DB = 1.5
 """Loss at the end of the window from which on there is a warning [dB]."""
 MAX_LOSS_DB = 10.0
-"""Loss beyond which side lobes decide, and a Gaussian beam has no say [dB]."""
+"""Loss beyond which side lobes decide, and a Gaussian beam does not apply [dB]."""
 GAUSSIAN = 2 * np.sqrt(2 * np.log(2))
 """Full width at half power over the standard deviation of a Gaussian beam [1]."""
 APERTURE = 0.886

@@ -17,8 +17,8 @@ errors = deferred("numba.core.errors")
 
 LANES = 16
 """Nodes per vector."""
-_SINGLE, _INDEX, _PLACE = ir.FloatType(), ir.IntType(32), ir.IntType(64)
-_ROW, _CELLS, _PLACES = (ir.VectorType(kind, LANES) for kind in (_SINGLE, _INDEX, _PLACE))
+_SINGLE, _INDEX, _ADDRESS = ir.FloatType(), ir.IntType(32), ir.IntType(64)
+_ROW, _CELLS, _ADDRESSES = (ir.VectorType(kind, LANES) for kind in (_SINGLE, _INDEX, _ADDRESS))
 _FOUR = ir.VectorType(_SINGLE, 4)
 _FUSED = ("contract",)  # permits fused multiply-add
 
@@ -120,12 +120,12 @@ def _spline(builder: Any, data: Any, stride: Any, a: Any, b: Any) -> tuple[Any, 
     row, f = _cell(builder, a)
     column, g = _cell(builder, b)
     at = builder.add(builder.mul(row, _splat(builder, builder.trunc(stride, _INDEX), _CELLS)), column)
-    four = ir.Constant(_PLACES, [4] * LANES)
+    four = ir.Constant(_ADDRESSES, [4] * LANES)
     addresses = builder.add(
-        _splat(builder, builder.ptrtoint(data, _PLACE), _PLACES), builder.mul(builder.sext(at, _PLACES), four)
+        _splat(builder, builder.ptrtoint(data, _ADDRESS), _ADDRESSES), builder.mul(builder.sext(at, _ADDRESSES), four)
     )
     positions = [builder.extract_element(addresses, ir.Constant(_INDEX, k)) for k in range(LANES)]
-    down = builder.mul(stride, ir.Constant(_PLACE, 4))
+    down = builder.mul(stride, ir.Constant(_ADDRESS, 4))
     do = Arithmetic(builder)
     across, across_slope = do.weights(g)
     heights, slopes = [], []

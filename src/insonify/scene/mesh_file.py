@@ -122,14 +122,14 @@ def _loaded(path: Path, file: str) -> tuple[NDArray[np.float64], NDArray[np.int6
             mesh = _read_by(trimesh, path)
         return np.asarray(mesh.vertices, float).reshape(-1, 3), np.asarray(mesh.faces, np.int64).reshape(-1, 3)
     except Exception as error:  # a reader of foreign files may fail in any way
-        said = " ".join(str(error).split())[:120]
-        raise MeshError(f"{file} cannot be read as {path.suffix[1:].upper()}: {said or type(error).__name__}. "
+        reason = " ".join(str(error).split())[:120]
+        raise MeshError(f"{file} cannot be read as {path.suffix[1:].upper()}: {reason or type(error).__name__}. "
                         "Export it again.") from None  # fmt: skip
 
 
 @contextmanager
 def _silence_trimesh() -> Iterator[None]:
-    """Keep trimesh's log to itself: what it could not read is said by the error."""
+    """Keep trimesh's log to itself: the error reports what it could not read."""
     log = logging.getLogger("trimesh")
     was = log.level
     log.setLevel(logging.CRITICAL + 1)

@@ -45,8 +45,8 @@ def _ply(path: Path) -> None:
                 try:
                     count = int(words[2])
                 except ValueError:
-                    said = line.decode("latin-1").strip()
-                    raise ValueError(f"{path}: {said!r} gives no number. Export it again.") from None
+                    text = line.decode("latin-1").strip()
+                    raise ValueError(f"{path}: {text!r} gives no number. Export it again.") from None
                 if not 0 <= count <= size:
                     name = words[1].decode("latin-1")
                     raise ValueError(f"{path}: its header promises {count} of {name}, and the file has {size} bytes. "

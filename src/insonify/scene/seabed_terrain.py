@@ -17,7 +17,7 @@ from insonify.scene.scatterer_terrain_cache import ScattererTerrainCache
 from insonify.scene.terrain.composite_relief import CompositeRelief
 
 Floats = NDArray[np.float64]
-Places = Callable[[NDArray[np.int64], NDArray[np.int64]], tuple[Floats, Floats]]
+NextPositions = Callable[[NDArray[np.int64], NDArray[np.int64]], tuple[Floats, Floats]]
 
 TILE_CELLS = CELLS
 """Cells along the side of one tile of the map."""
@@ -52,7 +52,7 @@ class SeabedTerrain:
         return np.asarray(self.depth - self.relief.height(north, east))
 
     def sample_tiles(
-        self, seed: int, key: NDArray[np.int64], size: NDArray[np.int64], positions: Places
+        self, seed: int, key: NDArray[np.int64], size: NDArray[np.int64], positions: NextPositions
     ) -> tuple[Floats, NDArray[np.int64]]:
         """Terrain samples at the points of tiles, cached under the tiles' keys.
 

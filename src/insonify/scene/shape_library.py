@@ -1,7 +1,7 @@
 """Library of target shapes: typical objects on a seabed, as generic bodies of their usual size.
 
 No shape models one product: each has the outline and the usual size of its kind.
-Sources of the sizes stand beside them; where one says "from memory" it has not been checked against a document.
+Sources of the sizes stand beside them; one marked "from memory" has not been checked against a document.
 """
 
 from collections.abc import Callable

@@ -70,7 +70,9 @@ class Surface(Model):
         for name, (bounce, example) in required.items():
             there = getattr(self, name) is not None
             if bounce == self.reflection and not there:
-                raise field_error(name, "null", f"does not say what moves a {bounce} surface. Write {name}: {example}.")
+                raise field_error(
+                    name, "null", f"does not state what moves a {bounce} surface. Write {name}: {example}."
+                )
             if there and self.reflection not in (bounce, "explicit"):
                 raise field_error(
                     name, None, f"moves a {bounce} surface only, or waves. Write reflection: {bounce} or reflection: "
@@ -106,7 +108,7 @@ class Surface(Model):
         """Length of the wind's dominant waves [m]."""
         assert self.wind_speed is not None
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore", PhysicsWarning)  # the sea will say so itself
+            warnings.simplefilter("ignore", PhysicsWarning)  # the sea itself warns
             return 2 * math.pi / Elfouhaily(self.wind_speed).peak
 
     @property

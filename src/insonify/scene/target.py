@@ -57,7 +57,7 @@ class _Body(Model):
             raise field_error("scour", None, "is for a target on the seabed, but base_depth is given. Leave one of the "
                           "two out.")  # fmt: skip
         if self.burial and self.burial_depth:
-            raise field_error("burial_depth", f"{self.burial_depth:g} m", "says again what burial says. Leave one out.")
+            raise field_error("burial_depth", f"{self.burial_depth:g} m", "repeats burial. Leave one out.")
         return self
 
 

@@ -27,7 +27,7 @@ ENOUGH_DB = -30.0
 """Error [dB re the rms of the sound] that is small beside speckle, and half of what 0.5 dB of calibration leaves."""
 TRIED = (1, 2, 3, 4, 5, 6, 8, 12, 16, 24, 32)
 """Numbers of sub-bands [1]."""
-_FREQUENCIES, _PER_LOBE, _MOST, _FAINT = 17, 8, 1000, 1e-2
+_FREQUENCIES, _PER_LOBE, _MOST, _WEAK = 17, 8, 1000, 1e-2
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,7 +86,7 @@ class BandError:
         front = ahead > 1e-4
         direction = np.column_stack([np.sqrt(ahead[front]), cosines[front]])
         gain = np.abs(self._gain(0.0, direction))
-        return np.asarray(direction[gain >= _FAINT * gain.max()])
+        return np.asarray(direction[gain >= _WEAK * gain.max()])
 
     def _gain(self, offset: float, direction: Floats) -> Floats:
         """Gain of both beams at one frequency [1], shape (n,)."""

@@ -200,11 +200,11 @@ def _rows(path: Path) -> Iterator[tuple[int, list[str]]]:
     text = table_text(path)
     # Only line feeds count, as in every editor; a cell never goes on in the next line.
     lines = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
-    said = [(i, line) for i, line in enumerate(lines, 1) if line.strip(" \t,;") and not line.lstrip().startswith("#")]
-    if not said:
+    filled = [(i, line) for i, line in enumerate(lines, 1) if line.strip(" \t,;") and not line.lstrip().startswith("#")]
+    if not filled:
         raise ValueError(f"{path}, line 1: the file is empty. Write a header: time,north,east,depth,heading [deg]")
-    delimiter = next((mark for mark in ";\t" if mark in said[0][1]), ",")
-    for i, line in said:
+    delimiter = next((mark for mark in ";\t" if mark in filled[0][1]), ",")
+    for i, line in filled:
         if line.count('"') % 2:
             raise ValueError(f"{path}, line {i}: a quote is opened and not closed. Close it, or delete it.")
         try:

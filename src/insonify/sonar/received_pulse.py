@@ -184,7 +184,7 @@ def _table(offset: NDArray[np.float64], spectrum: Complexes, first: float, perio
 
 def _support(energy: NDArray[np.float64], tail: float) -> tuple[int, int]:
     """First and last row around all but a small share of the energy, rounded outwards."""
-    # Summed from either end: a share of 1e-10 would drown in the rounding of the whole.
+    # Summed from either end: a share of 1e-10 would be lost in the rounding of the whole.
     before, after = np.cumsum(energy), np.cumsum(energy[::-1])
     first, last = (int(np.searchsorted(part, tail / 2 * before[-1])) for part in (before, after))
     return max(first - 1, 0), min(len(energy) - last, len(energy) - 1)

@@ -157,9 +157,9 @@ without speckle. What it cannot have is speckle itself and everything that is ma
 target's multipath, detection against speckle, interferometry, synthetic aperture. The model of the vertical plane has
 the speckle of one ping, and no memory: its scatterers stand for whole footprints, and are others at the next ping
 ({found.coherence["coherent, vertical plane"][round(0.45 / STEP)]:.2f}). In three dimensions two pings 0.45 m apart have
-a coherence of {found.coherence["coherent, three dimensions"][round(0.45 / STEP)]:.2f}; the patterns of the arrays say
+a coherence of {found.coherence["coherent, three dimensions"][round(0.45 / STEP)]:.2f}; the patterns of the arrays give
 {coherence_of_lines(np.array([0.0, 0.45]))[1]:.2f}. It costs no more than the plane. So yes: for anything that is
-processed beyond the level of single pings, and it is no longer the dearer model."""
+processed beyond the level of single pings, and it is no longer the more costly model."""
     return Section(text, draw(found), "coherent-model", "One ping by three models; speckle; coherence along the track")
 
 

@@ -207,7 +207,7 @@ def _clipped(found: TrainResults) -> str:
     if not names:
         return ""
     return (f"The receiver clips the first echo of {' and '.join(names)}: their first level is a lower bound, and "
-            "levels re the first say little there.")  # fmt: skip
+            "levels re the first mean little there.")  # fmt: skip
 
 
 def draw(found: TrainResults) -> Figure:

@@ -34,14 +34,14 @@ def _wind(speed: float) -> dict[str, Any]:
     return {"surface.reflection": "statistical", "surface.wind_speed": speed}
 
 
-PLACES: dict[str, dict[str, Any]] = {
+POSITIONS: dict[str, dict[str, Any]] = {
     "sand, calm": _sediment("medium sand"),
     "sand, 3 m/s": {**_sediment("medium sand"), **_wind(3.0)},
     "sand, 8 m/s": {**_sediment("medium sand"), **_wind(8.0)},
     "silt, calm": _sediment("medium silt"),
 }
 """Seabed and sea, and their changes to the nominal scene."""
-COLOURS = dict(zip(PLACES, ("#1A1A1A", "#1E8FD5", "#0B3F73", "#B8720A"), strict=True))
+COLOURS = dict(zip(POSITIONS, ("#1A1A1A", "#1E8FD5", "#0B3F73", "#B8720A"), strict=True))
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,11 +69,11 @@ class ContrastResults:
     """Expected intensity over sand under a calm sea by order [uPa^2], shape (time,) each."""
 
 
-def evaluate(positions: tuple[str, ...] = tuple(PLACES), orders: tuple[int, ...] = ORDERS) -> ContrastResults:
+def evaluate(positions: tuple[str, ...] = tuple(POSITIONS), orders: tuple[int, ...] = ORDERS) -> ContrastResults:
     """Simulate every position and order.
 
     Args:
-        positions: Names of `PLACES`.
+        positions: Names of `POSITIONS`.
         orders: Largest numbers of reflections.
     """
     found: dict[str, list[TargetContrast]] = {}
@@ -81,7 +81,7 @@ def evaluate(positions: tuple[str, ...] = tuple(PLACES), orders: tuple[int, ...]
     for position in positions:
         found[position] = []
         for order in orders:
-            common = {**PLACES[position], "paths.max_reflections": order, "paths.edge_diffraction": "knife-edge"}
+            common = {**POSITIONS[position], "paths.max_reflections": order, "paths.edge_diffraction": "knife-edge"}
             time, bare = _ping({**common, "targets": [], "paths.contributions": ["seabed"]})
             _, shadowed = _ping({**common, "paths.contributions": ["seabed"]})
             _, target = _ping({**common, "paths.contributions": ["target"]})

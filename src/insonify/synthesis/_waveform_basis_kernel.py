@@ -19,11 +19,11 @@ TOGETHER = 4
 _FAST = {"contract", "reassoc", "nsz", "arcp"}
 
 
-def group_layout(shapes: int) -> tuple[int, int]:
+def group_layout(waveforms: int) -> tuple[int, int]:
     """Number of groups of grids and of waveforms in each cell; at most four share one."""
-    if shapes <= 2:
-        return 1, shapes
-    return -(-shapes // TOGETHER), TOGETHER
+    if waveforms <= 2:
+        return 1, waveforms
+    return -(-waveforms // TOGETHER), TOGETHER
 
 
 class BasisWeights(NamedTuple):
@@ -44,21 +44,21 @@ class BasisWeights(NamedTuple):
 @njit(cache=True, nogil=True, error_model="numpy")
 def basis_weight_table(doppler: Floats) -> BasisWeights:
     """Table of the weights of echoes in waveforms of given Doppler factors less one, (waveforms,)."""
-    shapes = doppler.size
+    waveforms = doppler.size
     middle = 0.5 * (doppler[0] + doppler[-1])
-    half = 0.5 * (doppler[-1] - doppler[0]) / math.cos(0.5 * math.pi / shapes) if shapes > 1 else 0.0
-    node, scale, coefficients = np.zeros(shapes), np.ones(shapes), np.zeros((TOGETHER, 8), np.float32)
-    if shapes > 1:
+    half = 0.5 * (doppler[-1] - doppler[0]) / math.cos(0.5 * math.pi / waveforms) if waveforms > 1 else 0.0
+    node, scale, coefficients = np.zeros(waveforms), np.ones(waveforms), np.zeros((TOGETHER, 8), np.float32)
+    if waveforms > 1:
         node[:] = (doppler - middle) / half
-    for s in range(shapes):
+    for s in range(waveforms):
         row = np.array([1.0, 0.0, 0.0, 0.0])
-        for other in range(shapes):
+        for other in range(waveforms):
             if other != s:
                 scale[s] /= node[s] - node[other]
                 for power in range(TOGETHER - 1, -1, -1):  # times (x - node)
                     row[power] = (row[power - 1] if power > 0 else 0.0) - row[power] * node[other]
-        if shapes <= TOGETHER:
-            for lane in range(2 * s, 8, 4 if shapes == 2 else 8):
+        if waveforms <= TOGETHER:
+            for lane in range(2 * s, 8, 4 if waveforms == 2 else 8):
                 coefficients[:, lane : lane + 2] = (scale[s] * row).reshape(-1, 1)
     return BasisWeights(middle, half, node.astype(np.float32), scale.astype(np.float32), coefficients)
 
@@ -82,16 +82,16 @@ def basis_weights(x: NDArray[np.float32], node: NDArray[Any], scale: NDArray[Any
         node_weights: Result: weights, (waveforms or more, at least n).
     """
     running = np.empty(x.size, np.float32)
-    shapes = node.size
-    for s in range(shapes):
+    waveforms = node.size
+    for s in range(waveforms):
         size, neighbour = scale[s], node[max(s - 1, 0)]
         for i in range(x.size):
             running[i] = running[i] * (x[i] - neighbour) if s > 0 else np.float32(1)
             node_weights[s, i] = size * running[i]
-    for s in range(shapes - 1, -1, -1):
-        neighbour = node[min(s + 1, shapes - 1)]
+    for s in range(waveforms - 1, -1, -1):
+        neighbour = node[min(s + 1, waveforms - 1)]
         for i in range(x.size):
-            running[i] = running[i] * (x[i] - neighbour) if s < shapes - 1 else np.float32(1)
+            running[i] = running[i] * (x[i] - neighbour) if s < waveforms - 1 else np.float32(1)
             node_weights[s, i] *= running[i]
 
 

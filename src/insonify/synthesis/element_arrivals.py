@@ -282,7 +282,7 @@ def echo_directions(
 def has_parallax(
     ping_geometry: PingGeometry, receive_points: ReceivePoints, min_path_length: float, latest_arrival: float
 ) -> bool:
-    """Return True if elements, or moving beams, see the nearest scatterer in directions that their patterns resolve.
+    """Return True if the nearest scatterer lies in directions that patterns of elements, or a moving beam, resolve.
 
     Args:
         ping_geometry: The sonar at this ping.

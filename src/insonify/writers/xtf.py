@@ -62,7 +62,7 @@ def write_xtf_recorded(survey: Survey, path: Path) -> None:
 
 
 def _write(survey: Survey, path: Path, dtype: str, step: float, note: str = "") -> None:
-    """Write header, notes and packets; one count of the samples is `step` [uPa], or what a note says."""
+    """Write header, notes and packets; one count of the samples is `step` [uPa], or as a note states."""
     note = note or f"1 count = {step:.9g} uPa, rms amplitude"
     channels = survey.recording.sizes["channel"]
     if channels > MOST_CHANNELS:

@@ -112,9 +112,9 @@ def allocate_samples(
     together = _interfering_pairs(
         edges, climbs, pair, speed, rise, INTERFERENCE_PULSES * pulse.effective_duration, needed
     )
-    dear = np.array([any("B" in families[k] for k in one) for one in pair]) & (steepness > 0)
+    costly = np.array([any("B" in families[k] for k in one) for one in pair]) & (steepness > 0)
     least = np.ascontiguousarray(
-        np.maximum(FULL_SAMPLING_ENERGY * np.where(dear, BOUNCE_COST_FACTOR, 1.0)[:, None] * whole, 1e-300).T
+        np.maximum(FULL_SAMPLING_ENERGY * np.where(costly, BOUNCE_COST_FACTOR, 1.0)[:, None] * whole, 1e-300).T
     )
 
     def keep_probabilities(some: Floats, pair_energy: NDArray[np.float32]) -> NDArray[np.uint8]:

@@ -126,7 +126,7 @@ def _sonar(values: ScenarioValues) -> str:
 
 
 def _pulse(values: ScenarioValues) -> str:
-    """The pulse of the group, swept where the file says so."""
+    """The pulse of the group, swept where the file states it."""
     duration = values.stated("pulse_length", "ms", _assumed_pulse(values) * 1e3, 1e3)
     frequency = values.stated("frequency", "kHz", 0.0, 1e-3)
     source = f"{frequency.source}; pulse_length" + ("" if values.median("pulse_length") else " assumed")

@@ -36,7 +36,7 @@ def preferred_group(file: InstrumentFile, group: str | None = None) -> str:
 
     Args:
         file: The file.
-        group: Wanted group; None: the soundings, else the first group.
+        group: Requested group; None: the soundings, else the first group.
 
     Raises:
         StoreError: There is no such group, or the file has no data.

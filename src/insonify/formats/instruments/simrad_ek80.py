@@ -149,7 +149,7 @@ class SimradEk80File(InstrumentFile):
         return self._size
 
     def _noted(self, offset: int, size: int, kind: str, head: bytes, latest: dict[tuple[str, str], int]) -> str:
-        """Kind of a datagram for the index; what it says of a ping is kept."""
+        """Kind of a datagram for the index; its values of a ping are stored."""
         if kind == "XML0":
             root = _ROOT.search(head, _HEAD)
             name = root[1].decode("ascii") if root else "text"

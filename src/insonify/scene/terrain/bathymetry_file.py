@@ -163,7 +163,7 @@ def _raster(path: str, variable: str | None) -> _Found:
         )
     if not crs and abs(turn.a) < 0.005:
         raise GridError(
-            f"{path}: cells of {abs(turn.a):g} and no coordinate system: probably degrees. Say so in the file: "
+            f"{path}: cells of {abs(turn.a):g} and no coordinate system: probably degrees. State it in the file: "
             "gdal_edit.py -a_srs EPSG:4326 FILE"
         )
     values = band.astype(float).filled(np.nan) * _scale(path, units)

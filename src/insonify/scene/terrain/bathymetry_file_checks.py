@@ -36,9 +36,9 @@ def library_errors_as_grid_errors(path: str) -> Iterator[None]:
     except GridError:
         raise
     except Exception as fault:  # a reader of foreign files may fail in any way
-        said = " ".join(str(fault).split())[:120]
+        reason = " ".join(str(fault).split())[:120]
         raise GridError(
-            f"{path}: cannot be read: {said or type(fault).__name__}. Is it whole? Copy or export it again."
+            f"{path}: cannot be read: {reason or type(fault).__name__}. Is it whole? Copy or export it again."
         ) from None
 
 

@@ -42,8 +42,8 @@ class MotionSpectrum(Model):
     def _check_spectrum(self) -> Self:
         rows = self.spectrum
         if getattr(self, "rms", 0.0) > 0 and (self.period is None) == (rows is None):
-            said = "needs either a period or a spectrum" if rows is None else "has a period and a spectrum"
-            raise field_error("period", None, f"the motion {said}. Give one of them, such as period: 8 s.")
+            problem = "needs either a period or a spectrum" if rows is None else "has a period and a spectrum"
+            raise field_error("period", None, f"the motion {problem}. Give one of them, such as period: 8 s.")
         if rows is None:
             return self
         if len(rows) < 2:

@@ -25,7 +25,7 @@ class StaticTrack(PingSchedule, FixedTilt, FixedHeading):
         return self.pings
 
     def planned_poses(self, after: float = 0.0) -> Poses:
-        """Every pose, but for the platform's motion, some time [s] after the start of each ping."""
+        """Poses without the platform's motion, some time [s] after the start of each ping."""
         time = ping_times(self.pings, self.interval) + after
         position = np.tile(np.asarray(self.position, dtype=float), (self.pings, 1))
         return Poses(time, position, *(np.full(self.pings, lean) for lean in (self.heading, self.pitch, self.roll)))
@@ -48,7 +48,7 @@ class LineTrack(PingSchedule, FixedTilt, FixedHeading):
         return self.pings
 
     def planned_poses(self, after: float = 0.0) -> Poses:
-        """Every pose, but for the platform's motion, some time [s] after the start of each ping."""
+        """Poses without the platform's motion, some time [s] after the start of each ping."""
         time = ping_times(self.pings, self.interval) + after
         direction = np.array([np.cos(self.heading), np.sin(self.heading), 0.0])
         position = np.asarray(self.start) + self.speed * time[:, None] * direction
