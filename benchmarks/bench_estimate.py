@@ -51,11 +51,11 @@ def measured(file: Path, out: Path) -> Taken:
                  "--threads", str(THREADS)]  # fmt: skip
         child = subprocess.Popen(words, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
         assert child.stderr is not None
-        said = child.stderr.read()
+        message = child.stderr.read()
         _, status, used = os.wait4(child.pid, 0)
         if status:
-            raise RuntimeError(f"{file} does not run: {said}")
-        if "compiling (once)" not in said or measure.SMOKE:
+            raise RuntimeError(f"{file} does not run: {message}")
+        if "compiling (once)" not in message or measure.SMOKE:
             break
     disk = sum(one.stat().st_size for one in out.rglob("*") if one.is_file())
     return Taken(used.ru_utime + used.ru_stime, used.ru_maxrss * 1024.0, float(disk))

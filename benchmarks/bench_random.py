@@ -78,14 +78,14 @@ def _run(file: Path, out: Path, *, refused: bool) -> dict[str, Any]:
                                  env=os.environ | {"NUMBA_NUM_THREADS": "1"})  # fmt: skip
         _limit(child.pid)
         assert child.stderr is not None
-        said = child.stderr.read()
+        message = child.stderr.read()
         _, status, used = os.wait4(child.pid, 0)
         code = child.returncode = os.waitstatus_to_exitcode(status)
-        if code or "compiling (once)" not in said or measure.SMOKE:
+        if code or "compiling (once)" not in message or measure.SMOKE:
             break
     if code or refused:
         agreed = refused and code == 2
-        return {"outcome": "refused" if agreed else "failed", "code": code, "words": "" if agreed else said[-400:]}
+        return {"outcome": "refused" if agreed else "failed", "code": code, "words": "" if agreed else message[-400:]}
     disk = sum(one.stat().st_size for one in out.rglob("*") if one.is_file())
     taken = {"seconds": used.ru_utime + used.ru_stime, "memory": used.ru_maxrss * 1024.0, "disk": float(disk)}
     broken = _broken(out)

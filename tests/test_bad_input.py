@@ -1,4 +1,4 @@
-"""Claims about what the physics library does with what means nothing: it says so, with the way out."""
+"""Claims about what the physics library does with what means nothing: it reports it, with the fix."""
 
 import copy
 import dataclasses
@@ -77,10 +77,10 @@ FUNCTIONS: dict[str, tuple[Callable[..., Any], dict[str, float]]] = {
         type(law).__name__: (law.cross_section, {"grazing_in": 0.3, "grazing_out": 0.4, "azimuth": 2.0}) for law in LAWS
     },
 }
-ASKED = [pytest.param(f, k, name, id=f"{title}-{name}") for title, (f, k) in FUNCTIONS.items() for name in k]
+PROGRAM = [pytest.param(f, k, name, id=f"{title}-{name}") for title, (f, k) in FUNCTIONS.items() for name in k]
 
 
-@pytest.mark.parametrize(("function", "good", "name"), ASKED)
+@pytest.mark.parametrize(("function", "good", "name"), PROGRAM)
 def test_what_is_no_number_is_refused_by_name(function, good, name):
     """A word, nothing, true, an infinite or a complex number, rows of unequal length: the argument is named."""
     with warnings.catch_warnings():
@@ -91,7 +91,7 @@ def test_what_is_no_number_is_refused_by_name(function, good, name):
 
 
 @pytest.mark.filterwarnings("ignore::insonify.validity.PhysicsWarning")
-@pytest.mark.parametrize(("function", "good", "name"), ASKED)
+@pytest.mark.parametrize(("function", "good", "name"), PROGRAM)
 def test_every_argument_broadcasts(function, good, name):
     """Lists, columns, integers and empty arrays of one argument give what its numbers give one by one."""
     one = np.asarray(function(**good))
@@ -157,7 +157,7 @@ def test_a_place_that_is_none_has_no_sediment():
 
 @pytest.mark.parametrize("law", LAWS[:5], ids=lambda law: type(law).__name__)
 def test_a_name_is_not_yet_a_sediment(law):
-    """The message says how to turn one into the other; and a frequency of any type gives one law."""
+    """The message states how to turn one into the other; and a frequency of any type gives one law."""
     kind = type(law)
     with pytest.raises(ValueError, match=rf"{kind.__name__}\.sediment is 'clay'; give .*Sediment\.named\('clay'\)"):
         kind("clay", 5e4)
@@ -181,7 +181,7 @@ def test_a_shear_wave_as_fast_as_water_is_no_division_by_nothing():
     assert scattering.reflection_coefficient(like_water, 0.0) == pytest.approx(0.8 / 2.8, rel=1e-9)
 
 
-NOUNS = [
+MODELS = [
     *LAWS,
     SAND,
     SEA,
@@ -197,20 +197,22 @@ NOUNS = [
 ]
 
 
-@pytest.mark.parametrize("noun", NOUNS, ids=lambda noun: type(noun).__name__)
-def test_nouns_are_values(noun):
-    """Copied, pickled or made again they are equal, with equal hashes; and nobody changes one, nor its arrays."""
-    for twin in (copy.copy(noun), copy.deepcopy(noun), pickle.loads(pickle.dumps(noun))):
-        assert twin == noun
-        assert hash(twin) == hash(noun)
-    assert noun != "noun"
-    fields = [f.name for f in dataclasses.fields(noun)] if dataclasses.is_dataclass(noun) else type(noun).model_fields
+@pytest.mark.parametrize("model", MODELS, ids=lambda model: type(model).__name__)
+def test_models_are_values(model):
+    """Copied, pickled or made again they are equal, with equal hashes; and none can be changed, nor its arrays."""
+    for twin in (copy.copy(model), copy.deepcopy(model), pickle.loads(pickle.dumps(model))):
+        assert twin == model
+        assert hash(twin) == hash(model)
+    assert model != "model"
+    fields = (
+        [f.name for f in dataclasses.fields(model)] if dataclasses.is_dataclass(model) else type(model).model_fields
+    )
     for name in fields:
         with pytest.raises((AttributeError, ValueError)):
-            setattr(noun, name, 1.0)
-        value = getattr(noun, name)
+            setattr(model, name, 1.0)
+        value = getattr(model, name)
         assert not (isinstance(value, np.ndarray) and value.flags.writeable)
-    assert len(repr(noun)) < 600
+    assert len(repr(model)) < 600
 
 
 def test_help_names_types_as_people_do():
@@ -223,12 +225,12 @@ def test_help_names_types_as_people_do():
 
 
 def test_the_module_is_the_command():
-    """`python -m insonify` answers as `insonify` does, with its exit codes."""
-    answered = subprocess.run(
+    """`python -m insonify` behaves as `insonify` does, with its exit codes."""
+    completed = subprocess.run(
         [sys.executable, "-m", "insonify", "show", "nonsense", "-o", "x.png"],
         capture_output=True,
         text=True,
         check=False,
     )
-    assert answered.returncode == 2
-    assert "did you mean" in answered.stderr
+    assert completed.returncode == 2
+    assert "did you mean" in completed.stderr

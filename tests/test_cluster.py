@@ -34,12 +34,12 @@ def test_a_killed_worker_costs_its_part_and_an_error_names_its_own(tmp_path: Pat
             raise ValueError("no such seabed")
         (Path(folder) / f"done-{part.number}").write_text(" ".join(os.environ.get(name, "") for name in names))
 
-    said: list[tuple[int, int]] = []
+    reports: list[tuple[int, int]] = []
     with pytest.raises(ClusterError, match=r"1 of 8 parts failed, the others are done\. part 5/8: ValueError: no such"):
-        run_parts(task, str(tmp_path), "local:2", 99, on_part=lambda done, count: said.append((done, count)))
+        run_parts(task, str(tmp_path), "local:2", 99, on_part=lambda done, count: reports.append((done, count)))
     assert {file.name for file in tmp_path.glob("done-*")} == {f"done-{k}" for k in (1, 2, 3, 4, 6, 7, 8)}
     assert {file.read_text() for file in tmp_path.glob("done-*")} == {"1 1 1 1"}
-    assert said == [(k, 8) for k in range(8)]
+    assert reports == [(k, 8) for k in range(8)]
     assert not set(ENVIRONMENT) <= set(os.environ)  # of the workers, not of this process
 
 

@@ -170,16 +170,16 @@ def test_another_kind_of_raster_under_the_name_of_one_is_refused(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("trial", "said"), [("while True: pass", "gave no result in 1 s"), ("import os; os.abort()", "crashed")]
+    ("trial", "output"), [("while True: pass", "gave no result in 1 s"), ("import os; os.abort()", "crashed")]
 )
-def test_a_library_that_broods_or_crashes_is_given_up(tmp_path, monkeypatch, trial, said):
+def test_a_library_that_hangs_or_crashes_is_given_up(tmp_path, monkeypatch, trial, output):
     """An HDF5 file over which the library hangs or dies is refused: the trial stands in for the library here."""
     damage.nc(tmp_path / "a.nc")
     monkeypatch.setattr(data_file, "_TRIAL", trial)
     monkeypatch.setattr(data_file, "_TRIAL_TIMEOUT", 1.0)
-    with pytest.raises(GridError, match=rf"a\.nc: cannot be read: its library .*{said}"):
+    with pytest.raises(GridError, match=rf"a\.nc: cannot be read: its library .*{output}"):
         read_grid(str(tmp_path / "a.nc"))
-    with pytest.raises(StoreError, match=rf"a\.nc cannot be read as netCDF.*{said}"):
+    with pytest.raises(StoreError, match=rf"a\.nc cannot be read as netCDF.*{output}"):
         read_netcdf(tmp_path / "a.nc")
 
 
@@ -232,15 +232,18 @@ def test_a_table_without_end_is_not_begun(read, tmp_path, monkeypatch):
     ],
 )
 def test_check_reports_a_damaged_file_with_exit_code_2(name, keys, whole, tmp_path, capsys):
-    """At every length of the file `check` says which file is wrong and exits with 2, or takes it; never a traceback."""
+    """At every length of the file `check` states which file is wrong and exits with 2, or takes it.
+
+    Never a traceback.
+    """
     scenario = tmp_path / "a.yaml"
     scenario.write_text(SCENE.format(**keys))
     for length in np.linspace(0, len(whole[name]) - 1, 12).astype(int):
         (tmp_path / name).write_bytes(whole[name][:length])
         code = main(["check", str(scenario)])
-        said = capsys.readouterr().err
+        output = capsys.readouterr().err
         assert code in ((0, 2) if name != "a.npz" else (2,))
-        assert code == 0 or name in said
+        assert code == 0 or name in output
 
 
 @pytest.fixture(scope="module")
@@ -274,9 +277,9 @@ def test_a_damaged_recording_is_shown_or_refused(command, recorded, tmp_path, ca
         good, other = (recorded / file).read_bytes(), (recorded / files[random.integers(len(files))]).read_bytes()
         (target / file).write_bytes(damage.damaged(good, other, random)[1])
         codes.append(main(words))
-        said = capsys.readouterr().err
-        assert codes[-1] in (0, 2), (file, said)
-        assert codes[-1] == 0 or "b.zarr" in said
+        output = capsys.readouterr().err
+        assert codes[-1] in (0, 2), (file, output)
+        assert codes[-1] == 0 or "b.zarr" in output
     assert 2 in codes
 
 

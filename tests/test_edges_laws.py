@@ -82,7 +82,7 @@ def test_what_is_no_text_is_handed_on(value):
 
 @pytest.mark.parametrize("text", ["", " ", "m", "1e", "--3 m", "1,5 m", "nan m", "0x10 m", "one m", ".", "1.2.3 m"])
 def test_what_is_no_number_is_refused_with_an_example(text):
-    """The answer shows how a length is written."""
+    """The message shows how a length is written."""
     with pytest.raises(ValueError, match=r"1\.5 m|not a unit of length"):
         si(text, "length")
 
@@ -109,8 +109,8 @@ def test_one_bit_of_a_counter_changes_half_of_the_draw(counters, bit):
 
 def test_no_counter_stands_for_another():
     """Swapped counters, and a negative first one beside its complement in the others, have draws of their own."""
-    asked = [(1, 2, 3, 4), (2, 1, 3, 4), (1, 3, 2, 4), (1, 2, 4, 3), (4, 3, 2, 1), (-1, 0, 0, 0), (0, -1, 0, 0)]
-    draws = np.array([random_keys.uniforms(1, random_keys.TARGET, *counters) for counters in asked])
+    counters_of = [(1, 2, 3, 4), (2, 1, 3, 4), (1, 3, 2, 4), (1, 2, 4, 3), (4, 3, 2, 1), (-1, 0, 0, 0), (0, -1, 0, 0)]
+    draws = np.array([random_keys.uniforms(1, random_keys.TARGET, *counters) for counters in counters_of])
     assert len(np.unique(draws)) == draws.size
     np.testing.assert_array_equal(draws[5], random_keys.uniforms(1, random_keys.TARGET, 2**32 - 1, 0, 0, 0))
 

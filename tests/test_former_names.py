@@ -1,4 +1,4 @@
-"""Claims about keys and values that were renamed: each is answered with its new name, in files and in Python."""
+"""Claims about keys and values that were renamed: each is reported with its new name, in files and in Python."""
 
 import re
 from importlib import import_module
@@ -41,7 +41,7 @@ def test_former_keys_are_gone_and_new_ones_exist(name):
 
 
 @pytest.mark.parametrize(
-    ("old", "line", "said"),
+    ("old", "line", "message"),
     [
         ("importance_sampling: true", "thinning: false", "paths.thinning: is called importance_sampling."),
         (
@@ -52,7 +52,7 @@ def test_former_keys_are_gone_and_new_ones_exist(name):
         ("geometry: 3d", "engine: paths", "paths.engine: paths is called eigenrays."),
     ],
 )
-def test_a_file_of_old_names_is_reported_with_the_new_one(tmp_path, capsys, old, line, said):
+def test_a_file_of_old_names_is_reported_with_the_new_one(tmp_path, capsys, old, line, message):
     """Exit code 2, the line of the file, the old name and the new one."""
     text = NOMINAL.read_text()
     assert old in text
@@ -60,11 +60,11 @@ def test_a_file_of_old_names_is_reported_with_the_new_one(tmp_path, capsys, old,
     file.write_text(text.replace(old, line, 1))
     assert main(["check", str(file)]) == 2
     number = next(k for k, row in enumerate(file.read_text().splitlines(), start=1) if line in row)
-    assert f"old.yaml:{number}: {said} Write" in capsys.readouterr().err
+    assert f"old.yaml:{number}: {message} Write" in capsys.readouterr().err
 
 
 def test_python_is_reported_with_the_new_name():
-    """Construction, a copy with changes, a change by dotted name and an unchecked copy: the same answer."""
+    """Construction, a copy with changes, a change by dotted name and an unchecked copy: the same result."""
     with pytest.raises(ValidationError, match="thinning: is called importance_sampling"):
         PathSettings(thinning=False)
     with pytest.raises(ValidationError, match="engine: paths is called eigenrays"):

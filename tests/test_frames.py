@@ -85,7 +85,7 @@ def test_down_is_boresight_cross_right(bearing, tilt):
 
 
 def test_an_echo_from_the_right_has_a_positive_right_cosine():
-    """A ship heading east with an array to starboard hears a target in the west of south on its right, and below."""
+    """A ship heading east with an array to starboard receives a target in the west of south on its right, and below."""
     axes = array_axes(pose_rotation(np.pi / 2), mounting_rotation(np.pi / 2))
     w, u, v = axes @ direction(np.radians(190), np.radians(20))
     assert w > 0

@@ -29,7 +29,7 @@ def there_and_back(x: float) -> float:
 
 
 def test_a_kernel_calls_others_whether_inlined_or_not():
-    """To the compiler a kernel is numba's own dispatcher: it is called, or inlined where that is wanted."""
+    """To the compiler a kernel is numba's own dispatcher: it is called, or inlined where that is requested."""
     assert there_and_back(3.25) == 3.25
     assert there_and_back.signatures
 

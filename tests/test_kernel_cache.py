@@ -75,7 +75,7 @@ from numba import njit
 from insonify.callee import turned
 
 @njit(cache=True)
-def answer(x):
+def kernel(x):
     return 10.0 * turned(x)
 """
 CALLEE = """
@@ -85,7 +85,7 @@ from numba import njit
 def turned(x):
     return {sign} * x
 """
-ASKED = "from insonify.caller import answer; print(answer(1.0), sum(answer.stats.cache_hits.values()))"
+PROGRAM = "from insonify.caller import kernel; print(kernel(1.0), sum(kernel.stats.cache_hits.values()))"
 
 
 @pytest.fixture
@@ -103,15 +103,15 @@ def installed(tmp_path: Path) -> Path:
     return package
 
 
-def _answer(package: Path, settings: dict[str, str]) -> tuple[float, bool]:
+def _evaluated(package: Path, settings: dict[str, str]) -> tuple[float, bool]:
     """Result of the kernel in a fresh process, and whether its machine code came from the cache."""
     places = {"PYTHONPATH": str(package.parent), "XDG_CACHE_HOME": str(package.parents[1] / "home")}
     own = {name: value for name, value in os.environ.items() if not name.startswith("NUMBA_CACHE")}
-    told = subprocess.run(
-        [sys.executable, "-c", ASKED], env=own | places | settings, check=False, capture_output=True, text=True
+    completed = subprocess.run(
+        [sys.executable, "-c", PROGRAM], env=own | places | settings, check=False, capture_output=True, text=True
     )
-    assert told.returncode == 0, told.stderr
-    value, hits = told.stdout.split()
+    assert completed.returncode == 0, completed.stderr
+    value, hits = completed.stdout.split()
     return float(value), hits == "1"
 
 
@@ -125,12 +125,12 @@ def test_an_upgraded_callee_is_compiled_again_wherever_the_cache_lies(installed,
     settings = {"NUMBA_CACHE_DIR": str(tmp_path / "named")} if where == "named" else {}
     if where == "read-only":  # a file in the folder's place keeps even the superuser out
         (installed / "__pycache__").write_text("")
-    assert _answer(installed, settings) == (10.0, False)
-    assert _answer(installed, settings) == (10.0, True)
+    assert _evaluated(installed, settings) == (10.0, False)
+    assert _evaluated(installed, settings) == (10.0, True)
     root = {"beside": installed, "named": tmp_path / "named", "read-only": tmp_path / "home"}[where]
-    assert list(root.rglob("caller.answer*.nbc"))
+    assert list(root.rglob("caller.kernel*.nbc"))
     (installed / "callee.py").write_text(CALLEE.format(sign="-1.0"))
-    assert _answer(installed, settings) == (-10.0, False)
+    assert _evaluated(installed, settings) == (-10.0, False)
 
 
 def test_the_place_of_the_cache_is_the_one_that_numba_takes(installed, tmp_path, monkeypatch):
@@ -140,12 +140,12 @@ def test_the_place_of_the_cache_is_the_one_that_numba_takes(installed, tmp_path,
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "home"))
     (tmp_path / "taken").write_text("a file where a folder should be")
     source = str(installed / "caller.py")
-    code = compile("def answer(): pass", source, "exec")
+    code = compile("def kernel(): pass", source, "exec")
     scope: dict[str, object] = {}
     exec(code, scope)
 
     def agree() -> None:
-        chosen = caching.CompileResultCacheImpl(scope["answer"]).locator.get_cache_path()
+        chosen = caching.CompileResultCacheImpl(scope["kernel"]).locator.get_cache_path()
         assert kernel_cache.cache_folder(installed)(installed) == Path(chosen)
 
     for named, classes in (
@@ -194,7 +194,7 @@ def test_a_source_with_an_old_date_is_seen_to_change(package):
 def test_a_constant_of_a_plain_file_belongs_to_the_code_that_holds_it(package):
     """Machine code holds the constants of plain files as numbers: a change of one takes its kernels and their callers.
 
-    Imports in brackets over several lines count like others; what nobody draws on does not.
+    Imports in brackets over several lines count like others; what nothing draws on does not.
     """
     (package / "parts/size.py").write_text("SIZE = 3\n")
     (package / "parts/piece.py").write_text("from numba import njit\nfrom insonify.parts import (\n    size,\n)\n")

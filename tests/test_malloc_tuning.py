@@ -34,7 +34,7 @@ print(min(faults() for _ in range(3)))
 
 @pytest.fixture
 def anew():
-    """The C library is asked anew, and once more by whoever comes after."""
+    """The C library is called anew, and once more by the next caller."""
     keep_freed_memory.cache_clear()
     yield
     keep_freed_memory.cache_clear()
@@ -55,7 +55,7 @@ def test_arrays_of_a_ping_cause_hardly_a_page_fault():
 
 @pytest.mark.skipif(not GLIBC, reason="the C library is another")
 def test_glibc_takes_both_requests(anew):
-    """Asked twice it says yes twice, and is told but once."""
+    """Called twice it is True twice, and set but once."""
     assert keep_freed_memory() and keep_freed_memory()
     assert keep_freed_memory.cache_info().misses == 1
 
@@ -64,7 +64,7 @@ def test_glibc_takes_both_requests(anew):
 def test_other_systems_are_left_as_they_are(monkeypatch, anew, system):
     """No library is even opened there."""
     monkeypatch.setattr(sys, "platform", system)
-    monkeypatch.setattr(ctypes, "CDLL", lambda *_: pytest.fail("a C library was asked"))
+    monkeypatch.setattr(ctypes, "CDLL", lambda *_: pytest.fail("a C library was called"))
     assert keep_freed_memory() is False
 
 
@@ -76,20 +76,20 @@ def test_a_library_without_the_question_is_left_as_it_is(monkeypatch, anew):
 
 
 @pytest.mark.parametrize("refused", [0, 1])
-def test_a_request_that_is_refused_is_said(monkeypatch, anew, refused):
-    """Either of the two: False, whatever the other says."""
-    told = []
+def test_a_request_that_is_refused_is_reported(monkeypatch, anew, refused):
+    """Either of the two: False, whatever the other gives."""
+    requests = []
 
     class Library:
         @staticmethod
         def mallopt(which, size):
-            told.append((which, size))
-            return int(len(told) - 1 != refused)
+            requests.append((which, size))
+            return int(len(requests) - 1 != refused)
 
     monkeypatch.setattr(sys, "platform", "linux")
     monkeypatch.setattr(malloc_tuning.ctypes, "CDLL", lambda *_: Library)
     assert keep_freed_memory() is False
-    assert set(told) <= {(-3, MMAP_THRESHOLD_BYTES), (-1, TRIM_THRESHOLD_BYTES)} and told[0] == (
+    assert set(requests) <= {(-3, MMAP_THRESHOLD_BYTES), (-1, TRIM_THRESHOLD_BYTES)} and requests[0] == (
         -3,
         MMAP_THRESHOLD_BYTES,
     )

@@ -53,7 +53,7 @@ def test_limits_belong_to_the_range_unless_they_are_distinguished(value):
 
 
 @pytest.mark.parametrize(
-    ("limits", "said"),
+    ("limits", "message"),
     [
         ({"low": 0.0, "high": 40.0}, "give a finite number (g/kg), 0 to 40"),
         ({"low": 0.0, "high": 40.0, "exclude_low": True}, "give a finite number (g/kg), above 0 to 40"),
@@ -62,11 +62,11 @@ def test_limits_belong_to_the_range_unless_they_are_distinguished(value):
         ({"example": "35"}, "give a finite number (g/kg), such as 35"),
     ],
 )
-def test_a_refusal_says_what_would_do(limits, said):
+def test_a_refusal_states_what_would_do(limits, message):
     """The limits, the unit, an example."""
     with pytest.raises(ValueError, match="salinity is -inf") as caught:
         require_numbers("salinity", -np.inf, "g/kg", **limits)
-    assert said in str(caught.value)
+    assert message in str(caught.value)
 
 
 def test_the_first_of_many_wrong_values_is_shown_and_long_ones_are_cut():

@@ -33,7 +33,7 @@ words = st.integers(0, 2**64 - 1)
 
 @pytest.mark.parametrize("row", KNOWN, ids=lambda row: row["c0"])
 def test_philox_gives_the_published_words(row):
-    """Random123's known answers for Philox4x32-10: zeros, ones and the digits of pi, to the bit."""
+    """Random123's known outputs for Philox4x32-10: zeros, ones and the digits of pi, to the bit."""
     arguments = [int(row[name], 16) for name in ("c0", "c1", "c2", "c3", "k0", "k1")]
     assert [int(w) for w in philox(*arguments)] == [int(row[name], 16) for name in ("w0", "w1", "w2", "w3")]
 
@@ -144,7 +144,7 @@ def test_pings_and_channels_have_their_own_noise():
 
 @given(st.integers(0, 300), st.integers(0, 200))
 def test_a_sample_does_not_depend_on_where_the_run_began(start, count):
-    """Samples asked for alone are bit for bit those of the longer run."""
+    """Samples requested alone are bit for bit those of the longer run."""
     whole = complex_normals(9, NOISE, 1, 4, 500)
     assert np.array_equal(complex_normals(9, NOISE, 1, 4, count, start=start), whole[start : start + count])
 

@@ -18,7 +18,7 @@ SOURCE = ROOT / "src" / "insonify"
 
 
 def classes_in(folder, protocol):
-    """`module.Class` of every class below a folder of the package that says that it is of a protocol."""
+    """`module.Class` of every class below a folder of the package that states that it is of a protocol."""
     for path in sorted((SOURCE / folder).glob("*.py")):
         module = import_module(f"insonify.{folder.replace('/', '.')}.{path.stem}")
         for name, kind in inspect.getmembers(module, inspect.isclass):

@@ -6,7 +6,7 @@ import pytest
 
 import shape
 
-WELL = '"""A module."""\n\n\ndef listen() -> int:\n    """A sound."""\n    return 1\n'
+WELL = '"""A module."""\n\n\ndef receive() -> int:\n    """A sound."""\n    return 1\n'
 
 
 def _tree(root: Path, source: str, *, tests: str = "x = 1\n" * 2000) -> shape.Shape:
@@ -18,7 +18,7 @@ def _tree(root: Path, source: str, *, tests: str = "x = 1\n" * 2000) -> shape.Sh
 
 
 def _function(lines: int) -> str:
-    return '"""A module."""\n\n\ndef listen() -> None:\n    """A sound."""\n' + "    pass\n" * (lines - 1)
+    return '"""A module."""\n\n\ndef receive() -> None:\n    """A sound."""\n' + "    pass\n" * (lines - 1)
 
 
 def test_well_shaped_code_breaks_no_bar(tmp_path):
@@ -30,8 +30,8 @@ def test_well_shaped_code_breaks_no_bar(tmp_path):
     ("source", "complaint"),
     [
         (WELL.replace('"""A module."""', "x = 1"), "module has no docstring"),
-        (WELL.replace('    """A sound."""\n', ""), "listen has no docstring"),
-        (WELL.replace(" -> int", ""), "listen has no return type"),
+        (WELL.replace('    """A sound."""\n', ""), "receive has no docstring"),
+        (WELL.replace(" -> int", ""), "receive has no return type"),
         (WELL + "\n\nclass Pulse:\n    x = 1\n", "Pulse has no docstring"),
         (
             WELL + '\n\nclass Pulse:\n    """One."""\n\n    def cut(self) -> int:\n        return 1\n',
@@ -52,25 +52,25 @@ def test_each_bar_can_be_broken(tmp_path, source, complaint):
 
 
 def test_too_few_tests_are_noticed(tmp_path):
-    """Six source lines ask for at least five lines of tests."""
+    """Six source lines require at least five lines of tests."""
     assert shape.broken(_tree(tmp_path, WELL, tests="x = 1\n" * 4)) != []
 
 
 @pytest.mark.parametrize(
     ("body", "idle"),
     [
-        ("listen()", True),
-        ("checked(listen())", True),
-        ("assert listen()", False),
-        ("assert_loud(listen())", False),
-        ("np.testing.assert_allclose(listen(), 1)", False),
-        ("with pytest.raises(ValueError):\n        listen()", False),
+        ("receive()", True),
+        ("checked(receive())", True),
+        ("assert receive()", False),
+        ("assert_strong(receive())", False),
+        ("np.testing.assert_allclose(receive(), 1)", False),
+        ("with pytest.raises(ValueError):\n        receive()", False),
     ],
 )
 def test_a_test_that_asserts_nothing_is_noticed(tmp_path, body, idle):
-    """An assertion stands in the test, or the name of what it calls says that it asserts."""
-    told = _tree(tmp_path, WELL, tests=f"def test_a():\n    {body}\n" + "x = 1\n" * 20)
-    assert told.owing == (["tests/test_a.py:1 test_a asserts nothing"] if idle else [])
+    """An assertion stands in the test, or the name of what it calls states that it asserts."""
+    project = _tree(tmp_path, WELL, tests=f"def test_a():\n    {body}\n" + "x = 1\n" * 20)
+    assert project.owing == (["tests/test_a.py:1 test_a asserts nothing"] if idle else [])
 
 
 def test_functions_with_many_parameters_are_counted(tmp_path):
@@ -86,7 +86,7 @@ def test_a_long_explanation_does_not_make_a_function_long(tmp_path):
 
 
 def test_private_functions_need_no_page_in_the_manual(tmp_path):
-    """A name with an underscore owes neither docstring nor return type."""
+    """A name with an underscore needs neither docstring nor return type."""
     assert shape.broken(_tree(tmp_path, WELL + "\n\ndef _help():\n    return 1\n")) == []
 
 

@@ -45,13 +45,13 @@ def test_every_unit_is_a_multiple_of_si(dimension, value):
 
 
 def test_a_unit_of_something_else_is_refused():
-    """Seconds are not a frequency; the answer lists what is."""
+    """Seconds are not a frequency; the message lists what is."""
     with pytest.raises(ValueError, match="not a unit of frequency; use one of Hz, kHz, MHz"):
         si("3 ms", "frequency")
 
 
 def test_a_misspelt_unit_is_reported_with_the_right_one():
-    """Units are case-sensitive, and the advice says so by example."""
+    """Units are case-sensitive, and the advice reports it by example."""
     with pytest.raises(ValueError, match="did you mean kHz"):
         si("100 khz", "frequency")
 
@@ -83,20 +83,20 @@ def test_silence_has_no_finite_level():
     assert level_db(0.0) == -np.inf
 
 
-def test_a_noun_takes_words_and_keeps_si():
+def test_a_model_takes_words_and_keeps_si():
     """A buoy described in words is the same buoy in SI."""
     spoken = Buoy(depth="300 cm", frequency="0.1 MHz", tilt="90 deg", level_db="3 dB")
     assert spoken == Buoy(depth=3.0, frequency=1e5, tilt=np.pi / 2, level_db=3.0)
 
 
 @pytest.mark.parametrize("wrong", [{"depht": 3}, {"depth": float("nan")}, {"depth": "3 s"}, {"depth": None}])
-def test_a_noun_refuses_what_it_does_not_understand(wrong):
+def test_a_model_refuses_what_it_does_not_understand(wrong):
     """A misspelt field, NaN, a wrong unit and nothing at all are errors."""
     with pytest.raises(ValueError, match=r"depth|depht"):
         Buoy(**wrong)
 
 
-def test_a_noun_does_not_change():
+def test_a_model_does_not_change():
     """Once described, a thing stays as it is."""
     with pytest.raises(ValueError, match="frozen"):
         Buoy().depth = 4.0

@@ -22,7 +22,10 @@ from oracles.surveys import sidescan
 
 @given(st.integers(1, 3000), st.integers(1, 700))
 def test_parts_of_lines_cover_them_in_one_size(count, size):
-    """Each line is in a part; all parts have the size wanted, or the whole; none overlaps more than one before it."""
+    """Each line is in a part; all parts have the size requested, or the whole.
+
+    None overlaps more than one before it.
+    """
     parts = line_spans(count, size)
     assert {part.stop - part.start for part in parts} == {min(size, count)}
     assert parts[0].start == 0 and parts[-1].stop == count and len(parts) == -(-count // size)
@@ -84,10 +87,10 @@ def test_gain_is_that_of_the_law_on_both_levels(bare):
     absorption = float(sidescan().water.absorption(300e3))
     for low, high in ((plain.image, gained.image), (plain.expected, gained.expected)):
         known = np.isfinite(low).all(axis=0) & (slant > 0)
-        wanted = np.broadcast_to(tvg_db(slant, 40.0, absorption_db_per_m=absorption), low.shape)
-        np.testing.assert_allclose((high - low)[:, known], wanted[:, known], atol=1e-3)
+        expected = np.broadcast_to(tvg_db(slant, 40.0, absorption_db_per_m=absorption), low.shape)
+        np.testing.assert_allclose((high - low)[:, known], expected[:, known], atol=1e-3)
     with pytest.raises(StoreError, match="tvg20"):
-        labelled_images(bare, gain="loud")
+        labelled_images(bare, gain="strong")
 
 
 def test_expected_levels_are_the_mean_of_the_recorded_ones(bare):

@@ -38,10 +38,10 @@ def test_a_known_target_lies_on_its_true_coordinates(tmp_path, slopes, heading, 
     record(scenario, tmp_path / "a.zarr", with_labels=True, threads=1)
     slant = np.hypot(across, depth - 0.02 - 6.0)
     earth = (0.0, 0.0) if slopes is None else UTM
-    wanted = {
+    expected = {
         "slant": (along, np.sign(across) * slant), "ground": (along, across), "mosaic": earth + point,
     }  # fmt: skip
-    for projection, place in wanted.items():
+    for projection, place in expected.items():
         (image,) = labelled_images(tmp_path / "a.zarr", projection)
         cells = np.nonzero(image.layers[HIGHLIGHT] == 1)
         for axis, inside, true in zip((image.rows, image.columns), cells, place, strict=True):

@@ -30,7 +30,7 @@ def test_a_slower_result_has_a_ratio_above_one_in_every_unit(ledger, tmp_path):
     assert [one.value for one in entries] == [9.0, 90.0, 2.0, 20.0]
     assert ledger.slowdown(Result("ping", 3.0, "s"), entries) == pytest.approx(1.5)
     assert ledger.slowdown(Result("survey", 10.0, "x real time"), entries) == pytest.approx(2.0)
-    assert ledger.slowdown(Result("unheard of", 1.0, "s"), entries) is None
+    assert ledger.slowdown(Result("unknown", 1.0, "s"), entries) is None
 
 
 def test_other_machines_are_not_compared(ledger, tmp_path, monkeypatch):

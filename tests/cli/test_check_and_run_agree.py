@@ -17,20 +17,20 @@ FAULTS = [
     ("\nsonar:", "\nfild: coherent\nsonar:"),  # an unknown key
     ("\nseed: ", "\nseed: -"),
     ("  depth: 20 m", "  depth: 0.2 m"),  # the track is below the seabed
-    ("source_level_db: ", "source_level_db: loud # "),
+    ("source_level_db: ", "source_level_db: strong # "),
     ("\nwater:", "\nwater: {volume_strength_db: []}\nold_water:"),
 ]
 
 
 def verdicts(path, capsys, *options):
     """Exit code and last words of check, and of a run of the first ping."""
-    said = []
+    messages = []
     run = ["run", str(path), "-o", str(path.with_suffix(".zarr")), "--quiet", "--pings", "0"]
     for command in (["check", str(path)], run):
         code = main([*command, *options])
         lines = capsys.readouterr().err.splitlines()
-        said.append((code, "\n".join(line for line in lines if not line.startswith("compiling"))))
-    return said
+        messages.append((code, "\n".join(line for line in lines if not line.startswith("compiling"))))
+    return messages
 
 
 def written(tmp_path, template, *changes):
@@ -49,7 +49,7 @@ FOUND = [(name, *fault) for name, text in sorted(TEMPLATES.items()) for fault in
 
 
 @pytest.mark.parametrize(("template", "old", "new"), FOUND)
-def test_a_fault_in_a_template_is_told_alike(tmp_path, capsys, template, old, new):
+def test_a_fault_in_a_template_is_reported_alike(tmp_path, capsys, template, old, new):
     """Of every template: unknown keys, values out of range, words for numbers, parts that do not fit together."""
     path = written(tmp_path, template, (old, new))
     capsys.readouterr()
@@ -63,7 +63,7 @@ WATER = ("volume_strength_db: null", "volume_strength_db: -70")
 
 
 def test_too_much_water_is_refused_by_both(tmp_path, capsys, monkeypatch):
-    """For the sound, and for the labels alone: they are of even points, and ask for others."""
+    """For the sound, and for the labels alone: they are of even points, and request others."""
     path = written(tmp_path, "nominal", SHORT, WATER, ("labels: false", "labels: true"))
     assert main(["check", str(path)]) == 0
     monkeypatch.setattr(volume, "MAX_TILES", 1)
@@ -99,7 +99,7 @@ def test_too_much_water_at_a_later_ping_is_refused_by_both(tmp_path, capsys, mon
 
 
 def test_labels_of_elements_are_refused_by_both(tmp_path, capsys):
-    """Asked for by the option: what the scenario's own key is refused for."""
+    """Requested by the option: what the scenario's own key is refused for."""
     path = written(tmp_path, "forward-looking")
     capsys.readouterr()
     (checked, words), (ran, others) = verdicts(path, capsys, "--labels")

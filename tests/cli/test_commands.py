@@ -30,7 +30,7 @@ def edited(here: Path, old: str, new: str) -> str:
 
 
 def test_a_new_scenario_has_nothing_wrong(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """`new` writes a file that `check` accepts, and says its name on stdout."""
+    """`new` writes a file that `check` accepts, and states its name on stdout."""
     assert main(["new", "harbour"]) == 0
     assert capsys.readouterr().out == "harbour.yaml\n"
     assert main(["check", "harbour.yaml"]) == 0
@@ -68,7 +68,7 @@ MISTAKES = [
 
 @pytest.mark.parametrize(("old", "new", "advice"), MISTAKES)
 @pytest.mark.parametrize("command", ["check", "run"])
-def test_a_wrong_scenario_is_answered_with_its_line(
+def test_a_wrong_scenario_is_reported_with_its_line(
     here: Path, capsys: pytest.CaptureFixture[str], command: str, old: str, new: str, advice: str
 ) -> None:
     """One line on stderr, exit code 2, nothing written."""
@@ -78,10 +78,10 @@ def test_a_wrong_scenario_is_answered_with_its_line(
     capsys.readouterr()
     assert main([command, file] + (["-o", "out.zarr"] if command == "run" else [])) == 2
     out, err = capsys.readouterr()
-    (told,) = err.splitlines()
+    (message,) = err.splitlines()
     assert out == ""
-    where, _, said = told.partition(": ")
-    assert said.startswith(advice)
+    where, _, problem = message.partition(": ")
+    assert problem.startswith(advice)
     assert where == f"harbour.yaml:{line}" or "size" in advice  # the height's line, two above
     assert [entry.name for entry in here.iterdir()] == ["harbour.yaml"]
 
@@ -121,10 +121,10 @@ def test_a_wrong_command_writes_nothing(here: Path, capsys: pytest.CaptureFixtur
     assert sorted(here.rglob("*")) == before
 
 
-def test_a_failed_run_is_told_apart_from_a_wrong_input(
+def test_a_failed_run_is_distinguished_from_a_wrong_input(
     here: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Exit code 1, and one line that says what broke."""
+    """Exit code 1, and one line that states what broke."""
 
     def breaks(path: Path) -> None:
         raise OSError("the disk is full")
@@ -143,13 +143,13 @@ def test_every_command_shows_an_example(capsys: pytest.CaptureFixture[str], comm
 
 def test_help_names_its_words_alike(capsys: pytest.CaptureFixture[str]) -> None:
     """Places and numbers in capitals, ranges of pings by example, no names of types; the first page has an example."""
-    said = {}
+    problem = {}
     for command in ("new", "check", "run", "show", "explain", "info", "paper"):
         assert main([command, "--help"]) == 0
-        said[command] = capsys.readouterr().out
+        problem[command] = capsys.readouterr().out
         for strange in ("list[int]", "<int range>", "{file}", "{name}"):
-            assert strange not in said[command]
-    assert "just 7" in " ".join(said["run"].split())
+            assert strange not in problem[command]
+    assert "just 7" in " ".join(problem["run"].split())
     assert main(["--help"]) == 0
     assert "Example: insonify new harbour" in capsys.readouterr().out.splitlines()[-1]
 

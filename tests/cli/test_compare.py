@@ -29,9 +29,9 @@ def test_reports_have_all_forms(tmp_path, capsys):
     pair = stored(tmp_path / "a.nc", 1), stored(tmp_path / "b.nc", 2, noise_db=-30.0)
     for suffix in (".json", ".png", ".html"):
         assert main(["compare", *pair, "-o", str(tmp_path / f"r{suffix}")]) == 0
-    said = capsys.readouterr().out
+    output = capsys.readouterr().out
     about = json.loads((tmp_path / "r.json").read_text())
-    assert about["summary"] in said and "level against range" in about["summary"]
+    assert about["summary"] in output and "level against range" in about["summary"]
     assert all(finding["verdict"] in ("alike", "different", "not compared") for finding in about["findings"])
     page = (tmp_path / "r.html").read_text()
     assert about["summary"] in page and page.count("data:image/png;base64,") >= 3 and "http" not in page

@@ -22,8 +22,8 @@ def shortened(here: Path, **changes: str) -> Path:
     assert main(["new", "bay"]) == 0
     path = here / "bay.yaml"
     text = path.read_text(encoding="utf-8")
-    wanted = {"window": "[199 ms, 206 ms]", "pings": "3", "geometry": "slice", "max_reflections": "1", **changes}
-    for name, value in wanted.items():
+    expected = {"window": "[199 ms, 206 ms]", "pings": "3", "geometry": "slice", "max_reflections": "1", **changes}
+    for name, value in expected.items():
         text, found = re.subn(rf"^(\s*{name}:)[^#\n]*", rf"\1 {value}  ", text, count=1, flags=re.MULTILINE)
         assert found == 1, name
     path.write_text(text, encoding="utf-8")
@@ -48,17 +48,17 @@ def there(bay: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return bay
 
 
-def test_each_command_says_what_it_made_and_nothing_else(
+def test_each_command_states_what_it_made_and_nothing_else(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Captured
 ) -> None:
-    """new, check, run, show: a line on stdout each, silence on stderr when nobody watches, exit code 0.
+    """new, check, run, show: a line on stdout each, silence on stderr when nothing is shown, exit code 0.
 
-    After its verdict, check may tell what a finer recording would take; kernels may be compiled.
+    After its verdict, check may report what a finer recording would take; kernels may be compiled.
     """
     monkeypatch.chdir(tmp_path)
     shortened(tmp_path, pings="2")
     assert capsys.readouterr() == ("bay.yaml\n", "")
-    for words, said in (
+    for words, message in (
         (["check", "bay.yaml"], "bay.yaml: nothing wrong\n"),
         (["run", "bay.yaml", "-o", "bay.zarr"], "bay.zarr\n"),
         (["show", "bay.zarr", "-o", "bay.png"], "bay.png\n"),
@@ -67,7 +67,7 @@ def test_each_command_says_what_it_made_and_nothing_else(
         out, err = capsys.readouterr()
         err = "".join(line for line in err.splitlines(keepends=True) if not line.startswith("compiling (once)"))
         first, *more = out.splitlines(keepends=True)
-        assert (first, err) == (said, "") and (not more or words[0] == "check")
+        assert (first, err) == (message, "") and (not more or words[0] == "check")
     assert (tmp_path / "bay.png").read_bytes().startswith(b"\x89PNG")
     assert {path.name for path in tmp_path.iterdir()} == {"bay.yaml", "bay.zarr", "bay.png"}
 
@@ -98,7 +98,7 @@ def test_a_window_in_words_is_a_window_in_seconds(there: Path) -> None:
 
 @pytest.mark.parametrize("when", ["201.9 ms", "0.2019 s", "0.2019", "201900 us"])
 def test_an_explanation_understands_any_unit_of_time(there: Path, capsys: Captured, when: str) -> None:
-    """The same sample, whatever the unit; the answer is a table of arrivals on stdout."""
+    """The same sample, whatever the unit; the result is a table of arrivals on stdout."""
     assert main(["explain", "bay.zarr", "--time", when]) == 0
     out, err = capsys.readouterr()
     assert err == ""
@@ -108,7 +108,7 @@ def test_an_explanation_understands_any_unit_of_time(there: Path, capsys: Captur
 
 
 def test_pings_are_explained_one_by_one(there: Path, capsys: Captured) -> None:
-    """The last ping can be asked for; the one after it is a wrong input that names the range."""
+    """The last ping can be requested; the one after it is a wrong input that names the range."""
     assert main(["explain", "bay.zarr", "--ping", "2", "--time", "201.9 ms"]) == 0
     assert capsys.readouterr().out
     assert main(["explain", "bay.zarr", "--ping", "3", "--time", "201.9 ms"]) == 2
@@ -128,7 +128,7 @@ def test_a_part_of_a_track_is_a_part_of_the_recording(there: Path, capsys: Captu
 
 
 def test_another_scenario_does_not_fall_into_the_same_recording(there: Path, capsys: Captured) -> None:
-    """Exit code 2, the way out, and the recording as it was; with --overwrite it is replaced."""
+    """Exit code 2, the fix, and the recording as it was; with --overwrite it is replaced."""
     (there / "other.yaml").write_text(
         (there / "bay.yaml").read_text(encoding="utf-8").replace("strength_db: -27", "strength_db: -30"),
         encoding="utf-8",
@@ -145,7 +145,7 @@ def test_another_scenario_does_not_fall_into_the_same_recording(there: Path, cap
 
 
 def test_progress_is_for_people(capsys: Captured) -> None:
-    """Into a pipe nothing is said, asked to be quiet or not."""
+    """Into a pipe nothing is reported, requested to be quiet or not."""
     for quiet in (False, True):
         with progress(quiet) as on_ping:
             for n in range(3):
@@ -153,7 +153,7 @@ def test_progress_is_for_people(capsys: Captured) -> None:
     assert capsys.readouterr() == ("", "")
 
 
-def test_a_terminal_is_told_how_far_the_run_is(monkeypatch: pytest.MonkeyPatch, capsys: Captured) -> None:
+def test_a_terminal_shows_how_far_the_run_is(monkeypatch: pytest.MonkeyPatch, capsys: Captured) -> None:
     """On a terminal the bar goes to stderr, never to stdout; --quiet silences it there too."""
     monkeypatch.setattr("sys.stderr.isatty", lambda: True, raising=False)
     monkeypatch.setenv("TERM", "xterm")
@@ -169,7 +169,7 @@ def test_a_terminal_is_told_how_far_the_run_is(monkeypatch: pytest.MonkeyPatch, 
 def test_a_warning_is_one_line_and_no_failure(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Captured
 ) -> None:
-    """A window longer than the interval is told on stderr; the check still passes."""
+    """A window longer than the interval is reported on stderr; the check still passes."""
     monkeypatch.chdir(tmp_path)
     shortened(tmp_path, interval="100 ms", pings="2")
     capsys.readouterr()
@@ -207,7 +207,7 @@ def test_the_version_is_the_packages(capsys: Captured) -> None:
     assert capsys.readouterr().out == f"{__version__}\n"
 
 
-def test_a_rerun_says_what_was_there(there: Path, capsys: Captured) -> None:
+def test_a_rerun_states_what_was_there(there: Path, capsys: Captured) -> None:
     """One line on stderr: of a recording begun, how much; of a finished one, that nothing is left. Quiet: none."""
     assert main(["run", "bay.yaml", "-o", "again.zarr", "--pings", "0"]) == 0
     assert capsys.readouterr().err == ""
@@ -220,12 +220,12 @@ def test_a_rerun_says_what_was_there(there: Path, capsys: Captured) -> None:
 
 
 @pytest.mark.parametrize(
-    ("steps", "seconds", "told"),
+    ("steps", "seconds", "text"),
     [(0, 3.0, "starting"), (2, 34.0, "17 s/ping"), (10, 4.0, "2.5 pings/s"), (3, 3.0, "1 pings/s")],
 )
-def test_a_pace_is_told_in_the_unit_that_fits(steps: int, seconds: float, told: str) -> None:
+def test_a_pace_is_reported_in_the_unit_that_fits(steps: int, seconds: float, text: str) -> None:
     """Slow work in seconds a ping, fast work in pings a second, and none before the first ping."""
-    assert pace(steps, seconds, "ping") == told
+    assert pace(steps, seconds, "ping") == text
 
 
 def test_a_ping_that_is_not_there_is_refused(there: Path, capsys: Captured) -> None:
@@ -256,9 +256,7 @@ def test_milliseconds_without_a_unit_are_guessed(there: Path, capsys: Captured) 
 
 
 @pytest.mark.parametrize("name", ["harbour", "yes", "it's", "12"])
-def test_a_new_file_speaks_of_itself(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Captured, name: str
-) -> None:
+def test_a_new_file_names_itself(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Captured, name: str) -> None:
     """Its title is its name, whatever YAML might read into that, and its comments name its own files."""
     monkeypatch.chdir(tmp_path)
     assert main(["new", name]) == 0

@@ -1,4 +1,4 @@
-"""Claims about `insonify info`: it says what a file is, in words and in JSON, and what it left out."""
+"""Claims about `insonify info`: it states what a file is, in words and in JSON, and what it left out."""
 
 import json
 import re
@@ -33,18 +33,18 @@ def test_the_whole_content_is_listed(suffix, tmp_path, capsys):
     assert about["start"].startswith("2023-11-14T") and about["clock_jumps"] == []
     (left_out,) = about["omissions"]
     assert "unknown" in left_out["reason"] and main(["info", str(path)]) == 0
-    said = capsys.readouterr().out
+    output = capsys.readouterr().out
     group = "port: 3 pings x 4 samples" if suffix == ".xtf" else "water column: 3 pings x 5 beams x 4 samples"
     reason = f"left out: byte {left_out['offset']}: {left_out['reason']}"
-    assert all(words in said for words in (about["format"], about["model"], group, reason))
+    assert all(words in output for words in (about["format"], about["model"], group, reason))
 
 
 def test_ranges_of_settings_have_units(tmp_path, capsys):
     """Frequencies of all sectors in kHz, one value where all are alike, depth below the water line."""
     (tmp_path / "a.kmall").write_bytes(files.kmall())
     assert main(["info", str(tmp_path / "a.kmall")]) == 0
-    said = capsys.readouterr().out
-    assert "frequency 300 to 320 kHz" in said and "depth 9 m" in said and "sample rate 40 kHz" in said
+    output = capsys.readouterr().out
+    assert "frequency 300 to 320 kHz" in output and "depth 9 m" in output and "sample rate 40 kHz" in output
 
 
 def test_many_omissions_are_counted(tmp_path, capsys):
@@ -52,14 +52,14 @@ def test_many_omissions_are_counted(tmp_path, capsys):
     broken = files.kmall_datagram("#MWC", 0, b"\1\0\1\0" + b"\xff" * 36)
     (tmp_path / "a.kmall").write_bytes(broken * 1500)
     assert main(["info", str(tmp_path / "a.kmall"), "--check"]) == 0
-    said = capsys.readouterr().out
-    assert said.count("left out: byte") == 20 and "left out: 981 more" in said
+    output = capsys.readouterr().out
+    assert output.count("left out: byte") == 20 and "left out: 981 more" in output
     assert main(["info", str(tmp_path / "a.kmall"), "--check", "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["omissions"][-1]["reason"] == "and 500 more"
 
 
 def test_recordings_and_scenarios_of_ours_are_known(tmp_path, monkeypatch, capsys):
-    """A scenario says its pings; a recording its shape, and how much of it is simulated."""
+    """A scenario states its pings; a recording its shape, and how much of it is simulated."""
     monkeypatch.chdir(tmp_path)
     assert main(["new", "bay", "--template", "sidescan"]) == 0
     capsys.readouterr()
@@ -67,9 +67,9 @@ def test_recordings_and_scenarios_of_ours_are_known(tmp_path, monkeypatch, capsy
     scenario = insonify.load_scenario("bay.yaml").with_("track.window", ["20 ms", "20.1 ms"])
     insonify.record(scenario, "bay.zarr", pings=[0])
     assert main(["info", "bay.zarr"]) == 0
-    said = capsys.readouterr().out
-    assert "insonify recording" in said and "simulated: 1 pings" in said
-    assert f"intensity: {scenario.track.ping_count:,} pings" in said or "pressure:" in said
+    output = capsys.readouterr().out
+    assert "insonify recording" in output and "simulated: 1 pings" in output
+    assert f"intensity: {scenario.track.ping_count:,} pings" in output or "pressure:" in output
 
 
 def test_the_page_about_recordings_runs(tmp_path, monkeypatch, capsys):

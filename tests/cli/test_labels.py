@@ -22,7 +22,7 @@ paths: {geometry: slice, max_reflections: 0}
 def test_a_recording_is_labelled_and_drawn(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """Without labels `show --labels` says how to make them (2); `run --labels` adds them; then there is a picture."""
+    """Without labels `show --labels` states how to make them (2); `run --labels` adds them; then there is a picture."""
     monkeypatch.chdir(tmp_path)
     Path("a.yaml").write_text(SHORT, encoding="utf-8")
     assert main(["run", "a.yaml", "-o", "a.zarr"]) == 0
@@ -35,14 +35,14 @@ def test_a_recording_is_labelled_and_drawn(
     assert main(["show", "a.zarr", "--labels", "--ground", "--ping", "0", "-o", "a.png"]) == 2
 
 
-def test_elements_are_not_labelled_and_a_demo_wants_a_folder(tmp_path, capsys):
+def test_elements_are_not_labelled_and_a_demo_needs_a_folder(tmp_path, capsys):
     """What output.labels is refused, --labels is; a file is no folder: both are wrong input, and nothing is written."""
     assert main(["new", str(tmp_path / "ahead"), "--template", "forward-looking"]) == 0
     out = tmp_path / "ahead.zarr"
     assert main(["run", str(tmp_path / "ahead.yaml"), "-o", str(out), "--labels"]) == 2
     assert main(["demo", "forward-looking", "-o", str(tmp_path / "ahead.yaml")]) == 2
-    said = capsys.readouterr().err
-    assert "--labels is for beams" in said and "no folder can be made there" in said and not out.exists()
+    output = capsys.readouterr().err
+    assert "--labels is for beams" in output and "no folder can be made there" in output and not out.exists()
 
 
 def test_labels_of_elements_are_not_offered(tmp_path, capsys):
@@ -53,5 +53,5 @@ def test_labels_of_elements_are_not_offered(tmp_path, capsys):
     (tmp_path / "a.yaml").write_text(text, encoding="utf-8")
     assert main(["run", str(tmp_path / "a.yaml"), "-o", str(tmp_path / "a.zarr")]) == 0
     assert main(["show", str(tmp_path / "a.zarr"), "--labels", "-o", str(tmp_path / "a.png")]) == 2
-    said = capsys.readouterr().err
-    assert "labels are those of beams" in said and "insonify run" not in said
+    output = capsys.readouterr().err
+    assert "labels are those of beams" in output and "insonify run" not in output

@@ -68,8 +68,8 @@ def test_each_row_is_a_sonar_equation_that_adds_up(quay, capsys, time):
 
 
 @pytest.mark.parametrize("pair", ["D-D", "S-D", "B-D", "SB-S", "D-BS"])
-@pytest.mark.parametrize(("owner", "across", "depth", "strength"), [("buoy", 60, 18, 18), ("float", 62, 15, 12)])
-def test_each_row_is_a_path_of_images(quay, capsys, owner, across, depth, strength, pair):
+@pytest.mark.parametrize(("label", "across", "depth", "strength"), [("buoy", 60, 18, 18), ("float", 62, 15, 12)])
+def test_each_row_is_a_path_of_images(quay, capsys, label, across, depth, strength, pair):
     """Delay, distance, spreading, reflections and strength of a row are those of straight ways to two images."""
     image = {"D": 11.0, "S": -11.0, "B": 29.0, "SB": 51.0, "BS": -29.0}
     out, back = pair.split("-")
@@ -90,15 +90,15 @@ def test_the_verdict_is_the_sample_that_is_stored(quay, capsys, time):
     when = float(time.split()[0]) / 1e3
     level = float(20 * np.log10(np.abs(stored.sel(time=when, method="nearest"))))
     lines = page(quay, capsys, time, "--ping", "1")
-    told = {line.split(" ")[0].rstrip(":,"): re.findall(NUMBER, line)[0] for line in lines[-3:]}
+    settings = {line.split(" ")[0].rstrip(":,"): re.findall(NUMBER, line)[0] for line in lines[-3:]}
     assert lines[0].startswith("ping 1, ")
-    assert float(told["recorded"]) == pytest.approx(level, abs=0.051)
-    assert float(told["all"]) == pytest.approx(level, abs=0.12)
-    assert float(told["difference"]) < level - 30
+    assert float(settings["recorded"]) == pytest.approx(level, abs=0.051)
+    assert float(settings["all"]) == pytest.approx(level, abs=0.12)
+    assert float(settings["difference"]) < level - 30
 
 
 def test_counts_of_the_kinds_are_all_that_the_head_counts(quay, capsys):
-    """Arrivals of each owner and pair, and of the others, are together those of the first line."""
+    """Arrivals of each object and pair, and of the others, are together those of the first line."""
     lines = page(quay, capsys, "82.1 ms")
     total = int(re.search(r"(\d+) arrivals", lines[0])[1])
     kinds = [int(re.search(r": (\d+) arrival", line)[1]) for line in lines[1:] if re.search(r": \d+ arrival", line)]

@@ -39,9 +39,9 @@ def test_a_plan_is_a_script(harbour: Path, capsys: pytest.CaptureFixture[str], o
         assert script.index("#SBATCH") < script.index("\n# ")  # SLURM reads until the first command
     else:
         shown = script.splitlines()[-1].replace("insonify", "echo", 1)
-        said = subprocess.run(["bash", "-c", shown], capture_output=True, text=True, check=True).stdout
-        assert sorted(line.split()[-1] for line in said.splitlines()) == [f"{k}/8" for k in range(1, 9)]
-        assert "run our harbour.yaml -o our harbour.zarr" in said
+        output = subprocess.run(["bash", "-c", shown], capture_output=True, text=True, check=True).stdout
+        assert sorted(line.split()[-1] for line in output.splitlines()) == [f"{k}/8" for k in range(1, 9)]
+        assert "run our harbour.yaml -o our harbour.zarr" in output
     assert main(["plan", str(harbour), "--tasks", "31"]) == 2
     assert "--tasks 31: the track has 30 pings. Give 30 at most" in capsys.readouterr().err
 
@@ -58,14 +58,14 @@ def test_a_status_names_what_is_missing(
     for ping in (0, 1, 2, 3, 9, 16, 17, 18, 19):
         write_ping(path, ping, np.ones((1, 3)))
     assert main(["status", str(path), "--tasks", "5"]) == 0
-    said = capsys.readouterr().out
-    assert "9 of 20 pings recorded" in said and "9 of them loose" in said
-    assert "missing: 4:9, 10:16, by --pings" in said
-    assert "unfinished parts of 5: 2-4 (sbatch --array=2-4)" in said
+    output = capsys.readouterr().out
+    assert "9 of 20 pings recorded" in output and "9 of them loose" in output
+    assert "missing: 4:9, 10:16, by --pings" in output
+    assert "unfinished parts of 5: 2-4 (sbatch --array=2-4)" in output
     for ping in set(range(20)) - {0, 1, 2, 3, 9, 16, 17, 18, 19}:
         write_ping(path, ping, np.ones((1, 3)))
     assert main(["status", str(path), "--tasks", "5"]) == 0
-    said = capsys.readouterr().out
-    assert "all 20 pings recorded" in said and "missing" not in said and "unfinished parts of 5: none" in said
+    output = capsys.readouterr().out
+    assert "all 20 pings recorded" in output and "missing" not in output and "unfinished parts of 5: none" in output
     assert main(["status", str(tmp_path)]) == 2
     assert "not a recording" in capsys.readouterr().err

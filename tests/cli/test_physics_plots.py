@@ -18,7 +18,7 @@ def drawn(monkeypatch: pytest.MonkeyPatch) -> list[tuple[str, object, dict[str, 
 
 
 def show(what: str, **how: float) -> bool:
-    """As the command line asks."""
+    """As the command line does."""
     return show_physics(what, Path("out.png"), **{"frequency": 100e3, "wind": 7.0, **how})
 
 
@@ -63,7 +63,7 @@ def test_everything_else_may_be_a_recording(drawn: list, what: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("what", "answer"),
+    ("what", "message"),
     [
         ("absorbtion", "did you mean absorption"),
         ("nonsense", r"did you mean .*silt"),
@@ -71,9 +71,9 @@ def test_everything_else_may_be_a_recording(drawn: list, what: str) -> None:
         ("sand", r"fine sand.* or .*\?"),
     ],
 )
-def test_a_word_that_is_nothing_is_answered_with_the_nearest(drawn: list, what: str, answer: str) -> None:
-    """Somebody who misspells a picture is told what there is."""
-    with pytest.raises(InputError, match=answer):
+def test_a_word_that_is_nothing_is_reported_with_the_nearest(drawn: list, what: str, message: str) -> None:
+    """A misspelt picture is reported with the names of all."""
+    with pytest.raises(InputError, match=message):
         show(what)
     assert drawn == []
 
@@ -109,7 +109,7 @@ def test_what_lies_on_disk_is_a_recording(drawn: list, tmp_path: Path, monkeypat
         ("none.csv", "none.csv: there is no such file"),
     ],
 )
-def test_a_mistake_is_answered_with_the_way_out(drawn: list, what: str, advice: str) -> None:
+def test_a_mistake_is_reported_with_the_fix(drawn: list, what: str, advice: str) -> None:
     """Bad names, sizes, winds and files: one message, nothing drawn."""
     with pytest.raises(InputError, match="(?s)" + advice.replace("(", r"\(")):
         show(what)
@@ -134,13 +134,13 @@ def test_no_frequency_no_picture(drawn: list, frequency: float) -> None:
         ("", "line 1: the file is empty"),
     ],
 )
-def test_a_broken_profile_is_answered_with_its_place(tmp_path: Path, text: str, place: str) -> None:
+def test_a_broken_profile_is_reported_with_its_location(tmp_path: Path, text: str, place: str) -> None:
     """File, line and column, and no picture."""
     file, out = tmp_path / "probe.csv", tmp_path / "out.png"
     file.write_text(text)
-    with pytest.raises(InputError) as told:
+    with pytest.raises(InputError) as error:
         show_physics(str(file), out, frequency=1e5, wind=7.0)
-    assert f"{file}, {place}" in str(told.value)
+    assert f"{file}, {place}" in str(error.value)
     assert not out.exists()
 
 
@@ -157,13 +157,13 @@ def test_a_profile_is_drawn_with_what_was_measured(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, text: str, columns: dict[str, list[float] | None]
 ) -> None:
     """Temperature and salinity come along where every knot has them."""
-    told: dict[str, object] = {}
-    monkeypatch.setattr("insonify.plotting.profile", lambda column, out, **how: told.update(how, column=column))
+    arguments: dict[str, object] = {}
+    monkeypatch.setattr("insonify.plotting.profile", lambda column, out, **how: arguments.update(how, column=column))
     file = tmp_path / "probe.csv"
     file.write_text(text)
     assert show_physics(str(file), tmp_path / "out.png", frequency=1e5, wind=7.0)
-    assert {name: told[name] for name in columns} == columns
-    assert told["column"].depth.tolist() == [0, 10] and told["title"] == "probe.csv"
+    assert {name: arguments[name] for name in columns} == columns
+    assert arguments["column"].depth.tolist() == [0, 10] and arguments["title"] == "probe.csv"
 
 
 def test_a_profile_makes_a_picture(tmp_path: Path) -> None:

@@ -76,7 +76,7 @@ def test_a_time_is_taken_when_it_is_held_and_milliseconds_are_offered_when_they_
 
 
 def test_a_picture_needs_a_kind_and_a_folder(tmp_path):
-    """Suffixes in any case; a missing folder is answered with the command that makes it."""
+    """Suffixes in any case; a missing folder is reported with the command that makes it."""
     for suffix in PICTURES:
         require_picture_suffix(tmp_path / f"a{suffix}", "-o")
         require_picture_suffix(tmp_path / f"a{suffix.upper()}", "-o")
@@ -107,7 +107,7 @@ ENDS = {
 @pytest.mark.parametrize("name", ENDS)
 def test_each_end_of_a_command_has_its_code(name, monkeypatch, capsys):
     """What was typed is wrong: 2; the run went wrong: 1; words on stderr only, and no traceback."""
-    error, code, said = ENDS[name]
+    error, code, message = ENDS[name]
 
     def load(_path):
         raise error
@@ -116,10 +116,10 @@ def test_each_end_of_a_command_has_its_code(name, monkeypatch, capsys):
     monkeypatch.delenv("INSONIFY_TRACEBACK", raising=False)
     assert main(["check", "a.yaml"]) == code
     out, err = capsys.readouterr()
-    assert out == "" and said in err and "Traceback" not in err
+    assert out == "" and message in err and "Traceback" not in err
 
 
-def test_who_asks_for_details_gets_them(monkeypatch):
+def test_details_are_shown_on_request(monkeypatch):
     """With INSONIFY_TRACEBACK the error itself comes through, but never for a wrong input."""
     monkeypatch.setenv("INSONIFY_TRACEBACK", "1")
     monkeypatch.setattr("insonify.scenario.load.load_scenario", lambda _: 1 / 0)
@@ -128,7 +128,7 @@ def test_who_asks_for_details_gets_them(monkeypatch):
     assert main(["check"]) == 2
 
 
-def test_a_warning_is_told_once_in_a_run_and_again_in_the_next(monkeypatch, capsys):
+def test_a_warning_is_reported_once_in_a_run_and_again_in_the_next(monkeypatch, capsys):
     """One line each, whatever line breaks it has, and the way Python warns is put back."""
     before = warnings.showwarning
 
@@ -146,7 +146,7 @@ def test_a_warning_is_told_once_in_a_run_and_again_in_the_next(monkeypatch, caps
     assert warnings.showwarning is before
 
 
-@pytest.mark.parametrize("name", ["harbour", "harbour.yaml", "a b", "yes", "12", 'say "hi"', "Häfen", "null"])
+@pytest.mark.parametrize("name", ["harbour", "harbour.yaml", "a b", "yes", "12", 'with "hi"', "Häfen", "null"])
 def test_any_name_makes_a_scenario_of_that_name(here, name, capsys):
     """The file is NAME.yaml, its title is the name as text, and it is right as it stands."""
     assert main(["new", name]) == 0
@@ -157,7 +157,7 @@ def test_any_name_makes_a_scenario_of_that_name(here, name, capsys):
 
 
 @pytest.mark.parametrize(
-    ("words", "said"),
+    ("words", "message"),
     [
         (["new", "x", "--template", "sidscan"], "Did you mean sidescan?"),
         (["new", "x", "--template", "qqq"], "Choose one of coherent-sidescan, echosounder, forward-looking"),
@@ -182,16 +182,16 @@ def test_any_name_makes_a_scenario_of_that_name(here, name, capsys):
         (["chekc", "x"], "chekc"),
     ],
 )
-def test_wrong_words_are_answered_and_leave_nothing(here, words, said, capsys):
-    """Exit code 2, the way out on stderr, nothing on stdout, nothing on disk."""
+def test_wrong_words_are_reported_and_leave_nothing(here, words, message, capsys):
+    """Exit code 2, the fix on stderr, nothing on stdout, nothing on disk."""
     assert main(words) == 2
     out, err = capsys.readouterr()
-    assert out == "" and said in " ".join(err.split()) and not list(here.iterdir())
+    assert out == "" and message in " ".join(err.split()) and not list(here.iterdir())
 
 
 @given(st.integers(1, 10**6), st.floats(1e-3, 1e6))
 def test_a_pace_is_never_a_small_number(steps, seconds):
-    """Whichever unit is told, the number is at least one, and is the rate or its inverse."""
+    """Whichever unit is reported, the number is at least one, and is the rate or its inverse."""
     number, unit = pace(steps, seconds, "ping").split(" ")
     rate = steps / seconds
     assert float(number) >= 1 and unit in ("s/ping", "pings/s")
@@ -199,24 +199,24 @@ def test_a_pace_is_never_a_small_number(steps, seconds):
 
 
 @given(st.integers(1, 50), st.data())
-def test_what_was_there_is_told_once_and_only_if_there_was_any(total, data):
-    """A run that begins with nothing says nothing; one that goes on says how much was there, once."""
+def test_what_was_there_is_reported_once_and_only_if_there_was_any(total, data):
+    """A run that begins with nothing reports nothing; one that goes on states how much was there, once."""
     done = data.draw(st.integers(0, total))
-    told = []
+    messages = []
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("insonify.cli.progress.typer.echo", lambda line, err: told.append((line, err)))
+        patch.setattr("insonify.cli.progress.typer.echo", lambda line, err: messages.append((line, err)))
         for quiet in (True, False):
             with progress(quiet) as on_ping:
                 for step in range(done, total + 1):
                     on_ping(step, total)
-    assert told == ([(resumed_note(done, total, "ping"), True)] if done else [])
+    assert messages == ([(resumed_note(done, total, "ping"), True)] if done else [])
     assert ("nothing was left to do" in resumed_note(total, total, "ping")) and resumed_note(0, 2, "p").startswith("0")
 
 
-def test_no_words_at_all_are_answered_with_help(capsys):
+def test_no_words_at_all_are_followed_by_help(capsys):
     """Every command is named, with a line on what it does."""
     main([])
-    told = "".join(capsys.readouterr())
+    messages = "".join(capsys.readouterr())
     for command in ("new", "check", "run", "show", "explain", "paper", "demo"):
-        assert re.search(rf"^\s+{command}\s+\w", told, re.MULTILINE)
+        assert re.search(rf"^\s+{command}\s+\w", messages, re.MULTILINE)
     assert cli.main is main

@@ -38,18 +38,18 @@ def scenario(tmp_path: Path, cast: Path) -> Path:
     return file
 
 
-def test_a_profile_needs_to_know_where_its_rays_start(drawn: list[dict[str, Any]], cast: Path) -> None:
-    """With a depth they are drawn to 200 m or as far as said; without, the message has a depth to copy."""
+def test_a_profile_needs_the_start_of_its_rays(drawn: list[dict[str, Any]], cast: Path) -> None:
+    """With a depth they are drawn to 200 m or as far as given; without, the message has a depth to copy."""
     show_rays(str(cast), Path("x.png"), source_depth="11 m")
     show_rays(str(cast), Path("x.png"), source_depth="11", farthest="0.3 km")
     assert [(call["source_depth"], call["water_depth"], call["max_range"]) for call in drawn] == [
         (11.0, 20.0, 200.0), (11.0, 20.0, 300.0),
     ]  # fmt: skip
-    with pytest.raises(InputError, match="Say --source-depth '10 m'"):
+    with pytest.raises(InputError, match="Write --source-depth '10 m'"):
         show_rays(str(cast), Path("x.png"))
 
 
-def test_a_scenario_knows_its_sonar_and_its_range(drawn: list[dict[str, Any]], scenario: Path) -> None:
+def test_a_scenario_has_its_sonar_and_its_range(drawn: list[dict[str, Any]], scenario: Path) -> None:
     """Rays start at the sonar, end where the window ends, and bounce as often as its paths."""
     show_rays(str(scenario), Path("x.png"))
     (call,) = drawn
@@ -69,7 +69,7 @@ def test_a_scenario_knows_its_sonar_and_its_range(drawn: list[dict[str, Any]], s
         (["harbour.zarr"], "--rays draws a sound-speed profile"),
     ],
 )
-def test_a_mistake_is_answered_with_the_way_out(
+def test_a_mistake_is_reported_with_the_fix(
     cast: Path, words: list[str], advice: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """One message on stderr, exit code 2, no picture."""

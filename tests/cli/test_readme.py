@@ -1,4 +1,4 @@
-"""Claims about the first page and the shell: what they say works, wherever one stands."""
+"""Claims about the first page and the shell: what they state works, wherever one stands."""
 
 import os
 import re
@@ -37,19 +37,19 @@ def test_the_first_page_runs_in_an_empty_folder(tmp_path, monkeypatch, capsys, b
 def test_the_nominal_scene_is_a_demonstration(tmp_path, capsys):
     """Scenario, recording, picture, and the box where it was put."""
     assert main(["demo", "nominal", "-o", str(tmp_path)]) == 0
-    said = capsys.readouterr().out
-    assert "holds" in said and "FAILS" not in said
+    output = capsys.readouterr().out
+    assert "holds" in output and "FAILS" not in output
     for suffix in (".yaml", ".zarr", ".png", ".json"):
         assert (tmp_path / f"nominal{suffix}").exists()
 
 
 def test_the_shell_completes_commands():
-    """Asked as bash asks."""
-    asked = {"_INSONIFY_COMPLETE": "complete_bash", "COMP_WORDS": "insonify expl", "COMP_CWORD": "1"}
-    told = subprocess.run(
-        [sys.executable, "-m", "insonify"], env=os.environ | asked, capture_output=True, text=True, check=False
+    """Completion as bash requests it."""
+    variables = {"_INSONIFY_COMPLETE": "complete_bash", "COMP_WORDS": "insonify expl", "COMP_CWORD": "1"}
+    completed = subprocess.run(
+        [sys.executable, "-m", "insonify"], env=os.environ | variables, capture_output=True, text=True, check=False
     )
-    assert told.stdout.split() == ["explain"]
+    assert completed.stdout.split() == ["explain"]
 
 
 def test_completion_can_be_installed_and_help_loads_nothing_for_it(capsys):
@@ -58,5 +58,5 @@ def test_completion_can_be_installed_and_help_loads_nothing_for_it(capsys):
     assert "--install-completion" in capsys.readouterr().out
     heavy = "{'numpy', 'numba', 'rich'}"
     code = f"import sys; from insonify.cli import main; main(['--help']); print({heavy} & set(sys.modules))"
-    told = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert told.stdout.splitlines()[-1] == "set()"
+    completed = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert completed.stdout.splitlines()[-1] == "set()"

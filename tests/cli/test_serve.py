@@ -1,4 +1,4 @@
-"""Claims about `insonify serve`: it answers until Ctrl-C, and refuses what it cannot serve with one line of advice."""
+"""Claims about `insonify serve`: it serves until Ctrl-C, and refuses what it cannot serve with one line of advice."""
 
 import json
 import signal
@@ -41,7 +41,7 @@ def bound(kind):
 
 
 def axes_over_tcp(port):
-    """Number of samples that a describe request is answered with."""
+    """Number of samples that a describe request is reported with."""
     with socket.create_connection(("127.0.0.1", port), timeout=10) as connection, connection.makefile("rw") as lines:
         assert json.loads(lines.readline())["protocol"] == "insonify-live"
         lines.write('{"method": "describe", "id": 7}\n')
@@ -61,11 +61,11 @@ def version_over_udp(port):
 
 
 @pytest.mark.parametrize(
-    ("device", "kind", "ask", "least"),
+    ("device", "kind", "exchange", "least"),
     [("json", STREAM, axes_over_tcp, 100), ("ping360", DATAGRAM, version_over_udp, 4),
      ("ping1d", DATAGRAM, version_over_udp, 4)],
 )  # fmt: skip
-def test_it_answers_until_ctrl_c_and_frees_its_port(device, kind, ask, least, file):
+def test_it_replies_until_ctrl_c_and_frees_its_port(device, kind, exchange, least, file):
     """The address on stdout, a reply to a request, and after Ctrl-C exit code 0, and a port free again."""
     with bound(kind) as free:
         port = free.getsockname()[1]
@@ -75,7 +75,7 @@ def test_it_answers_until_ctrl_c_and_frees_its_port(device, kind, ask, least, fi
                               preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL))  # noqa: PLW1509  # fmt: skip
     try:
         assert server.stdout is not None and server.stdout.readline() == f"127.0.0.1:{port}\n"
-        assert ask(port) >= least
+        assert exchange(port) >= least
         server.send_signal(signal.SIGINT)
         out, err = server.communicate(timeout=60)
     finally:

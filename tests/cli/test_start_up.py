@@ -1,4 +1,4 @@
-"""Claims about starting: commands load what they need and no more, and say when they compile."""
+"""Claims about starting: commands load what they need and no more, and state when they compile."""
 
 import subprocess
 import sys
@@ -49,7 +49,7 @@ def test_a_picture_of_a_survey_loads_no_compiler(tmp_path):
 
 
 def test_a_check_works_out_the_poses_once(monkeypatch):
-    """Faults, cautions, cost and bands ask ten times where the platforms are; the answer is that of the first."""
+    """Errors, warnings, cost and bands need the platforms ten times; they are computed once."""
     counted = []
     work_out = platform_poses._platforms
     monkeypatch.setattr(platform_poses, "_platforms", lambda scenario: counted.append(scenario) or work_out(scenario))
@@ -68,7 +68,7 @@ def test_poses_follow_the_track_and_the_seed():
     assert not np.array_equal(platform_poses.platforms(nominal).transmitter_poses.position, first)
 
 
-def test_a_command_that_compiles_says_so_once(capsys):
+def test_a_command_that_compiles_reports_it_once(capsys):
     """A kernel that no cache holds: one line when the compiler begins, none for the kernels after it."""
 
     @njit
@@ -79,8 +79,8 @@ def test_a_command_that_compiles_says_so_once(capsys):
         return fresh(1.0) + fresh(np.float32(2.0))
 
     assert compile_progress.reporting(command)() == 5.0
-    said = capsys.readouterr()
-    assert said.out == "" and said.err == "compiling (once): the machine code is kept for later runs\n"
+    output = capsys.readouterr()
+    assert output.out == "" and output.err == "compiling (once): the machine code is kept for later runs\n"
 
 
 def test_a_command_that_compiles_nothing_is_silent(capsys):

@@ -14,7 +14,7 @@ CHANGES = [
 
 
 @pytest.mark.parametrize("command", ["check", "run"])
-def test_a_frequency_beyond_the_handbook_is_said_once(tmp_path, capsys, command):
+def test_a_frequency_beyond_the_handbook_is_reported_once(tmp_path, capsys, command):
     """The bed's roughness, the surface and its bubbles are of one handbook; both arrays are out of focus alike."""
     path = tmp_path / "high.yaml"
     main(["new", str(path)])
@@ -25,8 +25,8 @@ def test_a_frequency_beyond_the_handbook_is_said_once(tmp_path, capsys, command)
     path.write_text(text)
     capsys.readouterr()
     assert main([command, str(path), *(["-o", str(tmp_path / "a.zarr")] if command == "run" else [])]) == 0
-    said = [line for line in capsys.readouterr().err.splitlines() if line.startswith("warning:")]
-    assert sum("trusted for frequency 10 to 100 kHz; 300 kHz is outside" in line for line in said) == 1
-    assert sum("far-field patterns" in line for line in said) == 1
-    assert any("sonar.transmit and sonar.receive: beams are far-field" in line for line in said)
-    assert len(said) == len(set(said)) == 2
+    warned = [line for line in capsys.readouterr().err.splitlines() if line.startswith("warning:")]
+    assert sum("trusted for frequency 10 to 100 kHz; 300 kHz is outside" in line for line in warned) == 1
+    assert sum("far-field patterns" in line for line in warned) == 1
+    assert any("sonar.transmit and sonar.receive: beams are far-field" in line for line in warned)
+    assert len(warned) == len(set(warned)) == 2

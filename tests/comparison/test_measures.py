@@ -109,7 +109,7 @@ def test_probabilities_of_null_differences_are_uniform():
     assert adjusted[0] < 0.01 < adjusted[1] and np.isnan(adjusted[2])
 
 
-def test_small_distances_speak_for_likeness():
+def test_small_distances_indicate_likeness():
     """A distance of zero, far below those of exchanges, is no difference; a large one is."""
     exchanged = 1 + 0.1 * np.random.default_rng(1).standard_normal((499, 1))
     assert p_values(np.array([0.0]), exchanged, 1)[1] > 0.9 and p_values(np.array([2.0]), exchanged, 1)[1] < 0.01

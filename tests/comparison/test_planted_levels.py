@@ -46,10 +46,10 @@ def test_a_law_of_range_is_found_in_each_bin(spreading, gaps):
 def test_a_gain_counts_in_equal_units_alone(gain_db):
     """In uPa a gain is a difference of all bins; between volts and uPa it is none."""
     law = -20 * np.log10(0.05 * np.arange(1, 601))
-    one, louder = recorded(law), recorded(law + gain_db)
-    _, (first, second) = estimates(LevelAgainstRange, one, louder)
+    one, factor = recorded(law), recorded(law + gain_db)
+    _, (first, second) = estimates(LevelAgainstRange, one, factor)
     np.testing.assert_allclose(second - first, gain_db, atol=1e-6)
-    _, (first, second) = estimates(LevelAgainstRange, one, replace(louder, unit="V"))
+    _, (first, second) = estimates(LevelAgainstRange, one, replace(factor, unit="V"))
     np.testing.assert_allclose(second, first, atol=1e-6)
 
 

@@ -105,7 +105,7 @@ def test_coherence_needs_complex_parts():
 @pytest.mark.parametrize("step", [0.05, 0.2])
 @pytest.mark.parametrize("widths", [(3.0, 2.5, 4.0), (2.2, 3.0, 6.0)], ids=str)
 def test_echoes_have_the_half_power_widths_that_were_planted(widths, step):
-    """Gaussian intensities on a faint ground, 11 pings, 10 beams and 31 samples apart: to 1 % in each direction.
+    """Gaussian intensities on a weak ground, 11 pings, 10 beams and 31 samples apart: to 1 % in each direction.
 
     The half-power points are those of straight lines between the samples of the Gaussian: 0.1 above a width of 2.5.
     """

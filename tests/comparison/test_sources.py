@@ -43,7 +43,7 @@ def test_a_file_without_sound_speed_is_refused_by_name(suffix, tmp_path):
 
 
 def test_the_stated_gain_of_a_water_column_is_undone():
-    """A level of 30 log10(r) + 30 dB is 0 dB at all ranges behind it; the note says so."""
+    """A level of 30 log10(r) + 30 dB is 0 dB at all ranges behind it; the note reports it."""
     slant = 0.05 * np.arange(1, 201)
     level = np.broadcast_to(30 * np.log10(np.maximum(slant, 0.1)) + 30, (2, 3, 200))
     found = group_samples(
@@ -127,7 +127,7 @@ def test_recordings_of_ours_state_their_geometry():
 
 
 def test_sides_and_pings_that_are_missing_are_named():
-    """Two sides need --group; a recording without pings says how to simulate one."""
+    """Two sides need --group; a recording without pings states how to simulate one."""
     one = drawn(SIDESCAN, 1)
     both = xr.concat(
         [one.assign_coords(side=("channel", [side])) for side in (-1.0, 1.0)], "channel", data_vars="minimal"

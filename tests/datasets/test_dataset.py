@@ -57,10 +57,10 @@ def test_killed_jobs_resume(serial, tmp_path):
     path, whole = serial
     out = tmp_path / "out"
     command = [sys.executable, "-W", "ignore", "-m", "insonify", "dataset", str(path), "-o", str(out), "--quiet"]
-    for wanted in (1, 2):
+    for number in (1, 2):
         job = subprocess.Popen([*command, "--processes", "1"], start_new_session=True)
         deadline = time.monotonic() + 120
-        while time.monotonic() < deadline and len(list(out.glob("scenes/*.json"))) < wanted:
+        while time.monotonic() < deadline and len(list(out.glob("scenes/*.json"))) < number:
             time.sleep(0.005)
         os.killpg(job.pid, signal.SIGKILL)
         job.wait()
@@ -122,7 +122,7 @@ def test_coco_against_itself_has_full_precision(serial):
 
 
 def test_the_card_counts_what_is_there(serial):
-    """Counts, split, ranges and seed; the page says the same."""
+    """Counts, split, ranges and seed; the page states the same."""
     _, out = serial
     card = json.loads((out / "card.json").read_text())
     assert (card["scenes"], card["images"], card["seed"], card["split"]) == (4, 4, 7, {"train": 2, "val": 2})
@@ -148,7 +148,7 @@ def test_the_iterator_has_the_images_of_the_files(serial):
         assert item["scenario"].targets[0].heading == item["drawn"]["targets[pipe].heading"]
 
 
-def test_twins_differ_only_in_what_they_say(tmp_path):
+def test_twins_differ_only_in_what_they_state(tmp_path):
     """Other speckle: the same expected levels and masks, bit for bit; no target: the same image beyond its reach."""
     pairs = ("write: [coco]", "pairs: [no_target, other_speckle]")
     path = write_small(tmp_path, pairs, ("images: 4", "images: 1"), (", split: {train: 0.5, val: 0.5}", ""),
@@ -207,7 +207,7 @@ def test_clutter_has_sizes_and_places_of_its_own(tmp_path):
 
 
 def test_command_line(tmp_path, capsys):
-    """A contact sheet, a folder that is asked for, a part that there is not."""
+    """A contact sheet, a folder that is requested, a part that there is not."""
     path = write_small(tmp_path, ("images: 4", "images: 2"))
     assert main(["dataset", str(path), "--preview", "2"]) == 0
     assert (tmp_path / "dataset-preview.png").stat().st_size > 20_000

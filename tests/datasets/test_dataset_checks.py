@@ -10,7 +10,7 @@ HEADING = "targets[pipe].heading: {uniform: [0 deg, 360 deg]}"
 
 
 @pytest.mark.parametrize(
-    ("edit", "said"),
+    ("edit", "message"),
     [
         ((HEADING, "surface.wind_spedd: {uniform: [0, 9]}"), [":6:", "wind_spedd", "did you mean 'wind_speed'"]),
         ((HEADING, "targets[pip].heading: {uniform: [0, 1]}"), [":6:", "'pip'", "did you mean 'pipe'"]),
@@ -31,15 +31,15 @@ HEADING = "targets[pipe].heading: {uniform: [0 deg, 360 deg]}"
          ["no position is 500 m apart"]),
     ],
 )  # fmt: skip
-def test_faults_are_named(tmp_path, edit, said):
+def test_faults_are_named(tmp_path, edit, message):
     """Each fault is refused with the words that lead to its remedy."""
     path = write_small(tmp_path, edit)
-    if said is None:  # a single position is always apart
+    if message is None:  # a single position is always apart
         load_dataset(path)
         return
     with pytest.raises(ScenarioError) as error:
         load_dataset(path)
-    for words in said:
+    for words in message:
         assert words in str(error.value)
 
 

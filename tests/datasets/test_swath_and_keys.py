@@ -40,7 +40,7 @@ def test_keys_become_paths(scenario, key, paths):
 
 
 @pytest.mark.parametrize(
-    ("key", "said"),
+    ("key", "message"),
     [
         ("targets[crat].heading", "did you mean 'crate'"),
         ("targets[7].heading", "there are 2 items"),
@@ -49,9 +49,9 @@ def test_keys_become_paths(scenario, key, paths):
         ("targets[zzz].heading", "labels are pipe, crate"),
     ],
 )
-def test_items_that_are_not_there_are_named(scenario, key, said):
+def test_items_that_are_not_there_are_named(scenario, key, message):
     """The nearest label, or what there is."""
-    with pytest.raises(UnknownItemError, match=said.replace("[", r"\[")):
+    with pytest.raises(UnknownItemError, match=message.replace("[", r"\[")):
         varied_keys(scenario, key)
 
 

@@ -32,8 +32,8 @@ def test_every_demonstration_is_a_template_and_has_a_picture_of_its_own():
     assert len(set(map(demo.template, demo.DEMOS))) == len(demo.DEMOS)
 
 
-def test_words_say_what_holds_and_what_does_not():
-    """One line for each number, with its unit; what is only told is neither right nor wrong."""
+def test_words_state_what_holds_and_what_does_not():
+    """One line for each number, with its unit; what is only given is neither right nor wrong."""
     bearing, beam, share, count = demo.numbers_table(NUMBERS).splitlines()
     assert bearing.endswith("holds") and "19.9 deg" in bearing and "20 +- 0.2" in bearing
     assert beam.endswith("FAILS")
@@ -52,7 +52,7 @@ def test_any_number_can_be_reported(values):
         assert not (found == 0 and "-" in line.split()[1])
 
 
-def test_what_could_not_be_measured_is_said():
+def test_what_could_not_be_measured_is_reported():
     """NaN is a word of its own, and does not hold."""
     line = demo.numbers_table([CheckedNumber("width", float("nan"), "cm", 5.0, 0.5)])
     assert "nan" in line and line.endswith("FAILS")
@@ -60,7 +60,7 @@ def test_what_could_not_be_measured_is_said():
 
 @pytest.fixture
 def quick(monkeypatch):
-    """A demonstration of a sphere and a mine alone, in the window in which they are heard."""
+    """A demonstration of a sphere and a mine alone, in the window in which they are received."""
     scenario = small("forward-looking")
     text = to_yaml(scenario)
     monkeypatch.setattr(demo, "template", lambda name: text)
@@ -68,7 +68,7 @@ def quick(monkeypatch):
 
 
 def test_a_demonstration_leaves_files_that_agree(tmp_path, quick, monkeypatch):
-    """Scenario, recording, picture and table; the table says what the words say; a second time nothing is done."""
+    """Scenario, recording, picture and table; the table states what the words state; a second time nothing is done."""
     pings = []
     shown = demo.show("forward-looking", tmp_path / "new" / "folder", on_ping=lambda *done: pings.append(done))
     assert [path.name for path in sorted(shown.scenario.parent.iterdir())] == [

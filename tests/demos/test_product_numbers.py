@@ -29,7 +29,7 @@ def demo(name):
     return parse_model(Scenario, template(name))
 
 
-def told(numbers):
+def values_of(numbers):
     """Values by name."""
     return {number.name: number.value for number in numbers}
 
@@ -45,7 +45,7 @@ def test_the_summit_of_a_parabola_is_found_wherever_it_stands(place, bend, level
 
 @pytest.mark.parametrize("top", [0, 4])
 def test_a_peak_at_the_edge_of_what_was_received_is_the_edge(top):
-    """There is no sample beyond it to say more."""
+    """There is no sample beyond it to state more."""
     level = np.array([4.0, 3, 2, 1, 0])[:: 1 if top == 0 else -1]
     assert parabolic_peak_position(np.arange(5.0), level, top) == top
 
@@ -67,8 +67,8 @@ def test_the_beam_of_a_line_is_the_sum_over_its_elements():
     sums = np.exp(2j * np.pi * frequency / speed * np.outer(sine, place)) @ weight / weight.sum()
     expected = 20 * np.log10(np.maximum(np.abs(sums), 1e-3))
     found = forward_looking.expected_pattern(scenario, sine)
-    loud = expected > -50
-    np.testing.assert_allclose(found[loud], expected[loud], atol=0.05)
+    strong = expected > -50
+    np.testing.assert_allclose(found[strong], expected[strong], atol=0.05)
 
 
 def test_the_width_of_a_beam_is_the_hamming_windows():
@@ -145,7 +145,7 @@ def test_the_error_of_a_displaced_point_is_reported():
     off = np.arange(-0.5, 0.502, 0.004)
     level = -((off[:, None] - 0.02) ** 2) / 2e-4 - (off + 0.03) ** 2 / 4e-4
     top = np.unravel_index(np.argmax(level), level.shape)
-    found = told(aperture.point_numbers(PointResponse("point", off, level, top, 0.0, 25.0), scenario, course))
+    found = values_of(aperture.point_numbers(PointResponse("point", off, level, top, 0.0, 25.0), scenario, course))
     assert found["point: along the track, off"] == pytest.approx(2.0, abs=0.01)
     assert found["point: across the track, off"] == pytest.approx(-3.0, abs=0.01)
     assert found["point: width at -3 dB along"] == pytest.approx(200 * np.sqrt(3.0103 * 2e-4), abs=0.05)
@@ -163,8 +163,8 @@ def test_shadows_of_low_bodies_are_not_judged_and_those_of_high_ones_are():
         level[np.ix_(np.abs(along - north) < 0.5, (across > east) & (across < east + 4))] = 63.0
     found = aperture.shadow_numbers(StripMap(along, across, level, course.run, level), scenario, course)
     assert {number.name for number in found} >= {"mine: shadow below the bed"}
-    assert "point: shadow below the bed" not in told(found)
-    assert told(found)["mine: shadow below the bed"] == pytest.approx(17.0, abs=0.1)
+    assert "point: shadow below the bed" not in values_of(found)
+    assert values_of(found)["mine: shadow below the bed"] == pytest.approx(17.0, abs=0.1)
 
 
 def swath(off, *, beams=64, pings=40):
@@ -180,7 +180,7 @@ def swath(off, *, beams=64, pings=40):
 def test_the_mean_error_of_soundings_is_their_bias(bias):
     """In centimetres, deeper is positive; a tenth are blunders of 3 m, and the mean is of the rest."""
     blunders = np.where(np.arange(40)[:, None] % 10 == 0, 3.0, bias)
-    found = told(multibeam.sounding_numbers(swath(blunders), demo("multibeam")))
+    found = values_of(multibeam.sounding_numbers(swath(blunders), demo("multibeam")))
     for name in ("inner", "outer"):
         assert found[f"{name} beams: mean of depth less truth"] == pytest.approx(100 * bias)
         assert found[f"{name} beams: rms of depth less truth"] == pytest.approx(100 * abs(bias))
@@ -188,10 +188,10 @@ def test_the_mean_error_of_soundings_is_their_bias(bias):
 
 
 def test_inner_and_outer_beams_meet_at_45_degrees():
-    """Errors of the outer ones alone are told of the outer ones alone; without bed there is nothing to tell."""
+    """Errors of the outer ones alone are attributed to the outer ones alone; without bed there is no number."""
     angle = np.linspace(-1.1, 1.1, 64)
     one = swath(np.where(np.abs(angle) >= np.pi / 4, 0.1, 0.0))
-    found = told(multibeam.sounding_numbers(one, demo("multibeam")))
+    found = values_of(multibeam.sounding_numbers(one, demo("multibeam")))
     assert found["inner beams: mean of depth less truth"] == 0
     assert found["outer beams: mean of depth less truth"] == pytest.approx(10.0)
     assert multibeam.sounding_numbers(replace(one, bed=np.zeros_like(one.bed)), demo("multibeam")) == []
@@ -204,7 +204,7 @@ def test_the_spread_of_depths_is_half_of_their_middle_two_thirds():
     side = interferometric.InterferometricDepths(truth, truth + off, truth, truth, np.ones(off.shape, bool))
     recording = xr.Dataset({"position": (("ping", "axis"), np.tile([0.0, 0.0, 8.0], (200, 1)))})
     found = interferometric.swath_numbers("port", side, recording, demo("interferometric"))
-    values = told(found)
+    values = values_of(found)
     assert values["port: median of depth less truth"] == pytest.approx(5.0, abs=4 * 12 * 1.2533 / np.sqrt(off.size))
     assert values["port: spread of depth less truth"] == pytest.approx(12.0, abs=0.15)
     assert next(n.tolerance for n in found if "spread" in n.name) == pytest.approx(24.0)  # 2 % of 12 m, in cm
@@ -239,21 +239,24 @@ def passing(trace, direct, *, beside=1.0):
 
 @pytest.mark.parametrize("late", [0.0, 3e-5, -4e-5])
 def test_an_echo_rises_when_its_power_passes_half(late):
-    """A pulse of 0.2 ms that begins so late is told to within a sample of it; one that is 1 ms late does not hold."""
+    """A pulse of 0.2 ms that begins so late is reported to within a sample of it.
+
+    One that is 1 ms late does not hold.
+    """
     scenario = demo("coherent-sidescan")
     start = 0.2 + late
-    heard = passing(lambda t: 1e-3 + ((t >= start) & (t < start + 2e-4)), np.ones_like)
-    (number,) = coherent_sidescan.echo_numbers(heard, [TargetEcho("D-D", 0.2, 2e-5)], scenario)
+    received = passing(lambda t: 1e-3 + ((t >= start) & (t < start + 2e-4)), np.ones_like)
+    (number,) = coherent_sidescan.echo_numbers(received, [TargetEcho("D-D", 0.2, 2e-5)], scenario)
     assert number.value == pytest.approx(1e3 * start, abs=0.021) and number.holds
 
 
-def test_a_shadow_is_as_dark_as_its_power_says():
+def test_a_shadow_is_as_dark_as_its_power_predicts():
     """A hundredth of the bed by direct paths, a tenth with multipath: -20 dB and -10 dB, both as they are expected."""
     dark = 0.203, 0.215
-    heard = passing(lambda t: np.where((t > dark[0]) & (t < dark[1]), 0.1, 1.0),
+    received = passing(lambda t: np.where((t > dark[0]) & (t < dark[1]), 0.1, 1.0),
                     lambda t: np.where((t > dark[0]) & (t < dark[1]), 0.01, 1.0))  # fmt: skip
-    numbers = coherent_sidescan.shadow_numbers(heard, dark, [TargetEcho("BS-BS", 0.2035, 1e-5)])
-    values = told(numbers)
+    numbers = coherent_sidescan.shadow_numbers(received, dark, [TargetEcho("BS-BS", 0.2035, 1e-5)])
+    values = values_of(numbers)
     assert values["shadow re the bed beside it, direct paths alone"] == pytest.approx(-20.0)
     assert values["shadow re the bed beside it, with multipath"] == pytest.approx(-10.0)
     assert all(number.holds for number in numbers)

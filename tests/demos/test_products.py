@@ -12,7 +12,7 @@ from insonify.demos.products.peaks import parabolic_peak_position, width
 from insonify.demos.products.true_depths import bed_depth, depth_from_above, is_clear_of_targets
 from insonify.scenario.load import parse_model
 from insonify.scenario.scenario import Scenario
-from oracles.shown import heard, small
+from oracles.shown import simulated, small
 
 
 @pytest.mark.parametrize("name", DEMOS)
@@ -20,42 +20,42 @@ def test_a_template_that_shows_has_nothing_wrong(name):
     """Not even a warning; and what its recording is made into is known from the scenario."""
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        told = parse_model(Scenario, template(name))
-    assert product_kind(told) == (None if name in ("nominal", "coherent-sidescan") else name)
+        scenario = parse_model(Scenario, template(name))
+    assert product_kind(scenario) == (None if name in ("nominal", "coherent-sidescan") else name)
 
 
 PAIR = {"sonar.receive": {"kind": "elements", "positions": [[0, 0, -0.02], [0, 0, 0.02]]}}
 
 
-def assert_all_hold(numbers, *wanted):
-    """Every number that has a true value agrees with it, and those wanted are among them."""
+def assert_all_hold(numbers, *expected):
+    """Every number that has a true value agrees with it, and those requested are among them."""
     assert not [f"{n.name}: {n.value} for {n.expected}" for n in numbers if n.holds is False]
-    for name in wanted:
+    for name in expected:
         assert any(name in number.name and number.holds for number in numbers), name
 
 
 def test_a_forward_looking_sonar_puts_a_sphere_where_it_is():
     """Bearing within a tenth of the beam, range within 5 cm, beam as wide as its Hamming line's within a tenth."""
-    figure, numbers = product(heard("forward-looking")[1])
+    figure, numbers = product(simulated("forward-looking")[1])
     assert isinstance(figure, Figure)
     assert_all_hold(numbers, "sphere: bearing", "sphere: slant range", "sphere: beam width", "mine: bearing")
 
 
 def test_a_multibeam_sounds_the_bed_that_is_there():
     """A ping of 64 elements, 256 beams over relief: mean within 5 cm of the truth, rms within 1 % of height."""
-    _, numbers = product(heard("multibeam")[1])
+    _, numbers = product(simulated("multibeam")[1])
     assert_all_hold(numbers, "inner beams: mean", "inner beams: rms", "outer beams: mean", "within 5 %")
 
 
 def test_an_interferometer_is_unbiased_over_relief():
     """Three pings, some 4000 depths on both sides: medians within 2 cm, spread within 2 % of the altitude."""
-    _, numbers = product(heard("interferometric")[1])
+    _, numbers = product(simulated("interferometric")[1])
     assert_all_hold(numbers, "port: median", "starboard: median", "port: spread", "starboard: spread")
 
 
-def test_a_synthetic_aperture_focuses_a_point_as_theory_says():
+def test_a_synthetic_aperture_focuses_a_point_as_theory_predicts():
     """Ten pings of a moving array: within 1 cm of its place, as wide along and across as apertures and band allow."""
-    scenario, recording = heard("synthetic-aperture")
+    scenario, recording = simulated("synthetic-aperture")
     course = synthetic_aperture.StripFrame.of(recording, scenario)
     short = synthetic_aperture.compressed(recording, scenario)
     point = next(target for target in scenario.targets if target.label == "point")
@@ -68,7 +68,7 @@ def test_a_synthetic_aperture_focuses_a_point_as_theory_says():
 
 def test_ghosts_come_when_their_paths_are_as_long():
     """Five pings past the box: six pairs of legs, each within its face's spread; shadows as dark as is expected."""
-    scenario, recording = heard("coherent-sidescan")
+    scenario, recording = simulated("coherent-sidescan")
     box = scenario.targets[0]
     echoes = coherent_sidescan.echo_times(scenario, box)
     figure, numbers = coherent_sidescan.coherent_sidescan(recording, scenario)
@@ -79,7 +79,7 @@ def test_ghosts_come_when_their_paths_are_as_long():
     assert echoes[1].delay == pytest.approx((straight + surface) / 1500, abs=1e-9)
 
 
-def test_a_shadow_ends_where_the_straight_line_over_the_box_meets_the_bed():
+def test_a_shadow_ends_where_the_straight_line_over_the_box_reaches_the_bed():
     """Similar triangles: a box of 1 m under a sonar 9 m up, its far edge 151 m away, shades the bed to 169.875 m."""
     scenario = small("coherent-sidescan")
     _, last = coherent_sidescan.shadow(scenario, scenario.targets[0])

@@ -17,7 +17,7 @@ BOXED = nominal(targets=[BOX])
 RANDOM = np.random.default_rng(8)
 
 
-def test_a_sphere_is_as_high_as_pythagoras_says():
+def test_a_sphere_is_as_high_as_pythagoras_predicts():
     """Top at r + sqrt(r^2 - d^2) over the bed it lies on, to what its facets leave, at 200 places.
 
     A chord of a step of 2 pi / 96 stays within r (pi / 96)^2 / 2 of the sphere along the normal, which leans.
@@ -38,7 +38,7 @@ def test_a_box_is_high_inside_its_outline_and_nowhere_else():
 
 
 def test_points_have_no_height():
-    """Over a point target there is water: the bed is met first that echoes from above see as ground."""
+    """Over a point target there is water: the bed is reached first that echoes from above see as ground."""
     assert float(depth_from_above(SCENE, 0.0, 35.0)) == BED
 
 

@@ -26,7 +26,7 @@ def test_occlusion_in_nearly_uniform_water_is_that_of_straight_rays(tmp_path, mo
     """1 mm/s over 20 m: every leg of every point has the status and the occluder that images of the sonar give it.
 
     Neither boxes, solids nor ground are hidden by code that the two have in common, but for the walk along slices. All
-    slices are walked: where beams are faint straight rays merge four of them, and refracted rays do not. One point in
+    slices are walked: where beams are weak straight rays merge four of them, and refracted rays do not. One point in
     100,000 may lie within rounding of an edge; none of 340,000 does. Legs with bottom bounces arrive together too; the
     ground hides straight ones along the planes that they bounce off, bent ones along the mean plane.
     """
@@ -65,7 +65,7 @@ def test_nearly_uniform_water_gives_the_level_of_uniform_water(tmp_path, channel
         scenario = scenario.model_copy(update={"paths": scenario.paths.model_copy(update={"families": ("D", "S")})})
         level = insonify.levels(scenario, channel=channel).level_db.sel(contribution="total").values
         power.append((10 ** (level / 10)).reshape(len(level), 6, -1).mean(axis=2))
-    strong = power[0] > 1.0  # 0 dB re 1 uPa: what is fainter is received by sidelobes of sidelobes
+    strong = power[0] > 1.0  # 0 dB re 1 uPa: what is weaker is received by sidelobes of sidelobes
     np.testing.assert_allclose(10 * np.log10(power[1][strong]), 10 * np.log10(power[0][strong]), atol=0.02)
 
 

@@ -47,10 +47,10 @@ def test_every_point_lies_in_the_slice_that_passes_it(count, received):
         assert lines.depth.shape[1] * terrain_occlusion.step >= seen.distance[points].max()
         off = np.abs(np.angle(np.exp(1j * (azimuth[points] - heading - lines.turn[rows]))))
         half = np.pi / cut.counts[zone[0]]
-        faint = off > half + 1e-7
+        weak = off > half + 1e-7
         assert np.all(off < (4 * half if received else half) + 1e-7)
-        assert np.all(np.abs(azimuth[points][faint]) > 0.2)
-        merged += faint.sum()
+        assert np.all(np.abs(azimuth[points][weak]) > 0.2)
+        merged += weak.sum()
     assert (merged > count / 4) == (received is not None and count > 0)
 
 
@@ -107,7 +107,7 @@ def test_slices_are_no_narrower_than_they_need_be(finest):
     assert enough.all()
 
 
-def test_a_finer_beam_wants_more_slices_far_away_and_none_near():
+def test_a_finer_beam_needs_more_slices_far_away_and_none_near():
     """Halved widths: the innermost zone has as many slices as before, the outermost more until waves decide."""
     counts = [occlusion_of(finest).profiles.counts for finest in (0.04, 0.02, 0.01)]
     assert {int(slices[0]) for slices in counts} == {128}
@@ -154,7 +154,7 @@ def test_ground_in_merged_slices_is_lit_as_often_and_nearly_as_brightly():
 
 
 def test_concurrent_threads_read_the_same_ground():
-    """Eight threads, each asking for lines that others request too: every line once, as deep as for one alone."""
+    """Eight threads, each requesting lines that others request too: every line once, as deep as for one alone."""
     rng = np.random.default_rng(2)
     bed = SeabedTerrain(
         20.0, build_terrain([PowerLaw(hurst=0.7, rms=0.2)], seed=3, cutoff=RoughnessCutoff(wavelength=1.0))

@@ -189,7 +189,7 @@ def test_a_shadow_that_side_lobes_fill_is_as_strong_and_speckles():
 def test_recorded_elements_keep_what_they_are_sent():
     """All that the transmitter insonifies within 6 dB, and its second side lobe, 17.8 dB down, in proportion.
 
-    42 %, and 30 % of that: where few are kept the middle of a tile speaks for positions up to 3 dB stronger.
+    42 %, and 30 % of that: where few are kept the middle of a tile stands for positions up to 3 dB stronger.
     """
     line = {"receive": {"kind": "line", "length": 0.24, "elements": 4}}
     place, _, area = evaluate(bed(**line, sonar={"receiver": {"record": "elements"}}))

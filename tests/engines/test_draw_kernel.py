@@ -47,7 +47,7 @@ def keep_probability_of(gain, wide=False):
 
 
 def reference_kept(strong, tiles, bounds, *, wide=False):
-    """Key, area and tile of what is kept, by drawing every cell of every tile and asking for each by itself."""
+    """Key, area and tile of what is kept, by drawing every cell of every tile and requesting each by itself."""
     drawn, keep_probabilities = (
         jittered_points(tiles, SEED, random_keys.SEABED),
         strong.keep_probabilities(tiles, bounds),
@@ -209,7 +209,7 @@ def test_keep_probabilities_fall_with_the_square_then_with_the_gain_and_never_be
 
 @pytest.mark.parametrize("count", [0, 1, 9])
 def test_keep_probabilities_have_the_documented_layout(count):
-    """Random tiles: whole ones, those with parts, those whose middles do not speak; by plain loops."""
+    """Random tiles: whole ones, those with parts, those whose middles do not decide; by plain loops."""
     rng = np.random.default_rng(count)
     whole, middle = rng.uniform(0, 2, count), rng.uniform(0, 1, count)
     row, some = np.full(count, -1), rng.random(count) < 0.4

@@ -18,7 +18,7 @@ QUAY = {"shape": "box", "label": "quay", "position": (0.0, 60.0), "size": (120.0
 
 
 def points_of(targets, slant=0.06, even=False, **changes):
-    """Points of one ping, the scenario's scene and what the sonar sees of the first target."""
+    """Points of one ping, the scenario's scene and what the sonar receives of the first target."""
     scenario = nominal(targets=targets, **changes)
     simulator = build_simulator(scenario)
     here, rays = simulator.ping_geometry(0), simulator.engine.rays
@@ -39,7 +39,7 @@ def test_of_a_quay_wall_only_what_is_in_reach_is_drawn(even, monkeypatch):
     monkeypatch.setattr(target_engine, "box_scatterers", counted)
     (found,), _, sight = points_of([QUAY], slant=0.5, even=even, track={"window": (0.08, 0.1)})
     args, near = requested[-1]
-    whole = box_scatterers(*args[:5], rise=asked_rise(near, args), quadrature=even)
+    whole = box_scatterers(*args[:5], rise=requested_rise(near, args), quadrature=even)
     assert 0 < len(found) < len(near) < len(whole) / 4
     row = {int(key): n for n, key in enumerate(whole.scatterer_id)}
     rows = np.array([row[int(key)] for key in found.scatterer_id])
@@ -49,7 +49,7 @@ def test_of_a_quay_wall_only_what_is_in_reach_is_drawn(even, monkeypatch):
     assert set(np.flatnonzero(received)) <= set(rows)
 
 
-def asked_rise(points, args):
+def requested_rise(points, args):
     """Height of the cells of a wall's long faces [m], from the area of its points."""
     _, _, _, pitch, _ = args
     long_side = points.area[np.abs(points.normal[:, 2]) < 0.5]

@@ -1,4 +1,4 @@
-"""Claims about what an array can steer apart in height, and what that makes of pairs that others drown."""
+"""Claims about what an array can steer apart in height, and what that makes of pairs that others mask."""
 
 import numpy as np
 import pytest

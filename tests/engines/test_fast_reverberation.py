@@ -193,9 +193,9 @@ def test_what_lies_below_the_floor_of_the_beam_is_not_missed() -> None:
 
 def test_what_is_kept_from_ping_to_ping_follows_the_pulse() -> None:
     """One scene, a sonar of 100 kHz, then one of 50: bounces and absorption are those of each, as from a new scene."""
-    ears = {"transmit": {"kind": "point"}, "receive": {"kind": "point"}}
+    points = {"transmit": {"kind": "point"}, "receive": {"kind": "point"}}
     tones = ({**SIDESCAN["sonar"]["pulse"], "frequency": tone} for tone in ("100 kHz", "50 kHz"))
-    high, low = (build_simulator(made(2, sonar={**SIDESCAN["sonar"], **ears, "pulse": tone})) for tone in tones)
+    high, low = (build_simulator(made(2, sonar={**SIDESCAN["sonar"], **points, "pulse": tone})) for tone in tones)
     engine = high.engine
     plans = []
     for scene, simulator in ((engine.scene, high), (engine.scene, low), (low.engine.scene, low)):

@@ -1,4 +1,4 @@
-"""Fast reverberation obeys laws not built into it: sonar equations pair by pair, scales, windows, densities."""
+"""Fast reverberation satisfies laws not built into it: sonar equations pair by pair, scales, windows, densities."""
 
 import numpy as np
 import pytest

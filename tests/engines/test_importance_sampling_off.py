@@ -91,7 +91,7 @@ def test_elements_and_beams_have_one_ground(importance_sampling):
     assert len(inner[0]) > 100 and (inner[0] == inner[1]) != importance_sampling
 
 
-def test_expected_intensities_do_not_know_it():
+def test_expected_intensities_do_not_depend_on_it():
     """Nothing is drawn for them: the same bits."""
     received = [simulate(ground(importance_sampling=on).scenario.model_copy(update={"field": "incoherent"}), threads=1)
              for on in (True, False)]  # fmt: skip
@@ -99,7 +99,7 @@ def test_expected_intensities_do_not_know_it():
     assert received[0].intensity.values.max() > 0
 
 
-def test_targets_alone_do_not_know_it():
+def test_targets_alone_do_not_depend_on_it():
     """A ball and no ground: the same bits with and without."""
     ball = [{"shape": "sphere", "label": "ball", "diameter": 0.6, "position": (0.0, 60.0)}]
     received = [
@@ -113,7 +113,7 @@ def test_targets_alone_do_not_know_it():
 
 
 def test_the_choice_is_written_and_read():
-    """A file says it, says it again when written out, and says true by itself; what is no yes or no is refused."""
+    """A file has it, has it again when written out, and is true by itself; what is no yes or no is refused."""
     assert nominal().paths.importance_sampling
     off = nominal(paths={"importance_sampling": False})
     assert "importance_sampling: false" in to_yaml(off)

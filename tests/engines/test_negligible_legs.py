@@ -1,4 +1,4 @@
-"""Claims about what is too faint to be computed: it is as faint as that, and the sum does not miss it."""
+"""Claims about what is too weak to be computed: it is as weak as that, and the sum does not miss it."""
 
 import itertools
 from types import SimpleNamespace
@@ -31,7 +31,7 @@ def amplitudes(seabed, points, families):
     return np.abs(legs.amplitude) / legs.spreading
 
 
-def test_legs_that_are_wanted_do_not_care_which_others_are():
+def test_requested_legs_do_not_depend_on_which_others_are():
     """Every third point of bounced families, and all of them: the same bits in every column, others are silent."""
     scenario = nominal(seabed=ROUGH, track={"window": (0.01, 0.25)}, paths={"max_reflections": 3})
     simulator, rng = build_simulator(scenario), np.random.default_rng(3)
@@ -42,15 +42,15 @@ def test_legs_that_are_wanted_do_not_care_which_others_are():
         "any", "target", scenario.seabed.law(1e5, 1500.0), points, normal, ones, ones.astype(complex), keys
     )
     every = simulator.engine.path_pairs(simulator.ping_geometry(0), scatterers).out
-    wanted = np.ones((len(every.families), 300), bool)
+    needed = np.ones((len(every.families), 300), bool)
     bounces = [row for row, family in enumerate(every.families) if "B" in family]
-    wanted[bounces] = np.arange(300) % 3 == 0
+    needed[bounces] = np.arange(300) % 3 == 0
     some = simulator.engine.path_pairs(
-        simulator.ping_geometry(0), scatterers, pair_importance.PairSelection(every.families, wanted, None)
+        simulator.ping_geometry(0), scatterers, pair_importance.PairSelection(every.families, needed, None)
     ).out
     for name in ("delay", "amplitude", "arrival", "departure", "grazing", "status", "visibility"):
-        np.testing.assert_array_equal(getattr(some, name)[wanted], getattr(every, name)[wanted])
-    assert not some.amplitude[~wanted].any() and np.mean(every.amplitude[~wanted] != 0) > 0.3
+        np.testing.assert_array_equal(getattr(some, name)[needed], getattr(every, name)[needed])
+    assert not some.amplitude[~needed].any() and np.mean(every.amplitude[~needed] != 0) > 0.3
 
 
 def test_legs_left_out_are_seventy_decibels_down(monkeypatch):
@@ -111,7 +111,7 @@ def test_legs_that_cannot_be_negligible_are_recognised_first(family):
         points = np.stack([np.linspace(near, near + 10, 50), np.zeros(50), np.full(50, 15.0)], axis=1)
         terrain_occlusion = SimpleNamespace(bed=bed, wavelength=wavelength)
         way = flat_image_paths(family, place, points, bed.depth)
-        may = relief_reflections._may_be_faint(family, way.length, np.abs(way.departure[:, 2]), terrain_occlusion)
+        may = relief_reflections._may_be_weak(family, way.length, np.abs(way.departure[:, 2]), terrain_occlusion)
         least = relief_reflections.coherent_bounce_factor(family, way, bed, wavelength).min()
         assert may or least >= relief_reflections.NEGLIGIBLE_PRESSURE
         found.add(may)

@@ -56,7 +56,7 @@ def test_level_ground_is_open_and_a_step_up_is_not() -> None:
 
 @pytest.mark.parametrize("wavelength", [0.003, 0.015, 0.15])
 def test_beyond_its_reach_a_crest_changes_nothing_that_clears_it(wavelength: float) -> None:
-    """3000 drawn crests, rays and distances, 10 to 500 kHz: as the full reckoning says, below 60 dB."""
+    """3000 drawn crests, rays and distances, 10 to 500 kHz: as the full reckoning states, below 60 dB."""
     rng = np.random.default_rng(11)
     expected = 0
     for _ in range(3000):
@@ -108,7 +108,7 @@ def walked_by_hand(launch: np.ndarray, distance: np.ndarray, rising: bool) -> tu
 @pytest.mark.parametrize("rising", [False, True])
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_crests_are_where_the_skyline_stops_sinking(seed: int, rising: bool) -> None:
-    """Lines of 120 drawn samples, some of them unknown: bounds, crests and hollows as their definitions say."""
+    """Lines of 120 drawn samples, some of them unknown: bounds, crests and hollows as their definitions state."""
     rng = np.random.default_rng(seed)
     distance = (np.arange(120, dtype=np.float32) + 1) * np.float32(STEP)
     launch = ((8 + rng.standard_normal((4, 120)).cumsum(axis=1) / 20) / distance).astype(np.float32)

@@ -13,8 +13,8 @@ from insonify.scattering.sediments import Sediment
 from insonify.scene.scatterers import Scatterers
 from insonify.simulator import arrivals, build_simulator, simulate
 from oracles.arrival_sum import coherent_from_arrivals
-from oracles.listening import heard, pulse_spectrum, relative_rms, row
-from oracles.scenes import hear_blocks, nominal, point
+from oracles.scenes import nominal, point, receive_blocks
+from oracles.time_series import pulse_spectrum, received, relative_rms, row
 from oracles.water import Block, cut, fold, letters
 
 DEPTH, SPEED, CARRIER, LEVEL = 20.0, 1490.0, 100e3, 220.0
@@ -187,8 +187,8 @@ def test_the_engine_is_the_sum_over_all_echoes(case):
                               bandwidth=pulse.get("bandwidth", 0.0), band=20e3, matched_filter=compress)  # fmt: skip
 
     time = WINDOW[0] + np.arange(round((WINDOW[1] - WINDOW[0]) * 25e3)) / 25e3
-    truth = np.array([heard(delay, w, time, CARRIER, spectrum, 25e3, 4096) for w in weight])
-    assert relative_rms(hear_blocks(case, blocks), truth) < 1e-5
+    truth = np.array([received(delay, w, time, CARRIER, spectrum, 25e3, 4096) for w in weight])
+    assert relative_rms(receive_blocks(case, blocks), truth) < 1e-5
 
 
 def test_a_non_uniform_transform_of_the_arrivals_agrees():
@@ -208,7 +208,7 @@ def test_a_non_uniform_transform_of_the_arrivals_agrees():
             expand_arrivals(pairs, 0, {names: moved.factor(block.scatterer_id, *names) for names in pairs.names()})
         )
     found = concatenate_arrivals(rows)
-    fast = hear_blocks(case, blocks)
+    fast = receive_blocks(case, blocks)
     assert relative_rms(coherent_from_arrivals(found, here, simulator.grid), fast) < 1e-5
     bins, start, count = 4096, WINDOW[0], simulator.grid.sample_count
     turns = 2 * np.pi * 25e3 / bins * (found.delay - start)
@@ -221,7 +221,7 @@ def test_a_non_uniform_transform_of_the_arrivals_agrees():
 
 
 def test_a_scenario_in_full_is_the_sum_over_its_arrivals():
-    """From nouns to series through the public doors.
+    """From models to series through the public doors.
 
     A small window with seabed, box and point, against the frequency-domain sum over the arrivals that the same
     doors hand out. Relative rms 1e-5.
@@ -237,9 +237,9 @@ def test_a_scenario_in_full_is_the_sum_over_its_arrivals():
     assert set(found.object) == {"seabed", "box", "point"}
     gain = here.transmit_beams.gain(found.departure)[0] * here.receive_beams.gain(found.arrival)[0]
     received_pulse = build_simulator(case).pulse.spectrum
-    heard_ping = simulate(case)
+    recorded_ping = simulate(case)
     kept = np.abs(gain) > 0
-    truth = heard(found.delay[kept], 1e11 * (gain * found.amplitude[:, 0])[kept], heard_ping.time.values, CARRIER,
+    truth = received(found.delay[kept], 1e11 * (gain * found.amplitude[:, 0])[kept], recorded_ping.time.values, CARRIER,
                   received_pulse, 25e3, 2048)  # fmt: skip
     assert len(found) > 1000
-    assert relative_rms(heard_ping.pressure.values[0, 0], truth) < 1e-5
+    assert relative_rms(recorded_ping.pressure.values[0, 0], truth) < 1e-5

@@ -95,13 +95,13 @@ def test_two_seeds_select_different_scatterers():
 
 @settings(max_examples=30, deadline=None)
 @given(seed=st.integers(0, 2**31), count=st.integers(0, 40), families=st.integers(1, 5))
-def test_a_family_is_wanted_where_its_number_is_low_enough(seed, count, families):
+def test_a_family_is_needed_where_its_number_is_low_enough(seed, count, families):
     """Number below the largest keep probability of the stretch, one by one."""
     rng = np.random.default_rng(seed)
     number, stretch = rng.integers(0, 5, count).astype(np.float32) / 4, rng.integers(0, 3, count).astype(np.uint8)
-    share, wanted = rng.integers(0, 5, (families, 3)).astype(np.float32) / 4, np.empty((families, count), bool)
-    mark_sampled_families(number, stretch, share, wanted)
-    assert wanted.tolist() == [[bool(number[n] < row[stretch[n]]) for n in range(count)] for row in share]
+    share, needed = rng.integers(0, 5, (families, 3)).astype(np.float32) / 4, np.empty((families, count), bool)
+    mark_sampled_families(number, stretch, share, needed)
+    assert needed.tolist() == [[bool(number[n] < row[stretch[n]]) for n in range(count)] for row in share]
 
 
 @settings(max_examples=30, deadline=None)
@@ -175,18 +175,18 @@ def test_parts_of_exchanged_ends_are_the_pairs_turned_round(sent, received):
     np.testing.assert_allclose(level, level.swapaxes(0, 1), rtol=1e-9)
 
 
-def test_parts_do_not_know_bearings_or_levels():
+def test_parts_do_not_depend_on_bearings_or_levels():
     """Lines of a narrow beam turned to another heading, and 20 dB more of source level: the same parts.
 
     To 0.02 of all that arrives, beyond the first few metres: which bearings are evaluated turns with the beams.
     """
     line = {"kind": "line", "length": 0.5, "element": "baffled"}
-    told_ = [
+    fractions = [
         parts(*sonar(line=line, **more), ("D", "B", "S"))
         for more in ({}, {"track": {"window": (0.04, 0.12), "heading": 1.3}}, {"sonar": {"source_level_db": 200}})
     ]
-    for other in told_[1:]:
-        np.testing.assert_allclose(other[..., 8:], told_[0][..., 8:], atol=0.02)
+    for other in fractions[1:]:
+        np.testing.assert_allclose(other[..., 8:], fractions[0][..., 8:], atol=0.02)
 
 
 def test_as_many_elevations_as_an_upright_array_is_long_are_resolved():

@@ -77,7 +77,7 @@ def test_families_that_end_on_the_bed_add_nothing_to_its_reverberation():
     assert level[1] - level[0] == pytest.approx(0, abs=0.05)
 
 
-def test_the_records_say_what_happened():
+def test_the_records_state_what_happened():
     """Bounces, object, angles and columns of each arrival fit together; the page of the notebook shows them."""
     found = raised(2)
     strings = [(a + b).replace("D", "") for a, b in zip(found.transmit_family, found.receive_family, strict=True)]

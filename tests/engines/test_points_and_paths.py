@@ -85,17 +85,17 @@ def test_more_families_leave_the_others_alone():
 
 
 def test_four_times_the_area_scatters_twice_the_pressure():
-    """Strength is a root of the area; legs do not know it."""
+    """Strength is a root of the area; legs do not depend on it."""
     one, four = evaluate(bed_points(area=0.01))[1], evaluate(bed_points(area=0.04))[1]
     np.testing.assert_allclose(four.strength, 2 * one.strength, rtol=1e-12)
     np.testing.assert_array_equal(four.out.delay, one.out.delay)
 
 
-families_asked = st.sampled_from(families_up_to(4))
+families_requested = st.sampled_from(families_up_to(4))
 depths = st.floats(0.5, 19.5)
 
 
-@given(families_asked, depths, depths, st.floats(1, 100), st.floats(-np.pi, np.pi))
+@given(families_requested, depths, depths, st.floats(1, 100), st.floats(-np.pi, np.pi))
 @settings(max_examples=60, deadline=None)
 def test_a_path_is_reciprocal(family, one, other, distance, bearing):
     """By SB one way is by BS the other: as long, as strong, directions turned round."""
@@ -110,7 +110,7 @@ def test_a_path_is_reciprocal(family, one, other, distance, bearing):
     assert out.intensity[0] == pytest.approx(back.intensity[0], rel=1e-12)
 
 
-@given(families_asked, depths)
+@given(families_requested, depths)
 def test_mirrors_undo_themselves(family, depth):
     """An image mirrored by the same mirrors in reverse is the sonar; S and B together shift it by twice the depth."""
     back = "D" if family == "D" else family[::-1]
@@ -185,7 +185,7 @@ def test_a_finer_pulse_draws_finer_faces():
         assert part.area[towards].sum() == pytest.approx(6 * 2 + 6 * 1, rel=1e-9)
 
 
-def test_targets_do_not_know_one_another():
+def test_targets_do_not_depend_on_one_another():
     """A ball alone and beside others has the same points and phases; another seed has others."""
     alone, beside = points_of(BALL)[0], points_of(BALL, WALL)[0]
     np.testing.assert_array_equal(alone.position, beside.position)

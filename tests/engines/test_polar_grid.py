@@ -63,8 +63,8 @@ def test_points_lie_evenly_in_every_direction():
     outer = distance > np.quantile(distance, 0.3)
     edges = np.linspace(distance[outer].min(), distance.max(), 40)
     in_rings, _ = np.histogram(distance[outer], edges, weights=area[outer])
-    wanted = np.pi * np.diff(edges**2)
-    assert np.std((in_rings / wanted)[1:-1]) < 0.02
+    expected = np.pi * np.diff(edges**2)
+    assert np.std((in_rings / expected)[1:-1]) < 0.02
 
 
 def test_a_smooth_function_of_the_ground_is_integrated_well():
@@ -108,7 +108,7 @@ def test_a_lowered_floor_lets_in_more_and_never_less():
 
 
 def test_the_bound_of_a_beam_is_a_bound():
-    """No direction within a neighbourhood has more gain than its bound says, by any family."""
+    """No direction within a neighbourhood has more gain than its bound states, by any family."""
     _, here, _, simulator = rings()
     rng = np.random.default_rng(4)
     bearing, distance = rng.uniform(0, 2 * np.pi, 200), rng.uniform(20, 90, 200)

@@ -13,7 +13,7 @@ from insonify.simulator import build_simulator
 from oracles.scenes import nominal
 
 DEPTH, HEIGHT = 20.0, 9.0
-HEARD = ReachableRange(HEIGHT, 20.0, 150.0)
+RECEIVED = ReachableRange(HEIGHT, 20.0, 150.0)
 RESOLUTION = Resolution(0.12, 0.0076, 4.0)
 
 
@@ -23,7 +23,7 @@ def simulator():
     return build_simulator(nominal(paths={"max_reflections": 0}))
 
 
-def lines(simulator, floor=0.0, heading=0.0, received=HEARD, resolution=RESOLUTION, families=("D",)):
+def lines(simulator, floor=0.0, heading=0.0, received=RECEIVED, resolution=RESOLUTION, families=("D",)):
     """Lines of the seabed of the nominal sonar."""
     return radials_in_view(simulator.ping_geometry(0), DEPTH, received, resolution, families, floor, heading)
 
@@ -38,7 +38,9 @@ def width_at(found, distance):
     return found[(found[:, 4] <= distance) & (distance < found[:, 5]), 2].sum()
 
 
-@pytest.mark.parametrize("received", [HEARD, ReachableRange(HEIGHT, 90.0, 91.0), ReachableRange(HEIGHT, 12.0, 500.0)])
+@pytest.mark.parametrize(
+    "received", [RECEIVED, ReachableRange(HEIGHT, 90.0, 91.0), ReachableRange(HEIGHT, 12.0, 500.0)]
+)
 def test_without_a_floor_the_whole_ring_is_covered_once(simulator, received):
     """Sectors add up to the annulus, and at any distance to the whole circle."""
     found = lines(simulator, received=received)

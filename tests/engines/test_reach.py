@@ -185,12 +185,15 @@ def test_cells_shrink_with_the_pulse_and_the_beam() -> None:
 def test_the_finest_cell_of_a_stretch_is_its_finest(
     nearest: float, stretch: float, height: float, width: float, slant: float, pulse: float
 ) -> None:
-    """The least cell area between two distances, looked for at 4000 of them: never below what is said, within 2 %."""
+    """The least cell area between two distances, looked for at 4000 of them.
+
+    Never below what is reported, within 2 %.
+    """
     resolution = Resolution(slant, width, 5.0, pulse)
     every = resolution.cell_area(nearest + stretch * np.linspace(0, 1, 4001) ** 2, height)
-    said = resolution.finest(np.array([nearest]), np.array([nearest + stretch]), height)[0]
-    assert said <= every.min() * (1 + 1e-9)
-    assert said >= 0.98 * every.min()
+    reach = resolution.finest(np.array([nearest]), np.array([nearest + stretch]), height)[0]
+    assert reach <= every.min() * (1 + 1e-9)
+    assert reach >= 0.98 * every.min()
 
 
 def test_what_the_floor_leaves_out_is_weaker_than_the_floor() -> None:

@@ -267,7 +267,7 @@ class Solved:
 
 
 def test_a_table_that_fails_its_test_gives_way_to_the_exact_solver(monkeypatch):
-    """A warning says so once for each family, and the legs are there all the same."""
+    """A warning reports it once for each family, and the legs are there all the same."""
 
     def fails(*_, **__):
         raise TableError("the table of D is wrong.")

@@ -8,8 +8,8 @@ from insonify.scattering.sediments import Sediment
 from insonify.scene.scatterers import Scatterers
 from insonify.simulator import build_simulator
 from oracles import layered
-from oracles.listening import heard, pulse_spectrum, relative_rms, row
-from oracles.scenes import hear_blocks, nominal
+from oracles.scenes import nominal, receive_blocks
+from oracles.time_series import pulse_spectrum, received, relative_rms, row
 
 DEPTH, CARRIER, LEVEL = 20.0, 100e3, 220.0
 KNOTS, SPEEDS = (0.0, 8.0, 14.0, 20.0), (1510.0, 1510.0, 1490.0, 1490.0)
@@ -136,6 +136,6 @@ def test_a_ping_through_a_thermocline_is_the_sum_over_its_rays():
         return pulse_spectrum(offset, duration=2e-3, fraction=0.1, bandwidth=15e3, band=20e3, matched_filter=False)
 
     time = WINDOW[0] + np.arange(round((WINDOW[1] - WINDOW[0]) * 25e3)) / 25e3
-    truth = heard(delay, weight, time, CARRIER, spectrum, 25e3, 8192)
+    truth = received(delay, weight, time, CARRIER, spectrum, 25e3, 8192)
     assert build_simulator(case).ping_geometry(0).sound_speed == sound_speed_at(ENDS[0][2])
-    assert relative_rms(hear_blocks(case, blocks), truth) < 1e-5
+    assert relative_rms(receive_blocks(case, blocks), truth) < 1e-5

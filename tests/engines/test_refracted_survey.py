@@ -29,7 +29,7 @@ def layered(profile=THERMO, **changes):
         return nominal(water={**QUIET, "profile": profile}, **changes)
 
 
-def test_water_says_which_rays_it_has():
+def test_water_states_which_rays_it_has():
     """Straight for one speed, curved for a profile; a profile that does not reach the seabed is refused."""
     assert isinstance(build_simulator(nominal(water=QUIET)).engine.rays, StraightRays)
     assert isinstance(build_simulator(layered()).engine.rays, RefractedRays)

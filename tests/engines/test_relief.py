@@ -32,7 +32,7 @@ def detrended_std_db(intensity, time):
 
 @pytest.mark.parametrize("field", ["coherent", "incoherent"])
 def test_relief_of_no_height_is_a_flat_bed_bit_for_bit(field):
-    """Nothing is rounded, hidden or lost by asking for ground that is flat."""
+    """Nothing is rounded, hidden or lost by requesting ground that is flat."""
     relief = {"relief": {"kind": "ripples", "height": 0.0, "wavelength": 2.0}}
     _, flat = received(field=field, track=FAR)
     _, same = received(field=field, track=FAR, seabed=relief)
@@ -89,10 +89,10 @@ def test_the_mean_over_gentle_relief_is_that_of_its_lit_facets():
     assert 10 * np.log10(computed / expected) == pytest.approx(0.0, abs=0.2)
 
 
-def _facet_sum(bed, sonar, north, east, heard_east):
+def _facet_sum(bed, sonar, north, east, window_east):
     """Sum over a grid of facets of mu sin^2 / L^4 with absorption, each lit or not by the ray along its own bearing."""
     n, e = np.meshgrid(north, east, indexing="ij")
-    n = n * e / heard_east[1]  # a fan of bearings; its cells grow with the distance
+    n = n * e / window_east[1]  # a fan of bearings; its cells grow with the distance
     found = bed.relief.sample(n, e)
     depth, distance = bed.depth - found.height, np.hypot(n, e)
     launch = (depth - sonar[2]) / distance
@@ -100,10 +100,10 @@ def _facet_sum(bed, sonar, north, east, heard_east):
     stretch = np.sqrt(1 + np.sum(found.slope**2, axis=-1))
     length = np.hypot(distance, depth - sonar[2])
     sine = (n * found.slope[..., 0] + e * found.slope[..., 1] + depth - sonar[2]) / length / stretch
-    area = np.gradient(north)[:, None] * np.gradient(east) * e / heard_east[1] * stretch
+    area = np.gradient(north)[:, None] * np.gradient(east) * e / window_east[1] * stretch
     loss = 10 ** (-Water().absorption(1e5) * length / 10)
     echo = np.where(lit & (sine > 0), 10**-2.7 * sine**2 * area / length**4 * loss**2, 0.0)
-    return echo[:, (east > heard_east[0])].sum()
+    return echo[:, (east > window_east[0])].sum()
 
 
 def test_a_facet_lies_and_faces_as_the_ground_does():
@@ -129,7 +129,7 @@ def test_a_facet_lies_and_faces_as_the_ground_does():
 
 
 def test_what_is_kept_changes_nothing():
-    """Ground evaluated anew and cached ground are bit-identical; the store forgets the oldest beyond its bound."""
+    """Ground evaluated anew and cached ground are bit-identical; the store loses the oldest beyond its bound."""
     scenario = nominal(seabed={"relief": FRACTAL}, track=FAR)
     simulator = build_simulator(scenario)
     here = simulator.ping_geometry(0)
@@ -146,7 +146,7 @@ def test_what_is_kept_changes_nothing():
     assert made == [1, 2, 3, 2] and store.bytes <= 100 and len(store) == 2
 
 
-def test_roughness_takes_from_a_bottom_bounce_what_rayleigh_says():
+def test_roughness_takes_from_a_bottom_bounce_what_rayleigh_predicts():
     """B legs lose exp(-2 k^2 h^2 sin^2), h the rms height between the bounce's mirror and the wave."""
     changes = {"targets": [{"shape": "point", "position": (0.0, 100.0, 11.0)}], "track": {"window": (0.1, 0.2)},
                "paths": {"contributions": ["target"], "families": ["B"]}}  # fmt: skip
@@ -222,14 +222,14 @@ def test_a_target_in_the_shadow_of_a_bank_is_not_received(tmp_path):
     depth = 20 - np.maximum(0, 3 - 2 * np.abs(east - 40)) + np.zeros((61, 1))
     np.savez(tmp_path / "bank.npz", depth=depth, north=np.linspace(-15, 15, 61), east=east)
     relief = {"kind": "grid", "file": str(tmp_path / "bank.npz"), "origin": (0.0, 0.0)}
-    for place, heard_there in ((45.0, False), (90.0, True)):
+    for place, received_there in ((45.0, False), (90.0, True)):
         point = {"shape": "point", "position": (0.0, place, 19.0)}
         with pytest.warns(match="not in the survey"):
             scenario = nominal(
                 seabed={"relief": relief, "depth": 20.0}, targets=[point], track={"window": (0.04, 0.14)},
                 paths={"families": ["D"], "contributions": ["target"]},
             )  # fmt: skip
-        assert (len(arrivals(scenario)) == 1) == heard_there
+        assert (len(arrivals(scenario)) == 1) == received_there
 
 
 def test_ripples_across_the_beam_are_seen_as_bands():

@@ -16,7 +16,7 @@ LONG_PULSE = Resolution(slant_resolution=0.15, beam_width=0.012, scatterers_per_
 
 
 def cell_area(distance, height, pulse=0.15):
-    """The smaller one of a ground cell by the beam's arc over the number wanted, and a square of six ground cells."""
+    """The smaller of a ground cell by the beam's arc over the number requested, and a square of six ground cells."""
     far = np.hypot(distance, height)
     slant = np.maximum(0.15, np.minimum(pulse, far / 20))
     with np.errstate(divide="ignore"):

@@ -1,4 +1,4 @@
-"""Faint pairs of paths are evaluated at few points of the seabed, and nothing that can be received is lost by it."""
+"""Weak pairs of paths are evaluated at few points of the seabed, and nothing that can be received is lost by it."""
 
 import numpy as np
 import pytest
@@ -32,7 +32,7 @@ def forget():
 
 @pytest.fixture
 def whole(monkeypatch):
-    """Calls a function twice: with faint pairs sampled, and with every point of every pair."""
+    """Calls a function twice: with weak pairs sampled, and with every point of every pair."""
 
     def both(run):
         forget()
@@ -269,10 +269,10 @@ def test_one_pair_alone_has_arrived_as_it_was_sent():
 def test_pairs_that_arrive_within_a_pulse_are_known_however_deep_the_ground():
     """Sonar at the surface: D-D and S-S always; in the middle of the water only where they cross, more so on relief."""
     pair = np.array([[0, 0], [0, 1], [1, 1]])
-    edges, wanted = np.linspace(10, 100, 31), np.ones((30, 3), bool)
+    edges, needed = np.linspace(10, 100, 31), np.ones((30, 3), bool)
 
     def evaluate(climbs, rise):
-        together = sample_allocation._interfering_pairs(edges, np.array(climbs), pair, 1500.0, rise, 2e-4, wanted)
+        together = sample_allocation._interfering_pairs(edges, np.array(climbs), pair, 1500.0, rise, 2e-4, needed)
         return (together != np.arange(3)).any(axis=1)
 
     assert evaluate([10.0, 10.01], 0.0).all()

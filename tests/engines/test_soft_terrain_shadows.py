@@ -44,10 +44,10 @@ def half_plane(distance, image, height, crest=CREST):
 def test_behind_a_ridge_the_field_is_a_half_plane_s(family, image, height):
     """Modulus and phase by Fresnel's integral, from 3 m behind the crest to 10 m beyond the shadow, to 0.01."""
     lit, left = lay_on_terrain(seen_from(bed_of(Ridge(CREST, height))), family, distance := np.arange(53.0, 75.0, 0.1))
-    number, wanted = half_plane(distance, image, height)
+    number, expected = half_plane(distance, image, height)
     near = np.abs(number) < 5  # beyond it the parabola of the number errs, not the field
     assert np.all(lit == (number <= 0)) or np.abs(number[lit != (number <= 0)]).max() < 0.1
-    np.testing.assert_allclose(left[near], wanted[near], rtol=0, atol=0.015)
+    np.testing.assert_allclose(left[near], expected[near], rtol=0, atol=0.015)
     assert near.sum() > 20
 
 
@@ -145,5 +145,5 @@ def test_what_targets_leave_is_taken_from_what_the_ground_leaves():
     )
     by_ground = both.occluder[0] == -2
     assert (both.status == LegStatus.OCCLUDED).any() and (both.status == LegStatus.CLEAR).any()
-    wanted = np.where(by_ground, ground.visibility[0], ground.visibility[0] * target.visibility[0])
-    np.testing.assert_allclose(both.visibility[0], wanted, rtol=0, atol=1e-12)
+    expected = np.where(by_ground, ground.visibility[0], ground.visibility[0] * target.visibility[0])
+    np.testing.assert_allclose(both.visibility[0], expected, rtol=0, atol=1e-12)

@@ -26,7 +26,7 @@ def drawn(*targets, slant=0.06, even=False, seed=1, **changes):
     return {points.object: points for points in found}
 
 
-def test_targets_come_in_the_order_of_the_scene_and_know_their_occluder():
+def test_targets_come_in_the_order_of_the_scene_and_have_their_occluder():
     """Point, solid and box: object in the scene's order; boxes come first among the occluders, points are none."""
     found = drawn(*TRIO)
     assert list(found) == ["buoy", "drum", "box"]
@@ -70,7 +70,7 @@ def test_fringes_are_resolved_only_while_that_is_cheap():
 
 
 def test_other_seeds_draw_other_points_and_even_points_follow_none():
-    """Positions of a solid and of a box: drawn by the seed, or laid out the same for all."""
+    """Positions of a solid and of a box: drawn by the seed, or placed the same for all."""
     for even in (False, True):
         one, other = drawn(*TRIO, even=even, seed=1), drawn(*TRIO, even=even, seed=2)
         for label in ("drum", "box"):
@@ -99,21 +99,21 @@ def test_a_slice_keeps_of_a_box_what_its_plane_reaches():
 
 
 @pytest.mark.parametrize(
-    ("target", "said"),
+    ("target", "message"),
     [
         ({"shape": "drum", "position": (0, 50), "base_depth": 25}, r"To sink it into the bed write burial_depth: 5 m"),
         ({"shape": "drum", "position": (0, 50), "base_depth": -1}, r"-1 m is at or above the sea surface"),
         ({"shape": "drum", "position": (0, 50), "burial_depth": 0.6}, r"buries all of it: it is 0.572 m high"),
-        ({"shape": "drum", "position": (0, 50), "burial": 0.2, "burial_depth": 0.1}, r"says again what burial says"),
+        ({"shape": "drum", "position": (0, 50), "burial": 0.2, "burial_depth": 0.1}, r"repeats burial"),
         ({"shape": "drum", "position": (0, 50), "burial": 0.2, "base_depth": 9}, r"burial: 0.2 is for a target on the"),
         ({"shape": "point", "position": (0, 50, 21)}, r"position.2: 21 m is below the seabed .*up to 20 m"),
         ({"shape": "point", "position": (0, 50, 0)}, r"position.2: 0 m is at or above the sea surface"),
         ({"shape": "drum", "position": (0, 50), "label": "noise"}, r"label: 'noise' is taken"),
     ],
 )
-def test_a_target_that_cannot_be_there_is_refused_with_the_reason(target, said):
+def test_a_target_that_cannot_be_there_is_refused_with_the_reason(target, message):
     """The message has the key, its value, the limit and the remedy."""
-    with pytest.raises(ValidationError, match=said):
+    with pytest.raises(ValidationError, match=message):
         Scene(seabed={"depth": 20.0}, targets=[target])
 
 
@@ -135,6 +135,6 @@ def test_all_errors_of_a_scene_are_reported_at_once():
     deep, high, twin = (0, 50, 30), (0, 50, -1), (0, 50, 5)
     with pytest.raises(ValidationError) as scenario:
         Scene(targets=[{"shape": "point", "label": "a", "position": place} for place in (deep, high, twin)])
-    said = str(scenario.value)
-    assert all(word in said for word in ("targets.0.position.2: 30 m", "targets.1.position.2: -1 m", "targets.1.label",
-                                         "targets.2.label"))  # fmt: skip
+    message = str(scenario.value)
+    assert all(word in message for word in ("targets.0.position.2: 30 m", "targets.1.position.2: -1 m",
+                                            "targets.1.label", "targets.2.label"))  # fmt: skip

@@ -73,13 +73,13 @@ def test_a_skyline_is_the_least_launch_so_far_and_a_crest_where_it_stops_sinking
         np.testing.assert_array_equal(computed[s, : len(ends), 1], launch[s, ends])
         np.testing.assert_allclose(computed[s, : len(ends), 2], deepest, rtol=1e-5)
         for number, at in enumerate(ends):
-            told_here = negligible_beyond(float(distance[at]), float(computed[s, number, 2]), WAVELENGTH)
-            assert computed[s, number, 3] == pytest.approx(told_here, rel=1e-6)
+            reported = negligible_beyond(float(distance[at]), float(computed[s, number, 2]), WAVELENGTH)
+            assert computed[s, number, 3] == pytest.approx(reported, rel=1e-6)
         assert np.isnan(computed[s, len(ends) :]).all()
 
 
 def test_a_crest_that_is_no_longer_felt_changes_nothing_that_counts():
-    """Nearer than it is felt from, no ray that clears it loses more than FAINT by it: 2000 crests, 200 clearances."""
+    """Nearer than it is felt from, no ray that clears it loses more than WEAK by it: 2000 crests, 200 clearances."""
     rng = np.random.default_rng(2)
     near, hollow = rng.uniform(2, 100, 2000), 10 ** rng.uniform(-4, -1, 2000)
     until = np.array([negligible_beyond(a, h, WAVELENGTH) for a, h in zip(near, hollow, strict=True)])
@@ -117,15 +117,15 @@ def test_what_never_rises_is_what_falls_at_every_sample(samples):
 
 def test_ground_reported_open_hides_none_of_itself():
     """Growing roughness: where `surely_unobstructed` is true, the walk finds no crest; it is true for some."""
-    rng, said = np.random.default_rng(5), 0
+    rng, reported = np.random.default_rng(5), 0
     for rms in np.repeat([0.003, 0.01, 0.03, 0.1], 25):
         depth = (20 + rng.normal(0, rms, (1, 60))).astype(np.float32)
         distance = ((np.arange(60) + 1) * STEP).astype(np.float32)
         _, _, _, crest, _ = found_along((depth - 11) / distance)
         if surely_unobstructed(depth, distance, np.float32(11), 16):
-            said += 1
+            reported += 1
             assert crest.max() == -1
-    assert 10 < said < 90
+    assert 10 < reported < 90
 
 
 def past_the_worst(launch, computed, last, way, distance):
@@ -140,7 +140,7 @@ def past_the_worst(launch, computed, last, way, distance):
 
 
 def test_the_crest_that_takes_most_is_found_whatever_is_passed_over():
-    """1000 rays over rough lines: what is left is that of the worst of the last crests, within what is called faint."""
+    """1000 rays over rough lines: what is left is that of the worst of the last crests, within what is called weak."""
     launch, _, bound, crest, computed = found_along(lines_of_ground(7, 40, 120))
     rng, checked = np.random.default_rng(8), 0
     for s, k in zip(rng.integers(0, 40, 1000), rng.integers(20, 120, 1000), strict=True):

@@ -28,7 +28,7 @@ def lit_ground(terrain_occlusion, family, distance, azimuth=0.0):
 
 @pytest.mark.parametrize(("family", "climb"), [("D", 9.0), ("S", 31.0)])
 @pytest.mark.parametrize("height", [0.5, 1.0, 2.0])
-def test_the_shadow_of_a_ridge_ends_where_geometry_says(family, climb, height):
+def test_the_shadow_of_a_ridge_ends_where_geometry_predicts(family, climb, height):
     """A ridge h high at 50 m under a source c above the seabed throws its shadow to 50 c / (c - h), by D and by S.
 
     The image of S stands 31 m above the seabed. Sampling at 6 cm cuts up to 6 cm off a crest of slope 1.
@@ -60,7 +60,7 @@ def test_a_flat_bed_hides_nothing_of_itself_whatever_the_family():
 
 
 @pytest.mark.parametrize(("depth", "clear"), [(19.0, False), (18.7, False), (18.2, True), (10.0, True)])
-def test_a_ridge_hides_what_is_low_behind_it_and_says_so(depth, clear):
+def test_a_ridge_hides_what_is_low_behind_it_and_is_reported(depth, clear):
     """The line of sight over a 2 m crest at 50 m is 18.21 m deep at 51.5 m: what is below has occluder -2."""
     terrain_occlusion = seen_from(bed_of(Ridge(50.0, 2.0)))
     point = point_scatterer(PointTarget(position=(51.5, 0.0, depth)))

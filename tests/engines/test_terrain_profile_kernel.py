@@ -19,27 +19,27 @@ STARTS = np.array([0, 64, 192, 704])
 
 
 def sliced(place, position, *, heading=0.0, merged=None, home=None):
-    """Distances, slices, those wanted and how many points want them."""
+    """Distances, slices, those requested and how many points want them."""
     count = len(position)
-    distance, own, wanted = np.empty(count), np.empty(count, np.int64), np.zeros(STARTS[-1], bool)
+    distance, own, unsampled = np.empty(count), np.empty(count, np.int64), np.zeros(STARTS[-1], bool)
     merged = np.zeros(STARTS[-1] >> MERGE_BLOCK_LOG2, np.uint8) if merged is None else merged
     home = np.full(STARTS[-1], -1, np.int32) if home is None else home
-    missing = profiles_of(place, position, heading, EDGES, COUNTS, STARTS, merged, home, distance, own, wanted)
-    return distance, own, wanted, missing
+    missing = profiles_of(place, position, heading, EDGES, COUNTS, STARTS, merged, home, distance, own, unsampled)
+    return distance, own, unsampled, missing
 
 
 @pytest.mark.parametrize("count", [0, 1, 127, 128, 129, 3000])
 def test_the_slice_of_a_point_is_its_bearing_in_steps_of_its_zone(count):
     """The angle of an arc tangent over the width of a slice, but for points within 1e-7 of a border; in fours or not.
 
-    Half of the lines are there: those that are not are wanted by just the points in them.
+    Half of the lines are there: those that are not are requested by just the points in them.
     """
     rng = np.random.default_rng(count)
     place, heading = rng.uniform(-500, 500, 3), 0.7
     position = place[:2] + rng.uniform(-80, 80, (count, 2))
     merged = rng.integers(0, 3, STARTS[-1] >> MERGE_BLOCK_LOG2).astype(np.uint8)
     home = rng.integers(-1, 1, STARTS[-1]).astype(np.int32)
-    distance, own, wanted, missing = sliced(place, position, heading=heading, merged=merged, home=home)
+    distance, own, unsampled, missing = sliced(place, position, heading=heading, merged=merged, home=home)
     expected, want = [], set()
     for at, found in zip(position, own, strict=True):
         north, east = at - place[:2]
@@ -52,7 +52,7 @@ def test_the_slice_of_a_point_is_its_bearing_in_steps_of_its_zone(count):
         want |= {int(found)} if home[found] < 0 else set()
     np.testing.assert_array_equal(own, expected)
     np.testing.assert_allclose(distance, np.hypot(*(position - place[:2]).T), rtol=1e-14)
-    assert set(np.flatnonzero(wanted).tolist()) == want and missing == np.sum(home[own] < 0)
+    assert set(np.flatnonzero(unsampled).tolist()) == want and missing == np.sum(home[own] < 0)
 
 
 def test_a_point_right_above_has_a_slice_and_those_on_edges_the_inner_one():
@@ -123,9 +123,7 @@ def test_ground_along_a_line_is_the_map_read_sample_by_sample(count, here):
     firsts, depth = np.array([0, count // 2, count]), np.full((16, count), np.nan, np.float32)
     done = np.zeros(int(np.sum(-(-np.diff(firsts) // SAMPLES_PER_RUN))), bool)
     start = np.array(here)
-    assert (
-        sample_profiles(start, rays, 0.5, firsts, 20.0, ground.pages, ground.none_wanted(), done, depth) and done.all()
-    )
+    assert sample_profiles(start, rays, 0.5, firsts, 20.0, ground.pages, ground.no_tiles(), done, depth) and done.all()
     away = (np.arange(count) + 1) * 0.5
     a, b = (start[k] + away * rays[:, :1, k] for k in (0, 1))
     np.testing.assert_allclose(depth, 20 - ground.read(a, b), atol=5e-6)
@@ -137,25 +135,25 @@ def test_tiles_that_are_missing_are_named_and_nothing_else_is():
     holed = map_of(height, 0.5, first=(-6, -6), tiles=(12, 12), missing=(hole,))
     angle = np.linspace(-1, 1, 21)
     rays, firsts = np.stack([np.cos(angle), np.sin(angle)], axis=-1)[:, None], np.array([0, 250])
-    depth, done, wanted = np.empty((21, 250), np.float32), np.zeros(4, bool), holed.none_wanted()
-    assert not sample_profiles(np.array([3.0, 2.0]), rays, 0.5, firsts, 20.0, holed.pages, wanted, done, depth)
-    assert holed.named(wanted) == [list(hole)]
+    depth, done, unsampled = np.empty((21, 250), np.float32), np.zeros(4, bool), holed.no_tiles()
+    assert not sample_profiles(np.array([3.0, 2.0]), rays, 0.5, firsts, 20.0, holed.pages, unsampled, done, depth)
+    assert holed.named(unsampled) == [list(hole)]
     away = (np.arange(250) + 1) * 0.5
     a, b = (2.0 + (k == 0) + away * rays[:, :1, 0 + k] for k in (0, 1))
     inside = (np.floor(a / 0.5 / CELLS) == 1) & (np.floor(b / 0.5 / CELLS) == 0)
     stretch = np.arange(250) // SAMPLES_PER_RUN
     np.testing.assert_array_equal(done, [not inside[:, stretch == k].any() for k in range(4)])
     whole = map_of(height, 0.5, first=(-6, -6), tiles=(12, 12))
-    assert sample_profiles(np.array([3.0, 2.0]), rays, 0.5, firsts, 20.0, whole.pages, whole.none_wanted(), done, depth)
+    assert sample_profiles(np.array([3.0, 2.0]), rays, 0.5, firsts, 20.0, whole.pages, whole.no_tiles(), done, depth)
     np.testing.assert_allclose(depth, 20 - whole.read(a, b), atol=5e-6)
 
 
 def test_beyond_the_map_its_border_is_named():
     """A line that leaves the tiles there are: the first corner of the border represents whatever lies beyond."""
     ground = map_of(swell(4), 0.5, first=(-1, -1), tiles=(2, 2))
-    depth, wanted = np.empty((1, 100), np.float32), ground.none_wanted()
+    depth, unsampled = np.empty((1, 100), np.float32), ground.no_tiles()
     ray = np.array([[[1.0, 0.0]]])
     assert not sample_profiles(
-        np.zeros(2), ray, 0.5, np.array([0, 100]), 20.0, ground.pages, wanted, np.zeros(2, bool), depth
+        np.zeros(2), ray, 0.5, np.array([0, 100]), 20.0, ground.pages, unsampled, np.zeros(2, bool), depth
     )
-    assert np.argwhere(wanted).tolist() == [[0, 0]]
+    assert np.argwhere(unsampled).tolist() == [[0, 0]]

@@ -7,8 +7,8 @@ import pytest
 
 from insonify.simulator import build_simulator, simulate
 from oracles import beams
-from oracles.listening import heard, pulse_spectrum, relative_rms
 from oracles.scenes import nominal, point
+from oracles.time_series import pulse_spectrum, received, relative_rms
 from oracles.water import fold
 
 SPEED, CARRIER, DEPTH, LEVEL = 1500.0, 100e3, 20.0, 220.0
@@ -87,7 +87,7 @@ def summed(transmit: dict[str, object], receive: dict[str, object], lean: dict[s
         return pulse_spectrum(offset, duration=0.2e-3, fraction=0.2, bandwidth=0.0, band=20e3, matched_filter=False)
 
     rows = np.array(weight).T
-    return np.array([heard(np.array(delay), row, time, CARRIER, spectrum, 25e3, 2048) for row in rows])
+    return np.array([received(np.array(delay), row, time, CARRIER, spectrum, 25e3, 2048) for row in rows])
 
 
 def steer_of(array: dict[str, object]) -> tuple[float, float]:
@@ -109,7 +109,7 @@ def test_an_array_is_the_sum_of_its_points(name: str, lean: dict[str, float]) ->
     assert relative_rms(pressure.pressure.values[0], truth) < 1e-5
 
 
-def test_many_ears_share_one_voice() -> None:
+def test_many_receivers_share_one_transmitter() -> None:
     """One wide transmit beam ahead, three narrow receive beams, ends 3 m apart, ship leaning: each channel its sum."""
     steer = [-0.12, 0.0, 0.15]
     transmit = {"length": 0.06, "shading": "uniform", "steer": [0.0], "offset": (2.0, 0.0, -0.5)}
@@ -124,7 +124,7 @@ def test_many_ears_share_one_voice() -> None:
     np.testing.assert_allclose(pressure.steer, steer)
 
 
-def test_a_voice_without_a_steer_follows_the_ears() -> None:
+def test_a_transmitter_without_a_steer_follows_the_receivers() -> None:
     """Transmit beams fall in with the receive beams, pair by pair; a panel that looks down takes a line along.
 
     A line can only look along a cone: asin(sin right cos down) off its cross plane.

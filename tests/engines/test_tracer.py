@@ -12,14 +12,14 @@ CYLINDER = {"shape": "cylinder", "length": 2.0, "diameter": 0.6, "heading": 0.1,
 BACK = {"scatterer_grid": {"origin": (800.0, -600.0), "heading": 1.0}}
 
 
-def assert_agree(tolerance_db, faint_db=90.0, whole=True, **changes):
+def assert_agree(tolerance_db, weak_db=90.0, whole=True, **changes):
     """Both engines on one scene: every pair of families within a tolerance in the mean over the window."""
     ours, theirs = curves(scene("tracer", **changes)), curves(scene("eigenrays", **changes))
     strongest_mean = max(power.mean() for power in theirs.values())
-    wanted = {key for key, power in theirs.items() if power.mean() > strongest_mean * 10 ** (-faint_db / 10)}
-    wanted -= set() if whole else {key for key in wanted if key[1] == "all"}
-    assert wanted <= set(ours)
-    apart = {key: apart_db(ours[key], theirs[key]) for key in wanted}
+    expected = {key for key, power in theirs.items() if power.mean() > strongest_mean * 10 ** (-weak_db / 10)}
+    expected -= set() if whole else {key for key in expected if key[1] == "all"}
+    assert expected <= set(ours)
+    apart = {key: apart_db(ours[key], theirs[key]) for key in expected}
     assert max(np.abs(list(apart.values()))) < tolerance_db, apart
     return apart
 
@@ -81,7 +81,7 @@ def test_uneven_ground_sounds_the_same(relief, tolerance_db):
     """
     assert_agree(
         tolerance_db,
-        faint_db=45.0,
+        weak_db=45.0,
         seabed={"relief": relief, "seed": 3, "cutoff_wavelength": 0.5},
         rays=20_000,
         window=(0.09, 0.105),
@@ -115,7 +115,7 @@ def test_a_point_is_received_by_every_two_way_path():
 
 
 def test_ends_that_stand_apart_lose_the_gain_of_reciprocal_paths():
-    """A receiver 5 cm above the transmitter: pair D-S falls by its interference, as far as the engine says."""
+    """A receiver 5 cm above the transmitter: pair D-S falls by its interference, as far as the engine states."""
     together, apart = (
         curves(scene("tracer", receive={"offset": (0.0, 0.0, z)}))["seabed", "D-S"] for z in (0.0, -0.05)
     )
@@ -165,20 +165,20 @@ def test_rays_scatter_about_one_mean_and_less_the_more_there_are():
 
 
 @pytest.mark.parametrize(
-    ("changes", "said"),
+    ("changes", "message"),
     [
         ({"field": "coherent"}, "rays have none"),
         ({"paths": {"engine": "tracer", "geometry": "slice"}}, "launches rays in all directions"),
     ],
 )
-def test_what_rays_cannot_trace_is_refused_with_a_remedy(changes, said):
+def test_what_rays_cannot_trace_is_refused_with_a_remedy(changes, message):
     """Phases, refracted rays and slices are the other engine's."""
-    with pytest.raises(ValueError, match=said):
+    with pytest.raises(ValueError, match=message):
         nominal(**{"field": "incoherent", "paths": {"engine": "tracer"}, **changes})
 
 
 def test_rays_are_no_list_of_paths():
-    """Arrivals are evaluated of the other engine; the error says how."""
+    """Arrivals are evaluated of the other engine; the error states how."""
     with pytest.raises(ValueError, match="engine: eigenrays"):
         arrivals(scene("tracer"))
 

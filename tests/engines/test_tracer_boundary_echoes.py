@@ -39,14 +39,14 @@ def test_boundary_echoes_of_the_tracer_are_those_of_the_engine(changes):
         echo_curves(engine, families=families, window=(0.005, 0.045), **changes) for engine in ("tracer", "eigenrays")
     )
     assert set(ours) == set(theirs) == {"all", "S", "B", "BS", "SB", "SBS", "BSB"}
-    for name, met in theirs.items():
-        strong = met > 1e-6 * met.max()
+    for name, traced in theirs.items():
+        strong = traced > 1e-6 * traced.max()
         if name == "all" and "receive" in changes:
-            assert apart_db(ours[name], met) == pytest.approx(0.0, abs=0.02)
-            overlap = met * (theirs["BS"] > 1e-3 * theirs["BS"].max())
+            assert apart_db(ours[name], traced) == pytest.approx(0.0, abs=0.02)
+            overlap = traced * (theirs["BS"] > 1e-3 * theirs["BS"].max())
             assert apart_db(ours[name] * (overlap > 0), overlap) == pytest.approx(0.0, abs=0.1)
             continue
-        np.testing.assert_allclose(10 * np.log10(ours[name][strong] / met[strong]), 0.0, atol=0.02, err_msg=name)
+        np.testing.assert_allclose(10 * np.log10(ours[name][strong] / traced[strong]), 0.0, atol=0.02, err_msg=name)
 
 
 def test_a_box_overhead_hides_the_surface_from_the_tracer():

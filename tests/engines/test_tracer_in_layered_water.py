@@ -58,9 +58,9 @@ def test_layered_water_reverberates_the_same(water, window):
     """Six pairs of D, S and BS over a flat seabed: each within 0.02 dB, and their sum within 0.05 dB in each 2 ms."""
     ours, theirs = both(water=water, window=window, paths={"contributions": ["seabed"]})
     strongest = max(power.mean() for power in theirs.values())
-    wanted = [key for key, power in theirs.items() if power.mean() > 1e-4 * strongest]
-    assert len(wanted) > 5
-    for key in wanted:
+    compared = [key for key, power in theirs.items() if power.mean() > 1e-4 * strongest]
+    assert len(compared) > 5
+    for key in compared:
         assert apart_db(ours[key], theirs[key]) == pytest.approx(0, abs=0.02), key
     key = "seabed", "all"
     np.testing.assert_allclose(binned_db(ours[key]), binned_db(theirs[key]), atol=0.05)

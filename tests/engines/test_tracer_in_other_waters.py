@@ -19,10 +19,10 @@ def both(rays=20_000, **changes):
     return tuple(curves(scene(engine, rays=rays, **changes)) for engine in ("tracer", "eigenrays"))
 
 
-def assert_agree(ours, theirs, tolerance_db, faint_db=60.0):
-    """Every pair that is not too faint within a tolerance, and no other pairs in either."""
+def assert_agree(ours, theirs, tolerance_db, weak_db=60.0):
+    """Every pair that is not too weak within a tolerance, and no other pairs in either."""
     strongest_mean = max(power.mean() for power in theirs.values())
-    floor = strongest_mean * 10 ** (-faint_db / 10)
+    floor = strongest_mean * 10 ** (-weak_db / 10)
     assert {key for key in ours if ours[key].mean() > 2 * floor} <= set(theirs)
     apart = {key: apart_db(ours[key], theirs[key]) for key, power in theirs.items() if power.mean() > floor}
     assert max(np.abs(list(apart.values()))) < tolerance_db, apart
@@ -57,7 +57,7 @@ def test_a_beam_that_looks_down_and_astern_receives_the_same():
         "line": planar, "sonar": {"mounting": {"bearing": np.radians(110), "tilt": np.radians(12)}},
         "track": {"heading": 0.7, "pitch": 0.03, "roll": -0.05},
     }  # fmt: skip
-    assert_agree(*both(**changes), 0.1, faint_db=30.0)
+    assert_agree(*both(**changes), 0.1, weak_db=30.0)
 
 
 def test_two_points_are_received_each_by_its_own_paths():

@@ -9,14 +9,14 @@ from insonify.engines.pair_importance import MIN_KEEP_PROBABILITY, RANGE_BINS, _
 from insonify.records.pairs import PairSampling
 from insonify.simulator import arrivals, build_simulator, simulate, simulate_pings
 from oracles.arrival_sum import coherent_from_arrivals
-from oracles.listening import relative_rms
 from oracles.scenes import nominal
+from oracles.time_series import relative_rms
 
 ROUGH = {"depth": 20.0, "relief": {"kind": "power-law", "hurst": 0.8, "rms": 0.05}}
 
 
 def scene(**more):
-    """Rough ground at 60 m, where legs off the bottom are 15 to 25 dB fainter than all that arrives with them."""
+    """Rough ground at 60 m, where legs off the bottom are 15 to 25 dB weaker than all that arrives with them."""
     return nominal(**{
         "seabed": ROUGH, "track": {"window": (0.08, 0.092)},
         "paths": {"max_reflections": 2, "scatterers_per_cell": 2.0},
@@ -42,8 +42,8 @@ def test_scatterers_stand_for_those_left_out():
     assign_priorities(position, 5.0, 0.0, np.array([0, 1.0, 2.0]), first, place, np.uint64(7), stretch, number)
     np.testing.assert_array_equal(stretch, distance >= 1)  # beyond the last is the last
     share = np.array([[[1.0, 1.0], [0.5, 0.04]], [[0.5, 0.04], [0.25, 0.03125]]], np.float32)
-    wanted = np.empty((2, count), bool)
-    mark_sampled_families(number, stretch, share.max(axis=1), wanted)
+    needed = np.empty((2, count), bool)
+    mark_sampled_families(number, stretch, share.max(axis=1), needed)
     amplitude_weight = PairSampling(number, stretch, share.reshape(4, 2)).amplitude_weight.reshape(2, 2, count)
     for b in range(2):
         own = stretch == b
@@ -53,7 +53,7 @@ def test_scatterers_stand_for_those_left_out():
         )
         assert (np.abs(computed - share[..., b]) <= 4 * error).all()
         np.testing.assert_allclose((amplitude_weight[..., own] ** 2).mean(axis=-1) * share[..., b], computed, rtol=1e-5)
-    np.testing.assert_array_equal(wanted, (amplitude_weight > 0).any(axis=1))
+    np.testing.assert_array_equal(needed, (amplitude_weight > 0).any(axis=1))
 
 
 def test_keep_probabilities_follow_what_a_pair_has_of_all():
@@ -69,7 +69,7 @@ def test_keep_probabilities_follow_what_a_pair_has_of_all():
 
 
 def test_a_recording_is_the_sum_of_its_arrivals():
-    """Faint pairs sampled in both: to 1e-5 of the rms."""
+    """Weak pairs sampled in both: to 1e-5 of the rms."""
     scenario = scene(track={"window": (0.08, 0.084)})
     simulator = build_simulator(scenario)
     assert any((pairs.strength == 0).any(axis=1).any() for pairs in ground(simulator))

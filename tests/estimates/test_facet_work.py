@@ -74,7 +74,7 @@ def test_a_large_smooth_target_is_counted_by_few_pieces(monkeypatch):
     assert 0 < sum(halved) < 10_000
 
 
-def test_bounces_off_waves_make_smooth_targets_dear():
+def test_bounces_off_waves_make_smooth_targets_costly():
     """Orders 1 and 4 have 9 and 51 legs to each facet: pairs, and their estimated time, grow 20 times and more."""
     box = {**BOX, "face_reflection_coefficient": 0.5}
     rough, *seconds = (

@@ -1,4 +1,7 @@
-"""Claims about the cost of a run: right to a factor of two before anything is drawn, and said before it is too much."""
+"""Claims about the cost of a run.
+
+Right to a factor of two before anything is drawn, and stated before it is too much.
+"""
 
 from importlib import import_module
 
@@ -26,7 +29,7 @@ from insonify.recent_results import RecentResults
 from insonify.simulator import build_simulator
 from insonify.sonar import two_way_beam
 from insonify.synthesis import direction_grid, waveform_basis
-from oracles.arrays import heard_by_elements, line_of
+from oracles.arrays import elements_scenario, line_of
 from oracles.scenes import nominal
 
 SIDES = {"sides": ["port", "starboard"]}
@@ -112,10 +115,10 @@ def test_the_program_itself_takes_memory():
 
 
 def test_what_a_machine_cannot_hold_is_refused_with_what_to_change():
-    """Memory wanted, memory there, and the keys that matter."""
+    """Memory requested, memory there, and the keys that matter."""
     big = RunCost(pings=1, scatterers=2e11, seconds=1e5, memory=150e9, disk=1e9)
-    said = size_refusal(big, memory=16e9)
-    assert "about 150 GB of memory, and the machine has 16 GB" in said and "shorten track.window" in said
+    message = size_refusal(big, memory=16e9)
+    assert "about 150 GB of memory, and the machine has 16 GB" in message and "shorten track.window" in message
     assert size_refusal(big, memory=1e12) == ""
     assert "200 G scatterers: about 28 hours of processor time" in big.summary()
 
@@ -147,7 +150,7 @@ def test_a_large_array_is_held_in_fewer_parts():
     """Parts of a ping each hold the sound of all elements: 16 where 64 MiB hold them all, or fewer, down to two."""
     assert parts_of(1_000_000) == 16 and parts_of(8 << 20) == 8 and parts_of(1 << 32) == 2
     few, many = (
-        estimate_cost(heard_by_elements([(0, 20, 5)], receive=line_of(count, 1.0), track={"window": (0.0, 1.0)}))
+        estimate_cost(elements_scenario([(0, 20, 5)], receive=line_of(count, 1.0), track={"window": (0.0, 1.0)}))
         for count in (8, 400)
     )
     assert few.memory < 2e9 and 4e9 < many.memory < 40e9
@@ -210,16 +213,16 @@ def test_an_estimate_evaluates_the_doppler_of_a_fan_at_one_ping(monkeypatch):
 
 def test_water_is_counted_once_by_a_check(monkeypatch):
     """Estimate and refusal share the count of one ping; labels have points of their own."""
-    asked, count = [], volume.VolumeScatterers.count
+    calls, count = [], volume.VolumeScatterers.count
     monkeypatch.setattr(
         volume.VolumeScatterers,
         "count",
-        lambda own, *, quadrature: asked.append(1) or count(own, quadrature=quadrature),
+        lambda own, *, quadrature: calls.append(1) or count(own, quadrature=quadrature),
     )
     murky = nominal(water={"volume_strength_db": -70}, paths={"max_reflections": 0}, track={"window": (0.03, 0.04)})
     whole = estimate_cost(murky)
-    assert run_refusal(murky, whole) == "" and len(asked) == 1
-    assert run_refusal(murky, whole, labels=True) == "" and len(asked) == 2
+    assert run_refusal(murky, whole) == "" and len(calls) == 1
+    assert run_refusal(murky, whole, labels=True) == "" and len(calls) == 2
 
 
 @pytest.mark.parametrize(("field", "limit"), [("coherent", "MAX_CUBES"), ("incoherent", "MAX_TILES")])
@@ -229,8 +232,8 @@ def test_water_that_would_take_forever_is_refused_with_what_to_change(monkeypatc
     endless = nominal(water={"noise_level_db": None, "volume_strength_db": -70}, field=field,
                       track={"window": (0.0, 0.2)},
                       paths={"max_reflections": 0, "contributions": ["water"]})  # fmt: skip
-    said = size_refusal(estimate_cost(endless), memory=1e12)
-    assert "water.volume_strength_db" in said and "Shorten track.window" in said
+    message = size_refusal(estimate_cost(endless), memory=1e12)
+    assert "water.volume_strength_db" in message and "Shorten track.window" in message
     simulator = build_simulator(endless)
     with pytest.raises(ValueError, match="leave clear water clear"):
         simulator.engine.blocks(simulator.ping_geometry(0), quadrature=field == "incoherent")
@@ -277,7 +280,7 @@ def test_targets_below_the_floor_of_the_beams_cost_nothing():
 )
 def test_a_surface_that_moves_costs_more_than_a_mirror(moves):
     """Glints are found for every leg off it; legs that keep away from it cost what they did."""
-    for order, dearer in ((0, False), (1, True)):
+    for order, costlier in ((0, False), (1, True)):
         still, moving = (
             estimate_cost(
                 nominal(surface=surface, track={"window": (0.02, 0.1)}, paths={**DRAWN, "max_reflections": order})
@@ -285,7 +288,7 @@ def test_a_surface_that_moves_costs_more_than_a_mirror(moves):
             for surface in ({}, moves)
         )
         start = unit_costs.START_SECONDS
-        assert (moving.seconds - start > 1.2 * (still.seconds - start)) == dearer
+        assert (moving.seconds - start > 1.2 * (still.seconds - start)) == costlier
 
 
 def test_beams_share_the_pairs_of_an_expectation_under_a_moving_surface():
@@ -302,7 +305,7 @@ def test_beams_share_the_pairs_of_an_expectation_under_a_moving_surface():
 
 
 @pytest.mark.parametrize(("east", "longer"), [(30, (1.5, 6.0)), (-30, (1.0, 1.0))])
-def test_the_ground_behind_a_long_solid_is_dear(east, longer):
+def test_the_ground_behind_a_long_solid_is_costly(east, longer):
     """Legs to the bed behind a pipe in the beams are diffracted; one out of the beams changes nothing."""
     ends = {"transmit": {"kind": "line", "length": 0.05}, "receive": {"kind": "line", "length": 0.05}}
     pipe = {"shape": "cylinder", "length": 30, "diameter": 0.8, "position": (0, east)}
@@ -336,7 +339,7 @@ def test_refracted_rays_cost_more_than_straight_ones():
 
 
 def test_labels_are_part_of_the_estimate():
-    """Asked for on the command line or in the file: the same, more time, memory and disk, and the line says so."""
+    """Requested on the command line or in the file: the same, more time, memory and disk, and the line reports it."""
     plain, requested, written = (
         estimate_cost(nominal(track={"window": (0.02, 0.1)}, paths=CHEAP, output={"labels": inside}), labels=outside)
         for inside, outside in ((False, False), (False, True), (True, False))

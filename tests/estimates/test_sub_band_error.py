@@ -7,7 +7,7 @@ from insonify.cli import main
 from insonify.estimates.sub_band_error import estimate_sub_band_error
 from insonify.simulator import simulate
 from insonify.sonar.band_error import ENOUGH_DB
-from oracles.arrays import HEADING, START, heard_by_elements
+from oracles.arrays import HEADING, START, elements_scenario
 
 SWEEP = {"kind": "lfm", "frequency": 100e3, "bandwidth": 20e3, "duration": 2e-3}
 LINE = {"kind": "line", "length": 1.5}
@@ -15,7 +15,7 @@ LINE = {"kind": "line", "length": 1.5}
 
 def wide(count, targets=((0.0, 20.0, 5.0),)):
     """A sidescan's 1.5 m arrays over a band of 20 kHz."""
-    return heard_by_elements(
+    return elements_scenario(
         targets, pulse=SWEEP, transmit=LINE, receive=LINE, track={"speed": 0.0},
         receiver={"record": "beams", "bandwidth": 20e3, "sub_bands": count},
         paths={"max_reflections": 0, "contributions": ["target"]},
@@ -55,11 +55,11 @@ def test_beams_that_look_down_are_judged_by_their_main_lobe():
 
 def test_a_narrow_band_needs_no_more_than_one():
     """Omnidirectional ends in water that takes nothing: no error at all."""
-    assert estimate_sub_band_error(heard_by_elements([(0, 20, 5)], track={"speed": 0.0})).error_db < -100
+    assert estimate_sub_band_error(elements_scenario([(0, 20, 5)], track={"speed": 0.0})).error_db < -100
 
 
 @pytest.mark.filterwarnings("ignore")
-def test_check_says_how_many_would_do(tmp_path, capsys):
+def test_check_states_how_many_would_do(tmp_path, capsys):
     """A line about sub_bands where one is not enough."""
     end = "{kind: line, length: 1.5 m}"
     path = tmp_path / "wide.yaml"

@@ -9,7 +9,7 @@ from insonify.explanation.formed_beam import formed_beam
 from insonify.explanation.sample_report import SampleArrivals, explain_sample
 from insonify.processing import beam_recording
 from insonify.scenario.write import to_yaml
-from oracles.arrays import heard_by_elements
+from oracles.arrays import elements_scenario
 from oracles.scenes import nominal
 
 
@@ -17,7 +17,7 @@ def elements():
     """Two points at one range, 20 deg apart, received by a line of 16 elements that faces starboard."""
     places = [(30 * np.cos(a), 30 * np.sin(a), 10.0) for a in np.radians([80, 100])]
     track = {"kind": "static", "position": (0, 0, 10), "heading": 0.0, "window": (0.035, 0.045), "speed": None}
-    scenario = heard_by_elements(places, receive={"kind": "line", "length": 0.24, "elements": 16})
+    scenario = elements_scenario(places, receive={"kind": "line", "length": 0.24, "elements": 16})
     return scenario.with_("track", {key: value for key, value in track.items() if value is not None})
 
 
@@ -99,7 +99,7 @@ def test_a_page_of_the_tracer_names_contributions_and_pairs(tmp_path, capsys):
 
 
 def test_a_page_of_the_tracer_names_the_paths_that_it_can():
-    """A surface return and a point target by their names and times; where nothing arrives, so it says."""
+    """A surface return and a point target by their names and times; where nothing arrives, so it states."""
     there = {"shape": "point", "label": "pole", "position": (0.0, 21.0, 19.0), "target_strength_db": 20.0}
     paths = {**TRACED, "rays": 1000, "contributions": ["target", "boundary echo"]}
     track = {"window": (0.01, 0.04)}

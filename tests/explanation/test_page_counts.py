@@ -28,13 +28,13 @@ ABEAM = point(0.0, SLANT, 11.0, strength=-12.0)
 @given(st.integers(1, 9), *(st.floats(low, high) for low, high in ((1, 1e12), (2, 1e8), (1e3, 1e14), (1e3, 1e14))))
 def test_the_words_of_a_cost_are_its_numbers(pings, scatterers, seconds, memory, disk):
     """Read back with their units, each is right to the digits that are given."""
-    said = RunCost(pings, scatterers, seconds, memory, disk).summary()
+    message = RunCost(pings, scatterers, seconds, memory, disk).summary()
     expected = re.fullmatch(
         r"(\d+) pings?, about ([\d.e+]+) ?([kMG]?) scatterers(?: each)?: about (\S+) (\w+) of processor time, "
         r"(\S+) (\w+) of memory, (\S+) (\w+) on disk",
-        said,
+        message,
     )
-    assert expected is not None, said
+    assert expected is not None, message
     count, points, size, long, unit, held, held_unit, stored, stored_unit = expected.groups()
     assert int(count) == pings
     assert float(points) * COUNTS[size] == pytest.approx(scatterers, rel=0.051, abs=0.5)

@@ -89,7 +89,7 @@ def test_the_terms_are_those_of_the_sonar_equation() -> None:
 
 
 def test_the_page_names_what_is_received() -> None:
-    """Owner, pair, counts, and both sums, which agree to a tenth of a decibel."""
+    """Object, pair, counts, and both sums, which agree to a tenth of a decibel."""
     _, _, data = sample(nominal(SLICE), 0.2023)
     page = explain_sample(data, 0, 0.2023)
     assert "box D-S: " in page
@@ -116,20 +116,20 @@ def test_a_sample_without_arrivals_has_a_page() -> None:
 
 
 def test_a_recording_without_its_scenario_cannot_be_explained() -> None:
-    """The message says why."""
+    """The message states why."""
     with pytest.raises(ValueError, match="does not carry its scenario"):
         explain_sample(xr.Dataset(attrs={"scenario": ""}), 0, 0.2)
 
 
 def test_a_ping_that_is_not_there_cannot_be_explained() -> None:
-    """The message says so, before any path is looked for."""
+    """The message reports it, before any path is looked for."""
     data = simulate(nominal(SLICE))
     data["pressure"][:] = np.nan
     with pytest.raises(ValueError, match="not simulated yet"):
         explain_sample(data, 0, 0.2)
 
 
-def test_the_page_says_why_it_speaks_of_a_beam() -> None:
+def test_the_page_states_why_it_describes_a_beam() -> None:
     """The strongest of several; requested by number, no reason is given."""
     steer = [0.0, 0.02]
     data = simulate(nominal({"track.window": [0.2, 0.201], "sonar.receive.steer": steer, "paths.max_reflections": 0}))
@@ -137,7 +137,7 @@ def test_the_page_says_why_it_speaks_of_a_beam() -> None:
     assert "beam 1 (+1.14592 deg)" in explain_sample(data, 0, 0.2005, channel=1)
 
 
-def test_the_page_says_what_its_distances_are() -> None:
+def test_the_page_states_what_its_distances_are() -> None:
     """Of a box 150 m away: its first corner straight from the receiver, and in words."""
     _, _, data = sample(nominal(SLICE), 0.2005)
     page = explain_sample(data, 0, 0.2005)
@@ -169,7 +169,7 @@ def test_columns_of_nothing_are_left_out() -> None:
     assert "caustic" not in explain_sample(data, 0, 0.2023) and "edges" not in explain_sample(data, 0, 0.2023)
 
 
-def test_the_page_says_what_further_rays_off_a_moving_surface_are() -> None:
+def test_the_page_states_what_further_rays_off_a_moving_surface_are() -> None:
     """Glints of a rough sea, bounce points of a swell that is drawn."""
     for surface, scenario in (
         ({"surface.reflection": "statistical", "surface.wind_speed": 3.0}, "is a glint"),

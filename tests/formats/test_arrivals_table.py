@@ -34,7 +34,7 @@ def test_what_was_written_is_read_back(tmp_path: Path) -> None:
 
 
 def test_the_header_names_units(tmp_path: Path) -> None:
-    """Each number says what it is counted in."""
+    """Each number states what it is counted in."""
     header = arrivals_table(some(), tmp_path / "paths.csv").read_text(encoding="utf-8").splitlines()[0].split(",")
     assert header[0] == "delay [s]"
     assert "scattering [m]" in header

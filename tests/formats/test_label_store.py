@@ -16,14 +16,14 @@ from oracles.scenes import nominal
 PINGS = 3
 
 
-def survey(**told: object):
+def survey(**settings: object):
     """Three short pings past the nominal box."""
     line = {"kind": "line", "start": (-1.0, 0.0, 11.0), "speed": 2.0, "pings": PINGS, "interval": 0.5,
             "window": (0.1995, 0.2035), "position": None}  # fmt: skip
     track = {key: value for key, value in line.items() if value is not None}
     sonar = {"mounting": {"bearing": np.pi / 2}}
     made = dict(nominal(box={"label": "box"}, paths={"max_reflections": 0}, surface={"scattering": None}, sonar=sonar))
-    return type(nominal())(**{**made, "track": track, "field": "incoherent", **told})
+    return type(nominal())(**{**made, "track": track, "field": "incoherent", **settings})
 
 
 @pytest.fixture(scope="module")
@@ -44,14 +44,14 @@ def test_labels_come_back_as_they_went_in(stored: Path) -> None:
     for ping in range(PINGS):
         fresh = labels(survey(), ping)
         for name, (_, _, units, _) in COLUMNS.items():
-            there, wanted = held[name].values[ping], fresh[name].values
+            there, expected = held[name].values[ping], fresh[name].values
             if units in ("uPa^2", "rad"):
-                np.testing.assert_allclose(there, wanted, rtol=2.0 ** -(MANTISSA_BITS + 1) * 1.001)
+                np.testing.assert_allclose(there, expected, rtol=2.0 ** -(MANTISSA_BITS + 1) * 1.001)
             else:
-                np.testing.assert_allclose(there, wanted, rtol=0, atol=0.51e-3 if units == "m" else 0)
+                np.testing.assert_allclose(there, expected, rtol=0, atol=0.51e-3 if units == "m" else 0)
 
 
-def test_the_sound_does_not_know_of_its_labels(stored: Path, tmp_path: Path) -> None:
+def test_the_sound_does_not_depend_on_its_labels(stored: Path, tmp_path: Path) -> None:
     """Recordings with labels and without hold the same bits."""
     record(survey(), tmp_path / "b.zarr", with_labels=False)
     np.testing.assert_array_equal(open_recording(stored).intensity, open_recording(tmp_path / "b.zarr").intensity)
@@ -70,8 +70,8 @@ def test_a_ping_cut_short_is_written_over(tmp_path: Path) -> None:
     assert open_labels(path).load().identical(before)
 
 
-def test_a_scenario_can_ask_for_labels(tmp_path: Path) -> None:
-    """`output.labels: true` is enough; only the pings asked for are there, the others are nobody's."""
+def test_a_scenario_can_request_labels(tmp_path: Path) -> None:
+    """`output.labels: true` is enough; only the pings requested are there, the others have no object."""
     record(survey(output={"labels": True}), tmp_path / "c.zarr", pings=[1])
     held = open_labels(tmp_path / "c.zarr")
     assert held.done.values.tolist() == [False, True, False]

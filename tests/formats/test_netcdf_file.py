@@ -14,7 +14,7 @@ from insonify.formats.zarr_store import StoreError, open_recording
 from insonify.plotting import recording as drawn
 from insonify.processing import multibeam_soundings
 from insonify.simulator import record
-from oracles.arrays import heard_by_elements
+from oracles.arrays import elements_scenario
 from oracles.scenes import nominal, point
 
 SMALL = {"paths": {"geometry": "slice"}, "track": {"window": (0.1, 0.11), "pings": 2}}
@@ -55,7 +55,7 @@ def test_a_stored_recording_and_labels_can_be_written_too(tmp_path):
 
 @pytest.mark.parametrize("options", [{}, {"engine": "netcdf4"}, {"engine": "scipy"}, {"auto_complex": True}])
 def test_the_plain_method_of_xarray_writes_a_recording(sound, tmp_path, options):
-    """Simulated, opened from a folder or one ping of it, however xarray is told to write it: every bit comes back."""
+    """Simulated, opened from a folder or one ping of it, however xarray writes it: every bit comes back."""
     if options != {"engine": "scipy"}:
         pytest.importorskip("netCDF4")
     record(nominal(field="coherent" if "pressure" in sound else "incoherent", **SMALL), tmp_path / "a.zarr")
@@ -109,13 +109,13 @@ def test_an_echo_lies_at_its_slant_range(tmp_path):
     for held in (sound, open_recording(tmp_path / "a.zarr")):
         assert held["slant_range"].dims == ("time",) and held["slant_range"].attrs["units"] == "m"
         assert "slant_range" in held.coords
-        loudest = int(np.abs(held["pressure"].values[0, 0]).argmax())
-        assert float(held["slant_range"][loudest]) == pytest.approx(80 + 0.075, abs=0.1)  # the middle of the pulse
+        strongest = int(np.abs(held["pressure"].values[0, 0]).argmax())
+        assert float(held["slant_range"][strongest]) == pytest.approx(80 + 0.075, abs=0.1)  # the middle of the pulse
     apart = insonify.simulate(nominal(**SMALL | RECEIVER | {"paths": {"contributions": []}}))
     assert "slant_range" not in apart
 
 
-def test_a_recording_and_its_soundings_know_where_they_are(tmp_path):
+def test_a_recording_and_its_soundings_hold_their_position(tmp_path):
     """Of a grid in degrees: latitude and longitude of the origin; of one in metres its northing and easting."""
     netcdf = pytest.importorskip("netCDF4")
     north, east = np.arange(48.0, 48.002, 1e-4), np.arange(-68.0, -67.998, 1e-4)
@@ -128,19 +128,24 @@ def test_a_recording_and_its_soundings_know_where_they_are(tmp_path):
     np.savez(tmp_path / "bed.npz", depth=np.full((20, 20), 20.0), north=5e6 + np.arange(20), east=4e5 + np.arange(20))
     base = {**SMALL, "paths": {"contributions": []}}
     grid = {"kind": "grid", "file": str(tmp_path / "bed.nc"), "latitude": "48.001 deg", "longitude": "-67.999 deg"}
-    told = insonify.simulate(nominal(seabed={"relief": [grid]}, **base)).attrs
-    assert told["origin_latitude"] == pytest.approx(48.001) and told["origin_longitude"] == pytest.approx(-67.999)
-    assert told["crs"] == "EPSG:4326"
+    attributes = insonify.simulate(nominal(seabed={"relief": [grid]}, **base)).attrs
+    assert attributes["origin_latitude"] == pytest.approx(48.001) and attributes["origin_longitude"] == pytest.approx(
+        -67.999
+    )
+    assert attributes["crs"] == "EPSG:4326"
     metric = {"kind": "grid", "file": str(tmp_path / "bed.npz"), "origin": [5e6 + 5, 4e5 + 7]}
-    told = insonify.simulate(nominal(seabed={"relief": [metric]}, **base)).attrs
-    assert (told["origin_northing"], told["origin_easting"]) == (5e6 + 5, 4e5 + 7) and "origin_latitude" not in told
+    attributes = insonify.simulate(nominal(seabed={"relief": [metric]}, **base)).attrs
+    assert (attributes["origin_northing"], attributes["origin_easting"]) == (
+        5e6 + 5,
+        4e5 + 7,
+    ) and "origin_latitude" not in attributes
     assert "origin_latitude" not in insonify.simulate(nominal(**base)).attrs
-    elements = heard_by_elements([(0, 20, 15)])
-    heard = insonify.simulate(elements, pings=0).assign_attrs(told)
-    assert multibeam_soundings(heard, [0.0]).attrs["origin_northing"] == 5e6 + 5
+    elements = elements_scenario([(0, 20, 15)])
+    received = insonify.simulate(elements, pings=0).assign_attrs(attributes)
+    assert multibeam_soundings(received, [0.0]).attrs["origin_northing"] == 5e6 + 5
 
 
-def test_a_projected_grid_knows_its_latitude(tmp_path):
+def test_a_projected_grid_has_its_latitude(tmp_path):
     """UTM zone 32, 500 km east, on its central meridian: 9 degrees east."""
     rasterio = pytest.importorskip("rasterio")
     turn = rasterio.transform.from_origin(500_000 - 20, 5_300_000 + 20, 1, 1)
@@ -148,10 +153,12 @@ def test_a_projected_grid_knows_its_latitude(tmp_path):
                        crs="EPSG:32632", transform=turn) as file:  # fmt: skip
         file.write(np.full((40, 40), -20, np.float32), 1)
     grid = {"kind": "grid", "file": str(tmp_path / "bed.tif"), "origin": [5_300_000, 500_000]}
-    told = insonify.simulate(nominal(seabed={"relief": [grid]}, **SMALL | {"paths": {"contributions": []}})).attrs
-    assert told["origin_longitude"] == pytest.approx(9.0, abs=1e-6)
-    assert told["origin_latitude"] == pytest.approx(47.853, abs=2e-3)  # 5300 km along the meridian, by the UTM series
-    assert "UTM" in told["crs"]
+    attributes = insonify.simulate(nominal(seabed={"relief": [grid]}, **SMALL | {"paths": {"contributions": []}})).attrs
+    assert attributes["origin_longitude"] == pytest.approx(9.0, abs=1e-6)
+    assert attributes["origin_latitude"] == pytest.approx(
+        47.853, abs=2e-3
+    )  # 5300 km along the meridian, by the UTM series
+    assert "UTM" in attributes["crs"]
 
 
 def test_a_log_in_degrees_gives_the_origin(tmp_path):
@@ -160,10 +167,10 @@ def test_a_log_in_degrees_gives_the_origin(tmp_path):
     (tmp_path / "log.csv").write_text(f"time,latitude,longitude,depth,heading [deg]\n{rows}\n")
     track = {"kind": "navigation", "file": str(tmp_path / "log.csv"), "pings": 1, "window": (0.1, 0.11)}
     base = {"paths": {"contributions": []}}
-    told = insonify.simulate(nominal(**base, receive={}, transmit={}).with_("track", track)).attrs
-    assert (told["origin_latitude"], told["origin_longitude"]) == (48.0, -68.0)
-    told = insonify.simulate(nominal(**base).with_("track", {**track, "origin": [48.001, -68.001]})).attrs
-    assert (told["origin_latitude"], told["origin_longitude"]) == (48.001, -68.001)
+    attributes = insonify.simulate(nominal(**base, receive={}, transmit={}).with_("track", track)).attrs
+    assert (attributes["origin_latitude"], attributes["origin_longitude"]) == (48.0, -68.0)
+    attributes = insonify.simulate(nominal(**base).with_("track", {**track, "origin": [48.001, -68.001]})).attrs
+    assert (attributes["origin_latitude"], attributes["origin_longitude"]) == (48.001, -68.001)
 
 
 def test_a_picture_is_a_figure_or_a_file(sound, tmp_path):
@@ -183,11 +190,11 @@ def test_a_missing_package_is_reported_with_a_command_that_works(package, extra)
     """From a checkout: its own extra, by its place; nothing that an index would have to know of this project."""
     from insonify.data_file import EXTRAS, install_advice
 
-    told = install_advice(extra)
+    attributes = install_advice(extra)
     assert package in EXTRAS[extra]
-    assert told.startswith("pip install ") and "'insonify[" not in told
-    if told.endswith(f"[{extra}]'"):
-        folder = told.removeprefix("pip install '").removesuffix(f"[{extra}]'")
+    assert attributes.startswith("pip install ") and "'insonify[" not in attributes
+    if attributes.endswith(f"[{extra}]'"):
+        folder = attributes.removeprefix("pip install '").removesuffix(f"[{extra}]'")
         listed = subprocess.run([sys.executable, "-c", f"import tomllib; print(tomllib.load(open({folder!r} + "
                                 "'/pyproject.toml', 'rb'))['project']['optional-dependencies'])"],
                                 capture_output=True, text=True, check=True)  # fmt: skip

@@ -18,12 +18,12 @@ PINGS, CHANNELS, SAMPLES = 4, 2, 30
 def layout(**changes):
     """A line of pings of a sonar with two sides, and a log that is not quite true."""
     place = np.arange(3.0 * PINGS).reshape(PINGS, 3)
-    told = {
+    settings = {
         "time": np.arange(SAMPLES) / 25e3, "ping_time": 0.3 * np.arange(PINGS), "steer": np.zeros(CHANNELS),
         "position": place, "attitude": place / 100, "logged_position": place + 0.5, "logged_attitude": place / 90,
         "side": np.array([-1.0, 1.0]),
     }  # fmt: skip
-    return RecordingLayout(field="pressure", **{**told, **changes})
+    return RecordingLayout(field="pressure", **{**settings, **changes})
 
 
 @pytest.mark.parametrize("name", COLUMNS)
@@ -38,18 +38,18 @@ def test_every_column_comes_back_as_it_went_in(tmp_path, name):
 
 
 def test_a_store_of_an_earlier_version_still_opens(tmp_path):
-    """Without sides and a log it says nothing of them, and everything else is there."""
+    """Without sides and a log it reports nothing of them, and everything else is there."""
     path = tmp_path / "old.zarr"
     create_recording(path, layout(), SAME)
     for name in OPTIONAL_COLUMNS:
         shutil.rmtree(path / name)
     whole = path / "zarr.json"
-    told = json.loads(whole.read_text())
-    kept = told.get("consolidated_metadata")
+    settings = json.loads(whole.read_text())
+    kept = settings.get("consolidated_metadata")
     if kept:
         for name in OPTIONAL_COLUMNS:
             kept["metadata"].pop(name, None)
-        whole.write_text(json.dumps(told))
+        whole.write_text(json.dumps(settings))
     held = open_recording(path)
     for name in COLUMNS:
         assert (name in held) == (name not in OPTIONAL_COLUMNS)
@@ -69,17 +69,17 @@ def test_the_same_recording_from_memory_and_from_disk(tmp_path):
 def _survey():
     """Three pings of a two-sided sonar along a line, logged a metre off."""
     plain = nominal(targets=[point(0, 30, 19.5)], paths={"contributions": ["target"]})
-    told = plain.model_dump()
-    told["sonar"]["sides"] = ["port", "starboard"]
-    told["track"] = {
+    settings = plain.model_dump()
+    settings["sonar"]["sides"] = ["port", "starboard"]
+    settings["track"] = {
         "kind": "line", "start": (0, 0, 11), "speed": 2.0, "pings": 3, "window": (0.03, 0.06),
         "navigation_errors": {"north": {"offset": 1.0}},
     }  # fmt: skip
-    return type(plain)(**told)
+    return type(plain)(**settings)
 
 
 def test_truth_and_log_are_both_kept():
-    """The platform is where it was planned; its log says a metre further north."""
+    """The platform is where it was planned; its log states a metre further north."""
     held = simulate(_survey())
     np.testing.assert_allclose(held["position"].values[:, 0], [0, 0.6, 1.2])
     np.testing.assert_allclose(held["logged_position"].values[:, 0], [1, 1.6, 2.2])
@@ -87,7 +87,7 @@ def test_truth_and_log_are_both_kept():
 
 
 def test_a_target_to_starboard_of_a_ship_heading_north_is_received_east():
-    """North is ahead: a point to the east is loud on the starboard channel and faint to port."""
+    """North is ahead: a point to the east is strong on the starboard channel and weak to port."""
     held = simulate(_survey())
     energy = np.sum(np.abs(held["pressure"].values) ** 2, axis=(0, 2))
     port, starboard = (energy[int(np.flatnonzero(held["side"].values == side)[0])] for side in (-1, 1))

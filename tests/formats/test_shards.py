@@ -1,4 +1,4 @@
-"""Shards: the same bytes whoever writes the pings, in any order, killed at any moment."""
+"""Shards: the same bytes whichever process writes the pings, in any order, killed at any moment."""
 
 import os
 import random
@@ -181,9 +181,9 @@ def test_twenty_processes_are_killed_and_the_recording_is_the_serial_one(serial:
     path = tmp_path / "a.zarr"
     script = WORKERS.format(tests=str(Path(__file__).parent), path=str(path))
     subprocess.run([sys.executable, "-c", script], check=True, timeout=120)
-    found, wanted = contents(path), contents(serial)
-    assert {name: found[name] for name in wanted} == wanted
-    left = found.keys() - wanted.keys()
+    found, expected = contents(path), contents(serial)
+    assert {name: found[name] for name in expected} == expected
+    left = found.keys() - expected.keys()
     assert all(name.startswith(".loose") and name.endswith(".partial") for name in left), left  # deleted in 10 min
 
 
@@ -191,16 +191,16 @@ CREATORS = """
 import os, sys
 sys.path.insert(0, {tests!r})
 import test_shards as t
-start, said = os.pipe(), os.pipe()
+start, output = os.pipe(), os.pipe()
 for _ in range(4):
     if not os.fork():
         os.close(start[1])
         os.read(start[0], 1)  # all go on at once, when it is closed
-        os.write(said[1], t.create_recording({path!r}, t.layout(), t.SAME).encode() + b"\\n")
+        os.write(output[1], t.create_recording({path!r}, t.layout(), t.SAME).encode() + b"\\n")
         os._exit(0)
 os.close(start[1])
 codes = [os.wait()[1] for _ in range(4)]
-print(codes, len(set(os.read(said[0], 9999).split())))
+print(codes, len(set(os.read(output[0], 9999).split())))
 """
 
 
@@ -208,8 +208,8 @@ print(codes, len(set(os.read(said[0], 9999).split())))
 def test_the_first_creation_wins(tmp_path: Path) -> None:
     """Four processes that create a recording at once agree on one identity, and nothing else is left."""
     script = CREATORS.format(tests=str(Path(__file__).parent), path=str(tmp_path / "a.zarr"))
-    said = subprocess.run([sys.executable, "-c", script], check=True, timeout=120, capture_output=True).stdout
-    assert said.split() == b"[0, 0, 0, 0] 1".split()
+    output = subprocess.run([sys.executable, "-c", script], check=True, timeout=120, capture_output=True).stdout
+    assert output.split() == b"[0, 0, 0, 0] 1".split()
     assert [entry.name for entry in tmp_path.iterdir()] == ["a.zarr"]
 
 
@@ -227,11 +227,11 @@ def test_a_million_pings_open_without_reading_them(tmp_path: Path) -> None:
 def test_the_size_of_a_shard(monkeypatch: pytest.MonkeyPatch) -> None:
     """64 to 1024 pings and 64 to 512 MB where both can be, whole lines of a recorder, one file a ping of short runs."""
     monkeypatch.setattr(shards, "MOST_PINGS", 1024)
-    for pings, size, line, wanted in (
+    for pings, size, line, expected in (
         (64, 10**5, 1, 1), (65, 10**5, 1, 65), (10**6, 1, 1, 1024), (10**6, 2**17, 1, 512), (10**6, 2**20, 1, 64),
         (10**6, 2**24, 1, 32), (10**6, 2**30, 1, 1), (10**6, 2**17, 5, 510), (10**6, 2**29, 5, 5),
     ):  # fmt: skip
-        assert pings_per_shard(pings, size, line) == wanted, (pings, size, line)
+        assert pings_per_shard(pings, size, line) == expected, (pings, size, line)
 
 
 @pytest.mark.parametrize("cut", [10, 3000])

@@ -13,11 +13,11 @@ PINGS, CHANNELS, SAMPLES = 3, 2, 20
 def layout(**changes):
     """Three pings; of two platforms if their receiver's poses are among the changes."""
     place = np.arange(3.0 * PINGS).reshape(PINGS, 3)
-    told = {
+    settings = {
         "time": np.arange(SAMPLES) / 25e3, "ping_time": 0.3 * np.arange(PINGS), "steer": np.zeros(CHANNELS),
         "position": place, "attitude": place / 100,
     }  # fmt: skip
-    return RecordingLayout(field="pressure", **{**told, **changes})
+    return RecordingLayout(field="pressure", **{**settings, **changes})
 
 
 def apart():
@@ -28,7 +28,7 @@ def apart():
 
 @pytest.mark.parametrize("name", BISTATIC_COLUMNS)
 def test_a_receivers_own_poses_come_back_as_they_went_in(tmp_path, name):
-    """From disk and from memory, with dimensions, unit and meaning; the column says that it is the receiver's."""
+    """From disk and from memory, with dimensions, unit and meaning; the column states that it is the receiver's."""
     two = layout(**apart())
     create_recording(tmp_path / "two.zarr", two, SAME)
     stored = open_recording(tmp_path / "two.zarr")
@@ -41,7 +41,7 @@ def test_a_receivers_own_poses_come_back_as_they_went_in(tmp_path, name):
 
 
 def test_one_platform_has_no_columns_of_a_second(tmp_path):
-    """Neither in memory nor on disk: whoever finds `receiver_position` may rely on two platforms."""
+    """Neither in memory nor on disk: `receiver_position` is there for two platforms alone."""
     one = layout()
     assert columns_of(one) == COLUMNS and set(columns_of(layout(**apart()))) == {*COLUMNS, *BISTATIC_COLUMNS}
     create_recording(tmp_path / "one.zarr", one, SAME)
@@ -50,15 +50,15 @@ def test_one_platform_has_no_columns_of_a_second(tmp_path):
         assert not set(BISTATIC_COLUMNS) & set(found.variables)
 
 
-@pytest.mark.parametrize("wanted", [[0], [2, 0], [1, 2]])
-def test_a_part_of_a_survey_has_the_poses_of_its_own_pings(wanted):
-    """Rows of both platforms follow the pings that were asked for, in their order."""
+@pytest.mark.parametrize("expected", [[0], [2, 0], [1, 2]])
+def test_a_part_of_a_survey_has_the_poses_of_its_own_pings(expected):
+    """Rows of both platforms follow the pings that were requested, in their order."""
     held = recording_dataset(
-        layout(**apart()), SAME, np.zeros((len(wanted), CHANNELS, SAMPLES), np.complex64), np.array(wanted)
+        layout(**apart()), SAME, np.zeros((len(expected), CHANNELS, SAMPLES), np.complex64), np.array(expected)
     )
     for name, values in apart().items():
-        np.testing.assert_array_equal(held[name].values, values[wanted])
-    np.testing.assert_array_equal(held["position"].values, layout().position[wanted])
+        np.testing.assert_array_equal(held[name].values, values[expected])
+    np.testing.assert_array_equal(held["position"].values, layout().position[expected])
 
 
 @pytest.mark.parametrize("name", BISTATIC_COLUMNS)
@@ -69,7 +69,7 @@ def test_a_column_that_is_too_short_is_refused(name):
 
 
 def test_a_log_left_out_is_the_truth():
-    """A receiver whose log is not told has logged where it was."""
+    """A receiver whose log is not given has logged where it was."""
     some = {name: values for name, values in apart().items() if not name.startswith("logged")}
     two = layout(**some)
     for name in ("position", "attitude"):

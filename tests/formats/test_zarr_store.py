@@ -55,7 +55,7 @@ def test_what_is_written_is_read_bit_by_bit(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(("field", "units"), [("pressure", "uPa"), ("intensity", "uPa^2")])
-def test_every_variable_says_what_it_is(tmp_path: Path, field: str, units: str) -> None:
+def test_every_variable_states_what_it_is(tmp_path: Path, field: str, units: str) -> None:
     """Units and a long name on each; dimensions by name."""
     create_recording(tmp_path / "a.zarr", layout(field), SAME)
     data = open_recording(tmp_path / "a.zarr")
@@ -87,15 +87,15 @@ def test_a_ping_is_written_as_zarr_would(tmp_path: Path, field: str) -> None:
     zarr.open_array(theirs / field, mode="r+")[2] = values
     zarr.open_array(theirs / "done", mode="r+")[2] = True
     for name in (field, "done"):
-        written, told = (
+        written, expected = (
             {file.relative_to(path): file.read_bytes() for file in (path / name / "c").rglob("*") if file.is_file()}
             for path in (ours, theirs)
         )
-        assert written == told and len(told) == 1
+        assert written == expected and len(expected) == 1
 
 
 def test_the_mask_is_what_zarr_reads(tmp_path: Path) -> None:
-    """Names of chunks tell the same as their contents, also where a write was broken off."""
+    """Names of chunks give the same as their contents, also where a write was broken off."""
     path = tmp_path / "a.zarr"
     create_recording(path, layout(), SAME)
     assert not recorded_pings(path).any()
@@ -153,7 +153,7 @@ def test_nothing_but_a_recording_is_ever_replaced(tmp_path: Path) -> None:
 
 
 def test_a_place_where_no_folder_can_be_made_is_the_names_fault(tmp_path: Path) -> None:
-    """Below a file, or under a name too long for any folder: said with the way out, and nothing is left there."""
+    """Below a file, or under a name too long for any folder: stated with the fix, and nothing is left there."""
     (tmp_path / "file").write_text("")
     for place in (tmp_path / "file" / "a.zarr", tmp_path / ("a" * 300)):
         with pytest.raises(StoreError, match=r"cannot be written: .* Choose a folder"):
@@ -210,7 +210,7 @@ while True:
 """
 
 
-def test_killed_at_any_moment_what_the_mask_says_is_there(tmp_path: Path) -> None:
+def test_killed_at_any_moment_what_the_mask_states_is_there(tmp_path: Path) -> None:
     """Four runs are killed without warning; the recording is whole, or absent, or begun, never wrong."""
     path = tmp_path / "a.zarr"
     script = WRITER.format(tests=str(Path(__file__).parent), path=str(path))
@@ -229,7 +229,7 @@ def test_killed_at_any_moment_what_the_mask_says_is_there(tmp_path: Path) -> Non
 
 
 @pytest.mark.parametrize(
-    ("file", "content", "said"),
+    ("file", "content", "message"),
     [
         ("zarr.json", b"{", r"zarr\.json, line 1, column 2: damaged"),
         ("zarr.json", b"", r"zarr\.json, line 1, column 1: damaged"),
@@ -241,8 +241,10 @@ def test_killed_at_any_moment_what_the_mask_says_is_there(tmp_path: Path) -> Non
         ("pressure", None, "neither pressure nor intensity"),
     ],
 )
-def test_a_damaged_recording_is_named_file_by_file(tmp_path: Path, file: str, content: bytes | None, said: str) -> None:
-    """Whoever opens it, or would go on with it, is told which file is broken and what to do."""
+def test_a_damaged_recording_is_named_file_by_file(
+    tmp_path: Path, file: str, content: bytes | None, message: str
+) -> None:
+    """Opening it, or going on with it, reports which file is broken and what to do."""
     path = tmp_path / "harbour.zarr"
     create_recording(path, layout(), SAME)
     write_ping(path, 0, sound(0))
@@ -252,9 +254,9 @@ def test_a_damaged_recording_is_named_file_by_file(tmp_path: Path, file: str, co
         shutil.rmtree(path / file)
     else:
         (path / file).unlink()
-    for ask in (lambda: open_recording(path), lambda: create_recording(path, layout(), SAME)):
-        with pytest.raises(StoreError, match=said + r".*simulate again"):
-            ask()
+    for attempt in (lambda: open_recording(path), lambda: create_recording(path, layout(), SAME)):
+        with pytest.raises(StoreError, match=message + r".*simulate again"):
+            attempt()
 
 
 @pytest.mark.parametrize("damaged", ["pressure/c/1/0/0", "done/c/1"])
@@ -267,12 +269,12 @@ def test_a_damaged_chunk_is_named_and_its_ping_simulated_again(tmp_path: Path, d
         write_ping(path, ping, sound(ping))
     file = path / damaged
     file.write_bytes(file.read_bytes()[: min(cut, file.stat().st_size - 1)])
-    said = rf"{damaged} is damaged.*Delete this file and simulate its ping again"
-    with pytest.raises(StoreError, match=said):
+    message = rf"{damaged} is damaged.*Delete this file and simulate its ping again"
+    with pytest.raises(StoreError, match=message):
         open_recording(path).load()
     if damaged.startswith("pressure"):
         np.testing.assert_array_equal(open_recording(path)["pressure"][0], sound(0))
-        with pytest.raises(StoreError, match=said):
+        with pytest.raises(StoreError, match=message):
             open_recording(path)["pressure"][1, 0, 3:7].values.sum()
         file.unlink()
     assert recorded_pings(path).tolist() == [True, False, False, False, False]

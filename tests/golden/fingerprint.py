@@ -1,7 +1,8 @@
 """Two kinds of fingerprint of a scene's output: exact on one kind of processor, and close on any.
 
 Compiled arithmetic may contract and reassociate differently from processor to processor, so a digest of the bits holds
-only where the compiler sees the same instruction set and versions. A few projections of the numbers hold everywhere.
+only where the compiler receives the same instruction set and versions. A few projections of the numbers hold
+everywhere.
 """
 
 import hashlib

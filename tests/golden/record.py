@@ -1,6 +1,6 @@
 """Record golden fingerprints: `python tests/golden/record.py [scene ...]`, all scenes by default.
 
-Run it only after a change that is meant to move numbers, and say in the commit which scenes moved and why. Digests of
+Run it only after a change that is meant to move numbers, and state in the commit which scenes moved and why. Digests of
 other processors are dropped for scenes whose projections moved, since they can no longer hold.
 """
 

@@ -52,7 +52,7 @@ def test_higher_frequencies_are_lost_sooner(frequency, temperature, salinity, ph
 
 
 NO_BORON = -50.0
-"""Acidity at which the boric term is 10^-45 of its usual size [1]; no water has it: the laws are asked themselves."""
+"""Acidity at which the boric term is 10^-45 of its usual size [1]; no water has it: the laws are called themselves."""
 
 
 def _law(frequency, model="francois-garrison", temperature=10.0, salinity=35.0, depth=0.0, ph=8.0):
@@ -85,7 +85,7 @@ def test_pressure_stiffens_water():
     assert deep / surface == pytest.approx(1 - 0.0383 + 0.00049, rel=1e-12)
 
 
-def test_less_acid_water_is_deafer():
+def test_less_acid_water_absorbs_more():
     """One unit of pH is a factor 10^0.78 of the boric term."""
     neutral, alkaline, without = _law(1e3, ph=[7.0, 8.0, NO_BORON])
     assert (alkaline - without) / (neutral - without) == pytest.approx(10**0.78, rel=1e-9)
@@ -110,7 +110,7 @@ def test_arguments_broadcast():
 
 
 @pytest.mark.parametrize(
-    ("frequency", "condition", "range_said"),
+    ("frequency", "condition", "range_stated"),
     [
         (1e5, {"temperature": 28.0}, "-2 to 22 degC"),
         (1e5, {"salinity": [7.0, 5.0]}, "30 to 35 g/kg"),
@@ -118,11 +118,11 @@ def test_arguments_broadcast():
         ([2e6, 3e6], {}, "200 to 1e\\+06 Hz"),
     ],
 )
-def test_outside_the_law_one_warning_says_so(frequency, condition, range_said):
+def test_outside_the_law_one_warning_reports_it(frequency, condition, range_stated):
     """A number comes back, with one sentence naming law and range."""
-    with pytest.warns(PhysicsWarning, match=f"Francois & Garrison.*{range_said}") as heard:
+    with pytest.warns(PhysicsWarning, match=f"Francois & Garrison.*{range_stated}") as caught:
         assert np.all(absorption_db_per_m(frequency, **condition) > 0)
-    assert len(heard) == 1
+    assert len(caught) == 1
 
 
 def test_above_500_khz_warm_brackish_water_is_inside_the_law():
@@ -134,7 +134,7 @@ def test_above_500_khz_warm_brackish_water_is_inside_the_law():
 
 
 def test_an_unknown_law_is_reported_with_the_known_ones():
-    """The error lists what can be asked."""
+    """The error lists what can be requested."""
     with pytest.raises(ValueError, match=r"'thorp'.*available are: francois-garrison"):
         absorption_db_per_m(1e5, model="thorp")
 
@@ -232,7 +232,7 @@ def test_less_than_no_salt_is_refused(model):
 
 
 @pytest.mark.parametrize(
-    ("frequency", "condition", "said"),
+    ("frequency", "condition", "message"),
     [
         (2e6, {}, "100 to 1e\\+06 Hz"),
         (1e5, {"temperature": 35.5}, "-6 to 35 degC"),
@@ -241,8 +241,8 @@ def test_less_than_no_salt_is_refused(model):
         (1e5, {"ph": 7.6}, "7.7 to 8.3"),
     ],
 )
-def test_outside_the_simple_law_one_warning_says_so(frequency, condition, said):
+def test_outside_the_simple_law_one_warning_reports_it(frequency, condition, message):
     """A number comes back, with one sentence naming law and range."""
-    with pytest.warns(PhysicsWarning, match=f"Ainslie & McColm.*{said}") as heard:
+    with pytest.warns(PhysicsWarning, match=f"Ainslie & McColm.*{message}") as caught:
         _simple(frequency, **condition)
-    assert len(heard) == 1
+    assert len(caught) == 1

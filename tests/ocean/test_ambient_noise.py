@@ -61,7 +61,7 @@ def test_wind_noise_is_what_is_read_from_wenzs_curves():
     assert -6 < away[frequency == 19][0] < -4
 
 
-def test_two_ways_of_listening_to_wind_agree():
+def test_two_models_of_wind_noise_agree():
     """Vagle, Large & Farmer (1990), quoted from memory: 20 log10(53.91 U - 104.5) dB at 8 kHz; 4 dB apart at most."""
     wind = np.array([5.0, 7.5, 10.0, 15.0])
     np.testing.assert_allclose(wind_noise_db(8e3, wind), 20 * np.log10(53.91 * wind - 104.5), atol=4)
@@ -74,13 +74,13 @@ def test_the_busiest_sea_is_20_db_stronger_than_the_remotest():
 
 @given(st.floats(0, 20), st.floats(0, 1), st.floats(0, 100))
 def test_causes_add_as_powers(wind, shipping, rain):
-    """The sum of all powers, never below the loudest cause nor 7 dB (five equal ones) above it."""
+    """The sum of all powers, never below the strongest cause nor 7 dB (five equal ones) above it."""
     f = FREQUENCIES[20:30]
     causes = noise_components_db(f, wind_speed=wind, shipping=shipping, rain_rate=rain)
     total = noise_level_db(f, wind_speed=wind, shipping=shipping, rain_rate=rain)
     np.testing.assert_allclose(intensity_ratio(total), sum(intensity_ratio(c) for c in causes.values()))
-    loudest = np.max(list(causes.values()), axis=0)
-    assert np.all((total >= loudest) & (total <= loudest + 7))
+    strongest = np.max(list(causes.values()), axis=0)
+    assert np.all((total >= strongest) & (total <= strongest + 7))
 
 
 @given(st.floats(0, 19), st.floats(0, 0.9), st.floats(0, 99))
@@ -111,7 +111,7 @@ def test_no_rain_is_silent():
 
 
 def test_rain_is_flat_below_20_khz_and_falls_above():
-    """The shape that we say: level to 20 kHz, then 20 dB a decade."""
+    """The shape that we state: level to 20 kHz, then 20 dB a decade."""
     np.testing.assert_allclose(rain_noise_db([2e3, 1e4, 2e4], 10.0), rain_noise_db(5e3, 10.0))
     assert rain_noise_db(2e5, 10.0) == pytest.approx(rain_noise_db(2e4, 10.0) - 20)
 
@@ -125,7 +125,7 @@ def test_weather_beyond_what_was_received_warns():
 
 
 def test_a_measured_spectrum_is_straight_over_the_logarithm_of_frequency():
-    """Half-way in octaves is half-way in level, measured points are met, and it adds like any other cause."""
+    """Half-way in octaves is half-way in level, measured points are reached, and it adds like any other cause."""
     shrimps = NoiseSpectrum([1e3, 1e5], [60.0, 40.0])
     assert shrimps.level_db(1e4) == pytest.approx(50)
     np.testing.assert_allclose(shrimps.level_db([1e3, 1e5]), [60, 40])
@@ -140,13 +140,13 @@ def test_outside_the_measured_band_its_end_is_held_with_a_warning():
 
 
 def test_a_fit_outside_its_range_warns_only_where_it_is_received():
-    """A gale at 150 kHz is louder than the molecules and beyond what anyone fitted; at 1 MHz it is neither."""
+    """A gale at 150 kHz is stronger than the molecules and beyond what anyone fitted; at 1 MHz it is neither."""
     with pytest.warns(PhysicsWarning, match=r"fit of wind noise.*1 to 100000 Hz; 150000 Hz"):
         noise_level_db([150e3, 1e6], wind_speed=20.0)
 
 
 @pytest.mark.parametrize(
-    ("ask", "said"),
+    ("attempt", "message"),
     [
         (lambda: noise_level_db(0.0), "frequency is 0 Hz"),
         (lambda: wind_noise_db(1e3, -1.0), "wind_speed is -1 m/s"),
@@ -156,10 +156,10 @@ def test_a_fit_outside_its_range_warns_only_where_it_is_received():
         (lambda: NoiseSpectrum([1e3, 1e4], [1.0]), "one for each"),
     ],
 )
-def test_what_no_sea_has_is_refused(ask, said):
+def test_what_no_sea_has_is_refused(attempt, message):
     """The error names the quantity, its value and its limit."""
-    with pytest.raises(ValueError, match=said):
-        ask()
+    with pytest.raises(ValueError, match=message):
+        attempt()
 
 
 def test_arguments_broadcast():
@@ -169,7 +169,7 @@ def test_arguments_broadcast():
 
 @pytest.mark.parametrize("contribution", [turbulence_noise_db, shipping_noise_db, wind_noise_db])
 def test_a_contribution_evaluated_alone_names_its_range(contribution):
-    """At 1 MHz none of the fits to Wenz's curves was measured; beside the others it is not heard, and silent."""
+    """At 1 MHz none of the fits to Wenz's curves was measured; beside the others it is not received, and silent."""
     with pytest.warns(PhysicsWarning, match=r"The fit of .* noise is trusted for frequency"):
         contribution(1e6)
     with warnings.catch_warnings():

@@ -91,7 +91,7 @@ def test_a_measured_copy_of_the_sea_makes_it_three_decibels_stronger(frequency):
 
 
 @given(st.floats(100, 1e5), st.floats(-40, 40), st.floats(20, 120))
-def test_a_measured_power_law_is_met_everywhere(frequency, slope, level):
+def test_a_measured_power_law_is_reproduced_everywhere(frequency, slope, level):
     """Level linear in the logarithm of frequency is interpolated exactly, from three points."""
     f = np.array([100.0, 3e3, 1e5])
     law = NoiseSpectrum(f, level + slope * np.log10(f / 1e3))
@@ -115,7 +115,7 @@ def test_every_cause_has_its_name():
 
 
 def test_the_defaults_are_a_breeze_and_some_ships():
-    """5 m/s, shipping 0.5 and no rain, said or unsaid."""
+    """5 m/s, shipping 0.5 and no rain, stated or unsaid."""
     f = np.array([50.0, 1e3, 5e4])
-    said = noise_level_db(f, wind_speed=5.0, shipping=0.5, rain_rate=0.0)
-    np.testing.assert_array_equal(noise_level_db(f), said)
+    stated = noise_level_db(f, wind_speed=5.0, shipping=0.5, rain_rate=0.0)
+    np.testing.assert_array_equal(noise_level_db(f), stated)

@@ -132,7 +132,7 @@ def test_more_wind_combs_the_ripples():
 
 @given(st.floats(0.05, 3000), st.floats(0.01, 0.99))
 def test_a_quantile_of_a_wind_sea_undoes_its_share(k, share):
-    """The density, summed up to the quantile, is the share that was asked."""
+    """The density, summed up to the quantile, is the share that was requested."""
     fan = ElfouhailySpreading(Elfouhaily(8.0))
     angle = np.linspace(-np.pi, float(fan.quantile(share, k)), 4001)
     assert np.trapezoid(fan.density(angle, k), angle) == pytest.approx(share, abs=1e-5)

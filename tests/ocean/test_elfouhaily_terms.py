@@ -59,6 +59,6 @@ def test_nothing_is_longer_than_the_longest_waves():
 
 
 def test_a_shore_that_is_none_is_refused():
-    """No fetch, no sea; the message says what to give."""
+    """No fetch, no sea; the message states what to give."""
     with pytest.raises(ValueError, match="fetch is 0"):
         Elfouhaily.from_fetch(10.0, 0.0)

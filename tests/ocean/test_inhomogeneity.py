@@ -31,7 +31,7 @@ def test_only_lengths_compared_with_each_other_count(way, length, index, factor)
 
 
 @given(WAY, st.floats(1.01, 3), LENGTH)
-def test_a_longer_way_gathers_more_but_no_more_than_in_step(way, factor, length):
+def test_a_longer_path_gathers_more_but_no_more_than_in_step(way, factor, length):
     """Between the growth of independent patches (as the way) and that of one patch (as its square)."""
     uneven = Inhomogeneity(rms_index=1e-4, correlation_length=length)
     near, far = delay_variance(way, 1500.0, uneven), delay_variance(way * factor, 1500.0, uneven)

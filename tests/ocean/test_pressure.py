@@ -47,12 +47,12 @@ def test_at_45_degrees_the_polynomial_stands_alone():
 
 
 def test_south_is_as_north():
-    """Latitudes on either side of the equator weigh alike, and none is heavier than its shape says."""
+    """Latitudes on either side of the equator weigh alike, and none is heavier than its shape states."""
     assert pressure_dbar([10.0, 200.0], -60.0) == pytest.approx(pressure_dbar([10.0, 200.0], 60.0))
     assert depth_from_pressure([[10.0], [20.0]], [0.0, 30.0, 60.0]).shape == (2, 3)
 
 
-def test_below_the_deepest_trench_one_warning_says_so():
+def test_below_the_deepest_trench_one_warning_reports_it():
     """There is no ocean of 13 km."""
     with pytest.warns(PhysicsWarning, match="Leroy & Parthiot.*0 to 12000 m"):
         pressure_dbar(13e3)

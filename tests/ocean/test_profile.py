@@ -11,7 +11,7 @@ from insonify.validity import PhysicsWarning
 SUMMER = SoundSpeedProfile([0.0, 10.0, 15.0, 40.0], [1520.0, 1519.0, 1500.0, 1501.0])
 
 
-def test_knots_are_met_exactly():
+def test_knots_are_reproduced_exactly():
     """At a measured depth the speed is the measured one, bit for bit."""
     np.testing.assert_array_equal(SUMMER.at(SUMMER.depth), SUMMER.speed)
 
@@ -32,7 +32,7 @@ def test_at_a_knot_the_gradient_is_that_of_the_layer_below():
     np.testing.assert_array_equal(SUMMER.at([-1.0, 41.0]), [1520.0, 1501.0])
 
 
-def test_answers_have_the_shape_of_the_question():
+def test_results_have_the_shape_of_the_arguments():
     """One depth, or a grid of depths."""
     assert SUMMER.at(5.0).shape == () and SUMMER.gradient(5.0).shape == ()
     assert SUMMER.at(np.zeros((2, 3))).shape == (2, 3) and SUMMER.gradient(np.zeros((2, 3))).shape == (2, 3)
@@ -59,8 +59,8 @@ def test_a_profile_is_frozen():
     assert repr(profile) == "SoundSpeedProfile: 2 knots, 0-10 m, 1500.0-1510.0 m/s"
 
 
-def test_a_profile_says_whether_it_covers_the_water():
-    """Too shallow or begun too deep is an error with the way out, and the way out works."""
+def test_a_profile_states_whether_it_covers_the_water():
+    """Too shallow or begun too deep is an error with the fix, and the fix works."""
     cast = SoundSpeedProfile([1.5, 30.0], [1500.0, 1490.0])
     with pytest.raises(ValueError, match=r"begins at 1.5 m.*extended\(50\)"):
         cast.covers(50.0)
@@ -73,7 +73,7 @@ def test_a_profile_says_whether_it_covers_the_water():
 
 
 @pytest.mark.parametrize(
-    ("depth", "speed", "said"),
+    ("depth", "speed", "message"),
     [
         ([0.0], [1500.0], "1 knot"),
         ([0.0, 10.0], [1500.0], r"shape \(2,\), speed \(1,\)"),
@@ -85,9 +85,9 @@ def test_a_profile_says_whether_it_covers_the_water():
         ([0.0, 10.0], [1500.0, 15.0], r"speed\[1\] is 15 m/s.*1300 to 1700"),
     ],
 )
-def test_impossible_profiles_are_refused(depth, speed, said):
+def test_impossible_profiles_are_refused(depth, speed, message):
     """What, where, the value and the limit."""
-    with pytest.raises(ValueError, match=said):
+    with pytest.raises(ValueError, match=message):
         SoundSpeedProfile(depth, speed)
 
 
@@ -120,7 +120,7 @@ def test_a_cast_of_temperature_and_salinity_is_read_by_the_law_requested(tmp_pat
 
 
 @pytest.mark.parametrize(
-    ("text", "said"),
+    ("text", "message"),
     [
         ("", "line 1: the file is empty"),
         ("# only talk\n", "line 1: the file is empty"),
@@ -144,16 +144,16 @@ def test_a_cast_of_temperature_and_salinity_is_read_by_the_law_requested(tmp_pat
         ("depth,speed\n0,1500\n", "line 2: the file ends after 1 row"),
     ],
 )
-def test_every_fault_of_a_file_is_reported_with_its_place(tmp_path, text, said):
+def test_every_fault_of_a_file_is_reported_with_its_location(tmp_path, text, message):
     """File, line and column, and what to do."""
     path = tmp_path / "broken.csv"
     path.write_text(text)
-    with pytest.raises(ValueError, match=rf"broken\.csv, {said}"):
+    with pytest.raises(ValueError, match=rf"broken\.csv, {message}"):
         read_profile(path)
 
 
 def test_a_picture_is_not_a_profile(tmp_path):
-    """Bytes that are no text are told with their line."""
+    """Bytes that are no text are reported with their line."""
     path = tmp_path / "cast.csv"
     path.write_bytes(b"depth,speed\n\xff\xd8\xff")
     with pytest.raises(ValueError, match=r"cast\.csv, line 2: not text"):

@@ -8,7 +8,7 @@ from insonify.ocean.profile_corners import MAX_CORNERS, profile_corners
 
 
 def found(depth, speed, source, farthest=300.0):
-    """Depths of the corners that are told."""
+    """Depths of the corners that are reported."""
     return [kink.depth for kink in profile_corners(SoundSpeedProfile(depth, speed), source, farthest)]
 
 
@@ -33,7 +33,7 @@ def test_both_sides_of_the_source_are_searched():
 
 
 def test_a_corner_in_slower_water_is_never_grazed():
-    """The paper's summer thermocline, heard from inside it: above it rays get free, below they steepen."""
+    """The paper's summer thermocline, received from inside it: above it rays get free, below they steepen."""
     assert found([0, 8, 14, 20], [1510, 1510, 1490, 1490], 11.0) == []
 
 
@@ -52,9 +52,9 @@ def test_of_a_rough_cast_the_sharpest_corners_are_reported():
     """Ten thousand rows with noise have thousands of corners: the sharpest are enough, nearest first."""
     depth = np.linspace(0, 20, 2001)
     speed = 1500 - 10 * np.tanh((depth - 9) / 2) + 0.005 * np.random.default_rng(1).standard_normal(depth.size)
-    told = list(profile_corners(SoundSpeedProfile(depth, speed), 11.0, 300.0))
-    assert 1 < len(told) <= 2 * MAX_CORNERS
-    above = [kink.depth for kink in told if kink.depth < 11]
+    corners = list(profile_corners(SoundSpeedProfile(depth, speed), 11.0, 300.0))
+    assert 1 < len(corners) <= 2 * MAX_CORNERS
+    above = [kink.depth for kink in corners if kink.depth < 11]
     assert above == sorted(above, reverse=True)
 
 

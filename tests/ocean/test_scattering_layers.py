@@ -1,4 +1,4 @@
-"""Claims about layers of water that answer: the column holds what was written, down to wherever the water ends."""
+"""Claims about layers of water that scatter: the column holds what was written, down to wherever the water ends."""
 
 import numpy as np
 import pytest
@@ -14,7 +14,7 @@ STRENGTHS = st.lists(st.none() | st.floats(-110, -20), min_size=6, max_size=6)
 
 
 def at(rows, depth):
-    """Strength that the row above a depth says [1/m], by looking down the list."""
+    """Strength that the row above a depth states [1/m], by looking down the list."""
     found = 0.0
     for top, strength in rows:
         if top < depth:
@@ -23,7 +23,7 @@ def at(rows, depth):
 
 
 @given(DEPTHS, STRENGTHS, st.floats(0.5, 500), st.lists(st.floats(0.01, 1), min_size=5, max_size=5))
-def test_every_depth_answers_as_the_row_above_it_says(depths, strengths, deepest, parts):
+def test_every_depth_scatters_as_the_row_above_it_states(depths, strengths, deepest, parts):
     """At any depth of the water exactly the strength of the last row above, and nothing where that is null."""
     rows = tuple(zip(map(float, depths), strengths, strict=False))
     layers = layer_columns(rows, deepest)
@@ -53,7 +53,7 @@ def test_one_strength_is_one_row_from_the_surface(strength, deepest):
 
 @given(DEPTHS, STRENGTHS, st.floats(10, 400), st.floats(0.01, 0.99))
 def test_a_row_may_be_written_twice(depths, strengths, deepest, part):
-    """A layer cut in two by a row of the same strength answers as the whole does, metre for metre."""
+    """A layer cut in two by a row of the same strength scatters as the whole does, metre for metre."""
     rows = tuple(zip(map(float, depths), strengths, strict=False))
     cut = depths[-1] + part * 50.0
     twice = (*rows, (cut, rows[-1][1]))
@@ -62,7 +62,7 @@ def test_a_row_may_be_written_twice(depths, strengths, deepest, part):
     assert columns[0] == pytest.approx(columns[1], rel=1e-9, abs=1e-300)
 
 
-def test_clear_water_answers_nothing():
+def test_clear_water_scatters_nothing():
     """No strength, rows of null, and rows below the bottom: no layer at all."""
     for written in (None, ((0.0, None),), ((30.0, -60.0),)):
         assert layer_columns(written, 20.0).shape == (0, 3)
@@ -75,7 +75,7 @@ def test_clear_water_answers_nothing():
     ({"size": (1.0, float("nan"), 1.0)}, "size"), ({"position": (0.0, float("inf"), 5.0)}, "position"),
 ])  # fmt: skip
 def test_a_patch_that_cannot_be_is_refused(change, word):
-    """Flat, above the sea, louder than a wall, of no known form, nowhere: the field that is wrong is named."""
+    """Flat, above the sea, stronger than a wall, of no known form, nowhere: the field that is wrong is named."""
     good = {"position": (0.0, 30.0, 10.0), "size": (2.0, 2.0, 1.0), "volume_strength_db": -40.0}
     with pytest.raises(ValidationError, match=word):
         ScatteringPatch(**{**good, **change})

@@ -13,21 +13,21 @@ TABLE = "depth,speed\n0,1510\n8,1510\n14,1490\n20,1490\n"
 
 
 def refused(**water) -> str:
-    """What somebody is told."""
+    """The messages."""
     with pytest.raises(ValidationError) as caught:
         Water(**water)
     return caught.value.errors()[0]["msg"]
 
 
 def test_one_water_may_be_written_in_many_ways(tmp_path):
-    """A table, rows, columns, units and a profile say the same."""
+    """A table, rows, columns, units and a profile state the same."""
     (tmp_path / "cast.csv").write_text(TABLE)
-    wanted = SoundSpeedProfile(*np.array(ROWS, dtype=float).T)
+    expected = SoundSpeedProfile(*np.array(ROWS, dtype=float).T)
     depth, speed = ([row[i] for row in ROWS] for i in (0, 1))
     with_units = [[f"{z} m", f"{c / 1000} km/h"] for z, c in np.array(ROWS) * [1, 3600]]
-    for written in (ROWS, with_units, {"depth": depth, "speed": speed}, wanted, tmp_path / "cast.csv"):
+    for written in (ROWS, with_units, {"depth": depth, "speed": speed}, expected, tmp_path / "cast.csv"):
         found = Water(profile=written).profile_to_depth(20.0)
-        np.testing.assert_allclose([found.depth, found.speed], [wanted.depth, wanted.speed], rtol=1e-14)
+        np.testing.assert_allclose([found.depth, found.speed], [expected.depth, expected.speed], rtol=1e-14)
 
 
 def test_temperature_and_salinity_may_stand_for_speed():
@@ -75,7 +75,7 @@ def test_smoothing_rounds_the_corners():
 
 
 def test_water_deeper_than_its_profile_is_reported():
-    """With the way out."""
+    """With the fix."""
     with pytest.raises(ValueError, match=r"ends at 20 m; the water is 25 m deep"):
         Water(profile=ROWS).profile_to_depth(25.0)
 
@@ -87,7 +87,7 @@ def test_one_of_speed_and_profile_must_go():
 
 
 @pytest.mark.parametrize(
-    ("profile", "said"),
+    ("profile", "message"),
     [
         ([[0, 1500]], "1 depth(s) make no profile"),
         ([], "0 depth(s) make no profile"),
@@ -113,15 +113,15 @@ def test_one_of_speed_and_profile_must_go():
         ({"depth": [9, 0], "speed": [1500, 1500]}, "depth.1: 0 m comes after 9 m"),
     ],
 )
-def test_what_is_no_profile_is_reported_with_its_place(profile, said):
+def test_what_is_no_profile_is_reported_with_its_location(profile, message):
     """Row and column, value, limits."""
-    assert said in refused(profile=profile)
+    assert message in refused(profile=profile)
 
 
 def test_all_errors_of_a_profile_are_reported_at_once():
-    """Nobody likes to be corrected one word at a time."""
-    told = refused(profile=[[0, 1200], [9, 1900], ["deep", 1500]]).splitlines()
-    assert sorted(line.split(":")[0] for line in told) == ["0.1", "1.1", "2.0"]
+    """All errors of a profile are reported together."""
+    messages = refused(profile=[[0, 1200], [9, 1900], ["deep", 1500]]).splitlines()
+    assert sorted(line.split(":")[0] for line in messages) == ["0.1", "1.1", "2.0"]
 
 
 def test_a_table_that_is_missing_or_broken_is_reported_by_name(tmp_path, monkeypatch):

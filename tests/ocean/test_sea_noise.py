@@ -15,18 +15,21 @@ FREQUENCY = np.array([1e3, 10e3, 40e3])
 WIND, RAIN, SHIPS = st.floats(0.5, 20), st.floats(0, 50), st.floats(0, 1)
 
 
-def density(**told):
-    """What a hydrophone hears, from where; laws that are stretched are no matter here."""
+def density(**settings):
+    """What a hydrophone receives, from where; laws that are stretched are no matter here."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", PhysicsWarning)
-        return SeaNoise(**told).density(FREQUENCY)
+        return SeaNoise(**settings).density(FREQUENCY)
 
 
 @given(WIND, RAIN, SHIPS)
-def test_from_wherever_it_comes_it_is_as_loud(wind, rain, ships):
-    """One hydrophone cannot tell: what comes from the surface and from everywhere adds up to the sum of all causes."""
-    told = {"wind_speed": wind, "rain_rate": rain, "shipping": ships}
-    everywhere, has_parallax = density(**told), density(**told, directionality="surface")
+def test_from_wherever_it_comes_it_is_as_strong(wind, rain, ships):
+    """One hydrophone has no direction.
+
+    What comes from the surface and from everywhere adds up to the sum of all causes.
+    """
+    settings = {"wind_speed": wind, "rain_rate": rain, "shipping": ships}
+    everywhere, has_parallax = density(**settings), density(**settings, directionality="surface")
     assert set(everywhere) == {"isotropic"} and set(has_parallax) == {"isotropic", "surface"}
     np.testing.assert_allclose(sum(has_parallax.values()), everywhere["isotropic"], rtol=1e-9)
 
@@ -49,11 +52,11 @@ def test_more_weather_is_never_quieter(wind, gust, rain, shower):
 
 @given(st.floats(-50, 150))
 def test_a_measured_level_is_that_level_at_all_frequencies(level):
-    """Decibels re 1 uPa^2/Hz, as power; from where it was said to come."""
+    """Decibels re 1 uPa^2/Hz, as power; from where it was stated to come."""
     for directionality in ("isotropic", "surface"):
-        told = density(level_db=level, directionality=directionality)
-        assert set(told) == {directionality}
-        np.testing.assert_allclose(told[directionality], 10 ** (level / 10), rtol=1e-12)
+        expected = density(level_db=level, directionality=directionality)
+        assert set(expected) == {directionality}
+        np.testing.assert_allclose(expected[directionality], 10 ** (level / 10), rtol=1e-12)
 
 
 def test_the_level_is_that_of_the_laws():
@@ -65,6 +68,6 @@ def test_the_level_is_that_of_the_laws():
 
 @pytest.mark.parametrize("shape", [(), (3,), (2, 5)])
 def test_results_have_the_shape_of_the_frequencies(shape):
-    """Each part has the shape that was asked."""
-    told = SeaNoise(wind_speed=5.0, directionality="surface").density(np.full(shape, 2e4))
-    assert all(np.shape(part) == shape for part in told.values())
+    """Each part has the shape that was requested."""
+    spectrum = SeaNoise(wind_speed=5.0, directionality="surface").density(np.full(shape, 2e4))
+    assert all(np.shape(part) == shape for part in spectrum.values())

@@ -49,10 +49,10 @@ def test_the_sea_is_as_high_as_requested(name):
 def test_every_sea_has_all_the_variance_of_its_band(name):
     """No draw is richer or poorer: the waves' energies add up to the spectrum down to the shortest, to 1e-4."""
     spectrum, spreading = SEAS[name]
-    wanted = height_variance(spectrum, max_wavenumber=2 * math.pi / 0.3)
+    expected = height_variance(spectrum, max_wavenumber=2 * math.pi / 0.3)
     for seed, bands, directions in ((0, 64, 16), (1, 20, 5)):
         sea = SeaSurface(spectrum, spreading, seed=seed, bands=bands, directions=directions)
-        assert np.sum(sea.amplitude**2) / 2 == pytest.approx(wanted, rel=1e-4)
+        assert np.sum(sea.amplitude**2) / 2 == pytest.approx(expected, rel=1e-4)
 
 
 def test_the_sea_has_the_requested_spectrum():
@@ -78,7 +78,7 @@ def test_the_mean_over_seas_has_the_exact_correlation():
     """All directions alike: E[h(0) h(r)] is the integral of S(k) J0(k r), within 3 standard errors (400 seas x 64)."""
     spectrum, lags = PiersonMoskowitz(6.0), np.array([0.0, 3.0, 8.0, 15.0, 30.0])
     k = np.geomspace(spectrum.peak / 8, 2 * math.pi / 0.3, 40001)
-    wanted = np.trapezoid(spectrum.density(k) * j0(k * lags[:, None]), k, axis=1)
+    expected = np.trapezoid(spectrum.density(k) * j0(k * lags[:, None]), k, axis=1)
     north, east = _places(64, 1e4)
     products = []
     for seed in range(400):
@@ -86,8 +86,8 @@ def test_the_mean_over_seas_has_the_exact_correlation():
         h = sea.elevation(north + lags[:, None], east, 0.0)
         products.append((h * h[0]).mean(axis=1))
     error = np.std(products, axis=0) / math.sqrt(400)
-    assert np.all(error < 0.02 * wanted[0])
-    assert np.all(np.abs(np.mean(products, axis=0) - wanted) < 3 * error + 1e-4 * wanted[0])
+    assert np.all(error < 0.02 * expected[0])
+    assert np.all(np.abs(np.mean(products, axis=0) - expected) < 3 * error + 1e-4 * expected[0])
 
 
 @pytest.mark.parametrize("water_depth", [1000.0, 4.0])
@@ -111,10 +111,10 @@ def test_waves_run_at_their_own_speed(water_depth, going_to_deg):
     theory = np.sqrt(9.81 * sailing * np.tanh(np.minimum(sailing * water_depth, 50)))
     # Three cells of the transform: a step of frequency, and one of wavenumber at no more than the phase speed.
     blurred = 3 * (2 * math.pi / 256 + theory / sailing * 2 * math.pi / 512)
-    obeys = (np.abs(omega - theory) < blurred) & (k > 0)
-    assert power[obeys & rising].sum() > 0.98 * power[:, rising].sum()
-    # What obeys is a thin line in the plane: the claim is no truism.
-    assert np.mean(obeys[:, rising]) < 0.05
+    on_curve = (np.abs(omega - theory) < blurred) & (k > 0)
+    assert power[on_curve & rising].sum() > 0.98 * power[:, rising].sum()
+    # What satisfies is a thin line in the plane: the claim is no truism.
+    assert np.mean(on_curve[:, rising]) < 0.05
 
 
 @pytest.mark.parametrize("water_depth", [math.inf, 6.0])
@@ -156,7 +156,7 @@ def test_depth_is_down():
 
 @pytest.mark.parametrize("going_to_deg", [0, 90, 200])
 def test_waves_go_to_where_they_are_sent(going_to_deg):
-    """The mean direction of the energy is the heading asked, clockwise from north, within 2 degrees."""
+    """The mean direction of the energy is the requested heading, clockwise from north, within 2 degrees."""
     sea = SeaSurface(WIND, wave_direction=math.radians(going_to_deg))
     north, east = (sea.wavenumber * sea.amplitude**2 / np.hypot(*sea.wavenumber)).sum(axis=1)
     assert math.cos(math.atan2(east, north) - math.radians(going_to_deg)) > math.cos(math.radians(2))
@@ -172,7 +172,7 @@ def test_a_turned_world_has_the_same_sea():
 
 
 def test_a_place_keeps_its_waves():
-    """Same seed, same bits: asked alone, in any order, in threads, or by a sea built again."""
+    """Same seed, same bits: requested alone, in any order, in threads, or by a sea built again."""
     sea = SeaSurface(WIND, seed=11)
     north, east = _places(3 * BLOCK + 17, 1e4)
     whole = sea.motion(north, east, 12.5)

@@ -47,7 +47,7 @@ def test_teos_10_gives_the_values_of_its_documentation(row):
     assert sound_speed_at_pressure(in_situ, salinity, pressure) == pytest.approx(printed, abs=1e-6)
 
 
-def test_teos_10_knows_thermometers_from_conservative_temperature():
+def test_teos_10_distinguishes_thermometers_from_conservative_temperature():
     """30 degC on the thermometer is not 30 degC of heat content: 0.04 m/s between them."""
     mistaken = gsw.sound_speed(35.0, 30.0, 0.0)
     assert abs(sound_speed(30.0, 35.0, 0.0) - mistaken) == pytest.approx(0.037, abs=2e-3)
@@ -107,13 +107,13 @@ def test_medwins_rules_of_thumb():
 
 
 def test_depth_reaches_the_laws_of_pressure_through_the_standard_ocean():
-    """Asking by depth is asking by the pressure there."""
+    """Evaluation at a depth is evaluation at the pressure there."""
     by_depth = sound_speed(12.0, 34.0, 500.0, model="chen-millero")
     assert by_depth == sound_speed_at_pressure(12.0, 34.0, pressure_dbar(500.0), model="chen-millero")
 
 
 def test_teos_10_is_the_default():
-    """The first law named in the contract is the one that answers."""
+    """The first law named in the contract is the default."""
     assert sound_speed(10.0, 35.0, 50.0) == sound_speed(10.0, 35.0, 50.0, model="teos10")
     assert sound_speed_at_pressure(10.0, 35.0, 50.0) == sound_speed_at_pressure(10.0, 35.0, 50.0, model="teos10")
 
@@ -125,7 +125,7 @@ def test_arguments_broadcast(model):
 
 
 @pytest.mark.parametrize(
-    ("model", "conditions", "said"),
+    ("model", "conditions", "message"),
     [
         ("mackenzie", (35.0, 35.0, 0.0), "Mackenzie.*2 to 30 degC"),
         ("mackenzie", (10.0, 5.0, 0.0), "Mackenzie.*25 to 40 g/kg"),
@@ -144,15 +144,15 @@ def test_arguments_broadcast(model):
         ("teos10", (10.0, 43.0, 0.0), "TEOS-10.*0 to 42 g/kg"),
     ],
 )
-def test_outside_a_law_one_warning_says_so(model, conditions, said):
+def test_outside_a_law_one_warning_reports_it(model, conditions, message):
     """A number comes back, with one sentence naming law and range."""
-    with pytest.warns(PhysicsWarning, match=said) as heard:
+    with pytest.warns(PhysicsWarning, match=message) as caught:
         assert np.isfinite(sound_speed(*conditions, model=model))
-    assert len(heard) == 1
+    assert len(caught) == 1
 
 
 def test_an_unknown_law_is_reported_with_the_known_ones():
-    """The error lists what can be asked, and says how to ask a law of depth from a pressure."""
+    """The error lists what can be requested, and states how to request a law of depth from a pressure."""
     with pytest.raises(ValueError, match="available are: teos10, chen-millero, unesco, mackenzie, medwin"):
         sound_speed(10, 35, 0, model="wilson")
     with pytest.raises(ValueError, match="mackenzie works from depth"):

@@ -79,7 +79,7 @@ def test_the_same_pressure_lies_deeper_towards_the_equator(one, other, dbar):
     assert depth_from_pressure(dbar, low) >= depth_from_pressure(dbar, high) - 1e-9
 
 
-def test_45_degrees_is_the_latitude_that_goes_without_saying():
+def test_45_degrees_is_the_default_latitude():
     """Both ways, bit for bit."""
     assert pressure_dbar(1234.0) == pressure_dbar(1234.0, 45.0)
     assert depth_from_pressure(1234.0) == depth_from_pressure(1234.0, 45.0)
@@ -87,7 +87,7 @@ def test_45_degrees_is_the_latitude_that_goes_without_saying():
 
 
 @pytest.mark.parametrize("model", ["teos10", "chen-millero", "unesco"])
-def test_asking_by_pressure_or_by_its_depth_is_the_same(model):
+def test_evaluation_by_pressure_or_by_its_depth_is_the_same(model):
     """At 45 degrees a probe at p and one at depth(p) are the same probe, to 1e-6 m/s."""
     p = np.array([0.0, 10, 500, 4000])
     np.testing.assert_allclose(
@@ -107,7 +107,7 @@ def _profile(drawn):
 
 @given(knots, st.floats(0, 1))
 def test_a_profile_never_overshoots_its_knots(drawn, place):
-    """Between two knots the speed lies between theirs, and it is on the line that the gradient says."""
+    """Between two knots the speed lies between theirs, and it is on the line that the gradient states."""
     profile = _profile(drawn)
     z = float(place * profile.depth[-1])
     row = int(np.clip(np.searchsorted(profile.depth, z, side="right") - 1, 0, profile.depth.size - 2))
@@ -126,8 +126,8 @@ def test_a_knot_more_on_the_line_changes_nothing(drawn, place):
     cut = SoundSpeedProfile(
         np.sort(np.append(profile.depth, z)), np.insert(profile.speed, np.searchsorted(profile.depth, z), profile.at(z))
     )
-    asked = np.linspace(-5, profile.depth[-1] + 5, 37)
-    np.testing.assert_allclose(cut.at(asked), profile.at(asked), atol=1e-9)
+    depths = np.linspace(-5, profile.depth[-1] + 5, 37)
+    np.testing.assert_allclose(cut.at(depths), profile.at(depths), atol=1e-9)
 
 
 @given(knots, st.floats(1, 5000))
@@ -169,7 +169,7 @@ def test_a_profile_written_down_is_read_back(tmp_path_factory, mark, drawn):
 
 
 def test_units_in_the_header_and_in_a_row_are_one_water(tmp_path):
-    """Kilometres and km/h said twice over in two ways: 20 m and 1490 m/s at the last knot."""
+    """Kilometres and km/h stated twice over in two ways: 20 m and 1490 m/s at the last knot."""
     header, row = tmp_path / "header.csv", tmp_path / "row.csv"
     header.write_text("depth (km);sound speed (km/h)\n0;5400\n0.02;5364\n")
     row.write_text("# cast 7\ndepth;sound_velocity\n[km];[km/h]\n0;5400\n\n0.02;5364\n")

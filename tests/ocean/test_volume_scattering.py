@@ -66,7 +66,7 @@ def test_pressure_makes_bubbles_ring_higher(depth):
 
 
 @given(st.floats(2e3, 9e4), st.floats(0, 20))
-def test_the_bubble_that_answers_a_sonar_rings_at_its_frequency(frequency, depth):
+def test_the_bubble_that_resonates_with_a_sonar_rings_at_its_frequency(frequency, depth):
     """Radius and frequency undo one another."""
     radius = resonant_bubble_radius(frequency, depth)
     assert bubble_resonance_frequency(radius, depth) == pytest.approx(frequency, rel=1e-12)

@@ -20,10 +20,10 @@ def test_colder_or_deeper_water_is_not_the_same():
     assert water.absorption(3e4, depth=50) == absorption_db_per_m(3e4, temperature=4, salinity=33, ph=7.7, depth=50)
 
 
-@pytest.mark.parametrize("said", [0.034, "0.034 dB/m", "34 dB/km"])
-def test_a_measured_absorption_overrules_the_law(said):
-    """One number for every frequency; per metre or per kilometre, said in words."""
-    water = Water(absorption_db_per_m=said)
+@pytest.mark.parametrize("stated", [0.034, "0.034 dB/m", "34 dB/km"])
+def test_a_measured_absorption_overrules_the_law(stated):
+    """One number for every frequency; per metre or per kilometre, stated in words."""
+    water = Water(absorption_db_per_m=stated)
     np.testing.assert_allclose(water.absorption([1e4, 1e6]), [0.034, 0.034])
 
 

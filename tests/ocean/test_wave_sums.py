@@ -67,7 +67,7 @@ def test_arguments_broadcast():
     assert SEA.motion(0.0, 0.0, np.zeros(5)).normal.shape == (5, 3)
 
 
-def test_every_wave_obeys_the_wave_equation_of_its_kind():
+def test_every_wave_satisfies_the_wave_equation_of_its_kind():
     """Waves that run downwind: d/dt of the height is minus the phase speed times its slope, for one wave alone."""
     one = SeaSurface(WIND, CosinePowerSpreading(50.0), seed=5, bands=1, directions=1)
     place, time = _places(50)
@@ -78,7 +78,7 @@ def test_every_wave_obeys_the_wave_equation_of_its_kind():
 
 
 def test_a_normal_is_a_unit_vector_across_both_slopes():
-    """In north, east, down: along the surface z changes by minus the slope, and the normal sees none of it."""
+    """In north, east, down: along the surface z changes by minus the slope, and the normal receives none of it."""
     motion = SEA.motion(*_places(100)[0], 3.0)
     normal = motion.normal
     np.testing.assert_allclose(np.linalg.norm(normal, axis=-1), 1)
@@ -97,7 +97,7 @@ def test_an_old_sea_stays_as_rough_as_a_young_one():
         )
 
 
-def test_the_sea_heaves_and_leans_as_its_spectrum_says():
+def test_the_sea_heaves_and_leans_as_its_spectrum_predicts():
     """Sampled vertical speed and slope against the moments of the spectrum down to the shortest wave, to 5 %."""
     place = np.random.default_rng(2).uniform(-1e4, 1e4, (2, 40_000))
     sea = SeaSurface(WIND, seed=4, shortest_wavelength=2.0)

@@ -50,8 +50,8 @@ def test_stewart_prints_these_moments(row):
 @given(winds)
 def test_a_developed_sea_has_its_closed_form(wind):
     """Pierson and Moskowitz: variance alpha U^4 / (4 beta g^2), with U at 19.5 m."""
-    wanted = PHILLIPS * (MAST * wind) ** 4 / (4 * SHAPE * GRAVITY**2)
-    assert height_variance(PiersonMoskowitz(wind)) == pytest.approx(wanted, rel=1e-5)
+    expected = PHILLIPS * (MAST * wind) ** 4 / (4 * SHAPE * GRAVITY**2)
+    assert height_variance(PiersonMoskowitz(wind)) == pytest.approx(expected, rel=1e-5)
 
 
 @pytest.mark.filterwarnings("ignore::insonify.validity.PhysicsWarning")  # the norm holds for a sea past its age too
@@ -60,12 +60,12 @@ def test_a_growing_sea_has_the_published_norm(wind, fetch, enhancement):
     """JONSWAP's variance is alpha g^2 / (5 omega_p^4 (1 - 0.287 ln gamma)) within 3 %, the norm of DNV-RP-C205."""
     sea = Jonswap(wind, fetch, enhancement)
     strength = 0.076 * (wind**2 / (fetch * GRAVITY)) ** 0.22
-    wanted = strength * GRAVITY**2 / (5 * sea.peak_frequency**4 * (1 - 0.287 * math.log(enhancement)))
-    assert height_variance(sea) == pytest.approx(wanted, rel=0.03)
+    expected = strength * GRAVITY**2 / (5 * sea.peak_frequency**4 * (1 - 0.287 * math.log(enhancement)))
+    assert height_variance(sea) == pytest.approx(expected, rel=0.03)
 
 
 @pytest.mark.parametrize("name", spectra)
-def test_the_peak_is_where_it_is_said(name):
+def test_the_peak_is_where_it_is_stated(name):
     """The dominant waves: the maximum over frequency, S(k) dk/d omega, lies at the named wavenumber within 10 %."""
     k = np.geomspace(0.3, 3, 20001) * spectra[name].peak
     top = k[np.argmax(spectra[name].density(k) * np.sqrt(k))]
@@ -89,9 +89,9 @@ def test_slope_of_a_saturated_sea():
 
 def test_heave_of_a_developed_sea():
     """Vertical speed: alpha U^2 sqrt(pi / beta) / 4, by Gamma(1/2), within 0.5 % (short waves left out, tension)."""
-    wanted = PHILLIPS * (MAST * 10) ** 2 * math.sqrt(math.pi / SHAPE) / 4
-    assert vertical_speed_rms(PiersonMoskowitz(10.0), 100.0) ** 2 == pytest.approx(wanted, rel=5e-3)
-    assert vertical_speed_rms(PiersonMoskowitz(10.0), 100.0, water_depth=5.0) ** 2 < 0.8 * wanted
+    expected = PHILLIPS * (MAST * 10) ** 2 * math.sqrt(math.pi / SHAPE) / 4
+    assert vertical_speed_rms(PiersonMoskowitz(10.0), 100.0) ** 2 == pytest.approx(expected, rel=5e-3)
+    assert vertical_speed_rms(PiersonMoskowitz(10.0), 100.0, water_depth=5.0) ** 2 < 0.8 * expected
 
 
 @pytest.mark.parametrize("wind", [5.0, 7.0, 10.0, 14.0])
@@ -118,8 +118,8 @@ def test_a_sea_grows_with_its_fetch_until_it_is_old(wind):
 def test_young_waves_are_quick():
     """JONSWAP: the peak frequency is 3.5 (g / U) (g X / U^2)^(-1/3) [Hz], to the last digit of 3.5."""
     sea, growth = Jonswap(10.0, 30e3), GRAVITY * 30e3 / 10.0**2
-    wanted = 3.5 * GRAVITY / 10.0 * growth ** (-1 / 3)
-    assert sea.peak_frequency / (2 * math.pi) == pytest.approx(wanted, rel=0.05 / 3.5)
+    expected = 3.5 * GRAVITY / 10.0 * growth ** (-1 / 3)
+    assert sea.peak_frequency / (2 * math.pi) == pytest.approx(expected, rel=0.05 / 3.5)
 
 
 def test_ripples_follow_the_friction_velocity_of_the_wind():
@@ -171,7 +171,7 @@ fans = {
 @pytest.mark.parametrize("name", fans)
 @pytest.mark.parametrize("k_over_peak", [0.5, 1.0, 30.0, 3000.0])
 def test_every_wave_goes_somewhere(name, k_over_peak):
-    """The fan holds all the waves, and its quantiles are where its integral says."""
+    """The fan holds all the waves, and its quantiles are where its integral states."""
     fan, k = fans[name], k_over_peak * spectra["Elfouhaily"].peak
     angle = np.linspace(-np.pi, np.pi, 20001)
     share = fan.density(angle, k)
@@ -224,14 +224,14 @@ def test_inside_its_range_the_law_is_silent():
 
 
 @pytest.mark.parametrize(
-    ("sea", "said"),
+    ("sea", "message"),
     [
         (lambda: PiersonMoskowitz(30.0), r"Pierson & Moskowitz.* 3 to 20 m/s; 30 m/s"),
         (lambda: Jonswap(5.0, 1e6), r"JONSWAP.*U\^2/g 0\.1 to 22000"),
         (lambda: Elfouhaily(30.0), r"Elfouhaily.* 3 to 21 m/s"),
     ],
 )
-def test_a_sea_outside_its_law_is_warned_of(sea, said):
+def test_a_sea_outside_its_law_is_warned_of(sea, message):
     """Each spectrum names its range of winds, or of fetches: past 2.2e4 U^2/g a sea is grown, and grows no more."""
-    with pytest.warns(PhysicsWarning, match=said):
+    with pytest.warns(PhysicsWarning, match=message):
         sea()

@@ -6,7 +6,7 @@ The sums share no code with the project: pulse and band by quadrature, beams at 
 import numpy as np
 
 from insonify.scenario.scenario import Scenario
-from oracles.listening import pulse_spectrum
+from oracles.time_series import pulse_spectrum
 
 SPEED, CARRIER, ELEMENT = 1500.0, 150e3, 0.1
 SWEEP = {"kind": "lfm", "frequency": CARRIER, "bandwidth": 30e3, "duration": 1e-3}
@@ -66,18 +66,18 @@ def band(bins=121):
     offset = ((np.arange(bins) + 0.5) / bins - 0.5) * 1.25 * BAND
     about = {"duration": 1e-3, "fraction": 0.1, "bandwidth": 30e3, "matched_filter": False}
     sent = pulse_spectrum(offset, band=1e9, **about)
-    heard = pulse_spectrum(offset, band=BAND, **about) * np.conj(sent)
-    return offset, heard / np.sum(np.abs(sent) ** 2)
+    received = pulse_spectrum(offset, band=BAND, **about) * np.conj(sent)
+    return offset, received / np.sum(np.abs(sent) ** 2)
 
 
-def image(pixels, target, sent, heard, *, widest=np.pi / 2, speed=SPEED, beams_follow_frequency=True):
+def image(pixels, target, sent, received, *, widest=np.pi / 2, speed=SPEED, beams_follow_frequency=True):
     """The back-projected image of a point of one: the mean over pings and elements, shape (pixel,).
 
     Args:
         pixels: Places, shape (pixel, 3).
         target: Place of the point, shape (3,).
         sent: Where the sound was sent from, shape (ping, 3).
-        heard: Where it was heard, shape (ping, channel, 3).
+        received: Where it was received, shape (ping, channel, 3).
         widest: Angle off broadside beyond which a ping counts for nothing [rad].
         speed: Of sound, as the processor believes.
         beams_follow_frequency: Whether patterns are those of every frequency, or of the carrier's alone.
@@ -85,7 +85,7 @@ def image(pixels, target, sent, heard, *, widest=np.pi / 2, speed=SPEED, beams_f
     offset, spectrum = band()
     pitch = CARRIER + (offset if beams_follow_frequency else 0 * offset)
     total, count = np.zeros(len(pixels), complex), np.zeros(len(pixels))
-    for place, row in zip(sent, heard, strict=True):
+    for place, row in zip(sent, received, strict=True):
         out, back = target - place, target - row
         reached, returned = np.linalg.norm(out), np.linalg.norm(back, axis=-1)
         tau = (reached + returned) / SPEED
@@ -93,8 +93,8 @@ def image(pixels, target, sent, heard, *, widest=np.pi / 2, speed=SPEED, beams_f
         gain = np.prod(np.sinc(ELEMENT * pitch / SPEED * cosines[..., None]), axis=0) / (reached * returned)[:, None]
         away = np.linalg.norm(pixels - place, axis=-1)
         counted = np.abs(pixels[:, 0] - place[0]) <= np.sin(widest) * away
-        wanted = (away[:, None] + np.linalg.norm(pixels[:, None] - row, axis=-1)) / speed
-        late = wanted - tau
+        expected = (away[:, None] + np.linalg.norm(pixels[:, None] - row, axis=-1)) / speed
+        late = expected - tau
         turned = np.exp(2j * np.pi * ((CARRIER + offset) * late[..., None] % 1))
         total += counted * np.einsum("pcf,cf,f->p", turned, gain, spectrum)
         count += counted * len(row)

@@ -1,6 +1,6 @@
 """Rays in water whose sound speed grows evenly with depth: arcs of circles, in closed form by Snell's constant.
 
-Legs that go one way between their bounces, so that depth tells where a ray is. Shares no code with the project.
+Legs that go one way between their bounces, so that depth gives where a ray is. Shares no code with the project.
 Source: arcs of constant gradient, as in Urick (1983), Principles of Underwater Sound, ch. 5; from memory.
 """
 
@@ -28,7 +28,7 @@ class Arcs:
         return np.sqrt(1 - (p * self.speed(z)) ** 2)
 
     def run(self, p, depths):
-        """Horizontal distance along a ray that meets these depths in turn [m]."""
+        """Horizontal distance along a ray that reaches these depths in turn [m]."""
         if self.gradient == 0:
             c = self.surface_speed
             return sum(abs(b - a) for a, b in pairwise(depths)) * p * c / self.sine(p, 0.0)
@@ -48,9 +48,9 @@ class Arcs:
         return [source, *bounces, point]
 
     def steepness(self, depths, distance):
-        """Snell's constant of the ray that meets these depths in turn over a distance [s/m]; None: none goes straight.
+        """Snell's constant of the ray that reaches these depths in turn over a distance [s/m]; None: no straight one.
 
-        The farther it goes, the flatter it is, up to the one that grazes the fastest depth it meets.
+        The farther it goes, the flatter it is, up to the one that grazes the fastest depth it reaches.
         """
         flattest = (1 - 1e-12) / max(self.speed(z) for z in depths)
         if self.run(flattest, depths) < distance:

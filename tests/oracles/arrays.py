@@ -1,4 +1,4 @@
-"""Scenes of a few point targets in clear water, heard element by element, as `oracles.underway` can sum them."""
+"""Scenes of a few point targets in clear water, received element by element, as `oracles.underway` can sum them."""
 
 import numpy as np
 
@@ -20,7 +20,7 @@ def line_of(count: int = 4, length: float = 0.24) -> dict[str, object]:
     return {"kind": "line", "length": length, "elements": count, "element": "omni"}
 
 
-def heard_by_elements(
+def elements_scenario(
     targets, *, pulse=None, receive=None, track=None, receiver=None, transmit=None, **top
 ) -> Scenario:
     """A sonar that looks to starboard and records its elements, in silent water that takes nothing."""

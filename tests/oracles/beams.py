@@ -55,7 +55,7 @@ def points(extent, count, shading):
 
 
 def element_gain(kind, way, pitch, wavelength):
-    """One element's answer towards a direction (boresight, right, down): in front, by the cosine, or as a piston."""
+    """One element's result towards a direction (boresight, right, down): in front, by the cosine, or as a piston."""
     if kind == "omni":
         return 1.0
     if way[0] < 0:

@@ -1,13 +1,14 @@
-"""A block of scatterers heard by beams of a sonar under way, echo by echo in float64; shares no code with the kernels.
+"""A block of scatterers received by beams of a moving sonar, echo by echo in float64; shares no code with the kernels.
 
-A world is a dictionary of columns; `heard` adds up what each scatterer makes of each pair of legs in each channel.
+A world is a dictionary of columns; `received_series` sums the echoes of each scatterer by each pair of legs and
+channel.
 """
 
 import numpy as np
 
 from insonify.synthesis._gridding_kernel import tap_coefficients
 from oracles.beams import axes
-from oracles.listening import row
+from oracles.time_series import row
 
 SPEED, CARRIER, RATE, CELLS = 1500.0, 100e3, 40e3, 2600
 WAVELENGTH = SPEED / CARRIER
@@ -41,7 +42,7 @@ def array(rng, beams, *, extent, element="baffled"):
 
 
 def world(
-    seed, count, *, outs=2, backs=2, beams=1, patterns=2, answers="products", moving=1.0, turning=0.0, dopplers=3
+    seed, count, *, outs=2, backs=2, beams=1, patterns=2, strengths="products", moving=1.0, turning=0.0, dopplers=3
 ):
     """A random world; `moving` 0 is a sonar at rest."""
     rng = np.random.default_rng(seed)
@@ -52,7 +53,7 @@ def world(
     return {
         "out": away, "back": away if backs == outs else legs(rng, backs, count),
         "pair": np.indices((outs, backs)).reshape(2, -1).T.copy(),
-        "phase": np.exp(2j * np.pi * rng.uniform(size=count)), "answers": answers,
+        "phase": np.exp(2j * np.pi * rng.uniform(size=count)), "strengths": strengths,
         "given": np.where(rng.uniform(size=(pairs, count)) < 0.3, 0, rng.normal(size=(pairs, count)) + 0.5j),
         "factor": np.append(0.1, rng.uniform(0.2, 1, 4)), "root": rng.uniform(0.1, 1, count),
         "weight": rng.uniform(0.5, 2, pairs), "number": rng.uniform(size=count).astype(np.float32),
@@ -75,24 +76,24 @@ def gain(one, beam, way):
     return row(one["extent"], None, "uniform", right, steer) * element
 
 
-def contributed(told, grazing):
+def contributed(case, grazing):
     """Root of what directions contribute to the cross section."""
-    return np.sqrt(np.interp(np.sin(np.abs(grazing)), np.linspace(0, 1, len(told["factor"])), told["factor"]))
+    return np.sqrt(np.interp(np.sin(np.abs(grazing)), np.linspace(0, 1, len(case["factor"])), case["factor"]))
 
 
-def answer(told, p, i, j, n):
+def strength(case, p, i, j, n):
     """What scatterers n make of pair p of the legs i and j."""
-    if told["answers"] == "given":
-        return told["given"][p, n]
-    made = contributed(told, told["out"]["grazing"][i, n]) * contributed(told, told["back"]["grazing"][j, n])
-    made = made * told["root"][n] * told["weight"][p]
-    share = told["share"][p, told["stretch"][n]].astype(float)
-    return made * np.where(told["number"][n] < share, 1 / np.sqrt(share), 0) if told["answers"] == "thinned" else made
+    if case["strengths"] == "given":
+        return case["given"][p, n]
+    made = contributed(case, case["out"]["grazing"][i, n]) * contributed(case, case["back"]["grazing"][j, n])
+    made = made * case["root"][n] * case["weight"][p]
+    share = case["share"][p, case["stretch"][n]].astype(float)
+    return made * np.where(case["number"][n] < share, 1 / np.sqrt(share), 0) if case["strengths"] == "thinned" else made
 
 
-def echoes(told, p):
+def echoes(case, p):
     """Times, Doppler factors less one and weights by channel, (channels, n), of one pair's echoes that there are."""
-    (i, j), out, back = told["pair"][p], told["out"], told["back"]
+    (i, j), out, back = case["pair"][p], case["out"], case["back"]
     n = np.flatnonzero(
         (
             out["visibility"][i]
@@ -107,48 +108,52 @@ def echoes(told, p):
         * end["reflection_coefficient"][k, n]
         * end["spreading"][k, n]
         * end["absorption"][k, n]
-        * np.exp(-told["taken"] * end["length"][k, n])
+        * np.exp(-case["taken"] * end["length"][k, n])
         for k, end in ((i, out), (j, back))
     ]
     way, far = out["departure"][i, n], out["length"][i, n]
-    line = far[:, None] * way - told["middle"] * told["sent"]
-    gone = told["middle"] + (np.linalg.norm(line, axis=1) - far) / SPEED
-    leaving = line @ told["sent"] / np.linalg.norm(line, axis=1) / SPEED
+    line = far[:, None] * way - case["middle"] * case["sent"]
+    gone = case["middle"] + (np.linalg.norm(line, axis=1) - far) / SPEED
+    leaving = line @ case["sent"] / np.linalg.norm(line, axis=1) / SPEED
     start, r, u = out["delay"][i, n] + gone + back["delay"][j, n], back["length"][j, n], back["departure"][j, n]
 
     def at(t):
-        return told["place"] + t[:, None] * told["velocity"] + t[:, None] ** 2 / 2 * told["acceleration"]
+        return case["place"] + t[:, None] * case["velocity"] + t[:, None] ** 2 / 2 * case["acceleration"]
 
     when = start
     for _ in range(12):  # each step is nearer by the part of the speed of sound
         when = start + (np.linalg.norm(r[:, None] * u - at(when), axis=1) - r) / SPEED
     there = r[:, None] * u - at(when)
     reach = np.linalg.norm(there, axis=1)
-    now = told["velocity"] + when[:, None] * told["acceleration"]
+    now = case["velocity"] + when[:, None] * case["acceleration"]
     doppler = (1 + np.sum(there * now, axis=1) / reach / SPEED) / (1 - leaving) - 1
-    heard_at = start if told["turns"] else out["delay"][0, n] + told["middle"] + back["delay"][j, n]
-    seen = r[:, None] * u - at(heard_at) if told["has_parallax"] else u
+    receive_time = start if case["turns"] else out["delay"][0, n] + case["middle"] + back["delay"][j, n]
+    seen = r[:, None] * u - at(receive_time) if case["has_parallax"] else u
     seen = seen / np.linalg.norm(seen, axis=1, keepdims=True)
-    if told["turns"]:
-        seen = seen + heard_at[:, None] * (seen @ told["rate"].T + heard_at[:, None] * (seen @ told["bend"].T))
+    if case["turns"]:
+        seen = seen + receive_time[:, None] * (seen @ case["rate"].T + receive_time[:, None] * (seen @ case["bend"].T))
         seen = seen / np.linalg.norm(seen, axis=1, keepdims=True)
-    common = told["level"] * far / np.linalg.norm(line, axis=1) * left[0] * left[1] * told["phase"][n]
-    common = common * answer(told, p, i, j, n) * r / reach * (1 - told["loss"] * (reach - r))
-    when = when - told["middle"]
+    common = case["level"] * far / np.linalg.norm(line, axis=1) * left[0] * left[1] * case["phase"][n]
+    common = common * strength(case, p, i, j, n) * r / reach * (1 - case["loss"] * (reach - r))
+    when = when - case["middle"]
     common = common * np.exp(-2j * np.pi * ((CARRIER * when) % 1))
-    beams, patterns = len(told["transmit"]["steer"]), len(told["receive"]["steer"])
-    sent, ear = ([gain(told[end], b, d) for b in range(many)]
+    beams, patterns = len(case["transmit"]["steer"]), len(case["receive"]["steer"])
+    sent, receive_gain = ([gain(case[end], b, d) for b in range(many)]
                  for end, many, d in (("transmit", beams, way), ("receive", patterns, seen)))  # fmt: skip
-    return when, doppler, np.array([common * sent[c % beams] * ear[c % patterns] for c in range(max(beams, patterns))])
+    return (
+        when,
+        doppler,
+        np.array([common * sent[c % beams] * receive_gain[c % patterns] for c in range(max(beams, patterns))]),
+    )
 
 
-def shared(told, doppler):
+def shared(case, doppler):
     """Part that each shape has of echoes of some Doppler factors, (shapes, n): Lagrange's polynomials."""
-    node = told["node"]
+    node = case["node"]
     return np.array([np.prod([(doppler - b) / (a - b) for b in node if b != a], axis=0) + 0 * doppler for a in node])
 
 
-def laid(when, weight, cells=CELLS):
+def deposited(when, weight, cells=CELLS):
     """A grid with some spikes on it, those off the grid left out, (cells,)."""
     grid, position = np.zeros(cells, complex), when * RATE - 2.5
     inside = (position >= 0) & (position < cells - 8)
@@ -159,12 +164,12 @@ def laid(when, weight, cells=CELLS):
     return grid
 
 
-def heard(told):
+def received_series(case):
     """Grids of all channels and shapes, (channels, cells, shapes)."""
-    channels, shapes = max(len(told[end]["steer"]) for end in ("transmit", "receive")), len(told["node"])
+    channels, shapes = max(len(case[end]["steer"]) for end in ("transmit", "receive")), len(case["node"])
     grids = np.zeros((channels, CELLS, shapes), complex)
-    for p in range(len(told["pair"])):
-        when, doppler, weight = echoes(told, p)
+    for p in range(len(case["pair"])):
+        when, doppler, weight = echoes(case, p)
         for c, s in np.ndindex(channels, shapes):
-            grids[c, :, s] += laid(when, weight[c] * shared(told, doppler)[s])
+            grids[c, :, s] += deposited(when, weight[c] * shared(case, doppler)[s])
     return grids

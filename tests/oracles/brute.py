@@ -1,10 +1,10 @@
-"""Echoes of many points heard by every element of an array under way, one ray to each element at each moment.
+"""Echoes of many points received by every element of a moving array, one ray to each element at each moment.
 
-The sound that an element hears at time t left the transmitter at the te that solves te + out(te) = t - back(t), where
-out and back are the travel times to the point from where either end is at that moment. Both are asked for at three
-moments about the pulse's middle and run on a parabola in between. In water of layers they are exact rays from every
-single place; legs off a drawn surface are straight lines to the image that the draw says. No expansion about a centre
-anywhere; the synthesis shares the pulse's envelope only.
+The sound that an element receives at time t left the transmitter at the te that solves te + out(te) = t - back(t),
+where out and back are the travel times to the point from where either end is at that moment. Both are requested at
+three moments about the pulse's middle and run on a parabola in between. In water of layers they are exact rays from
+every single place; legs off a drawn surface are straight lines to the image that the draw states. No expansion about a
+centre anywhere; the synthesis shares the pulse's envelope only.
 """
 
 from collections.abc import Callable
@@ -17,7 +17,7 @@ from insonify.propagation.eigenray_tables import exact_rays
 from insonify.sonar.pulse import envelope
 
 HALF = 0.4e-3
-"""Time before and after the middle of an echo at which the way back is asked for [s]."""
+"""Time before and after the middle of an echo at which the way back is requested [s]."""
 Reached = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]
 """Travel times [s] and complex amplitudes [1] of n points from a place for each [m], (n, 3) or (3,); NaN for no way."""
 
@@ -34,8 +34,8 @@ def bent(column, points, family, *, bottom=0.35, loss_db=0.0) -> Reached:
             some = np.flatnonzero(places[:, 2] == depth)
             found = exact_rays(column, family, float(depth), points[some, 2], distance[some])
             ray, one = found.rays[:, 0], found.count == 1
-            loud = turn * ray[:, AMPLITUDE] * 1j ** ray[:, CAUSTICS] * 10 ** (-loss_db * ray[:, LENGTH] / 20)
-            delay[some], amplitude[some] = np.where(one, ray[:, DELAY], np.nan), np.where(one, loud, np.nan)
+            pressure = turn * ray[:, AMPLITUDE] * 1j ** ray[:, CAUSTICS] * 10 ** (-loss_db * ray[:, LENGTH] / 20)
+            delay[some], amplitude[some] = np.where(one, ray[:, DELAY], np.nan), np.where(one, pressure, np.nan)
         return delay, amplitude
 
     return reached
@@ -68,25 +68,27 @@ class Way:
 
 
 def out_of(reached: Reached, path, duration) -> Way:
-    """The way out from a transmitter whose place at some times `path` tells, about the pulse's middle."""
+    """The path from a transmitter whose place at some times `path` gives, about the pulse's middle."""
     moments = duration / 2 * np.array([0.0, 1.0, 2.0])
-    told = [reached(path(np.array([time]))) for time in moments]
-    return Way(np.full(len(told[0][0]), moments[1]), np.array([t for t, _ in told]), duration / 2, told[1][1])
+    arrivals = [reached(path(np.array([time]))) for time in moments]
+    return Way(
+        np.full(len(arrivals[0][0]), moments[1]), np.array([t for t, _ in arrivals]), duration / 2, arrivals[1][1]
+    )
 
 
 def back_to(reached: Reached, path, out: Way) -> Way:
-    """The way back to an element whose place at some times `path` tells, about when it hears the pulse's middle."""
+    """The path back to an element whose place at some times `path` gives, about when it receives the pulse's middle."""
     left = np.nan_to_num(out.moment + out.delay[1])
-    heard = 2 * left
+    received = 2 * left
     for _ in range(3):
-        heard = left + np.nan_to_num(reached(path(heard))[0])
-    told = [reached(path(heard + side * HALF)) for side in (-1, 0, 1)]
-    return Way(heard, np.array([t for t, _ in told]), HALF, told[1][1])
+        received = left + np.nan_to_num(reached(path(received))[0])
+    arrivals = [reached(path(received + side * HALF)) for side in (-1, 0, 1)]
+    return Way(received, np.array([t for t, _ in arrivals]), HALF, arrivals[1][1])
 
 
 def echoes(sonar, carrier, out: Way, back: Way, time) -> np.ndarray:
     """Envelope about the carrier of all points' echoes of a source of 0 dB [uPa], shape of time."""
-    heard, duration, rate = np.zeros(len(time), complex), sonar.pulse.duration, 1 / (time[1] - time[0])
+    received, duration, rate = np.zeros(len(time), complex), sonar.pulse.duration, 1 / (time[1] - time[0])
     for row in np.flatnonzero(np.isfinite(out.delay).all(axis=0) & np.isfinite(back.delay).all(axis=0)):
         first = int((back.moment[row] - 0.6 * duration - time[0]) * rate)
         some = slice(max(first, 0), max(first + int(1.2 * duration * rate), 0))
@@ -96,5 +98,5 @@ def echoes(sonar, carrier, out: Way, back: Way, time) -> np.ndarray:
         for _ in range(4):
             sent = left - out.at(row, sent)
         strength = out.amplitude[row] * back.amplitude[row]
-        heard[some] += strength * envelope(sonar.pulse, sent) * np.exp(2j * np.pi * carrier * (sent - t))
-    return heard
+        received[some] += strength * envelope(sonar.pulse, sent) * np.exp(2j * np.pi * carrier * (sent - t))
+    return received

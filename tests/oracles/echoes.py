@@ -1,4 +1,7 @@
-"""Echoes laid down pair by pair and ear by ear: what quicker ways of many beams and of apertures must agree with."""
+"""Echoes deposited pair by pair and receiver by receiver.
+
+What quicker ways of many beams and of apertures must agree with.
+"""
 
 from typing import Any
 
@@ -19,21 +22,21 @@ from insonify.synthesis._element_arrivals_kernel import PairedLegs
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def spread_echoes(cells: NDArray[Any], paired: PairedLegs, ears: ReceiveBeams, reception: Reception) -> None:
-    """Echoes of one block by all pairs of legs, for all channels, each ear asked by itself.
+def spread_echoes(cells: NDArray[Any], paired: PairedLegs, receive_beams: ReceiveBeams, reception: Reception) -> None:
+    """Echoes of one block by all pairs of legs, for all channels, each receiver requested by itself.
 
     Args:
         cells: Grids of pressure, shape (channels, groups, cells, shapes of a group): see `group_layout`.
         paired: The legs, and what each scatterer makes of each pair.
-        ears: Who hears.
+        receive_beams: Who receives.
         reception: Time grid, carrier and water.
     """
-    pair, sent, heard, strength = paired
+    pair, sent, received, strength = paired
     room, legs = (
-        arrival_buffer(heard.expansion.shape[1], cells.shape[1], reception.doppler_nodes),
-        BlockLegs(sent, heard),
+        arrival_buffer(received.expansion.shape[1], cells.shape[1], reception.doppler_nodes),
+        BlockLegs(sent, received),
     )
-    outs, backs, hears = nonzero_legs(sent, heard)
+    outs, backs, receivable = nonzero_legs(sent, received)
     for begin in range(0, strength.shape[1], BLOCK):
         end = min(begin + BLOCK, strength.shape[1])
         for p in range(pair.shape[0]):
@@ -43,10 +46,10 @@ def spread_echoes(cells: NDArray[Any], paired: PairedLegs, ears: ReceiveBeams, r
                 strength[p, begin:end],
                 outs[i, begin:end],
                 backs[j, begin:end],
-                hears[row, begin:end],
+                receivable[row, begin:end],
                 room.scatterer,
             )
             for k in range(count):
                 room.strength[k] = strength[p, room.scatterer[k]]
             if count > 0:
-                deposit_pair(cells, (i, j, row), count, room, legs, ears, reception)
+                deposit_pair(cells, (i, j, row), count, room, legs, receive_beams, reception)

@@ -45,17 +45,17 @@ def harbour(*, water, folder=None, turn=0.0, shift=(0.0, 0.0), window=(0.044, 0.
     targets = [{**body, "position": put(*body["position"]), "heading": body["heading"] + turn} for body in bodies]
     relief = (RELIEF[0], {**RELIEF[1], "direction": RELIEF[1]["direction"] + turn})
     seabed = {"relief": relief, "seed": 5, "scatterer_grid": {"origin": shift, "heading": turn}}
-    told = nominal(
+    scenario = nominal(
         water={"noise_level_db": None, **water}, seabed=seabed, targets=targets,
         sonar={"sides": ["port", "starboard"]}, paths={"max_reflections": 2}, **changes,
     )  # fmt: skip
     track = {"kind": "line", "start": (*put(0.0, 0.0), 11.0), "heading": turn, "speed": 2.0, "pings": pings,
              "window": window, "motion": MOTION if motion else {}}  # fmt: skip
-    return type(told)(**{**told.model_dump(), "track": track})
+    return type(scenario)(**{**scenario.model_dump(), "track": track})
 
 
-def quiet_harbour(**told):
+def quiet_harbour(**settings):
     """`harbour` without warnings: its profile has corners, and is meant to."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        return harbour(**told)
+        return harbour(**settings)

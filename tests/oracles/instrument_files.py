@@ -95,7 +95,7 @@ def kmall_water(ping: int) -> bytes:
 
 
 def all_datagram(kind: str, counter: int, body: bytes, milliseconds: int = 1000) -> bytes:
-    """One .all datagram with its checksum, of an even length as the format asks."""
+    """One .all datagram with its checksum, of an even length as the format requests."""
     size = all_parts.HEADER.itemsize + len(body) + 3
     head = record(all_parts.HEADER, length=size - 4, stx=2, kind=kind.encode(), model=2040, date=20231114,
                   milliseconds=milliseconds, counter=counter, serial=200)  # fmt: skip

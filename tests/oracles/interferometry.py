@@ -1,4 +1,4 @@
-"""What two receivers one above the other hear of a flat bed, on the average: the integral over the footprint.
+"""What two receivers one above the other receive of a flat bed, on the average: the integral over the footprint.
 
 Of E[s1 s2*] only the scatterers' own products are left, so it is an integral over the bed: of both pulses, both
 delays, spreading and law. Shares no code with the project.
@@ -7,14 +7,14 @@ delays, spreading and law. Shares no code with the project.
 import numpy as np
 
 from insonify.scenario.scenario import Scenario
-from oracles.listening import pulse_spectrum
+from oracles.time_series import pulse_spectrum
 
 SPEED, CARRIER, ALTITUDE, TILT, LENGTH = 1500.0, 150e3, 9.0, np.radians(35), 0.3
 WAVE = SPEED / CARRIER
 
 
 def surveyed(baselines, pulse, band, window, *, pings, hop=2.0, paths=None, receiver=None, **top):
-    """A sonar 9 m above a flat bed that looks 35 degrees down to starboard; each ping meets ground of its own.
+    """A sonar 9 m above a flat bed that looks 35 degrees down to starboard; each ping covers ground of its own.
 
     Args:
         baselines: Distances of pairs of receivers about one middle [wavelengths]; the upper one comes first.
@@ -76,7 +76,7 @@ def footprint(time, waves, pulse, duration):
     Args:
         time: After the start of transmission [s], shape (time,).
         waves: Distance of the receivers [wavelengths].
-        pulse: As heard, a function of time.
+        pulse: As received, a function of time.
         duration: Of the pulse [s].
     """
     up = np.array([0.0, np.sin(TILT), -np.cos(TILT)]) * waves * WAVE / 2
@@ -90,7 +90,12 @@ def footprint(time, waves, pulse, duration):
         beam = np.sinc(LENGTH / WAVE * place[..., 0] / slant) ** 4
         weight = beam * (ALTITUDE / slant) ** 2 / slant**4 * slant
         tau = [(slant + np.linalg.norm(place - side * up, axis=-1)) / SPEED for side in (1, -1)]
-        heard = [pulse(now - late) * np.exp(-2j * np.pi * CARRIER * (late - tau[0])) for late in tau]
-        held.append([np.sum(weight * a * np.conj(b)) for a, b in ((heard[0], heard[1]), heard[:1] * 2, heard[1:] * 2)])
+        received = [pulse(now - late) * np.exp(-2j * np.pi * CARRIER * (late - tau[0])) for late in tau]
+        held.append(
+            [
+                np.sum(weight * a * np.conj(b))
+                for a, b in ((received[0], received[1]), received[:1] * 2, received[1:] * 2)
+            ]
+        )
     cross, upper, lower = np.array(held).T
     return cross, upper.real, lower.real

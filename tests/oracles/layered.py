@@ -42,7 +42,7 @@ class Ray:
 
 @dataclass(frozen=True)
 class Shot:
-    """A ray that was shot, where it meets the point's depth."""
+    """A ray that was shot, where it reaches the point's depth."""
 
     launch: float
     distance: float
@@ -88,7 +88,7 @@ def shots(depth, speed, source_depth, family, point_depth, farthest, rng, *, mos
         speed: Sound speed there [m/s].
         source_depth: Depth of the source [m].
         family: As in `rays`.
-        point_depth: Depth at which they are met [m].
+        point_depth: Depth at which they are reached [m].
         farthest: Horizontal distance beyond which they are let go [m].
         rng: Random numbers.
         most_turns: Turns after which they are let go.
@@ -148,7 +148,7 @@ def _arrivals(column, bounces, theta, middle, distance):
 
 
 def _waits(route, bounces):
-    """Whether bounces are still to come when the last step has ended, just before what it meets there."""
+    """Whether bounces are still to come when the last step has ended, just before what it reaches there."""
     return sum(step.bounced for step in route[:-1]) < len(bounces)
 
 
@@ -234,7 +234,7 @@ def _heads_down(column, route):
 
 
 def _root(column, route, low, high, distance):
-    """Where the distance is met, by Newton's rule inside a bracket that shrinks; None if it is not."""
+    """Where the distance is reached, by Newton's rule inside a bracket that shrinks; None if it is not."""
     begin, end = (walked(column, route, side, only_range=True).run - distance for side in (low, high))
     if (begin > 0) == (end > 0):
         return None  # plain numbers saw a change of sign within their rounding

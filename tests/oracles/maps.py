@@ -9,20 +9,20 @@ from insonify.scene.heightmap_cache import CELLS, NODES, HeightmapTiles
 
 @dataclass(frozen=True)
 class Map:
-    """Some tiles of a map of a height that is told by a function of two coordinates."""
+    """Some tiles of a map of a height that is reported by a function of two coordinates."""
 
     height: object
     pages: HeightmapTiles
     shape: tuple[int, int]
     """Rows and columns of tiles, the border among them."""
 
-    def none_wanted(self):
-        """Where a kernel says which tiles are missing."""
+    def no_tiles(self):
+        """Where a kernel states which tiles are missing."""
         return np.zeros(self.shape, bool)
 
-    def named(self, wanted):
-        """Numbers of the tiles that a kernel wants."""
-        return (np.argwhere(wanted) + np.array([self.pages.corner_a, self.pages.corner_b])).tolist()
+    def named(self, expected):
+        """Numbers of the tiles that a kernel needs."""
+        return (np.argwhere(expected) + np.array([self.pages.corner_a, self.pages.corner_b])).tolist()
 
     def read(self, a, b):
         """Height linear between the nodes, which are rounded to single precision."""

@@ -1,6 +1,6 @@
 """Reverberation of a flat boundary by every pair of folded legs, as one sum over rings of the boundary.
 
-Each pair of families has its own clock: at a time of the recording it hears one ring, whose width and depth follow
+Each pair of families has its own clock: at a time of the recording it receives one ring, whose width and depth follow
 from the lengths of both legs. Nothing is sampled, and no code is shared with the project.
 """
 

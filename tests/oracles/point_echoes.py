@@ -20,7 +20,7 @@ def two_way(points: Floats, transmit: Floats, receive: Floats, speed: float = 15
     return (out + np.linalg.norm(points[:, None] - receive, axis=-1)) / speed
 
 
-def heard(
+def received(
     time: Floats, delay: Floats, frequency: float, pulse: Envelope, amplitude: Floats | complex = 1.0
 ) -> NDArray[np.complex64]:
     """Complex baseband (m, time) of echoes with delays (n, m) and amplitudes (n,)."""
@@ -40,7 +40,7 @@ def decibels(ratio: NDArray[np.generic] | float) -> Floats:
 def speckle(
     time: Floats, delay: Floats, frequency: float, pulse: Envelope, amplitude: NDArray[np.generic], half: float
 ) -> NDArray[np.complex64]:
-    """As `heard`, for many echoes of a pulse that is over `half` seconds before and after its middle."""
+    """As `received`, for many echoes of a pulse that is over `half` seconds before and after its middle."""
     rate = 1 / (time[1] - time[0])
     reach = np.arange(-int(np.ceil(half * rate)), int(np.ceil(half * rate)) + 1)
     total = np.zeros((delay.shape[1], time.size), complex)

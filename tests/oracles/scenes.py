@@ -1,4 +1,4 @@
-"""The paper's nominal scene, and ways to listen to less than all of it. Built from the project's own nouns."""
+"""The paper's nominal scene, and ways to receive less than all of it. Built from the project's own models."""
 
 from concurrent.futures import ThreadPoolExecutor
 
@@ -15,7 +15,7 @@ PULSE = {"kind": "cw", "frequency": 100e3, "duration": 0.2e-3, "taper": "tukey",
 
 
 def nominal(*, box=None, line=None, transmit=None, receive=None, paths=None, track=None, sonar=None, **top):
-    """The nominal scene, silent water, 11 m deep sonar over a bed at 20 m; no target unless asked for; hard shadows.
+    """The nominal scene, silent water, 11 m deep sonar over a bed at 20 m; no target unless requested; hard shadows.
 
     Args:
         box: Changes to the nominal box; None for no box.
@@ -49,7 +49,7 @@ def point(north, east, depth, *, strength=0.0, label="point"):
     return {"shape": "point", "label": label, "position": (north, east, depth), "target_strength_db": strength}
 
 
-def hear_blocks(scenario, blocks, ping=0, field="coherent"):
+def receive_blocks(scenario, blocks, ping=0, field="coherent"):
     """What one ping sounds like if the scene offered these scatterers and no others."""
     simulator = build_simulator(scenario)
     here = simulator.ping_geometry(ping)

@@ -46,7 +46,7 @@ def small(name: str, changes: dict[str, Any] | None = None) -> Scenario:
 
 
 @lru_cache(maxsize=8)
-def heard(name: str) -> tuple[Scenario, xr.Dataset]:
+def simulated(name: str) -> tuple[Scenario, xr.Dataset]:
     """A small scenario, and its recording.
 
     Args:

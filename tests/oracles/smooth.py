@@ -7,7 +7,7 @@ from oracles.scenes import nominal
 
 SPEED, DEPTH = 1500.0, 20.0
 ROUGH = {"law": "lambert", "strength_db": -150}
-"""A law too faint to be heard beside a smooth face."""
+"""A law too weak to be received beside a smooth face."""
 
 
 def image(family, source):
@@ -52,14 +52,14 @@ def flashes(target, max_reflections=0, *, frequency=100e3, window=(0.0, 0.24), f
     """Pressure re the source at 1 m of a smooth target, before beams, by pair of families: from the engine's arrivals.
 
     Args:
-        target: Changes to a smooth target of no rough echo to speak of.
+        target: Changes to a smooth target of hardly any rough echo.
         max_reflections: Most bounces of a leg.
         frequency: Carrier [Hz].
         window: Recorded [s].
-        facing: Keep only facets whose place this tells, from (n, 3) to (n,).
+        facing: Keep only facets whose place this gives, from (n, 3) to (n,).
         changes: Other changes of the nominal scene.
     """
-    told = {"face_reflection_coefficient": 1.0, "scattering": ROUGH, **target}
+    settings = {"face_reflection_coefficient": 1.0, "scattering": ROUGH, **target}
     pulse = {"kind": "cw", "frequency": frequency, "duration": 0.2e-3, "taper": "tukey", "taper_fraction": 0.2}
     fixed = {
         "water": {"noise_level_db": None, "absorption_db_per_m": 0.0},
@@ -68,7 +68,7 @@ def flashes(target, max_reflections=0, *, frequency=100e3, window=(0.0, 0.24), f
         "line": {"length": 0.1},
         "paths": {"contributions": ["target"], "max_reflections": max_reflections},
     }
-    rows = arrivals(nominal(targets=[told], **{**fixed, **changes}))
+    rows = arrivals(nominal(targets=[settings], **{**fixed, **changes}))
     # rough points have random phases and are beneath notice
     rows = rows if facing is None else rows.take(facing(rows.position))
     turned = rows.amplitude[:, 0].astype(complex) * np.exp(-2j * np.pi * np.mod(frequency * rows.delay, 1.0))

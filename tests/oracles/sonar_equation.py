@@ -5,15 +5,15 @@ Direct paths and two equal uniform lines, in closed form and quadrature.
 
 import numpy as np
 
-from oracles.listening import pulse_spectrum
+from oracles.time_series import pulse_spectrum
 
 
 def pulse_energy(*, duration, fraction, band, bandwidth=0.0, matched_filter=False):
     """Integral of the recorded pulse's square magnitude [s], by Parseval over the band."""
     offset = np.linspace(-0.625, 0.625, 2001) * band
-    heard = pulse_spectrum(offset, duration=duration, fraction=fraction, bandwidth=bandwidth, band=band,
+    received = pulse_spectrum(offset, duration=duration, fraction=fraction, bandwidth=bandwidth, band=band,
                            matched_filter=matched_filter)  # fmt: skip
-    return np.trapezoid(np.abs(heard) ** 2, offset)
+    return np.trapezoid(np.abs(received) ** 2, offset)
 
 
 def energy_width(cosine, length, wavelength):

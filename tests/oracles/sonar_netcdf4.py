@@ -22,11 +22,11 @@ UNITS = {"sample_interval": "s", "equivalent_beam_angle": "sr", "transmit_freque
 
 
 def faults(file):
-    """What an open file lacks or has otherwise than the convention says, one line each."""
+    """What an open file lacks or has otherwise than the convention states, one line each."""
     found = [f"attribute {name}" for name in TOP if name not in file.ncattrs()]
-    wanted = {"sonar_convention_version": "2.0", "sonar_convention_authority": "ICES",
+    expected = {"sonar_convention_version": "2.0", "sonar_convention_authority": "ICES",
               "Conventions": "CF-1.7, SONAR-netCDF4-2.0, ACDD-1.3"}  # fmt: skip
-    found += [f"{name} is {getattr(file, name, None)}" for name, text in wanted.items()
+    found += [f"{name} is {getattr(file, name, None)}" for name, text in expected.items()
               if getattr(file, name, None) != text]  # fmt: skip
     groups = ("Annotation", "Environment", "Platform", "Provenance", "Sonar", "Vendor_specific")
     found += [f"group {name}" for name in groups if name not in file.groups]

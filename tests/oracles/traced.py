@@ -1,4 +1,4 @@
-"""One scene for two engines, and how far apart what they hear is."""
+"""One scene for two engines, and how far apart what they receive is."""
 
 import numpy as np
 
@@ -10,7 +10,10 @@ BOX = {"shape": "box", "size": (2.0, 1.0, 1.0), "position": (0.0, 75.5)}
 
 
 def scene(engine, *, rays=40_000, window=(0.09, 0.12), paths=None, track=None, **changes):
-    """The nominal scene for one of the engines, heard as an expectation; targets mirror nothing unless asked to."""
+    """The nominal scene for one of the engines, received as an expectation.
+
+    Targets mirror nothing unless requested to.
+    """
     chosen = {
         "engine": engine,
         "rays": rays,
@@ -32,6 +35,6 @@ def curves(scenario, ping=0):
     }  # fmt: skip
 
 
-def apart_db(told, met):
+def apart_db(expected, traced):
     """Level of the mean of one curve over that of another [dB]."""
-    return 10 * np.log10(told.mean() / met.mean())
+    return 10 * np.log10(expected.mean() / traced.mean())

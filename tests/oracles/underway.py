@@ -1,8 +1,8 @@
-"""Point echoes heard by hydrophones of a moving platform, summed in float64 from the definition of a moving source.
+"""Point echoes received by hydrophones of a moving platform, summed in float64 from the definition of a moving source.
 
-The sound that an element hears at time t left the scatterer at t - |rx(t) - image| / c, and the transmitter at the time
-te that solves te + |tx(te) - image| / c = that. What was sent at te is what is heard. Shares no code with the synthesis
-but the pulse's envelope and the receiver's band.
+The sound that an element receives at time t left the scatterer at t - |rx(t) - image| / c, and the transmitter at the
+time te that solves te + |tx(te) - image| / c = that. What was sent at te is what is received. Shares no code with the
+synthesis but the pulse's envelope and the receiver's band.
 """
 
 from collections.abc import Callable

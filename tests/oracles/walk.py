@@ -60,7 +60,7 @@ def _at(depth, speed, z):
 
 
 def walk(column, bounces, launch) -> Iterator[Step]:
-    """The steps of a ray, until it meets a boundary that its family does not."""
+    """The steps of a ray, until it reaches a boundary that is not in its family."""
     slowness = np.cos(launch) / column.speed[column.source]
     level, down, left = column.source, launch > 0, list(bounces)
     last = len(column.depth) - 1
@@ -76,8 +76,8 @@ def walk(column, bounces, launch) -> Iterator[Step]:
             yield Step(column.depth[level], level, level, layer)
             down = not down
             continue
-        meets = ahead == (last if down else 0)
-        fits = meets and bool(left) and left[0] == ("B" if down else "S")
+        at_boundary = ahead == (last if down else 0)
+        fits = at_boundary and bool(left) and left[0] == ("B" if down else "S")
         yield Step(column.depth[ahead], level, ahead, layer, bounced=fits)
         level = ahead
 

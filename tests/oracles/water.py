@@ -24,7 +24,7 @@ class Path:
 
 
 def letters(family):
-    """Boundaries in the order met, from the sonar outward."""
+    """Boundaries in the order reached, from the sonar outward."""
     return "" if family == "D" else family
 
 

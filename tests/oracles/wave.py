@@ -71,12 +71,12 @@ def _depth_function(depth, speed, source_depth, point_depth, omega, k):
     return -2 * down[first] * up[z.size - 1 - last] / wronskian
 
 
-def _outgoing(square, k, step, wanted):
-    """The solution that leaves through the first point, by Numerov's rule, at the wanted points."""
+def _outgoing(square, k, step, expected):
+    """The solution that leaves through the first point, by Numerov's rule, at the requested points."""
     leaving = np.sqrt(square[0] - k**2)  # its imaginary part is negative: it fades where it does not travel
     leaving = np.where(leaving.imag > 0, -leaving, leaving)
     old = np.ones(k.size, complex)
-    new = np.exp(1j * leaving * step) * old  # towards the inside, against the way out: phase advances
+    new = np.exp(1j * leaving * step) * old  # towards the inside, against the outward path: phase advances
     kept = {0: old, 1: new}
     mass = [1 + step**2 / 12 * (square[i] - k**2) for i in (0, 1)]
     for i in range(2, square.size):
@@ -84,7 +84,7 @@ def _outgoing(square, k, step, wanted):
         # (1 + h^2 q / 12) u is stepped; 12 - 10 m = 2 (1 - 5 h^2 q / 12)
         old, new = new, ((12 - 10 * mass[1]) * new - mass[0] * old) / ahead
         mass = [mass[1], ahead]
-        if i in wanted:
+        if i in expected:
             kept[i] = new
         if i % 64 == 0 and np.abs(new).max() > 1e100:  # what does not travel grows; the scale cancels in the end
             size = np.abs(new) + 1e-300

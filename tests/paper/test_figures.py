@@ -27,7 +27,7 @@ def printed() -> list[dict[str, str]]:
     return list(csv.DictReader(lines))
 
 
-def test_the_five_legs_take_the_time_that_images_say() -> None:
+def test_the_five_legs_take_the_time_that_images_require() -> None:
     """Figure 10: delays of a-e equal sqrt(r^2 + (z - z_image)^2) / c within 1e-9 s."""
     np.testing.assert_allclose(figure10.legs().delay, figure10.expected_delays(), rtol=0, atol=1e-9)
 
@@ -59,12 +59,12 @@ def test_reflections_fill_the_shadow(row: tuple[int, tuple[float, float]]) -> No
 
 
 def test_sound_leaks_round_a_narrow_target() -> None:
-    """Figure 12: direct paths behind the paper's 2 m box, 20.8 dB down: what the two-way beam hears beside it."""
+    """Figure 12: direct paths behind the paper's 2 m box, 20.8 dB down: what the two-way beam receives beside it."""
     assert figure12.contrast(0, 2.0, figure12.LATE) == pytest.approx(20.8, abs=1.0)
 
 
 def test_a_figure_that_there_is_not_is_refused(tmp_path: Path) -> None:
-    """The message says what can be had, and nothing is written."""
+    """The message states what can be had, and nothing is written."""
     with pytest.raises(ValueError, match=r"figure 0, 99 is not available; choose from 1, 2, 3, .*, 13, 14"):
         paper.run([10, 0, 99], tmp_path / "out")
     assert not (tmp_path / "out").exists()
@@ -89,7 +89,7 @@ def test_a_figure_is_drawn_and_its_numbers_hold(number: int, tmp_path: Path) -> 
     """A picture, and a JSON file of numbers that are what they are expected to be.
 
     Among them: figure 2, a flat bed is smooth within 0.2 dB, and a fractal one is not; 3, the shadow is as long and as
-    wide as geometry says; 4, echoes ac and cc stand at the delays of exact rays, and nothing new 10 m away; 6, the
+    wide as geometry states; 4, echoes ac and cc stand at the delays of exact rays, and nothing new 10 m away; 6, the
     contrast of the shadow falls by more than 15 dB; 7, ten pings under a breeze are alike by more than 0.95 in the
     direct echo and by less than 0.3 in the ghosts (0.1 by chance); 8, speckle index 2 of 10000 cells, 0.02 of standard
     error; 11 and 13 as below, of 200 and 40 seeds; 14, main lobe and first sidelobe of sinc^4 within 0.2 and 1 dB.
@@ -147,7 +147,7 @@ def test_a_change_must_name_a_value() -> None:
         (CheckedNumber("x", 29.0, "dB", 30.0), False),
     ],
 )
-def test_a_number_knows_whether_it_holds(number: CheckedNumber, holds: bool | None) -> None:
+def test_a_number_states_whether_it_holds(number: CheckedNumber, holds: bool | None) -> None:
     """Within the tolerance, or above a lower bound."""
     assert number.holds is holds
 
@@ -175,24 +175,24 @@ def test_the_example_is_the_template() -> None:
         (CheckedNumber("x", 31.0, "dB", 30.0), ">="),
     ],
 )
-def test_a_number_says_how_it_stands_to_what_is_expected(
+def test_a_number_states_how_it_stands_to_what_is_expected(
     number: CheckedNumber, relation: str | None, tmp_path: Path
 ) -> None:
-    """A lower bound is told from an equality, in the file as well."""
+    """A lower bound is reported from an equality, in the file as well."""
     assert number.relation == relation
     path = write_numbers(tmp_path / "x.json", 1, "x", {}, [number])
     assert json.loads(path.read_text(encoding="utf-8"))["numbers"][0]["relation"] == relation
 
 
 def test_figures_are_counted_while_they_are_drawn(tmp_path: Path) -> None:
-    """Told none of two before the first, then each."""
-    told: list[tuple[int, int]] = []
-    paper.run([10, 10], tmp_path, on_figure=lambda done, total: told.append((done, total)))
-    assert told == [(0, 2), (1, 2), (2, 2)]
+    """Reported none of two before the first, then each."""
+    reported: list[tuple[int, int]] = []
+    paper.run([10, 10], tmp_path, on_figure=lambda done, total: reported.append((done, total)))
+    assert reported == [(0, 2), (1, 2), (2, 2)]
 
 
 def test_the_shadows_numbers_stand_in_their_windows(tmp_path: Path) -> None:
-    """Figure 12: each panel says the contrasts of the whole scene, for both boxes and both windows."""
+    """Figure 12: each panel states the contrasts of the whole scene, for both boxes and both windows."""
     axes = Figure().subplots()
     figure12._contrasts(axes, 0)
     texts = [text.get_text() for text in axes.texts]

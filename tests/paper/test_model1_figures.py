@@ -25,7 +25,7 @@ def test_the_beam_by_eye() -> None:
 
 
 def test_a_shadow_that_is_known_is_found() -> None:
-    """A step of 20 dB, heard through a pulse of 0.2 ms, is found where it was put within a sample."""
+    """A step of 20 dB, received through a pulse of 0.2 ms, is found where it was put within a sample."""
     time = np.arange(0.2, 0.21, 1 / 40e3)
     part = np.clip((time - 0.205) / sidescan_model.PULSE, 0, 1)
     assert sidescan_model.shadow_end_time(time, 0.01 + part, 0.2051) == pytest.approx(0.205, abs=1 / 40e3)
@@ -57,9 +57,9 @@ def test_the_bed_in_front_makes_the_echo_larger(water: Water, reflection: float 
 
 def test_a_face_and_the_bed_make_a_corner() -> None:
     """Figure 4: out and back by way of the bed, all parts of the face come at once, so ac is a spike over aa and cc."""
-    heard = figure4.echoes("one speed", "medium sand", short=True)["level_db"]
-    assert float(heard.sel(pair="D-B").max() - heard.sel(pair="D-D").max()) > 10
-    assert float(heard.sel(pair="D-B").max() - heard.sel(pair="B-B").max()) > 10
+    received = figure4.echoes("one speed", "medium sand", short=True)["level_db"]
+    assert float(received.sel(pair="D-B").max() - received.sel(pair="D-D").max()) > 10
+    assert float(received.sel(pair="D-B").max() - received.sel(pair="B-B").max()) > 10
 
 
 @pytest.mark.parametrize("water", WATERS)
@@ -73,9 +73,9 @@ def test_a_smooth_face_makes_the_larger_peak_with_the_papers_bed(water: Water) -
     assert rise > figure4.LEAST
     if water == "one speed":
         assert rise == pytest.approx(33.1 - 11.8, abs=1.5)
-    heard = figure4.echoes(water, figure4.PAPER_REFLECTION, short=True, smooth=True)["level_db"]
+    received = figure4.echoes(water, figure4.PAPER_REFLECTION, short=True, smooth=True)["level_db"]
     for pair in ("D-D", "B-B"):
-        assert float(heard.sel(pair="D-B").max() - heard.sel(pair=pair).max()) > 10
+        assert float(received.sel(pair="D-B").max() - received.sel(pair=pair).max()) > 10
 
 
 def test_the_bed_shines_by_the_face_as_in_the_papers_rays() -> None:
@@ -109,7 +109,10 @@ def test_the_fractal_bed_shines_by_the_face_as_in_the_papers_rays() -> None:
 @pytest.mark.parametrize("water", WATERS)
 @pytest.mark.parametrize("pair", figure5.GHOSTS)
 def test_the_target_shows_again(water: Water, pair: str) -> None:
-    """Figure 5: ghosts ab and bb within 10 us of exact rays, and as loud as |A|^2 says; ab by four times as much."""
+    """Figure 5: ghosts ab and bb within 10 us of exact rays, and as strong as |A|^2 states.
+
+    Ab by four times as much.
+    """
     found, expected = figure5.ghost_delay(water, pair)
     assert found == pytest.approx(expected, abs=10e-6)
     assert {"D-S": 1.838e-3, "S-S": 3.677e-3}[pair] < found < {"D-S": 1.933e-3, "S-S": 3.867e-3}[pair] or water != (
@@ -130,12 +133,12 @@ def test_the_ghost_of_a_deeper_point_comes_later(water: Water) -> None:
 
 @pytest.mark.parametrize("water", WATERS)
 def test_the_surface_lights_the_shadow(water: Water) -> None:
-    """Figure 5: by more than 10 dB with arrays that hear all elevations alike."""
+    """Figure 5: by more than 10 dB with arrays that receive all elevations alike."""
     assert figure5.rise(water) > figure5.RISE
 
 
 def test_arrays_that_are_narrow_in_elevation_keep_the_shadow() -> None:
-    """Figure 6: 10 degrees wide and 6 degrees down, they hear the surface's image 15 dB or more below the bed's."""
+    """Figure 6: 10 degrees wide and 6 degrees down, they receive the surface's image 15 dB or more below the bed's."""
     broad, narrow = (figure6.shadow_contrast("one speed", 2, beam) for beam in ("broad", "narrow"))
     assert narrow > broad + 5
 

@@ -23,7 +23,7 @@ def test_the_profile_comes_back_as_it_was_written() -> None:
 
 
 def test_the_edge_of_the_shadow_is_a_published_162_metres() -> None:
-    """The reference solution has no direct ray to the bed beyond about 162 m; the closed form says where and when."""
+    """The reference solution has no direct ray to the bed beyond about 162 m; the closed form states where and when."""
     reach, delay = figure8.shadow_edge()
     assert reach == pytest.approx(162, abs=0.5)
     # the mean speed along the way lies between the slowest and the fastest
@@ -35,9 +35,9 @@ def test_the_series_is_the_sum_of_its_replicas_without_a_perturbation_too(profil
     """In both waters, with the random amplitude switched off: 1e-6 of the rms, in a window about the target."""
     from insonify.simulator import simulate
 
-    told = scene(profile, {"paths.amplitude_perturbation": 0.0, "track.window": (0.199, 0.204)})
-    series = simulate(told)["pressure"].values[0, 0]
-    whole = replica_sum(told)
+    scenario = scene(profile, {"paths.amplitude_perturbation": 0.0, "track.window": (0.199, 0.204)})
+    series = simulate(scenario)["pressure"].values[0, 0]
+    whole = replica_sum(scenario)
     assert np.linalg.norm(series - whole) < 1e-6 * np.linalg.norm(whole)
 
 
@@ -50,32 +50,32 @@ def test_every_number_of_figure_9_holds() -> None:
 
 
 def test_the_profile_moves_more_than_the_surface() -> None:
-    """Against the paper: target and bed 0.6 to 0.8 ms later and louder, the surface more than a millisecond earlier."""
-    told = by_name(figure9.numbers())
-    assert 0.64 < told["box at 150 m: later by, least"] < told["box at 150 m: later by, most"] < 0.79
-    assert told["seabed at 150 m: later by"] == pytest.approx(0.778, abs=2e-3)
-    assert -1.2 < told["surface at 150 m: later by"] < -1.17
+    """Against the paper: target and bed 0.6 to 0.8 ms later and stronger, the surface over a millisecond earlier."""
+    numbers = by_name(figure9.numbers())
+    assert 0.64 < numbers["box at 150 m: later by, least"] < numbers["box at 150 m: later by, most"] < 0.79
+    assert numbers["seabed at 150 m: later by"] == pytest.approx(0.778, abs=2e-3)
+    assert -1.2 < numbers["surface at 150 m: later by"] < -1.17
     assert (
-        told["echo of the target: more energy"] > 3
-        and told["seabed at 150 m: level higher by, mean of the spikes"] > 10
+        numbers["echo of the target: more energy"] > 3
+        and numbers["seabed at 150 m: level higher by, mean of the spikes"] > 10
     )
-    assert told["seabed over direct paths, farthest"] == pytest.approx(162.03, abs=0.1)
+    assert numbers["seabed over direct paths, farthest"] == pytest.approx(162.03, abs=0.1)
 
 
 def test_a_warm_layer_above_the_sonar_moves_the_surface_only() -> None:
     """As the paper concludes: surface returns 0.7 ms earlier, the arrivals of bed and target the same to 1e-9 s."""
-    told = by_name(figure9.numbers())
-    assert told["surface at 150 m under a warm layer: later by"] == pytest.approx(-0.71, abs=0.02)
+    numbers = by_name(figure9.numbers())
+    assert numbers["surface at 150 m under a warm layer: later by"] == pytest.approx(-0.71, abs=0.02)
     for name in ("seabed", "box"):
-        assert abs(told[f"{name} at 150 m under a warm layer: later by"]) < 1e-6
+        assert abs(numbers[f"{name} at 150 m under a warm layer: later by"]) < 1e-6
     layer = figure9.profile_effect("surface", WARM_LAYER)
     assert np.abs(layer.shift - layer.exact).max() < 2e-9
 
 
 def test_shifts_are_of_the_same_places() -> None:
     """Hundreds of places on each boundary, and every one of the box, stand alike in both waters."""
-    for owner, most in (("seabed", 162.1), ("surface", 187.0)):
-        found = figure9.profile_effect(owner)
+    for object_name, most in (("seabed", 162.1), ("surface", 187.0)):
+        found = figure9.profile_effect(object_name)
         assert found.distance.size > 1000 and found.distance.max() < most
         assert np.all(np.isfinite(found.exact))
     box = figure9.profile_effect("box")

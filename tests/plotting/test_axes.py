@@ -35,7 +35,7 @@ def scenario(**changes: Any) -> Any:
 
 
 def beams(count: int, **changes: Any) -> xr.Dataset:
-    """The target alone, in three dimensions, heard by some beams."""
+    """The target alone, in three dimensions, received by some beams."""
     steer = np.radians(np.linspace(-3, 3, count)).tolist()
     return simulate(
         scenario(paths__geometry="3d", paths__contributions=["target"], sonar__receive__steer=steer, **changes)
@@ -171,7 +171,7 @@ def test_the_range_above_a_trace_is_the_range_of_a_direct_echo() -> None:
 
 
 @pytest.mark.parametrize(("first", "altitude"), [(0.0, 9.0), (100.0, None)], ids=["from the pulse on", "no altitude"])
-def test_where_the_ground_is_not_met_yet_the_range_is_slant(first: float, altitude: float | None) -> None:
+def test_where_the_ground_is_not_reached_yet_the_range_is_slant(first: float, altitude: float | None) -> None:
     """Before the first return, or without an altitude, there is no ground range: c t / 2."""
     axes = style.new_figure().subplots()
     axes.set_xlim(first, 200)
@@ -206,7 +206,7 @@ def test_a_trace_can_be_cut_to_a_window_and_follows_its_levels() -> None:
     assert axes.get_ylim()[0] < seen.min() and seen.max() < axes.get_ylim()[1]
 
 
-def test_two_beams_say_where_they_look() -> None:
+def test_two_beams_state_where_they_look() -> None:
     """A title for each channel with its steer angle; a lone one has the title of the scenario."""
     titles = [axes.get_title(loc="left") or axes.get_title() for axes in two_beams_figure().axes[:2]]
     assert "-3.00 deg" in titles[0] and "+3.00 deg" in titles[1]
@@ -229,7 +229,7 @@ def test_a_sector_is_drawn_to_scale() -> None:
     np.testing.assert_allclose(np.degrees(np.arctan2(corner[:, 0, 0], corner[:, 0, 1])), [-15, -5, 5, 15])
 
 
-def test_pictures_do_not_care_about_a_scenario_that_is_not_known() -> None:
+def test_pictures_do_not_depend_on_a_scenario_that_is_not_known() -> None:
     """A recording from elsewhere, without its scenario: levels as they are, 1500 m/s, and no closer look."""
     strange = simulate(scenario(track__pings=2)).assign_attrs(scenario="")
     sound = recording_levels(strange)

@@ -34,7 +34,7 @@ def both():
 
 @pytest.mark.parametrize("title", ["Sidescan image", "Phase between the receivers", "Depth by phase"])
 def test_port_is_left_of_the_track_and_starboard_right(both, title):
-    """Each side from its first range outwards, along the track upwards; the gap between is what was not heard."""
+    """Each side from its first range outwards, along the track upwards; the gap between is what was not received."""
     port, starboard = both[title].images
     assert port.get_extent() == [-10, -40, 0, 4] and starboard.get_extent() == [10, 40, 0, 4]
     assert both[title].get_xlim() == (-40, 40)
@@ -109,7 +109,7 @@ def test_a_swath_without_a_sure_depth_is_still_a_picture():
 
 
 def test_a_ping_without_a_sure_depth_is_still_a_profile():
-    """The middle ping heard nothing: its profile is empty, those of the others are as ever."""
+    """The middle ping received nothing: its profile is empty, those of the others are as ever."""
     some = np.ones(SHAPE, bool)
     some[4] = False
     for row, drawn in ((4, 0), (3, len(SLANT))):

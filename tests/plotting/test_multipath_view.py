@@ -27,7 +27,7 @@ def view(**levels):
 
 @pytest.mark.parametrize("bed_db", [40.0, 90.0])
 def test_each_image_is_levels_above_its_own_bed(bed_db):
-    """The bed is 0 dB in both however loud the sonar is; the shadow is 30 dB down, and 20 where it is filled."""
+    """The bed is 0 dB in both however strong the sonar is; the shadow is 30 dB down, and 20 where it is filled."""
     direct, whole, _ = view(bed_db=bed_db)
     for axes, dark in ((direct, -30.0), (whole, -20.0)):
         values = np.asarray(axes.images[0].get_array())
@@ -38,7 +38,7 @@ def test_each_image_is_levels_above_its_own_bed(bed_db):
 
 
 def test_times_are_milliseconds_and_places_metres():
-    """The image spans what was heard; the axes say in which units."""
+    """The image spans what was received; the axes state in which units."""
     direct, _, traces = view()
     np.testing.assert_allclose(direct.images[0].get_extent(), [190, 230, -6, 6])
     assert traces.get_xlim() == pytest.approx((190, 230))
@@ -53,7 +53,7 @@ def test_echoes_are_named_where_they_begin():
 
 
 def test_traces_are_the_levels_of_the_mean_powers():
-    """Heard and expected, with and without multipath: 10 log of what was given."""
+    """Received and expected, with and without multipath: 10 log of what was given."""
     *_, traces = view()
     by_name = {line.get_label(): line.get_ydata() for line in traces.lines}
     given = passing()
@@ -68,6 +68,6 @@ def test_silence_is_drawn_and_not_warned_of():
     direct = silent.direct.copy()
     direct[:, 150:200] = 0.0
     trace = direct.mean(axis=0)
-    told = PassByLevels(TIME, NORTH, silent.image, direct, silent.trace, trace, silent.expected, trace)
-    axes = multipath_view(told, [], DARK, 1500.0, "box").axes[0]
+    levels = PassByLevels(TIME, NORTH, silent.image, direct, silent.trace, trace, silent.expected, trace)
+    axes = multipath_view(levels, [], DARK, 1500.0, "box").axes[0]
     assert np.isfinite(np.asarray(axes.images[0].get_array())).all()

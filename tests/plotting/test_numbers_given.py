@@ -45,8 +45,8 @@ def side_image(across, along, gain="none", geometry="slant", seed=0):
 def test_each_line_of_a_waterfall_is_a_ping_and_each_pixel_a_sample():
     """Row p of the image is ping p, from the top; its ends stand at c t / 2 of the first and last sample."""
     level = random_levels(5, 2, 300)
-    told = sound(level)
-    panels = waterfall(told).axes[:2]
+    scenario = sound(level)
+    panels = waterfall(scenario).axes[:2]
     for channel, axes in enumerate(panels):
         (image,) = axes.images
         np.testing.assert_array_equal(image.get_array(), level[:, channel])
@@ -57,7 +57,7 @@ def test_each_line_of_a_waterfall_is_a_ping_and_each_pixel_a_sample():
 
 
 def test_two_panels_of_a_waterfall_share_their_colours():
-    """A channel that is 10 dB weaker looks weaker: one colour means one level in both, and the bar says the unit."""
+    """A channel that is 10 dB weaker looks weaker: one colour means one level in both, and the bar states the unit."""
     level = random_levels(4, 2, 200)
     level[:, 1] -= 10
     figure = waterfall(sound(level))
@@ -69,7 +69,7 @@ def test_two_panels_of_a_waterfall_share_their_colours():
 @settings(max_examples=40, deadline=None)
 @given(st.integers(1, 400), st.integers(1, 50), st.integers(0, 2**31))
 def test_thinning_keeps_order_bounds_and_energy(samples, columns, seed):
-    """Never more columns than asked; the energy of each is the mean of the powers it stands for, in their order."""
+    """Never more columns than requested; the energy of each is the mean of the powers it stands for, in their order."""
     level = random_levels(3, samples, seed=seed)
     thin = thinned(level, columns)
     assert thin.shape[1] <= max(columns, 1)
@@ -126,7 +126,7 @@ def test_the_cells_of_a_sector_meet_and_contain_their_beams(steer):
 
 
 @pytest.mark.parametrize("gain", NAMES)
-def test_a_sidescan_holds_both_halves_and_says_its_gain(gain):
+def test_a_sidescan_holds_both_halves_and_states_its_gain(gain):
     """Every pixel left of the track is in the left image, every other in the right; the bar names the gain."""
     across = np.concatenate([-np.arange(40.0, 0, -0.5), np.arange(0.5, 40.1, 0.5)])
     image = side_image(across, np.arange(6) * 2.0, gain)
@@ -217,7 +217,7 @@ def labelled(pings=4, samples=60, **masks):
     recording = xr.Dataset({"pressure": (dims, pressure), "position": (("ping", "axis"), np.zeros((pings, 3)))}, coords)
     intensity = np.zeros((pings, 1, 3, samples))
     intensity[:, 0, 0], intensity[:, 0, 1, 10:20] = 1e8, 1e10
-    said = xr.Dataset(
+    dataset = xr.Dataset(
         {name: (dims, mask) for name, mask in values.items()}
         | {
             "object_intensity": (("ping", "channel", "object", "time"), intensity),
@@ -225,14 +225,14 @@ def labelled(pings=4, samples=60, **masks):
         },
         coords,
     )
-    return recording, said
+    return recording, dataset
 
 
 def test_a_labelled_sample_is_coloured_and_no_other(monkeypatch):
-    """Grey where nothing is said; elsewhere 65 % of the mask's own colour over the grey of the level."""
+    """Grey where nothing is reported; elsewhere 65 % of the mask's own colour over the grey of the level."""
     kept = caught(monkeypatch)
-    recording, said = labelled(shadow=[(1, 5)], ghost=[(2, 7)], highlight=[(0, 0), (3, 59)])
-    plotting.labels(recording, said, "unused.png", gain="none")
+    recording, masks = labelled(shadow=[(1, 5)], ghost=[(2, 7)], highlight=[(0, 0), (3, 59)])
+    plotting.labels(recording, masks, "unused.png", gain="none")
     (plain,), (image,) = (kept[0].axes[row].images for row in (0, 1))
     assert plain.get_extent() == image.get_extent()
     picture = np.asarray(image.get_array())
@@ -249,10 +249,10 @@ def test_a_labelled_sample_is_coloured_and_no_other(monkeypatch):
 
 
 def test_a_labelled_trace_shows_the_objects_that_are_received(monkeypatch):
-    """One curve for each owner with an echo, at its level, never below 80 dB under the loudest."""
+    """One curve for each object with an echo, at its level, never below 80 dB under the strongest."""
     kept = caught(monkeypatch)
-    recording, said = labelled(highlight=[(2, 12)])
-    plotting.labels(recording, said, "unused.png", ping=2)
+    recording, masks = labelled(highlight=[(2, 12)])
+    plotting.labels(recording, masks, "unused.png", ping=2)
     axes = kept[0].axes[0]
     drawn = {str(line.get_label()): np.asarray(line.get_ydata()) for line in axes.lines}
     assert set(drawn) == {"seabed", "mine"}
@@ -281,7 +281,7 @@ def test_the_same_figure_has_the_same_bytes_today_and_tomorrow(tmp_path, suffix,
     assert pictures[0] == pictures[1]
 
 
-def test_doubts_are_said_once_and_only_where_there_are_any():
+def test_doubts_are_reported_once_and_only_where_there_are_any():
     """Two curves with the same doubt: one line; none: no small print; a trusted curve is solid."""
     figure = style.new_figure()
     axes = figure.subplots()

@@ -1,4 +1,4 @@
-"""Pictures of laws, waters and seas show the numbers of their laws, and say where a law is out of its depth."""
+"""Pictures of laws, waters and seas show the numbers of their laws, and state where a law is out of its depth."""
 
 import re
 import warnings
@@ -69,7 +69,7 @@ def test_lambert_is_beside_every_sediment() -> None:
 
 
 def test_a_law_in_doubt_is_dashed_and_named() -> None:
-    """Outside its range a curve is dashed, the small print names the law, and nobody else is warned."""
+    """Outside its range a curve is dashed, the small print names the law, and there is no other warning."""
     figure = style.new_figure()
     axes = figure.subplots()
 
@@ -79,24 +79,24 @@ def test_a_law_in_doubt_is_dashed_and_named() -> None:
 
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        answer = evaluate_with_caveats(law)
-    curve(axes, np.arange(3.0), answer, "k", "doubtful")
+        evaluated = evaluate_with_caveats(law)
+    curve(axes, np.arange(3.0), evaluated, "k", "doubtful")
     curve(axes, np.arange(3.0), evaluate_with_caveats(lambda: np.ones(3)), "k", "trusted")
-    add_caveats(figure, answer.caveats)
+    add_caveats(figure, evaluated.caveats)
     assert [line.get_linestyle() for line in axes.lines] == ["--", "-"]
     assert "Law of nowhere is trusted for frequency 10 to 100 kHz" in figure.get_supxlabel()
 
 
 def test_other_warnings_are_not_swallowed() -> None:
-    """Only what a law says about physics is kept on the picture."""
+    """Only what a law states about physics is kept on the picture."""
     with pytest.warns(UserWarning, match="something else"):
-        answer = evaluate_with_caveats(
+        evaluated = evaluate_with_caveats(
             lambda: np.array([warnings.warn("something else", UserWarning, stacklevel=1) is None])
         )
-    assert answer.caveats == ()
+    assert evaluated.caveats == ()
 
 
-def test_rough_rock_is_too_steep_for_the_law_and_says_so() -> None:
+def test_rough_rock_is_too_steep_for_the_law_and_is_warned_of() -> None:
     """The slopes of rough rock are beyond small-slope scattering at every frequency."""
     assert any("rms slope" in doubt for doubt in backscatter_curves(blank(), ROCK, 30e3))
 
@@ -144,8 +144,8 @@ def test_the_strongest_of_the_lobe_of_sand_is_its_mirror() -> None:
     assert (column + 0.5) * 360 / 241 - 180 == pytest.approx(np.degrees(azimuth[0]), abs=4)
 
 
-def test_a_lobe_wants_a_round_sheet() -> None:
-    """Straight axes are refused with the way out."""
+def test_a_lobe_needs_a_round_sheet() -> None:
+    """Straight axes are refused with the fix."""
     with pytest.raises(TypeError, match="polar"):
         hemisphere(blank(), Lambert, 0.5)
 
@@ -174,13 +174,13 @@ def test_the_patch_has_the_spectrum_that_was_requested() -> None:
 
 
 def test_absorption_is_drawn_by_both_laws_and_weak_where_untrusted() -> None:
-    """Two curves for each water; brackish water is outside Francois & Garrison, and alone is faint."""
+    """Two curves for each water; brackish water is outside Francois & Garrison, and alone is pale."""
     upper, lower = blank(), blank()
     caveats = losses(upper, lower, WATERS, 0.0)
     lines = [line for line in upper.lines if len(line.get_xdata())]
     assert len(lines) == 2 * len(WATERS)
-    faint = [line.get_label() for line in lines if line.get_alpha() == 0.45]
-    assert faint == ["Baltic, 8 °C, 8 g/kg"]
+    pale = [line.get_label() for line in lines if line.get_alpha() == 0.45]
+    assert pale == ["Baltic, 8 °C, 8 g/kg"]
     assert caveats and all("Francois" in doubt for doubt in caveats)
     apart = np.concatenate([line.get_ydata() for line in lower.lines if len(line.get_xdata()) > 2])
     assert np.abs(apart).max() < 10  # Ainslie & McColm promise 10 %
@@ -216,7 +216,7 @@ def test_the_legend_of_the_waves_is_their_significant_height() -> None:
 
 
 def test_slopes_below_the_mark_add_up_to_the_legend() -> None:
-    """The area under the curve up to a third of k is the mean square slope that the legend tells."""
+    """The area under the curve up to a third of k is the mean square slope that the legend gives."""
     kinds, axes = seas(10.0), blank()
     slopes(axes, kinds, 30e3)
     mark = 2 * np.pi * 30e3 / 1500 / 3
@@ -224,8 +224,8 @@ def test_slopes_below_the_mark_add_up_to_the_legend() -> None:
         if "rms" in name:
             below = k < mark
             area = np.trapezoid(share[below], np.log(k[below]))
-            told = float(name.rpartition(":")[2].split("°")[0])
-            assert np.degrees(np.arctan(np.sqrt(area))) == pytest.approx(told, abs=0.15)
+            expected = float(name.rpartition(":")[2].split("°")[0])
+            assert np.degrees(np.arctan(np.sqrt(area))) == pytest.approx(expected, abs=0.15)
 
 
 def test_the_coherent_mirror_is_gone_above_grazing() -> None:
@@ -300,7 +300,7 @@ def test_every_axis_has_a_unit() -> None:
 
 
 def test_too_many_curves_are_refused(tmp_path: Path) -> None:
-    """Nine sediments have not nine colours that every reader tells apart."""
+    """Nine sediments have not nine colours that every reader distinguishes."""
     with pytest.raises(ValueError, match="1 to 8"):
         plotting.laws([SAND] * 9, tmp_path / "x.png")
     with pytest.raises(ValueError, match="1 to 6"):
@@ -308,6 +308,6 @@ def test_too_many_curves_are_refused(tmp_path: Path) -> None:
 
 
 def test_a_doubt_is_a_physics_warning_outside_pictures() -> None:
-    """The same law, asked without a picture, warns its caller."""
+    """The same law, requested without a picture, warns its caller."""
     with pytest.warns(PhysicsWarning, match="10 to 100 kHz"):
         Jackson(SAND, 301e3)

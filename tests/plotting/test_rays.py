@@ -112,7 +112,7 @@ def test_every_picture_of_rays_is_written(tmp_path: Path, how: dict[str, object]
 
 
 def test_water_deeper_than_the_profile_is_refused(tmp_path: Path) -> None:
-    """Nobody knows how sound goes there."""
+    """The sound speed there is unknown."""
     with pytest.raises(ValueError, match="ends at 20 m; the water is 30 m deep"):
         plotting.rays(THERMO, tmp_path / "x.png", source_depth=11.0, water_depth=30.0)
 
@@ -125,8 +125,8 @@ def test_spikes_by_source_stand_where_their_paths_are(span: tuple[float, float] 
     level = level_db(np.abs(paths.amplitude[:, 0]) ** 2) + 220
     axes = blank()
     spikes_by_source(axes, paths, level, "level [dB re 1 uPa]", span=span)
-    for owner, cause in (("seabed", "seabed"), ("surface", "surface"), ("box", "target")):
-        own = paths.object == owner
+    for label, cause in (("seabed", "seabed"), ("surface", "surface"), ("box", "target")):
+        own = paths.object == label
         (marks,) = (
             lot for lot in axes.collections
             if isinstance(lot, PathCollection)

@@ -25,13 +25,13 @@ def ping(changes: dict[str, Any] | None = None) -> xr.Dataset:
 
 
 def beams(count: int) -> xr.Dataset:
-    """The target in three dimensions, heard by some beams."""
+    """The target in three dimensions, received by some beams."""
     steer = np.radians(np.linspace(-3, 3, count)).tolist()
     return ping({"paths.geometry": "3d", "paths.contributions": ["target"], "sonar.receive.steer": steer})
 
 
 @pytest.mark.parametrize("suffix", [".png", ".pdf", ".svg"])
-def test_a_picture_is_written_as_its_suffix_says(tmp_path: Path, suffix: str) -> None:
+def test_a_picture_is_written_as_its_suffix_states(tmp_path: Path, suffix: str) -> None:
     """PNG, PDF and SVG, each with its own first bytes."""
     first = {".png": b"\x89PNG", ".pdf": b"%PDF", ".svg": b"<?xml"}
     path = plotting.recording(ping(), tmp_path / f"ping{suffix}")
@@ -160,7 +160,7 @@ def test_the_closer_look_is_at_the_target_in_the_beam(steer: float, label: str) 
 
 
 def test_of_several_beams_the_closer_look_takes_the_strongest() -> None:
-    """A beam alone keeps its number, and what is loudest in it is looked at."""
+    """A beam alone keeps its number, and what is strongest in it is looked at."""
     steers = np.radians([0.5, 2.09, -3.0]).tolist()
     sound = recording_levels(ping({**two_targets(), "sonar.receive.steer": steers}))
     look = target_window(sound, 0)
@@ -216,7 +216,7 @@ def test_a_page_is_as_large_as_its_sector(half: float) -> None:
 
 
 def test_expectations_are_called_so() -> None:
-    """A picture of expected levels says it in its title, and one of a ping among many says which."""
+    """A picture of expected levels states it in its title, and one of a ping among many states which."""
     sound = recording_levels(ping({"field": "incoherent", "track.pings": 2}))
     assert title(ascan(sound, 1).axes[0]) == "Nominal scene, expected level, ping 1"
     assert "expected" in title(waterfall(sound).axes[0])

@@ -31,10 +31,10 @@ def sidescan(**changes):
 
 def test_the_swath_lies_abeam_between_the_ground_ranges_of_the_window():
     """Strips from sqrt((c t / 2)^2 - H^2) to the same of the window's end, to either side of the course."""
-    told = sidescan()
-    track = true_poses(told.track, seed=told.seed)
+    scenario = sidescan()
+    track = true_poses(scenario.track, seed=scenario.seed)
     near, far = (np.sqrt((SPEED * t / 2) ** 2 - 36) for t in (0.01, 0.04))
-    for side, ring in swaths(told, track):
+    for side, ring in swaths(scenario, track):
         abeam = np.array([-1, 1]) / np.sqrt(2) * side
         across = ring @ abeam
         np.testing.assert_allclose(across[:9], near, atol=1e-6)
@@ -45,8 +45,8 @@ def test_the_swath_lies_abeam_between_the_ground_ranges_of_the_window():
 
 def test_one_ping_looks_into_a_sector():
     """A static sonar that looks east: a ring of points about that bearing, as wide as its beam at half power."""
-    told = nominal(track={"window": (0.1, 0.2)})
-    ((side, ring),) = swaths(told, true_poses(told.track))
+    scenario = nominal(track={"window": (0.1, 0.2)})
+    ((side, ring),) = swaths(scenario, true_poses(scenario.track))
     assert side == 0
     bearing = np.arctan2(ring[:, 1], ring[:, 0])
     assert bearing.mean() == pytest.approx(np.pi / 2, abs=1e-6)
@@ -56,14 +56,14 @@ def test_one_ping_looks_into_a_sector():
 
 def test_the_map_takes_in_swath_track_and_targets():
     """Every outline lies inside of the frame, which is no narrower than high."""
-    told = sidescan()
-    track = true_poses(told.track, seed=told.seed)
-    low, high = frame(told)
-    corners = np.concatenate([ring for _, ring in swaths(told, track)])
+    scenario = sidescan()
+    track = true_poses(scenario.track, seed=scenario.seed)
+    low, high = frame(scenario)
+    corners = np.concatenate([ring for _, ring in swaths(scenario, track)])
     assert (corners > low).all() and (corners < high).all()
     assert high[1] - low[1] >= high[0] - low[0]
     axes = style.new_figure().add_subplot()
-    draw_seabed_map(axes, told, near=True)
+    draw_seabed_map(axes, scenario, near=True)
     named = [text.get_text() for text in axes.get_legend().get_texts()]
     assert {"port swath", "starboard swath", "track"} <= set(named)
     assert any("flat bed, 12 m deep" in text.get_text() for text in axes.texts)
@@ -84,7 +84,7 @@ def test_the_section_shows_targets_at_their_distance_from_the_track():
 
 
 def test_layered_water_is_stated():
-    """The beam is drawn straight, and the title says so where sound does not go straight."""
+    """The beam is drawn straight, and the title reports it where sound does not go straight."""
     axes = style.new_figure().add_subplot()
     section(axes, sidescan(water={"profile": [[0.0, 1500.0], [12.0, 1480.0]]}))
     assert "without refraction" in axes.get_title()
@@ -97,5 +97,5 @@ def test_the_picture_is_written_for_relief_with_solids(tmp_path):
     """Fractal ground with a leaning cylinder on it."""
     drum = {"shape": "cylinder", "label": "drum", "position": (5.0, 10.0), "diameter": 0.6, "length": 0.9, "pitch": 0.3}
     relief = {"kind": "power-law", "hurst": 0.8, "rms": 0.05}
-    told = sidescan(targets=[drum], seabed={"depth": 12.0, "relief": relief})
-    assert scene_view.scene(told, tmp_path / "scene.png").stat().st_size > 10_000
+    scenario = sidescan(targets=[drum], seabed={"depth": 12.0, "relief": relief})
+    assert scene_view.scene(scenario, tmp_path / "scene.png").stat().st_size > 10_000

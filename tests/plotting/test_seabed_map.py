@@ -42,7 +42,7 @@ def test_a_target_whose_middle_is_outside_is_named_where_it_is_seen():
 
 
 def test_ground_that_was_not_surveyed_is_left_grey(tmp_path):
-    """Holes are NaN on the map, and the title says what the file is."""
+    """Holes are NaN on the map, and the title states what the file is."""
     axis = np.arange(-200.0, 201.0, 2.0)
     depth = 20 + 0.005 * axis[:, None] + 0 * axis
     depth[:, axis > 100] = np.nan

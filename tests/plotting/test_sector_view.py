@@ -45,10 +45,10 @@ def test_the_brightest_of_the_fan_is_to_the_right_and_ahead():
 def test_cuts_are_drawn_beside_the_pattern_of_the_array():
     """Over bearing in degrees, both curves; the pattern half a decibel lower, as it was given."""
     figure = sector_view(fan(), [], [cut()], "fan")
-    expected, heard = lined(figure, "bearing [deg]").lines
-    np.testing.assert_allclose(heard.get_xdata(), np.degrees(STEER))
-    np.testing.assert_allclose(heard.get_ydata() - expected.get_ydata(), 0.5)
-    assert heard.get_xdata()[np.argmax(heard.get_ydata())] == pytest.approx(10)
+    expected, received = lined(figure, "bearing [deg]").lines
+    np.testing.assert_allclose(received.get_xdata(), np.degrees(STEER))
+    np.testing.assert_allclose(received.get_ydata() - expected.get_ydata(), 0.5)
+    assert received.get_xdata()[np.argmax(received.get_ydata())] == pytest.approx(10)
 
 
 def test_a_cut_over_range_shows_the_point_and_little_else():

@@ -50,7 +50,7 @@ def test_depths_that_are_missing_do_not_count():
 
 @pytest.mark.parametrize("roll", [0.0, np.radians(8), np.radians(-8)])
 def test_the_bright_line_of_a_ping_is_the_bed_whatever_the_roll(roll):
-    """Rays are drawn from the keel as the ship lay: the loudest cells lie at the bed's depth, to half a metre."""
+    """Rays are drawn from the keel as the ship lay: the strongest cells lie at the bed's depth, to half a metre."""
     axes = panels(soundings_view(soundings(roll=roll), "swath"))[f"Ping 0: {BEAMS} beams"]
     mesh = axes.findobj(QuadMesh)[0]
     place, level = mesh.get_coordinates(), np.asarray(mesh.get_array())

@@ -52,7 +52,7 @@ def test_a_bed_is_known_where_nothing_was_received():
 
 
 def test_both_images_are_levels_above_their_own_bed():
-    """Single pings are 7 dB fainter and look alike: a step of 12 dB in both is 12 dB in both."""
+    """Single pings are 7 dB weaker and look alike: a step of 12 dB in both is 12 dB in both."""
     level, single = strip().level.copy(), strip().single.copy()
     level[10:12, 20], single[4:6, 20] = level[10:12, 20] + 12, single[4:6, 20] + 12
     drawn = images(strip_map_view(strip(level, single), [], [], "strip"))

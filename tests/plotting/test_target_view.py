@@ -91,7 +91,7 @@ def test_the_strongest_target_is_the_one_in_the_beam():
 
 
 def test_a_target_outside_the_window_is_not_the_strongest():
-    """What arrives later than the recording is not heard."""
+    """What arrives later than the recording is not received."""
     assert strongest_target(nominal(targets=[point(0, 190, 19.5)], track={"window": (0.0, 0.1)}), 0, [0]) is None
 
 

@@ -13,16 +13,16 @@ from oracles.scenes import nominal, point
 @pytest.fixture(scope="module")
 def survey():
     """Four pings north; a point to the north-east that comes abeam at the last one."""
-    told = nominal(
+    scenario = nominal(
         sonar={"sides": ["port", "starboard"]}, targets=[point(3.0, 60, 15)], line={"length": 0.3},
         paths={"contributions": ["target"], "max_reflections": 0},
     )  # fmt: skip
     track = {"kind": "line", "start": (0, 0, 11), "speed": 2, "pings": 4, "interval": 0.5, "window": (0, 0.1)}
-    return simulate(type(told)(**told.model_dump(mode="json", exclude={"track"}), track=track))
+    return simulate(type(scenario)(**scenario.model_dump(mode="json", exclude={"track"}), track=track))
 
 
 def test_starboard_is_to_the_right_and_later_pings_are_above(survey):
-    """The halves lie on either side of the track; the last ping, in which the target is loudest, is the top row."""
+    """The halves lie on either side of the track; the last ping, in which the target is strongest, is the top row."""
     axes = sidescan_waterfall(survey, recording_levels(survey), gain="none").axes[0]
     port, starboard = axes.images
     assert port.get_extent()[:2] == pytest.approx((-74.97, 0)) and starboard.get_extent()[1] == pytest.approx(74.97)
@@ -33,7 +33,7 @@ def test_starboard_is_to_the_right_and_later_pings_are_above(survey):
     assert axes.get_xlabel() == "port  |  starboard,  slant range [m]" and axes.get_ylabel() == "distance run [m]"
 
 
-def test_on_the_ground_the_axis_says_so(survey):
+def test_on_the_ground_the_axis_is_labelled_so(survey):
     """Distance across the track; altitude from the scenario and the log."""
     image = sidescan_image(survey, recording_levels(survey), ground=True, gain="tvg40")
     np.testing.assert_allclose(image.altitude, 9)
@@ -57,8 +57,8 @@ def test_a_recording_with_sides_is_drawn_as_one_picture(survey, tmp_path):
     plotting.recording(survey, tmp_path / "ping.png", ping=3)
 
 
-def test_a_part_of_a_survey_says_how_much_of_it_is_there(survey):
-    """Three of four pings; a survey that is whole says nothing."""
+def test_a_part_of_a_survey_states_how_much_of_it_is_there(survey):
+    """Three of four pings; a survey that is whole reports nothing."""
     part = survey.copy(deep=True)
     part["pressure"][2] = np.nan
     assert recording_levels(part).named().endswith("3 of 4 pings") and "of 4" not in recording_levels(survey).named()

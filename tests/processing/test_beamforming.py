@@ -5,7 +5,7 @@ import pytest
 
 from insonify.frames import direction, pose_rotation
 from insonify.processing import beamform_delay_sum
-from oracles.point_echoes import bell, decibels, heard, two_way
+from oracles.point_echoes import bell, decibels, received, two_way
 
 F, C, RATE = 100e3, 1500.0, 40e3
 WAVE = C / F
@@ -31,7 +31,7 @@ def aimed(bearings):
 
 def beams(points, elements, time, bearings, pulse=PULSE, amplitude=1.0, **options):
     """Beams of the echoes of some points, the transmitter at the origin."""
-    series = heard(time, two_way(np.atleast_2d(points), np.zeros(3), elements), F, pulse, amplitude)
+    series = received(time, two_way(np.atleast_2d(points), np.zeros(3), elements), F, pulse, amplitude)
     return beamform_delay_sum(
         series, elements, time, aimed(bearings), centre_frequency=F, **{"transmitter": np.zeros(3)} | options
     )
@@ -56,11 +56,11 @@ def test_the_pattern_is_the_array_factor(steer_deg):
 @pytest.mark.parametrize("slant", [2.0, 10.0, 150.0])
 @pytest.mark.parametrize("bearing_deg", [-40.0, 0.0, 25.0])
 def test_a_focused_echo_keeps_level_delay_and_phase(slant, bearing_deg):
-    """A 1.5 m array at 2 to 150 m: the beam hears what one element at its centre would, to -60 dB."""
+    """A 1.5 m array at 2 to 150 m: the beam receives what one element at its centre would, to -60 dB."""
     elements, time = line(count=201), clock(slant)
     bearing = np.radians([bearing_deg])
     got = beams(slant * aimed(bearing), elements, time, bearing)[0]
-    alone = heard(time, np.full((1, 1), 2 * slant / C), F, PULSE)[0]
+    alone = received(time, np.full((1, 1), 2 * slant / C), F, PULSE)[0]
     middle = time.size // 2
     assert abs(got[middle] - alone[middle]) < 1e-4
     if slant >= 10:  # nearer, the focus moves on while the pulse lasts
@@ -95,7 +95,7 @@ def test_the_transmitter_stands_in_its_own_place():
     delay = two_way(point, sent, elements)
     middle = (np.linalg.norm(point - sent) + 12.0) / C
     time = middle + np.arange(-40, 41) / RATE
-    got = beamform_delay_sum(heard(time, delay, F, PULSE), elements, time, aimed(bearing), centre_frequency=F,
+    got = beamform_delay_sum(received(time, delay, F, PULSE), elements, time, aimed(bearing), centre_frequency=F,
                              transmitter=sent)  # fmt: skip
     assert got[0, 40] == pytest.approx(np.exp(-2j * np.pi * F * middle), abs=2e-3)
 
@@ -108,7 +108,7 @@ def test_delays_between_samples_are_exact_in_the_band():
         rise = np.hanning(time.size)
         series = (rise * np.exp(2j * np.pi * tone * time))[None].astype(np.complex64)
         for fraction in (0.1, 0.25, 0.5, 0.77):
-            # an element ahead of the centre hears earlier, and is read later by fraction / RATE
+            # an element ahead of the centre receives earlier, and is read later by fraction / RATE
             ahead = np.array([[-fraction / RATE * C, 0, 0]])
             got = beamform_delay_sum(series, ahead, time, np.array([[1.0, 0, 0]]), centre_frequency=F, focus="far",
                                      centre=place[0])  # fmt: skip
@@ -135,7 +135,7 @@ def test_the_array_gain_against_noise_is_the_effective_number_of_elements(shadin
     """White noise of its own in each of 32 elements: mean power sum of w^2 in any beam, to 0.15 dB (N = 15 000)."""
     rng, elements = np.random.default_rng(7), line(count=32)
     time = np.arange(5000) / RATE
-    # a band of half the rate, so that values between samples are as loud as samples
+    # a band of half the rate, so that values between samples are as strong as samples
     bins = np.abs(np.fft.fftfreq(5000)) < 0.25
     white = rng.normal(size=(32, 5000)) + 1j * rng.normal(size=(32, 5000))
     series = np.fft.ifft(white * bins).astype(np.complex64)
@@ -152,7 +152,7 @@ def test_turning_array_and_beams_together_changes_nothing():
     """A frame of any heading, pitch and roll, moved by metres: the same beams to -80 dB."""
     elements, time, bearings = line(count=16), clock(12.0), np.radians([-20.0, 0, 35])
     turn, shift = pose_rotation(1.0, 0.3, -0.5), np.array([3.0, -7.0, 2.0])
-    series = heard(time, two_way(12 * aimed([0.2]), np.zeros(3), elements), F, PULSE)
+    series = received(time, two_way(12 * aimed([0.2]), np.zeros(3), elements), F, PULSE)
     plain = beamform_delay_sum(series, elements, time, aimed(bearings), centre_frequency=F)
     turned = beamform_delay_sum(series, elements @ turn.T + shift, time, aimed(bearings) @ turn.T, centre_frequency=F)
     np.testing.assert_allclose(turned, plain, atol=1e-4)
@@ -171,7 +171,7 @@ def test_pings_and_threads_change_no_bit():
 
 
 @pytest.mark.parametrize(
-    ("changes", "said"),
+    ("changes", "message"),
     [({"pressure": np.zeros((4, 81), np.complex64)}, r"require \(..., 8, 81\)"),
      ({"pressure": np.zeros((8, 81))}, "give complex baseband"),
      ({"pressure": np.full((8, 81), np.nan + 0j)}, "not finite"),
@@ -185,9 +185,9 @@ def test_pings_and_threads_change_no_bit():
      ({"shading": np.tile([1.0, -1.0], 4)}, "sums to zero"),
      ({"centre_frequency": 0.0}, "centre_frequency is 0")],
 )  # fmt: skip
-def test_what_does_not_fit_is_refused(changes, said):
+def test_what_does_not_fit_is_refused(changes, message):
     """The value, and what would fit."""
     given = {"pressure": np.zeros((8, 81), np.complex64), "element_positions": line(count=8), "time": clock(10.0),
              "directions": aimed([0.0]), "centre_frequency": F} | changes  # fmt: skip
-    with pytest.raises(ValueError, match=said):
+    with pytest.raises(ValueError, match=message):
         beamform_delay_sum(**given)

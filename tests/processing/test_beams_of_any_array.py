@@ -1,4 +1,4 @@
-"""Delay and sum as its definition says, in float64, for arrays of any shape in any place."""
+"""Delay and sum as its definition states, in float64, for arrays of any shape in any place."""
 
 import numpy as np
 import pytest
@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from insonify.processing import beamform_delay_sum, beamform_fft
-from oracles.point_echoes import bell, heard, two_way
+from oracles.point_echoes import bell, received, two_way
 
 RATE, WIDTH = 40e3, 6e3
 PULSE = bell(WIDTH)
@@ -22,28 +22,28 @@ def unit(rng, count):
 def drawn(seed):
     """An array of any shape, a transmitter apart from it, echoes that all come back in 3 ms, and some beams."""
     rng = np.random.default_rng(seed)
-    told = {
+    values = {
         "centre_frequency": float(rng.uniform(30e3, 400e3)), "sound_speed": float(rng.uniform(1420, 1560)),
         "shading": rng.uniform(0.2, 1, int(rng.integers(1, 9))), "transmitter": rng.uniform(-300, 300, 3),
     }  # fmt: skip
-    elements = told["transmitter"] + rng.uniform(-2, 2, 3) + rng.uniform(-0.4, 0.4, (told["shading"].size, 3))
+    elements = values["transmitter"] + rng.uniform(-2, 2, 3) + rng.uniform(-0.4, 0.4, (values["shading"].size, 3))
     looks, middle = unit(rng, 3), elements.mean(axis=0)
     points = middle + rng.uniform(8, 9, (4, 1)) * np.concatenate([looks, unit(rng, 1)])
-    delay = two_way(points, told["transmitter"], elements, told["sound_speed"])
+    delay = two_way(points, values["transmitter"], elements, values["sound_speed"])
     time = np.arange(delay.min() - 1e-3, delay.max() + 1e-3, 1 / RATE)
-    return told, elements, looks, points, delay, time, rng.normal(size=4) + 1j * rng.normal(size=4)
+    return values, elements, looks, points, delay, time, rng.normal(size=4) + 1j * rng.normal(size=4)
 
 
-def amplitude_weights(told, elements, looks, delay, time, amplitude, *, focus=None, centre=None):
-    """Sum over elements of what each hears at the time when an echo of the focus reaches it, turned back in phase."""
+def amplitude_weights(values, elements, looks, delay, time, amplitude, *, focus=None, centre=None):
+    """Sum over elements of their pressure at the time when an echo of the focus arrives, turned back in phase."""
     middle = elements.mean(axis=0) if centre is None else centre
-    f, c, sent = told["centre_frequency"], told["sound_speed"], told["transmitter"] - middle
+    f, c, sent = values["centre_frequency"], values["sound_speed"], values["transmitter"] - middle
     out = np.zeros((len(looks), time.size), complex)
     for row, look in zip(out, looks, strict=True):
-        # the range r of an echo that is heard in the middle at t: |r u - d| + r = c t
+        # the range r of an echo that is received in the middle at t: |r u - d| + r = c t
         away = ((c * time) ** 2 - sent @ sent) / (2 * (c * time - sent @ look))
         away = away if focus is None else np.full(time.size, focus)
-        for weight, place, late in zip(told["shading"] / told["shading"].sum(), elements, delay.T, strict=True):
+        for weight, place, late in zip(values["shading"] / values["shading"].sum(), elements, delay.T, strict=True):
             later = (np.linalg.norm(away[:, None] * look - (place - middle), axis=1) - away) / c
             turned = np.exp(2j * np.pi * (f * (later[:, None] - late) % 1))
             row += weight * (turned * PULSE((time + later)[:, None] - late)) @ amplitude
@@ -54,10 +54,10 @@ def amplitude_weights(told, elements, looks, delay, time, amplitude, *, focus=No
 @given(SEEDS)
 def test_a_beam_is_the_sum_written_out(seed):
     """Elements in three dimensions, kilometres from nowhere, any carrier, speed and weights: within -60 dB."""
-    told, elements, looks, _, delay, time, amplitude = drawn(seed)
-    series = heard(time, delay, told["centre_frequency"], PULSE, amplitude)
-    found = beamform_delay_sum(series, elements, time, looks, threads=1, **told)
-    exact = amplitude_weights(told, elements, looks, delay, time, amplitude)
+    values, elements, looks, _, delay, time, amplitude = drawn(seed)
+    series = received(time, delay, values["centre_frequency"], PULSE, amplitude)
+    found = beamform_delay_sum(series, elements, time, looks, threads=1, **values)
+    exact = amplitude_weights(values, elements, looks, delay, time, amplitude)
     assert np.abs(found - exact).max() < 1e-3 * np.abs(amplitude).sum()
 
 
@@ -65,25 +65,25 @@ def test_a_beam_is_the_sum_written_out(seed):
 @given(SEEDS, st.floats(2, 30))
 def test_a_fixed_focus_and_a_centre_of_ones_own_are_the_sum_written_out(seed, focus):
     """Beams that start elsewhere, focused at one range: within -60 dB."""
-    told, elements, looks, _, delay, time, amplitude = drawn(seed)
+    values, elements, looks, _, delay, time, amplitude = drawn(seed)
     centre = elements.mean(axis=0) + np.random.default_rng(seed + 1).uniform(-0.3, 0.3, 3)
-    series = heard(time, delay, told["centre_frequency"], PULSE, amplitude)
-    found = beamform_delay_sum(series, elements, time, looks, threads=1, focus=focus, centre=centre, **told)
-    exact = amplitude_weights(told, elements, looks, delay, time, amplitude, focus=focus, centre=centre)
+    series = received(time, delay, values["centre_frequency"], PULSE, amplitude)
+    found = beamform_delay_sum(series, elements, time, looks, threads=1, focus=focus, centre=centre, **values)
+    exact = amplitude_weights(values, elements, looks, delay, time, amplitude, focus=focus, centre=centre)
     assert np.abs(found - exact).max() < 1e-3 * np.abs(amplitude).sum()
 
 
 @settings(max_examples=20)
 @given(SEEDS)
-def test_a_beam_at_a_point_hears_it_as_its_centre_would(seed):
+def test_a_beam_at_a_point_receives_it_as_its_centre_would(seed):
     """At the point's delay by way of the centre: its amplitude and the carrier's phase there, whatever the array."""
-    told, elements, looks, points, delay, time, _ = drawn(seed)
+    values, elements, looks, points, delay, time, _ = drawn(seed)
     middle = elements.mean(axis=0)
     for look, point, late in zip(looks, points, delay, strict=False):
-        series = heard(time, late[None], told["centre_frequency"], PULSE)
-        found = beamform_delay_sum(series, elements, time, look[None], threads=1, **told)[0]
-        alone = two_way(point[None], told["transmitter"], middle[None], told["sound_speed"])[0, 0]
-        turn = np.exp(-2j * np.pi * (told["centre_frequency"] * alone % 1))
+        series = received(time, late[None], values["centre_frequency"], PULSE)
+        found = beamform_delay_sum(series, elements, time, look[None], threads=1, **values)[0]
+        alone = two_way(point[None], values["transmitter"], middle[None], values["sound_speed"])[0, 0]
+        turn = np.exp(-2j * np.pi * (values["centre_frequency"] * alone % 1))
         bins = np.fft.fftfreq(time.size, 1 / RATE)
         read = np.mean(np.fft.fft(found) * np.exp(2j * np.pi * bins * (alone - time[0])))
         assert read == pytest.approx(turn, abs=5e-3)
@@ -91,20 +91,20 @@ def test_a_beam_at_a_point_hears_it_as_its_centre_would(seed):
 
 @settings(max_examples=20)
 @given(SEEDS)
-def test_a_mirrored_array_hears_the_mirrored_world(seed):
+def test_a_mirrored_array_receives_the_mirrored_world(seed):
     """Elements, transmitter and beams reflected in a plane: no beam changes, to -80 dB."""
-    told, elements, looks, _, delay, time, amplitude = drawn(seed)
-    series = heard(time, delay, told["centre_frequency"], PULSE, amplitude)
+    values, elements, looks, _, delay, time, amplitude = drawn(seed)
+    series = received(time, delay, values["centre_frequency"], PULSE, amplitude)
     normal = unit(np.random.default_rng(seed), 1)[0]
     mirror = np.eye(3) - 2 * np.outer(normal, normal)
-    plain = beamform_delay_sum(series, elements, time, looks, threads=1, **told)
-    there = {**told, "transmitter": told["transmitter"] @ mirror}
+    plain = beamform_delay_sum(series, elements, time, looks, threads=1, **values)
+    there = {**values, "transmitter": values["transmitter"] @ mirror}
     found = beamform_delay_sum(series, elements @ mirror, time, looks @ mirror, threads=1, **there)
     assert np.abs(found - plain).max() < 1e-4 * np.abs(amplitude).sum()
 
 
 @pytest.mark.parametrize("count", [8, 17, 64])
-def test_a_full_set_of_beams_holds_all_that_the_elements_heard(count):
+def test_a_full_set_of_beams_holds_all_that_the_elements_received(count):
     """N beams 2 / N apart in sine over a line of half wavelengths: mean power of beams is that of elements over N.
 
     Parseval for the transform along the line; of a tone, since off the carrier the beams are not quite square to one

@@ -27,16 +27,16 @@ def test_sums_are_overlaps_times_samples(seed, count, cells):
 
 
 @given(SEEDS, st.integers(1, 60), st.integers(1, 60))
-def test_an_instrument_counts_samples_by_their_parts(seed, count, wanted):
+def test_an_instrument_counts_samples_by_their_parts(seed, count, expected):
     """The mean of each share, as overlaps in float64 have it, over 300 dB of levels: to a part in 10^9, each."""
-    power, kept = 10 ** np.random.default_rng(seed).uniform(-15, 15, (2, count)), min(wanted, count)
+    power, kept = 10 ** np.random.default_rng(seed).uniform(-15, 15, (2, count)), min(expected, count)
     part = overlap(np.arange(kept + 1) * (count / kept), count)
     part[part < 1e-9] = 0  # the oracle's own rounding
     np.testing.assert_allclose(decimate(power, kept), power @ part.T * kept / count, rtol=1e-9)
 
 
-def test_a_faint_echo_after_a_loud_one_keeps_its_level():
-    """180 dB down, a loud sample later: as an instrument writes it, and on the ground."""
+def test_a_weak_echo_after_a_strong_one_keeps_its_level():
+    """180 dB down, a strong sample later: as an instrument writes it, and on the ground."""
     level = np.where(np.arange(1000) < 300, 180.0, 0.0)
     few = decimate(10 ** (level / 10), 70)
     np.testing.assert_allclose(few[22:], 1, rtol=1e-12)
@@ -46,9 +46,9 @@ def test_a_faint_echo_after_a_loud_one_keeps_its_level():
 
 
 @given(SEEDS, st.integers(2, 50), st.integers(1, 50))
-def test_a_missing_sample_is_missing_where_it_was(seed, count, wanted):
+def test_a_missing_sample_is_missing_where_it_was(seed, count, expected):
     """NaN in the shares that touch it, by either way of keeping; all others are what they were."""
-    rng, kept = np.random.default_rng(seed), min(wanted, count)
+    rng, kept = np.random.default_rng(seed), min(expected, count)
     power, gap = rng.exponential(size=count), int(rng.integers(count))
     holed = np.where(np.arange(count) == gap, np.nan, power)
     i = np.arange(kept)
@@ -75,9 +75,9 @@ def test_in_two_steps_as_in_one(seed, kept, first, second):
 
 
 @given(SEEDS, st.integers(2, 30), st.integers(1, 30))
-def test_each_sample_kept_stands_at_the_middle_of_its_share(seed, count, wanted):
+def test_each_sample_kept_stands_at_the_middle_of_its_share(seed, count, expected):
     """The record reaches half a step beyond its first and last times, and is shared out evenly."""
-    kept, step, start = min(wanted, count), 1 / 40e3, np.random.default_rng(seed).uniform(0, 1)
+    kept, step, start = min(expected, count), 1 / 40e3, np.random.default_rng(seed).uniform(0, 1)
     edges = np.linspace(start - step / 2, start + (count - 0.5) * step, kept + 1)
     found = decimated_time(start + np.arange(count) * step, kept)
     np.testing.assert_allclose(found, (edges[1:] + edges[:-1]) / 2, atol=1e-9 * step * count)

@@ -40,19 +40,19 @@ def test_a_flat_bed_is_found_at_its_depth_in_every_beam():
     np.testing.assert_allclose(depth.mean(axis=0), DEPTH, rtol=0.006)
     assert np.mean(np.abs(depth / DEPTH - 1) < 0.03) > 0.95
     by_phase = np.array([d.is_by_phase for d in found])
-    # straight down the echo is short and its phase tells nothing
+    # straight down the echo is short and its phase gives nothing
     assert by_phase[:, np.abs(ANGLES) > 0.8].mean() > 0.8
     spread = np.std([d.time for d in found], axis=0)[np.abs(ANGLES) > 0.8]
-    told = np.mean([d.standard_deviation for d in found], axis=0)[np.abs(ANGLES) > 0.8]
-    assert np.all(told < 4 * spread + 1e-5) and np.all(told > spread / 8)
+    estimated = np.mean([d.standard_deviation for d in found], axis=0)[np.abs(ANGLES) > 0.8]
+    assert np.all(estimated < 4 * spread + 1e-5) and np.all(estimated > spread / 8)
 
 
-def test_phase_tells_flat_beams_better_than_amplitude():
+def test_phase_resolves_flat_beams_better_than_amplitude():
     """At 50 and 60 degrees the zero of the phase scatters less than the middle of the echo."""
     flat, by_amplitude, by_phase = np.abs(ANGLES) > 0.8, [], []
     for full, fore, aft in survey():
-        loud, echo = amplitude_detection(np.abs(full) ** 2, TIME)
-        by_amplitude.append(loud.time[flat])
+        strong, echo = amplitude_detection(np.abs(full) ** 2, TIME)
+        by_amplitude.append(strong.time[flat])
         by_phase.append(phase_detection(fore, aft, TIME, echo).time[flat])
     middle = 2 * DEPTH / C / np.cos(ANGLES[flat])
     assert np.nanstd(by_phase - middle) < 0.7 * np.std(by_amplitude - middle)
@@ -72,14 +72,14 @@ def test_a_straight_phase_is_read_where_it_is_zero(shift):
     """A phase of 700 rad/s through zero, wrapped, with amplitude elsewhere; half-turn offsets are not mistaken."""
     time = np.arange(200) * 1e-4
     zero = 0.0103
-    loud = np.exp(-0.5 * ((time - zero - shift * 1e-3) / 2e-3) ** 2)
-    fore = (loud * np.exp(0.5j * 700 * (time - zero)))[None]
+    strong = np.exp(-0.5 * ((time - zero - shift * 1e-3) / 2e-3) ** 2)
+    fore = (strong * np.exp(0.5j * 700 * (time - zero)))[None]
     found = phase_detection(fore, np.conj(fore), time, np.array([[20, 180]]), looks=1)
     assert found.time[0] == pytest.approx(zero, abs=1e-7)
     assert found.is_by_phase[0]
 
 
-def test_where_nothing_is_heard_nothing_is_found():
+def test_where_nothing_is_received_nothing_is_found():
     """Silence, and an echo of three samples."""
     silent, _ = amplitude_detection(np.zeros((1, 50)), np.arange(50) * 1e-4)
     assert np.isnan(silent.time[0])

@@ -68,7 +68,7 @@ def test_a_parabola_is_found_exactly():
 
 
 @pytest.mark.parametrize("channels", [0, 3, -2])
-def test_phase_centres_meet_where_the_sonar_moved_to(channels):
+def test_phase_centres_coincide_where_the_sonar_moved_to(channels):
     """Speckle that varies along the track, received at phase centres: the displacement is half a spacing a channel."""
     places, width = np.arange(-30, 31), 1.2
     field = np.array([[np.exp(-((i - j) ** 2) / (2 * width**2)) for j in places] for i in places]) @ noise(61, 900)

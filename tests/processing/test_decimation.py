@@ -9,9 +9,9 @@ from insonify.processing import decimate, decimated_time, multilook
 
 
 @given(st.integers(1, 60), st.integers(1, 60), st.integers(0, 99))
-def test_the_mean_keeps_the_energy_and_the_peak_keeps_the_loudest(count, wanted, seed):
+def test_the_mean_keeps_the_energy_and_the_peak_keeps_the_strongest(count, bins, seed):
     """Whatever the two numbers of samples, whole multiples or not."""
-    power, samples = np.random.default_rng(seed).exponential(size=(2, count)), min(wanted, count)
+    power, samples = np.random.default_rng(seed).exponential(size=(2, count)), min(bins, count)
     mean, peak = decimate(power, samples), decimate(power, samples, keep="peak")
     np.testing.assert_allclose(mean.mean(axis=-1), power.mean(axis=-1))
     np.testing.assert_array_equal(peak.max(axis=-1), power.max(axis=-1))

@@ -23,7 +23,7 @@ WAVE = C / F
 
 
 def recorded(time, elements, points, position, attitude, *, sent=None, weight=None, pulse=None, speed=None, half=1e-3):
-    """A recording of points in the world; with a speed, the elements move on while they listen."""
+    """A recording of points in the world; with a speed, the elements move on while they receive."""
     position, attitude = np.atleast_2d(position).astype(float), np.atleast_2d(attitude).astype(float)
     elements = np.asarray(elements, float)
     transmitter = elements.mean(axis=0) if sent is None else np.asarray(sent, float)
@@ -32,10 +32,10 @@ def recorded(time, elements, points, position, attitude, *, sent=None, weight=No
     for place, turn, strength in zip(position, attitude, weights, strict=True):
         body = pose_rotation(*turn)
         out = place + body @ transmitter
-        heard = place + elements @ body.T
-        delay = two_way(points, out, heard, C)
+        received = place + elements @ body.T
+        delay = two_way(points, out, received, C)
         for _ in range(10 if speed is not None else 0):
-            there = heard + np.asarray(speed) * delay[..., None]
+            there = received + np.asarray(speed) * delay[..., None]
             delay = (
                 np.linalg.norm(points - out, axis=1)[:, None] + np.linalg.norm(points[:, None] - there, axis=2)
             ) / C
@@ -77,9 +77,9 @@ def test_a_forward_looking_sonar_shows_a_target_at_its_bearing_and_range():
 
 
 def test_an_array_along_the_keel_makes_a_sidescan():
-    """Beams abeam of 1.5 m at 100 kHz: a point 25 m to starboard is loud in the ping that passes it, and only there.
+    """Beams abeam of 1.5 m at 100 kHz: a point 25 m to starboard is strong in the ping that passes it, and only there.
 
-    A line alone cannot tell port from starboard: elements that hear one side only are the recording's business.
+    A line alone does not resolve port and starboard: elements that receive one side only are the recording's business.
     """
     time = np.arange(0.02, 0.04, 1 / RATE)
     along = np.arange(-5, 6)[:, None] * np.array([0.6, 0, 0])
@@ -124,7 +124,7 @@ def test_compression_and_decimation_keep_what_they_should():
 
 
 @pytest.mark.parametrize("crab_deg", [0.0, 5.0])
-def test_a_synthetic_aperture_sees_a_point_where_it_is_in_the_world(crab_deg):
+def test_a_synthetic_aperture_shows_a_point_where_it_is_in_the_world(crab_deg):
     """Ten pings at 2 m/s to the east, crabbing, rolling, simulator as they go; the log of the way is what counts."""
     rng = np.random.default_rng(1)
     speed = np.array([0.0, 2.0, 0.0])
@@ -194,7 +194,7 @@ def test_an_interferometer_finds_the_bed_on_its_side_whatever_its_roll(side, rol
         interferometric_bathymetry(held, 8.0, channels=(0, 2))
 
 
-def test_what_a_recording_must_say_is_asked_for():
+def test_what_a_recording_must_state_is_requested():
     """Places of elements, the carrier, a kind of navigation."""
     held = recorded(np.arange(0.01, 0.012, 1 / RATE), line(2, 0), np.array([[0.0, 8, 0]]), np.zeros(3), np.zeros(3))
     with pytest.raises(ValueError, match="no element_position; add it"):

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from insonify.processing import beamform_delay_sum, beamform_fft
-from oracles.point_echoes import bell, decibels, heard, two_way
+from oracles.point_echoes import bell, decibels, received, two_way
 
 F, C, RATE, COUNT = 100e3, 1500.0, 60e3, 48
 PITCH = C / F / 2
@@ -19,9 +19,9 @@ def towards(sines):
 
 
 def plane_waves(sines, delays, amplitudes, width=9e3):
-    """What the line hears of echoes from far away in some directions."""
+    """What the line receives of echoes from far away in some directions."""
     delay = np.asarray(delays)[:, None] - towards(sines) @ LINE.T / C
-    return heard(TIME, delay, F, bell(width), np.asarray(amplitudes))
+    return received(TIME, delay, F, bell(width), np.asarray(amplitudes))
 
 
 def scene():
@@ -44,7 +44,7 @@ def test_wide_bands_squint_no_beam():
     sine = np.sin(np.radians(50))
     series = plane_waves([sine], [0.0225], [1.0], width=12e3)
     got = beamform_fft(series, TIME, [sine], spacing=PITCH, centre_frequency=F)[0]
-    alone = heard(TIME, np.full((1, 1), 0.0225), F, bell(12e3))[0]
+    alone = received(TIME, np.full((1, 1), 0.0225), F, bell(12e3))[0]
     np.testing.assert_allclose(got, alone, atol=1e-4)
     narrow = np.mean(series * np.exp(-2j * np.pi * F * LINE[:, 1:2] * sine / C), axis=0)
     assert np.max(np.abs(narrow - alone)) > 0.2
@@ -69,22 +69,22 @@ def test_a_focus_that_follows_the_sound_is_that_of_delay_and_sum():
     time = 2 * 2.9 / C + np.arange(80) / RATE
     sines = np.array([-0.75, -0.3, 0.0, 0.4, 0.7])
     points = np.linspace(3.0, 3.6, 5)[:, None] * towards(sines)
-    series = heard(time, two_way(points, np.zeros(3), LINE, C), F, bell(9e3), np.ones(5))
+    series = received(time, two_way(points, np.zeros(3), LINE, C), F, bell(9e3), np.ones(5))
     beams = np.linspace(-0.8, 0.8, 65)
     by_sum = beamform_delay_sum(series, LINE, time, towards(beams), centre_frequency=F)
     by_fft, far = (
         beamform_fft(series, time, beams, spacing=PITCH, centre_frequency=F, focus=focus)
         for focus in ("dynamic", "far")
     )
-    loudest = np.max(np.abs(by_sum))
-    assert loudest == pytest.approx(1, abs=0.1)
-    assert decibels(np.max(np.abs(by_fft - by_sum)) / loudest) < -35
-    assert decibels(np.max(np.abs(far - by_sum)) / loudest) > -10
+    strongest = np.max(np.abs(by_sum))
+    assert strongest == pytest.approx(1, abs=0.1)
+    assert decibels(np.max(np.abs(by_fft - by_sum)) / strongest) < -35
+    assert decibels(np.max(np.abs(far - by_sum)) / strongest) > -10
     with pytest.raises(ValueError, match="choose far or dynamic"):
         beamform_fft(series, time, beams, spacing=PITCH, centre_frequency=F, focus="near")
 
 
-def test_uneven_beams_are_refused_with_the_way_out():
+def test_uneven_beams_are_refused_with_the_fix():
     """Evenly spaced angles are unevenly spaced sines."""
     with pytest.raises(ValueError, match="use beamform_delay_sum"):
         beamform_fft(scene(), TIME, np.sin(np.radians(np.arange(0, 60, 5))), spacing=PITCH, centre_frequency=F)

@@ -1,4 +1,4 @@
-"""The matched filter as its definition says, by quadrature and by theorem: delays, Schwarz, Doppler."""
+"""The matched filter as its definition states, by quadrature and by theorem: delays, Schwarz, Doppler."""
 
 import numpy as np
 import pytest
@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from insonify.processing import matched_filter
 from insonify.sonar.pulse import Pulse
-from oracles.listening import sent
+from oracles.time_series import sent
 
 F, RATE, BINS = 100e3, 50e3, 1200
 OFFSET = (np.arange(BINS) / BINS - 0.5) * RATE
@@ -61,7 +61,7 @@ def test_later_by_samples_is_later_by_samples(seed, window):
 
 @settings(max_examples=30)
 @given(SEEDS)
-def test_nothing_of_the_pulses_energy_is_heard_louder_than_the_pulse(seed):
+def test_nothing_of_the_pulses_energy_is_received_stronger_than_the_pulse(seed):
     """Schwarz: whatever the series, no sample of its filter is above the root of its energy over the pulse's."""
     pulse, inside, rng = drawn(seed)
     noise = (rng.normal(size=600) + 1j * rng.normal(size=600)) * (rng.uniform(size=600) < rng.uniform(0.01, 1))
@@ -72,7 +72,7 @@ def test_nothing_of_the_pulses_energy_is_heard_louder_than_the_pulse(seed):
 
 @pytest.mark.parametrize("sweep", ["up", "down"])
 @pytest.mark.parametrize("shift", [-600.0, 250.0, 600.0])
-def test_an_echo_that_moves_is_heard_early_or_late_by_its_shift_over_the_rate_of_the_sweep(sweep, shift):
+def test_an_echo_that_moves_is_received_early_or_late_by_its_shift_over_the_rate_of_the_sweep(sweep, shift):
     """Range-Doppler coupling of a sweep: -f_d T / B when it rises, + when it falls; within a tenth of 1 / B.
 
     Woodward (1953), Probability and Information Theory, with Applications to Radar, ch. 7; from memory.

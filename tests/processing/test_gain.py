@@ -1,4 +1,4 @@
-"""Claims about gains: laws are what they say, and what is empirical from a recording evens it out."""
+"""Claims about gains: laws are what they state, and what is empirical from a recording evens it out."""
 
 import numpy as np
 import pytest
@@ -10,7 +10,7 @@ from oracles.scenes import nominal
 SLANT = np.arange(1, 2001) * 0.1
 
 
-def test_tvg_is_the_law_it_says():
+def test_tvg_is_the_law_it_states():
     """Ten times the range is 30 dB more, and twice the absorption over the way."""
     gain = tvg_db(np.array([10.0, 100.0]), 30, absorption_db_per_m=0.035)
     assert gain[1] - gain[0] == pytest.approx(30 + 2 * 0.035 * 90)
@@ -19,19 +19,19 @@ def test_tvg_is_the_law_it_says():
 
 def test_a_level_lambert_bed_is_flat_under_its_gain():
     """Expected intensity of a flat bed, 20 to 150 m: within 0.5 dB of its mean on both sides."""
-    told = nominal(
+    scenario = nominal(
         field="incoherent", sonar={"sides": ["port", "starboard"]}, track={"window": (0.0, 0.21)},
         paths={"max_reflections": 0, "contributions": ["seabed"]},
     )  # fmt: skip
-    water = float(told.water.absorption(100e3))
-    image = sidescan(simulate(told), gain="lambert", absorption_db_per_m=water, altitude=9.0)
+    water = float(scenario.water.absorption(100e3))
+    image = sidescan(simulate(scenario), gain="lambert", absorption_db_per_m=water, altitude=9.0)
     level, across = image.level_db.values[0], image.across.values
     for side in (-1, 1):
         seen = level[(across * side > 20) & (across * side < 150)]
         assert np.abs(seen - seen.mean()).max() < 0.5
 
 
-def test_a_learnt_gain_makes_the_median_flat():
+def test_an_empirical_gain_makes_the_median_flat():
     """Speckle over any smooth curve: the median of every range comes within 1 dB of 0 (N = 200 pings)."""
     rng = np.random.default_rng(2)
     curve = -50 * np.log10(SLANT) + 5 * np.sin(SLANT / 20)
@@ -41,7 +41,7 @@ def test_a_learnt_gain_makes_the_median_flat():
     assert abs(np.median(flat)) < 0.3
 
 
-def test_a_learnt_gain_leaves_silence_silent_and_passes_over_what_is_not_there():
+def test_an_empirical_gain_leaves_silence_silent_and_passes_over_what_is_not_there():
     """A water column 120 dB down is not lifted to the bed; missing pings and silent samples do not spread."""
     rng = np.random.default_rng(3)
     level = 10 * np.log10(rng.exponential(size=(50, len(SLANT)))) - 40 * np.log10(SLANT)
@@ -54,7 +54,7 @@ def test_a_learnt_gain_leaves_silence_silent_and_passes_over_what_is_not_there()
     assert empirical_gain_db(np.full((3, len(SLANT)), -np.inf), SLANT).shape == SLANT.shape
 
 
-def test_pings_that_are_faint_as_a_whole_are_evened_out():
+def test_pings_that_are_weak_as_a_whole_are_evened_out():
     """A ping 6 dB down in an even row is lifted by nearly 6 dB, its neighbours hardly move."""
     level = np.random.default_rng(5).normal(0, 0.1, (60, 500))
     level[30] -= 6

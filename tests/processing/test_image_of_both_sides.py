@@ -44,20 +44,20 @@ def test_exchanging_the_sides_mirrors_the_image(gain, geometry):
 
 
 @pytest.mark.parametrize("gain", [name for name in GAINS if name != "empirical"])
-def test_a_louder_recording_is_a_brighter_image(gain):
+def test_a_stronger_recording_is_a_brighter_image(gain):
     """Ten decibels more are ten decibels more under every law."""
     one, other = (sidescan(recording(gain=g), gain=gain, altitude=ALTITUDE) for g in (1.0, 10.0))
     np.testing.assert_allclose(other["level_db"].values - one["level_db"].values, 10.0, atol=1e-9)
 
 
-def test_a_learnt_gain_does_not_care_how_loud_the_sonar_was():
+def test_an_empirical_gain_does_not_depend_on_the_level_of_the_sonar():
     """It learns the level with everything else."""
     one, other = (sidescan(recording(gain=g), gain="empirical", altitude=ALTITUDE) for g in (1.0, 1e5))
     np.testing.assert_allclose(other["level_db"].values, one["level_db"].values, atol=1e-6)
 
 
-def test_under_a_learnt_gain_the_bed_has_no_trend():
-    """The median over the pings is about zero at every range where the bed is heard."""
+def test_under_an_empirical_gain_the_bed_has_no_trend():
+    """The median over the pings is about zero at every range where the bed is received."""
     image = sidescan(recording(pings=200), gain="empirical", altitude=ALTITUDE)
     level, across = image["level_db"].values, image["across"].values
     middle = np.median(level[:, np.abs(across) > ALTITUDE + 2], axis=0)
@@ -84,15 +84,15 @@ def test_on_the_ground_an_echo_lies_at_the_root_of_the_squares():
     assert found == pytest.approx(np.sqrt(SLANT[row] ** 2 - ALTITUDE**2), abs=0.15)
 
 
-def test_the_altitude_is_that_of_the_first_return_if_it_is_not_told():
+def test_the_altitude_is_that_of_the_first_return_if_none_is_given():
     """Silence until 9 m, then the bed."""
     image = sidescan(recording(), gain="none")
     np.testing.assert_allclose(image["altitude"].values, ALTITUDE, atol=0.5)
 
 
 @pytest.mark.parametrize("beam", [0, 1, 2])
-def test_each_side_shows_the_beam_that_was_asked(beam):
-    """Of three beams a side the one asked for, on both."""
+def test_each_side_shows_the_requested_beam(beam):
+    """Of three beams a side the one requested, on both."""
     sound = recording(beams=3)
     image = sidescan(sound, gain="none", beam=beam)
     level = 10 * np.log10(sound["intensity"].values)
@@ -107,7 +107,7 @@ def test_one_side_alone_has_no_negative_ranges():
     assert starboard.min() >= 0 and port.max() <= 0
 
 
-def test_pings_that_are_faint_as_a_whole_are_evened_out():
+def test_pings_that_are_weak_as_a_whole_are_evened_out():
     """A ping 12 dB down comes back to its neighbours; the others stay."""
     sound = recording()
     sound["intensity"].values[20] *= 10**-1.2
@@ -122,17 +122,17 @@ def test_the_distance_run_is_that_of_the_log_where_there_is_one():
     """Logged 1 % long: the image's axis is 1 % longer."""
     sound = recording()
     logged = sound.assign(logged_position=sound["position"] * 1.01)
-    true, told = (sidescan(s, gain="none")["along"].values for s in (sound, logged))
-    np.testing.assert_allclose(told, 1.01 * true)
+    true, logged_run = (sidescan(s, gain="none")["along"].values for s in (sound, logged))
+    np.testing.assert_allclose(logged_run, 1.01 * true)
     assert true[-1] == pytest.approx(0.6 * (PINGS - 1))
 
 
 @pytest.mark.parametrize(
-    ("wrong", "said"),
+    ("wrong", "message"),
     [({"gain": "agc"}, "gain is 'agc'; choose one of none"), ({"geometry": "polar"}, "geometry is 'polar'"),
      ({"beam": 1}, "beam is 1; each side has beams 0 to 0"), ({"beam": -1}, "beam is -1")],
 )  # fmt: skip
-def test_what_there_is_not_is_refused_with_the_choices(wrong, said):
-    """Names and numbers, with what could be asked instead."""
-    with pytest.raises(ValueError, match=said):
+def test_what_there_is_not_is_refused_with_the_choices(wrong, message):
+    """Names and numbers, with what could be requested instead."""
+    with pytest.raises(ValueError, match=message):
         sidescan(recording(), **wrong)

@@ -12,7 +12,7 @@ from insonify.processing import (
     phase_to_elevation,
     unwrap_to_reference,
 )
-from oracles.point_echoes import bell, heard, speckle, two_way
+from oracles.point_echoes import bell, received, speckle, two_way
 
 F, C, ALTITUDE = 150e3, 1500.0, 9.0
 WAVE = C / F
@@ -31,26 +31,26 @@ def bed(across):
 
 
 @pytest.mark.parametrize("elevation_deg", [5.0, 35.0, 70.0])
-def test_the_phase_of_an_echo_tells_its_elevation(elevation_deg):
-    """A point at 40 m heard by two receivers 5 wavelengths apart, from pressures to an angle within 0.01 deg."""
+def test_the_phase_of_an_echo_gives_its_elevation(elevation_deg):
+    """A point at 40 m received by two receivers 5 wavelengths apart, from pressures to an angle within 0.01 deg."""
     elevation = np.radians(elevation_deg)
     point = 40 * np.array([[0, np.cos(elevation), np.sin(elevation)]])
     delay = two_way(point, np.zeros(3), receivers(5 * WAVE))
-    upper, lower = heard(delay[0, :1], delay, F, bell(5e3))[:, 0]
+    upper, lower = received(delay[0, :1], delay, F, bell(5e3))[:, 0]
     about = {"baseline": 5 * WAVE, "tilt": TILT, "centre_frequency": F, "sound_speed": C}
     phase = unwrap_to_reference(np.angle(upper * np.conj(lower)), elevation_to_phase(elevation + 0.05, **about))
     assert np.degrees(phase_to_elevation(phase, **about)) == pytest.approx(elevation_deg, abs=0.01)
 
 
 @pytest.mark.parametrize("off_deg", [-50.0, 20.0, 45.0, 80.0])
-def test_a_wavefront_close_by_is_told_nearer_to_broadside(off_deg):
+def test_a_wavefront_close_by_is_estimated_nearer_to_broadside(off_deg):
     """Ways from a place to both receivers, a / R of 1/5: by (a / 4 R)^2 sin(2 angle), but for (a / R)^4."""
     baseline, slant, off = 0.2, 1.0, np.radians(off_deg)
     place = slant * np.array([0, np.cos(TILT + off), np.sin(TILT + off)])
     upper, lower = np.linalg.norm(place - receivers(baseline), axis=1)
-    told = phase_to_elevation(2 * np.pi / WAVE * (lower - upper), baseline=baseline, tilt=TILT, centre_frequency=F)
+    expected = phase_to_elevation(2 * np.pi / WAVE * (lower - upper), baseline=baseline, tilt=TILT, centre_frequency=F)
     shorter = (baseline / (4 * slant)) ** 2 * np.sin(2 * off)
-    assert TILT + off - told == pytest.approx(shorter, abs=0.1 * (baseline / slant) ** 4)
+    assert TILT + off - expected == pytest.approx(shorter, abs=0.1 * (baseline / slant) ** 4)
 
 
 def test_phase_and_elevation_undo_each_other():
@@ -64,7 +64,7 @@ def test_phase_and_elevation_undo_each_other():
 
 @pytest.mark.parametrize("waves", [2, 5, 10, 15])
 def test_coherence_is_the_integral_over_the_footprint(waves):
-    """1 ms of tone on a bed 9 m below, heard at 13 m slant range, 12,000 looks: within 0.02 of the integral.
+    """1 ms of tone on a bed 9 m below, received at 13 m slant range, 12,000 looks: within 0.02 of the integral.
 
     Coherence over looks has a standard error of (1 - g^2) / sqrt(2 N), 0.005 at the most; its phase one of
     sqrt((1 - g^2) / (2 N g^2)).

@@ -71,15 +71,15 @@ def test_noise_becomes_its_density_over_the_energy():
 
 
 @pytest.mark.parametrize(
-    ("changes", "said"),
+    ("changes", "message"),
     [({"pressure": np.zeros(50)}, "give complex baseband"),
      ({"replica": np.zeros(4)}, "no energy"),
      ({"replica": np.zeros((2, 4))}, "one row"),
      ({"window": "kaiser"}, "window is 'kaiser'; choose one of uniform"),
      ({"sample_rate": -1.0}, "sample_rate is -1")],
 )  # fmt: skip
-def test_what_does_not_fit_is_refused(changes, said):
+def test_what_does_not_fit_is_refused(changes, message):
     """The value, and what would fit."""
     given = {"pressure": np.zeros(50, np.complex64), "replica": TONE, "sample_rate": RATE} | changes
-    with pytest.raises(ValueError, match=said):
+    with pytest.raises(ValueError, match=message):
         matched_filter(**given)

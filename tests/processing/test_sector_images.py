@@ -8,7 +8,7 @@ from insonify.processing import sector_image
 BEARINGS, RANGES = np.radians(np.linspace(-60, 60, 121)), np.linspace(5, 50, 451)
 
 
-def test_a_function_of_place_is_laid_out_in_its_place():
+def test_a_function_of_place_keeps_its_position():
     """Intensity x^2 + 3 y + 200 over beams and ranges, at any place of the grid: to the error of a straight line."""
     bearing, slant = np.meshgrid(BEARINGS, RANGES, indexing="ij")
     x, y = slant * np.cos(bearing), slant * np.sin(bearing)

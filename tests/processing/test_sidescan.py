@@ -1,4 +1,4 @@
-"""Claims about the sidescan image: port left, starboard right, and what it stands on is told."""
+"""Claims about the sidescan image: port left, starboard right, and what it stands on is reported."""
 
 import numpy as np
 import pytest
@@ -8,13 +8,13 @@ from insonify.simulator import simulate
 from oracles.scenes import nominal, point
 
 TARGETS = [point(0, 60, 15, label="east"), point(0, -40, 15, label="west")]
-TOLD = {"paths": {"contributions": ["target"], "max_reflections": 0}, "targets": TARGETS}
+SETTINGS = {"paths": {"contributions": ["target"], "max_reflections": 0}, "targets": TARGETS}
 
 
 def recording(**changes):
     """A point 60 m to starboard, another 40 m to port."""
     return simulate(
-        nominal(**{"sonar": {"sides": ["starboard", "port"]}, "track": {"window": (0, 0.1)}, **TOLD} | changes)
+        nominal(**{"sonar": {"sides": ["starboard", "port"]}, "track": {"window": (0, 0.1)}, **SETTINGS} | changes)
     )
 
 
@@ -41,18 +41,18 @@ def test_one_side_alone_makes_half_an_image():
 def test_the_distance_run_is_that_of_the_log():
     """2 m/s, every 0.5 s."""
     track = {"kind": "line", "start": (0, 0, 11), "speed": 2, "pings": 3, "interval": 0.5, "window": (0, 0.01)}
-    told = nominal(**TOLD)
-    scenario = type(told)(**told.model_dump(mode="json", exclude={"track"}), track=track)
+    planned = nominal(**SETTINGS)
+    scenario = type(planned)(**planned.model_dump(mode="json", exclude={"track"}), track=track)
     np.testing.assert_allclose(sidescan(simulate(scenario), altitude=9.0).along, [0, 1, 2])
 
 
 @pytest.mark.parametrize(
-    ("wrong", "said"),
+    ("wrong", "message"),
     [({"gain": "tvg"}, "gain is 'tvg'; choose one of none, tvg20"),
      ({"geometry": "flat"}, "choose one of slant, ground"),
      ({"beam": 1}, "beam is 1; each side has beams 0 to 0")],
 )  # fmt: skip
-def test_an_image_that_cannot_be_is_refused_with_the_choices(wrong, said):
+def test_an_image_that_cannot_be_is_refused_with_the_choices(wrong, message):
     """What there is."""
-    with pytest.raises(ValueError, match=said):
+    with pytest.raises(ValueError, match=message):
         sidescan(recording(track={"window": (0.05, 0.051)}), altitude=9.0, **wrong)

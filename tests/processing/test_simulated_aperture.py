@@ -18,7 +18,7 @@ SWEEP = {"kind": "lfm", "frequency": 100e3, "duration": 1e-3, "bandwidth": 20e3}
 def recording():
     """A single transducer that creeps north at 0.1 m/s past two point targets, 41 pings on 4 m."""
     omni = {"kind": "point", "length": None}
-    told = nominal(
+    described = nominal(
         transmit=omni, receive=omni, sonar={"pulse": SWEEP}, paths={"contributions": ["target"], "max_reflections": 0},
         targets=[point(*TARGET, label="one"), point(2.0, 20.0, 17.0, label="two", strength=-6.0)],
     )  # fmt: skip
@@ -30,7 +30,7 @@ def recording():
         "interval": 1.0,
         "window": (0.02, 0.034),
     }
-    scenario = Scenario(**told.model_dump(mode="json", exclude={"track"}), track=track)
+    scenario = Scenario(**described.model_dump(mode="json", exclude={"track"}), track=track)
     held = simulate(scenario)
     held["element_position"] = (("channel", "axis"), np.zeros((1, 3)))
     return compressed_recording(held, scenario.sonar.pulse, window="hamming")
@@ -50,10 +50,10 @@ def test_point_targets_stand_where_the_scenario_put_them(recording, place, stren
     assert 20 * np.log10(image.max()) == pytest.approx(expected, abs=0.5)
 
 
-def test_a_log_that_does_not_know_of_sway_costs_focus(recording):
+def test_a_log_without_sway_costs_focus(recording):
     """1.5 mm of sway at random, logged but not sailed: the peak falls to exp(-(2 k s cos)^2 / 2) in the mean (Ruze).
 
-    41 draws know the mean of such phasors to 0.1; the truth, asked for, is as sharp as ever.
+    41 draws know the mean of such phasors to 0.1; the truth, requested, is as sharp as ever.
     """
     sway = np.random.default_rng(3).normal(size=41) * 0.0015
     wrong = recording.copy()
@@ -100,7 +100,7 @@ def test_elements_summed_are_the_beams_that_are_simulated():
 
 
 def test_the_two_targets_do_not_touch(recording):
-    """Between them, half way, 35 dB less than at the louder one."""
+    """Between them, half way, 35 dB less than at the stronger one."""
     peak = np.abs(synthetic_aperture_image(recording, [1.0], [18.0], 17.0).pressure.values)
     between = np.abs(synthetic_aperture_image(recording, [1.5], [19.0], 17.0).pressure.values)
     assert between[0, 0] < 10 ** (-35 / 20) * peak[0, 0]

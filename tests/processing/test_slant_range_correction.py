@@ -1,4 +1,4 @@
-"""Claims about the ground: where a level bed is met, and how high the sonar is above it."""
+"""Claims about the ground: where a level bed is reached, and how high the sonar is above it."""
 
 import numpy as np
 import pytest

@@ -26,8 +26,8 @@ def test_a_tone_lasts_as_its_envelope():
     for slope in (0.01, 0.2, 0.4):
         replica = transmit_replica((75e3, 75e3), 2e-3, slope, RATE, [(TAPS, DECIMATION)])
         assert replica.sample_rate == RATE / DECIMATION
-        wanted = 2e-3 * (1 - 1.25 * slope)
-        assert replica.resolution_time(compressed=False) == pytest.approx(wanted, rel=0.01)
+        expected = 2e-3 * (1 - 1.25 * slope)
+        assert replica.resolution_time(compressed=False) == pytest.approx(expected, rel=0.01)
 
 
 def test_a_compressed_sweep_lasts_one_over_its_bandwidth():
@@ -105,8 +105,8 @@ def test_an_echo_of_a_sweep_is_compressed_to_its_range_strength_and_angle():
     assert power[400] == pytest.approx(4 * coherent**2 / 8 * (5475 / 5400) ** 2 / 75, rel=1e-4)
     absorption = float(absorption_db_per_m(75e3, temperature=10.0, salinity=35.0, depth=5.0, ph=8.0))
     reference = 10 * np.log10(250 * (1500 / 75e3) ** 2 / (16 * np.pi**2))
-    wanted = 10 * np.log10(power[400]) + 40 * np.log10(r) + 2 * absorption * r - reference - 2 * 27.0
-    assert float(levels.point_scattering_strength[0, 400]) == pytest.approx(wanted)
+    expected = 10 * np.log10(power[400]) + 40 * np.log10(r) + 2 * absorption * r - reference - 2 * 27.0
+    assert float(levels.point_scattering_strength[0, 400]) == pytest.approx(expected)
     assert float(levels.angle_alongship[0, 400]) == pytest.approx(0.03 - 0.01, abs=1e-4)
     assert float(levels.angle_athwartship[0, 400]) == pytest.approx(0, abs=1e-4)
 

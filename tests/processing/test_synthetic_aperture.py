@@ -35,9 +35,9 @@ def track(steps=STEPS):
     return np.stack([steps, 0 * steps, 0 * steps], axis=1)
 
 
-def pings(sent, heard, delay=None, strength=None, pulse=compressed):
+def pings(sent, received, delay=None, strength=None, pulse=compressed):
     """Matched-filtered echoes of the target, shape (ping, 1, time)."""
-    tau = np.array([two_way(TARGET[None], s, h[None], C)[0, 0] for s, h in zip(sent, heard, strict=True)])
+    tau = np.array([two_way(TARGET[None], s, h[None], C)[0, 0] for s, h in zip(sent, received, strict=True)])
     tau = tau if delay is None else delay
     weight = beam(sent) if strength is None else strength
     rows = weight[:, None] * np.exp(-2j * np.pi * (F * tau % 1))[:, None] * pulse(TIME - tau[:, None])
@@ -51,8 +51,8 @@ def patch(north, east):
 
 def exact(sent, pixels, tau, strength, pulse=compressed, speed=C):
     """The image of the target, each pixel the float64 sum over pings."""
-    wanted = 2 * np.linalg.norm(pixels[..., None, :] - sent, axis=-1) / speed
-    turned = np.exp(2j * np.pi * (F * (wanted - tau) % 1)) * pulse(wanted - tau) * strength
+    expected = 2 * np.linalg.norm(pixels[..., None, :] - sent, axis=-1) / speed
+    turned = np.exp(2j * np.pi * (F * (expected - tau) % 1)) * pulse(expected - tau) * strength
     return turned.mean(axis=-1)
 
 
@@ -116,17 +116,17 @@ def test_half_an_element_is_resolved_over_the_width_of_its_beam():
 
 
 def moving(speed):
-    """A sonar that runs on while the sound is under way: exact delays by iteration."""
+    """A sonar that runs on while the sound travels: exact delays by iteration."""
     sent, velocity = track(), np.array([speed, 0.0, 0.0])
     tau = np.full(len(sent), 2 * SLANT / C)
     for _ in range(30):
-        heard = sent + velocity * tau[:, None]
-        tau = (np.linalg.norm(TARGET - sent, axis=1) + np.linalg.norm(TARGET - heard, axis=1)) / C
+        received = sent + velocity * tau[:, None]
+        tau = (np.linalg.norm(TARGET - sent, axis=1) + np.linalg.norm(TARGET - received, axis=1)) / C
     series, _ = pings(sent, sent, delay=tau)
     return sent, velocity, series
 
 
-def test_a_sonar_that_moves_while_it_listens_is_imaged_in_place():
+def test_a_sonar_that_moves_while_it_receives_is_imaged_in_place():
     """3 m/s: at its place with the receiver's own motion, 6.0 cm astern (-v tau / 2) as stop and hop."""
     sent, velocity, series = moving(3.0)
     north = np.arange(-120, 121) * 1e-3
@@ -142,11 +142,11 @@ def test_transmitter_and_receivers_stand_apart():
     """Eight receivers on 0.35 m and a transmitter at their stern: two pings fill what eight would, the peak is one."""
     steps = np.arange(-3.5, 3.5, 0.175)
     sent = track(steps)
-    heard = sent[:, None] + np.arange(1, 9)[:, None] * np.array([0.05, 0, 0])
-    delay = np.array([two_way(TARGET[None], s, h, C)[0] for s, h in zip(sent, heard, strict=True)])
+    received = sent[:, None] + np.arange(1, 9)[:, None] * np.array([0.05, 0, 0])
+    delay = np.array([two_way(TARGET[None], s, h, C)[0] for s, h in zip(sent, received, strict=True)])
     turn = np.exp(-2j * np.pi * (F * delay % 1))
     series = (turn[..., None] * compressed(TIME - delay[..., None])).astype(np.complex64)
-    got = backproject(series, TIME, sent, heard, patch([-0.1, 0.0, 0.1], [GROUND]), centre_frequency=F)
+    got = backproject(series, TIME, sent, received, patch([-0.1, 0.0, 0.1], [GROUND]), centre_frequency=F)
     assert got[1, 0] == pytest.approx(1, abs=1e-3)
     assert np.all(np.abs(got[[0, 2], 0]) < 0.2)
 
@@ -167,7 +167,7 @@ def test_a_wrong_sound_speed_defocuses_as_the_wrong_curvature_does(error):
     assert (np.abs(got).max() > 0.9 * sharp) == (error < 0.005)
 
 
-def test_sway_that_is_not_told_takes_its_toll():
+def test_sway_that_is_not_logged_takes_its_toll():
     """Random sway of deviation s between pings: the peak falls to exp(-(2 k s cos)^2 / 2) in the mean (Ruze)."""
     rng = np.random.default_rng(8)
     sent, sway = track(), 0.6e-3
@@ -215,7 +215,7 @@ def test_pixels_that_no_ping_reaches_are_zero():
 
 
 @pytest.mark.parametrize(
-    ("changes", "said"),
+    ("changes", "message"),
     [({"transmit": np.zeros((4, 3))}, r"give \(3, 3\)"),
      ({"receive": np.zeros((3, 2, 3))}, r"give \(3, 1, 3\)"),
      ({"grid": np.zeros((5, 2))}, "three axes"),
@@ -227,9 +227,9 @@ def test_pixels_that_no_ping_reaches_are_zero():
      ({"receive_velocity": np.zeros((2, 2))}, "broadcasts to"),
      ({"receive_velocity": 500.0}, "below a tenth")],
 )  # fmt: skip
-def test_what_does_not_fit_is_refused(changes, said):
+def test_what_does_not_fit_is_refused(changes, message):
     """The value, and what would fit."""
     given = {"pressure": np.zeros((3, 1, 321), np.complex64), "time": TIME, "transmit": np.zeros((3, 3)),
              "receive": np.zeros((3, 1, 3)), "grid": np.zeros((2, 3)), "centre_frequency": F} | changes  # fmt: skip
-    with pytest.raises(ValueError, match=said):
+    with pytest.raises(ValueError, match=message):
         backproject(**given)

@@ -27,14 +27,16 @@ PINGS, ELEMENTS = 9, 2
 
 
 def held(two=True, speed=0.0, half=0.0, point=(0.0, 20.0, 5.0), rate=0.2):
-    """An echo of a point, heard by two elements, by a float64 sum; the receiver's platform 12 m ahead if there are two.
+    """An echo of a point, received by two elements, by a float64 sum.
+
+    The receiver's platform 12 m ahead if there are two.
 
     Both go north; each ray leaves and arrives where its end is at the middle of its pulse, `half` after its start.
     """
     time = np.arange(0.015, 0.045, 1 / RATE)
     run = speed * rate * np.arange(PINGS)
     sends = np.stack([run - run.mean(), np.zeros(PINGS), np.zeros(PINGS)], axis=1)
-    hears = sends + ([12.0, 0.0, 1.0] if two else [0.0, 0.0, 0.0])
+    receiver = sends + ([12.0, 0.0, 1.0] if two else [0.0, 0.0, 0.0])
     arm = np.array([[0.3, 0.0, 0.0], [-0.3, 0.0, 0.0]])
     go = np.array([speed, 0.0, 0.0])
     series = np.zeros((PINGS, ELEMENTS, len(time)), complex)
@@ -42,13 +44,13 @@ def held(two=True, speed=0.0, half=0.0, point=(0.0, 20.0, 5.0), rate=0.2):
         out = np.linalg.norm(sends[ping] + half * go - point) / C
         for row in range(ELEMENTS):
             back = out
-            for _ in range(20):  # the receiver goes on while the sound is under way
-                there = hears[ping] + arm[row] + (out + back + half) * go
+            for _ in range(20):  # the receiver goes on while the sound travels
+                there = receiver[ping] + arm[row] + (out + back + half) * go
                 back = np.linalg.norm(there - point) / C
             series[ping, row] = np.exp(-2j * np.pi * F * (out + back)) * np.sinc((time - out - back) * 12e3)
     columns = {"position": sends, "attitude": np.zeros((PINGS, 3))}
     if two:
-        columns |= {"receiver_position": hears, "receiver_attitude": np.zeros((PINGS, 3))}
+        columns |= {"receiver_position": receiver, "receiver_attitude": np.zeros((PINGS, 3))}
     variables = {name: (("ping", "axis"), values) for name, values in columns.items()}
     variables["pressure"] = (("ping", "channel", "time"), series)
     place = {
@@ -59,18 +61,18 @@ def held(two=True, speed=0.0, half=0.0, point=(0.0, 20.0, 5.0), rate=0.2):
     return xr.Dataset(variables, {**place, "side": ("channel", np.ones(ELEMENTS))}, {"centre_frequency": F})
 
 
-@pytest.mark.parametrize(("made", "said"), [
+@pytest.mark.parametrize(("made", "message"), [
     (lambda r: beam_recording(r, [0.0]), "receiver_position"),
     (lambda r: multibeam_soundings(r, [0.0, 0.1]), "synthetic_aperture_image"),
 ])  # fmt: skip
-def test_what_needs_one_platform_is_refused_with_another_way(made, said):
+def test_what_needs_one_platform_is_refused_with_another_way(made, message):
     """Ranges from delays, and focus that follows the range: with what may be done instead."""
-    with pytest.raises(ValueError, match=said):
+    with pytest.raises(ValueError, match=message):
         made(held())
 
 
 def test_depths_by_phase_are_refused_between_two_platforms():
-    """An echo's time tells an ellipse there."""
+    """An echo's time gives an ellipse there."""
     upright = held().assign_coords(element_position=(("channel", "axis"), [[0, 0, -0.01], [0, 0, 0.01]]))
     with pytest.raises(ValueError, match="ellipse"):
         interferometric_bathymetry(upright, 10.0)
@@ -86,7 +88,7 @@ def test_beams_of_a_fixed_focus_are_made_of_any_recording():
 
 
 def test_each_end_is_where_its_own_platform_is():
-    """Elements hang on the receiver's; the transmitter is at its own reference point unless it is told."""
+    """Elements hang on the receiver's; the transmitter is at its own reference point unless it is reported."""
     two = held()
     assert is_bistatic(two) and not is_bistatic(held(two=False))
     place, _ = recorded_poses(two, receiver=True)
@@ -100,7 +102,7 @@ def test_each_end_is_where_its_own_platform_is():
 
 
 def test_a_log_of_the_receiver_is_taken_before_the_truth():
-    """The true poses are there for whoever asks for them."""
+    """The true poses are available."""
     two = held()
     for name in ("position", "attitude", "receiver_position", "receiver_attitude"):
         two[f"logged_{name}"] = two[name] + 0.25
@@ -133,8 +135,8 @@ def test_a_point_is_focused_wherever_pulses_have_their_middle(two, half):
 
 
 @pytest.mark.parametrize("duration", [0.5e-3, 2e-3])
-def test_a_compressed_recording_knows_how_long_its_pulse_was(duration):
-    """Told of a pulse, or of its samples at the recording's rate."""
+def test_a_compressed_recording_holds_the_length_of_its_pulse(duration):
+    """By a pulse, or by its samples at the recording's rate."""
     pulse = Pulse(kind="lfm", frequency=F, bandwidth=8e3, duration=duration)
     assert compressed_recording(held(), pulse).attrs["pulse_duration"] == duration
     samples = np.ones(round(duration * RATE), complex)

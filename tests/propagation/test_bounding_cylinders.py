@@ -39,16 +39,16 @@ def test_shadows_are_the_same_if_every_point_is_looked_at(monkeypatch: pytest.Mo
     points = Scatterers("seabed", "seabed", None, place, up, np.ones(4000), np.ones(4000, complex), np.arange(4000))
     scene = Scene(seabed={"depth": 20.0}, targets=TARGETS)
 
-    def heard() -> Legs:
+    def received() -> Legs:
         return diffract_at_edges(image_legs(scene, SONAR, points, ("D", "S"), 1e5), points, SONAR, scene, 0.015)
 
     assert 0 not in np.concatenate(points_near_cylinders(scene, SONAR, place, 5.0))
-    quick = heard()
+    quick = received()
     for module in (knife_edge, solid_shadows):
         monkeypatch.setattr(
             module, "points_near_cylinders", lambda _, __, points, *___: [np.arange(len(points))] * len(TARGETS)
         )
-    slow = heard()
+    slow = received()
     assert 300 < np.count_nonzero(np.any(quick.visibility != 1, axis=0)) < 3000
     for name in ("visibility", "status", "occluder"):
         np.testing.assert_array_equal(getattr(quick, name), getattr(slow, name))

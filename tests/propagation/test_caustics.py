@@ -1,4 +1,4 @@
-"""How loud it is at a fold caustic."""
+"""How strong it is at a fold caustic."""
 
 import numpy as np
 import pytest
@@ -113,11 +113,11 @@ def rays_and_wave(ranges, depth, frequency):
     return sound(rays, limited(rays, frequency), frequency), sound(rays, rays[..., AMPLITUDE], frequency), wave
 
 
-def test_the_fold_is_as_strong_as_the_wave_equation_says():
+def test_the_fold_is_as_strong_as_the_wave_equation_predicts():
     """From two hundredths to one and a half of a diffraction length beyond the fold, and with the third ray beside it.
 
     At 20 kHz, where two thicknesses of the turning layer's own Airy function separate the rays from its kinks: within
-    1 dB, and within 8 % of the loudest as complex numbers. Rays as they are come out 8 dB too loud there.
+    1 dB, and within 8 % of the strongest as complex numbers. Rays as they are come out 8 dB too strong there.
     """
     ours, alone, wave = rays_and_wave(np.linspace(129.3, 135, 24), 12.0, 20e3)
     assert np.abs(20 * np.log10(np.abs(ours / wave))).max() < 1.0

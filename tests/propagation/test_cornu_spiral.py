@@ -30,7 +30,7 @@ def test_the_spiral_is_run_at_one_speed(number):
 
 
 @given(st.floats(-5, 5))
-def test_the_spiral_bends_in_proportion_to_the_way_run(number):
+def test_the_spiral_bends_in_proportion_to_the_length_run(number):
     """A clothoid: the change of its heading is pi nu for each unit of nu."""
     step = 1e-3
     ahead, here, back = (complex(knife_edge(number + k * step)) for k in (1, 0, -1))

@@ -1,4 +1,7 @@
-"""Claims about ways off tilted planes: Fermat's shortest way, mirror angles, and the order in which they are asked."""
+"""Claims about paths off tilted planes.
+
+Fermat's shortest path, mirror angles, and the order in which they are requested.
+"""
 
 import numpy as np
 import pytest
@@ -39,7 +42,7 @@ def points_about(rng, count):
 
 @pytest.mark.parametrize("mirrors", [1, 2, 3, 4])
 @pytest.mark.parametrize("count", [1, 128, 300])
-def test_a_way_is_a_chain_of_straight_lines_off_its_mirrors(mirrors, count):
+def test_a_path_is_a_chain_of_straight_lines_off_its_mirrors(mirrors, count):
     """Bounces lie on their planes, segments add up to the length, and each mirror turns what comes in by its law."""
     rng = np.random.default_rng(mirrors * 1000 + count)
     anchor, facing = tilted(rng, count, mirrors)
@@ -61,7 +64,7 @@ def test_a_way_is_a_chain_of_straight_lines_off_its_mirrors(mirrors, count):
         np.testing.assert_allclose(np.abs(turned[:, 0]), way.grazing_sine[k], atol=1e-12)
 
 
-def test_no_way_is_shorter():
+def test_no_path_is_shorter():
     """Fermat: bounces moved by a centimetre on their planes make every way longer."""
     rng = np.random.default_rng(5)
     anchor, facing = tilted(rng, 50, 2)
@@ -85,9 +88,9 @@ def test_paths_over_a_flat_seabed_are_identified_by_their_lengths(family):
     """Parts of the way before each bounce, by how much it climbs till then: those of images in level planes."""
     points = points_about(np.random.default_rng(6), 50)
     way = flat_image_paths(family, SONAR, points, DEPTH)
-    told = flat_bounces(family, SONAR[2], way.length, np.abs(way.departure[:, 2]), DEPTH)
-    np.testing.assert_allclose(told.fraction, way.fraction, rtol=1e-9)
-    np.testing.assert_allclose(told.grazing_sine, way.grazing_sine, rtol=1e-9)
+    expected = flat_bounces(family, SONAR[2], way.length, np.abs(way.departure[:, 2]), DEPTH)
+    np.testing.assert_allclose(expected.fraction, way.fraction, rtol=1e-9)
+    np.testing.assert_allclose(expected.grazing_sine, way.grazing_sine, rtol=1e-9)
 
 
 @pytest.mark.parametrize("family", ["B", "BS", "SBS"])
@@ -132,7 +135,7 @@ def test_ground_without_height_is_the_mean_plane():
 def test_an_inclined_bed_is_its_own_plane(tmp_path):
     """A bed that falls by 3 % to the north and rises by as much to the east: the image in it, and nothing left over.
 
-    Whatever the bearings and the sizes of the zones. Where nobody knows the ground it is the mean plane.
+    Whatever the bearings and the sizes of the zones. Where the ground is unknown it is the mean plane.
     """
     nodes = np.arange(-120.0, 121.0, 2.0)
     depth = DEPTH + 0.03 * nodes[:, None] - 0.03 * nodes[None, :]
@@ -175,7 +178,7 @@ def test_zones_are_those_of_fresnel():
 
 
 def test_no_points_have_no_ways():
-    """Nothing is asked of the ground."""
+    """Nothing is evaluated at the ground."""
     bed = Seabed(
         depth=DEPTH, relief={"kind": "ripples", "height": 0.02, "wavelength": 2.0}, cutoff_wavelength=0.5
     ).terrain

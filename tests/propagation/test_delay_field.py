@@ -91,19 +91,19 @@ def test_legs_are_as_alike_as_the_integrals_along_them(one, other):
 
 
 def test_the_covariance_is_that_of_the_delays():
-    """What the expectation is told of D, S and B to one point, against 600 seeds: within 3 standard errors."""
+    """Covariance of D, S and B to one point, against 600 seeds: within 3 standard errors."""
     start, point = np.array(HERE), point_scatterer(PointTarget(position=THERE))
     legs = image_legs(SCENE, start, point, ("D", "S", "B"), 1e5)
-    told = DelayField(PATCHES, 1, DEPTH, ScattererGrid()).covariance(
+    expected = DelayField(PATCHES, 1, DEPTH, ScattererGrid()).covariance(
         [(legs, start, np.arange(len(legs.families)))], point.position, np.array([0])
     )[0]
     found = np.cov([delays(family, HERE, THERE) for family in "DSB"])
-    size = np.sqrt(np.outer(np.diag(told), np.diag(told)))
-    np.testing.assert_allclose(found / size, told / size, atol=3 * np.sqrt(2 / SEEDS))
+    size = np.sqrt(np.outer(np.diag(expected), np.diag(expected)))
+    np.testing.assert_allclose(found / size, expected / size, atol=3 * np.sqrt(2 / SEEDS))
 
 
 def test_the_covariance_of_some_legs_is_part_of_that_of_all():
-    """Legs that are not asked for change nothing, and their way through the water is not followed."""
+    """Legs that are not requested change nothing, and their way through the water is not followed."""
     start, point = np.array(HERE), point_scatterer(PointTarget(position=THERE))
     legs = image_legs(SCENE, start, point, ("D", "S", "B", "BS"), 1e5)
     field, once = DelayField(PATCHES, 1, DEPTH, ScattererGrid()), np.array([0])

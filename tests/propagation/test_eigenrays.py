@@ -245,9 +245,9 @@ def test_a_record_reads_like_a_notebook():
 )
 def test_what_means_nothing_is_refused_with_advice(change, words):
     """Depths out of the water, ranges behind the source, words for numbers, families that cannot be."""
-    asked = {"water_depth": 20.0, "source_depth": 11.0, "point_depth": 19.0, "range": 150.0} | change
+    arguments = {"water_depth": 20.0, "source_depth": 11.0, "point_depth": 19.0, "range": 150.0} | change
     with pytest.raises(ValueError, match=words):
-        eigenrays(THERMO, **asked)
+        eigenrays(THERMO, **arguments)
 
 
 def test_a_column_is_the_profile_from_surface_to_seabed():

@@ -1,4 +1,4 @@
-"""Legs off drawn waves: every point of the surface that reflects a path, as loud as the waves focus it."""
+"""Legs off drawn waves: every point of the surface that reflects a path, as strong as the waves focus it."""
 
 import warnings
 
@@ -68,7 +68,7 @@ def legs(where, family="S", *, place=PLACE, target=FAR, frequency=1e5, time=0.0)
 
 
 def bounces_of(where, *, target=FAR, time=0.0, most=48):
-    """Bounce points of the S leg on the way out, without the dark sides of folds."""
+    """Bounce points of the S leg outwards, without the dark sides of folds."""
     sea, point = explicit_waves(where.surface, 1, where.seabed.depth), point_scatterer(PointTarget(position=target))
     found = find_bounce_points(sea, "S", point, SonarEnd(PLACE, time), where, 1e5, is_transmit_leg=True, max_count=most)
     rows = found.points[0, : found.bounce_count[0]]
@@ -77,7 +77,7 @@ def bounces_of(where, *, target=FAR, time=0.0, most=48):
 
 @pytest.mark.parametrize("family", ["S", "BS", "SB", "BSB"])
 def test_a_calm_is_a_mirror(family):
-    """Waves of a nanometre change no leg, its loudness and phase included."""
+    """Waves of a nanometre change no leg, its level and phase included."""
     mirror, *moved = legs(swell(1e-9, 20.0), family)
     for way in moved:
         assert way.delay.shape == (1, 1)
@@ -88,7 +88,7 @@ def test_a_calm_is_a_mirror(family):
 
 
 @pytest.mark.parametrize("time", [0.0, 1.1, 2.3])
-def test_a_low_swell_changes_the_delay_as_its_height_says(time):
+def test_a_low_swell_changes_the_delay_as_its_height_predicts(time):
     """First order: a crest makes a path longer by 2 eta sin(grazing), each bounce at its own time."""
     height, length = 2e-4, 40.0
     mirror, out, back = legs(swell(height, length), time=time)
@@ -113,7 +113,7 @@ def test_the_number_of_bounces_is_that_of_the_curvature(amplitude, length, most)
     assert np.mean(np.array(counts) % 2) > 0.9  # pairs come and go together
 
 
-def test_bounces_are_where_the_way_is_stationary():
+def test_bounces_are_where_the_path_is_stationary():
     """Fermat, on a wind sea with the heights of `SeaSurface`: no way beside a bounce is shorter, to first order."""
     where, spectrum = windy(5.0), Elfouhaily(5.0)
     sea = SeaSurface(
@@ -188,10 +188,10 @@ def test_bounces_add_up_to_kirchhoffs_integral(wave_direction, height, length, c
     k = 2 * np.pi * frequency / SPEED
     truth = reflected(surface, NEAR, CLOSE, k, (-6, 26, 2000), (-7, 7, 700))
     _, out, _ = legs(where, place=NEAR, target=CLOSE, frequency=frequency)
-    heard = -np.sum(out.amplitude / out.absorption * np.exp(-1j * k * out.length))
+    received = -np.sum(out.amplitude / out.absorption * np.exp(-1j * k * out.length))
     assert len(out.families) == count
-    assert 20 * np.log10(abs(heard / truth)) == pytest.approx(0, abs=0.5)
-    assert np.degrees(np.angle(heard / truth)) == pytest.approx(0, abs=4.0)
+    assert 20 * np.log10(abs(received / truth)) == pytest.approx(0, abs=0.5)
+    assert np.degrees(np.angle(received / truth)) == pytest.approx(0, abs=4.0)
 
 
 def test_a_fold_has_no_edge():
@@ -270,15 +270,15 @@ def test_what_is_not_drawn_keeps_the_rest_of_the_energy():
         explicit_waves(where.surface, 1, 20.0), "S", many, SonarEnd(PLACE, 0.0), where, 20e3, is_transmit_leg=True
     )
     there = np.arange(found.points.shape[1]) < found.bounce_count[:, None]
-    wanted = np.sum(np.where(there, np.abs(bounce_spreading(found, 2 * np.pi * 20e3 / SPEED)) ** 2, 0))
+    expected = np.sum(np.where(there, np.abs(bounce_spreading(found, 2 * np.pi * 20e3 / SPEED)) ** 2, 0))
     rows = [row for row, family in enumerate(out.families) if family == "S"]
     assert np.sum((out.spreading * np.abs(out.reflection_coefficient) * out.visibility)[rows] ** 2) == pytest.approx(
-        wanted, rel=0.02
+        expected, rel=0.02
     )
     assert out.glints is not None and len(rows) > found.points.shape[1]
 
 
-def test_half_of_the_dominant_waves_is_drawn_unless_said():
+def test_half_of_the_dominant_waves_is_drawn_unless_given():
     """The split: half the length of the wind's dominant waves, of 2 pi U^2 / (0.84^2 g)."""
     surface = Surface(reflection="explicit", wind_speed=5.0)
     assert surface.shortest_explicit_wavelength == pytest.approx(np.pi * 25 / (0.84**2 * 9.81))

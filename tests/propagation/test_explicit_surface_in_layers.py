@@ -95,7 +95,7 @@ def test_every_stationary_point_of_the_travel_time_is_a_leg(gradient, time):
 @pytest.mark.parametrize("family", ["S", "BS", "SB", "BSB"])
 @pytest.mark.parametrize("gradient", GRADIENTS)
 def test_a_calm_is_a_mirror(family, gradient):
-    """Waves of a nanometre change no leg, its loudness and phase included."""
+    """Waves of a nanometre change no leg, its level and phase included."""
     calm, *moved = legs(scene(gradient, 1e-9), family)
     for way in moved:
         assert way.delay.shape == calm.delay.shape == (1, 1)

@@ -58,7 +58,7 @@ def test_the_wave_oracle_is_exact_in_isovelocity_water():
 
 
 @pytest.mark.parametrize("gradient", [-0.7, 1.5])
-def test_where_rays_do_not_meet_they_are_the_wave(gradient):
+def test_where_rays_do_not_cross_they_are_the_wave(gradient):
     """Amplitude and phase of a bent ray at 10 kHz, within 0.01 dB and 0.1 degrees."""
     profile = SoundSpeedProfile(np.array([0.0, 100.0]), np.array([1500.0, 1500.0 + 100 * gradient]))
     distance = np.array([30.0, 80.0, 150.0])
@@ -69,7 +69,10 @@ def test_where_rays_do_not_meet_they_are_the_wave(gradient):
 
 
 def test_the_fold_is_as_strong_as_the_wave_has_it():
-    """From 0.2 m behind the caustic on within 1 dB of the local level; rays alone are 3 dB and more too loud there."""
+    """From 0.2 m behind the caustic on within 1 dB of the local level.
+
+    Rays alone are 3 dB and more too strong there.
+    """
     distance = np.arange(184.4, 197.0, 0.9)
     found, count = rays(CORNER, distance)
     assert np.all(count == 3)

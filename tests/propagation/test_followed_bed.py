@@ -42,12 +42,12 @@ def followed(family, points, *, ground=None, frame=None, place=SONAR, moved=None
     )
     ground, done = ground or ground_of(), np.zeros(count, bool) if done is None else done
     moved = np.empty((m, 0, 2)) if moved is None else moved
-    wanted = ground.none_wanted()
-    said = paths_off_local_planes(
-        place, points, is_seabed_bounce, moved, frame or frame_of(), _PATTERNS, ground.pages, wanted, done, made
+    missing = ground.no_tiles()
+    complete = paths_off_local_planes(
+        place, points, is_seabed_bounce, moved, frame or frame_of(), _PATTERNS, ground.pages, missing, done, made
     )
-    assert said == done.all()
-    return made, done, wanted
+    assert complete == done.all()
+    return made, done, missing
 
 
 def unfolded(place, point, planes):
@@ -81,7 +81,7 @@ def plane_about(ground, bounce, bearing, length, part, sine, disc):
     return (anchor, normal / np.linalg.norm(normal)), np.mean((height - design @ [level, rise, aside]) ** 2)
 
 
-def told(family, ground, point):
+def closed_form(family, ground, point):
     """A way by the book: level planes, those of few samples about its bounces, those of many about the next."""
     bearing = np.arctan2(*(point - SONAR)[1::-1])
     planes = [(np.array([0, 0, DEPTH]), np.array([0, 0, -1.0])) if letter == "B" else
@@ -98,13 +98,13 @@ def told(family, ground, point):
 def test_ways_are_those_of_images_in_planes_of_least_squares(family):
     """60 points over ground of 6 cm rms: lengths to 20 um, bounces to a millimetre, directions to 1e-4.
 
-    That is a thirtieth of a turn at 100 kHz: the samples' places are told to a ten-thousandth of a cell of 25 cm.
+    That is a thirtieth of a turn at 100 kHz: the samples' places are reported to a ten-thousandth of a cell of 25 cm.
     """
     ground, points = ground_of(), points_about(2, 60)
-    made, done, wanted = followed(family, points, ground=ground)
-    assert done.all() and made.is_valid.all() and not wanted.any()
+    made, done, missing = followed(family, points, ground=ground)
+    assert done.all() and made.is_valid.all() and not missing.any()
     for n, point in enumerate(points):
-        length, departure, arrival, bounces, parts, sines, left = told(family, ground, point)
+        length, departure, arrival, bounces, parts, sines, left = closed_form(family, ground, point)
         assert made.length[n] == pytest.approx(length, abs=2e-5)
         np.testing.assert_allclose(made.departure[n], departure, atol=1e-4)
         np.testing.assert_allclose(made.arrival[n], arrival, atol=1e-4)
@@ -130,7 +130,7 @@ def test_blocks_and_company_change_no_bit(count):
 
 
 def test_points_that_have_their_ways_are_not_touched():
-    """Half of them done: their columns stay as they were, the others have the bits of all asked together."""
+    """Half of them done: their columns stay as they were, the others have the bits of all requested together."""
     points, done = points_about(4, 140), np.arange(140) % 2 == 0
     every, *_ = followed("B", points)
     made, after, _ = followed("B", points, done=done.copy())
@@ -140,13 +140,13 @@ def test_points_that_have_their_ways_are_not_touched():
 
 
 def test_only_reads_of_a_missing_tile_are_deferred():
-    """A hole in the map: those that are done have the bits of the whole map; asked again with it, all have."""
+    """A hole in the map: those that are done have the bits of the whole map; requested again with it, all have."""
     points = points_about(5, 200)
     whole, *_ = followed("BSB", points)
     holed = map_of(ROUGH, 0.25, first=(-3, -3), tiles=(6, 6), missing=((0, -1),))
-    made, done, wanted = followed("BSB", points, ground=holed)
+    made, done, unread = followed("BSB", points, ground=holed)
     assert 0 < done.sum() < 200
-    assert holed.named(wanted) == [[0, -1]]
+    assert holed.named(unread) == [[0, -1]]
     np.testing.assert_array_equal(made.length[done], whole.length[done])
     again, after, _ = followed("BSB", points, done=done.copy())
     assert after.all()

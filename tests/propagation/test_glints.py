@@ -38,7 +38,7 @@ def sea(wind, **surface):
 
 
 def off_the_surface(wind, east=150.0, count=1, family="S", *, time=0.0, place=PLACE, **surface):
-    """Mirror's legs of one family, and what becomes of them on the way out and back."""
+    """Mirror's legs of one family, and what becomes of them out and back."""
     target, water = points(east, count), sea(wind, **surface)
     mirror = image_legs(water.scene, place, target, (family,), F)
     return mirror, *water.legs(mirror, target, SonarEnd(place, time))
@@ -56,9 +56,9 @@ def test_the_coherent_leg_is_the_mirror_s_less_eckart_s_factor(wind, east):
     mirror, out, _ = off_the_surface(wind, east)
     grazing = np.arctan2(31.0, east)
     rms = height_variance(Elfouhaily(wind), max_wavenumber=SHORTEST) ** 0.5
-    wanted = -coherent_reflection(F, rms, grazing, sound_speed=C) * 10 ** (-bubble_loss_db(wind, F, grazing) / 20)
+    expected = -coherent_reflection(F, rms, grazing, sound_speed=C) * 10 ** (-bubble_loss_db(wind, F, grazing) / 20)
     assert out.glints.bounce_id[0] == -1
-    np.testing.assert_allclose(np.abs(out.amplitude[0] / mirror.amplitude[0]), wanted, rtol=1e-3)
+    np.testing.assert_allclose(np.abs(out.amplitude[0] / mirror.amplitude[0]), expected, rtol=1e-3)
     np.testing.assert_allclose(out.delay[0], mirror.delay[0], rtol=1e-14)
 
 
@@ -96,7 +96,7 @@ def test_glints_decorrelate_like_a_realised_sea(wind, apart):
     assert abs(whole - drawn) < 0.04
 
 
-def test_glints_are_met_again_on_the_way_back():
+def test_glints_recur_on_the_receive_leg():
     """Between out and back, 0.1 s + 20/31 less 11/31 of the surface leg apart, glints turn by their own frequencies.
 
     Mean of phasor out times phasor back = (exp(-4 Gamma^2 (1 - rho)) - exp(-4 Gamma^2)) / (1 - exp(-4 Gamma^2)), rho by
@@ -111,8 +111,8 @@ def test_glints_are_met_again_on_the_way_back():
     share = Elfouhaily(wind).density(k)
     rho = np.trapezoid(share * np.cos(angular_frequency(k) * apart), k) / np.trapezoid(share, k)
     mean = (4 * np.pi * F / C * np.sin(np.arctan2(31.0, east))) ** 2 * np.trapezoid(share, k)
-    wanted = (np.exp(-mean * (1 - rho)) - np.exp(-mean)) / -np.expm1(-mean)
-    assert abs(found - wanted) < 0.02
+    expected = (np.exp(-mean * (1 - rho)) - np.exp(-mean)) / -np.expm1(-mean)
+    assert abs(found - expected) < 0.02
 
 
 def test_decorrelation_of_a_rough_sea_follows_its_vertical_speed():
@@ -120,8 +120,8 @@ def test_decorrelation_of_a_rough_sea_follows_its_vertical_speed():
     mirror, now, _ = off_the_surface(5.0, count=20_000)
     _, then, _ = off_the_surface(5.0, count=20_000, time=3e-3)
     phase = 4 * np.pi * F / C * np.sin(np.arctan2(31.0, 150.0))
-    wanted = np.exp(-0.5 * (phase * vertical_speed_rms(Elfouhaily(5.0), SHORTEST) * 3e-3) ** 2)
-    assert abs(np.mean(carried(now, mirror) * carried(then, mirror).conj())) == pytest.approx(wanted, abs=0.02)
+    expected = np.exp(-0.5 * (phase * vertical_speed_rms(Elfouhaily(5.0), SHORTEST) * 3e-3) ** 2)
+    assert abs(np.mean(carried(now, mirror) * carried(then, mirror).conj())) == pytest.approx(expected, abs=0.02)
 
 
 @pytest.mark.parametrize("apart", [0.0, 0.02])
@@ -151,7 +151,7 @@ def test_glints_decorrelate_over_the_surface_like_a_realised_sea(towards, apart)
 
 @pytest.mark.parametrize(("wind", "drawn"), [(0.6, True), (0.6, False), (3.0, True), (5.0, False)])
 def test_both_ways_bear_the_square_of_one(wind, drawn):
-    """Mean power of all pairs of one family = square of its legs' power, and no pair meets one glint twice."""
+    """Mean power of all pairs of one family = square of its legs' power, and no pair reaches one glint twice."""
     water, target = sea(wind), replace(points(150.0, 1), has_random_phase=drawn)
     out, back = water.legs(image_legs(water.scene, PLACE, target, ("S",), F), target, SonarEnd(PLACE, 0.0))
     rows = range(len(out.families))
@@ -168,14 +168,14 @@ def test_glints_come_late_by_the_slope_s_lengthening():
     mirror, out, _ = off_the_surface(3.0, east=10.0, count=20_000)
     row, sine = 0, 31 / np.hypot(31, 10.0)
     slopes = mean_square_slope(Elfouhaily(3.0), SHORTEST)
-    wanted = slopes * (1 + sine**2) * (11 * 20 / 31) / (sine * C)
-    assert np.mean(out.delay[row] - mirror.delay[0]) == pytest.approx(wanted, rel=0.06)
+    expected = slopes * (1 + sine**2) * (11 * 20 / 31) / (sine * C)
+    assert np.mean(out.delay[row] - mirror.delay[0]) == pytest.approx(expected, rel=0.06)
     assert np.all(out.delay[row] >= mirror.delay[0] * (1 - 1e-12))
 
 
 @pytest.mark.parametrize("east", [60.0, 5.0, 0.01])
 def test_a_facet_reflects_to_its_point(east):
-    """In the vertical plane the corner obeys the law of reflection on a facet of the slope asked for, to 19 degrees.
+    """In the vertical plane the corner satisfies the law of reflection on a facet of that slope, to 19 degrees.
 
     Overhead too, where the bounce lies beyond either end.
     """
@@ -192,7 +192,7 @@ def test_a_facet_reflects_to_its_point(east):
 
 @pytest.mark.parametrize("across", [-0.01, 0.01])
 def test_a_facet_that_rises_to_the_right_sends_sound_to_the_right(across):
-    """Law of reflection across the way, for a small slope: what comes back to its point was met on the left."""
+    """Law of reflection across the way, for a small slope: what comes back to its point was reached on the left."""
     lines = unfold_paths("S", PLACE, np.array([[0.0, 60.0, 20.0]]), 20.0)
     bent = displace_bounces(lines, np.array([0.0, across])[None, :, None])
     normal = np.array([0.0, 0.0, 2 * 31 / np.hypot(60, 31)]) + bent.arrival_change[0] - bent.departure_change[0]
@@ -202,7 +202,7 @@ def test_a_facet_that_rises_to_the_right_sends_sound_to_the_right(across):
 
 @pytest.mark.parametrize("axis", [0, 1])
 def test_glints_leave_as_their_phase_runs(axis):
-    """A sonar that moves meets a phase that grows by 2 pi f / c times the cosine of departure: 2000 glints, 10 %.
+    """A sonar that moves reaches a phase that grows by 2 pi f / c times the cosine of departure: 2000 glints, 10 %.
 
     North is across their way, east along it. Close by, where slopes are small against the grazing angle.
     """
@@ -226,8 +226,8 @@ def test_a_small_slope_lengthens_a_leg_by_its_square(slopes):
     lines = unfold_paths("S", PLACE, np.array([[0.0, 60.0, 20.0]]), 20.0)
     bent = displace_bounces(lines, np.array(slopes)[None, :, None])
     length, sine = np.hypot(60, 31), 31 / np.hypot(60, 31)
-    wanted = 2 * length * (11 / 31) * (20 / 31) * (slopes[0] ** 2 + (slopes[1] * sine) ** 2)
-    assert bent.excess_length[0] == pytest.approx(wanted, rel=0.03)
+    expected = 2 * length * (11 / 31) * (20 / 31) * (slopes[0] ** 2 + (slopes[1] * sine) ** 2)
+    assert bent.excess_length[0] == pytest.approx(expected, rel=0.03)
 
 
 @pytest.mark.parametrize("family", ["S", "SB", "BS", "SBS", "BSB"])
@@ -240,7 +240,7 @@ def test_without_slopes_nothing_bends(family):
 
 
 def test_a_glint_belongs_to_its_place():
-    """The same place has the same glint whatever other places are asked for, and another seed has another."""
+    """The same place has the same glint whatever other places are requested, and another seed has another."""
     _, many, _ = off_the_surface(3.0, count=50)
     _, few, _ = off_the_surface(3.0, count=20)
     np.testing.assert_array_equal(few.delay, many.delay[:, :20])

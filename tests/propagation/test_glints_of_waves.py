@@ -70,7 +70,7 @@ def test_the_coherence_of_explicit_waves_over_time_is_that_of_the_sea(wind, lags
 def test_bounce_points_that_merge_have_one_glint():
     """Of legs to 40 points all bounces of a family name the same glints, and near ones have nearly the same phasor.
 
-    A glint of one bounce out meets itself no more on another bounce's way back than on its own: the others bear its
+    A glint of one bounce out reaches itself no more on another bounce's way back than on its own: the others bear its
     power, so that any two bounces have the power of their product.
     """
     surface = {"reflection": "explicit", "wind_speed": 3.0, "wave_direction": 0.6}
@@ -86,7 +86,7 @@ def test_bounce_points_that_merge_have_one_glint():
     assert np.mean(weight[both] ** 2) == pytest.approx(1.0)
 
 
-def test_glints_do_not_know_how_far_away_the_origin_is():
+def test_glints_do_not_depend_on_how_far_away_the_origin_is():
     """Sea, sonar and lattice 5 km from the origin: a sonar that moves by 1 cm finds the sound no less like."""
 
     def likeness(away):

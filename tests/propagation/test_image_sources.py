@@ -38,7 +38,7 @@ TWO_WAY = {
 
 
 def points(position, boundary="target"):
-    """Points that answer in all directions."""
+    """Points that scatter in all directions."""
     n = len(position)
     return Scatterers(boundary, boundary, PointTargetLaw(), np.asarray(position, float), np.zeros((n, 3)), np.ones(n),
                       np.ones(n, complex), np.arange(n, dtype=np.uint64))  # fmt: skip
@@ -117,7 +117,7 @@ def shortest(source, place, family, depth):
 
 
 @pytest.mark.parametrize("seed", range(6))
-def test_every_family_takes_the_shortest_way_that_meets_its_boundaries(seed):
+def test_every_family_takes_the_shortest_path_by_its_boundaries(seed):
     """Fermat's principle by numerical descent over the bounce points, to order 4: length 1e-9, directions 1e-5."""
     random = np.random.default_rng(seed)
     depth = random.uniform(5, 60)
@@ -168,7 +168,7 @@ def test_families_alternate_and_count_two_for_each_order():
 
 
 def test_a_bounce_on_the_scatterers_own_ground_is_part_of_its_scattering():
-    """On the bed B is D and SB is S over again; on the surface S is D: dropped. Image depths say the same."""
+    """On the bed B is D and SB is S over again; on the surface S is D: dropped. Image depths state the same."""
     assert families_reaching("seabed", families_up_to(2)) == ("D", "S", "BS")
     assert families_reaching("surface", families_up_to(2)) == ("D", "B", "SB")
     assert families_reaching("target", families_up_to(2)) == families_up_to(2)

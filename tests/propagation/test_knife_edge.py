@@ -1,4 +1,4 @@
-"""Sound bends around edges: half of it on the edge of the hard shadow, and what the whole wave says elsewhere."""
+"""Sound bends around edges: half of it on the edge of the hard shadow, and what the whole wave states elsewhere."""
 
 import numpy as np
 import pytest
@@ -44,11 +44,11 @@ def ground(place: np.ndarray, heading: float = 0.0) -> Scatterers:
     return Scatterers("seabed", "seabed", Lambert(), turned, up, np.ones(n), np.ones(n, complex), key)
 
 
-def visibility(told: Scene, points: Scatterers, families: tuple[str, ...] = ("D",), place: np.ndarray = SONAR, *,
+def visibility(world: Scene, points: Scatterers, families: tuple[str, ...] = ("D",), place: np.ndarray = SONAR, *,
                wide: bool = False) -> np.ndarray:  # fmt: skip
     """Complex visibility of the legs, (f, n)."""
-    legs = image_legs(told, place, points, families, FREQUENCY)
-    return diffract_at_edges(legs, points, place, told, WAVE, infinitely_wide=wide).visibility
+    legs = image_legs(world, place, points, families, FREQUENCY)
+    return diffract_at_edges(legs, points, place, world, WAVE, infinitely_wide=wide).visibility
 
 
 def whole_wave(point: np.ndarray, base: float, width: float, height: float) -> complex:
@@ -78,23 +78,23 @@ def test_a_box_takes_what_the_whole_wave_loses_at_its_place() -> None:
     To 0.05 four metres behind, where the angles at the screen are no longer small, and to 0.01 from ten on.
     """
     found = visibility(scene(), ground(POINTS))[0]
-    wanted = np.array([whole_wave(point, 19.5, 2.0, 1.0) for point in POINTS])
-    assert np.abs(wanted).min() < 0.4 and np.abs(wanted).max() > 0.9  # shadow and light
-    np.testing.assert_allclose(found[0], wanted[0], rtol=0, atol=0.05)
-    np.testing.assert_allclose(found[1:], wanted[1:], rtol=0, atol=0.01)
+    expected = np.array([whole_wave(point, 19.5, 2.0, 1.0) for point in POINTS])
+    assert np.abs(expected).min() < 0.4 and np.abs(expected).max() > 0.9  # shadow and light
+    np.testing.assert_allclose(found[0], expected[0], rtol=0, atol=0.05)
+    np.testing.assert_allclose(found[1:], expected[1:], rtol=0, atol=0.01)
 
 
 def test_half_of_the_pressure_is_left_on_the_edge_of_the_shadow() -> None:
     """On the ray that grazes the top of a wide box, 1/2; deep behind it nearly nothing; far beyond it nearly all."""
-    told = scene(base=None, width=60.0)
+    world = scene(base=None, width=60.0)
     edge = (SCREEN + 0.001) * 9 / 8
     east = np.array([SCREEN + 3, edge - 1e-4, edge + 1e-4, edge + 200])
     points = ground(np.stack([0 * east, east, np.full(4, 20.0)], axis=-1))
-    found = visibility(told, points)[0]
+    found = visibility(world, points)[0]
     assert abs(found[0]) < 0.06
     np.testing.assert_allclose(found[1:3], 0.5, atol=0.005)
     assert abs(found[3]) == pytest.approx(1, abs=0.1)
-    hard = image_legs(told, SONAR, points, ("D",), FREQUENCY)
+    hard = image_legs(world, SONAR, points, ("D",), FREQUENCY)
     assert hard.status[0].tolist() == [LegStatus.OCCLUDED, LegStatus.OCCLUDED, LegStatus.CLEAR, LegStatus.CLEAR]
 
 
@@ -106,7 +106,7 @@ def test_the_middle_of_the_shadow_is_19_db_down() -> None:
     assert float(fresnel_number(1.0, 100.0, 25.0, 0.5)) == pytest.approx(np.sqrt(2 / 0.5 * 0.05))
 
 
-def test_the_edge_loses_what_the_radio_engineers_say() -> None:
+def test_the_edge_loses_what_the_radio_engineers_found() -> None:
     """ITU-R P.526, eq. 31: 6.9 + 20 log(sqrt((nu - 0.1)^2 + 1) + nu - 0.1) dB above -0.78; its own error is 0.3 dB."""
     number = np.linspace(-0.7, 10, 200)
     engineers = 6.9 + 20 * np.log10(np.sqrt((number - 0.1) ** 2 + 1) + number - 0.1)
@@ -114,7 +114,7 @@ def test_the_edge_loses_what_the_radio_engineers_say() -> None:
 
 
 def test_what_two_half_planes_leave_adds_up_to_the_whole() -> None:
-    """Babinet: a half plane and its complement together keep and let pass everything; the table says so to 1e-6."""
+    """Babinet: a half plane and its complement together keep and let pass everything; the table reports it to 1e-6."""
     number = np.linspace(-1.3 * FAR, 1.3 * FAR, 999)
     np.testing.assert_allclose(knife_edge(number) + knife_edge(-number), 1, atol=1e-12)
     table = np.array([edge_diffraction(float(value), edge_diffraction_table()) for value in number])
@@ -124,17 +124,17 @@ def test_what_two_half_planes_leave_adds_up_to_the_whole() -> None:
 
 
 def test_a_path_off_the_surface_bends_as_from_its_image() -> None:
-    """S from 11 m below the surface meets the box as D from 11 m above it would."""
-    points, told = ground(POINTS), scene(base=None)
+    """S from 11 m below the surface reaches the box as D from 11 m above it would."""
+    points, world = ground(POINTS), scene(base=None)
     image = SONAR * [1, 1, -1]
-    np.testing.assert_allclose(visibility(told, points, ("S",)), visibility(told, points, place=image), atol=1e-9)
+    np.testing.assert_allclose(visibility(world, points, ("S",)), visibility(world, points, place=image), atol=1e-9)
 
 
 def test_a_leg_that_is_cut_before_its_last_bounce_gets_nothing() -> None:
     """A raised wall near the sonar cuts BS on its way down: no last segment passes it, and nothing is left."""
     wall = {"shape": "box", "position": (0.0, 10.0), "size": (40.0, 0.1, 9.0), "base_depth": 19.9}
-    told = Scene(water={"sound_speed": SPEED}, seabed={"depth": 20.0}, targets=[wall])
-    found = visibility(told, ground(POINTS), ("BS",))
+    world = Scene(water={"sound_speed": SPEED}, seabed={"depth": 20.0}, targets=[wall])
+    found = visibility(world, ground(POINTS), ("BS",))
     assert (found == 0).all()
 
 
@@ -157,19 +157,19 @@ def test_a_slice_is_symmetric_in_its_sides() -> None:
 def test_a_slanting_wall_casts_no_shadow_in_front_of_it(heading: float, shape: str) -> None:
     """A wall 8 m long, oblique to the sound: the bed 1.5 m in front of it, all along, receives what it does alone."""
     body = {"size": (8.0, 0.3, 1.0)} if shape == "box" else {"length": 8.0, "diameter": 0.6}
-    told = Scene(water={"sound_speed": SPEED}, seabed={"depth": 20.0},
+    world = Scene(water={"sound_speed": SPEED}, seabed={"depth": 20.0},
                  targets=[{"shape": shape, "position": (0.0, SCREEN), "heading": heading, **body}])  # fmt: skip
     along, c, s = np.linspace(-5, 5, 41), np.cos(heading), np.sin(heading)
     where = np.stack([c * along + 1.5 * s, SCREEN + s * along - 1.5 * c, np.full(41, 19.999)], axis=-1)
-    assert np.abs(visibility(told, ground(where)))[0] == pytest.approx(1, abs=0.1)
+    assert np.abs(visibility(world, ground(where)))[0] == pytest.approx(1, abs=0.1)
 
 
 def test_without_boxes_nothing_changes() -> None:
     """Legs of a scene without boxes come back as they are."""
-    told = Scene(water={"sound_speed": SPEED}, seabed={"depth": 20.0})
+    world = Scene(water={"sound_speed": SPEED}, seabed={"depth": 20.0})
     points = ground(POINTS)
-    legs = image_legs(told, SONAR, points, ("D", "S"), FREQUENCY)
-    assert diffract_at_edges(legs, points, SONAR, told, WAVE) is legs
+    legs = image_legs(world, SONAR, points, ("D", "S"), FREQUENCY)
+    assert diffract_at_edges(legs, points, SONAR, world, WAVE) is legs
 
 
 def test_a_solid_block_bends_sound_as_the_box_does() -> None:
@@ -194,11 +194,11 @@ def test_a_bright_spot_stands_in_the_middle_of_a_spheres_shadow() -> None:
     """
     centre = np.array([0.0, 20.0, 15.5])
     ball = {"shape": "sphere", "position": tuple(centre[:2]), "diameter": 2.0, "base_depth": 16.5}
-    told = Scene(water={"sound_speed": SPEED}, seabed={"depth": 20.0}, targets=[ball])
+    world = Scene(water={"sound_speed": SPEED}, seabed={"depth": 20.0}, targets=[ball])
     aside = np.array([0.0, 0.05, 0.1, 0.2, 0.3, 0.4])
     points = ground(np.stack([aside, np.full(6, 40.0), np.full(6, 20.0)], axis=-1))
-    hard = image_legs(told, SONAR, points, ("D",), FREQUENCY)
+    hard = image_legs(world, SONAR, points, ("D",), FREQUENCY)
     assert (hard.status == LegStatus.OCCLUDED).all()
     behind = float(np.linalg.norm(np.array([0, 40, 20.0]) - centre))
-    wanted = np.abs(j0(2 * np.pi * aside * 1.0 / (WAVE * behind)))
-    np.testing.assert_allclose(np.abs(visibility(told, points)[0]), wanted, rtol=0, atol=0.06)
+    expected = np.abs(j0(2 * np.pi * aside * 1.0 / (WAVE * behind)))
+    np.testing.assert_allclose(np.abs(visibility(world, points)[0]), expected, rtol=0, atol=0.06)

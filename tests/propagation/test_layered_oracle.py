@@ -16,7 +16,7 @@ MOST = 8
 
 
 def solved(depth, speed, source, family, point, distance):
-    """Rows of the solver, without those that only say that there is no path."""
+    """Rows of the solver, without those that only state that there is no path."""
     profile = SoundSpeedProfile(np.asarray(depth, float), np.asarray(speed, float))
     found = eigenrays(
         profile, water_depth=float(depth[-1]), source_depth=source, point_depth=point, range=distance, families=[family]
@@ -68,29 +68,29 @@ def disagreements(make, seed):
     words, compared = [], 0
     for family in FAMILIES:
         distance = random_distance(rng)
-        wanted = rays(depth, speed, source, family, point, distance)
+        expected = rays(depth, speed, source, family, point, distance)
         found, rows = solved(depth, speed, source, family, point, distance)
         place = f"seed {seed}, {family} over {distance!r} m: "
-        pairs, missing = paired(wanted, found, rows)
+        pairs, missing = paired(expected, found, rows)
         words += [place + f"{word}" for word in missing]
         words += [place + word for ray, row in pairs for word in differences(ray, found, row)]
         compared += len(pairs)
     return words, compared
 
 
-def paired(wanted, found, rows):
+def paired(expected, found, rows):
     """Rays of the oracle with rows of the solver, and words on those that have no partner."""
-    if len(rows) == MOST < len(wanted):
-        kept = sorted({int(np.argmin([abs(ray.launch - found.launch_angle[row]) for ray in wanted])) for row in rows})
-        left = [ray.turns for i, ray in enumerate(wanted) if i not in kept]
-        if min(left) < max(wanted[i].turns for i in kept):
+    if len(rows) == MOST < len(expected):
+        kept = sorted({int(np.argmin([abs(ray.launch - found.launch_angle[row]) for ray in expected])) for row in rows})
+        left = [ray.turns for i, ray in enumerate(expected) if i not in kept]
+        if min(left) < max(expected[i].turns for i in kept):
             return [], ["rays with more turns were given than some that were left out"]
-        wanted = [wanted[i] for i in kept]
-    if len(wanted) != len(rows):
-        if min((ray.fold for ray in wanted), default=np.inf) < NEAR_AN_EDGE:
+        expected = [expected[i] for i in kept]
+    if len(expected) != len(rows):
+        if min((ray.fold for ray in expected), default=np.inf) < NEAR_AN_EDGE:
             return [], []
-        return [], [f"{len(wanted)} rays, and {len(rows)} were found ({found.status[0]})"]
-    return [(ray, row) for ray, row in zip(wanted, rows, strict=True) if ray.fold > NEAR_AN_EDGE], []
+        return [], [f"{len(expected)} rays, and {len(rows)} were found ({found.status[0]})"]
+    return [(ray, row) for ray, row in zip(expected, rows, strict=True) if ray.fold > NEAR_AN_EDGE], []
 
 
 def differences(ray, found, row):
@@ -109,16 +109,16 @@ def differences(ray, found, row):
 @pytest.mark.slow
 def test_random_columns_have_the_rays_that_shooting_finds():
     """60 columns of 2 to 12 knots, about 400 rays: 1e-11 s, 1e-4 deg, 0.01 dB; none missing, none invented."""
-    told = [disagreements(random_column, seed) for seed in range(60)]
-    assert [word for words, _ in told for word in words] == []
-    assert sum(compared for _, compared in told) > 350
+    differences = [disagreements(random_column, seed) for seed in range(60)]
+    assert [word for words, _ in differences for word in words] == []
+    assert sum(compared for _, compared in differences) > 350
 
 
 @pytest.mark.slow
 def test_awkward_columns_have_the_rays_that_shooting_finds():
     """Channels, knots a nanometre apart, hardly a gradient, ends a hair from a knot: 30 columns, as well as those."""
-    told = [disagreements(nasty_column, seed) for seed in range(30)]
-    assert [word for words, _ in told for word in words] == []
+    differences = [disagreements(nasty_column, seed) for seed in range(30)]
+    assert [word for words, _ in differences for word in words] == []
 
 
 @pytest.mark.slow
@@ -157,5 +157,5 @@ def is_fair(shot):
 @pytest.mark.parametrize("make", [random_column, nasty_column])
 def test_hundreds_of_columns_have_the_rays_that_shooting_finds(make):
     """600 random columns and as many awkward ones."""
-    told = [disagreements(make, seed) for seed in range(1000, 1600)]
-    assert [word for words, _ in told for word in words] == []
+    differences = [disagreements(make, seed) for seed in range(1000, 1600)]
+    assert [word for words, _ in differences for word in words] == []

@@ -16,7 +16,7 @@ SONAR = np.array([0.0, 0.0, 11.0])
 
 
 def points(position, boundary="target"):
-    """Points that answer in all directions."""
+    """Points that scatter in all directions."""
     n = len(position)
     return Scatterers(boundary, boundary, PointTargetLaw(), np.asarray(position, float), np.zeros((n, 3)), np.ones(n),
                       np.ones(n, complex), np.arange(n, dtype=np.uint64))  # fmt: skip
@@ -90,7 +90,7 @@ def test_the_shadow_grows_with_the_target(height):
 
 
 def test_the_ground_under_a_box_is_hidden_from_every_family():
-    """The bed inside the footprint of a standing box hears nothing, to order 4."""
+    """The bed inside the footprint of a standing box receives nothing, to order 4."""
     scene = world({"position": (0, 150.5), "size": (2, 1, 1), "heading": 0.4})
     along, across = np.meshgrid(np.linspace(-0.95, 0.95, 9), np.linspace(-0.45, 0.45, 9))
     c, s = np.cos(0.4), np.sin(0.4)
@@ -126,7 +126,7 @@ def test_a_box_shows_the_faces_that_look_at_the_sonar_and_hides_none_of_them():
 
 
 def test_another_box_stands_in_the_way():
-    """A box in front hides the near face of the one behind, and the record says which it was."""
+    """A box in front hides the near face of the one behind, and the record states which it was."""
     scene = Scene(
         targets=[
             {"shape": "box", "label": "behind", "position": (0, 152), "size": (1, 1, 0.5)},

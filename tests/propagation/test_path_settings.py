@@ -20,6 +20,6 @@ def test_a_family_that_cannot_be_is_refused(wrong):
 
 
 def test_a_family_beyond_the_most_bounces_is_refused():
-    """Asking for BS with one reflection contradicts itself."""
+    """Requesting BS with one reflection contradicts itself."""
     with pytest.raises(ValidationError):
         PathSettings(max_reflections=1, families=("BS", "D"))

@@ -31,7 +31,7 @@ def rays(name, reflection=0.35):
 
 
 def points(place, boundary="target"):
-    """Points that answer alike in all directions."""
+    """Points that scatter alike in all directions."""
     place = np.atleast_2d(np.asarray(place, float))
     n = len(place)
     normal = np.zeros((n, 3)) if boundary == "target" else np.tile([0.0, 0.0, -1.0], (n, 1))
@@ -130,8 +130,8 @@ def test_nearly_isovelocity_water_has_the_paths_of_isovelocity_water():
     np.testing.assert_allclose(other.amplitude, one.amplitude, rtol=1e-5, atol=1e-9)
     for which in ("departure", "arrival"):
         np.testing.assert_allclose(getattr(other, which), getattr(one, which), atol=1e-5)
-    asked = ((11.0, 11.0), DEPTH, ("D", "S"), (0.03, 0.1), 0.0)
-    a, b = still.reachable_range(*asked), nearly.reachable_range(*asked)
+    arguments = ((11.0, 11.0), DEPTH, ("D", "S"), (0.03, 0.1), 0.0)
+    a, b = still.reachable_range(*arguments), nearly.reachable_range(*arguments)
     assert b.farthest == pytest.approx(a.farthest, abs=1.0) and b.nearest == pytest.approx(a.nearest, abs=2.0)
     assert b.nearest <= a.nearest and b.farthest >= a.farthest
 
@@ -161,8 +161,8 @@ def test_no_ray_leaves_outside_the_cone_that_was_promised(name):
 def test_ground_that_may_rise_widens_every_promise(name, rise):
     """ReachableRange grows both ways, and cones still hold the rays to ground that stands higher."""
     bent = rays(name)
-    asked = ((11.0, 11.0), DEPTH, ("D", "S"), (0.03, 0.09), 0.0)
-    flat, raised = bent.reachable_range(*asked), bent.reachable_range(*asked, relief_height=rise)
+    arguments = ((11.0, 11.0), DEPTH, ("D", "S"), (0.03, 0.09), 0.0)
+    flat, raised = bent.reachable_range(*arguments), bent.reachable_range(*arguments, relief_height=rise)
     assert raised.nearest <= flat.nearest and raised.farthest >= flat.farthest - 1e-9
     middle, radius = around(30, seed=9)[:, :2], np.full(30, 1.0)
     cones = bent.departure_cones("D", SONAR, middle, radius, DEPTH, relief_height=rise)
@@ -176,18 +176,18 @@ def test_ground_that_may_rise_widens_every_promise(name, rise):
 
 @pytest.mark.parametrize("name", ["still", "falling", "thermocline"])
 def test_all_that_is_received_in_a_window_lies_within_reach(name):
-    """No leg to the bed whose delay falls into the window ends nearer or farther than reach says."""
+    """No leg to the bed whose delay falls into the window ends nearer or farther than reach states."""
     bent = rays(name)
     first, last = 0.04, 0.08
     reach = bent.reachable_range((11.0, 11.0), DEPTH, ("D", "S"), (first, last), 0.0)
     distance = np.linspace(1, 180, 2000)
     bed = points(np.column_stack([SONAR[0] + distance, np.full(2000, SONAR[1]), np.full(2000, DEPTH)]), "seabed")
     legs = bent.legs(SONAR, bed, ("D", "S"), 100e3)
-    heard = ((legs.delay >= first) & (legs.delay <= last) & (legs.visibility > 0)).any(axis=0)
-    assert distance[heard].min() >= reach.nearest - 1e-9 and distance[heard].max() <= reach.farthest + 1e-9
+    received = ((legs.delay >= first) & (legs.delay <= last) & (legs.visibility > 0)).any(axis=0)
+    assert distance[received].min() >= reach.nearest - 1e-9 and distance[received].max() <= reach.farthest + 1e-9
 
 
 def test_a_window_before_the_first_echo_reaches_nothing():
-    """Nothing of the bed can be heard before the sound has been there."""
+    """Nothing of the bed can be received before the sound has been there."""
     for name in ("still", "thermocline"):
         assert rays(name).reachable_range((11.0, 11.0), DEPTH, ("D",), (0.0, 0.003), 0.0).farthest < 0

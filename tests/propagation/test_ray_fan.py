@@ -44,7 +44,7 @@ def test_snells_law_is_kept(layers: SoundSpeedLayers, share: float, launch: floa
 
 
 @given(st.floats(-1.0, 1.0), st.floats(1.0, 19.0), st.integers(0, 6))
-def test_straight_rays_end_where_images_say(launch: float, source: float, most: int) -> None:
+def test_straight_rays_end_where_images_require(launch: float, source: float, most: int) -> None:
     """In water of one speed the folded line from the image source, in slant range / c."""
     rays = trace_fan(water((0.0, 1500.0), (20.0, 1500.0)), source, launch, max_range=120.0, max_bounces=most)
     x, z, t = end(rays)
@@ -78,15 +78,17 @@ def test_a_bent_ray_is_an_arc_of_a_circle() -> None:
 
 
 @pytest.mark.parametrize(
-    ("degrees", "milliseconds", "met"),
+    ("degrees", "milliseconds", "boundary"),
     [(-6.061, 100.466668, ""), (-4.720, 100.666349, "B"), (-12.302, 101.669384, "S"), (-12.838, 101.998208, "SB"),
      (17.775, 105.017329, "BS")],
 )  # fmt: skip
-def test_rays_of_a_thermocline_pass_the_point_of_their_eigenray(degrees: float, milliseconds: float, met: str) -> None:
+def test_rays_of_a_thermocline_pass_the_point_of_their_eigenray(
+    degrees: float, milliseconds: float, boundary: str
+) -> None:
     """Reference table for thermo20, 150 m and 1 m above the bed: angles to 0.5e-3 deg, so 2 mm and 1 us."""
     rays = trace_fan(sound_speed_layers(THERMO, 20.0), 11.0, np.radians(degrees), max_range=150.0)
     x, z, t = end(rays)
-    assert rays.boundaries == (met,) and x == 150.0
+    assert rays.boundaries == (boundary,) and x == 150.0
     assert z == pytest.approx(19.0, abs=2e-3)
     # the point stands off by dz, which costs |sin| dz / c
     assert t * 1e3 == pytest.approx(milliseconds, abs=0.6e-3)
@@ -150,7 +152,7 @@ def test_a_vertical_ray_goes_up_and_down() -> None:
     assert rays.boundaries == ("B",)  # the surface ends it
 
 
-def test_pieces_have_the_family_of_what_was_met() -> None:
+def test_pieces_have_the_family_of_the_boundaries_reached() -> None:
     """Between bounces: D, then S, then SB, joined end to end; bounce ranges are where they join."""
     rays = trace_fan(sound_speed_layers(THERMO, 20.0), 11.0, np.radians([-15.0, 15.0]), max_range=150.0, max_bounces=5)
     names = [family for family, _, _ in rays.segments()]
@@ -162,7 +164,7 @@ def test_pieces_have_the_family_of_what_was_met() -> None:
 
 
 @pytest.mark.parametrize(
-    ("told", "advice"),
+    ("settings", "advice"),
     [
         ({"launch_elevation": 2.0}, "launch_elevation is 2 rad; give a finite number .rad., -1.5708 to 1.5708"),
         ({"launch_elevation": np.nan}, "launch_elevation is nan"),
@@ -173,15 +175,15 @@ def test_pieces_have_the_family_of_what_was_met() -> None:
         ({"step": 0.0}, "step is 0 m"),
     ],
 )
-def test_a_fan_that_means_nothing_is_refused(told: dict[str, float], advice: str) -> None:
-    """Value, limits and the way out."""
-    given = {"source_depth": 11.0, "launch_elevation": 0.1, "max_range": 100.0, **told}
+def test_a_fan_that_means_nothing_is_refused(settings: dict[str, float], advice: str) -> None:
+    """Value, limits and the fix."""
+    given = {"source_depth": 11.0, "launch_elevation": 0.1, "max_range": 100.0, **settings}
     with pytest.raises(ValueError, match=advice):
         trace_fan(sound_speed_layers(THERMO, 20.0), given.pop("source_depth"), given.pop("launch_elevation"), **given)
 
 
-def test_a_fan_says_what_it_is() -> None:
-    """Count, angles, range and what was met."""
+def test_a_fan_states_what_it_is() -> None:
+    """Count, angles, range and what was reached."""
     rays = trace_fan(sound_speed_layers(THERMO, 20.0), 11.0, np.radians([-12.0, 0.0, 12.0]), max_range=100.0)
     assert repr(rays) == "Fan: 3 rays from -12.0 to 12.0 deg, to 100.0 m; paths D, B, S"
     assert len(trace_fan(sound_speed_layers(THERMO, 20.0), 11.0, [], max_range=100.0)) == 0
@@ -191,7 +193,7 @@ def test_a_fan_says_what_it_is() -> None:
 def test_eigenrays_followed_from_the_source_arrive(
     layers: SoundSpeedLayers, up: float, share: float, reach: float
 ) -> None:
-    """Launched at the angle of each eigenray, a traced ray passes its point after its delay, having met its family.
+    """Launched at the angle of each eigenray, a traced ray passes its point after its delay, having reached its family.
 
     Two ways that share no code: a root of the distance over slowness, and arcs followed one by one. How far a ray
     misses grows with the spreading: |dz/dtheta| = 1 / (R A^2), times the rounding of the angle, taken as 1e-12 rad.
@@ -232,7 +234,7 @@ def test_no_eigenray_is_missing_between_two_rays_of_a_fan(seed: int) -> None:
     rays = trace_fan(sound_speed_layers(profile, bed), source, launch, max_range=reach, max_bounces=2, step=np.inf)
     last = rays.first_vertex[1:] - 1
     above = np.where(rays.range[last] == reach, rays.depth[last], np.nan) - depth
-    kind = np.array([f"{met}{turns}" for met, turns in zip(rays.boundaries, rays.turns[last], strict=True)])
+    kind = np.array([f"{boundary}{turns}" for boundary, turns in zip(rays.boundaries, rays.turns[last], strict=True)])
     between = (kind[1:] == kind[:-1]) & (above[1:] * above[:-1] < 0) & (np.abs(np.diff(above)) < bed / 4)
     for row in np.flatnonzero(between):
         here = (found.launch_angle >= launch[row]) & (found.launch_angle <= launch[row + 1])

@@ -101,9 +101,9 @@ def test_energy_stays_in_its_ray_tube(water, family):
     assert found["point"].size == reach.size, "one ray to each range"
     c0, cr = (float(profile(depth, speed).at(z)) for z in (SOURCE, 19.0))
     flow = found["amplitude"] ** 2 * np.abs(np.sin(found["arrival"])) * reach / cr
-    heard = (far - near) / 2 * np.sum(weights * flow[1:-1])
+    received = (far - near) / 2 * np.sum(weights * flow[1:-1])
     sent = abs(np.sin(found["launch"][-1]) - np.sin(found["launch"][0])) / c0
-    assert heard == pytest.approx(sent, rel=1e-6)
+    assert received == pytest.approx(sent, rel=1e-6)
 
 
 @settings(max_examples=40)

@@ -52,7 +52,7 @@ def sonar(depth=11.0, east=0.0):
 def test_legs_at_a_fold_add_up_to_the_wave():
     """From right beyond a fold on, the engine's own legs are within 8 % of the wave, in amplitude and phase.
 
-    At 20 kHz; rays without the limit come out 8 dB too loud there, and without the phase of their merging 15 deg off.
+    At 20 kHz; rays without the limit come out 8 dB too strong there, and without the phase of their merging 15 deg off.
     """
     away, frequency = np.linspace(129.3, 135, 24), 20e3
     legs = rays(CAUSTIC).legs(sonar(), points(away, 12.0), ("D",), frequency)
@@ -73,20 +73,20 @@ def test_ends_far_apart_receive_no_ground_beyond_their_reach():
         back = water.legs(sonar(east=east), bed, families, 100e3)
         delay = [np.where(legs.status == LegStatus.CLEAR, legs.delay, np.nan) for legs in (out, back)]
         pair = delay[0][:, None] + delay[1][None]
-        heard = away[np.any((pair >= window[0]) & (pair <= window[1]), axis=(0, 1))]
-        assert ring.nearest <= heard.min() and heard.max() <= ring.farthest
+        received = away[np.any((pair >= window[0]) & (pair <= window[1]), axis=(0, 1))]
+        assert ring.nearest <= received.min() and received.max() <= ring.farthest
 
 
 def test_both_ends_and_both_sides_read_tables():
     """Ends at two depths, and two sides on a rolling hull: each is at a depth that a table was made for."""
-    told = nominal(
+    scenario = nominal(
         water={"noise_level_db": None, "profile": THERMO}, transmit={"offset": (0.0, 0.5, 0.0)},
         receive={"offset": (0.0, 0.5, 1.0)}, sonar={"sides": ["port", "starboard"]},
     )  # fmt: skip
     swing = {"roll": {"rms": 0.1, "period": 6.0}}
     for pings, motion in ((1, {}), (3, swing)):
         line = {"kind": "line", "start": (0.0, 0.0, 11.0), "speed": 2.0, "pings": pings, "window": (0.1, 0.13)}
-        simulator = build_simulator(Scenario(**{**told.model_dump(), "track": {**line, "motion": motion}}))
+        simulator = build_simulator(Scenario(**{**scenario.model_dump(), "track": {**line, "motion": motion}}))
         tables = simulator.engine.rays.tables
         for ping in range(pings):
             for here in simulator.ping_geometries(ping):
@@ -112,7 +112,7 @@ def test_a_dive_does_not_fill_the_memory(boundary):
 
 
 def test_a_run_in_parts_reads_the_same_tables():
-    """What was asked for before, and what was put away since, changes no bit."""
+    """What was requested before, and what was put away since, changes no bit."""
     away, depths = np.linspace(5, 55, 200), (2.5, 15.0, 5.1, 8.0, 12.2, 2.5, 5.1)
     spans = {"targets": (LOW_BOX,), "sources": (2.0, 16.0), "spanned": True, "depths": (19.0, 20.0), "farthest": 60.0}
     whole = rays(THERMO, **spans).tables

@@ -21,8 +21,8 @@ from insonify.scene.scatterers import Scatterers
 from insonify.scene.scene import Scene
 from insonify.simulator import levels, simulate
 from oracles.forward_scatter import energies
-from oracles.listening import relative_rms
 from oracles.scenes import each_ping, nominal
+from oracles.time_series import relative_rms
 
 C, PLACE = 1500.0, np.array([0.0, 0.0, 11.0])
 RELIEF = {"kind": "power-law", "hurst": 0.8, "rms": "5 cm", "outer_scale": "10 m"}
@@ -36,7 +36,7 @@ def bed(sediment="very fine sand", **more):
 
 
 def reflected(scene, family, frequency, *, east=60.0, depth=15.0, count=1, place=PLACE, time=0.0, seed=7):
-    """Legs of one family off mirrors, and off the rough boundaries on the way out and back, to points in the water."""
+    """Legs of one family off mirrors, and off the rough boundaries out and back, to points in the water."""
     points = Scatterers(
         "points", "target", Lambert(), np.tile([0.0, east, depth], (count, 1)), np.zeros((count, 3)),
         np.ones(count), np.ones(count, complex), np.arange(count, dtype=np.uint64) + np.uint64(1 << 60),
@@ -165,7 +165,7 @@ def test_relief_scatters_forward_what_its_roughness_takes():
     Without the law's share they are those over a flat rough seabed within 1.5 dB: slopes of the relief are in both.
     """
 
-    def heard(**changes):
+    def received(**changes):
         scenario = nominal(
             field="incoherent", line={"length": 0.02}, track={"window": (0.1, 0.104)},
             seabed={**bed("medium sand"), "seed": 1, **changes},
@@ -174,9 +174,9 @@ def test_relief_scatters_forward_what_its_roughness_takes():
         found = levels(scenario).level_db.sel(contribution="seabed", pair="D-BS").values
         return np.mean(10 ** (found / 10))
 
-    flat = heard()
-    assert heard(relief=RELIEF, reflecting_interface="smooth") < 1e-5 * flat
-    assert 10 * np.log10(heard(relief=RELIEF) / flat) == pytest.approx(0.0, abs=1.5)
+    flat = received()
+    assert received(relief=RELIEF, reflecting_interface="smooth") < 1e-5 * flat
+    assert 10 * np.log10(received(relief=RELIEF) / flat) == pytest.approx(0.0, abs=1.5)
 
 
 @pytest.mark.parametrize("relief", [(), RELIEF])
@@ -220,7 +220,7 @@ def test_departures_spread_as_the_glints_drawn_do():
     assert foreseen.bearing_change[0] == pytest.approx(np.sqrt(np.mean(glints[:, 0] ** 2)), rel=0.25)
 
 
-def heard_power(field, seed, sediment, families, **seabed):
+def received_power(field, seed, sediment, families, **seabed):
     """Mean power of the seabed's echoes 75 to 82 m away, by some families."""
     sound = simulate(
         nominal(
@@ -235,7 +235,7 @@ def heard_power(field, seed, sediment, families, **seabed):
 def test_a_few_coherent_pings_have_the_expected_power():
     """16 pings of about 50 cells (0.16 dB) over coarse silt, by D and BS, against 3 expectations: within 0.5 dB."""
     coherent, expected = (
-        np.mean([heard_power(field, seed, "coarse silt", ["D", "BS"]) for seed in range(count)])
+        np.mean([received_power(field, seed, "coarse silt", ["D", "BS"]) for seed in range(count)])
         for field, count in (("coherent", 16), ("incoherent", 3))
     )
     assert 10 * np.log10(coherent / expected) == pytest.approx(0.0, abs=0.5)
@@ -246,7 +246,7 @@ def test_a_few_coherent_pings_have_the_expected_power():
 def test_the_mean_of_coherent_pings_is_the_expectation(relief):
     """Medium sand, by D and BS: 300 seeds (0.03 to 0.04 dB) against 60 (0.02 dB), within 0.15 dB."""
     coherent, expected = (
-        np.mean(each_ping(range(count), partial(heard_power, field, sediment="medium sand", families=["D", "BS"],
+        np.mean(each_ping(range(count), partial(received_power, field, sediment="medium sand", families=["D", "BS"],
                                                 relief=relief)))
         for field, count in (("coherent", 300), ("incoherent", 60))
     )  # fmt: skip

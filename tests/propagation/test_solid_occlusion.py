@@ -23,7 +23,7 @@ SONAR = np.array([0.0, 0.0, 11.0])
 
 
 def points(position, boundary="target"):
-    """Points that answer in all directions."""
+    """Points that scatter in all directions."""
     n = len(position)
     return Scatterers(boundary, boundary, PointTargetLaw(), np.asarray(position, float), np.zeros((n, 3)), np.ones(n),
                       np.ones(n, complex), np.arange(n, dtype=np.uint64))  # fmt: skip
@@ -47,7 +47,7 @@ def tree(surface):
     return triangle_tree(surface.corners, np.zeros(len(surface.faces), np.int32))
 
 
-def test_rays_meet_a_sphere_where_the_quadratic_says():
+def test_rays_hit_a_sphere_where_the_quadratic_requires():
     """|a + t b| = 1 solved for t; 96 steps leave the faces within 1.1e-3 of it, more along a grazing ray.
 
     The true hit lies between those of spheres through the faces' corners and touching their middles.
@@ -65,7 +65,7 @@ def test_rays_meet_a_sphere_where_the_quadratic_says():
     assert np.all((part[inside] >= early[inside] - 1e-9) & (part[inside] <= late[inside] + 1e-9))
 
 
-def test_rays_meet_a_cylinder_where_its_own_inequalities_say():
+def test_rays_hit_a_cylinder_where_its_own_inequalities_require():
     """Slab along the axis and quadratic across it, between the cylinders through corners and middles of the steps."""
     start, stop = ways(2)
     step = stop - start
@@ -84,8 +84,8 @@ def test_rays_meet_a_cylinder_where_its_own_inequalities_say():
     outer, inner = entry(0.8), entry(0.8 * np.cos(np.pi / 96))
     assert np.isfinite(inner).sum() > 800
     assert np.all(np.isinf(part[np.isinf(outer)]))
-    told = np.isfinite(inner)
-    assert np.all((part[told] >= outer[told] - 1e-9) & (part[told] <= inner[told] + 1e-9))
+    expected = np.isfinite(inner)
+    assert np.all((part[expected] >= outer[expected] - 1e-9) & (part[expected] <= inner[expected] + 1e-9))
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -99,19 +99,24 @@ def test_the_tree_finds_what_every_triangle_one_by_one_finds(seed):
     corners = np.concatenate([soup, rings.corners[::5]])
     start, stop = ways(seed, 600)
     part, triangle = cast_rays(triangle_tree(corners, np.zeros(len(corners), np.int32)), start, stop)
-    told, row = np.full(len(start), np.inf), np.full(len(start), -1)
+    expected, row = np.full(len(start), np.inf), np.full(len(start), -1)
     for n, (a, b, c) in enumerate(corners):
         with np.errstate(all="ignore"):
-            meet = np.linalg.solve(
+            solution = np.linalg.solve(
                 np.stack([np.broadcast_to(b - a, start.shape), np.broadcast_to(c - a, start.shape), start - stop], -1),
                 (start - a)[:, :, None],
             )[:, :, 0]
-        hit = (meet[:, :2].min(axis=1) >= 0) & (meet[:, :2].sum(axis=1) <= 1) & (meet[:, 2] >= 0) & (meet[:, 2] <= 1)
-        nearer = hit & (meet[:, 2] < told)
-        told[nearer], row[nearer] = meet[nearer, 2], n
+        hit = (
+            (solution[:, :2].min(axis=1) >= 0)
+            & (solution[:, :2].sum(axis=1) <= 1)
+            & (solution[:, 2] >= 0)
+            & (solution[:, 2] <= 1)
+        )
+        nearer = hit & (solution[:, 2] < expected)
+        expected[nearer], row[nearer] = solution[nearer, 2], n
     np.testing.assert_array_equal(triangle, row)
-    np.testing.assert_allclose(part, told, rtol=1e-9)
-    assert np.isfinite(told).sum() > 200
+    np.testing.assert_allclose(part, expected, rtol=1e-9)
+    assert np.isfinite(expected).sum() > 200
 
 
 def test_no_ray_slips_through_between_two_triangles():
@@ -266,7 +271,7 @@ def test_a_scene_moved_as_a_whole_hides_the_same():
 
 
 def test_a_bent_path_is_cut_like_its_chords():
-    """Ways in seven straight pieces meet what legs without a bounce meet; a detour over the body meets nothing."""
+    """Paths in seven straight pieces meet what legs without a bounce meet; a detour over the body hits nothing."""
     scene = world({"shape": "rock", "position": (0, 50), "size": (3, 3, 3)})
     random = np.random.default_rng(4)
     place = random.uniform([-4, 48, 15], [4, 60, 20], (500, 3))

@@ -40,7 +40,7 @@ def ways(seed, count=400):
 
 
 def points(position):
-    """Points that answer in all directions."""
+    """Points that scatter in all directions."""
     n = len(position)
     return Scatterers("target", "target", PointTargetLaw(), np.asarray(position, float), np.zeros((n, 3)), np.ones(n),
                       np.ones(n, complex), np.arange(n, dtype=np.uint64))  # fmt: skip
@@ -66,7 +66,7 @@ BOX = {"shape": "box", "label": "box", "position": (-3, 48), "size": (3, 3, 5), 
 @given(st.integers(0, 2**31))
 @settings(max_examples=15, deadline=None)
 def test_sight_is_mutual(seed):
-    """A way is free in one sense if and only if it is in the other; a single face is met at the same place."""
+    """A path is free in one sense if and only if it is in the other; a single face is hit at the same point."""
     start, stop = ways(seed)
     there, first = cast_rays(ROCKS, start, stop)
     back, last = cast_rays(ROCKS, stop, start)
@@ -80,7 +80,7 @@ def test_sight_is_mutual(seed):
 
 @given(st.tuples(st.floats(-3, 3), st.floats(-1.5, 1.5), st.floats(-3, 3)), st.floats(-500, 500), st.floats(0.01, 100))
 @settings(max_examples=15, deadline=None)
-def test_rays_and_bodies_moved_and_scaled_together_meet_alike(turn, shift, scale):
+def test_rays_and_bodies_moved_and_scaled_together_intersect_alike(turn, shift, scale):
     """The part of the way at the hit is a pure number: it knows no axes and no metres."""
     start, stop = ways(3)
     rotation, away = pose_rotation(*turn), np.array([shift, -shift, shift / 2])
@@ -96,18 +96,18 @@ def test_rays_and_bodies_moved_and_scaled_together_meet_alike(turn, shift, scale
 
 @given(st.integers(0, 2**31), st.floats(0.05, 0.95))
 @settings(max_examples=15, deadline=None)
-def test_a_way_cut_in_two_meets_what_the_whole_meets(seed, where):
+def test_a_path_cut_in_two_hits_what_the_whole_hits(seed, where):
     """First hit on the first half if any, else on the second."""
     start, stop = ways(seed)
     middle = start + where * (stop - start)
     part, _ = cast_rays(ROCKS, start, stop)
     one, two = cast_rays(ROCKS, start, middle)[0], cast_rays(ROCKS, middle, stop)[0]
-    told = np.where(np.isfinite(one), one * where, where + two * (1 - where))
-    np.testing.assert_allclose(told, part, atol=1e-9)
+    expected = np.where(np.isfinite(one), one * where, where + two * (1 - where))
+    np.testing.assert_allclose(expected, part, atol=1e-9)
 
 
 def test_the_order_of_the_triangles_does_not_matter():
-    """Shuffled, the same triangles are met, under the rows that they then have."""
+    """Shuffled, the same triangles are hit, under the rows that they then have."""
     shuffled = np.random.default_rng(4).permutation(len(WHOLE.faces))
     other = triangle_tree(WHOLE.corners[shuffled], np.zeros(len(shuffled), np.int32))
     start, stop = ways(5)
@@ -115,7 +115,7 @@ def test_the_order_of_the_triangles_does_not_matter():
     again, moved = cast_rays(other, start, stop)
     np.testing.assert_allclose(again, part, rtol=1e-12)
     hit = row >= 0
-    # Where two triangles share the edge that is met either may be named.
+    # Where two triangles share the edge that is hit either may be named.
     assert np.mean(shuffled[moved[hit]] == row[hit]) > 0.99
 
 
@@ -152,7 +152,7 @@ def test_shadows_of_two_bodies_are_the_union_of_each_ones(order):
 
 
 def test_the_order_of_the_targets_changes_only_their_rows():
-    """Whoever comes first in the scene, the same legs are cut."""
+    """Whatever comes first in the scene, the same legs are cut."""
     place = swarm(2)
     one, _ = status([DRUM, CONE], place)
     other, by = status([CONE, DRUM], place)
@@ -173,7 +173,7 @@ def test_sonar_and_point_may_change_places(family):
 
 
 @pytest.mark.parametrize("tall", [0.5, 2.0, 5.0])
-def test_the_shadow_of_a_plate_is_as_long_as_similar_triangles_say(tall):
+def test_the_shadow_of_a_plate_is_as_long_as_similar_triangles_require(tall):
     """A wall of height t at 50 m from a sonar h above the bed: dark up to 50 h / (h - t), and from there lit."""
     wall = {"shape": "plate", "position": (0, 50), "length": 40.0, "width": tall, "thickness": 1e-3, "roll": np.pi / 2}
     end = 50 * 12 / (12 - tall)
@@ -192,8 +192,8 @@ def test_the_shadow_of_a_pole_is_narrow_towards_the_sonar_and_wide_beyond():
         np.testing.assert_array_equal(dark, np.abs(north) <= far / 50 * 0.5 + 1e-12)
 
 
-def test_a_way_in_one_piece_or_in_many_is_cut_alike():
-    """Points added along a straight way do not move its shadow: the same owner, or none."""
+def test_a_path_in_one_piece_or_in_many_is_cut_alike():
+    """Points added along a straight path do not move its shadow: the same object, or none."""
     scene = Scene(seabed={"depth": 20.0}, targets=[BOX, DRUM, CONE])
     place = swarm(6, 900)
     fine = np.linspace(0, 1, 9)[None, :, None]
@@ -210,7 +210,7 @@ def test_a_scene_without_solids_cuts_nothing():
     np.testing.assert_array_equal(occluders_of_paths(Scene(), line), [-1])
 
 
-def test_a_way_that_stops_short_of_a_body_is_free():
+def test_a_path_that_stops_short_of_a_body_is_free():
     """A block from -1 to 1: ways that end before it, in it and beyond it."""
     cube = tree(block(2, 2, 2))
     stop = np.array([[-1.001, 0.1, 0.2], [-0.999, 0.1, 0.2], [5, 0.1, 0.2]])

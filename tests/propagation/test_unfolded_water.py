@@ -1,4 +1,4 @@
-"""Bounces unfold into stacked water, delays are least, and tubes of a fan carry what eigenrays say."""
+"""Bounces unfold into stacked water, delays are least, and tubes of a fan carry what eigenrays state."""
 
 from itertools import pairwise
 
@@ -155,7 +155,7 @@ def polyline_time(name, ranges, depths):
 
 @pytest.mark.parametrize("name", ["still", "falling"])
 @pytest.mark.parametrize("seed", range(3))
-def test_no_way_through_water_of_one_gradient_is_quicker(name, seed):
+def test_no_path_through_water_of_one_gradient_is_quicker(name, seed):
     """Fermat, of all ways: a hundred random polylines of 1 to 12 corners all take longer than the direct ray."""
     rng = np.random.default_rng(seed)
     point, distance = rng.uniform(12, 19), rng.uniform(20, 90)
@@ -171,7 +171,7 @@ def test_no_way_through_water_of_one_gradient_is_quicker(name, seed):
 @pytest.mark.parametrize("name", WATERS)
 @pytest.mark.parametrize("family", ["D", "S", "BS"])
 def test_a_ray_pushed_aside_is_late_by_the_square(name, family):
-    """Fermat, close by: between its ends and bounces pushed by twice as much, four times as late, if no caustic met."""
+    """Fermat: between its ends and bounces pushed by twice as much, four times as late, if no caustic is touched."""
     rays = found(name, 17.0, 50.0, family)
     for row in np.flatnonzero((rays.status == "ok") & (rays.caustics == 0) & (rays.turning_points == 0)):
         traced = trace_fan(
@@ -195,7 +195,7 @@ def test_a_ray_pushed_aside_is_late_by_the_square(name, family):
 
 @pytest.mark.parametrize("name", WATERS)
 def test_the_level_of_a_ray_is_the_width_of_its_tube_in_a_fan(name):
-    """A^2 = 1 / (R |dz / dtheta|): two neighbours of a fan, traced apart by 2e-6 rad, part as the amplitude says."""
+    """A^2 = 1 / (R |dz / dtheta|): two neighbours of a fan, traced apart by 2e-6 rad, part as the amplitude states."""
     water, tried = sound_speed_layers(SoundSpeedProfile(*WATERS[name]), BED), 0
     for point, distance in ((17.0, 40.0), (3.0, 70.0), (12.5, 90.0)):
         rays = found(name, point, distance)

@@ -38,7 +38,7 @@ def ways(where, place, target, family="S", time=0.0) -> tuple[Legs, Legs]:
     return explicit_surface_legs(mirror, where, 1, point, 1e5, SonarEnd(np.array(place), time))
 
 
-def loud(legs):
+def strong_rays(legs):
     """Delays and complex amplitudes of the bounces that there are, by delay."""
     size = legs.amplitude[:, 0] * (legs.caustic[:, 0] if legs.caustic is not None else 1)
     there = np.flatnonzero(np.abs(size) > 0)
@@ -59,7 +59,7 @@ def bounce_rows(where, place, target, family, time, *, out):
 
 @pytest.mark.parametrize("family", ["S", "BS", "SB"])
 def test_bounces_off_a_wind_sea_are_reciprocal(family):
-    """A ping's way home, and the way out of one sent by the target as it comes by: the same places, to 50 um.
+    """A ping's way home, and the transmit leg of one sent by the target as it comes by: the same places, to 50 um.
 
     Ten times of a sea that bounces each path up to nine times.
     """
@@ -77,12 +77,12 @@ def test_bounces_off_a_wind_sea_are_reciprocal(family):
 
 @pytest.mark.parametrize("family", ["S", "BS", "SB"])
 @pytest.mark.parametrize("time", [0.0, 1.7])
-def test_a_way_back_is_a_way_out_of_the_other_end(family, time):
+def test_a_receive_leg_is_a_transmit_leg_of_the_other_end(family, time):
     """The leg home of a ping is the leg out of one sent by the target when that ping reaches it: to 1e-11 s, 1e-4."""
     where, later = swell(), float(np.linalg.norm(FAR - SONAR)) / SPEED
     _, home = ways(where, SONAR, FAR, family, time)
     out, _ = ways(where, FAR, SONAR, family[::-1], time + later)
-    (late, size, rows), (late_out, size_out, rows_out) = loud(home), loud(out)
+    (late, size, rows), (late_out, size_out, rows_out) = strong_rays(home), strong_rays(out)
     assert late.size == late_out.size >= 1
     np.testing.assert_allclose(late, late_out, rtol=0, atol=1e-11)
     np.testing.assert_allclose(size, size_out, rtol=1e-4)
@@ -91,8 +91,8 @@ def test_a_way_back_is_a_way_out_of_the_other_end(family, time):
 
 
 def assert_alike(one, other, late=1e-10, near=1e-4):
-    """Both tell the same bounces."""
-    (a, b, _), (c, d, _) = loud(one), loud(other)
+    """Both have the same bounces."""
+    (a, b, _), (c, d, _) = strong_rays(one), strong_rays(other)
     assert a.size == c.size >= 1
     np.testing.assert_allclose(a, c, rtol=0, atol=late)
     np.testing.assert_allclose(b, d, rtol=near)
@@ -125,7 +125,7 @@ def test_a_swell_is_stationary_in_its_own_frame():
 
 
 def test_a_swell_and_both_ends_may_be_turned_or_mirrored():
-    """Turned by any angle about the origin, and mirrored in the plane of the swell: the same delays and loudness."""
+    """Turned by any angle about the origin, and mirrored in the plane of the swell: the same delays and level."""
     here = ways(swell(), SONAR, FAR)
     for turn in (0.6, 2.9):
         c, s = np.cos(turn), np.sin(turn)

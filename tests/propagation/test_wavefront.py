@@ -1,4 +1,4 @@
-"""Claims about the wavefronts of legs: one leg to a centre tells the delays to places about it."""
+"""Claims about the wavefronts of legs: one leg to a centre gives the delays to places about it."""
 
 import numpy as np
 import pytest
@@ -6,7 +6,7 @@ import pytest
 from insonify.propagation.wavefront import wavefront
 from insonify.simulator import build_simulator
 from insonify.synthesis._arrival_time_kernel import ArrayWater, ArrivalColumns, ElementMotion, arrival_refracted
-from oracles.arrays import heard_by_elements, some_targets
+from oracles.arrays import elements_scenario, some_targets
 
 PROFILES = {
     "even": {"sound_speed": 1500.0},
@@ -17,7 +17,7 @@ PROFILES = {
 
 def legs_of(water, targets):
     """Pairs and ping geometry of a sonar at rest over some targets."""
-    scenario = heard_by_elements(targets, track={"speed": 0.0}, water={**water, "noise_level_db": None})
+    scenario = elements_scenario(targets, track={"speed": 0.0}, water={**water, "noise_level_db": None})
     simulator = build_simulator(scenario)
     here = simulator.ping_geometry(0)
     return scenario, here, list(simulator.engine.all_pairs(here))

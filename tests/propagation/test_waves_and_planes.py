@@ -20,7 +20,10 @@ LONG = 30.0
 
 @pytest.mark.parametrize("wind", WINDS)
 def test_the_tables_hold_the_moments_of_the_spectrum(wind):
-    """Height, slope and vertical speed of all waves that sound sees: as integrated over the spectrum itself, 1 %."""
+    """Height, slope and vertical speed of all waves that the wavelength resolves.
+
+    As integrated over the spectrum itself, 1 %.
+    """
     sea, waves = Elfouhaily(wind), wind_waves(wind, SHORTEST)
     assert waves.variance[-1] == pytest.approx(height_variance(sea, max_wavenumber=SHORTEST), rel=0.01)
     assert waves.slope_moments[0, -1] + waves.slope_moments[1, -1] == pytest.approx(
@@ -62,8 +65,8 @@ def test_a_stronger_wind_raises_and_steepens_the_sea():
         assert values[0] < values[1] < values[2]
 
 
-def test_shorter_sound_sees_shorter_waves():
-    """In proportion to its wavelength; what it sees more of is slope, not height."""
+def test_shorter_sound_resolves_shorter_waves():
+    """In proportion to its wavelength; what it resolves more of is slope, not height."""
     assert shortest_wavenumber(200e3, 1500.0) == pytest.approx(2 * SHORTEST)
     assert shortest_wavenumber(100e3, 750.0) == pytest.approx(2 * SHORTEST)
     coarse, fine = wind_waves(7.0, SHORTEST / 4), wind_waves(7.0, SHORTEST)
@@ -103,10 +106,10 @@ def test_what_the_mirror_keeps_falls_with_the_square_of_the_frequency(depth):
     assert kept[100e3, 30.0] > kept[100e3, 90.0]
 
 
-def swell(**told):
+def swell(**settings):
     """The nominal depth under a swell along north."""
     return Scene(
-        surface={"reflection": "tilted", "swell": {"height": 0.1, "length": LONG, **told}, "wave_direction": 0.0}
+        surface={"reflection": "tilted", "swell": {"height": 0.1, "length": LONG, **settings}, "wave_direction": 0.0}
     )
 
 
@@ -149,7 +152,7 @@ def test_a_swell_may_be_followed():
 
 
 def test_planes_touch_the_surface_whose_slope_they_have():
-    """Heights a centimetre apart differ as the normal says, and never by more than half the height from the mean."""
+    """Heights a centimetre apart differ as the normal states, and never by more than half the height from the mean."""
     scene = swell()
     places = np.column_stack([np.linspace(0, 2 * LONG, 301), np.full(301, 4.0)])
     on, normal = tilted_planes(scene, places, np.full(301, 0.6))

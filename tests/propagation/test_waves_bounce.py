@@ -39,8 +39,8 @@ def legs(where, family="S", *, time=0.0, target=TARGET):
     ],
     ids=["tilted", "explicit", "statistical"],
 )
-def test_sound_from_elsewhere_meets_the_sea_on_its_way_back_when_it_gets_there(surface):
-    """A sender farther away by 60 m: the sea of 40 ms later on the way back, and the same on the way out."""
+def test_sound_from_elsewhere_reaches_the_sea_on_the_receive_leg_when_it_gets_there(surface):
+    """A transmitter farther away by 60 m: the sea of 40 ms later on the way back, and the same on the transmit leg."""
     where, point = Scene(surface={**surface, "wave_direction": 0.7}), point_scatterer(PointTarget(position=TARGET))
     mirror = image_legs(where, PLACE, point, ("S",), 1e5)
     away = (np.array(TARGET) - PLACE) / np.linalg.norm(np.array(TARGET) - PLACE)
@@ -54,7 +54,7 @@ def test_sound_from_elsewhere_meets_the_sea_on_its_way_back_when_it_gets_there(s
 
 
 @pytest.mark.parametrize("time", [0.0, 1.3, 2.9])
-def test_the_way_off_the_plane_is_the_shortest(time):
+def test_the_path_off_the_plane_is_the_shortest(time):
     """Fermat: the leg is as long as the shortest way over the tilted plane, found by a search; it leaves that way."""
     where = scene(height=0.3, length=60.0)
     mirror, out, _ = legs(where, time=time)
@@ -101,7 +101,7 @@ def test_a_low_swell_is_a_mirror(family):
 
 
 def test_out_and_back_stand_at_their_own_times():
-    """The leg back meets the swell a way to the target and part of a way home later: as one of that time does."""
+    """The leg back reaches the swell a way to the target and part of a way home later: as one of that time does."""
     where = scene()
     mirror, out, back = legs(where, time=0.5)
     lines = unfold_paths("S", PLACE, np.array([TARGET]), 20.0)
@@ -114,7 +114,7 @@ def test_out_and_back_stand_at_their_own_times():
 
 
 @pytest.mark.parametrize(
-    ("given", "said"),
+    ("given", "message"),
     [
         ({"reflection": "statistical"}, "Write wind_speed: 3 m/s"),
         ({"reflection": "tilted"}, "Write swell: "),
@@ -130,7 +130,7 @@ def test_out_and_back_stand_at_their_own_times():
         ({"reflection": "puddle"}, "flat"),
     ],
 )
-def test_a_surface_says_what_it_lacks(given, said):
+def test_a_surface_states_what_it_lacks(given, message):
     """What moves a surface belongs to its bounce; what no model takes is not offered."""
-    with pytest.raises(ValueError, match=said):
+    with pytest.raises(ValueError, match=message):
         Surface(**given)

@@ -48,7 +48,7 @@ def client(name, device):
 
 
 def test_a_client_turns_the_head_to_the_echo(scanning):
-    """Loudest at 100 gradians, to the east, at 12 m; settings are read back, and wrong ones are refused."""
+    """Strongest at 100 gradians, to the east, at 12 m; settings are read back, and wrong ones are refused."""
     sonar = client("Ping360", scanning)
     assert any(sonar.initialize() for _ in range(20)) and sonar.get_device_information()["device_type"] == 2
     assert sonar.get_protocol_version()["version_major"] == 1
@@ -140,8 +140,8 @@ def test_a_datagram_full_of_headers_costs_no_more_than_its_length():
     assert time.process_time() - begin < 1.0
 
 
-def test_a_datagram_of_thousands_of_commands_is_answered_in_part(scanning):
-    """Of 2000 pings in one datagram 16 are made; the device then answers others."""
+def test_a_datagram_of_thousands_of_commands_gets_a_reply_in_part(scanning):
+    """Of 2000 pings in one datagram 16 are made; the device then replies to others."""
     out = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
     out.settimeout(60)
     ping = struct.pack("<BBHHHHHBB", 1, 1, 0, 100, 80, 500, 200, 1, 0)

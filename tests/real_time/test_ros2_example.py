@@ -107,13 +107,13 @@ def test_the_example_publishes_pings_of_the_poses_it_gets(nodes, monkeypatch, tm
         place.x, place.y, place.z = east, 0.0, -6.0
         turn.x, turn.y, turn.z, turn.w = np.sin(0.05), 0.0, 0.0, np.cos(0.05)  # bow east, port side up
         ping(odometry)
-    wanted = alone[{"incoherent": "intensity", "coherent": "pressure"}[field]].values[0]
+    expected = alone[{"incoherent": "intensity", "coherent": "pressure"}[field]].values[0]
     for channel, side in enumerate(("port", "starboard")):
         info, images = node.published[f"/sonar/{side}/sonar_info"], node.published[f"/sonar/{side}/raw_image"]
         assert len(images) == 2 and len(info) == 1
         for sent in (info[0], *images):
             STORE.serialize_cdr(message(STORE, sent.kind, as_fields(sent)), sent.kind)
         given = np.frombuffer(bytes(images[1].image.data), {"incoherent": "<f8", "coherent": "<f4"}[field])
-        np.testing.assert_allclose(given, np.abs(wanted[channel]), rtol=1e-6)
+        np.testing.assert_allclose(given, np.abs(expected[channel]), rtol=1e-6)
         assert images[1].header.stamp.nanosec == 100_000_000 and info[0].intensity_reference == 2
     assert [period for period, _ in node.timers] == [10.0]

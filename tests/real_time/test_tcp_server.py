@@ -1,4 +1,4 @@
-"""The TCP server: the same samples as the sonar itself, and an answer or an end for every hostile client."""
+"""The TCP server: the same samples as the sonar itself, and a result or an end for every hostile client."""
 
 import json
 import socket
@@ -23,7 +23,7 @@ class Client:
         self.file = self.socket.makefile("rb")
         self.hello = json.loads(self.file.readline()) if hello else None
 
-    def ask(self, **request):
+    def request(self, **request):
         """Reply to one request, and its arrays."""
         self.socket.sendall(json.dumps(request).encode() + b"\n")
         return self.reply()
@@ -64,15 +64,15 @@ def test_samples_are_those_of_the_sonar(server, sonar):
     assert server.address[0] == "127.0.0.1"
     first, second = Client(server.address), Client(server.address)
     assert first.hello["protocol"] == "insonify-live" and first.hello["version"] == 1
-    head, arrays = first.ask(id=7, method="ping", time=0.0, **POSE)
+    head, arrays = first.request(id=7, method="ping", time=0.0, **POSE)
     alone = sonar.sequence().ping(0.0, **POSE)
     np.testing.assert_array_equal(arrays["intensity"], alone["intensity"].values[0])
     assert head["id"] == 7 and head["ping"] == 0 and head["poses"]["logged_position"] == [0, 0, 11]
-    assert first.ask(method="ping", time=1.0, **POSE)[0]["ping"] == 1
-    assert second.ask(id="a", method="ping", time=0.5, **POSE)[0]["ping"] == 0
-    first.ask(method="restart")
-    assert first.ask(method="ping", time=0.0, **POSE)[0]["ping"] == 0
-    about, _ = first.ask(method="describe")
+    assert first.request(method="ping", time=1.0, **POSE)[0]["ping"] == 1
+    assert second.request(id="a", method="ping", time=0.5, **POSE)[0]["ping"] == 0
+    first.request(method="restart")
+    assert first.request(method="ping", time=0.0, **POSE)[0]["ping"] == 0
+    about, _ = first.request(method="describe")
     assert len(about["axes"]["time"]) == arrays["intensity"].shape[-1] and about["field"] == "intensity"
 
 
@@ -92,30 +92,30 @@ WRONG = [
 ]  # fmt: skip
 
 
-def test_wrong_requests_are_answered_with_codes(server):
+def test_wrong_requests_get_error_codes(server):
     """One connection survives them all, and pings afterwards."""
     client = Client(server.address)
     for line, code in WRONG:
         client.socket.sendall(line + b"\n")
         head, _ = client.reply()
         assert head["error"]["code"] == code, (line[:60], head)
-    assert "error" not in client.ask(method="ping", time=0.0, **POSE)[0]
+    assert "error" not in client.request(method="ping", time=0.0, **POSE)[0]
 
 
-def test_failures_are_answered(server, monkeypatch):
-    """An error that nobody expected is a reply, and the connection goes on."""
+def test_failures_get_a_reply(server, monkeypatch):
+    """An unexpected error is a reply, and the connection goes on."""
 
     def broken(*_):
         raise MemoryError("too much")
 
     client = Client(server.address)
     monkeypatch.setitem(tcp_server.METHODS, "describe", broken)
-    assert client.ask(method="describe")[0]["error"]["code"] == "failed"
-    assert "error" not in client.ask(method="restart")[0]
+    assert client.request(method="describe")[0]["error"]["code"] == "failed"
+    assert "error" not in client.request(method="restart")[0]
 
 
 def test_endless_lines_and_silence_end_the_connection(server, sonar):
-    """A line beyond the limit is answered and dropped, half a line and silence are dropped in the idle time."""
+    """A line beyond the limit is reported and dropped, half a line and silence are dropped in the idle time."""
     long = Client(server.address)
     long.socket.sendall(b"x" * (MAX_LINE + 2))
     assert json.loads(long.file.readline())["error"]["code"] == "too long"
@@ -123,7 +123,7 @@ def test_endless_lines_and_silence_end_the_connection(server, sonar):
         half = Client(hasty.address)
         half.socket.sendall(b'{"method": "pi')
         assert half.file.readline() == b""
-    assert "error" not in Client(server.address).ask(method="restart")[0]
+    assert "error" not in Client(server.address).request(method="restart")[0]
 
 
 def test_slow_readers_and_resets_do_not_stop_others(server):
@@ -139,7 +139,7 @@ def test_slow_readers_and_resets_do_not_stop_others(server):
         rude.socket.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
         rude.file.close()
         rude.socket.close()
-    assert "error" not in Client(server.address).ask(method="ping", time=0.0, **POSE)[0]
+    assert "error" not in Client(server.address).request(method="ping", time=0.0, **POSE)[0]
 
 
 def test_connections_are_limited(server):
@@ -188,4 +188,4 @@ def test_a_connection_that_is_aborted_before_it_is_accepted_ends_nothing(sonar, 
 
     monkeypatch.setattr(server, "_socket", Faulty(server._socket))
     with server.start():
-        assert "error" not in Client(server.address).ask(method="restart")[0]
+        assert "error" not in Client(server.address).request(method="restart")[0]

@@ -74,7 +74,7 @@ def test_a_column_of_another_shape_is_refused_by_name(name):
 
 
 def test_a_row_without_a_branch_is_refused():
-    """Every row says which of its family's rays it holds."""
+    """Every row states which of its family's rays it holds."""
     with pytest.raises(ValueError, match="branch has 4 rows; there are 5 families"):
         replace(legs(), branch=(0, 0, 0, 0))
 
@@ -102,7 +102,7 @@ def test_a_layout_of_unequal_rows_is_refused_by_name(name):
         layout(**{name: np.zeros((2, 2))})
 
 
-def test_a_log_that_is_left_out_tells_the_truth():
+def test_a_log_that_is_left_out_is_the_true_motion():
     """Recordings without a log have the true poses there, and no sides."""
     held = layout(position=np.arange(9.0).reshape(3, 3))
     np.testing.assert_array_equal(held.logged_position, held.position)
@@ -122,7 +122,7 @@ def test_a_recording_of_some_pings_has_their_poses():
 
 
 @pytest.mark.parametrize("geometry", LONG_NAMES)
-def test_an_image_says_what_its_axes_are(geometry):
+def test_an_image_states_what_its_axes_are(geometry):
     """Units and long names everywhere; geometry and gain among the attributes."""
     made = image_dataset(
         np.zeros((2, 5)), np.linspace(-2, 2, 5), np.array([0.0, 1.0]), geometry=geometry, gain="none",

@@ -1,4 +1,4 @@
-"""Claims about strengths that are products of what legs contribute, and about pairs met at some scatterers only."""
+"""Claims about strengths that are products of factors of legs, and about pairs evaluated at some scatterers only."""
 
 from dataclasses import replace
 
@@ -25,7 +25,7 @@ def legs(rng, families, count):
 
 
 def sampling(rng, pairs, count, stretches=7):
-    """Pairs met at 3 in 100 of the scatterers, at a third, at all of them and at none."""
+    """Pairs evaluated at 3 in 100 of the scatterers, at a third, at all of them and at none."""
     keep_probability = rng.choice(np.array([0, 0.03, 1 / 3, 1], np.float32), (pairs, stretches))
     range_bin = rng.integers(0, stretches, count).astype(np.uint8)
     return PairSampling(rng.uniform(0, 1, count).astype(np.float32), range_bin, keep_probability)
@@ -120,32 +120,35 @@ def test_the_mean_of_squares_over_all_numbers_is_that_of_all_scatterers(keep_pro
     np.testing.assert_allclose(energy, whole, rtol=1e-6 + 1 / count / keep_probability)
 
 
-def test_fewer_are_met_where_the_share_is_smaller():
-    """Shares that grow: who is met stays met, and is louder the smaller the share; by its root, to 1e-6."""
+def test_fewer_are_evaluated_where_the_share_is_smaller():
+    """Shares that grow: a scatterer that is evaluated stays evaluated, and is stronger the smaller the share.
+
+    By its root, to 1e-6.
+    """
     keep_probability = np.array([[0.04], [0.2], [0.6], [1.0]], np.float32)
     number = np.random.default_rng(2).uniform(0, 1, 3000).astype(np.float32)
     amplitude_weight = PairSampling(number, np.zeros(3000, np.uint8), keep_probability).amplitude_weight
-    met = amplitude_weight > 0
-    assert (met[1:] >= met[:-1]).all() and met[-1].all()
-    for row, there, part in zip(amplitude_weight, met, keep_probability[:, 0], strict=True):
+    evaluated = amplitude_weight > 0
+    assert (evaluated[1:] >= evaluated[:-1]).all() and evaluated[-1].all()
+    for row, there, part in zip(amplitude_weight, evaluated, keep_probability[:, 0], strict=True):
         np.testing.assert_allclose(row[there], part**-0.5, rtol=1e-6)
 
 
-def test_a_number_on_the_edge_of_a_share_is_not_met():
-    """Below, not at: a share of none meets not even the number 0, and a share of one all numbers below 1."""
+def test_a_number_on_the_edge_of_a_share_is_not_evaluated():
+    """Below, not at: a share of 0 includes not even the number 0, and a share of one all numbers below 1."""
     number = np.array([0.0, 0.25, np.nextafter(np.float32(1), np.float32(0))], np.float32)
     some = PairSampling(number, np.zeros(3, np.uint8), np.array([[0.0], [0.25], [1.0]], np.float32))
     np.testing.assert_array_equal(some.amplitude_weight > 0, [[False] * 3, [True, False, False], [True] * 3])
 
 
-def block(answer, one):
+def block(strength, one):
     """Pairs of a block of points."""
     count = len(one.root_area)
     points = Scatterers(
         "seabed", "seabed", Lambert(-27.0), np.zeros((count, 3)), np.tile([0.0, 0.0, -1.0], (count, 1)),
         np.ones(count), np.ones(count, complex), np.arange(count, dtype=np.uint64),
     )  # fmt: skip
-    return Pairs(points, one.out, one.back, one.pair, answer)
+    return Pairs(points, one.out, one.back, one.pair, strength)
 
 
 def test_pairs_do_not_care_whether_their_strengths_are_written():

@@ -1,4 +1,4 @@
-"""Claims about the handbook's backscatter: its printed table, and what may be asked."""
+"""Claims about the handbook's backscatter: its printed table, and what may be requested."""
 
 import csv
 from pathlib import Path
@@ -84,11 +84,11 @@ def test_what_is_no_sound_is_refused(wrong):
 
 
 @pytest.mark.parametrize(
-    ("bed", "frequency", "said"),
+    ("bed", "frequency", "message"),
     [(SAND, 400e3, "frequency"), (Sediment(3.5, 1.1, 0.01), 30e3, "density"), (Sediment(2.0, 1.1, 0.2), 30e3, "loss")],
 )
-def test_outside_the_handbooks_inputs_one_warning_is_given(bed, frequency, said):
+def test_outside_the_handbooks_inputs_one_warning_is_given(bed, frequency, message):
     """The handbook limits its inputs; the warning names the quantity and its range."""
-    with pytest.warns(PhysicsWarning, match=f"TR 9407.*{said}") as heard:
+    with pytest.warns(PhysicsWarning, match=f"TR 9407.*{message}") as caught:
         apl_bottom_strength_db(bed, frequency, 0.3)
-    assert len(heard) == 1
+    assert len(caught) == 1

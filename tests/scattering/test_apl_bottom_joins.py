@@ -36,7 +36,7 @@ def test_a_nearly_smooth_bed_is_a_grating(name):
     """With a spectrum a million times weaker and no inside it is first-order perturbation, to 0.05 dB."""
     bed = _bed(name, 1e-6, volume_parameter=0.0)
     gratings = 10 * np.log10(Perturbation(bed, 30e3).cross_section(GRAZING, GRAZING, np.pi))
-    # A tenth of k in the matching wave and five digits in the weights of the slopes tell them apart.
+    # A tenth of k in the matching wave and five digits in the weights of the slopes distinguish them.
     np.testing.assert_allclose(apl_bottom_strength_db(bed, 30e3, GRAZING), gratings, atol=0.05)
 
 
@@ -96,7 +96,7 @@ def test_gratings_grow_with_the_fourth_power_less_the_spectrums():
     np.testing.assert_allclose(octave, 0.75 * 10 * np.log10(2), atol=0.01)
 
 
-def test_the_inside_does_not_know_the_frequency():
+def test_the_inside_does_not_depend_on_the_frequency():
     """Loss per wavelength and volume parameter are fixed: a smooth bed is as strong at 10 as at 100 kHz."""
     bed = _bed("clay", 1e-9)
     np.testing.assert_allclose(

@@ -1,4 +1,4 @@
-"""Claims about APL-UW's sea surface: its terms alone, its joins, reciprocity, and what may be asked."""
+"""Claims about APL-UW's sea surface: its terms alone, its joins, reciprocity, and what may be requested."""
 
 import math
 import warnings
@@ -85,7 +85,7 @@ def test_below_half_a_degree_the_level_is_a_straight_line(wind, frequency):
 
 
 def test_wind_and_tone_and_angle_broadcast():
-    """Two winds, three tones and four angles give a table; each entry is the one asked alone."""
+    """Two winds, three tones and four angles give a table; each entry is the one requested alone."""
     angle = np.radians([2, 20, 50, 80])
     table = apl_surface_strength_db(np.array([4, 9])[:, None, None], np.array([2e4, 4e4, 9e4])[:, None], angle)
     assert table.shape == (2, 3, 4)
@@ -100,7 +100,7 @@ def test_ripples_fade_smoothly_into_the_mirror_direction():
 
 
 def test_nothing_comes_from_behind_the_surface():
-    """A direction above the surface hears nothing."""
+    """A direction above the surface receives nothing."""
     assert np.all(AplSurface(8, 50e3).cross_section([-0.1, 0.3, 0.0], [0.3, -0.1, 0.0], np.pi) == 0)
 
 
@@ -111,11 +111,11 @@ def test_what_means_nothing_is_refused(wind, frequency, grazing):
         apl_surface_strength_db(wind, frequency, grazing)
 
 
-def test_outside_the_law_one_warning_says_so():
+def test_outside_the_law_one_warning_reports_it():
     """At 400 kHz a number comes back with one sentence; the bistatic form then stays silent."""
-    with pytest.warns(PhysicsWarning, match="TR 9407.*Hz") as heard:
+    with pytest.warns(PhysicsWarning, match="TR 9407.*Hz") as caught:
         law = AplSurface(7, 4e5)
-    assert len(heard) == 1
+    assert len(caught) == 1
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         assert law.cross_section(0.3, 0.4, 1.0) > 0

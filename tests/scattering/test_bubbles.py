@@ -1,4 +1,4 @@
-"""Claims about the veil of bubbles: figures read, limits, reciprocity, and what may be asked."""
+"""Claims about the veil of bubbles: figures read, limits, reciprocity, and what may be requested."""
 
 import csv
 import math
@@ -89,12 +89,12 @@ def test_a_thick_veil_is_a_surface_of_its_own():
     """Through thick bubbles nothing of the sea is seen: sin(grazing) delta_r / (8 pi delta), whatever the wind."""
     low = math.radians(1.0)
     strong = [float(Bubbles(u, 50e3).cross_section(low, low, np.pi)) for u in (12, 15, 20)]
-    wanted = math.sin(low) * 0.0136 / (8 * math.pi * 0.0255 * 50 ** (1 / 3))
-    assert strong == pytest.approx([wanted] * 3, rel=1e-6)
+    expected = math.sin(low) * 0.0136 / (8 * math.pi * 0.0255 * 50 ** (1 / 3))
+    assert strong == pytest.approx([expected] * 3, rel=1e-6)
 
 
 def test_nothing_comes_from_behind_the_surface():
-    """A direction above the surface hears nothing."""
+    """A direction above the surface receives nothing."""
     assert np.all(Bubbles(8, 50e3).cross_section([-0.1, 0.3, 0.0], [0.3, -0.1, 0.2], np.pi) == 0)
 
 
@@ -118,12 +118,12 @@ def test_an_angle_that_is_none_is_refused():
         Bubbles(7, 5e4, cone=0)
 
 
-@pytest.mark.parametrize(("wind", "frequency", "said"), [(7, 4e5, "10 to 100 kHz"), (25, 5e4, "0 to 20 m/s")])
-def test_outside_the_law_one_warning_says_so(wind, frequency, said):
+@pytest.mark.parametrize(("wind", "frequency", "message"), [(7, 4e5, "10 to 100 kHz"), (25, 5e4, "0 to 20 m/s")])
+def test_outside_the_law_one_warning_reports_it(wind, frequency, message):
     """A number comes back, with one sentence naming law and range; inside, silence."""
-    with pytest.warns(PhysicsWarning, match=f"TR 9407.*{said}") as heard:
+    with pytest.warns(PhysicsWarning, match=f"TR 9407.*{message}") as caught:
         assert bubble_loss_db(wind, frequency, 0.3) > 0
-    assert len(heard) == 1
+    assert len(caught) == 1
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         Bubbles(7, 5e4).cross_section(0.3, 0.4, 1.0)

@@ -45,9 +45,9 @@ def _worst_db(law, count=20_000):
     a, b, azimuth = _directions(count)
     exact = law.cross_section(a, b, azimuth)
     fast = compile_law(law).cross_section(_towards(a, 0 * a, 1), _towards(b, azimuth, -1), FLAT)
-    loud = exact > 1e-8
-    assert loud.sum() > count / 10
-    return np.abs(10 * np.log10(fast[loud] / exact[loud])).max()
+    strong = exact > 1e-8
+    assert strong.sum() > count / 10
+    return np.abs(10 * np.log10(fast[strong] / exact[strong])).max()
 
 
 @pytest.mark.parametrize("kind", SEDIMENT_LAWS)
@@ -88,7 +88,7 @@ def test_simple_and_capped_laws_are_exact_too(law):
 @pytest.mark.parametrize("tilt_deg", [-15, 10, 25])
 @pytest.mark.parametrize("law", [Jackson(Sediment.named("medium sand"), 100e3), Lambert()], ids=["jackson", "lambert"])
 def test_a_tilted_facet_is_a_shifted_angle(law, tilt_deg):
-    """A facet turned by beta towards the sonar answers as a flat bed at grazing + beta."""
+    """A facet turned by beta towards the sonar scatters as a flat bed at grazing + beta."""
     grazing, tilt = np.radians(30), np.radians(tilt_deg)
     into = _towards(np.array([grazing]), 0.0, 1)
     normal = np.array([[-np.sin(tilt)], [0.0], [-np.cos(tilt)]])
@@ -135,7 +135,7 @@ def test_directions_that_are_none_do_no_harm():
         assert np.isfinite(fast.cross_section(edge, edge, FLAT)).all()
 
 
-def test_a_law_without_fast_form_says_so():
+def test_a_law_without_fast_form_reports_it():
     """The error names the law and those that have one."""
 
     class Mine:

@@ -1,4 +1,4 @@
-"""Claims about fast laws on facets of any attitude: the slow law's answer, symmetries, groups of questions."""
+"""Claims about fast laws on facets of any attitude: the slow law's result, symmetries, groups of questions."""
 
 import numpy as np
 import pytest
@@ -54,24 +54,30 @@ def _decibels(one, other):
 
 
 @every_law
-def test_a_facet_of_any_attitude_answers_as_the_law_at_its_angles(name):
-    """Through angles and the slow law, or through unit vectors and tables: within 0.05 dB where louder than -80 dB."""
+def test_a_facet_of_any_attitude_scatters_as_the_law_at_its_angles(name):
+    """Through angles and the slow law, or through unit vectors and tables.
+
+    Within 0.05 dB where stronger than -80 dB.
+    """
     into, out, up = _questions()
     exact = LAWS[name].cross_section(*local_angles(into.T, out.T, up.T))
     fast = compile_law(LAWS[name]).cross_section(into, out, up)
-    loud = exact > 1e-8
-    assert loud.sum() > 2000
-    assert _decibels(fast[loud], exact[loud]) < 0.05
+    strong = exact > 1e-8
+    assert strong.sum() > 2000
+    assert _decibels(fast[strong], exact[strong]) < 0.05
 
 
 @every_law
 def test_reciprocity_of_tilted_facets(name):
-    """Source and receiver exchanged: the way in becomes the way out, reversed; 0.005 dB of single precision."""
+    """Source and receiver exchanged: the incident direction becomes the scattered one, reversed.
+
+    0.005 dB of single precision.
+    """
     into, out, up = _questions(seed=7)
     law = compile_law(LAWS[name])
     there, back = law.cross_section(into, out, up), law.cross_section(-out, -into, up)
-    loud = there > 1e-8
-    assert _decibels(there[loud], back[loud]) < 0.005
+    strong = there > 1e-8
+    assert _decibels(there[strong], back[strong]) < 0.005
 
 
 @every_law
@@ -85,8 +91,8 @@ def test_a_mirrored_world_scatters_alike(name):
         law.cross_section(flip * into, flip * out, flip * up),
         law.cross_section(into[[2, 0, 1]], out[[2, 0, 1]], up[[2, 0, 1]]),
     ):
-        loud = here > 1e-8
-        assert _decibels(turned[loud], here[loud]) < 0.005
+        strong = here > 1e-8
+        assert _decibels(turned[strong], here[strong]) < 0.005
 
 
 @every_law
@@ -125,7 +131,7 @@ def test_grazing_and_steepest_are_finite(name):
 
 
 def test_one_normal_serves_all():
-    """A column of one normal is that normal for every question; answers are single precision."""
+    """A column of one normal is that normal for every question; results are single precision."""
     into, out, _ = _questions(300)
     up = np.array([[0.6], [0.0], [-0.8]])
     law = compile_law(LAWS["Jackson"])
@@ -134,7 +140,7 @@ def test_one_normal_serves_all():
     assert one.dtype == np.float32
 
 
-def test_filling_an_array_is_asking():
+def test_filling_an_array_is_evaluation():
     """The engine's way in, without checks, gives what the checked one gives."""
     columns = [np.ascontiguousarray(c, dtype=np.float32) for c in _questions(1000)]
     section = np.full(1000, -1, np.float32)
@@ -151,7 +157,7 @@ def test_a_cap_is_tabled_only_where_one_is_needed(name):
 
 
 class _Slow:
-    """A fast law asked by angles."""
+    """A fast law requested by angles."""
 
     def __init__(self, law):
         self.law = compile_law(law)

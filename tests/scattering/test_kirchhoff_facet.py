@@ -52,8 +52,8 @@ def test_the_closed_form_is_the_integral_over_the_triangle(a, b, c):
     node, weight = np.polynomial.legendre.leggauss(80)
     s, t = np.meshgrid((node + 1) / 2, (node + 1) / 2, indexing="ij")  # a square folded into the triangle
     area = np.outer(weight, weight) / 4 * s * 2
-    told = np.sum(area * np.exp(1j * (a * (1 - s) + b * s * (1 - t) + c * s * t)))
-    assert mean_phasor(a, b, c) == pytest.approx(told, abs=1e-10)
+    expected = np.sum(area * np.exp(1j * (a * (1 - s) + b * s * (1 - t) + c * s * t)))
+    assert mean_phasor(a, b, c) == pytest.approx(expected, abs=1e-10)
 
 
 def test_corners_of_equal_phase_are_no_special_case():
@@ -75,8 +75,8 @@ def test_a_polygon_is_gordons_sum_over_its_edges(wave):
     corners = np.stack([np.cos(turn), 0.4 * np.sin(turn), 0 * turn], axis=1)
     fan = corners[[[0, k, k + 1] for k in (1, 2, 3)]]
     area = np.linalg.norm(np.cross(fan[:, 1] - fan[:, 0], fan[:, 2] - fan[:, 0]), axis=1) / 2
-    told = np.sum(area * [mean_phasor(*corner) for corner in fan @ np.array(wave)])
-    assert told == pytest.approx(gordon(corners, np.array(wave)), abs=1e-12)
+    expected = np.sum(area * [mean_phasor(*corner) for corner in fan @ np.array(wave)])
+    assert expected == pytest.approx(gordon(corners, np.array(wave)), abs=1e-12)
 
 
 def test_a_plate_in_the_far_field_flashes_as_its_area_over_the_wavelength():
@@ -92,8 +92,8 @@ def test_off_normal_a_plate_falls_as_a_sinc(off_deg):
     """Monostatic: (A / wavelength) cos(off) sinc(2 width sin(off) / wavelength), the textbook's pattern."""
     off, wavelength = np.radians(off_deg), 0.015
     way = towards(np.pi / 2 - off)
-    told = 0.24 / wavelength * np.cos(off) * np.sinc(2 * 0.6 * np.sin(off) / wavelength)
-    assert sent_back(plate(0.6, 0.4), way, way, 2 * np.pi / wavelength) == pytest.approx(1j * told, abs=1e-10)
+    expected = 0.24 / wavelength * np.cos(off) * np.sinc(2 * 0.6 * np.sin(off) / wavelength)
+    assert sent_back(plate(0.6, 0.4), way, way, 2 * np.pi / wavelength) == pytest.approx(1j * expected, abs=1e-10)
 
 
 def test_swapping_source_and_receiver_changes_nothing():

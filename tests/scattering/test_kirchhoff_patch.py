@@ -63,8 +63,8 @@ def ring_patch(radius, half, off, k, distance):
 def test_a_patch_of_a_cylinder_is_its_integral(off, distance):
     """0.3 m of radius at 100 kHz, 4 degrees to each side, near and far: 1 % of what it would send if it were flat."""
     k = 2 * np.pi / 0.015
-    echo, told = ring_patch(0.3, 0.07, off, k, distance)
-    assert abs(echo - told) < 0.01 * k / (2 * np.pi) * 4 * 0.05 * 0.021
+    echo, expected = ring_patch(0.3, 0.07, off, k, distance)
+    assert abs(echo - expected) < 0.01 * k / (2 * np.pi) * 4 * 0.05 * 0.021
 
 
 def test_a_patch_turned_away_is_silent():
@@ -74,7 +74,7 @@ def test_a_patch_turned_away_is_silent():
     ways = np.array([[[0.0, 0.0, 1.0]]]), np.array([[[0.0, 0.0, -1.0]]])
     one = np.ones((1, 1))
     for out, back in (ways, ways[::-1]):
-        told = KirchhoffPatch().echoes(
+        expected = KirchhoffPatch().echoes(
             rows, np.ones(1), np.array([[0.0, 0, -1]]), out, back, one, one, np.ones(1) * 400
         )
-        assert told == 0
+        assert expected == 0

@@ -1,4 +1,4 @@
-"""Claims about Lambert's law: energy, reciprocity, and what may be asked for."""
+"""Claims about Lambert's law: energy, reciprocity, and what may be requested."""
 
 import numpy as np
 import pytest
@@ -58,7 +58,7 @@ def test_more_sound_out_than_in_is_refused(strength_db):
         Lambert(strength_db=strength_db)
 
 
-def test_a_scenario_may_say_the_strength_in_words():
+def test_a_scenario_may_state_the_strength_in_words():
     """From a file the strength may carry its unit."""
     assert TypeAdapter(Lambert).validate_python({"strength_db": "-30 dB"}) == Lambert(strength_db=-30.0)
 

@@ -1,4 +1,4 @@
-"""Two directions at a patch: the angles that laws ask for, from vectors in any frame, and what they refuse."""
+"""Two directions at a patch: the angles that laws request, from vectors in any frame, and what they refuse."""
 
 import numpy as np
 import pytest
@@ -57,7 +57,7 @@ def test_backwards_the_two_angles_change_places(a, b, azimuth):
     np.testing.assert_allclose(there[:2], [b, a], atol=2e-8)
 
 
-def test_a_facet_that_leans_towards_the_sound_is_met_more_steeply():
+def test_a_facet_that_leans_towards_the_sound_is_struck_more_steeply():
     """Tilted by an angle about the axis across the ray, grazing grows by that angle in and falls by it out forward."""
     tilt = np.radians(7)
     into, out = vectors(np.radians(20), np.radians(30), 0.0)
@@ -74,14 +74,16 @@ def test_behind_a_facet_grazing_is_negative():
 
 
 @pytest.mark.parametrize("which", [0, 1, 2])
-@pytest.mark.parametrize(("wrong", "said"), [([1.0, 0.0], "3 components"), ([2.0, 0, 0], "unit vectors"), (["x"], "")])
-def test_what_is_no_unit_vector_is_refused_by_name(which, wrong, said):
+@pytest.mark.parametrize(
+    ("wrong", "message"), [([1.0, 0.0], "3 components"), ([2.0, 0, 0], "unit vectors"), (["x"], "")]
+)
+def test_what_is_no_unit_vector_is_refused_by_name(which, wrong, message):
     """Two components, length 2, a word: the argument is named."""
     given_ = [*vectors(0.3, 0.4, 1.0), UP]
     given_[which] = wrong
     with pytest.raises(ValueError, match=("incoming", "outgoing", "normal")[which]) as caught:
         local_angles(*given_)
-    assert said in str(caught.value)
+    assert message in str(caught.value)
 
 
 @given(grazings, grazings, azimuths)

@@ -56,7 +56,7 @@ def test_reciprocity(law, a, b, azimuth):
 
 @pytest.mark.parametrize("law", MEASURED, ids=_name)
 def test_left_is_like_right(law):
-    """An isotropic bed does not know left from right."""
+    """An isotropic bed does not distinguish left from right."""
     left, right = (law.cross_section(0.3, 0.6, sign * 1.0) for sign in (1, -1))
     assert left == pytest.approx(float(right), rel=1e-12)
 
@@ -70,7 +70,7 @@ def test_nothing_comes_through_from_behind(law):
 
 
 @pytest.mark.parametrize("law", MEASURED, ids=_name)
-def test_every_way_in_against_every_way_out(law):
+def test_every_incidence_against_every_direction(law):
     """Angles broadcast."""
     ways = np.linspace(0.1, 1.0, 4)
     assert law.cross_section(ways[:, None], ways[:3], np.zeros((4, 3))).shape == (4, 3)
@@ -246,12 +246,12 @@ def test_harder_beds_are_stronger(grazing_deg):
     beds = [Sediment.named(name) for name in ("rock", "gravel", "medium sand", "fine silt")]
     printed = [float(apl_bottom_strength_db(bed, 30e3, g)) for bed in beds]
     assert printed == sorted(printed, reverse=True)
-    heard = [float(Jackson(bed, 30e3).cross_section(g, g, BACK)) for bed in beds[1:]]
-    assert heard == sorted(heard, reverse=True)
+    strength = [float(Jackson(bed, 30e3).cross_section(g, g, BACK)) for bed in beds[1:]]
+    assert strength == sorted(strength, reverse=True)
 
 
 def test_too_steep_a_bed_is_warned_of():
-    """Rough rock has slopes of 60 degrees: a law of small slopes says that it does not know it."""
+    """Rough rock has slopes of 60 degrees: a law of small slopes warns that it is outside its range."""
     with pytest.warns(PhysicsWarning, match=r"small-slope.*rms slope.*30 deg"):
         Jackson(Sediment.named("rough rock"), 30e3)
 
@@ -281,10 +281,10 @@ def test_what_is_no_sound_is_refused(kind, frequency, sound_speed):
 
 @pytest.mark.parametrize("frequency", [5e3, 450e3])
 def test_outside_the_measured_band_one_warning_is_given(frequency):
-    """The relief of TR 9407 was measured for 10 to 100 kHz; a law says so once when it is made, then works."""
-    with pytest.warns(PhysicsWarning, match=r"TR 9407.*10 to 100 kHz") as heard:
+    """The relief of TR 9407 was measured for 10 to 100 kHz; a law reports it once when it is made, then works."""
+    with pytest.warns(PhysicsWarning, match=r"TR 9407.*10 to 100 kHz") as caught:
         law = Jackson(SAND, frequency)
-    assert len(heard) == 1
+    assert len(caught) == 1
     assert law.cross_section(0.3, 0.3, BACK) > 0
 
 

@@ -57,7 +57,7 @@ def test_si_strength_of_sand():
 
 
 def test_twenty_three_rows_have_a_name():
-    """Twenty grain sizes and three beds without one: each row of Table 2 answers to a name."""
+    """Twenty grain sizes and three beds without one: each row of Table 2 has a name."""
     beds = [Sediment.named(name) for name in [*GRAIN_SIZE, *STONES]]
     assert len({(b.density_ratio, b.speed_ratio, b.loss, b.spectral_strength) for b in beds}) == 23
 
@@ -82,11 +82,11 @@ def test_a_name_may_be_written_as_people_write():
     assert Sediment.named(" Medium  SAND ") == Sediment.named("medium sand")
 
 
-@pytest.mark.parametrize(("said", "meant"), [("medium snad", "medium sand"), ("sandy clya", "sandy clay")])
-def test_a_misspelt_name_is_reported_with_the_nearest(said, meant):
-    """The error says what was probably meant."""
-    with pytest.raises(ValueError, match=f"{said}.*did you mean .*{meant}"):
-        Sediment.named(said)
+@pytest.mark.parametrize(("message", "meant"), [("medium snad", "medium sand"), ("sandy clya", "sandy clay")])
+def test_a_misspelt_name_is_reported_with_the_nearest(message, meant):
+    """The error states what was probably meant."""
+    with pytest.raises(ValueError, match=f"{message}.*did you mean .*{meant}"):
+        Sediment.named(message)
 
 
 def test_a_name_like_no_other_is_reported_with_all():
@@ -98,9 +98,9 @@ def test_a_name_like_no_other_is_reported_with_all():
 @pytest.mark.parametrize("phi", [-3.0, 11.0])
 def test_grains_outside_the_table_are_warned_of(phi):
     """Boulders and colloids were not measured; one warning names the law and its range."""
-    with pytest.warns(PhysicsWarning, match="TR 9407.*-1 to 9 phi") as heard:
+    with pytest.warns(PhysicsWarning, match="TR 9407.*-1 to 9 phi") as caught:
         Sediment.from_grain_size(phi)
-    assert len(heard) == 1
+    assert len(caught) == 1
 
 
 @pytest.mark.parametrize(

@@ -64,7 +64,7 @@ def test_straight_ahead_a_large_sphere_is_its_shadow(boundary):
 
 @settings(max_examples=20)
 @given(st.floats(0.01, 50), st.floats(0, np.pi))
-def test_a_sphere_does_not_know_left_from_right(ka, angle):
+def test_a_sphere_does_not_distinguish_left_from_right(ka, angle):
     """The amplitude is even in the angle, and one turn is none."""
     one, other, around = sphere_amplitude(ka, np.array([angle, -angle, angle + 2 * np.pi]))
     assert other == pytest.approx(one, abs=1e-9)
@@ -74,7 +74,7 @@ def test_a_sphere_does_not_know_left_from_right(ka, angle):
 @settings(max_examples=20)
 @given(st.floats(0.01, 1), st.floats(1e3, 1e5), st.floats(0.5, 2))
 def test_only_size_in_wavelengths_counts(radius, frequency, factor):
-    """Everything twice as large at half the frequency is 6 dB louder; so it is in water of twice the sound speed."""
+    """Everything twice as large at half the frequency is 6 dB stronger; so it is in water of twice the sound speed."""
     small = sphere_series_strength_db(radius, frequency)
     large = sphere_series_strength_db(radius * factor, frequency / factor)
     slow = sphere_series_strength_db(radius, frequency * factor, sound_speed=1500.0 * factor)
@@ -103,13 +103,13 @@ def test_ten_is_where_a_sphere_becomes_a_mirror_ball():
 def test_curvatures_count_alike(one, other):
     """The two radii may be exchanged, and ten times both is 20 dB."""
     assert curved_strength_db(one, other) == pytest.approx(float(curved_strength_db(other, one)))
-    louder = curved_strength_db(10 * one, 10 * other) - curved_strength_db(one, other)
-    assert louder == pytest.approx(20)
+    factor = curved_strength_db(10 * one, 10 * other) - curved_strength_db(one, other)
+    assert factor == pytest.approx(20)
 
 
 @given(st.floats(0, 0.7))
 def test_bodies_tilted_either_way_are_alike(tilt):
-    """Plate, disc and cylinder do not know the sign of a tilt, and none is louder than face on."""
+    """Plate, disc and cylinder do not depend on the sign of a tilt, and none is stronger than face on."""
     for body in (
         lambda b: plate_strength_db(0.4, 0.3, 100e3, tilt=b),
         lambda b: disc_strength_db(0.2, 100e3, tilt=b),
@@ -133,7 +133,7 @@ def test_a_disc_is_silent_at_airys_first_zero():
     assert 2 * (2 * np.pi / 0.015) * 0.2 * np.sin(deepest) == pytest.approx(3.8317, rel=1e-3)
 
 
-def test_all_of_them_grow_with_frequency_as_their_shape_says():
+def test_all_of_them_grow_with_frequency_as_their_shape_predicts():
     """Ten times the frequency, face on: plates and discs +20 dB, a cylinder +10 dB, a sphere none."""
     assert np.diff(plate_strength_db(0.4, 0.3, [5e4, 5e5]))[0] == pytest.approx(20)
     assert np.diff(disc_strength_db(0.3, [5e4, 5e5]))[0] == pytest.approx(20)

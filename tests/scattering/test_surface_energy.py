@@ -30,7 +30,7 @@ def test_bubbles_send_out_less_than_they_take(wind, frequency):
 @pytest.mark.parametrize("wind", [0.5, 3.0, 5.0, 10.0, 20.0])
 @pytest.mark.parametrize("frequency", [10e3, 50e3])
 def test_a_bubbly_sea_never_returns_more_than_it_got(law, most, wind, frequency):
-    """Facets behind their veil plus the veil, from half a degree up: what is missing became heat, or met twice.
+    """Facets behind their veil plus the veil, from half a degree up: what is missing became heat, or reached twice.
 
     The report's own terms, fitted to backscatter one by one, add up to 1.07 at 10 kHz in a gale, seen steeply.
     """
@@ -46,7 +46,7 @@ def test_more_wind_leaves_less_of_the_sea():
 
 
 @given(winds, st.floats(1e4, 1e5), steep)
-def test_each_way_costs_half_of_the_bounce(wind, frequency, grazing):
+def test_each_crossing_costs_half_of_the_bounce(wind, frequency, grazing):
     """Transmission in and out together is the loss of a bounce, where that is below its cap of 15 dB."""
     loss = float(bubble_loss_db(wind, frequency, grazing))
     both_ways = -20 * np.log10(Bubbles(wind, frequency).transmission(grazing))
@@ -81,7 +81,7 @@ def test_a_thin_bubble_layer_scatters_in_proportion(a, b, azimuth):
 
 @given(steep, steep, around, around)
 def test_a_wind_blowing_backwards_makes_the_same_facets(a, b, azimuth, heading):
-    """Gaussian slopes do not know up the wind from down it, nor left from right of it."""
+    """Gaussian slopes do not distinguish upwind from downwind, nor left from right of it."""
     sea = SurfaceFacets(0.03, 0.015)
     here = float(sea.cross_section(a, b, azimuth, heading))
     assert sea.cross_section(a, b, azimuth, heading + np.pi) == pytest.approx(here, rel=1e-9, abs=1e-300)
@@ -97,7 +97,7 @@ def test_exchanged_variances_are_a_turned_wind(a, b, azimuth, heading):
 
 
 @given(st.floats(0.001, 0.05), steep)
-def test_the_mirror_direction_sees_the_flat_facets(mean_square, grazing):
+def test_the_mirror_direction_shows_the_flat_facets(mean_square, grazing):
     """Forward at the mirror's angle only the density at slope 0 counts, 1 / (4 pi s^2), and what of it is lit."""
     found = SurfaceFacets.isotropic(mean_square).cross_section(grazing, grazing, 0.0)
     lit = 1 / (1 + facet_shadowing_excess(grazing, mean_square / 2))

@@ -67,7 +67,7 @@ def test_straight_back_is_the_facet_term_of_the_report(mean_square, grazing):
 @pytest.mark.parametrize("heading", [0.0, 1.0])
 @pytest.mark.parametrize("grazing_deg", [90, 60, 45])
 def test_a_mirror_sea_returns_what_it_got(variances, heading, grazing_deg):
-    """White furnace: seen steeply, facets of any slopes send out what they receive, less what meets the surface twice.
+    """White furnace: seen steeply, facets of any slopes return what they receive, less what hits the surface twice.
 
     That is 0.3 % at 45 degrees with an rms slope of 8 degrees, and a tenth of it from 60 degrees up.
     """
@@ -86,7 +86,7 @@ def test_a_mirror_sea_returns_what_it_got(variances, heading, grazing_deg):
 def test_a_sea_seen_low_never_returns_more_than_it_got(variances, heading, grazing_deg):
     """White furnace down to half a degree: shadows take what facets in the open would send out too much, up to 8 times.
 
-    Nearly all still comes back; the rest, at most a tenth, meets the surface twice.
+    Nearly all still comes back; the rest, at most a tenth, reaches the surface twice.
     """
     law = SurfaceFacets(*variances)
 
@@ -134,7 +134,7 @@ def test_shadows_are_those_of_a_rough_profile():
 
 
 @given(st.floats(0.05, 1.5), angles, angles, azimuths)
-def test_a_sea_without_direction_does_not_care_whence_the_wind(grazing, a, b, azimuth):
+def test_a_sea_without_direction_does_not_depend_on_the_wind_direction(grazing, a, b, azimuth):
     """With equal variances the heading does not count."""
     law = SurfaceFacets.isotropic(0.03)
     assert law.cross_section(a, b, azimuth, 2.0) == pytest.approx(law.cross_section(a, b, azimuth), rel=1e-9)
@@ -173,7 +173,7 @@ def test_a_sea_without_slope_is_refused(wrong):
 
 
 def test_nothing_comes_from_behind_the_surface():
-    """A direction above the surface hears nothing, and grazing sound makes no NaN."""
+    """A direction above the surface receives nothing, and grazing sound makes no NaN."""
     assert np.all(SurfaceFacets.isotropic(0.02).cross_section([-0.1, 0.3, 0.0], [0.3, -0.1, 0.0], 0.0) == 0)
 
 

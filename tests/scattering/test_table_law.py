@@ -28,15 +28,15 @@ def test_a_table_of_lamberts_law_is_lamberts_law():
 def test_a_file_may_hold_it(tmp_path):
     """Two named columns, in degrees and decibels; other columns are passed over."""
     file = tmp_path / "law.csv"
-    file.write_text("strength_db,note,grazing_deg\n-40,quiet,10\n-20,loud,80\n")
+    file.write_text("strength_db,note,grazing_deg\n-40,quiet,10\n-20,strong,80\n")
     assert TableScatteringLaw.from_csv(file) == TableScatteringLaw(np.radians([10.0, 80]), [-40, -20])
 
 
 @pytest.mark.parametrize(
-    ("text", "said"),
+    ("text", "message"),
     [
         ("grazing,strength_db\n1,2\n", r"line 1: no column grazing_deg"),
-        ("grazing_deg,strength_db\n1,-20\n2,loud\n", r"line 3, column strength_db: 'loud' is not a number"),
+        ("grazing_deg,strength_db\n1,-20\n2,strong\n", r"line 3, column strength_db: 'strong' is not a number"),
         ("grazing_deg,strength_db\n1,-20\n2\n", r"line 3, column strength_db"),
         ("grazing_deg,strength_db\n20,-20\n10,-30\n", r"line 3: .*10 deg does not exceed"),
         ("grazing_deg,strength_db\n20,-20\n\n110,-30\n", r"line 4: .*110 deg.*0 and 90"),
@@ -45,11 +45,11 @@ def test_a_file_may_hold_it(tmp_path):
         ("grazing_deg,strength_db\n", r"at least two rows"),
     ],
 )
-def test_a_broken_file_is_reported_with_its_line(tmp_path, text, said):
+def test_a_broken_file_is_reported_with_its_line(tmp_path, text, message):
     """File, line and column are named."""
     file = tmp_path / "law.csv"
     file.write_text(text)
-    with pytest.raises(ValueError, match=r"law\.csv, " + (said if said.startswith("line") else f".*{said}")):
+    with pytest.raises(ValueError, match=r"law\.csv, " + (message if message.startswith("line") else f".*{message}")):
         TableScatteringLaw.from_csv(file)
 
 
@@ -71,7 +71,7 @@ def test_equal_tables_are_equal():
 
 
 @pytest.mark.parametrize(
-    ("content", "said"),
+    ("content", "message"),
     [
         (b"grazing_deg,strength_db\n1,-3\n\xff,-3\n", "line 3: not text"),
         (b"grazing_deg,strength_db\n1\n2,-3\n", "line 2, column strength_db: the cell is empty"),
@@ -79,9 +79,9 @@ def test_equal_tables_are_equal():
         (b"grazing_deg,strength_db\n5,-inf\n6,-3\n", "line 2: column strength_db: not a finite"),
     ],
 )
-def test_a_broken_file_is_reported_with_its_place(tmp_path, content, said):
+def test_a_broken_file_is_reported_with_its_location(tmp_path, content, message):
     """Bytes that are no text, a cell that is missing, angles in disorder: file, line and column are named."""
     file = tmp_path / "measured.csv"
     file.write_bytes(content)
-    with pytest.raises(ValueError, match=f"measured.csv, {said}"):
+    with pytest.raises(ValueError, match=f"measured.csv, {message}"):
         TableScatteringLaw.from_csv(file)

@@ -65,7 +65,7 @@ def test_a_sphere_that_takes_nothing_sends_out_all_it_gets(ka, boundary):
     np.testing.assert_allclose(np.abs(1 - 2 * partial_waves(ka, boundary)), 1, atol=1e-10)
 
 
-def test_a_tiny_sphere_scatters_as_rayleigh_says():
+def test_a_tiny_sphere_scatters_as_rayleigh_predicts():
     """Rigid: |F| = a (ka)^2 5/6 backwards (Rayleigh 1872); soft: |F| = a."""
     ka = 0.01
     assert abs(sphere_amplitude(ka)) == pytest.approx(5 / 6 * ka**2, rel=1e-3)
@@ -158,7 +158,7 @@ def test_arrays_broadcast():
     ],
 )
 def test_bodies_that_cannot_be_are_refused(call, named):
-    """Zero sizes, no sound, angles behind the body: the guilty value is named."""
+    """Zero sizes, no sound, angles behind the body: the wrong value is named."""
     with pytest.raises(ValueError, match=named):
         call()
 

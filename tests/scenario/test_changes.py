@@ -47,7 +47,7 @@ def test_nothing_but_the_named_value_changes(file):
 
 
 @pytest.mark.parametrize(
-    ("path", "value", "wanted"),
+    ("path", "value", "expected"),
     [
         ("track.heading", "90 deg", np.pi / 2),
         ("sonar.pulse.frequency", "90 kHz", 90e3),
@@ -63,14 +63,14 @@ def test_nothing_but_the_named_value_changes(file):
         ("targets", [], ()),
     ],
 )
-def test_a_value_is_written_as_in_a_file(nominal, path, value, wanted):
+def test_a_value_is_written_as_in_a_file(nominal, path, value, expected):
     """Units, lists, indices, groups that were left out, arrays and models."""
     changed = nominal.with_({path: value} if "inhomogeneity" not in path else {path: value, **UNEVEN})
     found: object = changed
     for step in path.split("."):
         found = found[int(step)] if step.isdigit() else getattr(found, step)
-    if wanted is not None:
-        assert found == wanted or np.allclose(found, wanted)
+    if expected is not None:
+        assert found == expected or np.allclose(found, expected)
     assert parse_model(Scenario, to_yaml(changed)) == changed
 
 
@@ -88,7 +88,7 @@ def test_several_values_fit_together(nominal):
 
 
 def test_what_was_left_out_stays_left_out(nominal):
-    """A profile takes the place of the sound speed that nobody wrote, with no word about the two."""
+    """A profile takes the place of the sound speed that is not written, with no word about the two."""
     plain = nominal.with_("water", Water())
     layered = plain.with_("water.profile", [["0 m", 1510], ["20 m", 1490]])
     assert layered.water.layered
@@ -112,7 +112,7 @@ def test_what_was_left_out_stays_left_out(nominal):
         ({"seed": -1, "water.salinity": "lots"}, ["seed", "water.salinity"]),
     ],
 )
-def test_a_change_that_means_nothing_is_refused_with_the_way_out(nominal, changes, words):
+def test_a_change_that_means_nothing_is_refused_with_the_fix(nominal, changes, words):
     """Unknown keys and indices, wrong units and ranges, and faults between parts; several at once."""
     with pytest.raises(ScenarioError) as run_refusal:
         nominal.with_(changes)
@@ -129,7 +129,7 @@ def test_a_path_and_its_value_come_together(nominal, paths, values):
 
 
 def test_a_bare_whole_angle_gets_a_warning(nominal):
-    """5 is read as radians; with a unit nothing is said."""
+    """5 is read as radians; with a unit nothing is reported."""
     with pytest.warns(UserWarning, match=r"track.heading: 5 .* rad \(286.5 deg\)"):
         nominal.with_("track.heading", 5)
     with warnings.catch_warnings():

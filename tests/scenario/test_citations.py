@@ -11,7 +11,7 @@ FRACTAL = {"kind": "power-law", "hurst": 0.8, "rms": 0.05}
 
 
 @pytest.mark.parametrize(
-    ("told", "named", "not_named"),
+    ("settings", "named", "not_named"),
     [
         ({}, sources.LAMBERT, sources.JACKSON),
         ({"seabed": SAND}, sources.JACKSON, sources.LAMBERT),
@@ -24,9 +24,9 @@ FRACTAL = {"kind": "power-law", "hurst": 0.8, "rms": 0.05}
         ({}, sources.ABSORPTION, sources.SEDIMENT),
     ],
 )
-def test_a_scenario_names_what_it_uses_and_nothing_else(told, named, not_named):
+def test_a_scenario_names_what_it_uses_and_nothing_else(settings, named, not_named):
     """Each law brings its source; a measured absorption, an incoherent reading, a plain coefficient need none."""
-    found = citations(nominal(**told))
+    found = citations(nominal(**settings))
     assert named in found and not_named not in found
     assert len(found) == len(set(found))
 

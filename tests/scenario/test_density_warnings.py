@@ -24,10 +24,10 @@ def fine(per_cell: float, **changes: object) -> tuple[Scenario, list[str]]:
         "track": {"kind": "static", "position": (0, 0, 1.5), "window": (0.0, 0.006)},
         "paths": {"scatterers_per_cell": per_cell, "max_reflections": 0},
     } | changes  # fmt: skip
-    with warnings.catch_warnings(record=True) as heard:
+    with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         scenario = Scenario(**made)
-    return scenario, [str(one.message) for one in heard if "scatterers_per_cell" in str(one.message)]
+    return scenario, [str(one.message) for one in caught if "scatterers_per_cell" in str(one.message)]
 
 
 def smallest_count(scenario: Scenario) -> float:
@@ -56,6 +56,6 @@ def test_a_density_beyond_the_finest_grid_is_warned_of_with_the_count_that_is_re
 @pytest.mark.parametrize(
     "changes", [{"field": "incoherent"}, {"paths": {"scatterers_per_cell": 1000, "geometry": "slice"}}, {}]
 )
-def test_nothing_is_said_where_the_grid_sets_no_limit(changes):
+def test_nothing_is_reported_where_the_grid_sets_no_limit(changes):
     """Even points and slices have cells of any size; a usual density fits into the grid."""
     assert fine(1000 if changes else 5, **changes)[1] == []

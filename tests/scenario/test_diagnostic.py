@@ -54,7 +54,7 @@ class Harbour(Model):
 GOOD = "seabed: {depth: 20 m}\n"
 
 MISTAKES = {
-    # what is typed: the line that answers
+    # what is typed: the line of the reply
     "seabed:\n  depth: -20 m": "2: seabed.depth: -20 m is out of range (0.1 to 12000 m). "
     "Depths are positive downwards; write 20 m.",
     "seabed:\n  depth: 20 kHz": "2: seabed.depth: 20 kHz is not a length; use m, km, cm, mm, ft.",
@@ -129,26 +129,26 @@ MISTAKES = {
 
 
 def lines(text: str) -> list[str]:
-    """What a file that holds this text is answered, without the file's name."""
+    """Messages about a file that holds this text, without the file's name."""
     with pytest.raises(ScenarioError) as caught:
         parse_model(Harbour, text, name="harbour.yaml")
     return [line.removeprefix("harbour.yaml:") for line in str(caught.value).splitlines()]
 
 
 @pytest.mark.parametrize("typed", MISTAKES, ids=lambda typed: repr(typed)[1:60])
-def test_one_mistake_gets_one_line_with_the_way_out(typed: str) -> None:
+def test_one_mistake_gets_one_line_with_the_fix(typed: str) -> None:
     """File, line, field, value, allowed range, fix."""
     assert lines(typed) == [MISTAKES[typed]]
 
 
 def test_all_mistakes_are_reported_at_once_in_the_order_of_the_file() -> None:
-    """Nobody likes to be corrected one word at a time."""
-    told = lines("seabed: {depht: 20}\npings: 0\nfield: loud\npings: 1\nsteer: [.nan]")
-    assert [line.split(":")[0] for line in told] == ["1", "2", "3", "4", "5"]
+    """All errors of a file are reported together."""
+    messages = lines("seabed: {depht: 20}\npings: 0\nfield: strong\npings: 1\nsteer: [.nan]")
+    assert [line.split(":")[0] for line in messages] == ["1", "2", "3", "4", "5"]
 
 
 def test_advice_carries_its_parts() -> None:
-    """A program can ask for file, line and field without reading the sentence."""
+    """A program can request file, line and field without reading the sentence."""
     with pytest.raises(ScenarioError) as caught:
         parse_model(Harbour, "seabed:\n  depth: -20 m", name="harbour.yaml")
     (fault,) = caught.value.faults
@@ -189,6 +189,6 @@ def test_nearest_word_is_near_or_nothing() -> None:
 
 
 def test_contradictions_read_well_in_python_too() -> None:
-    """The same check, met without a file, still names the place."""
+    """The same check, reached without a file, still names the place."""
     with pytest.raises(ValueError, match=r"targets\.0\.base_depth: 25 m is below the seabed"):
         Harbour(seabed={"depth": 20}, targets=[{"shape": "box", "size": [1, 1, 1], "base_depth": 25}])

@@ -9,14 +9,14 @@ from pydantic import ValidationError
 from insonify.scenario.element_errors import passed_energy_fraction
 from insonify.sonar.pulse import Pulse
 from insonify.sonar.receiver import Receiver
-from oracles.arrays import HEADING, START, heard_by_elements
+from oracles.arrays import HEADING, START, elements_scenario
 
 AHEAD = [START + 30 * np.array([np.cos(HEADING), np.sin(HEADING), 0])]
 TONE = {"kind": "cw", "frequency": 100e3, "duration": 10e-3}
 
 
 @pytest.mark.parametrize(
-    ("told", "said"),
+    ("settings", "message"),
     [
         ({"field": "incoherent"}, "field: coherent, or sonar.receiver.record: beams"),
         ({"output": {"labels": True}}, "labels: false"),
@@ -26,30 +26,30 @@ TONE = {"kind": "cw", "frequency": 100e3, "duration": 10e-3}
         ({"paths": {"geometry": "slice", "contributions": ["target"]}}, "need the third dimension"),
     ],
 )  # fmt: skip
-def test_what_does_not_go_together_is_refused(told, said):
+def test_what_does_not_go_together_is_refused(settings, message):
     """Each with the key to change."""
-    with pytest.raises(ValidationError, match=re.escape(said)):
-        heard_by_elements(AHEAD, **told)
+    with pytest.raises(ValidationError, match=re.escape(message)):
+        elements_scenario(AHEAD, **settings)
 
 
 def test_a_band_that_echoes_leave_is_refused_with_the_least_that_holds_them():
     """10 ms of tone at 3 m/s, 400 Hz of shift: 0.5 kHz of band is too little, the least that is named is enough."""
     with pytest.raises(ValidationError, match=r"sonar\.receiver\.band") as caught:
-        heard_by_elements(AHEAD, pulse=TONE, receiver={"bandwidth": 500.0})
+        elements_scenario(AHEAD, pulse=TONE, receiver={"bandwidth": 500.0})
     least = float(re.search(r"Give a band of ([\d.]+) kHz", str(caught.value)).group(1)) * 1e3
     assert 700 < least < 1000  # the shift on both sides, less what the roll-off lets pass
-    heard_by_elements(AHEAD, pulse=TONE, receiver={"bandwidth": least})
+    elements_scenario(AHEAD, pulse=TONE, receiver={"bandwidth": least})
     with pytest.raises(ValidationError, match=r"sonar\.receiver\.band"):
-        heard_by_elements(AHEAD, pulse=TONE, receiver={"bandwidth": 0.97 * least})
-    heard_by_elements(AHEAD, pulse=TONE, receiver={"bandwidth": 500.0}, track={"stop_and_hop": True})
-    heard_by_elements(AHEAD, pulse=TONE, receiver={"bandwidth": 500.0}, track={"speed": 0.1})
+        elements_scenario(AHEAD, pulse=TONE, receiver={"bandwidth": 0.97 * least})
+    elements_scenario(AHEAD, pulse=TONE, receiver={"bandwidth": 500.0}, track={"stop_and_hop": True})
+    elements_scenario(AHEAD, pulse=TONE, receiver={"bandwidth": 500.0}, track={"speed": 0.1})
 
 
 def test_a_sonar_that_looks_abeam_may_have_a_narrow_band():
-    """A beam of 2 degrees abeam hears a fiftieth of the shift that one ahead does."""
+    """A beam of 2 degrees abeam receives a fiftieth of the shift that one ahead does."""
     line = {"kind": "line", "length": 0.4}
-    told = {"bandwidth": 500.0, "record": "beams"}
-    assert heard_by_elements(AHEAD, pulse=TONE, transmit=line, receive=line, receiver=told) is not None
+    settings = {"bandwidth": 500.0, "record": "beams"}
+    assert elements_scenario(AHEAD, pulse=TONE, transmit=line, receive=line, receiver=settings) is not None
 
 
 def test_all_of_a_wide_band_is_kept():

@@ -29,22 +29,22 @@ def diving(start, stop, *, receive=LINE, water=None, **more):
 
 
 def cautions_of(start, stop):
-    """What is said of the profile."""
-    with warnings.catch_warnings(record=True) as said:
+    """Warnings of the profile."""
+    with warnings.catch_warnings(record=True) as message:
         warnings.simplefilter("always")
         diving(start, stop)
-    return [str(one.message) for one in said if one.category is PhysicsWarning]
+    return [str(one.message) for one in message if one.category is PhysicsWarning]
 
 
-def test_a_corner_that_only_the_last_pings_meet_is_reported():
+def test_a_corner_that_only_the_last_pings_reach_is_reported():
     """Seen from 2 m the corner at 8 m gathers no rays; from 11 m it does, the first ping's depth or the last's."""
     assert not any("8 m" in word for word in cautions_of(2.0, 2.1))
     for start, stop in ((11.0, 2.0), (2.0, 11.0)):
         assert any("8 m" in word for word in cautions_of(start, stop))
 
 
-def test_a_beam_that_is_deaf_at_the_last_ping_only_is_refused():
-    """Elements of 6 cm are deaf where sin = wavelength / 6 cm: with the sound speed at the end of the track."""
+def test_a_beam_that_is_insensitive_at_the_last_ping_only_is_refused():
+    """Elements of 6 cm are insensitive where sin = wavelength / 6 cm: with the sound speed at the end of the track."""
     water = {"profile": [[0.0, 1500.0], [20.0, 1480.0]], "noise_level_db": None}
     plain = diving(5.0, 15.0, water=water)
     slowest = float(plain.water.sound_speed_at(array_depths(plain.sonar, true_poses(plain.track, seed=1))[-1]))
@@ -55,12 +55,12 @@ def test_a_beam_that_is_deaf_at_the_last_ping_only_is_refused():
 
 
 def test_no_pings_are_a_recording_without_pings():
-    """Nothing is asked for, nothing is heard, and the axes are those of any recording."""
+    """Nothing is requested, nothing is received, and the axes are those of any recording."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        told = diving(5.0, 6.0)
+        scenario = diving(5.0, 6.0)
     for field in ("coherent", "incoherent"):
-        found = insonify.simulate(told.model_copy(update={"field": field}), pings=[])
+        found = insonify.simulate(scenario.model_copy(update={"field": field}), pings=[])
         sound = found["pressure" if field == "coherent" else "intensity"]
         assert sound.dims == ("ping", "channel", "time") and sound.shape[0] == 0
         assert sound.shape[1] == 1 and sound.shape[2] == found.time.size > 0

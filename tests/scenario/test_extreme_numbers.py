@@ -49,7 +49,7 @@ def changed(described, path, value):
     return made
 
 
-def answered(described):
+def is_reported(described):
     """Whether a scenario is refused by name, or has an estimate of finite numbers."""
     try:
         scenario = parse_model(Scenario, yaml.safe_dump(described, sort_keys=False))
@@ -69,7 +69,7 @@ def test_numbers_far_from_the_template_are_refused_or_priced(name):
     draw = random.Random(name)
     for path, value, unit in draw.sample(sorted(leaves(described), key=str), 4):
         far = value * draw.choice(FACTORS)
-        assert answered(changed(described, path, f"{far:.6g} {unit}".strip() if unit else far)), (path, far)
+        assert is_reported(changed(described, path, f"{far:.6g} {unit}".strip() if unit else far)), (path, far)
 
 
 @pytest.mark.filterwarnings("ignore")
@@ -77,7 +77,7 @@ def test_numbers_far_from_the_template_are_refused_or_priced(name):
 def test_the_largest_numbers_are_refused_or_priced(path, value):
     """Long windows, many pings, fine cells, deep water, high frequencies, long and far bodies."""
     described = yaml.safe_load((files("insonify.scenario") / "templates" / "sidescan.yaml").read_text(encoding="utf-8"))
-    assert answered(changed(described, tuple(path.split(".")), value))
+    assert is_reported(changed(described, tuple(path.split(".")), value))
 
 
 @pytest.mark.filterwarnings("ignore")

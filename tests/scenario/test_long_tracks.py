@@ -3,13 +3,13 @@
 import pytest
 
 from insonify.scenario import element_errors
-from oracles.arrays import heard_by_elements, line_of
+from oracles.arrays import elements_scenario, line_of
 
 
 def of_many_pings(depth):
     """A line of elements far from both boundaries, or near the surface, at five thousand pings."""
     track = {"kind": "line", "start": (0, 0, depth), "heading": 0, "speed": 1.0, "pings": 5000, "interval": 0.1}
-    return heard_by_elements([(0, 20, 5)], receive=line_of(8, 1.0), track={**track, "window": (0.0, 0.05)})
+    return elements_scenario([(0, 20, 5)], receive=line_of(8, 1.0), track={**track, "window": (0.0, 0.05)})
 
 
 def test_elements_far_from_both_boundaries_are_placed_at_no_ping(monkeypatch):

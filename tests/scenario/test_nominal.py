@@ -36,8 +36,8 @@ def test_the_scenario_in_the_attributes_is_the_scenario() -> None:
     assert parse_model(Scenario, to_yaml(scenario)) == scenario
 
 
-def assert_read_or_answered(text: str) -> None:
-    """Either it loads or it is answered; nothing else may happen."""
+def assert_read_or_reported(text: str) -> None:
+    """Either it loads or it is reported; nothing else may happen."""
     try:
         parse_model(Scenario, text, name="harbour.yaml")
     except ScenarioError as error:
@@ -50,14 +50,14 @@ def assert_read_or_answered(text: str) -> None:
 def test_any_value_may_be_replaced_by_anything(row: int, scrap: str) -> None:
     """One value of the nominal file becomes nonsense."""
     key, colon, _ = LINES[row].partition(":")
-    assert_read_or_answered("\n".join([*LINES[:row], f"{key}{colon} {scrap}", *LINES[row + 1 :]]))
+    assert_read_or_reported("\n".join([*LINES[:row], f"{key}{colon} {scrap}", *LINES[row + 1 :]]))
 
 
 @settings(max_examples=150)
 @given(st.integers(0, len(NOMINAL)), st.integers(0, 40), scraps | st.text(max_size=5))
 def test_any_piece_may_be_cut_out_and_replaced(start: int, length: int, scrap: str) -> None:
     """Text vanishes and other text appears, anywhere."""
-    assert_read_or_answered(NOMINAL[:start] + scrap + NOMINAL[start + length :])
+    assert_read_or_reported(NOMINAL[:start] + scrap + NOMINAL[start + length :])
 
 
 @settings(max_examples=100)
@@ -66,4 +66,4 @@ def test_any_line_may_stand_anywhere(row: int, other: int) -> None:
     """Two lines change places."""
     lines = list(LINES)
     lines[row], lines[other] = lines[other], lines[row]
-    assert_read_or_answered("\n".join(lines))
+    assert_read_or_reported("\n".join(lines))

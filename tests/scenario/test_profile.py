@@ -29,7 +29,7 @@ def written(tmp_path):
     return write
 
 
-def told(file) -> list[str]:
+def messages(file) -> list[str]:
     """The lines that the author of a file gets, without its folder."""
     with pytest.raises(ScenarioError) as caught:
         insonify.load_scenario(file)
@@ -63,32 +63,32 @@ MISTAKES = {
 
 
 @pytest.mark.parametrize("water", MISTAKES)
-def test_one_mistake_gets_one_line_with_its_place(written, water):
+def test_one_mistake_gets_one_line_with_its_location(written, water):
     """File, line, field, value, limits, way out."""
-    after, said = MISTAKES[water]
-    (line,) = told(written(water))
-    assert line.startswith(f"summer.yaml:{FIRST + after}: {said}")
+    after, message = MISTAKES[water]
+    (line,) = messages(written(water))
+    assert line.startswith(f"summer.yaml:{FIRST + after}: {message}")
     assert line.count(".") > 2 and line.endswith((".", "?"))
 
 
 def test_a_fault_of_the_table_names_its_line(written):
     """Both files are named, each with a line."""
-    (line,) = told(written("profile: cast.csv", "depth,speed\n0,1510\n8,nan\n"))
+    (line,) = messages(written("profile: cast.csv", "depth,speed\n0,1510\n8,nan\n"))
     assert line.startswith(f"summer.yaml:{FIRST}: water.profile:")
     assert "cast.csv, line 3, column 2 (speed): nan m/s is not possible" in line
 
 
 def cautions(file) -> list[str]:
-    """What is said aloud of a scenario without faults."""
-    with warnings.catch_warnings(record=True) as heard:
+    """Warnings of a scenario without faults."""
+    with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         insonify.load_scenario(file)
-    assert all(word.category is PhysicsWarning for word in heard)
-    return [str(word.message) for word in heard]
+    assert all(word.category is PhysicsWarning for word in caught)
+    return [str(word.message) for word in caught]
 
 
-def test_a_kink_that_gathers_rays_is_reported_with_the_way_out(written):
-    """Depth, jump, where it begins; and rounding is the way out."""
+def test_a_kink_that_gathers_rays_is_reported_with_the_fix(written):
+    """Depth, jump, where it begins; and rounding is the fix."""
     sharp = "profile: [[0, 1520], [5, 1505], [20, 1490]]"
     (word,) = cautions(written(sharp))
     assert word.startswith("water.profile: the gradient jumps by 2 1/s at 5 m") and "water.smoothing" in word

@@ -13,7 +13,7 @@ REACH = 30.0
 
 
 def a_survey(**changes: Any) -> Scenario:
-    """A small survey of a level bed 8 m below the sonar, heard for 40 ms at 1500 m/s: 30 m."""
+    """A small survey of a level bed 8 m below the sonar, received for 40 ms at 1500 m/s: 30 m."""
     described: dict[str, Any] = {
         "water": {"sound_speed": 1500.0},
         "seabed": {"depth": 20.0, "scattering": {"law": "lambert", "strength_db": -27}},
@@ -27,33 +27,35 @@ def a_survey(**changes: Any) -> Scenario:
     return Scenario(**(described | changes))
 
 
-def told(**changes: Any) -> list[str]:
-    """What is said when a survey is described."""
-    with warnings.catch_warnings(record=True) as said:
+def messages(**changes: Any) -> list[str]:
+    """Warnings of a scenario with some changes."""
+    with warnings.catch_warnings(record=True) as message:
         warnings.simplefilter("always", PhysicsWarning)
         a_survey(**changes)
-    return [str(word.message) for word in said]
+    return [str(word.message) for word in message]
 
 
 def test_a_survey_that_receives_its_bed_and_targets_is_silent() -> None:
     """A bed and a box within 30 m of the track need no word."""
     box = {"shape": "box", "position": [0, 20], "size": [2, 1, 1]}
-    assert told(targets=[box]) == []
+    assert messages(targets=[box]) == []
 
 
 @pytest.mark.parametrize(("depth", "words"), [(12 + REACH - 0.1, 0), (12 + REACH + 0.1, 1)])
 def test_a_bed_is_missed_from_the_range_on_that_the_window_ends_at(depth: float, words: int) -> None:
     """Straight down, sound comes back from c t / 2 = 30 m at the end of the window."""
-    said = told(seabed={"depth": depth, "scattering": {"law": "lambert", "strength_db": -27}})
-    assert len(said) == words
-    assert all("none of its echoes is received" in word for word in said)
+    message = messages(seabed={"depth": depth, "scattering": {"law": "lambert", "strength_db": -27}})
+    assert len(message) == words
+    assert all("none of its echoes is received" in word for word in message)
 
 
 def test_a_target_in_the_wrong_place_is_named_with_its_distance() -> None:
-    """A point 4 km to the east of a track along north is never heard; its own words say so."""
-    said = told(targets=[{"shape": "point", "label": "buoy", "position": [0, 4000, 15], "target_strength_db": -10}])
-    assert len(said) == 1
-    assert "target buoy: it lies 4000 m or more" in said[0]
+    """A point 4 km to the east of a track along north is never received; its own words report it."""
+    message = messages(
+        targets=[{"shape": "point", "label": "buoy", "position": [0, 4000, 15], "target_strength_db": -10}]
+    )
+    assert len(message) == 1
+    assert "target buoy: it lies 4000 m or more" in message[0]
 
 
 SCHOOL = {"label": "school", "size": [4, 4, 2], "volume_strength_db": -40}
@@ -61,17 +63,17 @@ SCHOOL = {"label": "school", "size": [4, 4, 2], "volume_strength_db": -40}
 
 @pytest.mark.parametrize(("east", "words"), [(REACH + 2.9, 0), (REACH + 3.1, 1)])
 def test_a_patch_of_water_out_of_reach_is_named(east: float, words: int) -> None:
-    """A school beside the track, at its depth, of 3 m from its middle to a corner: 30 m of water are heard."""
-    said = told(water={"sound_speed": 1500.0, "patches": [{**SCHOOL, "position": [0, east, 12]}]})
-    assert len(said) == words
-    assert all("school lies 30.1 m or more from the track" in word for word in said)
+    """A school beside the track, at its depth, of 3 m from its middle to a corner: 30 m of water are received."""
+    message = messages(water={"sound_speed": 1500.0, "patches": [{**SCHOOL, "position": [0, east, 12]}]})
+    assert len(message) == words
+    assert all("school lies 30.1 m or more from the track" in word for word in message)
 
 
 @pytest.mark.parametrize(("depth", "words"), [(19.9, 0), (20.0, 1), (60.0, 1)])
 def test_a_layer_below_the_bed_is_named(depth: float, words: int) -> None:
     """Of three rows the last one, where it begins at or below the bed at 20 m; clear water is nothing to miss."""
     rows = [[0, -80], [5, None], [depth, -60]]
-    said = told(water={"sound_speed": 1500.0, "volume_strength_db": rows})
-    assert len(said) == words
-    assert all(f"the layer from {depth:g} m down lies below the seabed, which is at 20 m" in word for word in said)
-    assert told(water={"sound_speed": 1500.0, "volume_strength_db": [[0, -80], [depth, None]]}) == []
+    message = messages(water={"sound_speed": 1500.0, "volume_strength_db": rows})
+    assert len(message) == words
+    assert all(f"the layer from {depth:g} m down lies below the seabed, which is at 20 m" in word for word in message)
+    assert messages(water={"sound_speed": 1500.0, "volume_strength_db": [[0, -80], [depth, None]]}) == []

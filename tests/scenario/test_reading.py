@@ -41,7 +41,7 @@ def below(value, depth):
 @settings(max_examples=60, deadline=None)
 @given(st.dictionaries(WORDS, TREES, min_size=1, max_size=4))
 def test_every_value_is_found_again_on_its_own_line(tree):
-    """Keys stand on the line that is told, and the text of each plain value stands there as it was typed."""
+    """Keys stand on the line that is reported, and the text of each plain value stands there as it was typed."""
     text = one_per_line(tree)
     source, rows = read(text, "a.yaml"), text.split("\n")
     assert source.values == tree and not source.faults
@@ -54,7 +54,7 @@ def test_every_value_is_found_again_on_its_own_line(tree):
 
 @given(st.dictionaries(WORDS, PLAIN, min_size=1, max_size=4), WORDS, st.integers(0, 5))
 def test_what_is_not_in_the_file_has_the_line_of_what_is_around_it(tree, stranger, deeper):
-    """Asked for something missing, the file points to the nearest thing that it holds."""
+    """For something missing, the file points to the nearest thing that it holds."""
     source = read("title: x\nouter:\n" + one_per_line(tree, 1), "a.yaml")
     assume(stranger not in tree)
     assert source.line(("outer", stranger, *range(deeper))) == source.line(("outer",)) == 2
@@ -89,7 +89,7 @@ def test_the_few_words_of_yaml_go_in_any_case_and_quotes_make_them_text():
 
 
 @pytest.mark.parametrize(
-    ("text", "line", "said"),
+    ("text", "line", "message"),
     [
         ("a: 1\nb:\n\t- 2\n", 3, "Indent with spaces, not tabs"),
         ("a: &x 1\nb: *x\n", 2, "write the value out"),
@@ -104,10 +104,10 @@ def test_the_few_words_of_yaml_go_in_any_case_and_quotes_make_them_text():
         ("[" * 1200, 1, "nested too deeply"),
     ],
 )
-def test_bad_writing_is_reported_with_its_line(text, line, said):
+def test_bad_writing_is_reported_with_its_line(text, line, message):
     """One fault each: the file, the line, and what to do."""
     (fault,) = read(text, "a.yaml").faults
-    assert fault.line == line and str(fault).startswith(f"a.yaml:{line}: ") and said in str(fault)
+    assert fault.line == line and str(fault).startswith(f"a.yaml:{line}: ") and message in str(fault)
 
 
 def test_our_reader_agrees_with_yaml_where_yaml_is_not_doubtful():
@@ -119,8 +119,8 @@ def test_our_reader_agrees_with_yaml_where_yaml_is_not_doubtful():
 
 def test_advice_is_one_line_and_ends_like_a_sentence():
     """Line breaks and runs of blanks go; a full stop is set once; a file without lines has none."""
-    told = Diagnostic("a.yaml", 3, "x.0.y", "5 m\n is   out of range", "1 to 2 m", "Did you mean 5 cm?", "pier")
-    assert str(told) == "a.yaml:3: x.0.y (pier): 5 m is out of range (1 to 2 m). Did you mean 5 cm?"
+    diagnostic = Diagnostic("a.yaml", 3, "x.0.y", "5 m\n is   out of range", "1 to 2 m", "Did you mean 5 cm?", "pier")
+    assert str(diagnostic) == "a.yaml:3: x.0.y (pier): 5 m is out of range (1 to 2 m). Did you mean 5 cm?"
     assert str(Diagnostic("a.yaml", 0, "", "there is no such file.")) == "a.yaml: there is no such file."
 
 
@@ -145,17 +145,20 @@ def test_a_key_has_the_units_and_limits_of_its_model():
     """Units, limits and kinds come from the models: a length in m, an angle, a frequency above zero, a list of 3."""
     values = nominal().model_dump(mode="json")
 
-    def asked(dots):
+    def expected_kinds(dots):
         loc = tuple(int(step) if step.isdigit() else step for step in dots.split("."))
         path, found = find(Scenario, values, loc)
         assert dotted(path) == dots
         return [choice for choice in found if choice.kind is not type(None)]
 
-    assert asked("seabed.depth")[0].description() == "a length in m" and asked("seabed.depth")[0].dimension == "length"
-    assert any(choice.units == "Hz" for choice in asked("sonar.pulse.frequency"))
-    assert asked("track.position.2")[0].units == "m"
-    assert asked("seed")[0].limits == {"ge": 0.0, "lt": 2.0**63}
-    assert asked("field")[0].description() == "one of coherent, incoherent"
+    assert (
+        expected_kinds("seabed.depth")[0].description() == "a length in m"
+        and expected_kinds("seabed.depth")[0].dimension == "length"
+    )
+    assert any(choice.units == "Hz" for choice in expected_kinds("sonar.pulse.frequency"))
+    assert expected_kinds("track.position.2")[0].units == "m"
+    assert expected_kinds("seed")[0].limits == {"ge": 0.0, "lt": 2.0**63}
+    assert expected_kinds("field")[0].description() == "one of coherent, incoherent"
 
 
 @pytest.mark.parametrize(
@@ -197,8 +200,8 @@ def test_units_change_the_writing_and_not_the_meaning(key, typed, si):
     """The same pulse in any unit is the same scenario."""
     values = yaml.safe_load(to_yaml(nominal()))
     values["sonar"]["pulse"][key] = typed
-    told = parse_model(Scenario, yaml.safe_dump(values))
-    assert getattr(told.sonar.pulse, key) == pytest.approx(si, rel=1e-15)
+    scenario = parse_model(Scenario, yaml.safe_dump(values))
+    assert getattr(scenario.sonar.pulse, key) == pytest.approx(si, rel=1e-15)
 
 
 @pytest.mark.parametrize(
@@ -210,7 +213,7 @@ def test_units_change_the_writing_and_not_the_meaning(key, typed, si):
     ],
 )  # fmt: skip
 def test_what_advice_offers_is_accepted(field, typed):
-    """Whoever writes what the advice offers is not advised again about that place."""
+    """Whatever writes what the advice offers is not advised again about that place."""
     values = yaml.safe_load(to_yaml(nominal()))
     *steps, last = [int(step) if step.isdigit() else step for step in field.split(".")]
 

@@ -11,7 +11,7 @@ from insonify.scenario.load import parse_model
 from insonify.scenario.scenario import Scenario
 from insonify.scenario.write import to_yaml
 from insonify.validity import PhysicsWarning
-from oracles.arrays import heard_by_elements
+from oracles.arrays import elements_scenario
 from oracles.scenes import PULSE, nominal
 
 
@@ -19,13 +19,13 @@ def quiet(receive=None, *, water=None, frequency=100e3, **receiver):
     """A scene without echoes, 0.5 ms of sweep, 12 ms of window."""
     pulse = {"kind": "lfm", "frequency": frequency, "bandwidth": 6e3, "duration": 0.5e-3}
     track = {"speed": 0.0, "window": (0.0, 0.012)}
-    return heard_by_elements(
+    return elements_scenario(
         [], receive=receive, receiver=receiver, pulse=pulse, water=water or {"noise_level_db": 40.0}, track=track
     )
 
 
 @pytest.mark.parametrize(
-    ("told", "said"),
+    ("settings", "message"),
     [
         ({"matched_filter": True, "blanking": 1e-3}, "compressed_recording"),
         ({"matched_filter": True, "adc": {"full_scale_db": 150}}, "after adc"),
@@ -36,15 +36,15 @@ def quiet(receive=None, *, water=None, frequency=100e3, **receiver):
         ({"adc": {"full_scale_db": 150, "bits": 1}}, "bits"),
     ],
 )  # fmt: skip
-def test_what_a_receiver_cannot_do_is_refused_with_the_way_out(told, said):
+def test_what_a_receiver_cannot_do_is_refused_with_the_fix(settings, message):
     """Each with the key to change."""
-    receive = {"kind": "point"} if told.get("record") == "beams" else None
-    with pytest.raises(ValueError, match=re.escape(said)):
-        quiet(receive, **told)
+    receive = {"kind": "point"} if settings.get("record") == "beams" else None
+    with pytest.raises(ValueError, match=re.escape(message)):
+        quiet(receive, **settings)
 
 
 @pytest.mark.parametrize(
-    ("water", "said"),
+    ("water", "message"),
     [
         ({"noise_level_db": 40, "noise": {"level_db": 40}}, "Delete one of them"),
         ({"noise": {}}, "Give level_db, or wind_speed"),
@@ -52,9 +52,9 @@ def test_what_a_receiver_cannot_do_is_refused_with_the_way_out(told, said):
         ({"noise": {"wind_speed": -5}}, "wind_speed"),
     ],
 )
-def test_what_says_noise_twice_or_not_at_all_is_refused(water, said):
+def test_what_states_noise_twice_or_not_at_all_is_refused(water, message):
     """A level, or its causes; in each channel, or in the water."""
-    with pytest.raises(ValueError, match=re.escape(said)):
+    with pytest.raises(ValueError, match=re.escape(message)):
         quiet(water=water)
 
 
@@ -67,7 +67,7 @@ def test_more_elements_than_their_covariance_fits_are_refused():
 
 
 @pytest.mark.parametrize(
-    ("told", "said"),
+    ("settings", "message"),
     [
         ({"gain": {"tvg_db_per_decade": 30}}, "without a converter there is nothing between"),
         ({"adc": {"full_scale_db": 80}}, "noise alone is 83 dB"),
@@ -75,35 +75,35 @@ def test_more_elements_than_their_covariance_fits_are_refused():
         ({"gain": {"fixed_db": 60}, "adc": {"full_scale_db": 140}}, "at full gain it takes 80 dB"),
     ],
 )
-def test_receivers_that_may_not_be_meant_are_reported(told, said):
+def test_receivers_that_may_not_be_meant_are_reported(settings, message):
     """40 dB re 1 uPa^2/Hz over 21.9 kHz of filter is 83 dB."""
-    with pytest.warns(PhysicsWarning, match=said):
-        quiet(**told)
+    with pytest.warns(PhysicsWarning, match=message):
+        quiet(**settings)
 
 
 @pytest.mark.parametrize(("dead", "words"), [([0, 1, 3], 0), ([3, 1, 2, 0], 1), ([0, 0, 1, 2], 0)])
 def test_an_array_without_a_living_element_is_reported(dead, words):
     """Of four elements any one alive is enough; the same one twice is one."""
-    with warnings.catch_warnings(record=True) as said:
+    with warnings.catch_warnings(record=True) as message:
         warnings.simplefilter("always")
         quiet(errors={"dead": dead})
-    assert sum("all 4 elements are among them" in str(word.message) for word in said) == words
+    assert sum("all 4 elements are among them" in str(word.message) for word in message) == words
 
 
 @pytest.mark.parametrize(("duration", "words"), [(12e-3, 0), (12.1e-3, 1)])
 def test_a_pulse_that_outlasts_the_window_is_reported(duration, words):
-    """A window that ends at 12 ms hears the end of no longer pulse."""
-    with warnings.catch_warnings(record=True) as said:
+    """A window that ends at 12 ms receives the end of no longer pulse."""
+    with warnings.catch_warnings(record=True) as message:
         warnings.simplefilter("always")
         nominal(track={"window": (0.0, 0.012)}, sonar={"pulse": {**PULSE, "duration": duration}})
-    assert sum("no echo is recorded whole" in str(word.message) for word in said) == words
+    assert sum("no echo is recorded whole" in str(word.message) for word in message) == words
 
 
 def test_a_receiver_that_fits_is_not_warned_of_and_is_written_back():
     """Round trip through YAML with units, all parts there; the same scenario, and its sources are named."""
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        told = quiet(
+        scenario = quiet(
             water={"noise": {"wind_speed": "3 m/s", "rain_rate": 0, "directionality": "surface", "shipping": 0.2}},
             self_noise={"level_db": "25 dB", "tones": [{"frequency": "58 kHz", "level_db": "60 dB"}]},
             crosstalk={"feedthrough_db": -120, "neighbours_db": -40}, blanking="1 ms",
@@ -111,11 +111,11 @@ def test_a_receiver_that_fits_is_not_warned_of_and_is_written_back():
                   "max_db": 80},
             adc={"full_scale_db": "150 dB", "bits": 20}, bandwidth=8e3, frequency=60e3,
         )  # fmt: skip
-    assert parse_model(Scenario, to_yaml(told)) == told
-    assert told.sonar.receiver.gain.absorption_db_per_m == pytest.approx(0.034)
-    assert told.sonar.receiver.stages == ("crosstalk", "blanking", "adc")
+    assert parse_model(Scenario, to_yaml(scenario)) == scenario
+    assert scenario.sonar.receiver.gain.absorption_db_per_m == pytest.approx(0.034)
+    assert scenario.sonar.receiver.stages == ("crosstalk", "blanking", "adc")
     for name in ("Cox (1973)", "Cron & Sherman", "Wenz"):
-        assert any(name in line for line in citations(told))
+        assert any(name in line for line in citations(scenario))
 
 
 def test_a_law_outside_its_range_is_reported_when_the_file_is_checked():

@@ -14,8 +14,8 @@ from oracles.scenes import nominal
 )
 def test_relief_higher_than_the_water_is_deep_is_refused(relief):
     """20 m of water; the same shape at a hundredth of its height passes."""
-    told = {"track": {"window": (0.0, 0.05)}, "targets": []}
+    settings = {"track": {"window": (0.0, 0.05)}, "targets": []}
     with pytest.raises(ValueError, match=r"seabed\.relief: rises .* above its mean plane .*the water is 20 m deep"):
-        nominal(seabed={"relief": relief}, **told)
+        nominal(seabed={"relief": relief}, **settings)
     low = {key: value / 100 if key in ("rms", "height") else value for key, value in relief.items()}
-    assert nominal(seabed={"relief": low}, **told).seabed.relief
+    assert nominal(seabed={"relief": low}, **settings).seabed.relief

@@ -27,8 +27,8 @@ def edited(**changes: str) -> str:
     return bare
 
 
-def told(text: str) -> list[str]:
-    """The lines that a file is answered, without file and line number."""
+def messages(text: str) -> list[str]:
+    """The messages about a file, without file and line number."""
     with pytest.raises(ScenarioError) as caught:
         parse_model(Scenario, text, name="harbour.yaml")
     return [str(fault).split(" ", 1)[1] for fault in caught.value.faults]
@@ -38,7 +38,7 @@ def test_three_contradictions_get_three_lines_in_the_order_of_the_file():
     """In 14 m of water neither a buoy at 15 m, nor a point at 31 m, nor a sonar at 20 m has a place."""
     deep = edited(depth="14 m", position="[0 m, 0 m, 20 m]")
     points = BUOY + "  - {shape: point, position: [0 m, 100 m, 31 m]}\n"
-    lines = told(deep.replace(AFTER_TARGETS, "\n" + points + AFTER_TARGETS))
+    lines = messages(deep.replace(AFTER_TARGETS, "\n" + points + AFTER_TARGETS))
     assert [line.partition(": ")[0] for line in lines] == [
         "targets.1.position.2 (buoy)", "targets.2.position.2", "track.position.2",
     ]  # fmt: skip
@@ -50,8 +50,8 @@ def test_contradictions_are_reported_together_in_python_too():
     """One error holds every line."""
     with pytest.raises(ValidationError) as caught:
         Scene(targets=[{"shape": "point", "position": (0, 1, 31)}, {"shape": "point", "position": (0, 1, 32)}])
-    said = str(caught.value)
-    assert all(part in said for part in ("position.2: 31 m", "position.2: 32 m", "targets.1.label: 'point'"))
+    message = str(caught.value)
+    assert all(part in message for part in ("position.2: 31 m", "position.2: 32 m", "targets.1.label: 'point'"))
 
 
 def test_no_fault_raises_nothing_and_all_faults_are_kept_in_order():
@@ -71,8 +71,8 @@ def test_no_fault_raises_nothing_and_all_faults_are_kept_in_order():
 )
 def test_a_slice_is_one_vertical_plane_of_a_level_beam(typed, line):
     """A platform that leans takes its beam out of the plane; the whole scene has no such limit."""
-    (answer,) = told(edited(geometry="slice", **typed))
-    assert answer.startswith(line) and "Write 0 deg, or paths.geometry: 3d." in answer
+    (message,) = messages(edited(geometry="slice", **typed))
+    assert message.startswith(line) and "Write 0 deg, or paths.geometry: 3d." in message
     parse_model(Scenario, edited(geometry="3d", **typed))
 
 
@@ -80,8 +80,8 @@ def test_a_slice_looks_along_boresight():
     """Steered beams leave the plane, and several of them need the third dimension."""
     flat = edited(geometry="slice")
     before, _, after = flat.rpartition("steer: 0 deg")
-    (one,) = told(f"{before}steer: 3 deg{after}")
-    (many,) = told(f"{before}steer: [0 deg, 3 deg]{after}")
+    (one,) = messages(f"{before}steer: 3 deg{after}")
+    (many,) = messages(f"{before}steer: [0 deg, 3 deg]{after}")
     assert one.startswith("sonar.receive.steer: 3 deg takes")
     assert many.startswith("paths.geometry: slice has one beam, but the sonar steers 2.")
     parse_model(Scenario, flat)
@@ -90,9 +90,9 @@ def test_a_slice_looks_along_boresight():
 def test_the_suggested_depth_brings_every_array_into_the_water():
     """An array hangs 2 m below its platform: the range that is named is the range that works."""
     hung = edited(position="[0 m, 0 m, 19 m]").replace("offset: [0 m, 0 m, 0 m]", "offset: [0 m, 0 m, 2 m]", 1)
-    (answer,) = told(hung)
-    assert answer.startswith("track.position.2: 19 m puts the transmit array at or below the seabed (20 m), at 21 m.")
-    assert "between 0 and 18 m" in answer
+    (message,) = messages(hung)
+    assert message.startswith("track.position.2: 19 m puts the transmit array at or below the seabed (20 m), at 21 m.")
+    assert "between 0 and 18 m" in message
     for depth in (0.01, 17.99):
         parse_model(Scenario, hung.replace("0 m, 19 m]", f"0 m, {depth} m]"))
 
@@ -133,13 +133,13 @@ def test_a_missing_file_has_no_line():
 
 def test_a_depth_too_many_points_to_the_base_of_the_box():
     """A box has no third coordinate, a point does."""
-    (answer,) = told(edited().replace("[0 m, 150.5 m]", "[0 m, 150.5 m, 20 m]"))
-    assert answer.startswith("targets.0.position (box): [0 m, 150.5 m, 20 m] has 3 values (a list of 2).")
-    assert "base_depth" in answer
+    (message,) = messages(edited().replace("[0 m, 150.5 m]", "[0 m, 150.5 m, 20 m]"))
+    assert message.startswith("targets.0.position (box): [0 m, 150.5 m, 20 m] has 3 values (a list of 2).")
+    assert "base_depth" in message
 
 
 @pytest.mark.parametrize(
-    ("typed", "answer"),
+    ("typed", "message"),
     [
         ({"pings": "0"}, "track.pings: 0 pings are an empty track. Give 1 to 500000."),
         ({"pings": ".nan"}, "track.pings: .nan is not a finite number (1 to 500000)."),
@@ -149,18 +149,18 @@ def test_a_depth_too_many_points_to_the_base_of_the_box():
         ({"pitch": "1e999 deg"}, "track.pitch: 1e999 deg is not a finite number (-1.5708 to 1.5708 rad)."),
     ],
 )
-def test_a_number_out_of_range_is_reported_with_the_range(typed, answer):
+def test_a_number_out_of_range_is_reported_with_the_range(typed, message):
     """Also where it is no number at all."""
-    assert told(edited(**typed)) == [answer]
+    assert messages(edited(**typed)) == [message]
 
 
 def test_a_row_of_steered_beams_may_be_given_by_its_ends():
-    """Counted as a person counts; a wrong step is told a right one, at its own key."""
+    """Counted as a person counts; for a wrong step a right one is given, at its own key."""
     before, _, after = edited().rpartition("steer: 0 deg")
     fan = parse_model(Scenario, f"{before}steer: {{from: -6 deg, to: 6 deg, step: 0.25 deg}}{after}")
     np.testing.assert_allclose(np.degrees(fan.sonar.steers), np.arange(-24, 25) / 4, atol=1e-14)
-    (answer,) = told(f"{before}steer: {{from: -6 deg, to: 6 deg, step: 0.7 deg}}{after}")
-    assert answer == (
+    (message,) = messages(f"{before}steer: {{from: -6 deg, to: 6 deg, step: 0.7 deg}}{after}")
+    assert message == (
         "sonar.receive.steer.step: 0.7 deg does not come out even from -6 to 6 deg. "
         "Write 0.705882353 deg, for 18 angles."
     )

@@ -12,30 +12,32 @@ LINE = {"kind": "line", "length": 1.5}
 SOUND_SPEED, FREQUENCY = 1500.0, 100e3
 
 
-def heard_of(*, receive: dict = LINE, pulse: dict | None = None, band: float = 20e3, water: dict | None = None) -> list:
+def warnings_of(
+    *, receive: dict = LINE, pulse: dict | None = None, band: float = 20e3, water: dict | None = None
+) -> list:
     """The cautions of a scenario."""
     sent = {"frequency": FREQUENCY, "duration": 0.2e-3, "taper_fraction": 0.2} | (pulse or {})
     sonar = {
         "source_level_db": 220, "pulse": sent,
         "transmit": LINE | {"steer": 0}, "receive": receive, "receiver": {"bandwidth": band},
     }  # fmt: skip
-    with warnings.catch_warnings(record=True) as heard:
+    with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         Scenario(sonar=sonar, water=water or {}, track={"kind": "static", "position": (0, 0, 11)})
-    assert all(word.category is PhysicsWarning for word in heard)
-    return [str(word.message) for word in heard]
+    assert all(word.category is PhysicsWarning for word in caught)
+    return [str(word.message) for word in caught]
 
 
 def test_the_nominal_sonar_gives_no_cause():
     """Its band leaves out 2.8 % of the pulse, its arrays are continuous, its water is ordinary."""
-    assert heard_of() == []
+    assert warnings_of() == []
 
 
 def test_water_outside_the_absorption_law_is_reported_before_the_run():
-    """Law and range, once; a measured absorption asks no law."""
-    (word,) = heard_of(water={"temperature": 30})
+    """Law and range, once; a measured absorption requests no law."""
+    (word,) = warnings_of(water={"temperature": 30})
     assert "Francois & Garrison" in word and "-2 to 22 degC" in word
-    assert heard_of(water={"temperature": 30, "absorption_db_per_m": 0.03}) == []
+    assert warnings_of(water={"temperature": 30, "absorption_db_per_m": 0.03}) == []
 
 
 @pytest.mark.parametrize(
@@ -50,29 +52,29 @@ def test_bubbles_beyond_the_range_of_their_law_are_warned_of_before_the_run(boun
         "transmit": array,
         "receive": array,
     }
-    with warnings.catch_warnings(record=True) as heard:
+    with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         Scenario(sonar=sonar, surface={"reflection": bounce, "wind_speed": 3}, paths={"max_reflections": reflections},
                  track={"kind": "static", "position": (0, 0, 11)})  # fmt: skip
-    assert sum("trusted for frequency 10 to 100 kHz; 300 kHz" in str(word.message) for word in heard) == count
+    assert sum("trusted for frequency 10 to 100 kHz; 300 kHz" in str(word.message) for word in caught) == count
 
 
 def test_a_receiver_narrower_than_its_sweep_is_reported_what_is_lost():
     """A sweep of 40 kHz spends half of its time, hence half of its energy, inside 20 kHz."""
     sweep = {"kind": "lfm", "bandwidth": 40e3, "duration": 20e-3, "taper": "none"}
-    (word,) = heard_of(pulse=sweep)
+    (word,) = warnings_of(pulse=sweep)
     assert word.startswith("sonar.receiver.bandwidth: 20 kHz is narrow for a pulse with a band of 40 kHz;")
     # the roll-off on either side passes 0.375 of its 2.5 kHz as energy (mean of cos^4)
     passed = (20 + 2 * 2.5 * 0.375) / 40
     lost = float(word.partition(";")[2].split("%")[0])
     assert abs(lost - 100 * (1 - passed)) < 1.5
-    assert heard_of(pulse=sweep, band=44e3) == []
+    assert warnings_of(pulse=sweep, band=44e3) == []
 
 
 def test_grating_lobes_are_counted_in_beams_and_the_nearest_is_named():
     """Elements d apart repeat a beam every wavelength / d in direction cosine; each beam has its own nearest."""
     steer = np.radians([0.0, 3.0, -20.0])
-    (word,) = heard_of(receive=LINE | {"elements": 25, "steer": tuple(steer)})
+    (word,) = warnings_of(receive=LINE | {"elements": 25, "steer": tuple(steer)})
     period = SOUND_SPEED / FREQUENCY / (1.5 / 25)
     replicas = np.arcsin(np.sin(steer)[:, None] + np.array([-period, period]))
     nearest = np.degrees(np.abs(replicas - steer[:, None]).min())
@@ -80,10 +82,10 @@ def test_grating_lobes_are_counted_in_beams_and_the_nearest_is_named():
     assert f"the nearest stands {nearest:.1f} deg from its beam" in word
 
 
-def test_only_beams_with_a_loud_replica_are_counted():
+def test_only_beams_with_a_strong_replica_are_counted():
     """Elements 0.6 wavelengths apart repeat a beam steered to the side, not the one ahead."""
     half = LINE | {"length": 0.9, "elements": 100, "steer": (0.0, np.radians(60))}
-    (word,) = heard_of(receive=half)
+    (word,) = warnings_of(receive=half)
     assert "in 1 of 2 beams" in word
 
 
@@ -91,7 +93,7 @@ def test_only_beams_with_a_loud_replica_are_counted():
 def test_other_arrays_are_requested_as_well(kind):
     """A panel with sparse rows has lobes below and above; a point has none."""
     panel = {"kind": "planar", "width": 1, "height": 1, "rows": 20}
-    words = heard_of(receive=panel if kind == "planar" else {"kind": "point"})
+    words = warnings_of(receive=panel if kind == "planar" else {"kind": "point"})
     assert len(words) == (kind == "planar")
     if words:
         assert f"the nearest stands {np.degrees(np.arcsin(0.015 * 20)):.1f} deg" in words[0]

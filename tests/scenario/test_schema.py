@@ -79,7 +79,7 @@ def test_the_command_writes_what_a_new_scenario_names(tmp_path, monkeypatch, sch
     assert json.loads(Path(first.split("=")[1]).read_text()) == json.loads(json.dumps(schema))
 
 
-def test_a_schema_that_cannot_be_written_is_said(tmp_path, capsys):
+def test_a_schema_that_cannot_be_written_is_reported(tmp_path, capsys):
     """Exit code 2, the path and the reason."""
     assert main(["schema", "-o", str(tmp_path / "none" / "s.json")]) == 2
     assert "cannot be written" in capsys.readouterr().err

@@ -16,9 +16,9 @@ def test_the_sidescan_template_has_nothing_wrong():
     """Two sides, two legs, a turn, and not even a warning."""
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        told = parse_model(Scenario, TEXT)
-    assert told.sonar.channel_count == 2 and told.track.kind == "waypoints"
-    assert 100 < told.track.ping_count < 200
+        scenario = parse_model(Scenario, TEXT)
+    assert scenario.sonar.channel_count == 2 and scenario.track.kind == "waypoints"
+    assert 100 < scenario.track.ping_count < 200
 
 
 def test_the_track_in_its_comments_follows_a_log(tmp_path):
@@ -28,12 +28,12 @@ def test_the_track_in_its_comments_follows_a_log(tmp_path):
     lines = [line[2:] for line in tail.splitlines() if line.startswith(("# track:", "#   "))]
     rest = tail.splitlines()[-1]
     (tmp_path / "survey.csv").write_text("time,north,east,depth,heading [deg]\n0,0,0,12,0\n3,6,0,12,0\n")
-    told = parse_model(Scenario, "\n".join([before, *lines, rest]), folder=tmp_path)
-    assert told.track.kind == "navigation" and told.track.ping_count == 21
+    scenario = parse_model(Scenario, "\n".join([before, *lines, rest]), folder=tmp_path)
+    assert scenario.track.kind == "navigation" and scenario.track.ping_count == 21
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "field", "said"),
+    ("old", "new", "field", "message"),
     [
         ("[20 m, 0 m, 12 m]", "[20 m, 0 m]", "track.waypoints.1", "value 3 is missing"),
         ("[20 m, 0 m, 12 m]", "[20 m, 0 m, 12 kg]", "track.waypoints.1.2", "12 kg is not a length"),
@@ -51,12 +51,12 @@ def test_the_track_in_its_comments_follows_a_log(tmp_path):
         ("pings: null", "pings: 5000", "track.pings", "5000 pings run beyond the last waypoint"),
     ],
 )
-def test_a_fault_points_to_its_field_and_line(old, new, field, said):
+def test_a_fault_points_to_its_field_and_line(old, new, field, message):
     """Though `waypoints` is a kind of track and a key of it, the way to the value is that of the file."""
     with pytest.raises(ScenarioError) as run_refusal:
         parse_model(Scenario, TEXT.replace(old, new, 1))
     fault = run_refusal.value.faults[0]
-    assert fault.field == field and said in str(fault)
+    assert fault.field == field and message in str(fault)
     key = [step for step in field.split(".") if not step.isdigit()][-1]
     line = TEXT.replace(old, new, 1).splitlines()[fault.line - 1]
     assert f"{key}:" in line or (key == "period" and "roll:" in line)

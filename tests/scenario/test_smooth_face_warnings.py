@@ -17,33 +17,33 @@ from oracles.scenes import nominal
 BOX = {"shape": "box", "label": "crate", "position": (0.0, 150.5), "size": (2.0, 1.0, 1.0)}
 
 
-def said(target, **changes):
+def message(target, **changes):
     """The cautions of a scenario with one target."""
-    with warnings.catch_warnings(record=True) as heard:
+    with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", PhysicsWarning)
         nominal(targets=[target], **changes)
-    return [str(word.message) for word in heard if "face" in str(word.message)]
+    return [str(word.message) for word in caught if "face" in str(word.message)]
 
 
 def test_a_face_that_sends_back_more_than_it_gets_is_reported():
     """1 and -10 dB make 100 + 31 %; what is offered is accepted without a word."""
-    (word,) = said({**BOX, "face_reflection_coefficient": 1.0})
+    (word,) = message({**BOX, "face_reflection_coefficient": 1.0})
     assert (
         "targets.0.face_reflection_coefficient (crate): 1 and a scattering strength of -10 dB together send back 131 %"
         in word
     )
     assert "Write a magnitude up to 0.82, or a lower strength" in word
     assert (
-        said({**BOX, "face_reflection_coefficient": 0.82})
-        == said(BOX)
-        == said({**BOX, "face_reflection_coefficient": 0.0})
+        message({**BOX, "face_reflection_coefficient": 0.82})
+        == message(BOX)
+        == message({**BOX, "face_reflection_coefficient": 0.0})
         == []
     )
 
 
 def test_the_tracer_warns_that_it_simulates_no_flash():
     """Its rays go on from smooth faces."""
-    (word,) = said({**BOX, "face_reflection_coefficient": 0.5}, paths={"engine": "tracer"}, field="incoherent")
+    (word,) = message({**BOX, "face_reflection_coefficient": 0.5}, paths={"engine": "tracer"}, field="incoherent")
     assert "simulates no flash" in word
 
 
@@ -80,7 +80,7 @@ QUAY = {"shape": "box", "label": "quay", "position": (0.0, 60.5), "size": (10.0,
     ids=["2 m of 10", "smaller, in one plane", "neighbours", "2 mm behind", "rough", "back to face"],
 )
 def test_smooth_faces_that_lie_on_one_another_are_refused(other, refused):
-    """Two walls with 2 m in common would reflect twice there: an error with the way out; neighbours go together."""
+    """Two walls with 2 m in common would reflect twice there: an error with the fix; neighbours go together."""
     targets = [QUAY, {**QUAY, "label": "jetty", **other}]
     assert len(nominal(targets=targets).targets) == 2  # without face reflections
     if refused:

@@ -16,8 +16,8 @@ LINE = {"kind": "line", "start": (0.0, 0.0, 4.0), "pings": 3, "speed": 2.0, "int
 
 def built(height, length, *, track=None, **more):
     """A tilted swell over the nominal bed, out to 90 m, by all paths with two bounces."""
-    told = {"track": {"window": (0.0, 0.12)}, "paths": {"max_reflections": 2}, "line": {"length": 0.1}, **more}
-    scenario = nominal(**told).model_dump()
+    settings = {"track": {"window": (0.0, 0.12)}, "paths": {"max_reflections": 2}, "line": {"length": 0.1}, **more}
+    scenario = nominal(**settings).model_dump()
     scenario["surface"] = {"reflection": "tilted", "swell": {"height": height, "length": length}}
     return Scenario(**{**scenario, **({} if track is None else {"track": track})})
 

@@ -37,20 +37,22 @@ def test_the_reported_loss_is_what_the_recording_has():
     """At the end of the window, mean of both sides in dB, against the straight line; and the outer side is darker."""
     radius = 16.0
     scenario = survey(radius)
-    (said,) = turn_warnings(scenario, wavelength(scenario))
-    told = turn_loss_db(2.0 / radius * STOP, (0.886 * wavelength(scenario),) * 2)
-    assert f"about {told:.0f} dB weaker" in said and "on the outside" in said and "one side is darker" in said
+    (message,) = turn_warnings(scenario, wavelength(scenario))
+    expected = turn_loss_db(2.0 / radius * STOP, (0.886 * wavelength(scenario),) * 2)
+    assert (
+        f"about {expected:.0f} dB weaker" in message and "on the outside" in message and "one side is darker" in message
+    )
     turning = round(40 - radius + np.pi / 4 * radius)  # the middle of the arc, a ping to the metre
     recorded = simulate(scenario, pings=[5, turning])["intensity"]
     late = 10 * np.log10(recorded.isel(time=recorded["time"] > 0.97 * STOP).mean("time").values)
     lost = late[0] - late[1]
-    assert lost.mean() == pytest.approx(told, rel=0.25)
+    assert lost.mean() == pytest.approx(expected, rel=0.25)
     port, starboard = lost  # a turn to the left: starboard is outside
     assert starboard > port + 2
 
 
 def test_a_platform_that_stops_and_hops_loses_nothing():
-    """Nor does one that runs straight, or turns slowly: nothing is said, and both sides are alike."""
+    """Nor does one that runs straight, or turns slowly: nothing is reported, and both sides are alike."""
     hopping = survey(10.0, stop_and_hop=True)
     assert turn_warnings(hopping, wavelength(hopping)) == []
     level = simulate(hopping, pings=[5, 40])["intensity"].mean("time").values
@@ -60,10 +62,10 @@ def test_a_platform_that_stops_and_hops_loses_nothing():
 
 
 def test_a_loss_of_side_lobes_is_not_reported_to_the_decibel():
-    """Beyond 10 dB a Gaussian beam has no say, and the words have a bound instead."""
+    """Beyond 10 dB a Gaussian beam does not apply, and the words have a bound instead."""
     scenario = survey(8.0)
-    (said,) = turn_warnings(scenario, wavelength(scenario))
-    assert "10 dB and more weaker" in said
+    (message,) = turn_warnings(scenario, wavelength(scenario))
+    assert "10 dB and more weaker" in message
 
 
 def test_two_beams_a_width_apart_lose_six_decibels():

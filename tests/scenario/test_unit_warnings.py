@@ -28,11 +28,11 @@ def written(folder, *changes):
 
 
 def warned(path):
-    """What is said while a file is read."""
-    with warnings.catch_warnings(record=True) as said:
+    """Messages while a file is read."""
+    with warnings.catch_warnings(record=True) as output:
         warnings.simplefilter("always")
         load_scenario(path)
-    return [str(one.message) for one in said]
+    return [str(one.message) for one in output]
 
 
 @pytest.mark.parametrize("key", ["heading", "pitch", "roll"])
@@ -43,9 +43,9 @@ def test_a_bare_angle_of_few_digits_gets_one_warning_with_its_line(tmp_path, key
     text = path.read_text()
     line = next(n for n, row in enumerate(text.splitlines()) if row.startswith(f"  {key}: 0 deg"))
     path.write_text(text.replace(f"\n  {key}: 0 deg", f"\n  {key}: {typed}", 1))
-    (said,) = (one for one in warned(path) if key in one)
-    assert f"{path}:{line + 1}: track.{key}: {typed} without a unit is read as" in said
-    assert f"'{float(typed):g} deg'" in said and f"'{float(typed):g} rad'" in said
+    (output,) = (one for one in warned(path) if key in one)
+    assert f"{path}:{line + 1}: track.{key}: {typed} without a unit is read as" in output
+    assert f"'{float(typed):g} deg'" in output and f"'{float(typed):g} rad'" in output
 
 
 @pytest.mark.parametrize("typed", ["0", "0.5", "1.571", "1.5 deg", "1.5 rad", "-0.26"])
@@ -58,9 +58,9 @@ def test_a_heading_of_five_is_mentioned_by_check_and_done(tmp_path, capsys):
     """On the command line: one line on stderr, exit code 0."""
     path = written(tmp_path, ("\n  heading: 0 deg", "\n  heading: 5"))
     assert main(["check", str(path)]) == 0
-    said = capsys.readouterr()
-    assert said.err.count("track.heading: 5 without a unit is read as 5 rad (286.5 deg)") == 1
-    assert "but the warning above" in said.out
+    output = capsys.readouterr()
+    assert output.err.count("track.heading: 5 without a unit is read as 5 rad (286.5 deg)") == 1
+    assert "but the warning above" in output.out
 
 
 def test_a_whole_angle_in_python_gets_a_warning_and_a_float_none():
@@ -92,19 +92,19 @@ def test_a_frequency_in_hertz_that_fits_its_pulse_gets_a_warning(tmp_path):
     """100 beside a duration in seconds: two slips that fit each other."""
     path = written(tmp_path, ("frequency: 100 kHz", "frequency: 100"), ("duration: 0.2 ms", "duration: 0.2"),
                    ("bandwidth: 20 kHz", "bandwidth: 100 Hz"))  # fmt: skip
-    said = " ".join(warned(path))
-    assert "sonar.pulse.frequency: 100 without a unit is read as 100 Hz" in said
-    assert "sonar.pulse.duration: 200 ms" in said
+    output = " ".join(warned(path))
+    assert "sonar.pulse.frequency: 100 without a unit is read as 100 Hz" in output
+    assert "sonar.pulse.duration: 200 ms" in output
 
 
 @pytest.mark.parametrize("typed", ["0.2", "0.2 s", "200 ms", "30 ms"])
 def test_a_pulse_that_fills_the_recording_gets_a_warning(tmp_path, typed):
     """Seconds for milliseconds: what part of the window it takes, and how long its echoes are."""
-    (said,) = (
+    (output,) = (
         one for one in warned(written(tmp_path, ("duration: 0.2 ms", f"duration: {typed}"))) if "duration" in one
     )
-    assert "sonar.pulse.duration: " in said and "of track.window" in said
-    assert ("Did you mean 0.2 ms?" in said) == (typed != "30 ms")
+    assert "sonar.pulse.duration: " in output and "of track.window" in output
+    assert ("Did you mean 0.2 ms?" in output) == (typed != "30 ms")
 
 
 def test_a_usual_pulse_gets_none(tmp_path):

@@ -28,7 +28,7 @@ def test_what_was_written_is_read_again(strength):
 
 
 @pytest.mark.parametrize(
-    ("water", "top", "said"),
+    ("water", "top", "message"),
     [
         ({"volume_strength_db": ((5.0, -70.0), (3.0, -60.0))}, {}, "is not below the row above"),
         ({"volume_strength_db": ()}, {}, "has no rows"),
@@ -40,13 +40,13 @@ def test_what_was_written_is_read_again(strength):
         ({"patches": [SCHOOL]}, {"paths": {"engine": "tracer"}, "field": "incoherent"}, "not simulated by the tracer"),
     ],
 )
-def test_slips_are_reported_with_the_way_out(water, top, said):
+def test_slips_are_reported_with_the_fix(water, top, message):
     """What is wrong, in words that name it."""
-    with pytest.raises(ValidationError, match=said):
+    with pytest.raises(ValidationError, match=message):
         scene(water, **top)
 
 
-def test_water_that_nobody_listens_to_is_reported():
+def test_water_that_no_beam_reaches_is_reported():
     """Causes that leave the water out are a caution, not a fault."""
     with pytest.warns(PhysicsWarning, match="water is not among them"):
         scene({"volume_strength_db": -70}, paths={"contributions": ["seabed"]})

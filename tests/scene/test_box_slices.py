@@ -1,4 +1,4 @@
-"""An upright box: its points as a surface, its body, and what a vertical plane meets of it."""
+"""An upright box: its points as a surface, its body, and its section by a vertical plane."""
 
 import numpy as np
 import pytest
@@ -21,7 +21,7 @@ def points(box, pitch=0.2, **how):
 
 
 def section(box, bearing, covered=lambda width: width, pitch=0.1):
-    """What a plane through the sonar meets of a box."""
+    """Section of a box by a plane through the sonar."""
     return box_section(points(box, pitch), box, SONAR, bearing, covered)
 
 
@@ -36,7 +36,7 @@ def test_a_box_is_right_handed_and_its_top_is_up(heading):
 
 @given(st.tuples(*[st.floats(0.3, 4)] * 3), st.floats(-6, 6), st.floats(4.1, 19))
 @settings(max_examples=25, deadline=None)
-def test_a_floating_box_obeys_the_divergence_theorem(size, heading, base):
+def test_a_floating_box_satisfies_the_divergence_theorem(size, heading, base):
     """Six wet faces, off surface and seabed: the areas sum to zero, and a third of the sum of x.n dA is the volume."""
     box = Box(position=(5, 50), size=size, heading=heading, base_depth=base)
     found = points(box, 0.3)
@@ -56,7 +56,7 @@ def test_a_standing_box_is_open_towards_the_bed():
     np.testing.assert_array_equal(on_bed.position, standing.position)
 
 
-def test_each_face_looks_where_its_name_says():
+def test_each_face_looks_where_its_name_states():
     """Heading east, fore is east, starboard is south, top is shallow: by the face in each point's key."""
     found = points(Box(position=(0, 50), size=(2, 1, 1), heading=np.pi / 2, base_depth=15.0))
     face = (found.scatterer_id >> np.uint64(24)) & np.uint64(7)
@@ -69,7 +69,7 @@ def test_each_face_looks_where_its_name_says():
 
 @pytest.mark.parametrize("rise", [0.2, 0.05, 0.013])
 def test_only_upright_faces_are_cut_into_lower_cells(rise):
-    """Cells of the top keep their number; those of a 1 m high side become as many as the rise asks."""
+    """Cells of the top keep their number; those of a 1 m high side become as many as the rise requests."""
     box = Box(position=(0, 50), size=(2, 1, 1))
     found = points(box, 0.25, rise=rise)
     level = found.normal[:, 2] < -0.5
@@ -79,7 +79,7 @@ def test_only_upright_faces_are_cut_into_lower_cells(rise):
 
 
 def test_even_points_do_not_follow_the_seed_and_drawn_ones_do():
-    """Laid out evenly the places are the same for all seeds; their phases are still drawn."""
+    """Placed evenly the places are the same for all seeds; their phases are still drawn."""
     box = Box(position=(0, 50), size=(2, 1, 1))
     one, other = (box_scatterers(box, DEPTH, seed, 0.2, 0, quadrature=True) for seed in (1, 2))
     np.testing.assert_array_equal(one.position, other.position)
@@ -91,12 +91,12 @@ def test_even_points_do_not_follow_the_seed_and_drawn_ones_do():
 def test_even_points_find_the_moment_of_a_face_better_than_drawn_ones():
     """The mean of a plane wave's square over the top of a box, sin^2(7 x), against its integral."""
     box = Box(position=(0, 50), size=(2, 1, 1))
-    told = 0.5 - np.sin(14) / 28
+    expected = 0.5 - np.sin(14) / 28
     off = []
     for even in (True, False):
         found = [box_scatterers(box, DEPTH, seed, 0.1, 0, quadrature=even) for seed in range(6)]
         tops = [np.sin(7 * p.position[p.normal[:, 2] < -0.5, 0]) ** 2 for p in found]
-        off.append(np.sqrt(np.mean([(top.mean() - told) ** 2 for top in tops])))
+        off.append(np.sqrt(np.mean([(top.mean() - expected) ** 2 for top in tops])))
     assert off[0] < 2e-3 and off[0] < off[1]
 
 
@@ -118,10 +118,10 @@ def test_a_hair_of_roll_makes_a_box_of_triangles_and_changes_no_body():
     assert len(one.boxes) == len(other.solids) == 1 and not one.solids and not other.boxes
     np.testing.assert_allclose(other.body_depths, one.body_depths, atol=1e-8)
     north, east, c, s, length, width, top, base = one.bodies[0]
-    told = np.array([(north + c * a - s * b, east + s * a + c * b, z) for a in (-length, length)
+    expected = np.array([(north + c * a - s * b, east + s * a + c * b, z) for a in (-length, length)
                      for b in (-width, width) for z in (top, base)])  # fmt: skip
     found = world_triangles(other.solids[0], other.seabed).vertices
-    away = np.linalg.norm(found[:, None] - told[None], axis=2)
+    away = np.linalg.norm(found[:, None] - expected[None], axis=2)
     assert away.min(axis=0).max() < 1e-8 and away.min(axis=1).max() < 1e-8
 
 
@@ -147,17 +147,17 @@ def test_a_section_that_is_covered_whole_keeps_the_areas_of_its_faces(turn):
     box = Box(position=(50, 0), size=(3, 2, 1), heading=turn)
     found = section(box, 0.0)
     assert found.area.sum() == pytest.approx(2 * 2 * 1 + 3 * 2)
-    asked = []
-    section(box, 0.0, lambda width: asked.append(width) or width)
-    np.testing.assert_allclose(asked, 2 * np.cos(turn))
+    widths = []
+    section(box, 0.0, lambda width: widths.append(width) or width)
+    np.testing.assert_allclose(widths, 2 * np.cos(turn))
     half = section(box, 0.0, lambda width: width / 2)
     np.testing.assert_allclose(half.area, found.area / 2)
 
 
-def test_a_plane_that_misses_the_box_meets_nothing():
-    """At 50 m a box 2 m wide is met up to 1 m beside its middle, and no farther."""
-    for aside, met in ((0.0, True), (0.99, True), (-0.99, True), (1.01, False), (-1.01, False)):
-        assert bool(len(section(Box(position=(50, aside), size=(1, 2, 1)), 0.0))) is met
+def test_a_plane_that_misses_the_box_cuts_nothing():
+    """At 50 m a box 2 m wide is cut up to 1 m beside its middle, and no farther."""
+    for aside, is_cut in ((0.0, True), (0.99, True), (-0.99, True), (1.01, False), (-1.01, False)):
+        assert bool(len(section(Box(position=(50, aside), size=(1, 2, 1)), 0.0))) is is_cut
 
 
 def test_a_box_seen_from_the_other_side_has_the_same_section():

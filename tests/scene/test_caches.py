@@ -18,7 +18,7 @@ def made(value, size=100):
 
 
 def test_an_array_is_made_once():
-    """Asked again, the same array comes back and nothing is made."""
+    """Requested again, the same array comes back and nothing is made."""
     kept, calls = ArrayCache(10_000), []
 
     def make():
@@ -37,7 +37,7 @@ def test_what_is_kept_cannot_be_written_to():
 
 
 def test_the_least_recently_used_array_is_deleted_first():
-    """Three fit; asking for the first again saves it from the fourth."""
+    """Three fit; requesting the first again saves it from the fourth."""
     kept = ArrayCache(3 * 800)
     for name in "abc":
         kept.get(name, made(ord(name)))
@@ -49,20 +49,20 @@ def test_the_least_recently_used_array_is_deleted_first():
 
 
 def test_one_array_larger_than_all_is_still_given():
-    """A bound that is too small costs time, never an answer."""
+    """A bound that is too small costs time, never a result."""
     kept = ArrayCache(10)
     assert kept.get("a", made(7))[0] == 7 and len(kept) == 1
     assert kept.get("b", made(8))[0] == 8 and len(kept) == 1
 
 
 def test_threads_share_one_store():
-    """Many threads asking for few keys get the right arrays, and the count of bytes stays true."""
+    """Many threads requesting few keys get the right arrays, and the count of bytes stays true."""
     kept = ArrayCache(5 * 800)
     rng = np.random.default_rng(1)
-    wanted = rng.integers(0, 12, 2000)
+    requested = rng.integers(0, 12, 2000)
     with ThreadPoolExecutor(8) as pool:
-        found = list(pool.map(lambda k: kept.get(int(k), made(k))[0], wanted))
-    np.testing.assert_array_equal(found, wanted)
+        found = list(pool.map(lambda k: kept.get(int(k), made(k))[0], requested))
+    np.testing.assert_array_equal(found, requested)
     assert kept.bytes == 800 * len(kept) <= 5 * 800
 
 
@@ -85,22 +85,22 @@ def test_tiles_of_the_map_join():
 
 
 def test_points_of_one_key_are_the_ground_at_these_points():
-    """Kept or not, height and slope are the relief's own; the slope is the derivative of the height; asked once."""
+    """Kept or not, height and slope are the relief's own; the slope is the derivative of the height; requested once."""
     ground = bed()
     along, across = np.random.default_rng(2).uniform(-50, 50, (2, 200))
-    first, size, asked = np.array([0, 120]), np.array([120, 80]), []
+    first, size, requested = np.array([0, 120]), np.array([120, 80]), []
 
     def places(sets, known):
-        asked.extend(zip(sets.tolist(), known.tolist(), strict=True))
+        requested.extend(zip(sets.tolist(), known.tolist(), strict=True))
         rows = np.concatenate([np.arange(first[t] + n, first[t] + size[t]) for t, n in zip(sets, known, strict=True)])
         return along[rows], across[rows]
 
-    def told(tiles):
+    def points_of(tiles):
         rows, start = ground.sample_tiles(1, np.array([11, 12])[tiles], size[tiles], places)
         return np.concatenate([rows[n : n + some] for n, some in zip(start, size[tiles], strict=True)])
 
-    survey, again, second = told([0, 1]), told([0, 1]), told([1])
-    assert asked == [(0, 0), (1, 0)]
+    survey, again, second = points_of([0, 1]), points_of([0, 1]), points_of([1])
+    assert requested == [(0, 0), (1, 0)]
     np.testing.assert_array_equal(survey, again)
     np.testing.assert_array_equal(survey[120:], second)
     np.testing.assert_allclose(survey[:, 0], ground.depth - ground.depth_at(along, across), atol=1e-12)

@@ -10,7 +10,7 @@ from insonify.validity import PhysicsWarning
 
 
 def saved(tmp_path, depth, *, north=None, east=None, name="survey.npz", **more):
-    """A numpy file of depths, cells of 1 m about 0, 0 unless told."""
+    """A numpy file of depths, cells of 1 m about 0, 0 unless given."""
     rows, columns = depth.shape
     north = np.arange(rows) - (rows - 1) / 2 if north is None else north
     east = np.arange(columns) - (columns - 1) / 2 if east is None else east
@@ -33,7 +33,7 @@ def test_the_ground_passes_through_the_nodes(tmp_path):
 
 
 def test_a_slope_stays_a_slope_and_a_wave_nearly_a_wave(tmp_path):
-    """A plane is met exactly; a wave of 15 cells within 1 % of its height between the nodes."""
+    """A plane is reproduced exactly; a wave of 15 cells within 1 % of its height between the nodes."""
     north, east = np.meshgrid(np.arange(41.0), np.arange(51.0), indexing="ij")
     plane = Seabed(relief=saved(tmp_path, 20 + 0.1 * north - 0.05 * east, name="plane.npz")).terrain
     at = np.random.default_rng(1).uniform(-19, 19, (2, 500))
@@ -41,8 +41,8 @@ def test_a_slope_stays_a_slope_and_a_wave_nearly_a_wave(tmp_path):
     np.testing.assert_allclose(found.slope, np.tile([-0.1, 0.05], (500, 1)), atol=1e-5)
     np.testing.assert_allclose(plane.depth_at(*at), 20 + 0.1 * (at[0] + 20) - 0.05 * (at[1] + 25), atol=1e-5)
     waves = Seabed(relief=saved(tmp_path, hilly())).terrain
-    told = 20 + 0.5 * np.sin(2 * np.pi * (at[0] + 20) / 15) * np.cos(2 * np.pi * (at[1] + 25) / 15)
-    assert np.max(np.abs(waves.depth_at(*at) - told)) < 0.005
+    expected = 20 + 0.5 * np.sin(2 * np.pi * (at[0] + 20) / 15) * np.cos(2 * np.pi * (at[1] + 25) / 15)
+    assert np.max(np.abs(waves.depth_at(*at) - expected)) < 0.005
 
 
 def test_the_gradient_is_exact_and_does_not_jump_at_cell_edges(tmp_path):
@@ -89,12 +89,12 @@ def test_a_grid_finer_than_the_split_is_averaged_to_it(tmp_path):
 
 
 def test_the_scene_stands_where_its_origin_is_reported(tmp_path):
-    """The origin told in the file's coordinates is the scene's north 0, east 0; else the middle of what is known."""
+    """The origin given in the file's coordinates is the scene's north 0, east 0; else the middle of what is known."""
     north, east = 7_000_000 + np.arange(41.0), 600_000 + np.arange(51.0)
     relief = saved(tmp_path, hilly(), north=north, east=east)
-    told = Seabed(relief={**relief, "origin": (7_000_010.0, 600_005.0)}).terrain
-    assert told.depth_at(0.0, 0.0) == pytest.approx(hilly()[10, 5], abs=1e-5)
-    assert told.depth_at(3.0, -2.0) == pytest.approx(hilly()[13, 3], abs=1e-5)
+    terrain = Seabed(relief={**relief, "origin": (7_000_010.0, 600_005.0)}).terrain
+    assert terrain.depth_at(0.0, 0.0) == pytest.approx(hilly()[10, 5], abs=1e-5)
+    assert terrain.depth_at(3.0, -2.0) == pytest.approx(hilly()[13, 3], abs=1e-5)
     middle = Seabed(relief={**relief, "origin": None}).terrain
     assert middle.depth_at(0.0, 0.0) == pytest.approx(hilly()[20, 25], abs=1e-5)
 
@@ -133,7 +133,7 @@ def test_a_survey_moves_with_its_world(tmp_path):
     ],
 )
 def test_what_does_not_fit_is_reported(tmp_path, change, field, words):
-    """Field, value, what is wrong and the way out."""
+    """Field, value, what is wrong and the fix."""
     relief, seabed = saved(tmp_path, hilly()), {}
     for name, value in change.items():
         (seabed if name == "depth" else relief)[name] = value
@@ -141,7 +141,7 @@ def test_what_does_not_fit_is_reported(tmp_path, change, field, words):
         Seabed(relief=relief, **seabed)
 
 
-def test_two_surveys_are_refused_and_a_power_law_that_repeats_one_is_said(tmp_path):
+def test_two_surveys_are_refused_and_a_power_law_that_repeats_one_is_reported(tmp_path):
     """Depths do not add up; waves longer than a few cells are there already."""
     relief = saved(tmp_path, hilly())
     with pytest.raises(ValueError, match=r"(?s)relief\.1.*merge the files"):

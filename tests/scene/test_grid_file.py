@@ -58,7 +58,7 @@ def test_a_geotiff_is_read_north_up_with_its_gaps(tmp_path):
 
 
 @pytest.mark.parametrize("key", ["crs_wkt", "spatial_ref"])
-def test_netcdf_says_its_coordinate_system(tmp_path, key):
+def test_netcdf_states_its_coordinate_system(tmp_path, key):
     """The system of the grid mapping is the grid's, so that recordings have latitudes."""
     netcdf = pytest.importorskip("netCDF4", reason="netCDF4 is not installed: pip install '.[io]'")
     crs = pytest.importorskip("rasterio.crs", reason="rasterio is not installed: pip install '.[io]'")
@@ -69,12 +69,14 @@ def test_netcdf_says_its_coordinate_system(tmp_path, key):
     assert crs.CRS.from_wkt(read_grid(path).crs).to_epsg() == 32631
 
 
-@pytest.mark.parametrize(("values", "told"), [(-DEPTH, "elevations by their sign"), (DEPTH, "depths by their sign")])
-def test_depths_and_elevations_are_distinguished_by_their_sign(tmp_path, values, told):
-    """Both mean the same bed, and it is said how that is known."""
+@pytest.mark.parametrize(
+    ("values", "description"), [(-DEPTH, "elevations by their sign"), (DEPTH, "depths by their sign")]
+)
+def test_depths_and_elevations_are_distinguished_by_their_sign(tmp_path, values, description):
+    """Both mean the same bed, and it is reported how that is known."""
     found = read_grid(tif(tmp_path / "a.tif", values))
     np.testing.assert_allclose(found.elevation, -DEPTH)
-    assert told in found.description
+    assert description in found.description
 
 
 def test_netcdf_is_read_in_either_order_of_its_dimensions(tmp_path):
@@ -88,7 +90,7 @@ def test_netcdf_is_read_in_either_order_of_its_dimensions(tmp_path):
     assert "elevations, positive up" in plain.description
 
 
-def test_netcdf_says_its_sign_and_its_units(tmp_path):
+def test_netcdf_states_its_sign_and_its_units(tmp_path):
     """An attribute positive wins over the name; feet and centimetres become metres; kilometres of coordinates too."""
     down = read_grid(nc(tmp_path / "a.nc", DEPTH, name="z", positive="down"))
     np.testing.assert_allclose(down.elevation, -DEPTH)
@@ -125,13 +127,13 @@ def test_latitude_and_longitude_find_their_place_in_a_projected_grid(tmp_path):
 
 
 def test_numpy_files_hold_a_grid_and_its_coordinates(tmp_path):
-    """Names say what is what."""
+    """Names state what is what."""
     found = read_grid(npz(tmp_path / "a.npz", depth=DEPTH, north=np.arange(4.0), east=np.arange(5.0)))
     np.testing.assert_allclose(found.elevation, -DEPTH)
 
 
 def wrong_files(tmp_path):
-    """Files that are no bathymetry, with the field and the words of the answer."""
+    """Files that are no bathymetry, with the field and the words of the result."""
     axes = {"north": np.arange(4.0), "east": np.arange(5.0)}
     uneven = {"north": np.array([0.0, 1, 2, 4]), "east": np.arange(5.0)}
     (tmp_path / "junk.npz").write_bytes(b"junk")
@@ -161,8 +163,8 @@ def wrong_files(tmp_path):
     ]
 
 
-def test_every_fault_is_reported_with_the_file_and_a_way_out(tmp_path):
-    """Seventeen wrong files; each answer names the file and what to do."""
+def test_every_fault_is_reported_with_the_file_and_a_fix(tmp_path):
+    """Seventeen wrong files; each message names the file and what to do."""
     for path, words in wrong_files(tmp_path):
         with pytest.raises(GridError) as caught:
             read_grid(path)
@@ -170,7 +172,7 @@ def test_every_fault_is_reported_with_the_file_and_a_way_out(tmp_path):
 
 
 @pytest.mark.skipif(not REAL.is_file(), reason="JD211, a public survey grid, is not in the folder INSONIFY_DATA")
-def test_a_real_survey_lies_as_its_papers_say():
+def test_a_real_survey_lies_as_its_papers_state():
     """JD211: 1707 x 1478 cells of 2 m in UTM 2 N, 46 % filled, -52.96 to -50.99 m, elevations positive up."""
     pytest.importorskip("rasterio", reason="rasterio is not installed: pip install '.[io]'")
     seabed = Seabed(relief={"kind": "grid", "file": str(REAL)})

@@ -38,7 +38,7 @@ def inside(count=400, seed=2):
     return rng.uniform(0, ROWS - 1, count), rng.uniform(0, COLUMNS - 1, count)
 
 
-def test_soundings_are_met_exactly():
+def test_soundings_are_reproduced_exactly():
     """The surface goes through every node."""
     height = random_heights()
     row, column = np.mgrid[:ROWS, :COLUMNS]
@@ -57,7 +57,7 @@ def test_a_plane_is_a_plane(level, rise, tilt):
     np.testing.assert_allclose(found[2], tilt, atol=1e-12)
 
 
-def test_a_parabola_is_met_exactly_away_from_the_edges():
+def test_a_parabola_is_reproduced_exactly_away_from_the_edges():
     """Central differences are the slopes of a parabola, and cubics hold it: exact but in the outermost cells."""
     row = np.mgrid[:ROWS, :COLUMNS][0].astype(float)
     read = surface(0.3 * row**2 - row)
@@ -104,7 +104,7 @@ def test_a_cell_with_a_hole_at_a_corner_is_a_hole():
 
 @pytest.mark.parametrize(("row", "column"), [(-0.01, 1), (ROWS - 0.99, 1), (1, -0.01), (1, COLUMNS - 0.99)])
 def test_nothing_is_extrapolated(row, column):
-    """Beyond the last sounding nobody knows."""
+    """Beyond the last sounding the height is unknown."""
     assert np.isnan(surface(random_heights())(row, column)).all()
 
 

@@ -11,13 +11,13 @@ SIDE = 0.5 * CELLS
 
 
 def tile(along, across):
-    """A page that says at each node where it lies."""
+    """A page that states at each node where it lies."""
     nodes = np.arange(NODES, dtype=np.float32)
     return (along * CELLS + nodes[:, None]) * 1000 + across * CELLS + nodes
 
 
 def read(paged, places, drawn=None):
-    """What the map says at nodes, asked page by page as a kernel would: one missing page at a time."""
+    """What the map states at nodes, requested page by page as a kernel would: one missing page at a time."""
     found, done = np.zeros(len(places)), np.zeros(len(places), bool)
 
     def draw(a, b):
@@ -25,21 +25,21 @@ def read(paged, places, drawn=None):
             drawn.append((a, b))
         return tile(a, b)
 
-    def ask(pages, wanted):
+    def evaluate(pages, requested):
         for n in np.flatnonzero(~done):
             i, j = places[n] - np.array([pages.corner_a, pages.corner_b]) * CELLS
             row, column = i // CELLS, j // CELLS
-            if not (0 < row < wanted.shape[0] - 1 and 0 < column < wanted.shape[1] - 1):
-                wanted[0, 0] = True
+            if not (0 < row < requested.shape[0] - 1 and 0 < column < requested.shape[1] - 1):
+                requested[0, 0] = True
                 return False
-            at = pages.row_of[row * wanted.shape[1] + column]
+            at = pages.row_of[row * requested.shape[1] + column]
             if at < 0:
-                wanted[row, column] = True
+                requested[row, column] = True
                 return False
             found[n], done[n] = pages.heights[(at * NODES + i % CELLS) * NODES + j % CELLS], True
         return True
 
-    paged.serve_kernel(0.5, np.zeros(2), np.zeros(2), draw, ask)
+    paged.serve_kernel(0.5, np.zeros(2), np.zeros(2), draw, evaluate)
     return found
 
 
@@ -53,7 +53,7 @@ def test_a_map_read_by_pages_is_the_map(most):
 
 
 def test_a_page_is_drawn_once():
-    """The same nodes again ask for nothing."""
+    """The same nodes again request nothing."""
     paged, places, drawn = HeightmapCache(), np.random.default_rng(2).integers(-300, 300, (50, 2)), []
     read(paged, places, drawn)
     first = len(drawn)
@@ -62,10 +62,10 @@ def test_a_page_is_drawn_once():
 
 
 def test_threads_share_tiles():
-    """Eight readers of one small store, which forgets: each is told the map."""
+    """Eight readers of one small store, which loses: each reads the map."""
     paged, rng = HeightmapCache(60 * NODES**2), np.random.default_rng(3)
-    wanted = [rng.integers(-400, 400, (20, 2)) for _ in range(40)]
+    requested = [rng.integers(-400, 400, (20, 2)) for _ in range(40)]
     with ThreadPoolExecutor(8) as pool:
-        found = list(pool.map(lambda places: read(paged, places), wanted))
-    for places, told in zip(wanted, found, strict=True):
-        np.testing.assert_array_equal(told, places @ [1000, 1])
+        found = list(pool.map(lambda places: read(paged, places), requested))
+    for places, heights in zip(requested, found, strict=True):
+        np.testing.assert_array_equal(heights, places @ [1000, 1])

@@ -92,8 +92,8 @@ def test_bits_of_a_tile_do_not_depend_on_the_others(order, together):
     """Drawn alone or with others, first or last, in any row: the same bits."""
     ground, numbers = bed(), [(0, 0), (0, 1), (-5, 2), (300, -7), (1, 0), (64, 64)]
     alone = {number: drawn(ground, number)[0] for number in numbers}
-    asked = [numbers[k] for k in order][:together]
-    for number, tile in zip(asked, drawn(ground, *asked), strict=True):
+    requested = [numbers[k] for k in order][:together]
+    for number, tile in zip(requested, drawn(ground, *requested), strict=True):
         np.testing.assert_array_equal(tile, alone[number])
 
 
@@ -154,7 +154,7 @@ def test_surveyed_ground_is_drawn_through_its_soundings(tmp_path):
 
 
 def test_gaps_of_a_survey_stay_gaps(tmp_path):
-    """Nodes that nobody measured have no height in the map either, and no others lose theirs."""
+    """Nodes without a measurement have no height in the map either, and no others lose theirs."""
     holed = hilly()
     holed[15:26, 20:31] = np.nan
     ground = Seabed(relief=saved(tmp_path, holed)).completed(1, 100e3, 1500.0).terrain

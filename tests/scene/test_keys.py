@@ -134,7 +134,7 @@ def test_faces_and_labels_do_not_share_their_draws() -> None:
 
 
 @given(st.text(min_size=1, max_size=30), st.integers(0, 7), st.integers(0, 4095), st.integers(0, 4095))
-def test_a_targets_key_says_face_and_cell(label: str, face: int, row: int, column: int) -> None:
+def test_a_targets_key_states_face_and_cell(label: str, face: int, row: int, column: int) -> None:
     """Twelve bits each for row and column, three for the face: read back as they went in, under any label."""
     key = int(target_scatterer_id(label, face, np.array([row]), np.array([column]))[0])
     assert (key & 4095, (key >> 12) & 4095, (key >> 24) & 7, key >> 59) == (column, row, face, random_keys.TARGET)
@@ -158,10 +158,10 @@ def test_no_key_of_a_whole_ping_is_given_twice() -> None:
 
 def test_a_slice_has_keys_of_its_own_for_bed_and_surface() -> None:
     """Along the plane each cell has one key, the surface's apart from the bed's and both from the lattice's."""
-    told = nominal(
+    scenario = nominal(
         surface={"scattering": {"strength_db": -30}}, track={"window": (0.1, 0.12)}, paths={"geometry": "slice"}
     )
-    simulator = build_simulator(told)
+    simulator = build_simulator(scenario)
     blocks = [block() for block in simulator.engine.blocks(simulator.ping_geometry(0))]
     keys = np.concatenate([block.scatterer_id for block in blocks])
     assert np.unique(keys).size == keys.size

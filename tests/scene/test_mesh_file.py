@@ -30,7 +30,7 @@ def hull():
 
 
 def saved(path, vertices, faces):
-    """A mesh in a file of the kind that its suffix says."""
+    """A mesh in a file of the kind that its suffix states."""
     trimesh.Trimesh(vertices, faces, process=False).export(path)
     return str(path)
 
@@ -64,13 +64,13 @@ def test_a_file_of_noise_is_refused_for_what_it_is(tmp_path):
     """Bytes without sense: not for want of some package."""
     for name in ("noise.obj", "noise.stl"):
         (tmp_path / name).write_bytes(np.random.default_rng(1).bytes(500))
-        with pytest.raises(ValidationError, match="Export") as told:
+        with pytest.raises(ValidationError, match="Export") as error:
             body_triangles(Mesh(position=(0, 0), file=str(tmp_path / name)))
-        assert "No module" not in str(told.value)
+        assert "No module" not in str(error.value)
 
 
-def test_up_and_scale_say_how_a_file_was_drawn(tmp_path):
-    """The same body drawn y up in millimetres, told so."""
+def test_up_and_scale_state_how_a_file_was_drawn(tmp_path):
+    """The same body drawn y up in millimetres, given so."""
     vertices, faces = hull()
     file = saved(tmp_path / "hull.stl", 1000 * vertices[:, [1, 2, 0]], faces)
     found = body_triangles(Mesh(position=(0, 0), file=file, up="y", scale=0.001))
@@ -87,7 +87,7 @@ def test_a_mesh_turned_inside_out_is_turned_back(tmp_path):
     assert wrong.volume == pytest.approx(right.volume) and right.volume > 0
 
 
-def test_an_open_surface_answers_on_both_sides_and_is_reported(tmp_path):
+def test_an_open_surface_scatters_on_both_sides_and_is_reported(tmp_path):
     """A box without its lid: a warning that names the file; every face is there once for each side."""
     whole = block(2, 1, 1)
     file = saved(tmp_path / "tray.stl", whole.vertices, whole.faces[:-2])
@@ -97,7 +97,7 @@ def test_an_open_surface_answers_on_both_sides_and_is_reported(tmp_path):
 
 
 def test_faces_without_an_area_are_left_out_and_counted():
-    """Two needles among twelve triangles: the body stays closed, and a remark says how many went."""
+    """Two needles among twelve triangles: the body stays closed, and a remark states how many went."""
     whole = block(2, 1, 1)
     needles = np.concatenate([whole.faces, [[0, 0, 1], [2, 2, 2]]])
     found, remarks = repaired(Triangles(whole.vertices, needles))
@@ -116,7 +116,7 @@ def test_corners_at_one_place_are_one_corner():
 
 
 def test_faces_that_disagree_are_reported():
-    """One face of a closed block the other way round: both of its sides scatter, and a remark says why."""
+    """One face of a closed block the other way round: both of its sides scatter, and a remark states why."""
     whole = block(2, 1, 1)
     faces = whole.faces.copy()
     faces[3] = faces[3, ::-1]
@@ -138,18 +138,18 @@ REFUSED = {
 
 
 @pytest.mark.parametrize("name", REFUSED)
-def test_a_file_that_is_no_body_is_refused_by_name_with_the_way_out(tmp_path, name):
+def test_a_file_that_is_no_body_is_refused_by_name_with_the_fix(tmp_path, name):
     """Missing, foreign, empty, broken or of a size that no target has: the field, the file, what to do."""
-    content, field, said = REFUSED[name]
+    content, field, message = REFUSED[name]
     if content is not None:
         (tmp_path / name).write_bytes(content)
-    with pytest.raises(ValidationError, match=f"(?s){field}: .*{name}.*{said}") as caught:
+    with pytest.raises(ValidationError, match=f"(?s){field}: .*{name}.*{message}") as caught:
         Scene(targets=[{"shape": "mesh", "position": (0, 0), "file": str(tmp_path / name)}])
     assert len(caught.value.errors()) == 1
 
 
 def test_a_sheet_that_lies_flat_has_no_height(tmp_path):
-    """What would be buried by nothing at all is said to be flat, not to want a burial below 0 m."""
+    """What would be buried by nothing at all is reported to be flat, not to want a burial below 0 m."""
     file = saved(
         tmp_path / "sheet.ply", np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]]), np.array([[0, 1, 2], [0, 2, 1]])
     )
@@ -166,8 +166,8 @@ def test_a_doubtful_size_is_a_warning(tmp_path):
             Mesh(position=(0, 0), file=file)
 
 
-def test_without_trimesh_the_message_says_what_to_install(tmp_path, monkeypatch):
-    """The extra is named; scenarios without mesh files never ask for it."""
+def test_without_trimesh_the_message_states_what_to_install(tmp_path, monkeypatch):
+    """The extra is named; scenarios without mesh files never request it."""
     file = saved(tmp_path / "alone.stl", *hull())
     monkeypatch.setitem(sys.modules, "trimesh", None)
     with pytest.raises(ValidationError, match=r"pip install .*(\[targets\]|trimesh)"):

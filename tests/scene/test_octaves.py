@@ -169,8 +169,8 @@ def test_octaves_are_equal_by_their_numbers_and_cannot_be_changed():
 def test_brownian_relief_decorrelates_exponentially():
     """Hurst exponent 1/2 has a closed form: the mean square difference over r is 2 rms^2 (1 - exp(-K0 r))."""
     law, lag = PowerLaw(hurst=0.5, rms=0.2, outer_scale=5.0), np.array([0.0, 0.01, 0.3, 2.0, 40.0])
-    told = 2 * 0.2**2 * (1 - np.exp(-2 * np.pi / 5 * lag))
-    np.testing.assert_allclose(structure(law, lag), told, rtol=1e-9, atol=1e-15)
+    expected = 2 * 0.2**2 * (1 - np.exp(-2 * np.pi / 5 * lag))
+    np.testing.assert_allclose(structure(law, lag), expected, rtol=1e-9, atol=1e-15)
 
 
 @given(st.floats(0.2, 0.9), st.floats(0.01, 2.0), st.floats(1.0, 100.0))
@@ -187,9 +187,9 @@ def test_near_by_ground_is_a_fractal(hurst):
     """Well below the outer scale doubling the lag raises the mean square by 2^(2 H), with Matern's own constant."""
     law, lag = PowerLaw(hurst=hurst, rms=1.0, outer_scale=1e5), 0.01
     x = law.outer_wavenumber * lag
-    told = 2 * gamma(1 - hurst) / gamma(1 + hurst) * (x / 2) ** (2 * hurst)
+    expected = 2 * gamma(1 - hurst) / gamma(1 + hurst) * (x / 2) ** (2 * hurst)
     near = structure(law, [lag, 2 * lag])
-    assert near[0] == pytest.approx(told, rel=0.02)
+    assert near[0] == pytest.approx(expected, rel=0.02)
     assert near[1] / near[0] == pytest.approx(4**hurst, rel=0.02)
 
 
@@ -218,12 +218,18 @@ def test_the_finest_wave_of_the_ground_is_that_of_its_parts():
     """A fractal ends at the split, ripples at half their length; what is below the split is no ground."""
     fractal, coarse, fine = PowerLaw(hurst=0.6, rms=0.1), Ripples(wavelength=0.8), Ripples(wavelength=0.3)
     split = RoughnessCutoff(wavelength=0.5)
-    for kinds, told in (((), 0.5), ((fractal,), 0.5), ((coarse,), 0.4), ((fine,), 0.5), ((fractal, coarse, fine), 0.4)):
-        assert build_terrain(kinds, seed=1, cutoff=split).shortest_wavelength == pytest.approx(told), kinds
+    for kinds, expected in (
+        ((), 0.5),
+        ((fractal,), 0.5),
+        ((coarse,), 0.4),
+        ((fine,), 0.5),
+        ((fractal, coarse, fine), 0.4),
+    ):
+        assert build_terrain(kinds, seed=1, cutoff=split).shortest_wavelength == pytest.approx(expected), kinds
 
 
 def test_band_and_whole_agree_whatever_is_resolved():
-    """Variance between wavenumbers, asked as an array or as an rms height, with and without ripples in the band."""
+    """Variance between wavenumbers, requested as an array or as an rms height, with and without ripples in the band."""
     ground = build_terrain([PowerLaw(hurst=0.6, rms=0.1), Ripples(wavelength=0.8)], seed=1)
     low = np.array([0.1, 1.0, 2 * np.pi / 0.8 * 0.999, 2 * np.pi / 0.8 * 1.001, 20.0])
     found = ground.band_variance(low, 30.0)

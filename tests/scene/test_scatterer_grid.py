@@ -77,9 +77,9 @@ def test_those_of_least_priority_are_drawn_alone_as_in_company():
     most = np.random.default_rng(1).uniform(-0.1, 1.1, (2, PARTS, PARTS))
     every, few = jittered_points(some, 7, random_keys.SEABED), jittered_points(some, 7, random_keys.SEABED, most)
     bound = most[every.tile, every.row % TILE // SIDE, every.column % TILE // SIDE]
-    wanted = every.take(every.priority < bound)
+    expected = every.take(every.priority < bound)
     for name in ("along", "across", "area", "phase", "scatterer_id", "priority", "rank", "tile"):
-        np.testing.assert_array_equal(getattr(few, name), getattr(wanted, name))
+        np.testing.assert_array_equal(getattr(few, name), getattr(expected, name))
 
 
 def test_every_cell_comes_first_as_often_as_any_other():

@@ -12,7 +12,7 @@ KEYS = np.array([3, -(1 << 60), 0, 1 << 59, 7], np.int64)
 
 
 def assert_own_points(held, key, size, made=None):
-    """What is said of all points of some tiles: each point says its tile and its rank."""
+    """What is reported of all points of some tiles: each point states its tile and its rank."""
     key, size = np.asarray(key, np.int64), np.asarray(size, np.int64)
 
     def make(rows, known):
@@ -28,7 +28,7 @@ def assert_own_points(held, key, size, made=None):
 
 
 def test_points_are_worked_out_once_and_fewer_of_them_are_there_too():
-    """Five tiles, then fewer points of four of them; of one that is asked for more, one point is missing."""
+    """Five tiles, then fewer points of four of them; of one with more requested, one point is missing."""
     held, made = ScattererTerrainCache(1 << 20), []
     assert_own_points(held, KEYS, [5, 1, 16, 64, 2], made)
     assert_own_points(held, KEYS[1:], [1, 4, 64, 1], made)
@@ -49,7 +49,7 @@ def test_a_bound_too_small_changes_no_result(room):
 
 
 def test_recently_read_tiles_are_kept_longest():
-    """Asked for in each of many rounds, one tile is worked out once; those of the first round are forgotten."""
+    """Requested in each of many rounds, one tile is worked out once; those of the first round are forgotten."""
     held, made = ScattererTerrainCache(2 * 100 * 24), []
     for number in range(40):
         assert_own_points(held, [-1, 2 * number, 2 * number + 1], [10, 10, 10], made)
@@ -68,11 +68,11 @@ def test_many_tiles_are_all_found():
 
 
 def test_threads_share_what_is_held():
-    """Eight threads asking for some of few tiles, with memory for a quarter of them: each gets its own points."""
+    """Eight threads requesting some of few tiles, with memory for a quarter of them: each gets its own points."""
     held, rng = ScattererTerrainCache(400 * 24), np.random.default_rng(3)
-    wanted = [(rng.choice(80, 6, replace=False), rng.integers(1, 20, 6)) for _ in range(300)]
+    requested = [(rng.choice(80, 6, replace=False), rng.integers(1, 20, 6)) for _ in range(300)]
     with ThreadPoolExecutor(8) as pool:
-        list(pool.map(lambda one: assert_own_points(held, *one), wanted))
+        list(pool.map(lambda one: assert_own_points(held, *one), requested))
 
 
 def test_another_process_begins_with_nothing():

@@ -11,7 +11,7 @@ from insonify.scene.target import PointTarget
 
 
 @pytest.mark.parametrize(
-    ("target", "said"),
+    ("target", "message"),
     [
         ({"shape": "point", "position": (0, 50, 21)}, "below the seabed"),
         ({"shape": "point", "position": (0, 50, 0)}, "at or above the sea surface"),
@@ -23,29 +23,29 @@ from insonify.scene.target import PointTarget
         ({"shape": "box", "position": (0, 50), "size": (1, 1, 1), "label": "seabed"}, "label of its own"),
     ],
 )
-def test_a_target_stands_in_the_water_with_a_name_of_its_own(target, said):
+def test_a_target_stands_in_the_water_with_a_name_of_its_own(target, message):
     """Anything else is refused in words."""
-    with pytest.raises(ValidationError, match=said):
+    with pytest.raises(ValidationError, match=message):
         Scene(targets=[target])
 
 
 def test_two_targets_do_not_share_a_label():
-    """Labels tell whose echo it is."""
+    """Labels name the object of an echo."""
     box = {"shape": "box", "position": (0, 50), "size": (1, 1, 1)}
     with pytest.raises(ValidationError, match="label of its own"):
         Scene(targets=[box, box])
 
 
 @pytest.mark.parametrize(
-    ("place", "heard"),
+    ("place", "received"),
     [((0, 50, 19.5), False), ((0.9, 50.4, 19.1), False), ((0, 50, 20), False), ((0, 50, 18.9), True),
      ((1.1, 50, 19.5), True), ((0, 50.6, 19.5), True), ((0, 50, 19), True), ((1, 50, 19.5), True)],
 )  # fmt: skip
-def test_a_point_inside_a_box_is_never_received_and_is_refused(place, heard):
-    """Outside it is heard, and on its faces, but not under its foot."""
+def test_a_point_inside_a_box_is_never_received_and_is_refused(place, received):
+    """Outside it is received, and on its faces, but not under its foot."""
     box = {"shape": "box", "position": (0, 50), "size": (2, 1, 1)}
     point = {"shape": "point", "position": place}
-    if heard:
+    if received:
         Scene(targets=[point, box])
     else:
         with pytest.raises(ValidationError, match=r"targets\.0\.position: the point is inside box"):
@@ -81,7 +81,7 @@ def test_a_point_target_is_one_scatterer_that_keeps_its_phase():
 
 
 def test_columns_of_unequal_length_are_refused():
-    """At the door, with the guilty column's name."""
+    """At the door, with the wrong column's name."""
     with pytest.raises(ValueError, match="area"):
         Scatterers("seabed", "seabed", PointTargetLaw(), np.zeros((2, 3)), np.zeros((2, 3)), np.ones(3),
                    np.ones(2, complex), np.zeros(2, np.uint64))  # fmt: skip

@@ -36,8 +36,8 @@ def test_what_currents_take_is_the_rings_own_volume():
     axis = np.arange(-2.0, 2.0, 0.01) + 0.005
     dug = depth_at(scene, axis[:, None], axis[None, :]) - 20
     outside = np.hypot(axis[:, None], axis[None, :]) > 1
-    told = np.pi * 0.2 * (1.0 * 0.5 + 0.5**2 * (0.5 - 2 / np.pi**2))
-    assert dug[outside].sum() * 1e-4 == pytest.approx(told, rel=2e-3)
+    expected = np.pi * 0.2 * (1.0 * 0.5 + 0.5**2 * (0.5 - 2 / np.pi**2))
+    assert dug[outside].sum() * 1e-4 == pytest.approx(expected, rel=2e-3)
 
 
 def test_the_gradient_of_a_moat_is_that_of_its_height():
@@ -88,14 +88,14 @@ def test_a_moat_is_received():
     """Its far wall faces the sonar and its near wall does not: brighter behind, darker before; as far as it reaches."""
     target = {**DRUM, "position": (0.0, 60.0), "length": 3.0, "heading": 0.0, "burial": 0.95}
     changes = {"field": "incoherent", "track": {"window": (0.075, 0.09)}, "paths": {"families": ["D"]}}
-    heard = []
+    received = []
     for scour in (None, {"depth": 0.2, "width": 1.0}):
         scenario = nominal(targets=[{**target, "scour": scour}], **changes)
         found = simulate(scenario, threads=1)
-        heard.append(found.intensity.values[0, 0])
+        received.append(found.intensity.values[0, 0])
     assert build_simulator(scenario).scenario.scene.seabed.terrain is not None
     slant = found.time.values * 750.0
-    ratio, ground = 10 * np.log10(heard[1] / heard[0]), np.sqrt(slant**2 - 81.0)
+    ratio, ground = 10 * np.log10(received[1] / received[0]), np.sqrt(slant**2 - 81.0)
     assert ratio[(ground > 57.0) & (ground < 57.8)].mean() == pytest.approx(0.0, abs=0.3)
     assert ratio[(ground > 58.75) & (ground < 59.0)].mean() < -1
     assert ratio[(ground > 61.1) & (ground < 61.4)].mean() > 1

@@ -14,7 +14,7 @@ SIDE = st.floats(0.4, 3.0)
 
 
 def moat(size, width, *, depth=0.1, corner=0.0, position=(0.0, 0.0), heading=0.0, lattice=None):
-    """A scour as ground, asked for its height at places."""
+    """A scour as ground, evaluated at positions."""
     made = Scour(depth=depth, width=width, position=position, size=size, corner=corner, heading=heading)
     return made.build_relief(lattice or ScattererGrid())
 
@@ -28,7 +28,7 @@ def grid(reach, cell):
 @settings(max_examples=12)
 @given(SIDE, SIDE, st.floats(0.3, 1.0), st.floats(0, 1))
 def test_a_moat_outside_of_any_footprint_has_steiners_volume(length, breadth, width, round_part):
-    """Perimeter w / 2 + 2 pi w^2 (1/4 - 1/pi^2), times the depth: what Steiner says of any convex outline; to 1 %."""
+    """Perimeter w / 2 + 2 pi w^2 (1/4 - 1/pi^2), times the depth: what Steiner states of any convex outline; to 1 %."""
     corner = round_part * min(length, breadth) / 2
     ground = moat((length, breadth), width, corner=corner)
     reach = max(length, breadth) / 2 + width + 0.05
@@ -38,15 +38,15 @@ def test_a_moat_outside_of_any_footprint_has_steiners_volume(length, breadth, wi
     out_e = np.maximum(np.abs(east) - breadth / 2 + corner, 0)
     outside = np.hypot(out_n, out_e) > corner
     perimeter = 2 * (length + breadth) - (8 - 2 * np.pi) * corner
-    told = 0.1 * (perimeter * width / 2 + 2 * np.pi * width**2 * (0.25 - 1 / np.pi**2))
-    assert dug[outside].sum() * cell**2 == pytest.approx(told, rel=0.01)
+    expected = 0.1 * (perimeter * width / 2 + 2 * np.pi * width**2 * (0.25 - 1 / np.pi**2))
+    assert dug[outside].sum() * cell**2 == pytest.approx(expected, rel=0.01)
     assert dug.max() <= 0.1 + 1e-9 and dug.min() >= 0
 
 
 @settings(max_examples=25)
 @given(SIDE, SIDE, st.floats(0.3, 1.0), st.floats(-3, 3), st.floats(-np.pi, np.pi), st.floats(-np.pi, np.pi))
 def test_a_moat_is_where_it_is_whatever_the_frame(length, breadth, width, away, heading, turn):
-    """Turned and moved with its places, and asked through a turned lattice: the same heights to a nanometre."""
+    """Turned and moved with its places, and requested through a turned lattice: the same heights to a nanometre."""
     rng = np.random.default_rng(1)
     north, east = rng.uniform(-3, 3, (2, 200))
     plain = moat((length, breadth), width).sample(north, east).height
@@ -56,8 +56,8 @@ def test_a_moat_is_where_it_is_whatever_the_frame(length, breadth, width, away, 
     np.testing.assert_allclose(moat((length, breadth), width, **put).sample(n, e).height, plain, atol=1e-9)
     frame = ScattererGrid(origin=(5.0, -2.0), heading=turn)
     inside = frame.from_world(np.column_stack([n, e]))
-    told = moat((length, breadth), width, lattice=frame, **put).sample(inside[:, 0], inside[:, 1]).height
-    np.testing.assert_allclose(told, plain, atol=1e-9)
+    expected = moat((length, breadth), width, lattice=frame, **put).sample(inside[:, 0], inside[:, 1]).height
+    np.testing.assert_allclose(expected, plain, atol=1e-9)
 
 
 @settings(max_examples=15)
@@ -118,7 +118,7 @@ def test_the_quick_map_is_the_ground_wherever_it_lies(north, east, heading):
     kept.draw(rows)
     node = np.arange(65)
     along, across = ((number * 64 + node) * kept.cell for number in tile)
-    told = bed.relief.resolved.sample_in_grid_axes(along[:, None], across[None, :])
-    off = kept.nodes[row] - np.concatenate([told.height[..., None], told.slope], axis=-1)
-    assert off[..., 0].std() < 0.01 * told.height.std()
-    assert off[..., 1:].std() < 0.03 * told.slope.std()
+    expected = bed.relief.resolved.sample_in_grid_axes(along[:, None], across[None, :])
+    off = kept.nodes[row] - np.concatenate([expected.height[..., None], expected.slope], axis=-1)
+    assert off[..., 0].std() < 0.01 * expected.height.std()
+    assert off[..., 1:].std() < 0.03 * expected.slope.std()

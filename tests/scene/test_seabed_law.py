@@ -35,7 +35,7 @@ def _written(folder: Path, law: str) -> Path:
     return folder / "bed.yaml"
 
 
-def _asked(law: CompiledLaw, degrees: list[float]) -> np.ndarray:
+def _evaluated(law: CompiledLaw, degrees: list[float]) -> np.ndarray:
     """Backscattering strength of a law on a flat bed [dB]."""
     g = np.radians(degrees)
     into = np.array([np.cos(g), 0 * g, np.sin(g)])
@@ -49,13 +49,13 @@ def test_a_scenario_names_the_inside_of_its_sediment(kind, law, volume):
     degrees = [5.0, 20.0, 60.0]
     named = Seabed(scattering={"law": kind, "sediment": "fine sand", "volume": volume}).law(60e3, 1490.0)
     expected = compile_law(law(Sediment.named("fine sand"), 60e3, sound_speed=1490.0, volume_spectrum=volume))
-    np.testing.assert_array_equal(_asked(named, degrees), _asked(expected, degrees))
+    np.testing.assert_array_equal(_evaluated(named, degrees), _evaluated(expected, degrees))
     default = Seabed(scattering={"law": kind, "sediment": "fine sand"}).law(60e3, 1490.0)
-    assert np.array_equal(_asked(default, degrees), _asked(named, degrees)) == (volume == "power-law")
+    assert np.array_equal(_evaluated(default, degrees), _evaluated(named, degrees)) == (volume == "power-law")
 
 
 @pytest.mark.parametrize(
-    ("law", "said"),
+    ("law", "message"),
     [
         (
             "{sediment: medium sand, volume: white}",
@@ -68,26 +68,26 @@ def test_a_scenario_names_the_inside_of_its_sediment(kind, law, volume):
         ("{law: table, file: strengths.csv, sediment: clay}", "unknown key 'sediment'"),
     ],
 )
-def test_a_law_that_is_none_is_advised(tmp_path, law, said):
+def test_a_law_that_is_none_is_advised(tmp_path, law, message):
     """What stands there, what may, and what probably was meant."""
-    with pytest.raises(ScenarioError, match=said):
+    with pytest.raises(ScenarioError, match=message):
         insonify.load_scenario(_written(tmp_path, law))
 
 
 @pytest.mark.parametrize(
-    ("text", "said"),
+    ("text", "message"),
     [
         ("grazing_deg,strength\n1,-30\n", r"line 1: no column strength_db"),
         ("grazing_deg,strength_db\n10,-30\n5,-20\n", r"line 3: .*5 deg does not exceed the one before"),
-        ("grazing_deg,strength_db\n10,loud\n20,-20\n", r"line 2, column strength_db: 'loud' is not a number"),
+        ("grazing_deg,strength_db\n10,strong\n20,-20\n", r"line 2, column strength_db: 'strong' is not a number"),
         ("grazing_deg,strength_db\n0,10\n90,10\n", r"would send out 1.69e.03 times the sound that it receives"),
     ],
 )
-def test_a_table_that_is_none_is_refused_with_its_line(tmp_path, text, said):
+def test_a_table_that_is_none_is_refused_with_its_line(tmp_path, text, message):
     """A scenario is refused with the table's file and line, and a bed that gives more than it gets."""
     file = _written(tmp_path, "{file: strengths.csv}")
     (tmp_path / "strengths.csv").write_text(text)
-    with pytest.raises(ScenarioError, match=said):
+    with pytest.raises(ScenarioError, match=message):
         insonify.load_scenario(file)
 
 
@@ -107,7 +107,7 @@ def test_a_table_of_lamberts_law_is_lamberts_law(tmp_path, field):
 
 
 def test_a_recording_stores_its_table(tmp_path):
-    """The recording names the table and its fingerprint, cites it, and says so when it has changed since."""
+    """The recording names the table and its fingerprint, cites it, and reports it when it has changed since."""
     scenario = insonify.load_scenario(_written(tmp_path, "{file: strengths.csv}"))
     assert "Seabed strength table strengths.csv" in citations(scenario)
     record(scenario, tmp_path / "bed.zarr")
@@ -117,8 +117,8 @@ def test_a_recording_stores_its_table(tmp_path):
     assert law.at(1e5, 1500.0).cross_section is not None
     angles = [2.0, 17.0, 90.0]
     np.testing.assert_allclose(
-        _asked(law.at(1e5, 1500.0), angles),
-        _asked(compile_law(TableScatteringLaw.from_csv(law.file)), angles),
+        _evaluated(law.at(1e5, 1500.0), angles),
+        _evaluated(compile_law(TableScatteringLaw.from_csv(law.file)), angles),
         atol=1e-6,
     )
     (tmp_path / "strengths.csv").write_text(TABLE.replace("-25", "-26"))

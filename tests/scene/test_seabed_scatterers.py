@@ -104,7 +104,7 @@ def bed(relief, **more):
 
 @pytest.mark.parametrize("kinds", [[FRACTAL], [RIPPLES], [FRACTAL, RIPPLES]])
 def test_the_ground_moves_with_its_lattice(kinds):
-    """A lattice shifted and turned carries its ground along; ripples, told by the compass, are told anew."""
+    """A lattice shifted and turned carries its ground along; ripples, given by the compass, are reported anew."""
     lattice = ScattererGrid(origin=(300.0, -80.0), heading=0.9)
     own = np.random.default_rng(4).uniform(-60, 60, (200, 2))
     there = lattice.to_world(*own.T)
@@ -140,11 +140,11 @@ def test_points_of_a_key_face_as_the_turned_ground_does():
         np.testing.assert_allclose(rows[:100, 1 + axis], rise, atol=1e-6)
 
 
-@pytest.mark.parametrize(("wavelength", "told"), [(0.6, 0.6 / 2 / 8), (2.0, 0.125), (30.0, 0.5)])
-def test_the_map_has_eight_cells_to_the_shortest_wave(wavelength, told):
+@pytest.mark.parametrize(("wavelength", "expected"), [(0.6, 0.6 / 2 / 8), (2.0, 0.125), (30.0, 0.5)])
+def test_the_map_has_eight_cells_to_the_shortest_wave(wavelength, expected):
     """Ripples have a second harmonic of half their length; cells are no wider than half a metre."""
     cell = bed({**RIPPLES, "wavelength": wavelength}, cutoff_wavelength=0.1).heightmap_cell_size
-    assert cell == pytest.approx(told)
+    assert cell == pytest.approx(expected)
 
 
 def test_a_bounce_off_many_roughnesses_loses_the_product():
@@ -186,7 +186,7 @@ def test_a_law_is_made_once_for_all_pings():
 
 
 def test_a_sediment_may_be_a_grain_size_and_what_is_none_gets_the_nearest():
-    """A number is a grain size between -1 and 9 phi; a misspelt name is answered with names."""
+    """A number is a grain size between -1 and 9 phi; a misspelt name is reported with names."""
     assert sediment(1.5).name
     with pytest.raises(ValidationError, match="medium sand"):
         Seabed(reflection="medium sandd")

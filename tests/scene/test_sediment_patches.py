@@ -1,4 +1,4 @@
-"""Pieces of a sediment map and averaged soundings: what theorems of plane geometry and of means say of them."""
+"""Pieces of a sediment map and averaged soundings: what theorems of plane geometry and of means state of them."""
 
 import numpy as np
 import pytest
@@ -86,7 +86,7 @@ def test_a_star_that_crosses_itself_has_a_hole():
 
 
 @pytest.mark.parametrize("fractions", [(2, 5, 3), (1, 1, 1), (0.01, 0.9, 0.3)])
-def test_a_border_does_not_know_what_lies_beyond_its_neighbours(fractions):
+def test_a_border_does_not_depend_on_what_lies_beyond_its_neighbours(fractions):
     """Two sediments taken together as one: the border to the third stays where it was, place by place."""
     a, b, c = fractions
     three = rows_of(fractions)
@@ -182,7 +182,7 @@ def test_degrees_of_latitude_add_up_to_the_quarter_meridian():
 
 
 def test_a_grid_without_a_place_on_earth_has_no_latitude(tmp_path):
-    """A plain numpy grid: the answer offers the origin instead, and names the field."""
+    """A plain numpy grid: the message offers the origin instead, and names the field."""
     np.savez(tmp_path / "bed.npz", depth=np.full((3, 4), 20.0), north=np.arange(3.0), east=np.arange(4.0))
     found = read_grid(str(tmp_path / "bed.npz"))
     with pytest.raises(GridError, match="Give origin") as caught:

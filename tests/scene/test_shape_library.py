@@ -78,7 +78,7 @@ def test_a_scenario_may_name_the_shape_itself():
 
 
 def test_only_rocks_have_variants_and_unknown_names_get_the_nearest():
-    """What is not known is answered with what is."""
+    """What is not known is reported with what is."""
     with pytest.raises(ValidationError, match="variant: 2 is for rocks; there is one drum only"):
         LibraryTarget(name="drum", position=(0, 0), variant=2)
     with pytest.raises(ValueError, match=r"targets\.0\.name: 'rok' is not known here .* Did you mean 'rock'\?"):

@@ -73,7 +73,7 @@ def test_splitting_keeps_the_surface_and_keeps_to_its_limits():
 
 @pytest.mark.parametrize("far", [1.0, 30.0])
 def test_patches_cover_the_lit_half_of_a_sphere_and_no_more_than_needed(far):
-    """Area of patches that face the sonar: that of the cap it sees, within 3 %; at any distance a few thousand."""
+    """Area of patches that face the sonar: that of the visible cap, within 3 %; at any distance a few thousand."""
     ball = Sphere(position=(0.0, 0.0), diameter=0.5, base_depth=0.75)
     (panel,) = panels(ball, BED, np.array([0.0, -far, 0.5]))
     found, complete = subdivide(panel, facing(far))

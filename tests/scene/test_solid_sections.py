@@ -15,7 +15,7 @@ EAST = np.pi / 2
 
 
 def cut(solid, bearing=EAST, covered=lambda width: width, place=SONAR, pitch=0.02, **how):
-    """What the plane through the sonar meets of a solid."""
+    """Section of a solid by the plane through the sonar."""
     return solid_section(solid, BED, 1, pitch, 0, place, bearing, covered, **how)
 
 
@@ -32,7 +32,7 @@ def test_a_sphere_is_cut_in_a_circle_and_keeps_its_area():
 
 
 def test_a_chord_is_cut_off_its_centre_and_a_miss_gives_nothing():
-    """A plane 0.6 m from the centre of a ball of 1 m radius meets a circle of 0.8 m; one 1.2 m away meets nothing."""
+    """A plane 0.6 m from the centre of a ball of 1 m radius cuts a circle of 0.8 m; one 1.2 m away cuts nothing."""
     for aside, radius in ((0.6, 0.8), (1.2, None)):
         points = cut(Sphere(position=(aside, 50.0), diameter=2.0, base_depth=19.0))
         if radius is None:
@@ -70,19 +70,19 @@ def test_draws_and_even_points_lie_on_the_same_outline():
 
 def test_a_leaning_block_is_received_in_a_slice_as_the_upright_one():
     """Expected level of a 2 x 1 x 1 m block, turned by a millionth so that it is a solid: the box's, to 0.3 dB."""
-    heard = []
+    received = []
     for roll in (0.0, 1e-6):
         scene = nominal(box={"label": "box", "roll": roll, "size": (2.0, 1.0, 1.0)}, field="incoherent",
                         paths={"geometry": "slice", "max_reflections": 0}, surface={"scattering": None},
                         track={"window": (0.199, 0.204)})  # fmt: skip
         level = levels(scene).level_db.sel(contribution="target").values
-        heard.append(np.sum(10 ** (np.nan_to_num(level, nan=-500.0, neginf=-500.0) / 10)))
-    assert 10 * np.log10(heard[1] / heard[0]) == pytest.approx(0, abs=0.3)
+        received.append(np.sum(10 ** (np.nan_to_num(level, nan=-500.0, neginf=-500.0) / 10)))
+    assert 10 * np.log10(received[1] / received[0]) == pytest.approx(0, abs=0.3)
 
 
 @pytest.mark.parametrize("edges", ["none", "knife-edge"])
 def test_a_solid_in_a_slice_throws_a_shadow(edges):
-    """Behind a cylinder across the beam: no arrival in mid-shadow with hard edges, faint ones with soft ones."""
+    """Behind a cylinder across the beam: no arrival in mid-shadow with hard edges, weak ones with soft ones."""
     log = {"shape": "cylinder", "label": "log", "position": (0.0, 150.0), "length": 8.0, "diameter": 1.0}
     scene = nominal(targets=[log], paths={"geometry": "slice", "max_reflections": 0, "edge_diffraction": edges},
                     surface={"scattering": None})  # fmt: skip

@@ -1,4 +1,4 @@
-"""Bodies obey the theorems of solid geometry, whatever their kind and however they lie."""
+"""Bodies satisfy the theorems of solid geometry, whatever their kind and however they lie."""
 
 import numpy as np
 import pytest
@@ -33,12 +33,12 @@ def normals(surface):
 
 
 @pytest.mark.parametrize("name", PRESETS)
-def test_every_part_of_the_library_obeys_eulers_formula(name):
+def test_every_part_of_the_library_satisfies_eulers_formula(name):
     """Corners - edges + faces is 2 for each body that hangs together, and 0 for a ring or an open pipe."""
     faces = preset_triangles(name).faces
     edges = np.unique(np.sort(np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]), axis=1), axis=0)
-    told = len(np.unique(faces)) - len(edges) + len(faces)
-    assert told == {"tyre": 0, "pipe": 0, "bomb": 6, "anchor": 8, "wreck": 6}.get(name, 2)
+    expected = len(np.unique(faces)) - len(edges) + len(faces)
+    assert expected == {"tyre": 0, "pipe": 0, "bomb": 6, "anchor": 8, "wreck": 6}.get(name, 2)
 
 
 @pytest.mark.parametrize("name", CONVEX)
@@ -86,9 +86,9 @@ def test_a_line_turned_about_the_axis_encloses_frusta(steps, around):
     along = np.cumsum([step for step, _ in steps])
     radius = np.array([r for _, r in steps])
     polygon = around / 2 * np.sin(2 * PI / around) * radius**2
-    told = np.sum(np.diff(along) / 3 * (polygon[1:] + np.sqrt(polygon[1:] * polygon[:-1]) + polygon[:-1]))
+    expected = np.sum(np.diff(along) / 3 * (polygon[1:] + np.sqrt(polygon[1:] * polygon[:-1]) + polygon[:-1]))
     profile = [(along[0], 0.0), *zip(along, radius, strict=True), (along[-1], 0.0)]
-    assert triangle_surfaces.surface_of_revolution(profile, around=around).volume == pytest.approx(told, rel=1e-9)
+    assert triangle_surfaces.surface_of_revolution(profile, around=around).volume == pytest.approx(expected, rel=1e-9)
 
 
 def test_finer_steps_come_to_the_sphere_as_their_square():
@@ -111,7 +111,7 @@ def test_several_bodies_as_one_have_the_sum_of_their_volumes():
 @given(ATTITUDES, st.tuples(*[st.floats(0.1, 4)] * 3))
 @settings(max_examples=40, deadline=None)
 def test_the_height_of_a_leaning_block_is_the_sum_of_its_projected_edges(turn, size):
-    """L |sin p| + w |sin r cos p| + h |cos r cos p|: the support of a box upwards; the heading has no say."""
+    """L |sin p| + w |sin r cos p| + h |cos r cos p|: the support of a box upwards; the heading has no effect."""
     heading, pitch, roll = turn
     box = Box(position=(3, -5), size=size, heading=heading, pitch=pitch, roll=roll)
     rise = np.abs([np.sin(pitch), np.sin(roll) * np.cos(pitch), np.cos(roll) * np.cos(pitch)])
@@ -123,8 +123,8 @@ def test_the_height_of_a_leaning_block_is_the_sum_of_its_projected_edges(turn, s
 def test_a_cylinder_leans_on_the_rim_of_its_base(pitch, roll):
     """Its height is L |sin p| + D cos p, to the steps of its rim; rolling about its axis changes nothing more."""
     rod = Cylinder(position=(0, 0), length=3.0, diameter=0.8, pitch=pitch, roll=roll)
-    told = 3 * abs(np.sin(pitch)) + 0.8 * np.cos(pitch)
-    assert told - 0.8 * (1 - np.cos(PI / 96)) - 1e-9 <= height(rod) <= told + 1e-9
+    expected = 3 * abs(np.sin(pitch)) + 0.8 * np.cos(pitch)
+    assert expected - 0.8 * (1 - np.cos(PI / 96)) - 1e-9 <= height(rod) <= expected + 1e-9
 
 
 @given(ATTITUDES, st.floats(0, 0.9), st.sampled_from(["box", "drum", "cone", "rock"]))
@@ -167,8 +167,8 @@ def test_the_share_of_random_places_inside_is_the_volume(name):
     surface = {**CONVEX, **others}[name]
     place = np.random.default_rng(8).uniform(surface.low, surface.high, (COUNT, 3))
     share = inside_solid(surface, place).mean()
-    told = surface.volume / np.prod(surface.high - surface.low)
-    assert share == pytest.approx(told, abs=4 * np.sqrt(told * (1 - told) / COUNT) + 1e-12)
+    expected = surface.volume / np.prod(surface.high - surface.low)
+    assert share == pytest.approx(expected, abs=4 * np.sqrt(expected * (1 - expected) / COUNT) + 1e-12)
 
 
 @pytest.mark.parametrize("name", [*CONVEX, "ring"])

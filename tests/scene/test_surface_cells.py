@@ -32,7 +32,7 @@ def area_of(corners):
 
 @pytest.mark.parametrize("name", SHAPES)
 def test_halving_keeps_the_area_and_bounds_every_side(name):
-    """Pieces add up to the surface, and none is longer than was asked."""
+    """Pieces add up to the surface, and none is longer than was requested."""
     surface = SHAPES[name]
     pieces = bisect_triangles(surface.corners, 0.11)
     sides = np.linalg.norm(np.roll(pieces, -1, axis=1) - pieces, axis=2)
@@ -113,7 +113,7 @@ def test_neighbours_in_the_row_are_neighbours_on_the_surface():
 
 
 def test_even_points_need_no_draw():
-    """Laid out evenly, the numbers do not matter; the mean of a smooth function comes nearer than a drawn one does."""
+    """Placed evenly, the numbers do not matter; the mean of a smooth function comes nearer than a drawn one does."""
     cells = surface_cells(triangle_surfaces.sphere(2.0), 0.05)
     u = np.random.default_rng(4).random((2, len(cells), 3))
     first, again = (cells.points(draw, quadrature=True)[0] for draw in u)
@@ -144,7 +144,7 @@ def test_pieces_are_at_most_a_cell_and_a_half_long():
 
 @pytest.mark.parametrize("length", [9.0, 27.0])
 def test_pieces_of_a_long_body_grow_with_its_length(length):
-    """A pile of 96 slivers a side: no more than twice as many pieces as cells of its length, and told beforehand."""
+    """A pile of 96 slivers a side: no more than twice as many pieces as cells of its length, and given beforehand."""
     pile, longest = triangle_surfaces.cylinder(length, 0.6), 0.045
     assert pieces_by_halving(pile.corners, longest) > 2 * MANY_PIECES
     pieces = bisect_triangles(pile.corners, longest)

@@ -61,8 +61,8 @@ def _composite_db(sediment, frequency):
 def test_relief_split_where_the_handbook_splits_is_its_composite_bed(name, frequency):
     """All 20 grain sizes at 30 and 100 kHz, rock and gravel at 30: the composite level within 2 dB, 5 to 40 degrees.
 
-    Nothing is fitted: the split is where TR 9407's rms slope says. Below slopes of 20 degrees it is 1 dB; sandy gravel
-    at 100 kHz (23 degrees) needs the 2. Gravel and rock at 100 kHz, and rough rock, are beyond both models.
+    Nothing is fitted: the split is where TR 9407's rms slope states. Below slopes of 20 degrees it is 1 dB; sandy
+    gravel at 100 kHz (23 degrees) needs the 2. Gravel and rock at 100 kHz, and rough rock, are beyond both models.
     """
     sediment = Sediment.named(name)
     split = RoughnessCutoff.of_sediment(sediment, frequency, sound_speed=SOUND_SPEED).wavelength

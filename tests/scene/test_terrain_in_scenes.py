@@ -27,7 +27,7 @@ TRACK = "track: {kind: static, position: [0, 0, 11]}\n"
 
 
 def advice(text):
-    """What is said of a scenario file."""
+    """Messages about a scenario file."""
     with pytest.raises(ScenarioError) as caught:
         parse_model(Scenario, text, name="harbour.yaml")
     return str(caught.value)
@@ -65,11 +65,11 @@ def test_the_relief_has_the_scenarios_seed_or_its_own():
 
 
 def test_the_split_is_the_scenes_or_the_sediments():
-    """0.5 m unless told; null asks TR 9407's cut for sediment and frequency, and Lambert's law has none."""
+    """0.5 m unless given; null requests TR 9407's cut for sediment and frequency, and Lambert's law has none."""
     assert nominal(seabed={"relief": FRACTAL}).completed_seabed.cutoff_wavelength == RoughnessCutoff().wavelength
     sand = {"relief": FRACTAL, "cutoff_wavelength": None, "scattering": {"law": "jackson", "sediment": "medium sand"}}
-    told = RoughnessCutoff.of_sediment(Sediment.named("medium sand"), 100e3, sound_speed=1500.0).wavelength
-    assert nominal(seabed=sand).completed_seabed.cutoff_wavelength == told
+    expected = RoughnessCutoff.of_sediment(Sediment.named("medium sand"), 100e3, sound_speed=1500.0).wavelength
+    assert nominal(seabed=sand).completed_seabed.cutoff_wavelength == expected
     assert (
         nominal(seabed={"relief": FRACTAL, "cutoff_wavelength": None}).completed_seabed.cutoff_wavelength
         == RoughnessCutoff().wavelength
@@ -113,9 +113,9 @@ def test_a_box_stands_on_the_ground_under_it():
     ],
 )
 def test_what_is_no_relief_is_reported_with_its_line(seabed, words):
-    """File, line, field and the way out."""
-    said = advice(f"title: x\n{seabed}{SONAR}{TRACK}")
-    assert words in said and said.startswith("harbour.yaml:2: seabed"), said
+    """File, line, field and the fix."""
+    message = advice(f"title: x\n{seabed}{SONAR}{TRACK}")
+    assert words in message and message.startswith("harbour.yaml:2: seabed"), message
 
 
 def surveyed(tmp_path, *, hole=False):
@@ -132,15 +132,15 @@ def surveyed(tmp_path, *, hole=False):
 def test_a_sonar_over_a_hole_or_below_the_mirror_is_refused(tmp_path):
     """The first such ping, its place and what to move; the plane that reflects sound lies below the sonar."""
     base = "title: x\n" + surveyed(tmp_path) + SONAR
-    said = advice(base + "track: {kind: static, position: [0, 300, 11]}")
-    assert "ping 0 has the platform at north 0 m, east 300 m, where the survey has a hole or ends" in said
-    said = advice(base + "track: {kind: static, position: [-90, 0, 20.5]}")
-    assert "seabed.depth: 20 m is the plane that reflects sound" in said
-    said = advice(base + "track: {kind: static, position: [90, 0, 19.5]}")
-    assert "at or below the seabed (19.1 m)" in said
+    message = advice(base + "track: {kind: static, position: [0, 300, 11]}")
+    assert "ping 0 has the platform at north 0 m, east 300 m, where the survey has a hole or ends" in message
+    message = advice(base + "track: {kind: static, position: [-90, 0, 20.5]}")
+    assert "seabed.depth: 20 m is the plane that reflects sound" in message
+    message = advice(base + "track: {kind: static, position: [90, 0, 19.5]}")
+    assert "at or below the seabed (19.1 m)" in message
 
 
-def test_ground_that_was_not_surveyed_is_said_and_stays_silent(tmp_path):
+def test_ground_that_was_not_surveyed_is_reported_and_stays_silent(tmp_path):
     """Half of the ground is missing: a caution names the share, and the echoes come from the other half only."""
     head = "title: x\nfield: incoherent\nwater: {noise_level_db: null}\npaths: {families: [D]}\n"
     text = head + surveyed(tmp_path, hole=True) + SONAR

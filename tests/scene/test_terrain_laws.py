@@ -229,7 +229,7 @@ def test_a_strip_is_the_rectangle_around_its_middle_line():
     np.testing.assert_array_equal(_lookup(back), here)
 
 
-def test_the_last_piece_laid_is_seen_and_sediments_are_listed_once():
+def test_the_last_piece_is_visible_and_sediments_are_listed_once():
     """Order decides where pieces overlap; a name that returns keeps its row."""
     one = SedimentRegion(sediment="rock", corners=((-99.0, -99.0), (99.0, -99.0), (99.0, 99.0), (-99.0, 99.0)))
     two = one.model_copy(update={"sediment": "gravel"})

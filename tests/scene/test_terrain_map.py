@@ -59,11 +59,11 @@ def test_cubics_are_filled_in_exactly(margin, count):
     coarse_nodes = 2.0 * np.arange(-2, (nodes - margin + 1) // 2 + 3) / 10
     fine_nodes = (np.arange(nodes) - margin) / 10.0
     coarse = np.moveaxis(cubic(a, coarse_nodes)[:, None] * cubic(b, coarse_nodes)[None], 2, 0)
-    told = np.moveaxis(cubic(a, fine_nodes)[:, None] * cubic(b, fine_nodes)[None], 2, 0)
+    expected = np.moveaxis(cubic(a, fine_nodes)[:, None] * cubic(b, fine_nodes)[None], 2, 0)
     fine = np.ones((3, nodes, nodes + 3), np.float32)
     # Coarse nodes start two before the first; with a margin the first fine node is one coarse node before it.
     add_upsampled(np.ascontiguousarray(coarse, np.float32), margin, nodes, fine)
-    np.testing.assert_allclose(fine[:, :, :nodes], 1 + told, rtol=1e-5, atol=1e-5 * np.abs(told).max())
+    np.testing.assert_allclose(fine[:, :, :nodes], 1 + expected, rtol=1e-5, atol=1e-5 * np.abs(expected).max())
     np.testing.assert_array_equal(fine[:, :, nodes:], 1)
 
 
@@ -78,9 +78,9 @@ def test_an_octave_on_every_node_is_the_octave(tile, per_cell):
     into = np.empty((TILE_CELLS + 1, TILE_CELLS + 1, 3), np.float32)
     synthesize_octaves(*tile, cell, octave, np.array([[1, 0, 4, k0, k1]]), quantiles(), into)
     along, across = ((number * TILE_CELLS + np.arange(TILE_CELLS + 1)) * cell for number in tile)
-    told = whole.sample(along[:, None], across[None])
-    np.testing.assert_allclose(into[..., 0], told.height, atol=1e-5 * np.abs(told.height).max())
-    np.testing.assert_allclose(into[..., 1:], told.slope, atol=2e-5 * np.abs(told.slope).max())
+    expected = whole.sample(along[:, None], across[None])
+    np.testing.assert_allclose(into[..., 0], expected.height, atol=1e-5 * np.abs(expected.height).max())
+    np.testing.assert_allclose(into[..., 1:], expected.slope, atol=2e-5 * np.abs(expected.slope).max())
 
 
 def test_slopes_of_a_tile_are_the_grounds():
@@ -89,8 +89,8 @@ def test_slopes_of_a_tile_are_the_grounds():
     kept = TerrainMap(ground)
     kept.draw(kept.claim(numbers((-2, 31))))
     along, across = ((number * TILE_CELLS + np.arange(TILE_CELLS + 1)) * kept.cell for number in (-2, 31))
-    told = ground.relief.resolved.sample_in_grid_axes(along[:, None], across[None]).slope
-    off, size = kept.nodes[0, ..., 1:] - told, told.std()
+    expected = ground.relief.resolved.sample_in_grid_axes(along[:, None], across[None]).slope
+    off, size = kept.nodes[0, ..., 1:] - expected, expected.std()
     assert off.std() < 0.007 * size and np.abs(off).max() < 0.05 * size
 
 
@@ -102,9 +102,9 @@ def test_a_tile_is_the_ground_of_its_numbers(relief, tile):
     kept = TerrainMap(ground)
     (row,) = rows = kept.claim(numbers(tile))
     kept.draw(rows)
-    told = heightmap_tile(ground, *tile)
-    off = kept.nodes[row, :, :, 0] - told
-    assert np.abs(off).max() < 0.03 * told.std() and off.std() < 0.01 * told.std()
+    expected = heightmap_tile(ground, *tile)
+    off = kept.nodes[row, :, :, 0] - expected
+    assert np.abs(off).max() < 0.03 * expected.std() and off.std() < 0.01 * expected.std()
 
 
 def test_slopes_of_a_tile_are_those_of_its_heights():
@@ -139,7 +139,7 @@ def test_a_tile_is_synthesised_once():
 
 
 def test_the_least_recently_read_tile_is_replaced(monkeypatch):
-    """Four fit: a fifth takes the place of the one that was asked for the longest time ago."""
+    """Four fit: a fifth takes the place of the one that was requested the longest time ago."""
     kept = small(monkeypatch)
     for n in range(4):
         kept.claim(numbers((n, 0)))
@@ -160,21 +160,21 @@ def test_tiles_not_read_lately_are_replaced_before_new_memory_is_used(monkeypatc
     kept.claim(numbers((2, 0)))
     assert where(kept, 0, 0) is None and where(kept, 2, 0) == 0
     kept.claim(numbers((3, 0)))
-    assert where(kept, 1, 0) == 1 and where(kept, 3, 0) == 2, "what was asked for lately stays"
+    assert where(kept, 1, 0) == 1 and where(kept, 3, 0) == 2, "what was requested lately stays"
 
 
 def test_tiles_requested_together_do_not_replace_each_other(monkeypatch):
     """As many as there is room for, old and new, whatever was there before."""
     kept = small(monkeypatch)
     kept.claim(numbers(*((n, 0) for n in range(4))))
-    wanted = [(3, 0), (20, 1), (21, 1), (0, 0)]
-    kept.claim(numbers(*wanted))
-    rows = [where(kept, *tile) for tile in wanted]
+    requested = [(3, 0), (20, 1), (21, 1), (0, 0)]
+    kept.claim(numbers(*requested))
+    rows = [where(kept, *tile) for tile in requested]
     assert None not in rows and len(set(rows)) == 4
 
 
 def test_tiles_of_one_slot_replace_each_other():
-    """Numbers that are alike modulo the extent of the map are told apart by their own numbers."""
+    """Numbers that are alike modulo the extent of the map are distinguished by their own numbers."""
     kept = TerrainMap(bed())
     kept.claim(numbers((2, 3)))
     missing = kept.claim(numbers((2 + AROUND, 3)))
@@ -186,13 +186,13 @@ def test_tiles_of_one_slot_replace_each_other():
 @given(st.lists(st.lists(st.tuples(st.integers(-3, 3), st.sampled_from([0, 1, AROUND])), min_size=1, max_size=4,
                          unique_by=lambda p: (p[0], p[1] % AROUND)), min_size=1, max_size=25))  # fmt: skip
 @settings(max_examples=25, deadline=None)
-def test_the_books_of_the_map_are_kept_straight(asked):
-    """After any claims: each slot names a row of its own, that row knows the slot, and all that was asked is there."""
+def test_the_books_of_the_map_are_kept_straight(requested):
+    """After any claims: each slot names a row of its own, that row names the slot, and all requests are there."""
     with pytest.MonkeyPatch.context() as patch:
         kept = small(patch, 5)
-    for wanted in asked:
-        kept.claim(numbers(*wanted))
-        assert all(where(kept, *tile) is not None for tile in wanted)
+    for tile_numbers in requested:
+        kept.claim(numbers(*tile_numbers))
+        assert all(where(kept, *tile) is not None for tile in tile_numbers)
         used = kept.slot[kept.slot >= 0]
         assert len(np.unique(used)) == len(used) <= 5
         for i, j in zip(*np.nonzero(kept.slot >= 0), strict=True):
@@ -200,27 +200,27 @@ def test_the_books_of_the_map_are_kept_straight(asked):
 
 
 def test_readers_at_the_same_time_find_their_ground(monkeypatch):
-    """Six threads, room for what two of them want: each reads the tiles it asked for, as they are drawn alone."""
+    """Six threads, room for what two of them want: each reads the tiles it requested, as they are drawn alone."""
     kept, alone = small(monkeypatch, 5), TerrainMap(bed())
-    asked = [numbers((n % 4, k * AROUND), (n % 4 + 1, k * AROUND)) for n in range(12) for k in (0, 1)]
+    requested = [numbers((n % 4, k * AROUND), (n % 4 + 1, k * AROUND)) for n in range(12) for k in (0, 1)]
 
-    def read(wanted):
-        with kept.reading(wanted):
-            rows = [where(kept, *tile) for tile in wanted.tolist()]
+    def read(tile_numbers):
+        with kept.reading(tile_numbers):
+            rows = [where(kept, *tile) for tile in tile_numbers.tolist()]
             time.sleep(0.001)
             return kept.nodes[rows].copy()
 
     with ThreadPoolExecutor(6) as pool:
-        found = list(pool.map(read, asked))
-    for wanted, tiles in zip(asked, found, strict=True):
-        for tile, got in zip(wanted.tolist(), tiles, strict=True):
+        found = list(pool.map(read, requested))
+    for tile_numbers, tiles in zip(requested, found, strict=True):
+        for tile, got in zip(tile_numbers.tolist(), tiles, strict=True):
             alone.draw(alone.claim(numbers(tile)))
             np.testing.assert_array_equal(got, alone.nodes[where(alone, *tile)])
     assert not kept._readers.any()
 
 
 def test_a_tile_that_could_not_be_drawn_is_drawn_by_the_next(monkeypatch):
-    """A reader that fails leaves no blank tile behind, and nobody waits for it."""
+    """A reader that fails leaves no blank tile behind, and no reader waits for it."""
     kept, draw = TerrainMap(bed()), TerrainMap.draw
     monkeypatch.setattr(TerrainMap, "draw", lambda *_: 1 / 0)
     with pytest.raises(ZeroDivisionError), kept.reading(numbers((0, 0))):
@@ -231,7 +231,7 @@ def test_a_tile_that_could_not_be_drawn_is_drawn_by_the_next(monkeypatch):
 
 
 def test_a_bed_has_one_map():
-    """Asked again the same map comes back; another bed has another; what stands for a flat bed's is flat."""
+    """Requested again the same map comes back; another bed has another; what stands for a flat bed's is flat."""
     one, other = bed(), bed(seed=5)
     assert terrain_map(one) is terrain_map(one) is not terrain_map(other)
     assert not any(part.any() for part in empty_terrain_map())

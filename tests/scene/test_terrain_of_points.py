@@ -26,14 +26,14 @@ ENTRIES = st.lists(st.tuples(KEYS, st.integers(0, 50), st.integers(1, 9)), max_s
 @settings(max_examples=60, deadline=None)
 def test_a_table_is_a_dictionary_in_which_the_larger_entry_stays(entries):
     """Keys far apart and next to one another, in 16 slots for 9 keys: each is found, with the first of its largest."""
-    table, told, new = np.zeros((16, 3), np.int64), {}, 0
+    table, expected, new = np.zeros((16, 3), np.int64), {}, 0
     columns = np.array(entries, np.int64).reshape(-1, 3).T
     new = held.put(*(np.ascontiguousarray(column) for column in columns), table)
     for key, start, size in entries:
-        if size > told.get(key, (0, 0))[1]:
-            told[key] = (start, size)
-    assert new == len(told) == np.sum(table[:, 2] > 0)
-    for key, entry in told.items():
+        if size > expected.get(key, (0, 0))[1]:
+            expected[key] = (start, size)
+    assert new == len(expected) == np.sum(table[:, 2] > 0)
+    for key, entry in expected.items():
         assert tuple(table[held.find_slot(np.int64(key), table)]) == (key, *entry)
     assert table[held.find_slot(np.int64(99), table), 2] == 0
 
@@ -50,8 +50,8 @@ def test_what_is_found_moves_over_and_what_is_missing_gets_room(seed):
             size = int(rng.integers(1, 20))
             if rng.random() > chance:
                 continue
-            told = np.stack([np.full(size, key), np.arange(size), np.zeros(size)], axis=-1)
-            (rows if half == 0 else old_rows)[(start := used if half == 0 else first) : start + size] = told
+            expected = np.stack([np.full(size, key), np.arange(size), np.zeros(size)], axis=-1)
+            (rows if half == 0 else old_rows)[(start := used if half == 0 else first) : start + size] = expected
             held.put(*np.array([[key], [start], [size]]), table if half == 0 else old_table)
             used, first = used + size * (half == 0), first + size * (half == 1)
             own[key] = max(own.get(key, 0), size)
@@ -80,9 +80,9 @@ def test_as_many_are_requested_as_all_that_are_kept_or_a_quarter_or_a_quarter_of
     """Never fewer than any rank kept, less than four times and a bit as many, and a part of the whole that quarters."""
     kept = [(t, min(rank, int(np.ceil(density[t] * TILE**2)) - 1)) for t, rank in kept]
     tile, rank = np.array(kept, np.int32).reshape(-1, 2).T
-    asked, size = tile_prefixes(np.ascontiguousarray(tile), np.ascontiguousarray(rank), np.array(density))
-    assert asked.tolist() == sorted({t for t, _ in kept})
-    for t, n in zip(asked.tolist(), size.tolist(), strict=True):
+    requested, size = tile_prefixes(np.ascontiguousarray(tile), np.ascontiguousarray(rank), np.array(density))
+    assert requested.tolist() == sorted({t for t, _ in kept})
+    for t, n in zip(requested.tolist(), size.tolist(), strict=True):
         most, whole = max(rank for tile, rank in kept if tile == t) + 1, np.ceil(density[t] * TILE**2)
         assert most <= n <= whole and (n == whole or n < 4 * most + 1)
         assert n in [int(np.ceil(whole / 4**power)) for power in range(7)]
@@ -101,7 +101,7 @@ def test_gradients_turned_are_those_of_the_turned_plane(count, heading):
 
 
 @pytest.mark.parametrize("count", [0, 1, 500])
-def test_points_laid_by_rows_are_the_facets_of_their_survey(count):
+def test_points_in_rows_are_the_facets_of_their_survey(count):
     """Random rows, holes and land among them, points in any order: bit-identical with `seabed_scatterers` of each."""
     rng = np.random.default_rng(count)
     start = np.array([40, 0, 15, 15])
@@ -172,5 +172,5 @@ def test_the_next_places_of_a_tile_are_those_drawn():
     found = np.array(next_positions(tiles, SEED, random_keys.SEABED, begin, end))
     drawn = jittered_points(tiles, SEED, random_keys.SEABED)
     order = np.lexsort((drawn.rank, drawn.tile))
-    wanted = order[(drawn.rank[order] >= begin[drawn.tile[order]]) & (drawn.rank[order] < end[drawn.tile[order]])]
-    np.testing.assert_array_equal(found, [drawn.along[wanted], drawn.across[wanted]])
+    expected = order[(drawn.rank[order] >= begin[drawn.tile[order]]) & (drawn.rank[order] < end[drawn.tile[order]])]
+    np.testing.assert_array_equal(found, [drawn.along[expected], drawn.across[expected]])

@@ -28,7 +28,7 @@ def _patch(side, count, *, corner=(0.0, 0.0)):
 
 
 def test_the_same_place_has_the_same_bits_in_any_company():
-    """A patch asked whole, reversed, shuffled, or point by point: identical heights and slopes."""
+    """A patch requested whole, reversed, shuffled, or point by point: identical heights and slopes."""
     ground = build_terrain(EVERYTHING, seed=5, cutoff=RoughnessCutoff(wavelength=0.3))
     north, east = (x.ravel() for x in _patch(12.0, 40, corner=(-300.0, 5000.0)))
     whole = ground.sample(north, east)
@@ -69,7 +69,7 @@ def test_the_normal_stands_on_the_ground():
 
 
 def test_generated_ground_has_the_requested_spectrum():
-    """Mean periodogram of 64 patches within 1 dB of the asked law over 1.5 decades of wavenumber.
+    """Mean periodogram of 64 patches within 1 dB of the requested law over 1.5 decades of wavenumber.
 
     Patches of 32 m, from 3 to 96 cycles per patch; outer scale 40 m, so the bend of the spectrum is in view.
     """
@@ -88,9 +88,9 @@ def test_generated_ground_has_the_requested_spectrum():
     edges = np.geomspace(3, 96, 13)
     for low, high in pairwise(edges):
         ring = (radius >= low) & (radius < high)
-        asked = law.spectrum(2 * np.pi / side * radius[ring])
-        # each bin against its own asked level, so that the steepness inside a ring does not count
-        assert abs(10 * np.log10(np.mean(power[ring] / asked))) < 1.0, (low, high)
+        specified = law.spectrum(2 * np.pi / side * radius[ring])
+        # each bin against its own requested level, so that the steepness inside a ring does not count
+        assert abs(10 * np.log10(np.mean(power[ring] / specified))) < 1.0, (low, high)
 
 
 @pytest.mark.parametrize("hurst", [0.4, 0.625, 0.8])
@@ -108,9 +108,9 @@ def test_generated_ground_has_the_requested_structure(hurst):
     for lag in (1.2, 2.0, 3.2):
         turn = np.random.default_rng(6).uniform(0, 2 * np.pi, here.shape)
         there = ground.height(place[..., 0] + lag * np.cos(turn), place[..., 1] + lag * np.sin(turn))
-        asked = float(structure(law, lag))
-        assert 2 * residual_rms(ground) ** 2 < 0.06 * asked
-        assert np.mean((there - here) ** 2) == pytest.approx(asked - 2 * residual_rms(ground) ** 2, rel=0.05)
+        specified = float(structure(law, lag))
+        assert 2 * residual_rms(ground) ** 2 < 0.06 * specified
+        assert np.mean((there - here) ** 2) == pytest.approx(specified - 2 * residual_rms(ground) ** 2, rel=0.05)
 
 
 @given(exponents, st.floats(2, 100))
@@ -127,7 +127,7 @@ def test_octaves_add_up_to_the_law(exponent, outer_scale):
 @settings(max_examples=15)
 @given(exponents)
 def test_the_integral_of_the_spectrum_is_the_variance(exponent):
-    """Parseval: asked law and drawn octaves, by quadrature, rms, and mean square slope below the split."""
+    """Parseval: requested law and drawn octaves, by quadrature, rms, and mean square slope below the split."""
     law, split = PowerLaw(exponent=exponent, rms=0.1), RoughnessCutoff(wavelength=0.5)
     wavenumber = np.geomspace(1e-4, 1e7, 1500)
     ring = 2 * np.pi * wavenumber**2
@@ -145,7 +145,7 @@ def test_the_integral_of_the_spectrum_is_the_variance(exponent):
     assert octaves.slope_variance == pytest.approx(steep, rel=1e-3)
 
 
-def test_ground_is_as_rough_and_as_steep_as_its_octaves_say():
+def test_ground_is_as_rough_and_as_steep_as_its_octaves():
     """Sampled variance of height and gradient against the expected ones, and nearly normal heights."""
     octaves = HILLS.build_relief(seed=9, layer=0, cutoff=RoughnessCutoff(wavelength=0.5))
     found = octaves.sample(*np.random.default_rng(7).uniform(-1e6, 1e6, (2, 60_000)))
@@ -179,7 +179,7 @@ def test_a_finer_split_adds_detail_to_the_same_ground():
 @settings(max_examples=40)
 @given(st.floats(0.1, 5.0), exponents)
 def test_nothing_is_counted_twice_or_lost(wavelength, exponent):
-    """Resolved and residual spectrum are the asked one, within the octaves' own 0.3 dB."""
+    """Resolved and residual spectrum are the requested one, within the octaves' own 0.3 dB."""
     law, split = PowerLaw(exponent=exponent, rms=0.1), RoughnessCutoff(wavelength=wavelength)
     ground = build_terrain([law], seed=2, cutoff=split)
     wavenumber = np.geomspace(0.05, 300, 80)
@@ -214,7 +214,7 @@ def test_a_scene_moved_as_a_whole_keeps_its_ground():
 
 
 def test_no_relief_is_flat_ground():
-    """Nothing asked: height and slope 0, and no roughness left over."""
+    """Nothing requested: height and slope 0, and no roughness left over."""
     ground = build_terrain([], seed=0)
     assert np.all(ground.height(np.zeros((2, 3)), 1.0) == 0)
     assert ground.slope(0.0, np.zeros(4)).shape == (4, 2)
@@ -250,8 +250,8 @@ def test_exponents_no_seabed_has_are_reported():
         PowerLaw(exponent=2.2, rms=0.1)
 
 
-def test_hurst_and_rms_say_the_same_as_exponent_and_strength():
-    """Exponent = 2 H + 2, and w2 from the variance: two ways to ask for one ground."""
+def test_hurst_and_rms_give_the_same_as_exponent_and_strength():
+    """Exponent = 2 H + 2, and w2 from the variance: two ways to request one ground."""
     one = PowerLaw(hurst=0.625, rms="10 cm")
     other = PowerLaw(exponent=3.25, strength=one.w2)
     assert other.band_variance() == pytest.approx(0.01)

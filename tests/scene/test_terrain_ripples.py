@@ -113,7 +113,7 @@ def test_a_polygon_holds_what_lies_inside_it():
 
 
 def test_a_strip_lies_across_what_was_there():
-    """A band of 2 m from north to east over 10 m: area 20 m^2; the last piece laid is seen."""
+    """A band of 2 m from north to east over 10 m: area 20 m^2; the last piece placed is seen."""
     strip = SedimentStrip(sediment="clay", start=(0, 0), end=(6, 8), width=2)
     box = SedimentRegion(sediment="rock", corners=((-5, -5), (-5, 15), (15, 15), (15, -5)))
     cover = SedimentMap(base="medium sand", on_top=(box, strip)).build_cover(seed=0)

@@ -14,7 +14,7 @@ FAR = np.random.default_rng(7).uniform(-1e5, 1e5, (2, 100_000))
 
 
 def patches(texture, north=FAR[0], east=FAR[1], *, seed=1, lattice=FRAME):
-    """The texture at places, far from one another unless said."""
+    """The texture at places, far from one another unless stated."""
     return texture.at(north, east, seed=seed, scatterer_grid=lattice)
 
 

@@ -47,7 +47,7 @@ def test_a_shape_has_the_surface_and_the_volume_of_the_textbook(name):
     assert edge_defects(made.faces) == (0, 0)
 
 
-def test_a_ring_obeys_pappus():
+def test_a_ring_satisfies_pappus():
     """Surface 4 pi^2 R r and volume 2 pi^2 R r^2 of a torus; 24 steps about its tube take 1.1 % of the volume."""
     ring = triangle_surfaces.torus(2.0, 0.5)
     assert ring.area.sum() == pytest.approx(4 * PI**2 * 0.75 * 0.25, rel=4e-3)
@@ -69,7 +69,7 @@ def test_a_ring_obeys_pappus():
         (Box(position=(1, 2), size=(2, 1, 1), roll=PI / 4), np.sqrt(2)),
     ],
 )
-def test_a_solid_lies_as_its_attitude_says(solid, tall):
+def test_a_solid_lies_as_its_attitude_states(solid, tall):
     """A cylinder lies until it is pitched, a cone stands, a plate is level: heights, and a base on the bed."""
     lies = world_triangles(solid, BED)
     assert height(solid) == pytest.approx(tall, rel=ROUND)
@@ -84,9 +84,9 @@ def test_a_cone_points_up_and_a_heading_points_from_north_to_east():
     rod = Cylinder(position=(0, 0), length=10, diameter=0.01, heading=np.radians(30), pitch=np.radians(10))
     ends = world_triangles(rod, BED).vertices
     way = ends[np.argmax(ends[:, 0])] - ends[np.argmin(ends[:, 0])]
-    told = [np.cos(np.radians(30)) * np.cos(np.radians(10)), np.sin(np.radians(30)) * np.cos(np.radians(10)),
+    expected = [np.cos(np.radians(30)) * np.cos(np.radians(10)), np.sin(np.radians(30)) * np.cos(np.radians(10)),
             -np.sin(np.radians(10))]  # fmt: skip
-    np.testing.assert_allclose(way / np.linalg.norm(way), told, atol=2e-3)
+    np.testing.assert_allclose(way / np.linalg.norm(way), expected, atol=2e-3)
 
 
 @pytest.mark.parametrize("sunk", [{"burial": 0.25}, {"burial_depth": 0.5}])
@@ -152,9 +152,9 @@ def test_inside_is_where_the_surface_is_all_around():
     """Random places about a ring and a leaning box, against their own inequalities."""
     place = np.random.default_rng(3).uniform(-1.2, 1.2, (2000, 3))
     ring = triangle_surfaces.torus(2.0, 0.6)
-    told = np.hypot(np.hypot(place[:, 1], place[:, 2]) - 0.7, place[:, 0])
-    clear = np.abs(told - 0.3) > 0.01
-    np.testing.assert_array_equal(inside_solid(ring, place)[clear], (told < 0.3)[clear])
+    expected = np.hypot(np.hypot(place[:, 1], place[:, 2]) - 0.7, place[:, 0])
+    clear = np.abs(expected - 0.3) > 0.01
+    np.testing.assert_array_equal(inside_solid(ring, place)[clear], (expected < 0.3)[clear])
     box = Box(position=(0, 0), size=(1.0, 0.8, 0.6), heading=0.3, pitch=0.4, roll=0.5)
     lies = world_triangles(box, BED)
     middle = (lies.low + lies.high) / 2

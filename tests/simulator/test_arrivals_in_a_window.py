@@ -88,8 +88,8 @@ def test_an_interval_beyond_the_recording_is_refused_with_the_one_that_was_meant
 def test_an_interval_may_have_units():
     """As scenarios do."""
     scenario = scene("slice")
-    told = insonify.arrivals(scenario, window=("110 ms", "112 ms"))
-    np.testing.assert_array_equal(told.delay, insonify.arrivals(scenario, window=WINDOW).delay)
+    expected = insonify.arrivals(scenario, window=("110 ms", "112 ms"))
+    np.testing.assert_array_equal(expected.delay, insonify.arrivals(scenario, window=WINDOW).delay)
 
 
 def test_one_ping_may_be_given_by_its_number():

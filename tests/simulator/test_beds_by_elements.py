@@ -1,4 +1,4 @@
-"""Claims about ground that an array hears element by element: summed with delays it is what beams hear."""
+"""Claims about ground that an array receives element by element: summed with delays it is what beams receive."""
 
 import numpy as np
 
@@ -33,8 +33,8 @@ def ground(record, transmit, sub_bands, importance_sampling):
 
 def apart_db(transmit, sub_bands, *, importance_sampling):
     """Delay and sum of the elements less the beam, re the beam, in the middle of the window [dB]."""
-    heard = simulate(ground("elements", transmit, sub_bands, importance_sampling), threads=1)
-    summed = beam_recording(heard, [np.pi / 2]).pressure.values[0, 0]
+    received = simulate(ground("elements", transmit, sub_bands, importance_sampling), threads=1)
+    summed = beam_recording(received, [np.pi / 2]).pressure.values[0, 0]
     beam = simulate(ground("beams", transmit, sub_bands, importance_sampling), threads=1).pressure.values[0, 0]
     inner = slice(10, len(beam) - 10)
     return 20 * np.log10(relative_rms(summed[inner], beam[inner]))

@@ -129,13 +129,13 @@ def test_a_moving_sonar_receives_the_sound_of_a_moving_image(record):
     rate = 1e6
     time, raw = np.arange(0, 0.032, 1 / rate), []
     for offset in along:
-        ear = np.array([0.0, 0.0, 11.0]) + course * (time[:, None] + offset / 5.0)
+        receiver = np.array([0.0, 0.0, 11.0]) + course * (time[:, None] + offset / 5.0)
         total = np.zeros(len(time), complex)
         for depth, factor in ((29, 0.35), (-11, -1), (-29, -0.35), (51, -0.35)):
             image = np.array([0.0, 0.0, depth])
             emitted = np.full(len(time), -1.0)
             for _ in range(4):  # fixed point: the sonar is three hundred times slower than sound
-                emitted = time - np.linalg.norm(ear - image - course * emitted[:, None], axis=1) / SPEED
+                emitted = time - np.linalg.norm(receiver - image - course * emitted[:, None], axis=1) / SPEED
             middle = int(np.argmax(emitted > scenario.sonar.pulse.duration / 2))
             distance = SPEED * (time[middle] - emitted[middle])
             phase = np.exp(2j * np.pi * 100e3 * (emitted - time))
@@ -217,7 +217,7 @@ def test_sand_waves_mirror_at_every_specular_point(waves, frequency, north, coun
 
 @pytest.mark.parametrize("gradient", [-1.5, 0.8])
 @pytest.mark.parametrize("tilt", [0.01, 8.0, 20.0])
-def test_a_tilted_bed_in_a_gradient_mirrors_the_ray_that_meets_it_at_right_angles(tilt, gradient, tmp_path):
+def test_a_tilted_bed_in_a_gradient_mirrors_the_ray_that_strikes_it_at_right_angles(tilt, gradient, tmp_path):
     """B off a plane: twice the least travel time to it, within 1 ns, from where that ray starts, with its tube.
 
     Rays are circles, the travel time a hyperbolic distance (Officer 1958, from memory). Kirchhoff's integral by its
@@ -387,7 +387,7 @@ def test_hull_multiples_in_layered_water_have_the_time_below_the_hull():
     [(-0.7, "at or above the sea surface"), (7.0, "at or below the seabed"), (0.2, "inside the hull")],
 )
 def test_a_hull_out_of_the_water_or_around_the_sonar_is_refused(down, words):
-    """One line that names the key and the way out."""
+    """One line that names the key and the fix."""
     with pytest.raises(ValueError, match=words) as refused:
         afloat(size={"offset": (0.0, 0.0, down)})
     assert "sonar.hull.offset" in str(refused.value)

@@ -19,7 +19,7 @@ ECHO = {"window": (0.1995, 0.2035)}
 
 
 def seen(box: dict[str, object], **paths: object) -> Scenario:
-    """The nominal box alone, heard about its direct echo."""
+    """The nominal box alone, received about its direct echo."""
     return nominal(box=box, water=WATER, track=ECHO, paths={"contributions": ["target"], **paths})
 
 
@@ -36,7 +36,7 @@ def leg(depth: float, family: str) -> tuple[float, float]:
 
 
 @pytest.mark.parametrize("family", ["D", "S", "B"])
-def test_a_wall_answers_by_lamberts_law(family: str) -> None:
+def test_a_wall_scatters_by_lamberts_law(family: str) -> None:
     """Energy of a 0.2 m wide face by one family: integral over its height of mu cos^2 / L^4, times the pulse's energy.
 
     Faces are drawn in 0.05 m cells; the beam is flat over the width to 0.1 dB. Within 0.15 dB.
@@ -45,12 +45,12 @@ def test_a_wall_answers_by_lamberts_law(family: str) -> None:
     length, cosine = np.array([leg(z, family) for z in depth]).T
     bounced = {"D": 1.0, "S": 1.0, "B": 0.35**4}[family]
     face = 0.2 * np.trapezoid(0.1 * cosine**2 / length**4 * 10 ** (-2 * 0.03 * length / 10), depth)
-    told = 10**22 * face * bounced * pulse_energy(duration=0.2e-3, fraction=0.2, band=20e3)
+    expected = 10**22 * face * bounced * pulse_energy(duration=0.2e-3, fraction=0.2, band=20e3)
     window = {"D": ECHO["window"], "S": (0.2025, 0.2085), "B": ECHO["window"]}[family]
     scenario = nominal(box=NARROW, water=WATER, track={"window": window},
                        paths={"max_reflections": 1, "families": (family,), "contributions": ["target"]})  # fmt: skip
-    # the top, 0.2 m^2, is met at 3 degrees: cos^2 of 87 degrees is 1/300 of the wall's
-    assert 10 * np.log10(energy(scenario, f"{family}-{family}") / told) == pytest.approx(0, abs=0.15)
+    # the top, 0.2 m^2, is reached at 3 degrees: cos^2 of 87 degrees is 1/300 of the wall's
+    assert 10 * np.log10(energy(scenario, f"{family}-{family}") / expected) == pytest.approx(0, abs=0.15)
 
 
 @pytest.mark.parametrize("strength", [-20.0, -5.5])
@@ -62,7 +62,7 @@ def test_a_brighter_box_is_brighter_by_as_much(strength: float) -> None:
     assert 10 * np.log10(bright / plain) == pytest.approx(strength + 10, abs=1e-6)
 
 
-def test_only_faces_that_look_at_the_sonar_answer() -> None:
+def test_only_faces_towards_the_sonar_scatter() -> None:
     """Of a square box in the east: the west face and the top by direct paths; the far side stays silent."""
     found = arrivals(nominal(box={"position": (0.0, 150.5), "size": (1.0, 1.0, 1.0)}, track=ECHO,
                              paths={"max_reflections": 0, "contributions": ["target"]}))  # fmt: skip
@@ -87,7 +87,7 @@ def test_a_wall_on_the_bed_is_a_corner() -> None:
 
 
 def test_a_floating_box_beside_the_sonar_shows_its_sides_only() -> None:
-    """From 11 m deep neither a top at 10 m nor a base at 12 m is seen: all that answers lies between them."""
+    """From 11 m deep neither a top at 10 m nor a base at 12 m is seen: all that scatters lies between them."""
     box = {"position": (0.0, 150.5), "size": (1.0, 1.0, 2.0), "base_depth": 12.0}
     found = arrivals(nominal(box=box, track=ECHO, paths={"max_reflections": 0, "contributions": ["target"]}))
     depth = found.position[:, 2]
@@ -127,7 +127,7 @@ def test_what_a_box_hides_from_each_family_is_what_a_walked_path_cannot_reach(he
     assert checked > 300 and 0.02 * checked < hidden < 0.98 * checked
 
 
-def test_a_box_has_the_size_that_it_says() -> None:
+def test_a_box_has_the_size_that_it_states() -> None:
     """Length along its heading: 4 m by 1 m turned by 90 degrees lies east-west."""
     along, across = (
         arrivals(

@@ -1,10 +1,10 @@
-"""Everything at once against sums over every element, ray by ray: 200 points, an array under way, layers, a surface."""
+"""Everything at once against sums over every element, ray by ray: 200 points, a moving array, layers, a surface."""
 
 import numpy as np
 import pytest
 
 from insonify.simulator import build_simulator, simulate
-from oracles.arrays import HEADING, WINDOW, heard_by_elements, line_of, some_targets
+from oracles.arrays import HEADING, WINDOW, elements_scenario, line_of, some_targets
 from oracles.brute import back_to, bent, echoes, out_of, straight
 from oracles.scenes import nominal, point
 from oracles.underway import CARRIER, SPEED, recorded
@@ -19,9 +19,9 @@ PANEL = {"kind": "planar", "width": 0.3, "height": 0.3, "columns": 2, "rows": 2,
 pytestmark = pytest.mark.filterwarnings("ignore::insonify.validity.PhysicsWarning")
 
 
-def told(targets, water, *, receive=None, families=("D", "S"), surface=None, speed=3.0):
+def scenario_of(targets, water, *, receive=None, families=("D", "S"), surface=None, speed=3.0):
     """Silent water that absorbs, and an array that runs straight on."""
-    return heard_by_elements(
+    return elements_scenario(
         targets, receive=receive or line_of(4), track={"speed": speed}, surface=surface or {},
         water={**water, "noise_level_db": None, "absorption_db_per_m": LOSS},
         seabed={"depth": 20.0, "reflection": 0.35},
@@ -30,7 +30,10 @@ def told(targets, water, *, receive=None, families=("D", "S"), surface=None, spe
 
 
 def brute_force(scenario, out, back, pairs, rows=slice(None)):
-    """What each element hears, or some of them: over pairs of ways out and back, by name, with a weight for each."""
+    """What each element receives, or some of them.
+
+    Over pairs of paths out and back, by name, with a weight for each.
+    """
     simulator = build_simulator(scenario)
     here = simulator.ping_geometry(0)
     velocity = scenario.track.speed * np.array([np.cos(HEADING), np.sin(HEADING), 0.0])
@@ -83,7 +86,7 @@ def _images(legs, place):
 def test_200_points_in_a_thermocline_received_by_an_array_under_way():
     """Brute force: D and S through layers that absorb, two elements 0.12 m apart at 3 m/s; rms 1e-5 (seen: 4e-6)."""
     targets = some_targets(200)
-    scenario = told(targets, THERMOCLINE, receive=line_of(2))
+    scenario = scenario_of(targets, THERMOCLINE, receive=line_of(2))
     known = in_layers(scenario, targets, ("D", "S"))
     assert relative_rms(simulate(scenario, threads=1).pressure.values[0], known) < 1e-5
 
@@ -93,7 +96,7 @@ def test_so_do_elements_above_and_below_the_centre():
     """The same of a panel of 0.3 m by 0.3 m with 2 x 2 elements, still and at 3 m/s: 2e-5 (seen: 1e-5)."""
     targets = some_targets(200)
     for speed in (0.0, 3.0):
-        scenario = told(targets, THERMOCLINE, receive=PANEL, speed=speed)
+        scenario = scenario_of(targets, THERMOCLINE, receive=PANEL, speed=speed)
         known = in_layers(scenario, targets, ("D", "S"))
         assert relative_rms(simulate(scenario, threads=1).pressure.values[0], known) < 2e-5
 
@@ -103,11 +106,11 @@ def test_so_are_echoes_off_a_wind_sea():
     """Glints at 5 m/s, each drawn as the engine draws it, 60 points: their images stand in the world; 1e-5."""
     targets = some_targets(60)
     sea = {"reflection": "statistical", "wind_speed": 5.0}
-    scenario = told(targets, EVEN, surface=sea, receive=line_of(2))
-    heard = simulate(scenario, threads=1).pressure.values[0]
-    assert relative_rms(heard, off_glints(scenario, targets)) < 1e-5
-    mirrored = simulate(told(targets, EVEN, receive=line_of(2)), threads=1).pressure.values[0]
-    assert relative_rms(heard, mirrored) > 0.1
+    scenario = scenario_of(targets, EVEN, surface=sea, receive=line_of(2))
+    received = simulate(scenario, threads=1).pressure.values[0]
+    assert relative_rms(received, off_glints(scenario, targets)) < 1e-5
+    mirrored = simulate(scenario_of(targets, EVEN, receive=line_of(2)), threads=1).pressure.values[0]
+    assert relative_rms(received, mirrored) > 0.1
 
 
 @pytest.mark.parametrize("abeam", [1.2, 40.0])
@@ -117,7 +120,7 @@ def test_an_array_of_32_receives_what_is_abeam_at_its_ends_and_between(abeam):
     bearing = HEADING + np.pi / 2 + np.radians(random.uniform(-abeam, abeam, 20))
     away, depth = random.uniform(15, 40, 20), random.uniform(5, 9, 20)
     targets = np.stack([away * np.cos(bearing), away * np.sin(bearing), depth], axis=1)
-    scenario, rows = told(targets, EVEN, receive=line_of(32, 0.5), families=("D",)), [0, 13, 31]
+    scenario, rows = scenario_of(targets, EVEN, receive=line_of(32, 0.5), families=("D",)), [0, 13, 31]
     ways = {"D": straight(targets, SPEED, np.ones(20), loss_db=LOSS)}
     known = brute_force(scenario, ways, ways, [("D", "D", 1.0)], rows)
     assert relative_rms(simulate(scenario, threads=1).pressure.values[0][rows], known) < 1e-5
@@ -131,12 +134,12 @@ def test_transmitter_and_receiver_change_places_in_a_thermocline():
             nominal(
                 water={**THERMOCLINE, "noise_level_db": None}, targets=[point(1.0, 30.0, 15.0)], line={"length": None},
                 transmit={"kind": "point", "element": "omni", "offset": sent},
-                receive={"kind": "elements", "element": "omni", "positions": [(0, 0, 0)], "offset": heard},
+                receive={"kind": "elements", "element": "omni", "positions": [(0, 0, 0)], "offset": received},
                 sonar={"receiver": {"record": "elements", "bandwidth": 20e3}},
                 paths={"max_reflections": 2, "families": ["D", "S", "BS"]}, track={"window": (0.041, 0.045)},
             ),
             threads=1,
         ).pressure.values
-        for sent, heard in (ends, ends[::-1])
+        for sent, received in (ends, ends[::-1])
     )  # fmt: skip
     assert np.linalg.norm(one) > 0 and relative_rms(one, other) < 1e-4

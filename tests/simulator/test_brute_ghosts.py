@@ -73,7 +73,7 @@ def ghosts(count, interval, seeds):
 
 
 def test_ghosts_fall_with_the_pings_over_independent_seas_only():
-    """16 and 64 pings a second apart, 4 seas: ghosts 6 dB fainter, 1 dB (0.35 standard error); their peaks 5 to 8 dB.
+    """16 and 64 pings a second apart, 4 seas: ghosts 6 dB weaker, 1 dB (0.35 standard error); their peaks 5 to 8 dB.
 
     Over a sea that hardly moves in 15 ms: within 1 dB.
     """

@@ -23,10 +23,10 @@ def scene(field, seed):
 
 def power(scenario):
     """Of one ping, (beams, samples)."""
-    heard = simulate(scenario, threads=1)
+    received = simulate(scenario, threads=1)
     if scenario.field == "incoherent":
-        return heard.intensity.values[0]
-    return np.abs(heard.pressure.values[0]) ** 2
+        return received.intensity.values[0]
+    return np.abs(received.pressure.values[0]) ** 2
 
 
 def over_expected(draws, expectations):

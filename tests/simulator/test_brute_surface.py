@@ -1,7 +1,7 @@
-"""One bounce off a wind sea as recordings tell it: what stays coherent, how much comes, how long it is remembered.
+"""One bounce off a wind sea as recordings have it: what stays coherent, how much comes, how long it stays correlated.
 
-A point target is called directly, by a beam that misses the surface, and heard by way of the surface alone, over many
-seas: the geometry of the nominal scene, 150 m away, grazing 11.5 degrees.
+A point target is called directly, by a beam that misses the surface, and received by way of the surface alone, over
+many seas: the geometry of the nominal scene, 150 m away, grazing 11.5 degrees.
 """
 
 import numpy as np
@@ -16,20 +16,20 @@ pytestmark = pytest.mark.filterwarnings("ignore::insonify.validity.PhysicsWarnin
 AWAY, SONAR, TARGET = 150.0, 11.0, 19.5
 WAVES_TO = 1.0
 LAGS = (0, 5, 20, 50, 132)
-"""Pings that are heard: milliseconds after the first."""
+"""Pings that are received: milliseconds after the first."""
 BOUNCE = Bounce(SONAR, TARGET, AWAY, 2 * np.pi * 1e5 / 1500)
-EARS = [(0, 0, 0), (0, 0.02, 0), (0, 0, 0.004)]
+ELEMENTS = [(0, 0, 0), (0, 0.02, 0), (0, 0, 0.004)]
 
 
 def by_the_surface(wind, seed=1, pings=1):
-    """Three elements that hear a point target over the surface; no wind: off a mirror."""
+    """Three elements that receive a point target over the surface; no wind: off a mirror."""
     sea = {} if wind is None else {"reflection": "statistical", "wind_speed": wind, "wave_direction": WAVES_TO}
     down = float(np.arctan2(TARGET - SONAR, AWAY))
     return nominal(
         surface=sea, seed=seed, targets=[point(0.0, AWAY, TARGET)], line={"length": None},
         transmit={"kind": "planar", "width": 0.02, "height": 0.3, "shading_down": "hann", "steer_down": down,
                   "steer": (0.0,)},
-        receive={"kind": "elements", "element": "omni", "positions": EARS},
+        receive={"kind": "elements", "element": "omni", "positions": ELEMENTS},
         sonar={"receiver": {"record": "elements", "bandwidth": 20e3}},
         water={"noise_level_db": None, "absorption_db_per_m": 0.0},
         paths={"max_reflections": 1, "families": ["D", "S"], "contributions": ["target"]},
@@ -46,27 +46,27 @@ def sound(scenario):
 def over_seas(wind, count, pings):
     """Recordings over seas, (seas, pings, elements, samples), over the root of a mirror's energy; and the mirror's."""
     mirror = sound(by_the_surface(None))[0]
-    heard = each_ping([by_the_surface(wind, seed, pings) for seed in range(count)], sound)
+    received = each_ping([by_the_surface(wind, seed, pings) for seed in range(count)], sound)
     size = np.linalg.norm(mirror, axis=1)
-    return heard / size[:, None], mirror / size[:, None]
+    return received / size[:, None], mirror / size[:, None]
 
 
 def assert_moments(wind, count, pings, coherent, energy, remembered):
     """Claims on one wind: tolerances of the coherent part [1], the energy [dB] and the memory [1]."""
     sea = Sea(wind, BOUNCE, np.pi / 2 - WAVES_TO)
-    heard, mirror = over_seas(wind, count, pings)
-    kept = np.einsum("spet,et->spe", heard, mirror.conj())[:, 0].mean()
+    received, mirror = over_seas(wind, count, pings)
+    kept = np.einsum("spet,et->spe", received, mirror.conj())[:, 0].mean()
     bubbles = bubble_loss_db(wind, 1e5, np.arcsin(BOUNCE.sine))
     left = 10 ** (-float(bubbles) / 20)
     assert abs(kept - left * np.exp(-sea.quanta / 2)) < coherent
-    power = np.mean(np.sum(np.abs(heard[:, :, 0]) ** 2, axis=-1))
+    power = np.mean(np.sum(np.abs(received[:, :, 0]) ** 2, axis=-1))
     assert 10 * np.log10(power) + bubbles == pytest.approx(0, abs=energy)
-    first = heard[:, 0, 0]
+    first = received[:, 0, 0]
     for row, lag in enumerate(lag for lag in LAGS if lag < pings):
-        later = heard[:, row, 0]
+        later = received[:, row, 0]
         alike = abs(np.vdot(later, first)) / np.linalg.norm(first) / np.linalg.norm(later)
         assert alike == pytest.approx(sea.moment(lag * 1e-3), abs=remembered)
-    return heard, mirror
+    return received, mirror
 
 
 def test_a_light_wind_leaves_part_of_the_bounce_as_it_was():
@@ -85,15 +85,15 @@ def test_a_light_wind_leaves_part_of_the_bounce_as_it_was():
         (5.0, 0.045, (0.51, 0.17, 0.03)),
     ],
 )
-def test_a_bounce_keeps_and_forgets_what_theory_says(wind, coherent, table):
+def test_a_bounce_keeps_and_loses_what_theory_predicts(wind, coherent, table):
     """300 seas: coherent part exp(-2 Gamma^2), memory exp(-4 Gamma^2 (1 - rho)) to 3 standard errors; energy 0.35 dB.
 
     And the memory after 20, 50 and 132 ms within 0.18 of that of 60 surfaces drawn in two dimensions under another
     spectrum (Pierson and Moskowitz, 0.13 standard error).
     """
-    heard, _ = assert_moments(wind, 300, 133, coherent, 0.35, 0.09)
-    first = heard[:, 0, 0]
-    alike = [abs(np.vdot(heard[:, row, 0], first)) / np.linalg.norm(first) / np.linalg.norm(heard[:, row, 0])
+    received, _ = assert_moments(wind, 300, 133, coherent, 0.35, 0.09)
+    first = received[:, 0, 0]
+    alike = [abs(np.vdot(received[:, row, 0], first)) / np.linalg.norm(first) / np.linalg.norm(received[:, row, 0])
              for row in (2, 3, 4)]  # fmt: skip
     np.testing.assert_allclose(alike, table, atol=0.18)
 
@@ -103,18 +103,18 @@ def test_a_bounce_keeps_and_forgets_what_theory_says(wind, coherent, table):
 def test_flashes_come_late_and_from_about_the_mirror(wind):
     """300 seas: mean excess delay, and spread of direction across and up, of places that can flash, within 20 %.
 
-    Small slopes would have 0.68 ms, 1.6 and 8.7 degrees at 5 m/s; flashes have 0.44 ms, 1.9 and 7.1; heard: 0.49 ms,
-    2.1 and 7.6. The spreads are those that elements 2 cm apart abeam and 4 mm in depth tell by their coherence.
+    Small slopes would have 0.68 ms, 1.6 and 8.7 degrees at 5 m/s; flashes have 0.44 ms, 1.9 and 7.1; received: 0.49 ms,
+    2.1 and 7.6. The spreads are those that elements 2 cm apart abeam and 4 mm in depth give by their coherence.
     """
-    heard, mirror = over_seas(wind, 300, 1)
-    time = np.arange(heard.shape[-1]) / 25e3
-    power = np.sum(np.abs(heard[:, 0, 0]) ** 2, axis=0)
+    received, mirror = over_seas(wind, 300, 1)
+    time = np.arange(received.shape[-1]) / 25e3
+    power = np.sum(np.abs(received[:, 0, 0]) ** 2, axis=0)
     late = power @ time / power.sum() - np.abs(mirror[0]) ** 2 @ time
     excess, aside, up = Sea(wind, BOUNCE, np.pi / 2 - WAVES_TO).flashes()
     assert late * 1500 == pytest.approx(excess, rel=0.2)
-    one = heard[:, 0, 0]
-    for ear, known in ((1, aside), (2, up)):
-        other = heard[:, 0, ear]
+    one = received[:, 0, 0]
+    for element, known in ((1, aside), (2, up)):
+        other = received[:, 0, element]
         alike = abs(np.vdot(other, one)) / np.linalg.norm(one) / np.linalg.norm(other)
-        spread = np.sqrt(-2 * np.log(alike)) / BOUNCE.wavenumber / np.linalg.norm(EARS[ear])
+        spread = np.sqrt(-2 * np.log(alike)) / BOUNCE.wavenumber / np.linalg.norm(ELEMENTS[element])
         assert spread == pytest.approx(known, rel=0.2)

@@ -13,10 +13,10 @@ RELIEF = {"relief": {"kind": "power-law", "hurst": 0.8, "rms": 0.03}}
 WATER = {"profile": [[0.0, 1500.0], [20.0, 1490.0]], "noise_level_db": None}
 
 
-@pytest.mark.parametrize("told", [{}, {"seabed": RELIEF}, {"seabed": RELIEF, "water": WATER}])
-def test_what_is_carried_over_receives_the_same_bits(told):
+@pytest.mark.parametrize("settings", [{}, {"seabed": RELIEF}, {"seabed": RELIEF, "water": WATER}])
+def test_what_is_carried_over_receives_the_same_bits(settings):
     """Flat bed, relief, relief under layered water: pickled before its first ping, and after it."""
-    simulator = build_simulator(nominal(track={"window": (0.06, 0.062)}, paths={"max_reflections": 0}, **told))
+    simulator = build_simulator(nominal(track={"window": (0.06, 0.062)}, paths={"max_reflections": 0}, **settings))
 
     def ping(here):
         with ThreadPoolExecutor(1) as pool:
@@ -24,8 +24,8 @@ def test_what_is_carried_over_receives_the_same_bits(told):
             return accumulate_ping(here, here.coherent_accumulator(side), side, pool)
 
     early = pickle.loads(pickle.dumps(simulator))
-    heard = ping(simulator)
+    received = ping(simulator)
     late = pickle.loads(pickle.dumps(simulator))
-    assert np.abs(heard).max() > 0
+    assert np.abs(received).max() > 0
     for other in (early, late):
-        np.testing.assert_array_equal(ping(other), heard)
+        np.testing.assert_array_equal(ping(other), received)

@@ -1,12 +1,12 @@
-"""The same question has the same answer: for any threads, any choice of pings, anywhere in the world."""
+"""The same question has the same result: for any threads, any choice of pings, anywhere in the world."""
 
 import numpy as np
 import pytest
 
 from insonify.simulator import arrivals, build_simulator, simulate, simulate_pings
 from oracles.arrival_sum import coherent_from_arrivals
-from oracles.listening import relative_rms
 from oracles.scenes import nominal, point
+from oracles.time_series import relative_rms
 
 SHORT = {"window": (0.19, 0.21)}
 
@@ -20,7 +20,7 @@ def test_one_thread_and_two_give_the_same_bits(field):
     assert one.identical(three)
 
 
-def test_a_ping_does_not_know_which_others_were_requested():
+def test_a_ping_does_not_depend_on_which_others_were_requested():
     """Any subset, in any order, has each ping's own bits, jitter and noise included."""
     track = {"kind": "line", "start": (0, 0, 11), "position": None, "speed": 2.0, "pings": 4, **SHORT}
     track = {key: value for key, value in track.items() if value is not None}
@@ -30,26 +30,26 @@ def test_a_ping_does_not_know_which_others_were_requested():
         np.testing.assert_array_equal(some.pressure.values[row], whole.pressure.values[ping])
 
 
-def test_a_ping_that_surges_does_not_know_which_came_before():
-    """Rough ground under a sonar that listens longer at some pings than at others: the same bits after another."""
+def test_a_ping_that_surges_does_not_depend_on_which_came_before():
+    """Rough ground under a sonar that receives longer at some pings than at others: the same bits after another."""
     track = {"kind": "line", "start": (0, 0, 12), "speed": 2.0, "pings": 4, "interval": 0.4, "window": (0.0, 0.06),
              "stop_and_hop": False, "motion": {"surge": {"rms": 0.5, "period": 2.0}}}  # fmt: skip
     rough = {"relief": {"kind": "power-law", "hurst": 0.8, "rms": 0.2, "outer_scale": 20.0}}
     fan = {"kind": "planar", "length": None, "width": 1.0, "height": 0.02}
-    told = nominal(
+    described = nominal(
         seabed=rough, transmit=fan, receive=fan, sonar={"mounting": {"bearing": np.pi / 2, "tilt": np.radians(20)}},
         paths={"max_reflections": 1, "scatterers_per_cell": 1.0},
     )  # fmt: skip
-    scenario = type(told)(**{**told.model_dump(), "track": track})
-    heard = dict(simulate_pings(build_simulator(scenario), [0, 1, 2], 1))
+    scenario = type(described)(**{**described.model_dump(), "track": track})
+    received = dict(simulate_pings(build_simulator(scenario), [0, 1, 2], 1))
     for ping in (1, 2):
-        np.testing.assert_array_equal(heard[ping], dict(simulate_pings(build_simulator(scenario), [ping], 1))[ping])
+        np.testing.assert_array_equal(received[ping], dict(simulate_pings(build_simulator(scenario), [ping], 1))[ping])
 
 
 def moving(track, **paths):
     """The nominal scene from a platform that runs along a track."""
-    told = nominal(box={}, paths=paths, water={"noise_level_db": 40})
-    return type(told)(**{**told.model_dump(), "track": track})
+    scenario = nominal(box={}, paths=paths, water={"noise_level_db": 40})
+    return type(scenario)(**{**scenario.model_dump(), "track": track})
 
 
 def test_pings_of_a_platform_at_rest_differ_by_noise_and_jitter_only():
@@ -95,7 +95,7 @@ def test_a_scene_moved_as_a_whole_sounds_the_same(north, east, turn):
 
 
 def test_the_bed_stays_where_it_is_while_the_platform_passes():
-    """Two pings of a line track, 0.2 m apart: the places that both hear are the same points with the same phase."""
+    """Two pings of a line track, 0.2 m apart: the places that both receive are the same points with the same phase."""
     track = {"kind": "line", "start": (0, 0, 11), "heading": 0, "speed": 2.0, "interval": 0.1, "pings": 2,
              "window": (0.09, 0.0905)}  # fmt: skip
     simulator = build_simulator(moving(track, max_reflections=0))
@@ -120,8 +120,8 @@ def test_every_place_of_a_ping_has_a_key_of_its_own():
 
 
 def test_arrivals_written_out_sound_like_the_fast_path():
-    """All paths of a narrow ping as rows, jitter included, heard row by row: relative rms 1e-5."""
+    """All paths of a narrow ping as rows, jitter included, received row by row: relative rms 1e-5."""
     scenario = nominal(box={}, paths={"jitter": 0.3, "beam_cutoff_db": -30}, track={"window": (0.2, 0.206)})
     simulator = build_simulator(scenario)
-    heard = coherent_from_arrivals(arrivals(scenario), simulator.ping_geometry(0), simulator.grid)
-    assert relative_rms(heard, simulate(scenario).pressure.values[0]) < 1e-5
+    received = coherent_from_arrivals(arrivals(scenario), simulator.ping_geometry(0), simulator.grid)
+    assert relative_rms(received, simulate(scenario).pressure.values[0]) < 1e-5

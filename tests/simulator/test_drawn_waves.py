@@ -10,8 +10,8 @@ from insonify.scenario.scenario import Scenario
 from insonify.scenario.wave_warnings import wave_focusing
 from insonify.simulator import arrivals, simulate
 from insonify.validity import PhysicsWarning
-from oracles.listening import relative_rms
 from oracles.scenes import each_ping, nominal, point
+from oracles.time_series import relative_rms
 from oracles.traced import FRACTAL
 
 CALM = {"reflection": "explicit", "swell": {"height": 1e-8, "length": 30.0}}
@@ -53,7 +53,7 @@ def test_waves_sound_the_same_on_any_number_of_cores(surface):
 def test_a_scene_turned_and_moved_as_a_whole_sounds_the_same():
     """Scene, waves, sonar and lattice turned by 70 degrees and moved by kilometres: the same recording."""
 
-    def heard(angle, move):
+    def received(angle, move):
         c, s = np.cos(angle), np.sin(angle)
         north, east = np.array([[c, -s], [s, c]]) @ [3.0, 75.0] + move
         surface = {**WINDY, **{"swell": SWELL["swell"], "wave_direction": 0.4 + angle}}
@@ -65,10 +65,10 @@ def test_a_scene_turned_and_moved_as_a_whole_sounds_the_same():
             )
         )["pressure"].values  # fmt: skip
 
-    assert relative_rms(heard(np.radians(70.0), np.array([1500.0, -800.0])), heard(0.0, np.zeros(2))) < 1e-4
+    assert relative_rms(received(np.radians(70.0), np.array([1500.0, -800.0])), received(0.0, np.zeros(2))) < 1e-4
 
 
-def test_out_and_back_meet_the_sea_at_their_own_times():
+def test_out_and_back_reach_the_sea_at_their_own_times():
     """S-S echoes of a point: reciprocal pairs of bounces have lost their reciprocity, by less than the waves run."""
     scenario = nominal(
         targets=[point(0.0, 75.0, 19.5)], surface=SWELL, paths={"max_reflections": 1, "contributions": ["target"]},
@@ -93,7 +93,7 @@ def test_the_mean_of_coherent_pings_is_the_incoherent_reading(surface):
 
 
 def test_waves_refuse_what_they_cannot_follow():
-    """Legs with two surface bounces, with the way out."""
+    """Legs with two surface bounces, with the fix."""
     with pytest.raises(ValueError, match=r"SBS has more.*families: \[D, S, B, SB, BS"):
         nominal(surface=WINDY, paths={"max_reflections": 3})
 
@@ -101,17 +101,17 @@ def test_waves_refuse_what_they_cannot_follow():
 def test_crowded_and_high_waves_are_reported_before_the_run():
     """A wind sea drawn down to 1 m has bounces side by side; waves of a metre reach a sonar at 0.4 m."""
 
-    def said(surface, **track):
-        with warnings.catch_warnings(record=True) as heard:
+    def message(surface, **track):
+        with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always")
             scenario = nominal(surface=surface, track={"window": (0.1, 0.11), **track})
         assert isinstance(scenario, Scenario)
-        return [str(word.message) for word in heard if word.category is PhysicsWarning]
+        return [str(word.message) for word in caught if word.category is PhysicsWarning]
 
-    assert said(SWELL) == said(WINDY) == []
-    (crowded,) = said({**WINDY, "cutoff_wavelength": 1.0})
+    assert message(SWELL) == message(WINDY) == []
+    (crowded,) = message({**WINDY, "cutoff_wavelength": 1.0})
     assert "side by side" in crowded and "longer surface.cutoff_wavelength" in crowded
-    (deep,) = said({"reflection": "explicit", "swell": {"height": 1.0, "length": 200.0}}, position=(0.0, 0.0, 0.4))
+    (deep,) = message({"reflection": "explicit", "swell": {"height": 1.0, "length": 200.0}}, position=(0.0, 0.0, 0.4))
     assert "troughs reach down to it" in deep
 
 

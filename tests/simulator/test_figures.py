@@ -12,9 +12,9 @@ SHADOW = {"window": (0.2145, 0.2255)}
 def intensity(*, width=None, order=0, window=SHADOW, seed=1, field="incoherent"):
     """Mean intensity of the bed's echoes in the shadow, behind a box so wide; None for no box."""
     box = None if width is None else {"size": (width, 1.0, 1.0)}
-    heard = simulate(nominal(box=box, seed=seed, field=field, track=window,
+    received = simulate(nominal(box=box, seed=seed, field=field, track=window,
                              paths={"max_reflections": order, "contributions": ["seabed"]}))  # fmt: skip
-    return float(np.mean(np.abs(heard.pressure.values) ** 2 if field == "coherent" else heard.intensity.values))
+    return float(np.mean(np.abs(received.pressure.values) ** 2 if field == "coherent" else received.intensity.values))
 
 
 @pytest.mark.parametrize(
@@ -30,7 +30,7 @@ def test_bounced_sound_fills_the_shadow_of_a_wide_box(order, low, high):
 
 
 def test_the_side_of_the_beam_fills_the_shadow_of_a_narrow_box():
-    """2 m wide box, direct paths: 20.8 +- 1 dB, what a sinc^4 beam hears beyond +-1 m at 159 m. Seen: 20.8."""
+    """2 m wide box, direct paths: 20.8 +- 1 dB, what a sinc^4 beam receives beyond +-1 m at 159 m. Seen: 20.8."""
     assert 10 * np.log10(intensity() / intensity(width=2.0)) == pytest.approx(20.8, abs=1.0)
 
 
@@ -66,8 +66,8 @@ def test_jitter_decorrelates_a_bed_by_sinc_squared(jitter):
         nominal(seed=seed, track={"pings": 2, "window": (0.05, 0.24)}, paths={"max_reflections": 0, "jitter": jitter})
         for seed in range(16)
     ]
-    heard = each_ping(scenarios, lambda scenario: simulate(scenario, threads=1).pressure.values[:, 0])
-    even = heard * np.sqrt(1 / np.mean(np.abs(heard) ** 2, axis=(0, 1)))
+    received = each_ping(scenarios, lambda scenario: simulate(scenario, threads=1).pressure.values[:, 0])
+    even = received * np.sqrt(1 / np.mean(np.abs(received) ** 2, axis=(0, 1)))
     first, second = even[:, 0], even[:, 1]
     product = np.sum(first * second.conj())
     correlation = abs(product) / np.sqrt(np.sum(np.abs(first) ** 2) * np.sum(np.abs(second) ** 2))

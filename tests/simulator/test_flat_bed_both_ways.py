@@ -19,7 +19,7 @@ STARTS = {
 }
 
 
-def told(kind, sides=None):
+def scenario_of(kind, sides=None):
     """The bed alone, direct paths, over 20 to 150 m of slant range."""
     sonar = {"source_level_db": kind["level"], **({"sides": sides} if sides else {})}
     return nominal(
@@ -37,21 +37,21 @@ def quickly(simulator):
         prepare_fast_reverberation(engine.scene, engine.choice, here, engine.rays),
     )
     assert ground is not None
-    heard = reading.empty()
-    ground.accumulate(map, lambda swath: reading.add_fast_reverberation(heard, swath))
+    received = reading.empty()
+    ground.accumulate(map, lambda swath: reading.add_fast_reverberation(received, swath))
     for pairs in replace(engine, choice=ground.remaining_choice).all_pairs(here, quadrature=True):
-        reading.add(heard, pairs)
-    return reading.time_series(heard)[0]
+        reading.add(received, pairs)
+    return reading.time_series(received)[0]
 
 
 def thoroughly(simulator):
     """The ping by blocks of points."""
     here = simulator.ping_geometry(0)
     reading = simulator.incoherent_accumulator(here)
-    heard = reading.empty()
+    received = reading.empty()
     for pairs in simulator.engine.all_pairs(here, quadrature=True):
-        reading.add(heard, pairs)
-    return reading.time_series(heard)[0]
+        reading.add(received, pairs)
+    return reading.time_series(received)[0]
 
 
 def closed_form(kind, time):
@@ -67,7 +67,7 @@ def closed_form(kind, time):
 @pytest.mark.parametrize("name", STARTS)
 def test_the_bed_is_the_sonar_equation_from_20_to_150_metres(name, way):
     """Each of eight parts of the range within 0.2 dB, all of it within 0.1 dB; source, strength and height are free."""
-    simulator = build_simulator(told(STARTS[name]))
+    simulator = build_simulator(scenario_of(STARTS[name]))
     time = simulator.grid.time
     ratio = way(simulator) / closed_form(STARTS[name], time)
     parts = [10 * np.log10(part.mean()) for part in np.array_split(ratio[time > 2 * 20 / 1500 + 2e-4], 8)]

@@ -43,10 +43,10 @@ def test_a_point_is_the_exact_sum_of_its_echoes(still, widest_deg):
     """
     widest = np.radians(widest_deg)
     sent = aperture.steps()
-    heard = aperture.elements(sent)
+    received = aperture.elements(sent)
     for north, east, axis in ((NORTH, np.array([GROUND]), NORTH), (np.zeros(1), EAST, EAST)):
         pixels = np.stack([np.repeat(north, east.size), np.tile(east, north.size), np.full(axis.size, 20.0)], axis=-1)
-        truth = aperture.image(pixels, TARGET, sent, heard, widest=widest) * SLANT**2
+        truth = aperture.image(pixels, TARGET, sent, received, widest=widest) * SLANT**2
         found = cut(still, north, east, max_angle=widest)
         assert np.abs(found - truth).max() < 0.005 * np.abs(truth).max()
         assert aperture.width(axis, found) == pytest.approx(aperture.width(axis, truth), rel=0.03)
@@ -63,7 +63,7 @@ def test_one_band_blurs_a_point_by_what_its_beams_do_within_the_band(still):
     assert aperture.width(EAST, found) == pytest.approx(aperture.width(EAST, right), rel=0.03)
 
 
-def test_a_sonar_that_runs_on_while_it_listens_leaves_the_point_where_it_is():
+def test_a_sonar_that_runs_on_while_it_receives_leaves_the_point_where_it_is():
     """3 m/s, no stop and hop: in place if the processor knows; if not, v R / c and half a pulse's way astern.
 
     When the echo comes the receiver is 2 v R / c ahead, so the phase centre, half way between the ends, is v R / c =
@@ -84,7 +84,7 @@ def test_a_sonar_that_runs_on_while_it_listens_leaves_the_point_where_it_is():
 def test_a_wrong_sound_speed_defocuses_by_its_quadratic_phase(still, error):
     """Loss of the peak within 0.15 dB and width within 3 % of Fresnel's integral over a phase of about 2 k e u^2 / R.
 
-    A speed too high by e puts the point at R (1 + e), where a pixel at x wants 2 k sqrt(R^2 + (u - x)^2 / (1 + e)^2):
+    A speed too high by e puts the point at R (1 + e), where a pixel at x needs 2 k sqrt(R^2 + (u - x)^2 / (1 + e)^2):
     what the aperture has too much is k u^2 / R (1 - (1 + e)^-2). Its weight is that of both beams, sinc^2.
     """
     speed, slant = SPEED * (1 + error), SLANT * (1 + error)
@@ -94,10 +94,10 @@ def test_a_wrong_sound_speed_defocuses_by_its_quadratic_phase(still, error):
     weight = np.sinc(ELEMENT * CARRIER / SPEED * u / np.hypot(u, SLANT)) ** 2
     scale = (1 + error) ** -2
     turn = wave / SLANT * (u**2 * (1 - scale) - 2 * scale * np.multiply.outer(north, u))
-    told = np.abs(np.exp(1j * turn) @ weight) / weight.sum()
+    expected = np.abs(np.exp(1j * turn) @ weight) / weight.sum()
     sharp = np.abs(cut(still, [0.0], [GROUND]))[0]
-    assert 20 * np.log10(found.max() / sharp / told.max()) == pytest.approx(0, abs=0.15)
-    assert aperture.width(north, found) == pytest.approx(aperture.width(north, told), rel=0.03)
+    assert 20 * np.log10(found.max() / sharp / expected.max()) == pytest.approx(0, abs=0.15)
+    assert aperture.width(north, found) == pytest.approx(aperture.width(north, expected), rel=0.03)
 
 
 def speckle(pings, seed=1):
@@ -107,7 +107,7 @@ def speckle(pings, seed=1):
     """
     pitch, altitude, carrier = 0.2, 6.0, 100e3
     places = [(0.0, (n - 1.5) * pitch, 0.0) for n in range(4)]
-    told = strip(
+    scenario = strip(
         seed=seed, paths={"contributions": ["seabed"], "beam_cutoff_db": -30},
         sonar={"pulse": {"kind": "lfm", "frequency": carrier, "bandwidth": 20e3, "duration": 1e-3},
                "transmit": {"kind": "line", "length": pitch},
@@ -115,7 +115,7 @@ def speckle(pings, seed=1):
                "receiver": {"bandwidth": 26e3, "record": "elements", "synthetic_aperture": 1.5}},
         track={"start": (0.0, 0.0, 20 - altitude), "speed": 4.0, "pings": pings, "window": (0.0148, 0.0212)},
     )  # fmt: skip
-    held = recorded(told)
+    held = recorded(scenario)
     north = np.arange(1.0, 0.4 * pings - 1.4, 0.06)
     east = np.sqrt(np.arange(11.4, 14.6, 0.045) ** 2 - altitude**2)
     image = synthetic_aperture_image(held, north, east, 20.0, stop_and_hop=True, max_angle=np.radians(3.5))
@@ -130,7 +130,7 @@ def test_a_focused_bed_speckles():
 
 
 @pytest.mark.validate
-def test_a_focused_bed_speckles_as_rayleigh_said():
+def test_a_focused_bed_speckles_as_rayleigh_predicted():
     """120 pings, some 40 000 cells: index 2.0 +- 0.1 (0.023 standard error), Kolmogorov-Smirnov distance below 0.02."""
     power = speckle(120)
     assert np.mean(power**2) == pytest.approx(2.0, abs=0.1)
@@ -138,8 +138,8 @@ def test_a_focused_bed_speckles_as_rayleigh_said():
 
 
 @pytest.mark.parametrize("swing", [0.5, 1.8])
-def test_sway_that_the_log_does_not_know_makes_paired_echoes(tmp_path, swing):
-    """A sonar that sways as a sine of 1 m, its log straight: copies at n wavelength R / 2 m, as loud as J_n(swing).
+def test_sway_that_the_log_lacks_makes_paired_echoes(tmp_path, swing):
+    """A sonar that sways as a sine of 1 m, its log straight: copies at n wavelength R / 2 m, as strong as J_n(swing).
 
     The phase swings by 2 k a cos(depression). Within 0.02 of the sharp peak, for a band so narrow (5 kHz) that the
     copies do not walk. With the true way the point is sharp again.
@@ -152,12 +152,12 @@ def test_sway_that_the_log_does_not_know_makes_paired_echoes(tmp_path, swing):
     rows += [f"{t:.3f},{x:.6f},{y:.9f},11.0,0" for t, x, y in zip(time, north, sway, strict=True)]
     log = tmp_path / "way.csv"
     log.write_text("\n".join(rows))
-    told = strip(
+    scenario = strip(
         [TARGET], places=[0.0], sonar={"pulse": {**aperture.SWEEP, "bandwidth": 5e3}}, receiver={"bandwidth": 8e3}
     )
     track = {"kind": "navigation", "file": str(log), "interval": 0.1, "pings": pings, "window": (0.038, 0.043),
              "stop_and_hop": True}  # fmt: skip
-    held = recorded(Scenario(**told.model_dump(mode="json", exclude={"track"}), track=track))
+    held = recorded(Scenario(**scenario.model_dump(mode="json", exclude={"track"}), track=track))
     straight = held.assign(logged_position=held.logged_position * [1, 0, 1])
     order = np.arange(-3, 4)
     places = order * SPEED / CARRIER * SLANT / 2

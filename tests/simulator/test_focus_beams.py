@@ -5,15 +5,15 @@ import pytest
 
 from insonify.processing import beam_recording
 from insonify.simulator import simulate
-from oracles.arrays import heard_by_elements, line_of
+from oracles.arrays import elements_scenario, line_of
 
 WAVE, COUNT = 0.015, 64
 ABEAM = np.pi / 2
 
 
 def echo(target, count, window):
-    """A target seen from the origin, 6 m deep, heard by a line along the keel, half a wavelength to an element."""
-    scenario = heard_by_elements(
+    """A target seen from the origin, 6 m deep, received by a line along the keel, half a wavelength to an element."""
+    scenario = elements_scenario(
         [target], receive=line_of(count, count * WAVE / 2), paths={"max_reflections": 0, "contributions": ["target"]},
         pulse={"kind": "cw", "frequency": 100e3, "duration": 1e-3},
         track={"speed": 0.0, "heading": 0.0, "start": (0.0, 0.0, 6.0), "window": window},
@@ -25,7 +25,7 @@ def test_beams_of_simulated_elements_have_the_pattern_of_their_line():
     """64 elements, a target 60 m off 4 degrees ahead of abeam: main lobe within 0.1 dB to -3 dB, first lobe -13.3 dB.
 
     Beams every 0.05 degrees from -10 to 10 re abeam: sin(N x) / (N sin x), x = pi / 2 (sine of the beam less the
-    target's); the loudest beam is the target's.
+    target's); the strongest beam is the target's.
     """
     bearing, steer = np.radians(-4.0), np.radians(np.arange(-10, 10.01, 0.05))
     held = echo((60 * np.cos(ABEAM + bearing), 60 * np.sin(ABEAM + bearing), 6.0), COUNT, (0.0795, 0.0815))
@@ -34,15 +34,15 @@ def test_beams_of_simulated_elements_have_the_pattern_of_their_line():
     level = 20 * np.log10(level / 1e10 * 60**2)
     x = np.pi / 2 * (np.sin(steer) - np.sin(bearing))
     x[np.abs(x) < 1e-12] = 1e-12
-    told = 20 * np.log10(np.abs(np.sin(COUNT * x) / (COUNT * np.sin(x))) + 1e-9)
-    main = told > -3
-    np.testing.assert_allclose(level[main], told[main], atol=0.1)
+    expected = 20 * np.log10(np.abs(np.sin(COUNT * x) / (COUNT * np.sin(x))) + 1e-9)
+    main = expected > -3
+    np.testing.assert_allclose(level[main], expected[main], atol=0.1)
     assert np.degrees(steer[np.argmax(level)]) == pytest.approx(-4.0, abs=0.03)
     lobes = level[1:-1][(level[1:-1] > level[:-2]) & (level[1:-1] > level[2:])]
     assert np.sort(lobes)[-2] == pytest.approx(-13.3, abs=0.3)
 
 
-def test_a_simulated_echo_close_by_wants_a_focus():
+def test_a_simulated_echo_close_by_needs_a_focus():
     """200 elements on 1.5 m, a target 10 m abeam: with dynamic focus its level to 0.2 dB, without what phases leave.
 
     Plane-wave delays are wrong by up to 12 radians at the ends: the mean of exp(j phase) over the line, in dB to 0.2.

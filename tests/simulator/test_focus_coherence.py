@@ -1,4 +1,4 @@
-"""Claims about how alike what two elements hear is: van Cittert and Zernike, displaced phase centres."""
+"""Claims about how alike what two elements receive is: van Cittert and Zernike, displaced phase centres."""
 
 from functools import partial
 
@@ -17,7 +17,7 @@ APART = (0.05, 0.2, 0.3, 0.4, 0.5, 0.6)
 
 
 def pairs(shading, pings, floor_db=-30):
-    """Pairs of points along the track listen to a flat bed from 30 to 97 m; each ping meets ground of its own."""
+    """Pairs of points along the track receive a flat bed from 30 to 97 m; each ping covers ground of its own."""
     places = [(0.0, sign * apart / 2, 0.0) for apart in APART for sign in (-1, 1)]
     described = {
         "water": {"sound_speed": SPEED, "absorption_db_per_m": 0.0, "noise_level_db": None},
@@ -85,13 +85,13 @@ def displaced(apart, seed=1, pings=1, window=(0.0370, 0.0435)):
         "receive": {"kind": "elements", "positions": [(0, 0, 0)], "size": (ELEMENT, 0.0), "offset": (-apart, 0.0, 0.0)},
     }
     track = {"start": (0.0, 0.0, 20.0 - ALTITUDE), "speed": 70.0, "pings": pings, "window": window}
-    told = strip(sonar=ends, track=track, paths={"contributions": ["seabed"], "beam_cutoff_db": -40}, seed=seed)
-    held = compressed_recording(simulate(told), told.sonar.pulse, window="hamming").pressure.values[:, 0]
+    scenario = strip(sonar=ends, track=track, paths={"contributions": ["seabed"], "beam_cutoff_db": -40}, seed=seed)
+    held = compressed_recording(simulate(scenario), scenario.sonar.pulse, window="hamming").pressure.values[:, 0]
     return held[:, 10:-60].ravel()  # the last echoes are cut off within the pulse
 
 
 def parallax(apart):
-    """Coherence of one bed heard from one phase centre with both ends there and `apart` from it: the integral."""
+    """Coherence of one bed received from one phase centre with both ends there and `apart` from it: the integral."""
     offset, spectrum = band(61)
     power = np.abs(spectrum * (0.54 + 0.46 * np.cos(2 * np.pi * offset / 30e3))) ** 2 * (np.abs(offset) < 15e3)
     along, places, sums = np.linspace(-12, 12, 6001)[:, None], np.array([-apart, 0.0, apart]), np.zeros(3, complex)
@@ -106,7 +106,7 @@ def parallax(apart):
 
 
 def test_displaced_ends_with_one_phase_centre_receive_one_speckle():
-    """Ends 20 cm ahead and behind at 30 m: coherence at least 0.995; as the integral over the beams says, to 0.005.
+    """Ends 20 cm ahead and behind at 30 m: coherence at least 0.995; as the integral over the beams states, to 0.005.
 
     What is lost is the parallax (2 d)^2 / 4 R: its delay and, over 3.8 m of range, its phase. About 100 looks: known to
     1e-4 at 20 cm, to 1.7e-3 at 40 cm.
@@ -120,5 +120,5 @@ def test_displaced_ends_with_one_phase_centre_receive_one_speckle():
 
 def test_another_bed_has_another_speckle():
     """Fresh scatterers: under 0.05, which 4000 looks (eight pings of 17 m) exceed once in 10 000 times."""
-    listen = partial(displaced, pings=8, window=(0.037, 0.060))
-    assert abs(complex_coherence(listen(0.0, seed=1), listen(0.2, seed=2))) < 0.05
+    receive = partial(displaced, pings=8, window=(0.037, 0.060))
+    assert abs(complex_coherence(receive(0.0, seed=1), receive(0.2, seed=2))) < 0.05

@@ -1,4 +1,4 @@
-"""Claims about two simulated receivers one above the other: how alike they hear a bed, and where they put it."""
+"""Claims about two simulated receivers one above the other: how alike they receive a bed, and where they put it."""
 
 import numpy as np
 import pytest
@@ -29,8 +29,8 @@ def flattening(slant, waves):
 
 def over_rings(pings):
     """Coherence over the looks of each ring, of the recording and of the integral over footprints, (baseline, ring)."""
-    told = surveyed(BASELINES, {"kind": "cw", "duration": TONE}, BAND, (0.0172, 0.0412), pings=pings)
-    held = simulate(told)
+    scenario = surveyed(BASELINES, {"kind": "cw", "duration": TONE}, BAND, (0.0172, 0.0412), pings=pings)
+    held = simulate(scenario)
     slant = (held.time.values - TONE / 2) * SPEED / 2
     series = held.pressure.values / np.sqrt(np.mean(np.abs(held.pressure.values) ** 2, axis=(0, 1)))
     found, expected = np.zeros((2, len(BASELINES), len(RINGS)), complex)
@@ -81,8 +81,8 @@ def bed():
 def swath(pings, window=(0.0255, 0.0825), **changes):
     """A recording of two receivers after its matched filter."""
     sparse = {"scatterers_per_cell": 2, **changes.pop("paths", {})}
-    told = surveyed((5,), SWEEP, 20e3, window, pings=pings, hop=4.0, paths=sparse, **changes)
-    return compressed_recording(simulate(told), told.sonar.pulse, window="hamming")
+    scenario = surveyed((5,), SWEEP, 20e3, window, pings=pings, hop=4.0, paths=sparse, **changes)
+    return compressed_recording(simulate(scenario), scenario.sonar.pulse, window="hamming")
 
 
 @pytest.mark.parametrize("altitude", [9.0, 8.5])
@@ -98,7 +98,7 @@ def test_a_flat_bed_is_where_it_is(bed, altitude):
         assert np.mean(part) == pytest.approx(20.0, abs=0.02)
 
 
-def test_phase_strays_as_its_coherence_says(bed):
+def test_phase_strays_as_its_coherence_predicts(bed):
     """Phase over 12 looks: sqrt((1 - g^2) / (2 N g^2)) within 15 %; 40 m of range, about 400 phases: 4 % of error."""
     slant = bed.time.values * SPEED / 2
     upper, lower = bed.pressure.values[:, 0] * flattening(slant, 5), bed.pressure.values[:, 1]
@@ -114,7 +114,7 @@ def test_phase_strays_as_its_coherence_says(bed):
 def test_sound_by_way_of_the_surface_costs_coherence():
     """A mirror above, one bounce on a leg: from 30 to 45 m the sweep's coherence falls from 0.99 to under a half.
 
-    What comes by the surface has other elevations, so the two receivers hear other phases of it. 600 looks: 0.03.
+    What comes by the surface has other elevations, so the two receivers receive other phases of it. 600 looks: 0.03.
     """
     found = []
     for paths in ({}, {"max_reflections": 1, "families": ["D", "S"]}):

@@ -1,4 +1,4 @@
-"""Claims about smooth bodies heard by elements: canonical levels and whole wavefields, from scenario to pressure."""
+"""Claims about smooth bodies received by elements: canonical levels and whole wavefields, from scenario to pressure."""
 
 import numpy as np
 import pytest
@@ -12,7 +12,7 @@ RIGHT = np.array([0.0, -0.1, 0.25, 0.5])
 """Of the elements: one where the sound comes from, the others along a line [m]."""
 
 
-def heard(body, far, depth=10.0, **paths):
+def received(body, far, depth=10.0, **paths):
     """Pressure re the source at 1 m of a smooth body when all its echoes are there: in the middle of a tone of 1 ms."""
     middle = 2 * far / SPEED + TONE / 2
     described = {
@@ -48,22 +48,22 @@ def test_a_plate_is_received_by_every_element_as_the_sum_of_its_patches(far, wid
         "size": (width, 0.01, height),
         "base_depth": 10 + height / 2,
     }
-    found = heard(plate, far)
-    told = summed(*upright_face(width, height, far, 10 + height / 2, CARRIER), [("D", "D")], 10.0)
-    np.testing.assert_allclose(20 * np.log10(np.abs(found / told)), 0, atol=0.1)
-    np.testing.assert_allclose(np.angle(found / told), 0, atol=0.02)
+    found = received(plate, far)
+    expected = summed(*upright_face(width, height, far, 10 + height / 2, CARRIER), [("D", "D")], 10.0)
+    np.testing.assert_allclose(20 * np.log10(np.abs(found / expected)), 0, atol=0.1)
+    np.testing.assert_allclose(np.angle(found / expected), 0, atol=0.02)
 
 
 def test_a_face_on_the_bed_is_received_by_every_element_as_a_corner():
     """2 x 1 m upright at 150 m, R_b = 0.35, all four pairs of D and B at once: 33 dB; each element within 0.1 dB.
 
-    Its target strength as told for the project's reference: 11.8 (D-D) and 33.1 dB (D-B and B-D), out of phase.
+    Its target strength as stated for the project's reference: 11.8 (D-D) and 33.1 dB (D-B and B-D), out of phase.
     """
     box = {"shape": "box", "position": (0.0, 150.5), "size": (2.0, 1.0, 1.0)}
-    found = heard(box, np.hypot(150, 8.5), depth=11.0, max_reflections=1, families=["D", "B"])
+    found = received(box, np.hypot(150, 8.5), depth=11.0, max_reflections=1, families=["D", "B"])
     pairs = [("D", "D"), ("D", "B"), ("B", "D"), ("B", "B")]
-    told = summed(*upright_face(2.0, 1.0, 150.0, 20.0, CARRIER), pairs, 11.0)
-    np.testing.assert_allclose(20 * np.log10(np.abs(found / told)), 0, atol=0.1)
+    expected = summed(*upright_face(2.0, 1.0, 150.0, 20.0, CARRIER), pairs, 11.0)
+    np.testing.assert_allclose(20 * np.log10(np.abs(found / expected)), 0, atol=0.1)
     assert 20 * np.log10(np.abs(found[0]) * (150**2 + 8.5**2)) == pytest.approx(33.1, abs=1.0)
 
 
@@ -84,4 +84,4 @@ def test_canonical_bodies_are_received_at_their_levels(body, far, level_db, bar)
     Source: Urick (1983), Principles of Underwater Sound, table 9.1 (from memory); the engine's legs by themselves are
     held to the same forms elsewhere.
     """
-    assert 20 * np.log10(np.abs(heard(body, far)[0]) * far**2) == pytest.approx(level_db, abs=bar)
+    assert 20 * np.log10(np.abs(received(body, far)[0]) * far**2) == pytest.approx(level_db, abs=bar)

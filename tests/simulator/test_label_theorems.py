@@ -28,7 +28,7 @@ LABELLED: dict[str, Any] = {
 }  # fmt: skip
 
 
-def told(targets=(CRATE, POST), **changes: Any):
+def scenario_of(targets=(CRATE, POST), **changes: Any):
     """Labels of one ping of the scene with other parts."""
     whole = {**LABELLED, "targets": list(targets)}
     whole |= {name: {**LABELLED[name], **part} for name, part in changes.items()}
@@ -38,24 +38,24 @@ def told(targets=(CRATE, POST), **changes: Any):
 @pytest.fixture(scope="module")
 def seen():
     """Two crates to starboard, one behind the other, nothing to port."""
-    return told()
+    return scenario_of()
 
 
 def when(slant):
-    """Time at which a way out and back of some length is heard, by the middle of the pulse [s]."""
+    """Time at which a way out and back of some length is received, by the middle of the pulse [s]."""
     return 2 * np.asarray(slant) / SPEED + PULSE / 2
 
 
-def at(said, slant):
+def at(message, slant):
     """Sample of a slant range."""
-    return int(np.argmin(np.abs(said.time.values - when(slant))))
+    return int(np.argmin(np.abs(message.time.values - when(slant))))
 
 
-def test_owners_and_nothing_else_make_up_what_is_expected(seen):
-    """Energies of the owners sum to the expectation; without targets there is none of theirs, nor a mask."""
+def test_objects_and_nothing_else_make_up_what_is_expected(seen):
+    """Energies of the objects sum to the expectation; without targets there is none of theirs, nor a mask."""
     whole = seen.expected_intensity.values
     np.testing.assert_allclose(seen.object_intensity.values.sum(axis=1), whole, rtol=1e-5, atol=1e-9 * whole.max())
-    bare = told(())
+    bare = scenario_of(())
     assert list(bare.object.values) == ["seabed", "surface", "boundary echo"]
     for mask in ("highlight", "shadow", "ghost"):
         assert not bare[mask].values.any(), mask
@@ -63,13 +63,13 @@ def test_owners_and_nothing_else_make_up_what_is_expected(seen):
 
 
 def test_port_receives_none_of_what_is_to_starboard(seen):
-    """Panels 0.4 m wide that look away: no mask to port, the bed is loudest, and it is the bed of no targets."""
+    """Panels 0.4 m wide that look away: no mask to port, the bed is strongest, and it is the bed of no targets."""
     for mask in ("highlight", "shadow", "ghost"):
         assert not seen[mask].values[0].any(), mask
         assert seen[mask].values[1].any(), mask
     after = seen.time.values > when(DEPTH - SONAR + 1)
     assert (seen.strongest_object.values[0, after] == 0).all()
-    bare = told(())
+    bare = scenario_of(())
     own = seen.object_intensity.sel(object="seabed").values[0]
     alone = bare.object_intensity.sel(object="seabed").values[0]
     np.testing.assert_allclose(own, alone, rtol=1e-4, atol=1e-9 * own.max())
@@ -94,7 +94,7 @@ def test_each_shadow_lies_behind_its_own_crate(seen):
         assert east.min() == pytest.approx(begin, abs=0.2) and east.max() < end + 0.2
 
 
-def test_the_ghost_of_a_crate_comes_when_its_image_says(seen):
+def test_the_ghost_of_a_crate_comes_when_its_image_predicts(seen):
     """D-S of the front's top edge and foot: half of both ways, from the sonar and its image; of the crate."""
     front = CRATE["position"][1] - CRATE["size"][1] / 2
     first, last = (
@@ -103,9 +103,9 @@ def test_the_ghost_of_a_crate_comes_when_its_image_says(seen):
     span = slice(at(seen, first), at(seen, last) + 1)
     assert seen.ghost.values[1, span].mean() > 0.8
     pair = [str(seen.pair.values[row]) for row in seen.strongest_pair.values[1, span]]
-    owner = seen.strongest_object.values[1, span]
+    label = seen.strongest_object.values[1, span]
     assert np.mean([name == "D-S" for name in pair]) > 0.8
-    assert np.mean(owner == list(seen.object.values).index("crate")) > 0.8
+    assert np.mean(label == list(seen.object.values).index("crate")) > 0.8
 
 
 def test_masks_exclude_each_other(seen):
@@ -116,15 +116,15 @@ def test_masks_exclude_each_other(seen):
 
 
 def test_levels_shift_and_labels_stay_when_the_sonar_is_stronger(seen):
-    """20 dB more source level: a hundred times every intensity, and the same masks, owners, pairs and places."""
-    loud = told(sonar={"source_level_db": 240})
+    """20 dB more source level: a hundred times every intensity, and the same masks, objects, pairs and places."""
+    strong = scenario_of(sonar={"source_level_db": 240})
     for name in ("expected_intensity", "object_intensity", "pair_intensity"):
         part = seen[name].values
-        np.testing.assert_allclose(loud[name].values, 100 * part, rtol=1e-4, atol=1e-7 * part.max())
-    loud_part = seen.expected_intensity.values > 1e-6 * seen.expected_intensity.values.max()
+        np.testing.assert_allclose(strong[name].values, 100 * part, rtol=1e-4, atol=1e-7 * part.max())
+    strong_part = seen.expected_intensity.values > 1e-6 * seen.expected_intensity.values.max()
     for name in ("highlight", "shadow", "ghost", "shadowing_object", "strongest_object", "strongest_pair"):
-        np.testing.assert_array_equal(loud[name].values[loud_part], seen[name].values[loud_part], err_msg=name)
-    np.testing.assert_allclose(loud.position.values[loud_part], seen.position.values[loud_part], atol=1e-6)
+        np.testing.assert_array_equal(strong[name].values[strong_part], seen[name].values[strong_part], err_msg=name)
+    np.testing.assert_allclose(strong.position.values[strong_part], seen.position.values[strong_part], atol=1e-6)
 
 
 @pytest.mark.parametrize("turn", [0.8, -2.4])
@@ -135,7 +135,7 @@ def test_labels_of_a_turned_world_are_turned_labels(seen, turn):
         {**body, "position": [-s * body["position"][1], c * body["position"][1]], "heading": turn}
         for body in (CRATE, POST)
     ]
-    other = told(bodies, track={"heading": turn}, seabed={"scatterer_grid": {"heading": turn}})
+    other = scenario_of(bodies, track={"heading": turn}, seabed={"scatterer_grid": {"heading": turn}})
     for name in ("highlight", "shadow", "ghost", "shadowing_object", "strongest_object"):
         assert np.mean(other[name].values != seen[name].values) < 0.01, name
     place = other.position.values
@@ -149,20 +149,20 @@ def test_labels_of_a_turned_world_are_turned_labels(seen, turn):
 def test_a_crate_to_port_is_labelled_as_one_to_starboard(seen):
     """East and west exchanged: the channels change places, and the sign of every place's east; edges by a sample."""
     mirrored = [{**body, "position": [0.0, -body["position"][1]]} for body in (CRATE, POST)]
-    other = told(mirrored)
+    other = scenario_of(mirrored)
     for name in ("highlight", "shadow", "ghost", "strongest_object"):
         assert np.mean(other[name].values[::-1] != seen[name].values) < 0.02, name
     level = 10 * np.log10(other.expected_intensity.values[::-1] / seen.expected_intensity.values)
-    heard = (seen.time.values > when(8.0)) & (
+    received = (seen.time.values > when(8.0)) & (
         seen.expected_intensity.values > 1e-4 * seen.expected_intensity.max().item()
     )
-    assert np.abs(np.median(level[heard])) < 0.05 and np.nanstd(level[heard]) < 1.0
+    assert np.abs(np.median(level[received])) < 0.05 and np.nanstd(level[received]) < 1.0
 
 
 def test_what_is_recorded_is_what_is_expected(seen):
     """Without noise an incoherent recording is the labels' expectation: 0.1 dB in the mean, both sides."""
     whole = {**LABELLED, "targets": [CRATE, POST]}
-    heard = simulate(Scenario.model_validate(whole)).intensity.values[0]
+    received = simulate(Scenario.model_validate(whole)).intensity.values[0]
     for side in (0, 1):
-        ratio = 10 * np.log10(heard[side].mean() / seen.expected_intensity.values[side].mean())
+        ratio = 10 * np.log10(received[side].mean() / seen.expected_intensity.values[side].mean())
         assert ratio == pytest.approx(0, abs=0.1)

@@ -1,4 +1,4 @@
-"""The laws of seabed and surface, as a recording hears them."""
+"""The laws of seabed and surface, as a recording receives them."""
 
 from typing import Any
 
@@ -24,12 +24,12 @@ def direct_level(cause: str, **scene: Any) -> tuple[np.ndarray, np.ndarray]:
 def test_reverberation_rises_by_what_the_law_rises(name: str) -> None:
     """Jackson's bed over Lambert's, at one delay and so one grazing angle: 10 log of their cross sections, to 0.15 dB.
 
-    From 30 to 200 ms; both beds are heard through the same geometry, so only the laws differ. The tolerance is the
+    From 30 to 200 ms; both beds are received through the same geometry, so only the laws differ. The tolerance is the
     change of the law over one pulse.
     """
     bed = {"depth": 20.0, "reflection": 0.35}
     time, plain = direct_level("seabed", seabed={**bed, "scattering": {"law": "lambert", "strength_db": -27}})
-    _, heard = direct_level("seabed", seabed={**bed, "scattering": {"law": "jackson", "sediment": name}})
+    _, received = direct_level("seabed", seabed={**bed, "scattering": {"law": "jackson", "sediment": name}})
     inside = (time > 0.03) & (time < 0.2)
     middle = SPEED * (time[inside] - 0.1e-3) / 2
     grazing = np.arcsin(9 / middle)
@@ -38,19 +38,19 @@ def test_reverberation_rises_by_what_the_law_rises(name: str) -> None:
     change = 10 * np.log10(
         law.cross_section(grazing, grazing, back) / Lambert(-27.0).cross_section(grazing, grazing, back)
     )
-    np.testing.assert_allclose((heard - plain)[inside], change, atol=0.15)
+    np.testing.assert_allclose((received - plain)[inside], change, atol=0.15)
 
 
 def test_a_windy_surface_echoes_by_its_law() -> None:
     """TR 9407's surface at 8 m/s over a Lambert surface, 40 to 200 ms: the ratio of the laws, to 0.3 dB."""
     time, plain = direct_level("surface", surface={"scattering": {"law": "lambert", "strength_db": -30}})
-    _, heard = direct_level("surface", surface={"scattering": {"law": "apl-surface", "wind_speed": 8}})
+    _, received = direct_level("surface", surface={"scattering": {"law": "apl-surface", "wind_speed": 8}})
     inside = (time > 0.04) & (time < 0.2)
     grazing = np.arcsin(11 / (SPEED * (time[inside] - 0.1e-3) / 2))
     back = np.full(grazing.shape, np.pi)
     windy, flat = AplSurface(8.0, FREQUENCY), Lambert(-30.0)
     change = 10 * np.log10(windy.cross_section(grazing, grazing, back) / flat.cross_section(grazing, grazing, back))
-    np.testing.assert_allclose((heard - plain)[inside], change, atol=0.3)
+    np.testing.assert_allclose((received - plain)[inside], change, atol=0.3)
 
 
 def test_a_seabed_left_out_is_jackson_over_medium_sand() -> None:

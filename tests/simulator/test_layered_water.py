@@ -16,29 +16,29 @@ ONLY = {"contributions": ["target"]}
 WINDOW = {"window": (0.195, 0.225)}
 
 
-def scene(profile=THERMOCLINE, **told):
-    """Points in layered water, heard by the nominal sonar."""
+def scene(profile=THERMOCLINE, **settings):
+    """Points in layered water, received by the nominal sonar."""
     water = {"noise_level_db": None, **({"profile": profile} if isinstance(profile, list | str) else profile)}
     base = {"targets": TARGETS, "paths": ONLY, "track": WINDOW}
-    return nominal(water=water, **{**base, **told})
+    return nominal(water=water, **{**base, **settings})
 
 
-def heard(scenario):
+def received(scenario):
     """Pressure of the first ping and channel."""
     return simulate(scenario)["pressure"].values[0, 0]
 
 
-def off(found, wanted):
+def off(found, expected):
     """Relative rms difference."""
-    return float(np.linalg.norm(found - wanted) / np.linalg.norm(wanted))
+    return float(np.linalg.norm(found - expected) / np.linalg.norm(expected))
 
 
 @pytest.mark.parametrize("profile", [THERMOCLINE, CHANNEL])
 def test_exchanging_the_ends_changes_nothing(profile):
     """Reciprocity in layered water: transmitter above, receiver below, and the other way round."""
     ends = {"offset": (0.0, 0.0, -2.0)}, {"offset": (0.0, 0.3, 1.5)}
-    one = heard(scene(profile, transmit=ends[0], receive=ends[1]))
-    other = heard(scene(profile, transmit=ends[1], receive=ends[0]))
+    one = received(scene(profile, transmit=ends[0], receive=ends[1]))
+    other = received(scene(profile, transmit=ends[1], receive=ends[0]))
     assert off(other, one) < 1e-4
 
 
@@ -47,17 +47,17 @@ def test_exchanging_the_ends_changes_nothing(profile):
 def test_exchanging_the_ends_finds_the_same_scatterers(water, field):
     """A box on sand, its soft shadow, arrays of two lengths 3.5 m apart in depth and 0.8 m ahead: 1e-4.
 
-    Nothing may be asked of one end that is not asked of the other: how deep they swim, how slow the water is there,
-    from where a distance is counted.
+    Nothing may be evaluated at one end that is not evaluated at the other: how deep they swim, how slow the water is
+    there, from where a distance is counted.
     """
     ends = {"length": 0.3, "offset": (0.5, 0.0, -2.0)}, {"length": 0.1, "offset": (-0.3, 0.3, 1.5)}
-    told = {
+    settings = {
         "targets": [{"shape": "box", "position": (0.0, 30.0), "size": (2.0, 1.0, 1.0)}],
         "field": field,
         "track": {"window": (0.035, 0.045)},
         "paths": {"contributions": ["seabed", "target"], "edge_diffraction": "knife-edge", "scatterers_per_cell": 1},
     }
-    both = [scene(water, transmit=a, receive=b, **told) for a, b in (ends, ends[::-1])]
+    both = [scene(water, transmit=a, receive=b, **settings) for a, b in (ends, ends[::-1])]
     one, other = (next(iter(simulate(scenario).data_vars.values())).values[0, 0] for scenario in both)
     assert np.linalg.norm(one) > 0
     assert off(other, one) < 1e-4
@@ -69,34 +69,34 @@ def test_a_knot_on_a_straight_line_is_no_knot(profile):
     rows = sorted([*profile, [4.0, float(np.interp(4.0, *np.array(profile).T))], [30.0, 1480.0]])
     bed = float(np.interp(20.0, *np.array(profile).T))
     rows = [row for row in rows if row[0] <= 20] + [[20.0 + 1e-9, bed], [30.0, 1480.0]]
-    assert off(heard(scene(rows)), heard(scene(profile))) < 1e-5
+    assert off(received(scene(rows)), received(scene(profile))) < 1e-5
 
 
 def test_a_table_and_its_rows_are_the_same_water(tmp_path, monkeypatch):
     """Read from a file beside the scenario or written out: the same bits."""
     monkeypatch.chdir(tmp_path)
     (tmp_path / "cast.csv").write_text("depth,speed\n" + "".join(f"{z},{c}\n" for z, c in THERMOCLINE))
-    np.testing.assert_array_equal(heard(scene("cast.csv")), heard(scene()))
+    np.testing.assert_array_equal(received(scene("cast.csv")), received(scene()))
 
 
 def test_rounding_of_a_hair_changes_hardly_anything_and_more_changes_more():
     """Corners rounded within a millimetre, and within two metres."""
     plain, hair, soft = (
-        heard(scene({"profile": THERMOCLINE, **({"smoothing": s} if s else {})})) for s in (None, 1e-3, 2.0)
+        received(scene({"profile": THERMOCLINE, **({"smoothing": s} if s else {})})) for s in (None, 1e-3, 2.0)
     )
     assert off(hair, plain) < 0.05 < off(soft, plain)
 
 
 def test_water_of_one_speed_written_as_a_profile_is_the_same_water():
     """No layer, no bending: images, to the bit."""
-    written = heard(scene([[0, 1500.0], [20, 1500.0]]))
-    np.testing.assert_array_equal(written, heard(scene({"sound_speed": 1500.0})))
+    written = received(scene([[0, 1500.0], [20, 1500.0]]))
+    np.testing.assert_array_equal(written, received(scene({"sound_speed": 1500.0})))
 
 
 def test_a_nearly_constant_profile_is_nearly_the_same_water():
     """1e-9 m/s over the depth: 1e-6 of the sound."""
-    nearly = heard(scene([[0, 1500.0], [20, 1500.000000001]]))
-    assert off(nearly, heard(scene({"sound_speed": 1500.0}))) < 1e-4
+    nearly = received(scene([[0, 1500.0], [20, 1500.000000001]]))
+    assert off(nearly, received(scene({"sound_speed": 1500.0}))) < 1e-4
 
 
 @pytest.mark.parametrize("profile", [THERMOCLINE, CHANNEL])
@@ -111,7 +111,7 @@ def test_the_scene_may_be_moved_as_a_whole(profile):
 
     there = [{**target, "position": moved(target["position"])} for target in TARGETS]
     track = {**WINDOW, "position": moved((0.0, 0.0, 11.0)), "heading": turn}
-    assert off(heard(scene(profile, targets=there, track=track)), heard(scene(profile))) < 1e-5
+    assert off(received(scene(profile, targets=there, track=track)), received(scene(profile))) < 1e-5
 
 
 def test_the_arrivals_add_up_to_the_recording():
@@ -122,7 +122,7 @@ def test_the_arrivals_add_up_to_the_recording():
     time = simulate(scenario)["time"].values
     weight = arrival_weights(paths, here)
     whole = sum(w * here.pulse.samples(time - t) for w, t in zip(weight, paths.delay, strict=True))
-    assert off(heard(scenario), whole) < 1e-5
+    assert off(received(scenario), whole) < 1e-5
 
 
 def test_each_family_can_be_switched_off_and_they_add_up():
@@ -150,12 +150,12 @@ def test_threads_do_not_matter():
     scenario = scene(
         seabed={}, paths={"contributions": ["target", "seabed"], "max_reflections": 1}, track={"window": (0.19, 0.2)}
     )
-    wanted = simulate(scenario, threads=1)["pressure"].values
+    expected = simulate(scenario, threads=1)["pressure"].values
     for threads in (2, 5):
-        np.testing.assert_array_equal(simulate(scenario, threads=threads)["pressure"].values, wanted)
+        np.testing.assert_array_equal(simulate(scenario, threads=threads)["pressure"].values, expected)
     with ThreadPoolExecutor(3) as pool:
         for found in pool.map(lambda _: simulate(scenario)["pressure"].values, range(3)):
-            np.testing.assert_array_equal(found, wanted)
+            np.testing.assert_array_equal(found, expected)
 
 
 def test_slow_water_between_makes_sound_late():

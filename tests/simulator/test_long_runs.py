@@ -43,8 +43,8 @@ class FullDisk:
     def __init__(self, monkeypatch: pytest.MonkeyPatch, writes: int, error: int = errno.ENOSPC) -> None:
         """In place of the writes of files."""
         self.left, self.error, self.monkeypatch = writes, error, monkeypatch
-        for owner, name in ((Path, "write_bytes"), (os, "write")):
-            monkeypatch.setattr(owner, name, self._limited(getattr(owner, name)))
+        for module, name in ((Path, "write_bytes"), (os, "write")):
+            monkeypatch.setattr(module, name, self._limited(getattr(module, name)))
 
     def _limited(self, write):
         def limited(file, content, *rest):
@@ -60,7 +60,7 @@ class FullDisk:
 def test_a_full_disk_keeps_what_is_recorded(
     whole: np.ndarray, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, writes: int
 ) -> None:
-    """The error says so and what to do; the store opens, its pings are right, and the next run completes it."""
+    """The error reports it and what to do; the store opens, its pings are right, and the next run completes it."""
     monkeypatch.setattr(shards, "FEWEST_PINGS", 4)
     monkeypatch.setattr(shards, "MOST_PINGS", 4)
     path = tmp_path / "a.zarr"
@@ -100,11 +100,11 @@ def test_a_real_disk_that_fills(whole: np.ndarray, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("error", "said"),
+    ("error", "message"),
     [(errno.EROFS, "cannot be written: Read-only file system. What was recorded is kept"), (errno.EIO, "Input/output")],
 )
 def test_a_disk_that_fails_is_named(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], error: int, said: str
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], error: int, message: str
 ) -> None:
     """From the command line: one line and exit code 1, for the input is right."""
     file = tmp_path / "a.yaml"
@@ -113,12 +113,15 @@ def test_a_disk_that_fails_is_named(
         record(scene(), tmp_path / "a.zarr", pings=[0])
         FullDisk(patch, 6, error)
         assert main(["run", str(file), "-o", str(tmp_path / "a.zarr"), "--threads", "1"]) == 1
-    assert said in (err := capsys.readouterr().err) and err.count("\n") <= 2
+    assert message in (err := capsys.readouterr().err) and err.count("\n") <= 2
     assert 1 < recorded_pings(tmp_path / "a.zarr").sum() < PINGS
 
 
 def test_an_output_that_is_removed_is_named(tmp_path: Path) -> None:
-    """Renamed by someone during the run: the run ends, says so, and makes no folder of pings without a description."""
+    """Renamed by someone during the run.
+
+    The run ends, reports it, and makes no folder of pings without a description.
+    """
     path = tmp_path / "a.zarr"
     with pytest.raises(WriteError, match="was removed or renamed during the run"):
         record(scene(), path, threads=1, on_ping=lambda done, _: done == 2 and path.rename(tmp_path / "b.zarr"))

@@ -34,15 +34,15 @@ def closed_form(time):
 
 
 def bed(seed=1, *, track=FLAT, **paths):
-    """The nominal bed without a target, direct paths unless said."""
+    """The nominal bed without a target, direct paths unless stated."""
     return nominal(seed=seed, water=WATER, track=track, paths={"max_reflections": 0, **paths})
 
 
 @pytest.fixture(scope="module")
 def ensemble():
     """Direct echoes of 24 beds, (24, samples), over the root of the mean that the sonar equation gives."""
-    heard = each_ping([bed(seed) for seed in range(24)], pressure)
-    return heard / np.sqrt(closed_form(build_simulator(bed()).grid.time))
+    received = each_ping([bed(seed) for seed in range(24)], pressure)
+    return received / np.sqrt(closed_form(build_simulator(bed()).grid.time))
 
 
 def test_the_incoherent_reading_of_a_flat_bed_is_the_sonar_equation():
@@ -65,7 +65,7 @@ def test_the_mean_coherent_power_of_a_flat_bed_is_the_sonar_equation(ensemble):
         assert 10 * np.log10(part.mean()) == pytest.approx(0, abs=0.2)
 
 
-def test_a_flat_bed_speckles_as_rayleigh_said(ensemble):
+def test_a_flat_bed_speckles_as_rayleigh_predicted(ensemble):
     """Scintillation index 2.00 +- 0.1; power exponential; phase uniform, I and Q unrelated.
 
     24 beds of 1200 cells: 0.026 standard error of the index. Kolmogorov-Smirnov distance below 0.02 of one sample in
@@ -82,9 +82,9 @@ def test_a_flat_bed_speckles_as_rayleigh_said(ensemble):
 
 def difference_db(scenario, seeds):
     """Mean coherent power over the incoherent reading, averaged over the window [dB]."""
-    heard = each_ping([scenario.model_copy(update={"seed": seed}) for seed in range(seeds)], pressure)
+    received = each_ping([scenario.model_copy(update={"seed": seed}) for seed in range(seeds)], pressure)
     expected = np.mean([intensity(scenario.model_copy(update={"seed": seed})) for seed in range(4)], axis=0)
-    return 10 * np.log10(np.mean(np.abs(heard) ** 2 / expected))
+    return 10 * np.log10(np.mean(np.abs(received) ** 2 / expected))
 
 
 APART = {"transmit": {"offset": (0.0, 0.0, -0.5)}, "receive": {"offset": (0.0, 0.0, 0.5)}}
@@ -111,7 +111,7 @@ def test_the_mean_coherent_power_is_the_incoherent_reading(name, paths, ends):
     assert difference_db(scenario, 48) == pytest.approx(0, abs=0.15)
 
 
-def test_reciprocal_pairs_are_worth_what_their_interference_says():
+def test_reciprocal_pairs_are_worth_what_their_interference_predicts():
     """{a, b}.
 
     10 log((1 + s^2 + 4 s) / (1 + s^2 + 2 s)) = 1.30 dB with s = 31/9 over a sum of energies, within 0.1 dB.
@@ -144,8 +144,8 @@ def test_the_distribution_of_a_flat_beds_power_is_exponential():
 
     Kolmogorov-Smirnov distance below 0.02, index 2.00 +- 0.1 (0.03 standard error).
     """
-    heard = each_ping([bed(seed) for seed in range(100, 116)], pressure)[:, ::4]
-    power = np.abs(heard) ** 2 / closed_form(build_simulator(bed()).grid.time)[::4]
+    received = each_ping([bed(seed) for seed in range(100, 116)], pressure)[:, ::4]
+    power = np.abs(received) ** 2 / closed_form(build_simulator(bed()).grid.time)[::4]
     assert kstest(power.ravel() / power.mean(), "expon").statistic < 0.02
     assert np.mean(power**2) / np.mean(power) ** 2 == pytest.approx(2.0, abs=0.1)
-    assert kstest(np.angle(heard).ravel(), "uniform", (-np.pi, 2 * np.pi)).statistic < 0.02
+    assert kstest(np.angle(received).ravel(), "uniform", (-np.pi, 2 * np.pi)).statistic < 0.02

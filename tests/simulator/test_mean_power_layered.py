@@ -43,10 +43,10 @@ def intensity(scenario):
 def test_the_mean_coherent_power_is_the_incoherent_reading(profile, window, paths, ends):
     """24 beds of about 240 cells, N = 5800: 0.06 dB standard error, 0.2 dB allowed over the window, 0.4 in thirds."""
     scenario = nominal(water=water(profile), track={"window": window}, paths=paths, **ends)
-    heard = each_ping([scenario.model_copy(update={"seed": seed}) for seed in range(24)], pressure)
+    received = each_ping([scenario.model_copy(update={"seed": seed}) for seed in range(24)], pressure)
     expected = intensity(scenario)
-    loud = expected > 1e-4 * expected.max()
-    ratio = (np.mean(np.abs(heard) ** 2, axis=0)[loud], expected[loud])
+    strong = expected > 1e-4 * expected.max()
+    ratio = (np.mean(np.abs(received) ** 2, axis=0)[strong], expected[strong])
     assert 10 * np.log10(ratio[0].sum() / ratio[1].sum()) == pytest.approx(0, abs=0.2)
     for some, mean in zip(*(np.array_split(one, 3) for one in ratio), strict=True):
         assert 10 * np.log10(some.sum() / mean.sum()) == pytest.approx(0, abs=0.4)

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from insonify.simulator import arrivals, levels, simulate
-from oracles.listening import relative_rms
 from oracles.scenes import each_ping, nominal, point
+from oracles.time_series import relative_rms
 
 pytestmark = pytest.mark.filterwarnings("ignore::insonify.validity.PhysicsWarning")  # winds below 3 m/s are meant
 WINDY = {"reflection": "statistical", "wind_speed": 3.0}
@@ -130,7 +130,7 @@ def test_a_scene_turned_and_moved_as_a_whole_sounds_the_same(surface):
     """Scene, waves, sonar and lattice turned by 70 degrees and moved by kilometres: the same recording."""
     turn, shift = np.radians(70.0), np.array([1500.0, -800.0])
 
-    def heard(angle, move):
+    def received(angle, move):
         c, s = np.cos(angle), np.sin(angle)
         north, east = np.array([[c, -s], [s, c]]) @ [3.0, 75.0] + move
         return simulate(
@@ -144,7 +144,7 @@ def test_a_scene_turned_and_moved_as_a_whole_sounds_the_same(surface):
             )
         )["pressure"].values
 
-    assert relative_rms(heard(turn, shift), heard(0.0, np.zeros(2))) < 1e-4
+    assert relative_rms(received(turn, shift), received(0.0, np.zeros(2))) < 1e-4
 
 
 def test_a_moving_surface_sounds_the_same_on_any_number_of_cores():
@@ -156,7 +156,7 @@ def test_a_moving_surface_sounds_the_same_on_any_number_of_cores():
 
 
 def test_time_not_the_number_of_the_ping_moves_the_sea():
-    """Ping 2 at intervals of 1 s hears what ping 4 at 0.5 s hears."""
+    """Ping 2 at intervals of 1 s receives what ping 4 at 0.5 s receives."""
 
     def track(interval):
         return {"window": (0.199, 0.206), "pings": 6, "interval": interval}

@@ -39,7 +39,7 @@ MIRRORS = {"0.35": (0.35, number), "medium sand": ("medium sand", sand)}
 
 def curves(contribution: str, reflection: object, **changes: object) -> xr.Dataset:
     """Levels of one contribution, pair by pair, of an otherwise empty world, over four beds."""
-    told = {
+    settings = {
         "water": {"noise_level_db": None, "absorption_db_per_m": ALPHA},
         "seabed": {"depth": DEPTH, "reflection": reflection},
         "surface": {"scattering": {"strength_db": -30}},
@@ -47,12 +47,12 @@ def curves(contribution: str, reflection: object, **changes: object) -> xr.Datas
         "paths": {"max_reflections": 2, "contributions": [contribution], "beam_cutoff_db": -40},
         **changes,
     }
-    beds = [levels(nominal(seed=seed, **told)).level_db.sel(contribution=contribution) for seed in (1, 2)]
+    beds = [levels(nominal(seed=seed, **settings)).level_db.sel(contribution=contribution) for seed in (1, 2)]
     return 10 * np.log10(sum(10 ** (bed / 10) for bed in beds) / len(beds))
 
 
 def closed(contribution: str, mirror: object) -> dict[str, object]:
-    """What the closed form wants to know of the same world."""
+    """What the closed form needs to know of the same world."""
     return {
         "strength_db": -27.0 if contribution == "seabed" else -30.0, "speed": SPEED, "span": (20.0, 200.0),
         "target": DEPTH if contribution == "seabed" else 0.0, "depth": DEPTH, "mirror": mirror, "absorption": ALPHA,
@@ -76,8 +76,8 @@ def test_every_pair_of_legs_brings_its_closed_sum(contribution: str, bed: str) -
     power = 10 ** (seen / 10)
     time = seen.time.values
     for pair in combinations_with_replacement(FAMILIES[contribution], 2):
-        told = pair_intensity(time, pair, SONAR, **closed(contribution, mirror))
-        ratio = (power.sel(pair=pair_name(*pair)).values / told).mean()
+        expected = pair_intensity(time, pair, SONAR, **closed(contribution, mirror))
+        ratio = (power.sel(pair=pair_name(*pair)).values / expected).mean()
         assert 10 * np.log10(ratio) == pytest.approx(0, abs=0.3), pair
     whole = reverberation(time, FAMILIES[contribution], SONAR, **closed(contribution, mirror))
     assert 10 * np.log10((power.sel(pair="all").values / whole).mean()) == pytest.approx(0, abs=0.15)
@@ -86,10 +86,10 @@ def test_every_pair_of_legs_brings_its_closed_sum(contribution: str, bed: str) -
 def test_the_closed_sum_of_direct_paths_is_the_sonar_equation() -> None:
     """Two references that share no formula for the annulus: 0.01 dB of each other."""
     time = np.linspace(0.1, 0.2, 50)
-    told = bed_reverberation(time, level_db=220, strength_db=-27, height=9.0, speed=SPEED, absorption=ALPHA,
+    expected = bed_reverberation(time, level_db=220, strength_db=-27, height=9.0, speed=SPEED, absorption=ALPHA,
                              duration=0.2e-3, energy=SONAR.energy, length=1.5, wavelength=0.015)  # fmt: skip
     ours = pair_intensity(time, ("D", "D"), SONAR, **closed("seabed", number))
-    np.testing.assert_allclose(10 * np.log10(ours / told), 0, atol=0.01)
+    np.testing.assert_allclose(10 * np.log10(ours / expected), 0, atol=0.01)
 
 
 def test_a_ring_seen_by_two_equal_lines_is_two_thirds_of_a_beam_wide() -> None:
@@ -101,7 +101,7 @@ def test_a_ring_seen_by_two_equal_lines_is_two_thirds_of_a_beam_wide() -> None:
 
 @pytest.mark.parametrize(("order", "ordered"), [(0, 1), (1, 4), (2, 9), (3, 16)])
 def test_a_surface_point_counts_no_bounce_on_its_own_face(order: int, ordered: int) -> None:
-    """D; D, B; D, B, SB; D, B, SB, BSB reach the surface: 1, 4, 9, 16 ordered pairs; the rest are its own answer."""
+    """D; D, B; D, B, SB; D, B, SB, BSB reach the surface: 1, 4, 9, 16 ordered pairs; the rest are its own result."""
     simulator = build_simulator(nominal(paths={"max_reflections": order}))
     one = Scatterers("surface", "surface", Lambert(), np.array([[0, 150.0, 0]]), np.array([[0, 0, 1.0]]), np.ones(1),
                      np.ones(1, complex), np.ones(1, np.uint64))  # fmt: skip
@@ -111,14 +111,17 @@ def test_a_surface_point_counts_no_bounce_on_its_own_face(order: int, ordered: i
     assert np.all(pairs.strength > 0)
 
 
-def test_a_rough_surface_is_as_loud_from_below_as_a_rough_bed_is_from_above() -> None:
-    """The world turned upside down: a sonar 9 m below the surface hears it as one 9 m above the bed hears the bed."""
-    told = {"water": {"noise_level_db": None, "absorption_db_per_m": ALPHA}, "track": {"window": WINDOW}}
+def test_a_rough_surface_is_as_strong_from_below_as_a_rough_bed_is_from_above() -> None:
+    """The world turned upside down.
+
+    A sonar 9 m below the surface receives it as one 9 m above the bed receives the bed.
+    """
+    settings = {"water": {"noise_level_db": None, "absorption_db_per_m": ALPHA}, "track": {"window": WINDOW}}
     law = {"strength_db": -27}
-    above = levels(nominal(**told, paths={"max_reflections": 0}))
+    above = levels(nominal(**settings, paths={"max_reflections": 0}))
     below = levels(
         nominal(
-            **{**told, "track": {"window": WINDOW, "position": (0, 0, 9.0)}},
+            **{**settings, "track": {"window": WINDOW, "position": (0, 0, 9.0)}},
             surface={"scattering": law},
             seabed={"depth": DEPTH, "scattering": None},
             paths={"max_reflections": 0},
@@ -137,8 +140,8 @@ def test_near_the_sonar_the_closed_sum_holds_too(window: tuple[float, float]) ->
 
     Direct paths of four beds within 0.25 dB of the sum over rings; the draw of places leaves 0.1 dB.
     """
-    told = {"water": {"noise_level_db": None, "absorption_db_per_m": ALPHA}, "track": {"window": window}}
-    scenario = nominal(**told, field="incoherent", paths={"max_reflections": 0, "beam_cutoff_db": -60})
+    settings = {"water": {"noise_level_db": None, "absorption_db_per_m": ALPHA}, "track": {"window": window}}
+    scenario = nominal(**settings, field="incoherent", paths={"max_reflections": 0, "beam_cutoff_db": -60})
     beds = [simulate(scenario.model_copy(update={"seed": seed})) for seed in range(1, 5)]
     time = beds[0].time.values
     closed_near = {**closed("seabed", number), "span": (0.3, 60.0)}
@@ -157,8 +160,8 @@ def test_the_mean_coherent_power_of_sand_and_surface_is_the_closed_sum(contribut
         paths={"max_reflections": 2, "contributions": [contribution], "beam_cutoff_db": -40},
     )  # fmt: skip
     worlds = [scenario.model_copy(update={"seed": seed}) for seed in range(100)]
-    heard = each_ping(worlds, lambda world: simulate(world, threads=1).pressure.values[0, 0])
+    received = each_ping(worlds, lambda world: simulate(world, threads=1).pressure.values[0, 0])
     whole = reverberation(
         build_simulator(scenario).grid.time, FAMILIES[contribution], SONAR, **closed(contribution, sand)
     )
-    assert 10 * np.log10(np.mean(np.abs(heard) ** 2 / whole)) == pytest.approx(0, abs=0.2)
+    assert 10 * np.log10(np.mean(np.abs(received) ** 2 / whole)) == pytest.approx(0, abs=0.2)

@@ -33,12 +33,14 @@ def bed(surface, seed=1, *, families=("D", "S"), window=(0.1, 0.11), importance_
     )
 
 
-def speckle(seeds, **told):
+def speckle(seeds, **settings):
     """Scintillation index of the sound, its level [dB] and the scatterers of a ping.
 
     Levels are those of all seeds over 2 ms about each time.
     """
-    scenarios = [bed(told["surface"], seed, **{k: v for k, v in told.items() if k != "surface"}) for seed in seeds]
+    scenarios = [
+        bed(settings["surface"], seed, **{k: v for k, v in settings.items() if k != "surface"}) for seed in seeds
+    ]
     power = each_ping(scenarios, lambda s: np.abs(simulate(s, threads=1)["pressure"].values[0]) ** 2)
     mean, wide = power.mean(axis=0), power.shape[-1] // 5
     smooth = [np.convolve(np.pad(one, wide // 2, "edge"), np.ones(wide) / wide, "same") for one in mean]
@@ -61,7 +63,7 @@ def test_a_windy_bed_speckles_as_much_as_with_every_scatterer():
 
 @pytest.mark.validate
 @pytest.mark.parametrize(
-    "told",
+    "settings",
     [
         {"surface": windy(2.5)}, {"surface": windy(4.0)},
         {"surface": windy(3.0), "families": ("D", "S", "B", "SB", "BS")},
@@ -70,12 +72,12 @@ def test_a_windy_bed_speckles_as_much_as_with_every_scatterer():
         {"surface": TILTED}, {"surface": WAVES, "window": (0.1, 0.103)},
     ],
 )  # fmt: skip
-def test_beds_under_any_sea_speckle_as_much_as_with_every_scatterer(told):
+def test_beds_under_any_sea_speckle_as_much_as_with_every_scatterer(settings):
     """Winds, orders, relief, several beams, a swell's plane, drawn waves: index within 10 %, level within 0.25 dB.
 
     96 beds; both readings have most of their scatterers in common.
     """
-    thin, full = (speckle(range(96), importance_sampling=one, **told) for one in (True, False))
+    thin, full = (speckle(range(96), importance_sampling=one, **settings) for one in (True, False))
     assert thin[0] == pytest.approx(full[0], rel=0.1)
     assert thin[1] == pytest.approx(full[1], abs=0.25)
     assert thin[2] < full[2]

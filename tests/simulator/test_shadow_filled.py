@@ -1,7 +1,7 @@
 """Shadows filled by sound that bounced off the sea: many pings empty them again, unless the sea stands still.
 
 A wall of 1 m hides the bed behind it from the direct path, from 100 to 112.7 m; sound off the surface comes down
-more steeply, on all of it but the first 3 m. There only surface and surface echoes are heard, as from 108 to 112 m.
+more steeply, on all of it but the first 3 m. There only surface and surface echoes are received, as from 108 to 112 m.
 """
 
 import numpy as np
@@ -65,11 +65,11 @@ def still_sea():
 
 
 def fall(counts, seas):
-    """How much fainter the filled shadow gets from the fewest pings to each count, re a target seen directly [dB].
+    """How much weaker the filled shadow gets from the fewest pings to each count, re a target seen directly [dB].
 
     The image is a mean over pings: a direct target keeps its peak, and direct ground without grating lobes its power,
     for both gather over the aperture whatever the count; of a sea that turns each ping anew N pings leave 1 / N.
-    The target is heard alone: where ground is seen directly it bears surface echoes of its own.
+    The target is received alone: where ground is seen directly it bears surface echoes of its own.
     """
     target = recorded(max(counts), FROZEN, 0, targets=[point(0.0, 110.0, 20.0)],
                       paths={"contributions": ["target"], "families": ["D"]})  # fmt: skip
@@ -85,7 +85,7 @@ def test_a_shadow_is_filled_by_sound_off_the_sea(still_sea):
 
 
 def test_a_shadow_empties_with_the_pings_over_independent_seas_only(still_sea):
-    """16 and 64 pings a second apart: fill 6 dB fainter within 1 dB (0.26 standard error, found of 10 such seas).
+    """16 and 64 pings a second apart: fill 6 dB weaker within 1 dB (0.26 standard error, found of 10 such seas).
 
     Over a sea that hardly moves in 15 ms: as it was, within 0.3 dB (0.05 expected of grating lobes, 0.01 error).
     """

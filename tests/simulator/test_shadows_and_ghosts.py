@@ -22,19 +22,19 @@ def water_of(arcs):
     return {"noise_level_db": None, "profile": [[0.0, arcs.surface_speed], [arcs.depth, arcs.speed(arcs.depth)]]}
 
 
-def scene(arcs, source, targets, farthest, **told):
-    """Targets over a flat bed of the arcs' depth, heard from a depth on all sides."""
+def scene(arcs, source, targets, farthest, **values):
+    """Targets over a flat bed of the arcs' depth, received from a depth on all sides."""
     omni = {"kind": "point", "length": None}
-    long = {"kind": "cw", "frequency": 20e3, "duration": 5e-3}  # few cells on faces, which nobody asks about here
+    long = {"kind": "cw", "frequency": 20e3, "duration": 5e-3}  # few cells on faces, which are not needed here
     return nominal(
         water=water_of(arcs), seabed={"depth": arcs.depth}, targets=targets, transmit=omni, receive=omni,
         sonar={"pulse": long},
         track={"position": (0.0, 0.0, source), "window": (1e-3, 2 * (farthest + 3 * arcs.depth) / 1400)},
-        paths={"contributions": ["target"], "max_reflections": 2, **told},
+        paths={"contributions": ["target"], "max_reflections": 2, **values},
     )  # fmt: skip
 
 
-def told_by(found, label, pair):
+def rows_of(found, label, pair):
     """Rows of one target over one pair of families."""
     return np.flatnonzero(
         (found.object == label) & (found.transmit_family == pair[0]) & (found.receive_family == pair[1])
@@ -56,8 +56,8 @@ def drawn(seed, gradient):
 def test_shadows_end_where_the_ray_over_the_far_edge_comes_down(gradient, seed):
     """Heights of 20 to 50 % of the sonar's: probes 3 cm before and after the end of each family's shadow.
 
-    D comes straight, S off the surface, BS off bed and surface: the steeper, the shorter. A pair of families is heard
-    where neither is cut.
+    D comes straight, S off the surface, BS off bed and surface: the steeper, the shorter. A pair of families is
+    received where neither is cut.
     """
     arcs, source, height, back = drawn(seed, gradient)
     bed, ends = arcs.depth - 0.01, {}
@@ -73,13 +73,13 @@ def test_shadows_end_where_the_ray_over_the_far_edge_comes_down(gradient, seed):
     found = arrivals(scene(arcs, source, [box, *probes], max(ends.values()), families=tuple(ends)))
     for (name, x), pair in product(places.items(), product(ends, ends)):
         lit = all(x > ends[family] for family in pair)
-        assert len(told_by(found, name, pair)) == lit, (name, pair, ends)
+        assert len(rows_of(found, name, pair)) == lit, (name, pair, ends)
 
 
 @settings(max_examples=5)
 @given(SEEDS)
 @pytest.mark.parametrize("gradient", [0.0, -0.25, 0.15])
-def test_ghosts_come_by_25_ways_at_the_times_of_arcs(gradient, seed):
+def test_ghosts_come_by_25_paths_at_the_times_of_arcs(gradient, seed):
     """A point above the bed: delays to 2 ns, signs of the surface and losses of the bed exactly, angles to 1e-5 rad."""
     arcs, source, _, distance = drawn(seed, gradient)
     depth = np.random.default_rng(seed + 1).uniform(1, arcs.depth - 0.2)
@@ -89,12 +89,12 @@ def test_ghosts_come_by_25_ways_at_the_times_of_arcs(gradient, seed):
     found = arrivals(scene(arcs, source, [point(0.0, distance, depth)], 2 * distance))
     assert len(found) == 25
     for pair in product(FAMILIES, FAMILIES):
-        (row,) = told_by(found, "point", pair)
+        (row,) = rows_of(found, "point", pair)
         late = sum(arcs.time(steep[family], ways[family]) for family in pair)
         assert found.delay[row] == pytest.approx(late, abs=2e-9), pair
-        told = "".join(pair)
+        pair_name = "".join(pair)
         assert found.reflection_coefficient[row] == pytest.approx(
-            (-1.0) ** told.count("S") * 0.35 ** told.count("B"), abs=1e-9
+            (-1.0) ** pair_name.count("S") * 0.35 ** pair_name.count("B"), abs=1e-9
         )
         for vector, family in ((found.departure[row], pair[0]), (found.arrival[row], pair[1])):
             down = np.sign(ways[family][1] - source) * arcs.sine(steep[family], source)
@@ -111,9 +111,9 @@ def test_squares_of_lengths_differ_by_products_of_depths(seed):
     arcs, source, _, distance = drawn(seed, 0.0)
     depth, h = np.random.default_rng(seed + 1).uniform(1, arcs.depth - 0.2), arcs.depth
     found = arrivals(scene(arcs, source, [point(0.0, distance, depth)], 2 * distance))
-    square = {f: (found.delay[told_by(found, "point", (f, f))[0]] * arcs.surface_speed / 2) ** 2 for f in FAMILIES}
-    for longer, shorter, told in (
+    square = {f: (found.delay[rows_of(found, "point", (f, f))[0]] * arcs.surface_speed / 2) ** 2 for f in FAMILIES}
+    for longer, shorter, pair_name in (
         ("S", "D", source * depth), ("B", "D", (h - source) * (h - depth)), ("SB", "S", (h + source) * (h - depth)),
         ("BS", "D", h * (h - source + depth)),
     ):  # fmt: skip
-        assert square[longer] - square[shorter] == pytest.approx(4 * told, abs=1e-9 * square[longer])
+        assert square[longer] - square[shorter] == pytest.approx(4 * pair_name, abs=1e-9 * square[longer])

@@ -57,29 +57,29 @@ def test_any_number_of_threads_gives_the_same_bits(field: str) -> None:
 
 
 def test_only_a_few_pings_are_begun_before_they_are_requested(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Memory does not grow with the survey: pings begun less pings told never exceed threads and the few ahead."""
-    begun, heard, lock = [0], simulator_module.record_ping, threading.Lock()
+    """Memory does not grow with the survey: pings begun less pings given never exceed threads and the few ahead."""
+    begun, received, lock = [0], simulator_module.record_ping, threading.Lock()
 
-    def counted(*asked: Any) -> Any:
+    def counted(*arguments: Any) -> Any:
         with lock:
             begun[0] += 1
-        return heard(*asked)
+        return received(*arguments)
 
     monkeypatch.setattr(simulator_module, "record_ping", counted)
-    for told, _ in enumerate(simulate_pings(build_simulator(survey()), range(PINGS), 2), start=1):
-        assert begun[0] - told < 2 + QUEUED_PINGS
+    for reported, _ in enumerate(simulate_pings(build_simulator(survey()), range(PINGS), 2), start=1):
+        assert begun[0] - reported < 2 + QUEUED_PINGS
     assert begun[0] == PINGS
 
 
 def test_a_ping_that_fails_stops_the_survey_at_its_place(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Those before it are told, the error is its own, and most of those after it are never begun."""
-    begun, heard = [], simulator_module.record_ping
+    """Those before it are reported, the error is its own, and most of those after it are never begun."""
+    begun, received = [], simulator_module.record_ping
 
     def failing(simulator: Simulator, sides: list[PingGeometry], pool: Any) -> Any:
         begun.append(sides[0].ping)
         if sides[0].ping == 4:
             raise ZeroDivisionError("the fifth")
-        return heard(simulator, sides, pool)
+        return received(simulator, sides, pool)
 
     monkeypatch.setattr(simulator_module, "record_ping", failing)
     found = []
@@ -91,18 +91,18 @@ def test_a_ping_that_fails_stops_the_survey_at_its_place(monkeypatch: pytest.Mon
 
 
 def test_a_survey_broken_off_goes_on_with_the_same_bits(tmp_path: Path) -> None:
-    """Stopped when five pings were told: five are there, and no more; the rest follows, and all is as in one go."""
-    path, heard_of = tmp_path / "line.zarr", []
+    """Stopped when five pings were given: five are there, and no more; the rest follows, and all is as in one go."""
+    path, progress = tmp_path / "line.zarr", []
 
-    def stop(done: int, wanted: int) -> None:
-        assert wanted == PINGS
+    def stop(done: int, total: int) -> None:
+        assert total == PINGS
         if done == 5:
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
         record(survey(), path, threads=3, on_ping=stop)
     np.testing.assert_array_equal(np.flatnonzero(recorded_pings(path)), range(5))
-    record(survey(), path, threads=2, on_ping=lambda *n: heard_of.append(n))
-    assert heard_of == [(n, PINGS) for n in range(5, PINGS + 1)]
+    record(survey(), path, threads=2, on_ping=lambda *n: progress.append(n))
+    assert progress == [(n, PINGS) for n in range(5, PINGS + 1)]
     np.testing.assert_array_equal(open_recording(path).intensity.values, simulate(survey(), threads=1).intensity)
     assert not any(thread.name.startswith("ThreadPoolExecutor") for thread in threading.enumerate())

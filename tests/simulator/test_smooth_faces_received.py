@@ -1,4 +1,4 @@
-"""Smooth faces as they are heard: both readings of one flash, jitter, spikes, labels; both parts of one target."""
+"""Smooth faces as they are received: both readings of one flash, jitter, spikes, labels; both parts of one target."""
 
 from concurrent.futures import ThreadPoolExecutor
 
@@ -15,16 +15,16 @@ WINDOW = (0.198, 0.208)
 
 
 def scene(*, smooth=1.0, scattering=ROUGH, field="incoherent", heading=0.0, size=(2.0, 1.0, 1.0), **paths):
-    """The nominal box alone, smooth, heard about its echoes; one reflection on each leg."""
+    """The nominal box alone, smooth, received about its echoes; one reflection on each leg."""
     box = {**BOX, "size": size, "face_reflection_coefficient": smooth, "scattering": scattering, "heading": heading}
-    told = {"contributions": ["target"], "max_reflections": 1, **paths}
-    return nominal(targets=[box], track={"window": WINDOW}, paths=told, field=field)
+    settings = {"contributions": ["target"], "max_reflections": 1, **paths}
+    return nominal(targets=[box], track={"window": WINDOW}, paths=settings, field=field)
 
 
 def intensity(scenario):
     """Expected intensity, or squared pressure [uPa^2]."""
-    heard = simulate(scenario)
-    return np.abs(heard.pressure.values[0, 0]) ** 2 if "pressure" in heard else heard.intensity.values[0, 0]
+    received = simulate(scenario)
+    return np.abs(received.pressure.values[0, 0]) ** 2 if "pressure" in received else received.intensity.values[0, 0]
 
 
 @pytest.mark.parametrize("heading", [0.0, 0.2])
@@ -80,7 +80,7 @@ def _pings(count):
 
 
 def test_spikes_written_out_sound_like_the_ping():
-    """Arrivals of facets heard row by row, against blocks: within 1e-5; all of a target are one group."""
+    """Arrivals of facets received row by row, against blocks: within 1e-5; all of a target are one group."""
     scenario = scene(field="coherent")
     ready = build_simulator(scenario)
     rows = arrivals(scenario)
@@ -88,8 +88,8 @@ def test_spikes_written_out_sound_like_the_ping():
     assert len(np.unique(faces.group)) == 1
     assert set(faces.object) == {"box"}
     written = coherent_from_arrivals(rows, ready.ping_geometry(0), ready.grid)[0]
-    heard = simulate(scenario).pressure.values[0, 0]
-    np.testing.assert_allclose(written, heard, atol=1e-5 * np.abs(heard).max())
+    received = simulate(scenario).pressure.values[0, 0]
+    np.testing.assert_allclose(written, received, atol=1e-5 * np.abs(received).max())
 
 
 def test_half_the_reflection_is_a_quarter_of_the_energy_and_soft_is_as_strong_as_rigid():
@@ -112,14 +112,14 @@ def test_rough_and_smooth_parts_add_as_energies():
 def test_the_label_of_a_flash_is_the_target_and_its_ghost_is_the_corners():
     """A smooth box on the bed: highlight where it flashes; the ghost at aa + 3.9 ms is bd's, not ab's."""
     scenario = scene(max_reflections=2)
-    told = labels(scenario)
-    time = told.time.values
-    heard = intensity(scenario)
-    flash, ghost = np.argmax(np.where(time < 0.2015, heard, 0)), np.argmax(np.where(time > 0.2035, heard, 0))
-    assert bool(told.highlight.values[0, flash]) and bool(told.ghost.values[0, ghost])
+    seen = labels(scenario)
+    time = seen.time.values
+    received = intensity(scenario)
+    flash, ghost = np.argmax(np.where(time < 0.2015, received, 0)), np.argmax(np.where(time > 0.2035, received, 0))
+    assert bool(seen.highlight.values[0, flash]) and bool(seen.ghost.values[0, ghost])
     assert time[ghost] - time[flash] == pytest.approx(3.91e-3, abs=0.15e-3)
-    assert told.position.values[0, flash, 1] == pytest.approx(150.0, abs=0.05)
-    pairs = [str(told.pair.values[told.strongest_pair.values[0, when]]) for when in (flash, ghost)]
+    assert seen.position.values[0, flash, 1] == pytest.approx(150.0, abs=0.05)
+    pairs = [str(seen.pair.values[seen.strongest_pair.values[0, when]]) for when in (flash, ghost)]
     assert pairs == ["D-B", "S-SB"]
 
 
@@ -136,10 +136,10 @@ def test_one_facet_alone_has_its_label_too():
     reading = ready.label_accumulator(here)
     kept = reading.empty()
     reading.add(kept, facet)
-    told, (i, j) = kept.flashes["box", "D-D"].bins.sum(axis=(0, 1)), facet.pair[0]
-    sent, heard = reading.accumulator.weights(facet)
-    assert told[0] == pytest.approx(abs(sent[0, i, 0] * heard[0, j, 0] * facet.strength[0, 0]) ** 2)
-    np.testing.assert_allclose(told[1:4] / told[0], flat.position[0], atol=1e-9)
+    seen, (i, j) = kept.flashes["box", "D-D"].bins.sum(axis=(0, 1)), facet.pair[0]
+    sent, received_weight = reading.accumulator.weights(facet)
+    assert seen[0] == pytest.approx(abs(sent[0, i, 0] * received_weight[0, j, 0] * facet.strength[0, 0]) ** 2)
+    np.testing.assert_allclose(seen[1:4] / seen[0], flat.position[0], atol=1e-9)
 
 
 def test_a_face_keeps_together_over_a_moving_sea():
@@ -148,9 +148,9 @@ def test_a_face_keeps_together_over_a_moving_sea():
     The sea turns phases within 30 ms, so facets with a sea for each would fall apart; other glints come after a second.
     """
     static = _pings(2).model_copy(update={"interval": 0.1, "window": (0.2015, 0.208)})
-    told = {"max_reflections": 2, "families": ["D", "S", "B", "SB"]}
-    sea = scene(**told).surface.model_copy(update={"reflection": "statistical", "wind_speed": 3.0})
-    sound = simulate(scene(**told).model_copy(update={"track": static, "surface": sea})).intensity.values
+    settings = {"max_reflections": 2, "families": ["D", "S", "B", "SB"]}
+    sea = scene(**settings).surface.model_copy(update={"reflection": "statistical", "wind_speed": 3.0})
+    sound = simulate(scene(**settings).model_copy(update={"track": static, "surface": sea})).intensity.values
     before, after = sound.sum(axis=(1, 2))
     assert 10 * np.log10(after / before) == pytest.approx(0, abs=0.5)
 
@@ -179,11 +179,11 @@ def test_a_leaning_plate_sounds_like_all_its_patches():
     gain = here.transmit_beams.gain(ray / length[:, None])[0] * here.receive_beams.gain(ray / length[:, None])[0]
     spike = 1j / 0.015 * np.maximum(cosine, 0) * area * gain / length**2 * np.exp(-2j * np.pi * 200e3 * length / 1500)
     time = ready.grid.time
-    told = 10**11 * sum(
+    expected = 10**11 * sum(
         w * here.pulse.samples(time - 2 * way / 1500) for w, way in zip(spike, length, strict=True) if w != 0
     )
-    heard = simulate(scenario).pressure.values[0, 0]
-    assert np.abs(heard - told).max() < 0.03 * np.abs(told).max()
+    received = simulate(scenario).pressure.values[0, 0]
+    assert np.abs(received - expected).max() < 0.03 * np.abs(expected).max()
 
 
 def _box_patches(turn, size, middle, side):

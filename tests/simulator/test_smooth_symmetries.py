@@ -38,27 +38,27 @@ def test_a_larger_world_at_a_lower_pitch_sounds_weaker_by_its_size(name, factor)
         seabed={"depth": 20.0 * factor}, track={"position": (0.0, 0.0, 11.0 * factor), "window": (0.0, 0.24 * factor)},
         line={"length": 0.1 * factor}, frequency=FREQUENCY / factor,
     )  # fmt: skip
-    loudest = max(abs(here[pair]) for pair in PAIRS)
+    strongest = max(abs(here[pair]) for pair in PAIRS)
     for pair in PAIRS:
-        assert abs(there[pair] * factor - here[pair]) < 0.01 * loudest, pair
+        assert abs(there[pair] * factor - here[pair]) < 0.01 * strongest, pair
 
 
-def heard(targets, **changes):
+def received(targets, **changes):
     """Pressure of smooth targets over the nominal bed."""
-    told = [
+    solids = [
         {"face_reflection_coefficient": 1.0, "scattering": ROUGH, "label": f"body {k}", **body}
         for k, body in enumerate(targets)
     ]
     fixed = {"water": LOSSLESS, "track": {"window": (0.03, 0.045)}, "line": {"length": 0.2},
              "paths": {"contributions": ["target"], "max_reflections": 1}}  # fmt: skip
-    return simulate(nominal(targets=told, **{**fixed, **changes})).pressure.values[0, 0]
+    return simulate(nominal(targets=solids, **{**fixed, **changes})).pressure.values[0, 0]
 
 
 def test_two_bodies_that_do_not_hide_each_other_add_as_pressures():
-    """Side by side: the sound of both is the sum of each alone, to a millionth of the loudest."""
+    """Side by side: the sound of both is the sum of each alone, to a millionth of the strongest."""
     bodies = [{**BODIES["box"], "position": (-1.5, 28.0)}, {**BODIES["cylinder"], "position": (1.5, 28.5)}]
-    alone = [heard([body]) for body in bodies]
-    both = heard(bodies)
+    alone = [received([body]) for body in bodies]
+    both = received(bodies)
     assert np.abs(both - sum(alone)).max() < 1e-5 * np.abs(both).max()
     assert min(np.abs(one).max() for one in alone) > 1e-3 * np.abs(both).max()
 
@@ -67,42 +67,42 @@ def test_a_wall_of_bricks_sounds_as_the_wall():
     """Four blocks end to end, their joints shut, against one of their length: flash and edges, to 2 %."""
     wall = {"shape": "box", "position": (0.0, 28.0), "size": (2.0, 0.4, 0.8)}
     bricks = [{**wall, "position": (north, 28.0), "size": (0.5, 0.4, 0.8)} for north in (-0.75, -0.25, 0.25, 0.75)]
-    whole, parts = heard([wall]), heard(bricks)
+    whole, parts = received([wall]), received(bricks)
     assert np.abs(parts - whole).max() < 0.02 * np.abs(whole).max()
 
 
 @pytest.mark.parametrize("smooth", [-1.0, -0.4, 0.25])
 def test_a_reflection_coefficient_is_a_factor_of_the_pressure(smooth):
     """Air turns the phase over; R scales what a rigid body returns, to single precision."""
-    rigid, other = heard([BODIES["box"]]), heard([{**BODIES["box"], "face_reflection_coefficient": smooth}])
+    rigid, other = received([BODIES["box"]]), received([{**BODIES["box"], "face_reflection_coefficient": smooth}])
     assert np.abs(other - smooth * rigid).max() < 1e-5 * np.abs(rigid).max()
 
 
 @pytest.mark.parametrize(("name", "turn"), [("box", 0.9), ("cylinder", -2.2), ("sphere", 2.0)])
 def test_a_turned_world_flashes_the_same(name, turn):
-    """Ship and body turned together about the ship: pressure over time to 1 % of the loudest."""
+    """Ship and body turned together about the ship: pressure over time to 1 % of the strongest."""
     body = BODIES[name]
     c, s = np.cos(turn), np.sin(turn)
     north, east = body["position"]
     moved = {**body, "position": (c * north - s * east, s * north + c * east), "heading": body.get("heading", 0) + turn}
-    here, there = heard([body]), heard([moved], track={"window": (0.03, 0.045), "heading": turn})
+    here, there = received([body]), received([moved], track={"window": (0.03, 0.045), "heading": turn})
     assert np.abs(there - here).max() < 0.01 * np.abs(here).max()
 
 
 @pytest.mark.parametrize("name", BODIES)
 def test_a_mirrored_body_is_received_the_same_by_a_symmetric_sonar(name):
-    """North and south exchanged, heading and place: the same pressure, to 1 % of the loudest."""
+    """North and south exchanged, heading and place: the same pressure, to 1 % of the strongest."""
     body = BODIES[name]
     north, east = body["position"]
     mirrored = {**body, "position": (-north, east), "heading": -body.get("heading", 0.0)}
-    here, there = heard([body]), heard([mirrored])
+    here, there = received([body]), received([mirrored])
     assert np.abs(there - here).max() < 0.01 * np.abs(here).max()
 
 
 def test_a_surface_target_and_its_image_are_one_scene():
     """A body under a mirror: D-S of it is minus D-D with the sonar's image for receiver, facet by facet.
 
-    In mid-water, with no bed to speak of: the receiver 22 m higher hears by D what the first hears by S.
+    In mid-water, with hardly any bed: the receiver 22 m higher receives by D what the first receives by S.
     """
     body = {"shape": "box", "position": (0.0, 40.0), "size": (0.5, 0.4, 0.5), "base_depth": 9.0}
     by_mirror = flashes(body, 1)
@@ -110,6 +110,6 @@ def test_a_surface_target_and_its_image_are_one_scene():
     ahead = -0.25 + (np.arange(160) + 0.5) / 160 * 0.5
     n, z = (part.ravel() for part in np.meshgrid(ahead, 9.0 + ahead - 0.25))
     front = np.stack([n, np.full(n.size, 39.8), z], axis=1)
-    told = brute(front, (0.5 / 160) ** 2, np.array([0.0, -1.0, 0.0]), "D", "S", FREQUENCY)
+    expected = brute(front, (0.5 / 160) ** 2, np.array([0.0, -1.0, 0.0]), "D", "S", FREQUENCY)
     only = flashes(body, 1, facing=lambda place: np.abs(place[:, 1] - 39.8) < 1e-6)
-    assert abs(only["D", "S"] - told) < 0.02 * abs(only["D", "D"])
+    assert abs(only["D", "S"] - expected) < 0.02 * abs(only["D", "D"])

@@ -13,18 +13,18 @@ BOX = {"label": "box", "size": (20.0, 1.0, 1.0)}
 QUIET = {"surface": {"scattering": None}, "field": "incoherent", "track": {"window": (0.203, 0.2285)}}
 
 
-def scene(edges: str, box: dict | None = None, **told):
+def scene(edges: str, box: dict | None = None, **settings):
     """Direct paths behind a box 20 m wide."""
     return nominal(
-        box=box, paths={"max_reflections": 0, "edge_diffraction": edges, "geometry": "slice"}, **{**QUIET, **told}
+        box=box, paths={"max_reflections": 0, "edge_diffraction": edges, "geometry": "slice"}, **{**QUIET, **settings}
     )
 
 
 @pytest.fixture(scope="module")
 def loss():
     """Time [s] and level behind the box re the same bed without it [dB], with soft edges."""
-    free, heard = (simulate(scene("knife-edge", box)).intensity for box in (None, BOX))
-    return heard.time.values, 10 * np.log10(heard.values[0, 0] / free.values[0, 0])
+    free, received = (simulate(scene("knife-edge", box)).intensity for box in (None, BOX))
+    return received.time.values, 10 * np.log10(received.values[0, 0] / free.values[0, 0])
 
 
 def test_the_edge_of_the_shadow_is_12_db_down(loss):
@@ -46,7 +46,7 @@ def test_the_middle_of_the_shadow_is_38_db_down(loss):
 
 
 def test_hard_edges_leave_nothing_behind_the_box():
-    """With hard edges no path reaches the shadow's middle; with soft ones all do, and say who stands in the way."""
+    """With hard edges no path reaches the shadow's middle; with soft ones all do, and state what occludes."""
     window = 0.215, 0.2152
     assert len(arrivals(scene("none", BOX), window=window)) == 0
     assert len(arrivals(scene("knife-edge", BOX), window=window)) > 0
@@ -55,6 +55,6 @@ def test_hard_edges_leave_nothing_behind_the_box():
 def test_a_shadow_ends_where_it_did():
     """Labels: the dark ground ends at the hard shadow's edge under both, within half a pulse."""
     for edges in ("none", "knife-edge"):
-        said = labels(scene(edges, BOX)).isel(channel=0)
-        last = said.time.values[said.shadow.values].max()
+        masks = labels(scene(edges, BOX)).isel(channel=0)
+        last = masks.time.values[masks.shadow.values].max()
         assert last == pytest.approx(EDGE + PULSE / 2, abs=PULSE / 2)

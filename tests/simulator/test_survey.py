@@ -20,8 +20,8 @@ WIDE = {"kind": "point", "length": None, "element": "baffled"}
 
 def survey(*, target: tuple[float, float, float] = TARGET, track: dict[str, object] | None = None,
            contributions: tuple[str, ...] = ("target",), line: dict[str, object] | None = None,
-           **told: object) -> Scenario:  # fmt: skip
-    """Eight pings along a line, by default past a point abeam, heard through a wide transducer."""
+           **settings: object) -> Scenario:  # fmt: skip
+    """Eight pings along a line, by default past a point abeam, received through a wide transducer."""
     line_track = {"kind": "line", "position": None, "start": START, "speed": SPEED, "pings": PINGS, "interval": EVERY,
                   "window": (0.0535, 0.0575), "stop_and_hop": True, **(track or {})}  # fmt: skip
     kept = {key: value for key, value in line_track.items() if value is not None}
@@ -31,26 +31,26 @@ def survey(*, target: tuple[float, float, float] = TARGET, track: dict[str, obje
         **{
             **dict(nominal(targets=[point(*target)])),
             "track": kept,
-            "sonar": {"source_level_db": 220, "receiver": {"bandwidth": 20e3}, **sonar, **told.pop("sonar", {}),
+            "sonar": {"source_level_db": 220, "receiver": {"bandwidth": 20e3}, **sonar, **settings.pop("sonar", {}),
                       "pulse": {"kind": "cw", "frequency": 100e3, "duration": 0.2e-3, "taper_fraction": 0.2}},
             "paths": {"max_reflections": 0, "contributions": contributions},
-            **told,
+            **settings,
         }
     )  # fmt: skip
 
 
 def places(track: dict[str, object] | None = None) -> np.ndarray:
     """Where the ship is at each ping, by speed and heading, shape (pings, 3)."""
-    told = track or {}
-    heading = float(told.get("heading", 0.0))
+    settings = track or {}
+    heading = float(settings.get("heading", 0.0))
     step = SPEED * EVERY * np.array([np.cos(heading), np.sin(heading), 0])
-    return np.array(told.get("start", START)) + np.arange(PINGS)[:, None] * step
+    return np.array(settings.get("start", START)) + np.arange(PINGS)[:, None] * step
 
 
 def test_a_point_draws_a_hyperbola_in_the_waterfall() -> None:
     """Delay of ping n: 2 / c sqrt(x_n^2 + y^2 + z^2), to 1e-12 s; nearest where the ship is abeam."""
-    told = survey()
-    delay = np.array([arrivals(told, ping=n).delay.item() for n in range(PINGS)])
+    scenario = survey()
+    delay = np.array([arrivals(scenario, ping=n).delay.item() for n in range(PINGS)])
     away = np.linalg.norm(places() - TARGET, axis=1)
     np.testing.assert_allclose(delay, 2 * away / 1500, rtol=0, atol=1e-12)
     np.testing.assert_allclose(delay**2 - (2 * places()[:, 0] / 1500) ** 2, (2 * np.hypot(40, 8) / 1500) ** 2)
@@ -58,24 +58,24 @@ def test_a_point_draws_a_hyperbola_in_the_waterfall() -> None:
 
 def test_the_recorded_hyperbola_peaks_where_its_delays_are() -> None:
     """Centre of energy of each ping's echo: delay and half a pulse, to a twentieth of a sample."""
-    told = survey()
-    heard = simulate(told)
-    power = np.abs(heard.pressure.values[:, 0]) ** 2
-    middle = power @ heard.time.values / power.sum(axis=1)
+    scenario = survey()
+    received = simulate(scenario)
+    power = np.abs(received.pressure.values[:, 0]) ** 2
+    middle = power @ received.time.values / power.sum(axis=1)
     away = np.linalg.norm(places() - TARGET, axis=1)
     np.testing.assert_allclose(middle - 2 * away / 1500, 0.1e-3, rtol=0, atol=2e-6)
 
 
 def test_the_carriers_phase_turns_with_the_delay() -> None:
     """From ping to ping the echo turns by exp(-j 2 pi f dtau): the history that an aperture is synthesised from."""
-    told = survey()
-    heard = simulate(told)
+    scenario = survey()
+    received = simulate(scenario)
     away = np.linalg.norm(places() - TARGET, axis=1)
     delay = 2 * away / 1500
-    pulse = build_simulator(told).pulse
-    rows = np.abs(heard.pressure.values[:, 0]).argmax(axis=1)
-    seen = heard.pressure.values[np.arange(PINGS), 0, rows]
-    turn = np.angle(seen / pulse.samples(heard.time.values[rows] - delay) * np.exp(2j * np.pi * (100e3 * delay % 1)))
+    pulse = build_simulator(scenario).pulse
+    rows = np.abs(received.pressure.values[:, 0]).argmax(axis=1)
+    seen = received.pressure.values[np.arange(PINGS), 0, rows]
+    turn = np.angle(seen / pulse.samples(received.time.values[rows] - delay) * np.exp(2j * np.pi * (100e3 * delay % 1)))
     np.testing.assert_allclose(turn, 0, atol=1e-3)
 
 
@@ -92,36 +92,39 @@ SIDES = [
 def test_a_side_of_the_ship_is_a_side_of_the_scene(
     side: str, heading: float, bearing: float, place: tuple[float, float]
 ) -> None:
-    """Heading north, starboard is east, port is west; heading east, starboard is south. The other side is deaf."""
+    """Heading north, starboard is east, port is west; heading east, starboard is south.
+
+    The other side is insensitive.
+    """
     start = (-3.5 * np.cos(heading), -3.5 * np.sin(heading), 11.0)
-    told = {"track": {"start": start, "heading": heading}, "sonar": {"mounting": {"bearing": bearing}}}
+    settings = {"track": {"start": start, "heading": heading}, "sonar": {"mounting": {"bearing": bearing}}}
     seen, unseen = (
-        np.abs(simulate(survey(target=(*where, 19.0), **told), pings=[3]).pressure.values).max()
+        np.abs(simulate(survey(target=(*where, 19.0), **settings), pings=[3]).pressure.values).max()
         for where in (place, tuple(-np.array(place)))
     )
     assert 20 * np.log10(seen) > 140
     assert unseen < 1e-6 * seen
 
 
-def test_a_recording_says_where_the_ship_was() -> None:
+def test_a_recording_states_where_the_ship_was() -> None:
     """Times, places and attitudes of each ping, as the track has them."""
-    told = survey(track={"heading": 0.3, "pitch": 0.02, "roll": -0.05}, sonar={"receiver": {"bandwidth": 2e3}})
-    heard = simulate(told, pings=[2, 5])
-    np.testing.assert_allclose(heard.ping_time, [1.0, 2.5])
-    np.testing.assert_allclose(heard.position, places({"heading": 0.3})[[2, 5]])
-    np.testing.assert_allclose(heard.attitude, [[0.3, 0.02, -0.05]] * 2)
-    assert list(heard.ping.values) == [2, 5]
+    scenario = survey(track={"heading": 0.3, "pitch": 0.02, "roll": -0.05}, sonar={"receiver": {"bandwidth": 2e3}})
+    received = simulate(scenario, pings=[2, 5])
+    np.testing.assert_allclose(received.ping_time, [1.0, 2.5])
+    np.testing.assert_allclose(received.position, places({"heading": 0.3})[[2, 5]])
+    np.testing.assert_allclose(received.attitude, [[0.3, 0.02, -0.05]] * 2)
+    assert list(received.ping.values) == [2, 5]
 
 
-def test_an_offset_array_rides_with_its_ship() -> None:
+def test_an_offset_array_moves_with_its_ship() -> None:
     """A metre forward, two to starboard, half a metre down on a rolling, heading ship: both ends stand apart."""
     forward, aside = (1.0, 2.0, 0.5), (-1.0, 0.0, 0.0)
-    told = survey(
+    scenario = survey(
         track={"heading": 0.4, "roll": 0.2},
         sonar={"transmit": {"kind": "point", "offset": forward}, "receive": {"kind": "point", "offset": aside}},
     )
     for n, (found, ship) in enumerate(
-        zip((arrivals(told, n, window=(0, 1)) for n in range(PINGS)), places({"heading": 0.4}), strict=True)
+        zip((arrivals(scenario, n, window=(0, 1)) for n in range(PINGS)), places({"heading": 0.4}), strict=True)
     ):
         body = pose_rotation(0.4, 0.0, 0.2)
         way = sum(np.linalg.norm(ship + body @ end - TARGET) for end in (np.array(forward), np.array(aside)))
@@ -130,8 +133,8 @@ def test_an_offset_array_rides_with_its_ship() -> None:
 
 def test_a_place_on_the_bed_keeps_its_scatterer_all_along_the_line() -> None:
     """Whatever two pings both see has one position and one phase; and much of it is seen twice."""
-    told = survey(contributions=("seabed",), line={"kind": "line", "length": 0.3}, track={"window": (0.05, 0.0505)})
-    simulator = build_simulator(told)
+    scenario = survey(contributions=("seabed",), line={"kind": "line", "length": 0.3}, track={"window": (0.05, 0.0505)})
+    simulator = build_simulator(scenario)
     seen: list[dict[int, tuple[float, ...]]] = []
     for ping in (3, 4):
         blocks = [block() for block in simulator.engine.blocks(simulator.ping_geometry(ping))]
@@ -145,16 +148,16 @@ def test_a_place_on_the_bed_keeps_its_scatterer_all_along_the_line() -> None:
     assert all(seen[0][key] == seen[1][key] for key in shared)
 
 
-def broken_off(told: Scenario, path: Path, after: int) -> None:
+def broken_off(scenario: Scenario, path: Path, after: int) -> None:
     """A run that dies when so many pings are done."""
 
-    def die(done: int, wanted: int) -> None:
-        assert wanted == PINGS
+    def die(done: int, total: int) -> None:
+        assert total == PINGS
         if done == after:
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        record(told, path, on_ping=die)
+        record(scenario, path, on_ping=die)
 
 
 def assert_same(stored: xr.Dataset, held: xr.Dataset) -> None:
@@ -167,32 +170,32 @@ def assert_same(stored: xr.Dataset, held: xr.Dataset) -> None:
 
 def test_a_run_that_was_interrupted_ends_with_the_same_bits(tmp_path: Path) -> None:
     """Stopped after three pings and gone on with: the bits of a run in one go, noise included, and no ping twice."""
-    told = survey(water={"noise_level_db": 60.0})
-    broken_off(told, tmp_path / "line.zarr", 3)
+    scenario = survey(water={"noise_level_db": 60.0})
+    broken_off(scenario, tmp_path / "line.zarr", 3)
     assert recorded_pings(tmp_path / "line.zarr").sum() == 3
-    told_of: list[tuple[int, int]] = []
-    record(told, tmp_path / "line.zarr", on_ping=lambda *n: told_of.append(n))
-    assert told_of == [(n, PINGS) for n in range(3, PINGS + 1)]
-    assert_same(open_recording(tmp_path / "line.zarr"), simulate(told))
+    progress: list[tuple[int, int]] = []
+    record(scenario, tmp_path / "line.zarr", on_ping=lambda *n: progress.append(n))
+    assert progress == [(n, PINGS) for n in range(3, PINGS + 1)]
+    assert_same(open_recording(tmp_path / "line.zarr"), simulate(scenario))
 
 
 def test_pings_may_be_run_in_any_order_and_in_parts(tmp_path: Path) -> None:
     """Two halves, the later first, by different numbers of threads: the same recording."""
-    told = survey(water={"noise_level_db": 60.0})
+    scenario = survey(water={"noise_level_db": 60.0})
     for part, threads in ((range(4, PINGS), 1), (range(4), 2)):
-        record(told, tmp_path / "line.zarr", pings=part, threads=threads)
-    assert_same(open_recording(tmp_path / "line.zarr"), simulate(told))
+        record(scenario, tmp_path / "line.zarr", pings=part, threads=threads)
+    assert_same(open_recording(tmp_path / "line.zarr"), simulate(scenario))
 
 
 def test_a_finished_recording_is_not_simulated_again(tmp_path: Path) -> None:
     """What is there is kept: a mark put into a ping survives the same command; --overwrite wipes it."""
-    told = survey(track={"pings": 2})
-    path = record(told, tmp_path / "line.zarr")
+    scenario = survey(track={"pings": 2})
+    path = record(scenario, tmp_path / "line.zarr")
     mark = np.full_like(open_recording(path).pressure.values[1], 7)
     write_ping(path, 1, mark)
-    record(told, path)
+    record(scenario, path)
     np.testing.assert_array_equal(open_recording(path).pressure.values[1], mark)
-    record(told, path, overwrite=True)
+    record(scenario, path, overwrite=True)
     assert not (open_recording(path).pressure.values[1] == mark).any()
 
 
@@ -202,7 +205,7 @@ def correlation(one: np.ndarray, other: np.ndarray) -> float:
 
 
 def test_the_noise_is_new_at_every_ping_and_in_every_beam() -> None:
-    """Three pings and two beams of an empty sea, 500 samples each: no two series are related, all equally loud.
+    """Three pings and two beams of an empty sea, 500 samples each: no two series are related, all equally strong.
 
     Correlation of independent series is about 1 / sqrt(500) = 0.045; 0.2 is allowed. Mean power: 0.5 dB.
     """
@@ -217,25 +220,25 @@ def test_the_noise_is_new_at_every_ping_and_in_every_beam() -> None:
 
 def test_a_ship_at_rest_receives_the_same_bed_at_every_ping() -> None:
     """No noise, no jitter: the same bits; with jitter each ping shakes its own replicas, and only a part is common."""
-    told = {"track": {"pings": 2, "window": (0.19, 0.2)}}
-    still = simulate(nominal(**told, paths={"geometry": "slice"})).pressure.values[:, 0]
+    settings = {"track": {"pings": 2, "window": (0.19, 0.2)}}
+    still = simulate(nominal(**settings, paths={"geometry": "slice"})).pressure.values[:, 0]
     np.testing.assert_array_equal(still[0], still[1])
-    shaken = simulate(nominal(**told, paths={"geometry": "slice", "jitter": 1.0})).pressure.values[:, 0]
+    shaken = simulate(nominal(**settings, paths={"geometry": "slice", "jitter": 1.0})).pressure.values[:, 0]
     assert correlation(*shaken) < 0.3
     assert correlation(still[0], shaken[0]) < 0.3
 
 
-def test_speckle_is_forgotten_as_the_ship_moves_on() -> None:
-    """Heard from half an aperture further much is common; a whole beam's footprint further nothing is.
+def test_speckle_decorrelates_as_the_ship_moves_on() -> None:
+    """Received from half an aperture further much is common; a whole beam's footprint further nothing is.
 
     The field of a rough bed decorrelates over the length of the array that made it (van Cittert 1934, Zernike 1938).
     """
 
     def after(step: float) -> float:
-        told = dict(nominal(paths={"max_reflections": 0, "beam_cutoff_db": -40}, line={"length": 0.5}))
+        settings = dict(nominal(paths={"max_reflections": 0, "beam_cutoff_db": -40}, line={"length": 0.5}))
         track = {"kind": "line", "start": (0.0, 0.0, 11.0), "speed": step, "interval": 1.0, "pings": 2}
         return correlation(
-            *simulate(Scenario(**{**told, "track": {**track, "window": (0.12, 0.14)}})).pressure.values[:, 0]
+            *simulate(Scenario(**{**settings, "track": {**track, "window": (0.12, 0.14)}})).pressure.values[:, 0]
         )
 
     near, half, far = after(0.02), after(0.25), after(3.0)

@@ -1,4 +1,4 @@
-"""Labels of uneven ground come from the very points that are recorded, and say what the general path says."""
+"""Labels of uneven ground come from the very points that are recorded, and state what the general path states."""
 
 from dataclasses import replace
 
@@ -90,8 +90,8 @@ def test_a_coherent_recording_has_labels_of_fewer_points():
     one, other = (
         label_ping(build_simulator(made(0, targets=[CRATE], field=field)), 0) for field in ("coherent", "incoherent")
     )
-    loud = other.expected_intensity > 1e-3 * other.expected_intensity.max()
-    ratio = 10 * np.log10(one.expected_intensity[loud] / other.expected_intensity[loud])
+    strong = other.expected_intensity > 1e-3 * other.expected_intensity.max()
+    ratio = 10 * np.log10(one.expected_intensity[strong] / other.expected_intensity[strong])
     assert np.sqrt(np.mean(ratio**2)) < 0.3 and abs(ratio.mean()) < 0.02
     for name in ("highlight", "shadow", "shadowing_object", "strongest_object"):
         assert np.mean(getattr(one, name) == getattr(other, name)) > 0.99, name

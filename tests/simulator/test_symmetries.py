@@ -1,4 +1,7 @@
-"""What physics does not notice, the simulator does not notice: where north is, who calls and who listens."""
+"""What physics does not depend on, the simulator does not depend on.
+
+Where north is, which end transmits and which receives.
+"""
 
 from dataclasses import fields
 
@@ -14,8 +17,8 @@ from insonify.scene.scatterers import Scatterers
 from insonify.scene.scene import Scene, point_scatterer
 from insonify.scene.target import PointTarget
 from insonify.simulator import arrivals, levels, simulate
-from oracles.listening import relative_rms
 from oracles.scenes import nominal, point
+from oracles.time_series import relative_rms
 
 DEPTH = 20.0
 COORDINATE = st.floats(-300, 300, allow_nan=False)
@@ -78,7 +81,7 @@ def test_every_order_brings_two_families_that_start_apart(order: int) -> None:
 
 @given(st.integers(0, 8), st.sampled_from(["seabed", "surface", "target"]))
 def test_a_boundary_keeps_the_families_that_do_not_end_on_it(order: int, boundary: str) -> None:
-    """Of 2 n + 1, n + 1 on a boundary, all on a target; order kept, and asking twice changes nothing."""
+    """Of 2 n + 1, n + 1 on a boundary, all on a target; order kept, and requesting twice changes nothing."""
     kept = families_reaching(boundary, families_up_to(order))
     assert len(kept) == (2 * order + 1 if boundary == "target" else order + 1)
     assert families_reaching(boundary, kept) == kept
@@ -178,13 +181,13 @@ def test_a_lattice_that_moves_with_its_world_keeps_its_echoes() -> None:
 def test_six_decibels_are_a_factor_of_two_in_pressure(field: str) -> None:
     """20 log10 2 more source level: pressure doubled, intensity quadrupled, to single precision; speckle and all."""
     twice = 20 * np.log10(2)
-    quiet, loud = (
+    quiet, strong = (
         simulate(nominal(field=field, track=SHORT, sonar={"source_level_db": level},
                          paths={"geometry": "slice"}))
         for level in (200.0, 200.0 + twice)
     )  # fmt: skip
     name, factor = ("pressure", 2) if field == "coherent" else ("intensity", 4)
-    assert relative_rms(loud[name].values, factor * quiet[name].values) < 1e-6
+    assert relative_rms(strong[name].values, factor * quiet[name].values) < 1e-6
 
 
 @pytest.mark.parametrize("strength", [-27.0, -17.0])
@@ -201,21 +204,21 @@ def test_ten_decibels_of_scattering_are_a_factor_in_energy(strength: float) -> N
 def test_two_targets_sound_as_one_and_the_other() -> None:
     """The wave equation is linear: pressures of two buoys add, sample by sample, to single precision."""
     buoys = [point(0, 149, 15, label="one"), point(0.5, 150.5, 17, label="other")]
-    told = {"track": SHORT, "paths": {"contributions": ["target"]}}
-    alone = [simulate(nominal(targets=[buoy], **told)).pressure.values for buoy in buoys]
-    both = simulate(nominal(targets=buoys, **told)).pressure.values
+    values = {"track": SHORT, "paths": {"contributions": ["target"]}}
+    alone = [simulate(nominal(targets=[buoy], **values)).pressure.values for buoy in buoys]
+    both = simulate(nominal(targets=buoys, **values)).pressure.values
     assert relative_rms(both, alone[0] + alone[1]) < 2e-6
 
 
-def test_caller_and_listener_may_change_places() -> None:
+def test_transmitter_and_receiver_may_change_places() -> None:
     """Two unlike omnidirectional ends, exchanged: the same arrivals with out and back exchanged, the same sound."""
     ends = ({"kind": "point", "length": None, "offset": (2.0, 0.0, -1.0)},
             {"kind": "point", "length": None, "offset": (-1.0, 0.5, 2.0)})  # fmt: skip
-    told = {"targets": [point(0, 150, 15)], "track": SHORT, "paths": {"contributions": ["target"]}}
-    one = nominal(transmit=ends[0], receive=ends[1], **told)
-    other = nominal(transmit=ends[1], receive=ends[0], **told)
+    values = {"targets": [point(0, 150, 15)], "track": SHORT, "paths": {"contributions": ["target"]}}
+    one = nominal(transmit=ends[0], receive=ends[1], **values)
+    other = nominal(transmit=ends[1], receive=ends[0], **values)
     assert relative_rms(simulate(one).pressure.values, simulate(other).pressure.values) < 1e-6
-    forth, back = (arrivals(told) for told in (one, other))
+    forth, back = (arrivals(values) for values in (one, other))
     delays = {(a, b): t for a, b, t in zip(forth.transmit_family, forth.receive_family, forth.delay, strict=True)}
     for a, b, t in zip(back.transmit_family, back.receive_family, back.delay, strict=True):
         assert delays[b, a] == pytest.approx(t, abs=1e-12)
@@ -231,7 +234,7 @@ def test_a_mirrored_world_is_received_by_the_other_side() -> None:
     assert relative_rms(left.pressure.values, right.pressure.values) < 1e-6
 
 
-def test_twice_the_way_is_twelve_decibels_less() -> None:
+def test_twice_the_path_is_twelve_decibels_less() -> None:
     """40 log10 2 in water that takes nothing: a point at 30 m and at 60 m, straight ahead of the sonar."""
     level = [
         levels(

@@ -27,10 +27,10 @@ def standing(shape: str, high: float, smooth: float | None, **lie: object) -> di
     return {**body, "face_reflection_coefficient": smooth, **lie}
 
 
-def heard(target: dict[str, object], field: str, *causes: str, **paths: object) -> Scenario:
-    """A target about whose echo one ping of one bounce each way is heard."""
-    told = {"contributions": ["target", *causes], "max_reflections": 1, **paths}
-    return nominal(targets=[target], field=field, paths=told, surface={"scattering": None}, **SHORT)
+def scenario_of(target: dict[str, object], field: str, *causes: str, **paths: object) -> Scenario:
+    """A target about whose echo one ping of one bounce each way is received."""
+    settings = {"contributions": ["target", *causes], "max_reflections": 1, **paths}
+    return nominal(targets=[target], field=field, paths=settings, surface={"scattering": None}, **SHORT)
 
 
 @pytest.mark.parametrize(
@@ -42,20 +42,23 @@ def test_a_pile_through_the_surface_is_recorded_as_the_pile_cut_there(shape, smo
     under = 10.0 + lie.get("burial_depth", 0.0)
     tall, cut = (standing(shape, high, smooth, **lie) for high in (12.0, under))
     for field, values in (("coherent", "pressure"), ("incoherent", "intensity")):
-        found, told = (
-            simulate(heard(body, field, "seabed", edge_diffraction="knife-edge"))[values].values for body in (tall, cut)
+        found, expected = (
+            simulate(scenario_of(body, field, "seabed", edge_diffraction="knife-edge"))[values].values
+            for body in (tall, cut)
         )
-        assert np.abs(told).max() > 0
-        np.testing.assert_allclose(found, told, rtol=0, atol=1e-6 * np.abs(told).max())
-    found, told = (labels(heard(body, "incoherent", edge_diffraction="knife-edge")) for body in (tall, cut))
+        assert np.abs(expected).max() > 0
+        np.testing.assert_allclose(found, expected, rtol=0, atol=1e-6 * np.abs(expected).max())
+    found, expected = (labels(scenario_of(body, "incoherent", edge_diffraction="knife-edge")) for body in (tall, cut))
     np.testing.assert_allclose(
-        found.object_intensity.values, told.object_intensity.values, atol=1e-6 * told.object_intensity.values.max()
+        found.object_intensity.values,
+        expected.object_intensity.values,
+        atol=1e-6 * expected.object_intensity.values.max(),
     )
-    np.testing.assert_allclose(found.position.values, told.position.values, atol=1e-6)
+    np.testing.assert_allclose(found.position.values, expected.position.values, atol=1e-6)
 
 
 @pytest.mark.parametrize("smooth", [None, 0.5])
-def test_a_leaning_pile_goes_on_unheard_above_the_surface(smooth):
+def test_a_leaning_pile_goes_on_unreceived_above_the_surface(smooth):
     """Pitched by 75 degrees, 12 m and 14 m with the same foot: energy within 0.05 dB where it is smooth or even."""
     energies = []
     for high in (12.0, 14.0):
@@ -67,7 +70,7 @@ def test_a_leaning_pile_goes_on_unheard_above_the_surface(smooth):
             "face_reflection_coefficient": smooth,
             "position": (foot, 20.5),
         }
-        energies.append(simulate(heard(pile, "incoherent")).intensity.values.sum())
+        energies.append(simulate(scenario_of(pile, "incoherent")).intensity.values.sum())
     assert 10 * np.log10(energies[1] / energies[0]) == pytest.approx(0, abs=0.05)
 
 
@@ -78,7 +81,7 @@ def test_a_leaning_pile_goes_on_unheard_above_the_surface(smooth):
 ])  # fmt: skip
 def test_no_point_and_no_face_is_above_the_surface(target):
     """Drawn points, even points, patches, and triangles that cast shadows: all in the water, up to the surface."""
-    ready = build_simulator(heard(target, "coherent"))
+    ready = build_simulator(scenario_of(target, "coherent"))
     scene, here = ready.scenario.scene, ready.ping_geometry(0)
     for even in (True, False):
         for points in target_points(scene, ready.scenario.paths, 1, here, 0.15, quadrature=even):

@@ -1,4 +1,4 @@
-"""Claims about textured ground as it is heard: K-distributed where resolved, as loud in the mean."""
+"""Claims about textured ground as it is received: K-distributed where resolved, as strong in the mean."""
 
 import numpy as np
 import pytest
@@ -48,8 +48,8 @@ def k_distribution(intensity):
 def power_of(beds):
     """Power of textured beds over that of the plain mean bed, one sample in three: (beds, 417)."""
     scenarios = [textured().model_copy(update={"seed": seed}) for seed in range(beds)]
-    heard = each_ping(scenarios, pressure)
-    return (np.abs(heard) ** 2 / closed_form(build_simulator(scenarios[0]).grid.time))[:, ::3]
+    received = each_ping(scenarios, pressure)
+    return (np.abs(received) ** 2 / closed_form(build_simulator(scenarios[0]).grid.time))[:, ::3]
 
 
 @pytest.fixture(scope="module")
@@ -90,12 +90,12 @@ def test_both_readings_receive_the_same_texture():
     """
     here = textured(window=(0.05, 0.08), seabed={"seed": 5})
     beds = [here.model_copy(update={"seed": seed}) for seed in range(8)]
-    heard = np.mean(np.abs(each_ping(beds, pressure)) ** 2, axis=0)
+    received = np.mean(np.abs(each_ping(beds, pressure)) ** 2, axis=0)
     expected = simulate(here.model_copy(update={"field": "incoherent"})).intensity.values[0, 0]
-    assert 10 * np.log10(np.mean(heard / expected)) == pytest.approx(0, abs=0.25)
+    assert 10 * np.log10(np.mean(received / expected)) == pytest.approx(0, abs=0.25)
     plain = closed_form(build_simulator(here).grid.time)
     assert np.std(expected / plain) > 0.4
-    assert np.corrcoef(heard / plain, expected / plain)[0, 1] > 0.6
+    assert np.corrcoef(received / plain, expected / plain)[0, 1] > 0.6
 
 
 def test_texture_leaves_the_mean_level():
@@ -103,19 +103,19 @@ def test_texture_leaves_the_mean_level():
     fine = textured(length=0.05, field="incoherent")
     beds = [fine.model_copy(update={"seed": seed}) for seed in range(16)]
     plain = simulate(textured(shape=None, field="incoherent")).intensity.values[0, 0]
-    heard = each_ping(beds, lambda bed: simulate(bed, threads=1).intensity.values[0, 0])
-    assert 10 * np.log10(np.mean(heard / plain)) == pytest.approx(0, abs=0.1)
+    received = each_ping(beds, lambda bed: simulate(bed, threads=1).intensity.values[0, 0])
+    assert 10 * np.log10(np.mean(received / plain)) == pytest.approx(0, abs=0.1)
 
 
 def test_texture_is_in_labels_as_in_the_expected_intensity():
     """The same even points, the same sums: to rounding."""
     here = textured(window=(0.05, 0.06), field="incoherent")
     here = here.model_copy(update={"paths": here.paths.model_copy(update={"scatterers_per_cell": POINTS})})
-    told, heard = labels(here).expected_intensity.values[0], simulate(here).intensity.values[0, 0]
-    np.testing.assert_allclose(told, heard, rtol=1e-5)
+    labelled, received = labels(here).expected_intensity.values[0], simulate(here).intensity.values[0, 0]
+    np.testing.assert_allclose(labelled, received, rtol=1e-5)
 
 
-def test_the_quick_way_over_relief_receives_the_texture_too(monkeypatch):
+def test_fast_reverberation_over_relief_receives_the_texture_too(monkeypatch):
     """Against the general way over the same textured ground, 5 ms: mean within 0.15 dB."""
     here = textured(window=(0.07, 0.075), field="incoherent", seabed={"relief": RELIEF})
     quick = simulate(here).intensity.values[0, 0]
@@ -126,7 +126,7 @@ def test_the_quick_way_over_relief_receives_the_texture_too(monkeypatch):
 
 
 def test_a_texture_draws_no_other_scatterers():
-    """A texture so even that nobody sees it, 3 % rms: it draws no other scatterers, and sound stays within that."""
+    """A texture so even that it has no effect, 3 % rms: it draws no other scatterers, and sound stays within that."""
     still, plain = (pressure(textured(window=(0.05, 0.055), shape=shape)) for shape in (1000.0, None))
     assert np.max(np.abs(still - plain)) < 0.2 * np.sqrt(np.mean(np.abs(plain) ** 2))
     assert np.mean(np.abs(still - plain) ** 2) < 1e-3 * np.mean(np.abs(plain) ** 2)

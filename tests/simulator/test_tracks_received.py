@@ -1,4 +1,7 @@
-"""Claims about what is heard along a track that turns, sways and dives: places keep their scatterers, worlds move."""
+"""Claims about what is received along a track that turns, sways and dives.
+
+Places keep their scatterers, worlds move.
+"""
 
 import numpy as np
 import pytest
@@ -18,9 +21,9 @@ SIDES = {"sides": ["port", "starboard"]}
 
 def scene(track, **changes):
     """A survey with both sides, direct paths, over a bed alone."""
-    told = nominal(sonar=SIDES, paths={"max_reflections": 0, "contributions": ["seabed"]}, **changes)
-    plain = told.model_dump(mode="json", exclude={"track"})
-    return type(told)(**plain, track=track)
+    scenario = nominal(sonar=SIDES, paths={"max_reflections": 0, "contributions": ["seabed"]}, **changes)
+    plain = scenario.model_dump(mode="json", exclude={"track"})
+    return type(scenario)(**plain, track=track)
 
 
 def test_a_place_keeps_its_scatterer_along_a_track_that_turns_and_heaves():
@@ -44,18 +47,21 @@ def test_a_place_keeps_its_scatterer_along_a_track_that_turns_and_heaves():
 
 def test_a_scene_moved_as_a_whole_sounds_the_same():
     """Track and lattice moved and turned together: the same echoes, but for rounding in the places."""
-    heard = simulate(scene(ROUND), pings=[14]).pressure.values
+    received = simulate(scene(ROUND), pings=[14]).pressure.values
     c, s = np.cos(0.6), np.sin(0.6)
     moved = [(1000 + c * n - s * e, -500 + s * n + c * e, z) for n, e, z in ROUND["waypoints"]]
     bed = {"depth": 20.0, "scattering": {"law": "lambert"}, "reflection": 0.35,
            "scatterer_grid": {"origin": (1000, -500), "heading": 0.6}}  # fmt: skip
     again = simulate(scene({**ROUND, "waypoints": moved}, seabed=bed), pings=[14]).pressure.values
-    error = np.sqrt(np.mean(np.abs(again - heard) ** 2) / np.mean(np.abs(heard) ** 2))
+    error = np.sqrt(np.mean(np.abs(again - received) ** 2) / np.mean(np.abs(received) ** 2))
     assert error < 1e-4
 
 
 def test_truth_and_log_stand_side_by_side_in_the_recording():
-    """Position and attitude are true; the logged ones are wrong by what was asked; the sound knows only the truth."""
+    """Position and attitude are true; the logged ones are wrong by what was requested.
+
+    The sound depends only on the truth.
+    """
     wrong = {"north": {"offset": "3 m"}, "roll": {"noise": "1 deg"}}
     track = {"kind": "line", "start": (0, 0, 11), "speed": 2, "pings": 3, "window": (0.05, 0.051)}
     plain, logged = (simulate(scene({**track, "navigation_errors": errors})) for errors in ({}, wrong))
@@ -66,7 +72,7 @@ def test_truth_and_log_stand_side_by_side_in_the_recording():
 
 
 @pytest.mark.parametrize(
-    ("changes", "said"),
+    ("changes", "message"),
     [
         ({"waypoints": ((0, 0, 9), (40, 0, 21))}, r"track.waypoints: ping 39, the first of 3 such pings, puts the port "
                                                   r"transmit array at or below the seabed \(20 m\), at 20.2"),
@@ -76,7 +82,7 @@ def test_truth_and_log_stand_side_by_side_in_the_recording():
          r"track.waypoints: 25 m puts the port transmit array at or below the seabed"),
     ],
 )  # fmt: skip
-def test_a_track_through_a_boundary_is_refused_with_its_ping(changes, said):
+def test_a_track_through_a_boundary_is_refused_with_its_ping(changes, message):
     """Ping and depth; with motion too."""
-    with pytest.raises(ValidationError, match=said):
+    with pytest.raises(ValidationError, match=message):
         scene({**ROUND, "turn_radius": 0, "motion": {}} | changes)

@@ -54,7 +54,7 @@ CRATE = {"shape": "box", "label": "crate", "size": [4.0, 2.0, 1.5]}
 def test_a_crate_to_port_is_received_as_the_same_crate_to_starboard(order):
     """Ripples that run to the east are their own mirror image: echo and shadow to 0.3 dB, bare ground to 0.05 dB.
 
-    Points on the crate are laid out along its own axes, not mirrored ones.
+    Points on the crate are placed along its own axes, not mirrored ones.
     """
     where = {"paths": {"max_reflections": order}}
     left = sides(targets=[{**CRATE, "position": [0.3, -20.0], "heading": -0.2}], **where)
@@ -66,7 +66,7 @@ def test_a_crate_to_port_is_received_as_the_same_crate_to_starboard(order):
 
 @pytest.mark.parametrize("roll", [5.0, 12.0])
 def test_a_roll_gives_to_one_side_what_it_takes_from_the_other(roll):
-    """Rolled to starboard, starboard hears what port does rolled to port; and unlike without."""
+    """Rolled to starboard, starboard receives what port does rolled to port; and unlike without."""
     there, back = (sides(track={"roll": f"{sign * roll} deg"}) for sign in (1, -1))
     assert level(there[1], back[0]) == pytest.approx(0, abs=0.05)
     assert level(there[0], back[1]) == pytest.approx(0, abs=0.05)
@@ -74,7 +74,7 @@ def test_a_roll_gives_to_one_side_what_it_takes_from_the_other(roll):
 
 
 def test_a_ship_that_goes_the_other_way_receives_the_other_side():
-    """Turned by half a circle, port hears what starboard heard: the same ground, to 0.1 dB in any 2 ms."""
+    """Turned by half a circle, port receives what starboard received: the same ground, to 0.1 dB in any 2 ms."""
     fractal = {"relief": {"kind": "power-law", "hurst": 0.8, "rms": "3 cm"}}
     ahead = sides(seabed=fractal)
     astern = sides(seabed=fractal, track={"heading": "180 deg"})
@@ -85,7 +85,7 @@ def test_a_ship_that_goes_the_other_way_receives_the_other_side():
 
 
 def test_each_side_alone_is_that_side_of_both():
-    """A sonar of one side hears no less and no more than it does beside the other: bit for bit."""
+    """A sonar of one side receives no less and no more than it does beside the other: bit for bit."""
     both = sides()
     for k, name in enumerate(("port", "starboard")):
         np.testing.assert_array_equal(sides(sonar={"sides": [name]})[0], both[k])
@@ -120,18 +120,18 @@ SURVEY = {
 def surveyed() -> Scenario:
     """Eight pings of a ship that rolls, heaves and yaws over a fractal bed with a crate."""
     fractal = {**SHIP["seabed"], "relief": {"kind": "power-law", "hurst": 0.8, "rms": "3 cm"}}
-    told = {
+    values = {
         **SHIP,
         "seabed": fractal,
         "track": SURVEY,
         "targets": [{**CRATE, "position": [2.0, 9.0], "size": [0.5, 0.3, 0.3]}],
     }
-    return Scenario.model_validate({**told, "paths": {"max_reflections": 1}})
+    return Scenario.model_validate({**values, "paths": {"max_reflections": 1}})
 
 
 @pytest.fixture(scope="module")
 def whole() -> np.ndarray:
-    """All pings, heard side by side."""
+    """All pings, received side by side."""
     return np.asarray(simulate(surveyed(), threads=2).intensity.values)
 
 
@@ -144,8 +144,8 @@ def test_any_pings_in_any_order_are_those_of_the_survey(whole, pings, threads):
 
 def test_a_ping_of_a_survey_is_that_of_a_ship_that_lies_still_there():
     """Of a ship that stops and hops, place and attitude of a ping are all that matters, to a millionth."""
-    told = surveyed()
-    scenario = told.model_copy(update={"track": told.track.model_copy(update={"stop_and_hop": True})})
+    described = surveyed()
+    scenario = described.model_copy(update={"track": described.track.model_copy(update={"stop_and_hop": True})})
     whole = simulate(scenario).intensity.values
     poses = build_simulator(scenario).platforms.transmitter_poses
     for ping in (1, 6):

@@ -14,7 +14,7 @@ from insonify.scenario.write import to_yaml
 from insonify.simulator import arrivals, build_simulator, levels, simulate
 from insonify.synthesis.coherence_factors import split_by_coherence
 from insonify.validity import PhysicsWarning
-from simulator.test_two_platforms import GOES, LISTENS, SAND, STAYS, told
+from simulator.test_two_platforms import GOES, RECEIVES, SAND, STAYS, scenario_of
 from synthesis.oracle import relative_rms
 
 CALM = {"sound_speed": 1500.0, "absorption_db_per_m": 0.0, "noise_level_db": None}
@@ -24,11 +24,11 @@ WAY = float(np.linalg.norm(np.subtract(FAR, (0.0, 0.0, 11.0))))
 
 
 def uneven(rms=1e-4, length=2.0, *, families=("D",), targets=(ONE,), **top):
-    """Point targets in uneven water, one platform unless told otherwise."""
+    """Point targets in uneven water, one platform unless given otherwise."""
     top.setdefault("receiver_track", None)
     top.setdefault("paths", {"contributions": ["target"], "families": list(families)})
     patches = {"rms_index": rms, "correlation_length": length, **top.pop("patches", {})}
-    return told(water={**CALM, "inhomogeneity": patches}, targets=list(targets), **top)
+    return scenario_of(water={**CALM, "inhomogeneity": patches}, targets=list(targets), **top)
 
 
 def phase_variance(scenario, way=WAY):
@@ -38,7 +38,7 @@ def phase_variance(scenario, way=WAY):
 
 def test_water_without_changes_is_even_to_the_bit():
     """rms_index 0 gives the bits of no inhomogeneity; a seed gives the same bits again; another other delays."""
-    plain = simulate(told(targets=[ONE], receiver_track=None, water=CALM)).pressure.values
+    plain = simulate(scenario_of(targets=[ONE], receiver_track=None, water=CALM)).pressure.values
     np.testing.assert_array_equal(simulate(uneven(0.0, families=("D", "S"))).pressure.values, plain)
     scenario = uneven(families=("D", "S"))
     once, again = simulate(scenario, threads=1).pressure.values, simulate(scenario, threads=2).pressure.values
@@ -54,8 +54,8 @@ def test_pings_through_changing_water_lose_coherence():
     error of |mean| by the ratio estimate, sqrt((1 - exp(-2 V)) / 2 N) at most: 0.032; the bar is three of them.
     """
     scenario = uneven(patches={"correlation_time": 1.0}, track={**STAYS, "pings": 500, "interval": 3.0})
-    heard = simulate(scenario).pressure.values[:, 0]
-    sample = heard[:, np.argmax(np.abs(heard[0]))]
+    received = simulate(scenario).pressure.values[:, 0]
+    sample = received[:, np.argmax(np.abs(received[0]))]
     variance = 4 * phase_variance(scenario)
     assert np.abs(sample.mean()) / np.abs(sample).mean() == pytest.approx(np.exp(-variance / 2), abs=0.095)
     turned = np.angle(sample / sample.mean())
@@ -100,7 +100,7 @@ def test_elements_share_the_delays_of_their_centre():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("receiver_track", [None, LISTENS], ids=["one platform", "two"])
+@pytest.mark.parametrize("receiver_track", [None, RECEIVES], ids=["one platform", "two"])
 def test_expectations_keep_the_mean_of_what_paths_make_together(receiver_track):
     """Paths D and S to a point near the sea, mean energy over 200 seeds: the expectation's, 3 standard errors.
 
@@ -111,7 +111,7 @@ def test_expectations_keep_the_mean_of_what_paths_make_together(receiver_track):
               "track": {**STAYS, "position": (0.0, 0.0, 1.5)}}  # fmt: skip
     scenario = uneven(4e-4, 0.8, **common)
     drawn = (simulate(scenario.model_copy(update={"seed": seed})) for seed in range(1, 201))
-    energy = [np.sum(np.abs(heard.pressure.values) ** 2) for heard in drawn]
+    energy = [np.sum(np.abs(received.pressure.values) ** 2) for received in drawn]
     expected, even = (
         np.sum(simulate(uneven(strength, 0.8, field="incoherent", **common)).intensity.values)
         for strength in (4e-4, 0.0)
@@ -128,9 +128,9 @@ def test_ends_may_be_exchanged_in_uneven_water():
         "paths": {"contributions": ["seabed", "target"], "max_reflections": 1, "scatterers_per_cell": 1},
         "seabed": SAND,
     }
-    one = uneven(track={**STAYS, **clock}, receiver_track=LISTENS, **common)
+    one = uneven(track={**STAYS, **clock}, receiver_track=RECEIVES, **common)
     back = {"kind": "static", "position": STAYS["position"]}
-    other = uneven(track={**LISTENS, **clock}, receiver_track=back, **common)
+    other = uneven(track={**RECEIVES, **clock}, receiver_track=back, **common)
     assert relative_rms(simulate(other).pressure.values[0], simulate(one).pressure.values[0]) < 1e-4
 
 
@@ -140,8 +140,8 @@ def test_levels_of_a_coherent_scenario_are_means():
     np.testing.assert_allclose(*curves, atol=1e-9)
 
 
-def test_small_patches_and_long_arrays_are_said():
-    """4 R / (k l^2) above 1, and an array longer than half a patch, are cautions with the way out."""
+def test_small_patches_and_long_arrays_are_reported():
+    """4 R / (k l^2) above 1, and an array longer than half a patch, are cautions with the fix."""
     with pytest.warns(PhysicsWarning, match="4 R / .k l.2. is .* Give patches of"):
         uneven(length=0.3)
     line = {"kind": "line", "length": 1.5, "elements": 5, "element": "omni"}
@@ -149,8 +149,8 @@ def test_small_patches_and_long_arrays_are_said():
         uneven(sonar={"receive": line, "receiver": {"bandwidth": 20e3, "record": "elements"}})
 
 
-def test_under_way_the_water_stays_where_it_is():
-    """A moving sonar in uneven water hears arrivals that make up its recording: delays are in both, to 1e-9 s."""
+def test_for_a_moving_sonar_the_water_stays_where_it_is():
+    """A moving sonar in uneven water receives arrivals that make up its recording: delays are in both, to 1e-9 s."""
     still, moving = (uneven(track={**GOES, "stop_and_hop": hop}) for hop in (True, False))
     assert _delay(still, 0) == pytest.approx(_delay(moving, 0), abs=1e-9)
 
@@ -159,8 +159,8 @@ def test_a_moving_surface_over_uneven_water_takes_work_in_proportion_to_its_pair
     """Each group of pairs that interfere follows its own legs through the water, not those of all glints."""
     followed, groups = [], []
     way, covariance = DelayField._path_points, DelayField.covariance
-    monkeypatch.setattr(DelayField, "_path_points", lambda *asked: followed.append(1) or way(*asked))
-    monkeypatch.setattr(DelayField, "covariance", lambda *asked: groups.append(1) or covariance(*asked))
+    monkeypatch.setattr(DelayField, "_path_points", lambda *arguments: followed.append(1) or way(*arguments))
+    monkeypatch.setattr(DelayField, "covariance", lambda *arguments: groups.append(1) or covariance(*arguments))
     simulate(uneven(families=("D", "S", "B", "BS", "SB"), surface={"reflection": "statistical", "wind_speed": 5.0},
                     targets=[{**ONE, "position": (10.0, 5.0, 15.0)}], field="incoherent",
                     paths={"contributions": ["target"], "max_reflections": 3}))  # fmt: skip

@@ -15,7 +15,7 @@ DEPTH, BOTTOM, SPEED = 11.0, 20.0, 1500.0
 
 
 def murky(strength=-70.0, *, window=(0.02, 0.06), families=("D",), water=None, paths=None, **top):
-    """The nominal sonar in water that answers, and nothing else heard."""
+    """The nominal sonar in water that scatters, and nothing else received."""
     paths = {"max_reflections": 2, "families": families, "contributions": ["water"], **(paths or {})}
     return nominal(water={**SILENT, "volume_strength_db": strength, **(water or {})}, track={"window": window},
                    paths=paths, **top)  # fmt: skip
@@ -72,23 +72,25 @@ def test_the_mean_coherent_echo_of_the_water_is_the_sonar_equation_and_speckles(
 
 
 def test_a_layer_is_received_at_its_own_delays():
-    """Water that answers from 2 to 4 m only, sonar at 11 m: nothing before 7 m of slant range, then the sonar equation.
+    """Water that scatters from 2 to 4 m only, sonar at 11 m.
+
+    Nothing before 7 m of slant range, then the sonar equation.
 
     Within 0.1 dB beyond the first metre; nothing before but the ringing of the receiver's filter.
     """
     scenario = murky(((2.0, -60.0), (4.0, None)), window=(0.004, 0.02))
     time = build_simulator(scenario).grid.time
-    heard = intensity(scenario)
+    received = intensity(scenario)
     expected = closed_form(time, -60.0, (2.0, 4.0))
     begin = 2 * 7.0 / SPEED
-    assert np.all(heard[time < begin - 0.3e-3] < 1e-5 * heard.max())
+    assert np.all(received[time < begin - 0.3e-3] < 1e-5 * received.max())
     late = time > 2 * 10.0 / SPEED + 0.2e-3
-    assert 10 * np.log10(np.mean(heard[late] / expected[late])) == pytest.approx(0, abs=0.1)
+    assert 10 * np.log10(np.mean(received[late] / expected[late])) == pytest.approx(0, abs=0.1)
     drawn = np.abs(pressure(scenario)) ** 2
     assert drawn[time < begin - 0.3e-3].max() < 1e-5 * drawn.max()
 
 
-def test_two_layers_answer_as_both_alone():
+def test_two_layers_scatter_as_both_alone():
     """Expected intensities add, point by point of the same shells: within 1 % in the mean."""
     rows = ((0.0, -70.0), (8.0, -60.0), (15.0, None))
     both, upper, lower = (
@@ -108,17 +110,17 @@ def test_both_readings_of_the_water_agree_by_every_path(families):
 
 
 def test_the_surface_is_worth_six_times_the_direct_paths():
-    """A sonar that hears all directions alike, far out: D and S are alike in level.
+    """A sonar that receives all directions alike, far out: D and S are alike in level.
 
     {D} alone is 1, {S} 1, and the pair D-S, arriving with S-D, 4 |A|^2 = 4: together 6, 7.8 dB, above {D}; 75 m from a
     sonar at 6 m the fringes between them average out over the depth of the water. Within 0.3 dB.
     """
-    heard = []
+    received = []
     for families in (("D",), ("D", "S")):
         made = murky(families=families, window=(0.1, 0.102), transmit=POINT, receive=POINT)
         track = made.track.model_copy(update={"position": (0.0, 0.0, 6.0)})
-        heard.append(intensity(made.model_copy(update={"track": track})).mean())
-    assert 10 * np.log10(heard[1] / heard[0]) == pytest.approx(10 * np.log10(6), abs=0.3)
+        received.append(intensity(made.model_copy(update={"track": track})).mean())
+    assert 10 * np.log10(received[1] / received[0]) == pytest.approx(10 * np.log10(6), abs=0.3)
 
 
 def test_exchanging_the_ends_changes_nothing():
@@ -126,8 +128,8 @@ def test_exchanging_the_ends_changes_nothing():
     up, down = {"offset": (0.3, 0.0, -0.3)}, {"offset": (0.0, 0.0, 0.3)}
     families = ("D", "S", "B", "SB")
     one, other = (
-        pressure(murky(families=families, window=(0.02, 0.021), transmit=sent, receive=heard))
-        for sent, heard in ((up, down), (down, up))
+        pressure(murky(families=families, window=(0.02, 0.021), transmit=sent, receive=received))
+        for sent, received in ((up, down), (down, up))
     )
     assert np.max(np.abs(one - other)) < 1e-4 * np.max(np.abs(one))
 
@@ -138,7 +140,7 @@ SCHOOL = {"label": "school", "position": (0.0, 60.0, 12.0), "size": (3.0, 2.0, 1
 
 @pytest.mark.parametrize(("form", "share"), [("box", 1.0), ("ellipsoid", np.pi / 6)])
 def test_a_small_patch_echoes_as_its_volume(form, share):
-    """Heard by a point: all its energy is that of a target of strength S_v + 10 log V at its middle, within 0.1 dB."""
+    """Received by a point: all its energy is that of a target of strength S_v + 10 log V at its middle, to 0.1 dB."""
     wide = {"transmit": POINT, "receive": POINT}
     water = {"volume_strength_db": None, "patches": [{**SCHOOL, "form": form}]}
     patch = intensity(murky(window=(0.076, 0.086), water=water, **wide))
@@ -158,7 +160,7 @@ def test_both_readings_of_a_patch_agree():
 
 
 def test_a_wall_hides_the_water_behind_it():
-    """A wall 40 m away from bed to surface, wider than the beam: what is heard beyond falls by 20 dB and more."""
+    """A wall 40 m away from bed to surface, wider than the beam: what is received beyond falls by 20 dB and more."""
     wall = {"position": (0.0, 40.0), "size": (30.0, 0.5, 19.9)}
     hidden, free = (
         intensity(murky(window=(0.06, 0.07), box=box, paths={"edge_diffraction": "none"})) for box in (wall, None)
@@ -167,13 +169,13 @@ def test_a_wall_hides_the_water_behind_it():
 
 
 def test_the_water_has_a_name_in_arrivals_levels_and_labels():
-    """Owner "water" and the patch's own label; their levels are one cause, and labels add up to the whole."""
+    """Object "water" and the patch's own label; their levels are one cause, and labels add up to the whole."""
     murk = murky(
         window=(0.078, 0.082), families=("D", "S"), water={"patches": [SCHOOL]}, paths={"contributions": ["water"]}
     )
     assert set(arrivals(murk).object) == {"water", "school"}
-    told = levels(murk)
-    water = told.level_db.sel(contribution="water", pair="all").values
+    curves = levels(murk)
+    water = curves.level_db.sel(contribution="water", pair="all").values
     np.testing.assert_allclose(10 ** (water / 10), intensity(murk), rtol=1e-6)
     named = labels(murk)
     assert list(named.object.values) == ["seabed", "surface", "water", "school"]
@@ -183,7 +185,7 @@ def test_the_water_has_a_name_in_arrivals_levels_and_labels():
 
 
 def test_a_place_in_the_water_keeps_its_scatterer_from_ping_to_ping():
-    """A sonar under way: places heard at two pings have the same key, position and phase at both."""
+    """A moving sonar: places received at two pings have the same key, position and phase at both."""
     line = {"kind": "line", "start": (0.0, 0.0, 11.0), "position": None, "heading": 0.3, "speed": 2.0, "pings": 3,
             "interval": 0.5, "window": (0.03, 0.04)}  # fmt: skip
     murk = murky()
@@ -221,7 +223,7 @@ def test_threads_change_no_bit():
 
 
 @pytest.mark.slow
-def test_nearly_even_water_answers_as_even_water_does():
+def test_nearly_even_water_scatters_as_even_water_does():
     """1 mm/s over 20 m: rays solved for in layers against images of the sonar, over ground with relief, in 3 ms.
 
     Expected intensities in the mean to 0.02 dB; blocks that lie all under the ground are no error.

@@ -34,7 +34,7 @@ def test_a_row_may_run_to_the_left_and_may_be_one_angle():
 
 @given(st.integers(1, 60), st.integers(1, 60), st.integers(1, 400))
 def test_the_step_that_is_advised_works(first, last, step):
-    """Whoever writes what the message says is not corrected again."""
+    """A value as the message states it is accepted."""
     row = (f"-{first} deg", f"{last} deg")
     try:
         steer(*row, f"{step / 10} deg")
@@ -45,7 +45,7 @@ def test_the_step_that_is_advised_works(first, last, step):
 
 
 @pytest.mark.parametrize(
-    ("row", "answer"),
+    ("row", "message"),
     [
         (("-6 deg", "6 deg", "-1 deg"), "step: -1 deg does not lead from -6 to 6 deg; write 1 deg."),
         (("6 deg", "-6 deg", "1 deg"), "step: 1 deg does not lead from 6 to -6 deg; write -1 deg."),
@@ -58,9 +58,9 @@ def test_the_step_that_is_advised_works(first, last, step):
         (("-1e-999999999 deg", "1e999999999 deg", "1 deg"), "to: 1e999999999 deg is not an angle"),
     ],
 )
-def test_a_wrong_row_is_reported_with_the_remedy(row, answer):
-    """At the guilty key, all of them at once."""
-    with pytest.raises(ValidationError, match=re.escape(answer)):
+def test_a_wrong_row_is_reported_with_the_remedy(row, message):
+    """At the wrong key, all of them at once."""
+    with pytest.raises(ValidationError, match=re.escape(message)):
         steer(*row)
 
 

@@ -83,7 +83,7 @@ def test_weights_are_even_and_not_negative(shading):
     assert (weight.min() > -1e-12 and np.argmax(weight) == 250) or shading == "uniform"
 
 
-def test_taylors_first_lobe_is_as_deep_as_it_says():
+def test_taylors_first_lobe_is_as_deep_as_it_states():
     """Thirty decibels under the main lobe, and the next ones no higher."""
     x = np.linspace(1.6, 12, 20_000)
     lobes = 20 * np.log10(np.abs(pattern(x, "taylor")[0]) + 1e-12)

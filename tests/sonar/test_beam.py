@@ -110,7 +110,7 @@ def test_a_line_array_receives_all_elevations_alike():
 
 
 def test_elements_decide_what_is_behind():
-    """Omni hears behind the array, a baffle does not, a cosine fades to the side."""
+    """Omni receives behind the array, a baffle does not, a cosine fades to the side."""
     d = np.array([[1, 0, 0], [-1, 0, 0], [0.6, 0, 0.8], [-0.02, 0, np.sqrt(1 - 4e-4)]])
     expected = {"omni": [1, 1, 1, 1], "baffled": [1, 0, 1, 0], "cosine": [1, 0, 0.6, 0]}
     for element, gain in expected.items():
@@ -178,8 +178,8 @@ def test_no_beam_is_stronger_than_its_bound(array, margin):
     aside /= np.linalg.norm(aside, axis=-1)[..., None]
     away = margin * np.random.default_rng(7).uniform(size=(20, 400, 1))
     near = np.cos(away) * centre + np.sin(away) * aside
-    loudest = np.abs(beam.gain(near)).max(axis=(0, 1))
-    assert np.all(loudest <= bound + 1e-12)
+    strongest = np.abs(beam.gain(near)).max(axis=(0, 1))
+    assert np.all(strongest <= bound + 1e-12)
 
 
 def test_the_bound_is_worth_having():
@@ -232,7 +232,7 @@ def test_large_arrays_are_tabulated_in_proportion_to_their_lobes(array):
     assert process_time() - start < 3
 
 
-def test_a_beam_cannot_be_steered_where_its_elements_are_deaf():
+def test_a_beam_cannot_be_steered_where_its_elements_are_insensitive():
     """A piston two wavelengths wide has its null at 30 deg: unit gain there has no meaning."""
     array = LineArray(length=40 * WAVELENGTH, elements=20, element="piston", steer="30 deg")
     with pytest.raises(ValueError, match="Steer closer to boresight"):

@@ -15,10 +15,10 @@ ARRAYS = [
     PlanarArray(width=0.4, height=0.1, steer="20 deg"),
     PointTransducer(),
 ]
-TOLD = [array.kind for array in ARRAYS]
+KINDS = [array.kind for array in ARRAYS]
 
 
-@pytest.mark.parametrize("array", ARRAYS, ids=TOLD)
+@pytest.mark.parametrize("array", ARRAYS, ids=KINDS)
 @given(st.floats(-np.pi, np.pi), st.floats(-1.5, 1.5))
 def test_turned_beams_are_the_same_beams(array, bearing, tilt):
     """Attitude is no part of the pattern: whatever is kept by it serves a sonar that rolls."""
@@ -28,9 +28,9 @@ def test_turned_beams_are_the_same_beams(array, bearing, tilt):
     assert beams(array, FREQUENCY, SPEED, mounting_rotation(bearing, tilt)).pattern_key == bare.pattern_key
 
 
-@pytest.mark.parametrize("array", ARRAYS, ids=TOLD)
+@pytest.mark.parametrize("array", ARRAYS, ids=KINDS)
 def test_the_same_array_has_the_same_pattern_when_requested_again(array):
-    """Two nouns of equal fields share their tables, and with them the pattern."""
+    """Two models of equal fields share their tables, and with them the pattern."""
     again = type(array)(**array.model_dump())
     assert beams(again, FREQUENCY, SPEED).pattern_key == beams(array, FREQUENCY, SPEED).pattern_key
 
@@ -57,15 +57,15 @@ def test_another_frequency_is_another_pattern():
 def test_one_beam_of_many_is_distinguished_from_the_others():
     """Each channel alone has a pattern of its own, and none has that of all."""
     fan = beams(ARRAYS[1], FREQUENCY, SPEED)
-    told = {fan.single_beam(channel).pattern_key for channel in range(3)}
-    assert len(told) == 3 and fan.pattern_key not in told
+    keys = {fan.single_beam(channel).pattern_key for channel in range(3)}
+    assert len(keys) == 3 and fan.pattern_key not in keys
     assert fan.single_beam(1).pattern_key == fan.single_beam(1).pattern_key
 
 
 @pytest.mark.parametrize(
     "other", [*ARRAYS, PlanarArray(width=0.4, height=0.1, steer="21 deg")], ids=lambda one: one.kind
 )
-@pytest.mark.parametrize("array", ARRAYS, ids=TOLD)
+@pytest.mark.parametrize("array", ARRAYS, ids=KINDS)
 def test_equal_beams_have_equal_gains_and_no_others_are_equal(array, other):
     """Beams of two arrays are equal where the arrays are, whether the fields of one were written or are defaults."""
     again = type(other)(**other.model_dump())

@@ -34,16 +34,16 @@ def everywhere(count=40, seed=1):
 
 
 @pytest.mark.parametrize("element", ["omni", "baffled", "cosine", "piston"])
-@pytest.mark.parametrize("told", [LINE, PANEL], ids=["line", "panel"])
-def test_a_beam_is_its_element_times_what_steering_makes_of_it(told, element):
+@pytest.mark.parametrize("values", [LINE, PANEL], ids=["line", "panel"])
+def test_a_beam_is_its_element_times_what_steering_makes_of_it(values, element):
     """Steered, shaded, turned about three axes: every point of the array added up in the world, to 2e-7."""
-    panel = "height" in told
+    panel = "height" in values
     steers = [(-0.4, 0.2), (0.1, 0.2)] if panel else [(-0.4, 0.0), (0.1, 0.0), (0.6, 0.0)]
     right = tuple(steer[0] for steer in steers)
     if panel:
-        array = PlanarArray(**told, element=element, steer=right, steer_down=0.2)
+        array = PlanarArray(**values, element=element, steer=right, steer_down=0.2)
     else:
-        rest = {"length": told["width"], "elements": told["columns"], "shading": told["shading"]}
+        rest = {"length": values["width"], "elements": values["columns"], "shading": values["shading"]}
         array = LineArray(**rest, element=element, steer=right)
     frame = axes(heading=0.7, pitch=0.2, roll=-0.3, tilt=0.1)
     made = beams(array, FREQUENCY, SPEED, frame.T).kernel_tables
@@ -52,12 +52,12 @@ def test_a_beam_is_its_element_times_what_steering_makes_of_it(told, element):
         np.testing.assert_allclose([w, u, v], way @ frame, atol=1e-15)
         one = element_amplitude(made, w, u, v)
         for channel, steer in enumerate(steers):
-            whole = gain(way, frame, WAVELENGTH, steer, **told, element=element)
+            whole = gain(way, frame, WAVELENGTH, steer, **values, element=element)
             assert one * beam_amplitude(made, channel, u, v) == pytest.approx(whole, abs=2e-7)
 
 
 def test_one_beam_of_a_fan_has_the_columns_of_its_own():
-    """Kernels told of one beam alone, or of the fan: the same numbers, bit for bit."""
+    """Kernels of one beam alone, or of the fan: the same numbers, bit for bit."""
     fan = beams(LineArray(length=0.3, element="cosine", steer=(-0.3, 0.0, 0.4)), FREQUENCY, SPEED)
     for channel in range(3):
         alone = fan.single_beam(channel).kernel_tables

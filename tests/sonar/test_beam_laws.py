@@ -1,4 +1,4 @@
-"""Laws that every beam obeys, whatever its array: scale, mirror, energy, period, product."""
+"""Laws that every beam satisfies, whatever its array: scale, mirror, energy, period, product."""
 
 import numpy as np
 import pytest
@@ -38,10 +38,10 @@ def ahead(right):
 @settings(max_examples=20, deadline=None)
 def test_only_the_length_in_wavelengths_counts(factor, shading, element):
     """An array and a frequency scaled together have the same beam, and so has another speed of sound."""
-    told = {"shading": shading, "element": element, "steer": [0.3]}
-    one = beams(LineArray(length=0.2, **told), FREQUENCY, SPEED).gain(everywhere())
-    scaled = beams(LineArray(length=0.2 * factor, **told), FREQUENCY / factor, SPEED).gain(everywhere())
-    slower = beams(LineArray(length=0.2, **told), FREQUENCY * factor, SPEED * factor).gain(everywhere())
+    values = {"shading": shading, "element": element, "steer": [0.3]}
+    one = beams(LineArray(length=0.2, **values), FREQUENCY, SPEED).gain(everywhere())
+    scaled = beams(LineArray(length=0.2 * factor, **values), FREQUENCY / factor, SPEED).gain(everywhere())
+    slower = beams(LineArray(length=0.2, **values), FREQUENCY * factor, SPEED * factor).gain(everywhere())
     np.testing.assert_allclose(scaled, one, atol=1e-9)
     np.testing.assert_allclose(slower, one, atol=1e-9)
 
@@ -50,12 +50,12 @@ def test_only_the_length_in_wavelengths_counts(factor, shading, element):
 @pytest.mark.parametrize("elements", [None, 9])
 def test_a_beam_steered_the_other_way_is_the_mirror_image(element, elements):
     """Right and left change places with the sign of the steer."""
-    told = {"element": element, "elements": elements, "shading": "hann"}
-    there, mirror = line(5, steer=[0.4], **told), line(5, steer=[-0.4], **told)
+    values = {"element": element, "elements": elements, "shading": "hann"}
+    there, mirror = line(5, steer=[0.4], **values), line(5, steer=[-0.4], **values)
     np.testing.assert_allclose(mirror.gain(everywhere() * [1, -1, 1]), there.gain(everywhere()), atol=1e-12)
 
 
-def test_a_line_sees_all_directions_of_a_cone_alike():
+def test_a_line_responds_to_all_directions_of_a_cone_alike():
     """Turning about the line itself changes nothing for elements without direction."""
     turn = np.linspace(0, 2 * np.pi, 60)
     for right in (-0.8, 0.0, 0.35):
@@ -106,7 +106,7 @@ def test_a_beam_repeats_where_its_elements_are_in_step_again():
 @given(st.floats(0.5, 30), st.floats(0.5, 30))
 @settings(max_examples=15, deadline=None)
 def test_a_panel_is_a_line_across_times_a_line_down(across, down):
-    """Product theorem, for elements that hear all round."""
+    """Product theorem, for elements that receive all round."""
     panel = PlanarArray(width=across * WAVELENGTH, height=down * WAVELENGTH, element="omni", shading="hann")
     way = everywhere()
     expected = line(across, element="omni", shading="hann").gain(way) * line(down, element="omni").gain(
@@ -126,7 +126,7 @@ def test_one_beam_of_a_fan_is_that_beam_alone():
 
 
 def test_a_single_beam_serves_every_channel():
-    """Beside a fan, the one transmit beam is asked for by any number."""
+    """Beside a fan, the one transmit beam is requested by any number."""
     one = line(3)
     assert one.single_beam(7).channel_count == 1
     np.testing.assert_array_equal(one.single_beam(7).gain(everywhere()), one.gain(everywhere()))
@@ -135,7 +135,7 @@ def test_a_single_beam_serves_every_channel():
 @given(st.floats(-np.pi, np.pi), st.floats(-1.5, 1.5), st.floats(-np.pi, np.pi))
 @settings(max_examples=30, deadline=None)
 def test_a_turned_array_receives_turned_sound_alike(heading, pitch, roll):
-    """Turned there and back the beams are as they were; turned, they hear what is turned with them."""
+    """Turned there and back the beams are as they were; turned, they receive what is turned with them."""
     axes = pose_rotation(heading, pitch, roll)
     own, way = line(6, steer=[0.3], element="cosine"), everywhere(50)
     there = own.rotated(axes.T)
@@ -178,7 +178,7 @@ def test_energy_within_a_part_of_the_circle_adds_up():
 
 
 def test_a_cosine_element_is_the_cosine_of_the_angle_from_boresight():
-    """In front; and behind there is nothing to hear with a baffle."""
+    """In front; and behind there is nothing to receive with a baffle."""
     angle = np.linspace(-1.5, 1.5, 50)
     cosine = beams(PointTransducer(element="cosine"), FREQUENCY, SPEED)
     np.testing.assert_allclose(cosine.gain(direction(angle))[0], np.cos(angle), atol=1e-9)

@@ -60,15 +60,15 @@ def test_no_gain_exceeds_the_amplifiers_and_the_least_of_both_is_taken(law, most
 def test_the_waters_absorption_is_taken_where_gain_has_none_of_its_own(own, water):
     """And not at all where no gain follows the range: a fixed gain is fixed."""
     time = np.array([0.01, 0.2])
-    told = ReceiverGain(tvg_db_per_decade=20, absorption_db_per_m=own).db(time, 1500.0, water)
+    gain = ReceiverGain(tvg_db_per_decade=20, absorption_db_per_m=own).db(time, 1500.0, water)
     np.testing.assert_array_equal(
-        told, ReceiverGain(tvg_db_per_decade=20, absorption_db_per_m=own).db(time, 1500.0, 0.0)
+        gain, ReceiverGain(tvg_db_per_decade=20, absorption_db_per_m=own).db(time, 1500.0, 0.0)
     )
-    np.testing.assert_array_equal(ReceiverGain(tvg_db_per_decade=20).db(time, 1500.0, own), told)
+    np.testing.assert_array_equal(ReceiverGain(tvg_db_per_decade=20).db(time, 1500.0, own), gain)
     np.testing.assert_array_equal(ReceiverGain(fixed_db=12).db(time, 1500.0, water), [12.0, 12.0])
 
 
-@pytest.mark.parametrize(("noun", "values", "word"), [
+@pytest.mark.parametrize(("model", "values", "word"), [
     (AnalogToDigitalConverter, {"full_scale_db": 150, "bits": 1}, "bits"),
     (AnalogToDigitalConverter, {"full_scale_db": 150, "bits": 33}, "bits"),
     (AnalogToDigitalConverter, {"full_scale_db": float("nan")}, "full_scale_db"),
@@ -79,7 +79,7 @@ def test_the_waters_absorption_is_taken_where_gain_has_none_of_its_own(own, wate
     (SelfNoise, {"tones": [{"frequency": 0.0, "level_db": 60}]}, "frequency"),
     (SelfNoise, {"level_db": 1e3}, "level_db"),
 ])  # fmt: skip
-def test_electronics_that_cannot_be_are_refused_by_name(noun, values, word):
+def test_electronics_that_cannot_be_are_refused_by_name(model, values, word):
     """Outside what an amplifier or a converter can do, or no number at all."""
     with pytest.raises(ValidationError, match=word):
-        noun(**values)
+        model(**values)

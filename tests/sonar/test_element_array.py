@@ -7,7 +7,7 @@ import pytest
 from pydantic import ValidationError
 
 from insonify.sonar.element_array import ArcArray, ElementArray
-from oracles.arrays import heard_by_elements
+from oracles.arrays import elements_scenario
 
 
 def test_elements_of_an_arc_stand_on_it_and_face_outwards():
@@ -46,7 +46,7 @@ def test_an_arc_does_not_bite_its_tail():
 
 
 @pytest.mark.parametrize(
-    ("told", "said"),
+    ("settings", "message"),
     [
         ({"receive": {"kind": "arc", "radius": 0.2, "arc_angle": 1.0, "elements": 4}, "receiver": {"record": "beams"}},
          "has elements but no beams"),
@@ -55,10 +55,10 @@ def test_an_arc_does_not_bite_its_tail():
         ({"transmit": {"kind": "line", "length": 0.1, "steer": [0.0, 0.1]}}, "elements receive one transmission"),
     ],
 )  # fmt: skip
-def test_what_elements_cannot_do_is_said(told, said):
+def test_what_elements_cannot_do_is_reported(settings, message):
     """Each with the key to change."""
-    with pytest.raises(ValidationError, match=said):
-        heard_by_elements([(0, 20, 5)], **told)
+    with pytest.raises(ValidationError, match=message):
+        elements_scenario([(0, 20, 5)], **settings)
 
 
 def test_an_element_is_ten_metres_at_most():

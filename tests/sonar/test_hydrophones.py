@@ -9,7 +9,7 @@ from insonify.sonar.beam import beams
 from insonify.sonar.element_array import ArcArray, ElementArray
 from insonify.sonar.hydrophones import ElementErrors, element_layout, filled_aperture, hydrophones, one_element
 from insonify.sonar.sonar import channel_positions
-from oracles.arrays import heard_by_elements, line_of
+from oracles.arrays import elements_scenario, line_of
 
 PERFECT = ElementErrors()
 
@@ -30,7 +30,7 @@ def test_elements_of_a_panel_go_row_by_row_from_the_top():
 
 @pytest.mark.parametrize("array", [PointTransducer(), LineArray(length=1.0), PlanarArray(width=1.0, height=0.1)])
 def test_what_has_no_elements_is_one(array):
-    """A continuous aperture hears as one element at its centre, with its whole pattern."""
+    """A continuous aperture receives as one element at its centre, with its whole pattern."""
     place, _ = element_layout(array)
     np.testing.assert_array_equal(place, np.zeros((1, 3)))
     assert type(one_element(array)) is type(array)
@@ -62,7 +62,7 @@ def test_errors_are_drawn_as_reported_and_once():
     assert not np.allclose(np.abs(worn.response), np.abs(other.response))  # each side has errors of its own
 
 
-def test_perfect_elements_answer_one_and_dead_ones_nothing():
+def test_perfect_elements_respond_with_one_and_dead_ones_nothing():
     """No errors: exactly 1; the dead are zero whatever else is wrong."""
     array = LineArray(length=0.4, elements=4)
     np.testing.assert_array_equal(hydrophones(array, PERFECT, seed=1).response, np.ones(4))
@@ -73,7 +73,7 @@ def test_perfect_elements_answer_one_and_dead_ones_nothing():
 def test_a_dead_element_that_is_not_there_is_refused():
     """Four elements: 0 to 3."""
     with pytest.raises(ValidationError, match="is no element; there are 0 to 3"):
-        heard_by_elements([(0, 20, 5)], receiver={"errors": {"dead": [4]}})
+        elements_scenario([(0, 20, 5)], receiver={"errors": {"dead": [4]}})
 
 
 def test_an_array_resolves_what_its_aperture_does():
@@ -85,16 +85,16 @@ def test_an_array_resolves_what_its_aperture_does():
     assert filled_aperture(line).steer == (0.0,)
 
 
-def test_channels_tell_their_places_on_the_platform():
+def test_channels_state_their_positions_on_the_platform():
     """Facing starboard, an array's right is astern; each channel stands at its element, lever arm included."""
-    scenario = heard_by_elements([(0, 20, 5)], receive={**line_of(3, 0.3), "offset": (1.0, 2.0, 0.5)})
+    scenario = elements_scenario([(0, 20, 5)], receive={**line_of(3, 0.3), "offset": (1.0, 2.0, 0.5)})
     np.testing.assert_allclose(channel_positions(scenario.sonar), [[1 + x, 2, 0.5] for x in (0.1, 0, -0.1)], atol=1e-12)
 
 
 def test_both_sides_are_mirror_images():
     """Port elements stand where the mirror in the keel puts the starboard ones, for arrays of any places."""
     array = {"kind": "elements", "positions": [(0.1, 0.2, 0.0), (0.0, -0.1, 0.05)], "orientations": ["10 deg", "0 deg"]}
-    scenario = heard_by_elements([(0, 20, 5)], receive={**array, "element": "omni", "offset": (0, 1, 0)})
+    scenario = elements_scenario([(0, 20, 5)], receive={**array, "element": "omni", "offset": (0, 1, 0)})
     both = scenario.sonar.model_copy(update={"sides": ("port", "starboard")})
     port, starboard = np.split(channel_positions(both), 2)
     np.testing.assert_allclose(port, starboard * [1, -1, 1], atol=1e-12)

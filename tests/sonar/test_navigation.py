@@ -50,7 +50,7 @@ def test_poses_are_interpolated_in_time(log):
 
 
 def test_pings_are_a_part_of_the_log(log):
-    """From a start on, as many as asked; as many as fit by default; one more is refused."""
+    """From a start on, as many as requested; as many as fit by default; one more is refused."""
     path = log()
     rows = true_poses(track(path, start=1.25, pings=2))
     np.testing.assert_allclose(rows.position[:, 0], [2.5, 3.5])
@@ -71,7 +71,7 @@ def test_a_degree_is_as_long_as_on_the_ellipsoid():
     assert 11000 < east[0, 1] < 11200  # across the date line
 
 
-def test_latitude_and_longitude_are_laid_on_a_plane(log):
+def test_latitude_and_longitude_are_projected_on_a_plane(log):
     """About the first row, or about an origin."""
     text = "time,lat,lon,depth,heading [rad]\n0,48,-68,5,0\n1,48.001,-68,5,0\n"
     north = true_poses(track(log(text=text), interval=1.0)).position
@@ -94,7 +94,7 @@ def test_dates_semicolons_and_units_are_understood(log):
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "said"),
+    ("old", "new", "message"),
     [
         ("\n12,", "\n11,", "line 5, column 1 (time): 11 is not after the row before it"),
         ("8,0,2", "nan,0,2", "line 4, column 4 (depth): nan is not a finite number"),
@@ -106,7 +106,7 @@ def test_dates_semicolons_and_units_are_understood(log):
         ("heading [deg]", "heading", "line 2, column 5: heading has no unit. Write heading [deg] or heading [rad]"),
         ("depth", "depth [fathom]", "line 2, column 4: 'fathom' is not a unit of depth; use one of m, km"),
         ("east [m]", "weast", "no column is named east"),
-        ("east [m]", "longitude", "line 2: places both in metres and in degrees"),
+        ("east [m]", "longitude", "line 2: positions both in metres and in degrees"),
         ("pitch [deg]", "north", "line 2, column 6: a second column of north"),
         ("-4", "-400", "line 5, column 7 (roll): -400 deg is not possible; roll is -180 to 180 deg"),
         ("10,0,5", "then,0,5", "line 3, column 1 (time): 'then' is neither a number nor a date and time"),
@@ -114,12 +114,12 @@ def test_dates_semicolons_and_units_are_understood(log):
         (PLAIN, PLAIN[:100].rsplit("\n", 1)[0], "line 3: the file ends after 1 row(s) of values; give at least two"),
     ],
 )
-def test_a_fault_in_a_log_is_named_with_its_line(log, old, new, said):
-    """The line of the file as an editor counts it, the column, the value, the way out."""
+def test_a_fault_in_a_log_is_named_with_its_line(log, old, new, message):
+    """The line of the file as an editor counts it, the column, the value, the fix."""
     path = log(old, new)
     with pytest.raises(ValidationError) as run_refusal:
         track(path)
-    assert f"{path}, " in str(run_refusal.value) and said in str(run_refusal.value)
+    assert f"{path}, " in str(run_refusal.value) and message in str(run_refusal.value)
 
 
 def test_a_byte_that_is_no_text_is_named_with_its_line(log):
@@ -141,7 +141,7 @@ def test_a_ping_in_a_gap_is_refused(log):
 
 
 @pytest.mark.filterwarnings("ignore")
-def test_a_scenario_finds_its_log_beside_itself_and_knows_it_again(log, tmp_path):
+def test_a_scenario_finds_its_log_beside_itself_and_recognises_it_again(log, tmp_path):
     """A relative path starts at the scenario file; written down it is whole, with the log's digest."""
     path = log()
     here = tmp_path / "scenario.yaml"

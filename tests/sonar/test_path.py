@@ -60,7 +60,7 @@ def test_depth_changes_evenly():
     np.testing.assert_allclose(course, np.arctan2(40, 30))
 
 
-def test_a_turn_without_room_is_refused_with_what_it_wants():
+def test_a_turn_without_room_is_refused_with_what_it_needs():
     """Two right angles 100 m apart hold radii up to 50 m; the error carries the numbers that advice needs."""
     rounded_path(SQUARE, 50.0)
     with pytest.raises(TurnRadiusError) as caught:
@@ -89,7 +89,7 @@ def test_a_path_of_whole_intervals_has_a_ping_at_both_ends(count, interval):
 
 
 def test_pings_requested_must_fit():
-    """Left out, all that fit; fewer may be asked for; more are refused with what they would run beyond."""
+    """Left out, all that fit; fewer may be requested; more are refused with what they would run beyond."""
     assert checked_ping_count(None, 12, "pings", end="the end") == 12
     assert checked_ping_count(5, 12, "pings", end="the end") == 5
     with pytest.raises(ValueError, match="13 pings run beyond the end, and nothing is extrapolated"):

@@ -40,7 +40,7 @@ def test_an_arm_on_a_turning_platform_is_carried_round():
     np.testing.assert_allclose(acceleration, [[-(rate**2) * arm, 0, 0]], atol=rate**2 * arm * 0.1)
 
 
-def test_what_a_turned_platform_sees_is_turned_the_other_way():
+def test_what_a_turned_platform_receives_is_turned_the_other_way():
     """At the window's end, heading 5.73 deg more: a target in the north is seen where one 5.73 deg to port was."""
     turning = PlatformMotion(0.2, np.zeros((3, 3)), np.array([pose_rotation(h, 0.0, 0.0) for h in (0, 0.05, 0.1)]))
     seen = turning.to_initial_attitude(np.array([[1.0, 0, 0]]), np.array([0.2]))

@@ -10,14 +10,14 @@ from insonify.sonar.platforms import Platforms
 from insonify.sonar.sonar import Mounting, Sonar, array_rotation, channel_positions, receiver_rotation
 from insonify.sonar.track import LineTrack, StaticTrack, true_poses
 from insonify.sonar.track_extent import track_extent
-from oracles.arrays import heard_by_elements, line_of
+from oracles.arrays import elements_scenario, line_of
 
 WINDOW = 0.2
 FINITE = st.floats(-100, 100)
 
 
 def carried(track, other=None):
-    """Platforms of one track or two, under way."""
+    """Platforms of one track or two, moving."""
     moments = [[true_poses(one, seed=2, after=t) for t in (0, WINDOW / 2, WINDOW)] for one in (track, other) if one]
     later = [tuple(some[1:]) for some in moments]
     if other is None:
@@ -72,20 +72,20 @@ def test_a_receiver_leans_with_its_own_sea():
     """Two platforms of one scenario roll at random, each for itself; the scenario's own seed is not the receiver's."""
     motion = {"roll": {"rms": 0.1, "period": 5.0}}
     track = {"pings": 400, "interval": 0.7, "motion": motion}
-    scenario = heard_by_elements([], track=track, receiver_track={
+    scenario = elements_scenario([], track=track, receiver_track={
         "kind": "line", "start": (10, 0, 6), "speed": 3.0, "motion": motion, "stop_and_hop": False})  # fmt: skip
     both = platforms(scenario)
     assert receiver_seed(scenario) != scenario.seed
     # 280 s hold some 56 periods of 5 s: unlike within 3 / sqrt(56)
     assert abs(np.corrcoef(both.transmitter_poses.roll, both.receiver_poses.roll)[0, 1]) < 0.4
     assert np.std(both.receiver_poses.roll) == pytest.approx(0.1, rel=0.3)
-    assert len(both.window_poses[0]) == 3  # under way
+    assert len(both.window_poses[0]) == 3  # moving
 
 
 @pytest.mark.parametrize("field", ["coherent", "incoherent"])
 def test_both_readings_are_reported_how_the_sonar_goes_on(field):
-    """Of a sonar that stops and hops, each is told of the start of each ping alone."""
-    scenario = heard_by_elements([]).unchecked_copy(field=field)  # intensities of elements would be refused
+    """Of a sonar that stops and hops, each has the pose at the start of each ping alone."""
+    scenario = elements_scenario([]).unchecked_copy(field=field)  # intensities of elements would be refused
     assert platforms(scenario).transmitter_window_poses is not None
     hopping = scenario.track.model_copy(update={"stop_and_hop": True})
     assert platforms(scenario.unchecked_copy(track=hopping)).transmitter_window_poses is None
@@ -93,13 +93,13 @@ def test_both_readings_are_reported_how_the_sonar_goes_on(field):
 
 def faced(**values):
     """A sonar of a point and a line of four."""
-    told = {"source_level_db": 200, "pulse": {"kind": "cw", "frequency": 1e5, "duration": 1e-4},
+    settings = {"source_level_db": 200, "pulse": {"kind": "cw", "frequency": 1e5, "duration": 1e-4},
             "transmit": {"kind": "point"}, "receive": line_of(), "receiver": {"record": "elements"}}  # fmt: skip
-    return Sonar(**told, **values)
+    return Sonar(**settings, **values)
 
 
 @given(st.floats(-3, 3), st.floats(-1.5, 1.5))
-def test_a_receiver_faces_as_its_own_mounting_says_or_as_the_transmitter(bearing, tilt):
+def test_a_receiver_faces_as_its_own_mounting_states_or_as_the_transmitter(bearing, tilt):
     """Axes of the receive array: those of a sonar that is mounted so altogether."""
     here = {"bearing": bearing, "tilt": tilt}
     own = faced(mounting={"bearing": 1.0}, receive_mounting=here)
@@ -113,7 +113,7 @@ def test_a_receiver_faces_as_its_own_mounting_says_or_as_the_transmitter(bearing
 
 
 @given(FINITE, FINITE, FINITE, st.floats(-1, 1), st.floats(-1, 1))
-def test_an_arm_is_as_deep_as_its_place_says(forward, starboard, down, pitch, roll):
+def test_an_arm_is_as_deep_as_its_place_states(forward, starboard, down, pitch, roll):
     """Depth of something carried, by its row of the rotation and by the whole rotation: the same."""
     here = true_poses(StaticTrack(position=(1, 2, 30)))
     leans = type(here)(here.time, here.position, here.heading + 0.4, here.pitch + pitch, here.roll + roll)

@@ -37,7 +37,7 @@ def test_a_platform_is_rigid(heading, pitch, roll):
         ({}, (1, 2, 3), (1, 2, 3)),
     ],
 )
-def test_what_is_carried_goes_where_a_navigator_says(lean, offset, goes):
+def test_what_is_carried_goes_where_a_navigator_states(lean, offset, goes):
     """Signs of heading, pitch and roll, one at a time."""
     np.testing.assert_allclose(one(**lean).offset_positions(offset)[0], goes, atol=1e-12)
 
@@ -75,12 +75,12 @@ def test_a_still_track_is_as_planned_to_the_bit():
     ],
 )
 def test_motion_is_about_the_plan(track):
-    """Every kind of track takes its motion: the mean stays on the path, and only what was asked moves."""
+    """Every kind of track takes its motion: the mean stays on the path, and only what was requested moves."""
     plan, true = track.planned_poses(), true_poses(track, seed=3)
     moved = true.position - plan.position
     c, s = np.cos(plan.heading), np.sin(plan.heading)
     ahead, aside = c * moved[:, 0] + s * moved[:, 1], -s * moved[:, 0] + c * moved[:, 1]
-    np.testing.assert_allclose(ahead, 0, atol=1e-9)  # no surge was asked
+    np.testing.assert_allclose(ahead, 0, atol=1e-9)  # no surge was requested
     assert 0.15 < np.std(aside) < 0.5 and 0.1 < np.std(moved[:, 2]) < 0.35
     assert 0.03 < np.std(true.roll - plan.roll) < 0.08
     np.testing.assert_array_equal(true.heading, plan.heading)

@@ -26,8 +26,8 @@ def quadrature(pulse: Pulse) -> tuple[np.ndarray, np.ndarray]:
 def transform_by_quadrature(pulse: Pulse, offset: np.ndarray) -> np.ndarray:
     """Fourier integral of the envelope, summed as it stands."""
     time, weight = quadrature(pulse)
-    heard = weight * envelope(pulse, time)
-    return np.array([np.sum(heard * np.exp(-2j * np.pi * f * time)) for f in offset])
+    received = weight * envelope(pulse, time)
+    return np.array([np.sum(received * np.exp(-2j * np.pi * f * time)) for f in offset])
 
 
 @pytest.mark.parametrize(("taper", "fraction"), [("none", 1), ("tukey", 0.13), ("tukey", 0.001), ("hann", 1)])
@@ -130,7 +130,7 @@ def test_a_falling_sweep_is_a_rising_one_played_backwards():
     ],
 )
 def test_an_impossible_pulse_is_refused_with_advice(wrong, advice):
-    """What, the value, the limit, the way out."""
+    """What, the value, the limit, the fix."""
     with pytest.raises(ValidationError) as run_refusal:
         Pulse(**({"duration": "40 us"} | wrong))
     assert advice in str(run_refusal.value)

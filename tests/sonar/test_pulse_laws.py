@@ -15,36 +15,36 @@ TAPERS = ["none", "tukey", "hann"]
 
 
 @pytest.mark.parametrize("taper", TAPERS)
-@pytest.mark.parametrize("told", [TONE, SWEEP])
+@pytest.mark.parametrize("values", [TONE, SWEEP])
 @given(factor=st.floats(0.2, 5))
 @settings(max_examples=10, deadline=None)
-def test_slower_is_longer_and_narrower(told, taper, factor):
+def test_slower_is_longer_and_narrower(values, taper, factor):
     """Stretched in time by a factor, the spectrum is that much higher and narrower: F p(t / k) = k P(k f)."""
-    slow = told | {"duration": told["duration"] * factor, "bandwidth": told.get("bandwidth", 0) / factor}
+    slow = values | {"duration": values["duration"] * factor, "bandwidth": values.get("bandwidth", 0) / factor}
     f = np.linspace(-25e3, 25e3, 101)
-    one, other = Pulse(**told, taper=taper), Pulse(**slow, taper=taper)
+    one, other = Pulse(**values, taper=taper), Pulse(**slow, taper=taper)
     np.testing.assert_allclose(
-        spectrum(other, f / factor), factor * spectrum(one, f), atol=2e-9 * factor * told["duration"]
+        spectrum(other, f / factor), factor * spectrum(one, f), atol=2e-9 * factor * values["duration"]
     )
 
 
-@pytest.mark.parametrize("told", [TONE, SWEEP])
-def test_the_envelope_does_not_know_its_carrier(told):
+@pytest.mark.parametrize("values", [TONE, SWEEP])
+def test_the_envelope_does_not_depend_on_its_carrier(values):
     """Another centre frequency, the same envelope and spectrum, bit for bit."""
-    one, other = Pulse(**told), Pulse(**told | {"frequency": 300e3})
+    one, other = Pulse(**values), Pulse(**values | {"frequency": 300e3})
     time, f = np.linspace(-1e-3, 6e-3, 200), np.linspace(-30e3, 30e3, 200)
     np.testing.assert_array_equal(envelope(one, time), envelope(other, time))
     np.testing.assert_array_equal(spectrum(one, f), spectrum(other, f))
 
 
-@pytest.mark.parametrize("told", [TONE, SWEEP])
-def test_the_tapers_are_one_family(told):
+@pytest.mark.parametrize("values", [TONE, SWEEP])
+def test_the_tapers_are_one_family(values):
     """Hann is a Tukey taper of all the pulse; a taper of a thousandth is nearly none."""
     f = np.linspace(-30e3, 30e3, 201)
-    whole = spectrum(Pulse(**told, taper="tukey", taper_fraction=1), f)
-    np.testing.assert_allclose(spectrum(Pulse(**told, taper="hann"), f), whole, atol=1e-15)
-    sharp = spectrum(Pulse(**told, taper="tukey", taper_fraction=1e-3), f)
-    assert np.abs(sharp - spectrum(Pulse(**told, taper="none"), f)).max() < 1.1e-3 / 2 * told["duration"]
+    whole = spectrum(Pulse(**values, taper="tukey", taper_fraction=1), f)
+    np.testing.assert_allclose(spectrum(Pulse(**values, taper="hann"), f), whole, atol=1e-15)
+    sharp = spectrum(Pulse(**values, taper="tukey", taper_fraction=1e-3), f)
+    assert np.abs(sharp - spectrum(Pulse(**values, taper="none"), f)).max() < 1.1e-3 / 2 * values["duration"]
 
 
 def test_a_long_sweep_spends_on_each_frequency_what_its_taper_leaves():
@@ -75,7 +75,7 @@ def test_time_and_band_scale_together_in_the_recording(taper, compress):
 
 @pytest.mark.parametrize("taper", TAPERS)
 def test_a_falling_sweep_is_received_as_the_conjugate_of_a_rising_one(taper):
-    """The receiver is real and even; a matched filter does not tell them apart at all."""
+    """The receiver is real and even; a matched filter does not distinguish them at all."""
     time = np.linspace(-3e-3, 8e-3, 800)
     for compress in (False, True):
         up, down = (
@@ -87,31 +87,31 @@ def test_a_falling_sweep_is_received_as_the_conjugate_of_a_rising_one(taper):
             np.testing.assert_allclose(down.samples(time), up.samples(time), atol=2e-6)
 
 
-@pytest.mark.parametrize("told", [TONE, SWEEP])
+@pytest.mark.parametrize("values", [TONE, SWEEP])
 @pytest.mark.parametrize("compress", [False, True])
-def test_a_narrower_band_never_passes_more(told, compress):
-    """Energy lost grows as the band shrinks, and the heard energy falls: the responses are nested."""
-    heard = [
-        receive_pulse(Pulse(**told), Receiver(bandwidth=band, matched_filter=compress))
+def test_a_narrower_band_never_passes_more(values, compress):
+    """Energy lost grows as the band shrinks, and the received energy falls: the responses are nested."""
+    received = [
+        receive_pulse(Pulse(**values), Receiver(bandwidth=band, matched_filter=compress))
         for band in (80e3, 30e3, 12e3, 4e3, 1e3)
     ]
-    lost = [pulse.out_of_band_energy for pulse in heard]
+    lost = [pulse.out_of_band_energy for pulse in received]
     assert np.all(np.diff(lost) > 0) and 0 <= lost[0] < 0.01 and lost[-1] < 1
-    assert np.all(np.diff([pulse.effective_duration for pulse in heard]) < 0)
+    assert np.all(np.diff([pulse.effective_duration for pulse in received]) < 0)
 
 
-@pytest.mark.parametrize("told", [TONE, SWEEP])
+@pytest.mark.parametrize("values", [TONE, SWEEP])
 @pytest.mark.parametrize("compress", [False, True])
-def test_times_of_the_received_pulse_are_in_order_and_hold_its_energy(told, compress):
-    """Ringing holds faint, faint holds loud; outside the loud part lies less than a millionth of the energy."""
-    heard = receive_pulse(Pulse(**told), Receiver(bandwidth=20e3, matched_filter=compress))
-    first, last = heard.table_interval
-    assert first <= heard.ringing_start <= heard.start < heard.stop <= heard.ringing_stop <= last
+def test_times_of_the_received_pulse_are_in_order_and_hold_its_energy(values, compress):
+    """Ringing holds weak, weak holds strong; outside the strong part lies less than a millionth of the energy."""
+    pulse = receive_pulse(Pulse(**values), Receiver(bandwidth=20e3, matched_filter=compress))
+    first, last = pulse.table_interval
+    assert first <= pulse.ringing_start <= pulse.start < pulse.stop <= pulse.ringing_stop <= last
     time = np.arange(first, last, 1 / 400e3)
-    power = np.abs(heard.samples(time)) ** 2
-    inside = (time >= heard.start) & (time <= heard.stop)
+    power = np.abs(pulse.samples(time)) ** 2
+    inside = (time >= pulse.start) & (time <= pulse.stop)
     assert power[~inside].sum() <= 1.01e-6 * power.sum()
-    assert power.sum() / 400e3 == pytest.approx(heard.effective_duration, rel=1e-5)
+    assert power.sum() / 400e3 == pytest.approx(pulse.effective_duration, rel=1e-5)
 
 
 @given(st.floats(1e-4, 2e-2), st.floats(3e3, 30e3), st.booleans())
@@ -119,18 +119,18 @@ def test_times_of_the_received_pulse_are_in_order_and_hold_its_energy(told, comp
 def test_later_compression_never_makes_the_cell_coarser(duration, bandwidth, compress):
     """The finest cell is at most the recording's own, and c / 2B at most for any sweep."""
     pulse = Pulse(frequency=100e3, duration=duration, kind="lfm", bandwidth=bandwidth)
-    heard = receive_pulse(pulse, Receiver(bandwidth=40e3, matched_filter=compress))
-    assert heard.finest_resolution(1500) <= 750 * heard.resolution_time * (1 + 1e-12)
-    assert heard.finest_resolution(1500) <= 750 / bandwidth * (1 + 1e-12)
-    assert heard.finest_resolution(3000) == pytest.approx(2 * heard.finest_resolution(1500))
+    received = receive_pulse(pulse, Receiver(bandwidth=40e3, matched_filter=compress))
+    assert received.finest_resolution(1500) <= 750 * received.resolution_time * (1 + 1e-12)
+    assert received.finest_resolution(1500) <= 750 / bandwidth * (1 + 1e-12)
+    assert received.finest_resolution(3000) == pytest.approx(2 * received.finest_resolution(1500))
 
 
 def test_a_matched_filter_output_is_hermitian_in_time():
     """An autocorrelation: the past is the conjugate of the future, and the largest value is at zero."""
-    heard = receive_pulse(Pulse(**SWEEP), Receiver(bandwidth=25e3, matched_filter=True))
+    pulse = receive_pulse(Pulse(**SWEEP), Receiver(bandwidth=25e3, matched_filter=True))
     time = np.linspace(0, 5e-3, 700)
-    np.testing.assert_allclose(heard.samples(-time), np.conj(heard.samples(time)), atol=2e-6)
-    assert np.abs(heard.samples(time)).argmax() == 0
+    np.testing.assert_allclose(pulse.samples(-time), np.conj(pulse.samples(time)), atol=2e-6)
+    assert np.abs(pulse.samples(time)).argmax() == 0
 
 
 @pytest.mark.parametrize("taper", TAPERS)

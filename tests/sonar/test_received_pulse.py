@@ -23,11 +23,11 @@ SWEEP = Pulse(kind="lfm", frequency="100 kHz", duration="10 ms", bandwidth="30 k
 KINDS = [(TONE, False), (TONE, True), (SWEEP, False), (SWEEP, True)]
 
 
-def by_direct_sum(heard, time):
-    """Inverse Fourier integral of the heard spectrum, summed as it stands."""
-    edge = 0.625 * heard.receiver.bandwidth
+def by_direct_sum(received, time):
+    """Inverse Fourier integral of the received spectrum, summed as it stands."""
+    edge = 0.625 * received.receiver.bandwidth
     offset = np.linspace(-edge, edge, 10_001)
-    line = heard.spectrum(offset) * (offset[1] - offset[0])
+    line = received.spectrum(offset) * (offset[1] - offset[0])
     return np.array([np.sum(line * np.exp(2j * np.pi * offset * t)) for t in time])
 
 
@@ -59,54 +59,54 @@ def test_a_receiver_without_a_band_is_refused(band):
 @pytest.mark.parametrize(("pulse", "compress"), KINDS)
 def test_the_waveform_is_the_inverse_transform_of_its_spectrum(pulse, compress, band):
     """Table and cubic against a direct sum at arbitrary times: within 1e-6 of the peak."""
-    heard = receive_pulse(pulse, Receiver(bandwidth=band, matched_filter=compress))
-    time = np.random.default_rng(3).uniform(heard.start, heard.stop, 20)
-    np.testing.assert_allclose(heard.samples(time), by_direct_sum(heard, time), atol=1e-6 * heard.peak)
+    received = receive_pulse(pulse, Receiver(bandwidth=band, matched_filter=compress))
+    time = np.random.default_rng(3).uniform(received.start, received.stop, 20)
+    np.testing.assert_allclose(received.samples(time), by_direct_sum(received, time), atol=1e-6 * received.peak)
 
 
 def test_far_from_the_pulse_there_is_silence():
-    """Times outside the table are answered with zero, in any shape."""
-    heard = receive_pulse(TONE, Receiver())
-    assert np.all(heard.samples([[-5.0, 1e3], [2.0, -1e9]]) == 0)
-    assert heard.samples(0.1e-3).shape == ()
+    """Times outside the table are reported with zero, in any shape."""
+    pulse = receive_pulse(TONE, Receiver())
+    assert np.all(pulse.samples([[-5.0, 1e3], [2.0, -1e9]]) == 0)
+    assert pulse.samples(0.1e-3).shape == ()
 
 
 @pytest.mark.parametrize(("pulse", "compress"), KINDS)
 def test_start_and_stop_hold_all_but_a_millionth_of_the_energy(pulse, compress):
     """Mean square of the samples between start and stop, against Parseval's integral over the band."""
-    heard = receive_pulse(pulse, Receiver(matched_filter=compress))
-    rate = 8 * heard.receiver.sample_rate
-    inside = np.sum(np.abs(heard.samples(np.arange(heard.start, heard.stop, 1 / rate))) ** 2) / rate
+    received = receive_pulse(pulse, Receiver(matched_filter=compress))
+    rate = 8 * received.receiver.sample_rate
+    inside = np.sum(np.abs(received.samples(np.arange(received.start, received.stop, 1 / rate))) ** 2) / rate
     offset = np.linspace(-12.5e3, 12.5e3, 100_001)
-    whole = np.trapezoid(np.abs(heard.spectrum(offset)) ** 2, offset)
-    assert heard.effective_duration == pytest.approx(whole, rel=1e-7)
+    whole = np.trapezoid(np.abs(received.spectrum(offset)) ** 2, offset)
+    assert received.effective_duration == pytest.approx(whole, rel=1e-7)
     assert 1 - inside / whole == pytest.approx(0, abs=3e-6)
 
 
 @pytest.mark.parametrize("pulse", [TONE, SWEEP])
 def test_compression_keeps_the_level_of_an_echo_and_puts_it_at_its_delay(pulse):
     """An echo of rms pressure p becomes a peak of p at time zero, real and symmetric."""
-    heard = receive_pulse(pulse, Receiver(bandwidth="150 kHz", matched_filter=True))
-    assert heard.samples(0.0) == pytest.approx(1, abs=1e-3)
-    time = np.linspace(0, heard.stop, 301)
-    wave = heard.samples(time)
+    received = receive_pulse(pulse, Receiver(bandwidth="150 kHz", matched_filter=True))
+    assert received.samples(0.0) == pytest.approx(1, abs=1e-3)
+    time = np.linspace(0, received.stop, 301)
+    wave = received.samples(time)
     assert np.abs(wave).argmax() == 0
-    np.testing.assert_allclose(heard.samples(-time), np.conj(wave), atol=1e-7)
+    np.testing.assert_allclose(received.samples(-time), np.conj(wave), atol=1e-7)
 
 
 def test_the_compressed_tone_is_the_autocorrelation_of_the_sent_one():
     """A plain tone becomes a triangle of twice its length (to the ringing of a 150 kHz band)."""
     tone = Pulse(frequency=100e3, duration=1e-3, taper="none")
-    heard = receive_pulse(tone, Receiver(bandwidth="150 kHz", matched_filter=True))
+    pulse = receive_pulse(tone, Receiver(bandwidth="150 kHz", matched_filter=True))
     time = np.linspace(-1e-3, 1e-3, 41)
-    np.testing.assert_allclose(heard.samples(time), 1 - np.abs(time) / 1e-3, atol=2e-3)
+    np.testing.assert_allclose(pulse.samples(time), 1 - np.abs(time) / 1e-3, atol=2e-3)
 
 
 def test_a_wide_receiver_receives_what_was_sent():
     """The energy lost shrinks to nothing, and the effective duration to the sent energy."""
-    heard = receive_pulse(TONE, Receiver(bandwidth="150 kHz"))
-    assert heard.out_of_band_energy < 3e-5
-    assert heard.effective_duration == pytest.approx(energy_duration(TONE), rel=3e-5)
+    pulse = receive_pulse(TONE, Receiver(bandwidth="150 kHz"))
+    assert pulse.out_of_band_energy < 3e-5
+    assert pulse.effective_duration == pytest.approx(energy_duration(TONE), rel=3e-5)
 
 
 def test_a_narrow_receiver_loses_the_sweep_outside_its_band():
@@ -128,11 +128,11 @@ def test_resolution_time():
 
 
 def test_both_readings_get_the_sonars_own_pulse():
-    """The heard pulse of a sonar is its pulse through its receiver: P H, or |P|^2 H / E when compressing."""
+    """The received pulse of a sonar is its pulse through its receiver: P H, or |P|^2 H / E when compressing."""
     arrays = {"transmit": LineArray(length=1.5), "receive": LineArray(length=1.5)}
     offset = np.linspace(-12e3, 12e3, 101)
     sent = spectrum(TONE, offset)
     for compress, expected in ((False, sent), (True, np.abs(sent) ** 2 / energy_duration(TONE))):
         receiver = Receiver(matched_filter=compress)
-        heard = received_pulse(Sonar(source_level_db=220, pulse=TONE, receiver=receiver, **arrays))
-        np.testing.assert_allclose(heard.spectrum(offset), expected * response(receiver, offset), atol=1e-18)
+        received = received_pulse(Sonar(source_level_db=220, pulse=TONE, receiver=receiver, **arrays))
+        np.testing.assert_allclose(received.spectrum(offset), expected * response(receiver, offset), atol=1e-18)

@@ -12,7 +12,7 @@ SIDES = {"sides": ["port", "starboard"]}
 QUIET = {"paths": {"contributions": ["target"], "max_reflections": 0}}
 
 
-def loudest(scenario):
+def strongest_echo(scenario):
     """Largest magnitude on each channel."""
     return np.abs(simulate(scenario, pings=[0]).pressure.values[0]).max(axis=-1)
 
@@ -24,8 +24,8 @@ def test_what_lies_to_starboard_is_received_to_starboard(heading, north, east):
     for side, row in ((1, 1), (-1, 0)):
         target = point(60 * north * side, 60 * east * side, 15)
         track = {"window": (0.07, 0.1), "heading": np.radians(heading)}
-        heard = loudest(nominal(sonar=SIDES, targets=[target], track=track, **QUIET))
-        assert heard[row] > 1e6 and heard[1 - row] == 0
+        received = strongest_echo(nominal(sonar=SIDES, targets=[target], track=track, **QUIET))
+        assert received[row] > 1e6 and received[1 - row] == 0
 
 
 def test_sides_are_labelled_in_the_order_requested():
@@ -46,9 +46,9 @@ def test_a_level_bed_sounds_the_same_on_both_sides():
     """The expected intensity of a flat bed is mirror symmetric, with lever arms, steer and tilt mirrored too."""
     end = {"kind": "planar", "width": 1.0, "height": 0.05, "offset": (0.3, 0.8, 0.2)}
     sonar = {**SIDES, "transmit": end, "receive": {**end, "steer": 0.2}, "mounting": {"bearing": 1.4, "tilt": 0.3}}
-    heard = simulate(nominal(sonar=sonar, field="incoherent", track={"window": (0.02, 0.1), "heading": 0.7}))
-    port, starboard = heard.intensity.values[0]
-    # the even points are laid about each boresight, and so not mirrored: 0.05 dB is what their ripple leaves
+    received = simulate(nominal(sonar=sonar, field="incoherent", track={"window": (0.02, 0.1), "heading": 0.7}))
+    port, starboard = received.intensity.values[0]
+    # the even points are placed about each boresight, and so not mirrored: 0.05 dB is what their ripple leaves
     smooth = np.ones(50) / 50
     ratio = np.convolve(port, smooth, "valid") / np.convolve(starboard, smooth, "valid")
     assert np.abs(10 * np.log10(ratio)).max() < 0.05
@@ -59,11 +59,11 @@ def test_a_mirrored_target_sounds_the_same_on_the_other_side():
     end = {"kind": "line", "length": 1.0, "offset": (0.3, 0.8, 0.2)}
     sonar = {**SIDES, "transmit": end, "receive": {**end, "steer": [0.02, -0.05]}, "mounting": {"bearing": 1.4}}
     track = {"window": (0.05, 0.12)}
-    heard = [
+    received = [
         simulate(nominal(sonar=sonar, targets=[point(12, side * 60, 15)], track=track, **QUIET)).pressure.values[0]
         for side in (-1, 1)
     ]
-    np.testing.assert_allclose(heard[0][:2], heard[1][2:], rtol=1e-4, atol=1e-2)
+    np.testing.assert_allclose(received[0][:2], received[1][2:], rtol=1e-4, atol=1e-2)
 
 
 def test_one_side_is_the_sonar_as_mounted():
@@ -82,8 +82,8 @@ def test_channels_of_levels_and_arrivals_belong_to_their_sides():
     scenario = nominal(sonar=SIDES, targets=[point(0, 60, 15)], track={"window": (0.07, 0.09)}, **QUIET)
     here = [build_simulator(scenario).ping_geometry(0, channel=channel) for channel in (0, 1)]
     np.testing.assert_allclose(here[0].boresight, -here[1].boresight, atol=1e-12)
-    loud = [float(levels(scenario, channel=channel).level_db.max()) for channel in (0, 1)]
-    assert loud[0] == -np.inf and loud[1] > 100
+    strong = [float(levels(scenario, channel=channel).level_db.max()) for channel in (0, 1)]
+    assert strong[0] == -np.inf and strong[1] > 100
     assert len(arrivals(scenario, channel=1)) == 1
     with pytest.raises(ValueError, match="channel is 2; the sonar has channels 0 to 1"):
         arrivals(scenario, channel=2)

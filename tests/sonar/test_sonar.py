@@ -27,7 +27,7 @@ def sonar(transmit, receive, **more) -> Sonar:
 
 
 def test_the_papers_sonar_can_be_written_down():
-    """100 kHz, 0.2 ms tapered tone, two 1.5 m lines to starboard, 220 dB: words and numbers say the same."""
+    """100 kHz, 0.2 ms tapered tone, two 1.5 m lines to starboard, 220 dB: words and numbers state the same."""
     words = Sonar.model_validate(
         {
             "source_level_db": "220 dB",
@@ -57,26 +57,26 @@ def test_channels_are_pairs_of_beams(transmit, receive, steers):
     one = sonar(LineArray(length=1.5, steer=transmit), LineArray(length=1.5, steer=receive))
     assert one.channel_count == len(steers)
     np.testing.assert_allclose(np.degrees(one.steers), steers)
-    sent, heard = one.arrays
+    sent, received = one.arrays
     if transmit is None:
-        assert sent.steers == heard.steers
+        assert sent.steers == received.steers
 
 
 def test_an_unsteered_transmit_line_follows_a_panel_looking_down():
     """The line's cone holds the panel's steered direction, so both have unit gain there."""
     panel = PlanarArray(width=0.5, height=0.2, steer=("20 deg", "-30 deg"), steer_down="25 deg")
-    sent, heard = sonar(LineArray(length=1.0), panel).arrays
-    right, down = np.array(heard.steers).T
+    sent, received = sonar(LineArray(length=1.0), panel).arrays
+    right, down = np.array(received.steers).T
     axis = np.stack([np.cos(down) * np.cos(right), np.cos(down) * np.sin(right), np.sin(down)], axis=-1)
     np.testing.assert_allclose(np.diag(beams(sent, 100e3, 1500).gain(axis)), 1, atol=1e-9)
     follower, _ = sonar(PlanarArray(width=1, height=1), panel).arrays
-    assert follower.steers == heard.steers
+    assert follower.steers == received.steers
 
 
 def test_a_point_cannot_be_steered():
     """It stays one beam beside any number of receive beams."""
-    sent, heard = sonar(PointTransducer(), LineArray(length=1, steer=(0.1, 0.2))).arrays
-    assert (len(sent.steers), len(heard.steers)) == (1, 2)
+    sent, received = sonar(PointTransducer(), LineArray(length=1, steer=(0.1, 0.2))).arrays
+    assert (len(sent.steers), len(received.steers)) == (1, 2)
 
 
 @pytest.mark.parametrize(
@@ -97,7 +97,7 @@ def test_a_point_cannot_be_steered():
     ],
 )
 def test_an_impossible_sonar_is_refused_with_advice(build, advice):
-    """What, the value, the limit, the way out."""
+    """What, the value, the limit, the fix."""
     with pytest.raises(ValidationError) as run_refusal:
         build()
     assert advice in str(run_refusal.value)

@@ -57,14 +57,14 @@ def test_pitch_and_roll_have_the_navigators_signs():
     ],
 )
 def test_an_impossible_track_is_refused_with_advice(wrong, advice):
-    """What, the value, the limit, the way out."""
+    """What, the value, the limit, the fix."""
     with pytest.raises(ValidationError) as run_refusal:
         StaticTrack(**({"position": HERE} | wrong))
     assert advice in str(run_refusal.value)
 
 
-def test_listening_past_the_next_ping_is_a_warning():
-    """Echoes of earlier pings are ignored, and the user is told; a lone ping has no successor."""
+def test_receiving_past_the_next_ping_is_a_warning():
+    """Echoes of earlier pings are ignored, and the user is warned; a lone ping has no successor."""
     with pytest.warns(PhysicsWarning, match="earlier pings are ignored"):
         StaticTrack(position=HERE, pings=2, interval=0.2, window=(0, 0.24))
     with warnings.catch_warnings():

@@ -56,11 +56,11 @@ def test_runs_left_out_are_never_the_nearest():
 
 
 def test_depths_are_those_of_both_ends():
-    """With their lever arms, and with all motion; of the ends that are asked about."""
+    """With their lever arms, and with all motion; of the ends that are requested about."""
     moved = LineTrack(start=(0, 0, 9), speed=1, pings=200, window=(0, 0.2), motion={"roll": {"rms": 0.05, "period": 5}})
     ends = {"offset": (0, 2, 1)}, {"offset": (0, 0, -1)}
-    for sent, heard in (ends, ends[::-1]):
-        low, high = track_extent(nominal(transmit=sent, receive=heard).sonar, true_poses(moved)).depths
+    for sent, received in (ends, ends[::-1]):
+        low, high = track_extent(nominal(transmit=sent, receive=received).sonar, true_poses(moved)).depths
         assert 8.0 <= low < 8.1 and 10.05 < high < 10.4
     low, high = track_extent(nominal(transmit=ends[0]).sonar, true_poses(moved), ends=("transmit",)).depths
     assert 9.6 < low < 9.95 and 10.05 < high < 10.4

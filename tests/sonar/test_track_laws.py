@@ -60,7 +60,7 @@ def test_motion_scales_with_its_rms_and_its_period(rms, factor):
 @given(st.floats(1e-3, 1e3))
 @settings(max_examples=10, deadline=None)
 def test_only_the_shape_of_a_spectrum_counts(factor):
-    """All densities times a number: the same motion, for its rms says how much."""
+    """All densities times a number: the same motion, for its rms states how much."""
     scaled = tuple((frequency, density * factor) for frequency, density in TABLE)
     np.testing.assert_allclose(heave(spectrum=scaled), heave(spectrum=TABLE), atol=1e-9)
 
@@ -86,7 +86,7 @@ def test_a_narrow_spectrum_crosses_zero_twice_a_cycle(frequency):
 
 @pytest.mark.parametrize("name", DEGREES_OF_FREEDOM)
 def test_no_freedom_minds_the_others(name):
-    """Asked for alone or among all six, a freedom moves the same; and no two of them move alike."""
+    """Requested alone or among all six, a freedom moves the same; and no two of them move alike."""
     all_six = {freedom: {"rms": 0.1, "period": 7.0} for freedom in DEGREES_OF_FREEDOM}
     together = displacement(Motion(**all_six), TIME, 3)
     alone = displacement(Motion(**{name: all_six[name]}), TIME, 3)
@@ -123,7 +123,7 @@ def test_noise_scales_with_its_rms_and_a_log_begins_like_a_shorter_one(memory):
     np.testing.assert_array_equal(columns(logged_poses(small, short, 4)), columns(logged_poses(small, TRUE, 4))[:50])
 
 
-def test_a_long_memory_forgets_nothing_and_a_short_one_all():
+def test_a_long_memory_keeps_all_and_a_short_one_nothing():
     """Limits: of the memory of weeks a constant is left, of that of a microsecond white noise, draw for draw."""
     kinds = {memory: NavigationErrors(depth={"noise": 1.0, "correlation_time": memory}) for memory in (0.0, 1e-6, 1e7)}
     white, short, long = (columns(logged_poses(e, TRUE, 4))[:, 2] for e in kinds.values())
@@ -201,7 +201,7 @@ def test_distance_from_a_run_has_its_closed_form(seed, turn):
 @given(st.integers(0, 2**32 - 1))
 @settings(max_examples=15, deadline=None)
 def test_a_polyline_keeps_to_its_places(seed):
-    """First and last place are corners, corners are places, and no place is farther away than it says."""
+    """First and last place are corners, corners are places, and no place is farther away than it states."""
     places = np.cumsum(np.random.default_rng(seed).normal(size=(150, 2)), axis=0)
     corners, wander = simplified_polyline(places)
     assert {tuple(c) for c in corners} <= {tuple(p) for p in places}

@@ -19,7 +19,7 @@ def line(**changes):
 
 
 def test_motion_has_the_rms_that_was_requested():
-    """Over 600 s of 60 seeds the mean square is the one asked within 3 %: 3 standard errors of the ensemble."""
+    """Over 600 s of 60 seeds the mean square is the one requested within 3 %: 3 standard errors of the ensemble."""
     motion = Motion(heave=RandomTranslation(rms="0.2 m", period="6 s"))
     time = np.arange(0, 600, 0.5)
     square = [np.mean(displacement(motion, time, seed)["heave"] ** 2) for seed in range(60)]
@@ -64,11 +64,11 @@ def test_surge_and_sway_lie_along_and_across_the_heading():
 
 def test_motion_belongs_to_the_seed_and_the_time():
     """The same seed the same poses, another seed others; a longer track begins as the shorter one does."""
-    told = {"motion": {"yaw": {"rms": "1 deg", "period": 9}, "pitch": {"rms": "1 deg", "period": 5}}}
-    one, again, other = (true_poses(line(**told), seed=seed) for seed in (1, 1, 2))
+    settings = {"motion": {"yaw": {"rms": "1 deg", "period": 9}, "pitch": {"rms": "1 deg", "period": 5}}}
+    one, again, other = (true_poses(line(**settings), seed=seed) for seed in (1, 1, 2))
     np.testing.assert_array_equal(one.heading, again.heading)
     assert np.abs(one.heading - other.heading).max() > 0.01
-    longer = true_poses(line(pings=2400, **told), seed=1)
+    longer = true_poses(line(pings=2400, **settings), seed=1)
     np.testing.assert_array_equal(longer.heading[:1200], one.heading)
     assert abs(np.corrcoef(one.heading, one.pitch)[0, 1]) < 0.2  # freedoms are drawn apart
 
@@ -105,8 +105,8 @@ def test_a_logs_errors_are_offset_drift_and_noise():
     np.testing.assert_allclose(np.degrees(log.heading - true.heading), true.time / 1000, atol=1e-12)
 
 
-def test_noise_with_a_memory_forgets_itself_in_that_time():
-    """Neighbours that are a memory apart correlate by 1/e; the rms stays as asked (mean of 40 seeds)."""
+def test_noise_with_a_memory_decorrelates_in_that_time():
+    """Neighbours that are a memory apart correlate by 1/e; the rms stays as requested (mean of 40 seeds)."""
     true = true_poses(line(pings=4000))
     errors = NavigationErrors(east={"noise": "1 m", "correlation_time": "5 s"})
     noise = np.array([(logged_poses(errors, true, seed).position - true.position)[:, 1] for seed in range(40)])
@@ -127,7 +127,7 @@ def test_noise_with_a_memory_forgets_itself_in_that_time():
     ],
 )
 def test_a_motion_that_cannot_be_is_refused_with_advice(wrong, advice):
-    """Where, and the way out."""
+    """Where, and the fix."""
     with pytest.raises(ValidationError) as run_refusal:
         Motion(heave=wrong)
     assert advice in str(run_refusal.value)

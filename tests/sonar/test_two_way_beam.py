@@ -69,7 +69,7 @@ def test_ends_may_change_places():
     assert two_way_width(*ends) == two_way_width(*ends[::-1])
 
 
-def test_a_plates_two_way_beam_is_as_high_as_sinc_to_the_fourth_says():
+def test_a_plates_two_way_beam_is_as_high_as_sinc_to_the_fourth_predicts():
     """Half power where sinc^4 is 1/2, at 0.3189 of wavelength over height; a line across is not limited: 1 rad."""
     half = brentq(lambda x: np.sinc(x) ** 4 - 0.5, 0.1, 0.9)
     plate = PlanarArray(width=1.0, height=0.1)

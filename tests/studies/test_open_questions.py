@@ -12,7 +12,7 @@ from insonify.studies.page import Section, table, write_page
 
 
 def test_coherence_of_two_positions_is_that_of_random_scatterers() -> None:
-    """Scatterers summed one by one, with exact ranges, decorrelate as the closed form says."""
+    """Scatterers summed one by one, with exact ranges, decorrelate as the closed form states."""
     rng, slant, distance = np.random.default_rng(5), coherent_model.SLANT_RANGE, np.array([0.0, 0.3, 0.6])
     along = rng.uniform(-14, 14, (4000, 500))
     strength = rng.normal(size=along.shape) + 1j * rng.normal(size=along.shape)
@@ -65,7 +65,7 @@ def test_the_covariance_of_phases_begins_with_their_variance(length: float) -> N
 
 
 @pytest.mark.slow
-def test_a_focused_point_loses_what_the_covariance_of_phases_says() -> None:
+def test_a_focused_point_loses_what_the_covariance_of_phases_predicts() -> None:
     """Weakly inhomogeneous water: the simulated loss, averaged over few waters, is near its expectation."""
     found = aperture.evaluate(3, (0.5,), (1e-4,))
     mean = 10 * np.log10(np.mean(10 ** (found.loss / 10)))

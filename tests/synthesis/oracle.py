@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from oracles.listening import summed
+from oracles.time_series import summed
 
 RATE = 25e3
 CARRIER = 100e3
@@ -11,7 +11,7 @@ DURATION = 2e-4
 
 
 def pulse_spectrum(offset: NDArray[np.float64]) -> NDArray[np.complex128]:
-    """A 0.2 ms rectangle heard in a band of 0.8 RATE, rolled off to nothing at RATE / 2 [s]."""
+    """A 0.2 ms rectangle received in a band of 0.8 RATE, rolled off to nothing at RATE / 2 [s]."""
     roll_off = np.cos(np.pi / 2 * np.clip((np.abs(offset) / RATE - 0.4) / 0.1, 0, 1)) ** 2
     delayed = np.exp(-1j * np.pi * offset * DURATION)
     return roll_off * DURATION * np.sinc(offset * DURATION) * delayed

@@ -26,99 +26,99 @@ def echoes(seed, count, elements, *, moving=1.0, dopplers=2, none=0.2):
     weight = rng.normal(size=(3, count)) * (rng.uniform(size=(3, count)) > none) + 0j
     gain = rng.normal(size=(2, 1, count)).astype(np.float32)
     number = np.arange(elements)
-    ears = ReceiveBeams(place, speed, 0 * speed, np.stack([number, number + 1], axis=1), 0 * number, 0 * number)
+    channels = ReceiveBeams(place, speed, 0 * speed, np.stack([number, number + 1], axis=1), 0 * number, 0 * number)
     sent = TransmitLegs(away[:1] / SPEED, 1 + 1e-3 * rng.normal(size=(1, count)), weight[None, :1].astype(np.complex64))
-    heard = ReceiveLegs(
+    back = ReceiveLegs(
         away / SPEED, 1 / away, away, np.zeros((2, 0, count)), way, weight[1:].astype(np.complex64), gain
     )
     node = WaveformBasis(moving * 3e-3 * -np.cos((np.arange(dopplers) + 0.5) * np.pi / dopplers)).doppler
-    return ears, sent, heard, rng.uniform(0.5, 1, (2, count)), 1e-3 * moving, node
+    return channels, sent, back, rng.uniform(0.5, 1, (2, count)), 1e-3 * moving, node
 
 
-def laid(told, *, kernel=deposit_on_elements, first_time=0.0, cells=2000, ears=None):
+def deposited(paired, *, kernel=deposit_on_elements, first_time=0.0, cells=2000, channels=None):
     """Grids of all elements."""
-    own, sent, heard, strength, middle, node = told
-    ears, pair = own if ears is None else ears, np.array([[0, 0, 0], [0, 1, 1]])
+    own, sent, back, strength, middle, node = paired
+    channels, pair = own if channels is None else channels, np.array([[0, 0, 0], [0, 1, 1]])
     groups, together = group_layout(len(node))
-    grid = np.zeros((len(ears.position), groups, cells, together), np.complex64)
+    grid = np.zeros((len(channels.position), groups, cells, together), np.complex64)
     nodes = (aperture_nodes(*own[:3], 6.0, 0.04, SPEED / CARRIER), NO_SECTOR) if kernel is deposit_on_elements else ()
     reception = Reception(first_time, RATE, CARRIER, node, ArrayWater(1 / SPEED, 0.0, 1e-3, False, middle))
-    kernel(grid, PairedLegs(pair, sent, heard, strength), ears, *nodes, reception)
+    kernel(grid, PairedLegs(pair, sent, back, strength), channels, *nodes, reception)
     return grid
 
 
-def reordered(told, rows):
+def reordered(paired, rows):
     """The same scatterers in another order, or some of them."""
-    ears, sent, heard, strength, middle, node = told
+    channels, sent, back, strength, middle, node = paired
     own = np.ascontiguousarray
     sent = TransmitLegs(*(own(column[..., rows]) for column in sent))
-    heard = ReceiveLegs(*(own(column[:, rows]) if k == 4 else own(column[..., rows]) for k, column in enumerate(heard)))
-    return ears, sent, heard, own(strength[:, rows]), middle, node
+    back = ReceiveLegs(*(own(column[:, rows]) if k == 4 else own(column[..., rows]) for k, column in enumerate(back)))
+    return channels, sent, back, own(strength[:, rows]), middle, node
 
 
 @pytest.mark.parametrize(("count", "elements"), [(1, 1), (1, 17), (127, 7), (128, 8), (129, 9), (255, 16), (257, 33)])
 def test_tiles_and_sides_of_any_size(count, elements):
     """Tiles of 256 echoes and 8 elements, one less and one more: as element by element, 3e-6 of the rms."""
     for dopplers in (2, 5):
-        told = echoes(count, count, elements, dopplers=dopplers, none=0.0)
-        assert relative_rms(laid(told), laid(told, kernel=spread_echoes)) < 3e-6
+        paired = echoes(count, count, elements, dopplers=dopplers, none=0.0)
+        assert relative_rms(deposited(paired), deposited(paired, kernel=spread_echoes)) < 3e-6
 
 
 def test_a_block_larger_than_a_part_is_the_sum_of_its_scatterers():
     """32 768 scatterers and 300 more, three quarters of them silent: as in two blocks, to 2e-6."""
-    told = echoes(2, _PART + 300, 5, none=0.5)
-    whole = laid(told)
-    parts = [laid(reordered(told, rows)) for rows in (slice(0, _PART), slice(_PART, None))]
+    paired = echoes(2, _PART + 300, 5, none=0.5)
+    whole = deposited(paired)
+    parts = [deposited(reordered(paired, rows)) for rows in (slice(0, _PART), slice(_PART, None))]
     assert parts[1].any() and relative_rms(parts[0] + parts[1], whole) < 2e-6
 
 
 @pytest.mark.parametrize("dopplers", [2, 5])
 def test_scatterers_may_come_in_any_order(dopplers):
     """They are put in the order of their delays: shuffled, reversed, the same sound to 2e-6."""
-    told = echoes(3, 600, 12, dopplers=dopplers)
-    whole = laid(told)
+    paired = echoes(3, 600, 12, dopplers=dopplers)
+    whole = deposited(paired)
     for rows in (np.random.default_rng(1).permutation(600), np.arange(600)[::-1]):
-        assert relative_rms(laid(reordered(told, rows)), whole) < 2e-6
+        assert relative_rms(deposited(reordered(paired, rows)), whole) < 2e-6
 
 
 def test_echoes_off_the_grid_are_passed_over():
     """A grid that begins late and ends early holds what it has room for: the cells of the long one, 2e-6."""
-    told = echoes(4, 500, 9)
-    whole = laid(told)
-    late = laid(told, first_time=500 / RATE, cells=400)
+    paired = echoes(4, 500, 9)
+    whole = deposited(paired)
+    late = deposited(paired, first_time=500 / RATE, cells=400)
     assert relative_rms(late[:, :, 10:-10], whole[:, :, 510:890]) < 2e-6
-    assert not laid(told, first_time=1.0).any()
+    assert not deposited(paired, first_time=1.0).any()
 
 
 def test_dead_elements_record_nothing_and_do_not_affect_others():
-    """Two of nine deaf: not one cell of theirs; the cells of the others as before, to 1e-6."""
-    told = echoes(5, 400, 9)
-    whole, pattern = laid(told), np.zeros(9, int)
+    """Two of nine insensitive: not one cell of theirs; the cells of the others as before, to 1e-6."""
+    paired = echoes(5, 400, 9)
+    whole, pattern = deposited(paired), np.zeros(9, int)
     pattern[[0, 5]] = -1
-    some = laid(told, ears=told[0]._replace(pattern=pattern))
+    some = deposited(paired, channels=paired[0]._replace(pattern=pattern))
     alive = pattern == 0
     assert not some[~alive].any()
     assert relative_rms(some[alive], whole[alive]) < 1e-6
-    assert not laid(told, ears=told[0]._replace(pattern=np.full(9, -1))).any()
+    assert not deposited(paired, channels=paired[0]._replace(pattern=np.full(9, -1))).any()
 
 
 def test_no_arrivals_give_a_zero_recording():
-    """Scatterers that bring, return or answer nothing: silence."""
-    ears, sent, heard, strength, middle, node = told = echoes(6, 50, 5)
-    assert laid(told).any()
-    assert not laid((ears, sent._replace(weight=0 * sent.weight), heard, strength, middle, node)).any()
-    assert not laid((ears, sent, heard._replace(weight=0 * heard.weight), strength, middle, node)).any()
-    assert not laid((ears, sent, heard._replace(gain=0 * heard.gain), strength, middle, node)).any()
-    assert not laid((ears, sent, heard, 0 * strength, middle, node)).any()
+    """Scatterers that bring, return or scatter nothing: silence."""
+    channels, sent, back, strength, middle, node = paired = echoes(6, 50, 5)
+    assert deposited(paired).any()
+    assert not deposited((channels, sent._replace(weight=0 * sent.weight), back, strength, middle, node)).any()
+    assert not deposited((channels, sent, back._replace(weight=0 * back.weight), strength, middle, node)).any()
+    assert not deposited((channels, sent, back._replace(gain=0 * back.gain), strength, middle, node)).any()
+    assert not deposited((channels, sent, back, 0 * strength, middle, node)).any()
 
 
 def test_each_element_at_rest_receives_where_it_stands():
-    """One scatterer: the cells of an element are loudest at the way there and back by geometry, to one cell."""
-    told = echoes(7, 1, 33, moving=0.0, dopplers=1, none=0.0)
-    ears, sent, heard, strength, _, _ = told
-    grid = laid((ears, sent, heard, strength * [[1.0], [0.0]], 0.0, np.zeros(1)))[:, 0, :, 0]
-    away = float(heard.horizontal_distance[0, 0])
-    there = np.linalg.norm(away * heard.direction[0, 0] - ears.position, axis=1)
+    """One scatterer: the cells of an element are strongest at the way there and back by geometry, to one cell."""
+    paired = echoes(7, 1, 33, moving=0.0, dopplers=1, none=0.0)
+    channels, sent, back, strength, _, _ = paired
+    grid = deposited((channels, sent, back, strength * [[1.0], [0.0]], 0.0, np.zeros(1)))[:, 0, :, 0]
+    away = float(back.horizontal_distance[0, 0])
+    there = np.linalg.norm(away * back.direction[0, 0] - channels.position, axis=1)
     delay = float(sent.delay[0, 0]) + there / SPEED
     assert np.abs(np.abs(grid).argmax(axis=1) - delay * RATE).max() < 1
     peak = np.abs(grid).max(axis=1) * there / (1 - 1e-3 * (there - away))

@@ -29,23 +29,23 @@ def reception(middle, doppler_nodes):
 def test_beams_receive_the_sum_over_pairs(beams, patterns):
     """Two legs out, three back, at rest: cells as of each pair's echoes, weighed and turned one by one, to 1e-6."""
     rng = np.random.default_rng(beams + 7 * patterns)
-    sent, heard = legs(rng, 2), legs(rng, 3)
+    sent, received = legs(rng, 2), legs(rng, 3)
     out, back = rng.uniform(0.005, 0.02, (2, COUNT)), rng.uniform(0.005, 0.02, (3, COUNT))
     shading, gain = rng.normal(size=(beams, 2, COUNT)), rng.normal(size=(3, patterns, COUNT)).astype(np.float32)
     pair = np.array([[i, j, j] for i in range(2) for j in range(3)])
     strength, centre = rng.uniform(0.5, 1, (6, COUNT)), np.zeros((1, 3))
     way = np.tile([1.0, 0, 0], (3, COUNT, 1))
     channel = np.arange(3)
-    ears = ReceiveBeams(centre, centre, centre, np.array([[0, 3]]), channel % beams, channel % patterns)
+    receive_beams = ReceiveBeams(centre, centre, centre, np.array([[0, 3]]), channel % beams, channel % patterns)
     cells = np.zeros((3, 1, 4000, 1), np.complex64)
     out_legs = TransmitLegs(out, np.ones_like(out), (sent * shading).astype(np.complex64))
-    back_legs = ReceiveLegs(back, 1 / (1500 * back), back, np.empty((3, 0, COUNT)), way, heard, gain)
+    back_legs = ReceiveLegs(back, 1 / (1500 * back), back, np.empty((3, 0, COUNT)), way, received, gain)
     paired = PairedLegs(pair, out_legs, back_legs, strength)
-    spread_echoes(cells, paired, ears, reception(0.0, np.zeros(1)))
+    spread_echoes(cells, paired, receive_beams, reception(0.0, np.zeros(1)))
     expected = np.zeros((3, 4000), np.complex64)
     for row, (i, j, _) in enumerate(pair):
         delay = out[i] + back[j]
-        turned = sent[i] * heard[j] * strength[row] * np.exp(-2j * np.pi * CARRIER * delay)
+        turned = sent[i] * received[j] * strength[row] * np.exp(-2j * np.pi * CARRIER * delay)
         for c in range(3):
             weight = turned * shading[c % beams, i] * gain[j, c % patterns]
             deposit_pressure(expected[c], 0.0, RATE, delay, weight.astype(np.complex64))
@@ -53,23 +53,23 @@ def test_beams_receive_the_sum_over_pairs(beams, patterns):
 
 
 def test_channels_without_gain_record_nothing():
-    """An element of no pattern hears nothing, the one beside it what is there."""
+    """An element of no pattern receives nothing, the one beside it what is there."""
     one, place = np.ones((1, 5)), np.zeros((2, 3))
     own = np.array([[0, 1], [1, 2]])
-    ears = ReceiveBeams(place, place, place, own, np.zeros(2, int), np.array([-1, 0]))
+    receive_beams = ReceiveBeams(place, place, place, own, np.zeros(2, int), np.array([-1, 0]))
     cells = np.zeros((2, 1, 4000, 1), np.complex64)
     single = one.astype(np.complex64)
-    heard = ReceiveLegs(
+    receive_legs = ReceiveLegs(
         0.01 * one, one, one, np.empty((1, 0, 5)), np.ones((1, 5, 3)), single, np.ones((1, 1, 5), np.float32)
     )
     pair = np.zeros((1, 3), np.int64)
-    paired = PairedLegs(pair, TransmitLegs(0.01 * one, one, single[None]), heard, one)
-    spread_echoes(cells, paired, ears, reception(0.0, np.zeros(1)))
+    paired = PairedLegs(pair, TransmitLegs(0.01 * one, one, single[None]), receive_legs, one)
+    spread_echoes(cells, paired, receive_beams, reception(0.0, np.zeros(1)))
     assert not cells[0].any() and cells[1].any()
 
 
 @pytest.mark.parametrize("shapes", [2, 3, 4, 5])
-def test_an_echo_under_way_is_shared_among_its_shapes(shapes):
+def test_an_echo_of_a_moving_sonar_is_shared_among_its_shapes(shapes):
     """Two elements at 3 m/s: each grid holds the echo times Lagrange's polynomial of its Doppler factor, to 2e-5."""
     rng = np.random.default_rng(shapes)
     made = WaveformBasis(3e-3 * -np.cos((np.arange(shapes) + 0.5) * np.pi / shapes))
@@ -78,13 +78,15 @@ def test_an_echo_under_way_is_shared_among_its_shapes(shapes):
     way /= np.linalg.norm(way, axis=-1, keepdims=True)
     place, velocity = np.array([[0.2, 0, 0], [-0.2, 0.1, 0]]), np.tile([3.0, 0.5, 0], (2, 1))
     one, still, number = np.ones((1, COUNT)), np.zeros((2, 3)), np.arange(2)
-    ears = ReceiveBeams(place, velocity, still, np.stack([number, number + 1], axis=1), 0 * number, 0 * number)
+    receive_beams = ReceiveBeams(place, velocity, still, np.stack([number, number + 1], axis=1), 0 * number, 0 * number)
     none = np.empty((1, 0, COUNT))
-    heard = ReceiveLegs(away / 1500, 1 / away, away, none, way, one.astype(np.complex64), one[None].astype(np.float32))
+    receive_legs = ReceiveLegs(
+        away / 1500, 1 / away, away, none, way, one.astype(np.complex64), one[None].astype(np.float32)
+    )
     groups, together = group_layout(shapes)
     cells, middle = np.zeros((2, groups, 4000, together), np.complex64), 1e-3
-    paired = PairedLegs(np.zeros((1, 3), np.int64), TransmitLegs(away / 1500, one, weight[None]), heard, one)
-    spread_echoes(cells, paired, ears, reception(middle, made.doppler))
+    paired = PairedLegs(np.zeros((1, 3), np.int64), TransmitLegs(away / 1500, one, weight[None]), receive_legs, one)
+    spread_echoes(cells, paired, receive_beams, reception(middle, made.doppler))
     for e in range(2):
         when, fade, doppler = np.empty(COUNT), np.empty(COUNT, np.float32), np.empty(COUNT)
         echoes = ArrivalColumns(2 * away[0] / 1500, 1 / away[0], away[0], away[0], *np.ascontiguousarray(way[0].T),

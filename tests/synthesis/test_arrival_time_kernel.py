@@ -1,4 +1,4 @@
-"""Claims about the innermost loops of element recordings: where the echo is heard, and when, from geometry alone."""
+"""Claims about the innermost loops of element recordings: where the echo is received, and when, from geometry alone."""
 
 import numpy as np
 import pytest
@@ -52,7 +52,7 @@ def test_an_element_receives_from_where_it_stands(size):
 
 
 def test_an_element_at_the_scatterer_itself_receives_no_infinity():
-    """Nearer than a centimetre the sphere grows no louder."""
+    """Nearer than a centimetre the sphere grows no stronger."""
     when, fade = np.empty(1), np.empty(1, np.float32)
     echo = columns(np.zeros(1), np.ones(1), np.eye(3)[:, :1])
     arrival_stationary(echo, 1, np.array([1.0, 0, 0]), water(), when, fade)
@@ -60,7 +60,7 @@ def test_an_element_at_the_scatterer_itself_receives_no_infinity():
 
 
 @pytest.mark.parametrize("bent", [False, True], ids=["spheres", "expansion"])
-def test_a_moving_element_meets_the_wavefront(bent):
+def test_a_moving_element_crosses_the_wavefront(bent):
     """The moment solves |rx(t) - scatterer| = c (t - t0): 1e-11 s at 5 m/s and 0.5 m/s^2; both kernels in one speed."""
     away, way = ways(nearest=5.0)
     start = away / SPEED  # the sound left the scatterer then
@@ -83,13 +83,13 @@ def test_an_echo_is_where_its_middle_is():
     """Half a pulse as it was sent is taken off, whatever the Doppler: shapes are stretched about their middle."""
     away, way = ways(nearest=5.0)
     velocity, middle = np.array([5.0, 0, 0]), 2e-3
-    told = []
+    expected = []
     for half in (0.0, middle):
         when, fade, doppler = np.empty(200), np.empty(200, np.float32), np.empty(200)
         motion = ElementMotion(NONE, velocity, NONE)
         arrival_moving(columns(2 * away / SPEED, away, way), 200, motion, water(half), when, fade, doppler)
-        told.append(when)
-    np.testing.assert_allclose(told[0] - told[1], middle, atol=1e-15)
+        expected.append(when)
+    np.testing.assert_allclose(expected[0] - expected[1], middle, atol=1e-15)
 
 
 @pytest.mark.parametrize("count", [2, 3, 8, 31])
@@ -107,24 +107,24 @@ def test_shares_are_lagrange_s(count):
     np.testing.assert_allclose(share, shapes.weights(where), atol=2e-5)
 
 
-def test_a_transmitter_under_way_sends_from_where_it_is_at_the_pulse_s_middle():
+def test_a_moving_transmitter_sends_from_where_it_is_at_the_pulse_s_middle():
     """The middle leaves from velocity times half a pulse: its way, its spreading and its closing by plain vectors."""
     away, way = ways(nearest=2.0)
     velocity, middle = np.array([4.0, -3.0, 0.5]), 3e-3
-    later, leaving, louder = np.empty((3, 200))
-    transmit_moving(np.ascontiguousarray(way.T), away, velocity, middle, 1 / SPEED, later, leaving, louder)
+    later, leaving, growth = np.empty((3, 200))
+    transmit_moving(np.ascontiguousarray(way.T), away, velocity, middle, 1 / SPEED, later, leaving, growth)
     left = away * way - (middle * velocity)[:, None]
     length = np.linalg.norm(left, axis=0)
     np.testing.assert_allclose(later, middle + (length - away) / SPEED, atol=1e-13)
     np.testing.assert_allclose(leaving, velocity @ left / length / SPEED, atol=1e-13)
-    np.testing.assert_allclose(louder, away / length, rtol=1e-12)
+    np.testing.assert_allclose(growth, away / length, rtol=1e-12)
 
 
 def test_a_transmitter_at_rest_sends_at_the_middle_and_from_its_place():
-    """Nothing follows, nothing is louder; what is later is half the pulse."""
+    """Nothing follows, nothing is stronger; what is later is half the pulse."""
     away, way = ways()
-    later, leaving, louder = np.empty((3, 200))
-    transmit_moving(np.ascontiguousarray(way.T), away, NONE, 1e-3, 1 / SPEED, later, leaving, louder)
+    later, leaving, growth = np.empty((3, 200))
+    transmit_moving(np.ascontiguousarray(way.T), away, NONE, 1e-3, 1 / SPEED, later, leaving, growth)
     np.testing.assert_allclose(later, 1e-3, atol=1e-15)
     assert not leaving.any()
-    np.testing.assert_allclose(louder[away > 0.02], 1, rtol=1e-12)
+    np.testing.assert_allclose(growth[away > 0.02], 1, rtol=1e-12)

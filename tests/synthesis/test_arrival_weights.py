@@ -1,6 +1,6 @@
 """What an arrival weighs: the sonar equation, written out for single paths.
 
-Energies are laid down over the support of the pulse, which leaves out a millionth of it.
+Energies are deposited over the support of the pulse, which leaves out a millionth of it.
 """
 
 import numpy as np
@@ -14,18 +14,18 @@ from oracles.scenes import nominal, point
 WINDOW = {"track": {"window": (0.199, 0.206)}}
 
 
-def heard(families=("D",), targets=None, **told):
-    """Arrivals of points, and the sonar that hears them."""
+def received(families=("D",), targets=None, **settings):
+    """Arrivals of points, and the sonar that receives them."""
     scenario = nominal(
         targets=[point(0, 150, 19.5)] if targets is None else targets,
-        paths={"families": list(families), "contributions": ["target"]}, **{**WINDOW, **told},
+        paths={"families": list(families), "contributions": ["target"]}, **{**WINDOW, **settings},
     )  # fmt: skip
     return arrivals(scenario), build_simulator(scenario).ping_geometry(0), scenario
 
 
-def test_one_direct_path_obeys_the_sonar_equation():
+def test_one_direct_path_satisfies_the_sonar_equation():
     """SL - 2 TL + TS, on the axis of both beams; phase is that of twice the range."""
-    paths, here, scenario = heard()
+    paths, here, scenario = received()
     slant = np.hypot(150, 8.5)
     loss = 20 * np.log10(slant) + float(scenario.water.absorption(100e3)) * slant
     weight = arrival_weights(paths, here)[0]
@@ -38,44 +38,44 @@ def test_one_direct_path_obeys_the_sonar_equation():
 
 def test_a_target_strength_adds_its_decibels():
     """20 dB more of strength are 20 dB more of echo."""
-    faint, loud = (heard(targets=[point(0, 150, 19.5, strength=s)]) for s in (0.0, 20.0))
-    ratio = np.abs(arrival_weights(*loud[:2])[0] / arrival_weights(*faint[:2])[0])
+    weak, strong = (received(targets=[point(0, 150, 19.5, strength=s)]) for s in (0.0, 20.0))
+    ratio = np.abs(arrival_weights(*strong[:2])[0] / arrival_weights(*weak[:2])[0])
     assert ratio == pytest.approx(10.0, rel=1e-5)
 
 
 def test_off_the_axis_both_beams_take_their_share():
     """Gains of the two beams are those of a line of its length; the weight has both."""
     east, north = 150.0, 1.2
-    paths, here, _ = heard(targets=[point(north, east, 11.0)], track={"window": (0.19, 0.206)})
+    paths, here, _ = received(targets=[point(north, east, 11.0)], track={"window": (0.19, 0.206)})
     sent, back = beam_gains(paths, here, 0)
     sine = north / np.hypot(north, east)
-    wanted = abs(np.sinc(1.5 / 0.015 * sine))
-    assert sent[0] == pytest.approx(wanted, abs=2e-3) and back[0] == pytest.approx(wanted, abs=2e-3)
+    expected = abs(np.sinc(1.5 / 0.015 * sine))
+    assert sent[0] == pytest.approx(expected, abs=2e-3) and back[0] == pytest.approx(expected, abs=2e-3)
 
 
 def test_the_series_of_one_path_is_its_weight_times_the_pulse():
     """Simulated sound equals the weight and the pulse's own samples at the path's delay."""
-    paths, here, scenario = heard()
+    paths, here, scenario = received()
     held = simulate(scenario)
     time = held["time"].values
     weight = arrival_weights(paths, here)[0]
     carrier = np.exp(2j * np.pi * 0)  # baseband: the carrier stands in the weight
-    wanted = weight * carrier * here.pulse.samples(time - paths.delay[0])
+    expected = weight * carrier * here.pulse.samples(time - paths.delay[0])
     found = held["pressure"].values[0, 0]
-    assert np.linalg.norm(found - wanted) < 1e-5 * np.linalg.norm(wanted)
+    assert np.linalg.norm(found - expected) < 1e-5 * np.linalg.norm(expected)
 
 
 def test_the_energy_of_one_spike_is_its_square():
     """Expected intensity of one path: |A p|^2, sample by sample."""
-    paths, here, scenario = heard(field="incoherent")
+    paths, here, scenario = received(field="incoherent")
     time = simulate(scenario)["time"].values
-    wanted = np.abs(arrival_weights(paths, here)[0] * here.pulse.samples(time - paths.delay[0])) ** 2
-    np.testing.assert_allclose(spike_power(paths, here, time), wanted, rtol=1e-9, atol=1e-5 * wanted.max())
+    expected = np.abs(arrival_weights(paths, here)[0] * here.pulse.samples(time - paths.delay[0])) ** 2
+    np.testing.assert_allclose(spike_power(paths, here, time), expected, rtol=1e-9, atol=1e-5 * expected.max())
 
 
 def test_two_paths_of_one_point_interfere_in_the_mean():
     """They are one group: the energy is that of their sum, not the sum of their energies."""
-    paths, here, scenario = heard(("D", "B"), field="incoherent")
+    paths, here, scenario = received(("D", "B"), field="incoherent")
     assert len(paths) == 4
     time = simulate(scenario)["time"].values
     weight = arrival_weights(paths, here)
@@ -89,7 +89,7 @@ def test_two_paths_of_one_point_interfere_in_the_mean():
 def test_two_points_do_not_interfere_in_the_mean():
     """Two targets are two groups: energies add."""
     pair = [point(0, 150, 19.5), point(0, 150.01, 19.5, label="other")]
-    paths, here, scenario = heard(targets=pair, field="incoherent")
+    paths, here, scenario = received(targets=pair, field="incoherent")
     time = simulate(scenario)["time"].values
     weight = arrival_weights(paths, here)
     apart = sum(np.abs(w * here.pulse.samples(time - t)) ** 2 for w, t in zip(weight, paths.delay, strict=True))

@@ -1,4 +1,7 @@
-"""Claims about beams under way where rays bend, bands are told apart and replicas are shaken: one sound, told twice."""
+"""Claims about moving beams where rays bend, bands are distinguished and replicas are shaken.
+
+One sound, given twice.
+"""
 
 from dataclasses import replace
 
@@ -24,16 +27,16 @@ WATERS = {
 
 
 def under_way(*, track=None, paths=None, **more):
-    """A bed at 60 m from a sonar under way: its reading, and the largest block of pairs."""
+    """A bed at 60 m from a moving sonar: its reading, and the largest block of pairs."""
     scenario = nominal(paths={"max_reflections": 1, "scatterers_per_cell": 2.0, **(paths or {})}, **more)
-    told = {**scenario.model_dump(), "track": {**TRACK, **(track or {})}}
-    simulator = build_simulator(type(scenario)(**told))
+    settings = {**scenario.model_dump(), "track": {**TRACK, **(track or {})}}
+    simulator = build_simulator(type(scenario)(**settings))
     here = simulator.ping_geometry(0)
     blocks = [simulator.engine.pairs(here, block, include_negligible=False) for block in simulator.engine.blocks(here)]
     return simulator.coherent_accumulator(here), max(blocks, key=lambda pairs: len(pairs.scatterers))
 
 
-def heard(reading, *blocks):
+def received(reading, *blocks):
     """Cells of some pairs of legs."""
     cells = reading.empty()
     for pairs in blocks:
@@ -51,19 +54,19 @@ def test_strengths_may_be_written_out_first(world):
     """Products, or the strengths that they come to: the same cells, to 2e-6 of their rms."""
     reading, pairs = world
     assert isinstance(pairs.stored_strengths, SeparableStrengths) and len(pairs.pair) > 1
-    whole = heard(reading, pairs)
-    assert relative_rms(heard(reading, replace(pairs, stored_strengths=pairs.strength)), whole) < 2e-6
+    whole = received(reading, pairs)
+    assert relative_rms(received(reading, replace(pairs, stored_strengths=pairs.strength)), whole) < 2e-6
 
 
 def test_pairs_add_up(world):
     """Each ordered pair by itself, in turn: the sum is what all of them are, to 2e-6."""
     reading, pairs = world
     alone = [pairs.select(np.array([row])) for row in range(len(pairs.pair))]
-    assert relative_rms(sum(heard(reading, one) for one in alone), heard(reading, pairs)) < 2e-6
+    assert relative_rms(sum(received(reading, one) for one in alone), received(reading, pairs)) < 2e-6
 
 
 def test_what_a_caustic_turns_is_turned(world):
-    """A quarter turn told as a caustic of each leg, or of its mirrors: the same; both legs by one make a half turn."""
+    """A quarter turn given as a caustic of each leg, or of its mirrors: the same; both legs by one make a half turn."""
     reading, pairs = world
     quarter = 1j * np.ones_like(pairs.out.reflection_coefficient)
     out = pairs.out.caustic if pairs.out.caustic is not None else 1
@@ -74,29 +77,29 @@ def test_what_a_caustic_turns_is_turned(world):
             replace(pairs.out, reflection_coefficient=quarter * pairs.out.reflection_coefficient),
         )
     )
-    assert relative_rms(heard(reading, turned), heard(reading, mirrored)) < 1e-6
+    assert relative_rms(received(reading, turned), received(reading, mirrored)) < 1e-6
     if pairs.back is pairs.out:
-        assert relative_rms(heard(reading, turned), -heard(reading, pairs)) < 1e-6
+        assert relative_rms(received(reading, turned), -received(reading, pairs)) < 1e-6
 
 
 def test_a_leg_may_be_given_twice(world):
     """The legs back as a copy of those out: the same cells to 1e-6."""
     reading, pairs = world
-    assert relative_rms(heard(reading, replace(pairs, back=replace(pairs.back))), heard(reading, pairs)) < 1e-6
+    assert relative_rms(received(reading, replace(pairs, back=replace(pairs.back))), received(reading, pairs)) < 1e-6
 
 
 @pytest.mark.parametrize("water", ["even", "layered"])
 def test_a_sonar_at_no_speed_is_one_that_hops(water):
-    """Under way at a millionth of a metre per second, or from ping to ping: 2e-4 of a buoy's echo and the bed's."""
+    """Moving at a millionth of a metre per second, or from ping to ping: 2e-4 of a buoy's echo and the bed's."""
     more = {**WATERS[water], "targets": [point(0.0, 60.0, 15.0)]}
     slow, hops = (under_way(track=track, **more) for track in ({"speed": 1e-6}, {"speed": 1e-6, "stop_and_hop": True}))
-    series = [reading.time_series(heard(reading, pairs)) for reading, pairs in (slow, hops)]
+    series = [reading.time_series(received(reading, pairs)) for reading, pairs in (slow, hops)]
     assert relative_rms(series[0], series[1]) < 2e-4
 
 
 @pytest.mark.parametrize("record", ["beams", "elements"])
-def test_thinned_pings_under_way_have_bits_of_their_own(record):
-    """Rough ground, two pings, heard by two threads the other way round, or one alone: the same bits."""
+def test_thinned_pings_of_a_moving_sonar_have_bits_of_their_own(record):
+    """Rough ground, two pings, received by two threads the other way round, or one alone: the same bits."""
     line = {"length": 0.06, "elements": 8, "element": "baffled"}
     scenario = nominal(
         seabed={"depth": 20.0, "relief": {"kind": "power-law", "hurst": 0.8, "rms": 0.05}}, line=line,

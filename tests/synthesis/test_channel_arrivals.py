@@ -1,11 +1,11 @@
-"""Claims about arrivals of elements and of sonars under way: heard again, row by row, they are the recording."""
+"""Claims about arrivals of elements and of sonars moving: received again, row by row, they are the recording."""
 
 import numpy as np
 import pytest
 
 from insonify.explanation.sample_report import SampleArrivals, explain_sample
 from insonify.simulator import arrivals, build_simulator, levels, simulate
-from oracles.arrays import HEADING, START, heard_by_elements, line_of, some_targets
+from oracles.arrays import HEADING, START, elements_scenario, line_of, some_targets
 from oracles.arrival_sum import coherent_from_arrivals
 from oracles.underway import CARRIER, SPEED
 from synthesis.oracle import relative_rms
@@ -17,7 +17,7 @@ HEAD = {"kind": "arc", "radius": 0.2, "arc_angle": "120 deg", "elements": 5, "el
 
 
 @pytest.mark.parametrize(
-    "told",
+    "settings",
     [
         {"receiver": {"errors": {"gain_db": 1.0, "phase": "20 deg", "position": 0.001}}},
         {"track": {"speed": 0.0}},
@@ -31,20 +31,20 @@ HEAD = {"kind": "arc", "radius": 0.2, "arc_angle": "120 deg", "elements": 5, "el
     ],
     ids=["errors", "still", "rolling", "layered", "arc", "sub-bands", "beams", "beams in bands", "layered beams"],
 )
-def test_arrivals_received_again_are_the_recording(told):
+def test_arrivals_received_again_are_the_recording(settings):
     """Each channel's own arrivals, with their Doppler factors, give that channel back to 1e-5 of its rms."""
-    scenario = heard_by_elements(some_targets(), **told)
-    heard, simulator = simulate(scenario).pressure.values[0], build_simulator(scenario)
-    loudest = np.linalg.norm(heard, axis=1).max()
-    for channel in (0, len(heard) - 1):
+    scenario = elements_scenario(some_targets(), **settings)
+    received, simulator = simulate(scenario).pressure.values[0], build_simulator(scenario)
+    strongest = np.linalg.norm(received, axis=1).max()
+    for channel in (0, len(received) - 1):
         found, here = arrivals(scenario, channel=channel), simulator.ping_geometry(0, channel=channel)
         again = coherent_from_arrivals(found, here, simulator.grid, channel=channel)[0]
-        assert np.linalg.norm(again - heard[channel]) < 1e-5 * loudest
+        assert np.linalg.norm(again - received[channel]) < 1e-5 * strongest
 
 
-def test_arrivals_of_elements_want_to_know_which():
-    """Arrivals of one element are not those of another: without a channel there is no answer."""
-    scenario = heard_by_elements(some_targets(2))
+def test_arrivals_of_elements_need_a_choice_of_element():
+    """Arrivals of one element are not those of another: without a channel there is no result."""
+    scenario = elements_scenario(some_targets(2))
     simulator = build_simulator(scenario)
     with pytest.raises(ValueError, match="each element has arrivals of its own"):
         coherent_from_arrivals(arrivals(scenario), simulator.ping_geometry(0), simulator.grid)
@@ -56,17 +56,17 @@ def test_delays_and_doppler_of_a_closing_target_are_closed_form():
     ahead = START + away * np.array([np.cos(HEADING), np.sin(HEADING), 0])
     point = {"kind": "point", "element": "omni"}
     direct = {"max_reflections": 0, "contributions": ["target"]}
-    found = arrivals(heard_by_elements([ahead], receive=point, paths=direct))
+    found = arrivals(elements_scenario([ahead], receive=point, paths=direct))
     assert found.delay.item() == pytest.approx(2 * away / (SPEED + v), abs=1e-11)
     assert found.doppler.item() == pytest.approx((SPEED + v) / (SPEED - v) - 1, rel=1e-9)
-    hop = arrivals(heard_by_elements([ahead], receive=point, paths=direct, track={"stop_and_hop": True}))
+    hop = arrivals(elements_scenario([ahead], receive=point, paths=direct, track={"stop_and_hop": True}))
     assert hop.delay.item() == pytest.approx(2 * away / SPEED, abs=1e-12) and hop.doppler.item() == 0
 
 
 def test_explain_adds_up_for_an_element_under_way():
-    """The arrivals behind a sample sum to it, 1e-4 of the loudest, and the page tells element and shift."""
+    """The arrivals behind a sample sum to it, 1e-4 of the strongest, and the page gives element and shift."""
     ahead = START + 30 * np.array([np.cos(HEADING), np.sin(HEADING), 0])
-    scenario = heard_by_elements(
+    scenario = elements_scenario(
         [ahead, *some_targets(2)], pulse={"kind": "cw", "frequency": CARRIER, "duration": 2e-3}, receive=line_of(3)
     )
     held = simulate(scenario)
@@ -81,7 +81,7 @@ def test_explain_adds_up_for_an_element_under_way():
 def test_levels_of_an_element_are_its_own():
     """A head's elements expect the echo by where they face: the cosine of the angle, in dB."""
     ahead = START + 30 * np.array([np.cos(HEADING), np.sin(HEADING), 0])
-    scenario = heard_by_elements(
+    scenario = elements_scenario(
         [ahead], receive={**HEAD, "arc_angle": "180 deg"}, paths={"contributions": ["target"], "max_reflections": 0}
     )
     peaks = [
@@ -98,13 +98,13 @@ def test_levels_of_an_element_are_its_own():
 def test_a_sub_band_is_no_more_than_it_should_be():
     """Through the first side lobe of a 0.75 m line over 20 kHz, 60 m of way: the closed form at every frequency.
 
-    Line of length L: sinc(L f sin a / c); absorption as the water says at f; six nodes, 1e-3; one node is 20 times
+    Line of length L: sinc(L f sin a / c); absorption as the water states at f; six nodes, 1e-3; one node is 20 times
     worse.
     """
     off, away, length = np.radians(2.2), 30.0, 0.75
     bearing = HEADING + np.pi / 2 + off
     place = START + away * np.array([np.cos(bearing), np.sin(bearing), 0])
-    told = {
+    settings = {
         "pulse": {"kind": "lfm", "frequency": CARRIER, "bandwidth": 20e3, "duration": 2e-3},
         "transmit": {"kind": "line", "length": length, "element": "omni"}, "track": {"speed": 0.0},
         "receive": {"kind": "point", "element": "omni"}, "paths": {"max_reflections": 0, "contributions": ["target"]},
@@ -112,10 +112,10 @@ def test_a_sub_band_is_no_more_than_it_should_be():
     }  # fmt: skip
     errors = {}
     for count in (1, 6):
-        scenario = heard_by_elements(
-            [place], receiver={"bandwidth": 25e3, "record": "beams", "sub_bands": count}, **told
+        scenario = elements_scenario(
+            [place], receiver={"bandwidth": 25e3, "record": "beams", "sub_bands": count}, **settings
         )
-        heard = simulate(scenario).pressure.values[0, 0]
+        received = simulate(scenario).pressure.values[0, 0]
         simulator = build_simulator(scenario)
         rate, bins = scenario.sonar.receiver.sample_rate, 4096
         offset = np.fft.fftfreq(bins, 1 / rate)
@@ -124,5 +124,5 @@ def test_a_sub_band_is_no_more_than_it_should_be():
         gain = np.sinc(length * frequency / SPEED * np.sin(off)) * 10 ** (-lost / 20) * 1e10 / away**2
         turn = np.exp(-2j * np.pi * frequency * 2 * away / SPEED)
         known = np.fft.ifft(simulator.pulse.spectrum(offset) * gain * turn) * rate
-        errors[count] = relative_rms(heard, known[: len(heard)])
+        errors[count] = relative_rms(received, known[: len(received)])
     assert errors[6] < 1e-3 and errors[1] > 20 * errors[6]

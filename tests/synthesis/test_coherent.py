@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from insonify.simulator import arrivals, simulate
-from oracles.listening import heard, pulse_spectrum, relative_rms
 from oracles.scenes import PULSE, nominal, point
+from oracles.time_series import pulse_spectrum, received, relative_rms
 
 TONE = {"duration": 0.2e-3, "fraction": 0.2, "bandwidth": 0.0, "band": 20e3, "matched_filter": False}
 
@@ -36,22 +36,22 @@ def test_a_point_target_is_received_along_every_pair_of_paths(order):
                        paths={"max_reflections": order, "contributions": ["target"]})  # fmt: skip
     found = arrivals(scenario)
     series = simulate(scenario)
-    truth = heard(found.delay, 1e11 * found.amplitude[:, 0], series.time.values, 100e3,
+    truth = received(found.delay, 1e11 * found.amplitude[:, 0], series.time.values, 100e3,
                   lambda f: pulse_spectrum(f, **TONE), 25e3, 2048)  # fmt: skip
     assert relative_rms(series.pressure.values[0, 0], truth) < 1e-5
 
 
 def test_each_channel_receives_through_its_own_beam():
-    """A fan of three beams: each channel is the same beam heard alone, to 1e-6."""
+    """A fan of three beams: each channel is the same beam received alone, to 1e-6."""
     fan = (-0.02, 0.0, 0.02)
-    told = {
+    settings = {
         "targets": [point(1, 150, 19.5)],
         "track": {"window": (0.199, 0.203)},
         "paths": {"contributions": ["target"]},
     }
-    together = simulate(nominal(receive={"steer": fan}, **told)).pressure.values[0]
+    together = simulate(nominal(receive={"steer": fan}, **settings)).pressure.values[0]
     for channel, steer in enumerate(fan):
-        alone = simulate(nominal(receive={"steer": steer}, **told)).pressure.values[0, 0]
+        alone = simulate(nominal(receive={"steer": steer}, **settings)).pressure.values[0, 0]
         assert relative_rms(together[channel], alone) < 1e-6
 
 

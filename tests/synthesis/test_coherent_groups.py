@@ -20,11 +20,11 @@ TABLE = pulse_table(pulse, -6e-4, 6e-4, RATE)
 
 def intensity(group_first, delay, weight, start=0.01, count=600, **share):
     """What the kernel makes of it."""
-    heard = np.zeros(count)
+    received = np.zeros(count)
     shares = (share.get("interfering", 1.0), share.get("independent", 0.0))
     first = np.asarray(group_first, np.int64)
     add_groups(
-        heard,
+        received,
         start,
         RATE,
         TABLE.samples,
@@ -35,7 +35,7 @@ def intensity(group_first, delay, weight, start=0.01, count=600, **share):
         np.asarray(weight),
         *shares,
     )
-    return heard
+    return received
 
 
 def amplitude_weights(group_first, delay, weight, start=0.01, count=600, interfering=1.0, independent=0.0):

@@ -101,8 +101,11 @@ def test_elements_summed_with_delays_are_the_beams_of_the_grid():
         {"shape": "point", "label": f"{n}", "position": place, "target_strength_db": -30}
         for n, place in enumerate([(8.0, 0.6, 4.0), (5.0, 6.0, 3.5), (6.5, -5.0, 3.0)])
     ]
-    line, told = {"kind": "line", "length": 0.0533, "elements": 64}, {"contributions": ["target"], "max_reflections": 0}
-    common = {"targets": targets, "paths": told, "track": {**STILL, "window": (9e-3, 12e-3)}}
+    line, paths = (
+        {"kind": "line", "length": 0.0533, "elements": 64},
+        {"contributions": ["target"], "max_reflections": 0},
+    )
+    common = {"targets": targets, "paths": paths, "track": {**STILL, "window": (9e-3, 12e-3)}}
     every = tuple(np.radians(np.arange(-60, 61, 2.0)))
     bands = {"bandwidth": 60e3, "sub_bands": 9}
     beams = simulate(imaging(receive={**line, "steer": every}, receiver=bands, **common)).pressure.values[0]
@@ -147,8 +150,8 @@ def test_labels_of_many_beams_are_those_one_by_one(order, world, rms_db, monkeyp
     together = labels(scene)
     monkeypatch.setattr(label_accumulator, "direction_powers", lambda _: None)
     apart = labels(scene)
-    loud = apart.expected_intensity.values > 1e-5 * apart.expected_intensity.values.max()
-    error = 10 * np.log10(together.expected_intensity.values[loud] / apart.expected_intensity.values[loud])
+    strong = apart.expected_intensity.values > 1e-5 * apart.expected_intensity.values.max()
+    error = 10 * np.log10(together.expected_intensity.values[strong] / apart.expected_intensity.values[strong])
     assert 0 < np.sqrt(np.mean(error**2)) < rms_db and abs(np.mean(error)) < rms_db / 3
     assert apart.shadow.values.any() and apart.highlight.values.any()
     for name in ("highlight", "shadow", "ghost", "strongest_object"):

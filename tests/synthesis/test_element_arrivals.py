@@ -1,4 +1,4 @@
-"""Claims about elements of an array that moves: each hears what the definition of a moving receiver says."""
+"""Claims about elements of an array that moves: each receives what the definition of a moving receiver states."""
 
 import itertools
 
@@ -10,7 +10,7 @@ from insonify.propagation import eigenrays
 from insonify.simulator import build_simulator, simulate
 from insonify.sonar.pulse import envelope
 from insonify.sonar.track.motion import displacement
-from oracles.arrays import HEADING, START, WINDOW, heard_by_elements, line_of, some_targets
+from oracles.arrays import HEADING, START, WINDOW, elements_scenario, line_of, some_targets
 from oracles.underway import CARRIER, SPEED, echo, recorded
 from synthesis.oracle import relative_rms
 
@@ -66,37 +66,37 @@ def truth(scenario, targets, elements, families=("D", "S")):
 def test_every_element_receives_what_a_moving_receiver_receives(pulse, track, bar):
     """Four elements, six targets, all pairs of D and S: float64 sum from emission times.
 
-    Under way the echo is expanded about the pulse's middle, which leaves v^2 T^2 k / 8 R, and a rolling platform runs
+    Moving the echo is expanded about the pulse's middle, which leaves v^2 T^2 k / 8 R, and a rolling platform runs
     on a parabola: the bars.
     """
     targets = some_targets()
-    scenario = heard_by_elements(targets, pulse=pulse, track=track)
+    scenario = elements_scenario(targets, pulse=pulse, track=track)
     elements = (np.arange(4) - 1.5) / 4 * 0.24
-    heard = simulate(scenario, threads=1).pressure.values[0]
+    received = simulate(scenario, threads=1).pressure.values[0]
     known = truth(scenario, targets, elements)
-    assert [relative_rms(one, other) < bar for one, other in zip(heard, known, strict=True)] == [True] * 4
+    assert [relative_rms(one, other) < bar for one, other in zip(received, known, strict=True)] == [True] * 4
     if track.get("speed") != 0.0:  # and stop and hop is another world
         hop = simulate(scenario.model_copy(update={"track": scenario.track.model_copy(update={"stop_and_hop": True})}))
         assert relative_rms(hop.pressure.values[0], known) > 0.1
 
 
 def test_beams_of_a_moving_sonar_receive_its_doppler():
-    """A point receiver recorded as a beam is its one element, under way too: the same bits but for a gain of one."""
+    """A point receiver recorded as a beam is its one element, moving too: the same bits but for a gain of one."""
     targets = some_targets(3)
-    one = heard_by_elements(targets, receive={"kind": "point", "element": "omni"})
-    same = heard_by_elements(targets, receive={"kind": "point", "element": "omni"}, receiver={"record": "beams"})
+    one = elements_scenario(targets, receive={"kind": "point", "element": "omni"})
+    same = elements_scenario(targets, receive={"kind": "point", "element": "omni"}, receiver={"record": "beams"})
     assert relative_rms(simulate(same).pressure.values, simulate(one).pressure.values) < 1e-6
 
 
 def test_a_tone_ahead_comes_back_higher():
     """10 ms of 100 kHz towards a point at 3 m/s: 400 Hz up (2 v f / c), within 1 %."""
     ahead = START + 30 * np.array([np.cos(HEADING), np.sin(HEADING), 0])
-    scenario = heard_by_elements(
+    scenario = elements_scenario(
         [ahead], pulse={"kind": "cw", "frequency": CARRIER, "duration": 10e-3}, receiver={"bandwidth": 4e3},
         receive={"kind": "point", "element": "omni"}, paths={"max_reflections": 0, "contributions": ["target"]},
     )  # fmt: skip
-    heard = simulate(scenario).pressure.values[0, 0]
-    spectrum = np.abs(np.fft.fft(heard, 1 << 17))
+    received = simulate(scenario).pressure.values[0, 0]
+    spectrum = np.abs(np.fft.fft(received, 1 << 17))
     peak = np.fft.fftfreq(1 << 17, 1 / scenario.sonar.receiver.sample_rate)[np.argmax(spectrum)]
     assert peak == pytest.approx(2 * 3 / SPEED * CARRIER, rel=0.01)
 
@@ -106,18 +106,18 @@ def test_doppler_passes_for_range_in_a_compressed_sweep(sweep, sign):
     """Range-Doppler coupling: the peak moves by f_d T c / 2 B, within 5 %, nearer for a rising sweep that closes in."""
     ahead = START + 30 * np.array([np.cos(HEADING), np.sin(HEADING), 0])
     pulse = {"kind": "lfm", "frequency": CARRIER, "bandwidth": 8e3, "duration": 10e-3, "sweep": sweep}
-    scenario = heard_by_elements(
+    scenario = elements_scenario(
         [ahead],
         pulse=pulse,
         receive={"kind": "point", "element": "omni"},
         receiver={"bandwidth": 20e3, "matched_filter": True},
         paths={"max_reflections": 0, "contributions": ["target"]},
     )
-    heard = np.abs(simulate(scenario).pressure.values[0, 0])
-    k = int(np.argmax(heard))
-    a, b, c = heard[k - 1 : k + 2]
+    received = np.abs(simulate(scenario).pressure.values[0, 0])
+    k = int(np.argmax(received))
+    a, b, c = received[k - 1 : k + 2]
     peak = (k + 0.5 * (a - c) / (a - 2 * b + c)) / scenario.sonar.receiver.sample_rate
-    middle = 2 * (30 - 3 * 5e-3) / (SPEED + 3)  # how long the pulse's middle is under way
+    middle = 2 * (30 - 3 * 5e-3) / (SPEED + 3)  # how long the pulse's middle is moving
     bias = 400 * 10e-3 * SPEED / 2 / 8e3
     assert (peak - middle) * SPEED / 2 == pytest.approx(sign * bias, rel=0.05)
 
@@ -126,7 +126,7 @@ def test_layered_water_bends_the_wavefronts_that_elements_receive():
     """Rays of their own to every element of a 3 x 3 panel of 0.3 m, through a thermocline: 1e-5 (seen: 4e-6)."""
     targets = some_targets(5)
     panel = {"kind": "planar", "width": 0.3, "height": 0.3, "columns": 3, "rows": 3, "element": "omni"}
-    scenario = heard_by_elements(
+    scenario = elements_scenario(
         targets, pulse={"kind": "cw", "frequency": CARRIER, "duration": 0.5e-3}, receive=panel, track={"speed": 0.0},
         water={"profile": [[0, 1520], [8, 1518], [12, 1495], [20, 1490]], "smoothing": 1.0, "noise_level_db": None,
                "absorption_db_per_m": 0.0},
@@ -141,8 +141,8 @@ def test_layered_water_bends_the_wavefronts_that_elements_receive():
                 carried = a1 * a2 * np.exp(-2j * np.pi * ((CARRIER * (d1 + d2)) % 1))
                 raw[row] += 1e10 * carried * envelope(scenario.sonar.pulse, TIME - d1 - d2)
     known = recorded(raw, scenario, RATE)
-    heard = simulate(scenario).pressure.values[0]
-    error = np.array([relative_rms(one, other) for one, other in zip(heard, known, strict=True)]).reshape(3, 3)
+    received = simulate(scenario).pressure.values[0]
+    error = np.array([relative_rms(one, other) for one, other in zip(received, known, strict=True)]).reshape(3, 3)
     assert error[1, 1] < 3e-6 and error.max() < 1e-5
 
 
@@ -167,12 +167,12 @@ def test_transmitter_and_receiver_may_change_places():
     ends = [((0.0, 0.0, 0.0), apart), (apart, (0.0, 0.0, 0.0))]
     one, other = (
         simulate(
-            heard_by_elements(
+            elements_scenario(
                 some_targets(), transmit={"kind": "point", "element": "omni", "offset": sent}, track={"speed": 0.0},
-                receive={"kind": "elements", "element": "omni", "positions": [(0, 0, 0)], "offset": heard},
+                receive={"kind": "elements", "element": "omni", "positions": [(0, 0, 0)], "offset": received},
             )
         ).pressure.values[0, 0]
-        for sent, heard in ends
+        for sent, received in ends
     )  # fmt: skip
     assert np.linalg.norm(one) > 0 and relative_rms(one, other) < 1e-4
 
@@ -186,18 +186,18 @@ def test_elements_summed_with_delays_are_the_beam():
     steer, away = np.radians(8), 300.0
     bearing = HEADING + np.pi / 2 + np.radians(7)
     target = START + away * np.array([np.cos(bearing), np.sin(bearing), 0])
-    told = {
+    settings = {
         "track": {"speed": 0.0, "window": (0.398, 0.404)},
         "paths": {"max_reflections": 0, "contributions": ["target"]},
     }
-    each = heard_by_elements([target], receive=line, **told)
-    beam = heard_by_elements([target], receive={**line, "steer": (steer,)}, receiver={"record": "beams"}, **told)
-    heard = simulate(each).pressure.values[0]
+    each = elements_scenario([target], receive=line, **settings)
+    beam = elements_scenario([target], receive={**line, "steer": (steer,)}, receiver={"record": "beams"}, **settings)
+    received = simulate(each).pressure.values[0]
     rate, right = each.sonar.receiver.sample_rate, (np.arange(32) - 15.5) / 32 * 0.24
     sooner = right * np.sin(steer) / SPEED - right**2 * np.cos(steer) ** 2 / (2 * away * SPEED)
-    offset = np.fft.fftfreq(heard.shape[1], 1 / rate)
+    offset = np.fft.fftfreq(received.shape[1], 1 / rate)
     late = np.exp(-2j * np.pi * np.outer(sooner, CARRIER + offset))
-    summed = np.fft.ifft(np.mean(np.fft.fft(heard, axis=1) * late, axis=0))
+    summed = np.fft.ifft(np.mean(np.fft.fft(received, axis=1) * late, axis=0))
     known = simulate(beam).pressure.values[0, 0]
     assert np.abs(summed - known).max() < 1e-2 * np.abs(known).max()
 
@@ -205,20 +205,20 @@ def test_elements_summed_with_delays_are_the_beam():
 def test_dead_elements_are_silent_and_gains_are_as_drawn():
     """Two of six dead: zeros. The others: the sound of perfect ones times the response drawn, 1 dB and 10 deg."""
     errors = {"gain_db": 1.0, "phase": "10 deg", "dead": [1, 4]}
-    worn = heard_by_elements(some_targets(3), receive=line_of(6), receiver={"errors": errors})
-    fresh = heard_by_elements(some_targets(3), receive=line_of(6))
-    heard, whole = (simulate(one).pressure.values[0] for one in (worn, fresh))
+    worn = elements_scenario(some_targets(3), receive=line_of(6), receiver={"errors": errors})
+    fresh = elements_scenario(some_targets(3), receive=line_of(6))
+    received, whole = (simulate(one).pressure.values[0] for one in (worn, fresh))
     response = build_simulator(worn).ping_geometry(0).elements.response
-    assert not heard[[1, 4]].any() and (response == 0).sum() == 2
-    np.testing.assert_allclose(heard, whole * response[:, None], atol=1e-5 * np.abs(whole).max())
+    assert not received[[1, 4]].any() and (response == 0).sum() == 2
+    np.testing.assert_allclose(received, whole * response[:, None], atol=1e-5 * np.abs(whole).max())
 
 
 def test_elements_on_an_arc_receive_where_they_face():
-    """A half-round head: a target abeam of one end is 20 dB louder there than at the other, which faces away."""
+    """A half-round head: a target abeam of one end is 20 dB stronger there than at the other, which faces away."""
     head = {"kind": "arc", "radius": 0.2, "arc_angle": "180 deg", "elements": 9, "element": "cosine"}
     # boresight is starboard of north-east by east: the last element faces to its right, which is astern
     astern = START - 30 * np.array([np.cos(HEADING), np.sin(HEADING), 0])
-    scenario = heard_by_elements(
+    scenario = elements_scenario(
         [astern], receive=head, track={"speed": 0.0}, paths={"max_reflections": 0, "contributions": ["target"]}
     )
     level = np.linalg.norm(simulate(scenario).pressure.values[0], axis=1)
@@ -228,6 +228,6 @@ def test_elements_on_an_arc_receive_where_they_face():
 
 def test_the_bits_do_not_depend_on_threads():
     """One thread and two: the same recording."""
-    scenario = heard_by_elements(some_targets())
+    scenario = elements_scenario(some_targets())
     one, two = (simulate(scenario, threads=count).pressure.values for count in (1, 2))
     np.testing.assert_array_equal(one, two)

@@ -1,4 +1,4 @@
-"""Claims about echoes along an aperture: a few nodes tell every element what each would have been told by itself."""
+"""Claims about echoes along an aperture: a few nodes give every element what each would receive by itself."""
 
 import numpy as np
 import pytest
@@ -16,7 +16,7 @@ CARRIER, RATE, COUNT, SPEED = 100e3, 40e3, 700, 1500.0
 NEAREST = 6.0
 
 
-def met(elements, *, bent, patterns, dopplers, velocity, count=COUNT):
+def drawn_legs(elements, *, bent, patterns, dopplers, velocity, count=COUNT):
     """Two legs out and two back between some scatterers and a line of 1 m that turns while it goes ahead."""
     rng = np.random.default_rng(elements)
     along = np.linspace(-0.5, 0.5, elements)[:, None]
@@ -31,17 +31,19 @@ def met(elements, *, bent, patterns, dopplers, velocity, count=COUNT):
     weight = (rng.normal(size=(2, 2, count)) * (rng.uniform(size=(2, 2, count)) > 1 / 3)).astype(np.complex64)
     gain = rng.normal(size=(2, patterns, count)).astype(np.float32)
     number = np.arange(elements)
-    ears = ReceiveBeams(place, speed, growth, np.stack([number, number + 1], axis=1), 0 * number, number % patterns)
+    receive_beams = ReceiveBeams(
+        place, speed, growth, np.stack([number, number + 1], axis=1), 0 * number, number % patterns
+    )
     level = away * np.hypot(way[..., 0], way[..., 1])
     sent = TransmitLegs(away / SPEED, 1 + 1e-3 * rng.normal(size=away.shape), weight[:1] + 0j * weight[:1])
     sent = sent._replace(weight=weight[None, 0])
-    heard = ReceiveLegs(away / SPEED, 1 / away, level, beside, way, weight[1], gain)
+    receive_legs = ReceiveLegs(away / SPEED, 1 / away, level, beside, way, weight[1], gain)
     pair = np.array([[i, j, j] for i in range(2) for j in range(2)])
     shapes = WaveformBasis(velocity * 3e-3 * -np.cos((np.arange(dopplers) + 0.5) * np.pi / dopplers))
     middle = 1e-3 if velocity else 0.0
     water = ArrayWater(1 / SPEED, 0.02 * bent, 1e-3, bent, middle)
     end = (Reception(0.0, RATE, CARRIER, shapes.doppler, water),)
-    return ears, (PairedLegs(pair, sent, heard, rng.uniform(0.5, 1, (4, count))), ears), end
+    return receive_beams, (PairedLegs(pair, sent, receive_legs, rng.uniform(0.5, 1, (4, count))), receive_beams), end
 
 
 def silence(elements, dopplers):
@@ -55,10 +57,10 @@ def silence(elements, dopplers):
     [(20, False, 1, 4, 1.0), (20, False, 3, 6, 1.0), (33, True, 1, 2, 1.0), (20, False, 1, 1, 0.0)],
 )
 def test_nodes_interpolate_to_each_element(elements, bent, patterns, dopplers, velocity):
-    """A line of 1 m from 6 m on, under way and at rest: as laid down element by element, to 2e-6 of the rms."""
-    ears, begin, end = met(elements, bent=bent, patterns=patterns, dopplers=dopplers, velocity=velocity)
+    """A line of 1 m from 6 m on, moving and at rest: as deposited element by element, to 2e-6 of the rms."""
+    receive_beams, begin, end = drawn_legs(elements, bent=bent, patterns=patterns, dopplers=dopplers, velocity=velocity)
     nearest = float(begin[0].receive.horizontal_distance.min()) if bent else NEAREST
-    nodes = aperture_nodes(*ears[:3], nearest, 0.04, SPEED / CARRIER)
+    nodes = aperture_nodes(*receive_beams[:3], nearest, 0.04, SPEED / CARRIER)
     assert bent or len(nodes.position) < elements / 2
     few, each = silence(elements, dopplers), silence(elements, dopplers)
     deposit_on_elements(few, *begin, nodes, NO_SECTOR, *end)
@@ -68,9 +70,9 @@ def test_nodes_interpolate_to_each_element(elements, bent, patterns, dopplers, v
 
 def test_echoes_before_the_grid_are_not_received_by_way_of_a_second_part():
     """Of 33,000 scatterers, more than are taken at once, most echo before the grid: as one by one, none before it."""
-    ears, begin, end = met(6, bent=False, patterns=1, dopplers=1, velocity=0.0, count=33_000)
+    receive_beams, begin, end = drawn_legs(6, bent=False, patterns=1, dopplers=1, velocity=0.0, count=33_000)
     end = (end[0]._replace(first_time=0.028),)
-    nodes = aperture_nodes(*ears[:3], NEAREST, 0.04, SPEED / CARRIER)
+    nodes = aperture_nodes(*receive_beams[:3], NEAREST, 0.04, SPEED / CARRIER)
     few, each = silence(8, 1), silence(6, 1)
     deposit_on_elements(few[1:7], *begin, nodes, NO_SECTOR, *end)
     spread_echoes(each, *begin, *end)
@@ -79,12 +81,12 @@ def test_echoes_before_the_grid_are_not_received_by_way_of_a_second_part():
 
 
 def test_elements_off_a_line_are_evaluated_one_by_one():
-    """A bow has no line of nodes: all its elements are nodes, and hear what they hear by themselves, to 1e-6."""
-    ears, begin, end = met(12, bent=False, patterns=1, dopplers=3, velocity=1.0)
-    place = ears.position + np.outer(np.linspace(-1, 1, 12) ** 2, [0.0, 0.0, 0.01])
-    nodes = aperture_nodes(place, *ears[1:3], NEAREST, 0.04, SPEED / CARRIER)
+    """A bow has no line of nodes: all its elements are nodes, and receive what they receive by themselves, to 1e-6."""
+    receive_beams, begin, end = drawn_legs(12, bent=False, patterns=1, dopplers=3, velocity=1.0)
+    place = receive_beams.position + np.outer(np.linspace(-1, 1, 12) ** 2, [0.0, 0.0, 0.01])
+    nodes = aperture_nodes(place, *receive_beams[1:3], NEAREST, 0.04, SPEED / CARRIER)
     assert isinstance(nodes, ApertureNodes) and len(nodes.position) == 12
-    begin = (*begin[:-1], ears._replace(position=place))
+    begin = (*begin[:-1], receive_beams._replace(position=place))
     few, each = silence(12, 3), silence(12, 3)
     deposit_on_elements(few, *begin, nodes, NO_SECTOR, *end)
     spread_echoes(each, *begin, *end)

@@ -8,14 +8,14 @@ import pytest
 from insonify.simulator import build_simulator
 from insonify.sonar.beam import POINTS_PER_LOBE
 from insonify.synthesis import element_arrivals
-from oracles.arrays import heard_by_elements, line_of
+from oracles.arrays import elements_scenario, line_of
 
 TURNING = {"motion": {"yaw": {"rms": "3 deg", "period": "4 s"}, "heave": {"rms": 0.2, "period": "6 s"}}}
 
 
-def ping_geometry(**told):
+def ping_geometry(**settings):
     """A sonar at 3 m/s that looks to starboard, and records its elements."""
-    return build_simulator(heard_by_elements([(0, 20, 5)], **told)).ping_geometry(0)
+    return build_simulator(elements_scenario([(0, 20, 5)], **settings)).ping_geometry(0)
 
 
 def ways(count=30):
@@ -56,16 +56,16 @@ def test_elements_see_what_is_nearby_from_where_they_are():
 
 
 def test_sound_leaves_from_where_the_transmitter_is_in_the_middle_of_the_pulse():
-    """Later, followed and louder by geometry: 1e-15 s, 1e-12; at rest nothing is."""
+    """Later, followed and stronger by geometry: 1e-15 s, 1e-12; at rest nothing is."""
     here, way = ping_geometry(), ways()
     away = np.random.default_rng(2).uniform(0.5, 40, 30)
     velocity, half = here.transmit_velocity, here.pulse.pulse.duration / 2
     line = away[:, None] * way - half * velocity
     left = np.linalg.norm(line, axis=1)
-    later, leaving, louder = element_arrivals.transmitter_motion(way, away, here)
+    later, leaving, factor = element_arrivals.transmitter_motion(way, away, here)
     np.testing.assert_allclose(later, half + (left - away) / here.sound_speed, rtol=0, atol=1e-15)
     np.testing.assert_allclose(leaving, line @ velocity / left / here.sound_speed, atol=1e-12)
-    np.testing.assert_allclose(louder, away / left, rtol=1e-12)
+    np.testing.assert_allclose(factor, away / left, rtol=1e-12)
     assert np.linalg.norm(velocity) == pytest.approx(3.0)
     for one, idle in zip(
         element_arrivals.transmitter_motion(way, away, ping_geometry(track={"speed": 0.0})), (0, 0, 1), strict=True
@@ -75,7 +75,7 @@ def test_sound_leaves_from_where_the_transmitter_is_in_the_middle_of_the_pulse()
 
 def test_absorption_is_given_as_a_pressure_ratio():
     """exp(-a r) with a of `absorption_np_per_m` is the loss in dB at any frequency, to 1e-12; 1 at the carrier."""
-    water = build_simulator(heard_by_elements([(0, 20, 5)], water={"noise_level_db": None})).engine.scene.water
+    water = build_simulator(elements_scenario([(0, 20, 5)], water={"noise_level_db": None})).engine.scene.water
     length = np.array([[0.0, 1.0, 30.0], [200.0, 5.0, 1e3]])
     for offset in (-20e3, 3e3):
         more = element_arrivals.absorption_np_per_m(water, 1e5 + offset) - element_arrivals.absorption_np_per_m(
@@ -90,7 +90,7 @@ def test_absorption_is_given_as_a_pressure_ratio():
     assert (water.relative_absorption(length, 0.0, 1e5) == 1).all()
 
 
-def test_patterns_tell_elements_apart_only_near_them():
+def test_patterns_distinguish_elements_only_near_them():
     """Omnidirectional elements never; pistons of 20 cm nearer than pi places per pattern's angle over the bound."""
     here = ping_geometry(track={"speed": 0.0}, receive=line_of(4, 0.8))
     assert not element_arrivals.has_parallax(here, element_arrivals.receive_points(here), 0.1, 0.06)

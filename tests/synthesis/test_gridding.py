@@ -13,28 +13,28 @@ from synthesis.oracle import RATE, carried, pulse_spectrum, relative_rms, series
 GRID = time_grid(0.0, 0.1, RATE, -2e-3, 2e-3)
 
 
-def heard(cells):
+def transformed(cells):
     """The series of filled cells."""
     return convolve_pulse(cells[np.newaxis], GRID, pulse_spectrum(GRID.frequencies))[0]
 
 
-def laid(kernel, *columns, grid=GRID):
+def deposited(kernel, *columns, grid=GRID):
     """Cells filled by a kernel."""
     cells = grid.cells()[0]
     kernel(cells, grid.first_time, grid.cell_rate, *columns)
     return cells
 
 
-def laid_carrier(delay, amplitude, grid=GRID):
+def deposited_carrier(delay, amplitude, grid=GRID):
     """Cells filled by echoes of a carrier."""
-    return laid(deposit_pressure, delay, carried(delay, amplitude).astype(np.complex64), grid=grid)
+    return deposited(deposit_pressure, delay, carried(delay, amplitude).astype(np.complex64), grid=grid)
 
 
 def test_engine_sum_equals_the_sum_over_frequencies():
     """200 spikes at 100 kHz: the gridded series equals the float64 frequency-domain sum to 2e-6 (bar: 1e-5)."""
     delay, amplitude = spikes(200, 0.0, 0.099)
     truth = series(delay, carried(delay, amplitude), GRID.time)
-    assert relative_rms(heard(laid_carrier(delay, amplitude)), truth) <= 2e-6
+    assert relative_rms(transformed(deposited_carrier(delay, amplitude)), truth) <= 2e-6
 
 
 def test_finufft_agrees():
@@ -44,7 +44,7 @@ def test_finufft_agrees():
     bins = finufft.nufft1d1(angle, carried(delay, amplitude).astype(complex), GRID.padded_samples, eps=1e-12, isign=-1)
     shaped = np.fft.ifftshift(bins) * pulse_spectrum(GRID.frequencies)
     truth = (np.fft.ifft(shaped) * RATE)[: GRID.sample_count]
-    assert relative_rms(heard(laid_carrier(delay, amplitude)), truth) <= 3e-6
+    assert relative_rms(transformed(deposited_carrier(delay, amplitude)), truth) <= 3e-6
 
 
 def test_a_long_chirp_costs_no_accuracy():
@@ -56,17 +56,17 @@ def test_a_long_chirp_costs_no_accuracy():
 
     grid = time_grid(0.0, 0.1, RATE, -0.012, 0.012)
     delay, amplitude = spikes(200, 0.0, 0.099)
-    cells = laid_carrier(delay, amplitude, grid)
+    cells = deposited_carrier(delay, amplitude, grid)
     got = convolve_pulse(cells[np.newaxis], grid, chirp(grid.frequencies))[0]
     assert relative_rms(got, series(delay, carried(delay, amplitude), grid.time, chirp)) <= 2e-6
 
 
 def test_sound_adds():
-    """Two crowds heard together are the sum of each heard alone."""
+    """Two crowds received together are the sum of each received alone."""
     one, two = spikes(300, 0, 0.1, seed=1), spikes(300, 0, 0.1, seed=2)
     both = [np.concatenate(columns) for columns in zip(one, two, strict=True)]
-    together = laid_carrier(*both)
-    apart = laid_carrier(*one) + laid_carrier(*two)
+    together = deposited_carrier(*both)
+    apart = deposited_carrier(*one) + deposited_carrier(*two)
     assert relative_rms(together, apart) <= 3e-7
 
 
@@ -74,23 +74,26 @@ def test_a_delay_of_one_sample_shifts_the_series():
     """Later by one output sample is the same series one sample on, turned by the carrier."""
     delay, amplitude = spikes(100, 0.01, 0.08)
     turned = carried(delay, amplitude).astype(np.complex64)
-    first, later = heard(laid(deposit_pressure, delay, turned)), heard(laid(deposit_pressure, delay + 1 / RATE, turned))
+    first, later = (
+        transformed(deposited(deposit_pressure, delay, turned)),
+        transformed(deposited(deposit_pressure, delay + 1 / RATE, turned)),
+    )
     assert relative_rms(later[1:], first[:-1]) <= 2e-6
 
 
 @pytest.mark.parametrize("count", [0, 1, 511, 512, 513, 1025])
 def test_no_spike_is_lost_between_blocks(count):
-    """Any number of spikes is laid down whole: the cells' sum is the weights' sum, times the kernel's own."""
+    """Any number of spikes is deposited whole: the cells' sum is the weights' sum, times the kernel's own."""
     delay, weight = np.full(count, 0.05), np.ones(count, np.complex64)
-    one = laid(deposit_pressure, np.array([0.05]), np.ones(1, np.complex64)).sum()
-    assert laid(deposit_pressure, delay, weight).sum() == pytest.approx(count * one, rel=1e-5)
+    one = deposited(deposit_pressure, np.array([0.05]), np.ones(1, np.complex64)).sum()
+    assert deposited(deposit_pressure, delay, weight).sum() == pytest.approx(count * one, rel=1e-5)
 
 
 def test_silent_spikes_leave_no_trace():
     """Weights of nothing, delays off the grid and delays that are no number leave the cells at zero."""
     delay = np.array([0.05, -1.0, 7.0, np.nan, np.inf])
     weight = np.array([0, 1, 1, 1, 1], np.complex64)
-    assert not laid(deposit_pressure, delay, weight).any()
+    assert not deposited(deposit_pressure, delay, weight).any()
 
 
 def test_threads_do_not_change_a_bit():
@@ -99,7 +102,7 @@ def test_threads_do_not_change_a_bit():
 
     def chunk(k):
         part = slice(10_000 * k, 10_000 * (k + 1))
-        return laid_carrier(delay[part], amplitude[part])
+        return deposited_carrier(delay[part], amplitude[part])
 
     sums = []
     for threads in (1, 2):
@@ -132,5 +135,5 @@ def test_mean_power_is_the_energy():
     energies = grid.energy_cells()
     deposit_energy(energies[0], grid.first_time, grid.energy_rate, delay, np.abs(amplitude.astype(complex)) ** 2)
     expected = convolve_energy(energies, grid, pulse_spectrum(grid.frequencies))[0]
-    loud = expected > 0.1 * expected.max()
-    np.testing.assert_allclose(power[loud], expected[loud], rtol=0.05)
+    strong = expected > 0.1 * expected.max()
+    np.testing.assert_allclose(power[strong], expected[strong], rtol=0.05)

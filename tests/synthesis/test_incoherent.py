@@ -22,9 +22,9 @@ def test_a_shallow_sonar_receives_lloyds_fringes():
     Out and back the intensity follows |1 - exp(-j k dL)|^4 where D and S overlap; a pulse of 1 ms lets levels
     swing by more than 20 dB, and maxima stand where dL is an odd number of half wavelengths (range within 2 %).
     """
-    heard = simulate(lloyd(duration=1e-3))
-    slant = 1500 * (heard.time.values - 0.5e-3) / 2
-    level = 10 * np.log10(heard.intensity.values[0, 0] * slant**7)
+    received = simulate(lloyd(duration=1e-3))
+    slant = 1500 * (received.time.values - 0.5e-3) / 2
+    level = 10 * np.log10(received.intensity.values[0, 0] * slant**7)
     assert level.max() - level.min() > 20
     ground = np.sqrt(slant**2 - 9.5**2)
     mirrored = np.hypot(ground, 10.5) - np.hypot(ground, 9.5)
@@ -40,9 +40,9 @@ def test_lloyds_fringes_are_the_mean_of_the_coherent_reading():
     Over all 36 000 cells the bias is within 0.1 dB (0.023 dB standard error); in bins of 2 ms (N = 520, 0.19 dB)
     within 0.7 dB, on crests and in troughs.
     """
-    heard = each_ping([lloyd("coherent", seed) for seed in range(40)],
-                      lambda told: simulate(told, threads=1).pressure.values[0, 0])  # fmt: skip
-    power, expected = np.mean(np.abs(heard) ** 2, axis=0), simulate(lloyd()).intensity.values[0, 0]
+    received = each_ping([lloyd("coherent", seed) for seed in range(40)],
+                      lambda scenario: simulate(scenario, threads=1).pressure.values[0, 0])  # fmt: skip
+    power, expected = np.mean(np.abs(received) ** 2, axis=0), simulate(lloyd()).intensity.values[0, 0]
     ratio = np.array([np.mean(part) for part in np.array_split(power / expected, 70)])
     assert 10 * np.log10(ratio.mean()) == pytest.approx(0, abs=0.1)
     assert np.abs(10 * np.log10(ratio)).max() < 0.7
@@ -50,21 +50,23 @@ def test_lloyds_fringes_are_the_mean_of_the_coherent_reading():
 
 def test_the_echo_of_a_point_is_received_as_it_is():
     """A deterministic target has no speckle: its intensity is the square of its pressure, overlapping paths and all."""
-    told = nominal(targets=[point(0, 150, 19.5)], track={"window": (0.199, 0.212)}, paths={"contributions": ["target"]})
-    power = np.abs(simulate(told).pressure.values) ** 2
-    mean = simulate(told.model_copy(update={"field": "incoherent"})).intensity.values
+    scenario = nominal(
+        targets=[point(0, 150, 19.5)], track={"window": (0.199, 0.212)}, paths={"contributions": ["target"]}
+    )
+    power = np.abs(simulate(scenario).pressure.values) ** 2
+    mean = simulate(scenario.model_copy(update={"field": "incoherent"})).intensity.values
     assert np.abs(mean - power).max() < 1e-3 * power.max()
 
 
 def test_two_points_add_as_energies_and_each_in_phase_with_itself():
     """Targets of their own do not interfere in the mean: intensities add."""
     one, two = point(0, 150, 19.5), point(0.5, 150.02, 15.0, label="other")
-    heard = [
+    received = [
         simulate(nominal(field="incoherent", targets=targets, track={"window": (0.199, 0.212)},
                          paths={"contributions": ["target"]})).intensity.values
         for targets in ([one], [two], [one, two])
     ]  # fmt: skip
-    np.testing.assert_allclose(heard[2], heard[0] + heard[1], rtol=1e-9, atol=1e-9 * heard[2].max())
+    np.testing.assert_allclose(received[2], received[0] + received[1], rtol=1e-9, atol=1e-9 * received[2].max())
 
 
 def test_expected_power_is_the_sum_over_groups_written_out(monkeypatch):
@@ -73,9 +75,9 @@ def test_expected_power_is_the_sum_over_groups_written_out(monkeypatch):
     To 1e-5 of the mean where the filter's ringing is followed 2 ms further than by default. By default the interference
     of arrivals further apart than all but a millionth of the pulse's energy is left out: sqrt(1e-6) / 5 of the mean.
     """
-    told = nominal(field="incoherent", track={"window": (0.0805, 0.0811)}, seabed={"depth": 13},
+    scenario = nominal(field="incoherent", track={"window": (0.0805, 0.0811)}, seabed={"depth": 13},
                    paths={"scatterers_per_cell": 0.5, "beam_cutoff_db": -10})  # fmt: skip
-    found, simulator = arrivals(told), build_simulator(told)
+    found, simulator = arrivals(scenario), build_simulator(scenario)
     here = simulator.ping_geometry(0)
     gain = 1e11 * here.transmit_beams.gain(found.departure)[0] * here.receive_beams.gain(found.arrival)[0]
     weight = gain * found.amplitude[:, 0] * np.exp(-2j * np.pi * (100e3 * found.delay % 1))
@@ -83,12 +85,12 @@ def test_expected_power_is_the_sum_over_groups_written_out(monkeypatch):
     for group in np.unique(found.group):
         rows = found.group == group
         expected += np.abs(weight[rows] @ simulator.pulse.samples(simulator.grid.time - found.delay[rows, None])) ** 2
-    heard = simulate(told).intensity.values[0, 0]
-    assert np.abs(heard - expected).max() < 2e-4 * expected.mean()
+    received = simulate(scenario).intensity.values[0, 0]
+    assert np.abs(received - expected).max() < 2e-4 * expected.mean()
     plain, more = simulation.pulse_table, 2e-3
     monkeypatch.setattr(simulation, "pulse_table", lambda p, a, b, rate: plain(p, a - more, b + more, rate))
-    heard = simulate(told).intensity.values[0, 0]
-    assert np.abs(heard - expected).max() < 1e-5 * expected.mean()
+    received = simulate(scenario).intensity.values[0, 0]
+    assert np.abs(received - expected).max() < 1e-5 * expected.mean()
 
 
 @pytest.mark.parametrize("moving", [False, True])

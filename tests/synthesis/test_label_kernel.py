@@ -1,4 +1,4 @@
-"""All pairs of a block laid down in one pass say what each pair by itself, and all together, say."""
+"""All pairs of a block deposited in one pass state what each pair by itself, and all together, state."""
 
 import numpy as np
 import pytest

@@ -30,8 +30,8 @@ def test_the_contributions_add_up_to_the_recording(curves):
     whole = curves.level_db.sel(pair="all")
     parts = sum(power(whole.sel(contribution=cause)) for cause in ("seabed", "surface", "target", "noise"))
     np.testing.assert_allclose(power(whole.sel(contribution="total")), parts, rtol=1e-9)
-    heard = simulate(nominal(field="incoherent", **SCENE)).intensity.values[0, 0]
-    np.testing.assert_allclose(parts, heard, rtol=1e-6)
+    received = simulate(nominal(field="incoherent", **SCENE)).intensity.values[0, 0]
+    np.testing.assert_allclose(parts, received, rtol=1e-6)
 
 
 def test_few_points_give_the_same_curves_with_ripples(curves):
@@ -51,7 +51,7 @@ def test_pairs_of_a_bed_far_from_the_surface_add_as_energies(curves):
     assert np.isneginf(bed.sel(pair="D-B").values).all()
 
 
-def test_the_surface_is_met_by_its_own_families(curves):
+def test_the_surface_is_reached_by_its_own_families(curves):
     """The surface is reached by D, B and SB; S would be its own scattering once more."""
     surface = curves.level_db.sel(contribution="surface")
     assert np.isfinite(surface.sel(pair="D-SB").values).all()

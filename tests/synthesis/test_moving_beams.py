@@ -1,4 +1,4 @@
-"""Claims about blocks of scatterers heard by beams under way: however they are cut and told, they sound the same."""
+"""Claims about blocks of scatterers received by moving beams: however they are cut and given, they sound the same."""
 
 from dataclasses import replace
 
@@ -25,7 +25,7 @@ def under_way(*, turning=True, **more):
     return simulator.coherent_accumulator(here), here, simulator.engine
 
 
-def heard(reading, *blocks):
+def received(reading, *blocks):
     """Cells of some pairs of legs."""
     cells = reading.empty()
     for pairs in blocks:
@@ -42,7 +42,7 @@ def test_strengths_that_are_products_need_not_be_written_out(turning):
         key=lambda p: len(p.scatterers),
     )
     assert isinstance(block.stored_strengths, SeparableStrengths) and block.stored_strengths.sampling is not None
-    one, other = heard(reading, block), heard(reading, replace(block, stored_strengths=block.strength))
+    one, other = received(reading, block), received(reading, replace(block, stored_strengths=block.strength))
     assert np.linalg.norm(one - other) < 1e-6 * np.linalg.norm(other) > 0
 
 
@@ -51,15 +51,15 @@ def test_a_block_may_be_cut_anywhere():
     reading, here, engine = under_way()
     points = max((block() for block in engine.blocks(here)), key=len)
     assert len(points) > 1500
-    whole = heard(reading, engine.path_pairs(here, points))
+    whole = received(reading, engine.path_pairs(here, points))
     for cut in (1, 511, 512, 513):
         parts = [engine.path_pairs(here, points.take(rows)) for rows in (slice(None, cut), slice(cut, None))]
-        assert np.linalg.norm(heard(reading, *parts) - whole) < 1e-6 * np.linalg.norm(whole)
+        assert np.linalg.norm(received(reading, *parts) - whole) < 1e-6 * np.linalg.norm(whole)
 
 
 def test_nothing_is_received_of_no_scatterers_and_no_pairs():
     """An empty block, and one of which no pair is left: silence."""
     reading, here, engine = under_way()
     points = max((block() for block in engine.blocks(here)), key=len)
-    assert not heard(reading, engine.path_pairs(here, points.take(slice(0, 0)))).any()
-    assert not heard(reading, engine.path_pairs(here, points).select(np.zeros(0, np.int64))).any()
+    assert not received(reading, engine.path_pairs(here, points.take(slice(0, 0)))).any()
+    assert not received(reading, engine.path_pairs(here, points).select(np.zeros(0, np.int64))).any()

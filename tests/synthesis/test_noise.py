@@ -67,9 +67,9 @@ def test_noise_is_circular_gaussian_and_its_own_in_each_channel_and_ping():
 def test_noise_reaches_the_recording_alike_in_both_readings():
     """Without echoes the coherent power averages to the incoherent floor: 12 500 samples, 0.2 dB."""
     track = {"window": (0.0, 0.25), "pings": 2}
-    told = nominal(paths={"contributions": ["target"]}, water={"noise_level_db": 60}, track=track)
-    power = np.mean(np.abs(simulate(told).pressure.values) ** 2)
-    floor = simulate(told.model_copy(update={"field": "incoherent"})).intensity.values
+    scenario = nominal(paths={"contributions": ["target"]}, water={"noise_level_db": 60}, track=track)
+    power = np.mean(np.abs(simulate(scenario).pressure.values) ** 2)
+    floor = simulate(scenario.model_copy(update={"field": "incoherent"})).intensity.values
     assert db(power / floor.mean()) == pytest.approx(0, abs=0.2)
     assert floor.std() == pytest.approx(0, abs=1e-6 * floor.mean())
-    assert floor[0, 0, 0] == pytest.approx(noise_intensity(build_simulator(told).pulse, 60.0))
+    assert floor[0, 0, 0] == pytest.approx(noise_intensity(build_simulator(scenario).pulse, 60.0))

@@ -1,4 +1,4 @@
-"""What channels hear alike of noise from many directions."""
+"""What channels receive alike of noise from many directions."""
 
 import numpy as np
 import pytest
@@ -7,16 +7,16 @@ from scipy.special import j1
 from insonify.scenario.scenario import Scenario
 from insonify.simulator import build_simulator
 from insonify.synthesis.noise_covariance import _closed_form, _direction_average, covariance_factor, noise_covariance
-from oracles.arrays import heard_by_elements
+from oracles.arrays import elements_scenario
 
 WAVELENGTH = 0.015
 
 
 def ping_geometry(receive, record="elements", **track):
     """A sonar at rest whose wavelength is 15 mm."""
-    told = {"speed": 0.0, "heading": 0.4, **track}
+    settings = {"speed": 0.0, "heading": 0.4, **track}
     return build_simulator(
-        heard_by_elements([], receive=receive, receiver={"record": record}, track=told)
+        elements_scenario([], receive=receive, receiver={"record": record}, track=settings)
     ).ping_geometry(0)
 
 
@@ -28,11 +28,11 @@ def line(count, pitch, **more):
 def test_noise_has_the_wavelength_at_the_receiver():
     """A receiver in slower water than its transmitter's: sin kd / kd with its own k, all ways to 1e-6."""
     profile = [[0, 1550.0], [5, 1550.0], [8, 1450.0], [20, 1450.0]]
-    told = heard_by_elements([], receive=line(6, 0.5), track={"speed": 0.0}).model_dump(mode="json")
-    ears = {"kind": "static", "position": (30.0, 0.0, 12.0)}
-    told |= {"water": {"profile": profile, "noise_level_db": None}, "receiver_track": ears,
-             "track": {**told["track"], "start": (0.0, 0.0, 4.0)}}  # fmt: skip
-    here = build_simulator(Scenario.model_validate(told)).ping_geometry(0)
+    values = elements_scenario([], receive=line(6, 0.5), track={"speed": 0.0}).model_dump(mode="json")
+    fixed = {"kind": "static", "position": (30.0, 0.0, 12.0)}
+    values |= {"water": {"profile": profile, "noise_level_db": None}, "receiver_track": fixed,
+             "track": {**values["track"], "start": (0.0, 0.0, 4.0)}}  # fmt: skip
+    here = build_simulator(Scenario.model_validate(values)).ping_geometry(0)
     place = here.elements.positions
     apart = np.linalg.norm(place[:, None] - place, axis=-1)
     for found in (_closed_form(here), _direction_average(here, "isotropic")):
@@ -58,7 +58,7 @@ SCATTERED = (0.004 * np.random.default_rng(2).normal(size=(7, 3))).tolist()
         {"kind": "elements", "positions": SCATTERED, "element": "omni"},
         {"kind": "arc", "radius": 0.04, "arc_angle": 2.0, "elements": 7, "element": "omni"},
     ],
-    ids=lambda told: f"{told['kind']} {told['element']}",
+    ids=lambda values: f"{values['kind']} {values['element']}",
 )  # fmt: skip
 def test_closed_forms_are_the_mean_over_directions(receive):
     """Sin x / x, half of it behind a baffle, j1(x) / 2 x with cosines: two ways that share no code, 1e-9."""
@@ -86,12 +86,15 @@ def test_noise_of_the_surface_is_that_of_its_dipoles(heading):
     real = np.where(phases(above) > 0, 2 * (np.sin(x) / x + (np.cos(x) - 1) / x**2), 1.0)
     found = noise_covariance(above, "surface")
     assert np.abs(found.real - real).max() < 1e-4
-    # it comes from above: the deeper element hears it later
+    # it comes from above: the deeper element receives it later
     assert found[1, 0].imag < -0.5
 
 
 def test_elements_that_face_aside_share_the_directions_that_both_face():
-    """Baffled elements of an arc, against 200 000 directions spread evenly: 3e-3; each alone hears half of it all."""
+    """Baffled elements of an arc, against 200 000 directions spread evenly: 3e-3.
+
+    Each alone receives half of it all.
+    """
     here = ping_geometry({"kind": "arc", "radius": 0.03, "arc_angle": 2.5, "elements": 6, "element": "baffled"})
     count = 200_000
     down = 1 - (2 * np.arange(count) + 1) / count
@@ -100,8 +103,8 @@ def test_elements_that_face_aside_share_the_directions_that_both_face():
     ways = np.stack([ring * np.cos(turn), ring * np.sin(turn), down], axis=1)
     facing = here.elements.orientations
     faced = np.stack([np.cos(facing), np.sin(facing), 0 * facing]).T @ ways.T > 0
-    heard = faced * np.exp(2j * np.pi / WAVELENGTH * (here.elements.positions @ ways.T))
-    brute = heard @ heard.conj().T / count
+    received = faced * np.exp(2j * np.pi / WAVELENGTH * (here.elements.positions @ ways.T))
+    brute = received @ received.conj().T / count
     found = noise_covariance(here, "isotropic")
     assert np.abs(found - brute).max() < 3e-3
     assert np.diag(found).real == pytest.approx(0.5, abs=1e-12)
@@ -136,7 +139,7 @@ def test_a_continuous_line_gains_twice_its_length_in_wavelengths():
 
 
 def test_a_factor_gives_its_covariance_back_even_where_elements_crowd():
-    """40 elements in one wavelength hear nearly the same: the factor's square is their covariance within 1e-8."""
+    """40 elements in one wavelength receive nearly the same: the factor's square is their covariance within 1e-8."""
     covariance = noise_covariance(ping_geometry(line(40, 0.025)), "isotropic")
     lower = covariance_factor(covariance)
     assert np.abs(lower @ lower.conj().T - covariance).max() < 1e-8

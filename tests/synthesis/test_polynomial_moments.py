@@ -1,4 +1,4 @@
-"""Claims about echoes that are gathered before they are laid down: they come to the cells that each would come to."""
+"""Claims about echoes that are gathered before they are deposited: they come to the cells that each would come to."""
 
 import numpy as np
 import pytest
@@ -8,7 +8,7 @@ from insonify.synthesis._waveform_basis_kernel import basis_weight_table, deposi
 
 
 @pytest.mark.parametrize("shapes", [1, 2, 4])
-def test_spikes_gathered_in_a_window_are_those_laid_down_one_by_one(shapes):
+def test_spikes_gathered_in_a_window_are_those_deposited_one_by_one(shapes):
     """2000 spikes at each of 3 elements, within the window, beyond it and off the grid: the same cells, to 1e-6."""
     rng, elements, count = np.random.default_rng(shapes), 3, 2000
     size = elements * count

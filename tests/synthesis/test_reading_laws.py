@@ -27,9 +27,9 @@ from insonify.synthesis.time_grid import convolve_energy, convolve_pulse, time_g
 from oracles.scenes import nominal
 
 FAMILIES = ("D", "S", "B")
-HEARD = receive_pulse(Pulse(frequency=100e3, duration=0.4e-3), Receiver(bandwidth=20e3))
-GRID = time_grid(0.1, 0.104, HEARD.receiver.sample_rate, HEARD.start, HEARD.stop)
-SPECTRUM = HEARD.spectrum(GRID.frequencies)
+RECEIVED = receive_pulse(Pulse(frequency=100e3, duration=0.4e-3), Receiver(bandwidth=20e3))
+GRID = time_grid(0.1, 0.104, RECEIVED.receiver.sample_rate, RECEIVED.start, RECEIVED.stop)
+SPECTRUM = RECEIVED.spectrum(GRID.frequencies)
 PLACES = np.arange(4000, dtype=np.uint64)
 
 
@@ -56,7 +56,7 @@ def simulator():
     return ready.coherent_accumulator(ping_geometry), ready.incoherent_accumulator(ping_geometry)
 
 
-def heard(reading, *blocks):
+def received(reading, *blocks):
     """What a reading makes of some blocks."""
     cells = reading.empty()
     for block in blocks:
@@ -76,16 +76,19 @@ def test_a_leg_weighs_amplitude_beam_and_carrier(pairs):
 
 
 def test_pressure_adds_whatever_the_blocks(pairs, simulator):
-    """Pairs heard in two parts, in either order, are the pairs heard at once; twice the strength is twice the sound."""
+    """Pairs received in two parts, in either order, are the pairs received at once.
+
+    Twice the strength is twice the sound.
+    """
     coherent, _ = simulator
-    whole = heard(coherent, pairs)
+    whole = received(coherent, pairs)
     odd, even = pairs.select(np.arange(0, 9, 2)), pairs.select(np.arange(1, 9, 2))
     scale = np.abs(whole).max()
     assert scale > 0
     for parts in permutations((odd, even)):
-        np.testing.assert_allclose(heard(coherent, *parts), whole, atol=2e-6 * scale)
+        np.testing.assert_allclose(received(coherent, *parts), whole, atol=2e-6 * scale)
     np.testing.assert_allclose(
-        heard(coherent, replace(pairs, stored_strengths=2 * pairs.strength)), 2 * whole, atol=2e-6 * scale
+        received(coherent, replace(pairs, stored_strengths=2 * pairs.strength)), 2 * whole, atol=2e-6 * scale
     )
 
 
@@ -93,8 +96,8 @@ def test_out_and_back_may_change_places(pairs, simulator):
     """Reciprocity of one place: with every pair turned round, both readings are as before."""
     turned = replace(pairs, pair=pairs.pair[:, ::-1].copy())
     for reading in simulator:
-        whole = heard(reading, pairs)
-        np.testing.assert_allclose(heard(reading, turned), whole, atol=2e-6 * np.abs(whole).max())
+        whole = received(reading, pairs)
+        np.testing.assert_allclose(received(reading, turned), whole, atol=2e-6 * np.abs(whole).max())
 
 
 def test_expected_intensity_is_the_mean_over_phases(pairs, simulator):
@@ -106,19 +109,21 @@ def test_expected_intensity_is_the_mean_over_phases(pairs, simulator):
     rng, total = np.random.default_rng(8), 0.0
     for _ in range(400):
         phase = np.exp(2j * np.pi * rng.random(5))
-        total = total + np.abs(heard(coherent, replace(pairs, scatterers=replace(pairs.scatterers, phase=phase)))) ** 2
-    expected = heard(incoherent, pairs)
+        total = (
+            total + np.abs(received(coherent, replace(pairs, scatterers=replace(pairs.scatterers, phase=phase)))) ** 2
+        )
+    expected = received(incoherent, pairs)
     np.testing.assert_allclose(total / 400, expected, atol=0.0065 * expected.max())
     assert (total / 400).sum() == pytest.approx(expected.sum(), rel=0.0025)
 
 
 def test_jitter_of_a_wavelength_leaves_no_interference(pairs, simulator):
-    """sinc(1) = 0: pairs heard together are the sum of the pairs heard alone, while still water lets them interfere."""
+    """sinc(1) = 0: pairs together are the sum of the pairs alone, while still water lets them interfere."""
     _, still = simulator
     shaken = replace(still, replica_jitter=ReplicaJitter(1, 0, 1.0, 0.0))
     for reading, alike in ((shaken, True), (still, False)):
-        whole = heard(reading, pairs)
-        alone = sum(heard(reading, pairs.select(np.array([row]))) for row in range(9))
+        whole = received(reading, pairs)
+        alone = sum(received(reading, pairs.select(np.array([row]))) for row in range(9))
         assert np.allclose(alone, whole, rtol=0, atol=2e-5 * whole.max()) == alike
 
 
@@ -126,8 +131,8 @@ def test_amplitude_changes_add_their_mean_energy(pairs, simulator):
     """Without interference, e of up to a half adds a twelfth of the energy: 1 + e^2 / 3."""
     _, still = simulator
     one, more = (replace(still, replica_jitter=ReplicaJitter(1, 0, 1.0, e)) for e in (0.0, 0.5))
-    expected = (1 + 0.25 / 3) * heard(one, pairs)
-    np.testing.assert_allclose(heard(more, pairs), expected, atol=1e-6 * expected.max())
+    expected = (1 + 0.25 / 3) * received(one, pairs)
+    np.testing.assert_allclose(received(more, pairs), expected, atol=1e-6 * expected.max())
 
 
 def test_pairs_by_other_glints_are_apart(pairs):
@@ -151,7 +156,7 @@ def test_energy_is_kept_from_spikes_to_intensity(seed):
     cells = GRID.energy_cells(1)
     deposit_energy(cells[0], GRID.first_time, GRID.energy_rate, delay, energy)
     total = convolve_energy(cells, GRID, SPECTRUM).sum() / GRID.sample_rate
-    assert total == pytest.approx(energy.sum() * HEARD.effective_duration, rel=2e-3)
+    assert total == pytest.approx(energy.sum() * RECEIVED.effective_duration, rel=2e-3)
 
 
 def test_a_grid_is_linear_and_its_channels_do_not_mix():
@@ -173,7 +178,7 @@ def test_an_even_rain_of_echoes_is_steady():
     cells = GRID.energy_cells(1)
     delay = GRID.first_time + np.arange(8 * cells.size) / (8 * GRID.energy_rate)
     deposit_energy(cells[0], GRID.first_time, GRID.energy_rate, delay, np.ones(delay.size))
-    steady = 8 * GRID.energy_rate * HEARD.effective_duration
+    steady = 8 * GRID.energy_rate * RECEIVED.effective_duration
     np.testing.assert_allclose(convolve_energy(cells, GRID, SPECTRUM), steady, rtol=2e-3)
 
 
@@ -191,7 +196,7 @@ def test_factors_stay_within_what_was_requested(jitter, amplitude):
 
 
 def test_twice_the_jitter_is_twice_the_phase():
-    """The draw does not depend on how much is asked: the factor of 2 J is the square of that of J."""
+    """The draw does not depend on how much is requested: the factor of 2 J is the square of that of J."""
     one, two = (ReplicaJitter(3, 2, jitter, 0.0).factor(PLACES, "D", "S") for jitter in (0.2, 0.4))
     np.testing.assert_allclose(two, one**2, atol=1e-12)
 
@@ -205,24 +210,24 @@ def test_every_replica_has_its_own_draw():
 
 
 @pytest.mark.parametrize(("out", "back"), list(product(("D", "S", "B", "SB", "BS", "SBS"), repeat=2)))
-def test_the_name_of_a_pair_does_not_know_its_order(out, back):
+def test_the_name_of_a_pair_does_not_depend_on_its_order(out, back):
     """Out and back, or back and out; both families stand in it."""
     assert pair_name(out, back) == pair_name(back, out)
     assert sorted(pair_name(out, back).split("-")) == sorted((out, back))
 
 
 def test_curves_of_a_channel_add_up():
-    """Total is causes and noise, in the channel asked for and no other; twice the noise is 3 dB of it."""
+    """Total is causes and noise, in the channel requested and no other; twice the noise is 3 dB of it."""
     rng = np.random.default_rng(2)
-    told = {(cause, ALL): rng.exponential(size=(2, GRID.sample_count)) for cause in ("seabed", "target")}
+    values = {(cause, ALL): rng.exponential(size=(2, GRID.sample_count)) for cause in ("seabed", "target")}
     for channel in range(2):
-        curves = level_curves(told, 0.3, GRID, channel).level_db.sel(pair=ALL)
+        curves = level_curves(values, 0.3, GRID, channel).level_db.sel(pair=ALL)
         power = 10 ** (curves / 10)
-        expected = sum(series[channel] for series in told.values()) + 0.3
+        expected = sum(series[channel] for series in values.values()) + 0.3
         np.testing.assert_allclose(power.sel(contribution="total"), expected, rtol=1e-12)
         assert np.isneginf(curves.sel(contribution="surface")).all()
-        louder = level_curves(told, 0.6, GRID, channel).level_db.sel(pair=ALL, contribution="noise")
-        np.testing.assert_allclose(louder - curves.sel(contribution="noise"), 10 * np.log10(2), rtol=1e-12)
+        factor = level_curves(values, 0.6, GRID, channel).level_db.sel(pair=ALL, contribution="noise")
+        np.testing.assert_allclose(factor - curves.sel(contribution="noise"), 10 * np.log10(2), rtol=1e-12)
 
 
 @pytest.mark.parametrize("compress", [False, True])
@@ -242,10 +247,10 @@ def test_noise_has_the_colour_of_the_receiver(compress):
 
 def test_noise_scales_with_its_level_and_does_not_mind_the_rest():
     """20 dB more is ten times the same noise; a channel is the same among two or five; sweeps pass as much."""
-    quiet, loud = (receiver_noise(HEARD, level, 4, 1, 2, 500) for level in (30.0, 50.0))
-    np.testing.assert_allclose(loud, 10 * quiet, rtol=1e-5, atol=1e-5 * np.abs(loud).max())
-    np.testing.assert_array_equal(receiver_noise(HEARD, 30.0, 4, 1, 5, 500)[:2], quiet)
-    assert noise_intensity(HEARD, 50.0) == pytest.approx(100 * noise_intensity(HEARD, 30.0), rel=1e-12)
+    quiet, strong = (receiver_noise(RECEIVED, level, 4, 1, 2, 500) for level in (30.0, 50.0))
+    np.testing.assert_allclose(strong, 10 * quiet, rtol=1e-5, atol=1e-5 * np.abs(strong).max())
+    np.testing.assert_array_equal(receiver_noise(RECEIVED, 30.0, 4, 1, 5, 500)[:2], quiet)
+    assert noise_intensity(RECEIVED, 50.0) == pytest.approx(100 * noise_intensity(RECEIVED, 30.0), rel=1e-12)
     sweep = {"kind": "lfm", "frequency": 100e3, "duration": 2e-3, "bandwidth": 15e3}
     up, down = (
         receive_pulse(Pulse(**sweep, sweep=way), Receiver(bandwidth=20e3, matched_filter=True))

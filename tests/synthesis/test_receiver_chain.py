@@ -6,16 +6,16 @@ import pytest
 from insonify.simulator import build_simulator, simulate
 from insonify.sonar.electronics import ReceiverGain
 from insonify.synthesis.receiver_chain import ReceiverChain, neighbour_matrix
-from oracles.arrays import heard_by_elements
+from oracles.arrays import elements_scenario
 
 WAVELENGTH = 0.015
 COUNT = 200_000
 
 
-def chain(*, gain=1.0, full_scale=1e6, bits=16, leak=(), deaf=None, neighbours=None):
+def chain(*, gain=1.0, full_scale=1e6, bits=16, leak=(), blanked=None, neighbours=None):
     """Electronics over `COUNT` samples."""
     step = 0.0 if bits is None else full_scale * 2.0 ** (1 - bits)
-    silent = np.zeros(COUNT, bool) if deaf is None else deaf
+    silent = np.zeros(COUNT, bool) if blanked is None else blanked
     return ReceiverChain(np.array(leak, complex), neighbours, silent, np.full(COUNT, gain), full_scale, step)
 
 
@@ -29,7 +29,7 @@ def gaussian(power, rows=1):
 def quiet(receive=None, *, window=(0.0, 0.012), noise=60.0, **receiver):
     """A scene without echoes, 0.5 ms of sweep."""
     track = {"speed": 0.0, "window": window}
-    return heard_by_elements([], receive=receive, receiver=receiver, water={"noise_level_db": noise}, track=track)
+    return elements_scenario([], receive=receive, receiver=receiver, water={"noise_level_db": noise}, track=track)
 
 
 @pytest.mark.parametrize("gain", [1.0, 0.1, 30.0])
@@ -74,20 +74,22 @@ def test_expected_intensities_are_the_mean_of_recorded_pressures(rms):
     here = chain(gain=2.0, full_scale=1024.0, bits=11)
     assert here.quantisation_step == 1.0
     power = (rms / 2.0) ** 2
-    told = np.abs(here.pressures(gaussian(power)).astype(complex)) ** 2
+    power_recorded = np.abs(here.pressures(gaussian(power)).astype(complex)) ** 2
     expected = here.intensities(np.full((1, COUNT), power))[0, 0]
     # near full scale the top code, a step short of it, is missing on one side
-    assert told.mean() == pytest.approx(expected, abs=3 * told.std() / np.sqrt(COUNT) + 2e-3 * expected + 1e-12)
+    assert power_recorded.mean() == pytest.approx(
+        expected, abs=3 * power_recorded.std() / np.sqrt(COUNT) + 2e-3 * expected + 1e-12
+    )
 
 
-def test_a_blanked_receiver_is_deaf_for_exactly_the_stated_time():
+def test_a_blanked_receiver_is_silent_for_exactly_the_stated_time():
     """0.5 ms of pulse and 1.25 ms more: every sample before 1.75 ms is 0, none after; the leak is silenced as well."""
-    told = quiet(blanking=1.25e-3, crosstalk={"feedthrough_db": -60})
+    scenario = quiet(blanking=1.25e-3, crosstalk={"feedthrough_db": -60})
     for field in ("coherent", "incoherent"):
         if field == "incoherent":
-            told = quiet({"kind": "point"}, record="beams", blanking=1.25e-3, crosstalk={"feedthrough_db": -60})
-            told = told.model_copy(update={"field": field})
-        held = simulate(told)
+            scenario = quiet({"kind": "point"}, record="beams", blanking=1.25e-3, crosstalk={"feedthrough_db": -60})
+            scenario = scenario.model_copy(update={"field": field})
+        held = simulate(scenario)
         sound = held["pressure" if field == "coherent" else "intensity"].values[0]
         early = held.time.values < 1.75e-3 - 1e-12
         assert np.all(sound[:, early] == 0) and np.all(sound[:, ~early] != 0)
@@ -123,10 +125,10 @@ def test_gain_follows_the_range_between_its_ends():
     gain = ReceiverGain(fixed_db=6.0, tvg_db_per_decade=30.0, start=2e-3, stop=8e-3)
     time = np.array([0.0, 2e-3, 4e-3, 8e-3, 20e-3])
     slant = 750.0 * np.array([2e-3, 2e-3, 4e-3, 8e-3, 8e-3])
-    wanted = 6 + 30 * np.log10(slant) + 2 * 0.03 * slant
-    np.testing.assert_allclose(gain.db(time, 1500.0, 0.03), wanted)
+    expected = 6 + 30 * np.log10(slant) + 2 * 0.03 * slant
+    np.testing.assert_allclose(gain.db(time, 1500.0, 0.03), expected)
     limited = gain.model_copy(update={"max_db": 30.0}).db(time, 1500.0, 0.03)
-    np.testing.assert_allclose(limited, np.minimum(wanted, 30.0))
+    np.testing.assert_allclose(limited, np.minimum(expected, 30.0))
     # a fixed gain alone makes up for no absorption
     np.testing.assert_array_equal(ReceiverGain(fixed_db=6.0).db(time, 1500.0, 0.03), 6.0)
 
@@ -148,5 +150,5 @@ def test_silence_goes_through_a_converter_without_a_warning(field):
     behind = ReceiverChain(np.empty(0, complex), None, np.zeros(3, bool), np.ones(3), 1e8, 0.0)
     quiet = np.array([[0.0, 1e-300, 1e-30]])
     with np.errstate(all="raise", under="ignore"):
-        heard = getattr(behind, field)(quiet.astype(complex) if field == "pressures" else quiet)
-    np.testing.assert_allclose(heard, quiet, rtol=1e-6, atol=1e-40)
+        received = getattr(behind, field)(quiet.astype(complex) if field == "pressures" else quiet)
+    np.testing.assert_allclose(received, quiet, rtol=1e-6, atol=1e-40)

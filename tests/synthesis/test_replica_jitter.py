@@ -54,13 +54,13 @@ def test_every_ordered_replica_has_a_draw_of_its_own():
 
 
 def test_a_draw_belongs_to_its_place_not_to_its_company():
-    """Asked alone or among others, a place has the same factor."""
+    """Requested alone or among others, a place has the same factor."""
     every = shaken(0.4, 0.3).factor(PLACES, "S", "BS")
     np.testing.assert_array_equal(shaken(0.4, 0.3).factor(PLACES[17:18], "S", "BS"), every[17:18])
 
 
 def test_no_jitter_is_no_change():
-    """Still water leaves the factor one, and says so."""
+    """Still water leaves the factor one, and reports it."""
     assert shaken().is_zero
     assert not shaken(jitter=0.1).is_zero
     assert not shaken(amplitude=0.1).is_zero

@@ -1,4 +1,4 @@
-"""Claims about narrow sectors: a few places along an array tell what comes from there to all its elements."""
+"""Claims about narrow sectors: a few points along an array give what comes from there to all its elements."""
 
 import numpy as np
 import pytest
@@ -38,15 +38,15 @@ def echoes(elements, dopplers, spread, faults=0):
     weight = rng.normal(size=(2, 1, COUNT)).astype(np.complex64)
     number = np.arange(elements)
     own = np.stack([number, number + 1], axis=1)
-    ears = ReceiveBeams(place, velocity, growth, own, 0 * number, np.where(number < faults, -1, 0))
+    receive_beams = ReceiveBeams(place, velocity, growth, own, 0 * number, np.where(number < faults, -1, 0))
     sent = TransmitLegs(away / SPEED, 1 + 1e-5 * rng.normal(size=away.shape), weight[None, 0])
-    heard = ReceiveLegs(
+    receive_legs = ReceiveLegs(
         away / SPEED, 1 / away, away, np.empty((1, 0, COUNT)), way, weight[1], np.ones((1, 1, COUNT), np.float32)
     )
     shapes = WaveformBasis(3e-3 * -np.cos((np.arange(dopplers) + 0.5) * np.pi / dopplers))
-    begin = PairedLegs(np.zeros((1, 3), np.int64), sent, heard, np.ones((1, COUNT))), ears
+    begin = PairedLegs(np.zeros((1, 3), np.int64), sent, receive_legs, np.ones((1, COUNT))), receive_beams
     water = ArrayWater(1 / SPEED, 0.0, 1e-3, False, 1e-3)
-    return ears, begin, (Reception(GRID.first_time, GRID.cell_rate, CARRIER, shapes.doppler, water),)
+    return receive_beams, begin, (Reception(GRID.first_time, GRID.cell_rate, CARRIER, shapes.doppler, water),)
 
 
 def silence(elements, dopplers):
@@ -55,27 +55,27 @@ def silence(elements, dopplers):
     return GRID.cells(elements * groups * together).reshape(elements, groups, -1, together)
 
 
-def heard_from(cells, dopplers):
-    """What is heard of cells by a pulse that fills the band up to where it is not flat any more."""
+def series_of(cells, dopplers):
+    """What is received of cells by a pulse that fills the band up to where it is not flat any more."""
     band = np.abs(GRID.frequencies) < 0.4 * GRID.sample_rate
     return convolve_waveforms(cells[None], GRID, np.tile(band + 0j, (1, dopplers, 1)))
 
 
 @pytest.mark.parametrize(("dopplers", "spread"), [(1, 0.03), (4, 0.03), (4, 0.3), (6, 0.1)])
 def test_nodes_interpolate_to_each_element(dopplers, spread):
-    """A line of 30 elements: as laid down one by one, to 3e-6 of the rms; within 1.7 degrees at places alone."""
+    """A line of 30 elements: as deposited one by one, to 3e-6 of the rms; within 1.7 degrees at places alone."""
     elements = 30
-    ears, begin, end = echoes(elements, dopplers, spread)
-    few = sector_interpolation(*ears[:3], GRID, CARRIER, SPEED)
-    nodes = aperture_nodes(*ears[:3], 8.0, 0.06, SPEED / CARRIER, few.point_position)
-    told, each = silence(elements + POINT_COUNT, dopplers), silence(elements, dopplers)
-    deposit_on_elements(told, *begin, nodes, few.sector, *end)
-    assert np.abs(told[elements:]).max() > 0.3
-    assert spread > 0.03 or not told[:elements].any()
+    receive_beams, begin, end = echoes(elements, dopplers, spread)
+    few = sector_interpolation(*receive_beams[:3], GRID, CARRIER, SPEED)
+    nodes = aperture_nodes(*receive_beams[:3], 8.0, 0.06, SPEED / CARRIER, few.point_position)
+    interpolated, each = silence(elements + POINT_COUNT, dopplers), silence(elements, dopplers)
+    deposit_on_elements(interpolated, *begin, nodes, few.sector, *end)
+    assert np.abs(interpolated[elements:]).max() > 0.3
+    assert spread > 0.03 or not interpolated[:elements].any()
     spread_echoes(each, *begin, *end)
-    found = heard_from(few.to_elements(told[None], GRID, 1e-3)[0], dopplers)
-    expected = heard_from(each, dopplers)
-    assert not told[elements:].any()
+    found = series_of(few.to_elements(interpolated[None], GRID, 1e-3)[0], dopplers)
+    expected = series_of(each, dopplers)
+    assert not interpolated[elements:].any()
     assert np.linalg.norm(found - expected) < 3e-6 * np.linalg.norm(expected)
 
 
@@ -91,12 +91,12 @@ def test_weights_interpolate_waves_of_the_whole_sector():
             np.linspace(-MAX_RESIDUAL_PHASE, MAX_RESIDUAL_PHASE, 7),
         )
     )
-    known, told = (np.exp(1j * (at[:, None] * turn + at[:, None] ** 2 * bow)) for at in (few.point_position, x))
-    assert np.abs(few.weights.astype(float) @ known - told).max() < 1e-6
+    known, interpolated = (np.exp(1j * (at[:, None] * turn + at[:, None] ** 2 * bow)) for at in (few.point_position, x))
+    assert np.abs(few.weights.astype(float) @ known - interpolated).max() < 1e-6
 
 
 def test_arrays_that_are_bent_or_short_have_no_sector():
-    """Elements off a line, or so few that places would save nothing, each hear all their echoes."""
+    """Elements off a line, or so few that places would save nothing, each receive all their echoes."""
     place = np.outer(np.linspace(-0.5, 0.5, MIN_ELEMENTS), [1.0, 0, 0])
     bent = place + np.outer(np.linspace(-1, 1, MIN_ELEMENTS) ** 2, [0, 0, 0.01])
     assert sector_interpolation(place, 0 * place, 0 * place, GRID, CARRIER, SPEED) is not None
@@ -105,11 +105,14 @@ def test_arrays_that_are_bent_or_short_have_no_sector():
 
 
 def test_a_dead_element_leaves_all_echoes_to_the_others():
-    """Where one element is deaf, none is told by places: it hears nothing, and the others what they heard."""
-    ears, begin, end = echoes(30, 2, 0.03, faults=1)
-    few = sector_interpolation(*ears[:3], GRID, CARRIER, SPEED)
-    nodes = aperture_nodes(*ears[:3], 8.0, 0.06, SPEED / CARRIER, few.point_position)
-    told, each = silence(30 + POINT_COUNT, 2), silence(30, 2)
-    deposit_on_elements(told, *begin, nodes, few.sector, *end)
+    """Where one element is insensitive, none is interpolated.
+
+    It receives nothing, and the others what they received.
+    """
+    receive_beams, begin, end = echoes(30, 2, 0.03, faults=1)
+    few = sector_interpolation(*receive_beams[:3], GRID, CARRIER, SPEED)
+    nodes = aperture_nodes(*receive_beams[:3], 8.0, 0.06, SPEED / CARRIER, few.point_position)
+    interpolated, each = silence(30 + POINT_COUNT, 2), silence(30, 2)
+    deposit_on_elements(interpolated, *begin, nodes, few.sector, *end)
     deposit_on_elements(each, *begin, nodes, NO_SECTOR, *end)
-    assert not told[0].any() and not told[30:].any() and np.array_equal(told[:30], each)
+    assert not interpolated[0].any() and not interpolated[30:].any() and np.array_equal(interpolated[:30], each)

@@ -101,7 +101,7 @@ def test_moments_are_what_each_spike_would_have_added(shapes):
 
 
 def test_a_window_holds_its_first_and_last_cell_and_no_other():
-    """Spikes at both its ends wait in it; those one cell before and behind are laid down at once."""
+    """Spikes at both its ends wait in it; those one cell before and behind are deposited at once."""
     shaped = basis_weight_table(np.zeros(1))
     for begin, cell, waits in (
         (100, 100, True),
@@ -158,12 +158,12 @@ def test_nodes_are_mixed_as_matrices_are_multiplied(count):
     rng = np.random.default_rng(count)
     mix, delay = rng.normal(size=(5, 7)), rng.uniform(size=(7, 64))
     others = rng.normal(size=(3, 7, 64)).astype(np.float32)
-    delays, told = np.full(100, np.nan), np.full((3, 100), np.nan, np.float32)
-    _mix_channels(mix, mix.astype(np.float32), delay, others, 3, 20, count, delays, told)
+    delays, mixed = np.full(100, np.nan), np.full((3, 100), np.nan, np.float32)
+    _mix_channels(mix, mix.astype(np.float32), delay, others, 3, 20, count, delays, mixed)
     here, room = slice(20, 20 + count), 20 + 16 * -(-count // 16)
     np.testing.assert_allclose(delays[here], (mix[3] @ delay)[:count], rtol=0, atol=5e-15)
-    np.testing.assert_allclose(told[:, here], np.einsum("k,ckn->cn", mix[3], others)[:, :count], atol=3e-6)
-    assert np.isnan(delays[:20]).all() and np.isnan(delays[room:]).all() and np.isnan(told[:, room:]).all()
+    np.testing.assert_allclose(mixed[:, here], np.einsum("k,ckn->cn", mix[3], others)[:, :count], atol=3e-6)
+    assert np.isnan(delays[:20]).all() and np.isnan(delays[room:]).all() and np.isnan(mixed[:, room:]).all()
 
 
 @pytest.mark.parametrize("dopplers", [1, 2, 3, 5, 9])

@@ -1,4 +1,4 @@
-"""The time grid: what is heard in a window, and what is not."""
+"""The time grid: what is received in a window, and what is not."""
 
 import numpy as np
 import pytest
@@ -19,7 +19,7 @@ def window(start=0.02, stop=0.06):
     return time_grid(start, stop, RATE, -RINGING, RINGING)
 
 
-def hear(grid, delay, weight):
+def receive(grid, delay, weight):
     """The series of a few echoes."""
     cells = grid.cells()
     deposit_pressure(
@@ -33,29 +33,29 @@ def test_one_echo_is_the_pulse_at_its_delay(delay):
     """A single arrival of weight 1 gives the samples of p(t - delay), wherever it falls between samples."""
     grid = window(0.02, 0.025)
     truth = series([delay], np.ones(1), grid.time)
-    assert np.abs(hear(grid, delay, 1.0) - truth).max() <= 3e-6
+    assert np.abs(receive(grid, delay, 1.0) - truth).max() <= 3e-6
 
 
 def test_energy_of_one_echo_is_parseval():
     """The power of a single echo, summed over time, is that of the pulse's spectrum."""
     grid = window()
-    heard = hear(grid, 0.04, 1.0)
+    received = receive(grid, 0.04, 1.0)
     power = np.sum(np.abs(pulse_spectrum(grid.frequencies)) ** 2) * RATE / grid.padded_samples
-    assert np.sum(np.abs(heard) ** 2) / RATE == pytest.approx(power, rel=1e-6)
+    assert np.sum(np.abs(received) ** 2) / RATE == pytest.approx(power, rel=1e-6)
 
 
 def test_shifting_the_window_shifts_nothing_else():
-    """Two overlapping windows agree about the echoes that both hear."""
+    """Two overlapping windows agree about the echoes that both receive."""
     delay, weight = np.array([0.0301, 0.0407, 0.0448]), np.array([1, 1j, -2])
     early, late = window(0.02, 0.06), window(0.02 + 100 / RATE, 0.07)
     shared = early.sample_count - 100
-    assert relative_rms(hear(late, delay, weight)[:shared], hear(early, delay, weight)[100:]) <= 3e-6
+    assert relative_rms(receive(late, delay, weight)[:shared], receive(early, delay, weight)[100:]) <= 3e-6
 
 
 @pytest.mark.parametrize("delay", [-1.0, 0.0, 0.0175, 0.0625, 0.07, 0.5, 1e9, np.nan, np.inf, -np.inf])
 def test_an_echo_outside_the_window_is_not_received(delay):
-    """Arrivals too early or too late, even a million times louder, neither wrap around nor break anything."""
-    assert np.abs(hear(window(), delay, 1.0)).max() <= 2e-5
+    """Arrivals too early or too late, even a million times stronger, neither wrap around nor break anything."""
+    assert np.abs(receive(window(), delay, 1.0)).max() <= 2e-5
 
 
 @pytest.mark.parametrize("delay", [0.0195, 0.0199, 0.0601, 0.0605])
@@ -63,7 +63,7 @@ def test_an_echo_across_the_edge_is_received_in_part(delay):
     """An arrival just outside the window still has its pulse inside, and keeps it."""
     grid = time_grid(0.02, 0.06, RATE, -RINGING, RINGING)
     truth = series([delay], np.ones(1), grid.time)
-    assert np.abs(hear(grid, delay, 1.0) - truth).max() <= 3e-6
+    assert np.abs(receive(grid, delay, 1.0) - truth).max() <= 3e-6
 
 
 @given(
@@ -73,7 +73,7 @@ def test_an_echo_across_the_edge_is_received_in_part(delay):
     after=st.floats(0, 0.02),
 )
 def test_nothing_wraps(start, length, before, after):
-    """Delays that are heard have cells on the grid, and the period is too long for pulses to come round."""
+    """Delays that are received have cells on the grid, and the period is too long for pulses to come round."""
     grid = time_grid(start, start + length, RATE, -before, after)
     period = grid.padded_samples / RATE
     stop = start + grid.sample_count / RATE
@@ -91,7 +91,7 @@ def test_frequencies_are_those_of_the_padded_transform():
     np.testing.assert_allclose(grid.frequencies, [0, 125, 250, 375, -500, -375, -250, -125])
 
 
-def test_kernel_weighs_what_its_transform_says():
+def test_kernel_weighs_what_its_transform_predicts():
     """The kernel's cells summed with a phase per cell give its transform, wherever the spike falls (Poisson's sum)."""
     taps = tap_coefficients().astype(float)
     frequency = np.linspace(-0.2, 0.2, 41)
@@ -102,7 +102,7 @@ def test_kernel_weighs_what_its_transform_says():
         np.testing.assert_allclose(total / kernel_transform(frequency), 1, atol=4e-6)
 
 
-def hear_energy(grid, delay, energy):
+def receive_energy(grid, delay, energy):
     """The expected intensity of a few echoes."""
     cells = grid.energy_cells()
     deposit_energy(cells[0], grid.first_time, grid.energy_rate, np.atleast_1d(delay), np.atleast_1d(energy))
@@ -114,20 +114,20 @@ def test_energy_of_one_arrival_is_the_squared_pulse(delay):
     """A single arrival of energy 1 gives |p(t - delay)|^2, to 1e-6 of its peak, and never less than nothing."""
     grid = window(0.02, 0.025)
     truth = np.abs(series([delay], np.ones(1), grid.time)) ** 2
-    heard = hear_energy(grid, delay, 1.0)
-    assert np.abs(heard - truth).max() <= 1e-6
-    assert heard.min() >= 0
+    received = receive_energy(grid, delay, 1.0)
+    assert np.abs(received - truth).max() <= 1e-6
+    assert received.min() >= 0
 
 
 def test_weak_echoes_survive_a_strong_one():
-    """60 dB and 20 ms after a loud echo, a weak one keeps its level to 1e-4: transforms smear nothing."""
+    """60 dB and 20 ms after a strong echo, a weak one keeps its level to 1e-4: transforms smear nothing."""
     grid = window()
     delay, weight = np.array([0.03, 0.05]), np.array([1.0, 1e-3])
     late = (grid.time > 0.0498) & (grid.time < 0.0504)
     truth = series(delay, weight, grid.time)
-    assert relative_rms(hear(grid, delay, weight)[late], truth[late]) <= 1e-4
+    assert relative_rms(receive(grid, delay, weight)[late], truth[late]) <= 1e-4
     power = sum(e * np.abs(series([d], np.ones(1), grid.time)) ** 2 for d, e in zip(delay, [1.0, 1e-6], strict=True))
-    assert relative_rms(hear_energy(grid, delay, np.array([1.0, 1e-6]))[late], power[late]) <= 1e-4
+    assert relative_rms(receive_energy(grid, delay, np.array([1.0, 1e-6]))[late], power[late]) <= 1e-4
 
 
 def test_carrier_phase_is_the_callers():
@@ -135,7 +135,7 @@ def test_carrier_phase_is_the_callers():
     grid = window()
     delay = np.array([0.0312345])
     truth = series(delay, carried(delay, np.ones(1)), grid.time)
-    assert relative_rms(hear(grid, delay, carried(delay, np.ones(1))), truth) <= 3e-6
+    assert relative_rms(receive(grid, delay, carried(delay, np.ones(1))), truth) <= 3e-6
 
 
 def test_energies_of_channels_are_transformed_alike_in_any_number():

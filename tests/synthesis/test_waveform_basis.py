@@ -7,16 +7,16 @@ from insonify.simulator import build_simulator
 from insonify.sonar.pulse import Pulse
 from insonify.synthesis.time_grid import convolve_pulse, convolve_waveforms, time_grid
 from insonify.synthesis.waveform_basis import MOST, WaveformBasis, doppler_node_count, doppler_range, waveform_basis
-from oracles.arrays import heard_by_elements
+from oracles.arrays import elements_scenario
 from synthesis.oracle import pulse_spectrum, spikes
 
 TONE = Pulse(kind="cw", frequency=100e3, duration=2e-3)
 ONE = {"kind": "point", "element": "omni"}
 
 
-def underway(**told):
+def underway(**settings):
     """Ping geometry of a sonar at 3 m/s."""
-    return build_simulator(heard_by_elements([(0, 20, 5)], **told)).ping_geometry(0)
+    return build_simulator(elements_scenario([(0, 20, 5)], **settings)).ping_geometry(0)
 
 
 def test_any_doppler_is_a_sum_of_the_shapes():
@@ -32,7 +32,10 @@ def test_any_doppler_is_a_sum_of_the_shapes():
 
 
 def test_all_directions_are_within_the_range():
-    """An omnidirectional sonar hears from -2 v / c to 2 v / c, and a little more is kept; a beam abeam hears less."""
+    """An omnidirectional sonar receives from -2 v / c to 2 v / c, and a little more is kept.
+
+    A beam abeam receives less.
+    """
     low, high = doppler_range(underway(receive=ONE))
     assert -4.4e-3 < low < -4e-3 and 4e-3 < high < 4.4e-3
     line = {"kind": "line", "length": 0.5}
@@ -94,13 +97,13 @@ def test_bands_make_the_whole():
 def test_kept_spectra_are_those_of_their_own_sonar():
     """Other speeds, pulses and windows in turn: each has what it had when it came first, and what is made anew."""
     changes = [{}, {"track": {"speed": 2.0}}, {"pulse": TONE.model_dump()}, {"track": {"window": (0.0, 0.2)}}]
-    asked = []
+    cases = []
     for change in changes:
-        simulator = build_simulator(heard_by_elements([(0, 20, 5)], **change))
+        simulator = build_simulator(elements_scenario([(0, 20, 5)], **change))
         here = simulator.ping_geometry(0)
-        asked.append((waveform_basis(here), here.pulse, simulator.grid.frequencies))
-    first = [shapes.spectra(pulse, frequencies).copy() for shapes, pulse, frequencies in asked]
-    for (shapes, pulse, frequencies), spectra in zip(asked, first, strict=True):
+        cases.append((waveform_basis(here), here.pulse, simulator.grid.frequencies))
+    first = [shapes.spectra(pulse, frequencies).copy() for shapes, pulse, frequencies in cases]
+    for (shapes, pulse, frequencies), spectra in zip(cases, first, strict=True):
         np.testing.assert_array_equal(shapes.spectra(pulse, frequencies), spectra)
         np.testing.assert_array_equal(shapes._spectra(pulse, frequencies), spectra)
     assert len({spectra.tobytes() for spectra in first}) == len(changes)

@@ -40,8 +40,8 @@ def test_the_envelope_comes_back_from_the_real_series(sound, file):
     for channel in range(4):
         complete = analytic(file[f"ch{channel + 1}/ts"][:, lead:].astype(float))[:, ::factor] / np.sqrt(2)
         envelope = complete * np.exp(-2j * np.pi * 100e3 * sound.time.values)
-        wanted = sound.pressure.values[:, channel]
-        assert np.abs(envelope - wanted).max() < 1e-6 * np.abs(wanted).max()
+        expected = sound.pressure.values[:, channel]
+        assert np.abs(envelope - expected).max() < 1e-6 * np.abs(expected).max()
 
 
 def test_a_point_is_in_focus_at_its_coordinates(file):

@@ -1,4 +1,4 @@
-"""Claims about exported folders of annotated images: whole or not there, and errors that give the way out."""
+"""Claims about exported folders of annotated images: whole or not there, and errors that give the fix."""
 
 import os
 

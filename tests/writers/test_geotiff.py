@@ -35,8 +35,8 @@ def test_a_known_target_lands_within_a_pixel(tmp_path, slopes, heading):
     scenario = sidescan(targets=[target], pings=120, seabed=bed, track=track, **ALONE)
     recording = insonify.simulate(scenario, threads=1)
     place, pixel, profile = brightest(insonify.export(recording, tmp_path / "a.tif"))
-    wanted = np.array([east, north]) + (0 if slopes is None else UTM[::-1])
-    assert np.all(np.abs(place - wanted) <= pixel), (place - wanted, pixel)
+    expected = np.array([east, north]) + (0 if slopes is None else UTM[::-1])
+    assert np.all(np.abs(place - expected) <= pixel), (place - expected, pixel)
     assert pixel <= 0.2 and profile["dtype"] == "float32"
     assert profile["crs"].to_epsg() == (None if slopes is None else 32631)
 
@@ -55,10 +55,10 @@ def test_labels_and_waterfall_lie_where_the_target_is(tmp_path):
     scenario = sidescan(targets=[BOX], pings=20, track=track, **QUIET)
     record(scenario, tmp_path / "a.zarr", with_labels=True, threads=1)
     with rasterio.open(insonify.export(tmp_path / "a.zarr", tmp_path / "labels.tif", "labels")) as file:
-        kind, owner = file.read()
+        kind, label = file.read()
         assert "1 highlight" in file.descriptions[0] and "box" in file.descriptions[1]
         places = {code: np.array(file.xy(*[axis.mean() for axis in np.nonzero(kind == code)])) for code in (1, 2)}
-        assert set(np.unique(owner[(kind == 1) | (kind == 2)])) == {int(file.descriptions[1].split(" box")[0][-1])}
+        assert set(np.unique(label[(kind == 1) | (kind == 2)])) == {int(file.descriptions[1].split(" box")[0][-1])}
     assert abs(places[1][1] - 1.0) < 0.3 and 7.3 < places[1][0] < 9.2  # its near faces, and its top at shorter range
     assert abs(places[2][1] - 1.0) < 0.3 and 9.5 < places[2][0] < 12.5
     with rasterio.open(insonify.export(tmp_path / "a.zarr", tmp_path / "w.tif", "waterfall")) as file:

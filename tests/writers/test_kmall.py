@@ -80,7 +80,7 @@ def test_a_survey_reprocesses_to_the_true_depth(files):
     assert np.abs(ours - depth)[nadir].max() < 0.003 and np.abs(ours - depth)[oblique].max() < 0.005
 
 
-def test_refracted_rays_obey_the_closed_forms():
+def test_refracted_rays_satisfy_the_closed_forms():
     """Straight in uniform water; an arc of a circle where the speed grows evenly, Jensen et al. (2011), eq. 3.33."""
     time, angle, start = np.array([0.01, 0.02, np.nan]), np.radians([10.0, 60.0, 5.0]), np.full(3, 2.0)
     across, down = refracted_rays(time, angle, start, (np.array([0.0, 40.0]), np.array([1500.0, 1500.0])))
@@ -109,8 +109,8 @@ def test_navigation_and_settings_keep_their_signs(sound, files):
     assert np.corrcoef(sounded.starboard[0], sounded.beam_angle[0])[0, 1] > 0.9
     north = sounded.delta_latitude.values * 6_364_000
     heading = float(sound.logged_attitude[0, 0])
-    wanted = sounded.forward * np.cos(heading) - sounded.starboard * np.sin(heading)
-    np.testing.assert_allclose(north, wanted.values, atol=0.05)
+    expected = sounded.forward * np.cos(heading) - sounded.starboard * np.sin(heading)
+    np.testing.assert_allclose(north, expected.values, atol=0.05)
     np.testing.assert_allclose(np.diff(sounded.time.values), np.diff(sound.ping_time.values), atol=2e-6)
 
 
@@ -127,10 +127,10 @@ def test_the_water_column_gives_back_the_beams(sound, files):
     local = float(column.sound_speed[0])
     beams = beam_recording(short, np.full(256, np.pi / 2), elevation=np.pi / 2 - angle, sound_speed=local,
                            shading="hamming")  # fmt: skip
-    wanted = 20 * np.log10(np.abs(beams.pressure.values[0])) + water_column_gain(survey)
-    inside = (wanted > -63) & (wanted < 63)
+    expected = 20 * np.log10(np.abs(beams.pressure.values[0])) + water_column_gain(survey)
+    inside = (expected > -63) & (expected < 63)
     assert inside.mean() > 0.1
-    np.testing.assert_allclose(column.level.values[0][inside], wanted[inside], atol=0.2501)
+    np.testing.assert_allclose(column.level.values[0][inside], expected[inside], atol=0.2501)
     assert float(column.gain_exponent[0]) == 30
 
 

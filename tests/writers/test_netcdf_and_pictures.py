@@ -24,11 +24,11 @@ def test_netcdf_gives_back_every_bit_of_the_recorded_pings(folder, tmp_path, mon
     if not streamed:
         monkeypatch.setattr(netcdf, "find_spec", lambda name: None)
     back = insonify.read_netcdf(insonify.export(folder, tmp_path / "a.nc"))
-    wanted = insonify.open_recording(folder).isel(ping=slice(1, 4)).load()
-    xr.testing.assert_equal(back, wanted)
-    assert back.attrs == wanted.attrs and set(back.coords) == set(wanted.coords)
-    field = "pressure" if "pressure" in wanted else "intensity"
-    assert back[field].attrs["units"] == wanted[field].attrs["units"] and back[field].dtype == wanted[field].dtype
+    expected = insonify.open_recording(folder).isel(ping=slice(1, 4)).load()
+    xr.testing.assert_equal(back, expected)
+    assert back.attrs == expected.attrs and set(back.coords) == set(expected.coords)
+    field = "pressure" if "pressure" in expected else "intensity"
+    assert back[field].attrs["units"] == expected[field].attrs["units"] and back[field].dtype == expected[field].dtype
 
 
 def test_the_command_writes_what_is_recorded(folder, tmp_path, capsys):

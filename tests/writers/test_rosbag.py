@@ -97,8 +97,8 @@ def test_definitions_are_those_of_their_packages(survey):
             again = get_typestore(Stores.EMPTY)
             again.register(get_types_from_msg(connection.msgdef.data, connection.msgtype))
             assert again.hash_rihs01(connection.msgtype) == ours.hash_rihs01(connection.msgtype)
-            wanted = ours.generate_msgdef(connection.msgtype, ros_version=2)[0]
-            assert connection.msgdef.data == wanted, "with its constants"
+            expected = ours.generate_msgdef(connection.msgtype, ros_version=2)[0]
+            assert connection.msgdef.data == expected, "with its constants"
 
 
 @pytest.mark.parametrize("read", [by_rosbags, by_mcap])
@@ -107,8 +107,8 @@ def test_two_readers_find_every_sample_time_and_range(survey, read):
     recording, path = survey
     topics, c = read(path), 1500.0
     powers = "intensity" in recording
-    wanted = recording.intensity.values if powers else np.abs(recording.pressure.values)
-    level = 10 * np.log10(wanted**2) if not powers else 10 * np.log10(wanted)
+    expected = recording.intensity.values if powers else np.abs(recording.pressure.values)
+    level = 10 * np.log10(expected**2) if not powers else 10 * np.log10(expected)
     stamps = START + np.round(recording.ping_time.values * 1e9).astype(np.int64)
     for channel, side in enumerate(("port", "starboard")):
         (_, display), shape = topics[f"/sonar/{side}/display/sonar_info"][0], (1, recording.sizes["time"])
@@ -119,8 +119,8 @@ def test_two_readers_find_every_sample_time_and_range(survey, read):
             assert time == head.stamp.sec * 1_000_000_000 + head.stamp.nanosec == stamps[number]
             assert head.frame_id == shown.header.frame_id == f"sonar_{side}"
             given = samples(raw.image, shape)
-            np.testing.assert_array_equal(given[0], wanted[number, channel])
-            assert given.dtype == wanted.dtype
+            np.testing.assert_array_equal(given[0], expected[number, channel])
+            assert given.dtype == expected.dtype
             counts = samples(shown.image, shape)[0].astype(float)
             inside = (counts > 0) & (counts < 65535)
             assert inside.mean() > 0.9
@@ -149,8 +149,8 @@ def test_the_samples_make_the_image_of_the_recording(survey):
         },
         {"time": recording.time, "side": recording.side},
     )
-    image, wanted = (sidescan_image(r, gain="tvg30", geometry="ground", altitude=4.0) for r in (back, recording))
-    np.testing.assert_allclose(image.level_db, wanted.level_db, atol=2e-6)
+    image, expected = (sidescan_image(r, gain="tvg30", geometry="ground", altitude=4.0) for r in (back, recording))
+    np.testing.assert_allclose(image.level_db, expected.level_db, atol=2e-6)
     assert 7 < image.across[int(np.nanargmax(image.level_db.max("ping")))] < 10
 
 

@@ -1,4 +1,4 @@
-"""Claims about SONAR-netCDF4 files: they obey the convention, and give back samples, poses and beam directions."""
+"""Claims about SONAR-netCDF4 files: they satisfy the convention, and give back samples, poses and beam directions."""
 
 import numpy as np
 import pytest
@@ -73,8 +73,8 @@ def test_poses_and_beam_directions_keep_their_signs(both):
                          np.sin(psi) * np.sin(theta) * np.cos(phi) - np.cos(psi) * np.sin(phi),
                          np.cos(theta) * np.cos(phi)], axis=1)  # fmt: skip
     scenario = insonify.surveys.survey.open_survey(recording).scenario
-    wanted = [mounting_rotation(one.mounting.bearing, one.mounting.tilt)[0] for one in scenario.sonar.side_sonars]
-    np.testing.assert_allclose(pointing, np.repeat(wanted, scenario.sonar.beam_count, axis=0), atol=1e-6)
+    expected = [mounting_rotation(one.mounting.bearing, one.mounting.tilt)[0] for one in scenario.sonar.side_sonars]
+    np.testing.assert_allclose(pointing, np.repeat(expected, scenario.sonar.beam_count, axis=0), atol=1e-6)
 
 
 def test_xarray_opens_all_groups(both):

@@ -48,12 +48,12 @@ def test_all_formats_hold_the_same_soundings(bed, tmp_path):
     found = table(insonify.export(bed, tmp_path / "a.csv"))
     points = json.loads(insonify.export(bed, tmp_path / "a.geojson").read_text())["features"]
     given = np.array([point["geometry"]["coordinates"] for point in points])
-    wanted = np.stack([found[name].astype(float) for name in ("longitude_deg", "latitude_deg", "depth_m")], axis=1)
-    np.testing.assert_array_equal(given, wanted * [1, 1, -1])
-    north = (wanted[:, 1] - 54) * 111_284.0
+    expected = np.stack([found[name].astype(float) for name in ("longitude_deg", "latitude_deg", "depth_m")], axis=1)
+    np.testing.assert_array_equal(given, expected * [1, 1, -1])
+    north = (expected[:, 1] - 54) * 111_284.0
     np.testing.assert_allclose(north, found["north_m"].astype(float), atol=0.01)
     steep = np.abs(np.linspace(-64, 64, 256)[found["beam"].astype(int)]) < 45
-    assert abs(np.median(wanted[steep, 2]) - 10.0) < 0.1 and steep.sum() > 200
+    assert abs(np.median(expected[steep, 2]) - 10.0) < 0.1 and steep.sum() > 200
     rasterio = pytest.importorskip("rasterio")
     with rasterio.open(insonify.export(bed, tmp_path / "a.tif", "bathymetry")) as file:
         elevation, count, truth = file.read()

@@ -36,12 +36,12 @@ def test_another_reader_finds_every_sample_and_setting(sound, tmp_path, name):
     head, found = packets(insonify.export(sound, tmp_path / "a.xtf", name))
     kinds = {kind.name: part for kind, part in found.items()}
     step = float(head.NoteString.decode().split()[3])
-    wanted, sent = amplitude(sound), kinds["sonar"]
+    expected, sent = amplitude(sound), kinds["sonar"]
     given = np.array([[ping.data[0][::-1], ping.data[1]] for ping in sent], np.float64)
     if name == "xtf":
-        assert np.abs(given * step - wanted).max() <= step * 0.501 and given.max() == 65535
+        assert np.abs(given * step - expected).max() <= step * 0.501 and given.max() == 65535
     else:
-        np.testing.assert_array_equal(given.astype(np.float32), wanted)
+        np.testing.assert_array_equal(given.astype(np.float32), expected)
     assert [info.TypeOfChannel for info in head.ChanInfo[:2]] == [1, 2]
     ping, header = sent[3], sent[3].ping_chan_headers[1]
     assert (ping.SoundVelocity, header.Frequency, header.NumSamples) == (750.0, 300, sound.sizes["time"])
@@ -66,8 +66,8 @@ def test_this_reader_returns_navigation_and_image(sound, tmp_path):
         },
         {"time": sound.time, "side": sound.side},
     )
-    image, wanted = (sidescan_image(one, gain="tvg30", geometry="ground", altitude=4.0) for one in (back, sound))
-    np.testing.assert_allclose(image.level_db, wanted.level_db, atol=2e-6)
+    image, expected = (sidescan_image(one, gain="tvg30", geometry="ground", altitude=4.0) for one in (back, sound))
+    np.testing.assert_allclose(image.level_db, expected.level_db, atol=2e-6)
     brightest = image.across[int(np.nanargmax(image.level_db.max("ping")))]
     assert 7 < brightest < 10
     metres = (np.degrees(navigation.latitude) - 54.0) * 111_300

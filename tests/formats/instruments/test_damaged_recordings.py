@@ -108,8 +108,8 @@ def test_what_is_no_recording_is_refused(tmp_path, capsys):
     ):
         (tmp_path / name).write_bytes(content)
         assert main(["info", str(tmp_path / name)]) == 2
-        said = capsys.readouterr().err
-        assert f"{tmp_path / name}, byte 0" in said and "Give" in said
+        output = capsys.readouterr().err
+        assert f"{tmp_path / name}, byte 0" in output and "Give" in output
     assert main(["info", str(tmp_path / "none.kmall")]) == 2 and main(["info", str(tmp_path)]) == 2
 
 
@@ -126,7 +126,7 @@ def test_too_many_pings_at_once_are_refused_before_memory_is_taken(tmp_path, mon
 
 
 def test_each_suffix_belongs_to_one_way_of_reading():
-    """Formats have names of their own, and their files are told apart by content."""
+    """Formats have names of their own, and their files are distinguished by content."""
     readers = instrument_formats()
     assert len({reader.format for reader in readers}) == len(readers)
     for suffix, write in files.SYNTHETIC.items():

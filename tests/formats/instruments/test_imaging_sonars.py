@@ -42,7 +42,7 @@ def test_oculus_images_of_each_version_and_width_are_those_written(tmp_path):
 
 
 def test_an_oculus_log_gives_times_and_unpacks_images(tmp_path):
-    """Items of other kinds are counted; a compressed image is that written; an unknown way of packing is said."""
+    """Items of other kinds are counted; a compressed image is that written; an unknown way of packing is reported."""
     whole = files.oculus_log()
     with opened(tmp_path, whole, "a.oculus") as file:
         read = file.read("image")
@@ -69,8 +69,8 @@ def test_aris_frames_are_those_written(tmp_path, mode, beams, ordered):
     with opened(tmp_path, files.aris(mode=mode, beams=beams, ordered=ordered), "a.aris") as file:
         read, attitude, fixes = file.read("image", slice(1, None)), file.attitude(), file.navigation()
         assert not file.check() and file.instrument.model == "ARIS 1200" and file.instrument.serial == "1098"
-    wanted = [files.aris_counts(frame, beams).T * np.float32(80 / 255) for frame in (1, 2)]
-    np.testing.assert_array_equal(read.level_db, wanted)
+    expected = [files.aris_counts(frame, beams).T * np.float32(80 / 255) for frame in (1, 2)]
+    np.testing.assert_array_equal(read.level_db, expected)
     np.testing.assert_allclose(read.first_range, 4600e-6 * 1436 / 2)
     np.testing.assert_allclose(read.range_step, 14e-6 * 1436 / 2)
     np.testing.assert_allclose(np.degrees(read.tilt), -2.25)
@@ -90,7 +90,7 @@ def test_aris_beams_point_where_the_maker_measured(beams, telephoto, outer, inne
 
 
 def test_a_damaged_frame_or_message_is_left_out_and_the_next_is_found(tmp_path):
-    """Marks, sizes and modes that are none, with offset and reason; a full ping is said not to be read."""
+    """Marks, sizes and modes that are none, with offset and reason; a full ping is reported not to be read."""
     aris, size = bytearray(files.aris()), 1024 + 5 * 48
     aris[1024 + size + 12] ^= 1
     with opened(tmp_path, bytes(aris), "a.aris") as file:

@@ -43,7 +43,7 @@ def test_a_file_larger_than_memory_opens(tmp_path):
 
 
 @pytest.mark.parametrize("step", [-3600.0, 200_000.0])
-def test_a_clock_that_jumps_is_said_and_read(step, tmp_path):
+def test_a_clock_that_jumps_is_reported_and_read(step, tmp_path):
     """Pings after an hour back, or two days ahead, keep their place in the file; a second of disorder is usual."""
     times = [0.0, 1.0, 0.5, 1.0 + step, 2.0 + step]
     content = b"".join(files.kmall_datagram("#MWC", time, files.kmall_water(0)) for time in times)

@@ -22,9 +22,9 @@ def test_levels_and_settings_are_those_written(opened):
     """Water column in half decibels, seabed image in tenths, angles to starboard, depth below the water line."""
     water = opened.read("water column", slice(1, None))
     assert dict(water.sizes) == {"ping": 2, "beam": 5, "sample": 4, "tx_sector": 1} and list(water.ping) == [1, 2]
-    wanted = np.float32(0.5) * np.stack([files.kmall_level(1), files.kmall_level(2)])
-    wanted[:, -1, -1] = np.nan
-    np.testing.assert_array_equal(water.level, wanted)
+    expected = np.float32(0.5) * np.stack([files.kmall_level(1), files.kmall_level(2)])
+    expected[:, -1, -1] = np.nan
+    np.testing.assert_array_equal(water.level, expected)
     np.testing.assert_allclose(np.degrees(water.beam_angle[0]), [-60, -30, 0, 30, 60])
     np.testing.assert_allclose(water.phase[0, 0], np.pi / 2, rtol=1e-6)
     image = opened.read("seabed image")
@@ -50,7 +50,7 @@ def test_series_and_settings_are_those_written(opened):
     assert settings["Depth settings.Max. depth"].value == 40 and opened.instrument.serial == "77"
 
 
-def test_an_unknown_kind_and_a_clock_that_jumps_are_said(opened, tmp_path):
+def test_an_unknown_kind_and_a_clock_that_jumps_are_reported(opened, tmp_path):
     """Both files are read as far as they go."""
     assert [part.reason for part in opened.check()] == ["#XYZ: unknown kind of datagram"]
     late = files.kmall_datagram("#MWC", -3600, files.kmall_water(3))

@@ -126,7 +126,7 @@ def test_runtime_parameters_that_are_too_short_are_left_out(tmp_path):
         assert left_out.offset == len(text) and "too few" in left_out.reason
 
 
-def test_parts_of_a_water_column_that_are_missing_are_said(tmp_path):
+def test_parts_of_a_water_column_that_are_missing_are_reported(tmp_path):
     """One part of two: its beams are read."""
     for part, beams in ((1, 3), (2, 2)):
         with reopened(tmp_path / "a.wcd", files.all_datagram("k", 0, files.all_water(0, part))) as file:
@@ -135,7 +135,7 @@ def test_parts_of_a_water_column_that_are_missing_are_said(tmp_path):
 
 
 @pytest.mark.parametrize(("at", "value"), [(0, 0), (166, 0xFFFF), (168, 0xFFFF)])
-def test_an_xtf_header_that_is_damaged_is_said_and_read(at, value, tmp_path):
+def test_an_xtf_header_that_is_damaged_is_reported_and_read(at, value, tmp_path):
     """Its first byte, or an impossible number of channels: six are assumed, and the pings are read."""
     whole = bytearray(files.xtf())
     whole[at : at + (2 if at else 1)] = value.to_bytes(2 if at else 1, "little")

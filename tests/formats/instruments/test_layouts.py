@@ -82,7 +82,7 @@ KMALL_OFFSETS = {
 @pytest.mark.parametrize(
     ("module", "table"), [(xtf_layouts, XTF_OFFSETS), (kmall_layouts, KMALL_OFFSETS)], ids=["xtf", "kmall"]
 )
-def test_fields_stand_where_the_tables_say(module, table):
+def test_fields_stand_where_the_tables_state(module, table):
     """Triton (2016), tables C-J and P; Kongsberg (2021), EMdgmFormat.h: byte offsets."""
     for name, offsets in table.items():
         fields = getattr(module, name).fields

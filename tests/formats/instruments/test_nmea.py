@@ -7,7 +7,7 @@ from insonify.formats.instruments.nmea import position
 
 
 @pytest.mark.parametrize(
-    ("sentence", "wanted"),
+    ("sentence", "expected"),
     [
         ("$GPGGA,120000,5130.0,N,00315.0,W,4,9,1,0,M,0,M,,", (51.5, -3.25, 4)),
         ("$GNGGA,,0000.6,S,17959.4,E,1,,,,,,,", (-0.01, 179.99, 1)),
@@ -15,10 +15,10 @@ from insonify.formats.instruments.nmea import position
         ("$GPGGA,123519,4807.038,N,01131.000,E,1,08,0.9,545.4,M,46.9,M,,*47\r\n", (48.1173, 11.516667, 1)),
     ],
 )
-def test_a_fix_is_read(sentence, wanted):
+def test_a_fix_is_read(sentence, expected):
     """With checksum or without, of any talker, in each quadrant."""
     fix = position(sentence)
-    np.testing.assert_allclose([*np.degrees(fix[:2]), fix.quality], wanted, atol=1e-6)
+    np.testing.assert_allclose([*np.degrees(fix[:2]), fix.quality], expected, atol=1e-6)
 
 
 @pytest.mark.parametrize(

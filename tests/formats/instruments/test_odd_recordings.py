@@ -1,4 +1,7 @@
-"""Claims about odd but undamaged files of each format: they are read as far as they go, and say what is left out."""
+"""Claims about odd but undamaged files of each format.
+
+They are read as far as they go, and what is left out is listed.
+"""
 
 import struct
 
@@ -87,7 +90,7 @@ UNKNOWN = {
 
 @pytest.mark.parametrize("suffix", SUFFIXES)
 @pytest.mark.parametrize("jump", [-3600, 90_000])
-def test_a_clock_that_jumps_is_said_and_every_ping_is_read(suffix, jump, tmp_path):
+def test_a_clock_that_jumps_is_reported_and_every_ping_is_read(suffix, jump, tmp_path):
     """An hour back, a day ahead: pings keep their order and times, and the jump is listed with its byte."""
     times = [7200, 7201, 7201 + jump, 7202 + jump]
     pings = [ping(suffix, time) for time in times]
@@ -95,13 +98,16 @@ def test_a_clock_that_jumps_is_said_and_every_ping_is_read(suffix, jump, tmp_pat
         (group,) = file.groups
         read = file.read(group)
         np.testing.assert_allclose(np.diff(read.time), np.diff(times), atol=1e-4)
-        (said,) = file.clock_jumps
-        assert said.offset == len(opening(suffix)) + len(pings[0] + pings[1]) and f"{abs(jump)}.000 s" in said.reason
+        (omission,) = file.clock_jumps
+        assert (
+            omission.offset == len(opening(suffix)) + len(pings[0] + pings[1])
+            and f"{abs(jump)}.000 s" in omission.reason
+        )
         assert file.check() == ()
 
 
 @pytest.mark.parametrize("suffix", SUFFIXES)
-def test_pings_of_no_samples_stand_between_others_or_are_said(suffix, tmp_path):
+def test_pings_of_no_samples_stand_between_others_or_are_reported(suffix, tmp_path):
     """Echoes of zero samples are pings of NaN; an image without a row is none, and is listed."""
     content = opening(suffix) + ping(suffix, 0) + ping(suffix, 1, samples=0) + ping(suffix, 2)
     with opened(tmp_path, suffix, content) as file:
@@ -124,9 +130,9 @@ def test_unknown_datagrams_are_counted_and_passed_over(suffix, tmp_path):
     with opened(tmp_path, suffix, content) as file:
         (group,) = file.groups
         assert file.read(group).sizes["ping"] == 2
-        (said,) = file.check()
-        assert said.offset == len(opening(suffix) + ping(suffix, 0))
-        assert said.reason.endswith("unknown kind of datagram, 2 of them")
+        (omission,) = file.check()
+        assert omission.offset == len(opening(suffix) + ping(suffix, 0))
+        assert omission.reason.endswith("unknown kind of datagram, 2 of them")
 
 
 @pytest.mark.parametrize("suffix", [".kmall", ".all", ".raw", ".oculus"])

@@ -129,7 +129,7 @@ ABOUT = {
 
 
 @pytest.mark.parametrize("name", ABOUT)
-def test_info_says_what_a_recording_is(name, capsys):
+def test_info_states_what_a_recording_is(name, capsys):
     """Model, serial, time, groups and datagrams of the five files; datagrams cover them without a gap."""
     with opened(name) as file:
         index = file.datagrams

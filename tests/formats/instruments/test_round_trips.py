@@ -28,9 +28,9 @@ def samples_of(sizes, low, high, kind, seed):
     return [[random.integers(low, high, count).astype(kind) for count in beams] for beams in sizes]
 
 
-def assert_ragged(found, wanted, scale):
+def assert_ragged(found, expected, scale):
     """A padded array over (ping, beam, sample) holds the samples of each beam and NaN behind them."""
-    for ping, beams in enumerate(wanted):
+    for ping, beams in enumerate(expected):
         for beam, samples in enumerate(beams):
             np.testing.assert_array_equal(found[ping, beam, : samples.size], samples * np.float32(scale))
             assert np.isnan(found[ping, beam, samples.size :]).all()
@@ -41,8 +41,8 @@ def assert_ragged(found, wanted, scale):
 @given(ANY_SIZES, st.integers(0, 99), st.sampled_from([0, 1, 2]))
 def test_a_kmall_water_column_of_any_size(tmp_path, sizes, seed, phase):
     """Beams without samples, pings without beams, with phases of either width or without."""
-    wanted, content = samples_of(sizes, -128, 128, "i1", seed), b""
-    for number, beams in enumerate(wanted):
+    expected, content = samples_of(sizes, -128, 128, "i1", seed), b""
+    for number, beams in enumerate(expected):
         body = files.record(K.PARTITION, count=1, number=1) + files.record(K.BODY, ping=number)
         body += files.record(K.WATER_TX, sector_size=16)
         body += files.record(K.WATER_RX, beams=len(beams), beam_size=16, phase=phase)
@@ -53,7 +53,7 @@ def test_a_kmall_water_column_of_any_size(tmp_path, sizes, seed, phase):
         content += files.kmall_datagram("#MWC", number, body)
     with reopened(tmp_path / "a.kmall", content) as file:
         found = file.read("water column")
-        assert_ragged(found.level.values, wanted, 0.5)
+        assert_ragged(found.level.values, expected, 0.5)
         assert ("phase" in found) == (phase > 0) and file.check() == ()
 
 
@@ -61,8 +61,8 @@ def test_a_kmall_water_column_of_any_size(tmp_path, sizes, seed, phase):
 @given(ANY_SIZES, st.integers(0, 99))
 def test_a_kmall_seabed_image_of_any_size(tmp_path, sizes, seed):
     """Samples of all soundings stand behind one another; the table of soundings has the same numbers."""
-    wanted, content = samples_of(sizes, -900, 300, "<i2", seed), b""
-    for number, beams in enumerate(wanted):
+    expected, content = samples_of(sizes, -900, 300, "<i2", seed), b""
+    for number, beams in enumerate(expected):
         body = files.record(K.PARTITION, count=1, number=1) + files.record(K.BODY, ping=number)
         body += files.record(K.PING, sector_size=48) + files.record(K.RX, soundings=len(beams), sounding_size=120)
         if beams:
@@ -70,8 +70,8 @@ def test_a_kmall_seabed_image_of_any_size(tmp_path, sizes, seed):
         content += files.kmall_datagram("#MRZ", number, body + b"".join(samples.tobytes() for samples in beams))
     with reopened(tmp_path / "a.kmall", content) as file:
         image = file.read("seabed image")
-        assert_ragged(image.level.values, wanted, 0.1)
-        for number, beams in enumerate(wanted):
+        assert_ragged(image.level.values, expected, 0.1)
+        for number, beams in enumerate(expected):
             assert image.sample_count.values[number, : len(beams)].tolist() == [samples.size for samples in beams]
 
 
@@ -79,8 +79,8 @@ def test_a_kmall_seabed_image_of_any_size(tmp_path, sizes, seed):
 @given(ANY_SIZES, st.integers(0, 99), st.integers(1, 3))
 def test_a_wcd_water_column_in_any_number_of_parts(tmp_path, sizes, seed, parts):
     """Beams shared out among datagrams that stand in any order."""
-    wanted, content = samples_of(sizes, -128, 128, "i1", seed), b""
-    for number, beams in enumerate(wanted):
+    expected, content = samples_of(sizes, -128, 128, "i1", seed), b""
+    for number, beams in enumerate(expected):
         for part in np.random.default_rng(seed).permutation(parts):
             mine = beams[part * len(beams) // parts : (part + 1) * len(beams) // parts]
             body = files.record(A.WATER, parts=parts, part=part + 1, beams=len(mine))
@@ -88,17 +88,17 @@ def test_a_wcd_water_column_in_any_number_of_parts(tmp_path, sizes, seed, parts)
                 body += files.record(A.WATER_BEAM, sample_count=samples.size) + samples.tobytes()
             content += files.all_datagram("k", number, body + b"\0")
     with reopened(tmp_path / "a.wcd", content) as file:
-        assert_ragged(file.read("water column").level.values, wanted, 0.5)
-        assert file.groups["water column"] == len(wanted) and file.check() == ()
+        assert_ragged(file.read("water column").level.values, expected, 0.5)
+        assert file.groups["water column"] == len(expected) and file.check() == ()
 
 
 @few
 @given(ANY_SIZES, st.integers(0, 99))
 def test_an_all_seabed_image_in_any_order(tmp_path, sizes, seed):
     """Falling beams are turned round, with the sample at their detection."""
-    wanted, content, random = samples_of(sizes, -900, 300, "<i2", seed), b"", np.random.default_rng(seed)
-    centres = [[random.integers(0, samples.size + 1) for samples in beams] for beams in wanted]
-    for number, (beams, centre) in enumerate(zip(wanted, centres, strict=True)):
+    expected, content, random = samples_of(sizes, -900, 300, "<i2", seed), b"", np.random.default_rng(seed)
+    centres = [[random.integers(0, samples.size + 1) for samples in beams] for beams in expected]
+    for number, (beams, centre) in enumerate(zip(expected, centres, strict=True)):
         order = random.choice([1, -1], len(beams))
         counts = np.array([samples.size for samples in beams], int)
         stored = np.where((order < 0) & (np.array(centre, int) > 0), counts + 1 - np.array(centre, int), centre)
@@ -109,7 +109,7 @@ def test_an_all_seabed_image_in_any_order(tmp_path, sizes, seed):
         content += files.all_datagram("Y", number, body + b"\0")
     with reopened(tmp_path / "a.all", content) as file:
         found = file.read("seabed image")
-        assert_ragged(found.level.values, wanted, 0.01 * 10)
+        assert_ragged(found.level.values, expected, 0.01 * 10)
         for number, centre in enumerate(centres):
             assert found.centre_sample.values[number, : len(centre)].tolist() == centre
 
@@ -152,7 +152,7 @@ def test_pings_are_chosen_as_in_a_list(tmp_path, pings):
 
 
 def test_every_variable_has_a_unit_and_a_meaning(tmp_path):
-    """And none is named in a way that a dataset cannot be asked for in brackets."""
+    """And none is named in a way that a dataset cannot be requested in brackets."""
     for suffix in (".kmall", ".all", ".xtf"):
         with reopened(tmp_path / f"a{suffix}", files.SYNTHETIC[suffix]()) as file:
             series = [file.read(group) for group in file.groups] + [file.attitude(), file.navigation()]

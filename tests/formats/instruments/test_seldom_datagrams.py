@@ -1,4 +1,4 @@
-"""Claims about datagrams that few files have: values as written, and what is not read is said with its number."""
+"""Claims about datagrams that few files have: values as written, and what is not read is reported with its number."""
 
 import json
 
@@ -72,7 +72,7 @@ def test_earlier_multibeams_read_like_later_ones(opened):
 
 @of(".all")
 def test_extra_detections_and_sensors_of_all_files(opened):
-    """Angles to starboard, levels in tenths of a decibel; readings at their own times; samples and status are said."""
+    """Angles to starboard, levels in tenths of a decibel; readings at their own times; samples, status reported."""
     extra, found = opened.read("extra detections"), opened.sensors()
     np.testing.assert_allclose(np.degrees(extra.beam_angle[0]), [-60, 60])
     assert set(extra.backscatter.values.flat) == {-30.5} and float(extra.transducer_depth[0]) == 1.5
@@ -99,7 +99,7 @@ def test_records_have_the_sizes_of_the_format():
 
 @of(".xtf")
 def test_soundings_of_an_xtf_file(opened):
-    """Beams of QINSy without the padding behind them; a maker's own packets are said not to be read."""
+    """Beams of QINSy without the padding behind them; a maker's own packets are reported as not read."""
     found = opened.soundings()
     assert dict(opened.groups) == {"soundings": 2} and dict(found.sizes) == {"ping": 2, "beam": 4}
     np.testing.assert_allclose(found.travel_time[1], [0.01, 0.02, 0.03, 0.04])

@@ -29,8 +29,8 @@ def test_samples_of_each_type_are_those_written(tmp_path):
         for group, sectors in (("38 kHz", 4), ("70 kHz", 3)):
             read = file.read(group, slice(1, None))
             assert list(read.ping) == [1, 2] and read.voltage.dtype == np.complex64
-            wanted = [files.volts(ping, sectors).T for ping in (1, 2)]
-            np.testing.assert_array_equal(read.voltage, wanted)
+            expected = [files.volts(ping, sectors).T for ping in (1, 2)]
+            np.testing.assert_array_equal(read.voltage, expected)
         read = file.read("120 kHz")
     assert "voltage" not in read and read.power_db.shape == (3, files.SAMPLES)
     np.testing.assert_allclose(read.power_db[1], -10 * np.log10(2) * (np.arange(files.SAMPLES) + 1 / 256), rtol=1e-6)

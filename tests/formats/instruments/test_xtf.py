@@ -65,7 +65,7 @@ def test_samples_of_every_format_are_read(tmp_path, size, kind, dtype):
 
 
 @pytest.mark.parametrize(("size", "kind"), [(4, 1), (3, 0), (0, 0)])
-def test_samples_of_an_unknown_format_are_said(tmp_path, size, kind):
+def test_samples_of_an_unknown_format_are_reported(tmp_path, size, kind):
     """Floats of old mainframes, three bytes, none: the channel is empty, and listed."""
     with written(tmp_path / "a.xtf", [(2, 100.0, size, kind)], [ping([np.zeros(0, np.uint8)])]) as file:
         assert file.read("starboard").sizes["ping"] == 0

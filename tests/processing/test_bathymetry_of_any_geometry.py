@@ -15,7 +15,7 @@ from insonify.processing import (
     sector_image,
     unwrap_to_reference,
 )
-from oracles.point_echoes import bell, heard, speckle, two_way
+from oracles.point_echoes import bell, received, speckle, two_way
 
 SEEDS = st.integers(0, 10**6)
 
@@ -34,7 +34,7 @@ def test_a_point_anywhere_in_front_has_its_elevation(seed):
     up = np.array([0.0, np.sin(tilt), -np.cos(tilt)]) * baseline / 2
     point = slant * np.array([[0.0, np.cos(elevation), np.sin(elevation)]])
     time = 2 * slant / c + np.arange(-20, 21) / 40e3
-    upper, lower = heard(time, two_way(point, np.zeros(3), np.stack([up, -up]), c), f, bell(5e3))
+    upper, lower = received(time, two_way(point, np.zeros(3), np.stack([up, -up]), c), f, bell(5e3))
     about = {"baseline": baseline, "tilt": tilt, "centre_frequency": f, "sound_speed": c}
     # half a turn of phase is this much of elevation
     turn = c / f / (2 * baseline * np.cos(elevation - tilt))
@@ -47,9 +47,9 @@ def test_a_point_anywhere_in_front_has_its_elevation(seed):
     assert across[0, 20] / far == pytest.approx(np.cos(elevation), abs=1e-4 + (baseline / slant) ** 2)
     assert gamma[0, 20] == pytest.approx(1, abs=1e-6)
     phase = np.angle(upper[20] * np.conj(lower[20]))
-    told = elevation_to_phase(elevation, **about)
-    assert unwrap_to_reference(phase, told) == pytest.approx(
-        float(told), abs=2 * np.pi * f / c * baseline**3 / slant**2 + 2e-3
+    expected = elevation_to_phase(elevation, **about)
+    assert unwrap_to_reference(phase, expected) == pytest.approx(
+        float(expected), abs=2 * np.pi * f / c * baseline**3 / slant**2 + 2e-3
     )
 
 
@@ -86,7 +86,7 @@ def test_a_pair_that_stands_anywhere_on_a_ship_that_leans_finds_the_bed_where_it
 
 @settings(max_examples=30)
 @given(SEEDS)
-def test_coherence_knows_neither_gain_nor_common_phase(seed):
+def test_coherence_depends_on_neither_gain_nor_common_phase(seed):
     """|g| <= 1 (Schwarz); gains leave it, phases turn it, exchange conjugates it; over looks as over all."""
     rng = np.random.default_rng(seed)
     a, b = rng.normal(size=(2, 5, 31)) + 1j * rng.normal(size=(2, 5, 31))

@@ -1,4 +1,4 @@
-"""What a sonar hears, written out in float64.
+"""What a sonar receives, written out in float64.
 
 Apertures summed point by point, pulses integrated, echoes added by frequency. Shares no code with the project.
 """
@@ -68,13 +68,13 @@ def pulse_spectrum(offset, *, duration, fraction, bandwidth, band, matched_filte
     return passed * 0.5 * (1 + np.cos(np.pi * outside))
 
 
-def heard(delay, weight, time, carrier, spectrum, rate, bins):
+def received(delay, weight, time, carrier, spectrum, rate, bins):
     """Sum over echoes of weight p(t - delay) exp(-j 2 pi carrier delay), frequency by frequency.
 
     Args:
         delay: Of each echo [s].
         weight: Of each echo, without the carrier.
-        time: Wanted [s].
+        time: Requested [s].
         carrier: Centre frequency [Hz].
         spectrum: Of the pulse, a function of the offset from the centre [s].
         rate: Width of the band over which to sum [Hz].
@@ -85,7 +85,7 @@ def heard(delay, weight, time, carrier, spectrum, rate, bins):
 
 
 def summed(delay, weight, time, spectrum, rate, bins):
-    """Sum over echoes of weight p(t - delay), frequency by frequency; arguments as of `heard`."""
+    """Sum over echoes of weight p(t - delay), frequency by frequency; arguments as of `received`."""
     offset = ((np.arange(bins) + 0.5) / bins - 0.5) * rate
     late = delay - np.mean(delay)
     # a frequency is one of a coarse row and a step from it: turns of both, multiplied, are its own to rounding
