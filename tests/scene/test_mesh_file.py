@@ -100,7 +100,7 @@ def test_faces_without_an_area_are_left_out_and_counted():
     """Two needles among twelve triangles: the body stays closed, and a remark states how many went."""
     whole = block(2, 1, 1)
     needles = np.concatenate([whole.faces, [[0, 0, 1], [2, 2, 2]]])
-    found, remarks = repaired(Triangles(whole.vertices, needles))
+    found, _, remarks = repaired(Triangles(whole.vertices, needles))
     assert len(found.faces) == 12 and found.volume == pytest.approx(2)
     assert remarks == ["2 of 14 triangles have no area and are left out"]
 
@@ -110,7 +110,7 @@ def test_corners_at_one_place_are_one_corner():
     whole = sphere(2.0, around=24)
     loose = Triangles(whole.corners.reshape(-1, 3), np.arange(3 * len(whole.faces)).reshape(-1, 3))
     assert edge_defects(loose.faces)[0] > 0
-    found, remarks = repaired(loose)
+    found, _, remarks = repaired(loose)
     assert remarks == [] and edge_defects(found.faces) == (0, 0)
     assert len(found.vertices) == len(whole.vertices)
 
@@ -120,7 +120,7 @@ def test_faces_that_disagree_are_reported():
     whole = block(2, 1, 1)
     faces = whole.faces.copy()
     faces[3] = faces[3, ::-1]
-    found, (remark,) = repaired(Triangles(whole.vertices, faces))
+    found, _, (remark,) = repaired(Triangles(whole.vertices, faces))
     assert len(found.faces) == 24 and "3 edges join faces that disagree" in remark
 
 

@@ -434,7 +434,8 @@ class EigenrayEngine:
         wavenumber = 2 * np.pi * frequency / self.scene.water.sound_speed_at(scatterers.position[:, 2])
         arriving, leaving = out.arrival[pair[:, 0]], back.arrival[pair[:, 1]]
         if isinstance(scatterers.law, KirchhoffFacet):
-            return scatterers.law.echoes(scatterers.corners, scatterers.normal, arriving, leaving, wavenumber)
+            echo = scatterers.law.echoes(scatterers.corners, scatterers.normal, arriving, leaving, wavenumber)
+            return echo if scatterers.relative_reflection is None else echo * scatterers.relative_reflection
         assert isinstance(scatterers.law, KirchhoffPatch)
         return scatterers.law.echoes(
             scatterers.corners, scatterers.area, scatterers.normal, arriving, leaving, out.length[pair[:, 0]],

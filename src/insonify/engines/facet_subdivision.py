@@ -7,6 +7,8 @@ scattered wavefronts stay within a fraction of a radian of a plane.
 """
 
 import warnings
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,7 +30,7 @@ from insonify.scene.scatterers import Scatterers, whole_target_id
 from insonify.scene.scene import Scene
 from insonify.scene.smooth_faces import clip_at_seabed, smooth_triangles, water_clearance
 from insonify.scene.solid import world_triangles
-from insonify.scene.target import Solid
+from insonify.scene.target import Solid, whole_solid
 from insonify.sonar.ping_geometry import PingGeometry
 from insonify.validity import PhysicsWarning
 
@@ -71,6 +73,22 @@ def smooth_facets(
             PhysicsWarning, stacklevel=2,
         )  # fmt: skip
     return found
+
+
+def joined_facets(parts: list[Scatterers]) -> Scatterers:
+    """Facets of the parts of one mesh as one coherent group.
+
+    Args:
+        parts: Facets from `smooth_facets` of each part, at least one.
+    """
+    if len(parts) == 1:
+        return parts[0]
+    columns: dict[str, Any] = {
+        name: np.concatenate([getattr(part, name) for part in parts])
+        for name in ("position", "normal", "area", "phase", "scatterer_id", "corners")
+    }
+    reflection = [np.full(len(part), part.law.reflection) for part in parts if isinstance(part.law, KirchhoffFacet)]
+    return replace(parts[0], law=KirchhoffFacet(), relative_reflection=np.concatenate(reflection), **columns)
 
 
 def solid_insonification(
@@ -118,8 +136,9 @@ def _triangles(scene: Scene, solid: Solid, insonification: TargetInsonification)
     return Scatterers(
         object=solid.label, boundary="target", law=KirchhoffFacet(solid.face_reflection_coefficient), position=middle,
         normal=across / twice[:, None], area=twice / 2, phase=np.ones(count, complex),
-        scatterer_id=whole_target_id(solid.label, count), has_random_phase=False, occluder=scene.occluders.index(solid),
-        corners=corners - middle[:, None], centre=_middle(scene, solid),
+        scatterer_id=whole_target_id(solid.label, count), has_random_phase=False,
+        occluder=scene.occluders.index(whole_solid(solid)), corners=corners - middle[:, None],
+        centre=_middle(scene, solid),
     ), whole  # fmt: skip
 
 
@@ -133,7 +152,7 @@ def towards(scene: Scene, solid: Solid, insonification: TargetInsonification) ->
 
 def _middle(scene: Scene, solid: Solid) -> Floats:
     """Middle of the extent of a target [m], shape (3,)."""
-    surface = world_triangles(solid, scene.seabed)
+    surface = world_triangles(whole_solid(solid), scene.seabed)
     return np.asarray((surface.low + surface.high) / 2)
 
 

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from insonify.engines._resolution_kernel import MAX_ELONGATION
 from insonify.engines.drawn_bodies import DrawnBodies
 from insonify.engines.face_images import face_images
-from insonify.engines.facet_subdivision import smooth_facets, solid_insonification
+from insonify.engines.facet_subdivision import joined_facets, smooth_facets, solid_insonification
 from insonify.engines.glint_spread import glint_spread
 from insonify.engines.patch_subdivision import TargetInsonification
 from insonify.engines.resolution import Resolution, track_sound_speed, two_way_gain_bound
@@ -31,7 +31,7 @@ from insonify.scene.seabed import Seabed
 from insonify.scene.solid import cell_side, seabed_depth_at, solid_scatterers, world_triangles
 from insonify.scene.solid_section import solid_section
 from insonify.scene.surface_cells import LONGEST, even_points, pieces_about
-from insonify.scene.target import Box, PointTarget, Solid
+from insonify.scene.target import Box, PointTarget, Solid, solids_of_one_law, whole_solid
 from insonify.sonar.ping_geometry import PingGeometry
 from insonify.sonar.two_way_beam import two_way_footprint
 from insonify.units import amplitude_ratio
@@ -82,16 +82,21 @@ def target_points(
             continue
         if not _may_fall_in_window(target, scene, ping_geometry):
             continue
-        if choice.geometry == "slice":
-            points = _section(scene, seed, ping_geometry, slant, target, even=quadrature)
-        elif _within_beams(scene, target, choice, ping_geometry, rays):
-            insonification = partial(solid_insonification, scene, target, choice, ping_geometry, slant, rays)
-            points = _points_of(scene, seed, ping_geometry, slant, target, cells, insonification, even=quadrature)
-        else:
+        is_slice = choice.geometry == "slice"
+        if not is_slice and not _within_beams(scene, target, choice, ping_geometry, rays):
             continue
-        found.append(points)
-        if target.face_reflection_coefficient and len(points):
-            found.append(smooth_facets(scene, target, choice, ping_geometry, slant, rays))
+        smooth: list[Scatterers] = []
+        for faces in solids_of_one_law(target):
+            insonification = partial(solid_insonification, scene, faces, choice, ping_geometry, slant, rays)
+            points = (
+                _section(scene, seed, ping_geometry, slant, faces, even=quadrature)
+                if is_slice
+                else _points_of(scene, seed, ping_geometry, slant, faces, cells, insonification, even=quadrature)
+            )
+            found.append(points)
+            if faces.face_reflection_coefficient and len(points):
+                smooth.append(smooth_facets(scene, faces, choice, ping_geometry, slant, rays))
+        found += [joined_facets(smooth)] if smooth else []
     return found
 
 
@@ -214,7 +219,7 @@ def _points_of(
         insonification: Function that returns the insonification of the body.
         even: True: quadrature points for an expectation. False: random ones.
     """
-    row = scene.occluders.index(target)
+    row = scene.occluders.index(whole_solid(target))
     if isinstance(target, Box) and target.is_upright:
         pitch, rise = _box_cells(scene, target, ping_geometry, slant, cells)
         key = target, scene.seabed, scene.seabed_depth_under(target), seed, pitch, rise, row, even
@@ -245,7 +250,7 @@ def _section(
     scene: Scene, seed: int, ping_geometry: PingGeometry, slant: float, target: Solid, *, even: bool
 ) -> Scatterers:
     """Points of a body in a slice, each with the area that the beam covers."""
-    here, row = ping_geometry.transmit_position, scene.occluders.index(target)
+    here, row = ping_geometry.transmit_position, scene.occluders.index(whole_solid(target))
     distance = float(np.linalg.norm(np.array(target.position) - here[:2]))
     covered = partial(_covered_width, ping_geometry, distance=distance)
     if isinstance(target, Box) and target.is_upright:

@@ -11,7 +11,6 @@ from insonify.engines.memory_budget import BYTES_AT_ONCE, bytes_per_point, legs_
 from insonify.engines.ping_scatterers import ping_scatterers
 from insonify.estimates import unit_costs
 from insonify.scene.solid import world_triangles
-from insonify.scene.target import PointTarget
 from insonify.simulator import Simulator
 from insonify.sonar.ping_geometry import PingGeometry
 
@@ -30,9 +29,7 @@ def facet_work(simulator: Simulator, ping_geometry: PingGeometry) -> tuple[float
         Facets [1], processor time [s], memory [bytes].
     """
     scenario, scene = simulator.scenario, simulator.engine.scene
-    smooth = [
-        one for one in scene.targets if not isinstance(one, PointTarget) and one.face_reflection_coefficient is not None
-    ]
+    smooth = [one for one in scene.solids_of_one_law if one.face_reflection_coefficient is not None]
     if not smooth or "target" not in scenario.paths.contributions:
         return 0.0, 0.0, 0.0
     seen = ping_scatterers(scene, scenario.paths, scenario.seed, ping_geometry, simulator.engine.rays)

@@ -39,7 +39,7 @@ def citations(scenario: Scenario) -> list[str]:
     laws = [scenario.seabed.scattering, scenario.surface.scattering]
     if any(isinstance(law, Lambert) for law in laws) or scenario.scene.occluders:
         found.append(LAMBERT)
-    if any(target.face_reflection_coefficient for target in scenario.scene.occluders):
+    if any(target.face_reflection_coefficient for target in scenario.scene.solids_of_one_law):
         found.append(FACETS)
     if isinstance(scenario.seabed.scattering, SedimentLaw):
         found.append(JACKSON)

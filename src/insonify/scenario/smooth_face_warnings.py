@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from insonify.scattering.lambert import Lambert
+from insonify.scene.target import PointTarget, key_label, solids_of_one_law
 from insonify.units import intensity_ratio
 
 if TYPE_CHECKING:
@@ -20,11 +21,16 @@ def smooth_face_warnings(scenario: Scenario) -> Iterator[str]:
     Args:
         scenario: A scenario without faults.
     """
-    for row, target in enumerate(scenario.targets):
-        smooth = getattr(target, "face_reflection_coefficient", None)
-        if not smooth or target.shape == "point":
+    named = [
+        (f"targets.{row}", faces)
+        for row, target in enumerate(scenario.targets) if not isinstance(target, PointTarget)
+        for faces in solids_of_one_law(target)
+    ]  # fmt: skip
+    for key, target in named:
+        smooth = target.face_reflection_coefficient
+        if not smooth:
             continue
-        name = f"targets.{row}.face_reflection_coefficient ({target.label})"
+        name = f"{key}.face_reflection_coefficient ({key_label(target)})"
         rough = _albedo(target.scattering)
         if smooth**2 + rough > 1 + 1e-9:
             most = f"a magnitude up to {np.floor(100 * np.sqrt(max(1 - rough, 0))) / 100:g}, or" if rough < 1 else ""

@@ -13,7 +13,7 @@ from insonify.scene.scene import Scene
 from insonify.scene.seabed import Seabed
 from insonify.scene.smooth_faces import clip_at_seabed, smooth_triangles
 from insonify.scene.solid import STANDING, seabed_depth_at
-from insonify.scene.target import Box, LibraryTarget, Mesh, Plate, Solid
+from insonify.scene.target import Box, LibraryTarget, Mesh, Plate, Solid, solids_of_one_law
 
 Floats = NDArray[np.float64]
 
@@ -79,8 +79,9 @@ def flat_faces(scene: Scene, wavelength: float) -> tuple[FlatFace, ...]:
     """
     found: list[FlatFace] = []
     for row, solid in enumerate(scene.occluders):
-        if solid.face_reflection_coefficient and isinstance(solid, Box | Plate | Mesh | LibraryTarget):
-            found += _faces_of(scene, row, solid, MIN_WAVELENGTHS * wavelength)
+        for faces in solids_of_one_law(solid):
+            if faces.face_reflection_coefficient and isinstance(faces, Box | Plate | Mesh | LibraryTarget):
+                found += _faces_of(scene, row, faces, MIN_WAVELENGTHS * wavelength)
     return tuple(found)
 
 

@@ -12,13 +12,14 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import lru_cache
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from insonify.data_file import install_advice, require_regular_file
 from insonify.scene.mesh_header import require_declared_content
+from insonify.scene.mesh_names import NAMED, NamedFaces, named_faces
 from insonify.scene.triangle_surfaces import Triangles
 from insonify.validity import PhysicsWarning
 
@@ -47,6 +48,17 @@ class MeshError(ValueError):
         self.field = field
 
 
+class MeshContent(NamedTuple):
+    """The surface in a file, remarks on it, and the names of its faces."""
+
+    surface: Triangles
+    remarks: tuple[str, ...]
+    names: tuple[frozenset[str], ...]
+    """Names of each set of triangles in the file."""
+    row: NDArray[np.int64]
+    """Set of each triangle, shape (t,)."""
+
+
 def mesh_triangles(file: str, up: str | None, scale: float, sha256: str | None) -> Triangles:
     """The surface in a file, in body axes and metres; faces of an open surface are there once for each side.
 
@@ -57,9 +69,39 @@ def mesh_triangles(file: str, up: str | None, scale: float, sha256: str | None) 
         sha256: Fingerprint of the file: another content is read again.
 
     Raises:
-        MeshError: It cannot be read, or holds no body; with the fix.
+        MeshError: It cannot be read, or holds no body; with the way out.
     """
-    return _read(file, up, scale, sha256)[0]
+    return _read(file, up, scale, sha256, False).surface
+
+
+def mesh_parts(
+    file: str, up: str | None, scale: float, sha256: str | None, names: tuple[str, ...]
+) -> tuple[Triangles, NDArray[np.int64]]:
+    """The surface in a file, and the last of some names that each of its triangles has there.
+
+    Args:
+        file: Path of an OBJ or GLB file.
+        up: Axis that points up, as in `mesh_triangles`.
+        scale: Metres in one unit of the file [m].
+        sha256: Fingerprint of the file.
+        names: Names of groups, objects or materials.
+
+    Returns:
+        The surface, and rows of the names, -1 for triangles with none of them, shape (t,).
+
+    Raises:
+        MeshError: A name is not in the file; with those that are.
+    """
+    content = _read(file, up, scale, sha256, True)
+    known, found = frozenset[str]().union(*content.names), np.full(len(content.row), -1)
+    for number, name in enumerate(names):
+        if name not in known:
+            listed = ", ".join(sorted(known)) or "none at all"
+            raise MeshError(
+                f"{file} has no group, object or material {name!r}; it has {listed}.", f"parts.{number}.name"
+            )
+        found[np.isin(content.row, [row for row, some in enumerate(content.names) if name in some])] = number
+    return content.surface, found
 
 
 def mesh_warnings(file: str, up: str | None, scale: float, sha256: str | None) -> None:
@@ -71,23 +113,23 @@ def mesh_warnings(file: str, up: str | None, scale: float, sha256: str | None) -
         scale: Metres in one unit of the file [m].
         sha256: Fingerprint of the file.
     """
-    for remark in _read(file, up, scale, sha256)[1]:
+    for remark in _read(file, up, scale, sha256, False).remarks:
         warnings.warn(f"{file}: {remark}", PhysicsWarning, stacklevel=2)
 
 
 @lru_cache(maxsize=16)
-def _read(file: str, up: str | None, scale: float, sha256: str | None) -> tuple[Triangles, tuple[str, ...]]:
-    """The surface, and remarks on it."""
+def _read(file: str, up: str | None, scale: float, sha256: str | None, named: bool) -> MeshContent:
+    """The surface, remarks on it, and with `named` the names of its faces."""
     path = Path(file)
-    vertices, faces = _loaded(path, file)
+    vertices, faces, names, row = _loaded(path, file, named=named)
     if not len(faces):
         raise MeshError(f"{file} holds no triangles. Export the body as a mesh of triangles.")
     if len(faces) > MAX_TRIANGLES:
         raise MeshError(f"{file} has {len(faces)} triangles; {MAX_TRIANGLES} is the most. Simplify the mesh.")
     if faces.min() < 0 or faces.max() >= len(vertices):
-        row = int(np.argmax(((faces < 0) | (faces >= len(vertices))).any(axis=1)))
-        raise MeshError(f"{file}: triangle {row} has the corners {', '.join(map(str, faces[row]))}, and the file has "
-                        f"corners 0 to {len(vertices) - 1}. It is damaged: export it again.")  # fmt: skip
+        first = int(np.argmax(((faces < 0) | (faces >= len(vertices))).any(axis=1)))
+        raise MeshError(f"{file}: triangle {first} has the corners {', '.join(map(str, faces[first]))}, and the file "
+                        f"has corners 0 to {len(vertices) - 1}. It is damaged: export it again.")  # fmt: skip
     if not np.isfinite(vertices[faces]).all():
         bad = int(np.argmin(np.isfinite(vertices).all(axis=1)))
         raise MeshError(f"{file}: corner {bad} is {vertices[bad]}, not three finite numbers. Mend the mesh.")
@@ -96,14 +138,14 @@ def _read(file: str, up: str | None, scale: float, sha256: str | None) -> tuple[
     surface = Triangles(surface.vertices[np.unique(faces)], np.unique(faces, return_inverse=True)[1].reshape(-1, 3))
     remarks = _sizes(file, surface)
     try:
-        surface, more = repaired(surface)
+        surface, kept, more = repaired(surface)
     except MeshError as fault:
         raise MeshError(f"{file}: {fault}") from None
-    return surface.centred(), tuple(remarks + more)
+    return MeshContent(surface.centred(), tuple(remarks + more), names, row[kept])
 
 
-def _loaded(path: Path, file: str) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """Corners and faces as they stand in the file."""
+def _loaded(path: Path, file: str, *, named: bool) -> NamedFaces:
+    """Corners and faces as they stand in the file, with `named` in the order of their names."""
     if path.suffix.lower() not in SUFFIXES:
         raise MeshError(f"{file} is not a kind of mesh that is read; export it as one of {', '.join(SUFFIXES)}.")
     if not path.is_file():
@@ -119,8 +161,12 @@ def _loaded(path: Path, file: str) -> tuple[NDArray[np.float64], NDArray[np.int6
         raise MeshError(str(fault)) from None
     try:
         with _silence_trimesh():
+            if named and path.suffix.lower() in NAMED:
+                return named_faces(trimesh, path)
             mesh = _read_by(trimesh, path)
-        return np.asarray(mesh.vertices, float).reshape(-1, 3), np.asarray(mesh.faces, np.int64).reshape(-1, 3)
+        faces = np.asarray(mesh.faces, np.int64).reshape(-1, 3)
+        vertices = np.asarray(mesh.vertices, float).reshape(-1, 3)
+        return NamedFaces(vertices, faces, (frozenset(),), np.zeros(len(faces), np.int64))
     except Exception as error:  # a reader of foreign files may fail in any way
         reason = " ".join(str(error).split())[:120]
         raise MeshError(f"{file} cannot be read as {path.suffix[1:].upper()}: {reason or type(error).__name__}. "
@@ -167,8 +213,8 @@ def _sizes(file: str, surface: Triangles) -> list[str]:
     return []
 
 
-def repaired(surface: Triangles) -> tuple[Triangles, list[str]]:
-    """A surface whose faces have an area and look outwards, and remarks on what was not so.
+def repaired(surface: Triangles) -> tuple[Triangles, NDArray[np.int64], list[str]]:
+    """A surface whose faces have an area and look outwards, their rows before, and remarks on what was not so.
 
     Corners at one position become one. A closed surface that looks inwards is turned inside out. An open surface, or
     one whose faces disagree, gets every face once for each side: the side that faces the sonar scatters.
@@ -183,7 +229,7 @@ def repaired(surface: Triangles) -> tuple[Triangles, list[str]]:
     flat = merged.area <= 1e-14 * extent**2
     if flat.all():
         raise MeshError("no triangle of the mesh has an area. Export it again.")
-    solid = Triangles(merged.vertices, merged.faces[~flat])
+    solid, kept = Triangles(merged.vertices, merged.faces[~flat]), np.flatnonzero(~flat)
     remarks = [f"{flat.sum()} of {flat.size} triangles have no area and are left out"] if flat.any() else []
     open_edges, odd_edges = edge_defects(solid.faces)
     if open_edges or odd_edges:
@@ -192,8 +238,9 @@ def repaired(surface: Triangles) -> tuple[Triangles, list[str]]:
             f"the surface is not closed: {gaps if open_edges else odd}. Both sides of every face scatter, and what is "
             "inside may echo through the gaps; close the mesh if it should be solid"
         )
-        return Triangles(solid.vertices, np.concatenate([solid.faces, solid.faces[:, ::-1]])), remarks
-    return (solid if solid.volume > 0 else Triangles(solid.vertices, solid.faces[:, ::-1])), remarks
+        both = np.concatenate([solid.faces, solid.faces[:, ::-1]])
+        return Triangles(solid.vertices, both), np.tile(kept, 2), remarks
+    return (solid if solid.volume > 0 else Triangles(solid.vertices, solid.faces[:, ::-1])), kept, remarks
 
 
 def edge_defects(faces: NDArray[np.int64]) -> tuple[int, int]:

@@ -51,6 +51,8 @@ class Scatterers:
     """Corners of the smooth facet that each point is the middle of, from there [m], shape (n, 3, 3); of a curved patch
     its terms, see `insonify.scattering.kirchhoff_patch`, shape (n, 7, 3)."""
 
+    relative_reflection: NDArray[np.float64] | None = None
+    """Reflection coefficient of each smooth facet re that of the law [1], shape (n,); None: 1."""
     centre: NDArray[np.float64] | None = None
     """Middle of the whole target for smooth faces, also where these are a part of it [m], shape (3,)."""
 
@@ -70,6 +72,7 @@ class Scatterers:
         return replace(
             self, position=self.position[rows], normal=self.normal[rows], area=self.area[rows], phase=self.phase[rows],
             scatterer_id=self.scatterer_id[rows], corners=None if self.corners is None else self.corners[rows],
+            relative_reflection=None if self.relative_reflection is None else self.relative_reflection[rows],
         )  # fmt: skip
 
 

@@ -18,7 +18,7 @@ from insonify.scene.scour_pits import with_scour_pits
 from insonify.scene.seabed import Seabed
 from insonify.scene.solid import complete_triangles, inside_solid, seabed_depth_at, solid_errors, world_triangles
 from insonify.scene.surface import Surface
-from insonify.scene.target import Box, PointTarget, Solid, Target, is_solid
+from insonify.scene.target import Box, PointTarget, Solid, Target, is_solid, solids_of_one_law
 
 RESERVED = ("seabed", "surface", "target", "water", BOUNDARY_ECHO, "noise", "total")
 _ROUNDING = 1e-9  # what is left when a depth is summed up [m]
@@ -57,6 +57,11 @@ class Scene(Model):
     def occluders(self) -> tuple[Solid, ...]:
         """The targets that cast shadows, in the order of their rows in `Legs.occluder`: boxes, then solids."""
         return (*self.boxes, *self.solids)
+
+    @property
+    def solids_of_one_law(self) -> tuple[Solid, ...]:
+        """The occluders in the same order, each part of a mesh by itself."""
+        return tuple(faces for solid in self.occluders for faces in solids_of_one_law(solid))
 
     @property
     def bodies(self) -> NDArray[np.float64]:

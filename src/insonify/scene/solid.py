@@ -17,12 +17,25 @@ from insonify.frames import pose_rotation
 from insonify.model import field_error
 from insonify.scene import triangle_surfaces
 from insonify.scene.clipping import TOUCHING, clip_triangles
-from insonify.scene.mesh_file import mesh_triangles
+from insonify.scene.mesh_file import mesh_parts, mesh_triangles
 from insonify.scene.scatterers import Scatterers, target_scatterer_id
 from insonify.scene.seabed import Seabed
 from insonify.scene.shape_library import preset_triangles
 from insonify.scene.surface_cells import SurfaceCells, surface_cells
-from insonify.scene.target import Box, Cone, Cylinder, LibraryTarget, Mesh, Plate, Solid, Sphere, TruncatedCone
+from insonify.scene.target import (
+    Box,
+    Cone,
+    Cylinder,
+    LibraryTarget,
+    Mesh,
+    MeshFaces,
+    Plate,
+    Solid,
+    Sphere,
+    TruncatedCone,
+    key_label,
+    whole_solid,
+)
 from insonify.scene.triangle_surfaces import Triangles
 
 Floats = NDArray[np.float64]
@@ -71,8 +84,11 @@ def _made(solid: Solid) -> Triangles:
             return triangle_surfaces.with_axis_up(triangle_surfaces.frustum(height, diameter, top))
         case Plate(length=length, width=width, thickness=thickness):
             return triangle_surfaces.block(length, width, thickness)
-        case Mesh(file=file, up=up, scale=scale, sha256=sha256):
-            return mesh_triangles(file, up, scale, sha256)
+        case Mesh(file=file, up=up, scale=scale, sha256=sha256, parts=parts):
+            if not parts:
+                return mesh_triangles(file, up, scale, sha256)
+            surface, row = mesh_parts(file, up, scale, sha256, tuple(part.name for part in parts))
+            return surface.part(row == solid.part) if isinstance(solid, MeshFaces) else surface
         case LibraryTarget(name=name, size=size, variant=variant):
             made = preset_triangles(name, variant)
             return made if size is None else made.scaled(np.array(size) / (made.high - made.low))
@@ -107,7 +123,7 @@ def resting_pose(solid: Solid, seabed: Seabed) -> tuple[Floats, Floats]:
     Its middle stands over its position, whatever its attitude; its lowest point is at its base depth, or in the seabed
     as deep as it has sunk.
     """
-    leaning = _rotated_triangles(solid)
+    leaning = _rotated_triangles(whole_solid(solid))
     base = solid.base_depth
     if base is None:
         sunk = solid.burial_depth + solid.burial * (leaning.high[2] - leaning.low[2])
@@ -130,7 +146,7 @@ def emerges(solid: Solid, seabed: Seabed) -> bool:
 @lru_cache(maxsize=1024)
 def submerged(solid: Solid, seabed: Seabed) -> Solid:
     """A solid as high as the water: upright boxes and cylinders that emerge are shortened, others stay as they are."""
-    base = float(complete_triangles(solid, seabed).high[2])
+    base = float(complete_triangles(whole_solid(solid), seabed).high[2])
     changes: dict[str, object] = {"base_depth": base, "burial": 0.0, "burial_depth": 0.0}
     if emerges(solid, seabed):
         match solid:
@@ -175,13 +191,15 @@ def solid_scatterers(
     whole = float(body.area.sum())
     cells: SurfaceCells = surface_cells(body, cell_side(whole, pitch))
     n = np.arange(len(cells))
-    u = random_keys.uniforms(seed, random_keys.TARGET, n // ROW, n % ROW, SOLID_FACE, zlib.crc32(solid.label.encode()))
+    u = random_keys.uniforms(
+        seed, random_keys.TARGET, n // ROW, n % ROW, SOLID_FACE, zlib.crc32(key_label(solid).encode())
+    )
     point, normal = cells.points(u[:, :3], quadrature=quadrature)
     position = point @ turn.T + shift
     points = Scatterers(
         object=solid.label, boundary="target", law=solid.scattering, position=position, normal=normal @ turn.T,
         area=np.full(len(n), whole / len(n)), phase=np.exp(2j * np.pi * u[:, 3]),
-        scatterer_id=target_scatterer_id(solid.label, SOLID_FACE, n // ROW, n % ROW), has_random_phase=True,
+        scatterer_id=target_scatterer_id(key_label(solid), SOLID_FACE, n // ROW, n % ROW), has_random_phase=True,
         occluder=occluder,
     )  # fmt: skip
     return points.take(position[:, 2] < seabed_depth_at(seabed, position[:, :2]) - STANDING)

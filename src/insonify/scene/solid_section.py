@@ -14,7 +14,7 @@ from insonify import random_keys
 from insonify.scene.scatterers import Scatterers, target_scatterer_id
 from insonify.scene.seabed import Seabed
 from insonify.scene.solid import ROW, SOLID_FACE, STANDING, seabed_depth_at, world_triangles
-from insonify.scene.target import Solid
+from insonify.scene.target import Solid, key_label
 from insonify.scene.triangle_surfaces import Triangles
 
 Floats = NDArray[np.float64]
@@ -51,7 +51,9 @@ def solid_section(
     count = np.maximum(np.ceil(length / pitch), 1).astype(int)
     row = np.repeat(np.arange(len(length)), count)
     n = np.arange(len(row))
-    u = random_keys.uniforms(seed, random_keys.TARGET, n // ROW, n % ROW, SOLID_FACE, zlib.crc32(solid.label.encode()))
+    u = random_keys.uniforms(
+        seed, random_keys.TARGET, n // ROW, n % ROW, SOLID_FACE, zlib.crc32(key_label(solid).encode())
+    )
     within = n - np.repeat(np.cumsum(count) - count, count) + (0.5 if quadrature else u[:, 0])
     position = starts[row] + (within / count[row])[:, None] * (ends - starts)[row]
     # a face that leans against the plane has more area in a strip of the same width
@@ -60,7 +62,7 @@ def solid_section(
     points = Scatterers(
         object=solid.label, boundary="target", law=solid.scattering, position=position, normal=normal[row],
         area=long * covered(width), phase=np.exp(2j * np.pi * u[:, 1]),
-        scatterer_id=target_scatterer_id(solid.label, SOLID_FACE, n // ROW, n % ROW), has_random_phase=True,
+        scatterer_id=target_scatterer_id(key_label(solid), SOLID_FACE, n // ROW, n % ROW), has_random_phase=True,
         occluder=occluder,
     )  # fmt: skip
     return points.take(position[:, 2] < seabed_depth_at(seabed, position[:, :2]) - STANDING)

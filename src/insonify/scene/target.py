@@ -12,7 +12,7 @@ from pydantic import BeforeValidator, Field, model_validator
 from insonify.data_file import DataFile, Fingerprint, require_unchanged
 from insonify.model import Decibels, Metres, Model, Radians, field_error
 from insonify.scattering.lambert import Lambert
-from insonify.scene.mesh_file import MeshError, mesh_triangles, mesh_warnings
+from insonify.scene.mesh_file import MeshError, mesh_parts, mesh_triangles, mesh_warnings
 from insonify.scene.shape_library import PRESETS
 from insonify.scene.terrain.scour import ScourDimensions
 
@@ -143,6 +143,17 @@ class Plate(_Body):
     """From face to face [m]."""
 
 
+class MeshPart(Model):
+    """Scattering of the faces of a mesh that have one name in its file."""
+
+    name: Annotated[str, Field(min_length=1)]
+    """Name of a group, an object or a material of an OBJ file; of a node, a mesh or a material of a GLB file."""
+    scattering: Lambert | None = None
+    """Scattering law of these faces for their rough part; None: that of the body."""
+    face_reflection_coefficient: Annotated[float, Field(ge=-1, le=1)] | None = None
+    """Pressure reflection coefficient of their smooth part [1], 0 for rough faces; None: that of the body."""
+
+
 class Mesh(_Body):
     """A body of triangles from a file: STL, OBJ, PLY or GLB (glTF), in metres unless scaled."""
 
@@ -154,6 +165,9 @@ class Mesh(_Body):
     """Its axis that points up; None: y in GLB and glTF files, as their standard has it, z in all others."""
     scale: Annotated[float, Field(gt=0, le=1e6)] = 1.0
     """Metres in one unit of the file [m]: 0.001 for a drawing in millimetres."""
+    parts: tuple[MeshPart, ...] = ()
+    """Faces that scatter otherwise than the body, by their names in an OBJ or GLB file; where several names apply to a
+    face, the last. One object in labels."""
     sha256: Fingerprint = None
     """Fingerprint of the file, filled in when it is read; a file that has changed since is refused."""
 
@@ -162,10 +176,50 @@ class Mesh(_Body):
         require_unchanged(self.file, self.sha256)
         try:
             mesh_triangles(self.file, self.up, self.scale, self.sha256)
+            if self.parts:
+                names = tuple(part.name for part in self.parts)
+                mesh_parts(self.file, self.up, self.scale, self.sha256, names)
         except MeshError as fault:
             raise field_error(fault.field, None, str(fault)) from None
         mesh_warnings(self.file, self.up, self.scale, self.sha256)
         return self
+
+
+class MeshFaces(Mesh):
+    """The faces of one part of a mesh, or of none: a solid of one law that lies as the whole mesh does."""
+
+    whole: Mesh
+    """The mesh with all its faces."""
+    part: int
+    """Row among its parts; -1 for faces of none."""
+
+
+def solids_of_one_law(solid: "Solid") -> "tuple[Solid, ...]":
+    """The faces of each part of a mesh and those of none, each as a solid; any other solid itself."""
+    if not isinstance(solid, Mesh) or not solid.parts or isinstance(solid, MeshFaces):
+        return (solid,)
+    _, row = mesh_parts(solid.file, solid.up, solid.scale, solid.sha256, tuple(part.name for part in solid.parts))
+    values, found = {name: getattr(solid, name) for name in Mesh.model_fields}, list[Solid]()
+    for number in np.unique(row).tolist():
+        own = solid.parts[number] if number >= 0 else MeshPart(name=solid.label or "mesh")
+        laws = {
+            name: getattr(solid, name) if getattr(own, name) is None else getattr(own, name)
+            for name in ("scattering", "face_reflection_coefficient")
+        }
+        found.append(MeshFaces.model_construct(**{**values, **laws, "whole": solid, "part": number}))
+    return tuple(found)
+
+
+def whole_solid(solid: "Solid") -> "Solid":
+    """The mesh that some faces belong to; any other solid itself."""
+    return solid.whole if isinstance(solid, MeshFaces) else solid
+
+
+def key_label(solid: "Solid") -> str:
+    """Label in the random keys of a solid's points: that of the body, and of faces of a mesh with their name."""
+    if isinstance(solid, MeshFaces) and solid.part >= 0:
+        return f"{solid.label}/{solid.whole.parts[solid.part].name}"
+    return solid.label
 
 
 class LibraryTarget(_Body):

@@ -75,7 +75,7 @@ def is_followed(ping: TracedPing, chain: str) -> bool:
 
 def _first_hits(ping: TracedPing, rays: RayBundle) -> list[RayHits]:
     """First hits of the rays of one chain, one interface after another."""
-    bodies = ping.scene.occluders
+    bodies = ping.scene.solids_of_one_law
     hits = ping.intersector.hits(rays.origin, rays.direction, ping.farthest - rays.length)
     interface, body_row, normal = hits.kind, hits.body_row, hits.normal
     arrived = replace(
@@ -159,7 +159,7 @@ def _walked(ping: TracedPing, position: Floats, leaving: Floats, length: Floats,
     """Paths from positions that leave in some directions for the receiver, with spherical spreading."""
     origin, direction, remaining, clear = position, leaving, length, np.ones(len(length), bool)
     fraction, delay, wavelength = np.ones(len(length)), np.zeros(len(length)), ping.ping_geometry.wavelength
-    of_body = np.array([*(_face_specular_fraction(ping, body) for body in ping.scene.occluders), 0.0])
+    of_body = np.array([*(_face_specular_fraction(ping, body) for body in ping.scene.solids_of_one_law), 0.0])
     for letter in (*reversed(chain), ""):
         hits = ping.intersector.hits(origin, direction, remaining)
         origin, direction, remaining = hits.position, hits.direction, remaining - hits.distance

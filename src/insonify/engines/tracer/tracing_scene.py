@@ -53,7 +53,7 @@ class TracingScene:
     def __init__(self, scene: Scene) -> None:
         """Build the tree of the bodies; terrain tiles are loaded when rays reach them."""
         self.scene, self.lattice, self.bed = scene, scene.seabed.scatterer_grid, scene.seabed.terrain
-        self.solids: tuple[Solid, ...] = scene.occluders
+        self.solids: tuple[Solid, ...] = scene.solids_of_one_law
         self.bodies = _scene_tree(scene)
         self.store = None if self.bed is None else TerrainTileCache(self.bed)
         self.water: WaterLayers | None = None
@@ -238,7 +238,7 @@ class FacePlane(NamedTuple):
 @lru_cache(maxsize=8)
 def face_planes(scene: Scene) -> tuple[FacePlane, ...]:
     """Planes of the flat faces of all occluders, those of the largest faces first, `MAX_PLANES` at most."""
-    tree, solids = _scene_tree(scene), scene.occluders
+    tree, solids = _scene_tree(scene), scene.solids_of_one_law
     flat = np.array([has_flat_faces(solids[row]) for row in tree.solid_row], bool)
     corner, normal = tree.corner_and_sides[flat], tree.normal[flat]
     area = np.linalg.norm(np.cross(corner[:, 3:6], corner[:, 6:]), axis=1)
@@ -310,7 +310,7 @@ def _scene_tree(scene: Scene) -> TriangleTree:
     """Triangles of all occluders, in the scatterer grid's frame."""
     corners, body_rows = [np.zeros((0, 3, 3))], [np.zeros(0, np.int64)]
     lattice = scene.seabed.scatterer_grid
-    for row, solid in enumerate(scene.occluders):
+    for row, solid in enumerate(scene.solids_of_one_law):
         found = world_triangles(solid, scene.seabed).corners
         corners.append(np.concatenate([lattice.from_world(found[..., :2]), found[..., 2:]], axis=-1))
         body_rows.append(np.full(len(found), row))
