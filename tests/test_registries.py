@@ -44,7 +44,7 @@ def test_every_study_is_a_section_of_a_page():
     ]
     assert len(studies) >= 5
     for study in studies:
-        assert f"{study}.section({study}.evaluate(" in pages, study
+        assert f"{study}.section(" in pages and f"{study}.evaluate(" in pages, study
 
 
 def table_rows():

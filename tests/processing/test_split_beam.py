@@ -10,6 +10,7 @@ from insonify.processing.split_beam import (
     PowerBudget,
     echosounder_levels,
     electrical_angles,
+    pressure_per_volt,
     received_power,
     transmit_replica,
 )
@@ -126,6 +127,18 @@ def test_a_tone_recorded_as_power_has_the_levels_and_angles_of_its_voltages():
     point, volume = levels.point_scattering_strength[0, 410], levels.volume_backscattering_strength[0, 410]
     cell = 10 * np.log10(1500 * 1e-3 / 2 * levels.range[0, 410] ** 2) - 20 - 20 * np.log10(75 / 70)
     assert float(point - volume) == pytest.approx(float(cell))
+
+
+def test_pressure_of_a_tone_gives_the_target_strength_by_its_source_level():
+    """Level less source level plus spreading and absorption: eq. 20 within the 0.1 dB to which 170.8 dB is rounded."""
+    made = sweep(0.5, 400, 0.0).assign(swept=("ping", [0.0]), gain_db=("ping", [27.0]))
+    levels = echosounder_levels(made)
+    r = float(levels.range[0, 410])
+    loss = float(absorption_db_per_m(75e3, temperature=10.0, salinity=35.0, depth=5.0, ph=8.0))
+    pressure = np.abs(made.voltage.values[0].mean(axis=0)[410]) * pressure_per_volt(made)
+    strength = 20 * np.log10(pressure) - (170.8 + 10 * np.log10(250) + 27) + 40 * np.log10(r) + 2 * loss * r
+    assert float(levels.point_scattering_strength[0, 410]) == pytest.approx(strength, abs=0.1)
+    assert np.isnan(pressure_per_volt(made.drop_vars("gain_db")))
 
 
 def test_stored_angles_of_thirds_are_scaled():

@@ -91,9 +91,10 @@ def study(
         if recordings is None:
             raise InputError("real-recordings needs the folder of the recordings: --recordings DIR, with "
                              + " and ".join(real_recordings.FILES))  # fmt: skip
-        missing = [file for file in real_recordings.FILES if not (recordings / file).is_file()]
-        if missing:
-            raise InputError(f"--recordings: {recordings} has no {missing[0]}. Give the folder that has it")
+        try:
+            real_recordings.located(recordings)
+        except FileNotFoundError as error:
+            raise InputError(str(error)) from None
         make_folder(out, "-o")
         files = real_recordings.write(out, recordings)
     else:

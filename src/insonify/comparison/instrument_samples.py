@@ -9,6 +9,8 @@ from insonify.comparison.samples import Floats, Samples, Values, amplitude_of_le
 from insonify.formats.instruments.instrument_file import InstrumentFile
 from insonify.formats.instruments.simrad_ek80 import TRANSMITTED
 from insonify.formats.store_description import StoreError
+from insonify.processing.split_beam import pressure_per_volt
+from insonify.units import level_db
 
 MAX_VALUES = 1 << 25
 """Most values of one file that are read: beyond, pings at the middle of the file."""
@@ -90,6 +92,10 @@ def group_samples(pings: xr.Dataset, name: str, notes: list[str] | None = None) 
     pings = _of_one_step(pings, name, remarks)
     values = pings[field].values
     values = values[:, None] if values.ndim == 2 else values
+    unit = FIELDS[field]
+    if field == "voltage" and np.isfinite(factor := _pressure_per_volt(pings)):
+        values, unit = values * np.float32(factor), "uPa"
+        said.append(f"{level_db(factor**2):.1f} dB re 1 uPa for 1 V, by gain and impedances that the file states")
     if field in ("level", "level_db", "power_db"):
         values = amplitude_of_level(values.astype(float))
     if field == "amplitude" and "gamma" in pings:
@@ -100,7 +106,7 @@ def group_samples(pings: xr.Dataset, name: str, notes: list[str] | None = None) 
     values = _without_gain(values, slant_range, pings, remarks)
     angle = _angle(pings)
     return Samples(
-        name, values, slant_range, FIELDS[field], _median(pings, "sound_speed", 1500.0),
+        name, values, slant_range, unit, _median(pings, "sound_speed", 1500.0),
         frequency=_median(pings, "frequency"), pulse_length=_median(pings, "pulse_length"),
         angle=angle if angle.size == values.shape[1] else np.empty(0), altitude=_altitude(pings),
         depth=_median(pings, "transducer_depth", _median(pings, "sensor_depth")),
@@ -179,6 +185,11 @@ def _on_one_axis(values: Values, pings: xr.Dataset) -> tuple[Values, Floats]:
         at = int(first[ping, beam]) - low
         placed[ping, beam, at : at + values.shape[2]] = values[ping, beam]
     return placed, np.asarray(step * (low + np.arange(placed.shape[2])), float)
+
+
+def _pressure_per_volt(pings: xr.Dataset) -> float:
+    """Pressure of tones per volt [uPa/V]; NaN for sweeps, whose gain follows the frequency."""
+    return float("nan") if _median(pings, "swept", 0.0) else pressure_per_volt(pings)
 
 
 def _pulse_edge(values: Values, slant_range: Floats, pings: xr.Dataset, notes: list[str]) -> float:

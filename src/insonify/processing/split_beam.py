@@ -165,6 +165,27 @@ def received_power(voltage: ArrayLike, transducer_impedance: float, transceiver_
     return np.asarray(sectors.shape[-2] * amplitude**2 * divider**2 / abs(transducer_impedance))
 
 
+def pressure_per_volt(pings: xr.Dataset) -> float:
+    """Rms pressure of a wave on the axis per volt of the mean over all sectors [uPa/V]; NaN where settings are missing.
+
+    The received power is that of the wave's intensity on the effective area G lambda^2 / (4 pi); with the source level
+    170.8 dB + 10 log P + G of the same transducer, eq. 20 follows.
+
+    Args:
+        pings: Group of an EK80 file with complex samples of tones; the median of each setting counts.
+    """
+    names = ("frequency", "sound_speed", "gain_db", "transceiver_impedance")
+    known = [float(np.nanmedian(pings[name].values)) if name in pings else np.nan for name in names]
+    frequency, sound_speed, gain_db, receiver = known
+    if not np.all(np.isfinite(known)):
+        return float("nan")
+    transducer = _calibrated(pings.isel(ping=0), "transducer_impedance", frequency, TRANSDUCER_IMPEDANCE)
+    power = received_power(np.ones((pings.sizes["sector"], 1)), transducer, receiver)[0]
+    # 170.8 dB is the level at 1 m of 1 W into all directions
+    level = 10 * np.log10(power) + 170.8 + 20 * np.log10(4 * np.pi * frequency / sound_speed) - gain_db
+    return float(10 ** (level / 20))
+
+
 def electrical_angles(voltage: ArrayLike, beam_type: int) -> tuple[Floats, Floats]:
     """Phase between parts of a transducer, positive forward and positive to starboard [rad].
 

@@ -28,8 +28,6 @@ from insonify.units import level_db
 Floats = NDArray[np.float64]
 
 FILE = "em2042-ostend-os02-300khz-b.kmall"
-SOUND_SPEED = 1480.7
-"""Sound speed that the recording states [m/s]."""
 ANGLES = np.arange(5.0, 66.0, 5.0)
 """Angles from the vertical [deg]; soundings within half their spacing count."""
 LEAST = 6
@@ -38,8 +36,9 @@ SEDIMENTS = ("coarse sand", "medium sand", "very fine sand", "coarse silt", "cla
 """Sediments tried, from the coarsest to the finest."""
 FITTED, FIRST = (0, 5), 320e3
 """Pings to which the sediment is fitted, those at 320 and 380 kHz, and their first frequency [Hz]."""
-OUTER, NEIGHBOURS, DRAWS = (50.0, 65.0), 24, 12
-"""Angles of the speckle [deg], number of beams in whose mean it is measured, and simulated pings [1]."""
+OUTER, NEIGHBOURS, DRAWS, SPACING = (50.0, 65.0), 24, 24, 0.5
+"""Angles of the speckle [deg], number of beams in whose mean it is measured, simulated pings [1], and the spacing of
+their beams [deg]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,11 +69,11 @@ class AngularResults:
     """Fitted sediment."""
     misfit: dict[str, float]
     """Rms difference at the fitted pings by sediment [dB]."""
-    speckle: Floats
-    """Standard deviation [dB] and skew of the level of single samples re their neighbours, 50 to 65 degrees from the
-    vertical, by ping of the recording; NaN where too few are. Shape (ping, 2)."""
-    simulated_speckle: Floats
-    """The same of simulated pings, shape (draw, 2)."""
+    speckle: list[Floats]
+    """Level of single samples re their neighbours, 50 to 65 degrees from the vertical [dB], by ping of the recording;
+    empty where too few are."""
+    simulated_speckle: list[Floats]
+    """The same of simulated pings."""
 
 
 def evaluate(folder: Path, *, report: Callable[[str], None] = print) -> AngularResults:
@@ -87,7 +86,7 @@ def evaluate(folder: Path, *, report: Callable[[str], None] = print) -> AngularR
     with open_instrument(folder / FILE) as file:
         soundings, image = file.read("soundings").load(), file.read("seabed image").load()
         base = parse_model(Scenario, scenario_text(file, "bed", "soundings"))
-    pings = [_real(soundings, ping) for ping in range(soundings.sizes["ping"])]
+    pings = [mean_by_angle(*_backscatter(soundings, ping)) for ping in range(soundings.sizes["ping"])]
     cache: dict[tuple[str, float], Floats] = {}
     misfit = {}
     for sediment in SEDIMENTS:
@@ -96,9 +95,9 @@ def evaluate(folder: Path, *, report: Callable[[str], None] = print) -> AngularR
         report(f"{sediment}: {misfit[sediment]:.1f} dB rms")
     best = min(misfit, key=lambda name: misfit[name])
     responses = [_response(base, soundings, real, ping, best, cache) for ping, real in enumerate(pings)]
-    speckle = np.array([_real_speckle(image, soundings, ping) for ping in range(len(pings))])
-    drawn = np.array([_simulated_speckle(base, best, seed + 1) for seed in range(DRAWS)])
-    return AngularResults(responses, best, misfit, speckle, drawn)
+    contrasts = [_real_speckle(image, soundings, ping) for ping in range(len(pings))]
+    drawn = [simulated_speckle(base, FIRST, best, seed + 1, SPACING) for seed in range(DRAWS)]
+    return AngularResults(responses, best, misfit, contrasts, drawn)
 
 
 def _angle(soundings: xr.Dataset, ping: int) -> tuple[Floats, Floats]:
@@ -129,9 +128,13 @@ def _backscatter(soundings: xr.Dataset, ping: int) -> tuple[Floats, Floats]:
     return angle[there], level[there]
 
 
-def _real(soundings: xr.Dataset, ping: int) -> tuple[Floats, Floats]:
-    """Mean backscatter by angle [dB] and its standard error, shape (angle,) each."""
-    angle, level = _backscatter(soundings, ping)
+def mean_by_angle(angle: Floats, level: Floats) -> tuple[Floats, Floats]:
+    """Mean backscatter by angle [dB] and its standard error, shape (angle,) each; NaN where soundings are few.
+
+    Args:
+        angle: Angle of each sounding from the vertical [deg], shape (n,).
+        level: Its backscatter [dB], shape (n,).
+    """
     mean, error = np.full(ANGLES.size, np.nan), np.full(ANGLES.size, np.nan)
     for k, middle in enumerate(ANGLES):
         near = level[np.abs(angle - middle) < np.diff(ANGLES)[0] / 2]
@@ -151,7 +154,7 @@ def _response(base: Scenario, soundings: xr.Dataset, real: tuple[Floats, Floats]
         sector = one["sector"].values[(np.abs(angle - ANGLES[k]) < 2.5) & (one["sector"].values >= 0)]
         tone = float(np.median(tones[sector]))
         if (sediment, tone) not in cache:
-            cache[sediment, tone] = _simulated(base, tone, sediment)
+            cache[sediment, tone] = simulated_response(base, tone, sediment)
         simulated[k] = cache[sediment, tone][k]
     known = np.isfinite(real[0])
     name = "/".join(f"{tone / 1e3:.0f}" for tone in tones if np.isfinite(tone))
@@ -167,109 +170,177 @@ def _steered(base: Scenario, frequency: float, sediment: str, angles: Floats) ->
     })  # fmt: skip
 
 
-def _simulated(base: Scenario, frequency: float, sediment: str) -> Floats:
-    """Backscatter by angle of the simulated sonar at a frequency [dB], shape (angle,)."""
+def simulated_response(base: Scenario, frequency: float, sediment: str) -> Floats:
+    """Backscatter by angle of a simulated sonar [dB], shape (angle,).
+
+    Args:
+        base: Scenario of its recording.
+        frequency: Frequency [Hz].
+        sediment: Sediment of the bed.
+    """
     scenario = _steered(base, frequency, sediment, ANGLES).with_("field", "incoherent")
     ping = simulate(scenario)
     water, pulse = scenario.water, scenario.sonar.pulse
     height = scenario.seabed.depth - scenario.track.position[2]  # type: ignore[union-attr]
-    slant = height / np.cos(np.radians(ANGLES))
+    slant, speed = height / np.cos(np.radians(ANGLES)), float(water.sound_speed_at(np.array(scenario.seabed.depth)))
     time, intensity = ping["slant_range"].values, ping["intensity"].values[0].astype(float)
     # An echo lasts as long as the pulse: in its middle it is from all of the pulse's length.
-    level = np.array([level_db(np.interp(r + pulse.duration * SOUND_SPEED / 4, time, row))
+    level = np.array([level_db(np.interp(r + pulse.duration * speed / 4, time, row))
                       for r, row in zip(slant, intensity, strict=True)])  # fmt: skip
     loss = float(absorption_db_per_m(frequency, temperature=water.temperature, salinity=water.salinity, ph=water.ph,
                                      depth=height / 2))  # fmt: skip
-    wavelength = SOUND_SPEED / frequency
+    wavelength = speed / frequency
     width = 0.886 * wavelength / scenario.sonar.transmit.height  # type: ignore[union-attr]
     across = 0.886 * wavelength / scenario.sonar.receive.length / np.cos(np.radians(ANGLES))  # type: ignore[union-attr]
-    area = _area_db(slant, ANGLES, width, 1.0, np.full(ANGLES.size, pulse.duration * SOUND_SPEED / 2))
+    area = _area_db(slant, ANGLES, width, 1.0, np.full(ANGLES.size, pulse.duration * speed / 2))
     area = np.minimum(area, level_db(width * across * slant**2 / np.cos(np.radians(ANGLES))))
     return level - scenario.sonar.source_level_db + 40 * np.log10(slant) + 2 * loss * slant - area
 
 
-def _speckle(angle: Floats, level: Floats) -> Floats:
-    """Standard deviation [dB] and skew of the level of each beam re the mean intensity of its 24 neighbours."""
+def speckle(angle: Floats, level: Floats) -> Floats:
+    """Level of each outer beam re the mean intensity of its 24 neighbours [dB]; empty where too few beams are.
+
+    Args:
+        angle: Angle of each beam from the vertical [deg], shape (beam,).
+        level: Level of one of its samples [dB], shape (beam,).
+    """
     intensity = 10 ** (level / 10)
     around = np.convolve(intensity, np.ones(NEIGHBOURS + 1), "same") - intensity
     count = np.convolve(np.ones(level.size), np.ones(NEIGHBOURS + 1), "same") - 1
     outer = (level - level_db(around / count))[(angle > OUTER[0]) & (angle < OUTER[1])]
-    if outer.size < NEIGHBOURS:
-        return np.full(2, np.nan)
-    centred = outer - outer.mean()
-    return np.array([outer.std(ddof=1), np.mean(centred**3) / np.mean(centred**2) ** 1.5])
+    return outer if outer.size >= NEIGHBOURS else outer[:0]
+
+
+def speckle_moments(contrasts: list[Floats]) -> Floats:
+    """Standard deviation [dB] and skew of levels, and standard deviation over mean of intensities, shape (3,).
+
+    Args:
+        contrasts: Levels of each ping re their neighbours [dB].
+    """
+    level = np.concatenate(contrasts)
+    centred, intensity = level - level.mean(), 10 ** (level / 10)
+    skew = np.mean(centred**3) / np.mean(centred**2) ** 1.5
+    return np.array([level.std(ddof=1), skew, intensity.std(ddof=1) / intensity.mean()])
+
+
+def speckle_table(real: list[Floats], simulated: list[Floats]) -> str:
+    """Table of the speckle of all pings together; errors are those of bootstrapped beams.
+
+    Args:
+        real: Levels of each real ping re their neighbours [dB].
+        simulated: The same of simulated ones.
+    """
+    rng = np.random.default_rng(1)
+    rows = {"real": real, "simulated": simulated}
+    cells, moments = [], {}
+    for name, contrasts in rows.items():
+        whole = np.concatenate(contrasts)
+        error = np.std([speckle_moments([rng.choice(whole, whole.size)]) for _ in range(200)], axis=0)
+        moments[name] = speckle_moments(contrasts)
+        values = [f"{value:.2f} +- {e:.2f}" for value, e in zip(moments[name], error, strict=True)]
+        cells.append([name, *values, f"{whole.size}"])
+    cells.append(["difference", *(f"{x:+.2f}" for x in moments["simulated"] - moments["real"]), ""])
+    cells.append(["Rayleigh", "5.57", "-1.14", "1", ""])
+    header = ["speckle, 50 to 65 deg", "std of level [dB]", "skew of level", "std / mean of intensity", "beams"]
+    return table(header, cells)
 
 
 def _real_speckle(image: xr.Dataset, soundings: xr.Dataset, ping: int) -> Floats:
     """Speckle of the middle sample of each beam of the seabed image."""
     one, (_, angle) = image.isel(ping=ping), _angle(soundings, ping)
-    there = (one["detection"].values == 0) & (one["sample_count"].values > 0)
-    middle = np.clip(one["centre_sample"].values, 0, one.sizes["sample"] - 1)
-    level = one["level"].values[np.arange(middle.size), middle].astype(float)
-    there &= np.isfinite(level)
-    return _speckle(angle[there], level[there])
+    level = middle_level(one)
+    there = (one["detection"].values == 0) & np.isfinite(level)
+    return speckle(angle[there], level[there])
 
 
-def _simulated_speckle(base: Scenario, sediment: str, seed: int) -> Floats:
-    """Speckle of the sample at the centre of each simulated beam, half a degree apart as half of the real ones are."""
-    angles = np.arange(OUTER[0] - 6.0, OUTER[1] + 2.0, 0.5)
+def middle_level(image: xr.Dataset) -> Floats:
+    """Level of the sample at the detection of each beam [dB], shape (beam,).
+
+    Args:
+        image: One ping of a seabed image.
+    """
+    middle = np.clip(image["centre_sample"].values, 0, image.sizes["sample"] - 1)
+    level = image["level"].values[np.arange(middle.size), middle].astype(float)
+    return np.where(image["sample_count"].values > 0, level, np.nan)
+
+
+def simulated_speckle(base: Scenario, frequency: float, sediment: str, seed: int, spacing: float) -> Floats:
+    """Speckle of the sample at the centre of each simulated beam.
+
+    Args:
+        base: Scenario of the recording.
+        frequency: Frequency [Hz].
+        sediment: Sediment of the bed.
+        seed: Of the draw.
+        spacing: Angle between beams [deg].
+    """
+    angles = np.arange(OUTER[0] - 12 * spacing, OUTER[1] + min(12 * spacing, 2.0), spacing)
     ping = simulate(
-        _steered(base, FIRST, sediment, angles).with_(
+        _steered(base, frequency, sediment, angles).with_(
             {"field": "coherent", "seed": seed, "paths.scatterers_per_cell": 20}
         )
     )
     height = base.seabed.depth - base.track.position[2]  # type: ignore[union-attr]
     sample = np.searchsorted(ping["slant_range"].values, height / np.cos(np.radians(angles)))
     pressure = ping["pressure"].values[0, np.arange(angles.size), sample]
-    return _speckle(angles, level_db(np.abs(pressure.astype(complex)) ** 2))
+    return speckle(angles, level_db(np.abs(pressure.astype(complex)) ** 2))
 
 
-def section(found: AngularResults) -> Section:
-    """Text and picture of the recording."""
+def response_table(responses: list[Response], fitted: tuple[int, ...]) -> str:
+    """Table of angular responses.
+
+    Args:
+        responses: Responses.
+        fitted: Rows to which the sediment was fitted.
+    """
     rows = []
-    for ping, response in enumerate(found.responses):
+    for row, response in enumerate(responses):
         known = np.isfinite(response.difference)
         within = np.abs(response.difference[known]) < 2
         rows.append([
-            response.frequency + (" (fitted)" if ping in FITTED else ""),
+            response.frequency + (" (fitted)" if row in fitted else ""),
             f"{ANGLES[known].min():.0f} to {ANGLES[known].max():.0f} deg",
             f"{np.sqrt(np.mean(response.difference[known] ** 2)):.1f}",
             f"{np.abs(response.difference[known]).max():.1f}",
             f"{within.sum()} of {known.sum()}", f"{np.nanmean(response.error):.1f}",
         ])  # fmt: skip
-    fits = ", ".join(f"{name} {rms:.1f} dB" for name, rms in found.misfit.items())
     header = ["sectors [kHz]", "angles", "rms difference [dB]", "largest [dB]", "angles within 2 dB",
               "standard error of the real mean [dB]"]  # fmt: skip
+    return table(header, rows)
+
+
+def section(found: AngularResults) -> Section:
+    """Text and picture of the recording."""
+    fits = ", ".join(f"{name} {rms:.1f} dB" for name, rms in found.misfit.items())
     text = f"""## Angular response of a flat bed: Kongsberg EM2042, 190 to 680 kHz
 
 Backscatter re its mean over the angles of each ping. The sediment fitted is {found.sediment} (rms difference by
 sediment: {fits}).
 
-{table(header, rows)}
+{response_table(found.responses, FITTED)}
 
-Speckle: the level of the sample in the middle of each beam re the mean of its {NEIGHBOURS} neighbours, {OUTER[0]:.0f}
-to {OUTER[1]:.0f} degrees from the vertical, has a standard deviation of {_several(found.speckle[:, 0])} dB and a skew
-of {_several(found.speckle[:, 1])} in the pings that reach so far, and {found.simulated_speckle[:, 0].mean():.2f} dB and
-{found.simulated_speckle[:, 1].mean():.2f} in {DRAWS} simulated ones (single pings between
-{found.simulated_speckle[:, 0].min():.1f} and {found.simulated_speckle[:, 0].max():.1f} dB). Rayleigh's distribution has
-5.57 dB and -1.14. The laws of APL-UW TR 9407 are trusted to 100 kHz: everything here extrapolates
-them. Seams between sectors, whose source levels and sensitivities are stated to a few tenths and differ by more, remain
-in the real responses."""
-    return Section(text, draw(found), "harbour-angular-response", "Backscatter by angle, real and simulated")
+Speckle is the level of the sample in the middle of each beam re the mean of its {NEIGHBOURS} neighbours; simulated
+beams are half a degree apart.
+
+{speckle_table(found.speckle, found.simulated_speckle)}"""
+    return Section(text, draw(found.responses), "harbour-angular-response", "Backscatter by angle, real and simulated")
 
 
-def _several(values: Floats) -> str:
-    return ", ".join(f"{value:.2f}" for value in values[np.isfinite(values)])
+def draw(responses: list[Response]) -> Figure:
+    """Responses, real with their standard error, and simulated.
 
-
-def draw(found: AngularResults) -> Figure:
-    """Response of each ping, real with its standard error, and simulated."""
+    Args:
+        responses: Two, or up to six.
+    """
+    rows = 1 if len(responses) <= 3 else 2
     with style.plot_style():
-        figure = style.new_figure(9.5, 5.5)
-        for axes, response in zip(figure.subplots(2, 3, sharex=True, sharey=True).flat, found.responses, strict=False):
+        figure = style.new_figure(9.5, 2.75 * rows + 0.5)
+        columns = -(-len(responses) // rows)
+        panels = np.atleast_1d(figure.subplots(rows, columns, sharex=True, sharey=True))
+        for axes, response in zip(panels.flat, responses, strict=False):
             axes.errorbar(ANGLES, response.real, response.error, color=style.INK, fmt="o", markersize=3, label="real")
             axes.plot(ANGLES, response.simulated, color=style.EXPECTED, linewidth=2, label="simulated")
-            axes.set_title(response.frequency + " kHz")
+            axes.set_title(response.frequency if "head" in response.frequency else response.frequency + " kHz")
             axes.set(ylim=(-10, 14))
         figure.axes[0].legend()
         figure.supxlabel("angle from the vertical [deg]", fontsize=10)

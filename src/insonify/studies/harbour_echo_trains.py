@@ -3,7 +3,8 @@
 A Simrad EK80 on a moored research vessel, 5.8 m above the bed of the port of Zeebrugge, at 38 to 333 kHz; second and
 third bottom echo go by the ship's hull. Levels are apparent reflection losses: the energy in a gate about n times the
 first range, over that of a perfect mirror at that range, absorption undone. One sediment and one reflection
-coefficient of the hull are fitted at 200 kHz; the other frequencies are predicted.
+coefficient of the hull are fitted at 200 kHz; the other frequencies are predicted. Ranges are those of leading edges,
+at half the amplitude of an echo's peak. A ping in which other sounds stand between the echoes is left out.
 """
 
 from collections.abc import Callable
@@ -17,6 +18,7 @@ from numpy.typing import NDArray
 
 from insonify.formats.instruments import open_instrument
 from insonify.formats.instruments.scenario_text import scenario_text
+from insonify.formats.instruments.scenario_values import leading_edge
 from insonify.ocean.absorption import absorption_db_per_m
 from insonify.plotting import style
 from insonify.processing.split_beam import echosounder_levels
@@ -40,8 +42,12 @@ SOUND_SPEED = 1502.0
 """Sound speed that the recording states [m/s]."""
 GATE = (-0.4, 0.9)
 """Gate about n times the first range [m]."""
-DRAWS = 6
+DRAWS = 12
 """Random seabeds for the spread of single pings [1]."""
+WINDOW = 4.0
+"""End of the simulated window re the first range [1]."""
+INTERFERENCE = 6.0
+"""Level between the echoes above that of the other ping, from which a ping is left out [dB]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,12 +59,12 @@ class Train:
     """Each ping [dB], shape (ping, echo)."""
     simulated: Floats
     """Expected [dB], shape (echo,)."""
-    offset: Floats
-    """Range of the strongest sample of each real echo less n times the first's [m], shape (ping, echo)."""
+    late: Floats
+    """Range of the leading edge of each real echo less n times the first's [m], shape (ping, echo)."""
     limited: bool
     """True where the receiver clips the first echo: it stays at its largest value for longer than the pulse."""
     profile: tuple[Floats, Floats, Floats]
-    """Range [m], real level of the first ping and expected level [dB]."""
+    """Range [m], real level of the last ping used and expected level [dB]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,12 +74,22 @@ class TrainResults:
     trains: list[Train]
     sediment: str
     """Fitted sediment."""
-    hull: float
-    """Fitted reflection coefficient of the hull [1]."""
+    hull_db: float
+    """Fitted level that the hull returns at each reflection [dB]."""
     misfit: dict[str, float]
     """Rms difference of the three echoes at the fitted frequency by sediment [dB]."""
-    spread: Floats
-    """Standard deviation of single simulated pings [dB], shape (echo,)."""
+    drawn: Floats
+    """Levels of single simulated pings at the fitted frequency [dB], shape (draw, echo)."""
+    drawn_late: Floats
+    """Range of the leading edges of their echoes less n times the first's [m], shape (draw, echo)."""
+    smooth_late: Floats
+    """The same of a bed with a smooth interface, shape (echo,)."""
+
+    @property
+    def spread(self) -> Floats:
+        """Standard deviation of the levels of single simulated pings, and of second and third re first [dB], (5,)."""
+        relative = self.drawn[:, 1:] - self.drawn[:, :1]
+        return np.std(np.hstack([self.drawn, relative]), axis=0, ddof=1)
 
 
 def evaluate(folder: Path, groups: tuple[str, ...] = GROUPS, *, report: Callable[[str], None] = print) -> TrainResults:
@@ -85,62 +101,96 @@ def evaluate(folder: Path, groups: tuple[str, ...] = GROUPS, *, report: Callable
         report: Called with a line on the progress.
     """
     path = folder / FILE
-    misfit, best = {}, (np.inf, SEDIMENTS[0], 1.0)
+    misfit, best, bounces = {}, (np.inf, SEDIMENTS[0], 0.0), np.arange(ECHOES)
     measured = _real(path, FITTED)[0].mean(axis=0)
     for sediment in SEDIMENTS:
-        expected = _levels(_scenario(path, FITTED, sediment, 1.0))[0]
-        excess = measured - expected
-        hull_db = float(np.clip(np.polyfit(2 * np.arange(ECHOES), excess, 1)[0], -20, 0))
-        misfit[sediment] = float(np.sqrt(np.mean((excess - 2 * np.arange(ECHOES) * hull_db) ** 2)))
-        best = min(best, (misfit[sediment], sediment, 10 ** (hull_db / 20)))
+        excess = measured - _levels(_scenario(path, FITTED, sediment))[0]
+        hull_db = float(np.clip(np.polyfit(bounces, excess, 1)[0], -40, 0))
+        misfit[sediment] = float(np.sqrt(np.mean((excess - bounces * hull_db) ** 2)))
+        best = min(best, (misfit[sediment], sediment, hull_db))
         report(f"{sediment}: {misfit[sediment]:.1f} dB rms, hull {hull_db:.1f} dB")
-    _, sediment, hull = best
+    _, sediment, hull_db = best
     trains = []
     for group in groups:
-        levels, offset, limited, profile = _real(path, group)
-        expected, curve = _levels(_scenario(path, group, sediment, hull))
+        levels, late, limited, profile = _real(path, group)
+        scenario = _scenario(path, group, sediment, 10 ** (hull_db / 20))
+        expected, _, curve = _levels(scenario)
         level = np.interp(profile[0], *curve, left=np.nan, right=np.nan)
-        trains.append(Train(group, levels, expected, offset, limited, (profile[0], profile[1], level)))
+        trains.append(Train(group, levels, expected, late, limited, (profile[0], profile[1], level)))
         report(f"{group}: real {levels.mean(axis=0).round(1)}, simulated {expected.round(1)}")
-    drawn = _scenario(path, FITTED, sediment, hull).with_("field", "coherent")
-    spread = np.std([_levels(drawn.with_("seed", seed + 1))[0] for seed in range(DRAWS)], axis=0, ddof=1)
-    return TrainResults(trains, sediment, hull, misfit, spread)
+    drawn = _scenario(path, FITTED, sediment, 10 ** (hull_db / 20)).with_("field", "coherent")
+    pings = [_levels(drawn.with_("seed", seed + 1))[:2] for seed in range(DRAWS)]
+    smooth = _levels(drawn.with_({"seabed.reflecting_interface": "smooth", "seabed.scattering": None}))[1]
+    levels, late = (np.array(rows) for rows in zip(*pings, strict=True))
+    return TrainResults(trains, sediment, hull_db, misfit, levels, late, smooth)
 
 
-def _scenario(path: Path, group: str, sediment: str, hull: float) -> Scenario:
-    """Scenario of a group, with a sediment and a ship's hull."""
+def _scenario(path: Path, group: str, sediment: str, hull: float = 1.0) -> Scenario:
+    """Scenario of a group, with a sediment and a ship's hull, out to the third echo."""
     with open_instrument(path) as file:
         scenario = parse_model(Scenario, scenario_text(file, "harbour", group))
+    first = scenario.seabed.depth - scenario.track.position[2]  # type: ignore[union-attr]
     return scenario.with_({
         "seabed.scattering": {"sediment": sediment}, "seabed.reflection": sediment, "water.noise_level_db": None,
         "seabed.reflecting_interface": "rough", "field": "incoherent", "paths.max_reflections": 5,
         "sonar.hull": {"length": "30 m", "width": "8 m", "reflection": round(hull, 4)},
+        "track.window": [0.0, 2 * WINDOW * first / SOUND_SPEED],
     })  # fmt: skip
 
 
 def _real(path: Path, group: str) -> tuple[Floats, Floats, bool, tuple[Floats, Floats]]:
-    """Levels and offsets of the echoes of each ping, whether the first is clipped, and the profile of one ping."""
+    """Levels and lateness of the echoes of each ping, whether the first is clipped, and the profile of one ping."""
     with open_instrument(path) as file:
         pings = file.read(group)
         strengths = echosounder_levels(pings)
     apparent = strengths["point_scattering_strength"].values
     slant = strengths["range"].values[0]
+    edge = slant[0] + (slant[1] - slant[0]) * leading_edge(np.abs(pings["voltage"].values.mean(axis=(0, 1)))[slant < 1])
+    slant = slant - edge
     level = apparent - 20 * np.log10(np.maximum(slant, 1e-3) / 2)
-    first = slant[np.nanargmax(np.where(slant > 2.0, np.nanmean(level, axis=0), np.nan))]
+    far = slant > 2.0
+    first = slant[far][np.nanargmax(np.nanmean(level[:, far], axis=0))]
+    level = level[without_interference(slant, level, first)]
     near = np.abs(pings["voltage"].values[:, :, np.abs(slant - first) < 1.0])
     plateau = np.mean(np.sum(near > 0.95 * near.max(axis=-1, keepdims=True), axis=-1)) * (slant[1] - slant[0])
     limited = bool(plateau > float(pings["pulse_length"].median()) * SOUND_SPEED / 2)
-    found = np.array([[_gated(slant, row, n * first) for n in range(1, ECHOES + 1)] for row in level])
-    peaks = np.array([[_peak(slant, row, n * first) for n in range(1, ECHOES + 1)] for row in level])
-    return found, peaks - peaks[:, :1] * np.arange(1, ECHOES + 1), limited, (slant, level[0])
+    rows = [_train(slant, row, first) for row in level]
+    found, late = (np.array(part) for part in zip(*rows, strict=True))
+    return found, late, limited, (slant, level[-1])
 
 
-def _levels(scenario: Scenario) -> tuple[Floats, tuple[Floats, Floats]]:
-    """Apparent levels of the echoes of a scenario's ping, shape (echo,); ranges [m] and levels of the whole ping."""
-    ping = simulate(scenario)
-    slant, level = _apparent(ping, scenario)
+def without_interference(slant: Floats, level: Floats, first: float) -> NDArray[np.bool_]:
+    """Mask of the pings without strong sounds between second and third echo.
+
+    Args:
+        slant: Range [m], shape (sample,).
+        level: Level of each ping [dB], shape (ping, sample).
+        first: Range of the first echo [m].
+    """
+    between = (slant > 2.3 * first) & (slant < 2.9 * first)
+    quiet = level_db(np.nanmean(10 ** (level[:, between] / 10), axis=1))
+    return np.asarray(quiet < quiet.min() + INTERFERENCE)
+
+
+def _levels(scenario: Scenario) -> tuple[Floats, Floats, tuple[Floats, Floats]]:
+    """Apparent levels and lateness of the echoes of a scenario's ping, shape (echo,); ranges [m] and levels [dB]."""
+    slant, level = _apparent(simulate(scenario), scenario)
     first = scenario.seabed.depth - scenario.track.position[2]  # type: ignore[union-attr]
-    return np.array([_gated(slant, level, n * first) for n in range(1, ECHOES + 1)]), (slant, level)
+    return *_train(slant, level, first), (slant, level)
+
+
+def _train(slant: Floats, level: Floats, first: float) -> tuple[Floats, Floats]:
+    """Levels of the echoes [dB], and range of their leading edges less n times the first's [m], shape (echo,) each."""
+    found: list[float] = []
+    edges: list[float] = []
+    for n in range(1, ECHOES + 1):
+        centre = n * (edges[0] if edges else first)
+        found.append(_gated(slant, level, centre))
+        gate = (slant > centre + (2 * GATE[0] if n == 1 else GATE[0])) & (slant < centre + GATE[1])
+        rows = np.flatnonzero(gate)
+        edge = rows[0] + leading_edge(10 ** (level[gate] / 20))
+        edges.append(float(np.interp(edge, np.arange(slant.size), slant)))
+    return np.array(found), np.array(edges) - edges[0] * np.arange(1, ECHOES + 1)
 
 
 def _apparent(ping: xr.Dataset, scenario: Scenario) -> tuple[Floats, Floats]:
@@ -162,44 +212,57 @@ def _gated(slant: Floats, level: Floats, centre: float) -> float:
     return float(level_db(np.mean(10 ** (level[inside] / 10)) * (GATE[1] - GATE[0])))
 
 
-def _peak(slant: Floats, level: Floats, centre: float) -> float:
-    inside = (slant > centre + GATE[0]) & (slant < centre + GATE[1])
-    return float(slant[inside][np.nanargmax(level[inside])])
-
-
 def section(found: TrainResults) -> Section:
     """Text and picture of the recording."""
-    rows = []
+    rows, needed = [], []
     for train in found.trains:
         real, simulated = train.real.mean(axis=0), train.simulated
-        cells = [train.group + (" (clipped)" if train.limited else "")]
+        cells = [f"{train.group}{' (clipped)' if train.limited else ''}, {len(train.real)}"]
         cells += [f"{r:.1f} / {s:.1f} / {s - r:+.1f}" for r, s in zip(real, simulated, strict=True)]
         relative = (simulated[1:] - simulated[0]) - (real[1:] - real[0])
-        rows.append([*cells, ", ".join(f"{x:+.1f}" for x in relative)])
-    steps = ", ".join(f"{np.abs(t.offset[:, 1:]).mean() * 100:.0f}" for t in found.trains)
+        behind = ", ".join(f"{100 * x:+.1f}" for x in train.late.mean(axis=0)[1:])
+        rows.append([*cells, ", ".join(f"{x:+.1f}" for x in relative), behind])
+        loss = np.polyfit(np.arange(ECHOES), real - simulated, 1)[0] + found.hull_db
+        needed.append(f"{loss:+.1f} dB at {train.group}")
     fits = ", ".join(f"{name} {rms:.1f} dB" for name, rms in found.misfit.items())
-    spread = ", ".join(f"{s:.1f}" for s in found.spread)
+    level = ", ".join(f"{s:.1f}" for s in found.spread)
+    late, smooth = found.drawn_late[:, 1:] * 100, found.smooth_late[1:] * 100
+    first = [t.real.mean(axis=0)[0] for t in found.trains if not t.limited]
     text = f"""## Multiples of a harbour's bottom echo: Simrad EK80, 38 to 333 kHz
 
-Two pings of five split-beam transducers, 5.8 m above the bed. Apparent reflection levels of first, second and third
+Five split-beam transducers, 5.75 m above the bed. Apparent reflection levels of first, second and third
 echo [dB], real / simulated / difference. Fitted at {FITTED}: {found.sediment} and a hull that returns
-{20 * np.log10(found.hull):.1f} dB at each reflection (rms difference by sediment: {fits}). Single simulated pings
-scatter by {spread} dB: the mean of two has a standard error of {found.spread[0] / 2**0.5:.0f} dB in the first echo and
-{found.spread[2] / 2**0.5:.0f} dB in the third.
+{found.hull_db:.1f} dB at each reflection (rms difference by sediment: {fits}). Late: leading edge less n times that of
+the first echo.
 
-{table(["channel", "first echo", "second", "third", "second and third re first"], rows)}
+{table(["channel, pings", "first echo", "second", "third", "2nd, 3rd re first", "2nd, 3rd late [cm]"], rows)}
 
-Multiples lie at n times the first range (mean difference {steps} cm, by channel). With a bed that mirrors smoothly the
-second and third echo are 11 and 24 dB below the first at every frequency; the rough interface of the sediment turns
-most of the sound out of the beam at each reflection, which makes the train as steep as it is. At 70 and 200 kHz
-second and third echo agree re the first within 3.3 dB. What does not: at 120 kHz they are stronger than predicted by 7
-to 8 dB, and the channel receives other sounds, arches at 15 and 21 m and noise in the gate of the third echo; at
-333 kHz the first echo is 6 dB stronger and the third weaker, as if the bed were smoother at its smallest scales than
-the spectrum of the handbook, which holds to 100 kHz, and the hull rougher than a plate; at 38 kHz all echoes are
-weaker, the more the later. A hull whose loss rises with frequency, and the well around the transducers, are not in the
-model; no second parameter was fitted to mend this.
+Single simulated pings at {FITTED} scatter by {level} dB (first, second, third, second re first, third re first;
+{DRAWS} draws), so differences re the first echo have a standard error of about {found.spread[3]:.0f} dB.
+
+*Delays.* Simulated second and third echoes at {FITTED} are {late[:, 0].mean():.0f} +- {late[:, 0].std(ddof=1):.0f} cm
+and {late[:, 1].mean():.0f} +- {late[:, 1].std(ddof=1):.0f} cm late in single pings by the same definition, and
+{smooth[0]:.1f} and {smooth[1]:.1f} cm over a bed that mirrors smoothly. The rough bed makes the third echo late: its
+middle reflection needs not lie in the beam, and a reflection 2 to 3 m to the side, by slopes of some degrees, comes
+0.2 to 0.4 m later; what is left in the specular direction is weaker than that.
+
+*Hull.* The loss at each reflection that would fit second and third echo best is {", ".join(needed)}. It neither rises
+nor falls with frequency. A rough hull (Eckart 1953: loss in dB as the square of frequency) that is fitted at {FITTED}
+would return {found.hull_db * (38 / 200) ** 2:.2f} dB at 38 kHz and {found.hull_db * (333 / 200) ** 2:.1f} dB at 333
+kHz: that changes no third echo by more than {2 * abs(found.hull_db) * ((333 / 200) ** 2 - 1):.1f} dB, and mends none.
+
+*First echo.* The four first echoes that are not clipped lie within {max(first) - min(first):.1f} dB of one another; the
+simulated ones fall by {_fall(found):.1f} dB, and scatter by {found.spread[0]:.1f} dB where Rayleigh's distribution has
+5.6. The real bed reflects more steadily: roughness at scales of millimetres that the spectrum of the handbook, which
+holds to 100 kHz, extrapolates, is not there.
 {_clipped(found)}"""
     return Section(text, draw(found), "harbour-echo-trains", "Echo trains, real and simulated, at five frequencies")
+
+
+def _fall(found: TrainResults) -> float:
+    """Fall of the simulated first echo from the first to the last channel that is not clipped [dB]."""
+    kept = [train.simulated[0] for train in found.trains if not train.limited]
+    return float(kept[0] - kept[-1])
 
 
 def _clipped(found: TrainResults) -> str:
@@ -219,7 +282,7 @@ def draw(found: TrainResults) -> Figure:
             slant, real, simulated = train.profile
             axes.plot(slant, real, color=style.INK, linewidth=0.8, label="real, one ping")
             axes.plot(slant, simulated, color=style.EXPECTED, linewidth=1.6, label="simulated, expected intensity")
-            axes.set(xlim=(2, 30), ylim=(-110, -15), ylabel="apparent\nreflection [dB]")
+            axes.set(xlim=(2, 23), ylim=(-110, -15), ylabel="apparent\nreflection [dB]")
             axes.set_title(train.group + (", first echo clipped" if train.limited else ""))
         panels[0].legend(ncols=2)
         panels[-1].set_xlabel("range [m]")

@@ -11,10 +11,12 @@ from insonify.cli import main
 from insonify.formats.instruments.instrument_file import Instrument, InstrumentFile, LeverArm
 from insonify.formats.instruments.navigation_text import active_rows, navigation_log
 from insonify.formats.instruments.scenario_text import scenario_text
+from insonify.formats.instruments.scenario_values import leading_edge
 from insonify.formats.instruments.soundings_grid import soundings_grid
 from insonify.formats.store_description import StoreError
 from insonify.scenario.platform_poses import platforms
 from insonify.sonar.beam import beams
+from insonify.sonar.receiver import response
 from oracles import instrument_files, simrad_files
 from oracles.instrument_files import DATA
 
@@ -265,10 +267,21 @@ def test_the_recorder_is_the_one_that_the_file_states(tmp_path, name):
         assert re.search(r"# (format|assumed|\S+.*(:|assumed))", line), line
 
 
-def test_an_echosounder_has_no_recorder(tmp_path):
-    """EK80: complex samples are written as they are received."""
-    scenario, _ = scenario_of(tmp_path, real("ek80-zeebrugge-38-70-120-200-333khz.raw"), "--group", "38 kHz")
+def test_an_echosounder_has_no_recorder_but_the_band_and_pulse_of_its_file(tmp_path):
+    """EK80: filters pass the noise of 17.1 kHz; the bed lies at the leading edge, not at the peak 5 cm on."""
+    scenario, text = scenario_of(tmp_path, real("ek80-zeebrugge-38-70-120-200-333khz.raw"), "--group", "38 kHz")
+    offset = np.linspace(-20e3, 20e3, 4001)
     assert scenario.sonar.recorder is None
+    assert np.sum(response(scenario.sonar.receiver, offset) ** 2) * 10 == pytest.approx(17.1e3, rel=0.01)
+    assert scenario.sonar.pulse.taper_fraction == pytest.approx(2 * 0.41118, rel=1e-3)
+    assert "leading edge of the strongest echo, 5.75 m" in text
+
+
+def test_a_leading_edge_lies_at_half_the_amplitude_of_the_peak():
+    """A ramp of 10 steps to 1 behind noise of 0.1: half is reached at its fifth sample."""
+    amplitude = np.concatenate([np.full(20, 0.1), np.linspace(0.1, 1, 10), np.full(5, 0.3)])
+    assert leading_edge(amplitude) == pytest.approx(24, abs=1e-9)
+    assert leading_edge(np.ones(3)) == 0
 
 
 def test_the_command_writes_a_scenario_for_each_sector(tmp_path):

@@ -17,6 +17,8 @@ Floats = NDArray[np.float64]
 
 NO_READING = 1e-3
 """Temperatures and salinities below are those of a sensor that is absent [degC, g/kg]."""
+NOISE_OF_BAND = 1 + 0.25 * 3 / 8
+"""Noise bandwidth of a scenario's receiver re its flat band: edges of 1/8 with a mean power of 3/8, cos^4 [1]."""
 FASTEST = 10.0
 """Speed of a platform whose Doppler shift the receiver's band includes [m/s]."""
 
@@ -134,10 +136,13 @@ def _pulse(values: ScenarioValues) -> str:
     if start and stop and stop != start:
         middle = f"{(start + stop) / 2e3:.6g} kHz"
         shape = (
-            f"{{kind: lfm, frequency: {middle}, bandwidth: {(stop - start) / 1e3:.6g} kHz, duration: {duration.text}}}"
+            f"{{kind: lfm, frequency: {middle}, bandwidth: {(stop - start) / 1e3:.6g} kHz, duration: {duration.text}"
         )
     else:
-        shape = f"{{kind: cw, frequency: {frequency.text}, duration: {duration.text}}}"
+        shape = f"{{kind: cw, frequency: {frequency.text}, duration: {duration.text}"
+    if slope := values.median("slope"):
+        shape, source = f"{shape}, taper_fraction: {min(2 * slope, 1):.4g}", f"{source}; slope at both ends"
+    shape = f"{shape}}}"
     return Stated(shape, source).line("pulse") + _receiver(values)
 
 
@@ -150,13 +155,16 @@ def _assumed_pulse(values: ScenarioValues) -> float:
 
 
 def _receiver(values: ScenarioValues) -> str:
-    """The receiver's band: twice the pulse's and the Doppler shift at `FASTEST`, whatever the file samples at."""
+    """The receiver's band: that of stated filters; else twice the pulse's and the Doppler shift at `FASTEST`."""
     duration = values.median("pulse_length") or _assumed_pulse(values)
     start, stop = values.median("frequency_start") or 0.0, values.median("frequency_end") or 0.0
     shift = 4 * FASTEST / values.sound_speed * float(values.frequency or 0.0)
     width = (max(2 / duration, 1.25 * abs(stop - start)) + shift) / 1e3
     record = "elements" if values.is_multibeam or "bearing" in values.data else "beams"
-    return f"  receiver: {{bandwidth: {width:.4g} kHz, record: {record}, sub_bands: auto}} # assumed\n"
+    noise, source = values.noise_bandwidth(), "assumed"
+    if noise is not None:
+        width, source = noise / NOISE_OF_BAND / 1e3, f"{values.group}: filter_1, filter_2, equal noise bandwidth"
+    return f"  receiver: {{bandwidth: {width:.4g} kHz, record: {record}, sub_bands: auto}} # {source}\n"
 
 
 def _echosounder(values: ScenarioValues) -> str:
@@ -169,17 +177,20 @@ def _echosounder(values: ScenarioValues) -> str:
 
 
 def _multibeam(values: ScenarioValues) -> str:
-    along, across = (values.median(f"{end}_beam_width") for end in ("tx", "rx"))
+    stated = {"tx": "transmit beam width", "rx": "receive beam width"}
+    along, across = (values.median(f"{end}_beam_width") or values.setting(name) for end, name in stated.items())
     height, length = values.aperture(along or np.radians(1.0)), values.aperture(across or np.radians(1.0))
     count = values.element_count(across or np.radians(1.0))
-    source, tilt = f"{values.group}: tx_beam_width" if along else "assumed: 1 deg", ""
+    source, tilt = f"{values.group}: tx_beam_width, or runtime parameters" if along else "assumed: 1 deg", ""
     if values.forward_tilt:
         tilt, source = f", steer_down: {-np.degrees(values.forward_tilt):.4g} deg", f"{source}, tilt to the bow"
     width = f"{values.wavelength / 2 * 1e3:.4g} mm"
     transmit = Stated(f"{{kind: planar, width: {width}, height: {height}{tilt}}}", source)
     receive = Stated(
         f"{{kind: line, length: {length}, elements: {count}}}",
-        f"{values.group}: rx_beam_width, elements half a wavelength apart" if across else "assumed: 1 deg",
+        f"{values.group}: rx_beam_width, or runtime parameters; elements half a wavelength apart"
+        if across
+        else "assumed: 1 deg",
     )
     return transmit.line("transmit") + receive.line("receive")
 

@@ -172,14 +172,22 @@ class ScenarioValues:
             return _metres(altitude + self.depth.number, f"{self.group}: altitude, plus depth of the sonar")
         if "voltage" in self.data:
             first, step = self.median("first_range") or 0.0, self.median("range_step") or 0.0
-            power = np.nanmean(np.abs(self.data["voltage"].mean("sector").values) ** 2, axis=0)
-            away = first + step * np.arange(power.size)
-            far = away > _BLANKED
-            if step > 0 and far.any():
-                slant = float(away[far][np.nanargmax(power[far])])
-                return _metres(self.depth.number + slant, f"{self.group}: range of the strongest echo, {slant:.2f} m")
+            amplitude = np.sqrt(np.nanmean(np.abs(self.data["voltage"].mean("sector").values) ** 2, axis=0))
+            near = max(int((_BLANKED - first) / step), 0) + 1 if step > 0 else amplitude.size
+            if near < amplitude.size:
+                pulse = first + step * leading_edge(amplitude[:near])
+                slant = first + step * (near + leading_edge(amplitude[near:])) - max(pulse, 0.0)
+                source = f"{self.group}: leading edge of the strongest echo, {slant:.2f} m behind that of the pulse"
+                return _metres(self.depth.number + slant, source)
         last = self.window().number * 1e-3 * self.sound_speed / 2
         return _metres(self.depth.number + last / 4, "assumed: a quarter of the range below the sonar")
+
+    def noise_bandwidth(self) -> float | None:
+        """Bandwidth of a rectangle that passes as much white noise as the filters [Hz]; None: none are stated."""
+        if "filter_2" not in self.data or (rate := self.median("receiver_sample_rate")) is None:
+            return None
+        power = np.abs(np.fft.fft(filter_response(self.data), 1 << 16)) ** 2
+        return float(rate * power.mean() / power.max())
 
     def window(self) -> Stated:
         """Start and stop of the recorded time; the number is the stop [ms]."""
@@ -203,6 +211,34 @@ class ScenarioValues:
             return None
         value = np.asarray(self.data["travel_time"].values, float)
         return float(np.nanmax(value)) if np.isfinite(value).any() else None
+
+
+def filter_response(pings: xr.Dataset) -> NDArray[np.complex128]:
+    """Impulse response of both filters of a receiver, finite ones, at the rate before them, shape (n,) [1].
+
+    Args:
+        pings: Group with `filter_1`, which decimates, and `filter_2` behind it.
+    """
+    inner, outer = (pings[name].values.reshape(-1, pings[name].shape[-1])[0] for name in ("filter_1", "filter_2"))
+    step = int(pings["filter_1"].attrs["decimation"])
+    apart = np.zeros((outer.size - 1) * step + 1, complex)
+    apart[::step] = outer
+    return np.convolve(inner, apart)
+
+
+def leading_edge(amplitude: Floats) -> float:
+    """Sample at which the amplitude rises through half its largest value for the last time before it, interpolated [1].
+
+    Args:
+        amplitude: Amplitude, NaN where it is unknown, shape (n,).
+    """
+    known = np.nan_to_num(amplitude)
+    top = int(np.argmax(known))
+    below = np.flatnonzero(known[:top] < known[top] / 2)
+    if not below.size:
+        return float(top)
+    low, high = known[below[-1]], known[below[-1] + 1]
+    return float(below[-1] + (known[top] / 2 - low) / (high - low))
 
 
 def _metres(length: float, source: str) -> Stated:
