@@ -95,7 +95,7 @@ def group_samples(pings: xr.Dataset, name: str, notes: list[str] | None = None) 
     unit = FIELDS[field]
     if field == "voltage" and np.isfinite(factor := _pressure_per_volt(pings)):
         values, unit = values * np.float32(factor), "uPa"
-        said.append(f"{level_db(factor**2):.1f} dB re 1 uPa for 1 V, by gain and impedances that the file states")
+        remarks.append(f"{level_db(factor**2):.1f} dB re 1 uPa for 1 V, by gain and impedances that the file states")
     if field in ("level", "level_db", "power_db"):
         values = amplitude_of_level(values.astype(float))
     if field == "amplitude" and "gamma" in pings:

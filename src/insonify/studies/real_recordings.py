@@ -75,12 +75,12 @@ def write(folder: Path, recordings: Path) -> list[Path]:
     Raises:
         FileNotFoundError: A recording is missing.
     """
-    places = located(recordings)
-    noise = echosounder_noise.evaluate(places[harbour_echo_trains.FILE])
-    trains = harbour_echo_trains.evaluate(places[harbour_echo_trains.FILE])
-    harbour = harbour_angular_response.evaluate(places[harbour_angular_response.FILE])
-    heads = two_headed_angular_response.evaluate(places[two_headed_angular_response.FILE])
-    wreck = sidescan_wreck.evaluate(places[sidescan_wreck.FILE])
+    folders = located(recordings)
+    noise = echosounder_noise.evaluate(folders[harbour_echo_trains.FILE])
+    trains = harbour_echo_trains.evaluate(folders[harbour_echo_trains.FILE])
+    harbour = harbour_angular_response.evaluate(folders[harbour_angular_response.FILE])
+    heads = two_headed_angular_response.evaluate(folders[two_headed_angular_response.FILE])
+    wreck = sidescan_wreck.evaluate(folders[sidescan_wreck.FILE])
     verdicts = [*train_verdicts(trains), *speckle_verdicts("EM2042", harbour), *speckle_verdicts("EM2040", heads),
                 angle_verdict("EM2042", harbour), angle_verdict("EM2040", heads), noise_verdict(noise)]  # fmt: skip
     rows = [[one.quantity, one.limit, one.found, "holds" if one.holds else "**fails**"] for one in verdicts]
