@@ -153,8 +153,11 @@ class Simulator:
     def label_accumulator(self, geometry: PingGeometry) -> LabelAccumulator:
         """Accumulator of the labels of one ping."""
         floor = float(np.mean(self.noise.power))
-        occluder_names = tuple(target.label for target in self.engine.scene.occluders)
-        return LabelAccumulator(self.incoherent_accumulator(geometry), self.label_names, occluder_names, floor)
+        return LabelAccumulator(self.incoherent_accumulator(geometry), self.label_names, self._occluder_names, floor)
+
+    @cached_property
+    def _occluder_names(self) -> tuple[str, ...]:
+        return tuple(target.label for target in self.engine.scene.occluders)
 
     @cached_property
     def label_names(self) -> LabelNames:

@@ -6,6 +6,7 @@ from pydantic import ValidationError
 
 from insonify.engines import targets as target_engine
 from insonify.engines.targets import FACE_CELLS, FRINGE_POINTS, target_points
+from insonify.scene import solid
 from insonify.scene.scene import Scene
 from insonify.scene.solid import MIN_POINTS, body_triangles
 from insonify.simulator import build_simulator
@@ -40,6 +41,20 @@ def test_a_face_has_three_cells_to_a_resolution_cell_at_least(slant):
     found = drawn(*TRIO, slant=slant)
     for label in ("drum", "box"):
         assert found[label].area.max() <= (slant / FACE_CELLS) ** 2 * (1 + 1e-9)
+
+
+def test_a_shape_is_divided_once_for_all_scenes_in_which_it_lies(monkeypatch):
+    """Even points of a manta in three poses: one division of its surface, one number of points, of its whole area."""
+    monkeypatch.setattr(target_engine, "MAX_UNCULLED", 10**9)
+    divided, counts = [], set()
+    divide = solid.surface_cells
+    monkeypatch.setattr(solid, "surface_cells", lambda body, side: divided.append(side) or divide(body, side))
+    for heading, north in ((0.1, 2.0), (1.3, -4.0), (4.4, 7.0)):
+        lying = {"shape": "manta", "label": "manta", "position": (north, 75.0), "base_depth": 10.0, "heading": heading}
+        points = drawn(lying, slant=0.04, even=True)["manta"]
+        counts.add(len(points))
+        assert points.area.sum() == pytest.approx(body_triangles(nominal(targets=[lying]).targets[0]).area.sum())
+    assert len(divided) == 1 and len(counts) == 1
 
 
 def test_however_finely_drawn_a_target_keeps_its_surface(monkeypatch):

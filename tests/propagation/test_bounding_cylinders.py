@@ -30,23 +30,29 @@ def test_an_edge_so_far_off_has_at_least_its_fresnel_number(number: float) -> No
             assert edge_fresnel_number(off, behind, length, wave) >= number
 
 
-def test_shadows_are_the_same_if_every_point_is_looked_at(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("families", [("D", "S"), ("D",)], ids="-".join)
+@pytest.mark.parametrize("highest", [20.0, 5.0], ids=["seabed", "water"])
+def test_shadows_are_the_same_if_every_point_is_looked_at(
+    families: tuple[str, ...], highest: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """4000 places, one below the sonar: statuses, and pressures bent around each, to the last bit."""
     rng = np.random.default_rng(5)
-    place = np.append(rng.uniform(-90, 90, (4000, 2)), np.full((4000, 1), 20.0), axis=1)
-    place[0, :2] = SONAR[:2]
+    place = np.append(rng.uniform(-90, 90, (4000, 2)), rng.uniform(highest, 20.0, (4000, 1)), axis=1)
+    place[0] = *SONAR[:2], 20.0
     up = np.tile([0.0, 0.0, -1.0], (4000, 1))
     points = Scatterers("seabed", "seabed", None, place, up, np.ones(4000), np.ones(4000, complex), np.arange(4000))
     scene = Scene(seabed={"depth": 20.0}, targets=TARGETS)
 
     def received() -> Legs:
-        return diffract_at_edges(image_legs(scene, SONAR, points, ("D", "S"), 1e5), points, SONAR, scene, 0.015)
+        return diffract_at_edges(image_legs(scene, SONAR, points, families, 1e5), points, SONAR, scene, 0.015)
 
     assert 0 not in np.concatenate(points_near_cylinders(scene, SONAR, place, 5.0))
+    from_above, direct = (points_near_cylinders(scene, SONAR, place, direct=direct) for direct in (False, True))
+    assert all(set(few) < set(many) for few, many in zip(direct, from_above, strict=True))
     quick = received()
     for module in (knife_edge, solid_shadows):
         monkeypatch.setattr(
-            module, "points_near_cylinders", lambda _, __, points, *___: [np.arange(len(points))] * len(TARGETS)
+            module, "points_near_cylinders", lambda _, __, points, *___, **____: [np.arange(len(points))] * len(TARGETS)
         )
     slow = received()
     assert 300 < np.count_nonzero(np.any(quick.visibility != 1, axis=0)) < 3000

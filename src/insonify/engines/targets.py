@@ -28,7 +28,7 @@ from insonify.scene.box import Reaches, box_body, box_cells, box_scatterers, box
 from insonify.scene.scatterers import Scatterers
 from insonify.scene.scene import Scene, point_scatterer, seabed_depth_under
 from insonify.scene.seabed import Seabed
-from insonify.scene.solid import cell_side, seabed_depth_at, solid_scatterers, world_triangles
+from insonify.scene.solid import cell_side, seabed_depth_at, solid_scatterers, surface_area, world_triangles
 from insonify.scene.solid_section import solid_section
 from insonify.scene.surface_cells import LONGEST, even_points, pieces_about
 from insonify.scene.target import Box, PointTarget, Solid, solids_of_one_law, whole_solid
@@ -279,7 +279,7 @@ def _solid_pitch(
     Of many drawn points no more are left than fill the resolution cells.
     """
     pitch = slant / FACE_CELLS
-    cheap = float(np.sqrt(world_triangles(solid, scene.seabed).area.sum() / _max_fringe_points(resolution)))
+    cheap = float(np.sqrt(surface_area(solid, scene.seabed) / _max_fringe_points(resolution)))
     if cheap > pitch and resolution is not None:
         return max(pitch, min(cheap, _resolution_square(scene, solid, ping_geometry, resolution)))
     return min(pitch, max(_cell_height(scene, solid, ping_geometry, pitch), cheap))

@@ -14,16 +14,18 @@ Integers = NDArray[Any]
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def points_behind_cylinder(
-    position: Floats, points: Floats, directions: Floats, cylinder: Floats, clearance: float, rows: Integers
-) -> int:
+    position: Floats, points: Floats, directions: Floats, cylinder: Floats, clearance: float, direct: bool,
+    rows: Integers,
+) -> int:  # fmt: skip
     """Find points whose path passes a cylinder, seen from above; return their number.
 
     Args:
         position: Start of the paths [m], (3,).
         points: Ends of the paths [m], (n, 3).
         directions: Directions of arrival, of any length, (f, n, 3); or (0, n, 3): straight from `position`.
-        cylinder: North, east, radius of the cylinder [m], and further columns, (3 or more,).
+        cylinder: North, east, radius, depth of the top of the cylinder [m], and further columns, (4 or more,).
         clearance: Largest distance between cylinder and path [m].
+        direct: True: paths are straight in depth too, and those that pass above the top are left out.
         rows: Result: indices of the points, increasing, (n,).
 
     Returns:
@@ -44,6 +46,10 @@ def points_behind_cylinder(
                 continue
             back, length = dx * north + dy * east, math.sqrt(along)
             if back >= -radius * length and back <= (math.sqrt(square) + radius) * length:
+                if direct and length > 0 and points[n, 2] > position[2]:
+                    leaves = min((length - back / length + radius + clearance) / length, 1.0)
+                    if position[2] + leaves * (points[n, 2] - position[2]) < cylinder[3] - clearance:
+                        break
                 rows[hit_count] = n
                 hit_count += 1
                 break

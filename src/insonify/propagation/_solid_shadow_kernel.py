@@ -71,8 +71,8 @@ def occlude_legs(
         x = points[n, 0] + OFF * normals[n, 0]
         y = points[n, 1] + OFF * normals[n, 1]
         z = points[n, 2] + OFF * normals[n, 2]
-        # Seen from above legs of all families follow one line: most points end here.
-        if _misses_all_leaves(tree, legs.source, x, y):
+        # Seen from above legs of all families follow one line: most points end here; a single leg is tested once.
+        if legs.image_depths.size > 1 and _misses_all_leaves(tree, legs.source, x, y):
             continue
         for f in range(legs.image_depths.size):
             if status[f, n] != _CLEAR:

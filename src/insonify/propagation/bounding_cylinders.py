@@ -34,9 +34,15 @@ def bounding_cylinders(scene: Scene) -> Floats:
 
 
 def points_near_cylinders(
-    scene: Scene, position: Floats, points: Floats, clearance: float = 0.0, directions: Floats | None = None
+    scene: Scene,
+    position: Floats,
+    points: Floats,
+    clearance: float = 0.0,
+    directions: Floats | None = None,
+    *,
+    direct: bool = False,
 ) -> list[NDArray[np.int64]]:
-    """Points whose straight path passes a target, seen from above.
+    """Points whose straight path passes a target, seen from above, or with the depth of its top.
 
     Args:
         scene: The scene with its targets.
@@ -44,6 +50,7 @@ def points_near_cylinders(
         points: Ends of the paths [m], shape (n, 3).
         clearance: Largest distance between path and target [m].
         directions: Directions of arrival at each point, shape (f, n, 3); None: straight from `position`.
+        direct: True: paths are straight in depth too, without directions, and those above a target are left out.
 
     Returns:
         Increasing rows of such points, for each target in the order of `Scene.occluders`.
@@ -52,7 +59,7 @@ def points_near_cylinders(
     rows = np.empty((len(held), len(points)), np.int64)
     directions_to_solid = np.empty((0, len(points), 3)) if directions is None else directions
     return [
-        row[: points_behind_cylinder(position, points, directions_to_solid, rim, clearance + TOUCH, row)]
+        row[: points_behind_cylinder(position, points, directions_to_solid, rim, clearance + TOUCH, direct, row)]
         for rim, row in zip(held, rows, strict=True)
     ]
 

@@ -48,8 +48,9 @@ def occlude_by_solids(
     solids = scene.solids
     if not solids:
         return
-    # seen from above, legs of all families follow one line: most points have no solid on it
-    behind = points_near_cylinders(scene, position, scatterers.position)[len(scene.boxes) :]
+    # seen from above, legs of all families follow one line: most points have no solid on it, or below a direct leg
+    direct = not bounces.any()
+    behind = points_near_cylinders(scene, position, scatterers.position, direct=direct)[len(scene.boxes) :]
     rows = union(behind, len(scatterers))
     if not len(rows):
         return

@@ -15,6 +15,7 @@ from pydantic_core import PydanticCustomError
 from insonify import random_keys
 from insonify.frames import pose_rotation
 from insonify.model import field_error
+from insonify.recent_results import RecentResults
 from insonify.scene import triangle_surfaces
 from insonify.scene.clipping import TOUCHING, clip_triangles
 from insonify.scene.mesh_file import mesh_parts, mesh_triangles
@@ -189,12 +190,12 @@ def solid_scatterers(
         turn, shift = resting_pose(submerged(solid, seabed), seabed)
         body = world_triangles(solid, seabed).transformed(turn.T, -shift @ turn)
     whole = float(body.area.sum())
-    cells: SurfaceCells = surface_cells(body, cell_side(whole, pitch))
-    n = np.arange(len(cells))
+    place = _even_points(body, cell_side(whole, pitch)) if quadrature else surface_cells(body, cell_side(whole, pitch))
+    n = np.arange(len(place))
     u = random_keys.uniforms(
         seed, random_keys.TARGET, n // ROW, n % ROW, SOLID_FACE, zlib.crc32(key_label(solid).encode())
     )
-    point, normal = cells.points(u[:, :3], quadrature=quadrature)
+    point, normal = place.points(u[:, :3]) if isinstance(place, SurfaceCells) else np.moveaxis(place, 1, 0)
     position = point @ turn.T + shift
     points = Scatterers(
         object=solid.label, boundary="target", law=solid.scattering, position=position, normal=normal @ turn.T,
@@ -203,6 +204,30 @@ def solid_scatterers(
         occluder=occluder,
     )  # fmt: skip
     return points.take(position[:, 2] < seabed_depth_at(seabed, position[:, :2]) - STANDING)
+
+
+def _even_points(body: Triangles, side: float) -> Floats:
+    """Evenly spaced points on a surface in its own axes [m], and unit normals there, shape (n, 2, 3)."""
+
+    def placed() -> Floats:
+        cells = surface_cells(body, side)
+        return np.stack(cells.points(np.empty((len(cells), 3)), quadrature=True), axis=1)
+
+    return _EVEN_POINTS.get((body.corners.tobytes(), side), placed)
+
+
+_EVEN_POINTS: RecentResults[Floats] = RecentResults(16)  # one shape lies in many scenes of a data set
+
+
+def surface_area(solid: Solid, seabed: Seabed) -> float:
+    """Area of a solid's surface under water [m^2]; the same bits wherever it lies without standing out of the water.
+
+    Args:
+        solid: The solid.
+        seabed: Seabed on which it rests.
+    """
+    surface = world_triangles(solid, seabed) if emerges(solid, seabed) else body_triangles(solid)
+    return float(surface.area.sum())
 
 
 def cell_side(whole: float, pitch: float) -> float:

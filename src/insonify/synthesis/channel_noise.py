@@ -6,6 +6,7 @@ are correlated. Noise of hydrophones and amplifiers is independent from element 
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -55,7 +56,7 @@ class ReceiverTones:
         return np.asarray(self.amplitude @ np.exp(2j * np.pi * (cycles % 1.0)))
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class ChannelNoise:
     """Noise of each channel of a sonar; pings differ in the random realisation only."""
 
@@ -73,7 +74,7 @@ class ChannelNoise:
     """Spectrum level of the receiver's self-noise in one element [dB re 1 uPa^2/Hz]; None: none."""
     tones: ReceiverTones | None
 
-    @property
+    @cached_property
     def power(self) -> Floats:
         """Mean-square pressure of the noise in each channel [uPa^2], shape (channels,)."""
         power = self.self_noise_gain**2 * noise_intensity(self.pulse, self.self_noise_level_db)
