@@ -5,6 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from insonify.propagation.wind_waves import shortest_wavenumber, wind_waves
 from insonify.scattering import AplSurface, Bubbles, SurfaceFacets, SurfaceScattering, albedo, bubble_loss_db
 from insonify.scattering.bubbles import bubble_extinction
 from insonify.scattering.surface_facets import apl_slope_variance, facet_shadowing_excess
@@ -127,3 +128,14 @@ def test_left_is_like_right(wind, frequency, grazing, azimuth):
     here = float(law.cross_section(grazing, 0.7, azimuth))
     assert law.cross_section(grazing, 0.7, -azimuth) == pytest.approx(here, rel=1e-9)
     assert here > 0
+
+
+@pytest.mark.parametrize("frequency", [10e3, 30e3, 100e3])
+@pytest.mark.parametrize("wind", [3.0, 6.0, 10.0])
+def test_the_coherent_echo_and_the_facets_are_the_energy_that_bubbles_leave(wind, frequency):
+    """At the vertical, where surface scatterers stand for glints: within 7 %, and the veil's own part of up to 25 %."""
+    sea = wind_waves(wind, shortest_wavenumber(frequency, 1500.0))
+    coherent = np.exp(-4 * (2 * np.pi * frequency / 1500) ** 2 * sea.variance[-1])
+    left = 10 ** (-bubble_loss_db(wind, frequency, np.pi / 2) / 10)
+    energy = coherent * left + float(albedo(AplSurface(wind, frequency), np.radians(89.0)))
+    assert 0.93 * left < energy < 1.07 * (left + 0.25 * (1 - left))
