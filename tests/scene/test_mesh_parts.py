@@ -63,13 +63,13 @@ def test_the_echo_of_two_parts_is_the_sum_of_the_parts(tmp_path, field, law):
     Within 1e-6 of the largest sample, as single precision has it.
     """
     file, name, sums = written(tmp_path / "vessel.obj"), "pressure" if field == "coherent" else "intensity", []
-    loud = (
+    changes = (
         ({"scattering": WEAK}, {"scattering": STRONG})
         if law == "rough"
         else ({"face_reflection_coefficient": 0.9}, {"face_reflection_coefficient": -0.5})
     )
     for chosen in ((0, 1), (0,), (1,)):
-        parts = [{"name": name, "scattering": SILENT, **(loud[row] if row in chosen else {})}
+        parts = [{"name": name, "scattering": SILENT, **(changes[row] if row in chosen else {})}
                  for row, name in enumerate(("hull", "tower"))]  # fmt: skip
         sums.append(simulate(nominal(targets=[vessel(file, *parts)], field=field, **WINDOW))[name].values)
     whole, one, other = sums
