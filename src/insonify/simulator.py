@@ -153,11 +153,8 @@ class Simulator:
     def label_accumulator(self, geometry: PingGeometry) -> LabelAccumulator:
         """Accumulator of the labels of one ping."""
         floor = float(np.mean(self.noise.power))
-        return LabelAccumulator(self.incoherent_accumulator(geometry), self.label_names, self._occluder_names, floor)
-
-    @cached_property
-    def _occluder_names(self) -> tuple[str, ...]:
-        return tuple(target.label for target in self.engine.scene.occluders)
+        occluder_names = tuple(target.label for target in self.engine.scene.occluders)
+        return LabelAccumulator(self.incoherent_accumulator(geometry), self.label_names, occluder_names, floor)
 
     @cached_property
     def label_names(self) -> LabelNames:
@@ -318,9 +315,8 @@ def simulate_pings(
     simulator: Simulator, pings: Iterable[int], threads: int | None = None
 ) -> Iterator[tuple[int, NDArray[np.generic]]]:
     """Time series, ping by ping: number of the ping, and its series of shape (channels, samples)."""
-    for job, series, _ in simulate_jobs(
-        simulator, [Job(ping, with_series=True, with_labels=False) for ping in pings], threads
-    ):
+    jobs = [Job(ping, with_series=True, with_labels=False) for ping in pings]
+    for job, series, _ in simulate_jobs(simulator, jobs, threads):
         assert series is not None
         yield job.ping, series
 

@@ -190,12 +190,12 @@ def solid_scatterers(
         turn, shift = resting_pose(submerged(solid, seabed), seabed)
         body = world_triangles(solid, seabed).transformed(turn.T, -shift @ turn)
     whole = float(body.area.sum())
-    place = _even_points(body, cell_side(whole, pitch)) if quadrature else surface_cells(body, cell_side(whole, pitch))
-    n = np.arange(len(place))
+    cells = _even_points(body, cell_side(whole, pitch)) if quadrature else surface_cells(body, cell_side(whole, pitch))
+    n = np.arange(len(cells))
     u = random_keys.uniforms(
         seed, random_keys.TARGET, n // ROW, n % ROW, SOLID_FACE, zlib.crc32(key_label(solid).encode())
     )
-    point, normal = place.points(u[:, :3]) if isinstance(place, SurfaceCells) else np.moveaxis(place, 1, 0)
+    point, normal = cells.points(u[:, :3]) if isinstance(cells, SurfaceCells) else np.moveaxis(cells, 1, 0)
     position = point @ turn.T + shift
     points = Scatterers(
         object=solid.label, boundary="target", law=solid.scattering, position=position, normal=normal @ turn.T,

@@ -60,7 +60,7 @@ def datagrams(kind, family, name, path=None):
     return list(opened.datagram_interface.datagrams(getattr(kinds, name)))
 
 
-def agree(ours, theirs, scale=1):
+def assert_agree(ours, theirs, scale=1):
     """Equal to the last bit of what the file holds: float32 at most."""
     np.testing.assert_allclose(np.asarray(ours, float), np.asarray(theirs, float) * scale, rtol=3e-7, atol=1e-30)
 
@@ -75,12 +75,12 @@ def test_kmall_soundings_sectors_and_image():
         for table, columns in ((swath.soundings, SOUNDINGS), (swath.tx_sectors, SECTORS)):
             for name, (field, scale) in columns.items():
                 theirs = getattr(table, f"get_{field}_tensor")()
-                agree(found[name][ping][: theirs.size], theirs, scale)
+                assert_agree(found[name][ping][: theirs.size], theirs, scale)
                 rest = found[name].values[ping, theirs.size :]
                 assert np.all(np.isnan(rest) | (rest == -1))
-        agree(found.time[ping], swath.get_timestamp())
+        assert_agree(found.time[ping], swath.get_timestamp())
         levels = image.level.values[ping]
-        agree(levels[np.isfinite(levels)], np.concatenate([np.ravel(swath.get_seabed_image_samples_db())]))
+        assert_agree(levels[np.isfinite(levels)], np.concatenate([np.ravel(swath.get_seabed_image_samples_db())]))
 
 
 def test_kmall_attitude_position_and_profile():
@@ -89,16 +89,18 @@ def test_kmall_attitude_position_and_profile():
         attitude, navigation, (profile,) = file.attitude(), file.navigation(), file.sound_speed_profiles()
     samples = [found.sensor_data for found in datagrams("kmall", "kmall", "S_KM_BINARY")]
     for name, (theirs, scale) in ATTITUDE.items():
-        agree(attitude[name], np.concatenate([getattr(part, f"get_{theirs}_tensor")() for part in samples]), scale)
+        assert_agree(
+            attitude[name], np.concatenate([getattr(part, f"get_{theirs}_tensor")() for part in samples]), scale
+        )
     np.testing.assert_allclose(
         attitude.time, np.concatenate([part.get_sensor_timestamp_tensor() for part in samples]), rtol=0, atol=1e-6
     )
     positions = datagrams("kmall", "kmall", "S_POSITION")
-    agree(navigation.latitude, [position.get_corrected_lat_deg() for position in positions], DEGREE)
-    agree(navigation.speed, [position.get_speed_over_ground_m_per_sec() for position in positions])
+    assert_agree(navigation.latitude, [position.get_corrected_lat_deg() for position in positions], DEGREE)
+    assert_agree(navigation.speed, [position.get_speed_over_ground_m_per_sec() for position in positions])
     (theirs,) = datagrams("kmall", "kmall", "S_SOUND_VELOCITY_PROFILE")
-    agree(profile.depth, theirs.get_svp_depths())
-    agree(profile.sound_speed, theirs.get_svp_sound_velocities())
+    assert_agree(profile.depth, theirs.get_svp_depths())
+    assert_agree(profile.sound_speed, theirs.get_svp_sound_velocities())
 
 
 def test_kmwcd_samples():
@@ -107,11 +109,11 @@ def test_kmwcd_samples():
         columns, found = datagrams("kmwcd", "kmall", "M_WATER_COLUMN"), file.read("water column")
     assert len(columns) == found.sizes["ping"] == 5
     for ping, column in enumerate(columns):
-        agree(found.beam_angle[ping], column.beam_data.get_beam_pointing_angle_re_vertical_deg_tensor(), -DEGREE)
-        agree(found.first_sample[ping], column.beam_data.get_start_range_sample_number_tensor())
-        agree(found.heave[ping], column.tx_info.get_heave_m())
-        agree(found.sample_rate[ping], column.rx_info.get_sample_freq_hz())
-        agree(found.gain_exponent[ping], column.rx_info.get_tvg_function_applied())
+        assert_agree(found.beam_angle[ping], column.beam_data.get_beam_pointing_angle_re_vertical_deg_tensor(), -DEGREE)
+        assert_agree(found.first_sample[ping], column.beam_data.get_start_range_sample_number_tensor())
+        assert_agree(found.heave[ping], column.tx_info.get_heave_m())
+        assert_agree(found.sample_rate[ping], column.rx_info.get_sample_freq_hz())
+        assert_agree(found.gain_exponent[ping], column.rx_info.get_tvg_function_applied())
         levels = found.level.values[ping]
         theirs = np.concatenate([np.ravel(beam.get_sample_amplitudes_in_db()) for beam in column.beam_data.beams])
         np.testing.assert_array_equal(levels[np.isfinite(levels)], theirs)
@@ -123,27 +125,29 @@ def test_all_soundings_ranges_and_image():
         found, image = file.soundings(), file.read("seabed image")
         assert not file.check() and found.sizes["ping"] == image.sizes["ping"] == 9
     for ping, theirs in enumerate(datagrams("all", "kongsbergall", "XYZDatagram")):
-        agree(found.down[ping], theirs.beams.get_depth_tensor())
-        agree(found.starboard[ping], theirs.beams.get_acrosstrack_distance_tensor())
-        agree(found.backscatter[ping], theirs.beams.get_backscatter_tensor())
-        agree(found.transducer_depth[ping], theirs.get_transmit_transducer_depth())
-        agree(found.detection[ping] == 0, theirs.beams.get_detection_is_valid_tensor())
+        assert_agree(found.down[ping], theirs.beams.get_depth_tensor())
+        assert_agree(found.starboard[ping], theirs.beams.get_acrosstrack_distance_tensor())
+        assert_agree(found.backscatter[ping], theirs.beams.get_backscatter_tensor())
+        assert_agree(found.transducer_depth[ping], theirs.get_transmit_transducer_depth())
+        assert_agree(found.detection[ping] == 0, theirs.beams.get_detection_is_valid_tensor())
     ranges = {(part.get_ping_counter(), part.get_system_serial_number()): part
               for part in datagrams("all", "kongsbergall", "RawRangeAndAngle")}  # fmt: skip
     for ping in range(9):
         theirs = ranges[int(found.ping_number[ping]), int(found.serial[ping])]
-        agree(found.travel_time[ping], theirs.beams.get_two_way_travel_time_tensor())
-        agree(found.beam_angle[ping], theirs.beams.get_beam_crosstrack_angle_in_degrees_tensor(), -DEGREE)
-        agree(found.frequency[ping], theirs.transmit_sectors.get_center_frequency_tensor())
-        agree(found.absorption[ping], theirs.transmit_sectors.get_mean_absorption_coefficient_in_dB_per_m_tensor())
+        assert_agree(found.travel_time[ping], theirs.beams.get_two_way_travel_time_tensor())
+        assert_agree(found.beam_angle[ping], theirs.beams.get_beam_crosstrack_angle_in_degrees_tensor(), -DEGREE)
+        assert_agree(found.frequency[ping], theirs.transmit_sectors.get_center_frequency_tensor())
+        assert_agree(
+            found.absorption[ping], theirs.transmit_sectors.get_mean_absorption_coefficient_in_dB_per_m_tensor()
+        )
     for ping, theirs in enumerate(datagrams("all", "kongsbergall", "SeabedImageData")):
         counts, order = theirs.beams.get_number_of_samples_tensor(), theirs.beams.get_sorting_direction_tensor()
-        agree(image.sample_count[ping], counts)
+        assert_agree(image.sample_count[ping], counts)
         samples = np.concatenate(
             [np.ravel(beam) for beam in theirs.get_sample_amplitudes().get_sample_amplitudes_in_db()]
         )
         for beam, part in enumerate(np.split(samples, np.cumsum(counts)[:-1])):
-            agree(image.level[ping, beam, : len(part)], part[:: int(order[beam])])
+            assert_agree(image.level[ping, beam, : len(part)], part[:: int(order[beam])])
 
 
 def test_all_attitude_position_and_profile():
@@ -153,14 +157,16 @@ def test_all_attitude_position_and_profile():
     parts = datagrams("all", "kongsbergall", "AttitudeDatagram")
     for name, theirs, scale in (("roll", "roll_in_degrees", DEGREE), ("yaw", "heading_in_degrees", DEGREE),
                                 ("heave", "heave_in_meters", 1)):  # fmt: skip
-        agree(attitude[name], np.concatenate([getattr(p.attitudes, f"get_{theirs}_tensor")() for p in parts]), scale)
+        assert_agree(
+            attitude[name], np.concatenate([getattr(p.attitudes, f"get_{theirs}_tensor")() for p in parts]), scale
+        )
     times = [p.get_timestamp() + np.float64(p.attitudes.get_time_in_seconds_tensor()) for p in parts]
     np.testing.assert_allclose(attitude.time, np.concatenate(times), rtol=0, atol=1e-6)
     positions = datagrams("all", "kongsbergall", "PositionDatagram")
-    agree(navigation.latitude, [p.get_latitude_in_degrees() for p in positions], DEGREE)
+    assert_agree(navigation.latitude, [p.get_latitude_in_degrees() for p in positions], DEGREE)
     (theirs,) = datagrams("all", "kongsbergall", "SoundSpeedProfileDatagram")
-    agree(profile.depth, theirs.get_depths_in_meters())
-    agree(profile.sound_speed, theirs.get_sound_speeds_in_meters_per_second())
+    assert_agree(profile.depth, theirs.get_depths_in_meters())
+    assert_agree(profile.sound_speed, theirs.get_sound_speeds_in_meters_per_second())
 
 
 def test_wcd_samples():
@@ -177,8 +183,12 @@ def test_wcd_samples():
         levels = found.level.values[ping]
         theirs = np.concatenate([np.ravel(beam.get_samples_in_db(0.0)) for beam in beams])
         np.testing.assert_array_equal(levels[np.isfinite(levels)], theirs)
-        agree(found.beam_angle[ping][: len(beams)], [b.get_beam_crosstrack_angle_in_degrees() for b in beams], -DEGREE)
-        agree(found.detected_sample[ping][: len(beams)].fillna(0), [b.get_detected_range_in_samples() for b in beams])
+        assert_agree(
+            found.beam_angle[ping][: len(beams)], [b.get_beam_crosstrack_angle_in_degrees() for b in beams], -DEGREE
+        )
+        assert_agree(
+            found.detected_sample[ping][: len(beams)].fillna(0), [b.get_detected_range_in_samples() for b in beams]
+        )
 
 
 def test_xtf_samples_and_navigation():
@@ -191,10 +201,10 @@ def test_xtf_samples_and_navigation():
     pings = packets[pyxtf.XTFHeaderType.sonar]
     np.testing.assert_array_equal(port.amplitude.values[:, ::-1], [ping.data[0] for ping in pings])
     np.testing.assert_array_equal(starboard.amplitude, [ping.data[1] for ping in pings])
-    agree(port.latitude[1:], [ping.SensorYcoordinate for ping in pings[1:]], DEGREE)
-    agree(port.speed, [ping.SensorSpeed for ping in pings], 1852 / 3600)
-    agree(attitude["pitch"], [ping.SensorPitch for ping in pings], DEGREE)
-    agree(port.slant_range, [ping.ping_chan_headers[0].SlantRange for ping in pings])
+    assert_agree(port.latitude[1:], [ping.SensorYcoordinate for ping in pings[1:]], DEGREE)
+    assert_agree(port.speed, [ping.SensorSpeed for ping in pings], 1852 / 3600)
+    assert_agree(attitude["pitch"], [ping.SensorPitch for ping in pings], DEGREE)
+    assert_agree(port.slant_range, [ping.ping_chan_headers[0].SlantRange for ping in pings])
     assert (
         np.isnan(port.latitude[0]) and set(port.sound_speed.values) == {1500.0} and set(port.frequency.values) == {6e5}
     )
@@ -206,28 +216,28 @@ def test_the_small_files_are_those_of_the_formats(tmp_path):
     (path := tmp_path / "a.kmall").write_bytes(files.kmall())
     for ping, swath in enumerate(datagrams("kmall", "kmall", "M_RANGE_AND_DEPTH", path)):
         assert swath.get_ping_count() == 100 + ping and swath.rx_info.get_number_of_extra_detections() == 1
-        agree(swath.soundings.get_beam_angle_re_rx_deg_tensor(), 60.0 - 20 * np.arange(files.BEAMS + 1))
-        agree(swath.tx_sectors.get_centre_frequency_hz_tensor(), [300e3, 320e3])
-        agree(swath.ping_info.get_z_water_level_re_ref_point_m(), -1.0)
-        agree(np.ravel(swath.get_seabed_image_samples_db()), -0.1 * np.arange(15))
+        assert_agree(swath.soundings.get_beam_angle_re_rx_deg_tensor(), 60.0 - 20 * np.arange(files.BEAMS + 1))
+        assert_agree(swath.tx_sectors.get_centre_frequency_hz_tensor(), [300e3, 320e3])
+        assert_agree(swath.ping_info.get_z_water_level_re_ref_point_m(), -1.0)
+        assert_agree(np.ravel(swath.get_seabed_image_samples_db()), -0.1 * np.arange(15))
     for column in datagrams("kmall", "kmall", "M_WATER_COLUMN", path):
         # Its beams are not compared: version 0.35 takes the phases of a beam for the beam that follows.
-        agree([column.rx_info.get_tvg_function_applied(), column.tx_info.get_heave_m()], [30, 0.5])
+        assert_agree([column.rx_info.get_tvg_function_applied(), column.tx_info.get_heave_m()], [30, 0.5])
     (attitude,) = datagrams("kmall", "kmall", "S_KM_BINARY", path)
-    agree(attitude.sensor_data.get_roll_deg_tensor(), np.arange(4))
+    assert_agree(attitude.sensor_data.get_roll_deg_tensor(), np.arange(4))
     (path := tmp_path / "a.all").write_bytes(files.kongsberg_all())
     for theirs in datagrams("all", "kongsbergall", "XYZDatagram", path):
-        agree(theirs.beams.get_backscatter_tensor(), np.full(files.BEAMS, -20.0))
+        assert_agree(theirs.beams.get_backscatter_tensor(), np.full(files.BEAMS, -20.0))
         assert theirs.beams.get_detection_is_valid_tensor().tolist() == [True, True, False, False, True]
     for theirs in datagrams("all", "kongsbergall", "RawRangeAndAngle", path):
-        agree(theirs.beams.get_beam_crosstrack_angle_in_degrees_tensor(), 60.0 - 30 * np.arange(files.BEAMS))
+        assert_agree(theirs.beams.get_beam_crosstrack_angle_in_degrees_tensor(), 60.0 - 30 * np.arange(files.BEAMS))
     (theirs,) = datagrams("all", "kongsbergall", "SoundSpeedProfileDatagram", path)
-    agree(theirs.get_sound_speeds_in_meters_per_second(), [1480, 1490])
+    assert_agree(theirs.get_sound_speeds_in_meters_per_second(), [1480, 1490])
     assert theirs.get_depth_resolution() == 10  # which its depths in metres leave out
     for theirs in datagrams("all", "kongsbergall", "WatercolumnDatagram", path):
         first = 0 if theirs.get_datagram_number() == 1 else 3
         for beam, part in enumerate(theirs.beams.beams):
-            agree(part.get_samples_in_db(0.0), files.kmall_level(theirs.get_ping_counter())[first + beam] / 2)
+            assert_agree(part.get_samples_in_db(0.0), files.kmall_level(theirs.get_ping_counter())[first + beam] / 2)
 
 
 @pytest.mark.filterwarnings("ignore:XTFHeaderType")
@@ -256,13 +266,13 @@ def test_readings_of_other_sensors():
     ):  # fmt: skip
         parts = datagrams(kind, "kmall", source)
         for ours, (theirs, scale) in values.items():
-            agree(found[name][ours], [getattr(part, f"get_{theirs}")() for part in parts], scale)
+            assert_agree(found[name][ours], [getattr(part, f"get_{theirs}")() for part in parts], scale)
     with opened("all") as file:
         found = file.sensors()
-    agree(found["height"].height, [part.get_height() for part in datagrams("all", "kongsbergall",
+    assert_agree(found["height"].height, [part.get_height() for part in datagrams("all", "kongsbergall",
                                                                           "DepthOrHeightDatagram")], 0.01)  # fmt: skip
     clocks = datagrams("all", "kongsbergall", "ClockDatagram")
-    agree(found["clock"].external_time, [part.get_time_since_midnight_external() for part in clocks], 1e-3)
+    assert_agree(found["clock"].external_time, [part.get_time_since_midnight_external() for part in clocks], 1e-3)
     parts = [part.get_attitudes() for part in datagrams("all", "kongsbergall", "NetworkAttitudeVelocityDatagram")]
     roll = np.concatenate([np.ravel(part.get_roll_in_degrees_tensor()) for part in parts])
-    agree(found["attitude of the network"]["roll"], roll, DEGREE)
+    assert_agree(found["attitude of the network"]["roll"], roll, DEGREE)
