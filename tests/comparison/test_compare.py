@@ -17,6 +17,15 @@ def test_draws_of_one_scene_do_not_differ():
     assert sum(map(bool, found)) <= 1, found
 
 
+@pytest.mark.validate
+@pytest.mark.parametrize("pings", [1, 2])
+def test_few_pings_are_called_different_as_often_as_stated(pings):
+    """Of 200 pairs of draws, 5 % are called different, within two standard errors (6 pairs)."""
+    scene = SCENE.but(pings=pings)
+    pairs = [(scene.samples_of(2 * n), scene.samples_of(2 * n + 1)) for n in range(3000, 3200)]
+    assert sum(bool(insonify.compare(*pair).different) for pair in pairs) <= 16
+
+
 @pytest.mark.parametrize(
     ("measure", "changes"),
     [

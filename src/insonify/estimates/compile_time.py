@@ -38,6 +38,7 @@ WAVES = FeatureKernels("propagation._stationary_point_kernel", "search_bounce_po
 SOLIDS = FeatureKernels("propagation._solid_shadow_kernel", "occlude_legs", 12.0)
 TRACER = FeatureKernels("engines.tracer._trace_kernel", "first_hits", 20.0)
 REFRACTED_TRACER = FeatureKernels("engines.tracer._refracted_ray_kernel", "refracted_hits", 20.0)
+TRACER_FACETS = FeatureKernels("engines.tracer._facet_kernel", "sample_wavenumbers", 5.0)
 
 
 def estimate_compile_seconds(simulator: Simulator, *, labels: bool = False) -> float:
@@ -54,7 +55,8 @@ def _needed(simulator: Simulator, labels: bool) -> list[FeatureKernels]:
     """Features of a scenario that have kernels of their own."""
     scenario, rays = simulator.scenario, simulator.engine.rays
     if simulator.tracer is not None:
-        return [TRACER, REFRACTED_TRACER, REFRACTION] if scenario.water.layered else [TRACER]
+        refracted = [REFRACTED_TRACER, REFRACTION] if scenario.water.layered else []
+        return [TRACER, *refracted, *[TRACER_FACETS] * (scenario.surface.reflection == "statistical")]
     expected, side = scenario.field == "incoherent", simulator.ping_geometries(0)[0]
     ground = "seabed" in scenario.paths.contributions and scenario.seabed.scattering is not None
     drawn = not expected and ground and scenario.paths.geometry == "3d"

@@ -124,9 +124,15 @@ def _tracer_limits(scenario: Scenario) -> Iterator[PydanticCustomError]:
     if scenario.seabed.reflecting_interface != "smooth":
         yield field_error("seabed.reflecting_interface", "rough", "is not for the tracer, whose seabed is smooth. "
                       "Write smooth, or engine: eigenrays under paths.")  # fmt: skip
-    if scenario.surface.reflection != "flat":
+    if scenario.surface.reflection not in ("flat", "statistical"):
         yield field_error("surface.reflection", scenario.surface.reflection, "is not for the tracer, whose surface is "
-                      "flat. Write reflection: flat, or engine: eigenrays under paths.")  # fmt: skip
+                      "flat or statistical. Write one of these, or engine: eigenrays under paths.")  # fmt: skip
+    if scenario.surface.reflection == "statistical" and any(isinstance(one, PointTarget) for one in scenario.targets):
+        yield field_error("surface.reflection", "statistical", "is not for point targets in the tracer. Write "
+                      "reflection: flat, give a sphere, or write engine: eigenrays under paths.")  # fmt: skip
+    if scenario.surface.reflection == "statistical" and scenario.water.layered:
+        yield field_error("surface.reflection", "statistical", "is not for the tracer in layered water. Write "
+                      "reflection: flat, give one sound_speed, or write engine: eigenrays under paths.")  # fmt: skip
 
 
 def _profile_depth_errors(scenario: Scenario) -> Iterator[PydanticCustomError]:

@@ -63,14 +63,14 @@ def clear_image_paths(
     end: Floats, position: Floats, bottom: NDArray[np.bool_], wavelength: float, ground: TerrainTiles,
     bodies: TriangleTree, missing: NDArray[np.bool_], clear: NDArray[np.bool_],
 ) -> None:  # fmt: skip
-    """Test reflected paths between one end of the sonar and some positions for occlusion, segment by segment.
+    """Test reflected paths between some ends and some positions for occlusion, segment by segment.
 
     Terrain within half the first Fresnel zone of a bounce on the seabed is the reflecting surface and does not occlude.
 
     Args:
-        end: The sonar's end [m], (3,).
+        end: The other ends [m], (n, 3).
         position: The positions [m], (n, 3).
-        bottom: For each bounce from the sonar outwards, whether it is off the seabed or off the surface, (bounces,).
+        bottom: For each bounce from those ends on, whether it is off the seabed or off the surface, (bounces,).
         wavelength: Acoustic wavelength [m].
         ground: The seabed.
         bodies: Triangles of all bodies.
@@ -81,10 +81,10 @@ def clear_image_paths(
     for n in range(position.shape[0]):
         if not clear[n]:
             continue
-        dx, dy = position[n, 0] - end[0], position[n, 1] - end[1]
-        climb = _vertical_path(end[2], position[n, 2], bottom, ground.depth)
+        dx, dy = position[n, 0] - end[n, 0], position[n, 1] - end[n, 1]
+        climb = _vertical_path(end[n, 2], position[n, 2], bottom, ground.depth)
         length = math.sqrt(dx * dx + dy * dy + climb * climb)
-        done, z, skip = 0.0, end[2], 0.0
+        done, z, skip = 0.0, end[n, 2], 0.0
         for part in range(bounces + 1):
             goal, passed, margin = position[n, 2], 1.0, 0.0
             if part < bounces:
@@ -94,8 +94,8 @@ def clear_image_paths(
                     sine = climb / length
                     zone = math.sqrt(wavelength * length * max(passed * (1 - passed), 0.0)) / sine
                     margin = zone / max(math.sqrt(1 - sine * sine), 1e-9)
-            if not _segment_clear(end[0] + done * dx, end[1] + done * dy, z, end[0] + passed * dx,
-            end[1] + passed * dy, goal,
+            if not _segment_clear(end[n, 0] + done * dx, end[n, 1] + done * dy, z, end[n, 0] + passed * dx,
+            end[n, 1] + passed * dy, goal,
                          skip, margin, ground, bodies, missing):  # fmt: skip
                 clear[n] = False
                 break

@@ -1,34 +1,38 @@
 """Receive legs of the tracer: scattering at the interfaces that rays hit, towards the receiver by every family."""
 
 from collections.abc import Iterator
-from functools import lru_cache
 from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
 
 from insonify.engines.boundary_echoes import boundary_echo_families, sediment_bounce_factor
+from insonify.engines.tracer.facet_echoes import facet_echoes
 from insonify.engines.tracer.family_legs import TracedLegs, family_legs, nearest_delay
-from insonify.engines.tracer.image_legs import coherent_intensity_factor
+from insonify.engines.tracer.hit_energies import (
+    OWN_BOUNCE,
+    channel_energies,
+    in_window,
+    interference,
+    transmitted_energy,
+)
 from insonify.engines.tracer.interaction import scattered_per_steradian
 from insonify.engines.tracer.ray_bundle import RayBundle, RayHits, ReceiverPaths, TracedPing
 from insonify.engines.tracer.ray_tracing import MAX_MISS_DISTANCE, face_chains, receiver_paths
+from insonify.engines.tracer.surface_vertices import SurfaceVertices
 from insonify.records.echo_energies import EchoEnergies
 from insonify.scene.scatterers import BOUNDARY_ECHO
 from insonify.scene.target import PointTarget
-from insonify.sonar.received_pulse import ReceivedPulse
 from insonify.units import intensity_ratio
 
 Floats = NDArray[np.float64]
 
-OWN_BOUNCE = {"seabed": "B", "surface": "S", "target": "-"}
-"""Bounces excluded from receive legs of an interface: a reflection at the scatterer itself is part of its law."""
 
 SAME_DELAY = 1e-7
 """Difference of delays below which two refracted rays of one chain are one [s]."""
 
 
-def echoes(ping: TracedPing, hits: RayHits) -> Iterator[EchoEnergies]:
+def echoes(ping: TracedPing, hits: RayHits, vertices: list[SurfaceVertices]) -> Iterator[EchoEnergies]:
     """Echoes of some hits at the receiver, family by family.
 
     A path out by one family and back by another arrives together with its reverse, and the two interfere. Each item
@@ -40,14 +44,18 @@ def echoes(ping: TracedPing, hits: RayHits) -> Iterator[EchoEnergies]:
     Args:
         ping: The ping.
         hits: Hits of rays on one interface.
+        vertices: Points of a moving surface that rays from the receiver reach.
     """
     rays, law, own_bounce = hits.rays, hits.law, OWN_BOUNCE[hits.contribution]
     by_target = "T" in rays.chain
     if law is None or hits.contribution not in ping.choice.contributions or rays.chain.endswith(own_bounce):
         return
-    if not by_target and (ping.is_reversed or rays.family not in ping.choice.followed_families):
+    if not by_target and rays.family not in ping.choice.followed_families:
         return
-    sent = _transmitted_energy(ping, rays)
+    sent = transmitted_energy(ping, rays)
+    yield from facet_echoes(ping, hits, sent, vertices)
+    if "s" in rays.chain or (ping.is_reversed and not by_target):
+        return
     for family in ping.choice.followed_families:
         if family.endswith(own_bounce):
             continue
@@ -58,11 +66,11 @@ def echoes(ping: TracedPing, hits: RayHits) -> Iterator[EchoEnergies]:
             returned = scattered_per_steradian(law, part.direction, -back.arrival, normal)
             returned *= back.intensity(ping.attenuation)
             delay = part.delay + back.delay
-            some = np.flatnonzero(_is_clear(ping, part.origin, family, back, (returned > 0) & _in_window(ping, delay)))
+            some = np.flatnonzero(_is_clear(ping, part.origin, family, back, (returned > 0) & in_window(ping, delay)))
             if not some.size:
                 continue
             gain = ping.receive_beams.gain(back.departure[some]) ** 2
-            energy = _channels(ping, sent[:, rows[some]], gain * returned[some])
+            energy = channel_energies(ping, sent[:, rows[some]], gain * returned[some])
             if by_target:
                 energy *= 2 if ping.ping_geometry.is_monostatic else 1
             reciprocal = _other_order(ping, part, family, back, legs)[some]
@@ -70,21 +78,6 @@ def echoes(ping: TracedPing, hits: RayHits) -> Iterator[EchoEnergies]:
             yield EchoEnergies(hits.contribution, hits.object, *chains, delay[some], energy, reciprocal)
     if by_target and rays.flat and not ping.is_reversed:
         yield from _retraced_echoes(ping, hits, sent)
-
-
-def _transmitted_energy(ping: TracedPing, rays: RayBundle) -> Floats:
-    """Mean-square pressure times the area of each ray at its hit, by transmit beam [uPa^2 m^2], shape (beams, n)."""
-    level = float(intensity_ratio(ping.ping_geometry.source_level_db))
-    factor = rays.solid_angle * rays.energy_fraction * np.exp(-ping.attenuation * rays.length)
-    if ping.rays is not None:  # the flux of a ray tube is constant, and pressure squared is flux times impedance
-        speed = ping.scene.water.sound_speed_at
-        factor = factor * speed(rays.origin[:, 2]) / speed(ping.transmit[2])
-    if "T" not in rays.chain:
-        sine = np.minimum(np.abs(rays.direction[:, 2]), 1.0)
-        factor = factor * coherent_intensity_factor(
-            ping.scene, rays.family, float(ping.transmit[2]), rays.length, sine, ping.ping_geometry.wavelength
-        )
-    return np.asarray(level * factor * ping.transmit_beams.gain(rays.launch) ** 2)
 
 
 def _retraced_echoes(ping: TracedPing, hits: RayHits, sent: Floats) -> Iterator[EchoEnergies]:
@@ -114,7 +107,7 @@ def _retraced_echoes(ping: TracedPing, hits: RayHits, sent: Floats) -> Iterator[
                 reciprocal[np.abs(paths.delay - rays.delay) > SAME_DELAY] = 1.0
             if not together:
                 out = _face_delay(ping, rays.origin, transmit_image, ping.transmit[2], chain, paths.delay)
-                reciprocal *= _interference(ping, rays.delay + paths.delay - out - _own_delay(ping, rays))
+                reciprocal *= interference(ping, rays.delay + paths.delay - out - _own_delay(ping, rays))
             yield from _face_echoes(ping, hits, sent, chain, paths, reciprocal)
 
 
@@ -126,7 +119,7 @@ def _face_echoes(
     Args:
         ping: The ping.
         hits: Hits of rays by flat faces.
-        sent: Their energies from `_transmitted_energy`.
+        sent: Their energies from `transmitted_energy`.
         chain: Reflections of the receive legs, from the receiver outwards.
         paths: The receive legs.
         reciprocal: Interference with the path travelled backwards [1], (n,).
@@ -136,10 +129,10 @@ def _face_echoes(
         return
     returned = scattered_per_steradian(hits.law, rays.direction, paths.leaving, hits.normal)
     returned = returned * paths.energy_fraction * np.exp(-ping.attenuation * paths.length) * paths.spreading
-    rows = np.flatnonzero(paths.is_clear & (returned > 0) & _in_window(ping, delay))
+    rows = np.flatnonzero(paths.is_clear & (returned > 0) & in_window(ping, delay))
     if rows.size:
         gain = ping.receive_beams.gain(paths.departure[rows]) ** 2
-        energy = _channels(ping, sent[:, rows], gain * returned[rows])
+        energy = channel_energies(ping, sent[:, rows], gain * returned[rows])
         yield EchoEnergies(
             hits.contribution, hits.object, rays.family, chain, delay[rows], energy, reciprocal[rows]
         )  # fmt: skip
@@ -187,14 +180,14 @@ def point_echoes(ping: TracedPing, target: PointTarget, position: Floats) -> Ite
         ends.append(found)
     delays = [{(family, ray): delay for family, ray, delay, _ in found} for found in ends]
     for (out, ray_out, delay_out, sent), (back, ray_back, delay_back, channels) in product(*ends):
-        delay, energy = delay_out + delay_back, _channels(ping, level * sent, strength * channels)
-        if not _in_window(ping, delay)[0] or not energy.any():
+        delay, energy = delay_out + delay_back, channel_energies(ping, level * sent, strength * channels)
+        if not in_window(ping, delay)[0] or not energy.any():
             continue
         same = np.zeros(1)
         if (out, ray_out) != (back, ray_back):
             none = np.full(1, np.inf)
             exchanged = delays[0].get((back, ray_back), none) + delays[1].get((out, ray_out), none)
-            same = _interference(ping, delay - exchanged)
+            same = interference(ping, delay - exchanged)
         yield EchoEnergies("target", target.label, out, back, delay, energy, same)
 
 
@@ -213,17 +206,17 @@ def boundary_echo_energies(ping: TracedPing) -> Iterator[EchoEnergies]:
         legs = family_legs(ping, ping.receive, position, family, BOUNDARY_ECHO)
         reverse = family[::-1]
         for back in legs:
-            clear = _is_clear(ping, position, family, back, (back.reflected > 0) & _in_window(ping, back.delay))
+            clear = _is_clear(ping, position, family, back, (back.reflected > 0) & in_window(ping, back.delay))
             sine = np.abs(back.departure[:, 2])
             rough = sediment_bounce_factor(family, depth, back.length, sine, ping.scene.seabed, geometry.wavelength)
             sent = level * rough**2 * back.intensity(ping.attenuation) * ping.transmit_beams.gain(-back.arrival) ** 2
-            energy = _channels(ping, sent, ping.receive_beams.gain(back.departure) ** 2)
+            energy = channel_energies(ping, sent, ping.receive_beams.gain(back.departure) ** 2)
             if not clear[0] or not energy.any():
                 continue
             same = np.zeros(1)
             if reverse != family and reverse in families:
                 others = family_legs(ping, ping.receive, position, reverse, BOUNDARY_ECHO)
-                same = _interference(ping, back.delay - nearest_delay(others, back.delay))
+                same = interference(ping, back.delay - nearest_delay(others, back.delay))
             yield EchoEnergies(BOUNDARY_ECHO, BOUNDARY_ECHO, reverse, "", back.delay, energy, same)
 
 
@@ -247,7 +240,7 @@ def _other_order(
     if ping.ping_geometry.is_monostatic:
         return np.ones(len(rays.delay)) * other
     sent = nearest_delay(family_legs(ping, ping.transmit, rays.origin, family), back.delay)
-    return _interference(ping, rays.delay + back.delay - sent - _own_delay(ping, rays)) * other
+    return interference(ping, rays.delay + back.delay - sent - _own_delay(ping, rays)) * other
 
 
 def _own_delay(ping: TracedPing, rays: RayBundle) -> Floats:
@@ -255,42 +248,6 @@ def _own_delay(ping: TracedPing, rays: RayBundle) -> Floats:
     if "T" in rays.chain:
         return _face_delay(ping, rays.origin, rays.receiver_image, ping.receive[2], rays.chain, rays.delay)
     return nearest_delay(family_legs(ping, ping.receive, rays.origin, rays.family), rays.delay)
-
-
-def _interference(ping: TracedPing, lag: Floats) -> Floats:
-    """Interference term of two equal echoes, re the mean-square pressure of one of them.
-
-    Args:
-        ping: The ping.
-        lag: Difference of their delays [s], shape (n,).
-
-    Returns:
-        The autocorrelation of the received pulse with its carrier [1], 1 without a difference, shape (n,).
-    """
-    step, correlation = _pulse_correlation(ping.ping_geometry.pulse)
-    lag = np.where(np.isfinite(lag), lag, 1e9)
-    value = np.interp(np.abs(lag), step * np.arange(len(correlation)), correlation, right=0.0)
-    return np.asarray(np.real(np.exp(2j * np.pi * ping.ping_geometry.frequency * np.abs(lag)) * value))
-
-
-@lru_cache(maxsize=4)
-def _pulse_correlation(pulse: ReceivedPulse) -> tuple[float, NDArray[np.complex128]]:
-    """Step of lags [s], and autocorrelation of the received pulse at lags from 0 on, 1 at no lag [1], shape (n,)."""
-    step = 1 / (8 * (4 / pulse.resolution_time + abs(pulse.pulse.bandwidth or 0.0)))
-    waveform = pulse.samples(np.arange(pulse.start, pulse.stop, step))
-    correlation = np.correlate(waveform, waveform, "full")[len(waveform) - 1 :]
-    return step, correlation / correlation[0].real
-
-
-def _channels(ping: TracedPing, sent: Floats, gains: Floats) -> Floats:
-    """Energy in every channel from its transmit and receive beams, (channels, n)."""
-    channel = np.arange(ping.ping_geometry.channel_count)
-    return np.asarray(sent[channel % len(sent)] * gains[channel % len(gains)])
-
-
-def _in_window(ping: TracedPing, delay: Floats) -> NDArray[np.bool_]:
-    first, last = ping.ping_geometry.recorded_delays
-    return np.asarray((delay >= first) & (delay <= last))
 
 
 def _may_arrive(ping: TracedPing, rays: RayBundle) -> NDArray[np.bool_]:

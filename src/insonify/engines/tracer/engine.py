@@ -9,6 +9,7 @@ Expected intensities only. Shadows end hard.
 """
 
 from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -17,17 +18,20 @@ from numpy.typing import NDArray
 from insonify.engines.tracer._refracted_ray_kernel import WaterLayers
 from insonify.engines.tracer._trace_kernel import BED, SURFACE
 from insonify.engines.tracer.connection import boundary_echo_energies, echoes, point_echoes
+from insonify.engines.tracer.facet_echoes import facet_boundary_echoes
+from insonify.engines.tracer.facet_scattering import facet_surface
 from insonify.engines.tracer.image_legs import bounce_letters, image_source_depth
 from insonify.engines.tracer.launch_sampling import LaunchSampler, Reach, launch_sampler
 from insonify.engines.tracer.ray_bundle import RayBundle, TracedPing
 from insonify.engines.tracer.ray_tracing import is_followed, trace_hits
+from insonify.engines.tracer.surface_vertices import SurfaceVertices, surface_vertices
 from insonify.engines.tracer.tracing_scene import TracingScene, lattice_rotation, open_water_hits
 from insonify.propagation.path_settings import PathSettings
 from insonify.propagation.propagation_model import PropagationModel
 from insonify.records.echo_energies import EchoEnergies
 from insonify.records.legs import LegStatus
 from insonify.scattering.point_target import PointTargetLaw
-from insonify.scene.scatterers import Law, Scatterers
+from insonify.scene.scatterers import BOUNDARY_ECHO, Law, Scatterers
 from insonify.scene.scene import Scene
 from insonify.scene.solid import world_triangles
 from insonify.scene.target import PointTarget
@@ -40,6 +44,8 @@ PARTS = 16
 """Number of parts of the rays of a ping: fixed, so that sums do not depend on the number of threads."""
 MAX_WINDOWS = 64
 """Largest number of combinations of a body and a family at which rays are aimed [1]."""
+ZENITH = 0.5
+"""Tangent of the angle from the vertical within which rays are aimed at a moving surface overhead [1]."""
 AIM_FREQUENCY = 1e5
 """Frequency of the legs along which rays are aimed, of which their directions are independent [Hz]."""
 DB_TO_NEPER = np.log(10) / 10
@@ -83,7 +89,9 @@ class Tracer:
             raise ValueError("the tracer has no phases: write field: incoherent, or paths.engine: eigenrays")
         ping = self.ping(ping_geometry)
         traced = [ping]
-        if not ping_geometry.is_monostatic and self.scene.occluders and is_followed(ping, "T"):
+        if not ping_geometry.is_monostatic and (
+            (self.scene.occluders and is_followed(ping, "T")) or ping.facets is not None
+        ):
             traced.append(self._exchanged(ping))
         rays = [partial(self._trace, one, part) for one in traced for part in range(PARTS)]
         return [*rays, partial(self._exact_paths, ping)]
@@ -134,7 +142,7 @@ class Tracer:
         attenuation = float(scene.water.absorption(ping_geometry.frequency)) * DB_TO_NEPER
         return TracedPing(
             scene, self.choice, ping_geometry, intersector, sampler, transmit, receive, transmit_beams, receive_beams,
-            laws, attenuation, self.rays,
+            laws, attenuation, self.rays, facet_surface(scene, self.seed, ping_geometry.frequency),
         )  # fmt: skip
 
     def _exchanged(self, ping: TracedPing) -> TracedPing:
@@ -144,24 +152,28 @@ class Tracer:
 
     def _trace(self, ping: TracedPing, part: int) -> list[EchoEnergies]:
         """Echoes of one part of the rays."""
-        direction, solid_angle = ping.launch_sampler.rays(
-            self.seed, ping.ping_geometry.ping, self.choice.rays, part, PARTS
-        )
+        points, found = self._surface_points(ping, part), list[EchoEnergies]()
+        for hits in trace_hits(ping, self._rays(ping, part, self.seed)):
+            found += [*echoes(ping, hits, points), *facet_boundary_echoes(ping, hits)]
+        return found
+
+    def _surface_points(self, ping: TracedPing, part: int) -> list[SurfaceVertices]:
+        """Points of a moving surface that one part of the rays from the receiver reaches."""
+        if ping.facets is None:
+            return []
+        exchanged = self._exchanged(ping)
+        rays = self._rays(exchanged, part, self.seed + 1)
+        # one part of the rays stands for all of them
+        return surface_vertices(exchanged, replace(rays, solid_angle=PARTS * rays.solid_angle), self.seed)
+
+    def _rays(self, ping: TracedPing, part: int, seed: int) -> RayBundle:
+        """One part of the rays that leave the transmitter."""
+        direction, solid_angle = ping.launch_sampler.rays(seed, ping.ping_geometry.ping, self.choice.rays, part, PARTS)
         n = len(direction)
-        start = np.tile(ping.transmit, (n, 1))
-        rays = RayBundle(
-            "",
-            start,
-            direction,
-            np.zeros(n),
-            np.zeros(n),
-            direction,
-            solid_angle,
-            np.ones(n),
-            np.tile(ping.receive, (n, 1)),
-        )
-        has_gain = (ping.transmit_beams.gain(direction) ** 2).max(axis=0) > 0
-        return [echo for hits in trace_hits(ping, rays.take(has_gain)) for echo in echoes(ping, hits)]
+        start, image = np.tile(ping.transmit, (n, 1)), np.tile(ping.receive, (n, 1))
+        none = np.zeros(n)
+        rays = RayBundle("", start, direction, none, none, direction, solid_angle, np.ones(n), image, np.zeros((n, 6)))
+        return rays.take((ping.transmit_beams.gain(direction) ** 2).max(axis=0) > 0)
 
     def _exact_paths(self, ping: TracedPing) -> list[EchoEnergies]:
         """Echoes of point targets, and boundary echoes."""
@@ -193,7 +205,15 @@ class Tracer:
                 if self.rays is not None:
                     reach = partial(self._refracted_reach, position, bounce_letters(family) + letter, far)
                 reaches.append((reach, max(near, 0.0), far))
-        return launch_sampler(transmit, receive, reaches, list(self._body_windows(position, last, transmit, receive)))
+        windows = [*self._body_windows(position, last, transmit, receive), *self._zenith(position, first, last)]
+        return launch_sampler(transmit, receive, reaches, windows)
+
+    def _zenith(self, position: Floats, first: float, last: float) -> Iterator[tuple[Floats, bool]]:
+        """Vectors to the corners of the surface overhead whose facets return boundary echoes within slant ranges."""
+        depth, moving = float(position[2]), self.scene.surface.reflection == "statistical"
+        if moving and BOUNDARY_ECHO in self.choice.contributions and first < (1 + ZENITH) * depth and last > depth:
+            corners = np.array(np.meshgrid((-ZENITH, ZENITH), (-ZENITH, ZENITH), (-1.0, -1.0))).reshape(3, 8).T
+            yield corners, False
 
     def _refracted_reach(self, position: Floats, chain: str, farthest: float, directions: Floats) -> Floats:
         """Path length of refracted rays over a flat seabed to the last reflection of a chain [m], shape (n,)."""

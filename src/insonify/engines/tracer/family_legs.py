@@ -56,7 +56,10 @@ def family_legs(
     if ping.rays is None:
         one = image_legs(scene, end, position, family, wavelength)
         delay = one.length / scene.water.sound_speed
-        return [TracedLegs(delay, one.length, one.departure, one.arrival, one.intensity, 1 / one.length**2)]
+        reflected = one.intensity
+        if ping.facets is not None and "S" in family:
+            reflected = reflected * ping.facets.coherent_intensity(np.abs(one.arrival[:, 2])) ** family.count("S")
+        return [TracedLegs(delay, one.length, one.departure, one.arrival, reflected, 1 / one.length**2)]
     n = len(position)
     points = Scatterers(
         boundary, boundary, PointTargetLaw(0.0), position, np.zeros((n, 3)), np.ones(n), np.ones(n, complex),

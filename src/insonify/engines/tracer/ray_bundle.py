@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from insonify.engines.tracer.facet_scattering import FacetSurface
 from insonify.engines.tracer.launch_sampling import LaunchSampler
 from insonify.engines.tracer.tracing_scene import RayIntersector
 from insonify.propagation.path_settings import PathSettings
@@ -41,6 +42,8 @@ class TracedPing:
     """Absorption coefficient of intensity, per metre [Np/m]."""
     rays: PropagationModel | None = None
     """Propagation model of layered water; None in water of one sound speed."""
+    facets: FacetSurface | None = None
+    """Facets of a moving surface; None: it is flat."""
     is_reversed: bool = False
     """True: transmitter and receiver are exchanged, so that rays from the receiver reach targets' faces on its side."""
 
@@ -66,7 +69,8 @@ class RayBundle:
     """Rays with one chain of specular reflections, n of them, in the scatterer grid's frame."""
 
     chain: str
-    """Letters of the reflections so far, in order: S surface, B seabed, T a target's face."""
+    """Letters of the reflections so far, in order: S surface, s a facet of a moving surface, B seabed, T a target's
+    face."""
     origin: Floats
     """Positions [m], (n, 3)."""
     direction: Floats
@@ -83,6 +87,9 @@ class RayBundle:
     """Fraction of the energy that remains after the reflections so far [1], (n,)."""
     receiver_image: Floats
     """Images of the receiver in the reflecting planes so far, curved faces by their tangent planes [m], (n, 3)."""
+    facets: Floats
+    """Of the last facet of a moving surface: travel time to it [s], mean rate of its phase [rad/s] and the variance of
+    that [rad^2/s^2], and its position [m], (n, 6)."""
     flat: bool = True
     """True: all reflections so far are off flat faces, so that spreading is that of a straight path."""
 
@@ -90,13 +97,14 @@ class RayBundle:
         """Some of the rays."""
         return RayBundle(
             self.chain, self.origin[rows], self.direction[rows], self.length[rows], self.delay[rows],
-            self.launch[rows], self.solid_angle[rows], self.energy_fraction[rows], self.receiver_image[rows], self.flat,
+            self.launch[rows], self.solid_angle[rows], self.energy_fraction[rows], self.receiver_image[rows],
+            self.facets[rows], self.flat,
         )  # fmt: skip
 
     @property
     def family(self) -> str:
         """Name of the chain: D without reflections."""
-        return self.chain or "D"
+        return self.chain.upper() or "D"
 
 
 class ReceiverPaths(NamedTuple):

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from insonify.engines.tracer._trace_kernel import BED, BODY, SURFACE
+from insonify.engines.tracer.facet_scattering import FacetSurface
 from insonify.engines.tracer.family_legs import family_legs
 from insonify.engines.tracer.image_legs import (
     bounce_letters,
@@ -30,6 +31,8 @@ MAX_MISS_DISTANCE = 1e-3
 faces of the same kind."""
 MAX_REFRACTED_MISS_DISTANCE = 0.1
 """That of a refracted path, which chords follow [m]."""
+SPLIT, MAX_PARTS = 2.0, 256
+"""Rays that one of mean energy is split into at a facet, and the largest number [1]."""
 UPRIGHT = 1e-6
 """Vertical component of a face's normal below which it is upright [1]."""
 BOUNCE_LETTERS = {BED: "B", SURFACE: "S", BODY: "T"}
@@ -48,11 +51,14 @@ def trace_hits(ping: TracedPing, rays: RayBundle) -> Iterator[RayHits]:
         bundle = pending.pop()
         for hits in _first_hits(ping, bundle):
             yield hits
-            if is_followed(ping, bundle.chain + hits.letter):
-                reflected = _reflected_rays(ping, hits)
-                reflected = reflected.take(reflected.energy_fraction > MIN_ENERGY_FRACTION)
-                if len(reflected.length):
-                    pending.append(reflected)
+            if is_followed(ping, (bundle.chain + hits.letter).upper()):
+                parts = [_reflected_rays(ping, hits)]
+                if ping.facets is not None and hits.letter == "S" and "T" not in bundle.chain:
+                    parts.append(_facet_rays(ping, ping.facets, hits))
+                for reflected in parts:
+                    remaining = reflected.energy_fraction > MIN_ENERGY_FRACTION
+                    if remaining.any():
+                        pending.append(reflected.take(remaining))
 
 
 def is_followed(ping: TracedPing, chain: str) -> bool:
@@ -131,6 +137,21 @@ def _reflected_rays(ping: TracedPing, hits: RayHits) -> RayBundle:
     )  # fmt: skip
 
 
+def _facet_rays(ping: TracedPing, facets: FacetSurface, hits: RayHits) -> RayBundle:
+    """Rays after the reflection off random facets of a moving surface; strong rays are split into several."""
+    strength = hits.rays.solid_angle * hits.rays.energy_fraction
+    strength = strength * (ping.transmit_beams.gain(hits.rays.launch) ** 2).max(axis=0)
+    parts = np.clip(np.ceil(SPLIT * strength / max(strength.mean(), 1e-300)), 1, MAX_PARTS).astype(np.int64)
+    row = np.repeat(np.arange(len(parts)), parts)
+    rays, number = hits.rays.take(row), np.arange(len(row)) - np.repeat(np.cumsum(parts) - parts, parts)
+    direction, fraction = facets.reflected(rays.direction, rays.launch, number, len(rays.chain))
+    bounce = np.column_stack([rays.delay, *facets.turning(rays.direction, direction), rays.origin])
+    return replace(
+        rays, chain=rays.chain + "s", direction=direction, energy_fraction=rays.energy_fraction * fraction / parts[row],
+        facets=bounce,
+    )  # fmt: skip
+
+
 def receiver_paths(ping: TracedPing, position: Floats, image: Floats, chain: str) -> list[ReceiverPaths]:
     """Paths from positions to the receiver by a chain of flat faces and boundaries, in reverse order, ray by ray.
 
@@ -171,6 +192,8 @@ def _walked(ping: TracedPing, position: Floats, leaving: Floats, length: Floats,
         elif letter:
             sine, normal = np.minimum(np.abs(direction[:, 2]), 1.0), np.broadcast_to(UP, direction.shape)
             fraction *= reflected_intensity(ping.scene, letter, np.arcsin(sine))
+            if letter == "S" and ping.facets is not None:
+                fraction *= ping.facets.coherent_intensity(sine)
             if letter == "B":
                 fraction *= bounce_roughness_factor(ping.scene, remaining / length, length, sine, wavelength)
         if letter:
@@ -218,6 +241,8 @@ def _reflected_fraction(ping: TracedPing, hits: RayHits) -> Floats:
     sine = np.minimum(np.abs(rays.direction[:, 2]), 1.0)
     if hits.letter != "T":
         reflected = reflected_intensity(ping.scene, hits.letter, np.arcsin(sine))
+        if hits.letter == "S" and ping.facets is not None:
+            reflected = reflected * ping.facets.coherent_intensity(sine)
         terrain = ping.scene.seabed.terrain
         if hits.letter == "B" and "T" in rays.chain and terrain is not None:
             # the length of the remaining path is unknown; it is set to that of the path so far

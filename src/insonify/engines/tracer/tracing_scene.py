@@ -185,16 +185,17 @@ class RayIntersector:
         """Return True for positions that a straight reflected path reaches, see `clear_image_paths`.
 
         Args:
-            end: The sonar's end, in the scatterer grid's frame [m], shape (3,).
+            end: The other end or ends, in the scatterer grid's frame [m], shape (3,) or (n, 3).
             position: The positions in the same frame [m], shape (n, 3).
             family: Letters of the reflections from the sonar outwards, D for none.
             wavelength: Acoustic wavelength [m].
             requested: Positions to test, shape (n,).
         """
         bottom = np.array([letter == "B" for letter in family if letter != "D"], bool)
+        ends = np.ascontiguousarray(np.broadcast_to(end, position.shape))
         while True:
             found, missing = requested.copy(), np.zeros(self.ground.row_of.shape, bool)
-            clear_image_paths(end, position, bottom, wavelength, self.ground, self._scene_tree, missing, found)
+            clear_image_paths(ends, position, bottom, wavelength, self.ground, self._scene_tree, missing, found)
             if not self._fetch_missing(missing):
                 return found
 

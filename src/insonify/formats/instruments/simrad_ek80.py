@@ -50,7 +50,7 @@ _KINDS = {
     "XML0 Configuration": "transceivers and transducers", "XML0 InitialParameter": "settings at the start",
     "XML0 Environment": "water", "XML0 Parameter": "settings of a ping", "XML0 PingSequence": "order of pings",
     "XML0 Sensor": "manual value of a sensor", "FIL1": "receiver filter", "RAW3": "samples",
-    "RAW4": "transmitted pulse", "NME0": "NMEA sentence", "MRU0": "attitude",
+    "RAW4": "transmitted pulse", "NME0": "NMEA sentence, of which positions are read", "MRU0": "attitude",
     "MRU1": "attitude", "TAG0": "annotation", "IDX0": "index of pings", "BOT0": "bottom",
 }  # fmt: skip
 _MOTION = np.dtype([(name, "<f4") for name in ("heave", "roll", "pitch", "yaw")])

@@ -1,0 +1,143 @@
+"""Echoes back by facets of a moving surface."""
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify import random_keys
+from insonify.engines.boundary_echoes import boundary_echo_families, scatters_facets
+from insonify.engines.tracer.family_legs import family_legs
+from insonify.engines.tracer.hit_energies import (
+    OWN_BOUNCE,
+    channel_energies,
+    in_window,
+    interference,
+    transmitted_energy,
+)
+from insonify.engines.tracer.image_legs import bounce_letters, image_source_depth
+from insonify.engines.tracer.interaction import scattered_per_steradian
+from insonify.engines.tracer.ray_bundle import RayHits, TracedPing
+from insonify.engines.tracer.surface_vertices import SurfaceVertices, legs_from_surface
+from insonify.records.echo_energies import EchoEnergies
+from insonify.scene.scatterers import BOUNDARY_ECHO
+
+Floats = NDArray[np.float64]
+
+CONNECTIONS = 4
+"""Points of a moving surface with which each hit of a ray is connected, for each family [1]."""
+FIRST_COUNTER = 1 << 16
+"""Third counter of the random numbers of connections: above those of groups of rays."""
+
+
+def facet_echoes(
+    ping: TracedPing, hits: RayHits, sent: Floats, vertices: list[SurfaceVertices]
+) -> Iterator[EchoEnergies]:  # fmt: skip
+    """Echoes back by facets of a moving surface, each hit connected with `CONNECTIONS` random points of the surface.
+
+    Paths with facets on the transmit leg alone are the same paths travelled backwards.
+
+    Args:
+        ping: The ping.
+        hits: Hits of rays on one interface.
+        sent: Their energies from `transmitted_energy`.
+        vertices: Points of the surface.
+    """
+    by_facet, own_bounce = "s" in hits.rays.chain, OWN_BOUNCE[hits.contribution]
+    if by_facet and ping.is_reversed:
+        return
+    for group, one in enumerate(vertices):
+        for family in ping.choice.followed_families:
+            head = one.chain + "S"
+            if family.startswith(head) and not family.endswith(own_bounce):
+                yield from _connected_echoes(ping, hits, sent, one, (family, group))
+
+
+def _connected_echoes(
+    ping: TracedPing, hits: RayHits, sent: Floats, vertices: SurfaceVertices, leg: tuple[str, int]
+) -> Iterator[EchoEnergies]:  # fmt: skip
+    """Echoes back by one family, whose bounce off a facet is the last bounce of the chain of some surface points."""
+    (family, group), n, facets = leg, len(hits.rays.delay), ping.facets
+    tail = family[len(vertices.chain) + 1 :] or "D"
+    assert hits.law is not None and facets is not None
+    counter = FIRST_COUNTER + (group << 8) + (len(hits.rays.chain) << 4) + len(tail)
+    uniform = random_keys.uniforms(
+        vertices.seed, random_keys.TRACER, np.arange(n), counter, ping.ping_geometry.ping, 2 + ping.is_reversed
+    )[:, :CONNECTIONS]
+    ray = hits.rays.origin - ping.receive
+    ray[:, 2] = hits.rays.origin[:, 2] - image_source_depth(family, ping.receive[2], ping.scene.seabed.depth)
+    calm = np.arctan2(np.abs(ray[:, 2]), np.hypot(ray[:, 0], ray[:, 1]))
+    at, chance = vertices.drawn(np.repeat(calm, CONNECTIONS), uniform.ravel(), facets.spread)
+    hit = np.repeat(np.arange(n), CONNECTIONS)
+    rays, normal, point = hits.rays.take(hit), hits.normal[hit], vertices.position[at]
+    legs = legs_from_surface(ping, point, rays.origin, tail)
+    delay = rays.delay + legs.delay + vertices.delay[at]
+    returned = scattered_per_steradian(hits.law, rays.direction, -legs.arrival, normal)
+    returned *= facets.scattered_per_steradian(vertices.direction[at], legs.departure)
+    returned *= legs.intensity(ping.attenuation) / (chance * CONNECTIONS)
+    requested = (returned > 0) & in_window(ping, delay)
+    some = np.flatnonzero(ping.intersector.clear(point, rays.origin, tail, ping.ping_geometry.wavelength, requested))
+    if not some.size:
+        return
+    rays, at, hit = rays.take(some), at[some], hit[some]
+    back = legs.delay[some] + vertices.delay[at]
+    energy = channel_energies(ping, sent[:, hit], vertices.weight[:, at] * returned[some])
+    rate, variance = facets.turning(vertices.direction[at], legs.departure[some])
+    lag = rays.delay + back - 2 * vertices.delay[at]
+    phase, spread = rate * lag, variance * lag**2
+    if "s" in rays.chain:
+        later = rays.delay + back - 2 * rays.facets[:, 0]
+        phase, spread = phase - rays.facets[:, 1] * later, spread + rays.facets[:, 2] * later**2
+    elif ping.ping_geometry.is_monostatic:
+        energy *= 2
+    reciprocal = np.cos(phase) * np.exp(-spread / 2)
+    if not ping.ping_geometry.is_monostatic:
+        apart = _excess_delay(ping, vertices.chain, vertices.position[at])
+        if "s" in rays.chain:
+            apart = apart - _excess_delay(ping, rays.chain[: rays.chain.rindex("s")].upper(), rays.facets[:, 3:])
+        elif "T" in rays.chain:
+            apart = np.full(len(apart), np.inf)
+        else:
+            apart = apart - _excess_delay(ping, rays.family, rays.origin)
+        reciprocal *= interference(ping, apart)
+    chains = (family, rays.family) if ping.is_reversed else (rays.family, family)
+    yield EchoEnergies(hits.contribution, hits.object, *chains, delay[some], energy, reciprocal)
+
+
+def _excess_delay(ping: TracedPing, chain: str, position: Floats) -> Floats:
+    """Delay of straight legs of a chain from positions to the receiver less that to the transmitter [s], (n,)."""
+    from_receiver, from_transmitter = (
+        family_legs(ping, end, position, chain or "D")[0].delay for end in (ping.receive, ping.transmit)
+    )
+    return np.asarray(from_receiver - from_transmitter)
+
+
+def facet_boundary_echoes(ping: TracedPing, hits: RayHits) -> Iterator[EchoEnergies]:
+    """Sound from the transmitter to the receiver by reflections alone, of which the last off the surface is by facets.
+
+    Args:
+        ping: The ping.
+        hits: Hits of rays on one interface.
+    """
+    rays, facets = hits.rays, ping.facets
+    if facets is None or hits.letter != "S" or "T" in rays.chain or ping.is_reversed:
+        return
+    if scatters_facets(ping.scene, ping.choice):
+        return
+    echoes = boundary_echo_families(ping.choice, two_platforms=False)
+    for family in ping.choice.followed_families:
+        name = bounce_letters(rays.family) + "S" + bounce_letters(family)[::-1]
+        if name not in echoes:
+            continue
+        for back in family_legs(ping, ping.receive, rays.origin, family, "surface"):
+            returned = facets.scattered_per_steradian(rays.direction, -back.arrival) * back.intensity(ping.attenuation)
+            delay = rays.delay + back.delay
+            requested = (returned > 0) & in_window(ping, delay)
+            some = np.flatnonzero(
+                ping.intersector.clear(ping.receive, rays.origin, family, ping.ping_geometry.wavelength, requested)
+            )
+            if some.size:
+                sent = transmitted_energy(ping, rays.take(some))
+                gain = ping.receive_beams.gain(back.departure[some]) ** 2
+                energy = channel_energies(ping, sent, gain * returned[some])
+                yield EchoEnergies(BOUNDARY_ECHO, BOUNDARY_ECHO, name, "", delay[some], energy, np.zeros(some.size))

@@ -1,0 +1,68 @@
+"""Energies of rays at their hits, and of echoes by channel and window."""
+
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.engines.tracer.image_legs import coherent_intensity_factor
+from insonify.engines.tracer.ray_bundle import RayBundle, TracedPing
+from insonify.sonar.received_pulse import ReceivedPulse
+from insonify.units import intensity_ratio
+
+Floats = NDArray[np.float64]
+
+OWN_BOUNCE = {"seabed": "B", "surface": "S", "target": "-"}
+"""Bounces excluded from receive legs of an interface: a reflection at the scatterer itself is part of its law."""
+
+
+def transmitted_energy(ping: TracedPing, rays: RayBundle) -> Floats:
+    """Mean-square pressure times the area of each ray at its hit, by transmit beam [uPa^2 m^2], shape (beams, n)."""
+    level = float(intensity_ratio(ping.ping_geometry.source_level_db))
+    factor = rays.solid_angle * rays.energy_fraction * np.exp(-ping.attenuation * rays.length)
+    if ping.rays is not None:  # the flux of a ray tube is constant, and pressure squared is flux times impedance
+        speed = ping.scene.water.sound_speed_at
+        factor = factor * speed(rays.origin[:, 2]) / speed(ping.transmit[2])
+    if "T" not in rays.chain:
+        sine = np.minimum(np.abs(rays.direction[:, 2]), 1.0)
+        factor = factor * coherent_intensity_factor(
+            ping.scene, rays.family, float(ping.transmit[2]), rays.length, sine, ping.ping_geometry.wavelength
+        )
+    return np.asarray(level * factor * ping.transmit_beams.gain(rays.launch) ** 2)
+
+
+def channel_energies(ping: TracedPing, sent: Floats, gains: Floats) -> Floats:
+    """Energy in every channel from its transmit and receive beams, (channels, n)."""
+    channel = np.arange(ping.ping_geometry.channel_count)
+    return np.asarray(sent[channel % len(sent)] * gains[channel % len(gains)])
+
+
+def in_window(ping: TracedPing, delay: Floats) -> NDArray[np.bool_]:
+    """True for delays that are recorded, shape (n,)."""
+    first, last = ping.ping_geometry.recorded_delays
+    return np.asarray((delay >= first) & (delay <= last))
+
+
+def interference(ping: TracedPing, lag: Floats) -> Floats:
+    """Interference term of two equal echoes, re the mean-square pressure of one of them.
+
+    Args:
+        ping: The ping.
+        lag: Difference of their delays [s], shape (n,).
+
+    Returns:
+        The autocorrelation of the received pulse with its carrier [1], 1 without a difference, shape (n,).
+    """
+    step, correlation = _pulse_correlation(ping.ping_geometry.pulse)
+    lag = np.where(np.isfinite(lag), lag, 1e9)
+    value = np.interp(np.abs(lag), step * np.arange(len(correlation)), correlation, right=0.0)
+    return np.asarray(np.real(np.exp(2j * np.pi * ping.ping_geometry.frequency * np.abs(lag)) * value))
+
+
+@lru_cache(maxsize=4)
+def _pulse_correlation(pulse: ReceivedPulse) -> tuple[float, NDArray[np.complex128]]:
+    """Step of lags [s], and autocorrelation of the received pulse at lags from 0 on, 1 at no lag [1], shape (n,)."""
+    step = 1 / (8 * (4 / pulse.resolution_time + abs(pulse.pulse.bandwidth or 0.0)))
+    waveform = pulse.samples(np.arange(pulse.start, pulse.stop, step))
+    correlation = np.correlate(waveform, waveform, "full")[len(waveform) - 1 :]
+    return step, correlation / correlation[0].real

@@ -1,0 +1,137 @@
+"""The tracer under a statistical surface: facets against integrals, and pairs against the eigenray engine."""
+
+import numpy as np
+import pytest
+
+from insonify.engines.tracer import facet_scattering
+from insonify.scattering.bubbles import bubble_loss_db
+from insonify.simulator import build_simulator, levels, simulate
+from oracles.scenes import nominal
+from oracles.traced import BOX, apart_db, curves, scene
+
+LOW = {"sonar": {"pulse": {"frequency": 20e3, "duration": 1e-3}}}
+PATHS = {"max_reflections": 1, "contributions": ["seabed"]}
+
+
+def sea(wind):
+    """A statistical surface under a wind [m/s]."""
+    return {"reflection": "statistical", "wind_speed": wind}
+
+
+def facets_of(wind, **changes):
+    """Facets of the tracer's surface in the nominal scene."""
+    simulator = build_simulator(scene("tracer", surface=sea(wind), **changes))
+    return simulator.tracer.ping(simulator.ping_geometry(0)).facets
+
+
+def mean_curves(engine, seeds, **changes):
+    """Mean over seeds of the curves of each pair."""
+    runs = [curves(scene(engine, seed=seed, **changes)) for seed in range(1, seeds + 1)]
+    return {key: np.mean([run[key] for run in runs], axis=0) for key in runs[0]}
+
+
+@pytest.mark.parametrize("row", [14, 18, 22])
+def test_slopes_of_facets_are_those_of_the_sea(row):
+    """Density of slopes at three grazing angles: integral 1 to 1e-4, variances of the waves both ways to 3 %."""
+    facets = facets_of(3.0)
+    table = facet_scattering.slope_densities(3.0, facets.wavenumber, facets.waves.wavenumber[-1])[row]
+    step = 2 * facet_scattering.STEEPEST / facet_scattering.CELLS
+    slope = (np.arange(facet_scattering.CELLS) - facet_scattering.CELLS // 2) * step
+    assert table.sum() * step**2 == pytest.approx(1, abs=1e-4)
+    for axis in (0, 1):
+        square = np.sum(table.sum(axis=1 - axis) * slope**2) * step**2
+        assert square == pytest.approx(facets.waves.slope_moments[axis, -1], rel=0.03)
+
+
+@pytest.mark.parametrize("grazing", [30.0, 60.0])
+@pytest.mark.parametrize(("wind", "changes"), [(3.0, {}), (1.0, LOW)], ids=["rough", "partly coherent"])
+def test_a_moving_surface_returns_all_but_what_bubbles_take(grazing, wind, changes):
+    """Coherent part and integral of the facets' cross section over the hemisphere: 1 less bubble loss, to 3 %.
+
+    Random facets return the same, to 2 % of 20 000.
+    """
+    facets, dip = facets_of(wind, **changes), np.radians(grazing)
+    incoming = np.array([0.0, np.cos(dip), -np.sin(dip)])
+    u, v = np.meshgrid(*2 * (np.linspace(-1, 1, 601),))
+    down = np.sqrt(np.maximum(1 - u**2 - v**2, 0.0))
+    some = down > 0.01
+    out = np.stack([u[some], v[some], down[some]], axis=-1)
+    scattered = facets.scattered_per_steradian(np.tile(incoming, (len(out), 1)), out)
+    diffuse = np.sum(scattered / out[:, 2]) * (1 / 300) ** 2
+    sine, lost = np.array([np.sin(dip)]), bubble_loss_db(wind, facets.frequency, dip)
+    whole = (diffuse + facets.coherent_intensity(sine)[0]) * 10 ** (lost / 10)
+    assert whole == pytest.approx(1, abs=0.03)
+    n, launch = 20_000, np.random.default_rng(3).uniform(0.1, 1, (20_000, 3))
+    _, fraction = facets.reflected(np.tile(incoming, (n, 1)), launch, np.zeros(n, np.int64), 0)
+    assert fraction.mean() == pytest.approx(diffuse, rel=0.02)
+
+
+def test_a_weak_wind_leaves_a_flat_surface():
+    """0.3 m/s at 20 kHz: every pair of D and S within 0.02 dB of those off a flat surface."""
+    flat, moving = (curves(scene("tracer", rays=20_000, paths=PATHS, surface=one, **LOW))
+                    for one in ({}, sea(0.3)))  # fmt: skip
+    for pair in ("D-S", "S-S", "all"):
+        assert apart_db(moving["seabed", pair], flat["seabed", pair]) == pytest.approx(0, abs=0.02), pair
+
+
+def test_glints_overhead_return_what_a_flat_surface_returns():
+    """Boundary echo S to point arrays: its energy off a flat surface, facets and all, within 0.1 dB of 40 000 rays."""
+    point = {"kind": "point", "length": None}
+    paths = {"families": ["D", "S"], "contributions": ["boundary echo"]}
+    water, found = {"noise_level_db": None, "absorption_db_per_m": 0.0}, []
+    for surface in ({}, sea(3.0)):
+        changes = {"surface": surface, "transmit": point, "receive": point, "water": water}
+        level = levels(scene("tracer", window=(0.01, 0.025), paths=paths, **changes), threads=1).level_db
+        found.append(10 ** (level.sel(contribution="boundary echo", pair="S").values / 10))
+    lost = bubble_loss_db(3.0, 100e3, np.pi / 2)
+    assert apart_db(found[1], found[0]) == pytest.approx(-lost, abs=0.1)
+
+
+@pytest.mark.parametrize("apart", [0.0, -0.1])
+def test_partly_coherent_surface_paths_interfere_as_the_engine_has_it(apart):
+    """1 m/s at 20 kHz, arrays together and 0.1 m apart: D-S and S-S with the coherence of glints within 0.06 dB."""
+    changes = {"surface": sea(1.0), "paths": PATHS, "receive": {"offset": (0.0, 0.0, apart)}, **LOW}
+    ours, theirs = (mean_curves(engine, seeds, **changes) for engine, seeds in (("tracer", 2), ("eigenrays", 12)))
+    for pair in ("D-S", "S-S"):
+        assert apart_db(ours["seabed", pair], theirs["seabed", pair]) == pytest.approx(0, abs=0.06), pair
+
+
+def test_glints_turn_sound_out_of_a_narrow_beam_as_the_engine_has_it():
+    """3 m/s at 100 kHz, where D-S falls by 13 dB: within 0.5 dB of the engine (standard error 0.15 dB)."""
+    changes = {"surface": sea(3.0), "paths": PATHS}
+    ours, theirs = (mean_curves(engine, seeds, **changes) for engine, seeds in (("tracer", 2), ("eigenrays", 8)))
+    flat = curves(scene("eigenrays", paths=PATHS))
+    assert apart_db(theirs["seabed", "D-S"], flat["seabed", "D-S"]) < -12
+    assert apart_db(ours["seabed", "D-S"], theirs["seabed", "D-S"]) == pytest.approx(0, abs=0.5)
+
+
+@pytest.mark.validate
+@pytest.mark.parametrize("wind", [3.0, 8.0])
+def test_pairs_off_a_rough_sea_are_those_of_the_engine(wind):
+    """D-S, S-S and a box: 24 seeds of the engine with 20 scatterers a cell, 8 of the tracer, within 0.25 dB."""
+    changes = {"surface": sea(wind), "paths": {"max_reflections": 1}, "targets": [{**BOX, "position": (0.0, 65.5)}]}
+    theirs = mean_curves("eigenrays", 24, **{**changes, "paths": {"max_reflections": 1, "scatterers_per_cell": 20.0}})
+    ours = mean_curves("tracer", 8, rays=60_000, **changes)
+    for key in (("seabed", "D-S"), ("seabed", "S-S"), ("seabed", "all"), ("target", "D-S"), ("target", "all")):
+        assert apart_db(ours[key], theirs[key]) == pytest.approx(0, abs=0.25), key
+
+
+def test_threads_do_not_change_a_bit_under_a_moving_sea():
+    """One thread or two: the same bits, with a box."""
+    scenario = scene("tracer", rays=5000, surface=sea(3.0), targets=[BOX], paths={"max_reflections": 2})
+    one, two = (simulate(scenario, threads=n).intensity.values for n in (1, 2))
+    np.testing.assert_array_equal(one, two)
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"surface": {"reflection": "explicit", "wind_speed": 3.0}}, "flat or statistical"),
+        ({"surface": sea(3.0), "water": {"profile": [[0, 1500], [20, 1510]], "noise_level_db": None}}, "layered water"),
+        ({"surface": sea(3.0), "targets": [{"shape": "point", "position": (0.0, 75.0, 15.0)}]}, "point targets"),
+    ],
+)  # fmt: skip
+def test_surfaces_that_the_tracer_lacks_are_refused_with_a_remedy(changes, message):
+    """Drawn waves, moving seas over layered water, and glints of point targets are the other engine's."""
+    with pytest.raises(ValueError, match=f"(?s){message}.*eigenrays"):
+        nominal(**{"field": "incoherent", "paths": {"engine": "tracer"}, **changes})
