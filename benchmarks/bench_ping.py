@@ -47,7 +47,7 @@ def layered_ping() -> list[Result]:
     plain = nominal(ABOUT_300K)
     water = {key: value for key, value in plain.water.model_dump().items() if key not in ("sound_speed", "profile")}
     layered = nominal(ABOUT_300K, water=Water(**water, profile=THERMOCLINE))
-    times = best_seconds({"plain": _ping(plain), "layered": _ping(layered)})
+    times = best_seconds({"plain": _accumulated(plain), "layered": _accumulated(layered)})
     return [
         Result(f"coherent ping through a thermocline, {scatterers(layered) / 1e3:.0f} k scatterers, 1 core",
                times["layered"], "s", f"{times['layered'] / times['plain']:.2f} x one sound speed; goal 1.3"),
@@ -64,7 +64,7 @@ def incoherent_ping() -> list[Result]:
     ]
 
 
-def _ping(scenario: Scenario) -> Callable[[], object]:
+def _accumulated(scenario: Scenario) -> Callable[[], object]:
     """One ping of a survey in progress: what is computed once for all pings is cached."""
     simulator = build_simulator(scenario)
     here = simulator.ping_geometry(0)

@@ -82,7 +82,7 @@ def rendered(
     """
     count, elements = len(position), len(across)
     radius = np.linalg.norm(position, axis=1)
-    position = np.outer(across, [1.0, 0.0, 0.0])
+    element_position = np.outer(across, [1.0, 0.0, 0.0])
     still, one, number = np.zeros((elements, 3)), np.ones((1, count)), np.arange(elements)
     doppler = WaveformBasis(np.zeros(1)).doppler
     to_point = 0 * radius if source is None else np.linalg.norm(position - [source, 0.0, 0.0], axis=1)
@@ -92,8 +92,8 @@ def rendered(
         (radius / SPEED)[None], (1 / radius)[None], radius[None], np.empty((1, 0, count)), towards[None],
         (1 / radius)[None].astype(np.complex64), one[None].astype(np.float32),
     )  # fmt: skip
-    beams = ReceiveBeams(position, still, still, np.stack([number, number + 1], axis=1), 0 * number, 0 * number)
-    nodes = aperture_nodes(position, still, still, float(radius.min()), float(grid.time[-1]), SPEED / carrier)
+    beams = ReceiveBeams(element_position, still, still, np.stack([number, number + 1], axis=1), 0 * number, 0 * number)
+    nodes = aperture_nodes(element_position, still, still, float(radius.min()), float(grid.time[-1]), SPEED / carrier)
     cells = grid.cells(elements).reshape(elements, 1, -1, 1)
     deposit_on_elements(
         cells, PairedLegs(np.zeros((1, 3), np.int64), transmit, receive, one), beams, nodes, NO_SECTOR,

@@ -70,7 +70,7 @@ def test_too_few_tests_are_noticed(tmp_path):
 def test_a_test_that_asserts_nothing_is_noticed(tmp_path, body, idle):
     """An assertion stands in the test, or the name of what it calls states that it asserts."""
     project = _tree(tmp_path, WELL, tests=f"def test_a():\n    {body}\n" + "x = 1\n" * 20)
-    assert project.owing == (["tests/test_a.py:1 test_a asserts nothing"] if idle else [])
+    assert project.undocumented == (["tests/test_a.py:1 test_a asserts nothing"] if idle else [])
 
 
 def test_functions_with_many_parameters_are_counted(tmp_path):
@@ -94,4 +94,4 @@ def test_a_folder_that_is_no_package_is_noticed(tmp_path):
     """Without __init__.py the import contract would not see the folder."""
     (tmp_path / "src" / "ocean").mkdir(parents=True)
     (tmp_path / "src" / "ocean" / "water.py").write_text(WELL)
-    assert "src/ocean has no __init__.py" in shape.measure(tmp_path).owing
+    assert "src/ocean has no __init__.py" in shape.measure(tmp_path).undocumented

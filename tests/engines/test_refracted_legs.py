@@ -278,7 +278,7 @@ def test_a_table_that_fails_its_test_gives_way_to_the_exact_solver(monkeypatch):
     expected = rays(THERMO).legs(sonar, points(bed, boundary="seabed"), ("D",), 1e5)
     monkeypatch.setattr("insonify.propagation.eigenray_tables.eigenray_table", fails)
     water = rays(THERMO)
-    with pytest.warns(TableWarning, match="The exact solver takes its place"):
+    with pytest.warns(TableWarning, match="The exact solver replaces it"):
         legs = water.legs(sonar, points(bed, boundary="seabed"), ("D",), 1e5)
     np.testing.assert_allclose(legs.delay, expected.delay, atol=1e-9)
     with warnings.catch_warnings():

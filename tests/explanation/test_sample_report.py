@@ -117,7 +117,7 @@ def test_a_sample_without_arrivals_has_a_page() -> None:
 
 def test_a_recording_without_its_scenario_cannot_be_explained() -> None:
     """The message states why."""
-    with pytest.raises(ValueError, match="does not carry its scenario"):
+    with pytest.raises(ValueError, match="does not hold its scenario"):
         explain_sample(xr.Dataset(attrs={"scenario": ""}), 0, 0.2)
 
 

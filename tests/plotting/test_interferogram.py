@@ -55,7 +55,7 @@ def test_ranges_are_written_without_a_sign(both):
 
 def test_depths_that_are_unsure_are_left_out(both):
     """Of 301 samples those beyond 30 m are empty in the depths and in the truth beside them, and nothing else is."""
-    for title in ("Depth by phase", "True depth at the same places"):
+    for title in ("Depth by phase", "True depth at the same positions"):
         for image in both[title].images:
             kept = ~np.isnan(np.ma.filled(image.get_array().astype(float), np.nan))
             np.testing.assert_array_equal(kept, np.broadcast_to(SLANT < 30, SHAPE))
@@ -63,7 +63,7 @@ def test_depths_that_are_unsure_are_left_out(both):
 
 def test_measured_and_true_depths_have_one_scale(both):
     """Colours mean the same in both pictures, whatever the errors are."""
-    one, other = both["Depth by phase"].images[0], both["True depth at the same places"].images[0]
+    one, other = both["Depth by phase"].images[0], both["True depth at the same positions"].images[0]
     assert one.get_clim() == other.get_clim() and one.get_clim()[0] <= DEPTH <= one.get_clim()[1]
 
 

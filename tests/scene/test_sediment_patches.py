@@ -131,7 +131,7 @@ def test_a_bed_of_one_sediment_is_that_everywhere():
 
 def test_a_strip_without_length_is_reported():
     """Both ends at one place: field and way out."""
-    with pytest.raises(ValidationError, match="Give another place"):
+    with pytest.raises(ValidationError, match="Give another position"):
         SedimentStrip(sediment="fine sand", start=(1, 2), end=(1, 2), width=3)
 
 

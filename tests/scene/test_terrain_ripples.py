@@ -134,5 +134,5 @@ def test_patches_need_a_share_for_each_sediment():
         SedimentPatches(sediments=("rock", "clay", "medium sand"), fractions=(1, 1))
     with pytest.raises(ValidationError, match="twice"):
         SedimentPatches(sediments=("rock", "rock"), fractions=(1, 1))
-    with pytest.raises(ValidationError, match="another place"):
+    with pytest.raises(ValidationError, match="another position"):
         SedimentStrip(sediment="rock", start=(1, 1), end=(1, 1), width=1)

@@ -26,8 +26,8 @@ def test_each_accumulator_declares_its_scatterers_and_pairs(simulator):
     pressure = simulator.coherent_accumulator(here).requirements
     assert not pressure.quadrature and not pressure.negligible_pairs and not pressure.fast_reverberation
     intensity = simulator.incoherent_accumulator(here)
-    assert intensity.requirements == Requirements(fast_reverberation=intensity.is_short_pulse)
-    assert LevelAccumulator(intensity).requirements == Requirements()
+    assert intensity.requirements == Requirements(fast_reverberation=intensity.is_short_pulse, approximate_edges=True)
+    assert LevelAccumulator(intensity).requirements == Requirements(approximate_edges=True)
     labels = simulator.label_accumulator(here).requirements
     assert labels.quadrature and labels.origins and labels.max_scatterers_per_cell == POINTS
 

@@ -19,15 +19,15 @@ from oracles.beams import axes
 from oracles.underway import SPEED, echo, recorded
 from synthesis.oracle import relative_rms
 
-SENDS, RECEIVES = np.array([0.0, 0.0, 11.0]), np.array([30.0, -20.0, 5.0])
+TRANSMITTER, RECEIVER = np.array([0.0, 0.0, 11.0]), np.array([30.0, -20.0, 5.0])
 TARGETS = [(40.0, 10.0, 15.0), (25.0, 30.0, 12.0), (-10.0, 22.0, 18.0)]
 POINT = {"kind": "point", "element": "omni"}
 LINE = {"kind": "line", "length": 0.2}
 TONE = {"kind": "cw", "frequency": 100e3, "duration": 0.2e-3}
-STAYS = {"kind": "static", "position": tuple(SENDS), "window": (0.0, 0.06)}
-RECEIVES = {"kind": "static", "position": tuple(RECEIVES)}
-GOES = {"kind": "line", "start": tuple(SENDS), "speed": 4.0, "heading": 0.3, "window": (0.0, 0.08)}
-FOLLOWS = {"kind": "line", "start": tuple(RECEIVES), "speed": 7.0, "heading": 2.0}
+STAYS = {"kind": "static", "position": tuple(TRANSMITTER), "window": (0.0, 0.06)}
+STATIC_RECEIVER = {"kind": "static", "position": tuple(RECEIVER)}
+GOES = {"kind": "line", "start": tuple(TRANSMITTER), "speed": 4.0, "heading": 0.3, "window": (0.0, 0.08)}
+FOLLOWS = {"kind": "line", "start": tuple(RECEIVER), "speed": 7.0, "heading": 2.0}
 SAND = {"depth": 20.0, "scattering": {"law": "lambert", "strength_db": -27.0}, "reflection": 0.35}
 DIRECT = {"families": ["D"]}
 
@@ -40,7 +40,7 @@ def scenario_of(*, sonar=None, **top):
     ]
     described = {
         "water": {"sound_speed": SPEED, "absorption_db_per_m": 0.0, "noise_level_db": None},
-        "seabed": {"depth": 20.0}, "targets": points, "track": STAYS, "receiver_track": RECEIVES,
+        "seabed": {"depth": 20.0}, "targets": points, "track": STAYS, "receiver_track": STATIC_RECEIVER,
         "paths": {"contributions": ["target"], "families": ["D", "S"]}, "seed": 3,
         "sonar": {"source_level_db": 200, "pulse": TONE, "transmit": POINT, "receive": POINT,
                   "receiver": {"bandwidth": 20e3}, **(sonar or {})},
@@ -52,7 +52,7 @@ def scenario_of(*, sonar=None, **top):
 def test_echoes_lie_on_ellipses():
     """Delay = (|p - transmitter| + |p - receiver|) / c, to 1e-12 s; pressure falls with the product of both."""
     found = arrivals(scenario_of(paths={"contributions": ["target"], **DIRECT}, track={**STAYS, "window": (0.0, 0.1)}))
-    ways = np.array([[np.linalg.norm(np.subtract(end, place)) for end in (SENDS, RECEIVES)] for place in TARGETS])
+    ways = np.array([[np.linalg.norm(np.subtract(end, place)) for end in (TRANSMITTER, RECEIVER)] for place in TARGETS])
     order, rows = np.argsort(ways.sum(axis=1)), np.argsort(found.delay)
     np.testing.assert_allclose(found.delay[rows], ways.sum(axis=1)[order] / SPEED, rtol=0, atol=1e-12)
     np.testing.assert_allclose(np.abs(found.amplitude).ravel()[rows], 1 / ways.prod(axis=1)[order], rtol=1e-5)
@@ -166,8 +166,8 @@ def test_transmitter_and_receiver_may_be_exchanged(field, water, causes, ground)
     one = scenario_of(sonar=arrays, track={**STAYS, **clock}, **common)
     other = scenario_of(
         sonar=swapped,
-        track={**RECEIVES, **clock},
-        receiver_track={"kind": "static", "position": tuple(SENDS)},
+        track={**STATIC_RECEIVER, **clock},
+        receiver_track={"kind": "static", "position": tuple(TRANSMITTER)},
         **common,
     )
     received, again = (next(iter(simulate(scenario).data_vars.values())).values[0] for scenario in (one, other))
@@ -230,7 +230,7 @@ def test_a_ring_of_sand_is_the_sonar_equation():
     x, y, step = np.arange(-45, 75, 0.06), np.arange(-70, 50, 0.06), 0.06
     north, east = np.meshgrid(x + step / 2, y + step / 2, indexing="ij")
     ways, product = 0.0, 1.0
-    for end in (SENDS, RECEIVES):
+    for end in (TRANSMITTER, RECEIVER):
         height = 20 - end[2]
         away = np.sqrt((north - end[0]) ** 2 + (east - end[1]) ** 2 + height**2)
         ways, product = ways + away, product * height / away**3
@@ -269,7 +269,7 @@ def test_a_recording_states_where_its_receiver_was(tmp_path):
             stored[name].values[[0, -1]] if len(stored.ping) == 3 else stored[name], held[name]
         )
     way = 7.0 * 0.6 * np.array([np.cos(2.0), np.sin(2.0), 0])
-    np.testing.assert_allclose(held.receiver_position[1], RECEIVES + way)
+    np.testing.assert_allclose(held.receiver_position[1], RECEIVER + way)
     np.testing.assert_allclose(held.logged_receiver_position - held.receiver_position, [[2.0, 0, 0]] * 2)
 
 
@@ -278,10 +278,10 @@ def test_labels_include_the_ellipse():
     scenario = scenario_of(paths={"contributions": ["target"], **DIRECT}, field="incoherent")
     found = labels(scenario)
     place = TARGETS[0]
-    delay = sum(np.linalg.norm(np.subtract(end, place)) for end in (SENDS, RECEIVES)) / SPEED
+    delay = sum(np.linalg.norm(np.subtract(end, place)) for end in (TRANSMITTER, RECEIVER)) / SPEED
     here = found.isel(channel=0).sel(time=delay + 0.1e-3, method="nearest")
     np.testing.assert_allclose(here["position"], place, atol=1e-3)
-    assert here["distance"] == pytest.approx(np.linalg.norm(RECEIVES - place), rel=1e-5)
+    assert here["distance"] == pytest.approx(np.linalg.norm(RECEIVER - place), rel=1e-5)
 
 
 @pytest.mark.parametrize(
@@ -293,9 +293,15 @@ def test_labels_include_the_ellipse():
             {"sonar": {"sides": ["port", "starboard"], "transmit": LINE, "receive": LINE}},
             "sonar.sides: .* one platform",
         ),
-        ({"receiver_track": {**RECEIVES, "pings": 3}}, "receiver_track.pings: 3 pings, and the track has 1"),
-        ({"receiver_track": {**RECEIVES, "window": (0.0, 0.1)}}, "receiver_track.window: differs from track.window"),
-        ({"receiver_track": {**RECEIVES, "position": (0, 0, 25)}}, "receiver_track.position.2: 25 m puts the receive"),
+        ({"receiver_track": {**STATIC_RECEIVER, "pings": 3}}, "receiver_track.pings: 3 pings, and the track has 1"),
+        (
+            {"receiver_track": {**STATIC_RECEIVER, "window": (0.0, 0.1)}},
+            "receiver_track.window: differs from track.window",
+        ),
+        (
+            {"receiver_track": {**STATIC_RECEIVER, "position": (0, 0, 25)}},
+            "receiver_track.position.2: 25 m puts the receive",
+        ),
         ({"receiver_track": None, "sonar": {"receive_mounting": {"tilt": 0.1}}}, "sonar.receive_mounting: is for a"),
     ],
 )

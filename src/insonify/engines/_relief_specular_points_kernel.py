@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from insonify.jit import njit
-from insonify.propagation._layered_surface_path_kernel import (
+from insonify.propagation.layered_surface_path_kernel import (
     CLOSE,
     SurfaceWater,
     refracted_path,

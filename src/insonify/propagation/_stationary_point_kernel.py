@@ -20,7 +20,7 @@ from insonify.propagation._explicit_surface_kernel import (
     surface_derivatives,
     surface_derivatives_along,
 )
-from insonify.propagation._layered_surface_path_kernel import (
+from insonify.propagation.layered_surface_path_kernel import (
     SurfaceWater,
     bounce_range_for_slope_in_layers,
     mean_slowness,

@@ -24,7 +24,6 @@ from insonify.ocean.directional_spreading import ElfouhailySpreading
 from insonify.ocean.elfouhaily import Elfouhaily
 from insonify.ocean.sea_surface import SeaSurface
 from insonify.ocean.wave_spectrum import angular_frequency
-from insonify.propagation._layered_surface_path_kernel import bounce_rays
 from insonify.propagation._stationary_point_kernel import COLUMNS, BounceSearch, LegEnds, bounce_points
 from insonify.propagation.caustic import merging_factor
 from insonify.propagation.families import bounce_sequence
@@ -37,6 +36,7 @@ from insonify.propagation.glints import (
     leg_rows,
     update_grazing,
 )
+from insonify.propagation.layered_surface_path_kernel import bounce_rays
 from insonify.propagation.surface_water import surface_water
 from insonify.propagation.wind_waves import shortest_wavenumber, wind_waves
 from insonify.records.legs import Legs, LegStatus

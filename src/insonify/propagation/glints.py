@@ -3,7 +3,7 @@
 Reflection off waves leaves a coherent part of a leg, exp(-2 Gamma^2) of the flat surface's pressure for every bounce
 with Gamma = k sigma sin(grazing), and turns the rest into glints: legs by other bounce points, where the surface has
 the required slope, each with a phase that varies at its own frequency. Powers of both add up to that of the flat
-surface, less bubble loss. A glint is a sum of waves of the sea, see `_glint_kernel`: its slope, frequency shift and
+surface, less bubble loss. A glint is a sum of waves of the sea, see `glint_kernel`: its slope, frequency shift and
 phase come from the same waves, so that delays, angles, and coherence over position and time are consistent.
 
 A glint has one frequency, whereas the sea has a band: after its lifetime another glint replaces it; otherwise a
@@ -29,7 +29,10 @@ from numpy.typing import NDArray
 
 from insonify import random_keys
 from insonify.propagation._displaced_bounce_kernel import SurfaceBounces
-from insonify.propagation._glint_kernel import (
+from insonify.propagation.bed_roughness import BedRoughness, bed_roughness
+from insonify.propagation.displaced_bounce import UnfoldedPaths, vertical_travel_to_bounces
+from insonify.propagation.families import bounce_sequence, image_depth
+from insonify.propagation.glint_kernel import (
     STAGGER,
     CalmPaths,
     GlintLegs,
@@ -37,9 +40,6 @@ from insonify.propagation._glint_kernel import (
     GlintSource,
     apply_glints_to_row,
 )
-from insonify.propagation.bed_roughness import BedRoughness, bed_roughness
-from insonify.propagation.displaced_bounce import UnfoldedPaths, vertical_travel_to_bounces
-from insonify.propagation.families import bounce_sequence, image_depth
 from insonify.propagation.wind_waves import WindWaves, shortest_wavenumber, wind_waves
 from insonify.records.legs import GlintPhasors, Legs, LegStatus
 from insonify.scattering.bubbles import bubble_loss_db

@@ -3,8 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from insonify.propagation._layered_surface_path_kernel import SurfaceWater as SurfaceWater
-from insonify.propagation._layered_surface_path_kernel import rays_down
+from insonify.propagation.layered_surface_path_kernel import SurfaceWater as SurfaceWater
+from insonify.propagation.layered_surface_path_kernel import rays_down
 from insonify.propagation.sound_speed_layers import scene_layers
 from insonify.scene.scene import Scene
 

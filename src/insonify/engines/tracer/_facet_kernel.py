@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from insonify.jit import njit
-from insonify.propagation._glint_kernel import sample_glint
+from insonify.propagation.glint_kernel import sample_glint
 from insonify.propagation.wind_waves import WindWaves
 
 Floats = NDArray[np.float64]

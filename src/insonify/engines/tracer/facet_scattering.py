@@ -4,7 +4,7 @@ The coherent part of a bounce is exp(-q^2 sigma^2) of the intensity, q the verti
 1953, J. Acoust. Soc. Am. 25, 566). The rest is scattered by facets as in geometric optics: their cross section per
 unit area is sec^4(tilt) p(slope) / 4 (Barrick 1968, IEEE Trans. Antennas Propag. 16, 449; not verified). Slopes are
 wavenumbers of glints over q, and their density is that of the Poisson sums of waves that glints are drawn from
-(`insonify.propagation._glint_kernel`): of the finest waves few, of all longer ones a normal distribution.
+(`insonify.propagation.glint_kernel`): of the finest waves few, of all longer ones a normal distribution.
 """
 
 import math
@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from insonify import random_keys
 from insonify.engines.tracer._facet_kernel import sample_wavenumbers
-from insonify.propagation._glint_kernel import MOST
+from insonify.propagation.glint_kernel import MOST
 from insonify.propagation.wind_waves import WindWaves, shortest_wavenumber, wind_waves
 from insonify.scattering.bubbles import bubble_loss_db
 from insonify.scene.scene import Scene
