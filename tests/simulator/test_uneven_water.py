@@ -14,7 +14,7 @@ from insonify.scenario.write import to_yaml
 from insonify.simulator import arrivals, build_simulator, levels, simulate
 from insonify.synthesis.coherence_factors import split_by_coherence
 from insonify.validity import PhysicsWarning
-from simulator.test_two_platforms import GOES, RECEIVES, SAND, STAYS, scenario_of
+from simulator.test_two_platforms import GOES, SAND, STATIC_RECEIVER, STAYS, scenario_of
 from synthesis.oracle import relative_rms
 
 CALM = {"sound_speed": 1500.0, "absorption_db_per_m": 0.0, "noise_level_db": None}
@@ -100,7 +100,7 @@ def test_elements_share_the_delays_of_their_centre():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("receiver_track", [None, RECEIVES], ids=["one platform", "two"])
+@pytest.mark.parametrize("receiver_track", [None, STATIC_RECEIVER], ids=["one platform", "two"])
 def test_expectations_keep_the_mean_of_what_paths_make_together(receiver_track):
     """Paths D and S to a point near the sea, mean energy over 200 seeds: the expectation's, 3 standard errors.
 
@@ -128,9 +128,9 @@ def test_ends_may_be_exchanged_in_uneven_water():
         "paths": {"contributions": ["seabed", "target"], "max_reflections": 1, "scatterers_per_cell": 1},
         "seabed": SAND,
     }
-    one = uneven(track={**STAYS, **clock}, receiver_track=RECEIVES, **common)
+    one = uneven(track={**STAYS, **clock}, receiver_track=STATIC_RECEIVER, **common)
     back = {"kind": "static", "position": STAYS["position"]}
-    other = uneven(track={**RECEIVES, **clock}, receiver_track=back, **common)
+    other = uneven(track={**STATIC_RECEIVER, **clock}, receiver_track=back, **common)
     assert relative_rms(simulate(other).pressure.values[0], simulate(one).pressure.values[0]) < 1e-4
 
 
