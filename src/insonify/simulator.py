@@ -154,7 +154,14 @@ class Simulator:
         """Accumulator of the labels of one ping."""
         floor = float(np.mean(self.noise.power))
         occluder_names = tuple(target.label for target in self.engine.scene.occluders)
-        return LabelAccumulator(self.incoherent_accumulator(geometry), self.label_names, occluder_names, floor)
+        expectation = replace(self.incoherent_accumulator(geometry), grid=self._label_grid, directions=None)
+        return LabelAccumulator(expectation, self.label_names, occluder_names, floor)
+
+    @cached_property
+    def _label_grid(self) -> TimeGrid:
+        """Time grid of labels: where they do not share the sound's energies, shorter by the filter's faint ringing."""
+        window, rate = self.scenario.track.window, self.grid.sample_rate
+        return self.grid if self.shares_ground else time_grid(*window, rate, self.pulse.start, self.pulse.stop)
 
     @cached_property
     def label_names(self) -> LabelNames:

@@ -206,6 +206,8 @@ def _is_packed(done: RowArray, arrays: list[RowArray], shard: int) -> bool:
 
 def _pack(done: RowArray, arrays: list[RowArray], shard: int) -> bool:
     """Join the loose rows of a shard where all are there; True where this or another writer has done so."""
+    if not set(done.rows(shard)) <= set(done.loose_rows()):  # no files are looked for one by one
+        return False
     marks = [done.row_file(row) for row in done.rows(shard)]
     needed = [array.row_file(row) for array in arrays if array.dtype != bool for row in array.rows(shard)]
     if not all(file.is_file() for file in (*marks, *needed)):

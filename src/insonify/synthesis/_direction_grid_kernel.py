@@ -209,7 +209,7 @@ def _deposit_rows(cells: NDArray[np.complex64], sort_buffer: RowSortBuffer, buff
 
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
 def combine_rows(rows_in: Singles, weights: Singles, beams: Singles) -> None:
-    """Weighted sums of rows: a matrix product, without the blocks that hold nothing.
+    """Weighted sums of rows: a matrix product, without the blocks that hold nothing or have no weight.
 
     Rows outside the received sector, and times before the first echo and after the last, are empty.
 
@@ -219,6 +219,10 @@ def combine_rows(rows_in: Singles, weights: Singles, beams: Singles) -> None:
         beams: Result, (beams, n).
     """
     filled = np.empty(rows_in.shape[0] // 4, np.int64)
+    has_weight = np.empty(((weights.shape[0] + 3) // 4, rows_in.shape[0] // 4), np.bool_)
+    for group in range(has_weight.shape[0]):
+        for block in range(has_weight.shape[1]):
+            has_weight[group, block] = weights[4 * group : 4 * group + 4, 4 * block : 4 * block + 4].any()
     for begin in range(0, rows_in.shape[1], _CELLS):
         end = min(begin + _CELLS, rows_in.shape[1])
         count = 0
@@ -230,10 +234,12 @@ def combine_rows(rows_in: Singles, weights: Singles, beams: Singles) -> None:
         whole = weights.shape[0] // 4 * 4
         for beam in range(0, whole, 4):
             for r in filled[:count]:
-                _add_to_four_beams(rows_in, r, weights, beam, beams, begin, end)
+                if has_weight[beam // 4, r // 4]:
+                    _add_to_four_beams(rows_in, r, weights, beam, beams, begin, end)
         for beam in range(whole, weights.shape[0]):
             for r in filled[:count]:
-                _add_to_beam(rows_in, r, weights, beam, beams, begin, end)
+                if has_weight[beam // 4, r // 4]:
+                    _add_to_beam(rows_in, r, weights, beam, beams, begin, end)
 
 
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")

@@ -56,8 +56,8 @@ class WeightedSamples(NamedTuple):
 class DelayCells(NamedTuple):
     """Cells by delay, to which kernels add in place."""
 
-    cells: Floats
-    """Energies, (cells,); or moments of positions, (any, MOMENTS) or (p, any, MOMENTS)."""
+    cells: NDArray[Any]
+    """Energies, float64, (cells,); or moments of positions, float32, (any, MOMENTS) or (p, any, MOMENTS)."""
     first_time: float
     """Delay of the first cell [s]."""
     rate: float

@@ -13,9 +13,10 @@ from insonify.synthesis._gridding_kernel import CELLS_PER_SPIKE
 from insonify.synthesis._simd_gridding import add_real_spike
 
 Floats = NDArray[np.float64]
+Singles = NDArray[np.float32]
 Complexes = NDArray[np.complex128]
 MOMENTS = 6
-"""Columns of the bins: energy, then energy times north, east, depth, distance and grazing angle."""
+"""Columns of the bins: energy, then energy times north, east, down re the receiver, distance and grazing angle."""
 
 
 class PoweredLegs(NamedTuple):
@@ -49,17 +50,12 @@ def deposit_label_positions(
     last = bins.shape[0] - 1
     moments = np.empty(MOMENTS)
     for n in range(scatterer_position.shape[0]):
-        moments[0], moments[1], moments[2], moments[3] = (
-            1.0,
-            scatterer_position[n, 0],
-            scatterer_position[n, 1],
-            scatterer_position[n, 2],
-        )
         north, east, down = (
             scatterer_position[n, 0] - receiver[0],
             scatterer_position[n, 1] - receiver[1],
             scatterer_position[n, 2] - receiver[2],
         )
+        moments[0], moments[1], moments[2], moments[3] = 1.0, north, east, down
         moments[4] = math.sqrt(north * north + east * east + down * down)
         for p in range(pair.shape[0]):
             i, j = pair[p, 0], pair[p, 1]
@@ -123,7 +119,7 @@ def _deposit_energy(cells: Floats, p: int, grid: LabelGrid, row: float, delay: f
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _deposit_position(
-    bins: Floats, grid: LabelGrid, row: float, delay: float, energy: float, moments: tuple[float, float, float, float],
+    bins: Singles, grid: LabelGrid, row: float, delay: float, energy: float, moments: tuple[float, float, float, float],
     grazing: float,
 ) -> None:  # fmt: skip
     """Add one energy, and energy times position, to the two bins about its delay, of the adjacent rows."""
@@ -175,7 +171,7 @@ def _interference(overlap: PulseOverlap, early: complex, late: complex, lag: flo
 @njit(cache=True, nogil=True, error_model="numpy")
 def deposit_labels(
     points: LabelledPoints, pair: NDArray[np.int64], overlap: PulseOverlap, grid: LabelGrid, receiver: Floats,
-    pair_cells: Floats, object_cells: Floats, bins: Floats,
+    pair_cells: Floats, object_cells: Floats, bins: Singles,
 ) -> tuple[NDArray[np.int64], Floats, Complexes]:  # fmt: skip
     """Deposit energies and positions of all pairs of legs of some points; a pair and its reverse arrive as one.
 
@@ -190,7 +186,7 @@ def deposit_labels(
         receiver: North, east, depth of the receiver [m], (3,).
         pair_cells: Energies of each pair, added to in place, (rows, p, cells).
         object_cells: Energies of the interference between pairs, which may be negative, added to in place, (rows, 1,
-            cells).
+            cells), without cells for a single pair.
         bins: Energies and positions, added to in place, (rows, p, bins, MOMENTS).
 
     Returns:
@@ -206,7 +202,7 @@ def deposit_labels(
         m = 0
         position = points.position[n]
         north, east, down = position[0] - receiver[0], position[1] - receiver[1], position[2] - receiver[2]
-        moments = position[0], position[1], position[2], math.sqrt(north * north + east * east + down * down)
+        moments = north, east, down, math.sqrt(north * north + east * east + down * down)
         for p in range(count):
             i, j, strength = pair[p, 0], pair[p, 1], points.strength[p, n]
             forward = points.transmit_weight[i, n] * points.receive_weight[j, n] * strength

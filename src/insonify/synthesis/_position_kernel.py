@@ -1,6 +1,7 @@
 """Energies and positions of seabed samples by delay, and their convolution with the pulse. Plain numbers and arrays.
 
-Bins are those of `_label_kernel`: energy, then energy times north, east, depth, distance and grazing angle.
+Bins are those of `_label_kernel`: energy, then energy times north, east, down re the receiver, distance and
+grazing angle.
 """
 
 import math
@@ -41,9 +42,9 @@ def deposit_positions(
         if not (energy[k] > 0 and 0 <= at < last):
             continue
         n, b = points[k], int(at)
-        north, east, down = position[0, n], position[1, n], position[2, n]
-        x, y, z = north - receiver[0], east - receiver[1], down - receiver[2]
-        away, grazing = math.sqrt(x * x + y * y + z * z), 0.5 * (np.float64(out[n]) + back[n])
+        north, east, down = position[0, n] - receiver[0], position[1, n] - receiver[1], position[2, n] - receiver[2]
+        away = math.sqrt(north * north + east * east + down * down)
+        grazing = 0.5 * (np.float64(out[n]) + back[n])
         more = (at - b) * energy[k]
         less = energy[k] - more
         one, two = bins[b], bins[b + 1]
@@ -86,7 +87,7 @@ def deposit_pair_positions(
 
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
-def smear(energy: Floats, pulse: Floats, out: Floats) -> None:
+def smear(energy: Singles, pulse: Floats, out: Floats) -> None:
     """Convolve energies with a pulse: sums over the bins that contribute to each sample.
 
     Args:
@@ -103,7 +104,7 @@ def smear(energy: Floats, pulse: Floats, out: Floats) -> None:
 
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
-def smear_positions(bins: Floats, pulse: Floats, strongest: Integers, number: int, out: Floats) -> None:
+def smear_positions(bins: Singles, pulse: Floats, strongest: Integers, number: int, out: Floats) -> None:
     """Mean position of the contributions to the samples of one contribution, weighted by energy.
 
     Args:

@@ -168,13 +168,14 @@ class LabelAccumulator:
             lead, tail = self._ringing
             samples, cells = accumulator.grid.sample_count, accumulator.grid.energy_cells(0).shape[1]
             rows = self.geometry.channel_count if self._directions is None else self._directions.beam_powers.shape[1]
+            count = len(pair_names)
             made = LabelCells(
-                np.zeros((rows, len(pair_names), cells)),
-                np.zeros((rows, len(pair_names), samples + lead + tail, MOMENTS)), np.zeros((rows, 1, cells)),
+                np.zeros((rows, count, cells)), np.zeros((rows, count, samples + lead + tail, MOMENTS), np.float32),
+                np.zeros((rows, 1, cells if count > 1 else 0)),
             )  # fmt: skip
             if self._directions is None:
                 buffer.add_cells(object_name, pair_names, made, samples)
-                if len(pair_names) > 1:
+                if count > 1:
                     made = made._replace(interference=buffer.curves[object_name, ALL].cells[:, None])
             known[object_name, pair_names] = made
         return known[object_name, pair_names]
@@ -241,7 +242,7 @@ class LabelAccumulator:
             deposit_specular_labels(flashes, start, grid.sample_rate, pairs, geometry)
             return
         if key not in buffer.bins:
-            buffer.bins[key] = np.zeros((*shape, MOMENTS))
+            buffer.bins[key] = np.zeros((*shape, MOMENTS), np.float32)
         if pairs.scatterers.boundary == BOUNDARY_ECHO and len(pairs.pair) > 1:  # each from a position of its own
             for row in range(len(pairs.pair)):
                 self._deposit_positions(buffer, key, pairs.select(np.array([row])), power_out, power_back)
@@ -288,10 +289,8 @@ class LabelAccumulator:
         """Labels of the ping."""
         for (object_name, pair_names), rows in buffer.rows.items():
             assert self._directions is not None
-            receiver = self.geometry.receive_position
-            rows.bins[..., 1:4] -= rows.bins[..., :1] * receiver  # in single precision, positions are re the sonar
-            cells = LabelCells(*map(self._directions.to_beams, rows))
-            cells.bins[..., 1:4] += cells.bins[..., :1] * receiver
+            to_beams = self._directions.to_beams_by_lobes
+            cells = LabelCells(to_beams(rows.energies), to_beams(rows.bins), to_beams(rows.interference))
             buffer.add_cells(object_name, pair_names, cells, self.accumulator.grid.sample_count)
         return labels_of(buffer, self.accumulator, self.names, self.noise)
 

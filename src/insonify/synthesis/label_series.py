@@ -15,6 +15,7 @@ from insonify.synthesis.label_sums import ALL, HIDDEN, PAIR_ONLY, Key, LabelBuff
 from insonify.synthesis.level_curves import LevelBuffers, pair_name
 
 Floats = NDArray[np.float64]
+Singles = NDArray[np.float32]
 Masks = NDArray[np.bool_]
 Rows = NDArray[np.uint8]
 STRAIGHT = pair_name(DIRECT, DIRECT)
@@ -43,6 +44,7 @@ def labels_of(buffer: LabelBuffer, accumulator: IncoherentAccumulator, names: La
     shadowing_object = _largest_rows(np.moveaxis(occluded, 0, 1), shadow)
     strongest = _largest_rows(by_object, is_received)
     position = _positions(bins, energy, pulse, names, strongest, shadowing_object)
+    position[:3] += accumulator.ping_geometry.receive_position[:, None, None]
     return Labels(
         expected_intensity=by_object.sum(axis=1), object_intensity=by_object, pair_intensity=by_pair,
         strongest_object=strongest, strongest_pair=_largest_rows(by_pair, is_received), highlight=highlight,
@@ -62,7 +64,7 @@ def _ringing(pulse: ReceivedPulse, rate: float) -> tuple[int, int]:
     return max(0, int(np.ceil(pulse.stop * rate))), max(0, int(np.ceil(-pulse.start * rate)))
 
 
-def _bins(buffer: LabelBuffer) -> dict[Key, Floats]:
+def _bins(buffer: LabelBuffer) -> dict[Key, Singles]:
     """Energy and positions by key, those of smooth targets squared."""
     bins = dict(buffer.bins)
     for key, flashes in buffer.flashes.items():
@@ -79,7 +81,7 @@ def _pulse_energy(pulse: ReceivedPulse, rate: float) -> Floats:
     return energy
 
 
-def _convolved(bins: Floats, pulse: Floats, count: int) -> Floats:
+def _convolved(bins: Singles, pulse: Floats, count: int) -> Floats:
     """Energies of bins convolved with the pulse, (channels, bins, MOMENTS) to (channels, samples)."""
     out = np.empty((len(bins), count))
     for channel_bins, row in zip(bins, out, strict=True):
@@ -170,10 +172,10 @@ def _targets(
 
 
 def _positions(
-    bins: dict[Key, Floats], energy: dict[Key, Floats], pulse: Floats, names: LabelNames, strongest: Rows,
+    bins: dict[Key, Singles], energy: dict[Key, Floats], pulse: Floats, names: LabelNames, strongest: Rows,
     shadowing_object: Rows,
 ) -> Floats:  # fmt: skip
-    """North, east, depth, distance, grazing of each sample, (5, channels, samples); NaN where nothing is received."""
+    """North, east, down re the receiver, distance, grazing, (5, channels, samples); NaN where nothing is received."""
     own = {False: np.where(shadowing_object == NO_ROW, strongest, NO_ROW), True: shadowing_object}
     highest, winner = np.zeros(strongest.shape), np.full(strongest.shape, -1, np.int16)
     for number, ((object_name, pair), value) in enumerate(energy.items()):

@@ -13,6 +13,7 @@ from insonify.synthesis.level_curves import LevelBuffers
 from insonify.synthesis.specular_labels import Flashes
 
 Floats = NDArray[np.float64]
+Singles = NDArray[np.float32]
 Key = tuple[str, str]
 PAIR_ONLY = "pair:"
 """Prefix of a pair's name: energies that count for the pair alone, and for the object only with other pairs."""
@@ -25,10 +26,10 @@ class LabelCells(NamedTuple):
 
     energies: Floats
     """Energies, (rows, pairs, cells)."""
-    bins: Floats
+    bins: Singles
     """Energies and positions, (rows, pairs, bins, MOMENTS)."""
     interference: Floats
-    """Interference between pairs, (rows, 1, cells)."""
+    """Interference between pairs, (rows, 1, cells); of a single pair without cells."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,7 +41,7 @@ class LabelBuffer:
 
     Those by (object, `ALL`) count for the object alone, those by (object, `PAIR_ONLY` + pair) for the pair alone.
     """
-    bins: dict[Key, Floats] = field(default_factory=dict)
+    bins: dict[Key, Singles] = field(default_factory=dict)
     """Energy and position by (object, pair) and by (occluding object, `HIDDEN`), each (channels, bins, MOMENTS)."""
     cells: dict[tuple[str, tuple[str, ...]], LabelCells] = field(default_factory=dict)
     """Cells and bins of channels by object and its pairs, of which `curves` and `bins` are views."""

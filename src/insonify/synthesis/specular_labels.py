@@ -15,6 +15,7 @@ from insonify.synthesis.leg_weights import leg_weights
 from insonify.units import amplitude_ratio
 
 Floats = NDArray[np.float64]
+Singles = NDArray[np.float32]
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,7 +39,7 @@ class Flashes:
         return self
 
     @property
-    def bins(self) -> Floats:
+    def bins(self) -> Singles:
         """Energy, and energy times position, of all blocks, shape (channels, bins, MOMENTS).
 
         Facets cancel except at the specular flash: the energy of a bin is that of the sum of pressures, its position
@@ -46,7 +47,7 @@ class Flashes:
         """
         energy, weight = np.abs(self.pressure) ** 2, self.apart[..., :1]
         means = np.divide(self.apart, weight, out=np.zeros_like(self.apart), where=weight > 0)
-        return np.asarray(energy[..., None] * means)
+        return np.asarray(energy[..., None] * means, np.float32)
 
 
 def deposit_specular_labels(
@@ -67,8 +68,8 @@ def deposit_specular_labels(
     level = float(amplitude_ratio(ping_geometry.source_level_db))
     transmit_weights = leg_weights(pairs.out, ping_geometry.transmit_beams, ping_geometry.frequency, level)
     receive_weights = leg_weights(pairs.back, ping_geometry.receive_beams, ping_geometry.frequency)
-    position = pairs.scatterers.position
-    distance = np.linalg.norm(position - ping_geometry.receive_position, axis=1)
+    position = pairs.scatterers.position - ping_geometry.receive_position
+    distance = np.linalg.norm(position, axis=1)
     grazing = (np.abs(pairs.out.grazing[i]) + np.abs(pairs.back.grazing[j])) / 2
     columns = [*np.broadcast_to(np.column_stack([position, distance]).T[:, None], (4, *bin_number.shape)), grazing]
     for channel, (pressure, apart) in enumerate(zip(sums.pressure, sums.apart, strict=True)):

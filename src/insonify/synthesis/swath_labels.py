@@ -59,7 +59,7 @@ def _add_positions(
 ) -> None:
     """Add energy and position of every pair to its bins."""
     grid, (lead, tail) = accumulator.grid, ringing(accumulator)
-    bins = np.zeros((len(samples.pair), grid.sample_count + lead + tail, MOMENTS))
+    bins = np.zeros((len(samples.pair), grid.sample_count + lead + tail, MOMENTS), np.float32)
     by_delay = DelayCells(bins, grid.start - lead / grid.sample_rate, grid.sample_rate)
     deposit_pair_positions(
         samples, by_delay, origins.position, origins.grazing, accumulator.ping_geometry.receive_position
@@ -91,7 +91,7 @@ def _add_occluded(
             continue
         key = name, HIDDEN
         shape = 1, grid.sample_count + lead + tail, MOMENTS
-        bins = buffer.bins.setdefault(key, np.zeros(shape))[0]
+        bins = buffer.bins.setdefault(key, np.zeros(shape, np.float32))[0]
         deposit_positions(
             DelayCells(bins, grid.start - lead / grid.sample_rate, grid.sample_rate),
             2 * legs.delay[0, occluded], energy[occluded], points[occluded], origins.position, grazing, grazing,
