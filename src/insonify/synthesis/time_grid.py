@@ -22,6 +22,8 @@ from insonify.synthesis._gridding_kernel import CELLS_PER_SPIKE, kernel_transfor
 OVERSAMPLING = 2
 """Cells per output sample of the grid of pressures; the grid of energies has twice as many."""
 
+ROUNDING = 1e-14
+"""Intensity re the largest of its channel below which the transforms leave rounding errors, and there is none [1]."""
 _CHANNELS = 16
 """Channels that are transformed at once."""
 _LINE = 8
@@ -193,7 +195,7 @@ def convolve_energy_spectrum(
         shape: Spectrum factors from `energy_spectrum_factors`.
 
     Returns:
-        Intensity at grid.time, shape (channels, count).
+        Intensity at grid.time, 0 where it is below the rounding of the transforms, shape (channels, count).
     """
     intensity = np.empty((len(cells), grid.sample_count))
     for first in range(0, len(cells), _CHANNELS):
@@ -201,8 +203,9 @@ def convolve_energy_spectrum(
         # Every fourth cell is a series at the output's own rate: four short transforms, each with its own filter.
         parts = scipy.fft.rfft(cells[some].reshape(-1, grid.energy_padded, 2 * OVERSAMPLING), axis=1)
         series = scipy.fft.irfft(np.einsum("cjr,jr->cj", parts, shape), grid.energy_padded)
+        series[series < ROUNDING * series.max(axis=1, keepdims=True, initial=0.0)] = 0.0
         intensity[some] = series[:, grid.lead_samples : grid.lead_samples + grid.sample_count]
-    return np.maximum(intensity, 0.0, out=intensity)
+    return intensity
 
 
 def energy_spectrum_factors(grid: TimeGrid, spectrum: NDArray[np.complex128]) -> NDArray[np.complex128]:
