@@ -105,8 +105,7 @@ class Simulator:
 
     def incoherent_accumulator(self, geometry: PingGeometry) -> IncoherentAccumulator:
         """Accumulator of the expected intensity of one ping, by eigenrays."""
-        late = delay_field(self.scenario)
-        rows = direction_powers(geometry, MAX_ROWS_PER_BEAM)
+        late, rows = delay_field(self.scenario), direction_powers(geometry, MAX_ROWS_PER_BEAM)
         return IncoherentAccumulator(geometry, self.grid, self._jitter(geometry), self._table, late, rows)
 
     def fast_reverberation(self, geometry: PingGeometry) -> FastReverberation | None:
@@ -152,16 +151,12 @@ class Simulator:
 
     def label_accumulator(self, geometry: PingGeometry) -> LabelAccumulator:
         """Accumulator of the labels of one ping."""
-        floor = float(np.mean(self.noise.power))
         occluder_names = tuple(target.label for target in self.engine.scene.occluders)
-        expectation = replace(self.incoherent_accumulator(geometry), grid=self._label_grid, directions=None)
-        return LabelAccumulator(expectation, self.label_names, occluder_names, floor)
-
-    @cached_property
-    def _label_grid(self) -> TimeGrid:
-        """Time grid of labels: where they do not share the sound's energies, shorter by the filter's faint ringing."""
-        window, rate = self.scenario.track.window, self.grid.sample_rate
-        return self.grid if self.shares_ground else time_grid(*window, rate, self.pulse.start, self.pulse.stop)
+        grid = self.grid  # of the sound where they share its energies, else without the filter's weak ringing
+        if not self.shares_ground:
+            grid = time_grid(*self.scenario.track.window, grid.sample_rate, self.pulse.start, self.pulse.stop)
+        expectation = replace(self.incoherent_accumulator(geometry), grid=grid, directions=None)
+        return LabelAccumulator(expectation, self.label_names, occluder_names, float(np.mean(self.noise.power)))
 
     @cached_property
     def label_names(self) -> LabelNames:
@@ -498,9 +493,8 @@ def _labels(
         ground = simulator.label_ground(geometry) if accumulator.accumulator.is_short_pulse else None
         sums = _sums(simulator, accumulator, geometry, pool, ground)
         results.append(accumulator.time_series(sums))
-        shared = ground is not None and simulator.shares_ground
-        seabed = results[-1].object_intensity[:, 0]
-        seabeds.append(SeabedSums(ground, sums.curves["seabed", ALL], seabed) if shared else None)
+        of_seabed, shared = results[-1].object_intensity[:, 0], ground is not None and simulator.shares_ground
+        seabeds.append(SeabedSums(ground, sums.curves["seabed", ALL], of_seabed) if shared else None)
     return concatenate_channels(results), seabeds
 
 

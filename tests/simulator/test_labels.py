@@ -57,7 +57,7 @@ def test_objects_add_up_to_the_incoherent_reading(whole):
 def test_pairs_alone_are_the_level_curves(whole):
     """The same pair of families, by object here and by cause in `levels`: to 1e-4 dB.
 
-    Labels leave out the receiver filter's faint ringing, which is 5e-6 of a sample 33 dB below the strongest.
+    Labels leave out the receiver filter's weak ringing, which is 5e-6 of a sample 33 dB below the strongest.
     """
     scenario, masks = whole
     curves = levels(scenario).level_db
