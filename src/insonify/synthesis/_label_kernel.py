@@ -25,7 +25,7 @@ class PoweredLegs(NamedTuple):
     delay: Floats
     """One-way delay [s], (f, n)."""
     power: Floats
-    """Power of each leg, its beam included, (f, n)."""
+    """Power of each leg, in each beam or in one for all, the beam included, (beams, f, n)."""
     grazing: Floats
     """Grazing angle at the point [rad], (f, n)."""
 
@@ -38,7 +38,7 @@ def deposit_label_positions(
     """Add energy, and energy times position, of every path to the two bins beside its delay.
 
     Args:
-        grid: Bins, (bins, MOMENTS).
+        grid: Bins, (channels, bins, MOMENTS).
         out: Transmit legs.
         back: Receive legs.
         pair: Rows of the transmit and the receive leg, (p, 2).
@@ -47,7 +47,7 @@ def deposit_label_positions(
         receiver: North, east, depth of the receiver [m], (3,).
     """
     bins, start, rate = grid
-    last = bins.shape[0] - 1
+    last = bins.shape[1] - 1
     moments = np.empty(MOMENTS)
     for n in range(scatterer_position.shape[0]):
         north, east, down = (
@@ -59,16 +59,19 @@ def deposit_label_positions(
         moments[4] = math.sqrt(north * north + east * east + down * down)
         for p in range(pair.shape[0]):
             i, j = pair[p, 0], pair[p, 1]
-            energy = out.power[i, n] * back.power[j, n] * strength[p, n] ** 2
             position = (out.delay[i, n] + back.delay[j, n] - start) * rate
-            if not (energy > 0 and 0 <= position < last):
+            if not 0 <= position < last:
                 continue
             k = math.floor(position)
             fraction = position - k
             moments[5] = (abs(out.grazing[i, n]) + abs(back.grazing[j, n])) / 2
-            for m in range(MOMENTS):
-                bins[k, m] += (1 - fraction) * energy * moments[m]
-                bins[k + 1, m] += fraction * energy * moments[m]
+            for channel in range(bins.shape[0]):
+                sent = out.power[channel % out.power.shape[0], i, n]
+                energy = sent * back.power[channel % back.power.shape[0], j, n] * strength[p, n] ** 2
+                if energy > 0:
+                    for m in range(MOMENTS):
+                        bins[channel, k, m] += (1 - fraction) * energy * moments[m]
+                        bins[channel, k + 1, m] += fraction * energy * moments[m]
 
 
 class LabelledPoints(NamedTuple):

@@ -87,20 +87,24 @@ def deposit_pair_positions(
 
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
-def smear(energy: Singles, pulse: Floats, out: Floats) -> None:
+def smear_energies(bins: Singles, pulse: Floats, out: Floats) -> None:
     """Convolve energies with a pulse: sums over the bins that contribute to each sample.
 
     Args:
-        energy: Energies by delay, (bins,).
+        bins: Energies and positions by delay, (channels, bins, MOMENTS).
         pulse: Energy of the pulse at the lag of each bin, the first bin first [1], (bins - samples + 1,).
-        out: Result, (samples,).
+        out: Result, (channels, samples).
     """
-    out[:] = 0.0
-    for k in range(pulse.size):
-        weight = pulse[k]
-        if weight > 0.0:
-            for n in range(out.size):
-                out[n] += weight * energy[n + k]
+    energy = np.empty(bins.shape[1])
+    for channel in range(bins.shape[0]):
+        energy[:] = bins[channel, :, 0]
+        series = out[channel]
+        series[:] = 0.0
+        for k in range(pulse.size):
+            weight = pulse[k]
+            if weight > 0.0:
+                for n in range(series.size):
+                    series[n] += weight * energy[n + k]
 
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
@@ -108,26 +112,28 @@ def smear_positions(bins: Singles, pulse: Floats, strongest: Integers, number: i
     """Mean position of the contributions to the samples of one contribution, weighted by energy.
 
     Args:
-        bins: Energies and positions of the contribution by delay, (bins, MOMENTS).
+        bins: Energies and positions of the contribution by delay, (channels, bins, MOMENTS).
         pulse: Energy of the pulse at the lag of each bin, the first bin first [1], (bins - samples + 1,).
-        strongest: Number of the contribution that each sample is of, (samples,).
+        strongest: Number of the contribution that each sample is of, (channels, samples).
         number: Number of this one.
-        out: Result, the samples of other contributions unchanged, (MOMENTS - 1, samples).
+        out: Result, the samples of other contributions unchanged, (MOMENTS - 1, channels, samples).
     """
-    for m in range(strongest.size):
-        if strongest[m] != number:
-            continue
-        energy, north, east, down, away, grazing = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-        for k in range(pulse.size):
-            row, part = bins[m + k], pulse[k]
-            energy += part * row[0]
-            north += part * row[1]
-            east += part * row[2]
-            down += part * row[3]
-            away += part * row[4]
-            grazing += part * row[5]
-        out[0, m], out[1, m], out[2, m] = north / energy, east / energy, down / energy
-        out[3, m], out[4, m] = away / energy, grazing / energy
+    for channel in range(strongest.shape[0]):
+        for m in range(strongest.shape[1]):
+            if strongest[channel, m] != number:
+                continue
+            energy, north, east, down, away, grazing = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+            for k in range(pulse.size):
+                row, part = bins[channel, m + k], pulse[k]
+                energy += part * row[0]
+                north += part * row[1]
+                east += part * row[2]
+                down += part * row[3]
+                away += part * row[4]
+                grazing += part * row[5]
+            means = out[:, channel, m]
+            means[0], means[1], means[2] = north / energy, east / energy, down / energy
+            means[3], means[4] = away / energy, grazing / energy
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -249,13 +249,12 @@ class LabelAccumulator:
             return
         rows: Any = slice(None) if point_rows is None else point_rows
         position, strength = pairs.positions(0)[rows], np.abs(pairs.strength[:, rows])
-        for channel, bins in enumerate(buffer.bins[key]):
-            out, back = (
-                PoweredLegs(legs.delay[:, rows], power[channel % len(power)], legs.grazing[:, rows])
-                for legs, power in ((pairs.out, power_out), (pairs.back, power_back))
-            )
-            bins_by_delay = DelayCells(bins, start, grid.sample_rate)
-            deposit_label_positions(bins_by_delay, out, back, pairs.pair, strength, position, geometry.receive_position)
+        out, back = (
+            PoweredLegs(legs.delay[:, rows], power, legs.grazing[:, rows])
+            for legs, power in ((pairs.out, power_out), (pairs.back, power_back))
+        )
+        by_delay = DelayCells(buffer.bins[key], start, grid.sample_rate)
+        deposit_label_positions(by_delay, out, back, pairs.pair, strength, position, geometry.receive_position)
 
     def _add_occluded(self, buffer: LabelBuffer, pairs: Pairs) -> None:
         """Add the energies that occluded direct paths to the seabed would have without occlusion."""

@@ -9,7 +9,7 @@ from insonify.propagation.families import DIRECT
 from insonify.records.labels import NO_ROW, SURROUNDINGS, LabelNames, Labels
 from insonify.sonar.received_pulse import ReceivedPulse
 from insonify.synthesis._label_kernel import MOMENTS
-from insonify.synthesis._position_kernel import largest_rows, smear, smear_positions, take_stronger
+from insonify.synthesis._position_kernel import largest_rows, smear_energies, smear_positions, take_stronger
 from insonify.synthesis.incoherent import IncoherentAccumulator, IntensityBuffer
 from insonify.synthesis.label_sums import ALL, HIDDEN, PAIR_ONLY, Key, LabelBuffer
 from insonify.synthesis.level_curves import LevelBuffers, pair_name
@@ -69,7 +69,7 @@ def _bins(buffer: LabelBuffer) -> dict[Key, Singles]:
     bins = dict(buffer.bins)
     for key, flashes in buffer.flashes.items():
         bins[key] = bins[key] + flashes.bins if key in bins else flashes.bins
-    return bins
+    return {key: np.ascontiguousarray(values) for key, values in bins.items()}
 
 
 @lru_cache(maxsize=4)
@@ -84,8 +84,7 @@ def _pulse_energy(pulse: ReceivedPulse, rate: float) -> Floats:
 def _convolved(bins: Singles, pulse: Floats, count: int) -> Floats:
     """Energies of bins convolved with the pulse, (channels, bins, MOMENTS) to (channels, samples)."""
     out = np.empty((len(bins), count))
-    for channel_bins, row in zip(bins, out, strict=True):
-        smear(np.ascontiguousarray(channel_bins[:, 0]), pulse, row)
+    smear_energies(bins, pulse, out)
     return out
 
 
@@ -181,9 +180,8 @@ def _positions(
     for number, ((object_name, pair), value) in enumerate(energy.items()):
         take_stronger(value, own[pair == HIDDEN], names.objects.index(object_name), number, highest, winner)
     position = np.full((MOMENTS - 1, *strongest.shape), np.nan)
-    for channel, channel_winner in enumerate(winner):
-        for number, key in enumerate(energy):
-            smear_positions(bins[key][channel], pulse, channel_winner, number, position[:, channel])
+    for number, key in enumerate(energy):
+        smear_positions(bins[key], pulse, winner, number, position)
     return position
 
 
