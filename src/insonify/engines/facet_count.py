@@ -47,7 +47,8 @@ def _patch_count(scene: Scene, panel: Panel, insonification: TargetInsonificatio
         rows = _sample(len(small.s))
         if len(rows):
             left = patch_subdivision.clip_to_water(panel, small.take(rows), clear, finest)
-            count += weight * len(small.s) / len(rows) * len(left.s)
+            sides, _ = patch_subdivision.pulse_sides(panel, left, insonification)
+            count += weight * len(small.s) / len(rows) * len(sides)
         split += weight * len(small.s)
         if split + 2 * weight * len(large.s) > patch_subdivision.MAX_PATCHES:
             return min(count + weight * len(large.s), float(patch_subdivision.MAX_PATCHES))
