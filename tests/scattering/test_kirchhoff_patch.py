@@ -6,22 +6,22 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from insonify.scattering._kirchhoff_patch_kernel import FLAT, SLOW, fresnel_tail, moments
-from insonify.scattering.kirchhoff_patch import KirchhoffPatch
+from insonify.scattering.kirchhoff_patch import KirchhoffPatch, side_offset
 
 TABLE = fresnel_tail()
 NODE, WEIGHT = np.polynomial.legendre.leggauss(1200)
 
 
 def summed(slope, bend):
-    """The three moments by Gauss' rule with 1200 nodes."""
+    """The four moments by Gauss' rule with 1200 nodes."""
     phasor = np.exp(1j * (slope * NODE + bend * NODE**2)) * WEIGHT / 2
-    return phasor.sum(), (NODE * phasor).sum(), (NODE**2 * phasor).sum()
+    return phasor.sum(), (NODE * phasor).sum(), (NODE**2 * phasor).sum(), (NODE**3 * phasor).sum()
 
 
 @given(st.floats(-300.0, 300.0), st.floats(-120.0, 120.0))
 @settings(max_examples=80)
 def test_moments_are_their_integrals(slope, bend):
-    """Mean, first and second moment of a quadratic phase, within 1e-5."""
+    """Mean and first three moments of a quadratic phase, within 1e-5."""
     assert moments(slope, bend, TABLE) == pytest.approx(summed(slope, bend), abs=1e-5)
 
 
@@ -38,7 +38,7 @@ def ring_patch(radius, half, off, k, distance):
     out = np.array([np.cos(off), np.sin(off), 0.0])
     side = np.array([-np.sin(off), np.cos(off), 0.0])
     zero = np.zeros(3)
-    rows = [np.array([0, 0, along]), side * around, zero, -out * radius * half**2 / 2, zero, zero, side * half]
+    rows = [np.array([0, 0, along]), side * around, zero, -out * radius * half**2 / 2, zero, zero, side * half, zero]
     source = np.array([distance, 0.0, 0.02])
     ray = radius * out - source
     length = np.linalg.norm(ray)
@@ -69,7 +69,7 @@ def test_a_patch_of_a_cylinder_is_its_integral(off, distance):
 
 def test_a_patch_turned_away_is_silent():
     """Seen from behind by either end."""
-    rows = np.zeros((1, 7, 3))
+    rows = np.zeros((1, 8, 3))
     rows[0, 0, 0] = rows[0, 1, 1] = 0.1
     ways = np.array([[[0.0, 0.0, 1.0]]]), np.array([[[0.0, 0.0, -1.0]]])
     one = np.ones((1, 1))
@@ -78,3 +78,19 @@ def test_a_patch_turned_away_is_silent():
             rows, np.ones(1), np.array([[0.0, 0, -1]]), out, back, one, one, np.ones(1) * 400
         )
         assert expected == 0
+
+
+def test_both_sides_of_a_patch_are_the_whole():
+    """Parts of an oblique flat patch with the delays of its four corners, each at its own phase, add up to it."""
+    rows = np.zeros((4, 8, 3))
+    rows[:, 0, 0], rows[:, 1, 1] = 0.1, 0.07
+    rows[:, 7, :2] = [(-1, -1), (-1, 1), (1, -1), (1, 1)]
+    way = np.array([0.5, 0.3, -np.sqrt(1 - 0.34)])
+    way = np.broadcast_to(way, (1, 4, 3))
+    one, normal, k = np.full((1, 4), 9.0), np.tile([0, 0, 1.0], (4, 1)), np.full(4, 400.0)
+    sides = KirchhoffPatch().echoes(rows, np.full(4, 0.028), normal, way, way, one, one, k)[0]
+    rows[:, 7] = 0
+    whole = KirchhoffPatch().echoes(rows, np.full(4, 0.028), normal, way, way, one, one, k)[0, 0]
+    rows[:, 7, :2] = [(-1, -1), (-1, 1), (1, -1), (1, 1)]
+    shift = np.exp(-2j * 400.0 * np.sum(side_offset(rows) * way[0], axis=1))
+    assert np.sum(sides * shift) == pytest.approx(whole, rel=1e-9)

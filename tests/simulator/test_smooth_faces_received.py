@@ -156,24 +156,25 @@ def test_a_face_keeps_together_over_a_moving_sea():
     assert 10 * np.log10(after / before) == pytest.approx(0, abs=0.5)
 
 
-def test_a_leaning_plate_sounds_like_all_its_patches():
+@pytest.mark.parametrize(("length", "duration"), [(0.09, 30e-6), (0.4, 160e-6)])
+def test_a_leaning_plate_sounds_like_all_its_patches(length, duration):
     """Pressure over time of a plate turned by 20 degrees, against narrow patches, each at its delay.
 
-    The flash goes elsewhere; what comes back are the plate's two ends, 40 us apart within a pulse of 30 us: within 3 %
-    of the strongest sample.
+    The flash goes elsewhere; the plate's two ends come back, 40 or 180 us apart, of pulses of 30 or 160 us: within 3 %
+    of the strongest sample. With one delay for each piece of the longer plate, its pieces' own ends came back too.
     """
     turn = np.radians(20.0)
-    plate = {"shape": "box", "label": "plate", "position": (0.0, 60.0), "size": (0.09, 0.01, 0.3), "heading": turn,
+    plate = {"shape": "box", "label": "plate", "position": (0.0, 60.0), "size": (length, 0.01, 0.3), "heading": turn,
              "base_depth": 11.15, "face_reflection_coefficient": 1.0, "scattering": ROUGH}  # fmt: skip
-    pulse = {"kind": "cw", "frequency": 100e3, "duration": 30e-6, "taper": "hann"}
+    pulse = {"kind": "cw", "frequency": 100e3, "duration": duration, "taper": "hann"}
     scenario = nominal(
-        targets=[plate], line={"length": 0.05}, sonar={"pulse": pulse, "receiver": {"bandwidth": 150e3}},
-        track={"window": (0.0796, 0.0806)}, paths={"contributions": ["target"], "max_reflections": 0},
+        targets=[plate], line={"length": 0.05}, sonar={"pulse": pulse, "receiver": {"bandwidth": 4.5 / duration}},
+        track={"window": (0.0794, 0.081)}, paths={"contributions": ["target"], "max_reflections": 0},
         water={"noise_level_db": None, "absorption_db_per_m": 0.0},
     )  # fmt: skip
     ready = build_simulator(scenario)
     here = ready.ping_geometry(0)
-    places, normals, area = _box_patches(turn, (0.09, 0.01, 0.3), (0.0, 60.0, 11.0), 0.0006)
+    places, normals, area = _box_patches(turn, (length, 0.01, 0.3), (0.0, 60.0, 11.0), 0.0006)
     ray = places - here.transmit_position
     length = np.linalg.norm(ray, axis=1)
     cosine = -np.sum(ray * normals, axis=1) / length

@@ -26,6 +26,7 @@ from insonify.engines.face_reflection import (
     reflecting_faces,
     reflects_to,
 )
+from insonify.engines.facet_subdivision import legs_at_sides
 from insonify.engines.hull_reflection import hull_families, with_hull
 from insonify.engines.memory_budget import points_at_once
 from insonify.engines.multiple_bed_scattering import counted_once
@@ -187,10 +188,10 @@ class EigenrayEngine:
         sampling = None if selection is None else selection.sampling_of(*_names(out, back, pair))
         is_slice = self.choice.geometry == "slice" and scatterers.boundary != "target"
         strengths = self._pair_strengths(scatterers, out, back, pair, weight, ping_geometry.frequency, sampling)
+        out, back = legs_at_sides(out, back, scatterers, self.scene)
         if is_slice:
-            strengths = Pairs(scatterers, out, back, pair, strengths).strength * _slice_width(
-                ping_geometry, out, back, pair
-            )
+            width = _slice_width(ping_geometry, out, back, pair)
+            strengths = Pairs(scatterers, out, back, pair, strengths).strength * width
         return Pairs(scatterers, out, back, pair, strengths)
 
     def _boundary_echo_key(self, ping_geometry: PingGeometry) -> tuple[Hashable, ...]:

@@ -36,7 +36,7 @@ def facet_count(
 
 
 def _patch_count(scene: Scene, panel: Panel, insonification: TargetInsonification) -> float:
-    """Number of patches of a panel [1]."""
+    """Number of patches of a panel, each counted once for every side whose delay it has [1]."""
     count, split, weight, open_ones = 0.0, 0.0, 1.0, patch_subdivision.initial_patches(panel)
     clear, finest = (
         water_clearance(scene.seabed),
@@ -47,15 +47,16 @@ def _patch_count(scene: Scene, panel: Panel, insonification: TargetInsonificatio
         rows = _sample(len(small.s))
         if len(rows):
             left = patch_subdivision.clip_to_water(panel, small.take(rows), clear, finest)
-            count += weight * len(small.s) / len(rows) * len(left.s)
+            sides, _ = patch_subdivision.pulse_sides(panel, left, insonification)
+            count += weight * len(small.s) / len(rows) * len(sides)
         split += weight * len(small.s)
         if split + 2 * weight * len(large.s) > patch_subdivision.MAX_PATCHES:
-            return min(count + weight * len(large.s), float(patch_subdivision.MAX_PATCHES))
+            return count + weight * len(patch_subdivision.pulse_sides(panel, large, insonification)[0])
         open_ones = large.halved(longer)
         rows = _sample(len(open_ones.s))
         weight *= len(open_ones.s) / max(len(rows), 1)
         open_ones = open_ones.take(rows)
-    return min(count, float(patch_subdivision.MAX_PATCHES))
+    return count
 
 
 def _triangle_count(scene: Scene, corners: Floats, insonification: TargetInsonification) -> float:

@@ -18,13 +18,15 @@ from insonify.engines.patch_subdivision import (
     clip_to_water,
     outward_normals,
     patch_terms,
+    pulse_sides,
     subdivide,
 )
 from insonify.engines.target_insonification import target_insonification
 from insonify.propagation.path_settings import PathSettings
 from insonify.propagation.propagation_model import PropagationModel
+from insonify.records.legs import Legs
 from insonify.scattering.kirchhoff_facet import KirchhoffFacet
-from insonify.scattering.kirchhoff_patch import TERMS, KirchhoffPatch
+from insonify.scattering.kirchhoff_patch import TERMS, KirchhoffPatch, side_offset
 from insonify.scene.panels import Panel, panels
 from insonify.scene.scatterers import Scatterers, whole_target_id
 from insonify.scene.scene import Scene
@@ -91,6 +93,27 @@ def joined_facets(parts: list[Scatterers]) -> Scatterers:
     return replace(parts[0], law=KirchhoffFacet(), relative_reflection=np.concatenate(reflection), **columns)
 
 
+def legs_at_sides(out: Legs, back: Legs, scatterers: Scatterers, scene: Scene) -> tuple[Legs, Legs]:
+    """Transmit and receive legs to smooth patches, with the delays of the sides whose part of the echo these have.
+
+    Args:
+        out: Legs from the transmitter to the centres of n patches.
+        back: Legs from the receiver to them.
+        scatterers: The patches; legs to other scatterers are returned unchanged.
+        scene: The scene.
+    """
+    if not isinstance(scatterers.law, KirchhoffPatch):
+        return out, back
+    assert scatterers.corners is not None
+    delay_offset = side_offset(scatterers.corners) / scene.water.sound_speed_at(scatterers.position[:, 2])[:, None]
+
+    def at_sides(legs: Legs) -> Legs:
+        return replace(legs, delay=legs.delay + np.einsum("fnk,nk->fn", legs.arrival, delay_offset))
+
+    sent = at_sides(out)
+    return sent, (sent if back is out else at_sides(back))
+
+
 def solid_insonification(
     scene: Scene, solid: Solid, choice: PathSettings, ping_geometry: PingGeometry, slant: float,
     rays: PropagationModel | None,
@@ -113,7 +136,8 @@ def _patches(
         pieces, enough = subdivide(panel, insonification)
         complete &= enough
         pieces = clip_to_water(panel, pieces, water_clearance(scene.seabed), finest)
-        d, rows, area = patch_terms(panel, pieces)
+        row, side = pulse_sides(panel, pieces, insonification)
+        d, rows, area = patch_terms(panel, pieces.take(row), side)
         columns.append((d.position, outward_normals(d), area, rows))
     position, normal, area, rows = (np.concatenate(column) for column in zip(*columns, strict=True))
     count = len(area)

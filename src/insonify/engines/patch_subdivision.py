@@ -21,8 +21,8 @@ MAX_CUBIC_PHASE = 0.01
 """Most phase of third or fourth order over a patch that is left out [rad]."""
 MAX_NORMAL_TURN = 0.07
 """Most by which the normal turns from the middle of a patch to its edge [rad]."""
-CURVED_CELLS = 2.0
-"""Patches of a bent side for one of a flat side, along a ray: each has one delay, and neighbours cancel less [1]."""
+SHALLOW = 0.1
+"""Extent along a ray, re the largest, up to which a patch has one delay [1]."""
 MAX_MIXED_PHASE = 0.8
 """Most mixed phase of second order, whose exponential is kept to second order [rad]."""
 TOUCHING = 1e-6
@@ -240,7 +240,7 @@ def _sizes(d: PanelDerivatives, patches: Patches, insonification: TargetInsonifi
                 [
                     np.cbrt(phase),
                     lobes[row],
-                    deep[row] * np.where(turn > 1e-9, CURVED_CELLS, 1.0) / insonification.max_range_extent,
+                    deep[row] / insonification.max_range_extent,
                     2 * own / insonification.max_side,
                     turn / MAX_NORMAL_TURN,
                 ]
@@ -311,13 +311,45 @@ def _cut(patches: Patches, level: Floats, sides: Floats, free: Mask, finest: flo
     return Patches(*columns), done
 
 
-def patch_terms(panel: Panel, patches: Patches) -> tuple[PanelDerivatives, Floats, Floats]:
-    """Positions and derivatives of patches, the rows of `kirchhoff_patch.TERMS`, (n, 7, 3), and areas [m^2], (n,)."""
+def pulse_sides(
+    panel: Panel, patches: Patches, insonification: TargetInsonification
+) -> tuple[NDArray[np.int64], Floats]:
+    """Sides between which the envelope of a pulse changes over each patch.
+
+    Returns:
+        Row of the patch of each side, shape (m,), and the side along s and t: -1, 1, or 0 for both, shape (m, 2).
+    """
+    d = panel.at(patches.s, patches.t)
+    halves = np.stack([d.s * patches.half_s[:, None], d.t * patches.half_t[:, None]])
+    deep = np.zeros((2, len(patches.s)))
+    for images in insonification.images:
+        rays = np.stack([_rays(d.position, position)[0] for position in images])
+        deep += np.abs(np.einsum("fnk,snk->fsn", rays, halves)).max(axis=0)
+    rows, side = np.arange(len(patches.s)), np.zeros((len(patches.s), 2))
+    for axis in (0, 1):
+        two = deep[axis, rows] > SHALLOW * insonification.max_range_extent
+        far = side[two] + np.eye(2)[axis]
+        side[two, axis] = -1.0
+        rows, side = np.concatenate([rows, rows[two]]), np.concatenate([side, far])
+    return rows, side
+
+
+def patch_terms(panel: Panel, patches: Patches, side: Floats | None = None) -> tuple[PanelDerivatives, Floats, Floats]:
+    """Positions and derivatives of patches, the rows of `kirchhoff_patch.TERMS`, (n, 8, 3), and areas [m^2], (n,).
+
+    Args:
+        panel: The panel.
+        patches: Pieces of it.
+        side: Sides whose delays they have, see `pulse_sides`, shape (n, 2); None: their middles.
+    """
     d = panel.at(patches.s, patches.t)
     s, t = patches.half_s[:, None], patches.half_t[:, None]
     across = np.cross(d.t, d.s)
     whole_area = np.maximum(np.linalg.norm(across, axis=1, keepdims=True), 1e-300)
     along_s = (np.cross(d.st, d.s) + np.cross(d.t, d.ss)) * s / whole_area
     along_t = (np.cross(d.tt, d.s) + np.cross(d.t, d.st)) * t / whole_area
-    rows = [d.s * s, d.t * t, d.ss * s**2 / 2, d.tt * t**2 / 2, d.st * s * t, along_s, along_t]
+    sides = np.zeros_like(d.position)
+    if side is not None:
+        sides[:, :2] = side
+    rows = [d.s * s, d.t * t, d.ss * s**2 / 2, d.tt * t**2 / 2, d.st * s * t, along_s, along_t, sides]
     return d, np.stack(rows, axis=1), panel.area(*patches)

@@ -28,8 +28,8 @@ def eigenrays(
     """All rays from a source to points, in water whose sound speed depends on depth alone.
 
     Rays are arcs of circles between the knots of the profile (Officer 1958, from memory), without step length
-    or ray fan: delays are exact to rounding, within 1e-16 s of 50-digit arithmetic for 251
-    rays without turning points in random layers, up to 300 m; 1e-12 s is guaranteed. No ray is missed. A point on a
+    or ray fan: delays are exact to rounding, within 2e-16 s of closed forms in 40 digits for direct rays in one
+    gradient up to 250 m, and within 1e-11 s of an independent solution for rays in random layers. A point on a
     boundary is reached just before the bounce there: on the seabed D and B coincide. For a family with more than eight
     rays to a point, which requires a sound channel, those with the fewest turning points are returned.
 

@@ -49,8 +49,8 @@ def _tail(x: float, table: Complexes) -> complex:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def moments(slope: float, bend: float, table: Complexes) -> tuple[complex, complex, complex]:
-    """Means of exp(j (slope u + bend u^2)), of u and of u^2 times that, over u from -1 to 1 [1].
+def moments(slope: float, bend: float, table: Complexes) -> tuple[complex, complex, complex, complex]:
+    """Means of exp(j (slope u + bend u^2)), and of u, u^2 and u^3 times that, over u from -1 to 1 [1].
 
     Args:
         slope: First-order phase [rad].
@@ -58,25 +58,31 @@ def moments(slope: float, bend: float, table: Complexes) -> tuple[complex, compl
         table: Table of `fresnel_tail`.
     """
     if bend < 0:
-        mean, first, second = moments(-slope, -bend, table)
-        return mean.conjugate(), first.conjugate(), second.conjugate()
+        mean, first, second, third = moments(-slope, -bend, table)
+        return mean.conjugate(), first.conjugate(), second.conjugate(), third.conjugate()
     if abs(slope) + 2 * bend <= SLOW:
-        mean, first, second = 0j, 0j, 0j
+        mean, first, second, third = 0j, 0j, 0j, 0j
         for node, weight in zip(_NODE, _WEIGHT):  # noqa: B905 - numba's zip has no strict
             turn = bend * node * node
             phasor = complex(math.cos(turn), math.sin(turn))
             even = weight * math.cos(slope * node) * phasor
             mean += even
             second += node * node * even
-            first += weight * node * math.sin(slope * node) * phasor
-        return mean, 1j * first, second
+            odd = weight * node * math.sin(slope * node) * phasor
+            first += odd
+            third += node * node * odd
+        return mean, 1j * first, second, 1j * third
     s, c = math.sin(slope), math.cos(slope)
     if bend < FLAT:
         x = slope
         second = complex(s / x + 2 * c / x**2 - 2 * s / x**3)
         third = -c / x + 3 * s / x**2 + 6 * c / x**3 - 6 * s / x**4
         fourth = s / x + 4 * c / x**2 - 12 * s / x**3 - 24 * c / x**4 + 24 * s / x**5
-        return s / x + 1j * bend * second, 1j * (s - x * c) / x**2 - bend * third, second + 1j * bend * fourth
+        fifth = (5 * fourth - c) / x
+        return (
+            s / x + 1j * bend * second, 1j * (s - x * c) / x**2 - bend * third, second + 1j * bend * fourth,
+            1j * third - bend * fifth,
+        )  # fmt: skip
     end = complex(math.cos(bend), math.sin(bend))
     high, low = end * complex(c, s), end * complex(c, -s)
     scale, middle = math.sqrt(2 * bend / math.pi), slope / (2 * bend)
@@ -88,7 +94,24 @@ def moments(slope: float, bend: float, table: Complexes) -> tuple[complex, compl
         total += (1 + 1j) * complex(math.cos(turn), -math.sin(turn))
     mean = total / (2 * scale)
     first = ((high - low) / 2j - slope * mean) / (2 * bend)
-    return mean, first, ((high + low) / 2 - mean - 1j * slope * first) / (2j * bend)
+    second = ((high + low) / 2 - mean - 1j * slope * first) / (2j * bend)
+    return mean, first, second, ((high - low) / 2 - 2 * first - 1j * slope * second) / (2j * bend)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def side_moments(slope: float, bend: float, side: float, table: Complexes) -> tuple[complex, complex, complex]:
+    """The first three `moments` of the part of a patch that has the delay of one side: (1 + side u) / 2 of it.
+
+    Args:
+        slope: First-order phase [rad].
+        bend: Second-order phase [rad].
+        side: The side, -1 or 1; 0 for the whole patch.
+        table: Table of `fresnel_tail`.
+    """
+    mean, first, second, third = moments(slope, bend, table)
+    if side == 0:
+        return mean, first, second
+    return (mean + side * first) / 2, (first + side * second) / 2, (second + side * third) / 2
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -97,7 +120,7 @@ def patch_pressures(
     length_in: Floats, length_out: Floats, wavenumber: Floats, table: Complexes, echo: Complexes,
 ) -> None:  # fmt: skip
     """Fill `echo`, see `insonify.scattering.kirchhoff_patch.KirchhoffPatch.echoes`."""
-    d = np.empty((7, 3))
+    d = np.empty((8, 3))
     for n in range(echo.shape[1]):
         d[:] = terms[n]
         k = wavenumber[n]
@@ -125,11 +148,13 @@ def patch_pressures(
             bend_u = turn[2] + ((uu - in_u**2) * near_in + (uu - out_u**2) * near_out) / 2
             bend_v = turn[3] + ((vv - in_v**2) * near_in + (vv - out_v**2) * near_out) / 2
             twist = turn[4] + (uv - in_u * in_v) * near_in + (uv - out_u * out_v) * near_out
-            mean_u, first_u, second_u = moments(-k * turn[0], -k * bend_u, table)
-            mean_v, first_v, second_v = moments(-k * turn[1], -k * bend_v, table)
+            mean_u, first_u, second_u = side_moments(-k * turn[0], -k * bend_u, d[7, 0], table)
+            mean_v, first_v, second_v = side_moments(-k * turn[1], -k * bend_v, d[7, 1], table)
             twist *= k
             total = mean_u * mean_v - 1j * twist * first_u * first_v - twist**2 / 2 * second_u * second_v
             # the projected area is that of the centre, and grows along u and v
             total *= (sine_in + sine_out) / 2
             total -= (turn[5] * first_u * mean_v + turn[6] * mean_u * first_v) / 2
+            shift = k * (turn[0] * d[7, 0] + turn[1] * d[7, 1])  # the delay is that of the side
+            total *= complex(math.cos(shift), math.sin(shift))
             echo[p, n] = 1j * reflection * k / (2 * math.pi) * area[n] * total

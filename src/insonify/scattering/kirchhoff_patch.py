@@ -5,6 +5,11 @@ second order in both: the curvature of the surface, and that of the wavefronts o
 product of two Fresnel integrals; the mixed term u v, which must be small, is added to second order. A patch may be
 as large as third-order terms allow, some Fresnel zones of a round body, and a flat face near a sonar needs no
 splitting to follow curved wavefronts.
+
+A short pulse changes within the delays of a patch. The patch is then given as its sides: each has its own delay and
+the part of the integral that falls off linearly towards the opposite side, so that the envelope of the echo is
+interpolated between them. With one delay for each patch, neighbours would not cancel, and a face off the specular
+direction would shine where its patches end.
 """
 
 from dataclasses import dataclass
@@ -16,8 +21,14 @@ from insonify.scattering._kirchhoff_patch_kernel import fresnel_tail, patch_pres
 
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
-TERMS = 7
-"""Rows of a patch: terms of the position in u, v, u^2, v^2 and u v [m]; growth of the vector area along u and v [1]."""
+TERMS = 8
+"""Rows of a patch: terms of the position in u, v, u^2, v^2 and u v [m]; growth of the vector area along u and v [1];
+sides along u and v whose delay it has: -1 or 1, 0 for the middle, and a 0."""
+
+
+def side_offset(terms: Floats) -> Floats:
+    """Positions of the sides whose delays patches have, relative to their centres [m], shape (n, 3)."""
+    return np.asarray(terms[:, 0] * terms[:, 7, :1] + terms[:, 1] * terms[:, 7, 1:2])
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,12 +44,12 @@ class KirchhoffPatch:
     ) -> Complexes:  # fmt: skip
         """Scattered pressure at 1 m of patches under incident waves of unit pressure [m].
 
-        The phase refers to the centre of the patch: multiply by the phases of both legs to it.
+        The phase refers to the centre of the patch, or of its side: multiply by the phases of both legs to it.
 
         Args:
             terms: Position minus centre is t0 u + t1 v + t2 u^2 + t3 v^2 + t4 u v [m]; vector area per u and v,
-                relative to that at the centre, is normal + t5 u + t6 v. Shape (n, 7, 3).
-            area: Area of each patch [m^2], shape (n,).
+                relative to that at the centre, is normal + t5 u + t6 v; of the sides t7, see `TERMS`. Shape (n, 8, 3).
+            area: Area of each whole patch [m^2], shape (n,).
             normal: Unit normals at the centres, into the water, shape (n, 3).
             arriving: Directions of travel towards the patches from the transmitter, shape (p, n, 3).
             leaving: Directions of travel towards the patches from the receiver, shape (p, n, 3).

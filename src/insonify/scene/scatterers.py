@@ -49,7 +49,7 @@ class Scatterers:
     """Row of the target these points lie on among the scene's occluders, -1 for none."""
     corners: NDArray[np.float64] | None = None
     """Corners of the smooth facet that each point is the middle of, from there [m], shape (n, 3, 3); of a curved patch
-    its terms, see `insonify.scattering.kirchhoff_patch`, shape (n, 7, 3)."""
+    its terms, see `insonify.scattering.kirchhoff_patch`, shape (n, 8, 3)."""
 
     relative_reflection: NDArray[np.float64] | None = None
     """Reflection coefficient of each smooth facet re that of the law [1], shape (n,); None: 1."""
