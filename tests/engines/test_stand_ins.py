@@ -19,6 +19,7 @@ ARRAYS = (
     LineArray(length=0.3, elements=24, element="piston", steer=(-0.2, 0.0, 0.5), shading="hann"),
     PlanarArray(width=0.4, height=0.02, element="cosine", steer=(0.1,)),
     PlanarArray(width=0.05, height=0.3, element="baffled"),
+    PlanarArray(width=0.4, height=0.1, steer=tuple(np.linspace(0.9, -0.9, 101)), steer_down=0.2),
     PointTransducer(element="baffled"),
 )
 SCENE = """

@@ -318,6 +318,26 @@ def test_the_ground_behind_a_long_solid_is_costly(east, longer):
     assert longer[0] <= seconds("knife-edge") / seconds("none") <= longer[1]
 
 
+@pytest.mark.parametrize(("shape", "count"), [("rock", 20), ("pile", 20)])
+def test_diffraction_around_targets_is_priced_for_points_of_other_targets(shape, count):
+    """Behind one another, each of 20 targets diffracts the sound of those behind it: 20 times what two cost, at least.
+
+    Pairs of targets in line: 1 of 2 targets, 190 of 20. On boxes alone each leg costs as much as there are boxes.
+    """
+    one = {"shape": "library", "name": "rock"} if shape == "rock" else {"shape": "box", "size": (0.5, 0.5, 3)}
+    seconds = []
+    for number in (2, count):
+        bodies = [{**one, "label": f"{shape} {k}", "position": (0.0, 15.0 + 1.5 * k)} for k in range(number)]
+        costs = [
+            estimate_cost(
+                nominal(targets=bodies, paths={"contributions": ["target"], "edge_diffraction": edges})
+            ).seconds
+            for edges in ("knife-edge", "none")
+        ]
+        seconds.append(costs[0] - costs[1])
+    assert seconds[1] > 20 * seconds[0] > 0
+
+
 def test_legs_off_explicit_waves_are_counted_with_their_bounces_and_glints():
     """Within a factor of 1.5 of those that a block then has: they bound its memory, and an expectation's time."""
     scenario = nominal(surface={"reflection": "explicit", "wind_speed": 3.0}, track={"window": (0.03, 0.031)},

@@ -1,11 +1,15 @@
 """Shadows of solids: rays against closed forms and against every triangle, legs against walks along their paths."""
 
+from concurrent.futures import ThreadPoolExecutor
 from itertools import pairwise
+from threading import Barrier
+from time import sleep
 
 import numpy as np
 import pytest
 
 from insonify.frames import pose_rotation
+from insonify.propagation import solid_shadows
 from insonify.propagation.families import families_up_to
 from insonify.propagation.image_sources import image_legs
 from insonify.propagation.solid_shadows import occluders_of_paths
@@ -283,3 +287,23 @@ def test_a_bent_path_is_cut_like_its_chords():
     assert (legs.occluder[0] == 0).sum() > 50
     assert np.all(occluders_of_paths(scene, over) == -1)
     assert np.all(occluders_of_paths(world(), straight) == -1)
+
+
+def test_threads_that_need_a_tree_at_once_build_it_once(monkeypatch):
+    """Of two threads that occlude paths of one scene, the second waits for the tree: half the work and memory."""
+    rock = {"shape": "library", "name": "rock", "position": (3.0, 25.0)}
+    scene, built, both = world(rock), [], Barrier(2)
+
+    def slow_tree(*arguments):
+        built.append(1)
+        sleep(0.2)
+        return triangle_tree(*arguments)
+
+    def occluders(_):
+        both.wait()
+        return occluders_of_paths(scene, np.zeros((1, 2, 3)))
+
+    monkeypatch.setattr(solid_shadows, "triangle_tree", slow_tree)
+    with ThreadPoolExecutor(2) as pool:
+        assert [found.tolist() for found in pool.map(occluders, range(2))] == [[-1], [-1]]
+    assert len(built) == 1

@@ -95,7 +95,7 @@ def _gain(
     patterns: tuple[Floats, ...],
 ) -> Floats:
     """Envelope of the largest of some beams over spans of cosines [1], its fourth-power mean over glints if any."""
-    _, steer, scale, majorants, per_unit, element = beam
+    _, steer, scale, majorants, per_unit, element, _ = beam
     (_, w), right, down = cosines
     more = np.zeros(len(w)) if spread is None else 2 * np.maximum(*spread)
 

@@ -12,7 +12,15 @@ from numpy.typing import NDArray
 
 from insonify.engines._glint_spread_kernel import cosine_spreads, pattern_with_spread
 from insonify.jit import njit
-from insonify.sonar.beam_kernels import BeamMajorants, cosine_bounds, distance_to_interval, element_gain
+from insonify.sonar.beam_kernels import (
+    CHANNELS_PER_BLOCK,
+    BeamMajorants,
+    cosine_bounds,
+    distance_to_interval,
+    element_gain,
+    interval_distance,
+    nearest_block,
+)
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -118,7 +126,8 @@ def _direction_cosines(axes: Floats, workspace: Floats, has_radius: bool, size: 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _add_beam_envelope(beam: BeamMajorants, workspace: Floats, size: int) -> None:
     """Raise the result of a batch to the envelope of the beams there, unless it is sufficient already."""
-    _, steer, scale, (across, deep, long, tall), per_unit, element = beam
+    _, steer, scale, (across, deep, long, tall), per_unit, element, blocks = beam
+    count = blocks.shape[0]
     enough, result, level = _row(workspace, _SUFFICIENT), _row(workspace, _RESULT), _row(workspace, _LEVEL)
     down, w, u, v = _row(workspace, 12), _row(workspace, 13), _row(workspace, 14), _row(workspace, 15)
     u_most, v_most = _row(workspace, 16), _row(workspace, _SPARE)
@@ -131,19 +140,30 @@ def _add_beam_envelope(beam: BeamMajorants, workspace: Floats, size: int) -> Non
             continue
         one *= _envelope(long, per_unit[2], distance_to_interval(u[n], u_most[n], 0.0))
         one *= _envelope(tall, per_unit[3], distance_to_interval(v[n], v_most[n], 0.0))
-        for channel in range(steer.shape[0]):
-            off = distance_to_interval(u[n], u_most[n], steer[channel, 0])
-            gain = one * scale[channel] * _envelope(across, per_unit[0], off)
-            if gain > largest:
-                gain *= _envelope(deep, per_unit[1], distance_to_interval(v[n], v_most[n], steer[channel, 1]))
-                largest = max(largest, gain)
+        right, below = (u[n], u_most[n]), (v[n], v_most[n])
+        nearest = nearest_block(blocks, right)
+        for i in range(count):
+            block = (nearest + i) % count
+            off = interval_distance(right, blocks[block, 0], blocks[block, 1])
+            bound = one * blocks[block, 4] * _envelope(across, per_unit[0], off)
+            if bound > largest:
+                bound *= _envelope(deep, per_unit[1], interval_distance(below, blocks[block, 2], blocks[block, 3]))
+            if bound <= largest:
+                continue
+            first = block * CHANNELS_PER_BLOCK
+            for channel in range(first, min(first + CHANNELS_PER_BLOCK, steer.shape[0])):
+                off = distance_to_interval(u[n], u_most[n], steer[channel, 0])
+                gain = one * scale[channel] * _envelope(across, per_unit[0], off)
+                if gain > largest:
+                    gain *= _envelope(deep, per_unit[1], distance_to_interval(v[n], v_most[n], steer[channel, 1]))
+                    largest = max(largest, gain)
         result[n] = largest
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _add_glint_envelope(end: EnvelopeEnd, row: int, workspace: Floats, size: int) -> None:
     """Raise the result of a batch to the envelope over one row's glints, by the fourth-power mean of directions."""
-    (axes, steer, scale, (across, deep, long, tall), per_unit, element), spreads = end[4], end[5]
+    (axes, steer, scale, (across, deep, long, tall), per_unit, element, _), spreads = end[4], end[5]
     enough, result, level = _row(workspace, _SUFFICIENT), _row(workspace, _RESULT), _row(workspace, _LEVEL)
     down, w, u, v = _row(workspace, 12), _row(workspace, 13), _row(workspace, 14), _row(workspace, 15)
     u_most, v_most = _row(workspace, 16), _row(workspace, _SPARE)

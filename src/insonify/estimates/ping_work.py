@@ -21,8 +21,8 @@ from insonify.engines.resolution import Resolution, max_path_length, receivable_
 from insonify.engines.targets import solid_pieces, target_count
 from insonify.engines.volume import VolumeScatterers
 from insonify.estimates import unit_costs
+from insonify.estimates.diffraction_work import diffraction_seconds_on_seabed, diffraction_seconds_on_targets
 from insonify.estimates.facet_work import facet_work
-from insonify.propagation.bounding_cylinders import points_near_cylinders
 from insonify.propagation.families import DIRECT, bounce_sequence, families_reaching
 from insonify.propagation.image_sources import StraightRays
 from insonify.propagation.propagation_model import PropagationModel
@@ -48,8 +48,6 @@ RINGS, SECTORS = 48, 360
 BEAMS_PER_RING, MOST_APART = 512, 12
 """Beams times families from which on keep probabilities are evaluated at every second ring, and so on; rings that are
 apart at most [1]."""
-AROUND = 180
-"""Directions in which the seabed behind solids is counted [1]."""
 STATIONS = 12
 """Distances, and depths, at which pairs of legs to points in the water are counted [1]."""
 TARGET_PINGS, TARGET_LOOKS = 9, 300
@@ -195,7 +193,7 @@ def _boundaries(
         relief = len(scenario.seabed.relief) if boundary == "seabed" else 0
         count = float(points.sum())
         if boundary == "seabed":
-            legs += _diffraction_seconds(simulator, ping_geometry, kept, points, position)
+            legs += diffraction_seconds_on_seabed(simulator, ping_geometry, kept, points, position)
         total += PingWork(count, legs + pairs * each + count * unit_costs.SECONDS_PER_TERRAIN_POINT * relief, tiles)
     return total
 
@@ -232,28 +230,6 @@ def _off_hull_and_faces(
     each = unit_costs.SECONDS_PER_FACE_LEG + _legs(simulator, ping_geometry, DIRECT)
     seconds += float((weight * off_faces).sum()) * each
     return seconds, fold * float((weight * (1 + off_faces / len(kept)) ** 2).sum()) / count
-
-
-def _diffraction_seconds(
-    simulator: Simulator, ping_geometry: PingGeometry, kept: tuple[str, ...], points: Floats, distance: Floats
-) -> float:
-    """Processor time of diffraction around solids, by how many points of each ring lie behind one in the beams [s]."""
-    scene, paths = simulator.engine.scene, simulator.scenario.paths
-    if paths.edge_diffraction == "none" or not scene.solids or not distance.any():
-        return 0.0
-    start, azimuth = ping_geometry.transmit_position, np.linspace(0, 2 * np.pi, AROUND, endpoint=False)
-    offset = distance[:, None, None] * np.stack([np.cos(azimuth), np.sin(azimuth)], axis=-1)
-    ground = np.full((*offset.shape[:2], 1), simulator.scenario.seabed.depth)
-    position = np.concatenate([start[:2] + offset, ground], axis=-1).reshape(-1, 3)
-    direction = (position - start) / np.linalg.norm(position - start, axis=1, keepdims=True)
-    ends = ping_geometry.transmit_beams, ping_geometry.receive_beams
-    gain = np.prod([np.abs(end.gain(direction)).max(axis=0) for end in ends], axis=0)
-    seen = gain >= amplitude_ratio(paths.beam_cutoff_db) * gain.max()
-    behind = np.bincount(np.concatenate(points_near_cylinders(scene, start, position)[len(scene.boxes) :]),
-                         minlength=len(position))  # fmt: skip
-    within = seen.reshape(-1, AROUND).sum(axis=1)
-    share = (behind * seen).reshape(-1, AROUND).sum(axis=1) / np.maximum(within, 1)
-    return float(points @ share) * len(kept) * unit_costs.SECONDS_PER_DIFFRACTED_LEG
 
 
 def _swath_seconds(steps: float, families: int) -> float:
@@ -398,6 +374,7 @@ def _on_targets(simulator: Simulator, *, label: bool = False) -> PingWork:
         total += points
         fullest = max(fullest, (points, ping_geometry), key=lambda one: one[0])
         seconds += points * sum(_legs(simulator, ping_geometry, name) for name in kept)
+        seconds += points * diffraction_seconds_on_targets(simulator, ping_geometry, kept)
         seconds += facing * len(kept) ** 2 * pair_seconds
     most, fullest_geometry = fullest
     if fullest_geometry is None:

@@ -18,6 +18,7 @@ from insonify.estimates.ping_work import PingWork, ping_work, waveform_count
 from insonify.machine_memory import installed_memory
 from insonify.records.labels import COLUMNS
 from insonify.scenario.scenario import Scenario
+from insonify.scene.solid import world_triangles
 from insonify.simulator import Simulator, build_simulator
 from insonify.synthesis.direction_grid import direction_grid
 from insonify.synthesis.time_grid import OVERSAMPLING
@@ -131,6 +132,8 @@ def _memory_of(simulator: Simulator, work: PingWork, labelled: bool, threads: in
     total = unit_costs.BYTES_OF_PROGRAM + (parts_of(int(held)) + 6 / shapes) * held
     total += unit_costs.BYTES_PER_TILE * work.tiles / len(sides)
     total += scenario.track.ping_count * 8 * 30 + scenario.sonar.channel_count * grid.sample_count * 16
+    scene = simulator.engine.scene
+    total += unit_costs.BYTES_PER_TRIANGLE * sum(len(world_triangles(one, scene.seabed).area) for one in scene.solids)
     total += unit_costs.BYTES_PER_PIECE * max(work.pieces, default=0.0)
     total += work.facets
     total += unit_costs.BYTES_OF_RELIEF * bool(scenario.seabed.relief)

@@ -43,8 +43,8 @@ SECONDS_PER_HULL_FACTOR, SECONDS_PER_FACE_LEG = 0.3e-6, 1.2e-6
 """Part of one leg that passes a hull or is reflected by it, and one leg off a smooth face with its size [s]."""
 SECONDS_PER_REFRACTED_LEG = 0.5e-6
 """One leg of refracted rays, more than a straight one [s]."""
-SECONDS_PER_DIFFRACTED_LEG = 2.5e-6
-"""One leg to a point behind a solid other than an upright box, diffracted around it [s]."""
+SECONDS_PER_DIFFRACTING_COLUMN, SECONDS_PER_DIFFRACTING_BOX = 30e-9, 120e-9
+"""One leg diffracted by one column of a solid's silhouette, and by one upright box [s]."""
 SECONDS_PER_RAY = 6.5e-6
 """One ray of the tracer, followed to its end [s]."""
 SECONDS_PER_PIECE = 1.8e-6
@@ -67,6 +67,8 @@ BYTES_OF_RELIEF = 80e6
 """Caches of the terrain."""
 BYTES_PER_FACET = 1500
 """One facet of a smooth target while its faces are split."""
+BYTES_PER_TRIANGLE = 430
+"""One triangle of a solid while the tree of all triangles is built."""
 BYTES_PER_PIECE = 350
 """One piece of a body while it is cut up."""
 

@@ -56,11 +56,11 @@ def points_near_cylinders(
         Increasing rows of such points, for each target in the order of `Scene.occluders`.
     """
     held = bounding_cylinders(scene)
-    rows = np.empty((len(held), len(points)), np.int64)
+    row = np.empty(len(points), np.int64)
     directions_to_solid = np.empty((0, len(points), 3)) if directions is None else directions
-    return [
-        row[: points_behind_cylinder(position, points, directions_to_solid, rim, clearance + TOUCH, direct, row)]
-        for rim, row in zip(held, rows, strict=True)
+    return [  # copies: most targets are near few points
+        row[: points_behind_cylinder(position, points, directions_to_solid, rim, clearance + TOUCH, direct, row)].copy()
+        for rim in held
     ]
 
 

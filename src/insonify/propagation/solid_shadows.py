@@ -5,6 +5,7 @@ tree, built once. Both fill the same columns.
 """
 
 from functools import lru_cache
+from threading import Lock
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,13 +21,21 @@ from insonify.scene.target import Solid
 
 Floats = NDArray[np.float64]
 
+_TREE_LOCK = Lock()
+
 
 @lru_cache(maxsize=8)
-def _scene_tree(solids: tuple[Solid, ...], seabed: Seabed, before: int) -> TriangleTree:
+def _built_tree(solids: tuple[Solid, ...], seabed: Seabed, before: int) -> TriangleTree:
     """Tree of all solids of a scene, whose rows among the occluders follow those of the boxes."""
     corners = [world_triangles(solid, seabed).corners for solid in solids]
     solid_row = np.repeat(np.arange(before, before + len(solids)), [len(part) for part in corners])
     return triangle_tree(np.concatenate(corners), solid_row)
+
+
+def _scene_tree(solids: tuple[Solid, ...], seabed: Seabed, before: int) -> TriangleTree:
+    """Tree of all solids of a scene, see `_built_tree`; threads that need it at once share one."""
+    with _TREE_LOCK:
+        return _built_tree(solids, seabed, before)
 
 
 def occlude_by_solids(

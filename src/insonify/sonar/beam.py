@@ -16,7 +16,16 @@ from insonify.recent_results import Identity
 from insonify.sonar import beam_arrays as beam_arrays  # stand-ins of the kernels
 from insonify.sonar.aperture import pattern
 from insonify.sonar.array import LineArray, PlanarArray, PointTransducer
-from insonify.sonar.beam_kernels import BAFFLED, COSINE, OMNI, BeamMajorants, BeamTables, beam_bounds, beam_gains
+from insonify.sonar.beam_kernels import (
+    BAFFLED,
+    CHANNELS_PER_BLOCK,
+    COSINE,
+    OMNI,
+    BeamMajorants,
+    BeamTables,
+    beam_bounds,
+    beam_gains,
+)
 
 Floats = NDArray[np.float64]
 Tables = tuple[Floats, Floats, Floats, Floats]
@@ -67,7 +76,10 @@ class Beams:
     @property
     def kernel_majorants(self) -> BeamMajorants:
         """The beams' majorants as a tuple for kernels."""
-        return BeamMajorants(self.axes, self.steer, self.scale, self.majorants, self.per_unit, self.element)
+        first = np.arange(0, self.channel_count, CHANNELS_PER_BLOCK)
+        ends = [end.reduceat(side, first) for side in self.steer.T for end in (np.minimum, np.maximum)]
+        blocks = np.stack([*ends, np.maximum.reduceat(self.scale, first)], axis=1)
+        return BeamMajorants(self.axes, self.steer, self.scale, self.majorants, self.per_unit, self.element, blocks)
 
     def equals(self, other: "Beams") -> bool:
         """Return True for beams of the same axes, steering and patterns.
@@ -174,7 +186,7 @@ def _beams_in_array_frame(
         per_unit=per_unit,
     )  # fmt: skip
     # the aperture's pattern is one on axis already: what is left is the element's directivity
-    on_axis = np.abs([bare.single_beam(k).gain(axis)[0] for k, axis in enumerate(_in_array_frame(steer))])
+    on_axis = np.abs(_gain_of_each(bare, np.arange(len(steer)), steer))
     if on_axis.min() < MIN_BOUND:
         angle = np.degrees(array.steers[int(np.argmin(on_axis))][0])
         raise ValueError(
@@ -198,15 +210,31 @@ def grating_lobes(array: LineArray | PlanarArray | PointTransducer, frequency: f
     """
     all_beams = beams(array, frequency, sound_speed)
     period = _replica_period(array, sound_speed / frequency)
-    found = [np.empty((0, 2))]
-    for channel, axis in enumerate(all_beams.steer):
-        reach = [np.arange(-np.floor(2 / p), np.floor(2 / p) + 1) if p > 0 else np.zeros(1) for p in period]
-        order = np.stack(np.meshgrid(*reach), axis=-1).reshape(-1, 2)
-        replica = axis + order * np.asarray(period)
-        replica = replica[np.any(order != 0, axis=1) & (np.sum(replica**2, axis=1) <= 1)]
-        high = np.abs(all_beams.single_beam(channel).gain(_in_array_frame(replica))[0]) > MIN_GRATING_LOBE
-        found.append(replica[high])
-    return np.concatenate(found)
+    reach = [np.arange(-np.floor(2 / p), np.floor(2 / p) + 1) if p > 0 else np.zeros(1) for p in period]
+    order = np.stack(np.meshgrid(*reach), axis=-1).reshape(-1, 2)
+    replica = all_beams.steer[:, None] + order[np.any(order != 0, axis=1)] * np.asarray(period)
+    channel, row = np.nonzero(np.sum(replica**2, axis=2) <= 1)
+    cosines = replica[channel, row]
+    return np.asarray(cosines[np.abs(_gain_of_each(all_beams, channel, cosines)) > MIN_GRATING_LOBE])
+
+
+def _gain_of_each(all_beams: Beams, channel: NDArray[np.intp], cosines: Floats) -> Floats:
+    """Amplitude of one beam towards each direction in front of the array [1], shape (n,).
+
+    Args:
+        all_beams: The beams.
+        channel: Number of the beam for each direction, shape (n,).
+        cosines: Cosines of the directions to the array's right and down [1], shape (n, 2).
+    """
+    (across, down, long, tall), per_unit = all_beams.tables, all_beams.per_unit
+    u, v = cosines.T
+    off = cosines - all_beams.steer[channel]
+    one = beam_arrays.element_gains(all_beams.element, _in_array_frame(cosines)[:, 0])
+    one = one * beam_arrays.table_value(long, per_unit[2], u) * beam_arrays.table_value(tall, per_unit[3], v)
+    beam = beam_arrays.table_value(across, per_unit[0], off[:, 0]) * beam_arrays.table_value(
+        down, per_unit[1], off[:, 1]
+    )
+    return np.asarray(one * (beam * all_beams.scale[channel]))
 
 
 def _axes_of(array: LineArray | PlanarArray | PointTransducer) -> Floats:

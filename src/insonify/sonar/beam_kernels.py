@@ -16,6 +16,8 @@ Floats = NDArray[np.float64]
 
 OMNI, BAFFLED, COSINE = 0, 1, 2
 """Directivity of one element: all round, front half space, cosine of the angle from boresight."""
+CHANNELS_PER_BLOCK = 32
+"""Consecutive channels that are bounded together [1]."""
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -142,6 +144,27 @@ class BeamMajorants(NamedTuple):
     """Rows of each table per unit of direction cosine [1], shape (4,)."""
     element: int
     """Directivity of one element: `OMNI`, `BAFFLED` or the cosine."""
+    blocks: Floats
+    """Least and greatest steering cosine to the right, the same downwards, and largest factor, of every
+    `CHANNELS_PER_BLOCK` channels in order: blocks far from a direction are left out as a whole [1], shape (blocks, 5).
+    """
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def interval_distance(interval: tuple[float, float], least: float, greatest: float) -> float:
+    """Distance between two intervals; 0 where they overlap."""
+    return max(interval[0] - greatest, least - interval[1], 0.0)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def nearest_block(blocks: Floats, u: tuple[float, float]) -> int:
+    """Number of the block of channels nearest to an interval of cosines to the right."""
+    nearest, distance = 0, 4.0
+    for block in range(blocks.shape[0]):
+        off = interval_distance(u, blocks[block, 0], blocks[block, 1])
+        if off < distance:
+            nearest, distance = block, off
+    return nearest
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -159,11 +182,19 @@ def largest_beam(beams: BeamMajorants, w: float, u: tuple[float, float], v: tupl
     one = element_gain(beams.element, w)
     one *= interpolate_majorant(piston_across, per_unit[2], distance_to_interval(u[0], u[1], 0.0))
     one *= interpolate_majorant(piston_down, per_unit[3], distance_to_interval(v[0], v[1], 0.0))
-    largest = 0.0
-    for channel in range(steer.shape[0]):
-        beam = interpolate_majorant(across, per_unit[0], distance_to_interval(u[0], u[1], steer[channel, 0]))
-        beam *= interpolate_majorant(down, per_unit[1], distance_to_interval(v[0], v[1], steer[channel, 1]))
-        largest = max(largest, beam * beams.scale[channel])
+    largest, blocks = 0.0, beams.blocks
+    nearest, count = nearest_block(blocks, u), blocks.shape[0]
+    for i in range(count):
+        block = (nearest + i) % count
+        bound = interpolate_majorant(across, per_unit[0], interval_distance(u, blocks[block, 0], blocks[block, 1]))
+        bound *= interpolate_majorant(down, per_unit[1], interval_distance(v, blocks[block, 2], blocks[block, 3]))
+        if bound * blocks[block, 4] <= largest:
+            continue
+        first = block * CHANNELS_PER_BLOCK
+        for channel in range(first, min(first + CHANNELS_PER_BLOCK, steer.shape[0])):
+            beam = interpolate_majorant(across, per_unit[0], distance_to_interval(u[0], u[1], steer[channel, 0]))
+            beam *= interpolate_majorant(down, per_unit[1], distance_to_interval(v[0], v[1], steer[channel, 1]))
+            largest = max(largest, beam * beams.scale[channel])
     return largest * one
 
 
