@@ -57,7 +57,7 @@ class _Neighbourhoods:
     def envelope(self) -> Floats:
         """Largest gain of the end's beams by any row of rays [1], shape (n,)."""
         sines, beam, spreads = self.end[1], self.end[4], self.end[5]
-        found = np.zeros(len(self.node))
+        largest = np.zeros(len(self.node))
         for row in range(len(sines)):
             down = _between_nodes(sines[row], self.node, self.part)
             level = np.ones(len(down))
@@ -65,14 +65,14 @@ class _Neighbourhoods:
                 level = _between_nodes(spreads.level[row], self.node, self.part)
             spread = self._spread(row, down) if spreads.glints[row] else None
             gain = _gain(beam, self._spans(beam[0], down), spread, spreads.patterns) * level
-            np.fmax(found, gain, out=found)  # no ray, no number
-        return found
+            np.fmax(largest, gain, out=largest)  # no ray, no number
+        return largest
 
     def _spans(self, axes: Floats, down: Floats) -> list[tuple[Floats, Floats]]:
         """Least and greatest cosines to an array's boresight, right and down [1]."""
         level = np.sqrt(np.maximum(1.0 - down * down, 0.0))
-        made = [level * (self.ahead * row[0] + self.aside * row[1]) + down * row[2] for row in axes]
-        return [spans(one, self.cosine, self.sine) if self.wide else (one, one) for one in made]
+        cosines = [level * (self.ahead * row[0] + self.aside * row[1]) + down * row[2] for row in axes]
+        return [spans(one, self.cosine, self.sine) if self.wide else (one, one) for one in cosines]
 
     def _spread(self, row: int, down: Floats) -> tuple[Floats, Floats]:
         """Standard deviations of a glint's cosines to the right and down of the array [1]."""

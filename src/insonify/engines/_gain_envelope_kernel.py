@@ -194,8 +194,8 @@ def _one_way_envelope(end: EnvelopeEnd, workspace: Floats, has_radius: bool, siz
             row = int(node[n])
             down[n] = sines[family, row] + part[n] * (sines[family, row + 1] - sines[family, row])
             if not still:
-                here, beyond = spreads.level[family, row], spreads.level[family, row + 1]
-                level[n] = here + part[n] * (beyond - here)
+                near_level, far_level = spreads.level[family, row], spreads.level[family, row + 1]
+                level[n] = near_level + part[n] * (far_level - near_level)
         _direction_cosines(beam[0], workspace, has_radius, size)
         if spreads.glints[family]:
             _add_glint_envelope(end, family, workspace, size)

@@ -195,7 +195,7 @@ def gradients_at_nodes(depth: Floats, margin: int, ground: Ground, ends: PathEnd
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def changes_sign(gradient: Floats, reach: int, found: NDArray[np.bool_]) -> None:
+def changes_sign(gradient: Floats, reach: int, result: NDArray[np.bool_]) -> None:
     """Mark nodes about which both components of a gradient pass through zero.
 
     The range of either component over the nodes at most `reach` away is widened by a quarter on both sides, for a root
@@ -204,19 +204,19 @@ def changes_sign(gradient: Floats, reach: int, found: NDArray[np.bool_]) -> None
     Args:
         gradient: Both components [1], (2, a, b).
         reach: Nodes to either side.
-        found: Filled, (a, b).
+        result: Filled, (a, b).
     """
     _, rows, columns = gradient.shape
     for i in range(rows):
         for j in range(columns):
-            found[i, j] = True
+            result[i, j] = True
             for axis in range(2):
                 low, high = math.inf, -math.inf
                 for a in range(max(i - reach, 0), min(i + reach + 1, rows)):
                     for b in range(max(j - reach, 0), min(j + reach + 1, columns)):
                         low, high = min(low, gradient[axis, a, b]), max(high, gradient[axis, a, b])
                 if not (1.25 * low <= 0.25 * high and 0.25 * low <= 1.25 * high):
-                    found[i, j] = False
+                    result[i, j] = False
                     break
 
 

@@ -142,11 +142,11 @@ def surely_unobstructed(depth: Floats, distance: Floats, image: np.float32, step
     for s in range(depth.shape[0]):
         for first in range(0, depth.shape[1] - 1, step):
             end = min(first + step, depth.shape[1] - 1)
-            here, there = depth[s, first:end], depth[s, first + 1 : end + 1]
+            near_depth, far_depth = depth[s, first:end], depth[s, first + 1 : end + 1]
             near, far = distance[first:end], distance[first + 1 : end + 1]
             sinks = 0
             for k in range(near.size):  # NaN where the depth is unknown: then nothing is certain
-                low, high = here[k] - image, there[k] - image
+                low, high = near_depth[k] - image, far_depth[k] - image
                 sinks += (high * near[k] * more <= low * far[k]) & (low > 0) & (high > 0)
             if sinks < near.size:
                 return False
@@ -179,15 +179,15 @@ def diffract_over_crests(
         k = min(int(steps) - 1, last)
         if k < 0:
             continue
-        here, at, blocking_sample = launch[s, k], last_crest[s, k], -1
+        launch_slope, at, blocking_sample = launch[s, k], last_crest[s, k], -1
         if ground:
-            slope = float(here + min(steps - (k + 1), 1.0) * (launch[s, k + 1] - here))
+            slope = float(launch_slope + min(steps - (k + 1), 1.0) * (launch[s, k + 1] - launch_slope))
             # the launch horizon is the seabed itself, or the launch over the last crest
-            if slope > (here if at < 0 else min(here, crests[s, at, 1])):
+            if slope > (launch_slope if at < 0 else min(launch_slope, crests[s, at, 1])):
                 visible[n], at = False, last_crest[s, k + 1]
         else:
             slope = float(steepness[n])
-            if slope > lowest[s, k] and here <= lowest[s, k]:
+            if slope > lowest[s, k] and launch_slope <= lowest[s, k]:
                 blocking_sample = k  # it dips into ground that still rises
         if soft and (at >= 0 or blocking_sample >= 0):
             ray = CrestRay(1.0, slope, ENDLESS, distance[n])

@@ -391,10 +391,10 @@ class BeamImportance:
 
 
 @share_kernel.keep_probabilities.stand_in
-def _shares(gain: Floats, fewer: float, least: float, found: Floats) -> None:
+def _shares(gain: Floats, fewer: float, least: float, probability: Floats) -> None:
     """Keep probabilities of the scatterers, as the kernel `keep_probabilities`, into found (n,)."""
     gain = np.minimum(gain, 1.0)
-    found[:] = np.clip(np.maximum(gain * gain, fewer * gain), least, 1.0)
+    probability[:] = np.clip(np.maximum(gain * gain, fewer * gain), least, 1.0)
 
 
 def _nodes(farthest: float) -> Floats:

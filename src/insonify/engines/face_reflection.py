@@ -82,11 +82,11 @@ def lit_points(
         return np.zeros(len(points), bool)
     whole = before + np.maximum(after, NEAREST)
     part = before / whole
-    there, here = points @ face.axes[1], position @ face.axes[1]
-    along = here + part * (there - here)
-    level = np.hypot(whole, there - here)
-    clearance = around * (part + np.abs(there - here) / whole)
-    clearance += RIPPLES * np.sqrt(wavelength / 2 * (level + tall) * part * (1 - part)) * level / whole
+    point_offset, sonar_offset = points @ face.axes[1], position @ face.axes[1]
+    along = sonar_offset + part * (point_offset - sonar_offset)
+    offset_length = np.hypot(whole, point_offset - sonar_offset)
+    clearance = around * (part + np.abs(point_offset - sonar_offset) / whole)
+    clearance += RIPPLES * np.sqrt(wavelength / 2 * (offset_length + tall) * part * (1 - part)) * offset_length / whole
     low, high = ((face.strips[:, 1] + side * face.strips[:, 5]) for side in (-1, 1))
     return np.asarray(lit & (along > low.min() - clearance) & (along < high.max() + clearance))
 
@@ -253,7 +253,7 @@ def _paths(face: FlatFace, family: str, position: Floats, points: Floats, bed: f
         travelled, depth = travelled + abs(goal - depth), goal
         turns[k] = travelled / np.maximum(np.abs(climb), 1e-12)
     nodes = np.concatenate([np.zeros((1, len(points))), turns, np.ones((1, len(points)))])
-    made = []
+    parts = []
     for low, high in ((0.0 * at, at * (1 - TRIM)), (at + TRIM * (1 - at), 0.0 * at + 1 - TRIM)):
         t = np.clip(nodes, low, high)
         point = image + t[..., None] * (points - image)
@@ -261,5 +261,5 @@ def _paths(face: FlatFace, family: str, position: Floats, points: Floats, bed: f
             unfolded = np.mod(image[2] + t * climb, 2 * bed)
             point[..., 2] = np.where(unfolded > bed, 2 * bed - unfolded, unfolded)
         point -= 2 * np.minimum(face.height_of(point), 0.0)[..., None] * face.axes[0]
-        made.append(np.ascontiguousarray(np.moveaxis(point, 0, 1)))
-    return made[0], made[1]
+        parts.append(np.ascontiguousarray(np.moveaxis(point, 0, 1)))
+    return parts[0], parts[1]

@@ -116,14 +116,14 @@ class GlintSpread:
         assert legs is not None
         away = centre - position[:2]
         distance = np.linalg.norm(away, axis=1)
-        level, tilt, turn = (
-            np.interp(distance, _NODES, one) for one in (legs.glints, legs.elevation_change, legs.bearing_change)
+        amplitude, tilt, turn = (
+            np.interp(distance, _NODES, column) for column in (legs.glints, legs.elevation_change, legs.bearing_change)
         )
         ahead = np.where(distance[:, None] > 1e-6, away / np.maximum(distance, 1e-6)[:, None], [1.0, 0.0])
-        found = np.empty(len(centre))
+        gain_bound = np.empty(len(centre))
         spread = kernel.GlintDeviations(tilt, turn, np.array(self.slopes), REACH)
-        kernel.glint_bounds(cones.axis, cones.half_angle, ahead, spread, beams.kernel_majorants, found)
-        return np.asarray(found * level)
+        kernel.glint_bounds(cones.axis, cones.half_angle, ahead, spread, beams.kernel_majorants, gain_bound)
+        return np.asarray(gain_bound * amplitude)
 
 
 def glint_spread(scene: Scene, frequency: float) -> GlintSpread | None:
@@ -134,8 +134,8 @@ def glint_spread(scene: Scene, frequency: float) -> GlintSpread | None:
         frequency: Frequency of the sound [Hz].
     """
     surface, speed = scene.surface, float(scene.water.sound_speed_at(0.0))
-    on_bed = bed_roughness(scene.seabed, frequency, float(scene.water.sound_speed_at(scene.seabed.depth)))
-    if surface.reflection == "flat" and on_bed is None:
+    roughness = bed_roughness(scene.seabed, frequency, float(scene.water.sound_speed_at(scene.seabed.depth)))
+    if surface.reflection == "flat" and roughness is None:
         return None
     variance = along = across = 0.0
     if surface.wind_speed is not None:
@@ -150,12 +150,12 @@ def glint_spread(scene: Scene, frequency: float) -> GlintSpread | None:
     sea = None
     if surface.reflection != "flat":
         sea = RoughBoundary(4 * math.pi * frequency / speed, variance, math.sqrt((slopes[0] + slopes[2]) / 2))
-    if on_bed is None:
+    if roughness is None:
         return GlintSpread(sea, None, slopes, scene.seabed.depth)
-    at_bed, waves = float(scene.water.sound_speed_at(scene.seabed.depth)), on_bed.waves
+    bed_speed, waves = float(scene.water.sound_speed_at(scene.seabed.depth)), roughness.waves
     bed = RoughBoundary(
-        4 * math.pi * frequency / at_bed, float(waves.variance[-1]), math.sqrt(float(waves.slope_moments[0, -1])),
-        on_bed,
+        4 * math.pi * frequency / bed_speed, float(waves.variance[-1]), math.sqrt(float(waves.slope_moments[0, -1])),
+        roughness,
     )  # fmt: skip
     return GlintSpread(sea, bed, (1.0, 0.0, 1.0), scene.seabed.depth)
 
@@ -167,28 +167,30 @@ def _legs(sea: GlintSpread, family: str, source_depth: float, distances: bytes, 
     points = np.column_stack([distance, 0 * distance, np.full(len(distance), depth)])
     rough = "S" * (sea.surface is not None) + "B" * (sea.bed is not None)
     lines = unfold_paths(family, np.array([0.0, 0.0, source_depth]), points, sea.water_depth, rough)
-    bounces = [one for letter in bounce_sequence(family) if (one := sea.boundary(letter)) is not None]
+    bounces = [boundary for letter in bounce_sequence(family) if (boundary := sea.boundary(letter)) is not None]
     sine = lines.vertical_travel / lines.length * np.ones(len(distance))
     height: dict[RoughBoundary, Floats | float] = {}
     slopes_of: dict[RoughBoundary, Floats | float] = {}
-    for one in set(bounces):
-        height[one], slopes_of[one] = one.variance, one.slope
-        if one.roughness is not None:
-            longer = one.roughness.longer_waves(family, source_depth, lines.length * np.ones(len(distance)), sine)
-            height[one] = np.maximum(one.variance - longer[0], 0.0)
-            slopes_of[one] = np.sqrt(np.maximum(one.slope**2 - longer[1], 0.0))
-    quanta = [(one.per_height * lines.vertical_travel / lines.length) ** 2 * height[one] for one in bounces]
+    for boundary in set(bounces):
+        height[boundary], slopes_of[boundary] = boundary.variance, boundary.slope
+        if boundary.roughness is not None:
+            longer = boundary.roughness.longer_waves(family, source_depth, lines.length * np.ones(len(distance)), sine)
+            height[boundary] = np.maximum(boundary.variance - longer[0], 0.0)
+            slopes_of[boundary] = np.sqrt(np.maximum(boundary.slope**2 - longer[1], 0.0))
+    quanta = [
+        (boundary.per_height * lines.vertical_travel / lines.length) ** 2 * height[boundary] for boundary in bounces
+    ]
     alike = len(set(bounces)) == 1
     total = len(quanta) * quanta[0] if alike else sum(quanta)
     share = -np.expm1(-total)
     # slopes are those of a boundary in the mean over all bounces, and the coherent ones have none
-    steepest = np.max([np.max(one) for one in slopes_of.values()])
+    steepest = np.max([np.max(boundary) for boundary in slopes_of.values()])
     incoherent = np.maximum(-np.expm1(-(quanta[0] if alike else total)), LEAST_SHARE)
     more = np.minimum(1 / np.sqrt(incoherent), STEEPEST / np.maximum(steepest, 1e-12))
     tilt, turn = np.zeros(len(distance)), np.zeros(len(distance))
-    for row, one in enumerate(bounces):
-        slope = np.clip(slopes_of[one] * more, 1e-6, STEEPEST)
-        scale = 1.0 if sea.bed is None else slopes_of[one] ** 2
+    for row, boundary in enumerate(bounces):
+        slope = np.clip(slopes_of[boundary] * more, 1e-6, STEEPEST)
+        scale = 1.0 if sea.bed is None else slopes_of[boundary] ** 2
         for axis, sense in ((0, 1.0), (0, -1.0), (1, 1.0)):
             slopes = np.zeros((len(bounces), 2, len(distance)))
             slopes[row, axis] = sense * slope
@@ -219,8 +221,8 @@ def _table(majorant: bytes, per_unit: float) -> Floats:
     turned, wave = np.fft.rfft(line, size), 2 * np.pi * np.fft.rfftfreq(size) / step
     table = np.empty((len(spread), rows))
     middle = far + len(half) - 1
-    for row, one in enumerate(spread):
-        window = sum(np.exp(-0.5 * (part * one * wave) ** 2) for part in kernel.MIXTURE_DEVIATIONS) / len(
+    for row, width in enumerate(spread):
+        window = sum(np.exp(-0.5 * (part * width * wave) ** 2) for part in kernel.MIXTURE_DEVIATIONS) / len(
             kernel.MIXTURE_DEVIATIONS
         )
         table[row] = np.fft.irfft(turned * window, size)[middle : middle + rows]

@@ -100,8 +100,8 @@ def incoherent_bounces(legs: Legs, row: int, number: int, some: NDArray[np.int64
         return [np.ones(len(some))]
     one, every = legs.glints.bed_quanta[:, row, some]
     coherent, any_quantum = np.exp(-one), np.maximum(-np.expm1(-every), 1e-12)
-    found = [
+    bounces = [
         math.comb(number, m) * (1 - coherent) ** m * coherent ** (number - m) / any_quantum for m in range(number + 1)
     ]
-    found[0] = np.maximum(1 - sum(found[1:], np.zeros(len(some))), 0.0)
-    return found
+    bounces[0] = np.maximum(1 - sum(bounces[1:], np.zeros(len(some))), 0.0)
+    return bounces

@@ -220,13 +220,13 @@ def pair_energy_fractions(
     out, back = (
         _legs(scene, terrain, ping_geometry, families, edges, depth)[0] / ping_geometry.sound_speed for depth in depths
     )
-    late = out[pair[:, 0]] + back[pair[:, 1]]
-    own *= late[:, :-1] < ping_geometry.recorded_delays[1]
+    pair_delay = out[pair[:, 0]] + back[pair[:, 1]]
+    own *= pair_delay[:, :-1] < ping_geometry.recorded_delays[1]
     bounced = _bottom_bounces(families)[pair].sum(axis=1)
     energy_fraction = np.zeros((len(pair), RANGE_BINS))
     for left in (0.0, REFLECTED**2) if bounced.any() else (1.0,):
         for energy in own * left ** bounced[:, None]:
-            whole = np.diff(arrived_energy(late, energy), axis=1)
+            whole = np.diff(arrived_energy(pair_delay, energy), axis=1)
             energy_fraction = np.maximum(energy_fraction, energy / np.maximum(whole, 1e-300))
     return energy_fraction.reshape(len(families), len(families), RANGE_BINS)
 

@@ -80,10 +80,10 @@ class TargetInsonification:
             length = np.linalg.norm(middle - images[:, None], axis=2)
             shortest += np.maximum(length.min(axis=0) - radius, 0)
             longest += length.max(axis=0) + radius
-        there = (shortest <= self.path_length_limits[1]) & (longest >= self.path_length_limits[0])
-        rows = np.flatnonzero(there)
-        there[rows] = self.may_receive(middle[rows], radius[rows])
-        return np.asarray(there)
+        reached = (shortest <= self.path_length_limits[1]) & (longest >= self.path_length_limits[0])
+        rows = np.flatnonzero(reached)
+        reached[rows] = self.may_receive(middle[rows], radius[rows])
+        return np.asarray(reached)
 
 
 class Patches(NamedTuple):
@@ -165,7 +165,7 @@ def _receivable(d: PanelDerivatives, patches: Patches, insonification: TargetIns
     radius = np.linalg.norm(d.s, axis=1) * patches.half_s + np.linalg.norm(d.t, axis=1) * patches.half_t
     radius += np.linalg.norm(d.tt, axis=1) * patches.half_t**2 / 2
     normal = outward_normals(d)
-    there, shortest, longest = np.ones(len(radius), bool), np.zeros(len(radius)), np.zeros(len(radius))
+    receivable, shortest, longest = np.ones(len(radius), bool), np.zeros(len(radius)), np.zeros(len(radius))
     # the normal turns over a patch by no more than this
     bent = np.linalg.norm(d.ss, axis=1) / np.maximum(np.linalg.norm(d.s, axis=1), 1e-300) * patches.half_s
     round_one = np.where(np.linalg.norm(d.tt, axis=1) > 0, patches.half_t, 0.0)
@@ -176,13 +176,13 @@ def _receivable(d: PanelDerivatives, patches: Patches, insonification: TargetIns
             leeway = np.minimum(bent + round_one + radius / length, np.pi / 2)
             seen |= -np.einsum("nk,nk->n", ray, normal) > -np.sin(leeway) - insonification.max_deviation
             least, most = np.minimum(least, length - radius), np.maximum(most, length + radius)
-        there &= seen
+        receivable &= seen
         shortest += np.maximum(least, 0)
         longest += most
-    there &= (shortest <= insonification.path_length_limits[1]) & (longest >= insonification.path_length_limits[0])
-    rows = np.flatnonzero(there)
-    there[rows] = insonification.may_receive(d.position[rows], radius[rows])
-    return there
+    receivable &= (shortest <= insonification.path_length_limits[1]) & (longest >= insonification.path_length_limits[0])
+    rows = np.flatnonzero(receivable)
+    receivable[rows] = insonification.may_receive(d.position[rows], radius[rows])
+    return receivable
 
 
 def outward_normals(d: PanelDerivatives) -> Floats:
@@ -288,11 +288,11 @@ def clip_to_water(panel: Panel, patches: Patches, clear: Callable[[Floats], Floa
 
 def _at_corners(panel: Panel, patches: Patches, clear: Callable[[Floats], Floats]) -> Floats:
     """Distance of the corners from a boundary [m]: at (-, -), (-, +), (+, -), (+, +) of (s, t), shape (4, n)."""
-    found = []
+    offsets = []
     for along, across in ((-1, -1), (-1, 1), (1, -1), (1, 1)):
         d = panel.at(patches.s + along * patches.half_s, patches.t + across * patches.half_t)
-        found.append(clear(d.position))
-    return np.array(found).reshape(4, -1)
+        offsets.append(clear(d.position))
+    return np.array(offsets).reshape(4, -1)
 
 
 def _cut(patches: Patches, level: Floats, sides: Floats, free: Mask, finest: float) -> tuple[Patches, Mask]:

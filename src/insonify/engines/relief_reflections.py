@@ -61,16 +61,16 @@ def reflect_off_relief(
     if not isinstance(terrain_occlusion.launches, StraightLaunchAngles):
         shaded = occlude_by_terrain(legs, scatterers, position, terrain_occlusion, soft=soft)
         return _displace_refracted(shaded, bounced, legs, scatterers, position, terrain_occlusion, scene)
-    made = _without_bottom_bounces(legs, bounced, scatterers, position, terrain_occlusion, soft=soft)
+    reflected = _without_bottom_bounces(legs, bounced, scatterers, position, terrain_occlusion, soft=soft)
     for row in bounced:
         some = np.flatnonzero(needed[row]) if needed is not None else np.arange(len(scatterers))
         followed = some
         if scene.seabed.reflecting_interface == "smooth":
-            followed = some[~_negligible(made, row, some, position, terrain_occlusion)]
-        made.reflection_coefficient[row] = 0.0
+            followed = some[~_negligible(reflected, row, some, position, terrain_occlusion)]
+        reflected.reflection_coefficient[row] = 0.0
         if len(followed):
-            _write_bounced(made, row, followed, scatterers, position, terrain_occlusion, scene, soft=soft)
-    return made
+            _write_bounced(reflected, row, followed, scatterers, position, terrain_occlusion, scene, soft=soft)
+    return reflected
 
 
 def _without_bottom_bounces(
@@ -78,16 +78,16 @@ def _without_bottom_bounces(
     terrain_occlusion: TerrainOcclusion, *, soft: bool,
 ) -> Legs:  # fmt: skip
     """The legs with their rows without bottom bounces as the seabed leaves them, the others as they are."""
-    made = replace(legs, visibility=np.empty(legs.delay.shape, complex)) if soft else legs
-    made.visibility[bounced] = legs.visibility[bounced]
+    result = replace(legs, visibility=np.empty(legs.delay.shape, complex)) if soft else legs
+    result.visibility[bounced] = legs.visibility[bounced]
     plain = [row for row in range(len(legs.families)) if row not in bounced]
     if plain:
         ahead = plain == list(range(len(plain)))
         first = legs.first_rows(len(plain)) if ahead else leg_rows(legs, plain)
         lit = occlude_by_terrain(first, scatterers, position, terrain_occlusion, soft=soft)
         for name in ("status", "occluder", "visibility"):
-            getattr(made, name)[slice(len(plain)) if ahead else plain] = getattr(lit, name)
-    return made
+            getattr(result, name)[slice(len(plain)) if ahead else plain] = getattr(lit, name)
+    return result
 
 
 def _negligible(
@@ -235,37 +235,37 @@ def _displace_refracted(
     To first order a plane that stands h higher under a bounce shortens a leg by 2 h sin(grazing), whatever the water:
     the straight path's change is scaled by the ratio of the sines.
     """
-    made = replace(legs, **{name: getattr(legs, name).copy() for name in _COPIED_COLUMNS})
+    displaced = replace(legs, **{name: getattr(legs, name).copy() for name in _COPIED_COLUMNS})
     north, east = (scatterers.position[:, :2] - position[:2]).T
     distance, speed = np.hypot(north, east), float(scene.water.sound_speed_at(terrain_occlusion.bed.depth))
     for row in bounced:
-        family = made.families[row]
+        family = displaced.families[row]
         launch = steepness(family, plain.departure[row, :, 2])
         needed = np.array(
             [np.clip(at, 0.0, distance) for at in terrain_occlusion.launches.bounce_ranges(family, launch)]
         )
-        level = flat_image_paths(family, position, scatterers.position, terrain_occlusion.bed.depth)
+        flat = flat_image_paths(family, position, scatterers.position, terrain_occlusion.bed.depth)
         local = local_plane_paths(
             family, position, scatterers.position, terrain_occlusion.bed, terrain_occlusion.wavelength,
             terrain_bounce_ranges=needed,
         )  # fmt: skip
         tangent = terrain_occlusion.launches.bottom_grazing_tangent(launch)
         sine = tangent / np.hypot(1, tangent)
-        straight = level.grazing_sine[bounce_sequence(family).index("B")]
+        straight = flat.grazing_sine[bounce_sequence(family).index("B")]
         with np.errstate(invalid="ignore"):
-            excess = (local.length - level.length) * sine / np.maximum(straight, 1e-9)
-        there = (made.status[row] <= LegStatus.OCCLUDED) & local.is_valid & np.isfinite(excess)
-        excess = np.where(there, excess, 0.0)
-        made.delay[row] += excess / speed
-        made.absorption[row] **= 1 + excess / made.length[row]
-        made.spreading[row] *= made.length[row] / (made.length[row] + excess)
-        made.length[row] += excess
-        for column, now, was in ((made.departure, local.departure, level.departure),
-                                 (made.arrival, local.arrival, level.arrival)):  # fmt: skip
-            turned = column[row] + np.where(there[:, None], now - was, 0.0)
+            excess = (local.length - flat.length) * sine / np.maximum(straight, 1e-9)
+        is_displaced = (displaced.status[row] <= LegStatus.OCCLUDED) & local.is_valid & np.isfinite(excess)
+        excess = np.where(is_displaced, excess, 0.0)
+        displaced.delay[row] += excess / speed
+        displaced.absorption[row] **= 1 + excess / displaced.length[row]
+        displaced.spreading[row] *= displaced.length[row] / (displaced.length[row] + excess)
+        displaced.length[row] += excess
+        for column, now, was in ((displaced.departure, local.departure, flat.departure),
+                                 (displaced.arrival, local.arrival, flat.arrival)):  # fmt: skip
+            turned = column[row] + np.where(is_displaced[:, None], now - was, 0.0)
             column[row] = turned / np.linalg.norm(turned, axis=1, keepdims=True)
-        update_grazing(made, row, scatterers.normal)
-    return made
+        update_grazing(displaced, row, scatterers.normal)
+    return displaced
 
 
 _WRITTEN_COLUMNS = (

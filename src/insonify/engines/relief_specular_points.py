@@ -91,7 +91,7 @@ def with_specular_points(
     if layered:  # wavelength of the unit of travel times
         wavelength *= float(water.speed[0]) * water.slowness
     rows: list[int] = []
-    found: list[SpecularPoints | None] = []
+    row_points: list[SpecularPoints | None] = []
     for row, family in enumerate(legs.families):
         points = None
         if terrain is not None and (legs.families.count(family) == 1 and family == "B" if layered else (
@@ -101,17 +101,17 @@ def with_specular_points(
             key = begin.tobytes(), stop.tobytes(), wavelength
             points = cache.get(key, partial(specular_points, terrain, begin, stop, wavelength, water))
         rows += [row] * (1 if points is None else len(points.length))
-        found.append(points)
-    made = leg_rows(legs, rows)
+        row_points.append(points)
+    result = leg_rows(legs, rows)
     branches: list[int] = []
-    for row, points in enumerate(found):
+    for row, points in enumerate(row_points):
         if points is None:
             branches.append(legs.branch[row])
             continue
         at = slice(len(branches), len(branches) + len(points.length))
-        _write(made, at, points, legs, row, (position, end), scene, wavelength)
+        _write(result, at, points, legs, row, (position, end), scene, wavelength)
         branches += range(len(points.length))
-    return replace(made, branch=tuple(branches))
+    return replace(result, branch=tuple(branches))
 
 
 def _images(family: str, begin: Floats, stop: Floats) -> tuple[Floats, Floats]:
@@ -121,7 +121,7 @@ def _images(family: str, begin: Floats, stop: Floats) -> tuple[Floats, Floats]:
 
 
 def _write(
-    made: Legs, rows: slice, points: SpecularPoints, legs: Legs, row: int, ends: tuple[Floats, Floats], scene: Scene,
+    result: Legs, rows: slice, points: SpecularPoints, legs: Legs, row: int, ends: tuple[Floats, Floats], scene: Scene,
     wavelength: float,
 ) -> None:  # fmt: skip
     """Write the rows of one family between two ends."""
@@ -147,26 +147,31 @@ def _write(
         "arrival": towards * mirrored if family[-1] == "S" else towards,
     }  # fmt: skip
     for name, column in columns.items():
-        getattr(made, name)[rows, 0] = column
+        getattr(result, name)[rows, 0] = column
     if scene.water.layered:
         water = surface_water(scene, scene.water.sound_speed, False, False)
-        _write_refracted(made, rows, points, ends, per_metre, water)
+        _write_refracted(result, rows, points, ends, per_metre, water)
 
 
 def _write_refracted(
-    made: Legs, rows: slice, points: SpecularPoints, ends: tuple[Floats, Floats], per_metre: float, water: SurfaceWater
+    result: Legs,
+    rows: slice,
+    points: SpecularPoints,
+    ends: tuple[Floats, Floats],
+    per_metre: float,
+    water: SurfaceWater,
 ) -> None:
     """Write travel times, lengths and directions of the family B in layered water."""
     lengths = np.zeros(len(points.length))
     for name, end, sense in (("departure", ends[0], 1.0), ("arrival", ends[1], -1.0)):
         across = sense * (points.position - end)[:, :2]
-        found = rays_to(points.position, end, water)
-        cosine = np.minimum(found[:, 0] * np.interp(end[2], water.depth, water.speed) / water.speed[0], 1.0)
+        rays = rays_to(points.position, end, water)
+        cosine = np.minimum(rays[:, 0] * np.interp(end[2], water.depth, water.speed) / water.speed[0], 1.0)
         ahead = across / np.maximum(np.linalg.norm(across, axis=1), 1e-12)[:, None]
-        getattr(made, name)[rows, 0] = np.column_stack([ahead * cosine[:, None], sense * np.sqrt(1 - cosine**2)])
-        lengths += found[:, 4]
-    made.delay[rows, 0], made.length[rows, 0] = points.length / water.speed[0], lengths
-    made.absorption[rows, 0] = np.exp(per_metre * lengths)
+        getattr(result, name)[rows, 0] = np.column_stack([ahead * cosine[:, None], sense * np.sqrt(1 - cosine**2)])
+        lengths += rays[:, 4]
+    result.delay[rows, 0], result.length[rows, 0] = points.length / water.speed[0], lengths
+    result.absorption[rows, 0] = np.exp(per_metre * lengths)
 
 
 def specular_points(
@@ -211,16 +216,16 @@ def specular_points(
     positions = _stationary(_starts(smooth, ground, ends), ground, ends)
     if not len(positions):
         return None
-    found = _at(ground, positions, ends, wavelength, wave, residual)
+    points = _at(ground, positions, ends, wavelength, wave, residual)
     if not keeps_all:
-        return found
-    exact = np.column_stack([found.position[:, :2], terrain.depth_at(*found.position[:, :2].T)])
+        return points
+    exact = np.column_stack([points.position[:, :2], terrain.depth_at(*points.position[:, :2].T)])
     # stationary: to second order
     if water.depth.size:
         length = rays_to(exact, begin, water)[:, 3] + rays_to(exact, stop, water)[:, 3]
     else:
         length = np.linalg.norm(exact - begin, axis=1) + np.linalg.norm(exact - stop, axis=1)
-    return found._replace(position=exact, length=length)
+    return points._replace(position=exact, length=length)
 
 
 def _rms_slope(terrain: SeabedTerrain, middle: Floats, reach: float) -> float:
@@ -292,8 +297,13 @@ def _at(
     focusing = np.sqrt(np.linalg.det(plane) / np.maximum(np.abs(value.prod(axis=1)), 1e-12))
     points = np.column_stack([positions, depth])
     if water.depth.size:  # Kirchhoff's integral: cosine / (d1 d2 sqrt |det H|), with d spreading distances
-        apart = [rays_to(points, end, water)[:, 5] for end in (ends.begin, ends.stop)]
-        focusing *= length * sine * rows[:, 11] / (apart[0] * apart[1] * np.sqrt(np.linalg.det(plane)))
+        spreading_distance = [rays_to(points, end, water)[:, 5] for end in (ends.begin, ends.stop)]
+        focusing *= (
+            length
+            * sine
+            * rows[:, 11]
+            / (spreading_distance[0] * spreading_distance[1] * np.sqrt(np.linalg.det(plane)))
+        )
         sine = sine * np.interp(depth, water.depth, water.speed) / water.speed[0]
     order = np.argsort(-focusing / length, kind="stable")[:MOST]
     return SpecularPoints(

@@ -97,12 +97,12 @@ def lobes(ping_geometry: PingGeometry) -> tuple[Lobe, ...]:
         wavelength = ping_geometry.sound_speed / ping_geometry.frequency
         spans = [2 * max(side, wavelength) / wavelength * BEAM_CELLS for side in ping_geometry.element_extent]
         width, height = min(width, 1 / spans[0]), min(height, 1 / spans[1])
-    found: list[Lobe] = []
+    result: list[Lobe] = []
     for axes in (sent.axes, receive.axes):
         for axis, span in ((axes[1], width), (axes[2], height)):
-            if not any(np.allclose(axis, lobe.axis) and span == lobe.width for lobe in found):
-                found.append(Lobe(axis, span))
-    return tuple(found)
+            if not any(np.allclose(axis, lobe.axis) and span == lobe.width for lobe in result):
+                result.append(Lobe(axis, span))
+    return tuple(result)
 
 
 def _stacked(faces: list[tuple[FaceImage, Floats]]) -> Floats:

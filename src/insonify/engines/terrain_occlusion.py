@@ -93,27 +93,27 @@ class TerrainOcclusion:
         Returns:
             True where a ray is clear, shape (f, n).
         """
-        found = np.empty((len(families), len(distance)), bool)
+        result = np.empty((len(families), len(distance)), bool)
         for row, name in enumerate(families):
             if ground and self._cut_on_last_segment_only(name):
-                found[row] = True
+                result[row] = True
                 if left is not None:
                     left[row] = 1.0
-                self._occlude_terrain_points(groups, name, distance, found[row], None if left is None else left[row])
+                self._occlude_terrain_points(groups, name, distance, result[row], None if left is None else left[row])
                 continue
             soft = None if left is None else np.ones(len(distance), complex)
-            found[row] = self._clear(name, groups, distance, sine[row], ground, soft)
+            result[row] = self._clear(name, groups, distance, sine[row], ground, soft)
             steep = steepness(name, sine[row])
             off_table = self.launches.off_table_rays(name, steep, distance, depth)
             if off_table is not None and off_table.any():
                 rays = RayModel(self.launches, self.bed.depth, self.wavelength, self.step)
                 marched = march_over_terrain(rays, name, groups, distance, steep, depth, off_table, on_terrain=ground)
-                found[row, off_table] = marched[off_table]
+                result[row, off_table] = marched[off_table]
                 if soft is not None:
                     soft[off_table] = marched[off_table]
             if left is not None:
                 left[row] = soft
-        return found
+        return result
 
     def _cut_on_last_segment_only(self, family: str) -> bool:
         """Return True if rays of a family to the seabed can be cut on their last segment only, one to each position."""
@@ -217,10 +217,10 @@ class TerrainOcclusion:
         return lit
 
     def _horizon(self, groups: list[ProfileGroup], family: str, distance: Floats) -> Floats:
-        found, reach = np.full(len(distance), np.inf), self._steps(distance)
+        horizon, reach = np.full(len(distance), np.inf), self._steps(distance)
         for lines, points, rows in groups:
-            kernel.horizon_at(lines.horizon(family).bound, rows, reach, points, found)
-        return found
+            kernel.horizon_at(lines.horizon(family).bound, rows, reach, points, horizon)
+        return horizon
 
     def _steps(self, distance: Floats) -> Floats:
         """Distances [m] in samples along a line; bounces that do not exist become very large."""
@@ -330,8 +330,10 @@ def _roughness_factor(terrain_occlusion: TerrainOcclusion, family: str, distance
     sine = np.asarray(tangent / np.hypot(1, tangent), float)
     for letter, bounce in zip(bounce_sequence(family), launches.bounce_ranges(family, steepness), strict=True):
         if letter == "B":
-            there = np.where(bounce < distance, bounce, distance / 2)  # a ray that turns before it contributes nothing
-            half = fresnel_half_length(there, distance, tangent, terrain_occlusion.wavelength)
+            bounce_range = np.where(
+                bounce < distance, bounce, distance / 2
+            )  # a ray that turns before it contributes nothing
+            half = fresnel_half_length(bounce_range, distance, tangent, terrain_occlusion.wavelength)
             # An ellipse, longer along the ray than across it: its mean axis.
             zone = np.asarray(np.maximum(2 * half * np.sqrt(sine), 1e-6), float)
             left *= terrain_occlusion.bed.roughness_reflection_factor(sine, terrain_occlusion.wavelength, zone)

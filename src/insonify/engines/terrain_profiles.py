@@ -144,12 +144,12 @@ class AzimuthProfiles:
                     np.asarray((first + slices / 2) * width + self._lattice.heading), slices * width, zone
                 )
 
-            level, found = is_high(sectors, PROFILES_PER_SECTOR), np.zeros(count // MERGE_GROUP)
+            level, merged = is_high(sectors, PROFILES_PER_SECTOR), np.zeros(count // MERGE_GROUP)
             some = sectors[level >= LOW_GAIN * level.max()]
             eights = (some[:, None] + np.arange(0, PROFILES_PER_SECTOR, MERGE_GROUP)).ravel()
-            found[eights // MERGE_GROUP] = is_high(eights, MERGE_GROUP)
+            merged[eights // MERGE_GROUP] = is_high(eights, MERGE_GROUP)
             first = int(start) // MERGE_GROUP
-            self.merged[first : first + len(found)] = np.where(found < LOW_GAIN * found.max(), MERGE_POWER, 0)
+            self.merged[first : first + len(merged)] = np.where(merged < LOW_GAIN * merged.max(), MERGE_POWER, 0)
             inner = float(outer)
 
     def group_points(self, sonar: Floats, position: Floats) -> tuple[Floats, list[ProfileGroup]]:

@@ -103,13 +103,13 @@ def label_work(simulator: Simulator) -> PingWork:
     paths = scenario.paths.unchecked_copy(scatterers_per_cell=fewer, engine="eigenrays")
     # unchecked: an expectation's work is counted, though sub-bands and the like are for pressures
     expected = replace(simulator, scenario=scenario.unchecked_copy(field="incoherent", paths=paths), tracer=None)
-    total, names, apart = _on_targets(expected, label=True), simulator.label_names, False
+    total, names, has_pair_curves = _on_targets(expected, label=True), simulator.label_names, False
     for side in simulator.ping_geometries(0):
         fast = _label_swath(simulator, side)
         total += _boundaries(expected, side, label=True, seabed=fast is None) + _water(expected, side, label=True)
-        total, apart = total + (fast or PingWork()), apart or fast is None
+        total, has_pair_curves = total + (fast or PingWork()), has_pair_curves or fast is None
     # in fast reverberation pairs share the curve of the object
-    curves = (len(names.objects) + len(names.pairs) * apart) * scenario.sonar.channel_count
+    curves = (len(names.objects) + len(names.pairs) * has_pair_curves) * scenario.sonar.channel_count
     return PingWork(total.points, total.seconds + curves * transform_seconds(simulator, expected=True), total.tiles)
 
 
@@ -145,9 +145,9 @@ def _slice(simulator: Simulator, ping_geometry: PingGeometry) -> PingWork:
     """Points along the one line of each boundary, and their pairs."""
     scenario = simulator.scenario
     seen = ping_scatterers(simulator.engine.scene, scenario.paths, scenario.seed, ping_geometry, simulator.engine.rays)
-    found: list[tuple[Boundary, float]] = [("seabed", scenario.seabed.depth), ("surface", 0.0)]
+    boundaries: list[tuple[Boundary, float]] = [("seabed", scenario.seabed.depth), ("surface", 0.0)]
     total = PingWork(seconds=unit_costs.SECONDS_PER_SLICE_PING)
-    for boundary, level in found:
+    for boundary, level in boundaries:
         kept = families_reaching(boundary, scenario.paths.followed_families)
         if boundary not in scenario.paths.contributions or _law(scenario, boundary) is None or not kept:
             continue
@@ -167,8 +167,8 @@ def _boundaries(
     """Scatterers of the seabed, unless it is counted apart, and of the surface."""
     scenario, total = simulator.scenario, PingWork()
     seen = ping_scatterers(simulator.engine.scene, scenario.paths, scenario.seed, ping_geometry, simulator.engine.rays)
-    found: list[tuple[Boundary, float]] = [("seabed", scenario.seabed.depth), ("surface", 0.0)]
-    for boundary, level in found:
+    boundaries: list[tuple[Boundary, float]] = [("seabed", scenario.seabed.depth), ("surface", 0.0)]
+    for boundary, level in boundaries:
         kept, law = families_reaching(boundary, scenario.paths.followed_families), _law(scenario, boundary)
         if (
             boundary not in scenario.paths.contributions
@@ -434,8 +434,8 @@ def _fast_reverberation_steps(simulator: Simulator, ping_geometry: PingGeometry)
 
 def waveform_count(ping_geometry: PingGeometry) -> int:
     """Waveforms that each channel's sound is a sum of."""
-    made = waveform_basis(ping_geometry)
-    return len(made.band) * len(made.doppler)
+    basis = waveform_basis(ping_geometry)
+    return len(basis.band) * len(basis.doppler)
 
 
 def _expected_pair_seconds(
@@ -480,11 +480,11 @@ def _on_boundary(
     glints = glint_spread(scenario.scene, ping_geometry.frequency)
     if ping_geometry.receive_track_extent is not None:  # no rings about two positions: its tiles are counted
         widest = max_path_length(ping_geometry, scenario.water.max_sound_speed)
-        found, density = tiles_in_view(
+        view_tiles, density = tiles_in_view(
             ping_geometry, scenario.seabed.scatterer_grid, level, rays, families, resolution, floor, rise=rise,
             widest=widest, glints=glints, images=images,
         )  # fmt: skip
-        return density * TILE**2, np.zeros(len(density)), float(len(found.level))
+        return density * TILE**2, np.zeros(len(density)), float(len(view_tiles.level))
     reach = receivable_range(ping_geometry, level, rays, families, rise=rise)
     if reach.farthest <= reach.nearest:
         return np.zeros(1), np.zeros(1), 0.0

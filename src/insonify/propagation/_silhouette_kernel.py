@@ -155,7 +155,7 @@ def diffract_around_solid(
             number = edge_fresnel_number(off, behind / level, length[n], wavelength)
             if behind <= 0:
                 number = math.copysign(ENDLESS, off)
-            here = edge_diffraction(number, table)
+            factor = edge_diffraction(number, table)
             if k > 0:
                 c = columns[k - 1]
                 over = c[4] < reach < c[5] and borders[k - 1] <= turn <= borders[k]
@@ -170,12 +170,12 @@ def diffract_around_solid(
                         )
                     if top > -FAR:
                         up = edge_diffraction(base, table) - edge_diffraction(top, table)
-                        across = before - here
+                        across = before - factor
                         if screen.infinitely_wide:
                             across = 1 + 0j if borders[k - 1] <= turn < borders[k] else 0j
                         blocked += across * up
                     seen = seen or borders[k - 1] <= turn <= borders[k]
-            before = here
+            before = factor
         if mine:
             visibility[n] = 1 - blocked if seen else 0j
         else:

@@ -95,27 +95,36 @@ class _RayExpansion:
         along, aside = x * c + z * s, z * c - x * s
         root = np.sqrt(np.maximum(1 - 2 * b * along + b**2 * (x**2 + z**2), 1e-6))
         turn = self.gradient / (2 * self.speed**2)
-        late = (b * (x**2 + z**2) - 2 * along) / (1 + root) / self.speed + turn * (s * along + 2 * c * aside) * along
+        delay_change = (b * (x**2 + z**2) - 2 * along) / (1 + root) / self.speed + turn * (
+            s * along + 2 * c * aside
+        ) * along
         slope = turn * 2 * (s * along + c * aside), turn * 2 * c * along  # along, and aside
         to_x = (b * x - c) / root / self.speed + slope[0] * c - slope[1] * s
         to_z = (b * z - s) / root / self.speed + slope[0] * s + slope[1] * c
-        return late, to_x, to_z, -np.log(root)
+        return delay_change, to_x, to_z, -np.log(root)
 
     def excess(self, family_rays: FamilyRays, x: Floats | float, z: float) -> Floats:
         """Deviation of rays to one position from the sphere: delay, both derivatives, log pressure, (4, n)."""
-        late, to_x, to_z, log_reference = self.sphere(x, z)
-        there = np.arange(family_rays.rays.shape[1]) < np.minimum(family_rays.count, MOST)[:, None]
-        apart = np.where(there, np.abs(family_rays.rays[:, :, DELAY] - (self.delay + late)[:, None]), np.inf)
-        nearest = np.argmin(apart, axis=1)
+        delay_change, to_x, to_z, log_reference = self.sphere(x, z)
+        exists = np.arange(family_rays.rays.shape[1]) < np.minimum(family_rays.count, MOST)[:, None]
+        deviation = np.where(
+            exists, np.abs(family_rays.rays[:, :, DELAY] - (self.delay + delay_change)[:, None]), np.inf
+        )
+        nearest = np.argmin(deviation, axis=1)
         n = np.arange(len(nearest))
         ray = family_rays.rays[n, nearest]
         speed = float(self.water.sound_speed_at(self.depth + z))
         with np.errstate(divide="ignore", invalid="ignore"):
             log_ratio = np.log(ray[:, AMPLITUDE] / self.amplitude) - log_reference
         terms = np.array(
-            [ray[:, DELAY] - self.delay - late, -ray[:, SLOWNESS] - to_x, -ray[:, SIN_LAUNCH] / speed - to_z, log_ratio]
+            [
+                ray[:, DELAY] - self.delay - delay_change,
+                -ray[:, SLOWNESS] - to_x,
+                -ray[:, SIN_LAUNCH] / speed - to_z,
+                log_ratio,
+            ]
         )
-        terms[:, ~(apart[n, nearest] < ANOTHER)] = np.nan
+        terms[:, ~(deviation[n, nearest] < ANOTHER)] = np.nan
         terms[3, ray[:, FOLD_SIDE] != 0] = np.nan
         return terms
 

@@ -381,11 +381,11 @@ def bounce_times(
         sonar_end: End of the sonar at which the legs begin.
     """
     # Receive legs are timed after a direct transmit leg: other transmit legs differ by milliseconds.
-    there = np.linalg.norm(scatterers.position - sonar_end.transmit_position, axis=1) / float(
+    transmit_delay = np.linalg.norm(scatterers.position - sonar_end.transmit_position, axis=1) / float(
         scene.water.sound_speed_at(sonar_end.position[2])
     )
     before = paths.bounce_fractions() * delay
-    return sonar_end.ping_time + before, sonar_end.ping_time + there + delay - before
+    return sonar_end.ping_time + before, sonar_end.ping_time + transmit_delay + delay - before
 
 
 def leg_rows(legs: Legs, rows: list[int]) -> Legs:

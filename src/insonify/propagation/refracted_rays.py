@@ -74,18 +74,18 @@ class RefractedRays:
         horizontal_geometry(self.layers.depth, self.layers.speed, position, scatterers.position, shared)
         depth, ranges = shared[DEPTH], shared[RANGE]
         if frequency >= LOWEST_FREQUENCY:
-            found = [self.tables.rays(f, scatterers.boundary, float(position[2]), depth, ranges) for f in kept]
+            family_rays = [self.tables.rays(f, scatterers.boundary, float(position[2]), depth, ranges) for f in kept]
         else:  # folds reach further than tables represent
-            found = [exact_rays(self.layers, f, float(position[2]), depth, ranges) for f in kept]
-        return self._assemble(position, scatterers, shared, found, frequency)
+            family_rays = [exact_rays(self.layers, f, float(position[2]), depth, ranges) for f in kept]
+        return self._assemble(position, scatterers, shared, family_rays, frequency)
 
     def open_water(self) -> "RefractedRays":
         """Rays of the same water and tables without targets; see `PropagationModel.open_water`."""
-        made = copy(self)
+        model = copy(self)
         for name, value in (("scene", open_scene(self.scene)), ("boxes", self.boxes[:0]),
                             ("body_bounds", self.body_bounds[:0])):  # fmt: skip
-            object.__setattr__(made, name, value)
-        return made
+            object.__setattr__(model, name, value)
+        return model
 
     def with_aperture_expansion(
         self, legs: Legs, position: Floats, scatterers: Scatterers, aperture_extent: tuple[float, float]
@@ -130,15 +130,15 @@ class RefractedRays:
 
     def launch_angles(self, source_depth: float) -> RefractedLaunchAngles:
         """Launch angles of refracted rays, cached for pings from the same sonar depth."""
-        found = self.launch_angle_tables.get(source_depth)
-        if found is None:  # two threads may both build it, with equal results
+        table = self.launch_angle_tables.get(source_depth)
+        if table is None:  # two threads may both build it, with equal results
             if len(self.launch_angle_tables) > MOST_LAUNCHED:
                 self.launch_angle_tables.clear()
             highest = min(self.tables.terrain_depths[0], *self.domain.point_depths)
             farthest = max(self.domain.max_range, 1.0)
-            found = RefractedLaunchAngles(self.layers, source_depth, farthest, (highest, self.tables.terrain_depths[1]))
-            self.launch_angle_tables[source_depth] = found
-        return found
+            table = RefractedLaunchAngles(self.layers, source_depth, farthest, (highest, self.tables.terrain_depths[1]))
+            self.launch_angle_tables[source_depth] = table
+        return table
 
     def _levels(self, boundary_depth: float, relief_height: float) -> list[float]:
         """Depths between which a boundary lies, all within the profile [m]."""

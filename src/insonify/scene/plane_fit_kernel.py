@@ -112,8 +112,8 @@ def fit_planes(
                 break
             # without a sign, for a number that might be negative is checked each time
             first = np.uint64(np.uint32(row)) * _TILE + np.uint64(np.uint32(cells[_NEXT + k]))
-            f, g, here, below = at[k], at[_NEXT + k], flat[first], flat[first + _DOWN]
-            low = here + g * (flat[first + np.uint64(1)] - here)
+            f, g, corner, below = at[k], at[_NEXT + k], flat[first], flat[first + _DOWN]
+            low = corner + g * (flat[first + np.uint64(1)] - corner)
             high = below + g * (flat[first + _DOWN + np.uint64(1)] - below)
             height = np.float64(low + f * (high - low))
             total += height
@@ -144,8 +144,8 @@ def _known(
     total = squares = along = across = lean_u = lean_v = 0.0
     for k in range(samples):
         u, v, first = pattern[0, k], pattern[1, k], heightmap.row_of[cells[k]] * NODES * NODES + cells[MAX_SAMPLES + k]
-        here, below = heightmap.heights[first], heightmap.heights[first + NODES]
-        low = here + at[MAX_SAMPLES + k] * (heightmap.heights[first + 1] - here)
+        corner, below = heightmap.heights[first], heightmap.heights[first + NODES]
+        low = corner + at[MAX_SAMPLES + k] * (heightmap.heights[first + 1] - corner)
         high = below + at[MAX_SAMPLES + k] * (heightmap.heights[first + NODES + 1] - below)
         height = np.float64(low + at[k] * (high - low))
         if height == height:

@@ -69,11 +69,11 @@ class SeabedTerrain:
         """
         terrain = self.relief.resolved
 
-        def made(rows: NDArray[np.int64], known: NDArray[np.int64]) -> Floats:
+        def computed(rows: NDArray[np.int64], known: NDArray[np.int64]) -> Floats:
             return terrain.gradient_rows_in_world(terrain.sample_in_grid_axes(*positions(rows, known)))
 
-        held = self._points.get(seed) or self._points.setdefault(seed, ScattererTerrainCache(_MAX_CACHE_BYTES))
-        return held.rows_of(key, size, made)
+        cache = self._points.get(seed) or self._points.setdefault(seed, ScattererTerrainCache(_MAX_CACHE_BYTES))
+        return cache.rows_of(key, size, computed)
 
     @cached_property
     def heightmap_cell_size(self) -> float:

@@ -91,8 +91,8 @@ def _made(solid: Solid) -> Triangles:
             surface, row = mesh_parts(file, up, scale, sha256, tuple(part.name for part in parts))
             return surface.part(row == solid.part) if isinstance(solid, MeshFaces) else surface
         case LibraryTarget(name=name, size=size, variant=variant):
-            made = preset_triangles(name, variant)
-            return made if size is None else made.scaled(np.array(size) / (made.high - made.low))
+            triangles = preset_triangles(name, variant)
+            return triangles if size is None else triangles.scaled(np.array(size) / (triangles.high - triangles.low))
 
 
 @lru_cache(maxsize=1024)

@@ -198,15 +198,15 @@ def grating_lobes(array: LineArray | PlanarArray | PointTransducer, frequency: f
     """
     all_beams = beams(array, frequency, sound_speed)
     period = _replica_period(array, sound_speed / frequency)
-    found = [np.empty((0, 2))]
+    lobes = [np.empty((0, 2))]
     for channel, axis in enumerate(all_beams.steer):
         reach = [np.arange(-np.floor(2 / p), np.floor(2 / p) + 1) if p > 0 else np.zeros(1) for p in period]
         order = np.stack(np.meshgrid(*reach), axis=-1).reshape(-1, 2)
         replica = axis + order * np.asarray(period)
         replica = replica[np.any(order != 0, axis=1) & (np.sum(replica**2, axis=1) <= 1)]
         high = np.abs(all_beams.single_beam(channel).gain(_in_array_frame(replica))[0]) > MIN_GRATING_LOBE
-        found.append(replica[high])
-    return np.concatenate(found)
+        lobes.append(replica[high])
+    return np.concatenate(lobes)
 
 
 def _axes_of(array: LineArray | PlanarArray | PointTransducer) -> Floats:

@@ -114,7 +114,7 @@ def gather_samples(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def append_pair_samples(
-    lists: SampleLists, one: int, area: Singles, n: int, rows: Integers, weight: Singles, found: Integers
+    lists: SampleLists, one: int, area: Singles, n: int, rows: Integers, weight: Singles, sample_rows: Integers
 ) -> None:
     """Append the points of one line to those of each pair.
 
@@ -125,15 +125,18 @@ def append_pair_samples(
         n: Number of the line's first point.
         rows: See `PairSamples`.
         weight: See `PairSamples`.
-        found: See `PairSamples`, added to.
+        sample_rows: See `PairSamples`, added to.
     """
-    for p in range(found.size):
+    for p in range(sample_rows.size):
         begin, stop = lists.pair_first[one, p], lists.pair_first[one, p + 1]
         row, more = lists.row[begin:stop], lists.more[begin:stop]
-        to_row, to_weight = rows[p, found[p] : found[p] + row.size], weight[p, found[p] : found[p] + row.size]
+        to_row, to_weight = (
+            rows[p, sample_rows[p] : sample_rows[p] + row.size],
+            weight[p, sample_rows[p] : sample_rows[p] + row.size],
+        )
         for q in range(row.size):
             to_row[q], to_weight[q] = n + row[q], area[np.uint32(row[q])] * more[q]
-        found[p] += row.size
+        sample_rows[p] += row.size
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

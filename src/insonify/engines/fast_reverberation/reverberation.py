@@ -128,15 +128,15 @@ class FastReverberation:
             return True
         if not scene.occluders:
             return False
-        here = self.ping_geometry.transmit_position[:2]
+        origin = self.ping_geometry.transmit_position[:2]
         for position, is_off in self.known.last_check:
-            apart = math.dist(here, position)
-            if is_off and apart <= RECHECK_DISTANCE:
+            distance = math.dist(origin, position)
+            if is_off and distance <= RECHECK_DISTANCE:
                 return False
-            if not is_off and apart <= RECHECK_DISTANCE / 4:
+            if not is_off and distance <= RECHECK_DISTANCE / 4:
                 return self._may_reach_target_from(0.0)
         is_off = not self._may_reach_target_from(RECHECK_DISTANCE)
-        self.known.last_check[:] = [(here, is_off)]
+        self.known.last_check[:] = [(origin, is_off)]
         return not is_off and self._may_reach_target_from(0.0)
 
     def _may_reach_target_from(self, away: float) -> bool:
@@ -210,8 +210,8 @@ class FastReverberation:
         """Factor of the seabed's texture on the area of points of some radials [1], shape (n,)."""
         bearing = np.repeat(np.arctan2(radials[:, 1], radials[:, 0]) + self.known.heading, np.diff(legs.first))
         ahead = np.stack([np.cos(bearing), np.sin(bearing)], axis=-1)
-        here = self.ping_geometry.transmit_position[:2]
-        return self.scene.seabed.texture_factor(here + legs.point[0, : len(bearing), None] * ahead)
+        origin = self.ping_geometry.transmit_position[:2]
+        return self.scene.seabed.texture_factor(origin + legs.point[0, : len(bearing), None] * ahead)
 
     def _apply_law(
         self, into: NDArray[np.float32], out: NDArray[np.float32], normal: NDArray[np.float32],
@@ -229,9 +229,9 @@ class FastReverberation:
 
     def _apply_target_shadows(self, part: RadialSet, legs: RadialLegs) -> Shaded | None:
         """Reduce legs by the occlusion of targets, on radials that pass one; returns these legs, if any."""
-        here, ahead, first = self.ping_geometry.transmit_position, part.lists.ahead, legs.first
+        position, ahead, first = self.ping_geometry.transmit_position, part.lists.ahead, legs.first
         nearest = min(
-            np.hypot(north - here[0], east - here[1]) - radius
+            np.hypot(north - position[0], east - position[1]) - radius
             for north, east, radius in self.plan.bounding_cylinders[:, :3]
         )
         line = np.repeat(np.arange(len(first) - 1), np.diff(first))
@@ -240,7 +240,9 @@ class FastReverberation:
         if not len(row):
             return None
         reach, depth = legs.point[:, row]
-        points = np.stack([here[0] + reach * ahead[0, point], here[1] + reach * ahead[1, point], depth], axis=-1)
+        points = np.stack(
+            [position[0] + reach * ahead[0, point], position[1] + reach * ahead[1, point], depth], axis=-1
+        )
         up = np.ascontiguousarray(legs.normal[:, row].T, float)
         left, shaded = shaded_legs(self.scene, self.ping_geometry, self.plan, self.choice.edge_diffraction, points, up)
         legs.amplitude[:, row] *= left

@@ -79,19 +79,19 @@ def shaded_legs(
         Shape (f, n), 0 for legs that a facet faces away from; and the legs past targets with hard edges.
     """
     count = len(points)
-    hidden = Scatterers(
+    probes = Scatterers(
         "seabed", "seabed", plan.law, points, normal, np.ones(count), np.ones(count, complex),
         np.zeros(count, np.uint64),
     )  # fmt: skip
-    legs = StraightRays(scene).legs(ping_geometry.transmit_position, hidden, plan.families, ping_geometry.frequency)
+    legs = StraightRays(scene).legs(ping_geometry.transmit_position, probes, plan.families, ping_geometry.frequency)
     if edges == "none":
         return legs.visibility, legs
-    there = legs.status != LegStatus.FACING_AWAY
-    whole = replace(legs, visibility=there.astype(float))
+    faces_sonar = legs.status != LegStatus.FACING_AWAY
+    unshaded = replace(legs, visibility=faces_sonar.astype(float))
     soft = diffract_at_edges(
-        whole, hidden, ping_geometry.transmit_position, scene, ping_geometry.wavelength, approximate=True
+        unshaded, probes, ping_geometry.transmit_position, scene, ping_geometry.wavelength, approximate=True
     )
-    return np.asarray(there * soft.visibility), legs
+    return np.asarray(faces_sonar * soft.visibility), legs
 
 
 def shadow_radials(
@@ -117,17 +117,17 @@ def shadow_radials(
     replaced = np.zeros(len(plan.radials), bool)
     for run in runs:
         replaced[run.parts.any(axis=1)] = True
-    made: list[tuple[NDArray[np.int64], Floats]] = []
+    narrow: list[tuple[NDArray[np.int64], Floats]] = []
     number = len(plan.radials)
     rest = [(np.flatnonzero(replaced), plan.radials[replaced])]
     for run in runs:
         outside: list[tuple[NDArray[np.int64], Floats]] = []
         for row, radials in rest:
-            made.append(_split_radials(*_clip_radials(row, radials, run.near, run.far), run.parts, number))
-            number += len(made[-1][0])
+            narrow.append(_split_radials(*_clip_radials(row, radials, run.near, run.far), run.parts, number))
+            number += len(narrow[-1][0])
             outside += [_clip_radials(row, radials, 0.0, run.near), _clip_radials(row, radials, run.far, np.inf)]
         rest = outside
-    row, radials = (np.concatenate(column) for column in zip(*rest, *made, strict=True))
+    row, radials = (np.concatenate(column) for column in zip(*rest, *narrow, strict=True))
     keep_probability, whole = plan.allocation.keep_probability[row], sum(len(own) for own, _ in rest)
     # in a shadow only weak pairs remain: all are included
     keep_probability[whole:][keep_probability[whole:] > 0] = FULL_PROBABILITY
@@ -159,13 +159,13 @@ def _arrives_with_shadow(
     """True where pairs arrive from a range bin with the first pair from some shadow, over the mean plane, (b, p)."""
     climbs = (scene.seabed.depth - plan.table.images)[:, None]
 
-    def late(distance: Floats) -> Floats:
+    def pair_delay(distance: Floats) -> Floats:
         return np.asarray(np.hypot(distance, climbs)[plan.allocation.pair].sum(axis=1) / ping_geometry.sound_speed)
 
-    begin, stop = (late(edge).T for edge in (plan.allocation.edges[:-1], plan.allocation.edges[1:]))
+    begin, stop = (pair_delay(edge).T for edge in (plan.allocation.edges[:-1], plan.allocation.edges[1:]))
     overlap = np.zeros(begin.shape, bool)
     for run in runs:
-        first, last = late(np.array([run.near, run.far]))[0]
+        first, last = pair_delay(np.array([run.near, run.far]))[0]
         overlap |= (stop >= first) & (begin <= last)
     return overlap
 
@@ -195,13 +195,16 @@ def _split_radials(
     many = count[line, strip]
     width = np.repeat(1 / ((count > 0).sum(axis=1)[line] * many), many)
     piece = np.arange(many.sum()) - np.repeat(np.cumsum(many) - many, many)
-    made, middle = radials[np.repeat(line, many)], (np.repeat(strip * many, many) + piece + 0.5) * width - 0.5
-    cosine, sine = np.cos(made[:, 2] * middle), np.sin(made[:, 2] * middle)
-    made[:, 0], made[:, 1] = made[:, 0] * cosine - made[:, 1] * sine, made[:, 1] * cosine + made[:, 0] * sine
-    made[:, 2] *= width
-    made[:, 3], made[:, 7], made[:, 8] = made[:, 2], first + np.arange(len(made)), 1
-    made[:, 6] = 1 - np.mod((made[:, 7] + 0.5) * GOLDEN, 1.0)
-    return row[np.repeat(line, many)], made
+    narrow, middle = radials[np.repeat(line, many)], (np.repeat(strip * many, many) + piece + 0.5) * width - 0.5
+    cosine, sine = np.cos(narrow[:, 2] * middle), np.sin(narrow[:, 2] * middle)
+    narrow[:, 0], narrow[:, 1] = (
+        narrow[:, 0] * cosine - narrow[:, 1] * sine,
+        narrow[:, 1] * cosine + narrow[:, 0] * sine,
+    )
+    narrow[:, 2] *= width
+    narrow[:, 3], narrow[:, 7], narrow[:, 8] = narrow[:, 2], first + np.arange(len(narrow)), 1
+    narrow[:, 6] = 1 - np.mod((narrow[:, 7] + 0.5) * GOLDEN, 1.0)
+    return row[np.repeat(line, many)], narrow
 
 
 def _shadow_runs(
@@ -262,11 +265,11 @@ def _probed(
             near, far = zones.get(b, (zone.near, zone.far))
             zones[b] = min(near, zone.near), max(far, zone.far)
     # where shadows of several targets overlap, one probe at a distance gives the visibility past all of them
-    probes, found = max(1, min(PROBES, MAX_PROBES // max(len(zones), 1))), []
+    probes, probed = max(1, min(PROBES, MAX_PROBES // max(len(zones), 1))), []
     for b, (near, far) in sorted(zones.items()):
         first, last = max(edges[b], near), min(edges[b + 1], far)
-        found += [(b, first + (last - first) * (k + 0.5) / probes, near, far) for k in range(probes)]
-    rows = np.array(found, float).reshape(-1, 4)
+        probed += [(b, first + (last - first) * (k + 0.5) / probes, near, far) for k in range(probes)]
+    rows = np.array(probed, float).reshape(-1, 4)
     return rows[:, 0].astype(np.int64), rows[:, 1], rows[:, 2:]
 
 

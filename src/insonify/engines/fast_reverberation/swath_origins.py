@@ -68,9 +68,17 @@ def origins(
         dark: As from `unlit`.
         shaded: Occlusion by targets; None: none.
     """
-    count, here = int(legs.first[-1]), ping_geometry.transmit_position
+    count, sonar_position = int(legs.first[-1]), ping_geometry.transmit_position
     position = np.empty((3, count))
-    positions(here[0], here[1], legs.first, part.lists.first[part.taken], part.lists.ahead, legs.point, position)
+    positions(
+        sonar_position[0],
+        sonar_position[1],
+        legs.first,
+        part.lists.first[part.taken],
+        part.lists.ahead,
+        legs.point,
+        position,
+    )
     grazing = np.empty((len(plan.families), count), np.float32)
     grazing_angles(legs.arrival[:, :, :count], legs.normal[:, :count], grazing)
     straight, direct = straight_rows(plan)
@@ -82,8 +90,8 @@ def origins(
             pairs.rows[straight, cut], legs.point, plan.table.images[direct], legs.arrival[direct], legs.normal,
             plan.table.loss, plan.table.factor, free,
         )  # fmt: skip
-        there = np.flatnonzero(free)
-        cut, free, lost, occluder_row = cut[there], free[there], lost[there], occluder_row[there]
+        nonzero = np.flatnonzero(free)
+        cut, free, lost, occluder_row = cut[nonzero], free[nonzero], lost[nonzero], occluder_row[nonzero]
     return Origins(plan.families, position, grazing, direct, straight, cut, free, lost, occluder_row)
 
 

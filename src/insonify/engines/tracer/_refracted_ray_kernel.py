@@ -149,7 +149,7 @@ def _longest_chord(slowness: float, layer: int, water: WaterLayers) -> float:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def refracted_hits(
-    origin: Floats, direction: Floats, farthest: Floats, scene: RefractingScene, missing: Marks, found: RefractedHits
+    origin: Floats, direction: Floats, farthest: Floats, scene: RefractingScene, missing: Marks, hits: RefractedHits
 ) -> None:
     """First hits of rays.
 
@@ -159,7 +159,7 @@ def refracted_hits(
         farthest: Path length beyond which no hit is searched [m], (n,).
         scene: Water and obstacles.
         missing: Result, True for tiles of the seabed that are not loaded.
-        found: Result.
+        hits: Result.
     """
     ground, bodies, water = scene.ground, scene.bodies, scene.water
     obstacles, layers = bodies.normal.shape[0] > 0 or ground.cell > 0, water.depth.size - 1
@@ -201,13 +201,13 @@ def refracted_hits(
             if kind != NOTHING:
                 break
             layer = entered
-        found.distance[n], found.delay[n], found.kind[n], found.body_row[n] = done, delay, kind, -1
-        found.position[n, 0], found.position[n, 1], found.position[n, 2] = x, y, z
+        hits.distance[n], hits.delay[n], hits.kind[n], hits.body_row[n] = done, delay, kind, -1
+        hits.position[n, 0], hits.position[n, 1], hits.position[n, 2] = x, y, z
         u, v, w = math.cos(angle) * north, math.cos(angle) * east, math.sin(angle)
-        found.direction[n, 0], found.direction[n, 1], found.direction[n, 2] = u, v, w
-        normal = found.normal[n]
+        hits.direction[n, 0], hits.direction[n, 1], hits.direction[n, 2] = u, v, w
+        normal = hits.normal[n]
         if kind == BODY:
-            found.body_row[n] = bodies.solid_row[row]
+            hits.body_row[n] = bodies.solid_row[row]
             normal[:] = bodies.normal[row]
         elif kind == BED:
             normal[0], normal[1], normal[2] = terrain_normal(x, y, ground, missing)

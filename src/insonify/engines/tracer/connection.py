@@ -83,12 +83,12 @@ def echoes(ping: TracedPing, hits: RayHits, vertices: list[SurfaceVertices]) -> 
 def _retraced_echoes(ping: TracedPing, hits: RayHits, sent: Floats) -> Iterator[EchoEnergies]:
     """Echoes that return by flat faces of targets: in water of one sound speed, first those along the transmit path."""
     rays, own_bounce = hits.rays, OWN_BOUNCE[hits.contribution]
-    straight, together = ping.rays is None, ping.ping_geometry.is_monostatic
+    straight, is_monostatic = ping.rays is None, ping.ping_geometry.is_monostatic
     if straight:
         n = len(rays.length)
         same = [ReceiverPaths(-rays.direction, rays.launch, rays.length, rays.delay, 1 / rays.length**2,
                               rays.energy_fraction, np.ones(n, bool))]  # fmt: skip
-        if not together:
+        if not is_monostatic:
             same = receiver_paths(ping, rays.origin, rays.receiver_image, rays.chain)
         for one in same:
             paths = one._replace(energy_fraction=rays.energy_fraction)
@@ -103,9 +103,9 @@ def _retraced_echoes(ping: TracedPing, hits: RayHits, sent: Floats) -> Iterator[
             reciprocal = other.astype(float)
             if straight:
                 paths = paths._replace(is_clear=paths.is_clear & other)
-            elif together:  # another ray of the same chain
+            elif is_monostatic:  # another ray of the same chain
                 reciprocal[np.abs(paths.delay - rays.delay) > SAME_DELAY] = 1.0
-            if not together:
+            if not is_monostatic:
                 out = _face_delay(ping, rays.origin, transmit_image, ping.transmit[2], chain, paths.delay)
                 reciprocal *= interference(ping, rays.delay + paths.delay - out - _own_delay(ping, rays))
             yield from _face_echoes(ping, hits, sent, chain, paths, reciprocal)
@@ -171,14 +171,14 @@ def point_echoes(ping: TracedPing, target: PointTarget, position: Floats) -> Ite
     level = float(intensity_ratio(ping.ping_geometry.source_level_db))
     ends: list[list[tuple[str, int, Floats, Floats]]] = []
     for end, beams in ((ping.transmit, ping.transmit_beams), (ping.receive, ping.receive_beams)):
-        found = []
+        paths_of_ends = []
         for family in ping.choice.followed_families:
             for ray, one in enumerate(family_legs(ping, end, position, family)):
                 clear = _is_clear(ping, position, family, one, one.reflected > 0, end=end)
                 gain = beams.gain(one.departure) ** 2 * one.intensity(ping.attenuation) * clear
-                found.append((family, ray, one.delay, gain))
-        ends.append(found)
-    delays = [{(family, ray): delay for family, ray, delay, _ in found} for found in ends]
+                paths_of_ends.append((family, ray, one.delay, gain))
+        ends.append(paths_of_ends)
+    delays = [{(family, ray): delay for family, ray, delay, _ in paths_of_ends} for paths_of_ends in ends]
     for (out, ray_out, delay_out, sent), (back, ray_back, delay_back, channels) in product(*ends):
         delay, energy = delay_out + delay_back, channel_energies(ping, level * sent, strength * channels)
         if not in_window(ping, delay)[0] or not energy.any():

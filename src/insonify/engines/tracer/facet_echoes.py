@@ -92,14 +92,16 @@ def _connected_echoes(
         energy *= 2
     reciprocal = np.cos(phase) * np.exp(-spread / 2)
     if not ping.ping_geometry.is_monostatic:
-        apart = _excess_delay(ping, vertices.chain, vertices.position[at])
+        delay_difference = _excess_delay(ping, vertices.chain, vertices.position[at])
         if "s" in rays.chain:
-            apart = apart - _excess_delay(ping, rays.chain[: rays.chain.rindex("s")].upper(), rays.facets[:, 3:])
+            delay_difference = delay_difference - _excess_delay(
+                ping, rays.chain[: rays.chain.rindex("s")].upper(), rays.facets[:, 3:]
+            )
         elif "T" in rays.chain:
-            apart = np.full(len(apart), np.inf)
+            delay_difference = np.full(len(delay_difference), np.inf)
         else:
-            apart = apart - _excess_delay(ping, rays.family, rays.origin)
-        reciprocal *= interference(ping, apart)
+            delay_difference = delay_difference - _excess_delay(ping, rays.family, rays.origin)
+        reciprocal *= interference(ping, delay_difference)
     chains = (family, rays.family) if ping.is_reversed else (rays.family, family)
     yield EchoEnergies(hits.contribution, hits.object, *chains, delay[some], energy, reciprocal)
 

@@ -164,8 +164,8 @@ def slope_densities(wind_speed: float, wavenumber: float, shortest: float) -> ND
     """
     waves = wind_waves(wind_speed, shortest)
     sines = np.geomspace(LEAST_SINE, 1.0, NODES)
-    found = [_slope_density(waves, 2 * wavenumber * float(sine)) for sine in sines]
-    return np.array(found, np.float32)
+    densities = [_slope_density(waves, 2 * wavenumber * float(sine)) for sine in sines]
+    return np.array(densities, np.float32)
 
 
 def _slope_density(waves: WindWaves, phase: float) -> Floats:
@@ -196,7 +196,7 @@ def _jump_density(waves: WindWaves, phase: float, longer: float) -> Floats:
     turns = (turns[:, 1:] + turns[:, :-1]) / 2
     weight = np.repeat(share / share.sum() / turns.shape[1], turns.shape[1])
     slope = (wavenumber / phase)[:, None] * np.array([np.cos(turns), np.sin(turns)])
-    found = np.zeros(CELLS * CELLS)
+    density = np.zeros(CELLS * CELLS)
     limit = STEEPEST * (1 - 2 / CELLS)
     for sense in (1, -1):
         x, y = (np.clip(sense * one.ravel(), -limit, limit) * CELLS / (2 * STEEPEST) for one in slope)
@@ -204,5 +204,5 @@ def _jump_density(waves: WindWaves, phase: float, longer: float) -> Floats:
         u, v = x - i, y - j
         for a, b in np.ndindex(2, 2):
             at = (i + a) % CELLS * CELLS + (j + b) % CELLS
-            found += np.bincount(at, weight / 2 * (u if a else 1 - u) * (v if b else 1 - v), CELLS * CELLS)
-    return found.reshape(CELLS, CELLS)
+            density += np.bincount(at, weight / 2 * (u if a else 1 - u) * (v if b else 1 - v), CELLS * CELLS)
+    return density.reshape(CELLS, CELLS)

@@ -67,18 +67,18 @@ def family_legs(
     )  # fmt: skip
     legs = ping.rays.open_water().legs(end, points, (family,), ping.ping_geometry.frequency)
     at_end, at_bed = scene.water.sound_speed_at(np.array([end[2], scene.seabed.depth]))
-    found = []
+    result = []
     for row in range(len(legs.families)):
         cosine = np.hypot(legs.departure[row, :, 0], legs.departure[row, :, 1]) * at_bed / at_end
         sine = np.sqrt(np.clip((1 - cosine) * (1 + cosine), 1e-12, 1.0))
         reflected = np.abs(legs.reflection_coefficient[row]) ** 2 * (legs.status[row] == LegStatus.CLEAR)
         if "B" in bounce_letters(family):
             reflected *= coherent_intensity_factor(scene, family, float(end[2]), legs.length[row], sine, wavelength)
-        found.append(TracedLegs(
+        result.append(TracedLegs(
             legs.delay[row], legs.length[row], legs.departure[row], legs.arrival[row], reflected,
             legs.spreading[row] ** 2,
         ))  # fmt: skip
-    return found
+    return result
 
 
 def nearest_delay(legs: list[TracedLegs], delay: Floats) -> Floats:

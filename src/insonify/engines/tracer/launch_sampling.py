@@ -189,13 +189,13 @@ def _slant_range_density(
         sent: Transmitted power in each step [1], shape (AROUND,).
         reaches: See `launch_sampler`.
     """
-    weight, found = np.full(AROUND, 1.0 / AROUND), np.zeros(AROUND)
+    weight, density = np.full(AROUND, 1.0 / AROUND), np.zeros(AROUND)
     for path_length, near, far in reaches:
         reach = np.clip(path_length(directions), near, far)
         fill = np.abs(np.diff(reach)) * (MIN_RELATIVE_GAIN + sent / max(sent.max(), 1e-300))
-        found += fill / max(fill.sum(), 1e-300)
-    if found.sum() > 0:
-        weight = UNIFORM_AROUND * weight + (1 - UNIFORM_AROUND) * found / found.sum()
+        density += fill / max(fill.sum(), 1e-300)
+    if density.sum() > 0:
+        weight = UNIFORM_AROUND * weight + (1 - UNIFORM_AROUND) * density / density.sum()
     return tabulated_density(-np.pi, np.pi, weight)
 
 

@@ -70,10 +70,10 @@ def read_grid(path: str, *, variable: str | None = None, positive: Positive | No
     Raises:
         GridError: The file is not there, no such grid, or leaves open what may not be guessed.
     """
-    there = Path(path)
-    if not there.is_file():
+    location = Path(path)
+    if not location.is_file():
         raise GridError(f"{path}: there is no such file. Give its path, relative to the scenario file.")
-    return _read(path, there.stat().st_mtime_ns, variable, positive)
+    return _read(path, location.stat().st_mtime_ns, variable, positive)
 
 
 @lru_cache(maxsize=4)
@@ -89,12 +89,12 @@ def _read(path: str, stamp: int, variable: str | None, positive: Positive | None
         raise GridError(f"{path}: {suffix or 'a file without a suffix'} is no grid that is read here. "
                         f"Give one of {', '.join(kinds)}.")  # fmt: skip
     with library_errors_as_grid_errors(path):
-        found, stated_direction, values = kinds[suffix](path, variable)
+        position, stated_direction, values = kinds[suffix](path, variable)
     values = np.where(np.isfinite(values), values, np.nan)  # an endless depth is a gap too
     sense, why = _positive_direction(path, values, stated_direction, positive)
     elevation = values if sense == "up" else -values
     _refuse_wrong_units(path, elevation)
-    return ElevationGrid(elevation.astype(np.float32), **found, description=why)
+    return ElevationGrid(elevation.astype(np.float32), **position, description=why)
 
 
 def _positive_direction(
@@ -209,7 +209,7 @@ def _netcdf(path: str, variable: str | None) -> _Found:
     except ImportError:
         raise GridError(f"{path}: reading it takes netCDF4. Install it: {install_advice('io')}") from None
     with netCDF4.Dataset(path) as file:
-        grids = {name: found for name, found in file.variables.items() if found.ndim == 2}
+        grids = {name: stored for name, stored in file.variables.items() if stored.ndim == 2}
         name = _chosen(path, list(grids), variable)
         grid = grids[name]
         chunks = grid.chunking()
@@ -220,9 +220,9 @@ def _netcdf(path: str, variable: str | None) -> _Found:
                     f"{path}: {name} has no coordinate for dimension {axis}. Add a variable {axis}({axis})."
                 )
         for axis in grid.dimensions:
-            found = file.variables[axis]
-            chunks = found.chunking()
-            require_grid_size(path, found.shape, chunks if isinstance(chunks, list) else (), found.dtype)
+            stored = file.variables[axis]
+            chunks = stored.chunking()
+            require_grid_size(path, stored.shape, chunks if isinstance(chunks, list) else (), stored.dtype)
         axes = {axis: np.asarray(file.variables[axis][:], float) for axis in grid.dimensions}
         geographic = any("degree" in str(getattr(file.variables[axis], "units", "")) for axis in axes)
         values = np.ma.filled(np.ma.masked_invalid(grid[:]).astype(float), np.nan)
@@ -279,8 +279,8 @@ def _numpy(path: str, variable: str | None) -> _Found:
                 )
             keys[shown] = key
     with np.load(path, allow_pickle=False) as arrays:
-        found = {shown: np.asarray(arrays[key], float) for shown, key in keys.items()}
-    frame, values = _on_axes(path, found.pop("depth"), found)
+        grid = {shown: np.asarray(arrays[key], float) for shown, key in keys.items()}
+    frame, values = _on_axes(path, grid.pop("depth"), grid)
     return frame | {"geographic": False, "crs": ""}, _positive_direction_by_name(name), values
 
 

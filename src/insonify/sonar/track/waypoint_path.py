@@ -106,9 +106,13 @@ def rounded_path(corners: Floats, radius: float) -> WaypointPath:
         horizontal_length=_between(straight, radius * np.abs(turn)),
         climb=_between(straight * slope[:, 2], arc_climb),
     )
-    there = path.length > 1e-9  # nothing is run where two arcs meet, or at a sharp corner
+    has_length = path.length > 1e-9  # nothing is run where two arcs meet, or at a sharp corner
     return WaypointPath(
-        path.start[there], path.heading[there], path.turn[there], path.horizontal_length[there], path.climb[there]
+        path.start[has_length],
+        path.heading[has_length],
+        path.turn[has_length],
+        path.horizontal_length[has_length],
+        path.climb[has_length],
     )
 
 
