@@ -104,9 +104,9 @@ def status(
     typer.echo("\n".join(lines))
 
 
-def _of(some: int, whole: int) -> str:
+def _of(part: int, whole: int) -> str:
     """Such as `30 of 100`, or `all 100`."""
-    return f"all {whole:,}" if some == whole else f"{some:,} of {whole:,}"
+    return f"all {whole:,}" if part == whole else f"{part:,} of {whole:,}"
 
 
 def _ranges(numbers: list[int], *, inclusive: bool = False) -> list[str]:

@@ -60,18 +60,18 @@ class _Neighbourhoods:
         largest = np.zeros(len(self.node))
         for row in range(len(sines)):
             down = _between_nodes(sines[row], self.node, self.part)
-            level = np.ones(len(down))
-            if spreads.level.shape[1]:
-                level = _between_nodes(spreads.level[row], self.node, self.part)
+            amplitude = np.ones(len(down))
+            if spreads.amplitude.shape[1]:
+                amplitude = _between_nodes(spreads.amplitude[row], self.node, self.part)
             spread = self._spread(row, down) if spreads.glints[row] else None
-            gain = _gain(beam, self._spans(beam[0], down), spread, spreads.patterns) * level
+            gain = _gain(beam, self._spans(beam[0], down), spread, spreads.patterns) * amplitude
             np.fmax(largest, gain, out=largest)  # no ray, no number
         return largest
 
     def _spans(self, axes: Floats, down: Floats) -> list[tuple[Floats, Floats]]:
         """Least and greatest cosines to an array's boresight, right and down [1]."""
-        level = np.sqrt(np.maximum(1.0 - down * down, 0.0))
-        cosines = [level * (self.ahead * row[0] + self.aside * row[1]) + down * row[2] for row in axes]
+        horizontal = np.sqrt(np.maximum(1.0 - down * down, 0.0))
+        cosines = [horizontal * (self.ahead * row[0] + self.aside * row[1]) + down * row[2] for row in axes]
         return [spans(one, self.cosine, self.sine) if self.wide else (one, one) for one in cosines]
 
     def _spread(self, row: int, down: Floats) -> tuple[Floats, Floats]:
@@ -82,8 +82,8 @@ class _Neighbourhoods:
         along = north * north * slopes[0] + 2 * north * east * slopes[1] + east * east * slopes[2]
         up = tilt * np.sqrt(np.maximum(along, 0.0))
         right = turn * np.sqrt(np.maximum(slopes[0] + slopes[2] - along, 0.0))
-        level = np.sqrt(np.maximum(1.0 - down * down, 0.0))
-        u, v = (np.hypot(up * (level * axis[2] - down * (north * axis[0] + east * axis[1])),
+        horizontal = np.sqrt(np.maximum(1.0 - down * down, 0.0))
+        u, v = (np.hypot(up * (horizontal * axis[2] - down * (north * axis[0] + east * axis[1])),
                          right * (north * axis[1] - east * axis[0])) for axis in axes[1:])  # fmt: skip
         return u, v
 

@@ -25,7 +25,7 @@ from insonify.engines import _keep_probability_kernel as share_kernel
 from insonify.engines._draw_kernel import draw_and_keep
 from insonify.engines._keep_probability_kernel import GainBounds
 from insonify.engines.face_images import FaceImage
-from insonify.engines.glint_spread import GlintSpread, spread_patterns
+from insonify.engines.glint_spread import GlintSpread, spread_gain_tables
 from insonify.propagation.propagation_model import PropagationModel
 from insonify.scene.scatterer_grid import PARTS, TILE, ScattererGrid, Tiles, max_point_count
 from insonify.scene.scatterers import grid_scatterer_id
@@ -172,8 +172,8 @@ class BeamImportance:
         gain = np.where(lit > direct, lit, 0.0).reshape(count, PARTS, PARTS)
         for i in (0, 1):
             for j in (0, 1):
-                some = corner[:, i : PARTS + i, j : PARTS + j]
-                np.maximum(some, gain, out=some)
+                part = corner[:, i : PARTS + i, j : PARTS + j]
+                np.maximum(part, gain, out=part)
         np.copyto(largest, gain, where=gain > 0)
 
     def _relative_gain(self, position: Floats, around: Floats | None = None) -> Floats:
@@ -378,15 +378,17 @@ class BeamImportance:
         if self.glints is None or not glint_rows:
             none = np.empty((count, 0))
             return kernel.RaySpreads(none, none, none, glinting, np.zeros(3), (none, none, none, none)), sines
-        level, (tilt, turn) = np.ones((len(glinting), len(distance))), np.zeros((2, len(glinting), len(distance)))
+        amplitude, (tilt, turn) = np.ones((len(glinting), len(distance))), np.zeros((2, len(glinting), len(distance)))
         for to, (row, legs) in enumerate(glint_rows, count):
-            level[row], level[to], tilt[to], turn[to] = (
+            amplitude[row], amplitude[to], tilt[to], turn[to] = (
                 legs.coherent,
                 legs.glints,
                 legs.elevation_change,
                 legs.bearing_change,
             )
-        spread = kernel.RaySpreads(level, tilt, turn, glinting, np.array(self.glints.slopes), spread_patterns(beams))
+        spread = kernel.RaySpreads(
+            amplitude, tilt, turn, glinting, np.array(self.glints.slopes), spread_gain_tables(beams)
+        )
         return spread, np.concatenate([sines, sines[[row for row, _ in glint_rows]]])
 
 

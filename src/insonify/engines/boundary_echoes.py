@@ -138,12 +138,12 @@ def sediment_bounce_factor(
     factor, k = np.ones_like(length), 2 * np.pi / wavelength
     if seabed.relief or not isinstance(seabed.scattering, SedimentLaw) or "B" not in family:
         return factor
-    made_of = sediment(seabed.scattering.sediment)
+    material = sediment(seabed.scattering.sediment)
     paths = flat_bounces(family, depth - hull_depth, length, sine, seabed.depth - hull_depth)
     for bounce in (number for number, letter in enumerate(family) if letter == "B"):
         zone, width = fresnel_zone(paths, bounce, wavelength)
         low = np.minimum(np.pi / np.maximum(np.sqrt(zone * width), 1e-6), k)
-        factor *= np.exp(-2 * k**2 * band_variance(made_of, low, k) * sine**2)
+        factor *= np.exp(-2 * k**2 * band_variance(material, low, k) * sine**2)
     return factor
 
 

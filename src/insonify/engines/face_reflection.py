@@ -123,7 +123,7 @@ def legs_off_face(
     )  # fmt: skip
 
 
-def face_rows(legs: Legs, face: FlatFace, number: int, count: int, some: Marks) -> Legs:
+def face_rows(legs: Legs, face: FlatFace, number: int, count: int, lit: Marks) -> Legs:
     """Legs of the image as those of the sonar, to all points: named F, as they leave the sonar.
 
     Args:
@@ -131,30 +131,30 @@ def face_rows(legs: Legs, face: FlatFace, number: int, count: int, some: Marks) 
         face: The face.
         number: Its number, from 0: that of the ray among those off all faces.
         count: Number of all faces.
-        some: True for the points that they reach, shape (n,); the others have no such leg.
+        lit: True for the points that they reach, shape (n,); the others have no such leg.
     """
-    n, rows = len(some), len(legs.families)
+    n, rows = len(lit), len(legs.families)
     columns: dict[str, Any] = {}
     for name in ("delay", "spreading", "grazing", "absorption", "reflection_coefficient", "visibility", "caustics"):
         column = getattr(legs, name)
         columns[name] = np.zeros((rows, n), column.dtype)
-        columns[name][:, some] = column
+        columns[name][:, lit] = column
     columns["length"], columns["status"] = np.ones((rows, n)), np.full((rows, n), LegStatus.SHADOW, np.uint8)
     columns["occluder"] = np.full((rows, n), -1, np.int16)
     for name in ("length", "status", "occluder"):
-        columns[name][:, some] = getattr(legs, name)
+        columns[name][:, lit] = getattr(legs, name)
     mirror = np.eye(3) - 2 * np.outer(face.axes[0], face.axes[0])
     columns["departure"], columns["arrival"] = np.zeros((2, rows, n, 3)) + face.axes[0]
-    columns["departure"][:, some], columns["arrival"][:, some] = legs.departure @ mirror, legs.arrival
+    columns["departure"][:, lit], columns["arrival"][:, lit] = legs.departure @ mirror, legs.arrival
     glints, caustic = legs.glints, legs.caustic
     if glints is not None:
         phasor = np.ones((rows, n), complex)
-        phasor[:, some] = glints.phasor
+        phasor[:, lit] = glints.phasor
         label = tuple(one if one < 0 else one + ((number + 1) << LABEL_BITS) for one in glints.bounce_id)
         glints = GlintPhasors(label, phasor)
     if caustic is not None:
         caustic = np.ones((rows, n), complex)
-        caustic[:, some] = legs.caustic
+        caustic[:, lit] = legs.caustic
     return Legs(
         families=tuple(map(face_family, legs.families)), branch=tuple(number + count * one for one in legs.branch),
         caustic=caustic, glints=glints, **columns,

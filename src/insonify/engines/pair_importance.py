@@ -215,8 +215,8 @@ def pair_energy_fractions(
         ping_geometry, transmit_arrival, receive_arrival, np.array([name.startswith("S") for name in families]), spread
     )
     section = np.array([_cross_section(law, transmit_arrival[i], receive_arrival[j]) for i, j in pair])
-    ground = middle * np.diff(edges)
-    own = (section * transmit_power[pair[:, 0]] * receive_power[pair[:, 1]] * ground) * gains[:, pair[:, 0], pair[:, 1]]
+    area = middle * np.diff(edges)
+    own = (section * transmit_power[pair[:, 0]] * receive_power[pair[:, 1]] * area) * gains[:, pair[:, 0], pair[:, 1]]
     out, back = (
         _legs(scene, terrain, ping_geometry, families, edges, depth)[0] / ping_geometry.sound_speed for depth in depths
     )
@@ -312,18 +312,18 @@ def _gains(
     bearing = np.unique(np.append(around, np.arctan2(axes[:, 1], axes[:, 0])))[:, None, None]
 
     def leaving(into: Floats) -> Floats:
-        level = np.hypot(into[..., 0], into[..., 1])
+        horizontal = np.hypot(into[..., 0], into[..., 1])
         down = np.where(up[:, None], -1, 1) * np.abs(into[..., 2]) + 0 * bearing
-        return np.stack([level * np.cos(bearing), level * np.sin(bearing), down], axis=-1)
+        return np.stack([horizontal * np.cos(bearing), horizontal * np.sin(bearing), down], axis=-1)
 
     def energy(beams: Beams, into: Floats, rows: NDArray[np.intp], rise: Floats) -> Floats:
         path = leaving(into)
         mean = beams.gain(path)[rows] ** 2
         if rise.any():
-            level, down = np.hypot(path[..., 0], path[..., 1]), np.arcsin(np.clip(path[..., 2], -1, 1))
+            horizontal, down = np.hypot(path[..., 0], path[..., 1]), np.arcsin(np.clip(path[..., 2], -1, 1))
             for off in ELEVATION_DEVIATIONS:
                 turned = down + off * rise
-                ahead = path[..., :2] * (np.cos(turned) / np.maximum(level, 1e-12))[..., None]
+                ahead = path[..., :2] * (np.cos(turned) / np.maximum(horizontal, 1e-12))[..., None]
                 mean += beams.gain(np.concatenate([ahead, np.sin(turned)[..., None]], axis=-1))[rows] ** 2
             mean /= 1 + len(ELEVATION_DEVIATIONS)
         return np.asarray(mean)

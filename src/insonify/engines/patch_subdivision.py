@@ -266,22 +266,22 @@ def clip_to_water(panel: Panel, patches: Patches, clear: Callable[[Floats], Floa
     done: list[Patches] = []
     held = 0
     while len(patches.s):
-        level = _at_corners(panel, patches, clear)
-        reached = ~(level.max(axis=0) <= TOUCHING)
-        patches, level = patches.take(reached), level[:, reached]
-        free = level.min(axis=0) >= -TOUCHING
+        clearance = _at_corners(panel, patches, clear)
+        reached = ~(clearance.max(axis=0) <= TOUCHING)
+        patches, clearance = patches.take(reached), clearance[:, reached]
+        free = clearance.min(axis=0) >= -TOUCHING
         d = panel.at(patches.s, patches.t)
         sides = 2 * np.stack(
             [np.linalg.norm(d.s, axis=1) * patches.half_s, np.linalg.norm(d.t, axis=1) * patches.half_t]
         )
-        cut, free = _cut(patches, level, sides, free, finest)
+        cut, free = _cut(patches, clearance, sides, free, finest)
         tiny = ~free & (sides.max(axis=0) <= finest)
-        done += [cut.take(free), cut.take(tiny & (level.mean(axis=0) > 0))]
+        done += [cut.take(free), cut.take(tiny & (clearance.mean(axis=0) > 0))]
         open_ones = ~(free | tiny)
         held += len(free) - int(open_ones.sum())
         patches = patches.take(open_ones)
         if held + 2 * len(patches.s) > MAX_PATCHES:
-            return concatenate_patches([*done, patches.take(level[:, open_ones].mean(axis=0) > 0)])
+            return concatenate_patches([*done, patches.take(clearance[:, open_ones].mean(axis=0) > 0)])
         patches = patches.halved((sides[0] >= sides[1])[open_ones])
     return concatenate_patches(done)
 
@@ -295,11 +295,11 @@ def _at_corners(panel: Panel, patches: Patches, clear: Callable[[Floats], Floats
     return np.array(offsets).reshape(4, -1)
 
 
-def _cut(patches: Patches, level: Floats, sides: Floats, free: Mask, finest: float) -> tuple[Patches, Mask]:
+def _cut(patches: Patches, clearance: Floats, sides: Floats, free: Mask, finest: float) -> tuple[Patches, Mask]:
     """Patches that a boundary crosses from edge to edge, cut where it does; and which are done with then."""
     columns, done = [column.copy() for column in patches], free.copy()
     for axis, (low, high) in enumerate((((0, 1), (2, 3)), ((0, 2), (1, 3)))):
-        before, after = level[list(low)], level[list(high)]
+        before, after = clearance[list(low)], clearance[list(high)]
         for first, last, sign in ((before, after, 1), (after, before, -1)):  # in the water at the first edge
             crossed = ~done & (first > 0).all(axis=0) & (last < 0).all(axis=0)
             part = first / np.where(crossed, first - last, 1.0)

@@ -220,8 +220,8 @@ class PingScatterers:
     ) -> Scatterers:  # fmt: skip
         """Points of a boundary at positions that do not come again: on the seabed, or on the plane."""
         if boundary == "seabed" and self.bed is not None:
-            ground = self.bed.relief.sample(position[:, 0], position[:, 1])
-            return self._textured(seabed_scatterers(depth, ground, law, position, area, phase, key))
+            terrain = self.bed.relief.sample(position[:, 0], position[:, 1])
+            return self._textured(seabed_scatterers(depth, terrain, law, position, area, phase, key))
         return self._textured(_on_boundary(boundary, depth, law, position, area, phase, key))
 
     def _textured(self, points: Scatterers) -> Scatterers:
@@ -308,12 +308,12 @@ def lay_on_terrain(
         kept: The scatterers; its columns are overwritten.
     """
     requested, size = tile_prefixes(kept.tile, kept.rank, density)
-    some = tiles.take(requested)
+    requested_tiles = tiles.take(requested)
 
     def positions(rows: NDArray[np.int64], known: NDArray[np.int64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        return next_positions(some.take(rows), seed, stream, known, size[rows])
+        return next_positions(requested_tiles.take(rows), seed, stream, known, size[rows])
 
-    key = grid_scatterer_id(stream, some.level, some.along, some.across).view(np.int64)
+    key = grid_scatterer_id(stream, requested_tiles.level, requested_tiles.along, requested_tiles.across).view(np.int64)
     rows, begin = terrain.sample_tiles(seed, key, size, positions)
     start = np.zeros(len(density), np.int64)
     start[requested] = begin

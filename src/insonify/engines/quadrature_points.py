@@ -138,15 +138,15 @@ class QuadraturePoints:
         if not shaded.any():
             return [partial(points_of_tiles, rows) for rows in cut(keep_probability.sum(axis=(1, 2)) * RINGS_PER_PIECE)]
 
-        def cells_of(some: NDArray[np.int64], strips: int) -> Columns:
-            position, area, key = layout.cells.points(layout.tiles[some], keep_probability[some], strips)
+        def cells_of(tiles: NDArray[np.int64], strips: int) -> Columns:
+            position, area, key = layout.cells.points(layout.tiles[tiles], keep_probability[tiles], strips)
             return position + middle, area, key
 
         blocks: list[Callable[[], Columns]] = []
         fine = SPARSE_EDGE_STRIPS if self.resolution.sparse else EDGE_STRIPS
-        for some, strips in ((np.flatnonzero(~shaded), 1), (np.flatnonzero(shaded), fine)):
-            count = keep_probability[some].sum(axis=(1, 2)) * RINGS_PER_PIECE * strips
-            blocks += [partial(cells_of, some[rows], strips) for rows in cut(count)]
+        for tiles, strips in ((np.flatnonzero(~shaded), 1), (np.flatnonzero(shaded), fine)):
+            count = keep_probability[tiles].sum(axis=(1, 2)) * RINGS_PER_PIECE * strips
+            blocks += [partial(cells_of, tiles[rows], strips) for rows in cut(count)]
         return blocks
 
     def _tiles_near_shadows(self, layout: QuadratureLayout) -> NDArray[np.bool_]:

@@ -63,10 +63,10 @@ def reflect_off_relief(
         return _displace_refracted(shaded, bounced, legs, scatterers, position, terrain_occlusion, scene)
     reflected = _without_bottom_bounces(legs, bounced, scatterers, position, terrain_occlusion, soft=soft)
     for row in bounced:
-        some = np.flatnonzero(needed[row]) if needed is not None else np.arange(len(scatterers))
-        followed = some
+        points = np.flatnonzero(needed[row]) if needed is not None else np.arange(len(scatterers))
+        followed = points
         if scene.seabed.reflecting_interface == "smooth":
-            followed = some[~_negligible(reflected, row, some, position, terrain_occlusion)]
+            followed = points[~_negligible(reflected, row, points, position, terrain_occlusion)]
         reflected.reflection_coefficient[row] = 0.0
         if len(followed):
             _write_bounced(reflected, row, followed, scatterers, position, terrain_occlusion, scene, soft=soft)
@@ -91,30 +91,30 @@ def _without_bottom_bounces(
 
 
 def _negligible(
-    legs: Legs, row: int, some: NDArray[np.int64], position: NDArray[np.float64], terrain_occlusion: TerrainOcclusion
+    legs: Legs, row: int, points: NDArray[np.int64], position: NDArray[np.float64], terrain_occlusion: TerrainOcclusion
 ) -> NDArray[np.bool_]:
-    """True for legs of one family that are too weak to be followed, evaluated on the mean plane, shape of `some`."""
+    """True for legs of one family that are too weak to be followed, evaluated on the mean plane, shape of `points`."""
     family, terrain, wavelength = legs.families[row], terrain_occlusion.bed, terrain_occlusion.wavelength
-    length, sine = legs.length[row, some], np.abs(legs.departure[row, some, 2])
+    length, sine = legs.length[row, points], np.abs(legs.departure[row, points, 2])
     if not _may_be_weak(family, length, sine, terrain_occlusion):
-        return np.zeros(len(some), bool)
+        return np.zeros(len(points), bool)
     paths = flat_bounces(family, float(position[2]), length, sine, terrain.depth)
     return coherent_bounce_factor(family, paths, terrain, wavelength) < NEGLIGIBLE_PRESSURE
 
 
 def _write_bounced(
-    legs: Legs, row: int, some: NDArray[np.int64], scatterers: Scatterers, position: NDArray[np.float64],
+    legs: Legs, row: int, rows: NDArray[np.int64], scatterers: Scatterers, position: NDArray[np.float64],
     terrain_occlusion: TerrainOcclusion, scene: Scene, *, soft: bool,
 ) -> None:  # fmt: skip
     """Replace some straight legs of one family by legs reflected off local planes."""
-    family, points = legs.families[row], scatterers.position[some]
+    family, points = legs.families[row], scatterers.position[rows]
     paths = local_plane_paths(family, position, points, terrain_occlusion.bed, terrain_occlusion.wavelength)
     left = reflection_product(family, paths, terrain_occlusion.bed, terrain_occlusion.wavelength, scene)
-    per_metre = np.log(legs.absorption[row, some[0]]) / legs.length[row, some[0]]
+    per_metre = np.log(legs.absorption[row, rows[0]]) / legs.length[row, rows[0]]
     taken = np.exp(per_metre * paths.length)
-    clear = clear_of_terrain(paths, position, points, terrain_occlusion, ground=scatterers.boundary == "seabed")
+    clear = clear_of_terrain(paths, position, points, terrain_occlusion, on_terrain=scatterers.boundary == "seabed")
     write_bounced_legs(
-        some, paths, left, taken, clear, scatterers.normal, 1 / scene.water.sound_speed, soft,
+        rows, paths, left, taken, clear, scatterers.normal, 1 / scene.water.sound_speed, soft,
         *(getattr(legs, name)[row] for name in _WRITTEN_COLUMNS),
     )  # fmt: skip
 
@@ -205,7 +205,7 @@ def relief_roughness_factor(
 
 def clear_of_terrain(
     paths: ImagePaths, position: NDArray[np.float64], points: NDArray[np.float64], terrain_occlusion: TerrainOcclusion,
-    *, ground: bool,
+    *, on_terrain: bool,
 ) -> NDArray[np.bool_]:  # fmt: skip
     """Return True if paths off local planes exist and are not occluded by other parts of the seabed, shape (n,).
 
@@ -217,13 +217,13 @@ def clear_of_terrain(
         position: North, east, depth of the sonar's end [m], shape (3,).
         points: The same of the points [m], shape (n, 3).
         terrain_occlusion: The seabed about that end.
-        ground: True if the points lie on it.
+        on_terrain: True if the points lie on it.
     """
     seen = locate_points(terrain_occlusion, position, points)
     count, n = paths.fraction.shape
     nodes, spared = np.empty((count + 2, n, 2)), np.empty((count + 2, n))
     set_path_nodes(paths, position, points, seen.distance, terrain_occlusion.wavelength, nodes, spared)
-    return paths.is_valid & terrain_occlusion.image_paths_clear(seen.groups, nodes, spared, ground=ground)
+    return paths.is_valid & terrain_occlusion.image_paths_clear(seen.groups, nodes, spared, on_terrain=on_terrain)
 
 
 def _displace_refracted(

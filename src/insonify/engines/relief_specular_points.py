@@ -19,11 +19,11 @@ from numpy.typing import NDArray
 
 from insonify.engines._relief_specular_points_kernel import (
     COLUMNS,
-    Ground,
     PathEnds,
+    TerrainSpline,
+    bottom_paths,
     changes_sign,
     gradients_at_nodes,
-    paths_by_ground,
     stationary_points,
 )
 from insonify.engines.relief_reflections import NEGLIGIBLE_PRESSURE
@@ -211,12 +211,12 @@ def specular_points(
     # half of a wave of that length stays
     smooth = depth if keeps_all else gaussian_filter(depth, 0.187 * wave / step, mode="nearest")
     residual = float(np.var(depth - smooth))
-    ground = Ground(spline_filter(smooth, mode="mirror"), float(north[0]), float(east[0]), float(step))
+    spline = TerrainSpline(spline_filter(smooth, mode="mirror"), float(north[0]), float(east[0]), float(step))
     ends = PathEnds(begin, stop, water)
-    positions = _stationary(_starts(smooth, ground, ends), ground, ends)
+    positions = _stationary(_starts(smooth, spline, ends), spline, ends)
     if not len(positions):
         return None
-    points = _at(ground, positions, ends, wavelength, wave, residual)
+    points = _at(spline, positions, ends, wavelength, wave, residual)
     if not keeps_all:
         return points
     exact = np.column_stack([points.position[:, :2], terrain.depth_at(*points.position[:, :2].T)])
@@ -235,10 +235,10 @@ def _rms_slope(terrain: SeabedTerrain, middle: Floats, reach: float) -> float:
     return float(np.sqrt(np.nanmean(np.square(sample.slope))))
 
 
-def _paths(ground: Ground, positions: Floats, ends: PathEnds) -> Floats:
-    """Columns of `paths_by_ground` of paths by positions (n, 2), shape (n, 12)."""
+def _paths(terrain: TerrainSpline, positions: Floats, ends: PathEnds) -> Floats:
+    """Columns of `bottom_paths` of paths by positions (n, 2), shape (n, 12)."""
     rows = np.empty((len(positions), COLUMNS))
-    paths_by_ground(np.ascontiguousarray(positions), ground, ends, rows)
+    bottom_paths(np.ascontiguousarray(positions), terrain, ends, rows)
     return rows
 
 
@@ -247,30 +247,30 @@ def _matrices(elements: Floats) -> Floats:
     return elements[:, [0, 1, 1, 2]].reshape(-1, 2, 2)
 
 
-def _starts(depth: Floats, ground: Ground, ends: PathEnds) -> Floats:
+def _starts(depth: Floats, terrain: TerrainSpline, ends: PathEnds) -> Floats:
     """Nodes about which both components of the gradient of the path length pass through zero, shape (n, 2).
 
     A stationary point that is resolved has such nodes on all sides.
     """
     size = depth.shape[0] - 2 * MARGIN, depth.shape[1] - 2 * MARGIN
     gradient, is_start = np.empty((2, *size)), np.empty(size, bool)
-    gradients_at_nodes(depth, MARGIN, ground, ends, gradient)
+    gradients_at_nodes(depth, MARGIN, terrain, ends, gradient)
     changes_sign(gradient, SIGN_NODES, is_start)
-    return np.array([ground.north, ground.east]) + (np.argwhere(is_start) + MARGIN) * ground.step
+    return np.array([terrain.north, terrain.east]) + (np.argwhere(is_start) + MARGIN) * terrain.step
 
 
-def _stationary(starts: Floats, ground: Ground, ends: PathEnds) -> Floats:
+def _stationary(starts: Floats, terrain: TerrainSpline, ends: PathEnds) -> Floats:
     """Stationary points of the path length, each once, from starts a step apart, shape (n, 2)."""
     positions, is_found = starts.copy(), np.empty(len(starts), bool)
-    stationary_points(positions, ground, ends, is_found)
+    stationary_points(positions, terrain, ends, is_found)
     positions = positions[is_found]
     if not len(positions):
         return positions
-    _, first = np.unique(np.round(positions / (ground.step / 10)).astype(np.int64), axis=0, return_index=True)
-    return _apart(positions[np.sort(first)], ground.step / 20)
+    _, first = np.unique(np.round(positions / (terrain.step / 10)).astype(np.int64), axis=0, return_index=True)
+    return _separated(positions[np.sort(first)], terrain.step / 20)
 
 
-def _apart(positions: Floats, least: float) -> Floats:
+def _separated(positions: Floats, least: float) -> Floats:
     """Positions without those that repeat an earlier one, shape (n, 2)."""
     kept: list[Floats] = []
     for one in positions:
@@ -280,16 +280,16 @@ def _apart(positions: Floats, least: float) -> Floats:
 
 
 def _at(
-    ground: Ground, positions: Floats, ends: PathEnds, wavelength: float, scale: float, residual: float
+    terrain: TerrainSpline, positions: Floats, ends: PathEnds, wavelength: float, scale: float, residual: float
 ) -> SpecularPoints:
     """Pressure of the path by each stationary point, the strongest first."""
-    rows, water = _paths(ground, positions, ends), ends.water
+    rows, water = _paths(terrain, positions, ends), ends.water
     length, curvature, plane, sine, depth = rows[:, 0], _matrices(rows[:, 3:6]), _matrices(rows[:, 6:9]), *rows.T[9:11]
     value, vector = np.linalg.eigh(curvature)
     wavenumber, beside = 2 * np.pi / wavelength, scale / 8
     for axis in range(2):
         along = vector[:, :, axis]
-        moved = (_paths(ground, positions + side * beside * along, ends) for side in (-1, 1))
+        moved = (_paths(terrain, positions + side * beside * along, ends) for side in (-1, 1))
         bends = [np.einsum("na,nab,nb->n", along, _matrices(one[:, 3:6]), along) for one in moved]
         third = np.abs(bends[1] - bends[0]) / (2 * beside)
         least = AIRY * third ** (2 / 3) * wavenumber ** (-1 / 3)

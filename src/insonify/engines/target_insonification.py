@@ -48,8 +48,8 @@ def target_insonification(
     families = families_reaching("target", choice.followed_families)
     straight = isinstance(rays, StraightRays) and not scene.is_rough(families)
     terrain = scene.seabed.terrain
-    level = terrain is None or terrain.span[0] == terrain.span[1]
-    max_deviation = 0.0 if straight and level else MAX_DEVIATION
+    is_flat = terrain is None or terrain.span[0] == terrain.span[1]
+    max_deviation = 0.0 if straight and is_flat else MAX_DEVIATION
     slowest = float(np.min(scene.water.sound_speed_at(np.linspace(*scene.body_depths, 9))))
     wavelength = slowest / ping_geometry.frequency
     images = tuple(
@@ -61,7 +61,7 @@ def target_insonification(
         for one in face_images(scene, choice, ping_geometry, "target")
         for end in (one.sonar.transmit_position, one.sonar.receive_position)
     ]
-    shaded = len(scene.occluders) > 1 or not level or scene.surface.reflection == "explicit"
+    shaded = len(scene.occluders) > 1 or not is_flat or scene.surface.reflection == "explicit"
     zone = FRESNEL_FRACTION * np.sqrt(wavelength * max(distance, wavelength))
     largest = max(zone, NEAREST_WAVES * wavelength) if shaded else np.inf
     first, last = (max(delay, 0.0) for delay in ping_geometry.recorded_delays)

@@ -194,8 +194,8 @@ def _cells(
     surface = world_triangles(target, scene.seabed)
     if isinstance(target, Box) and target.is_upright:
         pitch, rise = _box_cells(scene, target, ping_geometry, slant, resolution)
-        level = np.abs(surface.normal[:, 2]) > np.abs(surface.normal[:, :2]).max(axis=1)
-        return pitch * np.where(level, pitch, min(pitch, rise))
+        is_horizontal = np.abs(surface.normal[:, 2]) > np.abs(surface.normal[:, :2]).max(axis=1)
+        return pitch * np.where(is_horizontal, pitch, min(pitch, rise))
     side = cell_side(float(surface.area.sum()), _solid_pitch(scene, target, ping_geometry, slant, resolution))
     return np.full(len(surface.faces), side**2)
 
@@ -306,10 +306,10 @@ def _box_cells(
     rise = _cell_height(scene, box, ping_geometry, pitch)
     if resolution is None:
         return pitch, rise
-    level, upright = 2 * length * width, 2 * (length + width) * height
-    if level / pitch**2 + upright / (pitch * rise) <= _max_fringe_points(resolution):
+    horizontal, upright = 2 * length * width, 2 * (length + width) * height
+    if horizontal / pitch**2 + upright / (pitch * rise) <= _max_fringe_points(resolution):
         return pitch, rise
-    cheap = float(np.sqrt((level + upright) / _max_fringe_points(resolution)))
+    cheap = float(np.sqrt((horizontal + upright) / _max_fringe_points(resolution)))
     if cheap > pitch:
         pitch = max(
             pitch, min(cheap, _resolution_square(scene, box, ping_geometry, resolution), min(size) / FACE_CELLS)
@@ -422,8 +422,8 @@ def _outside_beams(scene: Scene, target: Solid, ping_geometry: PingGeometry) -> 
         half = float(np.arcsin(radius / away)) + LEEWAY
         bearing = np.arctan2(offset[1], offset[0]) + np.linspace(-half, half, 9)
         climb = np.linspace(-np.pi / 2, np.pi / 2, 181)[:, None]
-        level = np.broadcast_to(np.sin(climb), (181, 9))
-        path_length = np.stack([np.cos(climb) * np.cos(bearing), np.cos(climb) * np.sin(bearing), level], axis=-1)
+        sine = np.broadcast_to(np.sin(climb), (181, 9))
+        path_length = np.stack([np.cos(climb) * np.cos(bearing), np.cos(climb) * np.sin(bearing), sine], axis=-1)
         if not beams.gain(path_length).any():
             return True
     return False

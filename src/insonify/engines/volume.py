@@ -186,15 +186,17 @@ class VolumeScatterers:
 
     def _min_track_distance(self, centre: Floats, radius: Floats, top: Floats, low: Floats) -> Floats:
         """Least distance between some bodies of water and either end of the sonar on its whole track [m], (n,)."""
-        geometry, level = self.ping_geometry, np.full(len(centre), np.inf)
+        geometry, horizontal = self.ping_geometry, np.full(len(centre), np.inf)
         for one, position in zip(
             geometry.track_extents, (geometry.transmit_position, geometry.receive_position), strict=False
         ):
             runs = one.nearest_segments(position[:2], self._farthest + float(radius.max(initial=0)) * 4)
-            np.minimum(level, distance_to_segments(centre[:, :2], runs) - radius - one.polyline_error, out=level)
-        level, depth = np.maximum(level, 0), geometry.platform_positions[:, 2]
+            np.minimum(
+                horizontal, distance_to_segments(centre[:, :2], runs) - radius - one.polyline_error, out=horizontal
+            )
+        horizontal, depth = np.maximum(horizontal, 0), geometry.platform_positions[:, 2]
         up = np.maximum.reduce([top - depth.max(), depth.min() - low, np.zeros(len(top))])
-        return np.asarray(np.hypot(level, up) - np.linalg.norm(self.ping_geometry.lever_arms, axis=1).max())
+        return np.asarray(np.hypot(horizontal, up) - np.linalg.norm(self.ping_geometry.lever_arms, axis=1).max())
 
     def _receivable(self, centre: Floats, radius: Floats) -> NDArray[np.bool_]:
         """Return True if window and beams let some balls of water be received by any pair of families, (n,)."""
@@ -289,8 +291,10 @@ class VolumeScatterers:
             )
             up = top + thick / 2 - self.ping_geometry.transmit_position[2]
             near, far = (np.sqrt(np.maximum(reach**2 - up**2, 0)) for reach in (inner, outer))
-            level = (near + far) / 2
-            centre = np.column_stack([self._point(level, np.asarray((sector + 0.5) * angle, float)), top + thick / 2])
+            horizontal = (near + far) / 2
+            centre = np.column_stack(
+                [self._point(horizontal, np.asarray((sector + 0.5) * angle, float)), top + thick / 2]
+            )
             beyond = np.maximum(np.abs(up) - outer, 0)
             radius = np.sqrt(((far - near) / 2 + far * angle / 2) ** 2 + (thick / 2) ** 2) + beyond
             return self._receivable(centre, radius)

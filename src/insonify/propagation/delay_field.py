@@ -82,8 +82,10 @@ class DelayField:
         spread = []
         for legs, _, rows in leg_ends:
             for row in rows:
-                some = np.ix_([legs.families[row] == name for name in legs.families], point_rows)
-                spread.append(self._spread(legs.visibility[some], legs.delay[some], legs.length[some]).max(axis=0))
+                selected = np.ix_([legs.families[row] == name for name in legs.families], point_rows)
+                spread.append(
+                    self._spread(legs.visibility[selected], legs.delay[selected], legs.length[selected]).max(axis=0)
+                )
         points = points[point_rows]
         paths = [self._path_points(legs.families[row], end, points) for legs, end, rows in leg_ends for row in rows]
         covariance = np.empty((len(points), len(paths), len(paths)))

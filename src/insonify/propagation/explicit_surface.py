@@ -204,7 +204,7 @@ def explicit_surface_legs(
     if not touched:
         return legs, legs
     if scene.water.layered:
-        legs, touched = _rising_rays_apart(legs)
+        legs, touched = _separate_rising_rays(legs)
     sea = explicit_waves(scene.surface, seed, scene.seabed.depth)
     out_and_back = []
     for out in (True, False):
@@ -223,7 +223,7 @@ def explicit_surface_legs(
     return out_and_back[0], out_and_back[1]
 
 
-def _rising_rays_apart(legs: Legs) -> tuple[Legs, list[int]]:
+def _separate_rising_rays(legs: Legs) -> tuple[Legs, list[int]]:
     """Legs whose rays that do not turn have a row of their own, and the rows of those off the surface.
 
     Only rays of S turn, before the surface or after it: those leave downwards or arrive upwards.
@@ -305,10 +305,10 @@ def _bounce(
     after = len(string) - 1 - before
     steep = [legs.departure[row, has_bounce, 2], legs.arrival[row, has_bounce, 2]]
     if refracted is None:
-        level = np.linalg.norm(plain, axis=1)
-        length = legs.length[row, has_bounce] + (at[_BEFORE] + at[_AFTER] - level)
+        norm = np.linalg.norm(plain, axis=1)
+        length = legs.length[row, has_bounce] + (at[_BEFORE] + at[_AFTER] - norm)
         legs.delay[row, has_bounce] *= length / legs.length[row, has_bounce]
-        plain /= level[:, None]
+        plain /= norm[:, None]
         out_and_back = (point - surface_points.sonar_position) / at[_BEFORE, :, None], plain
         onward = (surface_points.point_positions[has_bounce] - point) / at[_AFTER, :, None], plain * (1, 1, -1)
     else:
@@ -354,9 +354,9 @@ def _refracted_directions(
         sense = -1.0 if side == 0 else 1.0
         pair = []
         for slowness, ahead in ((rays[:, 2 + side], -sense * (point - position)[:, :2]), (calm[:, 2], plain[:, :2])):
-            level = np.minimum(slowness * ratio, 1.0)
+            cosine = np.minimum(slowness * ratio, 1.0)
             along = ahead / np.maximum(np.linalg.norm(ahead, axis=1), 1e-12)[:, None]
-            pair.append(np.column_stack([along * level[:, None], sense * np.sqrt(1 - level**2)]))
+            pair.append(np.column_stack([along * cosine[:, None], sense * np.sqrt(1 - cosine**2)]))
         directions.append((pair[0], pair[1]))
     return directions[0], directions[1]
 
@@ -497,8 +497,8 @@ class PointGroups(NamedTuple):
 
 def _cells(positions: Floats, lattice: ScattererGrid, size: float) -> PointGroups:
     """Group points by grid cells; a group depends on its cell alone."""
-    level = lattice.from_world(positions[:, :2])
-    cell = np.floor(np.column_stack([level / size, positions[:, 2] / (size / 4)])).astype(np.int64)
+    grid_position = lattice.from_world(positions[:, :2])
+    cell = np.floor(np.column_stack([grid_position / size, positions[:, 2] / (size / 4)])).astype(np.int64)
     order = np.lexsort(cell.T).astype(np.int64)
     ordered = cell[order]
     new = np.concatenate([[True], np.any(ordered[1:] != ordered[:-1], axis=1)]) if len(cell) else np.zeros(0, bool)

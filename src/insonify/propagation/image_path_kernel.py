@@ -327,8 +327,10 @@ def _level(
             workspace[plane + _C5 + q] = -1.0 if is_seabed_bounce[k] else 1.0
     for q in range(np.uint64(indices.size)):
         north, east = points[indices[q], 0] - position[0], points[indices[q], 1] - position[1]
-        level = math.sqrt(north * north + east * east)
-        workspace[_AHEAD + q], workspace[_ASIDE + q] = (north / level, east / level) if level > 0 else (1.0, 0.0)
+        horizontal = math.sqrt(north * north + east * east)
+        workspace[_AHEAD + q], workspace[_ASIDE + q] = (
+            (north / horizontal, east / horizontal) if horizontal > 0 else (1.0, 0.0)
+        )
 
 
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")

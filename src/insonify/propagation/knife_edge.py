@@ -110,9 +110,9 @@ def diffract_at_edges(
             _around(diffracted, near[row], scene, wavelength, legs.families, row, infinitely_wide, approximate)
     # legs that the terrain cuts, or that do not exist, stay unchanged; over relief the terrain has been applied
     by_target = (legs.status == LegStatus.OCCLUDED) & (legs.occluder >= 0)
-    ground = 1.0 if scene.seabed.terrain is None else legs.visibility
+    terrain_factor = 1.0 if scene.seabed.terrain is None else legs.visibility
     partly = by_target | (legs.status == LegStatus.CLEAR)
-    return replace(legs, visibility=np.where(partly, visibility * ground, legs.visibility))
+    return replace(legs, visibility=np.where(partly, visibility * terrain_factor, legs.visibility))
 
 
 def screened_part(

@@ -60,9 +60,11 @@ class RefractedRays:
         """Create empty caches: tables are built on first use."""
         object.__setattr__(self, "boxes", self.scene.bodies)
         object.__setattr__(self, "body_bounds", solid_bounds(self.scene))
-        ground = self.scene.seabed.terrain
+        terrain = self.scene.seabed.terrain
         span = (
-            (self.layers.bottom_reflection_depth,) * 2 if ground is None else (max(ground.span[0], 0.0), ground.span[1])
+            (self.layers.bottom_reflection_depth,) * 2
+            if terrain is None
+            else (max(terrain.span[0], 0.0), terrain.span[1])
         )
         bodies = len(self.boxes) + len(self.body_bounds) > 0
         object.__setattr__(self, "tables", EigenrayTables(self.layers, self.domain, bodies, span))
@@ -113,7 +115,7 @@ class RefractedRays:
         """Reachable distances from rays to all distances."""
         levels = self._levels(boundary_depth, relief_height)
         ends = dict.fromkeys(depths)
-        sweeps = [self._sweep(name, depth, level) for name in families for depth in ends for level in levels]
+        sweeps = [self._sweep(name, depth, boundary) for name in families for depth in ends for boundary in levels]
         nearest, farthest = ranges_within_delays(sweeps, delays, end_distance / self.scene.water.min_sound_speed)
         # The terrain is sampled as under straight rays: at the same positions, whatever the water.
         images = [image_depth(name, sum(depths) / 2, self.layers.bottom_reflection_depth) for name in families]
@@ -125,7 +127,7 @@ class RefractedRays:
     ) -> DepartureCones:  # fmt: skip
         """Cones about all rays between the nearest and the farthest point of each neighbourhood."""
         levels = self._levels(boundary_depth, relief_height)
-        sweeps = [self._sweep(family, float(position[2]), level) for level in levels]
+        sweeps = [self._sweep(family, float(position[2]), boundary) for boundary in levels]
         return departure_cones(sweeps, centre - position[:2], radius)
 
     def launch_angles(self, source_depth: float) -> RefractedLaunchAngles:

@@ -87,8 +87,8 @@ def _depths(
         np.ascontiguousarray(departure[:, 2]),
         len(string), string.startswith("S"), along[:, 0] * ranges, along[:, -1] * ranges, depths,
     )  # fmt: skip
-    level = np.hypot(departure[:, 0], departure[:, 1])
-    steep = (np.abs(departure[:, 2]) > STEEP * level) | (ranges < 1e-3)
+    horizontal = np.hypot(departure[:, 0], departure[:, 1])
+    steep = (np.abs(departure[:, 2]) > STEEP * horizontal) | (ranges < 1e-3)
     if steep.any():
         depths[steep] = _straight(
             water.bottom_reflection_depth, float(position[2]), leg_ends[steep, 2], string, along[steep]

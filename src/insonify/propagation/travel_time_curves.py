@@ -48,10 +48,10 @@ class TravelTimeCurve:
         # One more column on each side: rays between two columns are bounded by both.
         first = np.clip(np.floor((horizontal_distance - radius) / self.range_step) - 1, 0, last).astype(int)
         stop = np.clip(np.ceil((horizontal_distance + radius) / self.range_step) + 1, 0, last).astype(int)
-        level = np.floor(np.log2(stop - first + 1)).astype(int)
+        power = np.floor(np.log2(stop - first + 1)).astype(int)
         low, high = np.full(len(horizontal_distance), np.inf), np.full(len(horizontal_distance), -np.inf)
-        for k in np.unique(level):
-            rows = level == k
+        for k in np.unique(power):
+            rows = power == k
             one, other = first[rows], stop[rows] - 2**k + 1
             low[rows] = np.minimum(self.least_launch_angle[k][one], self.least_launch_angle[k][other])
             high[rows] = np.maximum(self.greatest_launch_angle[k][one], self.greatest_launch_angle[k][other])

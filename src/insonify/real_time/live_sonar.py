@@ -333,6 +333,6 @@ def _with_positions(track: Platforms, positions: Iterable[ArrayLike]) -> Platfor
 
 
 def _extended(poses: Poses, further: Floats) -> Poses:
-    level, time = np.zeros(len(further)), np.full(len(further), poses.time[-1])
-    columns = (np.concatenate([lean, level]) for lean in (poses.heading, poses.pitch, poses.roll))
+    zero, time = np.zeros(len(further)), np.full(len(further), poses.time[-1])
+    columns = (np.concatenate([lean, zero]) for lean in (poses.heading, poses.pitch, poses.roll))
     return Poses(np.concatenate([poses.time, time]), np.concatenate([poses.position, further]), *columns)

@@ -41,14 +41,14 @@ def density_warnings(scenario: Scenario) -> list[str]:
         ("seabed", scenario.seabed.depth, scenario.seabed.scattering),
         ("surface", 0.0, scenario.surface.scattering),
     )
-    for boundary, level, law in boundaries:
+    for boundary, boundary_depth, law in boundaries:
         if (
             law is None
             or boundary not in paths.contributions
             or not families_reaching(boundary, paths.followed_families)
         ):
             continue
-        height = float(np.abs(level - depths).min())
+        height = float(np.abs(boundary_depth - depths).min())
         if _least_bound(scenario, height) < MIN_CELL_SIZE:
             sparse.append((_smallest_cell(scenario, height) / MIN_CELL_SIZE, boundary))
     if not sparse or min(sparse)[0] >= ENOUGH:

@@ -3,9 +3,9 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from insonify.propagation.aperture_expansion import LEAST
+from insonify.propagation.aperture_expansion import MIN_OFFSET
 from insonify.propagation.delay_field import DelayField
-from insonify.propagation.propagation_model import FEW_DEPTHS, RayDomain
+from insonify.propagation.propagation_model import MAX_SEPARATE_DEPTHS, RayDomain
 from insonify.scenario.scenario import Scenario
 from insonify.sonar.hydrophones import element_layout
 from insonify.sonar.ping_geometry import array_depths
@@ -46,7 +46,7 @@ def domain(scenario: Scenario, track: Poses | Platforms, pulse: ReceivedPulse) -
     ):  # out by way of a face, and back by a short way
         farthest *= 2
     depths = [float(depth) for depth in _required_depths(scenario, poses)]
-    spanned = len(depths) > FEW_DEPTHS
+    spanned = len(depths) > MAX_SEPARATE_DEPTHS
     return RayDomain((depths[0], depths[-1]) if spanned else tuple(depths), spanned, scene.body_depths, farthest)
 
 
@@ -58,7 +58,7 @@ def _required_depths(scenario: Scenario, poses: Platforms) -> NDArray[np.float64
     body = poses.receiver_poses.rotation(0)
     centre = array_position(sonar.receive, poses.receiver_poses.position[0], body)[2]
     rise = float(np.abs((element_layout(sonar.receive)[0] @ receiver_rotation(sonar, body))[:, 2]).max())
-    if rise < LEAST:
+    if rise < MIN_OFFSET:
         return depths
     return np.unique(np.clip([*depths, centre - rise, centre + rise], 0.0, scenario.seabed.depth))
 

@@ -107,11 +107,11 @@ def _faces_of(scene: Scene, row: int, solid: Solid, least: float) -> list[FlatFa
             continue
         left[plane] = False
         for part in _connected(corners[plane]):
-            some = plane[part]
-            face = _face(scene, row, solid, corners[some], normal[first])
+            triangles = plane[part]
+            face = _face(scene, row, solid, corners[triangles], normal[first])
             size = np.ptp(face.triangles.reshape(-1, 2), axis=0)
-            if len(face.strips) and area[some].sum() >= least * size.max():
-                flat_faces.append((float(area[some].sum()), face))
+            if len(face.strips) and area[triangles].sum() >= least * size.max():
+                flat_faces.append((float(area[triangles].sum()), face))
     flat_faces.sort(key=lambda one: -one[0])
     return [face for _, face in flat_faces[:MAX_FACES]]
 
@@ -131,12 +131,12 @@ def _connected(corners: Floats) -> list[NDArray[np.int64]]:
 
 def _face(scene: Scene, row: int, solid: Solid, corners: Floats, normal: Floats) -> FlatFace:
     """The face of some triangles (t, 3, 3) in one plane."""
-    level = np.hypot(normal[0], normal[1])
+    horizontal = np.hypot(normal[0], normal[1])
     along = np.array([1.0, 0.0, 0.0])
-    if level > UPRIGHT_SINE:
-        along = np.array([-normal[1], normal[0], 0.0]) / level
+    if horizontal > UPRIGHT_SINE:
+        along = np.array([-normal[1], normal[0], 0.0]) / horizontal
     if abs(normal[2]) < UPRIGHT_SINE:
-        normal = np.array([normal[0] / level, normal[1] / level, 0.0])
+        normal = np.array([normal[0] / horizontal, normal[1] / horizontal, 0.0])
     down = np.cross(normal, along)
     down *= np.sign(down[2]) or 1.0
     axes = np.array([normal, along, down])

@@ -100,7 +100,9 @@ def mesh_parts(
             raise MeshError(
                 f"{file} has no group, object or material {name!r}; it has {listed}.", f"parts.{number}.name"
             )
-        part_of_face[np.isin(content.row, [row for row, some in enumerate(content.names) if name in some])] = number
+        part_of_face[
+            np.isin(content.row, [row for row, part_names in enumerate(content.names) if name in part_names])
+        ] = number
     return content.surface, part_of_face
 
 

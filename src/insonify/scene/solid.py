@@ -104,9 +104,9 @@ def height(solid: Solid) -> float:
 
 def footprint(solid: Solid) -> tuple[float, float, tuple[float, float]]:
     """Length along the heading of a solid as it leans, width across it [m], and north and east of their middle [m]."""
-    level = body_triangles(solid).transformed(pose_rotation(0.0, solid.pitch, solid.roll), np.zeros(3))
-    length, width = (float(side) for side in (level.high - level.low)[:2])
-    ahead, aside = ((level.high + level.low) / 2)[:2]
+    rotated = body_triangles(solid).transformed(pose_rotation(0.0, solid.pitch, solid.roll), np.zeros(3))
+    length, width = (float(side) for side in (rotated.high - rotated.low)[:2])
+    ahead, aside = ((rotated.high + rotated.low) / 2)[:2]
     c, s = np.cos(solid.heading), np.sin(solid.heading)
     north, east = solid.position
     return length, width, (float(north + c * ahead - s * aside), float(east + s * ahead + c * aside))

@@ -224,7 +224,7 @@ paths: {{max_reflections: 0, contributions: [seabed, target]}}
 
 def _wreck() -> list[dict[str, object]]:
     """Sides of the hull as planks, and a mast."""
-    corners = np.array([(SPACING * ping, ground) for ping, ground in OUTLINE])
+    corners = np.array([(SPACING * ping, ground_range) for ping, ground_range in OUTLINE])
     bodies: list[dict[str, object]] = []
     for row, (first, second) in enumerate(pairwise(corners)):
         middle, across = (first + second) / 2, second - first

@@ -153,9 +153,9 @@ def straight_legs(
         length = math.sqrt(reach[i] * reach[i] + dz * dz)
         inverse = np.float32(1) / np.float32(length)
         delay[i] = length * slowness
-        level, fall = np.float32(reach[i]) * inverse, np.float32(dz) * inverse
-        x, y = level * c, level * s
-        out_n[i], out_e[i] = level * ahead_n[i], level * ahead_e[i]
+        cosine, fall = np.float32(reach[i]) * inverse, np.float32(dz) * inverse
+        x, y = cosine * c, cosine * s
+        out_n[i], out_e[i] = cosine * ahead_n[i], cosine * ahead_e[i]
         into_n[i], into_e[i], into_d[i], out_d[i] = x, y, fall, fall * t
         off = x * normal_n[i] + y * normal_e[i] + fall * normal_d[i]
         exists = ((bits[i] & mask) != 0) & (off < np.float32(0))

@@ -61,7 +61,7 @@ def tiles_under_radials(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def sample_radial_terrain(
-    frame: RadialFrame, line: Floats, count: int, level: float, tiles: MapTiles, where: Integers, depth: Singles,
+    frame: RadialFrame, line: Floats, count: int, mean_depth: float, tiles: MapTiles, where: Integers, depth: Singles,
     slope: Singles,
 ) -> None:  # fmt: skip
     """Ground along one line: heights linear between nodes, slopes of the nearest node, so that none gets gentler.
@@ -70,13 +70,13 @@ def sample_radial_terrain(
         frame: Frame of the radials.
         line: One row of `RadialSet.radials`, (9,).
         count: Number of samples.
-        level: Depth of the mean plane [m].
+        mean_depth: Depth of the mean plane [m].
         tiles: Tiles of the seabed's map.
         where: Scratch, unsigned, (at least count,).
         depth: Result [m], (at least count,).
         slope: Result, along the frame's axes [1], (2, at least count).
     """
-    mean = np.float32(level)
+    mean = np.float32(mean_depth)
     if tiles.flat:
         depth[:count] = mean
         slope[:, :count] = 0

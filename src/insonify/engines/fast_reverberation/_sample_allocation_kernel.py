@@ -67,10 +67,10 @@ def pair_energies(
                 reach = near + (far - near) * (((2 * k + 1) * samples // 2 + k) % samples + 0.5) / samples
                 for f in range(verticals.size):
                     inverse = 1 / math.sqrt(reach * reach + verticals[f] * verticals[f])
-                    level, fall = reach * inverse, verticals[f] * inverse
+                    cosine, fall = reach * inverse, verticals[f] * inverse
                     fall = -fall if odd[f] else fall
-                    one[f] = gain_towards(x * level, y * level, fall, transmit_beam)
-                    two[f] = one[f] if same_beams else gain_towards(x * level, y * level, fall, receive_beam)
+                    one[f] = gain_towards(x * cosine, y * cosine, fall, transmit_beam)
+                    two[f] = one[f] if same_beams else gain_towards(x * cosine, y * cosine, fall, receive_beam)
                 for p in range(pair.shape[0]):
                     i, j = pair[p, 0], pair[p, 1]
                     both = one[i] * two[j] + (one[j] * two[i] if i != j else 0.0)

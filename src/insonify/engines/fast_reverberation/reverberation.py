@@ -193,17 +193,17 @@ class FastReverberation:
         shaded = self._apply_target_shadows(part, legs) if part.passes_target.any() else None
         if seabed.texture is not None:
             factor = self._texture(part.radials, legs).astype(np.float32)
-            for k, many in enumerate(pairs.found):
+            for k, many in enumerate(pairs.sample_count):
                 pairs.weight[k, :many] *= factor[pairs.rows[k, :many]]
         for k, (i, j) in enumerate(plan.allocation.pair if not plan.table.factor.size else ()):
-            count = pairs.found[k]
+            count = pairs.sample_count[k]
             self._apply_law(
                 legs.arrival[i], legs.arrival[j], legs.normal, pairs.rows[k, :count], pairs.weight[k, :count]
             )
         held = None if dark is None else origins(plan, ping_geometry, part, legs, pairs, dark, shaded)
         return ReverberationSamples(
-            legs.delay, legs.amplitude, legs.departure, plan.allocation.pair, pairs.found, pairs.rows, pairs.weight,
-            interference_ranges[:ranges], held,
+            legs.delay, legs.amplitude, legs.departure, plan.allocation.pair, pairs.sample_count, pairs.rows,
+            pairs.weight, interference_ranges[:ranges], held,
         )  # fmt: skip
 
     def _texture(self, radials: Floats, legs: RadialLegs) -> Floats:
@@ -218,14 +218,14 @@ class FastReverberation:
         rows: NDArray[np.int32], section: NDArray[np.float32],
     ) -> None:  # fmt: skip
         """Multiply the seabed that points represent by the law's cross section for one pair."""
-        held = _SCRATCH.of("questions", (9 * DIRECTIONS_PER_BATCH,), np.float32)
+        held = _SCRATCH.of("law directions", (9 * DIRECTIONS_PER_BATCH,), np.float32)
         values = _SCRATCH.of("law", (DIRECTIONS_PER_BATCH,), np.float32)
         for begin in range(0, len(rows), DIRECTIONS_PER_BATCH):
-            some = rows[begin : begin + DIRECTIONS_PER_BATCH]
-            one, two, up = held[: 9 * len(some)].reshape(3, 3, len(some))
-            kernel.gather_directions(into, out, normal, some, one, two, up)
-            self.plan.law.fill(one, two, up, values[: len(some)])
-            section[begin : begin + DIRECTIONS_PER_BATCH] *= values[: len(some)]
+            batch = rows[begin : begin + DIRECTIONS_PER_BATCH]
+            one, two, up = held[: 9 * len(batch)].reshape(3, 3, len(batch))
+            kernel.gather_directions(into, out, normal, batch, one, two, up)
+            self.plan.law.fill(one, two, up, values[: len(batch)])
+            section[begin : begin + DIRECTIONS_PER_BATCH] *= values[: len(batch)]
 
     def _apply_target_shadows(self, part: RadialSet, legs: RadialLegs) -> Shaded | None:
         """Reduce legs by the occlusion of targets, on radials that pass one; returns these legs, if any."""

@@ -98,9 +98,9 @@ def allocate_samples(
         ping_geometry.same_beams,
     )
 
-    def energies(some: Floats) -> NDArray[np.float32]:
-        line_energy = np.empty((len(some), RANGE_BINS, len(pair)), np.float32)
-        pair_energies(some, heading, edges, climbs, odd, pair, strength, sent, received, same_beams, line_energy)
+    def energies(lines: Floats) -> NDArray[np.float32]:
+        line_energy = np.empty((len(lines), RANGE_BINS, len(pair)), np.float32)
+        pair_energies(lines, heading, edges, climbs, odd, pair, strength, sent, received, same_beams, line_energy)
         return line_energy
 
     energy = energies(radials)
@@ -117,11 +117,11 @@ def allocate_samples(
         np.maximum(FULL_SAMPLING_ENERGY * np.where(costly, BOUNCE_COST_FACTOR, 1.0)[:, None] * whole, 1e-300).T
     )
 
-    def keep_probabilities(some: Floats, pair_energy: NDArray[np.float32]) -> NDArray[np.uint8]:
-        length = np.clip(np.minimum(edges[1:], some[:, 5:6]) - np.maximum(edges[:-1], some[:, 4:5]), 0, None)
+    def keep_probabilities(lines: Floats, pair_energy: NDArray[np.float32]) -> NDArray[np.uint8]:
+        length = np.clip(np.minimum(edges[1:], lines[:, 5:6]) - np.maximum(edges[:-1], lines[:, 4:5]), 0, None)
         keep_probability = np.empty(pair_energy.shape, np.uint8)
         pair_keep_probabilities(
-            pair_energy, length / (step * some[:, 8:9]), least, needed, pair_group, keep_probability, FULL_PROBABILITY,
+            pair_energy, length / (step * lines[:, 8:9]), least, needed, pair_group, keep_probability, FULL_PROBABILITY,
             MIN_PROBABILITY_STEPS,
         )  # fmt: skip
         return keep_probability

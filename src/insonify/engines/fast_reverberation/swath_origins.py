@@ -39,7 +39,7 @@ def unlit(plan: ReverberationPlan, legs: RadialLegs, pairs: PairSamples) -> Rows
     straight, direct = straight_rows(plan)
     if straight < 0:
         return np.zeros(0, np.int64)
-    points = pairs.rows[straight, : pairs.found[straight]]
+    points = pairs.rows[straight, : pairs.sample_count[straight]]
     dark = np.empty(len(points), np.int64)
     return dark[: unlit_points(legs.amplitude[direct], points, dark)]
 
@@ -102,7 +102,7 @@ def _cut(
     lost, occluder_row = np.ones(len(dark)), np.full(len(dark), SEABED_OCCLUDER, np.int16)
     if shaded is None or straight < 0:
         return dark, lost, occluder_row
-    count = int(pairs.found[straight])
+    count = int(pairs.sample_count[straight])
     position = np.full(int(legs.first[-1]), -1, np.int64)
     position[pairs.rows[straight, :count]] = np.arange(count)
     mine = np.flatnonzero(shaded.legs.status[direct] == LegStatus.OCCLUDED)

@@ -66,16 +66,16 @@ def echoes(ping: TracedPing, hits: RayHits, vertices: list[SurfaceVertices]) -> 
             returned = scattered_per_steradian(law, part.direction, -back.arrival, normal)
             returned *= back.intensity(ping.attenuation)
             delay = part.delay + back.delay
-            some = np.flatnonzero(_is_clear(ping, part.origin, family, back, (returned > 0) & in_window(ping, delay)))
-            if not some.size:
+            clear = np.flatnonzero(_is_clear(ping, part.origin, family, back, (returned > 0) & in_window(ping, delay)))
+            if not clear.size:
                 continue
-            gain = ping.receive_beams.gain(back.departure[some]) ** 2
-            energy = channel_energies(ping, sent[:, rows[some]], gain * returned[some])
+            gain = ping.receive_beams.gain(back.departure[clear]) ** 2
+            energy = channel_energies(ping, sent[:, rows[clear]], gain * returned[clear])
             if by_target:
                 energy *= 2 if ping.ping_geometry.is_monostatic else 1
-            reciprocal = _other_order(ping, part, family, back, legs)[some]
+            reciprocal = _other_order(ping, part, family, back, legs)[clear]
             chains = (family, rays.family) if ping.is_reversed else (rays.family, family)
-            yield EchoEnergies(hits.contribution, hits.object, *chains, delay[some], energy, reciprocal)
+            yield EchoEnergies(hits.contribution, hits.object, *chains, delay[clear], energy, reciprocal)
     if by_target and rays.flat and not ping.is_reversed:
         yield from _retraced_echoes(ping, hits, sent)
 
@@ -168,7 +168,7 @@ def point_echoes(ping: TracedPing, target: PointTarget, position: Floats) -> Ite
         position: Its position in the frame of the scatterer grid [m], shape (1, 3).
     """
     strength = float(intensity_ratio(target.target_strength_db))
-    level = float(intensity_ratio(ping.ping_geometry.source_level_db))
+    source_intensity = float(intensity_ratio(ping.ping_geometry.source_level_db))
     ends: list[list[tuple[str, int, Floats, Floats]]] = []
     for end, beams in ((ping.transmit, ping.transmit_beams), (ping.receive, ping.receive_beams)):
         paths_of_ends = []
@@ -180,7 +180,7 @@ def point_echoes(ping: TracedPing, target: PointTarget, position: Floats) -> Ite
         ends.append(paths_of_ends)
     delays = [{(family, ray): delay for family, ray, delay, _ in paths_of_ends} for paths_of_ends in ends]
     for (out, ray_out, delay_out, sent), (back, ray_back, delay_back, channels) in product(*ends):
-        delay, energy = delay_out + delay_back, channel_energies(ping, level * sent, strength * channels)
+        delay, energy = delay_out + delay_back, channel_energies(ping, source_intensity * sent, strength * channels)
         if not in_window(ping, delay)[0] or not energy.any():
             continue
         same = np.zeros(1)
@@ -201,7 +201,7 @@ def boundary_echo_energies(ping: TracedPing) -> Iterator[EchoEnergies]:
     """
     geometry, position = ping.ping_geometry, ping.transmit[None]
     families = boundary_echo_families(ping.choice, two_platforms=False)
-    level, depth = float(intensity_ratio(geometry.source_level_db)), float(ping.receive[2])
+    source_intensity, depth = float(intensity_ratio(geometry.source_level_db)), float(ping.receive[2])
     for family in families:
         legs = family_legs(ping, ping.receive, position, family, BOUNDARY_ECHO)
         reverse = family[::-1]
@@ -209,7 +209,12 @@ def boundary_echo_energies(ping: TracedPing) -> Iterator[EchoEnergies]:
             clear = _is_clear(ping, position, family, back, (back.reflected > 0) & in_window(ping, back.delay))
             sine = np.abs(back.departure[:, 2])
             rough = sediment_bounce_factor(family, depth, back.length, sine, ping.scene.seabed, geometry.wavelength)
-            sent = level * rough**2 * back.intensity(ping.attenuation) * ping.transmit_beams.gain(-back.arrival) ** 2
+            sent = (
+                source_intensity
+                * rough**2
+                * back.intensity(ping.attenuation)
+                * ping.transmit_beams.gain(-back.arrival) ** 2
+            )
             energy = channel_energies(ping, sent, ping.receive_beams.gain(back.departure) ** 2)
             if not clear[0] or not energy.any():
                 continue

@@ -125,7 +125,7 @@ class RayIntersector:
         self._scene_tree, self._store = world.bodies, world.store
         self.water, self._speed = world.water, world.scene.water.sound_speed
         if world.store is None:
-            self.ground = _flat_tiles(world.scene.seabed.depth)
+            self.terrain = _flat_tiles(world.scene.seabed.depth)
             return
         bed = world.store.bed
         cell = world.store.synthesizer.cell
@@ -139,7 +139,7 @@ class RayIntersector:
                 p, q = along - corner[0], across - corner[1]
                 if 0 <= p < size[0] and 0 <= q < size[1]:
                     row_of[p, q] = row
-        self.ground = TerrainTiles(
+        self.terrain = TerrainTiles(
             float(bed.depth), cell, float(low), float(high), int(corner[0]), int(corner[1]),
             row_of, world.store.tiles, world.store.block_maxima, world.store.tile_maxima,
         )  # fmt: skip
@@ -150,26 +150,26 @@ class RayIntersector:
         if store is None or not missing.any():
             return False
         with store.lock:
-            row_of = self.ground.row_of.copy()
+            row_of = self.terrain.row_of.copy()
             for p, q in np.argwhere(missing):
-                row_of[p, q] = store.fetch(int(p) + self.ground.corner_a, int(q) + self.ground.corner_b)
-            self.ground = self.ground._replace(
+                row_of[p, q] = store.fetch(int(p) + self.terrain.corner_a, int(q) + self.terrain.corner_b)
+            self.terrain = self.terrain._replace(
                 row_of=row_of, tiles=store.tiles, block_maxima=store.block_maxima, tile_maxima=store.tile_maxima
             )
         return True
 
     def _refracting(self, water: WaterLayers) -> RefractingScene:
         """Water and obstacles, with the terrain tiles that are loaded."""
-        return RefractingScene(self.ground, self._scene_tree, water)
+        return RefractingScene(self.terrain, self._scene_tree, water)
 
     def hits(self, origin: Floats, direction: Floats, farthest: Floats) -> RefractedHits:
         """First hits of rays within a path length, see `first_hits` and `refracted_hits`."""
         water, hits = self.water, _no_hits(len(origin))
         while True:
-            missing = np.zeros(self.ground.row_of.shape, bool)
+            missing = np.zeros(self.terrain.row_of.shape, bool)
             if water is None:
                 first_hits(
-                    origin, direction, farthest, self.ground, self._scene_tree, missing, hits.distance, hits.kind,
+                    origin, direction, farthest, self.terrain, self._scene_tree, missing, hits.distance, hits.kind,
                     hits.body_row, hits.normal,
                 )  # fmt: skip
             else:
@@ -194,8 +194,8 @@ class RayIntersector:
         bottom = np.array([letter == "B" for letter in family if letter != "D"], bool)
         ends = np.ascontiguousarray(np.broadcast_to(end, position.shape))
         while True:
-            is_clear, missing = requested.copy(), np.zeros(self.ground.row_of.shape, bool)
-            clear_image_paths(ends, position, bottom, wavelength, self.ground, self._scene_tree, missing, is_clear)
+            is_clear, missing = requested.copy(), np.zeros(self.terrain.row_of.shape, bool)
+            clear_image_paths(ends, position, bottom, wavelength, self.terrain, self._scene_tree, missing, is_clear)
             if not self._fetch_missing(missing):
                 return is_clear
 
@@ -215,7 +215,7 @@ class RayIntersector:
         bottom, water = np.array([letter == "B" for letter in reversed(family) if letter != "D"], bool), self.water
         assert water is not None  # straight rays have `clear`
         while True:
-            is_clear, missing = requested.copy(), np.zeros(self.ground.row_of.shape, bool)
+            is_clear, missing = requested.copy(), np.zeros(self.terrain.row_of.shape, bool)
             scene = self._refracting(water)
             clear_refracted_paths(position, leaving, length, bottom, wavelength, scene, missing, is_clear)
             if not self._fetch_missing(missing):

@@ -144,17 +144,17 @@ def add_band(x: Floats, y: Floats, band: LatticeBand, key: LatticeKey, quantiles
             count, stride = _cells(x, y, first, end, frame, row, group), 8
         _fill(row[:count], group[:count], key, quantiles, words, node)
         for begin in range(first, end, _CHUNK):
-            some = min(end - begin, _CHUNK)
-            for k in range(some):
+            size = min(end - begin, _CHUNK)
+            for k in range(size):
                 n = begin + k
                 a = (c * x[n] + s * y[n]) * per_pitch + offset_a
                 b = (c * y[n] - s * x[n]) * per_pitch + offset_b
                 i, j = math.floor(a), math.floor(b)
                 at[k] = (i - first_i) * stride + j - 4 * first_group if rows > 0 else 32 * (n - first) + (j & 3)
                 f[k], g[k] = a - i, b - j
-            for k in range(0, some, POINTS):  # the last with what others left there: all points have the same bits
+            for k in range(0, size, POINTS):  # the last with what others left there: all points have the same bits
                 splines(node, stride, at, f, g, k, splined, _CHUNK)
-            for k in range(some):
+            for k in range(size):
                 along, across = splined[_CHUNK + k], splined[2 * _CHUNK + k]
                 out[begin + k, 0] += amplitude * splined[k]
                 out[begin + k, 1] += steep * (c * along - s * across)
