@@ -72,12 +72,12 @@ class _Neighbourhoods:
         """Least and greatest cosines to an array's boresight, right and down [1]."""
         horizontal = np.sqrt(np.maximum(1.0 - down * down, 0.0))
         cosines = [horizontal * (self.ahead * row[0] + self.aside * row[1]) + down * row[2] for row in axes]
-        return [spans(one, self.cosine, self.sine) if self.wide else (one, one) for one in cosines]
+        return [spans(cosine, self.cosine, self.sine) if self.wide else (cosine, cosine) for cosine in cosines]
 
     def _spread(self, row: int, down: Floats) -> tuple[Floats, Floats]:
         """Standard deviations of a glint's cosines to the right and down of the array [1]."""
         spreads, axes = self.end[5], self.end[4][0]
-        tilt, turn = (_between_nodes(one[row], self.node, self.part) for one in (spreads.tilt, spreads.turn))
+        tilt, turn = (_between_nodes(spread[row], self.node, self.part) for spread in (spreads.tilt, spreads.turn))
         north, east, slopes = self.ahead, self.aside, spreads.slopes
         along = north * north * slopes[0] + 2 * north * east * slopes[1] + east * east * slopes[2]
         up = tilt * np.sqrt(np.maximum(along, 0.0))
@@ -106,12 +106,12 @@ def _gain(
             plain if spread is None else _glint_pattern(patterns[which], plain, per_unit[which], x, spread[which % 2])
         )
 
-    one = element_gains(element, (w if spread is None else np.minimum(w + more, 1.0)) + 1e-12)
-    one = one * pattern(2, right, 0.0) * pattern(3, down, 0.0)
+    gain = element_gains(element, (w if spread is None else np.minimum(w + more, 1.0)) + 1e-12)
+    gain = gain * pattern(2, right, 0.0) * pattern(3, down, 0.0)
     largest = np.zeros(len(w))
     for (across, deep), size in zip(steer, scale, strict=True):
         np.fmax(largest, size * pattern(0, right, across) * pattern(1, down, deep), out=largest)
-    return np.asarray(one * largest)
+    return np.asarray(gain * largest)
 
 
 def _glint_pattern(table: Floats, plain: Floats, per_unit: float, x: Floats, spread: Floats) -> Floats:

@@ -192,8 +192,8 @@ class BeamImportance:
     def _face_gain(self, position: Floats, around: Floats) -> Floats:
         """Gain by way of faces, as `_relative_gain`."""
         gain = np.zeros(len(position))
-        for one, image in zip(self.images, self._image_importances, strict=True):
-            rows = one.lights(position, self.depth, around)
+        for face_image, image in zip(self.images, self._image_importances, strict=True):
+            rows = face_image.lights(position, self.depth, around)
             gain[rows] = np.maximum(gain[rows], image._direct_gain(position[rows], around[rows]))
         return gain
 
@@ -202,9 +202,9 @@ class BeamImportance:
         """Gain of each image of the sonar, as if there were no face."""
         return tuple(
             replace(
-                self, ping_geometry=one.sonar, families=one.families, images=(),
-                farthest=self.farthest + float(np.linalg.norm(one.sonar.midpoint - self.ping_geometry.midpoint)),
-            ) for one in self.images
+                self, ping_geometry=face_image.sonar, families=face_image.families, images=(),
+                farthest=self.farthest + float(np.linalg.norm(face_image.sonar.midpoint - self.ping_geometry.midpoint)),
+            ) for face_image in self.images
         )  # fmt: skip
 
     def kept_scatterers(self, tiles: Tiles, bounds: GainBounds, seed: int, stream: int, depth: float) -> KeptScatterers:

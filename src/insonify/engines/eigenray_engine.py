@@ -255,10 +255,10 @@ class EigenrayEngine:
         """Scatterers of a block and the number of faces that light any, apart those that none does."""
         lit, count = np.zeros(len(scatterers), bool), 0
         for face in self.faces(ping_geometry):
-            one = self._lit(face, ping_geometry.transmit_position, scatterers, ping_geometry)
+            reached = self._lit(face, ping_geometry.transmit_position, scatterers, ping_geometry)
             if not ping_geometry.is_monostatic:
-                one |= self._lit(face, ping_geometry.receive_position, scatterers, ping_geometry)
-            lit, count = lit | one, count + bool(one.any())
+                reached |= self._lit(face, ping_geometry.receive_position, scatterers, ping_geometry)
+            lit, count = lit | reached, count + bool(reached.any())
         if lit.all() or not lit.any():
             yield scatterers, count
             return

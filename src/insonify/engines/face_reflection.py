@@ -150,13 +150,13 @@ def face_rows(legs: Legs, face: FlatFace, number: int, count: int, lit: Marks) -
     if glints is not None:
         phasor = np.ones((rows, n), complex)
         phasor[:, lit] = glints.phasor
-        label = tuple(one if one < 0 else one + ((number + 1) << LABEL_BITS) for one in glints.bounce_id)
+        label = tuple(value if value < 0 else value + ((number + 1) << LABEL_BITS) for value in glints.bounce_id)
         glints = GlintPhasors(label, phasor)
     if caustic is not None:
         caustic = np.ones((rows, n), complex)
         caustic[:, lit] = legs.caustic
     return Legs(
-        families=tuple(map(face_family, legs.families)), branch=tuple(number + count * one for one in legs.branch),
+        families=tuple(map(face_family, legs.families)), branch=tuple(number + count * value for value in legs.branch),
         caustic=caustic, glints=glints, **columns,
     )  # fmt: skip
 

@@ -98,8 +98,8 @@ def incoherent_bounces(legs: Legs, row: int, number: int, points: NDArray[np.int
     assert legs.glints.bed_quanta is not None
     if legs.glints.bounce_id[row] < 0:
         return [np.ones(len(points))]
-    one, every = legs.glints.bed_quanta[:, row, points]
-    coherent, any_quantum = np.exp(-one), np.maximum(-np.expm1(-every), 1e-12)
+    single, every = legs.glints.bed_quanta[:, row, points]
+    coherent, any_quantum = np.exp(-single), np.maximum(-np.expm1(-every), 1e-12)
     bounces = [
         math.comb(number, m) * (1 - coherent) ** m * coherent ** (number - m) / any_quantum for m in range(number + 1)
     ]

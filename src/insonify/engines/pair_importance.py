@@ -261,7 +261,9 @@ def _legs(
             for name, path in zip(families, paths, strict=True)
         ]
     surface = abs(complex(scene.surface.reflection_coefficient(np.zeros(1))[0]))
-    factors = [one * surface ** bounce_sequence(name).count("S") for name, one in zip(families, factors, strict=True)]
+    factors = [
+        factor * surface ** bounce_sequence(name).count("S") for name, factor in zip(families, factors, strict=True)
+    ]
     absorption = float(scene.water.absorption(ping_geometry.frequency))
     power = np.array(factors) ** 2 * 10 ** (-absorption * length / 10) / length**2
     return length, np.array([path.arrival for path in paths]), power

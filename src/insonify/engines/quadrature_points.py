@@ -182,14 +182,14 @@ class QuadraturePoints:
             geometry.transmit_position.tobytes(), geometry.receive_position.tobytes(), geometry.boresight.tobytes(),
             geometry.first_beam_bearing,
             *(part.tobytes() for beam in beams for part in (beam.axes, beam.steer, beam.scale)), geometry.channel_count,
-            *(part for one in self.images for part in one.about(self.ping_geometry.midpoint).key),
+            *(part for face_image in self.images for part in face_image.about(self.ping_geometry.midpoint).key),
         )  # fmt: skip
 
     def _layout(self) -> QuadratureLayout:
         geometry, lattice = self._at_origin, ScattererGrid()
         cells = polar_grid.PolarGrid(geometry, self.depth, self.reach, self.resolution, rise=self.rise)
         glints = glint_spread(self.scene, geometry.frequency)
-        images = tuple(one.about(self.ping_geometry.midpoint) for one in self.images)
+        images = tuple(face_image.about(self.ping_geometry.midpoint) for face_image in self.images)
         tiles = cells.tiles_above_floor(self.rays, self.families, self.floor, glints, images)
         farthest = max(self.reach.farthest, 1.0)
         return QuadratureLayout(cells, tiles, BeamImportance(geometry, self.depth, self.rays, self.families, lattice,

@@ -290,7 +290,7 @@ def _at(
     for axis in range(2):
         along = vector[:, :, axis]
         moved = (_paths(terrain, positions + side * beside * along, ends) for side in (-1, 1))
-        bends = [np.einsum("na,nab,nb->n", along, _matrices(one[:, 3:6]), along) for one in moved]
+        bends = [np.einsum("na,nab,nb->n", along, _matrices(path_columns[:, 3:6]), along) for path_columns in moved]
         third = np.abs(bends[1] - bends[0]) / (2 * beside)
         least = AIRY * third ** (2 / 3) * wavenumber ** (-1 / 3)
         value[:, axis] = np.where(value[:, axis] < 0, -1, 1) * np.maximum(np.abs(value[:, axis]), least)

@@ -57,9 +57,12 @@ def target_insonification(
         for position in (ping_geometry.transmit_position, ping_geometry.receive_position)
     )
     faces = [
-        (one, np.array([[*end[:2], image_depth(name, end[2], scene.seabed.depth)] for name in one.families]))
-        for one in face_images(scene, choice, ping_geometry, "target")
-        for end in (one.sonar.transmit_position, one.sonar.receive_position)
+        (
+            face_image,
+            np.array([[*end[:2], image_depth(name, end[2], scene.seabed.depth)] for name in face_image.families]),
+        )
+        for face_image in face_images(scene, choice, ping_geometry, "target")
+        for end in (face_image.sonar.transmit_position, face_image.sonar.receive_position)
     ]
     shaded = len(scene.occluders) > 1 or not is_flat or scene.surface.reflection == "explicit"
     zone = FRESNEL_FRACTION * np.sqrt(wavelength * max(distance, wavelength))
@@ -74,9 +77,11 @@ def target_insonification(
         gain = np.ones(len(middle))
         for row, (positions, beams) in enumerate(ends):
             best = _largest_gain(middle, radius, families, positions, beams, max_deviation)
-            for one, image in faces[row::2]:
-                seen = (one.sonar.transmit_beams, one.sonar.bounding_receive_beams)[row]
-                np.maximum(best, _largest_gain(middle, radius, one.families, image, seen, max_deviation), out=best)
+            for face_image, image in faces[row::2]:
+                seen = (face_image.sonar.transmit_beams, face_image.sonar.bounding_receive_beams)[row]
+                np.maximum(
+                    best, _largest_gain(middle, radius, face_image.families, image, seen, max_deviation), out=best
+                )
             gain *= best
         return np.asarray(gain >= floor)
 

@@ -187,12 +187,12 @@ class VolumeScatterers:
     def _min_track_distance(self, centre: Floats, radius: Floats, top: Floats, low: Floats) -> Floats:
         """Least distance between some bodies of water and either end of the sonar on its whole track [m], (n,)."""
         geometry, horizontal = self.ping_geometry, np.full(len(centre), np.inf)
-        for one, position in zip(
+        for extent, position in zip(
             geometry.track_extents, (geometry.transmit_position, geometry.receive_position), strict=False
         ):
-            runs = one.nearest_segments(position[:2], self._farthest + float(radius.max(initial=0)) * 4)
+            runs = extent.nearest_segments(position[:2], self._farthest + float(radius.max(initial=0)) * 4)
             np.minimum(
-                horizontal, distance_to_segments(centre[:, :2], runs) - radius - one.polyline_error, out=horizontal
+                horizontal, distance_to_segments(centre[:, :2], runs) - radius - extent.polyline_error, out=horizontal
             )
         horizontal, depth = np.maximum(horizontal, 0), geometry.platform_positions[:, 2]
         up = np.maximum.reduce([top - depth.max(), depth.min() - low, np.zeros(len(top))])
@@ -221,10 +221,10 @@ class VolumeScatterers:
         rows, gain = np.flatnonzero(received), np.zeros((len(ends), len(centre)))
         received[:] = False
         sources = [(family, ends) for family in choice.followed_families]
-        for one in face_images(self.scene, choice, geometry, "water"):
-            pair = (one.sonar.transmit_position, one.sonar.transmit_beams), (
-                one.sonar.receive_position, one.sonar.bounding_receive_beams)  # fmt: skip
-            sources += [(family, list(pair[: len(ends)])) for family in one.families]
+        for face_image in face_images(self.scene, choice, geometry, "water"):
+            pair = (face_image.sonar.transmit_position, face_image.sonar.transmit_beams), (
+                face_image.sonar.receive_position, face_image.sonar.bounding_receive_beams)  # fmt: skip
+            sources += [(family, list(pair[: len(ends)])) for family in face_image.families]
         for family, family_ends in sources:
             for row, (position, beams) in enumerate(family_ends):
                 length, around, ray = self._rays(family, position, centre[rows], radius[rows])

@@ -48,7 +48,7 @@ def estimate_compile_seconds(simulator: Simulator, *, labels: bool = False) -> f
         simulator: A prepared scenario.
         labels: True if samples are labelled.
     """
-    return float(sum(one.seconds for one in _needed(simulator, labels) if not _kept(one)))
+    return float(sum(kernel.seconds for kernel in _needed(simulator, labels) if not _kept(kernel)))
 
 
 def _needed(simulator: Simulator, labels: bool) -> list[FeatureKernels]:

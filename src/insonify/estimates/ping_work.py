@@ -225,8 +225,8 @@ def _off_hull_and_faces(
     )  # fmt: skip
     kept_part = importance.keep_probability_of(importance.gain_at(position)).reshape(-1, BEARINGS)
     off_faces = np.zeros(len(position))
-    for one in images:
-        off_faces[one.lights(position, depth, np.zeros(len(position)))] += len(one.families)
+    for face_image in images:
+        off_faces[face_image.lights(position, depth, np.zeros(len(position)))] += len(face_image.families)
     weight = points[:, None] * kept_part / np.maximum(kept_part.sum(axis=1, keepdims=True), 1e-300)
     off_faces = off_faces.reshape(weight.shape)
     each = unit_costs.SECONDS_PER_FACE_LEG + _legs(simulator, ping_geometry, DIRECT)

@@ -90,8 +90,14 @@ def explicit_waves(surface: Surface, seed: int, water_depth: float) -> ExplicitW
         k = 2 * math.pi / surface.swell.length
         turning = float(angular_frequency(k, water_depth=water_depth)) / (2 * math.pi)
         north, east = math.cos(surface.wave_direction), math.sin(surface.wave_direction)
-        one = [north / surface.swell.length, east / surface.swell.length, -turning, 0.0, surface.swell.height / 2]
-        columns.append(np.array(one)[:, None])
+        swell_wave = [
+            north / surface.swell.length,
+            east / surface.swell.length,
+            -turning,
+            0.0,
+            surface.swell.height / 2,
+        ]
+        columns.append(np.array(swell_wave)[:, None])
         lengths.append(surface.swell.length)
     if surface.wind_speed is not None:
         spectrum = Elfouhaily(surface.wind_speed)
@@ -272,7 +278,7 @@ def _moved(
     moved = replace(moved, caustic=caustic)
     sines, bounce_points = np.full(moved.delay.shape, 1e-6), np.zeros((*moved.delay.shape, 2))
     wavenumber = 2 * math.pi * frequency / float(scene.water.sound_speed_at(0.0))
-    spread = {row: bounce_spreading(one, wavenumber) for row, one in surface_points.items()}
+    spread = {row: bounce_spreading(points_of_row, wavenumber) for row, points_of_row in surface_points.items()}
     for to, (row, branch) in enumerate(zip(rows, number, strict=True)):
         if row in surface_points:
             exists = (surface_points[row].bounce_count > branch) & (legs.status[row] < LegStatus.SHADOW)
@@ -450,8 +456,8 @@ def _merging_factors(at: Floats, shadow: NDArray[np.bool_], k: float) -> NDArray
         meeting = ~(shadow[:, row] | shadow[:, row + 1]) & (sign[:, row] != sign[:, row + 1])
         length_difference = np.where(meeting, np.abs(length[:, row + 1] - length[:, row]), 1.0)
         distance = np.maximum(0.75 * k * length_difference, 1e-12) ** (2 / 3)
-        for one in (row, row + 1):
-            factor[:, one] *= np.where(meeting, merging_factor(distance, sign[:, one]), 1.0)
+        for branch in (row, row + 1):
+            factor[:, branch] *= np.where(meeting, merging_factor(distance, sign[:, branch]), 1.0)
     return factor
 
 

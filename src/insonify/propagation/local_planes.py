@@ -154,10 +154,10 @@ def fresnel_zone(paths: ImagePaths | BounceGeometry, mirror: int, wavelength: fl
 
 def _columns(mirrors: int, points: int) -> ImagePaths:
     """Empty paths of a number of points off a number of planes."""
-    one, each = (points,), (mirrors, points)
+    per_point, per_bounce = (points,), (mirrors, points)
     return ImagePaths(
-        np.empty(one), np.empty((points, 3)), np.empty((points, 3)), np.empty((mirrors, points, 3)), np.empty(each),
-        np.empty(each), np.zeros(each), np.empty(one, bool),
+        np.empty(per_point), np.empty((points, 3)), np.empty((points, 3)), np.empty((mirrors, points, 3)),
+        np.empty(per_bounce), np.empty(per_bounce), np.zeros(per_bounce), np.empty(per_point, bool),
     )  # fmt: skip
 
 

@@ -164,21 +164,21 @@ class RefractedRays:
         frequency: float,
     ) -> Legs:  # fmt: skip
         """Assemble rows of legs from rays."""
-        rows = [(one, branch) for one in family_rays for branch in range(one.branch_count)]
+        rows = [(rays, branch) for rays in family_rays for branch in range(rays.branch_count)]
         shape = len(rows), len(scatterers)
         delay, length, spreading, slowness, grazing = np.empty((5, *shape))
         departure, arrival = np.empty((2, *shape, 3))
         caustics, status = np.empty((2, *shape), np.uint8)
         occluder = np.full(shape, -1, np.int16)
         water, speed = self.layers, float(np.interp(position[2], self.layers.depth, self.layers.speed))
-        for row, (one, branch) in enumerate(rows):
+        for row, (rays, branch) in enumerate(rows):
             refracted_leg_row(
-                point_columns, scatterers.normal, position[2], speed, branch, one.rays, one.count, one.missing_status,
-                delay[row], length[row], spreading[row], caustics[row], slowness[row], departure[row], arrival[row],
-                grazing[row], status[row],
+                point_columns, scatterers.normal, position[2], speed, branch, rays.rays, rays.count,
+                rays.missing_status, delay[row], length[row], spreading[row], caustics[row], slowness[row],
+                departure[row], arrival[row], grazing[row], status[row],
             )  # fmt: skip
             if len(self.boxes):
-                string = bounce_sequence(one.family)
+                string = bounce_sequence(rays.family)
                 occlude_row_by_boxes(
                     water.depth, water.speed, water.reflecting_depth, position, scatterers.position, point_columns,
                     len(string), string.startswith("S"), slowness[row], departure[row], self.boxes, scatterers.occluder,
@@ -186,11 +186,11 @@ class RefractedRays:
                 )  # fmt: skip
             if len(self.body_bounds):
                 occlude_refracted_row(
-                    self.scene, water, self.body_bounds, position, scatterers, point_columns, one.family, slowness[row],
-                    departure[row], status[row], occluder[row],
+                    self.scene, water, self.body_bounds, position, scatterers, point_columns, rays.family,
+                    slowness[row], departure[row], status[row], occluder[row],
                 )  # fmt: skip
         caustic = _at_caustics(rows, caustics, spreading, frequency)
-        families = tuple(one.family for one, _ in rows)
+        families = tuple(rays.family for rays, _ in rows)
         return Legs(
             families=families, branch=tuple(branch for _, branch in rows), delay=delay, length=length,
             spreading=spreading, absorption=10 ** (-self.scene.water.absorption(frequency) * length / 20),
@@ -247,13 +247,13 @@ def _at_caustics(
 ) -> NDArray[np.complex128] | None:
     """Limit the spreading of rays that end near a fold; the phase of all rows, or None where there is none."""
     phase = _QUARTER_TURNS[caustics % 4] if caustics.any() else None
-    for row, (one, branch) in enumerate(rows):
-        if branch >= one.rays.shape[1] or not one.has_folds:
+    for row, (rays, branch) in enumerate(rows):
+        if branch >= rays.rays.shape[1] or not rays.has_folds:
             continue
-        near = np.flatnonzero((one.count > branch) & (one.rays[:, branch, FOLD_SIDE] != 0))
+        near = np.flatnonzero((rays.count > branch) & (rays.rays[:, branch, FOLD_SIDE] != 0))
         if near.size:
             phase = np.ones(spreading.shape, complex) if phase is None else phase
-            ray = one.rays[near, branch]
+            ray = rays.rays[near, branch]
             factor = fold_factor(np.abs(ray[:, FOLD]), ray[:, FOLD_CURVATURE], ray[:, FOLD_SIDE], frequency)
             limited = np.where(np.isfinite(ray[:, AMPLITUDE]), ray[:, AMPLITUDE], 0.0) * factor
             spreading[row, near] = np.abs(limited)

@@ -29,7 +29,7 @@ STEEP = 10.0
 def solid_bounds(scene: Scene) -> Floats:
     """Least and greatest coordinates of the scene's solids [m], shape (solids, 6)."""
     surfaces = [world_triangles(solid, scene.seabed) for solid in scene.solids]
-    return np.array([np.concatenate([one.low, one.high]) for one in surfaces]).reshape(-1, 6)
+    return np.array([np.concatenate([surface.low, surface.high]) for surface in surfaces]).reshape(-1, 6)
 
 
 def occlude_refracted_row(

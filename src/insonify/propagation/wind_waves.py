@@ -66,9 +66,12 @@ def wind_waves(wind_speed: float, shortest: float, longest: float = 0.0) -> Wind
     k = np.geomspace(low, max(shortest, 2 * sea.peak, 1.01 * low), LENGTHS)
     wavenumbers = np.geomspace(k[0], k[-1], DIRECTIONS)
     chance = np.linspace(0, 1, TURNS)
-    turn = np.stack([spreading.quantile(chance, np.full(TURNS, one)) for one in wavenumbers])
+    turn = np.stack([spreading.quantile(chance, np.full(TURNS, wavenumber)) for wavenumber in wavenumbers])
     middle = np.stack(
-        [spreading.quantile((chance[1:] + chance[:-1]) / 2, np.full(TURNS - 1, one)) for one in wavenumbers]
+        [
+            spreading.quantile((chance[1:] + chance[:-1]) / 2, np.full(TURNS - 1, wavenumber))
+            for wavenumber in wavenumbers
+        ]
     )
     ahead, square = (
         np.interp(np.log(k), np.log(wavenumbers), column.mean(axis=1))

@@ -222,9 +222,9 @@ class FastReverberation:
         values = _SCRATCH.of("law", (DIRECTIONS_PER_BATCH,), np.float32)
         for begin in range(0, len(rows), DIRECTIONS_PER_BATCH):
             batch = rows[begin : begin + DIRECTIONS_PER_BATCH]
-            one, two, up = held[: 9 * len(batch)].reshape(3, 3, len(batch))
-            kernel.gather_directions(into, out, normal, batch, one, two, up)
-            self.plan.law.fill(one, two, up, values[: len(batch)])
+            incident, scattered, up = held[: 9 * len(batch)].reshape(3, 3, len(batch))
+            kernel.gather_directions(into, out, normal, batch, incident, scattered, up)
+            self.plan.law.fill(incident, scattered, up, values[: len(batch)])
             section[begin : begin + DIRECTIONS_PER_BATCH] *= values[: len(batch)]
 
     def _apply_target_shadows(self, part: RadialSet, legs: RadialLegs) -> Shaded | None:

@@ -112,7 +112,7 @@ def allocate_samples(
     pair_group = _interfering_pairs(
         edges, climbs, pair, speed, rise, INTERFERENCE_PULSES * pulse.effective_duration, needed
     )
-    costly = np.array([any("B" in families[k] for k in one) for one in pair]) & (steepness > 0)
+    costly = np.array([any("B" in families[k] for k in rows_of_pair) for rows_of_pair in pair]) & (steepness > 0)
     least = np.ascontiguousarray(
         np.maximum(FULL_SAMPLING_ENERGY * np.where(costly, BOUNCE_COST_FACTOR, 1.0)[:, None] * whole, 1e-300).T
     )

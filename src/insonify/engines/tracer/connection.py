@@ -90,19 +90,19 @@ def _retraced_echoes(ping: TracedPing, hits: RayHits, sent: Floats) -> Iterator[
                               rays.energy_fraction, np.ones(n, bool))]  # fmt: skip
         if not is_monostatic:
             same = receiver_paths(ping, rays.origin, rays.receiver_image, rays.chain)
-        for one in same:
-            paths = one._replace(energy_fraction=rays.energy_fraction)
+        for receiver_path in same:
+            paths = receiver_path._replace(energy_fraction=rays.energy_fraction)
             yield from _face_echoes(ping, hits, sent, rays.chain, paths, np.zeros(n))
     dimensions = 3 if straight else 2
     for chain, transmit_image, image in face_chains(ping):
-        other = np.linalg.norm((rays.receiver_image - image)[:, :dimensions], axis=1) > MAX_MISS_DISTANCE
-        other |= chain != rays.chain
-        if chain.endswith(own_bounce) or (straight and not other.any()):
+        is_other_path = np.linalg.norm((rays.receiver_image - image)[:, :dimensions], axis=1) > MAX_MISS_DISTANCE
+        is_other_path |= chain != rays.chain
+        if chain.endswith(own_bounce) or (straight and not is_other_path.any()):
             continue
         for paths in receiver_paths(ping, rays.origin, image, chain):
-            reciprocal = other.astype(float)
+            reciprocal = is_other_path.astype(float)
             if straight:
-                paths = paths._replace(is_clear=paths.is_clear & other)
+                paths = paths._replace(is_clear=paths.is_clear & is_other_path)
             elif is_monostatic:  # another ray of the same chain
                 reciprocal[np.abs(paths.delay - rays.delay) > SAME_DELAY] = 1.0
             if not is_monostatic:
@@ -173,10 +173,10 @@ def point_echoes(ping: TracedPing, target: PointTarget, position: Floats) -> Ite
     for end, beams in ((ping.transmit, ping.transmit_beams), (ping.receive, ping.receive_beams)):
         paths_of_ends = []
         for family in ping.choice.followed_families:
-            for ray, one in enumerate(family_legs(ping, end, position, family)):
-                clear = _is_clear(ping, position, family, one, one.reflected > 0, end=end)
-                gain = beams.gain(one.departure) ** 2 * one.intensity(ping.attenuation) * clear
-                paths_of_ends.append((family, ray, one.delay, gain))
+            for ray, legs in enumerate(family_legs(ping, end, position, family)):
+                clear = _is_clear(ping, position, family, legs, legs.reflected > 0, end=end)
+                gain = beams.gain(legs.departure) ** 2 * legs.intensity(ping.attenuation) * clear
+                paths_of_ends.append((family, ray, legs.delay, gain))
         ends.append(paths_of_ends)
     delays = [{(family, ray): delay for family, ray, delay, _ in paths_of_ends} for paths_of_ends in ends]
     for (out, ray_out, delay_out, sent), (back, ray_back, delay_back, channels) in product(*ends):
@@ -241,11 +241,11 @@ def _other_order(
     """
     if family == rays.family and ping.rays is None:
         return np.zeros(len(rays.delay))
-    other = nearest_delay(legs, rays.delay) != back.delay if family == rays.family else True
+    is_other_path = nearest_delay(legs, rays.delay) != back.delay if family == rays.family else True
     if ping.ping_geometry.is_monostatic:
-        return np.ones(len(rays.delay)) * other
+        return np.ones(len(rays.delay)) * is_other_path
     sent = nearest_delay(family_legs(ping, ping.transmit, rays.origin, family), back.delay)
-    return interference(ping, rays.delay + back.delay - sent - _own_delay(ping, rays)) * other
+    return interference(ping, rays.delay + back.delay - sent - _own_delay(ping, rays)) * is_other_path
 
 
 def _own_delay(ping: TracedPing, rays: RayBundle) -> Floats:

@@ -93,7 +93,7 @@ class Tracer:
             (self.scene.occluders and is_followed(ping, "T")) or ping.facets is not None
         ):
             traced.append(self._exchanged(ping))
-        rays = [partial(self._trace, one, part) for one in traced for part in range(PARTS)]
+        rays = [partial(self._trace, traced_ping, part) for traced_ping in traced for part in range(PARTS)]
         return [*rays, partial(self._exact_paths, ping)]
 
     def exact_paths(self, ping_geometry: PingGeometry) -> list[EchoEnergies]:
@@ -128,7 +128,7 @@ class Tracer:
             for position in (ping_geometry.transmit_position, ping_geometry.receive_position)
         )
         transmit_beams, receive_beams = (
-            one.rotated(one.axes @ turn) for one in (ping_geometry.transmit_beams, ping_geometry.receive_beams)
+            beams.rotated(beams.axes @ turn) for beams in (ping_geometry.transmit_beams, ping_geometry.receive_beams)
         )
         laws = {
             BED: scene.seabed.law(ping_geometry.frequency, float(scene.water.sound_speed_at(scene.seabed.depth))),
@@ -181,7 +181,7 @@ class Tracer:
         if "target" not in self.choice.contributions:
             points = []
         positions = [self.world.to_lattice_frame(np.array([target.position])) for target in points]
-        exact = [echo for one, at in zip(points, positions, strict=True) for echo in point_echoes(ping, one, at)]
+        exact = [echo for point, at in zip(points, positions, strict=True) for echo in point_echoes(ping, point, at)]
         return [*exact, *boundary_echo_energies(ping)]
 
     def _launch_sampler(

@@ -46,11 +46,11 @@ def facet_echoes(
     by_facet, own_bounce = "s" in hits.rays.chain, OWN_BOUNCE[hits.contribution]
     if by_facet and ping.is_reversed:
         return
-    for group, one in enumerate(vertices):
+    for group, group_vertices in enumerate(vertices):
         for family in ping.choice.followed_families:
-            head = one.chain + "S"
+            head = group_vertices.chain + "S"
             if family.startswith(head) and not family.endswith(own_bounce):
-                yield from _connected_echoes(ping, hits, sent, one, (family, group))
+                yield from _connected_echoes(ping, hits, sent, group_vertices, (family, group))
 
 
 def _connected_echoes(

@@ -126,7 +126,7 @@ class FacetSurface:
         row = np.log(np.maximum(change / (2 * self.wavenumber), LEAST_SINE) / LEAST_SINE) / -math.log(LEAST_SINE)
         row = np.clip(row * (NODES - 1), 0.0, NODES - 1.000001)
         cells = np.clip((slope / STEEPEST + 1) * CELLS / 2, 0.0, CELLS - 1.000001)
-        (k, i, j), total = (one.astype(np.int64) for one in (row, *cells.T)), np.zeros(len(row))
+        (k, i, j), total = (index.astype(np.int64) for index in (row, *cells.T)), np.zeros(len(row))
         r, u, v = row - k, cells[:, 0] - i, cells[:, 1] - j
         for a, b, c in np.ndindex(2, 2, 2):
             weight = (r if a else 1 - r) * (u if b else 1 - u) * (v if c else 1 - v)
@@ -199,7 +199,7 @@ def _jump_density(waves: WindWaves, phase: float, longer: float) -> Floats:
     density = np.zeros(CELLS * CELLS)
     limit = STEEPEST * (1 - 2 / CELLS)
     for sense in (1, -1):
-        x, y = (np.clip(sense * one.ravel(), -limit, limit) * CELLS / (2 * STEEPEST) for one in slope)
+        x, y = (np.clip(sense * slope_axis.ravel(), -limit, limit) * CELLS / (2 * STEEPEST) for slope_axis in slope)
         i, j = np.floor(x).astype(np.int64), np.floor(y).astype(np.int64)
         u, v = x - i, y - j
         for a, b in np.ndindex(2, 2):

@@ -54,12 +54,12 @@ def family_legs(
     """
     scene, wavelength = ping.scene, ping.ping_geometry.wavelength
     if ping.rays is None:
-        one = image_legs(scene, end, position, family, wavelength)
-        delay = one.length / scene.water.sound_speed
-        reflected = one.intensity
+        image = image_legs(scene, end, position, family, wavelength)
+        delay = image.length / scene.water.sound_speed
+        reflected = image.intensity
         if ping.facets is not None and "S" in family:
-            reflected = reflected * ping.facets.coherent_intensity(np.abs(one.arrival[:, 2])) ** family.count("S")
-        return [TracedLegs(delay, one.length, one.departure, one.arrival, reflected, 1 / one.length**2)]
+            reflected = reflected * ping.facets.coherent_intensity(np.abs(image.arrival[:, 2])) ** family.count("S")
+        return [TracedLegs(delay, image.length, image.departure, image.arrival, reflected, 1 / image.length**2)]
     n = len(position)
     points = Scatterers(
         boundary, boundary, PointTargetLaw(0.0), position, np.zeros((n, 3)), np.ones(n), np.ones(n, complex),
@@ -85,5 +85,5 @@ def nearest_delay(legs: list[TracedLegs], delay: Floats) -> Floats:
     """Travel times of those rays of a family that are nearest to given ones, infinite without any [s], shape (n,)."""
     if not legs:
         return np.full(len(delay), np.inf)
-    delays = np.array([np.where(one.reflected > 0, one.delay, np.inf) for one in legs])
+    delays = np.array([np.where(family_legs.reflected > 0, family_legs.delay, np.inf) for family_legs in legs])
     return np.asarray(delays[np.nanargmin(np.abs(delays - delay), axis=0), np.arange(len(delay))])

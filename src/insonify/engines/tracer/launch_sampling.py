@@ -124,12 +124,14 @@ class LaunchSampler:
             n = np.arange(part, size, parts)
             first = random_keys.uniforms(seed, random_keys.TRACER, 0, group, ping, 1)
             u = random_keys.uniforms(seed, random_keys.TRACER, n, group, ping, 0)
-            one, other = (n + u[:, 0]) / max(size, 1), np.mod(n * _GOLDEN + first[0], 1.0)
+            first_uniform, second_uniform = (n + u[:, 0]) / max(size, 1), np.mod(n * _GOLDEN + first[0], 1.0)
             if group == 0:
-                drawn.append((self.across.quantile(other), self.around.quantile(one)))
+                drawn.append((self.across.quantile(second_uniform), self.around.quantile(first_uniform)))
             else:
                 (left, right), (low, high) = self.windows[group - 1].part, self.windows[group - 1].psi
-                drawn.append((self.across.quantile(left + other * (right - left)), low + one * (high - low)))
+                drawn.append(
+                    (self.across.quantile(left + second_uniform * (right - left)), low + first_uniform * (high - low))
+                )
         cosine, turn = (np.concatenate(column) for column in zip(*drawn, strict=True))
         density = general * self.across.density(cosine) * self.around.density(_wrapped(turn))
         for window in self.windows:

@@ -186,7 +186,7 @@ def _walked(ping: TracedPing, position: Floats, leaving: Floats, length: Floats,
         origin, direction, remaining = hits.position, hits.direction, remaining - hits.distance
         delay = delay + hits.delay
         normal = hits.normal
-        clear &= np.array([BOUNCE_LETTERS.get(int(one), "") == letter for one in hits.kind], bool)
+        clear &= np.array([BOUNCE_LETTERS.get(int(kind), "") == letter for kind in hits.kind], bool)
         if letter == "T":
             fraction *= np.where(np.einsum("ij,ij->i", direction, normal) < 0, of_body[hits.body_row], 0.0)
         elif letter:

@@ -69,18 +69,20 @@ def surface_vertices(ping: TracedPing, rays: RayBundle, seed: int) -> list[Surfa
     """
     vertices = []
     for hits in trace_hits(ping, rays):
-        one = hits.rays
-        if hits.letter != "S" or "T" in one.chain or not len(one.delay):
+        bundle = hits.rays
+        if hits.letter != "S" or "T" in bundle.chain or not len(bundle.delay):
             continue
-        weight = one.solid_angle * one.energy_fraction * np.exp(-ping.attenuation * one.length)
-        sine = np.minimum(np.abs(one.direction[:, 2]), 1.0)
+        weight = bundle.solid_angle * bundle.energy_fraction * np.exp(-ping.attenuation * bundle.length)
+        sine = np.minimum(np.abs(bundle.direction[:, 2]), 1.0)
         weight = weight * coherent_intensity_factor(
-            ping.scene, one.family, float(ping.transmit[2]), one.length, sine, ping.ping_geometry.wavelength
+            ping.scene, bundle.family, float(ping.transmit[2]), bundle.length, sine, ping.ping_geometry.wavelength
         )
-        gain = ping.transmit_beams.gain(one.launch) ** 2
-        order = np.argsort(np.abs(one.direction[:, 2]), kind="stable")
-        one, weight = one.take(order), (weight * gain)[:, order]
-        vertices.append(SurfaceVertices(bounce_letters(one.family), one.origin, one.direction, one.delay, weight, seed))
+        gain = ping.transmit_beams.gain(bundle.launch) ** 2
+        order = np.argsort(np.abs(bundle.direction[:, 2]), kind="stable")
+        bundle, weight = bundle.take(order), (weight * gain)[:, order]
+        vertices.append(
+            SurfaceVertices(bounce_letters(bundle.family), bundle.origin, bundle.direction, bundle.delay, weight, seed)
+        )
     return vertices
 
 
