@@ -128,10 +128,10 @@ def file_digest(file: str | Path) -> str:
     Raises:
         OSError: The file cannot be opened.
     """
-    there = Path(file).stat()
-    if not stat.S_ISREG(there.st_mode):
+    status = Path(file).stat()
+    if not stat.S_ISREG(status.st_mode):
         raise ValueError(f"{file}: not an ordinary file")  # a device may never end
-    return _digest(str(file), there.st_mtime_ns, there.st_size)
+    return _digest(str(file), status.st_mtime_ns, status.st_size)
 
 
 @lru_cache(maxsize=64)
@@ -172,10 +172,10 @@ def require_unchanged(file: str, sha256: str | None) -> None:
 
 def _changed(file: str, sha256: str | None) -> PydanticCustomError | None:
     try:
-        found = file_digest(file)
+        digest = file_digest(file)
     except (OSError, ValueError):
         return None
-    if found == sha256:
+    if digest == sha256:
         return None
     return field_error("sha256", f"{str(sha256)[:12]}...", f"is not the fingerprint of {file}: the file has changed "
                    "since. Leave sha256 out to take the file as it is.")  # fmt: skip

@@ -88,5 +88,5 @@ def direction(bearing: ArrayLike, elevation: ArrayLike = 0.0) -> Floats:
         Unit vectors [1], shape (..., 3).
     """
     bearing, elevation = np.broadcast_arrays(np.asarray(bearing, dtype=float), np.asarray(elevation, dtype=float))
-    level = np.cos(elevation)
-    return np.stack([level * np.cos(bearing), level * np.sin(bearing), np.sin(elevation)], axis=-1)
+    horizontal = np.cos(elevation)
+    return np.stack([horizontal * np.cos(bearing), horizontal * np.sin(bearing), np.sin(elevation)], axis=-1)

@@ -151,10 +151,10 @@ def _source_digests(package: Path) -> Iterator[tuple[str, str]]:
             if part.strip()
         )
         return frozenset(
-            found
+            candidate
             for name in named
-            for found in (name, name.parent.with_suffix(".py"))
-            if found in text and found != path
+            for candidate in (name, name.parent.with_suffix(".py"))
+            if candidate in text and candidate != path
         )
 
     for path in sorted(kernels):

@@ -20,10 +20,10 @@ def installed_memory() -> float:
 def available_memory() -> float:
     """Memory that is not in use [bytes]; all of it where the system does not report it."""
     try:
-        found = re.search(r"^MemAvailable:\s*(\d+) kB", Path("/proc/meminfo").read_text(encoding="ascii"), re.MULTILINE)
+        match = re.search(r"^MemAvailable:\s*(\d+) kB", Path("/proc/meminfo").read_text(encoding="ascii"), re.MULTILINE)
     except OSError:
-        found = None
-    return installed_memory() if found is None else float(found[1]) * 1024
+        match = None
+    return installed_memory() if match is None else float(match[1]) * 1024
 
 
 def warn_of_memory(size: float, holder: str, advice: str) -> None:

@@ -67,9 +67,9 @@ def raise_errors(errors: Iterable[PydanticCustomError]) -> None:
     Raises:
         PydanticCustomError: All of them in one, for a validator to raise.
     """
-    found = list(errors)
-    if found:
-        raise field_errors(found)
+    listed = list(errors)
+    if listed:
+        raise field_errors(listed)
 
 
 class Model(BaseModel):
@@ -80,11 +80,11 @@ class Model(BaseModel):
 
     def __hash__(self) -> int:
         """Hash of the fields, evaluated once: whole scenes are keys of caches."""
-        found: int | None = getattr(self, "_hash", None)
-        if found is None:
-            found = hash(tuple(self.__dict__[name] for name in type(self).model_fields))
-            object.__setattr__(self, "_hash", found)
-        return found
+        value: int | None = getattr(self, "_hash", None)
+        if value is None:
+            value = hash(tuple(self.__dict__[name] for name in type(self).model_fields))
+            object.__setattr__(self, "_hash", value)
+        return value
 
     @model_validator(mode="before")
     @classmethod

@@ -52,9 +52,9 @@ class RecentResults(Generic[Result]):
             if key in self._results:
                 self._results.move_to_end(key)
                 return self._results[key]
-        made = make()
+        result = make()
         with self._lock:
-            made = self._results.setdefault(key, made)
+            result = self._results.setdefault(key, result)
             while len(self._results) > self._most:
                 self._results.popitem(last=False)
-        return made
+        return result

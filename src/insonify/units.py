@@ -124,11 +124,11 @@ def level_db(ratio: ArrayLike) -> NDArray[np.float64]:
         return np.asarray(10 * np.log10(np.asarray(ratio, dtype=float)))
 
 
-def intensity_ratio(level: ArrayLike) -> NDArray[np.float64]:
+def intensity_ratio(level_db: ArrayLike) -> NDArray[np.float64]:
     """Intensity ratio of a level [dB], any shape."""
-    return np.asarray(10.0 ** (np.asarray(level, dtype=float) / 10))
+    return np.asarray(10.0 ** (np.asarray(level_db, dtype=float) / 10))
 
 
-def amplitude_ratio(level: ArrayLike) -> NDArray[np.float64]:
+def amplitude_ratio(level_db: ArrayLike) -> NDArray[np.float64]:
     """Pressure ratio of a level [dB], any shape."""
-    return np.asarray(10.0 ** (np.asarray(level, dtype=float) / 20))
+    return np.asarray(10.0 ** (np.asarray(level_db, dtype=float) / 20))

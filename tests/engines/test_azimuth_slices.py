@@ -146,7 +146,9 @@ def test_ground_in_merged_slices_is_lit_as_often_and_nearly_as_brightly():
     for received in (None, lambda bearing, width, zone: np.where(bearing < 0.1, 1.0, 0.01)):
         terrain_occlusion = occlusion_of(4e-3, farthest=150.0, received=received, bed=bed)
         level, groups = np.full(distance.shape, 20.0), terrain_occlusion.profile_groups(azimuth, distance)
-        seen.append(terrain_occlusion.visible(("D",), distance, np.zeros((1, 24_000)), level, groups, ground=True)[0])
+        seen.append(
+            terrain_occlusion.visible(("D",), distance, np.zeros((1, 24_000)), level, groups, on_terrain=True)[0]
+        )
     own, merged = seen
     assert 0.4 < own.mean() < 0.6 and np.mean(own != merged) > 0.1
     assert merged.mean() / own.mean() == pytest.approx(1, abs=0.015)

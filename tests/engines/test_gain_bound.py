@@ -119,7 +119,7 @@ def test_ground_that_does_not_change_with_bearing_loses_nothing_by_merged_slices
         merged = terrain_occlusion.profiles.merged
         lit.append(terrain_occlusion.visible(
             ("D",), seen.distance, np.zeros((1, 3000)), np.full(3000, 20.0), seen.groups,
-                                    ground=True)[0])  # fmt: skip
+                                    on_terrain=True)[0])  # fmt: skip
         assert (merged.max() > 0) == (received is not None)
     assert 0.2 < lit[0].mean() < 0.98
     assert np.mean(lit[0] != lit[1]) < 0.04

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from insonify.engines import _glint_spread_kernel as kernel
-from insonify.engines.glint_spread import glint_spread, spread_patterns
+from insonify.engines.glint_spread import glint_spread, spread_gain_tables
 from insonify.propagation.glints import SonarEnd, glint_surface
 from insonify.propagation.image_sources import StraightRays
 from insonify.scene.scatterers import Scatterers
@@ -63,14 +63,14 @@ def test_a_calm_has_neither_glints_nor_spread():
 
 
 @pytest.mark.parametrize("spread", [0.001, 0.01, 0.05, 0.3])
-def test_spread_patterns_are_fourth_means_over_directions(spread):
+def test_spread_gain_tables_are_fourth_means_over_directions(spread):
     """Envelope of a 0.6 m array at 100 kHz, at 40 positions: the integral over both halves of the slopes, within 20 %.
 
     RaySpreads between those tabulated, an octave apart, are interpolated.
     """
     own = beams(PlanarArray(width=0.6, height=0.05, element="piston", columns=64, rows=1), FREQUENCY, 1500.0)
     bound, per = own.majorants[0], own.per_unit[0]
-    table = spread_patterns(own)[0]
+    table = spread_gain_tables(own)[0]
 
     def envelope(x):
         return np.interp(np.abs(x) * per, np.arange(len(bound)), bound)

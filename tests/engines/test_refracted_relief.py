@@ -96,7 +96,7 @@ def test_the_shadow_of_a_ridge_ends_where_the_ray_over_its_crest_comes_down(name
     groups = terrain_occlusion.profile_groups(np.zeros(distance.size), distance)
     lit = terrain_occlusion.visible((family,), distance, ray[None, :, SIN_LAUNCH], np.full(distance.shape, DEPTH),
     groups,
-                           ground=True)[0]  # fmt: skip
+                           on_terrain=True)[0]  # fmt: skip
     ends = []
     for top in (height - 0.06, height):
         over, _ = rays_to(water, family, np.array([50.0]), np.array([DEPTH - top]))

@@ -13,7 +13,7 @@ from insonify.engines.fast_reverberation.shadow_radials import (
     STRIPS,
     ShadowRun,
     _parts_of_strips,
-    _probed,
+    _probe_distances,
     _split_radials,
     shadow_radials,
 )
@@ -160,7 +160,7 @@ def test_overlapping_shadows_are_looked_at_once() -> None:
         ground = simulator.fast_reverberation(here)
         assert ground is not None
         passing = radials_past_targets(ground.plan, here, ground.known.heading, "none")
-        stretch, distance, _ = _probed(ground.plan, ground.scene, here, ground.choice, passing)
+        stretch, distance, _ = _probe_distances(ground.plan, ground.scene, here, ground.choice, passing)
         assert passing.any(axis=1).sum() == many and len(np.unique(distance)) == len(distance)
         requested.append(np.bincount(stretch).max())
     assert requested[1] == requested[0]

@@ -22,7 +22,7 @@ def lit_ground(terrain_occlusion, family, distance, azimuth=0.0):
     sine = first * tangent / np.hypot(1, tangent)
     groups = terrain_occlusion.profile_groups(np.full(distance.shape, azimuth), distance)
     return terrain_occlusion.visible(
-        (family,), distance, sine[None], np.full(distance.shape, DEPTH), groups, ground=True
+        (family,), distance, sine[None], np.full(distance.shape, DEPTH), groups, on_terrain=True
     )[0]
 
 
@@ -155,7 +155,7 @@ def test_a_scene_moved_as_a_whole_keeps_its_shadows():
                 sine,
                 np.full(distance.shape, DEPTH),
                 terrain_occlusion.profile_groups(azimuth + turn, distance),
-                ground=True,
+                on_terrain=True,
             )[0]
         )
     assert 0.2 < flags[0].mean() < 0.98

@@ -23,18 +23,18 @@ def ellipses(seed, count, *, within=20.0, longest=6.0):
 
 def fitted(ground, zones, pattern):
     """Fit them all; which are known, and the tiles that are missing."""
-    known, missing = np.ones(len(zones.a), bool), ground.no_tiles()
-    fit_planes(zones, len(zones.a), pattern, ground.pages, missing, known)
+    known, missing = np.ones(len(zones.centre_a), bool), ground.no_tiles()
+    fit_planes(zones, len(zones.centre_a), pattern, ground.pages, missing, known)
     return known, missing
 
 
 def samples(zones, disc, q):
     """Places of the samples of one ellipse [m], and their parts of the half axes."""
     u, v = disc[:-1].T
-    along, across = u * zones.length[q], v * zones.width[q]
+    along, across = u * zones.half_length[q], v * zones.half_width[q]
     return (
-        zones.a[q] + along * zones.c[q] - across * zones.s[q],
-        zones.b[q] + along * zones.s[q] + across * zones.c[q],
+        zones.centre_a[q] + along * zones.cosine[q] - across * zones.sine[q],
+        zones.centre_b[q] + along * zones.sine[q] + across * zones.cosine[q],
         along,
         across,
     )
@@ -58,8 +58,8 @@ def test_a_plane_is_that_of_least_squares(count, which):
         (level, rise, aside), *_ = np.linalg.lstsq(design, height, rcond=None)
         rest = np.mean((height - design @ [level, rise, aside]) ** 2)
         assert zones.height[q] == pytest.approx(level, abs=2e-5)
-        assert zones.along[q] * zones.length[q] == pytest.approx(rise * zones.length[q], abs=3e-5)
-        assert zones.across[q] * zones.width[q] == pytest.approx(aside * zones.width[q], abs=3e-5)
+        assert zones.along[q] * zones.half_length[q] == pytest.approx(rise * zones.half_length[q], abs=3e-5)
+        assert zones.across[q] * zones.half_width[q] == pytest.approx(aside * zones.half_width[q], abs=3e-5)
         assert zones.residual_variance[q] == pytest.approx(rest, abs=2e-5 * np.sqrt(rest) + 1e-9)
 
 
@@ -69,9 +69,11 @@ def test_of_a_plane_nothing_is_left():
     ground = map_of(lambda a, b: 0.4 + north * a + east * b, CELL)
     zones = ellipses(3, 100)
     fitted(ground, zones, LARGE[1])
-    np.testing.assert_allclose(zones.height, 0.4 + north * zones.a + east * zones.b, atol=5e-6)
-    np.testing.assert_allclose(zones.along, north * zones.c + east * zones.s, atol=2e-5)
-    np.testing.assert_allclose(zones.across * zones.width, (east * zones.c - north * zones.s) * zones.width, atol=1e-5)
+    np.testing.assert_allclose(zones.height, 0.4 + north * zones.centre_a + east * zones.centre_b, atol=5e-6)
+    np.testing.assert_allclose(zones.along, north * zones.cosine + east * zones.sine, atol=2e-5)
+    np.testing.assert_allclose(
+        zones.across * zones.half_width, (east * zones.cosine - north * zones.sine) * zones.half_width, atol=1e-5
+    )
     np.testing.assert_allclose(zones.residual_variance, 0, atol=3e-9)
 
 
@@ -97,15 +99,17 @@ def test_long_axes_may_point_either_way_and_a_mirror_turns_slopes_aside():
     ground, mirrored = map_of(height, CELL), map_of(lambda a, b: height(a, -b), CELL)
     zones = ellipses(7, 80)
     back = zones._replace(
-        c=-zones.c, s=-zones.s, **dict(zip(EllipsePatches._fields[6:], np.empty((4, 80)), strict=True))
+        cosine=-zones.cosine, sine=-zones.sine, **dict(zip(EllipsePatches._fields[6:], np.empty((4, 80)), strict=True))
     )
     other = zones._replace(
-        b=-zones.b, s=-zones.s, **dict(zip(EllipsePatches._fields[6:], np.empty((4, 80)), strict=True))
+        centre_b=-zones.centre_b,
+        sine=-zones.sine,
+        **dict(zip(EllipsePatches._fields[6:], np.empty((4, 80)), strict=True)),
     )
     for where, one in ((ground, zones), (ground, back), (mirrored, other)):
         fitted(where, one, LARGE[1])
     for name, turned, aside in (("height", 1, 1), ("along", -1, 1), ("across", -1, -1), ("residual_variance", 1, 1)):
-        scale = zones.width if name == "across" else 1.0
+        scale = zones.half_width if name == "across" else 1.0
         np.testing.assert_allclose(getattr(back, name) * scale, turned * getattr(zones, name) * scale, atol=3e-5)
         np.testing.assert_allclose(getattr(other, name) * scale, aside * getattr(zones, name) * scale, atol=3e-5)
 
@@ -128,8 +132,8 @@ def test_ground_that_is_unknown_counts_as_the_mean_and_less_than_half_comes_down
         design = np.stack([np.ones(len(a)), along, across], axis=-1)
         plane = np.linalg.lstsq(design, filled, rcond=None)[0] * min(1, 2 * there.mean())
         np.testing.assert_allclose(
-            [zones.height[q], zones.along[q] * zones.length[q], zones.across[q] * zones.width[q]],
-            plane * [1, zones.length[q], zones.width[q]], atol=5e-5,
+            [zones.height[q], zones.along[q] * zones.half_length[q], zones.across[q] * zones.half_width[q]],
+            plane * [1, zones.half_length[q], zones.half_width[q]], atol=5e-5,
         )  # fmt: skip
         assert 0 <= zones.residual_variance[q] <= height[there].var() + 1e-6
     assert np.sum(np.array(seen) == 0) > 20 and np.sum((np.array(seen) > 0) & (np.array(seen) < 1)) > 50
@@ -144,10 +148,10 @@ def test_missing_tiles_are_reported_and_only_their_reads_are_deferred():
     for q in range(200):
         a, b, *_ = samples(zones, LARGE[0], q)
         reads.append(np.any((np.floor(a / 16) == 0) & (np.floor(b / 16) == -1)))
-    inside = np.maximum(np.abs(zones.a), np.abs(zones.b)) < 28
+    inside = np.maximum(np.abs(zones.centre_a), np.abs(zones.centre_b)) < 28
     np.testing.assert_array_equal(known[inside], ~np.array(reads)[inside])
     assert holed.named(unread) == [[0, -1]]
-    far = ellipses(12, 3)._replace(a=np.array([1e3, 0.0, -1e6]))
+    far = ellipses(12, 3)._replace(centre_a=np.array([1e3, 0.0, -1e6]))
     known, unread = fitted(holed, far, SMALL[1])
     assert not known[0] and not known[2] and unread[0, 0]
 
@@ -155,7 +159,7 @@ def test_missing_tiles_are_reported_and_only_their_reads_are_deferred():
 def test_an_ellipse_that_is_no_place_has_the_mean_plane():
     """A bounce that is nowhere: 0, not a wait for ever."""
     zones = ellipses(13, 4)
-    zones.a[1], zones.length[2] = np.nan, np.inf
+    zones.centre_a[1], zones.half_length[2] = np.nan, np.inf
     known, missing = fitted(map_of(swell(1), CELL), zones, LARGE[1])
     assert known.all() and not missing.any()
     np.testing.assert_array_equal(np.array(zones)[6:, 1:3], 0)

@@ -112,9 +112,9 @@ def _image_entry(image: LabelledImage, span: Span) -> dict[str, Any]:
 def _annotation_entries(image: LabelledImage, least_area: int) -> list[dict[str, Any]]:
     return [
         {
-            "id": found.number, "image_id": image.index, "category_id": found.kind, "iscrowd": 0,
-            "bbox": [float(number) for number in found.box], "area": found.area,
-            "segmentation": compressed_run_lengths(found.mask(image.image.shape)), **about(image, found),
+            "id": annotation.number, "image_id": image.index, "category_id": annotation.kind, "iscrowd": 0,
+            "bbox": [float(number) for number in annotation.box], "area": annotation.area,
+            "segmentation": compressed_run_lengths(annotation.mask(image.image.shape)), **about(image, annotation),
         }
-        for found in annotations(image, least_area)
+        for annotation in annotations(image, least_area)
     ]  # fmt: skip

@@ -39,10 +39,10 @@ def _rings(mask: NDArray[np.bool_]) -> list[list[Corner]]:
         first = min(ahead)
         ring = [first]
         while True:
-            here = ring[-1]
-            following = ahead[here].pop()
-            if not ahead[here]:
-                del ahead[here]
+            corner = ring[-1]
+            following = ahead[corner].pop()
+            if not ahead[corner]:
+                del ahead[corner]
             if following == first:
                 break
             ring.append(following)

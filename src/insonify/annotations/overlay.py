@@ -35,31 +35,31 @@ def draw_annotations(image: LabelledImage, path: str | Path) -> Path:
     with style.plot_style():
         figure = style.new_figure(12, 6.5)
         left, right = figure.subplots(1, 2, sharex=True, sharey=True)
-        found = list(annotations(image))
-        for axes, shown in ((left, []), (right, found)):
+        drawn = list(annotations(image))
+        for axes, shown in ((left, []), (right, drawn)):
             _draw(axes, image, shown)
             axes.set_xlabel(f"{image.columns.name} [{image.columns.units}]")
         left.set_ylabel(f"{image.rows.name} [{image.rows.units}]")
         left.set_title("image")
         right.set_title("annotations")
-        kinds = sorted({part.kind for part in found})
+        kinds = sorted({part.kind for part in drawn})
         handles = [Patch(color=KINDS[CLASSES[kind - 1]], label=CLASSES[kind - 1]) for kind in kinds]
         figure.legend(handles=handles or [Patch(color="none", label="no targets")], loc="outside lower center", ncols=3)
         return style.save_figure(figure, path)
 
 
-def _draw(axes: Axes, image: LabelledImage, found: list[Annotation]) -> None:
+def _draw(axes: Axes, image: LabelledImage, drawn: list[Annotation]) -> None:
     """Draw levels in grey, annotations over them in colour, and the names of the targets."""
     columns, rows = _edges(image.columns.values), _edges(image.rows.values)
     picture = np.repeat(greys(image.image, level_span(image.image))[..., None] / 255.0, 3, axis=-1)
     for row, name in enumerate(CLASSES):
-        mask = np.isin(image.layers[row], [part.instance for part in found if part.kind == row + 1])
+        mask = np.isin(image.layers[row], [part.instance for part in drawn if part.kind == row + 1])
         picture[mask] = (1 - STRENGTH) * picture[mask] + STRENGTH * np.array(to_rgb(KINDS[name]))
     across, along = np.meshgrid(columns, rows)
     axes.pcolormesh(across, along, picture, rasterized=True)
     axes.grid(False)
     axes.set_facecolor("#303030")
-    for part in found:
+    for part in drawn:
         left, upper, width, height = part.box
         span = np.clip([left - GROW, left + width + GROW], 0, columns.size - 1)
         lines = np.clip([upper - GROW, upper + height + GROW], 0, rows.size - 1)

@@ -63,11 +63,11 @@ def _lines(image: LabelledImage, segments: bool, least_area: int) -> list[str]:
     """Lines of the annotations of an image."""
     rows, columns = image.image.shape
     lines = list[str]()
-    for found in annotations(image, least_area):
+    for annotation in annotations(image, least_area):
         if segments:
-            numbers = ((outline(found.inside) + found.box[:2]) / [columns, rows]).ravel().tolist()
+            numbers = ((outline(annotation.inside) + annotation.box[:2]) / [columns, rows]).ravel().tolist()
         else:
-            left, upper, width, height = found.box
+            left, upper, width, height = annotation.box
             numbers = [(left + width / 2) / columns, (upper + height / 2) / rows, width / columns, height / rows]
-        lines.append(" ".join([str(found.kind - 1), *(f"{number:.8g}" for number in numbers)]))
+        lines.append(" ".join([str(annotation.kind - 1), *(f"{number:.8g}" for number in numbers)]))
     return lines

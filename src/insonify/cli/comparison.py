@@ -32,13 +32,13 @@ def compare(
     from insonify.comparison.compare import compare as compared
     from insonify.comparison.report import text_report, write_report
 
-    found = compared(real, simulated, group=group)
-    typer.echo(text_report(found))
+    comparison = compared(real, simulated, group=group)
+    typer.echo(text_report(comparison))
     if out is not None:
         from insonify.cli.pictures import start_drawing
 
         start_drawing()
-        typer.echo(write_report(found, out))
+        typer.echo(write_report(comparison, out))
 
 
 def _require_report(out: Path) -> None:

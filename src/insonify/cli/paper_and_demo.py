@@ -25,8 +25,8 @@ def paper(
 
     strange = [number for number in figure or [] if number not in study.FIGURES]
     if strange:
-        there = ", ".join(map(str, study.FIGURES))
-        raise InputError(f"--figure {strange[0]}: not a figure that can be drawn; choose from {there}")
+        known = ", ".join(map(str, study.FIGURES))
+        raise InputError(f"--figure {strange[0]}: not a figure that can be drawn; choose from {known}")
     make_folder(out, "-o")
     with progress(False, "figure") as on_figure:
         paths = study.run(figure or None, out, on_figure=on_figure)

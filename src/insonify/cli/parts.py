@@ -81,15 +81,15 @@ def status(
     from insonify.formats.zarr_store import loose_pings, pings_of_part, recorded_pings, require_recording
 
     require_recording(recording)
-    there = recorded_pings(recording)
-    lines = [f"{recording}: {_of(there.sum(), there.size)} pings recorded"]
+    recorded = recorded_pings(recording)
+    lines = [f"{recording}: {_of(recorded.sum(), recorded.size)} pings recorded"]
     if row_array(recording, "done").per_shard > 1:
         lines.append(f"  {loose_pings(recording):,} of them loose, the others in shards")
-    complete = there
+    complete = recorded
     if (recording / "labels" / "zarr.json").is_file():
         labelled = labelled_pings(recording)
         lines.append(f"  {_of(labelled.sum(), labelled.size)} pings labelled")
-        complete = there & labelled
+        complete = recorded & labelled
     if missing := _ranges((~complete).nonzero()[0].tolist()):
         more = f" and {len(missing) - MOST_RANGES:,} more ranges" if len(missing) > MOST_RANGES else ""
         lines.append(f"  missing: {', '.join(missing[:MOST_RANGES])}{more}, by --pings of insonify run")
@@ -104,9 +104,9 @@ def status(
     typer.echo("\n".join(lines))
 
 
-def _of(some: int, whole: int) -> str:
+def _of(part: int, whole: int) -> str:
     """Such as `30 of 100`, or `all 100`."""
-    return f"all {whole:,}" if some == whole else f"{some:,} of {whole:,}"
+    return f"all {whole:,}" if part == whole else f"{part:,} of {whole:,}"
 
 
 def _ranges(numbers: list[int], *, inclusive: bool = False) -> list[str]:

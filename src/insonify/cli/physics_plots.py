@@ -107,16 +107,16 @@ def _probe(file: Path, knots: int) -> dict[str, list[float]]:
     filled = [line for line in lines if line.strip(" \t,;") and not line.lstrip().startswith("#")]
     delimiter = next((mark for mark in ";\t" if mark in filled[0]), ",")
     header, *rows = csv.reader(filled, delimiter=delimiter)
-    found: dict[str, list[float]] = {}
+    settings: dict[str, list[float]] = {}
     for index, title in enumerate(header):
         name = re.split(r"[\[(]", title)[0].strip().lower()
         if name in ("temperature", "salinity"):
             try:
                 # the last rows are the knots: a row of units may stand before them
-                found[name] = [float(row[index]) for row in rows[-knots:]]
+                settings[name] = [float(row[index]) for row in rows[-knots:]]
             except (ValueError, IndexError):
                 continue
-    return found
+    return settings
 
 
 def _wind(text: str) -> float:

@@ -32,16 +32,16 @@ def progress(quiet: bool, step: str = "ping") -> Iterator[OnStep]:
     )  # fmt: skip
     with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
         task = bar.add_task(step, total=None, pace="")
-        there: list[int] = []  # what an earlier run has left does not count for the pace
+        resumed: list[int] = []  # what an earlier run has left does not count for the pace
 
         def on_step(done: int, total: int) -> None:
-            if not there:
-                there.append(done)
+            if not resumed:
+                resumed.append(done)
                 bar.reset(task, total=total, completed=done, pace="starting")
                 if done:
                     bar.console.print(resumed_note(done, total, step), highlight=False)
             else:
-                bar.update(task, completed=done, pace=pace(done - there[0], bar.tasks[0].elapsed or 0.0, step))
+                bar.update(task, completed=done, pace=pace(done - resumed[0], bar.tasks[0].elapsed or 0.0, step))
 
         yield on_step
 

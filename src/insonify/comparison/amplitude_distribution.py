@@ -71,8 +71,8 @@ class AmplitudeDistribution(Measure):
         shape = gamma_shape(np.log(np.maximum(mean, 1e-300)) - level * np.log(10) / 10)
         k = (index - 1) / 2
         fits = self._fits(sums[..., _MOMENTS + 1 :], level, np.sqrt(variance), shape, k)
-        found = [index, coefficient, np.sqrt(variance), skewness, shape, k, *np.moveaxis(fits, -1, 0)]
-        return np.stack(found, axis=-1)
+        columns = [index, coefficient, np.sqrt(variance), skewness, shape, k, *np.moveaxis(fits, -1, 0)]
+        return np.stack(columns, axis=-1)
 
     def _fits(self, histogram: Floats, level: Floats, spread: Floats, shape: Floats, k: Floats) -> Floats:
         """Distance of the histogram to each law; only of single recordings, where the bootstrap needs none."""

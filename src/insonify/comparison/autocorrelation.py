@@ -74,8 +74,8 @@ class Autocorrelation(Measure):
         """Correlation over range and along the track."""
         real, simulated = self.estimate(first), self.estimate(second)
         n, lags = self._lags.size, self._lags * self.frame.step
-        found = [Curve(lags, real[:n], simulated[:n], "lag of range [m]", "correlation [1]")]
+        curves = [Curve(lags, real[:n], simulated[:n], "lag of range [m]", "correlation [1]")]
         if self._ping_lags.size > 1:
             ping_lags = self._ping_lags.astype(float)
-            found.append(Curve(ping_lags, real[n:-1], simulated[n:-1], "lag along track [pings]", "correlation [1]"))
-        return tuple(found)
+            curves.append(Curve(ping_lags, real[n:-1], simulated[n:-1], "lag along track [pings]", "correlation [1]"))
+        return tuple(curves)

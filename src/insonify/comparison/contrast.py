@@ -45,9 +45,9 @@ class Contrast(Measure):
         count = self._edges.size - 1
         bins = np.where(known, np.clip(bins, 0, count - 1), -1)
         means = slice(0, None, _width(side, self.frame.cell))  # those that share no sample
-        apart = np.full(level.shape, -1, np.int64)
-        apart[..., means] = bins[..., means]
-        return side.sums(np.ones(level.shape), apart, count)
+        independent_bins = np.full(level.shape, -1, np.int64)
+        independent_bins[..., means] = bins[..., means]
+        return side.sums(np.ones(level.shape), independent_bins, count)
 
     def estimate(self, sums: Floats) -> Floats:
         """Levels of the percentiles re the median."""
@@ -62,8 +62,8 @@ class Contrast(Measure):
             below = np.where(at > 0, share[rows, at - 1], 0.0)
             part = ratio(fraction - below, share[rows, at] - below)
             levels.append(self._edges[at] + STEP_DB * part)
-        found = np.stack([level - levels[0] for level in levels[1:]], axis=-1)
-        return found.reshape(*sums.shape[:-1], -1)
+        contrasts = np.stack([level - levels[0] for level in levels[1:]], axis=-1)
+        return contrasts.reshape(*sums.shape[:-1], -1)
 
     def curves(self, first: Floats, second: Floats) -> tuple[Curve, ...]:
         """Percentiles re the median."""

@@ -64,11 +64,14 @@ class EchoTrains(Measure):
     @property
     def quantities(self) -> tuple[Quantity, ...]:
         """Range of the first echo; excess range and level of each multiple."""
-        found = [Quantity("range of the first echo", "m")]
+        quantities = [Quantity("range of the first echo", "m")]
         for n, m in self._orders:
             name = f"{n}z + d (surface)" if m else f"{n}z (hull)"
-            found += [Quantity(f"range of {name} less that", "m", False), Quantity(f"level of {name} re first", "dB")]
-        return tuple(found)
+            quantities += [
+                Quantity(f"range of {name} less that", "m", False),
+                Quantity(f"level of {name} re first", "dB"),
+            ]
+        return tuple(quantities)
 
     def sums(self, side: Side) -> Floats:
         """Sum of intensities and number of pings at each range."""
@@ -84,13 +87,13 @@ class EchoTrains(Measure):
         count = flat.shape[1] // 2
         profile = np.nan_to_num(ratio(flat[:, :count], flat[:, count:]))
         first, peak = self._echo(profile, np.full(len(profile), self._centre), self._span, self._span)[:2]
-        found = [first]
+        columns = [first]
         for n, m in self._orders:
             expected = self._nominal(1.0, n, 0) * first + (m * self._surface_depth if m else 0.0)
             centre = (expected - self._first) / self.frame.step
             edge, level, clear = self._echo(profile, centre, self._half, self._half // EARLY)
-            found += [np.where(clear, edge - expected, np.nan), decibels(ratio(level, peak))]
-        return np.stack(found, axis=-1).reshape(*sums.shape[:-1], -1)
+            columns += [np.where(clear, edge - expected, np.nan), decibels(ratio(level, peak))]
+        return np.stack(columns, axis=-1).reshape(*sums.shape[:-1], -1)
 
     def _echo(self, profile: Floats, centre: Floats, half: int, early: int) -> tuple[Floats, Floats, Floats]:
         """Leading edge [m], mean intensity about the peak, and whether it stands out, in a gate of each profile."""

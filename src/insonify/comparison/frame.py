@@ -63,8 +63,8 @@ class Side:
         keep = np.isfinite(values)
         if bins is not None:
             keep = keep & (np.broadcast_to(bins, values.shape) >= 0)
-        found = np.bincount(index[keep], weights=values[keep], minlength=self.units * count)
-        return np.asarray(found.reshape(self.units, count))
+        total = np.bincount(index[keep], weights=values[keep], minlength=self.units * count)
+        return np.asarray(total.reshape(self.units, count))
 
 
 @dataclass(frozen=True, slots=True)
@@ -191,10 +191,10 @@ def _after_transmission(samples: Samples) -> float:
 
 def _recorded(samples: Samples) -> NDArray[np.int64]:
     """Samples of range at which anything was recorded."""
-    found = np.flatnonzero(np.isfinite(samples.values).any(axis=(0, 1)))
-    if not found.size:
+    recorded = np.flatnonzero(np.isfinite(samples.values).any(axis=(0, 1)))
+    if not recorded.size:
         raise StoreError(f"{samples.name}: all samples are missing. Choose other pings or another group")
-    return found
+    return recorded
 
 
 def _where_both_have_samples(first: Samples, second: Samples) -> tuple[Samples, Samples]:

@@ -40,8 +40,8 @@ def instrument_samples(file: InstrumentFile, group: str | None = None, frequency
         raise StoreError(f"{file.path}, group {chosen!r}: no ping could be read. `insonify info {file.path}` shows why")
     notes = [f"pings {start} to {start + most - 1} of {count}: the file is large"] if count > most else []
     notes += [f"left out at byte {part.offset}: {part.reason}" for part in file.omissions[:5]]
-    found = group_samples(pings, f"{file.path.name}, {chosen}", notes)
-    return found if np.isfinite(found.depth) else replace(found, depth=_mounting_depth(file, chosen, pings))
+    samples = group_samples(pings, f"{file.path.name}, {chosen}", notes)
+    return samples if np.isfinite(samples.depth) else replace(samples, depth=_mounting_depth(file, chosen, pings))
 
 
 _NO_IMAGES = ("soundings", "extra detections")
@@ -155,10 +155,10 @@ def _steps(pings: xr.Dataset) -> Floats:
 def _of_one_step(pings: xr.Dataset, name: str, notes: list[str]) -> xr.Dataset:
     """Pings with the commonest step of range; the others are left out."""
     steps = np.round(_steps(pings), 7)
-    found, counts = np.unique(steps[np.isfinite(steps) & (steps > 0)], return_counts=True)
-    if not found.size:
+    steps_present, counts = np.unique(steps[np.isfinite(steps) & (steps > 0)], return_counts=True)
+    if not steps_present.size:
         raise StoreError(f"{name}: no ping states its sample interval and sound speed. Choose another group")
-    keep = np.abs(steps - found[np.argmax(counts)]) <= 1e-3 * found[np.argmax(counts)]
+    keep = np.abs(steps - steps_present[np.argmax(counts)]) <= 1e-3 * steps_present[np.argmax(counts)]
     if not keep.all():
         notes.append(f"{int((~keep).sum())} of {keep.size} pings left out: another sample interval")
     return pings.isel(ping=np.flatnonzero(keep))

@@ -61,11 +61,11 @@ class NoiseFloor(Measure):
         index = ratio(ratio(squared, count), mean**2) - 1
         offset = 0.0 if self._complex else ratio(amplitude, count) ** 2
         total = total_level(self.frame, sums[..., -2:-1], sums[..., -1:])[..., 0]
-        found = [decibels(mean) - total, index]
+        columns = [decibels(mean) - total, index]
         for row in range(4, 4 + 3 * LAGS, 3):
             real, imaginary = (ratio(sums[..., row + part], sums[..., row]) for part in (1, 2))
-            found.append(ratio(np.hypot(real - offset, imaginary), mean - offset))
-        return np.stack(found, axis=-1)
+            columns.append(ratio(np.hypot(real - offset, imaginary), mean - offset))
+        return np.stack(columns, axis=-1)
 
     def curves(self, first: Floats, second: Floats) -> tuple[Curve, ...]:
         """Correlation of the noise over lag."""

@@ -61,14 +61,14 @@ class PointSpread(Measure):
 
     def estimate(self, sums: Floats) -> Floats:
         """Half-power widths of the mean shapes."""
-        found, start = [], 1
+        columns, start = [], 1
         for axis, reach in self._reach.items():
             shape = ratio(sums[..., start : start + 2 * reach + 1], sums[..., :1])
             shape = np.where(sums[..., :1] >= LEAST_ECHOES, shape, np.nan)
             half = _half_width(shape[..., reach:]) + _half_width(shape[..., reach::-1])
-            found.append(half * (self.frame.step if axis == 2 else 1.0))
+            columns.append(half * (self.frame.step if axis == 2 else 1.0))
             start += 2 * reach + 1
-        return np.stack(found, axis=-1)
+        return np.stack(columns, axis=-1)
 
     def curves(self, first: Floats, second: Floats) -> tuple[Curve, ...]:
         """Mean shape over range."""

@@ -92,12 +92,12 @@ def _scenario(recording: xr.Dataset) -> dict[str, float]:
     known = yaml.safe_load(recording.attrs.get("scenario", "")) or {}
     sonar = known.get("sonar") or {}
     sonar = sonar[0] if isinstance(sonar, list) else sonar
-    found = {
+    values = {
         "seabed_depth": (known.get("seabed") or {}).get("depth"),
         "pulse_length": (sonar.get("pulse") or {}).get("duration"),
         "tilt": (sonar.get("mounting") or {}).get("tilt"),
     }
-    return {key: float(value) for key, value in found.items() if isinstance(value, int | float)}
+    return {key: float(value) for key, value in values.items() if isinstance(value, int | float)}
 
 
 def _angles(recording: xr.Dataset, rows: list[int], tilt: float, elements: bool) -> Floats:

@@ -72,10 +72,12 @@ class Comparison:
         Raises:
             KeyError: There is no such measure.
         """
-        for found in self.findings:
-            if found.measure == measure:
-                return found
-        raise KeyError(f"{measure!r} is no measure; there are {', '.join(found.measure for found in self.findings)}")
+        for finding in self.findings:
+            if finding.measure == measure:
+                return finding
+        raise KeyError(
+            f"{measure!r} is no measure; there are {', '.join(finding.measure for finding in self.findings)}"
+        )
 
     def summary(self) -> str:
         """Verdict on the whole, in one sentence."""
@@ -92,13 +94,13 @@ class Comparison:
             "real": self.real, "simulated": self.simulated, "summary": self.summary(), "notes": list(self.notes),
             "findings": [
                 {
-                    "measure": found.measure, "verdict": found.verdict, "reason": found.reason,
-                    "probability": _number(found.probability),
+                    "measure": finding.measure, "verdict": finding.verdict, "reason": finding.reason,
+                    "probability": _number(finding.probability),
                     "values": [
-                        {name: _number(getattr(value, name)) for name in Value.__slots__} for value in found.values
+                        {name: _number(getattr(value, name)) for name in Value.__slots__} for value in finding.values
                     ],
                 }
-                for found in self.findings
+                for finding in self.findings
             ],
         }  # fmt: skip
 

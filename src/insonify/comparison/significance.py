@@ -94,11 +94,11 @@ def interval(resampled: Floats) -> Floats:
         resampled: Values, shape (resample, n).
     """
     edge = (1 - CONFIDENCE) / 2
-    found = np.full((2, resampled.shape[1]), np.nan)
+    limits = np.full((2, resampled.shape[1]), np.nan)
     known = np.isfinite(resampled).mean(axis=0) > 0.9
     if known.any():
-        found[:, known] = np.nanquantile(resampled[:, known], (edge, 1 - edge), axis=0)
-    return found
+        limits[:, known] = np.nanquantile(resampled[:, known], (edge, 1 - edge), axis=0)
+    return limits
 
 
 def holm(probabilities: list[float]) -> list[float]:

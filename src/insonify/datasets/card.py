@@ -113,7 +113,7 @@ def card_text(content: dict[str, Any]) -> str:
     if compared := content["compared"]:
         lines += ["", f"## Compared with {compared['real']}", "", f"Scene 0: {compared['summary']}.", ""]
         lines += _table(("measure", "verdict", ""), [
-            (found["measure"], found["verdict"], found["reason"]) for found in compared["findings"]
+            (finding["measure"], finding["verdict"], finding["reason"]) for finding in compared["findings"]
         ])  # fmt: skip
     return "\n".join([*lines, "", f"Fingerprint of file, scenario and version: {content['fingerprint']}", ""])
 

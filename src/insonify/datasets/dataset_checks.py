@@ -33,11 +33,11 @@ def dataset_faults(file: DatasetFile, base: Scenario, path: str | Path) -> list[
     for key, draw in file.vary.items():
         line, field = source.line(("vary", key)), f"vary.{key}"
         try:
-            found = varied_keys(base, key)
+            varied = varied_keys(base, key)
         except UnknownItemError as error:
             faults.append(Diagnostic(str(path), line, field, str(error)))
             continue
-        for one in found:
+        for one in varied:
             if fault := _range_fault(draws, one, draw):
                 faults.append(Diagnostic(str(path), line, field, fault.problem, fault.allowed, fault.fix))
                 break

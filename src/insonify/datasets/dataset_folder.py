@@ -79,8 +79,8 @@ class DatasetFolder:
 
     def missing(self, scenes: Iterable[int]) -> list[int]:
         """Scenes of some that are not there."""
-        there = {entry.name for entry in (self.path / NOTES).iterdir()}
-        return [scene for scene in scenes if self.note(scene).name not in there]
+        existing = {entry.name for entry in (self.path / NOTES).iterdir()}
+        return [scene for scene in scenes if self.note(scene).name not in existing]
 
     @cached_property
     def splits(self) -> list[str]:

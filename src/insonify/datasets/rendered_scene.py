@@ -59,22 +59,22 @@ def scene_images(file: DatasetFile, base: Scenario, number: int, threads: int | 
     settings, first = file.dataset, number * IMAGES_PER_SCENE
     expected = None
     for one in (THE_SCENE, *file.pairs):
-        here = twin(scenario, one, len(base.targets))
+        twin_scene = twin(scenario, one, len(base.targets))
         if one == "other_speckle" and expected is not None:
             recording, labels = expected
         else:
-            recording, labels = expected_recording(here, threads)
+            recording, labels = expected_recording(twin_scene, threads)
         expected = expected or (recording, labels)
         stream = random_keys.OTHER_SPECKLE if one == "other_speckle" else random_keys.SPECKLE
         name = f"{number:05d}" if one == THE_SCENE else f"{number:05d}_{one}"
-        survey = Survey(Path(name), with_speckle(recording, here, stream), here)
+        survey = Survey(Path(name), with_speckle(recording, twin_scene, stream), twin_scene)
         for image in labelled_images(
             survey, settings.projection, settings.tile, labels=labels, gain=settings.gain, first_index=first, name=name
         ):
             if image.index >= (number + 1) * IMAGES_PER_SCENE:
                 raise ValueError(f"scene {number} has more than {IMAGES_PER_SCENE} images; give fewer pings or larger "
                                  "tiles")  # fmt: skip
-            yield SceneImage(replace(image, pings=image.pings), one, here, drawn)
+            yield SceneImage(replace(image, pings=image.pings), one, twin_scene, drawn)
             first = image.index + 1
 
 

@@ -35,18 +35,18 @@ def varied_keys(scenario: Scenario, key: str) -> list[VariedKey]:
         UnknownItemError: There is no such item.
     """
     steps = _steps(key)
-    found: list[tuple[str, list[str], Any]] = [("", [], scenario)]
+    branches: list[tuple[str, list[str], Any]] = [("", [], scenario)]
     for step, in_brackets in steps:
         following = []
-        for name, path, value in found:
+        for name, path, value in branches:
             if not in_brackets:
                 inner = getattr(value, step, None) if not isinstance(value, tuple) else _item(value, step)
                 following.append((f"{name}.{step}".lstrip("."), [*path, step], inner))
                 continue
             for row in _rows(key, step, value):
                 following.append((f"{name}[{row if step == '*' else step}]", [*path, str(row)], value[row]))
-        found = following
-    return [VariedKey(name, ".".join(path)) for name, path, _ in found]
+        branches = following
+    return [VariedKey(name, ".".join(path)) for name, path, _ in branches]
 
 
 def _steps(key: str) -> list[tuple[str, bool]]:

@@ -57,33 +57,33 @@ class _Neighbourhoods:
     def envelope(self) -> Floats:
         """Largest gain of the end's beams by any row of rays [1], shape (n,)."""
         sines, beam, spreads = self.end[1], self.end[4], self.end[5]
-        found = np.zeros(len(self.node))
+        largest = np.zeros(len(self.node))
         for row in range(len(sines)):
             down = _between_nodes(sines[row], self.node, self.part)
-            level = np.ones(len(down))
-            if spreads.level.shape[1]:
-                level = _between_nodes(spreads.level[row], self.node, self.part)
+            amplitude = np.ones(len(down))
+            if spreads.amplitude.shape[1]:
+                amplitude = _between_nodes(spreads.amplitude[row], self.node, self.part)
             spread = self._spread(row, down) if spreads.glints[row] else None
-            gain = _gain(beam, self._spans(beam[0], down), spread, spreads.patterns) * level
-            np.fmax(found, gain, out=found)  # no ray, no number
-        return found
+            gain = _gain(beam, self._spans(beam[0], down), spread, spreads.patterns) * amplitude
+            np.fmax(largest, gain, out=largest)  # no ray, no number
+        return largest
 
     def _spans(self, axes: Floats, down: Floats) -> list[tuple[Floats, Floats]]:
         """Least and greatest cosines to an array's boresight, right and down [1]."""
-        level = np.sqrt(np.maximum(1.0 - down * down, 0.0))
-        made = [level * (self.ahead * row[0] + self.aside * row[1]) + down * row[2] for row in axes]
-        return [spans(one, self.cosine, self.sine) if self.wide else (one, one) for one in made]
+        horizontal = np.sqrt(np.maximum(1.0 - down * down, 0.0))
+        cosines = [horizontal * (self.ahead * row[0] + self.aside * row[1]) + down * row[2] for row in axes]
+        return [spans(cosine, self.cosine, self.sine) if self.wide else (cosine, cosine) for cosine in cosines]
 
     def _spread(self, row: int, down: Floats) -> tuple[Floats, Floats]:
         """Standard deviations of a glint's cosines to the right and down of the array [1]."""
         spreads, axes = self.end[5], self.end[4][0]
-        tilt, turn = (_between_nodes(one[row], self.node, self.part) for one in (spreads.tilt, spreads.turn))
+        tilt, turn = (_between_nodes(spread[row], self.node, self.part) for spread in (spreads.tilt, spreads.turn))
         north, east, slopes = self.ahead, self.aside, spreads.slopes
         along = north * north * slopes[0] + 2 * north * east * slopes[1] + east * east * slopes[2]
         up = tilt * np.sqrt(np.maximum(along, 0.0))
         right = turn * np.sqrt(np.maximum(slopes[0] + slopes[2] - along, 0.0))
-        level = np.sqrt(np.maximum(1.0 - down * down, 0.0))
-        u, v = (np.hypot(up * (level * axis[2] - down * (north * axis[0] + east * axis[1])),
+        horizontal = np.sqrt(np.maximum(1.0 - down * down, 0.0))
+        u, v = (np.hypot(up * (horizontal * axis[2] - down * (north * axis[0] + east * axis[1])),
                          right * (north * axis[1] - east * axis[0])) for axis in axes[1:])  # fmt: skip
         return u, v
 
@@ -106,12 +106,12 @@ def _gain(
             plain if spread is None else _glint_pattern(patterns[which], plain, per_unit[which], x, spread[which % 2])
         )
 
-    one = element_gains(element, (w if spread is None else np.minimum(w + more, 1.0)) + 1e-12)
-    one = one * pattern(2, right, 0.0) * pattern(3, down, 0.0)
+    gain = element_gains(element, (w if spread is None else np.minimum(w + more, 1.0)) + 1e-12)
+    gain = gain * pattern(2, right, 0.0) * pattern(3, down, 0.0)
     largest = np.zeros(len(w))
     for (across, deep), size in zip(steer, scale, strict=True):
         np.fmax(largest, size * pattern(0, right, across) * pattern(1, down, deep), out=largest)
-    return np.asarray(one * largest)
+    return np.asarray(gain * largest)
 
 
 def _glint_pattern(table: Floats, plain: Floats, per_unit: float, x: Floats, spread: Floats) -> Floats:

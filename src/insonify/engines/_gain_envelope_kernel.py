@@ -27,9 +27,9 @@ Integers = NDArray[np.int64]
 
 
 class RaySpreads(NamedTuple):
-    """Levels and spreads of the rows of one end's rays off a moving surface; off one that is still, no columns."""
+    """Amplitudes and spreads of the rows of one end's rays off a moving surface; off one that is still, no columns."""
 
-    level: Floats
+    amplitude: Floats
     """Pressure of a row re a calm surface, at the nodes [1], shape (rows, nodes); (rows, 0) where all are 1."""
     tilt: Floats
     """Standard deviation of elevation, see `glint_spread.LegSpread`, shape (rows, nodes); read for glints only."""
@@ -40,7 +40,7 @@ class RaySpreads(NamedTuple):
     slopes: Floats
     """See `glint_spread.GlintSpread`, shape (3,)."""
     patterns: tuple[Floats, Floats, Floats, Floats]
-    """See `glint_spread.spread_patterns`."""
+    """See `glint_spread.spread_gain_tables`."""
 
 
 EnvelopeEnd = tuple[Floats, Floats, float, float, BeamMajorants, RaySpreads]
@@ -56,7 +56,7 @@ _ROWS = 20
 _NORTH, _EAST, _RADIUS, _SUFFICIENT, _RESULT, _SPARE = range(
     6
 )  # rows that callers fill and read; the others are passing
-_LEVEL = 18
+_AMPLITUDE = 18
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -111,10 +111,10 @@ def _direction_cosines(axes: Floats, workspace: Floats, has_radius: bool, size: 
     w0, w1, w2, u0, u1, u2 = axes[0, 0], axes[0, 1], axes[0, 2], axes[1, 0], axes[1, 1], axes[1, 2]
     v0, v1, v2 = axes[2, 0], axes[2, 1], axes[2, 2]
     for n in range(size):
-        level = math.sqrt(max(1.0 - down[n] * down[n], 0.0))
-        w[n] = level * (ahead[n] * w0 + aside[n] * w1) + down[n] * w2
-        u[n] = level * (ahead[n] * u0 + aside[n] * u1) + down[n] * u2
-        v[n] = level * (ahead[n] * v0 + aside[n] * v1) + down[n] * v2
+        horizontal = math.sqrt(max(1.0 - down[n] * down[n], 0.0))
+        w[n] = horizontal * (ahead[n] * w0 + aside[n] * w1) + down[n] * w2
+        u[n] = horizontal * (ahead[n] * u0 + aside[n] * u1) + down[n] * u2
+        v[n] = horizontal * (ahead[n] * v0 + aside[n] * v1) + down[n] * v2
         u_most[n], v_most[n] = u[n], v[n]
     if has_radius:
         for n in range(size):
@@ -128,14 +128,14 @@ def _add_beam_envelope(beam: BeamMajorants, workspace: Floats, size: int) -> Non
     """Raise the result of a batch to the envelope of the beams there, unless it is sufficient already."""
     _, steer, scale, (across, deep, long, tall), per_unit, element, blocks = beam
     count = blocks.shape[0]
-    enough, result, level = _row(workspace, _SUFFICIENT), _row(workspace, _RESULT), _row(workspace, _LEVEL)
+    enough, result, amplitude = _row(workspace, _SUFFICIENT), _row(workspace, _RESULT), _row(workspace, _AMPLITUDE)
     down, w, u, v = _row(workspace, 12), _row(workspace, 13), _row(workspace, 14), _row(workspace, 15)
     u_most, v_most = _row(workspace, 16), _row(workspace, _SPARE)
     for n in range(size):
         largest = result[n]
         if largest >= enough[n] or math.isnan(down[n]):
             continue
-        one = element_gain(element, w[n] + 1e-12) * level[n]
+        one = element_gain(element, w[n] + 1e-12) * amplitude[n]
         if one == 0.0:
             continue
         one *= _envelope(long, per_unit[2], distance_to_interval(u[n], u_most[n], 0.0))
@@ -164,19 +164,19 @@ def _add_beam_envelope(beam: BeamMajorants, workspace: Floats, size: int) -> Non
 def _add_glint_envelope(end: EnvelopeEnd, row: int, workspace: Floats, size: int) -> None:
     """Raise the result of a batch to the envelope over one row's glints, by the fourth-power mean of directions."""
     (axes, steer, scale, (across, deep, long, tall), per_unit, element, _), spreads = end[4], end[5]
-    enough, result, level = _row(workspace, _SUFFICIENT), _row(workspace, _RESULT), _row(workspace, _LEVEL)
+    enough, result, amplitude = _row(workspace, _SUFFICIENT), _row(workspace, _RESULT), _row(workspace, _AMPLITUDE)
     down, w, u, v = _row(workspace, 12), _row(workspace, 13), _row(workspace, 14), _row(workspace, 15)
     u_most, v_most = _row(workspace, 16), _row(workspace, _SPARE)
     node, part, ahead, aside = _row(workspace, 6), _row(workspace, 7), _row(workspace, 8), _row(workspace, 9)
     for n in range(size):
         largest = result[n]
-        if largest >= enough[n] or math.isnan(down[n]) or level[n] <= largest:
+        if largest >= enough[n] or math.isnan(down[n]) or amplitude[n] <= largest:
             continue
         k = int(node[n])
         tilt = spreads.tilt[row, k] + part[n] * (spreads.tilt[row, k + 1] - spreads.tilt[row, k])
         turn = spreads.turn[row, k] + part[n] * (spreads.turn[row, k + 1] - spreads.turn[row, k])
         su, sv = cosine_spreads(ahead[n], aside[n], down[n], tilt, turn, spreads.slopes, axes)
-        one = element_gain(element, min(w[n] + 2 * max(su, sv), 1.0) + 1e-12) * level[n]
+        one = element_gain(element, min(w[n] + 2 * max(su, sv), 1.0) + 1e-12) * amplitude[n]
         x, y = distance_to_interval(u[n], u_most[n], 0.0), distance_to_interval(v[n], v_most[n], 0.0)
         one *= pattern_with_spread(spreads.patterns[2], _envelope(long, per_unit[2], x), per_unit[2], x, su)
         one *= pattern_with_spread(spreads.patterns[3], _envelope(tall, per_unit[3], y), per_unit[3], y, sv)
@@ -207,15 +207,15 @@ def _one_way_envelope(end: EnvelopeEnd, workspace: Floats, has_radius: bool, siz
     _, sines, _, _, beam, spreads = end
     _locate(end, workspace, has_radius, size)
     node, part, down, result = _row(workspace, 6), _row(workspace, 7), _row(workspace, 12), _row(workspace, _RESULT)
-    level, still = _row(workspace, _LEVEL), spreads.level.shape[1] == 0
-    result[:size], level[:size] = 0.0, 1.0
+    amplitude, still = _row(workspace, _AMPLITUDE), spreads.amplitude.shape[1] == 0
+    result[:size], amplitude[:size] = 0.0, 1.0
     for family in range(sines.shape[0]):
         for n in range(size):
             row = int(node[n])
             down[n] = sines[family, row] + part[n] * (sines[family, row + 1] - sines[family, row])
             if not still:
-                here, beyond = spreads.level[family, row], spreads.level[family, row + 1]
-                level[n] = here + part[n] * (beyond - here)
+                near_amplitude, far_amplitude = spreads.amplitude[family, row], spreads.amplitude[family, row + 1]
+                amplitude[n] = near_amplitude + part[n] * (far_amplitude - near_amplitude)
         _direction_cosines(beam[0], workspace, has_radius, size)
         if spreads.glints[family]:
             _add_glint_envelope(end, family, workspace, size)

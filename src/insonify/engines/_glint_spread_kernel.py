@@ -40,7 +40,7 @@ def pattern_with_spread(table: Floats, plain: float, per_unit: float, x: float, 
     """Pattern at distance x from its axis, in the fourth-power mean over directions spread by so much.
 
     Args:
-        table: Of `glint_spread.spread_patterns`.
+        table: Of `glint_spread.spread_gain_tables`.
         plain: Envelope of the pattern there without any spread [1].
         per_unit: Rows of the beam's own table per unit of direction cosine [1].
         x: Distance from the axis in direction cosine [1].
@@ -75,12 +75,12 @@ def cosine_spreads(
         slopes: See `glint_spread.GlintSpread`.
         axes: Boresight, right and down of the array in the world, as rows, shape (3, 3).
     """
-    level = math.sqrt(max(1.0 - down * down, 0.0))
+    horizontal = math.sqrt(max(1.0 - down * down, 0.0))
     along = ahead * ahead * slopes[0] + 2 * ahead * aside * slopes[1] + aside * aside * slopes[2]
     across = slopes[0] + slopes[2] - along
     up, right = tilt * math.sqrt(max(along, 0.0)), turn * math.sqrt(max(across, 0.0))
-    u = up * (-down * (ahead * axes[1, 0] + aside * axes[1, 1]) + level * axes[1, 2])
-    v = up * (-down * (ahead * axes[2, 0] + aside * axes[2, 1]) + level * axes[2, 2])
+    u = up * (-down * (ahead * axes[1, 0] + aside * axes[1, 1]) + horizontal * axes[1, 2])
+    v = up * (-down * (ahead * axes[2, 0] + aside * axes[2, 1]) + horizontal * axes[2, 2])
     s = right * (ahead * axes[1, 1] - aside * axes[1, 0])
     t = right * (ahead * axes[2, 1] - aside * axes[2, 0])
     return math.sqrt(u * u + s * s), math.sqrt(v * v + t * t)

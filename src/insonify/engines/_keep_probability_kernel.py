@@ -43,10 +43,10 @@ def keep_probability_of(gain: float, linear_below: float, min_probability: float
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def keep_probabilities(gain: Floats, linear_below: float, min_probability: float, found: Floats) -> None:
+def keep_probabilities(gain: Floats, linear_below: float, min_probability: float, probability: Floats) -> None:
     """Keep probabilities of the scatterers where gains are so large, re that above which all are, into found (n,)."""
     for n in range(gain.size):
-        found[n] = keep_probability_of(gain[n], linear_below, min_probability)
+        probability[n] = keep_probability_of(gain[n], linear_below, min_probability)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

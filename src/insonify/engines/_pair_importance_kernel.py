@@ -41,10 +41,10 @@ def assign_priorities(
     for n in range(scatterer_id.size):
         x, y = position[n, 0] - north, position[n, 1] - east
         distance = math.sqrt(x * x + y * y)
-        found = int(first[int(min(distance * once, cells - 1.0))])
-        found = min(found + int(distance >= edges[found + 1]), last)
-        low, high = min(low, found), max(high, found)
-        range_bin[n] = found
+        row = int(first[int(min(distance * once, cells - 1.0))])
+        row = min(row + int(distance >= edges[row + 1]), last)
+        low, high = min(low, row), max(high, row)
+        range_bin[n] = row
     return low, high
 
 

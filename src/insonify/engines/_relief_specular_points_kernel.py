@@ -21,13 +21,13 @@ from insonify.propagation.layered_surface_path_kernel import (
 Floats = NDArray[np.float64]
 
 COLUMNS = 12
-"""Columns of `paths_by_ground` [1]."""
+"""Columns of `bottom_paths` [1]."""
 NEWTON_STEPS = 8
 """Steps towards a stationary point [1]."""
 
 
-class Ground(NamedTuple):
-    """Depth of a square of ground as a cubic spline over a lattice."""
+class TerrainSpline(NamedTuple):
+    """Depth of a square of the terrain as a cubic spline over a lattice."""
 
     coefficients: Floats
     """Coefficients of the nodes [m], (a, b)."""
@@ -60,10 +60,12 @@ def _weights(t: float) -> tuple[tuple[float, ...], tuple[float, ...], tuple[floa
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def depth_derivatives(north: float, east: float, ground: Ground) -> tuple[float, float, float, float, float, float]:
+def depth_derivatives(
+    north: float, east: float, terrain: TerrainSpline
+) -> tuple[float, float, float, float, float, float]:
     """Depth [m]; its derivatives by north, by east [1]; second ones by north twice, both, and east twice [1/m]."""
-    coefficients, per_step = ground.coefficients, 1 / ground.step
-    x, y = (north - ground.north) * per_step, (east - ground.east) * per_step
+    coefficients, per_step = terrain.coefficients, 1 / terrain.step
+    x, y = (north - terrain.north) * per_step, (east - terrain.east) * per_step
     a = min(max(math.floor(x), 1), coefficients.shape[0] - 3)
     b = min(max(math.floor(y), 1), coefficients.shape[1] - 3)
     along, along1, along2 = _weights(x - a)
@@ -129,9 +131,9 @@ def _second_derivatives(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _path(north: float, east: float, ground: Ground, ends: PathEnds, row: Floats) -> None:
+def _path(north: float, east: float, terrain: TerrainSpline, ends: PathEnds, row: Floats) -> None:
     """Write the columns of the path by one point, (12,)."""
-    depth, north1, east1, north2, both, east2 = depth_derivatives(north, east, ground)
+    depth, north1, east1, north2, both, east2 = depth_derivatives(north, east, terrain)
     row[:] = 0.0
     total_north = total_east = down = 0.0
     for end in (ends.begin, ends.stop):
@@ -152,33 +154,33 @@ def _path(north: float, east: float, ground: Ground, ends: PathEnds, row: Floats
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def paths_by_ground(positions: Floats, ground: Ground, ends: PathEnds, rows: Floats) -> None:
-    """Paths by n points of the ground.
+def bottom_paths(positions: Floats, terrain: TerrainSpline, ends: PathEnds, rows: Floats) -> None:
+    """Paths between two ends by n points of the terrain.
 
     Args:
         positions: North, east [m], (n, 2).
-        ground: The ground.
+        terrain: Depth of the terrain.
         ends: Ends of the paths.
-        rows: Filled: length [m]; its derivatives by north, by east [1]; second ones by north twice, both, and east
+        rows: Result: length [m]; its derivatives by north, by east [1]; second ones by north twice, both, and east
             twice; those over the tangent plane [1/m]; sine of the grazing angle [1]; depth [m]; secant of the slope
             [1], (n, 12).
     """
     for n in range(positions.shape[0]):
-        _path(positions[n, 0], positions[n, 1], ground, ends, rows[n])
+        _path(positions[n, 0], positions[n, 1], terrain, ends, rows[n])
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def gradients_at_nodes(depth: Floats, margin: int, ground: Ground, ends: PathEnds, gradient: Floats) -> None:
+def gradients_at_nodes(depth: Floats, margin: int, terrain: TerrainSpline, ends: PathEnds, gradient: Floats) -> None:
     """Gradient of the length at the nodes of the ground.
 
     Args:
         depth: Depth of the nodes [m], (a, b).
         margin: Nodes left out along each edge, at least 1.
-        ground: The ground.
+        terrain: The ground.
         ends: Ends of the paths.
         gradient: Filled: by north and by east [1], (2, a - 2 margin, b - 2 margin).
     """
-    c, half = ground.coefficients, 1 / (12 * ground.step)
+    c, half = terrain.coefficients, 1 / (12 * terrain.step)
     for i in range(gradient.shape[1]):
         for j in range(gradient.shape[2]):
             a, b = i + margin, j + margin
@@ -186,7 +188,7 @@ def gradients_at_nodes(depth: Floats, margin: int, ground: Ground, ends: PathEnd
             north1 += 4 * (c[a + 1, b] - c[a - 1, b]) * half
             east1 = (c[a - 1, b + 1] - c[a - 1, b - 1] + c[a + 1, b + 1] - c[a + 1, b - 1]) * half
             east1 += 4 * (c[a, b + 1] - c[a, b - 1]) * half
-            north, east = ground.north + a * ground.step, ground.east + b * ground.step
+            north, east = terrain.north + a * terrain.step, terrain.east + b * terrain.step
             one = _direction(north, east, depth[a, b], ends.begin, ends.water)
             other = _direction(north, east, depth[a, b], ends.stop, ends.water)
             down = one[2] + other[2]
@@ -195,7 +197,7 @@ def gradients_at_nodes(depth: Floats, margin: int, ground: Ground, ends: PathEnd
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def changes_sign(gradient: Floats, reach: int, found: NDArray[np.bool_]) -> None:
+def changes_sign(gradient: Floats, reach: int, result: NDArray[np.bool_]) -> None:
     """Mark nodes about which both components of a gradient pass through zero.
 
     The range of either component over the nodes at most `reach` away is widened by a quarter on both sides, for a root
@@ -204,38 +206,38 @@ def changes_sign(gradient: Floats, reach: int, found: NDArray[np.bool_]) -> None
     Args:
         gradient: Both components [1], (2, a, b).
         reach: Nodes to either side.
-        found: Filled, (a, b).
+        result: Filled, (a, b).
     """
     _, rows, columns = gradient.shape
     for i in range(rows):
         for j in range(columns):
-            found[i, j] = True
+            result[i, j] = True
             for axis in range(2):
                 low, high = math.inf, -math.inf
                 for a in range(max(i - reach, 0), min(i + reach + 1, rows)):
                     for b in range(max(j - reach, 0), min(j + reach + 1, columns)):
                         low, high = min(low, gradient[axis, a, b]), max(high, gradient[axis, a, b])
                 if not (1.25 * low <= 0.25 * high and 0.25 * low <= 1.25 * high):
-                    found[i, j] = False
+                    result[i, j] = False
                     break
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def stationary_points(starts: Floats, ground: Ground, ends: PathEnds, is_found: NDArray[np.bool_]) -> None:
+def stationary_points(starts: Floats, terrain: TerrainSpline, ends: PathEnds, is_found: NDArray[np.bool_]) -> None:
     """Move starts to stationary points of the path length by Newton's method.
 
     Args:
         starts: North, east [m], replaced, (n, 2).
-        ground: The ground; the starts are a step apart.
+        terrain: The ground; the starts are a step apart.
         ends: Ends of the paths.
         is_found: Filled: True where a stationary point is found, (n,).
     """
-    row, step = np.empty(COLUMNS), ground.step
+    row, step = np.empty(COLUMNS), terrain.step
     for n in range(starts.shape[0]):
         north, east = starts[n, 0], starts[n, 1]
         is_found[n] = True
         for number in range(NEWTON_STEPS):
-            _path(north, east, ground, ends, row)
+            _path(north, east, terrain, ends, row)
             g, h, nn, ne, ee = row[1], row[2], row[3], row[4], row[5]
             determinant = nn * ee - ne * ne
             if not abs(determinant) > 1e-12:
@@ -252,6 +254,6 @@ def stationary_points(starts: Floats, ground: Ground, ends: PathEnds, is_found: 
             part = step / size if early and size > step else 1.0  # starts beside a caustic need more than one step
             north, east = north + part * move, east + part * aside
         if is_found[n]:
-            _path(north, east, ground, ends, row)
+            _path(north, east, terrain, ends, row)
             is_found[n] = math.hypot(row[1], row[2]) < 1e-7
         starts[n, 0], starts[n, 1] = north, east

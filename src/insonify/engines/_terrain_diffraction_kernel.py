@@ -142,11 +142,11 @@ def surely_unobstructed(depth: Floats, distance: Floats, image: np.float32, step
     for s in range(depth.shape[0]):
         for first in range(0, depth.shape[1] - 1, step):
             end = min(first + step, depth.shape[1] - 1)
-            here, there = depth[s, first:end], depth[s, first + 1 : end + 1]
+            near_depth, far_depth = depth[s, first:end], depth[s, first + 1 : end + 1]
             near, far = distance[first:end], distance[first + 1 : end + 1]
             sinks = 0
             for k in range(near.size):  # NaN where the depth is unknown: then nothing is certain
-                low, high = here[k] - image, there[k] - image
+                low, high = near_depth[k] - image, far_depth[k] - image
                 sinks += (high * near[k] * more <= low * far[k]) & (low > 0) & (high > 0)
             if sinks < near.size:
                 return False
@@ -156,7 +156,7 @@ def surely_unobstructed(depth: Floats, distance: Floats, image: np.float32, step
 @njit(cache=True, nogil=True, error_model="numpy")
 def diffract_over_crests(
     horizon: LaunchHorizon, step: float, rays: LineRays, reach: Floats, wavelength: float, table: Complexes,
-    ground: bool, soft: bool,
+    on_terrain: bool, soft: bool,
 ) -> None:  # fmt: skip
     """Multiply what crests leave of rays over the seabed into `rays.left`, and mark points that the seabed hides.
 
@@ -167,7 +167,7 @@ def diffract_over_crests(
         reach: Distance [m] up to which the seabed can cut, (all,).
         wavelength: Acoustic wavelength [m].
         table: See `insonify.propagation.knife_edge_kernel.edge_diffraction`.
-        ground: True if rays end on the seabed of the lines: between samples it is as linear as the launches to it.
+        on_terrain: True if rays end on the seabed of the lines: between samples it is as linear as the launches to it.
         soft: True if sound bends around crests.
     """
     launch, lowest, last_crest, crests = horizon
@@ -179,15 +179,15 @@ def diffract_over_crests(
         k = min(int(steps) - 1, last)
         if k < 0:
             continue
-        here, at, blocking_sample = launch[s, k], last_crest[s, k], -1
-        if ground:
-            slope = float(here + min(steps - (k + 1), 1.0) * (launch[s, k + 1] - here))
+        launch_slope, at, blocking_sample = launch[s, k], last_crest[s, k], -1
+        if on_terrain:
+            slope = float(launch_slope + min(steps - (k + 1), 1.0) * (launch[s, k + 1] - launch_slope))
             # the launch horizon is the seabed itself, or the launch over the last crest
-            if slope > (here if at < 0 else min(here, crests[s, at, 1])):
+            if slope > (launch_slope if at < 0 else min(launch_slope, crests[s, at, 1])):
                 visible[n], at = False, last_crest[s, k + 1]
         else:
             slope = float(steepness[n])
-            if slope > lowest[s, k] and here <= lowest[s, k]:
+            if slope > lowest[s, k] and launch_slope <= lowest[s, k]:
                 blocking_sample = k  # it dips into ground that still rises
         if soft and (at >= 0 or blocking_sample >= 0):
             ray = CrestRay(1.0, slope, ENDLESS, distance[n])
@@ -246,10 +246,10 @@ def strongest_crest_factor(
     launch, crests = horizon.launch, horizon.crests
     sense, slope, end, distance = ray
     stretch, least, most = math.sqrt(1 + slope * slope), 1 + 0j, 0.0
-    length, level = distance * stretch, 1 / stretch
+    length, cosine = distance * stretch, 1 / stretch
     if blocking_sample >= 0:
         near = (blocking_sample + 1) * step
-        high = sense * (slope - launch[s, blocking_sample]) * near * level
+        high = sense * (slope - launch[s, blocking_sample]) * near * cosine
         least = crest_diffraction_factor(high, ENDLESS, length - near * stretch, length, wavelength, table)
         most = (1 - least.real) ** 2 + least.imag**2
     for number in range(last, max(last - MAX_CRESTS, -1), -1):
@@ -259,7 +259,7 @@ def strongest_crest_factor(
         if above < 0 and distance > crests[s, number, 3]:
             continue
         near = (at + 1) * step
-        clear, hollow_depth, behind = above * near * level, crests[s, number, 2] * level, length - near * stretch
+        clear, hollow_depth, behind = above * near * cosine, crests[s, number, 2] * cosine, length - near * stretch
         if clear < 0 and crest_is_negligible(
             -clear, hollow_depth, behind, length, wavelength, max(NEGLIGIBLE_CHANGE * NEGLIGIBLE_CHANGE, most)
         ):

@@ -15,7 +15,7 @@ CLEAR, OCCLUDED, TERRAIN = 0, 2, -2  # the values of records.legs.LegStatus, and
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def horizon_at(lowest: Floats, rows: Integers, reach: Floats, points: Integers, found: Floats) -> None:
+def horizon_at(lowest: Floats, rows: Integers, reach: Floats, points: Integers, horizon: Floats) -> None:
     """The launch horizon of some points at a distance, infinite before the first sample.
 
     Args:
@@ -23,13 +23,13 @@ def horizon_at(lowest: Floats, rows: Integers, reach: Floats, points: Integers, 
         rows: Line of each point, (points,).
         reach: Distance in steps of each point, (all,).
         points: Numbers of the points, (points,).
-        found: Result, (all,).
+        horizon: Result, (all,).
     """
     last = lowest.shape[1] - 1
     for m in range(points.size):
         n = points[m]
         k = min(math.floor(reach[n]) - 1, last)
-        found[n] = lowest[rows[m], k] if k >= 0 else np.inf
+        horizon[n] = lowest[rows[m], k] if k >= 0 else np.inf
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -152,20 +152,22 @@ def segments_clear(
     for m in range(points.size):
         n, line, top = points[m], depth[rows[m]], shallowest[rows[m]]
         for k in range(nodes.shape[0] - 1):
-            here, z = nodes[k, n, 0], nodes[k, n, 1]
-            there, end = nodes[k + 1, n, 0], nodes[k + 1, n, 1]
+            begin_distance, begin_depth = nodes[k, n, 0], nodes[k, n, 1]
+            end_distance, end_depth = nodes[k + 1, n, 0], nodes[k + 1, n, 1]
             if on_terrain and k == nodes.shape[0] - 2:
-                sample = min(max(math.floor(there / step) - 1, 0), line.size - 2)
-                end = line[sample] + min(there / step - (sample + 1), 1.0) * (line[sample + 1] - line[sample])
-            if max(z, end) <= top or there - here < 1e-9:
+                sample = min(max(math.floor(end_distance / step) - 1, 0), line.size - 2)
+                end_depth = line[sample] + min(end_distance / step - (sample + 1), 1.0) * (
+                    line[sample + 1] - line[sample]
+                )
+            if max(begin_depth, end_depth) <= top or end_distance - begin_distance < 1e-9:
                 continue
-            slope = (end - z) / (there - here)
-            first, last = here + bounce_margin[k, n], there - bounce_margin[k + 1, n]
+            slope = (end_depth - begin_depth) / (end_distance - begin_distance)
+            first, last = begin_distance + bounce_margin[k, n], end_distance - bounce_margin[k + 1, n]
             if slope > 0:
-                first = max(first, here + (top - z) / slope)
+                first = max(first, begin_distance + (top - begin_depth) / slope)
             elif slope < 0:
-                last = min(last, here + (top - z) / slope)
+                last = min(last, begin_distance + (top - begin_depth) / slope)
             for s in range(max(math.ceil(first / step) - 1, 0), min(math.floor(last / step), line.size)):
-                if z + slope * ((s + 1) * step - here) > line[s] + penetration:
+                if begin_depth + slope * ((s + 1) * step - begin_distance) > line[s] + penetration:
                     clear[n] = False
                     break

@@ -11,18 +11,18 @@ TIME_SAMPLES = 1024
 """Times at which the whole level is computed."""
 
 
-def arrived_energy(late: Floats, energy: Floats) -> Floats:
+def arrived_energy(arrival_time: Floats, energy: Floats) -> Floats:
     """Energy of all pairs that has arrived by some times.
 
     Args:
-        late: Delays of each pair from the edges of the range bins [s], (p, b + 1).
+        arrival_time: Delays of each pair from the edges of the range bins [s], (p, b + 1).
         energy: Energy of each pair from each range bin, (p, b).
 
     Returns:
         At each of these delays, (p, b + 1).
     """
-    time = np.linspace(late.min(), late.max(), TIME_SAMPLES)
+    time = np.linspace(arrival_time.min(), arrival_time.max(), TIME_SAMPLES)
     arrived = np.zeros(TIME_SAMPLES)
-    for own, part in zip(late, energy, strict=True):
+    for own, part in zip(arrival_time, energy, strict=True):
         arrived += np.interp(time, own, np.append(0.0, np.cumsum(part)))
-    return np.asarray(np.interp(late, time, arrived))
+    return np.asarray(np.interp(arrival_time, time, arrived))

@@ -25,7 +25,7 @@ from insonify.engines import _keep_probability_kernel as share_kernel
 from insonify.engines._draw_kernel import draw_and_keep
 from insonify.engines._keep_probability_kernel import GainBounds
 from insonify.engines.face_images import FaceImage
-from insonify.engines.glint_spread import GlintSpread, spread_patterns
+from insonify.engines.glint_spread import GlintSpread, spread_gain_tables
 from insonify.propagation.propagation_model import PropagationModel
 from insonify.scene.scatterer_grid import PARTS, TILE, ScattererGrid, Tiles, max_point_count
 from insonify.scene.scatterers import grid_scatterer_id
@@ -172,8 +172,8 @@ class BeamImportance:
         gain = np.where(lit > direct, lit, 0.0).reshape(count, PARTS, PARTS)
         for i in (0, 1):
             for j in (0, 1):
-                some = corner[:, i : PARTS + i, j : PARTS + j]
-                np.maximum(some, gain, out=some)
+                part = corner[:, i : PARTS + i, j : PARTS + j]
+                np.maximum(part, gain, out=part)
         np.copyto(largest, gain, where=gain > 0)
 
     def _relative_gain(self, position: Floats, around: Floats | None = None) -> Floats:
@@ -192,8 +192,8 @@ class BeamImportance:
     def _face_gain(self, position: Floats, around: Floats) -> Floats:
         """Gain by way of faces, as `_relative_gain`."""
         gain = np.zeros(len(position))
-        for one, image in zip(self.images, self._image_importances, strict=True):
-            rows = one.lights(position, self.depth, around)
+        for face_image, image in zip(self.images, self._image_importances, strict=True):
+            rows = face_image.lights(position, self.depth, around)
             gain[rows] = np.maximum(gain[rows], image._direct_gain(position[rows], around[rows]))
         return gain
 
@@ -202,9 +202,9 @@ class BeamImportance:
         """Gain of each image of the sonar, as if there were no face."""
         return tuple(
             replace(
-                self, ping_geometry=one.sonar, families=one.families, images=(),
-                farthest=self.farthest + float(np.linalg.norm(one.sonar.midpoint - self.ping_geometry.midpoint)),
-            ) for one in self.images
+                self, ping_geometry=face_image.sonar, families=face_image.families, images=(),
+                farthest=self.farthest + float(np.linalg.norm(face_image.sonar.midpoint - self.ping_geometry.midpoint)),
+            ) for face_image in self.images
         )  # fmt: skip
 
     def kept_scatterers(self, tiles: Tiles, bounds: GainBounds, seed: int, stream: int, depth: float) -> KeptScatterers:
@@ -378,23 +378,25 @@ class BeamImportance:
         if self.glints is None or not glint_rows:
             none = np.empty((count, 0))
             return kernel.RaySpreads(none, none, none, glinting, np.zeros(3), (none, none, none, none)), sines
-        level, (tilt, turn) = np.ones((len(glinting), len(distance))), np.zeros((2, len(glinting), len(distance)))
+        amplitude, (tilt, turn) = np.ones((len(glinting), len(distance))), np.zeros((2, len(glinting), len(distance)))
         for to, (row, legs) in enumerate(glint_rows, count):
-            level[row], level[to], tilt[to], turn[to] = (
+            amplitude[row], amplitude[to], tilt[to], turn[to] = (
                 legs.coherent,
                 legs.glints,
                 legs.elevation_change,
                 legs.bearing_change,
             )
-        spread = kernel.RaySpreads(level, tilt, turn, glinting, np.array(self.glints.slopes), spread_patterns(beams))
+        spread = kernel.RaySpreads(
+            amplitude, tilt, turn, glinting, np.array(self.glints.slopes), spread_gain_tables(beams)
+        )
         return spread, np.concatenate([sines, sines[[row for row, _ in glint_rows]]])
 
 
 @share_kernel.keep_probabilities.stand_in
-def _shares(gain: Floats, fewer: float, least: float, found: Floats) -> None:
+def _shares(gain: Floats, fewer: float, least: float, probability: Floats) -> None:
     """Keep probabilities of the scatterers, as the kernel `keep_probabilities`, into found (n,)."""
     gain = np.minimum(gain, 1.0)
-    found[:] = np.clip(np.maximum(gain * gain, fewer * gain), least, 1.0)
+    probability[:] = np.clip(np.maximum(gain * gain, fewer * gain), least, 1.0)
 
 
 def _nodes(farthest: float) -> Floats:

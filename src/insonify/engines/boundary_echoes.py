@@ -138,12 +138,12 @@ def sediment_bounce_factor(
     factor, k = np.ones_like(length), 2 * np.pi / wavelength
     if seabed.relief or not isinstance(seabed.scattering, SedimentLaw) or "B" not in family:
         return factor
-    made_of = sediment(seabed.scattering.sediment)
+    material = sediment(seabed.scattering.sediment)
     paths = flat_bounces(family, depth - hull_depth, length, sine, seabed.depth - hull_depth)
     for bounce in (number for number, letter in enumerate(family) if letter == "B"):
         zone, width = fresnel_zone(paths, bounce, wavelength)
         low = np.minimum(np.pi / np.maximum(np.sqrt(zone * width), 1e-6), k)
-        factor *= np.exp(-2 * k**2 * band_variance(made_of, low, k) * sine**2)
+        factor *= np.exp(-2 * k**2 * band_variance(material, low, k) * sine**2)
     return factor
 
 
@@ -158,14 +158,14 @@ def boundary_echo_pairs(transmitter: Scatterers, back: Legs) -> Pairs:
         One pair for each row of the legs, of strength 1: pressure at the receiver re 1 m from the source.
     """
     rows = len(back.families)
-    zero, one = np.zeros_like(back.delay), np.ones_like(back.delay)
+    zeros, ones = np.zeros_like(back.delay), np.ones_like(back.delay)
     out = replace(
-        back, families=tuple(name[::-1] for name in back.families), delay=zero, length=zero, spreading=one,
-        absorption=one, reflection_coefficient=one.astype(complex), visibility=one, caustics=0 * back.caustics,
-        departure=-back.arrival, arrival=-back.arrival, grazing=zero,
+        back, families=tuple(name[::-1] for name in back.families), delay=zeros, length=zeros, spreading=ones,
+        absorption=ones, reflection_coefficient=ones.astype(complex), visibility=ones, caustics=0 * back.caustics,
+        departure=-back.arrival, arrival=-back.arrival, grazing=zeros,
         status=np.full_like(back.status, LegStatus.CLEAR), occluder=np.full_like(back.occluder, -1), caustic=None,
-        glints=None if back.glints is None else GlintPhasors(back.glints.bounce_id, one.astype(complex)),
+        glints=None if back.glints is None else GlintPhasors(back.glints.bounce_id, ones.astype(complex)),
         aperture_expansion=None,
     )  # fmt: skip
     back = replace(back, families=("",) * rows, branch=(0,) * rows)
-    return Pairs(transmitter, out, back, np.repeat(np.arange(rows), 2).reshape(-1, 2), one.copy())
+    return Pairs(transmitter, out, back, np.repeat(np.arange(rows), 2).reshape(-1, 2), ones.copy())

@@ -26,17 +26,17 @@ def delay_interval(ping_geometry: PingGeometry, window: DelayInterval | None) ->
     Raises:
         ValueError: The interval is empty, or lies beyond all that touches the recording: then often in milliseconds.
     """
-    early, late = ping_geometry.recorded_delays
+    earliest, latest = ping_geometry.recorded_delays
     if window is None:
-        return early, late
+        return earliest, latest
     if isinstance(window, str) or len(window) != 2:
         raise ValueError(f"window is {window!r}; give the first and the last delay, such as (0.2, 0.201) [s]")
     first, last = (require_number("window", si(end, "time"), "s", example="(0.2, 0.201)") for end in window)
     if first > last:
         raise ValueError(f"window is {window!r}, which ends before it begins; exchange the two")
-    if last < early or first > late:
-        recorded = f"{max(early, 0.0) * 1e3:.6g} to {late * 1e3:.6g} ms"
-        meant = first > late and early <= last / 1e3 and first / 1e3 <= late
+    if last < earliest or first > latest:
+        recorded = f"{max(earliest, 0.0) * 1e3:.6g} to {latest * 1e3:.6g} ms"
+        meant = first > latest and earliest <= last / 1e3 and first / 1e3 <= latest
         hint = f"Did you mean ('{first:g} ms', '{last:g} ms')?" if meant else "Give a part of that."
         raise ValueError(
             f"window is {first:g} to {last:g} s, and delays that touch the recording are {recorded}. {hint}"

@@ -256,10 +256,10 @@ class EigenrayEngine:
         """Scatterers of a block and the number of faces that light any, apart those that none does."""
         lit, count = np.zeros(len(scatterers), bool), 0
         for face in self.faces(ping_geometry):
-            one = self._lit(face, ping_geometry.transmit_position, scatterers, ping_geometry)
+            reached = self._lit(face, ping_geometry.transmit_position, scatterers, ping_geometry)
             if not ping_geometry.is_monostatic:
-                one |= self._lit(face, ping_geometry.receive_position, scatterers, ping_geometry)
-            lit, count = lit | one, count + bool(one.any())
+                reached |= self._lit(face, ping_geometry.receive_position, scatterers, ping_geometry)
+            lit, count = lit | reached, count + bool(reached.any())
         if lit.all() or not lit.any():
             yield scatterers, count
             return
@@ -284,10 +284,10 @@ class EigenrayEngine:
         for number, face in enumerate(faces):
 
             def reflected(position: Floats, face: FlatFace = face, number: int = number) -> tuple[Legs, Legs] | None:
-                some = self._lit(face, position, scatterers, ping_geometry)
-                if not some.any():
+                lit = self._lit(face, position, scatterers, ping_geometry)
+                if not lit.any():
                     return None
-                points, image = scatterers.take(some), face.image(position)
+                points, image = scatterers.take(lit), face.image(position)
                 legs = legs_off_face(face, self.rays, position, points, families, ping_geometry.frequency)
                 legs = self._with_water_delays(legs, points, ping_geometry, image)
                 terrain = self.scene.seabed.terrain
@@ -303,8 +303,8 @@ class EigenrayEngine:
                     end = SonarEnd(image, ping_geometry.time, face.image(ping_geometry.transmit_position))
                     seed = self.seed ^ (FACE_SEED * (number + 1))
                     both = apply_surface_reflection(legs, self.scene, seed, points, ping_geometry.frequency, end)
-                first = face_rows(both[0], face, number, len(faces), some)
-                return first, (first if both[1] is both[0] else face_rows(both[1], face, number, len(faces), some))
+                first = face_rows(both[0], face, number, len(faces), lit)
+                return first, (first if both[1] is both[0] else face_rows(both[1], face, number, len(faces), lit))
 
             sent = reflected(ping_geometry.transmit_position)
             received = sent if ping_geometry.is_monostatic else reflected(ping_geometry.receive_position)

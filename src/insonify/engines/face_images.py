@@ -82,7 +82,7 @@ def face_images(
         ping_geometry: The sonar at this ping.
         boundary: Boundary of the scatterers.
     """
-    reached, found = families_reaching(boundary, face_families(choice)), list[FaceImage]()
+    reached, images = families_reaching(boundary, face_families(choice)), list[FaceImage]()
     for face in reflecting_faces(scene, choice, ping_geometry.frequency):
         families = reached if face.is_upright else tuple(name for name in reached if name == DIRECT)
         mirror = np.eye(3) - 2 * np.outer(face.axes[0], face.axes[0])
@@ -96,5 +96,5 @@ def face_images(
         )  # fmt: skip
         if families:
             tall = scene.seabed.depth * choice.max_reflections
-            found.append(FaceImage(face, sonar, families, tall, np.zeros(2)))
-    return tuple(found)
+            images.append(FaceImage(face, sonar, families, tall, np.zeros(2)))
+    return tuple(images)

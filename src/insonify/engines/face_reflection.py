@@ -82,11 +82,11 @@ def lit_points(
         return np.zeros(len(points), bool)
     whole = before + np.maximum(after, NEAREST)
     part = before / whole
-    there, here = points @ face.axes[1], position @ face.axes[1]
-    along = here + part * (there - here)
-    level = np.hypot(whole, there - here)
-    clearance = around * (part + np.abs(there - here) / whole)
-    clearance += RIPPLES * np.sqrt(wavelength / 2 * (level + tall) * part * (1 - part)) * level / whole
+    point_offset, sonar_offset = points @ face.axes[1], position @ face.axes[1]
+    along = sonar_offset + part * (point_offset - sonar_offset)
+    offset_length = np.hypot(whole, point_offset - sonar_offset)
+    clearance = around * (part + np.abs(point_offset - sonar_offset) / whole)
+    clearance += RIPPLES * np.sqrt(wavelength / 2 * (offset_length + tall) * part * (1 - part)) * offset_length / whole
     low, high = ((face.strips[:, 1] + side * face.strips[:, 5]) for side in (-1, 1))
     return np.asarray(lit & (along > low.min() - clearance) & (along < high.max() + clearance))
 
@@ -123,7 +123,7 @@ def legs_off_face(
     )  # fmt: skip
 
 
-def face_rows(legs: Legs, face: FlatFace, number: int, count: int, some: Marks) -> Legs:
+def face_rows(legs: Legs, face: FlatFace, number: int, count: int, lit: Marks) -> Legs:
     """Legs of the image as those of the sonar, to all points: named F, as they leave the sonar.
 
     Args:
@@ -131,32 +131,32 @@ def face_rows(legs: Legs, face: FlatFace, number: int, count: int, some: Marks) 
         face: The face.
         number: Its number, from 0: that of the ray among those off all faces.
         count: Number of all faces.
-        some: True for the points that they reach, shape (n,); the others have no such leg.
+        lit: True for the points that they reach, shape (n,); the others have no such leg.
     """
-    n, rows = len(some), len(legs.families)
+    n, rows = len(lit), len(legs.families)
     columns: dict[str, Any] = {}
     for name in ("delay", "spreading", "grazing", "absorption", "reflection_coefficient", "visibility", "caustics"):
         column = getattr(legs, name)
         columns[name] = np.zeros((rows, n), column.dtype)
-        columns[name][:, some] = column
+        columns[name][:, lit] = column
     columns["length"], columns["status"] = np.ones((rows, n)), np.full((rows, n), LegStatus.SHADOW, np.uint8)
     columns["occluder"] = np.full((rows, n), -1, np.int16)
     for name in ("length", "status", "occluder"):
-        columns[name][:, some] = getattr(legs, name)
+        columns[name][:, lit] = getattr(legs, name)
     mirror = np.eye(3) - 2 * np.outer(face.axes[0], face.axes[0])
     columns["departure"], columns["arrival"] = np.zeros((2, rows, n, 3)) + face.axes[0]
-    columns["departure"][:, some], columns["arrival"][:, some] = legs.departure @ mirror, legs.arrival
+    columns["departure"][:, lit], columns["arrival"][:, lit] = legs.departure @ mirror, legs.arrival
     glints, caustic = legs.glints, legs.caustic
     if glints is not None:
         phasor = np.ones((rows, n), complex)
-        phasor[:, some] = glints.phasor
-        label = tuple(one if one < 0 else one + ((number + 1) << LABEL_BITS) for one in glints.bounce_id)
+        phasor[:, lit] = glints.phasor
+        label = tuple(value if value < 0 else value + ((number + 1) << LABEL_BITS) for value in glints.bounce_id)
         glints = GlintPhasors(label, phasor)
     if caustic is not None:
         caustic = np.ones((rows, n), complex)
-        caustic[:, some] = legs.caustic
+        caustic[:, lit] = legs.caustic
     return Legs(
-        families=tuple(map(face_family, legs.families)), branch=tuple(number + count * one for one in legs.branch),
+        families=tuple(map(face_family, legs.families)), branch=tuple(number + count * value for value in legs.branch),
         caustic=caustic, glints=glints, **columns,
     )  # fmt: skip
 
@@ -253,7 +253,7 @@ def _paths(face: FlatFace, family: str, position: Floats, points: Floats, bed: f
         travelled, depth = travelled + abs(goal - depth), goal
         turns[k] = travelled / np.maximum(np.abs(climb), 1e-12)
     nodes = np.concatenate([np.zeros((1, len(points))), turns, np.ones((1, len(points)))])
-    made = []
+    parts = []
     for low, high in ((0.0 * at, at * (1 - TRIM)), (at + TRIM * (1 - at), 0.0 * at + 1 - TRIM)):
         t = np.clip(nodes, low, high)
         point = image + t[..., None] * (points - image)
@@ -261,5 +261,5 @@ def _paths(face: FlatFace, family: str, position: Floats, points: Floats, bed: f
             unfolded = np.mod(image[2] + t * climb, 2 * bed)
             point[..., 2] = np.where(unfolded > bed, 2 * bed - unfolded, unfolded)
         point -= 2 * np.minimum(face.height_of(point), 0.0)[..., None] * face.axes[0]
-        made.append(np.ascontiguousarray(np.moveaxis(point, 0, 1)))
-    return made[0], made[1]
+        parts.append(np.ascontiguousarray(np.moveaxis(point, 0, 1)))
+    return parts[0], parts[1]

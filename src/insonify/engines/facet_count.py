@@ -27,7 +27,7 @@ def facet_count(
     scene: Scene, solid: Solid, choice: PathSettings, ping_geometry: PingGeometry, slant: float,
     rays: PropagationModel | None = None,
 ) -> float:  # fmt: skip
-    """Number of smooth pieces of a target at one ping [1]; arguments see `facet_subdivision.smooth_facets`."""
+    """Estimated number of patches or facets of a target at one ping [1]; arguments see `smooth_facets`."""
     insonification = facet_subdivision.solid_insonification(scene, solid, choice, ping_geometry, slant, rays)
     closed = panels(solid, scene.seabed, ping_geometry.transmit_position)
     if closed:
@@ -60,13 +60,13 @@ def _patch_count(scene: Scene, panel: Panel, insonification: TargetInsonificatio
 
 
 def _triangle_count(scene: Scene, corners: Floats, insonification: TargetInsonification) -> float:
-    """Number of facets of a mesh [1]."""
+    """Estimated number of facets of triangles, at most `MAX_FACETS` [1]; `corners` in world [m], shape (t, 3, 3)."""
     count, split, weight = 0.0, 0.0, 1.0
     while len(corners):
         small, corners, side = facet_subdivision.by_size(corners, insonification)
-        some = small[_sample(len(small))]
-        if len(some):
-            count += weight * len(small) / len(some) * len(clip_at_seabed(some, scene.seabed))
+        sample = small[_sample(len(small))]
+        if len(sample):
+            count += weight * len(small) / len(sample) * len(clip_at_seabed(sample, scene.seabed))
         split += weight * len(small)
         if split + 2 * weight * len(corners) > facet_subdivision.MAX_FACETS:
             return min(count + weight * len(corners), float(facet_subdivision.MAX_FACETS))
@@ -78,6 +78,6 @@ def _triangle_count(scene: Scene, corners: Floats, insonification: TargetInsonif
 
 
 def _sample(count: int) -> NDArray[np.int64]:
-    """Rows of an even sample of `count` pieces."""
-    some = min(count, SAMPLE)
-    return ((np.arange(some) + 0.5) * (count / max(some, 1))).astype(np.int64)
+    """Rows of an evenly spaced sample of `count` pieces, at most `SAMPLE` of them."""
+    size = min(count, SAMPLE)
+    return ((np.arange(size) + 0.5) * (count / max(size, 1))).astype(np.int64)

@@ -64,7 +64,7 @@ def smooth_facets(
     """
     insonification = solid_insonification(scene, solid, choice, ping_geometry, slant, rays)
     closed = panels(solid, scene.seabed, ping_geometry.transmit_position)
-    found, whole = (
+    facets, whole = (
         _patches(scene, solid, closed, insonification) if closed else _triangles(scene, solid, insonification)
     )
     if not whole:
@@ -74,7 +74,7 @@ def smooth_facets(
             "face_reflection_coefficient out.",
             PhysicsWarning, stacklevel=2,
         )  # fmt: skip
-    return found
+    return facets
 
 
 def joined_facets(parts: list[Scatterers]) -> Scatterers:

@@ -28,32 +28,35 @@ from insonify.sonar.beam import Beams
 
 Floats = NDArray[np.float64]
 
-REACH = 1.5
-"""Standard deviations of a departure within which scatterers are included; outside is 0.01 dB of the energy [1]."""
-LEAST_SHARE = 1e-6
-"""Part of a leg's energy that glints have at least, for the spread of their slopes [1]."""
+MAX_DEVIATIONS = 1.5
+"""Offset of a departure within which scatterers are included [standard deviations]; outside is 0.01 dB of energy."""
+MIN_GLINT_FRACTION = 1e-6
+"""Least fraction of a leg's energy in glints from which the spread of their slopes is computed [1]."""
 _NODES = np.geomspace(0.01, 1e5, 141)
-"""Distances over ground at which spreads are computed for bounds [m]."""
+"""Horizontal distances at which spreads are computed for bounds [m]."""
 
 
 class LegSpread(NamedTuple):
-    """Departures of the legs of one family at n distances, as a moving surface leaves them."""
+    """Amplitudes and directions of the coherent leg and the glints of one family at n distances."""
 
     coherent: Floats
-    """Pressure that is left in the direction of a calm surface, re a calm surface [1]."""
+    """Pressure of the coherent leg re that off a calm surface [1], shape (n,)."""
     glints: Floats
-    """Root of the energy of all glints together, shape (n,) [1]."""
+    """Rms pressure of all glints together re the leg off a calm surface [1], shape (n,)."""
     elevation_change: Floats
-    """Change of a glint's elevation at the sonar, over the slope of the surface along the path [rad]."""
+    """Change of a glint's elevation at the sonar per slope of the boundary along the path [rad], shape (n,).
+
+    Over a rough seabed, times the rms slope of the glints.
+    """
     bearing_change: Floats
-    """Change of its direction at right angles to that, over the slope across the path [rad]."""
+    """Change of a glint's bearing at the sonar per slope of the boundary across the path [rad], (n,), as above."""
 
 
 class RoughBoundary(NamedTuple):
     """Statistics of one rough boundary."""
 
-    per_height: float
-    """Phase of a bounce at normal incidence per height of the boundary [rad/m]."""
+    phase_per_height: float
+    """Phase of a bounce at normal incidence per height of the boundary, 2 k [rad/m]."""
     variance: float
     """Variance of the height [m^2]."""
     slope: float
@@ -76,14 +79,14 @@ class GlintSpread:
     Over a rough seabed those of slopes of 1, the same in all directions, of which each leg has its own multiple.
     """
     water_depth: float
-    """Depth of the mirroring bottom [m]."""
+    """Depth of the reflecting bottom [m]."""
 
     def boundary(self, letter: str) -> RoughBoundary | None:
-        """The rough boundary of a letter of a family; None for a smooth one."""
+        """The rough boundary of a letter of a family, "S" or "B"; None for a smooth one."""
         return self.surface if letter == "S" else self.bed
 
     def spreads(self, family: str) -> bool:
-        """Return True for a family off a rough boundary."""
+        """Return True for a family with a bounce off a rough boundary."""
         return any(self.boundary(letter) is not None for letter in bounce_sequence(family))
 
     def legs(self, family: str, source_depth: float, distance: Floats, depth: float) -> LegSpread | None:
@@ -92,8 +95,8 @@ class GlintSpread:
         Args:
             family: Name of the family.
             source_depth: Depth of this end of the sonar [m].
-            distance: Distance over ground of the far ends of the legs [m], shape (n,).
-            depth: Their depth [m].
+            distance: Horizontal distance of the far ends of the legs [m], shape (n,).
+            depth: Depth of the far ends [m].
         """
         if not self.spreads(family):
             return None
@@ -102,28 +105,32 @@ class GlintSpread:
     def bound(
         self, beams: Beams, family: str, position: Floats, centre: Floats, cones: DepartureCones, depth: float
     ) -> Floats:
-        """Bound of all beams for the glints of one family from neighbourhoods on a boundary [1], shape (n,).
+        """Upper bound of the gain of all beams for the glints of one family from neighbourhoods on a boundary [1].
 
         Args:
             beams: Beams of this end of the sonar.
             family: Name of a family with a rough bounce.
             position: North, east, depth of this end [m], shape (3,).
             centre: North and east of the neighbourhoods [m], shape (n, 2).
-            cones: Directions of the legs off a calm surface.
+            cones: Departure cones of the legs off a calm surface, n of them.
             depth: Depth of the boundary [m].
+
+        Returns:
+            Largest magnitude of the pressure gain within `MAX_DEVIATIONS` of the departures, times the rms pressure of
+            the glints, shape (n,).
         """
         legs = self.legs(family, float(position[2]), _NODES, depth)
         assert legs is not None
         away = centre - position[:2]
         distance = np.linalg.norm(away, axis=1)
-        level, tilt, turn = (
-            np.interp(distance, _NODES, one) for one in (legs.glints, legs.elevation_change, legs.bearing_change)
+        amplitude, tilt, turn = (
+            np.interp(distance, _NODES, column) for column in (legs.glints, legs.elevation_change, legs.bearing_change)
         )
         ahead = np.where(distance[:, None] > 1e-6, away / np.maximum(distance, 1e-6)[:, None], [1.0, 0.0])
-        found = np.empty(len(centre))
-        spread = kernel.GlintDeviations(tilt, turn, np.array(self.slopes), REACH)
-        kernel.glint_bounds(cones.axis, cones.half_angle, ahead, spread, beams.kernel_majorants, found)
-        return np.asarray(found * level)
+        gain_bound = np.empty(len(centre))
+        spread = kernel.GlintDeviations(tilt, turn, np.array(self.slopes), MAX_DEVIATIONS)
+        kernel.glint_bounds(cones.axis, cones.half_angle, ahead, spread, beams.kernel_majorants, gain_bound)
+        return np.asarray(gain_bound * amplitude)
 
 
 def glint_spread(scene: Scene, frequency: float) -> GlintSpread | None:
@@ -134,8 +141,8 @@ def glint_spread(scene: Scene, frequency: float) -> GlintSpread | None:
         frequency: Frequency of the sound [Hz].
     """
     surface, speed = scene.surface, float(scene.water.sound_speed_at(0.0))
-    on_bed = bed_roughness(scene.seabed, frequency, float(scene.water.sound_speed_at(scene.seabed.depth)))
-    if surface.reflection == "flat" and on_bed is None:
+    roughness = bed_roughness(scene.seabed, frequency, float(scene.water.sound_speed_at(scene.seabed.depth)))
+    if surface.reflection == "flat" and roughness is None:
         return None
     variance = along = across = 0.0
     if surface.wind_speed is not None:
@@ -150,12 +157,12 @@ def glint_spread(scene: Scene, frequency: float) -> GlintSpread | None:
     sea = None
     if surface.reflection != "flat":
         sea = RoughBoundary(4 * math.pi * frequency / speed, variance, math.sqrt((slopes[0] + slopes[2]) / 2))
-    if on_bed is None:
+    if roughness is None:
         return GlintSpread(sea, None, slopes, scene.seabed.depth)
-    at_bed, waves = float(scene.water.sound_speed_at(scene.seabed.depth)), on_bed.waves
+    bed_speed, waves = float(scene.water.sound_speed_at(scene.seabed.depth)), roughness.waves
     bed = RoughBoundary(
-        4 * math.pi * frequency / at_bed, float(waves.variance[-1]), math.sqrt(float(waves.slope_moments[0, -1])),
-        on_bed,
+        4 * math.pi * frequency / bed_speed, float(waves.variance[-1]), math.sqrt(float(waves.slope_moments[0, -1])),
+        roughness,
     )  # fmt: skip
     return GlintSpread(sea, bed, (1.0, 0.0, 1.0), scene.seabed.depth)
 
@@ -167,28 +174,31 @@ def _legs(sea: GlintSpread, family: str, source_depth: float, distances: bytes, 
     points = np.column_stack([distance, 0 * distance, np.full(len(distance), depth)])
     rough = "S" * (sea.surface is not None) + "B" * (sea.bed is not None)
     lines = unfold_paths(family, np.array([0.0, 0.0, source_depth]), points, sea.water_depth, rough)
-    bounces = [one for letter in bounce_sequence(family) if (one := sea.boundary(letter)) is not None]
+    bounces = [boundary for letter in bounce_sequence(family) if (boundary := sea.boundary(letter)) is not None]
     sine = lines.vertical_travel / lines.length * np.ones(len(distance))
     height: dict[RoughBoundary, Floats | float] = {}
     slopes_of: dict[RoughBoundary, Floats | float] = {}
-    for one in set(bounces):
-        height[one], slopes_of[one] = one.variance, one.slope
-        if one.roughness is not None:
-            longer = one.roughness.longer_waves(family, source_depth, lines.length * np.ones(len(distance)), sine)
-            height[one] = np.maximum(one.variance - longer[0], 0.0)
-            slopes_of[one] = np.sqrt(np.maximum(one.slope**2 - longer[1], 0.0))
-    quanta = [(one.per_height * lines.vertical_travel / lines.length) ** 2 * height[one] for one in bounces]
+    for boundary in set(bounces):
+        height[boundary], slopes_of[boundary] = boundary.variance, boundary.slope
+        if boundary.roughness is not None:
+            longer = boundary.roughness.longer_waves(family, source_depth, lines.length * np.ones(len(distance)), sine)
+            height[boundary] = np.maximum(boundary.variance - longer[0], 0.0)
+            slopes_of[boundary] = np.sqrt(np.maximum(boundary.slope**2 - longer[1], 0.0))
+    quanta = [
+        (boundary.phase_per_height * lines.vertical_travel / lines.length) ** 2 * height[boundary]
+        for boundary in bounces
+    ]
     alike = len(set(bounces)) == 1
     total = len(quanta) * quanta[0] if alike else sum(quanta)
     share = -np.expm1(-total)
     # slopes are those of a boundary in the mean over all bounces, and the coherent ones have none
-    steepest = np.max([np.max(one) for one in slopes_of.values()])
-    incoherent = np.maximum(-np.expm1(-(quanta[0] if alike else total)), LEAST_SHARE)
+    steepest = np.max([np.max(boundary) for boundary in slopes_of.values()])
+    incoherent = np.maximum(-np.expm1(-(quanta[0] if alike else total)), MIN_GLINT_FRACTION)
     more = np.minimum(1 / np.sqrt(incoherent), STEEPEST / np.maximum(steepest, 1e-12))
     tilt, turn = np.zeros(len(distance)), np.zeros(len(distance))
-    for row, one in enumerate(bounces):
-        slope = np.clip(slopes_of[one] * more, 1e-6, STEEPEST)
-        scale = 1.0 if sea.bed is None else slopes_of[one] ** 2
+    for row, boundary in enumerate(bounces):
+        slope = np.clip(slopes_of[boundary] * more, 1e-6, STEEPEST)
+        scale = 1.0 if sea.bed is None else slopes_of[boundary] ** 2
         for axis, sense in ((0, 1.0), (0, -1.0), (1, 1.0)):
             slopes = np.zeros((len(bounces), 2, len(distance)))
             slopes[row, axis] = sense * slope
@@ -202,7 +212,7 @@ def _legs(sea: GlintSpread, family: str, source_depth: float, distances: bytes, 
 
 @lru_cache(maxsize=32)
 def _table(majorant: bytes, per_unit: float) -> Floats:
-    """`spread_patterns` of one pattern, given by its bytes."""
+    """`spread_gain_tables` of one pattern, given by its bytes."""
     bound = np.frombuffer(majorant)
     if not len(bound):
         return np.empty((0, 0))
@@ -219,15 +229,15 @@ def _table(majorant: bytes, per_unit: float) -> Floats:
     turned, wave = np.fft.rfft(line, size), 2 * np.pi * np.fft.rfftfreq(size) / step
     table = np.empty((len(spread), rows))
     middle = far + len(half) - 1
-    for row, one in enumerate(spread):
-        window = sum(np.exp(-0.5 * (part * one * wave) ** 2) for part in kernel.MIXTURE_DEVIATIONS) / len(
+    for row, width in enumerate(spread):
+        window = sum(np.exp(-0.5 * (part * width * wave) ** 2) for part in kernel.MIXTURE_DEVIATIONS) / len(
             kernel.MIXTURE_DEVIATIONS
         )
         table[row] = np.fft.irfft(turned * window, size)[middle : middle + rows]
     return np.maximum(table, half[-1] * 1e-6) ** 0.25
 
 
-def spread_patterns(beams: Beams) -> tuple[Floats, Floats, Floats, Floats]:
+def spread_gain_tables(beams: Beams) -> tuple[Floats, Floats, Floats, Floats]:
     """Fourth root of the mean fourth power of each pattern of some beams, over spreads of directions, as tables.
 
     Returns:

@@ -71,9 +71,9 @@ def with_hull(
     under = _legs_off_hull(families, rays, plate, sonar_end, scatterers, frequency, seed)
     factor = plate_factors(under[0], plate, position, scatterers.position, scene, frequency)
     factor *= [[(-plate.reflection) ** name.count("H")] for name in under[0].families]  # in place of the sea's -1
-    there = scatterers.position[:, 2] >= plate.centre[2] - ROUNDING
-    more = [replace(one, reflection_coefficient=one.reflection_coefficient * factor, visibility=one.visibility * there)
-            for one in under]  # fmt: skip
+    below = scatterers.position[:, 2] >= plate.centre[2] - ROUNDING
+    more = [replace(off_hull, reflection_coefficient=off_hull.reflection_coefficient * factor,
+                    visibility=off_hull.visibility * below) for off_hull in under]  # fmt: skip
     first = joined_legs(both[0], more[0])
     return first, first if back is out and under[0] is under[1] else joined_legs(both[1], more[1])
 

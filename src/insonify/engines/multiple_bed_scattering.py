@@ -49,18 +49,18 @@ def counted_once(
         if not (first and others[0]) and not (second and others[1]):
             continue
         change = np.hypot(*(out.arrival[i, :, :2] + back.arrival[j, :, :2]).T)
-        some = np.flatnonzero(change < 1 / SLOPE_CUT)
-        if not len(some):
+        points = np.flatnonzero(change < 1 / SLOPE_CUT)
+        if not len(points):
             continue
         counts = [
-            incoherent_bounces(legs, at, number, some)
+            incoherent_bounces(legs, at, number, points)
             for legs, at, number in zip((out, back), (i, j), others, strict=True)
         ]
         repeated = sum(
             one * other / (1 + m + k) for m, one in enumerate(counts[0]) for k, other in enumerate(counts[1])
         )
-        surface = interface.cross_section(out.arrival[i, some].T, -back.arrival[j, some].T, normal[some].T)
-        result[row, some] -= np.minimum(surface, section[row, some]) * (1 - repeated)
+        surface = interface.cross_section(out.arrival[i, points].T, -back.arrival[j, points].T, normal[points].T)
+        result[row, points] -= np.minimum(surface, section[row, points]) * (1 - repeated)
     return result
 
 
@@ -85,23 +85,23 @@ def other_scatterers(out: str, back: str, followed: Iterable[str]) -> tuple[int,
     return count(*legs), count(*legs[::-1])
 
 
-def incoherent_bounces(legs: Legs, row: int, number: int, some: NDArray[np.int64]) -> list[Floats]:
+def incoherent_bounces(legs: Legs, row: int, number: int, points: NDArray[np.int64]) -> list[Floats]:
     """Probabilities that 0, 1, ... of some bottom bounces of a leg are incoherent [1], each of shape (k,).
 
     Args:
         legs: Legs with glints of the seabed.
         row: One row of them.
         number: Number of its bottom bounces that count.
-        some: Columns, k of them.
+        points: Columns, k of them.
     """
     assert legs.glints is not None
     assert legs.glints.bed_quanta is not None
     if legs.glints.bounce_id[row] < 0:
-        return [np.ones(len(some))]
-    one, every = legs.glints.bed_quanta[:, row, some]
-    coherent, any_quantum = np.exp(-one), np.maximum(-np.expm1(-every), 1e-12)
-    found = [
+        return [np.ones(len(points))]
+    single, every = legs.glints.bed_quanta[:, row, points]
+    coherent, any_quantum = np.exp(-single), np.maximum(-np.expm1(-every), 1e-12)
+    bounces = [
         math.comb(number, m) * (1 - coherent) ** m * coherent ** (number - m) / any_quantum for m in range(number + 1)
     ]
-    found[0] = np.maximum(1 - sum(found[1:], np.zeros(len(some))), 0.0)
-    return found
+    bounces[0] = np.maximum(1 - sum(bounces[1:], np.zeros(len(points))), 0.0)
+    return bounces

@@ -215,18 +215,18 @@ def pair_energy_fractions(
         ping_geometry, transmit_arrival, receive_arrival, np.array([name.startswith("S") for name in families]), spread
     )
     section = np.array([_cross_section(law, transmit_arrival[i], receive_arrival[j]) for i, j in pair])
-    ground = middle * np.diff(edges)
-    own = (section * transmit_power[pair[:, 0]] * receive_power[pair[:, 1]] * ground) * gains[:, pair[:, 0], pair[:, 1]]
+    area = middle * np.diff(edges)
+    own = (section * transmit_power[pair[:, 0]] * receive_power[pair[:, 1]] * area) * gains[:, pair[:, 0], pair[:, 1]]
     out, back = (
         _legs(scene, terrain, ping_geometry, families, edges, depth)[0] / ping_geometry.sound_speed for depth in depths
     )
-    late = out[pair[:, 0]] + back[pair[:, 1]]
-    own *= late[:, :-1] < ping_geometry.recorded_delays[1]
+    pair_delay = out[pair[:, 0]] + back[pair[:, 1]]
+    own *= pair_delay[:, :-1] < ping_geometry.recorded_delays[1]
     bounced = _bottom_bounces(families)[pair].sum(axis=1)
     energy_fraction = np.zeros((len(pair), RANGE_BINS))
     for left in (0.0, REFLECTED**2) if bounced.any() else (1.0,):
         for energy in own * left ** bounced[:, None]:
-            whole = np.diff(arrived_energy(late, energy), axis=1)
+            whole = np.diff(arrived_energy(pair_delay, energy), axis=1)
             energy_fraction = np.maximum(energy_fraction, energy / np.maximum(whole, 1e-300))
     return energy_fraction.reshape(len(families), len(families), RANGE_BINS)
 
@@ -261,7 +261,9 @@ def _legs(
             for name, path in zip(families, paths, strict=True)
         ]
     surface = abs(complex(scene.surface.reflection_coefficient(np.zeros(1))[0]))
-    factors = [one * surface ** bounce_sequence(name).count("S") for name, one in zip(families, factors, strict=True)]
+    factors = [
+        factor * surface ** bounce_sequence(name).count("S") for name, factor in zip(families, factors, strict=True)
+    ]
     absorption = float(scene.water.absorption(ping_geometry.frequency))
     power = np.array(factors) ** 2 * 10 ** (-absorption * length / 10) / length**2
     return length, np.array([path.arrival for path in paths]), power
@@ -312,18 +314,18 @@ def _gains(
     bearing = np.unique(np.append(around, np.arctan2(axes[:, 1], axes[:, 0])))[:, None, None]
 
     def leaving(into: Floats) -> Floats:
-        level = np.hypot(into[..., 0], into[..., 1])
+        horizontal = np.hypot(into[..., 0], into[..., 1])
         down = np.where(up[:, None], -1, 1) * np.abs(into[..., 2]) + 0 * bearing
-        return np.stack([level * np.cos(bearing), level * np.sin(bearing), down], axis=-1)
+        return np.stack([horizontal * np.cos(bearing), horizontal * np.sin(bearing), down], axis=-1)
 
     def energy(beams: Beams, into: Floats, rows: NDArray[np.intp], rise: Floats) -> Floats:
         path = leaving(into)
         mean = beams.gain(path)[rows] ** 2
         if rise.any():
-            level, down = np.hypot(path[..., 0], path[..., 1]), np.arcsin(np.clip(path[..., 2], -1, 1))
+            horizontal, down = np.hypot(path[..., 0], path[..., 1]), np.arcsin(np.clip(path[..., 2], -1, 1))
             for off in ELEVATION_DEVIATIONS:
                 turned = down + off * rise
-                ahead = path[..., :2] * (np.cos(turned) / np.maximum(level, 1e-12))[..., None]
+                ahead = path[..., :2] * (np.cos(turned) / np.maximum(horizontal, 1e-12))[..., None]
                 mean += beams.gain(np.concatenate([ahead, np.sin(turned)[..., None]], axis=-1))[rows] ** 2
             mean /= 1 + len(ELEVATION_DEVIATIONS)
         return np.asarray(mean)

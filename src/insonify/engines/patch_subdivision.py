@@ -80,10 +80,10 @@ class TargetInsonification:
             length = np.linalg.norm(middle - images[:, None], axis=2)
             shortest += np.maximum(length.min(axis=0) - radius, 0)
             longest += length.max(axis=0) + radius
-        there = (shortest <= self.path_length_limits[1]) & (longest >= self.path_length_limits[0])
-        rows = np.flatnonzero(there)
-        there[rows] = self.may_receive(middle[rows], radius[rows])
-        return np.asarray(there)
+        reached = (shortest <= self.path_length_limits[1]) & (longest >= self.path_length_limits[0])
+        rows = np.flatnonzero(reached)
+        reached[rows] = self.may_receive(middle[rows], radius[rows])
+        return np.asarray(reached)
 
 
 class Patches(NamedTuple):
@@ -165,7 +165,7 @@ def _receivable(d: PanelDerivatives, patches: Patches, insonification: TargetIns
     radius = np.linalg.norm(d.s, axis=1) * patches.half_s + np.linalg.norm(d.t, axis=1) * patches.half_t
     radius += np.linalg.norm(d.tt, axis=1) * patches.half_t**2 / 2
     normal = outward_normals(d)
-    there, shortest, longest = np.ones(len(radius), bool), np.zeros(len(radius)), np.zeros(len(radius))
+    receivable, shortest, longest = np.ones(len(radius), bool), np.zeros(len(radius)), np.zeros(len(radius))
     # the normal turns over a patch by no more than this
     bent = np.linalg.norm(d.ss, axis=1) / np.maximum(np.linalg.norm(d.s, axis=1), 1e-300) * patches.half_s
     round_one = np.where(np.linalg.norm(d.tt, axis=1) > 0, patches.half_t, 0.0)
@@ -176,13 +176,13 @@ def _receivable(d: PanelDerivatives, patches: Patches, insonification: TargetIns
             leeway = np.minimum(bent + round_one + radius / length, np.pi / 2)
             seen |= -np.einsum("nk,nk->n", ray, normal) > -np.sin(leeway) - insonification.max_deviation
             least, most = np.minimum(least, length - radius), np.maximum(most, length + radius)
-        there &= seen
+        receivable &= seen
         shortest += np.maximum(least, 0)
         longest += most
-    there &= (shortest <= insonification.path_length_limits[1]) & (longest >= insonification.path_length_limits[0])
-    rows = np.flatnonzero(there)
-    there[rows] = insonification.may_receive(d.position[rows], radius[rows])
-    return there
+    receivable &= (shortest <= insonification.path_length_limits[1]) & (longest >= insonification.path_length_limits[0])
+    rows = np.flatnonzero(receivable)
+    receivable[rows] = insonification.may_receive(d.position[rows], radius[rows])
+    return receivable
 
 
 def outward_normals(d: PanelDerivatives) -> Floats:
@@ -266,40 +266,40 @@ def clip_to_water(panel: Panel, patches: Patches, clear: Callable[[Floats], Floa
     done: list[Patches] = []
     held = 0
     while len(patches.s):
-        level = _at_corners(panel, patches, clear)
-        reached = ~(level.max(axis=0) <= TOUCHING)
-        patches, level = patches.take(reached), level[:, reached]
-        free = level.min(axis=0) >= -TOUCHING
+        clearance = _at_corners(panel, patches, clear)
+        reached = ~(clearance.max(axis=0) <= TOUCHING)
+        patches, clearance = patches.take(reached), clearance[:, reached]
+        free = clearance.min(axis=0) >= -TOUCHING
         d = panel.at(patches.s, patches.t)
         sides = 2 * np.stack(
             [np.linalg.norm(d.s, axis=1) * patches.half_s, np.linalg.norm(d.t, axis=1) * patches.half_t]
         )
-        cut, free = _cut(patches, level, sides, free, finest)
+        cut, free = _cut(patches, clearance, sides, free, finest)
         tiny = ~free & (sides.max(axis=0) <= finest)
-        done += [cut.take(free), cut.take(tiny & (level.mean(axis=0) > 0))]
+        done += [cut.take(free), cut.take(tiny & (clearance.mean(axis=0) > 0))]
         open_ones = ~(free | tiny)
         held += len(free) - int(open_ones.sum())
         patches = patches.take(open_ones)
         if held + 2 * len(patches.s) > MAX_PATCHES:
-            return concatenate_patches([*done, patches.take(level[:, open_ones].mean(axis=0) > 0)])
+            return concatenate_patches([*done, patches.take(clearance[:, open_ones].mean(axis=0) > 0)])
         patches = patches.halved((sides[0] >= sides[1])[open_ones])
     return concatenate_patches(done)
 
 
 def _at_corners(panel: Panel, patches: Patches, clear: Callable[[Floats], Floats]) -> Floats:
     """Distance of the corners from a boundary [m]: at (-, -), (-, +), (+, -), (+, +) of (s, t), shape (4, n)."""
-    found = []
+    offsets = []
     for along, across in ((-1, -1), (-1, 1), (1, -1), (1, 1)):
         d = panel.at(patches.s + along * patches.half_s, patches.t + across * patches.half_t)
-        found.append(clear(d.position))
-    return np.array(found).reshape(4, -1)
+        offsets.append(clear(d.position))
+    return np.array(offsets).reshape(4, -1)
 
 
-def _cut(patches: Patches, level: Floats, sides: Floats, free: Mask, finest: float) -> tuple[Patches, Mask]:
+def _cut(patches: Patches, clearance: Floats, sides: Floats, free: Mask, finest: float) -> tuple[Patches, Mask]:
     """Patches that a boundary crosses from edge to edge, cut where it does; and which are done with then."""
     columns, done = [column.copy() for column in patches], free.copy()
     for axis, (low, high) in enumerate((((0, 1), (2, 3)), ((0, 2), (1, 3)))):
-        before, after = level[list(low)], level[list(high)]
+        before, after = clearance[list(low)], clearance[list(high)]
         for first, last, sign in ((before, after, 1), (after, before, -1)):  # in the water at the first edge
             crossed = ~done & (first > 0).all(axis=0) & (last < 0).all(axis=0)
             part = first / np.where(crossed, first - last, 1.0)

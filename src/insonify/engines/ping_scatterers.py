@@ -78,22 +78,22 @@ class PingScatterers:
     def blocks(self) -> list[Block]:
         """Blocks of every scatterer in reach of this ping, in a fixed order."""
         seabed, surface = self.scene.seabed, self.scene.surface
-        made: list[Block] = []
+        blocks: list[Block] = []
         if "target" in self.choice.contributions:
-            made += self._targets()
+            blocks += self._targets()
         bed_law = seabed.law(self.ping_geometry.frequency, float(self.scene.water.sound_speed_at(seabed.depth)))
         if "seabed" in self.choice.contributions and bed_law is not None:
-            made += self._boundary("seabed", seabed.depth, bed_law)
+            blocks += self._boundary("seabed", seabed.depth, bed_law)
         surface_law = surface.law(self.ping_geometry.frequency)
         if "surface" in self.choice.contributions and surface_law is not None:
-            made += self._boundary("surface", 0.0, surface_law)
+            blocks += self._boundary("surface", 0.0, surface_law)
         if "water" in self.choice.contributions and self.scene.water.scatters:
             suspended = VolumeScatterers(self.scene, self.choice, self.seed, self.ping_geometry, self.resolution)
-            made += suspended.blocks(quadrature=self.quadrature)
+            blocks += suspended.blocks(quadrature=self.quadrature)
         two_platforms = self.ping_geometry.receive_track_extent is not None
         if boundary_echo_families(self.choice, two_platforms=two_platforms):
-            made.append(partial(transmitter_point, self.ping_geometry))
-        return made
+            blocks.append(partial(transmitter_point, self.ping_geometry))
+        return blocks
 
     def _boundary(self, boundary: Boundary, depth: float, law: Law) -> list[Block]:
         kept = families_reaching(boundary, self.choice.followed_families)
@@ -174,10 +174,10 @@ class PingScatterers:
         pitch = self.resolution.slant_resolution / self.resolution.scatterers_per_cell
         first, last = int(reach.nearest / pitch), int(np.ceil(reach.farthest / pitch))
         ahead = np.array([np.cos(self.ping_geometry.first_beam_bearing), np.sin(self.ping_geometry.first_beam_bearing)])
-        here = self.ping_geometry.transmit_position[:2]
+        origin = self.ping_geometry.transmit_position[:2]
         # A position in a slice is a distance along one line of the scatterer grid: another line has other scatterers.
         lattice = self.scene.seabed.scatterer_grid
-        along, across = np.round(lattice.from_world(here) * 100).astype(int)
+        along, across = np.round(lattice.from_world(origin) * 100).astype(int)
         line = round(float(np.mod(self.ping_geometry.first_beam_bearing - lattice.heading, 2 * np.pi)) * 1e6) * 2 + (
             boundary == "surface"
         )
@@ -186,7 +186,7 @@ class PingScatterers:
             cell = np.arange(start, stop)
             u = random_keys.uniforms(self.seed, random_keys.SLICE, cell, along, across, line)
             shift = 0.5 if self.quadrature else u[:, 0]
-            position = here + ((cell + shift) * pitch)[:, None] * ahead
+            position = origin + ((cell + shift) * pitch)[:, None] * ahead
             key = np.uint64(random_keys.SLICE << 59 | int(boundary == "surface") << 58) | cell.astype(np.uint64)
             area = np.full(len(cell), pitch)
             return self._points_on_boundary(boundary, depth, law, position, area, np.exp(2j * np.pi * u[:, 1]), key)
@@ -220,8 +220,8 @@ class PingScatterers:
     ) -> Scatterers:  # fmt: skip
         """Points of a boundary at positions that do not come again: on the seabed, or on the plane."""
         if boundary == "seabed" and self.bed is not None:
-            ground = self.bed.relief.sample(position[:, 0], position[:, 1])
-            return self._textured(seabed_scatterers(depth, ground, law, position, area, phase, key))
+            terrain = self.bed.relief.sample(position[:, 0], position[:, 1])
+            return self._textured(seabed_scatterers(depth, terrain, law, position, area, phase, key))
         return self._textured(_on_boundary(boundary, depth, law, position, area, phase, key))
 
     def _textured(self, points: Scatterers) -> Scatterers:
@@ -232,7 +232,7 @@ class PingScatterers:
         return replace(points, area=points.area * seabed.texture_factor(points.position))
 
     def _targets(self) -> list[Block]:
-        made: list[Block] = []
+        blocks: list[Block] = []
         for points in target_points(
             self.scene, self.choice, self.seed, self.ping_geometry, self.resolution.slant_resolution,
             quadrature=self.quadrature, rays=self.rays, resolution=self.resolution,
@@ -240,8 +240,8 @@ class PingScatterers:
             size = (
                 SCATTERERS_PER_BLOCK if points.has_random_phase else max(len(points), 1)
             )  # what interferes stays together
-            made += [partial(points.take, slice(s, s + size)) for s in range(0, len(points), size)]
-        return made
+            blocks += [partial(points.take, slice(s, s + size)) for s in range(0, len(points), size)]
+        return blocks
 
 
 def ping_scatterers(
@@ -265,9 +265,9 @@ def resolution_of(scene: Scene, choice: PathSettings, ping_geometry: PingGeometr
     width = two_way_width(
         ping_geometry.transmit_beams, ping_geometry.full_aperture_beams or ping_geometry.receive_beams
     )
-    here = min(ping_geometry.sound_speed, ping_geometry.receive_sound_speed)
-    if speed != here:
-        width = round(width * speed / here, ndigits=9)
+    sound_speed = min(ping_geometry.sound_speed, ping_geometry.receive_sound_speed)
+    if speed != sound_speed:
+        width = round(width * speed / sound_speed, ndigits=9)
     if ping_geometry.pulse.receiver.synthetic_aperture is not None:
         width = min(width, speed / ping_geometry.frequency / 2 / ping_geometry.pulse.receiver.synthetic_aperture)
     return Resolution(slant, width, choice.scatterers_per_cell, pulse)
@@ -308,12 +308,12 @@ def lay_on_terrain(
         kept: The scatterers; its columns are overwritten.
     """
     requested, size = tile_prefixes(kept.tile, kept.rank, density)
-    some = tiles.take(requested)
+    requested_tiles = tiles.take(requested)
 
     def positions(rows: NDArray[np.int64], known: NDArray[np.int64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        return next_positions(some.take(rows), seed, stream, known, size[rows])
+        return next_positions(requested_tiles.take(rows), seed, stream, known, size[rows])
 
-    key = grid_scatterer_id(stream, some.level, some.along, some.across).view(np.int64)
+    key = grid_scatterer_id(stream, requested_tiles.level, requested_tiles.along, requested_tiles.across).view(np.int64)
     rows, begin = terrain.sample_tiles(seed, key, size, positions)
     start = np.zeros(len(density), np.int64)
     start[requested] = begin

@@ -138,16 +138,16 @@ class QuadraturePoints:
         if not shaded.any():
             return [partial(points_of_tiles, rows) for rows in cut(keep_probability.sum(axis=(1, 2)) * RINGS_PER_PIECE)]
 
-        def cells_of(some: NDArray[np.int64], strips: int) -> Columns:
-            position, area, key = layout.cells.points(layout.tiles[some], keep_probability[some], strips)
+        def cells_of(tiles: NDArray[np.int64], strips: int) -> Columns:
+            position, area, key = layout.cells.points(layout.tiles[tiles], keep_probability[tiles], strips)
             return position + middle, area, key
 
-        made: list[Callable[[], Columns]] = []
+        blocks: list[Callable[[], Columns]] = []
         fine = SPARSE_EDGE_STRIPS if self.resolution.sparse else EDGE_STRIPS
-        for some, strips in ((np.flatnonzero(~shaded), 1), (np.flatnonzero(shaded), fine)):
-            count = keep_probability[some].sum(axis=(1, 2)) * RINGS_PER_PIECE * strips
-            made += [partial(cells_of, some[rows], strips) for rows in cut(count)]
-        return made
+        for tiles, strips in ((np.flatnonzero(~shaded), 1), (np.flatnonzero(shaded), fine)):
+            count = keep_probability[tiles].sum(axis=(1, 2)) * RINGS_PER_PIECE * strips
+            blocks += [partial(cells_of, tiles[rows], strips) for rows in cut(count)]
+        return blocks
 
     def _tiles_near_shadows(self, layout: QuadratureLayout) -> NDArray[np.bool_]:
         """Tiles in and about shadows of targets that take a part of what any beam receives, (tiles,)."""
@@ -173,23 +173,26 @@ class QuadraturePoints:
     @property
     def _key(self) -> Any:
         """Key of a layout: all that it depends on, except what is constant in a scenario."""
-        here, beams = self._at_origin, (self.ping_geometry.transmit_beams, self.ping_geometry.bounding_receive_beams)
+        geometry, beams = (
+            self._at_origin,
+            (self.ping_geometry.transmit_beams, self.ping_geometry.bounding_receive_beams),
+        )
         return (
             self.depth, self.families, self.reach, self.resolution, self.rise, self.floor, self.importance_sampling,
-            here.transmit_position.tobytes(), here.receive_position.tobytes(), here.boresight.tobytes(),
-            here.first_beam_bearing,
-            *(part.tobytes() for beam in beams for part in (beam.axes, beam.steer, beam.scale)), here.channel_count,
-            *(part for one in self.images for part in one.about(self.ping_geometry.midpoint).key),
+            geometry.transmit_position.tobytes(), geometry.receive_position.tobytes(), geometry.boresight.tobytes(),
+            geometry.first_beam_bearing,
+            *(part.tobytes() for beam in beams for part in (beam.axes, beam.steer, beam.scale)), geometry.channel_count,
+            *(part for face_image in self.images for part in face_image.about(self.ping_geometry.midpoint).key),
         )  # fmt: skip
 
     def _layout(self) -> QuadratureLayout:
-        here, lattice = self._at_origin, ScattererGrid()
-        cells = polar_grid.PolarGrid(here, self.depth, self.reach, self.resolution, rise=self.rise)
-        glints = glint_spread(self.scene, here.frequency)
-        images = tuple(one.about(self.ping_geometry.midpoint) for one in self.images)
+        geometry, lattice = self._at_origin, ScattererGrid()
+        cells = polar_grid.PolarGrid(geometry, self.depth, self.reach, self.resolution, rise=self.rise)
+        glints = glint_spread(self.scene, geometry.frequency)
+        images = tuple(face_image.about(self.ping_geometry.midpoint) for face_image in self.images)
         tiles = cells.tiles_above_floor(self.rays, self.families, self.floor, glints, images)
         farthest = max(self.reach.farthest, 1.0)
-        return QuadratureLayout(cells, tiles, BeamImportance(here, self.depth, self.rays, self.families, lattice,
+        return QuadratureLayout(cells, tiles, BeamImportance(geometry, self.depth, self.rays, self.families, lattice,
         farthest,
                                              self.importance_sampling, glints, images))  # fmt: skip
 

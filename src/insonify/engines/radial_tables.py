@@ -142,5 +142,5 @@ class PairSamples(NamedTuple):
     """Samples of each pair, (p, most)."""
     weight: Singles
     """Area of seabed that each stands for [m^2], (p, most)."""
-    found: NDArray[np.int64]
+    sample_count: NDArray[np.int64]
     """Number of samples, (p,)."""

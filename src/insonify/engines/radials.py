@@ -198,10 +198,10 @@ def straight_gain_bound(ping_geometry: PingGeometry, depth: float, families: tup
         np.concatenate(part)
         for part in zip(*(_image_verticals(families, end, depth) for end in sorted(ends)), strict=True)
     )
-    apart = float(np.linalg.norm(ping_geometry.transmit_position - ping_geometry.receive_position))
+    end_distance = float(np.linalg.norm(ping_geometry.transmit_position - ping_geometry.receive_position))
 
     def gain_bound(bearing: Floats, width: float, zone: tuple[float, float]) -> Floats:
-        turned = 2 * float(np.arctan2(apart, zone[0])) if apart > 0 else 0.0  # parallax of the other end
+        turned = 2 * float(np.arctan2(end_distance, zone[0])) if end_distance > 0 else 0.0  # parallax of the other end
         if width + turned > MAX_PATCH_WIDTH:
             return np.full(len(bearing), np.inf)
         return radial_gain_bound(ping_geometry, np.asarray(bearing, float), width + turned, zone, climbs, odd)

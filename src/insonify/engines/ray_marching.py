@@ -61,8 +61,8 @@ def march_over_terrain(
     for profiles, points, rows in groups:
         chosen = np.flatnonzero(marched[points])
         for start in range(0, len(chosen), RAYS_PER_BATCH):
-            some = chosen[start : start + RAYS_PER_BATCH]
-            mine, profile = points[some], rows[some]
+            batch = chosen[start : start + RAYS_PER_BATCH]
+            mine, profile = points[batch], rows[batch]
             samples = distance[mine] / rays.step
             count = int(min(np.ceil(samples.max()), profiles.depth.shape[1] - 1))
             if count < 1:

@@ -61,16 +61,16 @@ def reflect_off_relief(
     if not isinstance(terrain_occlusion.launches, StraightLaunchAngles):
         shaded = occlude_by_terrain(legs, scatterers, position, terrain_occlusion, soft=soft)
         return _displace_refracted(shaded, bounced, legs, scatterers, position, terrain_occlusion, scene)
-    made = _without_bottom_bounces(legs, bounced, scatterers, position, terrain_occlusion, soft=soft)
+    reflected = _without_bottom_bounces(legs, bounced, scatterers, position, terrain_occlusion, soft=soft)
     for row in bounced:
-        some = np.flatnonzero(needed[row]) if needed is not None else np.arange(len(scatterers))
-        followed = some
+        points = np.flatnonzero(needed[row]) if needed is not None else np.arange(len(scatterers))
+        followed = points
         if scene.seabed.reflecting_interface == "smooth":
-            followed = some[~_negligible(made, row, some, position, terrain_occlusion)]
-        made.reflection_coefficient[row] = 0.0
+            followed = points[~_negligible(reflected, row, points, position, terrain_occlusion)]
+        reflected.reflection_coefficient[row] = 0.0
         if len(followed):
-            _write_bounced(made, row, followed, scatterers, position, terrain_occlusion, scene, soft=soft)
-    return made
+            _write_bounced(reflected, row, followed, scatterers, position, terrain_occlusion, scene, soft=soft)
+    return reflected
 
 
 def _without_bottom_bounces(
@@ -78,43 +78,43 @@ def _without_bottom_bounces(
     terrain_occlusion: TerrainOcclusion, *, soft: bool,
 ) -> Legs:  # fmt: skip
     """The legs with their rows without bottom bounces as the seabed leaves them, the others as they are."""
-    made = replace(legs, visibility=np.empty(legs.delay.shape, complex)) if soft else legs
-    made.visibility[bounced] = legs.visibility[bounced]
+    result = replace(legs, visibility=np.empty(legs.delay.shape, complex)) if soft else legs
+    result.visibility[bounced] = legs.visibility[bounced]
     plain = [row for row in range(len(legs.families)) if row not in bounced]
     if plain:
         ahead = plain == list(range(len(plain)))
         first = legs.first_rows(len(plain)) if ahead else leg_rows(legs, plain)
         lit = occlude_by_terrain(first, scatterers, position, terrain_occlusion, soft=soft)
         for name in ("status", "occluder", "visibility"):
-            getattr(made, name)[slice(len(plain)) if ahead else plain] = getattr(lit, name)
-    return made
+            getattr(result, name)[slice(len(plain)) if ahead else plain] = getattr(lit, name)
+    return result
 
 
 def _negligible(
-    legs: Legs, row: int, some: NDArray[np.int64], position: NDArray[np.float64], terrain_occlusion: TerrainOcclusion
+    legs: Legs, row: int, points: NDArray[np.int64], position: NDArray[np.float64], terrain_occlusion: TerrainOcclusion
 ) -> NDArray[np.bool_]:
-    """True for legs of one family that are too weak to be followed, evaluated on the mean plane, shape of `some`."""
+    """True for legs of one family that are too weak to be followed, evaluated on the mean plane, shape of `points`."""
     family, terrain, wavelength = legs.families[row], terrain_occlusion.bed, terrain_occlusion.wavelength
-    length, sine = legs.length[row, some], np.abs(legs.departure[row, some, 2])
+    length, sine = legs.length[row, points], np.abs(legs.departure[row, points, 2])
     if not _may_be_weak(family, length, sine, terrain_occlusion):
-        return np.zeros(len(some), bool)
+        return np.zeros(len(points), bool)
     paths = flat_bounces(family, float(position[2]), length, sine, terrain.depth)
     return coherent_bounce_factor(family, paths, terrain, wavelength) < NEGLIGIBLE_PRESSURE
 
 
 def _write_bounced(
-    legs: Legs, row: int, some: NDArray[np.int64], scatterers: Scatterers, position: NDArray[np.float64],
+    legs: Legs, row: int, rows: NDArray[np.int64], scatterers: Scatterers, position: NDArray[np.float64],
     terrain_occlusion: TerrainOcclusion, scene: Scene, *, soft: bool,
 ) -> None:  # fmt: skip
     """Replace some straight legs of one family by legs reflected off local planes."""
-    family, points = legs.families[row], scatterers.position[some]
+    family, points = legs.families[row], scatterers.position[rows]
     paths = local_plane_paths(family, position, points, terrain_occlusion.bed, terrain_occlusion.wavelength)
     left = reflection_product(family, paths, terrain_occlusion.bed, terrain_occlusion.wavelength, scene)
-    per_metre = np.log(legs.absorption[row, some[0]]) / legs.length[row, some[0]]
+    per_metre = np.log(legs.absorption[row, rows[0]]) / legs.length[row, rows[0]]
     taken = np.exp(per_metre * paths.length)
-    clear = clear_of_terrain(paths, position, points, terrain_occlusion, ground=scatterers.boundary == "seabed")
+    clear = clear_of_terrain(paths, position, points, terrain_occlusion, on_terrain=scatterers.boundary == "seabed")
     write_bounced_legs(
-        some, paths, left, taken, clear, scatterers.normal, 1 / scene.water.sound_speed, soft,
+        rows, paths, left, taken, clear, scatterers.normal, 1 / scene.water.sound_speed, soft,
         *(getattr(legs, name)[row] for name in _WRITTEN_COLUMNS),
     )  # fmt: skip
 
@@ -205,7 +205,7 @@ def relief_roughness_factor(
 
 def clear_of_terrain(
     paths: ImagePaths, position: NDArray[np.float64], points: NDArray[np.float64], terrain_occlusion: TerrainOcclusion,
-    *, ground: bool,
+    *, on_terrain: bool,
 ) -> NDArray[np.bool_]:  # fmt: skip
     """Return True if paths off local planes exist and are not occluded by other parts of the seabed, shape (n,).
 
@@ -217,13 +217,13 @@ def clear_of_terrain(
         position: North, east, depth of the sonar's end [m], shape (3,).
         points: The same of the points [m], shape (n, 3).
         terrain_occlusion: The seabed about that end.
-        ground: True if the points lie on it.
+        on_terrain: True if the points lie on it.
     """
     seen = locate_points(terrain_occlusion, position, points)
     count, n = paths.fraction.shape
     nodes, spared = np.empty((count + 2, n, 2)), np.empty((count + 2, n))
     set_path_nodes(paths, position, points, seen.distance, terrain_occlusion.wavelength, nodes, spared)
-    return paths.is_valid & terrain_occlusion.image_paths_clear(seen.groups, nodes, spared, ground=ground)
+    return paths.is_valid & terrain_occlusion.image_paths_clear(seen.groups, nodes, spared, on_terrain=on_terrain)
 
 
 def _displace_refracted(
@@ -235,37 +235,37 @@ def _displace_refracted(
     To first order a plane that stands h higher under a bounce shortens a leg by 2 h sin(grazing), whatever the water:
     the straight path's change is scaled by the ratio of the sines.
     """
-    made = replace(legs, **{name: getattr(legs, name).copy() for name in _COPIED_COLUMNS})
+    displaced = replace(legs, **{name: getattr(legs, name).copy() for name in _COPIED_COLUMNS})
     north, east = (scatterers.position[:, :2] - position[:2]).T
     distance, speed = np.hypot(north, east), float(scene.water.sound_speed_at(terrain_occlusion.bed.depth))
     for row in bounced:
-        family = made.families[row]
+        family = displaced.families[row]
         launch = steepness(family, plain.departure[row, :, 2])
         needed = np.array(
             [np.clip(at, 0.0, distance) for at in terrain_occlusion.launches.bounce_ranges(family, launch)]
         )
-        level = flat_image_paths(family, position, scatterers.position, terrain_occlusion.bed.depth)
+        flat = flat_image_paths(family, position, scatterers.position, terrain_occlusion.bed.depth)
         local = local_plane_paths(
             family, position, scatterers.position, terrain_occlusion.bed, terrain_occlusion.wavelength,
             terrain_bounce_ranges=needed,
         )  # fmt: skip
         tangent = terrain_occlusion.launches.bottom_grazing_tangent(launch)
         sine = tangent / np.hypot(1, tangent)
-        straight = level.grazing_sine[bounce_sequence(family).index("B")]
+        straight = flat.grazing_sine[bounce_sequence(family).index("B")]
         with np.errstate(invalid="ignore"):
-            excess = (local.length - level.length) * sine / np.maximum(straight, 1e-9)
-        there = (made.status[row] <= LegStatus.OCCLUDED) & local.is_valid & np.isfinite(excess)
-        excess = np.where(there, excess, 0.0)
-        made.delay[row] += excess / speed
-        made.absorption[row] **= 1 + excess / made.length[row]
-        made.spreading[row] *= made.length[row] / (made.length[row] + excess)
-        made.length[row] += excess
-        for column, now, was in ((made.departure, local.departure, level.departure),
-                                 (made.arrival, local.arrival, level.arrival)):  # fmt: skip
-            turned = column[row] + np.where(there[:, None], now - was, 0.0)
+            excess = (local.length - flat.length) * sine / np.maximum(straight, 1e-9)
+        is_displaced = (displaced.status[row] <= LegStatus.OCCLUDED) & local.is_valid & np.isfinite(excess)
+        excess = np.where(is_displaced, excess, 0.0)
+        displaced.delay[row] += excess / speed
+        displaced.absorption[row] **= 1 + excess / displaced.length[row]
+        displaced.spreading[row] *= displaced.length[row] / (displaced.length[row] + excess)
+        displaced.length[row] += excess
+        for column, now, was in ((displaced.departure, local.departure, flat.departure),
+                                 (displaced.arrival, local.arrival, flat.arrival)):  # fmt: skip
+            turned = column[row] + np.where(is_displaced[:, None], now - was, 0.0)
             column[row] = turned / np.linalg.norm(turned, axis=1, keepdims=True)
-        update_grazing(made, row, scatterers.normal)
-    return made
+        update_grazing(displaced, row, scatterers.normal)
+    return displaced
 
 
 _WRITTEN_COLUMNS = (

@@ -19,11 +19,11 @@ from numpy.typing import NDArray
 
 from insonify.engines._relief_specular_points_kernel import (
     COLUMNS,
-    Ground,
     PathEnds,
+    TerrainSpline,
+    bottom_paths,
     changes_sign,
     gradients_at_nodes,
-    paths_by_ground,
     stationary_points,
 )
 from insonify.engines.relief_reflections import NEGLIGIBLE_PRESSURE
@@ -91,7 +91,7 @@ def with_specular_points(
     if layered:  # wavelength of the unit of travel times
         wavelength *= float(water.speed[0]) * water.slowness
     rows: list[int] = []
-    found: list[SpecularPoints | None] = []
+    row_points: list[SpecularPoints | None] = []
     for row, family in enumerate(legs.families):
         points = None
         if terrain is not None and (legs.families.count(family) == 1 and family == "B" if layered else (
@@ -101,17 +101,17 @@ def with_specular_points(
             key = begin.tobytes(), stop.tobytes(), wavelength
             points = cache.get(key, partial(specular_points, terrain, begin, stop, wavelength, water))
         rows += [row] * (1 if points is None else len(points.length))
-        found.append(points)
-    made = leg_rows(legs, rows)
+        row_points.append(points)
+    result = leg_rows(legs, rows)
     branches: list[int] = []
-    for row, points in enumerate(found):
+    for row, points in enumerate(row_points):
         if points is None:
             branches.append(legs.branch[row])
             continue
         at = slice(len(branches), len(branches) + len(points.length))
-        _write(made, at, points, legs, row, (position, end), scene, wavelength)
+        _write(result, at, points, legs, row, (position, end), scene, wavelength)
         branches += range(len(points.length))
-    return replace(made, branch=tuple(branches))
+    return replace(result, branch=tuple(branches))
 
 
 def _images(family: str, begin: Floats, stop: Floats) -> tuple[Floats, Floats]:
@@ -121,7 +121,7 @@ def _images(family: str, begin: Floats, stop: Floats) -> tuple[Floats, Floats]:
 
 
 def _write(
-    made: Legs, rows: slice, points: SpecularPoints, legs: Legs, row: int, ends: tuple[Floats, Floats], scene: Scene,
+    result: Legs, rows: slice, points: SpecularPoints, legs: Legs, row: int, ends: tuple[Floats, Floats], scene: Scene,
     wavelength: float,
 ) -> None:  # fmt: skip
     """Write the rows of one family between two ends."""
@@ -147,26 +147,31 @@ def _write(
         "arrival": towards * mirrored if family[-1] == "S" else towards,
     }  # fmt: skip
     for name, column in columns.items():
-        getattr(made, name)[rows, 0] = column
+        getattr(result, name)[rows, 0] = column
     if scene.water.layered:
         water = surface_water(scene, scene.water.sound_speed, False, False)
-        _write_refracted(made, rows, points, ends, per_metre, water)
+        _write_refracted(result, rows, points, ends, per_metre, water)
 
 
 def _write_refracted(
-    made: Legs, rows: slice, points: SpecularPoints, ends: tuple[Floats, Floats], per_metre: float, water: SurfaceWater
+    result: Legs,
+    rows: slice,
+    points: SpecularPoints,
+    ends: tuple[Floats, Floats],
+    per_metre: float,
+    water: SurfaceWater,
 ) -> None:
     """Write travel times, lengths and directions of the family B in layered water."""
     lengths = np.zeros(len(points.length))
     for name, end, sense in (("departure", ends[0], 1.0), ("arrival", ends[1], -1.0)):
         across = sense * (points.position - end)[:, :2]
-        found = rays_to(points.position, end, water)
-        cosine = np.minimum(found[:, 0] * np.interp(end[2], water.depth, water.speed) / water.speed[0], 1.0)
+        rays = rays_to(points.position, end, water)
+        cosine = np.minimum(rays[:, 0] * np.interp(end[2], water.depth, water.speed) / water.speed[0], 1.0)
         ahead = across / np.maximum(np.linalg.norm(across, axis=1), 1e-12)[:, None]
-        getattr(made, name)[rows, 0] = np.column_stack([ahead * cosine[:, None], sense * np.sqrt(1 - cosine**2)])
-        lengths += found[:, 4]
-    made.delay[rows, 0], made.length[rows, 0] = points.length / water.speed[0], lengths
-    made.absorption[rows, 0] = np.exp(per_metre * lengths)
+        getattr(result, name)[rows, 0] = np.column_stack([ahead * cosine[:, None], sense * np.sqrt(1 - cosine**2)])
+        lengths += rays[:, 4]
+    result.delay[rows, 0], result.length[rows, 0] = points.length / water.speed[0], lengths
+    result.absorption[rows, 0] = np.exp(per_metre * lengths)
 
 
 def specular_points(
@@ -206,21 +211,21 @@ def specular_points(
     # half of a wave of that length stays
     smooth = depth if keeps_all else gaussian_filter(depth, 0.187 * wave / step, mode="nearest")
     residual = float(np.var(depth - smooth))
-    ground = Ground(spline_filter(smooth, mode="mirror"), float(north[0]), float(east[0]), float(step))
+    spline = TerrainSpline(spline_filter(smooth, mode="mirror"), float(north[0]), float(east[0]), float(step))
     ends = PathEnds(begin, stop, water)
-    positions = _stationary(_starts(smooth, ground, ends), ground, ends)
+    positions = _stationary(_starts(smooth, spline, ends), spline, ends)
     if not len(positions):
         return None
-    found = _at(ground, positions, ends, wavelength, wave, residual)
+    points = _at(spline, positions, ends, wavelength, wave, residual)
     if not keeps_all:
-        return found
-    exact = np.column_stack([found.position[:, :2], terrain.depth_at(*found.position[:, :2].T)])
+        return points
+    exact = np.column_stack([points.position[:, :2], terrain.depth_at(*points.position[:, :2].T)])
     # stationary: to second order
     if water.depth.size:
         length = rays_to(exact, begin, water)[:, 3] + rays_to(exact, stop, water)[:, 3]
     else:
         length = np.linalg.norm(exact - begin, axis=1) + np.linalg.norm(exact - stop, axis=1)
-    return found._replace(position=exact, length=length)
+    return points._replace(position=exact, length=length)
 
 
 def _rms_slope(terrain: SeabedTerrain, middle: Floats, reach: float) -> float:
@@ -230,10 +235,10 @@ def _rms_slope(terrain: SeabedTerrain, middle: Floats, reach: float) -> float:
     return float(np.sqrt(np.nanmean(np.square(sample.slope))))
 
 
-def _paths(ground: Ground, positions: Floats, ends: PathEnds) -> Floats:
-    """Columns of `paths_by_ground` of paths by positions (n, 2), shape (n, 12)."""
+def _paths(terrain: TerrainSpline, positions: Floats, ends: PathEnds) -> Floats:
+    """Columns of `bottom_paths` of paths by positions (n, 2), shape (n, 12)."""
     rows = np.empty((len(positions), COLUMNS))
-    paths_by_ground(np.ascontiguousarray(positions), ground, ends, rows)
+    bottom_paths(np.ascontiguousarray(positions), terrain, ends, rows)
     return rows
 
 
@@ -242,30 +247,30 @@ def _matrices(elements: Floats) -> Floats:
     return elements[:, [0, 1, 1, 2]].reshape(-1, 2, 2)
 
 
-def _starts(depth: Floats, ground: Ground, ends: PathEnds) -> Floats:
+def _starts(depth: Floats, terrain: TerrainSpline, ends: PathEnds) -> Floats:
     """Nodes about which both components of the gradient of the path length pass through zero, shape (n, 2).
 
     A stationary point that is resolved has such nodes on all sides.
     """
     size = depth.shape[0] - 2 * MARGIN, depth.shape[1] - 2 * MARGIN
     gradient, is_start = np.empty((2, *size)), np.empty(size, bool)
-    gradients_at_nodes(depth, MARGIN, ground, ends, gradient)
+    gradients_at_nodes(depth, MARGIN, terrain, ends, gradient)
     changes_sign(gradient, SIGN_NODES, is_start)
-    return np.array([ground.north, ground.east]) + (np.argwhere(is_start) + MARGIN) * ground.step
+    return np.array([terrain.north, terrain.east]) + (np.argwhere(is_start) + MARGIN) * terrain.step
 
 
-def _stationary(starts: Floats, ground: Ground, ends: PathEnds) -> Floats:
+def _stationary(starts: Floats, terrain: TerrainSpline, ends: PathEnds) -> Floats:
     """Stationary points of the path length, each once, from starts a step apart, shape (n, 2)."""
     positions, is_found = starts.copy(), np.empty(len(starts), bool)
-    stationary_points(positions, ground, ends, is_found)
+    stationary_points(positions, terrain, ends, is_found)
     positions = positions[is_found]
     if not len(positions):
         return positions
-    _, first = np.unique(np.round(positions / (ground.step / 10)).astype(np.int64), axis=0, return_index=True)
-    return _apart(positions[np.sort(first)], ground.step / 20)
+    _, first = np.unique(np.round(positions / (terrain.step / 10)).astype(np.int64), axis=0, return_index=True)
+    return _separated(positions[np.sort(first)], terrain.step / 20)
 
 
-def _apart(positions: Floats, least: float) -> Floats:
+def _separated(positions: Floats, least: float) -> Floats:
     """Positions without those that repeat an earlier one, shape (n, 2)."""
     kept: list[Floats] = []
     for one in positions:
@@ -275,25 +280,30 @@ def _apart(positions: Floats, least: float) -> Floats:
 
 
 def _at(
-    ground: Ground, positions: Floats, ends: PathEnds, wavelength: float, scale: float, residual: float
+    terrain: TerrainSpline, positions: Floats, ends: PathEnds, wavelength: float, scale: float, residual: float
 ) -> SpecularPoints:
     """Pressure of the path by each stationary point, the strongest first."""
-    rows, water = _paths(ground, positions, ends), ends.water
+    rows, water = _paths(terrain, positions, ends), ends.water
     length, curvature, plane, sine, depth = rows[:, 0], _matrices(rows[:, 3:6]), _matrices(rows[:, 6:9]), *rows.T[9:11]
     value, vector = np.linalg.eigh(curvature)
     wavenumber, beside = 2 * np.pi / wavelength, scale / 8
     for axis in range(2):
         along = vector[:, :, axis]
-        moved = (_paths(ground, positions + side * beside * along, ends) for side in (-1, 1))
-        bends = [np.einsum("na,nab,nb->n", along, _matrices(one[:, 3:6]), along) for one in moved]
+        moved = (_paths(terrain, positions + side * beside * along, ends) for side in (-1, 1))
+        bends = [np.einsum("na,nab,nb->n", along, _matrices(path_columns[:, 3:6]), along) for path_columns in moved]
         third = np.abs(bends[1] - bends[0]) / (2 * beside)
         least = AIRY * third ** (2 / 3) * wavenumber ** (-1 / 3)
         value[:, axis] = np.where(value[:, axis] < 0, -1, 1) * np.maximum(np.abs(value[:, axis]), least)
     focusing = np.sqrt(np.linalg.det(plane) / np.maximum(np.abs(value.prod(axis=1)), 1e-12))
     points = np.column_stack([positions, depth])
     if water.depth.size:  # Kirchhoff's integral: cosine / (d1 d2 sqrt |det H|), with d spreading distances
-        apart = [rays_to(points, end, water)[:, 5] for end in (ends.begin, ends.stop)]
-        focusing *= length * sine * rows[:, 11] / (apart[0] * apart[1] * np.sqrt(np.linalg.det(plane)))
+        spreading_distance = [rays_to(points, end, water)[:, 5] for end in (ends.begin, ends.stop)]
+        focusing *= (
+            length
+            * sine
+            * rows[:, 11]
+            / (spreading_distance[0] * spreading_distance[1] * np.sqrt(np.linalg.det(plane)))
+        )
         sine = sine * np.interp(depth, water.depth, water.speed) / water.speed[0]
     order = np.argsort(-focusing / length, kind="stable")[:MOST]
     return SpecularPoints(

@@ -48,8 +48,8 @@ def target_insonification(
     families = families_reaching("target", choice.followed_families)
     straight = isinstance(rays, StraightRays) and not scene.is_rough(families)
     terrain = scene.seabed.terrain
-    level = terrain is None or terrain.span[0] == terrain.span[1]
-    max_deviation = 0.0 if straight and level else MAX_DEVIATION
+    is_flat = terrain is None or terrain.span[0] == terrain.span[1]
+    max_deviation = 0.0 if straight and is_flat else MAX_DEVIATION
     slowest = float(np.min(scene.water.sound_speed_at(np.linspace(*scene.body_depths, 9))))
     wavelength = slowest / ping_geometry.frequency
     images = tuple(
@@ -57,11 +57,14 @@ def target_insonification(
         for position in (ping_geometry.transmit_position, ping_geometry.receive_position)
     )
     faces = [
-        (one, np.array([[*end[:2], image_depth(name, end[2], scene.seabed.depth)] for name in one.families]))
-        for one in face_images(scene, choice, ping_geometry, "target")
-        for end in (one.sonar.transmit_position, one.sonar.receive_position)
+        (
+            face_image,
+            np.array([[*end[:2], image_depth(name, end[2], scene.seabed.depth)] for name in face_image.families]),
+        )
+        for face_image in face_images(scene, choice, ping_geometry, "target")
+        for end in (face_image.sonar.transmit_position, face_image.sonar.receive_position)
     ]
-    shaded = len(scene.occluders) > 1 or not level or scene.surface.reflection == "explicit"
+    shaded = len(scene.occluders) > 1 or not is_flat or scene.surface.reflection == "explicit"
     zone = FRESNEL_FRACTION * np.sqrt(wavelength * max(distance, wavelength))
     largest = max(zone, NEAREST_WAVES * wavelength) if shaded else np.inf
     first, last = (max(delay, 0.0) for delay in ping_geometry.recorded_delays)
@@ -74,9 +77,11 @@ def target_insonification(
         gain = np.ones(len(middle))
         for row, (positions, beams) in enumerate(ends):
             best = _largest_gain(middle, radius, families, positions, beams, max_deviation)
-            for one, image in faces[row::2]:
-                seen = (one.sonar.transmit_beams, one.sonar.bounding_receive_beams)[row]
-                np.maximum(best, _largest_gain(middle, radius, one.families, image, seen, max_deviation), out=best)
+            for face_image, image in faces[row::2]:
+                seen = (face_image.sonar.transmit_beams, face_image.sonar.bounding_receive_beams)[row]
+                np.maximum(
+                    best, _largest_gain(middle, radius, face_image.families, image, seen, max_deviation), out=best
+                )
             gain *= best
         return np.asarray(gain >= floor)
 
@@ -97,12 +102,12 @@ def lobes(ping_geometry: PingGeometry) -> tuple[Lobe, ...]:
         wavelength = ping_geometry.sound_speed / ping_geometry.frequency
         spans = [2 * max(side, wavelength) / wavelength * BEAM_CELLS for side in ping_geometry.element_extent]
         width, height = min(width, 1 / spans[0]), min(height, 1 / spans[1])
-    found: list[Lobe] = []
+    result: list[Lobe] = []
     for axes in (sent.axes, receive.axes):
         for axis, span in ((axes[1], width), (axes[2], height)):
-            if not any(np.allclose(axis, lobe.axis) and span == lobe.width for lobe in found):
-                found.append(Lobe(axis, span))
-    return tuple(found)
+            if not any(np.allclose(axis, lobe.axis) and span == lobe.width for lobe in result):
+                result.append(Lobe(axis, span))
+    return tuple(result)
 
 
 def _stacked(faces: list[tuple[FaceImage, Floats]]) -> Floats:

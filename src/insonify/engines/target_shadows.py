@@ -46,13 +46,13 @@ def shadow_sector(
         soft: True if its edges are soft.
     """
     position, (north, east, radius, *_) = ping_geometry.transmit_position, bounding_cylinders(scene)[row]
-    apart, bearing = (
+    target_distance, bearing = (
         float(np.hypot(north - position[0], east - position[1])),
         np.arctan2(east - position[1], north - position[0]),
     )
-    if apart <= radius:
+    if target_distance <= radius:
         return ShadowSector(float(bearing), np.pi, 0.0, farthest)
-    half, near = float(np.arcsin(radius / apart)), apart - radius
+    half, near = float(np.arcsin(radius / target_distance)), target_distance - radius
     distance = near + np.maximum(farthest - near, 0.0) * np.linspace(0, 1, PROBES) ** 2
     points, up = np.full((PROBES, 3), scene.seabed.depth), np.zeros((PROBES, 3))
     points[:, 0], points[:, 1] = position[0] + distance * np.cos(bearing), position[1] + distance * np.sin(bearing)

@@ -75,10 +75,10 @@ def target_points(
     """
     fully = quadrature and not (resolution is not None and resolution.sparse)
     cells = None if fully or choice.geometry == "slice" else resolution
-    found = []
+    blocks = []
     for target in scene.targets:
         if isinstance(target, PointTarget):
-            found.append(point_scatterer(target))
+            blocks.append(point_scatterer(target))
             continue
         if not _may_fall_in_window(target, scene, ping_geometry):
             continue
@@ -93,11 +93,11 @@ def target_points(
                 if is_slice
                 else _points_of(scene, seed, ping_geometry, slant, faces, cells, insonification, even=quadrature)
             )
-            found.append(points)
+            blocks.append(points)
             if faces.face_reflection_coefficient and len(points):
                 smooth.append(smooth_facets(scene, faces, choice, ping_geometry, slant, rays))
-        found += [joined_facets(smooth)] if smooth else []
-    return found
+        blocks += [joined_facets(smooth)] if smooth else []
+    return blocks
 
 
 class TargetPointCount(NamedTuple):
@@ -180,11 +180,11 @@ def _coarse(target: Solid, seabed: Seabed) -> tuple[Floats, Floats]:
 
 def solid_pieces(scene: Scene, ping_geometry: PingGeometry, resolution: Resolution) -> list[float]:
     """Approximate number of pieces into which each solid is divided before points are placed on it [1]."""
-    found = []
+    pieces = []
     for solid in scene.solids:
         longest = LONGEST * _solid_pitch(scene, solid, ping_geometry, resolution.slant_resolution, resolution)
-        found.append(pieces_about(world_triangles(solid, scene.seabed).corners, longest))
-    return found
+        pieces.append(pieces_about(world_triangles(solid, scene.seabed).corners, longest))
+    return pieces
 
 
 def _cells(
@@ -194,8 +194,8 @@ def _cells(
     surface = world_triangles(target, scene.seabed)
     if isinstance(target, Box) and target.is_upright:
         pitch, rise = _box_cells(scene, target, ping_geometry, slant, resolution)
-        level = np.abs(surface.normal[:, 2]) > np.abs(surface.normal[:, :2]).max(axis=1)
-        return pitch * np.where(level, pitch, min(pitch, rise))
+        is_horizontal = np.abs(surface.normal[:, 2]) > np.abs(surface.normal[:, :2]).max(axis=1)
+        return pitch * np.where(is_horizontal, pitch, min(pitch, rise))
     side = cell_side(float(surface.area.sum()), _solid_pitch(scene, target, ping_geometry, slant, resolution))
     return np.full(len(surface.faces), side**2)
 
@@ -250,18 +250,30 @@ def _section(
     scene: Scene, seed: int, ping_geometry: PingGeometry, slant: float, target: Solid, *, even: bool
 ) -> Scatterers:
     """Points of a body in a slice, each with the area that the beam covers."""
-    here, row = ping_geometry.transmit_position, scene.occluders.index(whole_solid(target))
-    distance = float(np.linalg.norm(np.array(target.position) - here[:2]))
+    sonar_position, row = ping_geometry.transmit_position, scene.occluders.index(whole_solid(target))
+    distance = float(np.linalg.norm(np.array(target.position) - sonar_position[:2]))
     covered = partial(_covered_width, ping_geometry, distance=distance)
     if isinstance(target, Box) and target.is_upright:
         pitch, rise = _box_cells(scene, target, ping_geometry, slant, None)
         key = target, scene.seabed, scene.seabed_depth_under(target), seed, pitch, rise, row, even
         return box_section(
-            _KEPT.get(key, partial(_box_points, *key)), target, here, ping_geometry.first_beam_bearing, covered
+            _KEPT.get(key, partial(_box_points, *key)),
+            target,
+            sonar_position,
+            ping_geometry.first_beam_bearing,
+            covered,
         )
     pitch = _cell_height(scene, target, ping_geometry, min(slant, *_extent(scene, target)) / FACE_CELLS)
     return solid_section(
-        target, scene.seabed, seed, pitch, row, here, ping_geometry.first_beam_bearing, covered, quadrature=even
+        target,
+        scene.seabed,
+        seed,
+        pitch,
+        row,
+        sonar_position,
+        ping_geometry.first_beam_bearing,
+        covered,
+        quadrature=even,
     )
 
 
@@ -294,10 +306,10 @@ def _box_cells(
     rise = _cell_height(scene, box, ping_geometry, pitch)
     if resolution is None:
         return pitch, rise
-    level, upright = 2 * length * width, 2 * (length + width) * height
-    if level / pitch**2 + upright / (pitch * rise) <= _max_fringe_points(resolution):
+    horizontal, upright = 2 * length * width, 2 * (length + width) * height
+    if horizontal / pitch**2 + upright / (pitch * rise) <= _max_fringe_points(resolution):
         return pitch, rise
-    cheap = float(np.sqrt((level + upright) / _max_fringe_points(resolution)))
+    cheap = float(np.sqrt((horizontal + upright) / _max_fringe_points(resolution)))
     if cheap > pitch:
         pitch = max(
             pitch, min(cheap, _resolution_square(scene, box, ping_geometry, resolution), min(size) / FACE_CELLS)
@@ -399,19 +411,19 @@ def _outside_beams(scene: Scene, target: Solid, ping_geometry: PingGeometry) -> 
     """
     north, east, radius, *_ = bounding_cylinders(scene)[scene.occluders.index(target)]
     middle = np.array([north, east])
-    for here, beams in (
+    for end_position, beams in (
         (ping_geometry.transmit_position, ping_geometry.transmit_beams), (ping_geometry.receive_position,
         ping_geometry.bounding_receive_beams)
     ):  # fmt: skip
-        offset = middle - here[:2]
+        offset = middle - end_position[:2]
         away = float(np.linalg.norm(offset))
         if away <= 2 * radius:
             continue
         half = float(np.arcsin(radius / away)) + LEEWAY
         bearing = np.arctan2(offset[1], offset[0]) + np.linspace(-half, half, 9)
         climb = np.linspace(-np.pi / 2, np.pi / 2, 181)[:, None]
-        level = np.broadcast_to(np.sin(climb), (181, 9))
-        path_length = np.stack([np.cos(climb) * np.cos(bearing), np.cos(climb) * np.sin(bearing), level], axis=-1)
+        sine = np.broadcast_to(np.sin(climb), (181, 9))
+        path_length = np.stack([np.cos(climb) * np.cos(bearing), np.cos(climb) * np.sin(bearing), sine], axis=-1)
         if not beams.gain(path_length).any():
             return True
     return False

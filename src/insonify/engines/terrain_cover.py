@@ -33,7 +33,7 @@ def hidden_part(terrain: SeabedTerrain, ping_geometry: PingGeometry) -> float:
     if not len(distance):
         return 0.0
     bearing = np.arctan2(ping_geometry.boresight[1], ping_geometry.boresight[0]) + np.array(BEARINGS)[:, None]
-    ground = terrain.relief.sample(north + distance * np.cos(bearing), east + distance * np.sin(bearing))
-    launch = (terrain.depth - np.asarray(ground.height) - depth) / distance
+    sample = terrain.relief.sample(north + distance * np.cos(bearing), east + distance * np.sin(bearing))
+    launch = (terrain.depth - np.asarray(sample.height) - depth) / distance
     hidden = launch > np.minimum.accumulate(launch, axis=1)
     return float(hidden[:, distance > min(near, far - step) - step].mean())

@@ -77,7 +77,7 @@ class TerrainOcclusion:
 
     def visible(
         self, families: tuple[str, ...], distance: Floats, sine: Floats, depth: Floats, groups: list[ProfileGroup], *,
-        ground: bool = False, left: NDArray[np.complex128] | None = None,
+        on_terrain: bool = False, left: NDArray[np.complex128] | None = None,
     ) -> NDArray[np.bool_]:  # fmt: skip
         """Return True if rays of some families reach positions without reaching the seabed before them.
 
@@ -87,33 +87,35 @@ class TerrainOcclusion:
             sine: Sine of the launch angle, positive down [1], shape (f, n).
             depth: Depth of each position [m], shape (n,).
             groups: Of `profile_groups` these positions.
-            ground: True if the positions lie on the seabed: then their depth is that of their slice's line.
+            on_terrain: True if the positions lie on the seabed: then their depth is that of their slice's line.
             left: Result where it is given: what of the pressure bends around crests of the seabed [1], shape (f, n).
 
         Returns:
             True where a ray is clear, shape (f, n).
         """
-        found = np.empty((len(families), len(distance)), bool)
+        result = np.empty((len(families), len(distance)), bool)
         for row, name in enumerate(families):
-            if ground and self._cut_on_last_segment_only(name):
-                found[row] = True
+            if on_terrain and self._cut_on_last_segment_only(name):
+                result[row] = True
                 if left is not None:
                     left[row] = 1.0
-                self._occlude_terrain_points(groups, name, distance, found[row], None if left is None else left[row])
+                self._occlude_terrain_points(groups, name, distance, result[row], None if left is None else left[row])
                 continue
             soft = None if left is None else np.ones(len(distance), complex)
-            found[row] = self._clear(name, groups, distance, sine[row], ground, soft)
+            result[row] = self._clear(name, groups, distance, sine[row], on_terrain, soft)
             steep = steepness(name, sine[row])
             off_table = self.launches.off_table_rays(name, steep, distance, depth)
             if off_table is not None and off_table.any():
                 rays = RayModel(self.launches, self.bed.depth, self.wavelength, self.step)
-                marched = march_over_terrain(rays, name, groups, distance, steep, depth, off_table, on_terrain=ground)
-                found[row, off_table] = marched[off_table]
+                marched = march_over_terrain(
+                    rays, name, groups, distance, steep, depth, off_table, on_terrain=on_terrain
+                )
+                result[row, off_table] = marched[off_table]
                 if soft is not None:
                     soft[off_table] = marched[off_table]
             if left is not None:
                 left[row] = soft
-        return found
+        return result
 
     def _cut_on_last_segment_only(self, family: str) -> bool:
         """Return True if rays of a family to the seabed can be cut on their last segment only, one to each position."""
@@ -137,7 +139,7 @@ class TerrainOcclusion:
                 )  # fmt: skip
 
     def _clear(
-        self, family: str, groups: list[ProfileGroup], distance: Floats, sine: Floats, ground: bool,
+        self, family: str, groups: list[ProfileGroup], distance: Floats, sine: Floats, on_terrain: bool,
         left: NDArray[np.complex128] | None,
     ) -> NDArray[np.bool_]:  # fmt: skip
         """Return True if rays of one family are clear, segment by segment; `left` gets the factor of their crests."""
@@ -153,7 +155,7 @@ class TerrainOcclusion:
         for k, stop in enumerate(stops):
             if k == 0 and string.startswith("S") and self._all_below:
                 continue
-            passed, ends = string[:k] or "D", ground and k == len(string)
+            passed, ends = string[:k] or "D", on_terrain and k == len(string)
             before = stop - zone_lengths.get(k, 0.0)
             if passed.endswith("B") and not ends:
                 span = self._steps(stops[k - 1] + zone_lengths[k - 1]), self._steps(before)
@@ -197,7 +199,7 @@ class TerrainOcclusion:
             )
 
     def image_paths_clear(
-        self, groups: list[ProfileGroup], nodes: Floats, spared: Floats, *, ground: bool
+        self, groups: list[ProfileGroup], nodes: Floats, spared: Floats, *, on_terrain: bool
     ) -> NDArray[np.bool_]:
         """Return True if paths with any bounces clear the seabed on the paths to positions, tested sample by sample.
 
@@ -205,7 +207,7 @@ class TerrainOcclusion:
             groups: Of `profile_groups` the positions.
             nodes: Horizontal distance and depth of the sonar, of each bounce and of the position [m], shape (k, n, 2).
             spared: Distance about each of these within which the seabed is the reflecting plane [m], shape (k, n).
-            ground: True if the positions lie on the seabed: then paths end on that of their slice's line.
+            on_terrain: True if the positions lie on the seabed: then paths end on that of their slice's line.
 
         Returns:
             True where a segment is clear, shape (n,).
@@ -213,14 +215,14 @@ class TerrainOcclusion:
         lit = np.ones(nodes.shape[1], bool)
         for lines, points, rows in groups:
             depths = kernel.LineDepths(lines.depth, lines.shallowest, self.step)
-            kernel.segments_clear(depths, rows, points, nodes, spared, ground, PENETRATION, lit)
+            kernel.segments_clear(depths, rows, points, nodes, spared, on_terrain, PENETRATION, lit)
         return lit
 
     def _horizon(self, groups: list[ProfileGroup], family: str, distance: Floats) -> Floats:
-        found, reach = np.full(len(distance), np.inf), self._steps(distance)
+        horizon, reach = np.full(len(distance), np.inf), self._steps(distance)
         for lines, points, rows in groups:
-            kernel.horizon_at(lines.horizon(family).bound, rows, reach, points, found)
-        return found
+            kernel.horizon_at(lines.horizon(family).bound, rows, reach, points, horizon)
+        return horizon
 
     def _steps(self, distance: Floats) -> Floats:
         """Distances [m] in samples along a line; bounces that do not exist become very large."""
@@ -308,7 +310,7 @@ def occlude_by_terrain(
     lay_on_terrain = scatterers.boundary == "seabed"
     left = np.empty(legs.delay.shape, complex) if soft else None
     lit = terrain_occlusion.visible(
-        legs.families, distance, sine, scatterers.position[:, 2], groups, ground=lay_on_terrain, left=left,
+        legs.families, distance, sine, scatterers.position[:, 2], groups, on_terrain=lay_on_terrain, left=left,
     )  # fmt: skip
     visibility: NDArray[np.float64] | NDArray[np.complex128]
     if left is None:
@@ -330,8 +332,10 @@ def _roughness_factor(terrain_occlusion: TerrainOcclusion, family: str, distance
     sine = np.asarray(tangent / np.hypot(1, tangent), float)
     for letter, bounce in zip(bounce_sequence(family), launches.bounce_ranges(family, steepness), strict=True):
         if letter == "B":
-            there = np.where(bounce < distance, bounce, distance / 2)  # a ray that turns before it contributes nothing
-            half = fresnel_half_length(there, distance, tangent, terrain_occlusion.wavelength)
+            bounce_range = np.where(
+                bounce < distance, bounce, distance / 2
+            )  # a ray that turns before it contributes nothing
+            half = fresnel_half_length(bounce_range, distance, tangent, terrain_occlusion.wavelength)
             # An ellipse, longer along the ray than across it: its mean axis.
             zone = np.asarray(np.maximum(2 * half * np.sqrt(sine), 1e-6), float)
             left *= terrain_occlusion.bed.roughness_reflection_factor(sine, terrain_occlusion.wavelength, zone)

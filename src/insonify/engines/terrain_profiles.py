@@ -144,12 +144,12 @@ class AzimuthProfiles:
                     np.asarray((first + slices / 2) * width + self._lattice.heading), slices * width, zone
                 )
 
-            level, found = is_high(sectors, PROFILES_PER_SECTOR), np.zeros(count // MERGE_GROUP)
-            some = sectors[level >= LOW_GAIN * level.max()]
-            eights = (some[:, None] + np.arange(0, PROFILES_PER_SECTOR, MERGE_GROUP)).ravel()
-            found[eights // MERGE_GROUP] = is_high(eights, MERGE_GROUP)
+            gain, merged = is_high(sectors, PROFILES_PER_SECTOR), np.zeros(count // MERGE_GROUP)
+            strongest = sectors[gain >= LOW_GAIN * gain.max()]
+            eights = (strongest[:, None] + np.arange(0, PROFILES_PER_SECTOR, MERGE_GROUP)).ravel()
+            merged[eights // MERGE_GROUP] = is_high(eights, MERGE_GROUP)
             first = int(start) // MERGE_GROUP
-            self.merged[first : first + len(found)] = np.where(found < LOW_GAIN * found.max(), MERGE_POWER, 0)
+            self.merged[first : first + len(merged)] = np.where(merged < LOW_GAIN * merged.max(), MERGE_POWER, 0)
             inner = float(outer)
 
     def group_points(self, sonar: Floats, position: Floats) -> tuple[Floats, list[ProfileGroup]]:
@@ -191,10 +191,10 @@ class AzimuthProfiles:
             cut = np.searchsorted(slices, self.starts).tolist()
             for zone, (start, stop) in enumerate(pairwise(cut)):
                 for first in range(start, stop, PROFILES_PER_BATCH):
-                    some = slices[first : min(first + PROFILES_PER_BATCH, stop)]
-                    self._lines.append(self._built(zone, some))
-                    self._row[some] = np.arange(len(some))
-                    self._home[some] = len(self._lines) - 1
+                    batch = slices[first : min(first + PROFILES_PER_BATCH, stop)]
+                    self._lines.append(self._built(zone, batch))
+                    self._row[batch] = np.arange(len(batch))
+                    self._home[batch] = len(self._lines) - 1
 
     def _built(self, zone: int, slices: Integers) -> TerrainProfiles:
         """Lines of some slices of one zone; nearer samples are those of the wider slices of nearer zones."""

@@ -141,10 +141,10 @@ class VolumeScatterers:
         """
         ping_geometry, lattice = self.ping_geometry, self.scene.seabed.scatterer_grid
         farthest = self._farthest
-        here = lattice.from_world(ping_geometry.transmit_position[:2])
+        grid_position = lattice.from_world(ping_geometry.transmit_position[:2])
         level = 3 * max(0, int(np.ceil(np.log2(max(farthest, 1.0) / (CELLS * BASE_PITCH)))))
         side = CELLS * BASE_PITCH * 2.0 ** (level // 3)
-        first, last = (np.floor((here + sign * farthest) / side).astype(np.int64) for sign in (-1, 1))
+        first, last = (np.floor((grid_position + sign * farthest) / side).astype(np.int64) for sign in (-1, 1))
         stop = int(np.ceil(max_water_depth(self.scene.seabed) / side))
         grid = np.mgrid[first[0] : last[0] + 1, first[1] : last[1] + 1, 0:stop].reshape(3, -1)
         cubes = WaterBlocks(np.full(grid.shape[1], level), *grid)
@@ -186,15 +186,17 @@ class VolumeScatterers:
 
     def _min_track_distance(self, centre: Floats, radius: Floats, top: Floats, low: Floats) -> Floats:
         """Least distance between some bodies of water and either end of the sonar on its whole track [m], (n,)."""
-        geometry, level = self.ping_geometry, np.full(len(centre), np.inf)
-        for one, position in zip(
+        geometry, horizontal = self.ping_geometry, np.full(len(centre), np.inf)
+        for extent, position in zip(
             geometry.track_extents, (geometry.transmit_position, geometry.receive_position), strict=False
         ):
-            runs = one.nearest_segments(position[:2], self._farthest + float(radius.max(initial=0)) * 4)
-            np.minimum(level, distance_to_segments(centre[:, :2], runs) - radius - one.polyline_error, out=level)
-        level, depth = np.maximum(level, 0), geometry.platform_positions[:, 2]
+            runs = extent.nearest_segments(position[:2], self._farthest + float(radius.max(initial=0)) * 4)
+            np.minimum(
+                horizontal, distance_to_segments(centre[:, :2], runs) - radius - extent.polyline_error, out=horizontal
+            )
+        horizontal, depth = np.maximum(horizontal, 0), geometry.platform_positions[:, 2]
         up = np.maximum.reduce([top - depth.max(), depth.min() - low, np.zeros(len(top))])
-        return np.asarray(np.hypot(level, up) - np.linalg.norm(self.ping_geometry.lever_arms, axis=1).max())
+        return np.asarray(np.hypot(horizontal, up) - np.linalg.norm(self.ping_geometry.lever_arms, axis=1).max())
 
     def _receivable(self, centre: Floats, radius: Floats) -> NDArray[np.bool_]:
         """Return True if window and beams let some balls of water be received by any pair of families, (n,)."""
@@ -212,19 +214,19 @@ class VolumeScatterers:
                 length, around, _ = self._rays(family, position, centre, radius)
                 np.minimum(closest[row], length - around, out=closest[row])
                 np.maximum(farthest[row], length + around, out=farthest[row])
-        early, late = geometry.recorded_delays
+        earliest, latest_recorded = geometry.recorded_delays
         latest = times * farthest.sum(axis=0) / water.min_sound_speed
-        in_time = times * closest.sum(axis=0) / water.max_sound_speed <= late
-        received = in_time & (latest * (MAX_TRAVEL_TIME_RATIO if water.layered else 1.0) >= early)
+        in_time = times * closest.sum(axis=0) / water.max_sound_speed <= latest_recorded
+        received = in_time & (latest * (MAX_TRAVEL_TIME_RATIO if water.layered else 1.0) >= earliest)
         rows, gain = np.flatnonzero(received), np.zeros((len(ends), len(centre)))
         received[:] = False
         sources = [(family, ends) for family in choice.followed_families]
-        for one in face_images(self.scene, choice, geometry, "water"):
-            pair = (one.sonar.transmit_position, one.sonar.transmit_beams), (
-                one.sonar.receive_position, one.sonar.bounding_receive_beams)  # fmt: skip
-            sources += [(family, list(pair[: len(ends)])) for family in one.families]
-        for family, there in sources:
-            for row, (position, beams) in enumerate(there):
+        for face_image in face_images(self.scene, choice, geometry, "water"):
+            pair = (face_image.sonar.transmit_position, face_image.sonar.transmit_beams), (
+                face_image.sonar.receive_position, face_image.sonar.bounding_receive_beams)  # fmt: skip
+            sources += [(family, list(pair[: len(ends)])) for family in face_image.families]
+        for family, family_ends in sources:
+            for row, (position, beams) in enumerate(family_ends):
                 length, around, ray = self._rays(family, position, centre[rows], radius[rows])
                 margin = np.where(around < length, np.arcsin(np.minimum(1, around / length)), np.pi)
                 for left, more in self._refracted_directions(ray / length[:, None]):
@@ -259,7 +261,7 @@ class VolumeScatterers:
     def _shells(self) -> Floats:
         """Tiles of even points: number of the shells, of the sectors, and upper side and thickness [m], (n, 4)."""
         slant, total = self._steps[0], 0
-        found = []
+        shells = []
         for ring in range(int(np.ceil(self._farthest / slant)) // SHELLS_PER_TILE + 1):
             away = (ring + 0.5) * SHELLS_PER_TILE * slant
             for top, bottom, _ in self._layers:
@@ -270,11 +272,11 @@ class VolumeScatterers:
                 source = float(self.ping_geometry.transmit_position[2])
                 thick = (bottom - top) / count
                 strata = strata[(strata < source + reach) & (strata + thick > source - reach)]
-                found.append(self._sectors(ring, strata, thick))
-                total += len(found[-1])
+                shells.append(self._sectors(ring, strata, thick))
+                total += len(shells[-1])
                 if total > MAX_TILES:
                     raise ValueError(TOO_MANY)
-        return np.concatenate([np.zeros((0, 4)), *found])
+        return np.concatenate([np.zeros((0, 4)), *shells])
 
     def _sectors(self, ring: int, strata: Floats, thick: float) -> Floats:
         """Tiles of some shells that are received, (n, 4): of all sectors, eight at a time at first."""
@@ -289,17 +291,21 @@ class VolumeScatterers:
             )
             up = top + thick / 2 - self.ping_geometry.transmit_position[2]
             near, far = (np.sqrt(np.maximum(reach**2 - up**2, 0)) for reach in (inner, outer))
-            level = (near + far) / 2
-            centre = np.column_stack([self._point(level, np.asarray((sector + 0.5) * angle, float)), top + thick / 2])
+            horizontal = (near + far) / 2
+            centre = np.column_stack(
+                [self._point(horizontal, np.asarray((sector + 0.5) * angle, float)), top + thick / 2]
+            )
             beyond = np.maximum(np.abs(up) - outer, 0)
             radius = np.sqrt(((far - near) / 2 + far * angle / 2) ** 2 + (thick / 2) ** 2) + beyond
             return self._receivable(centre, radius)
 
-        together = 8
-        sector, row = (part.ravel() for part in np.meshgrid(np.arange(whole // together), np.arange(len(strata))))
-        kept = reaches(sector, strata[row], together)
-        sector = (sector[kept, None] * together + np.arange(together)).ravel()
-        top = strata[row[kept].repeat(together)]
+        sectors_per_group = 8
+        sector, row = (
+            part.ravel() for part in np.meshgrid(np.arange(whole // sectors_per_group), np.arange(len(strata)))
+        )
+        kept = reaches(sector, strata[row], sectors_per_group)
+        sector = (sector[kept, None] * sectors_per_group + np.arange(sectors_per_group)).ravel()
+        top = strata[row[kept].repeat(sectors_per_group)]
         kept = reaches(sector, top, 1)
         n = int(kept.sum())
         return np.column_stack([np.full(n, float(ring)), sector[kept], top[kept], np.full(n, thick)])
@@ -318,14 +324,17 @@ class VolumeScatterers:
         bearing = (sector + np.mod((ring + 0.5) * a + stratum * c, 1)) * azimuth
         depth = top + thick * np.mod((ring + 0.5) * b + (sector + 0.5) * c, 1)
         volume = (ring + 0.5) * slant**2 * azimuth * thick
-        level = reach**2 - (depth - self.ping_geometry.transmit_position[2]) ** 2
-        there = level > 0
+        squared_distance = reach**2 - (depth - self.ping_geometry.transmit_position[2]) ** 2
+        is_real = squared_distance > 0
         position = np.column_stack(
-            [self._point(np.sqrt(level[there]).astype(float), np.asarray(bearing[there], float)), depth[there]]
+            [
+                self._point(np.sqrt(squared_distance[is_real]).astype(float), np.asarray(bearing[is_real], float)),
+                depth[is_real],
+            ]
         )
-        number = (ring << 38 | sector << 16 | stratum & 0xFFFF).astype(np.uint64)[there]
+        number = (ring << 38 | sector << 16 | stratum & 0xFFFF).astype(np.uint64)[is_real]
         return layer_scatterers(
-            self.scene.water, self.scene.seabed, position, volume[there], np.ones(len(position), complex),
+            self.scene.water, self.scene.seabed, position, volume[is_real], np.ones(len(position), complex),
             LAYERS | number,
         )  # fmt: skip
 
@@ -346,8 +355,8 @@ class VolumeScatterers:
     @property
     def _farthest(self) -> float:
         """Greatest range received [m]."""
-        apart = float(np.linalg.norm(self.ping_geometry.transmit_position - self.ping_geometry.receive_position))
-        return self.scene.water.max_sound_speed * max(self.ping_geometry.recorded_delays[1], 0.0) / 2 + apart
+        end_distance = float(np.linalg.norm(self.ping_geometry.transmit_position - self.ping_geometry.receive_position))
+        return self.scene.water.max_sound_speed * max(self.ping_geometry.recorded_delays[1], 0.0) / 2 + end_distance
 
     @property
     def _beam_height(self) -> float:

@@ -48,7 +48,7 @@ def estimate_compile_seconds(simulator: Simulator, *, labels: bool = False) -> f
         simulator: A prepared scenario.
         labels: True if samples are labelled.
     """
-    return float(sum(one.seconds for one in _needed(simulator, labels) if not _kept(one)))
+    return float(sum(kernel.seconds for kernel in _needed(simulator, labels) if not _kept(kernel)))
 
 
 def _needed(simulator: Simulator, labels: bool) -> list[FeatureKernels]:
@@ -58,8 +58,8 @@ def _needed(simulator: Simulator, labels: bool) -> list[FeatureKernels]:
         refracted = [REFRACTED_TRACER, REFRACTION] if scenario.water.layered else []
         return [TRACER, *refracted, *[TRACER_FACETS] * (scenario.surface.reflection == "statistical")]
     expected, side = scenario.field == "incoherent", simulator.ping_geometries(0)[0]
-    ground = "seabed" in scenario.paths.contributions and scenario.seabed.scattering is not None
-    drawn = not expected and ground and scenario.paths.geometry == "3d"
+    has_seabed = "seabed" in scenario.paths.contributions and scenario.seabed.scattering is not None
+    drawn = not expected and has_seabed and scenario.paths.geometry == "3d"
     used_by = {
         COHERENT: drawn,
         BEAMS: drawn and side.elements is None and not simulator.coherent_accumulator(side).uses_far_field,

@@ -29,11 +29,11 @@ def facet_work(simulator: Simulator, ping_geometry: PingGeometry) -> tuple[float
         Facets [1], processor time [s], memory [bytes].
     """
     scenario, scene = simulator.scenario, simulator.engine.scene
-    smooth = [one for one in scene.solids_of_one_law if one.face_reflection_coefficient is not None]
+    smooth = [solid for solid in scene.solids_of_one_law if solid.face_reflection_coefficient is not None]
     if not smooth or "target" not in scenario.paths.contributions:
         return 0.0, 0.0, 0.0
     seen = ping_scatterers(scene, scenario.paths, scenario.seed, ping_geometry, simulator.engine.rays)
-    areas = [float(world_triangles(one, scene.seabed).area.sum()) for one in smooth]
+    areas = [float(world_triangles(solid, scene.seabed).area.sum()) for solid in smooth]
     rows = np.unique(np.linspace(0, len(smooth) - 1, MOST_COUNTED).round().astype(int))
     pieces = [
         facet_count(

@@ -101,13 +101,13 @@ def label_work(simulator: Simulator) -> PingWork:
     paths = scenario.paths.unchecked_copy(scatterers_per_cell=fewer, engine="eigenrays")
     # unchecked: an expectation's work is counted, though sub-bands and the like are for pressures
     expected = replace(simulator, scenario=scenario.unchecked_copy(field="incoherent", paths=paths), tracer=None)
-    total, names, apart = _on_targets(expected, label=True), simulator.label_names, False
+    total, names, has_pair_curves = _on_targets(expected, label=True), simulator.label_names, False
     for side in simulator.ping_geometries(0):
         fast = _label_swath(simulator, side)
         total += _boundaries(expected, side, label=True, seabed=fast is None) + _water(expected, side, label=True)
-        total, apart = total + (fast or PingWork()), apart or fast is None
+        total, has_pair_curves = total + (fast or PingWork()), has_pair_curves or fast is None
     # in fast reverberation pairs share the curve of the object
-    curves = (len(names.objects) + len(names.pairs) * apart) * scenario.sonar.channel_count
+    curves = (len(names.objects) + len(names.pairs) * has_pair_curves) * scenario.sonar.channel_count
     return PingWork(total.points, total.seconds + curves * transform_seconds(simulator, expected=True), total.tiles)
 
 
@@ -143,13 +143,13 @@ def _slice(simulator: Simulator, ping_geometry: PingGeometry) -> PingWork:
     """Points along the one line of each boundary, and their pairs."""
     scenario = simulator.scenario
     seen = ping_scatterers(simulator.engine.scene, scenario.paths, scenario.seed, ping_geometry, simulator.engine.rays)
-    found: list[tuple[Boundary, float]] = [("seabed", scenario.seabed.depth), ("surface", 0.0)]
+    boundaries: list[tuple[Boundary, float]] = [("seabed", scenario.seabed.depth), ("surface", 0.0)]
     total = PingWork(seconds=unit_costs.SECONDS_PER_SLICE_PING)
-    for boundary, level in found:
+    for boundary, boundary_depth in boundaries:
         kept = families_reaching(boundary, scenario.paths.followed_families)
         if boundary not in scenario.paths.contributions or _law(scenario, boundary) is None or not kept:
             continue
-        reach = receivable_range(ping_geometry, level, simulator.engine.rays, kept, rise=seen.rise(boundary))
+        reach = receivable_range(ping_geometry, boundary_depth, simulator.engine.rays, kept, rise=seen.rise(boundary))
         points = max(reach.farthest - reach.nearest, 0.0) / (
             seen.resolution.slant_resolution / seen.resolution.scatterers_per_cell
         )
@@ -165,8 +165,8 @@ def _boundaries(
     """Scatterers of the seabed, unless it is counted apart, and of the surface."""
     scenario, total = simulator.scenario, PingWork()
     seen = ping_scatterers(simulator.engine.scene, scenario.paths, scenario.seed, ping_geometry, simulator.engine.rays)
-    found: list[tuple[Boundary, float]] = [("seabed", scenario.seabed.depth), ("surface", 0.0)]
-    for boundary, level in found:
+    boundaries: list[tuple[Boundary, float]] = [("seabed", scenario.seabed.depth), ("surface", 0.0)]
+    for boundary, boundary_depth in boundaries:
         kept, law = families_reaching(boundary, scenario.paths.followed_families), _law(scenario, boundary)
         if (
             boundary not in scenario.paths.contributions
@@ -183,8 +183,8 @@ def _boundaries(
             total += PingWork(steps, _swath_seconds(steps, len(kept)))
             continue
         points, position, tiles = _on_boundary(
-            seen.ping_geometry, level, simulator.engine.rays, kept, seen.resolution, scenario, seen.rise(boundary),
-            face_images(scenario.scene, scenario.paths, ping_geometry, boundary),
+            seen.ping_geometry, boundary_depth, simulator.engine.rays, kept, seen.resolution, scenario,
+            seen.rise(boundary), face_images(scenario.scene, scenario.paths, ping_geometry, boundary),
         )  # fmt: skip
         legs, pairs = _leg_and_pair_work(simulator, ping_geometry, boundary, kept, points, position)
         more, fold = _off_hull_and_faces(simulator, ping_geometry, boundary, kept, points, position)
@@ -223,8 +223,8 @@ def _off_hull_and_faces(
     )  # fmt: skip
     kept_part = importance.keep_probability_of(importance.gain_at(position)).reshape(-1, BEARINGS)
     off_faces = np.zeros(len(position))
-    for one in images:
-        off_faces[one.lights(position, depth, np.zeros(len(position)))] += len(one.families)
+    for face_image in images:
+        off_faces[face_image.lights(position, depth, np.zeros(len(position)))] += len(face_image.families)
     weight = points[:, None] * kept_part / np.maximum(kept_part.sum(axis=1, keepdims=True), 1e-300)
     off_faces = off_faces.reshape(weight.shape)
     each = unit_costs.SECONDS_PER_FACE_LEG + _legs(simulator, ping_geometry, DIRECT)
@@ -248,10 +248,10 @@ def _label_swath(simulator: Simulator, ping_geometry: PingGeometry) -> PingWork 
         or not simulator.incoherent_accumulator(ping_geometry).is_short_pulse
     ):
         return None
-    ground = simulator.label_ground(ping_geometry)
-    if ground is None:
+    labels = simulator.label_ground(ping_geometry)
+    if labels is None:
         return None
-    steps = float(ground.plan.steps)
+    steps = float(labels.plan.steps)
     seconds = unit_costs.LABEL_SWATH_SECONDS + steps * len(kept) * unit_costs.SECONDS_PER_LABEL_STEP_LEG
     return PingWork(steps, seconds + (0.0 if simulator.shares_ground else _swath_seconds(steps, len(kept))))
 
@@ -312,10 +312,10 @@ def _leg_and_pair_work(
     drawn = boundary == "seabed" and simulator.scenario.field == "coherent"
     known = simulator.engine.family_keep_probabilities(ping_geometry, position) if drawn else None
     if known is None:
-        level = simulator.scenario.seabed.depth if boundary == "seabed" else 0.0
+        boundary_depth = simulator.scenario.seabed.depth if boundary == "seabed" else 0.0
         pairs = np.full(len(position), len(kept) ** 2.0)
         if ping_geometry.receive_track_extent is None:
-            pairs = _pairs_received(simulator, ping_geometry, kept, position, np.full(len(position), level))
+            pairs = _pairs_received(simulator, ping_geometry, kept, position, np.full(len(position), boundary_depth))
         count = float(points.sum())
         return count * sum(_legs(simulator, ping_geometry, name) for name in kept), float(points @ pairs)
     families, share = known
@@ -394,10 +394,10 @@ def _counted_targets(scene: Scene) -> list[tuple[Scene, float]]:
             for one in scene.targets]  # fmt: skip
     order = np.argsort(area)[::-1]
     others = order[LARGEST:]
-    some = others[np.linspace(0, len(others) - 1, LARGEST).round().astype(int)]
+    sample = others[np.linspace(0, len(others) - 1, LARGEST).round().astype(int)]
     return [
         (scene.unchecked_copy(targets=tuple(scene.targets[row] for row in rows)), each)
-        for rows, each in ((order[:LARGEST], 1.0), (some, len(others) / LARGEST))
+        for rows, each in ((order[:LARGEST], 1.0), (sample, len(others) / LARGEST))
     ]
 
 
@@ -405,14 +405,14 @@ def _fast_reverberation_steps(simulator: Simulator, ping_geometry: PingGeometry)
     """Steps along the lines of the seabed by which one side is received fast reverberation; None where it is not."""
     if simulator.scenario.field == "coherent" or not simulator.incoherent_accumulator(ping_geometry).is_short_pulse:
         return None
-    ground = simulator.fast_reverberation(ping_geometry)
-    return None if ground is None else float(ground.plan.steps)
+    reverberation = simulator.fast_reverberation(ping_geometry)
+    return None if reverberation is None else float(reverberation.plan.steps)
 
 
 def waveform_count(ping_geometry: PingGeometry) -> int:
     """Waveforms that each channel's sound is a sum of."""
-    made = waveform_basis(ping_geometry)
-    return len(made.band) * len(made.doppler)
+    basis = waveform_basis(ping_geometry)
+    return len(basis.band) * len(basis.doppler)
 
 
 def _expected_pair_seconds(
@@ -449,7 +449,7 @@ def _pair_seconds(
 
 
 def _on_boundary(
-    ping_geometry: PingGeometry, level: float, rays: PropagationModel, families: tuple[str, ...],
+    ping_geometry: PingGeometry, boundary_depth: float, rays: PropagationModel, families: tuple[str, ...],
     resolution: Resolution, scenario: Scenario, rise: float, images: tuple[FaceImage, ...],
 ) -> tuple[Floats, Floats, float]:  # fmt: skip
     """Scatterers at some distances [m], and tiles, in reach of window and beams, of a boundary with a rise [m]."""
@@ -457,12 +457,12 @@ def _on_boundary(
     glints = glint_spread(scenario.scene, ping_geometry.frequency)
     if ping_geometry.receive_track_extent is not None:  # no rings about two positions: its tiles are counted
         widest = max_path_length(ping_geometry, scenario.water.max_sound_speed)
-        found, density = tiles_in_view(
-            ping_geometry, scenario.seabed.scatterer_grid, level, rays, families, resolution, floor, rise=rise,
+        view_tiles, density = tiles_in_view(
+            ping_geometry, scenario.seabed.scatterer_grid, boundary_depth, rays, families, resolution, floor, rise=rise,
             widest=widest, glints=glints, images=images,
         )  # fmt: skip
-        return density * TILE**2, np.zeros(len(density)), float(len(found.level))
-    reach = receivable_range(ping_geometry, level, rays, families, rise=rise)
+        return density * TILE**2, np.zeros(len(density)), float(len(view_tiles.level))
+    reach = receivable_range(ping_geometry, boundary_depth, rays, families, rise=rise)
     if reach.farthest <= reach.nearest:
         return np.zeros(1), np.zeros(1), 0.0
     distance = np.array([reach.farthest])
@@ -475,15 +475,15 @@ def _on_boundary(
     position = np.stack(np.broadcast_arrays(middle[:, None] * np.cos(azimuth), middle[:, None] * np.sin(azimuth)), -1)
     half = np.hypot(np.diff(edges), middle * 2 * np.pi / SECTORS) / 2 + tile / 2
     bound = two_way_gain_bound(
-        position.reshape(-1, 2) + ping_geometry.transmit_position[:2], np.repeat(half, SECTORS), ping_geometry, level,
-        rays, families,
+        position.reshape(-1, 2) + ping_geometry.transmit_position[:2], np.repeat(half, SECTORS), ping_geometry,
+        boundary_depth, rays, families,
         rise=rise, glints=glints, images=images,
     )  # fmt: skip
     in_beam = (bound >= floor).reshape(RINGS, SECTORS)
-    ground = np.pi * np.diff(edges**2)
-    tiles = ground * in_beam.mean(axis=1) / tile**2
+    area = np.pi * np.diff(edges**2)
+    tiles = area * in_beam.mean(axis=1) / tile**2
     importance = BeamImportance(
-        ping_geometry, level, rays, families, scenario.seabed.scatterer_grid, outer,
+        ping_geometry, boundary_depth, rays, families, scenario.seabed.scatterer_grid, outer,
         scenario.paths.importance_sampling, glints, images,
     )  # fmt: skip
     node = middle[:: min(1 + scenario.sonar.beam_count * len(families) // BEAMS_PER_RING, MOST_APART)]
@@ -496,11 +496,11 @@ def _on_boundary(
             * np.hypot(middle, reach.vertical_distance)
             * wide
         )
-        tiles = ground * in_beam.mean(axis=1) / (cell * polar_grid.RINGS_PER_TILE * polar_grid.SECTORS_PER_TILE)
+        tiles = area * in_beam.mean(axis=1) / (cell * polar_grid.RINGS_PER_TILE * polar_grid.SECTORS_PER_TILE)
     else:
         cell = np.maximum(resolution.cell_area(middle, reach.vertical_distance), MIN_CELL_SIZE)
     return (
-        ground * np.minimum(kept, in_beam.mean(axis=1)) / cell,
+        area * np.minimum(kept, in_beam.mean(axis=1)) / cell,
         middle,
         float(tiles.sum()),
     )

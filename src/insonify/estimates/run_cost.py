@@ -48,8 +48,8 @@ class RunCost:
 
     def of_task(self, tasks: int) -> "RunCost":
         """Cost of one of several tasks that share the pings, each with the start of the program."""
-        apart = unit_costs.START_SECONDS
-        seconds = apart + max(self.seconds - apart, 0.0) / tasks
+        start_seconds = unit_costs.START_SECONDS
+        seconds = start_seconds + max(self.seconds - start_seconds, 0.0) / tasks
         return replace(self, pings=-(-self.pings // tasks), seconds=seconds, disk=self.disk / tasks)
 
     def summary(self) -> str:
@@ -109,13 +109,13 @@ def size_refusal(cost: RunCost, memory: float | None = None) -> str:
         cost: Cost of the run.
         memory: Memory of the machine [bytes]; None: it is looked up.
     """
-    there = installed_memory() if memory is None else memory
+    installed = installed_memory() if memory is None else memory
     if np.isinf(cost.scatterers):
         return TOO_MANY
-    if cost.memory <= SHARE * there:
+    if cost.memory <= SHARE * installed:
         return ""
     return (
-        f"this needs about {_size(cost.memory)} of memory, and the machine has {_size(there)}. One ping has about "
+        f"this needs about {_size(cost.memory)} of memory, and the machine has {_size(installed)}. One ping has about "
         f"{_rounded(cost.scatterers)} scatterers: shorten track.window, take a longer pulse or a wider beam, raise "
         "paths.beam_cutoff_db, or lower paths.scatterers_per_cell, the receiver's band or sub_bands, the number of "
         "beams or elements, or write track.stop_and_hop: true"

@@ -23,10 +23,10 @@ class SubBandError:
         if self.error_db <= ENOUGH_DB:
             return ""
         has = "one frequency serves" if self.sub_bands == 1 else f"{self.sub_bands} frequencies serve"
-        found = f"{has} the whole band, which is {self.error_db:.0f} dB off: beams and absorption change across it"
+        text = f"{has} the whole band, which is {self.error_db:.0f} dB off: beams and absorption change across it"
         if self.enough is None:
-            return f"{found}; no number of sub-bands up to {TRIED[-1]} reaches {ENOUGH_DB:.0f} dB"
-        return f"{found}; sonar.receiver.sub_bands: auto, here {self.enough}, would reach {ENOUGH_DB:.0f} dB"
+            return f"{text}; no number of sub-bands up to {TRIED[-1]} reaches {ENOUGH_DB:.0f} dB"
+        return f"{text}; sonar.receiver.sub_bands: auto, here {self.enough}, would reach {ENOUGH_DB:.0f} dB"
 
 
 def estimate_sub_band_error(scenario: Scenario) -> SubBandError:

@@ -53,14 +53,14 @@ class FormedBeam:
         look = self.rotation @ direction(self.bearing, self.elevation) * self.sound_speed * time / 2
         # beams start from the middle of the elements, arrivals are those of the reference one
         focus = np.linalg.norm(look - (world - world.mean(axis=0)), axis=1) - np.linalg.norm(look)
-        found = np.empty(len(arrivals), complex)
+        factor = np.empty(len(arrivals), complex)
         for begin in range(0, len(arrivals), AT_ONCE):
             rows = slice(begin, begin + AT_ONCE)
             away = arrivals.delay[rows] * self.sound_speed / 2
             source = arrivals.arrival[rows] * away[:, None]
             more = np.linalg.norm(source[:, None] - world, axis=2) - away[:, None]
-            found[rows] = np.exp(-1j * wavenumber * (more - focus)).mean(axis=1)
-        return found
+            factor[rows] = np.exp(-1j * wavenumber * (more - focus)).mean(axis=1)
+        return factor
 
     def recorded(self, pressure: xr.DataArray, time: float) -> complex:
         """Sample of the beam, formed of the recorded elements [uPa].

@@ -99,12 +99,12 @@ class SampleArrivals:
         p = self.paths
         bare = p.spreading * p.absorption * np.abs(p.reflection_coefficient) * p.scattering_amplitude
         edges = np.asarray(level_db((np.abs(p.amplitude[:, 0]) / np.maximum(bare, 1e-300)) ** 2), np.float64)
-        found: dict[str, NDArray[np.float64]] = {}
+        columns: dict[str, NDArray[np.float64]] = {}
         if np.any(np.abs(edges) > LEAST):
-            found["edges"] = edges
+            columns["edges"] = edges
         if np.any(p.caustics):
-            found["caustic"] = 90.0 * p.caustics.astype(np.float64)
-        return found
+            columns["caustic"] = 90.0 * p.caustics.astype(np.float64)
+        return columns
 
     def mean_square(self) -> float:
         """Expected square of the pressure [uPa^2]: a coherent sum in each group, an incoherent one over the groups."""
@@ -189,11 +189,11 @@ def _kinds(behind: SampleArrivals) -> dict[tuple[str, str], NDArray[np.int64]]:
     kind = {(str(out), str(back)): pair_name(str(out), str(back)) for out, back in np.unique(legs, axis=0)}
     pair = np.array([kind[str(out), str(back)] for out, back in legs], "<U25")
     power = np.abs(behind.pressure) ** 2
-    found = {}
+    kinds = {}
     for label in np.unique(p.object):
         for name in np.unique(pair[p.object == label]):
-            found[str(label), str(name)] = np.flatnonzero((p.object == label) & (pair == name))
-    return dict(sorted(found.items(), key=lambda item: -power[item[1]].sum()))
+            kinds[str(label), str(name)] = np.flatnonzero((p.object == label) & (pair == name))
+    return dict(sorted(kinds.items(), key=lambda item: -power[item[1]].sum()))
 
 
 def _table(behind: SampleArrivals) -> str:
@@ -214,17 +214,17 @@ def _table(behind: SampleArrivals) -> str:
         f"{'ms':>9s}{'m':>18s}" + f"{'dB':>8s}" * len(names) + f"{'deg':>8s}" * len(phases) + shift[1],
     ]
     for (label, pair), rows in list(kinds.items())[:SHOWN]:
-        apart, together = float(np.sum(strength[rows] ** 2)), float(abs(behind.pressure[rows].sum()) ** 2)
+        incoherent_sum, coherent_sum = float(np.sum(strength[rows] ** 2)), float(abs(behind.pressure[rows].sum()) ** 2)
         count = f"{len(rows)} arrival{'s' * (len(rows) != 1)}"
-        sums = f"incoherent sum {_db(apart)} dB, coherent sum {_db(together)} dB re 1 uPa"
+        sums = f"incoherent sum {_db(incoherent_sum)} dB, coherent sum {_db(coherent_sum)} dB re 1 uPa"
         lines.append(f"{label} {pair}: {count}, {sums}")
         strongest = rows[np.argsort(-strength[rows], kind="stable")[:STRONGEST]]
         more = [("" if turned is None else f"{turned[row]:8.0f}") + _shift(behind, int(row)) for row in strongest]
         lines += [_line(behind, int(row), terms[row]) + end for row, end in zip(strongest, more, strict=True)]
     if len(kinds) > SHOWN:
         rest = np.concatenate(list(kinds.values())[SHOWN:])
-        apart = float(np.sum(strength[rest] ** 2))
-        lines.append(f"others: {len(rest)} arrivals, incoherent sum {_db(apart)} dB re 1 uPa")
+        incoherent_sum = float(np.sum(strength[rest] ** 2))
+        lines.append(f"others: {len(rest)} arrivals, incoherent sum {_db(incoherent_sum)} dB re 1 uPa")
     return "\n".join(lines)
 
 
@@ -252,9 +252,9 @@ def _verdict(behind: SampleArrivals, recorded: complex, name: str) -> str:
         rest = float(np.real(recorded)) - behind.mean_square()
         lines = [("all arrivals, expected", behind.mean_square()), ("recorded", float(np.real(recorded)))]
     else:
-        together = complex(behind.pressure.sum())
-        rest = abs(complex(recorded) - together) ** 2
-        lines = [("all arrivals, coherent sum", abs(together) ** 2), ("recorded", abs(recorded) ** 2)]
+        total = complex(behind.pressure.sum())
+        rest = abs(complex(recorded) - total) ** 2
+        lines = [("all arrivals, coherent sum", abs(total) ** 2), ("recorded", abs(recorded) ** 2)]
     leftover = _residual(behind.simulator.scenario, name)
     if not len(behind.paths):
         lines = [(f"recorded: {leftover}", abs(recorded) ** 2 if name == "pressure" else float(np.real(recorded)))]

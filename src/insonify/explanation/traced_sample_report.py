@@ -31,14 +31,14 @@ def traced_sample_report(scenario: Scenario, ping: int, channel: int, time: floa
         for contribution in curves["contribution"].values
         for pair in curves["pair"].values
     ]
-    there = sorted((row for row in rows if np.isfinite(row[0]) and row[1] != "total"), reverse=True)
-    shown = [row for row in there if row[0] > there[0][0] - SHOWN_RANGE] if there else []
+    finite_rows = sorted((row for row in rows if np.isfinite(row[0]) and row[1] != "total"), reverse=True)
+    shown = [row for row in finite_rows if row[0] > finite_rows[0][0] - SHOWN_RANGE] if finite_rows else []
     lines = [
         f"ping {ping}, beam {channel}, {time * 1e3:.3f} ms: expected levels of rays by contribution and pair of paths"
     ]
     lines += [f"  {contribution:<13s} {'all pairs' if pair == ALL else pair:<10s} {level:8.1f} dB re 1 uPa"
               for level, contribution, pair in shown]  # fmt: skip
-    total = float(level_db(sum(10 ** (level / 10) for level, _, pair in there if pair == ALL)))
+    total = float(level_db(sum(10 ** (level / 10) for level, _, pair in finite_rows if pair == ALL)))
     if not shown:
         lines += ["  nothing arrives"]
     lines += named_paths(scenario, ping, channel, time)
@@ -52,13 +52,13 @@ def named_paths(scenario: Scenario, ping: int, channel: int, time: float) -> lis
     simulator = build_simulator(scenario)
     geometry = simulator.ping_geometry(ping, channel=channel)
     row = channel % scenario.sonar.beam_count % geometry.channel_count
-    found = [
+    paths = [
         (float(echo.delay[0]), echo.object, pair_name(echo.transmit_chain, echo.receive_chain), echo.energy[row, 0])
         for echo in simulator.tracer.exact_paths(geometry)
         if geometry.pulse.start <= time - echo.delay[0] <= geometry.pulse.stop and echo.energy[row, 0] > 0
     ]
     peak_db = float(level_db(geometry.pulse.peak**2))
-    return [""] * bool(found) + [
+    return [""] * bool(paths) + [
         f"  {name} by {pair}: arrives at {delay * 1e3:.3f} ms, {level_db(energy) + peak_db:.1f} dB re 1 uPa at its peak"
-        for delay, name, pair, energy in sorted(found)
+        for delay, name, pair, energy in sorted(paths)
     ]

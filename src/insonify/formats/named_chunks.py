@@ -62,17 +62,17 @@ class _NamedChunks(BackendArray):
 
         They are read before the shards: a row that is packed meanwhile is in one of them.
         """
-        found: dict[Any, NDArray[np.generic]] = {}
+        loose_values: dict[Any, NDArray[np.generic]] = {}
         if not (self.folder.parent / LOOSE / self.folder.name).is_dir():
-            return found
+            return loose_values
         array, rows = row_array(self.folder.parent, self.folder.name), np.arange(self.shape[0])[key[0]]
-        there = set(array.loose_rows())
+        loose_rows = set(array.loose_rows())
         for index, row in enumerate(np.atleast_1d(rows).tolist()):
-            values = array.read_loose(row) if row in there else None
+            values = array.read_loose(row) if row in loose_rows else None
             if values is not None:
                 one = xr.Variable(self.stored.dims, values)[(0, *key[1:])]
-                found[index if rows.ndim else ()] = one.values
-        return found
+                loose_values[index if rows.ndim else ()] = one.values
+        return loose_values
 
     def _first_damaged(self) -> Path:
         """File of the first chunk or shard that cannot be unpacked; the folder of the array if all can."""

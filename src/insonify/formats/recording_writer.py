@@ -56,12 +56,12 @@ class RecordingWriter:
         Args:
             pings: Numbers of the pings.
         """
-        there = zarr_store.recorded_pings(self.path)
+        recorded = zarr_store.recorded_pings(self.path)
         if self._lines is not None:
-            pings = self._lines.plan(pings, there, zarr_store.recorded_lines(self.path))
-        whole = label_store.labelled_pings(self.path) if self._labelled else np.ones(len(there), bool)
-        jobs = [(ping, False, True) for ping in pings if there[ping] and not whole[ping]]
-        jobs += [(ping, True, not whole[ping]) for ping in pings if not there[ping]]
+            pings = self._lines.plan(pings, recorded, zarr_store.recorded_lines(self.path))
+        whole = label_store.labelled_pings(self.path) if self._labelled else np.ones(len(recorded), bool)
+        jobs = [(ping, False, True) for ping in pings if recorded[ping] and not whole[ping]]
+        jobs += [(ping, True, not whole[ping]) for ping in pings if not recorded[ping]]
         self._left = Counter(ping // self._per_shard for ping, *_ in jobs)
         return jobs, len(pings)
 

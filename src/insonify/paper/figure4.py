@@ -217,11 +217,11 @@ def numbers() -> list[CheckedNumber]:
         )
         rows.append(CheckedNumber(f"{water}: bed more than 10 m away, largest change", elsewhere(water), "dB", 0.0, 0.5,
                            "a flat bed reflects away from itself"))  # fmt: skip
-    found, traced = (bed_by_face(smooth_target("one speed", SAND, tracer=tracer)) for tracer in (False, True))
+    straight, traced = (bed_by_face(smooth_target("one speed", SAND, tracer=tracer)) for tracer in (False, True))
     for pair, (name, _) in BY_FACE.items():
         rows.append(
             CheckedNumber(
-                f"one speed: {name} of the bed, mean level", found[pair], "dB", traced[pair], 0.2, "the tracer"
+                f"one speed: {name} of the bed, mean level", straight[pair], "dB", traced[pair], 0.2, "the tracer"
             )
         )
     return rows

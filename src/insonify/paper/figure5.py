@@ -97,10 +97,10 @@ def slope(water: Water) -> tuple[float, float]:
     ghost = face.take((face.transmit_family == "D") & (face.receive_family == "S"))
     order = np.argsort(direct.group), np.argsort(ghost.group)
     later = ghost.delay[order[1]] - direct.delay[order[0]]
-    found = np.polyfit(direct.position[order[0], 2], later, 1)[0]
+    fitted = np.polyfit(direct.position[order[0], 2], later, 1)[0]
     down, steep = (sidescan_model.ray(water, name, sidescan_model.FACE, MIDDLE).angle for name in ("D", "S"))
     speed = float(scene(water).water.sound_speed_at(MIDDLE))
-    return float(found), float((np.sin(steep) - np.sin(down)) / speed)
+    return float(fitted), float((np.sin(steep) - np.sin(down)) / speed)
 
 
 def rise(water: Water) -> float:
@@ -117,17 +117,19 @@ def numbers() -> list[CheckedNumber]:
     rows = []
     for water in WATERS:
         for pair, letters in GHOSTS.items():
-            found, expected = ghost_delay(water, pair)
+            simulated, expected = ghost_delay(water, pair)
             name = f"{water}: ghost {letters} later than the target by"
-            rows.append(CheckedNumber(name, 1e3 * found, "ms", 1e3 * expected, 0.01, EXACT))
-            found, expected = ghost_level(water, pair)
+            rows.append(CheckedNumber(name, 1e3 * simulated, "ms", 1e3 * expected, 0.01, EXACT))
+            simulated, expected = ghost_level(water, pair)
             rows.append(
-                CheckedNumber(f"{water}: ghost {letters} stronger by", found, "dB", expected, 0.3, f"{EXACT}; 4 |A|^2")
+                CheckedNumber(
+                    f"{water}: ghost {letters} stronger by", simulated, "dB", expected, 0.3, f"{EXACT}; 4 |A|^2"
+                )
             )
-        found, expected = slope(water)
+        simulated, expected = slope(water)
         name = f"{water}: ghost ab later by, for each metre of depth"
         rows.append(
-            CheckedNumber(name, 1e6 * found, "us/m", 1e6 * expected, 1.0, "Fermat: sines of arrival over the speed")
+            CheckedNumber(name, 1e6 * simulated, "us/m", 1e6 * expected, 1.0, "Fermat: sines of arrival over the speed")
         )
         rows.append(
             CheckedNumber(

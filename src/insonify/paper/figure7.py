@@ -92,8 +92,8 @@ def ping_correlation(sound: xr.Dataset, first: float, last: float) -> float:
     time = sound["time"].values
     part = sound["pressure"].values[:, 0, (time >= first) & (time < last)].astype(complex)
     part /= np.linalg.norm(part, axis=1, keepdims=True)
-    together = part.conj() @ part.T
-    return float(np.abs(together[np.triu_indices(len(part), 1)].mean()))
+    products = part.conj() @ part.T
+    return float(np.abs(products[np.triu_indices(len(part), 1)].mean()))
 
 
 def window(water: Water, pair: str) -> tuple[float, float]:

@@ -115,9 +115,9 @@ def _shade(depth: Floats, step: float) -> Floats:
     down_north, down_east = np.gradient(depth, step)
     # steepest tenth of the slopes in full light, so that gentle ground shows its shape too
     slope = down_north * np.sin(np.pi / 4) - down_east * np.cos(np.pi / 4)
-    there = np.isfinite(slope)
-    strong = float(np.quantile(np.abs(slope[there]), 0.95)) if there.any() else 0.0
-    light = np.clip(np.where(there, slope, 0.0) / max(strong, 1e-9), -1, 1)
+    known = np.isfinite(slope)
+    strong = float(np.quantile(np.abs(slope[known]), 0.95)) if known.any() else 0.0
+    light = np.clip(np.where(known, slope, 0.0) / max(strong, 1e-9), -1, 1)
     veil = np.zeros((*depth.shape, 4))
     veil[..., :3] = (light > 0)[..., None]
     veil[..., 3] = VEIL * np.abs(light)

@@ -28,22 +28,22 @@ class RecordedLines:
     held: dict[int, Series] = field(default_factory=dict)
     """Series of pings whose line is not complete."""
 
-    def plan(self, requested: list[int], there: NDArray[np.bool_], written: NDArray[np.bool_]) -> list[int]:
+    def plan(self, requested: list[int], recorded: NDArray[np.bool_], written: NDArray[np.bool_]) -> list[int]:
         """Pings to simulate: those requested, and all of each line that becomes complete with them.
 
         Args:
             requested: Numbers of the requested pings.
-            there: Mask of the recorded pings, shape (pings,); cleared where a ping has to arrive once more.
+            recorded: Mask of the recorded pings, shape (pings,); cleared where a ping has to arrive once more.
             written: Mask of the recorded lines, shape (lines,).
         """
         pings, length = set(requested), self.recorder.pings_per_line
         for line in map(int, np.flatnonzero(~written)):
             own = range(line * length, (line + 1) * length)
-            if all(there[ping] or ping in pings for ping in own) and not pings.isdisjoint(own):
+            if all(recorded[ping] or ping in pings for ping in own) and not pings.isdisjoint(own):
                 self.due.add(line)
         for line in self.due:
             own = range(line * length, (line + 1) * length)
-            there[own.start : own.stop] = False
+            recorded[own.start : own.stop] = False
             pings.update(own)
         return sorted(pings)
 

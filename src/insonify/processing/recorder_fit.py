@@ -119,10 +119,10 @@ def fit_recorder(
     for _ in range(resamples):
         drawn = [one[:, random.integers(0, one.shape[1], one.shape[1])].mean(axis=1) for one in cells]
         draws.append(_fit(drawn[0], drawn[1], middle, absorption_db_per_m))
-    found, (low, high) = draws[0], np.quantile(draws[1:], [0.025, 0.975], axis=0)
-    looks, spreading, offset = (Estimate(*map(float, row)) for row in zip(found[:3], low[:3], high[:3], strict=True))
+    fitted, (low, high) = draws[0], np.quantile(draws[1:], [0.025, 0.975], axis=0)
+    looks, spreading, offset = (Estimate(*map(float, row)) for row in zip(fitted[:3], low[:3], high[:3], strict=True))
     return RecorderFit(
-        looks, spreading, offset, _scale_estimate(top, share), share, middle, found[3:], (high[3:] - low[3:]) / 2,
+        looks, spreading, offset, _scale_estimate(top, share), share, middle, fitted[3:], (high[3:] - low[3:]) / 2,
         absorption_db_per_m,
     )  # fmt: skip
 
@@ -176,7 +176,7 @@ def _cells(amplitude: Floats, slant: Floats, edges: Floats) -> Floats:
         log = 2 * np.log(amplitude[: blocks * BLOCK]).reshape(blocks, -1, slant.size)
     log[~np.isfinite(log)] = np.nan
     row = np.digitize(slant, edges) - 1
-    found = np.empty((2, blocks, edges.size - 1))
+    cells = np.empty((2, blocks, edges.size - 1))
     for window in range(edges.size - 1):
         cell = log[:, :, row == window]
         x = np.arange(cell.shape[2]) - (cell.shape[2] - 1) / 2
@@ -184,8 +184,8 @@ def _cells(amplitude: Floats, slant: Floats, edges: Floats) -> Floats:
         mean = np.nanmean(cell, axis=(1, 2))
         slope = np.nansum((cell - mean[:, None, None]) * x, axis=(1, 2)) / (known * x**2).sum(axis=(1, 2))
         rest = np.nansum((cell - mean[:, None, None] - slope[:, None, None] * x) ** 2, axis=(1, 2))
-        found[:, :, window] = mean, rest / (known.sum(axis=(1, 2)) - 2)
-    return found
+        cells[:, :, window] = mean, rest / (known.sum(axis=(1, 2)) - 2)
+    return cells
 
 
 def _fit(real: Floats, simulated: Floats, middle: Floats, absorption_db_per_m: float) -> Floats:

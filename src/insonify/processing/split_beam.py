@@ -61,8 +61,8 @@ class Replica:
         """
         given = np.asarray(voltage, complex)
         kernel = np.conj(self.samples[::-1]).reshape((1,) * (given.ndim - 1) + (-1,))
-        found = scipy.signal.fftconvolve(given, kernel, axes=-1)[..., self.samples.size - 1 :]
-        return np.asarray(found / np.sum(np.abs(self.samples) ** 2))
+        compressed = scipy.signal.fftconvolve(given, kernel, axes=-1)[..., self.samples.size - 1 :]
+        return np.asarray(compressed / np.sum(np.abs(self.samples) ** 2))
 
 
 @dataclass(frozen=True, slots=True)
@@ -247,14 +247,14 @@ def echosounder_levels(pings: xr.Dataset) -> xr.Dataset:
             f"pings[{missing[0]!r}] = 5400.0"
         )
     shape = (pings.sizes["ping"], pings.sizes["sample"])
-    made = xr.Dataset(coords={name: pings[name] for name in ("ping", "time")}, attrs=pings.attrs)
+    levels = xr.Dataset(coords={name: pings[name] for name in ("ping", "time")}, attrs=pings.attrs)
     for name, (unit, text) in _LEVELS.items():
         if any(name in row for row in rows):
             values = np.full(shape, np.nan)
             for target, row in zip(values, rows, strict=True):
                 target[:] = row.get(name, np.nan)
-            made[name] = xr.Variable(("ping", "sample"), values, {"units": unit, "long_name": text})
-    return made.set_coords([name for name in ("range",) if name in made])
+            levels[name] = xr.Variable(("ping", "sample"), values, {"units": unit, "long_name": text})
+    return levels.set_coords([name for name in ("range",) if name in levels])
 
 
 _LEVELS = {
@@ -297,7 +297,7 @@ def _ping_levels(ping: xr.Dataset, known: dict[str, float]) -> dict[str, Floats]
         if "phase_alongship" in ping:
             along, athwart = (2 / np.sqrt(3), 2.0) if int(known.get("beam_type", 0)) in _THIRDS else (1.0, 1.0)
             phases = along * ping["phase_alongship"].values, athwart * ping["phase_athwartship"].values
-    made = {
+    columns = {
         "range": slant_range,
         "received_power": power,
         "point_scattering_strength": budget.point_scattering_strength(power, slant_range),
@@ -306,8 +306,8 @@ def _ping_levels(ping: xr.Dataset, known: dict[str, float]) -> dict[str, Floats]
     for side, phase in zip(("alongship", "athwartship"), phases or (), strict=False):
         sensitivity = known[f"angle_sensitivity_{side}"] * known["frequency"] / known["nominal_frequency"]
         sine = np.clip(phase / sensitivity, -1, 1)  # eq. 16 and 17
-        made[f"angle_{side}"] = np.arcsin(sine) - known[f"angle_offset_{side}"]
-    return made
+        columns[f"angle_{side}"] = np.arcsin(sine) - known[f"angle_offset_{side}"]
+    return columns
 
 
 def _replica(ping: xr.Dataset, known: dict[str, float]) -> Replica | None:

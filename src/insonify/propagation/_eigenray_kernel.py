@@ -102,8 +102,8 @@ def solve_eigenrays(
     block, pick = np.empty((BLOCK_ROWS, BLOCK)), np.empty(BLOCK, np.int64)
     guesses = np.empty((3, GUESSES))
     work = (block, pick, guesses, edges)
-    here = np.zeros(2, np.int64)
-    out = (here, ranges, rays, count)
+    point_span = np.zeros(2, np.int64)
+    out = (point_span, ranges, rays, count)
     count[:] = 0
     begin = 0
     while begin < ranges.size:
@@ -113,7 +113,7 @@ def solve_eigenrays(
             low, high = min(low, ranges[end]), max(high, ranges[end])
             end += 1
         build_nodes(depth, speed, plane, source_depth, point_depth[begin], lane)
-        here[0], here[1] = begin, end
+        point_span[0], point_span[1] = begin, end
         limit = direct_rays(lane, bounces, first_up, work, out)
         farthest = limit
         if bounces == 0:
@@ -146,7 +146,7 @@ def direct_rays(ray_branch: Floats, bounces: int, first_up: bool, workspace: Any
     Returns:
         Greatest distance of such rays [m].
     """
-    here, ranges, rays, count = out
+    point_span, ranges, rays, count = out
     block, pick = workspace[0], workspace[1]
     s, r, wall = (
         int(ray_branch[LAYER_SEQUENCE, SOURCE]),
@@ -172,25 +172,25 @@ def direct_rays(ray_branch: Floats, bounces: int, first_up: bool, workspace: Any
         straight += 0.5 * ray_branch[STRETCH, j]
         slower += 0.25 * ray_branch[STRETCH, j] * (ray_branch[KAPPA, j] + ray_branch[KAPPA, j + 1])
     slower /= straight
-    found = 0
-    for i in range(here[0], here[1]):
+    ray_count = 0
+    for i in range(point_span[0], point_span[1]):
         if ranges[i] > limit * (1 + ROUNDING):
             continue
         ratio = straight / ranges[i]  # v in water of one speed
-        block[B_FAR, found], block[B_PINNED, found] = ranges[i], 0.0
-        block[B_V, found] = math.sqrt(max(ratio * ratio - slower, 0.05 * ratio * ratio))
+        block[B_FAR, ray_count], block[B_PINNED, ray_count] = ranges[i], 0.0
+        block[B_V, ray_count] = math.sqrt(max(ratio * ratio - slower, 0.05 * ratio * ratio))
         if ranges[i] >= limit * (1 - ROUNDING):
-            block[B_V, found], block[B_PINNED, found] = LEVEL, 1.0
+            block[B_V, ray_count], block[B_PINNED, ray_count] = LEVEL, 1.0
         elif ratio > 1e9:
-            block[B_V, found], block[B_PINNED, found] = min(ratio, 1e300), 2.0
-        pick[found] = i
-        found += 1
-    newton_steps(ray_branch, block, found, LEVEL, math.inf, True)
-    for i in range(found):
+            block[B_V, ray_count], block[B_PINNED, ray_count] = min(ratio, 1e300), 2.0
+        pick[ray_count] = i
+        ray_count += 1
+    newton_steps(ray_branch, block, ray_count, LEVEL, math.inf, True)
+    for i in range(ray_count):
         if block[B_PINNED, i] == 0:
             block[B_V, i] = ray_to_distance(block[B_FAR, i], LEVEL, 2 * straight / block[B_FAR, i], True, ray_branch)
-    complete_rays(ray_branch, block, found)
-    for i in range(found):
+    complete_rays(ray_branch, block, ray_count)
+    for i in range(ray_count):
         k = pick[i]
         write_ray_properties(ray_branch, block, i, launch, arrival, 0, rays, k, count[k])
         count[k] += 1
@@ -209,12 +209,12 @@ def horizontal_rays(ray_branch: Floats, s: int, out: Any) -> float:
     Returns:
         Greatest distance of such rays [m].
     """
-    here, ranges, rays, count = out
+    point_span, ranges, rays, count = out
     nodes, c = int(ray_branch[LAYER_SEQUENCE, NODES]), ray_branch[SPEED, s]
     above = s > 0 and ray_branch[GRADIENT, s - 1] == 0
     below = s + 1 < nodes and ray_branch[GRADIENT, s] == 0
     inside = (above or s == 0) and (below or s + 1 == nodes)
-    for i in range(here[0], here[1]):
+    for i in range(point_span[0], point_span[1]):
         if not (above or below) and ranges[i] > 0:
             continue
         row = rays[i, count[i]]
@@ -274,9 +274,9 @@ def ducted_rays(
 @njit(cache=True, nogil=True, error_model="numpy")
 def is_full(out: Any) -> bool:
     """Return True if no point can take another ray; `out` as in `direct_rays`."""
-    here, _, _, count = out
+    point_span, _, _, count = out
     least = MOST
-    for i in range(here[0], here[1]):
+    for i in range(point_span[0], point_span[1]):
         least = min(least, count[i])
     return least >= MOST
 
@@ -354,12 +354,12 @@ def bounced_rays(
     side, wall, stop = (1, 0, nodes - 1) if first_up else (0, floor, 0)  # side of the turns
     start = max(s, r) if first_up else min(s, r)
     so_far = highest_speed(ray_branch, min(wall, start), max(wall, start))
-    found = turning_slabs(ray_branch, start, stop, so_far, slabs[side])
+    slab_count = turning_slabs(ray_branch, start, stop, so_far, slabs[side])
     away = 1.0 if first_up else -1.0  # from the wall
     farthest = limit
     for turns_beside in range(1, 4):
         before, after = turns_beside != 2, turns_beside != 1
-        for k in range(found):
+        for k in range(slab_count):
             near = int(slabs[side, TURN_NODE, k])
             start_layer_sequence(ray_branch)
             at = s

@@ -96,31 +96,31 @@ def segment_rays(
         workspace: See `direct_rays`.
         out: See `direct_rays`.
     """
-    here, ranges, rays, count = out
+    point_span, ranges, rays, count = out
     block, pick, guesses, edges = workspace
     a, b, falls = edges[EDGE, segment], edges[EDGE, segment + 1], x_right < x_left
     close, away = min(x_left, x_right), max(x_left, x_right)
-    found = 0
-    for i in range(here[0], here[1]):
+    ray_count = 0
+    for i in range(point_span[0], point_span[1]):
         distance, slack = ranges[i], ROUNDING * (ranges[i] + 1)
         if distance < close - slack or distance > away + slack or count[i] >= MOST:
             continue
         at_close, at_away = distance <= close + slack, distance >= away - slack
-        block[B_FAR, found], block[B_PINNED, found] = distance, (1.0 if at_close or at_away else 0.0)
-        block[B_V, found] = b if at_close == falls else a
-        pick[found] = i
-        found += 1
-    if found == 0:
+        block[B_FAR, ray_count], block[B_PINNED, ray_count] = distance, (1.0 if at_close or at_away else 0.0)
+        block[B_V, ray_count] = b if at_close == falls else a
+        pick[ray_count] = i
+        ray_count += 1
+    if ray_count == 0:
         return
-    if found >= GUESSES:
-        initial_guesses(ray_branch, block, found, a, b, falls, guesses)
-        newton_steps(ray_branch, block, found, a, b, False)
-    for i in range(found):
+    if ray_count >= GUESSES:
+        initial_guesses(ray_branch, block, ray_count, a, b, falls, guesses)
+        newton_steps(ray_branch, block, ray_count, a, b, False)
+    for i in range(ray_count):
         if block[B_PINNED, i] == 0:
             block[B_V, i] = ray_to_distance(block[B_FAR, i], a, b, falls, ray_branch)
-    complete_rays(ray_branch, block, found)
+    complete_rays(ray_branch, block, ray_count)
     turns = int(ray_branch[LAYER_SEQUENCE, HALF_TURNS] + ray_branch[LAYER_SEQUENCE, HALF_TURNS + 1]) // 2
-    for i in range(found):
+    for i in range(ray_count):
         k = pick[i]
         write_ray_properties(ray_branch, block, i, launch_sign, arrival_sign, turns, rays, k, count[k])
         for inner in range(segment, segment + 2):

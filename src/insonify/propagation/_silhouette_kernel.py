@@ -127,8 +127,8 @@ def diffract_around_solid(
     farthest, highest = max(np.max(columns[:, 0]), np.max(columns[:, 5])), np.min(columns[:, 1])
     for n in rows:
         mine = status[n] == OCCLUDED and legs.occluder[f, n] == screen.row
-        level = math.sqrt(arrival[n, 0] ** 2 + arrival[n, 1] ** 2)
-        if not (mine or (status[n] == CLEAR and visibility[n] != 0)) or level < STEEPEST:
+        horizontal = math.sqrt(arrival[n, 0] ** 2 + arrival[n, 1] ** 2)
+        if not (mine or (status[n] == CLEAR and visibility[n] != 0)) or horizontal < STEEPEST:
             continue
         north, east = points[n, 0] - position[0], points[n, 1] - position[1]
         reach = math.sqrt(north * north + east * east)
@@ -136,10 +136,10 @@ def diffract_around_solid(
             continue
         turn = math.atan2(east, north) - centre_bearing
         turn -= 2 * math.pi * math.floor(turn / (2 * math.pi) + 0.5)
-        if passes_beside(reach, turn, level, length[n], wavelength, borders, border_ranges, max_fresnel_number):
+        if passes_beside(reach, turn, horizontal, length[n], wavelength, borders, border_ranges, max_fresnel_number):
             continue
-        slope = arrival[n, 2] / level
-        end = RayEnd(points[n, 2], slope, level, length[n])
+        slope = arrival[n, 2] / horizontal
+        end = RayEnd(points[n, 2], slope, horizontal, length[n])
         if not mine and (
             passes_above_all(end, reach - farthest, reach - nearest, highest, wavelength, max_fresnel_number)
             or passes_above(end, reach, wavelength, columns, max_fresnel_number)
@@ -152,30 +152,32 @@ def diffract_around_solid(
         for k in range(borders.size):
             behind = reach - border_ranges[k] * math.cos(borders[k] - turn)
             off = border_ranges[k] * math.sin(borders[k] - turn)
-            number = edge_fresnel_number(off, behind / level, length[n], wavelength)
+            number = edge_fresnel_number(off, behind / horizontal, length[n], wavelength)
             if behind <= 0:
                 number = math.copysign(ENDLESS, off)
-            here = edge_diffraction(number, table)
+            factor = edge_diffraction(number, table)
             if k > 0:
                 c = columns[k - 1]
                 over = c[4] < reach < c[5] and borders[k - 1] <= turn <= borders[k]
                 if over or behind >= ahead:
                     seen = seen and not over
                 elif reach > c[0]:
-                    top = screen_fresnel_number(points[n, 2], slope, level, reach - c[0], c[1], length[n], wavelength)
+                    top = screen_fresnel_number(
+                        points[n, 2], slope, horizontal, reach - c[0], c[1], length[n], wavelength
+                    )
                     base = -ENDLESS
                     if c[3] < screen.bed_depth and reach > c[2]:
                         base = screen_fresnel_number(
-                            points[n, 2], slope, level, reach - c[2], c[3], length[n], wavelength
+                            points[n, 2], slope, horizontal, reach - c[2], c[3], length[n], wavelength
                         )
                     if top > -FAR:
                         up = edge_diffraction(base, table) - edge_diffraction(top, table)
-                        across = before - here
+                        across = before - factor
                         if screen.infinitely_wide:
                             across = 1 + 0j if borders[k - 1] <= turn < borders[k] else 0j
                         blocked += across * up
                     seen = seen or borders[k - 1] <= turn <= borders[k]
-            before = here
+            before = factor
         if mine:
             visibility[n] = 1 - blocked if seen else 0j
         else:
@@ -232,8 +234,8 @@ def passes_above(end: RayEnd, distance: float, wavelength: float, columns: Float
         behind = distance - columns[k, 0]
         if behind <= 0 or columns[k, 4] < distance < columns[k, 5]:
             return False
-        top, level = columns[k, 1], end.horizontal_component
-        number = screen_fresnel_number(end.depth, end.slope, level, behind, top, end.length, wavelength)
+        top, horizontal = columns[k, 1], end.horizontal_component
+        number = screen_fresnel_number(end.depth, end.slope, horizontal, behind, top, end.length, wavelength)
         if number > -max_fresnel_number:
             return False
     return True

@@ -77,9 +77,9 @@ def occlude_legs(
         for f in range(legs.image_depths.size):
             if status[f, n] != _CLEAR:
                 continue
-            found = _lowest_solid_of_leg(legs, tree, f, x, y, z)
-            if found != NONE:
-                status[f, n], occluder[f, n] = _OCCLUDED, found
+            solid = _lowest_solid_of_leg(legs, tree, f, x, y, z)
+            if solid != NONE:
+                status[f, n], occluder[f, n] = _OCCLUDED, solid
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -87,7 +87,7 @@ def _lowest_solid_of_leg(legs: FoldedLegs, tree: TriangleTree, f: int, x: float,
     """Lowest solid that a leg of one family hits on any of its segments, or `NONE`."""
     source, bounces = legs.source, legs.bounces[f]
     dx, dy, climb = x - source[0], y - source[1], abs(z - legs.image_depths[f])
-    part, depth, down, found = 0.0, source[2], not legs.first_up[f], NONE
+    part, depth, down, solid = 0.0, source[2], not legs.first_up[f], NONE
     for segment in range(bounces + 1):
         if segment == bounces:
             stop, end = 1.0, z
@@ -95,9 +95,9 @@ def _lowest_solid_of_leg(legs: FoldedLegs, tree: TriangleTree, f: int, x: float,
             end = legs.water_depth if down else 0.0
             stop = part + abs(end - depth) / max(climb, 1e-12)
         start = source[0] + part * dx, source[1] + part * dy, depth
-        found = lowest_solid(tree, start, ((stop - part) * dx, (stop - part) * dy, end - depth), found)
+        solid = lowest_solid(tree, start, ((stop - part) * dx, (stop - part) * dy, end - depth), solid)
         part, depth, down = stop, end, not down
-    return found
+    return solid
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -450,10 +450,10 @@ def _follow_bounce(
     Returns:
         New number of bounce points.
     """
-    apart = search.step / 100
+    least_separation = search.step / 100
     what = refine_bounce_point(north, east, leg, search, fold, point)
     if what == THERE:
-        return _insert_bounce(point, stationary_points, count, apart)
+        return _insert_bounce(point, stationary_points, count, least_separation)
     if what == NONE:
         return count
     wide = math.sqrt(2 * abs(point[11] / point[9]))
@@ -462,5 +462,5 @@ def _follow_bounce(
     n, e, un, ue = point[0], point[1], wide * point[12], wide * point[13]
     for side in (-1.0, 1.0):
         if refine_bounce_point(n + side * un, e + side * ue, leg, search, False, point) == THERE:
-            count = _insert_bounce(point, stationary_points, count, apart)
+            count = _insert_bounce(point, stationary_points, count, least_separation)
     return count

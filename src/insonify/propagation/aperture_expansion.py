@@ -21,16 +21,17 @@ Floats = NDArray[np.float64]
 RaySource = Callable[[str, float, Floats], FamilyRays]
 """Rays of a family from a depth [m] to all points, at their own distances [m], (n,)."""
 
-LATER = 9
-"""Terms of the delay: x^2, x z, z^2, x^3, x^2 z, x z^2, z^3, x^4, z^4, with x the approach and z the depth offset."""
+DELAY_TERMS = 9
+"""Number of the terms of the delay: x^2, x z, z^2, x^3, x^2 z, x z^2, z^3, x^4, z^4, with x the
+horizontal offset towards the point and z the downward offset [m]."""
 TERMS = 13
-"""Those terms, and of the logarithm of the pressure: x, z, x^2, z^2."""
-LEAST = 0.02
-"""Least horizontal distance of the rays [m]."""
-NEARER = 0.25
-"""Largest approach of the position ahead, as a fraction of the distance [1]."""
-ANOTHER = 3e-6
-"""Rays whose delay deviates more than this from the sphere's are of another branch [s]."""
+"""Number of all terms: those of the delay, then those of the logarithm of the pressure: x, z, x^2, z^2."""
+MIN_OFFSET = 0.02
+"""Least offset from the centre at which rays are evaluated [m]."""
+MAX_APPROACH = 0.25
+"""Largest offset towards the point, as a fraction of the horizontal distance [1]."""
+MAX_DELAY_DEVIATION = 3e-6
+"""Deviation from the sphere's delay beyond which a ray is of another branch [s]."""
 
 
 def aperture_expansion(
@@ -43,21 +44,22 @@ def aperture_expansion(
         legs: Legs from the centre to the points, f of them to each.
         position: North, east, depth of the centre [m], shape (3,).
         points: North, east, depth of the points [m], shape (n, 3).
-        water: Water between.
+        water: Sound speed of the water column.
         aperture_extent: Largest offset of elements from the centre, horizontal and vertical [m].
         max_depth: Greatest depth at which rays exist [m].
-        ray_source: Function that returns the rays.
+        ray_source: Function of family, depth [m] and horizontal distances [m], (n,); returns the rays.
 
     Returns:
         Coefficients of `TERMS`, delay [s] and logarithm of pressure [1] over powers of metres, shape (f, TERMS, n);
         zero where there is no such ray, or where it ends near a caustic.
     """
     ahead = np.minimum(
-        max(aperture_extent[0], LEAST), NEARER * np.hypot(points[:, 0] - position[0], points[:, 1] - position[1])
+        max(aperture_extent[0], MIN_OFFSET),
+        MAX_APPROACH * np.hypot(points[:, 0] - position[0], points[:, 1] - position[1]),
     )
     ahead = np.maximum(ahead, 1e-3)
     depth = float(position[2])
-    down = min(max(aperture_extent[1], LEAST), depth, max_depth - depth) if aperture_extent[1] > 1e-4 else 0.0
+    down = min(max(aperture_extent[1], MIN_OFFSET), depth, max_depth - depth) if aperture_extent[1] > 1e-4 else 0.0
     terms = np.zeros((len(legs.families), TERMS, len(points)))
     rays_at: dict[str, list[FamilyRays]] = {}
     for row, family in enumerate(legs.families):
@@ -67,12 +69,13 @@ def aperture_expansion(
             rays_at[family] += [
                 ray_source(family, depth + side * down, front.horizontal_distance) for side in (1, -1) if down > 1e-3
             ]
-        around = _RayExpansion(legs, row, position, front.vertical_curvature, front.sound_speed_gradient, water)
-        level = [around.excess(rays_at[family][k], side * ahead, 0.0) for k, side in ((0, 1), (1, -1))]
-        upright = [
-            around.excess(one, 0.0, side * down) for one, side in zip(rays_at[family][2:], (1, -1), strict=False)
+        expansion = _RayExpansion(legs, row, position, front.vertical_curvature, front.sound_speed_gradient, water)
+        horizontal = [expansion.excess(rays_at[family][k], side * ahead, 0.0) for k, side in ((0, 1), (1, -1))]
+        vertical = [
+            expansion.excess(family_rays, 0.0, side * down)
+            for family_rays, side in zip(rays_at[family][2:], (1, -1), strict=False)
         ]
-        _terms(terms[row], level, upright, ahead, down)
+        _fill_terms(terms[row], horizontal, vertical, ahead, down)
     return np.nan_to_num(terms)
 
 
@@ -90,51 +93,84 @@ class _RayExpansion:
         self.amplitude = np.where(legs.spreading[row] > 0, legs.spreading[row], np.nan)
 
     def sphere(self, x: Floats | float, z: float) -> tuple[Floats, Floats, Floats, Floats]:
-        """Delay less that of the centre [s], its derivatives to x and z [s/m], and logarithm of the pressure [1]."""
+        """Field of a spherical wavefront at an offset from the centre, with the gradient of sound speed there.
+
+        The gradient g adds the integral of g z / c^2 along the ray: the eikonal equation to first order in g.
+
+        Args:
+            x: Horizontal offset towards the point [m], scalar or (n,).
+            z: Downward offset [m].
+
+        Returns:
+            Delay less that of the centre [s], its derivatives by x and by z [s/m], and logarithm of the pressure re
+            that at the centre [1], each (n,).
+        """
         c, s, b = self.cosine, self.sine, self.bend
         along, aside = x * c + z * s, z * c - x * s
         root = np.sqrt(np.maximum(1 - 2 * b * along + b**2 * (x**2 + z**2), 1e-6))
         turn = self.gradient / (2 * self.speed**2)
-        late = (b * (x**2 + z**2) - 2 * along) / (1 + root) / self.speed + turn * (s * along + 2 * c * aside) * along
+        delay_change = (b * (x**2 + z**2) - 2 * along) / (1 + root) / self.speed + turn * (
+            s * along + 2 * c * aside
+        ) * along
         slope = turn * 2 * (s * along + c * aside), turn * 2 * c * along  # along, and aside
         to_x = (b * x - c) / root / self.speed + slope[0] * c - slope[1] * s
         to_z = (b * z - s) / root / self.speed + slope[0] * s + slope[1] * c
-        return late, to_x, to_z, -np.log(root)
+        return delay_change, to_x, to_z, -np.log(root)
 
     def excess(self, family_rays: FamilyRays, x: Floats | float, z: float) -> Floats:
-        """Deviation of rays to one position from the sphere: delay, both derivatives, log pressure, (4, n)."""
-        late, to_x, to_z, log_reference = self.sphere(x, z)
-        there = np.arange(family_rays.rays.shape[1]) < np.minimum(family_rays.count, MOST)[:, None]
-        apart = np.where(there, np.abs(family_rays.rays[:, :, DELAY] - (self.delay + late)[:, None]), np.inf)
-        nearest = np.argmin(apart, axis=1)
+        """Deviation of rays at an offset from the spherical field of `sphere`, (4, n); NaN for rays of another branch.
+
+        Rows: delay [s], its derivatives by x and by z [s/m], logarithm of the pressure [1].
+        """
+        delay_change, to_x, to_z, log_reference = self.sphere(x, z)
+        exists = np.arange(family_rays.rays.shape[1]) < np.minimum(family_rays.count, MOST)[:, None]
+        deviation = np.where(
+            exists, np.abs(family_rays.rays[:, :, DELAY] - (self.delay + delay_change)[:, None]), np.inf
+        )
+        nearest = np.argmin(deviation, axis=1)
         n = np.arange(len(nearest))
         ray = family_rays.rays[n, nearest]
         speed = float(self.water.sound_speed_at(self.depth + z))
         with np.errstate(divide="ignore", invalid="ignore"):
             log_ratio = np.log(ray[:, AMPLITUDE] / self.amplitude) - log_reference
         terms = np.array(
-            [ray[:, DELAY] - self.delay - late, -ray[:, SLOWNESS] - to_x, -ray[:, SIN_LAUNCH] / speed - to_z, log_ratio]
+            [
+                ray[:, DELAY] - self.delay - delay_change,
+                -ray[:, SLOWNESS] - to_x,
+                -ray[:, SIN_LAUNCH] / speed - to_z,
+                log_ratio,
+            ]
         )
-        terms[:, ~(apart[n, nearest] < ANOTHER)] = np.nan
+        terms[:, ~(deviation[n, nearest] < MAX_DELAY_DEVIATION)] = np.nan
         terms[3, ray[:, FOLD_SIDE] != 0] = np.nan
         return terms
 
 
-def _terms(coefficients: Floats, level: list[Floats], upright: list[Floats], ahead: Floats, down: float) -> None:
-    """Fill in the coefficients of one row from the deviations at the positions; see `LATER` and `TERMS`."""
-    odd, even = (level[0] - level[1]) / 2, (level[0] + level[1]) / 2
-    h = ahead
+def _fill_terms(
+    coefficients: Floats, horizontal: list[Floats], vertical: list[Floats], offset: Floats, depth_offset: float
+) -> None:
+    """Compute the coefficients of one row of legs from the deviations at four offsets.
+
+    Args:
+        coefficients: Result, in the order of `DELAY_TERMS` and `TERMS`, (TERMS, n).
+        horizontal: Rows of `_RayExpansion.excess` at offsets +x and -x.
+        vertical: Rows at offsets +z and -z; empty for an aperture without height.
+        offset: Horizontal offset x [m], (n,).
+        depth_offset: Downward offset z [m].
+    """
+    odd, even = (horizontal[0] - horizontal[1]) / 2, (horizontal[0] + horizontal[1]) / 2
+    h = offset
     coefficients[0] = 2 * even[0] / h**2 - odd[1] / (2 * h)
     coefficients[1] = odd[2] / h
     coefficients[3] = odd[0] / h**3
     coefficients[4] = even[2] / h**2
     coefficients[7] = (odd[1] / (2 * h) - even[0] / h**2) / h**2
     coefficients[9], coefficients[11] = odd[3] / h, even[3] / h**2
-    if not upright:
+    if not vertical:
         return
-    odd, even = (upright[0] - upright[1]) / 2, (upright[0] + upright[1]) / 2
-    coefficients[2] = 2 * even[0] / down**2 - odd[2] / (2 * down)
-    coefficients[5] = even[1] / down**2
-    coefficients[6] = odd[0] / down**3
-    coefficients[8] = (odd[2] / (2 * down) - even[0] / down**2) / down**2
-    coefficients[10], coefficients[12] = odd[3] / down, even[3] / down**2
+    odd, even = (vertical[0] - vertical[1]) / 2, (vertical[0] + vertical[1]) / 2
+    coefficients[2] = 2 * even[0] / depth_offset**2 - odd[2] / (2 * depth_offset)
+    coefficients[5] = even[1] / depth_offset**2
+    coefficients[6] = odd[0] / depth_offset**3
+    coefficients[8] = (odd[2] / (2 * depth_offset) - even[0] / depth_offset**2) / depth_offset**2
+    coefficients[10], coefficients[12] = odd[3] / depth_offset, even[3] / depth_offset**2

@@ -1,4 +1,4 @@
-"""Roughness of the seabed that a bottom bounce finds: static waves of the sediment's spectrum, and of its relief.
+"""Roughness of the seabed at a bottom bounce: static waves of the sediment's spectrum, and of its relief.
 
 Waves shorter than the Fresnel zone count; longer ones tilt the plane of the reflection. Over relief those below its
 cutoff are the sediment's and the others its own; over a flat seabed all are the sediment's.
@@ -41,16 +41,19 @@ class BedRoughness:
     scattered_variance: float
     """Variance of the height of the shorter waves, which take energy from the coherent leg alone [m^2]."""
     scattered_share: Floats
-    """Share of the reflected energy that the law scatters by the shorter waves [1], shape (`SINES`,)."""
-    grows_with_zone: bool
-    """True where waves count only if they are shorter than the Fresnel zone; False over a survey, which has none."""
+    """Fraction of the reflected energy that the shorter waves scatter by the scattering law [1], (SINE_COUNT,).
+
+    At even steps of the sine of the grazing angle from 0 to 1.
+    """
+    is_zone_limited: bool
+    """True where only waves shorter than the Fresnel zone count; False over a surveyed grid, which has no waves."""
 
     def mean_quanta(self, phase: Floats, sine: Floats, long_variance: Floats) -> tuple[Floats, Floats]:
-        """Mean number of quanta of the glints of one bounce [1], and the share of the energy that the law takes [1].
+        """Phase variance of the glints of one bounce [rad^2], and fraction of the energy that the law scatters [1].
 
-        The coherent leg keeps exp(-4 Gamma^2) of the reflected energy, Gamma by all waves up to that of the sound; the
-        law takes its share, at most the rest; and glints carry what is left: exp(-quanta) of the sum of both is
-        coherent.
+        The phase variance 4 Gamma^2 is the mean number of quanta, see `glints`. The coherent leg has exp(-4 Gamma^2) of
+        the reflected energy, with Gamma by all waves up to the wavelength of the sound. The scattering law takes its
+        fraction, at most the rest, and glints carry the remainder: of both, exp(-quanta) is coherent.
 
         Args:
             phase: Phase per height, 2 k sin(grazing) [rad/m], shape (n,).
@@ -58,7 +61,7 @@ class BedRoughness:
             long_variance: Variance of the waves longer than the Fresnel zone [m^2], shape (n,).
         """
         quanta = phase**2 * (self.waves.variance[-1] - long_variance + self.scattered_variance)
-        share = np.interp(sine, np.linspace(0, 1, SINES), self.scattered_share)
+        share = np.interp(sine, np.linspace(0, 1, SINE_COUNT), self.scattered_share)
         share = np.minimum(share, -np.expm1(-quanta))
         return np.maximum(quanta + np.log1p(-share), 0.0), share
 
@@ -69,15 +72,17 @@ class BedRoughness:
             family: Name of a family with a bottom bounce, of which the first counts.
             source_depth: Depth of the end at which the legs begin [m].
             length: Length of the legs [m], shape (n,).
-            sine: Sine of their grazing angle at the seabed [1], shape (n,).
+            sine: Sine of the grazing angle of the legs at the seabed [1], shape (n,).
         """
-        if not self.grows_with_zone:
+        if not self.is_zone_limited:
             return np.zeros(len(sine)), np.zeros(len(sine))
         paths = flat_bounces(family, source_depth, length, sine, self.depth)
         along, across = fresnel_zone(paths, bounce_sequence(family).index("B"), self.wavelength)
-        zone = np.log(math.pi / np.maximum(np.sqrt(along * across), 1e-6))
-        known = np.log(self.waves.wavenumber)
-        height, slope = (np.interp(zone, known, one) for one in (self.waves.variance, self.waves.slope_moments[0]))
+        log_zone = np.log(math.pi / np.maximum(np.sqrt(along * across), 1e-6))
+        log_wavenumber = np.log(self.waves.wavenumber)
+        height, slope = (
+            np.interp(log_zone, log_wavenumber, column) for column in (self.waves.variance, self.waves.slope_moments[0])
+        )
         return height, slope
 
 
@@ -102,38 +107,57 @@ def bed_roughness(seabed: Seabed, frequency: float, sound_speed: float) -> BedRo
 
 @lru_cache(maxsize=8)
 def _roughness(
-    made_of: Sediment, wavelength: float, depth: float, terrain: SeabedTerrain | None, *, scatters: bool
+    material: Sediment, wavelength: float, depth: float, terrain: SeabedTerrain | None, *, scatters: bool
 ) -> BedRoughness:
-    """`bed_roughness` of a sediment, below the cutoff of any relief, and of that relief above it."""
-    wavenumber, cutoff = 2 * math.pi / wavelength, LONGEST if terrain is None else terrain.relief.cutoff.wavenumber
+    """`bed_roughness` of a material: its spectrum beyond the cutoff of any relief, the relief's spectrum below it.
+
+    Args:
+        material: Sediment of the seabed.
+        wavelength: Wavelength of the sound [m].
+        depth: Depth of the mean plane [m].
+        terrain: Terrain of the seabed; None for a flat one.
+        scatters: True if the interface scatters, so that its law takes energy.
+    """
+    wavenumber, cutoff = (
+        2 * math.pi / wavelength,
+        MIN_WAVENUMBER if terrain is None else terrain.relief.cutoff.wavenumber,
+    )
     finest = min(max(wavenumber / SLOPE_CUT, 1.01 * cutoff), wavenumber)
     has_waves = terrain is not None and terrain.relief.is_waves
-    low = min(LONGEST, 0.5 * cutoff) if has_waves else cutoff
+    low = min(MIN_WAVENUMBER, 0.5 * cutoff) if has_waves else cutoff
     k = np.geomspace(low, max(finest, 1.01 * low), LENGTHS)
-    variance = np.asarray(band_variance(made_of, cutoff, np.maximum(k, cutoff)))
+    variance = np.asarray(band_variance(material, cutoff, np.maximum(k, cutoff)))
     if terrain is not None and has_waves:
         resolved = np.minimum(k, cutoff)
         variance = variance + terrain.relief.band_variance(np.array(low), cutoff)
         variance -= terrain.relief.band_variance(resolved, cutoff)
-    rest = float(band_variance(made_of, max(finest, cutoff), max(wavenumber, finest, cutoff)))
-    share = _scattered_share(made_of, wavelength, finest / wavenumber) if scatters else np.zeros(SINES)
-    return BedRoughness(wavelength, depth, static_waves(k, variance), rest, share, terrain is None or has_waves)
+    scattered_variance = float(band_variance(material, max(finest, cutoff), max(wavenumber, finest, cutoff)))
+    share = _scattered_share(material, wavelength, finest / wavenumber) if scatters else np.zeros(SINE_COUNT)
+    return BedRoughness(
+        wavelength, depth, static_waves(k, variance), scattered_variance, share, terrain is None or has_waves
+    )
 
 
-def _scattered_share(made_of: Sediment, wavelength: float, finest: float) -> Floats:
-    """Share of the reflected energy that a sediment's surface scatters by waves beyond one of so many k [1]."""
-    sine = np.linspace(0, 1, SINES)
+def _scattered_share(material: Sediment, wavelength: float, finest: float) -> Floats:
+    """Fraction of the reflected energy that the surface of a sediment scatters by its shorter waves [1], (SINE_COUNT,).
+
+    Args:
+        material: Sediment of the seabed.
+        wavelength: Wavelength of the sound [m].
+        finest: Least wavenumber of these waves re that of the sound [1].
+    """
+    sine = np.linspace(0, 1, SINE_COUNT)
     sine[0] = 0.1 * sine[1]
-    law = UncappedSmallSlope(made_of, 1.0, wavelength)
+    law = UncappedSmallSlope(material, 1.0, wavelength)
     scattered = albedo(law, np.arcsin(sine), points=40, beyond=finest)
-    reflected = np.abs(reflection_coefficient_at_sine(made_of, sine)) ** 2
+    reflected = np.abs(reflection_coefficient_at_sine(material, sine)) ** 2
     return np.minimum(scattered / np.maximum(reflected, 1e-12), 1.0)
 
 
-SINES = 65
-"""Sines of the grazing angle, evenly spaced from 0 to 1, at which the law's share is computed."""
-LONGEST = 2 * math.pi / 1000.0
-"""Wavenumber of the longest waves that count [rad/m]."""
+SINE_COUNT = 65
+"""Number of sines of the grazing angle, evenly spaced from 0 to 1, at which the law's fraction is computed."""
+MIN_WAVENUMBER = 2 * math.pi / 1000.0
+"""Least wavenumber of waves that count, of 1 km [rad/m]."""
 
 
 def static_waves(wavenumber: Floats, variance: Floats) -> WindWaves:
@@ -141,7 +165,7 @@ def static_waves(wavenumber: Floats, variance: Floats) -> WindWaves:
 
     Args:
         wavenumber: Increasing wavenumbers in equal ratios [rad/m], shape (m,).
-        variance: Variance of the height below each [m^2], shape (m,).
+        variance: Variance of the height by waves below each wavenumber [m^2], shape (m,).
     """
     per_axis = np.diff(variance) * wavenumber[1:] * wavenumber[:-1] / 2
     slope, none = np.concatenate(([0.0], np.cumsum(per_axis))), np.zeros_like(variance)

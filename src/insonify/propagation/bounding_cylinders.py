@@ -22,13 +22,13 @@ def bounding_cylinders(scene: Scene) -> Floats:
     Returns:
         North and east of each axis, radius, depth of top and of base [m], shape (t, 5).
     """
-    found = [(box[0], box[1], np.hypot(box[4], box[5]), box[6], box[7]) for box in scene.bodies]
+    cylinders = [(box[0], box[1], np.hypot(box[4], box[5]), box[6], box[7]) for box in scene.bodies]
     for solid in scene.solids:
         surface = world_triangles(solid, scene.seabed)
         low, high = np.asarray(surface.low), np.asarray(surface.high)
         middle, radius = (low + high)[:2] / 2, np.linalg.norm(high[:2] - low[:2]) / 2
-        found.append((middle[0], middle[1], radius, low[2], high[2]))
-    held = np.array(found, float).reshape(-1, 5)
+        cylinders.append((middle[0], middle[1], radius, low[2], high[2]))
+    held = np.array(cylinders, float).reshape(-1, 5)
     held.flags.writeable = False  # shared by all pings
     return held
 
@@ -84,7 +84,7 @@ def union(parts: list[NDArray[np.int64]], count: int) -> NDArray[np.int64]:
     """Sorted union of rows, out of `count`."""
     if len(parts) == 1:
         return parts[0]
-    there = np.zeros(count, bool)
+    inside = np.zeros(count, bool)
     for part in parts:
-        there[part] = True
-    return np.flatnonzero(there)
+        inside[part] = True
+    return np.flatnonzero(inside)

@@ -66,9 +66,9 @@ class DelayField:
         return self._spread(legs.visibility, legs.delay, legs.length)
 
     def _spread(self, visibility: NDArray[Any], delay: Floats, length: Floats) -> Floats:
-        there = (visibility != 0) & (delay > 0)
-        speed = np.where(there, length / np.where(there, delay, 1.0), 1.0)
-        return np.sqrt(np.maximum(delay_variance(np.where(there, length, 0.0), speed, self.inhomogeneity), 0.0))
+        exists = (visibility != 0) & (delay > 0)
+        speed = np.where(exists, length / np.where(exists, delay, 1.0), 1.0)
+        return np.sqrt(np.maximum(delay_variance(np.where(exists, length, 0.0), speed, self.inhomogeneity), 0.0))
 
     def covariance(self, leg_ends: list[tuple[Legs, Floats, Integers]], points: Floats, point_rows: Integers) -> Floats:
         """Covariance of the delays of some legs to the same points [s^2], shape (m, legs, legs).
@@ -82,17 +82,19 @@ class DelayField:
         spread = []
         for legs, _, rows in leg_ends:
             for row in rows:
-                some = np.ix_([legs.families[row] == name for name in legs.families], point_rows)
-                spread.append(self._spread(legs.visibility[some], legs.delay[some], legs.length[some]).max(axis=0))
+                selected = np.ix_([legs.families[row] == name for name in legs.families], point_rows)
+                spread.append(
+                    self._spread(legs.visibility[selected], legs.delay[selected], legs.length[selected]).max(axis=0)
+                )
         points = points[point_rows]
         paths = [self._path_points(legs.families[row], end, points) for legs, end, rows in leg_ends for row in rows]
-        found = np.empty((len(points), len(paths), len(paths)))
+        covariance = np.empty((len(points), len(paths), len(paths)))
         for a, first in enumerate(paths):
             for b, second in enumerate(paths[: a + 1]):
                 square = np.sum((first - second) ** 2, axis=-1)
                 alike = np.exp(-square / self.inhomogeneity.correlation_length**2).mean(axis=0)
-                found[:, a, b] = found[:, b, a] = spread[a] * spread[b] * alike
-        return found
+                covariance[:, a, b] = covariance[:, b, a] = spread[a] * spread[b] * alike
+        return covariance
 
     def _path_points(self, family: str, position: Floats, points: Floats) -> Floats:
         """Points at even fractions of a leg's path, shape (fractions, n, 3)."""

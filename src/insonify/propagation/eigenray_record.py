@@ -71,8 +71,8 @@ class Eigenrays:
         return self.delay.size
 
     def __repr__(self) -> str:
-        found = self.status == "ok"
-        lines = [f"Eigenrays: {found.sum()} paths to {np.unique(self.point).size} points"]
+        exists = self.status == "ok"
+        lines = [f"Eigenrays: {exists.sum()} paths to {np.unique(self.point).size} points"]
         lines += [f"  {self.point[i]:>5}  {self._line(i)}" for i in range(min(len(self), _SHOWN))]
         if len(self) > _SHOWN:
             lines.append(f"  ... and {len(self) - _SHOWN} rows more")
@@ -113,14 +113,14 @@ def eigenray_record(families: tuple[str, ...], solutions: Iterable[tuple[int, In
     order = np.lexsort((branch, family, point))
     status = np.concatenate([part.status for part in parts])[order]
     ray = np.concatenate([part.ray for part in parts])[order]
-    there = status == LegStatus.CLEAR
+    exists = status == LegStatus.CLEAR
     words = np.array([_WORDS.get(one, "ok") for one in LegStatus])  # by its number
 
     def real(values: Floats) -> Floats:
-        return np.where(there, values, np.nan)
+        return np.where(exists, values, np.nan)
 
     def whole(values: Floats) -> Integers:
-        return np.where(there, values, -1).astype(np.int64)
+        return np.where(exists, values, -1).astype(np.int64)
 
     return Eigenrays(
         point=point[order], family=np.array(families)[family[order]], branch=branch[order], delay=real(ray[:, DELAY]),

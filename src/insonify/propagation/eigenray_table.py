@@ -89,14 +89,14 @@ class EigenrayTable:
         nearest = int(np.argmin(np.abs(depths - source_depth)))
         if abs(depths[nearest] - source_depth) < 1e-9:
             return self.planes[nearest]
-        made = self._recent.get(source_depth)
-        if made is None:
+        recent = self._recent.get(source_depth)
+        if recent is None:
             k = int(np.searchsorted(depths, source_depth)) - 1
-            made = interpolated_plane(self.planes[k], self.planes[k + 1], source_depth, self.cell_states[k])
+            recent = interpolated_plane(self.planes[k], self.planes[k + 1], source_depth, self.cell_states[k])
             if len(self._recent) >= _KEPT:
                 self._recent.clear()
-            self._recent[source_depth] = made
-        return made
+            self._recent[source_depth] = recent
+        return recent
 
     def rays(self, source_depth: float, point_depth: Floats, ranges: Floats) -> tuple[Floats, NDArray[np.int64], Bytes]:
         """All rays of the family to points: from the table where it is valid, otherwise from the exact solver.
@@ -160,8 +160,8 @@ def eigenray_table(
     width = _width(point_depths[1] - point_depths[0], max_range)
     where = table_grid(water, point_depths, max_range, width, FLATNESS * width)
     task = TableSpecification(water, len(letters), letters.startswith("S"), where)
-    apart = APART_ON_A_LINE if where.node_depths.size == 1 else APART
-    planes = tuple(build_plane(task, float(depth)) for depth in subdivide(source_depths, water.depth, apart))
+    spacing = APART_ON_A_LINE if where.node_depths.size == 1 else APART
+    planes = tuple(build_plane(task, float(depth)) for depth in subdivide(source_depths, water.depth, spacing))
     states = tuple(state_between_planes(above, below) for above, below in pairwise(planes))
     table = EigenrayTable(family, task, planes, states)
     check_sample(table)
@@ -191,11 +191,11 @@ def check_sample(table: EigenrayTable) -> None:
         n = _SAMPLE // len(sources)
         depth = np.sort(draw.uniform(where.node_depths[0], where.node_depths[-1], n))
         ranges = draw.uniform(0, where.node_ranges[-1], n)
-        late, amplitude_error = compare(table.plane_at(source_depth), depth, ranges)
-        worst = int(np.argmax(np.maximum(late / LATEST, amplitude_error / MAX_AMPLITUDE_ERROR)))
-        if late[worst] > LATEST or amplitude_error[worst] > MAX_AMPLITUDE_ERROR:
+        delay_error, amplitude_error = compare(table.plane_at(source_depth), depth, ranges)
+        worst = int(np.argmax(np.maximum(delay_error / LATEST, amplitude_error / MAX_AMPLITUDE_ERROR)))
+        if delay_error[worst] > LATEST or amplitude_error[worst] > MAX_AMPLITUDE_ERROR:
             location = f"from {source_depth:.3f} m to {depth[worst]:.3f} m at {ranges[worst]:.3f} m"
-            error = f"{late[worst]:.1e} s and {20 * np.log10(1 + amplitude_error[worst]):.3f} dB"
+            error = f"{delay_error[worst]:.1e} s and {20 * np.log10(1 + amplitude_error[worst]):.3f} dB"
             raise TableError(
                 f"the table of {table.family} {location} is wrong by {error}; {LATEST:g} s and 0.02 dB are allowed. "
                 "Use method='exact', or a profile with rounder kinks."

@@ -106,7 +106,7 @@ class EigenrayTables:
         with self.lock:
             table = self.tables.pop(key) if key in self.tables else self._make(family, boundary, span)
             self.tables[key] = table  # most recently used last
-            alike = [one for one in self.tables if one[:2] == key[:2]] if self.domain.is_span else []
+            alike = [table_key for table_key in self.tables if table_key[:2] == key[:2]] if self.domain.is_span else []
             if len(alike) > KEPT:
                 del self.tables[alike[0]]
         return table

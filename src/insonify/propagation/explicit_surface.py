@@ -90,8 +90,14 @@ def explicit_waves(surface: Surface, seed: int, water_depth: float) -> ExplicitW
         k = 2 * math.pi / surface.swell.length
         turning = float(angular_frequency(k, water_depth=water_depth)) / (2 * math.pi)
         north, east = math.cos(surface.wave_direction), math.sin(surface.wave_direction)
-        one = [north / surface.swell.length, east / surface.swell.length, -turning, 0.0, surface.swell.height / 2]
-        columns.append(np.array(one)[:, None])
+        swell_wave = [
+            north / surface.swell.length,
+            east / surface.swell.length,
+            -turning,
+            0.0,
+            surface.swell.height / 2,
+        ]
+        columns.append(np.array(swell_wave)[:, None])
         lengths.append(surface.swell.length)
     if surface.wind_speed is not None:
         spectrum = Elfouhaily(surface.wind_speed)
@@ -161,10 +167,10 @@ def find_bounce_points(
     cells = _cells(positions, scene.seabed.scatterer_grid, size)
 
     def node_values(nodes: Floats) -> tuple[Floats, Floats]:
-        there = 0.0 if is_transmit_leg else np.linalg.norm(nodes - sonar_end.transmit_position, axis=1) / speed
+        transmit_delay = 0.0 if is_transmit_leg else np.linalg.norm(nodes - sonar_end.transmit_position, axis=1) / speed
         ends = nodes - origin
         ends[:, 2] = _unfolded_depth(nodes[:, 2], after, bed)
-        return ends, sonar_end.ping_time + np.broadcast_to(there, len(nodes))
+        return ends, sonar_end.ping_time + np.broadcast_to(transmit_delay, len(nodes))
 
     start = sonar_end.position - origin
     start[2] = _unfolded_depth(sonar_end.position[2], before, bed)
@@ -204,17 +210,17 @@ def explicit_surface_legs(
     if not touched:
         return legs, legs
     if scene.water.layered:
-        legs, touched = _rising_rays_apart(legs)
+        legs, touched = _separate_rising_rays(legs)
     sea = explicit_waves(scene.surface, seed, scene.seabed.depth)
     out_and_back = []
     for out in (True, False):
-        found = {
+        bounces = {
             row: find_bounce_points(
                 sea, legs.families[row], scatterers, sonar_end, scene, frequency, is_transmit_leg=out
             )
             for row in touched
         }
-        moved, sines, bounce_points = _moved(legs, found, scene, scatterers, frequency, float(sonar_end.position[2]))
+        moved, sines, bounce_points = _moved(legs, bounces, scene, scatterers, frequency, float(sonar_end.position[2]))
         rough = _with_rough_reflection(
             moved, sines, GlintBouncePoints(bounce_points, APART * sea.shortest_wavelength), scene, seed, scatterers,
             frequency, sonar_end,
@@ -223,7 +229,7 @@ def explicit_surface_legs(
     return out_and_back[0], out_and_back[1]
 
 
-def _rising_rays_apart(legs: Legs) -> tuple[Legs, list[int]]:
+def _separate_rising_rays(legs: Legs) -> tuple[Legs, list[int]]:
     """Legs whose rays that do not turn have a row of their own, and the rows of those off the surface.
 
     Only rays of S turn, before the surface or after it: those leave downwards or arrive upwards.
@@ -236,22 +242,22 @@ def _rising_rays_apart(legs: Legs) -> tuple[Legs, list[int]]:
         turned = [row for row in mine if family == "S" and np.any(~rising[row] & (legs.status[row] < LegStatus.SHADOW))]
         touched += [len(rows)] if "S" in bounce_sequence(family) else []
         rows += mine[:1] + turned if family == "S" else mine
-    apart = leg_rows(legs, rows)
+    separated = leg_rows(legs, rows)
     if "S" not in legs.families:
-        return apart, touched
+        return separated, touched
     first, mine = rows.index(legs.families.index("S")), [r for r, name in enumerate(legs.families) if name == "S"]
     source, points = np.array(mine)[np.argmax(rising[mine], axis=0)], np.arange(rising.shape[1])
     for name in (*LEG_COLUMNS, "caustic"):
-        column = getattr(apart, name)
+        column = getattr(separated, name)
         if column is not None:
             column[first] = getattr(legs, name)[source, points]
-    if apart.aperture_expansion is not None and legs.aperture_expansion is not None:
-        apart.aperture_expansion[first] = legs.aperture_expansion[source, :, points].T
+    if separated.aperture_expansion is not None and legs.aperture_expansion is not None:
+        separated.aperture_expansion[first] = legs.aperture_expansion[source, :, points].T
     gone = [(first, ~rising[mine].any(axis=0))]
     gone += [(to, rising[row]) for to, row in enumerate(rows) if to > first and legs.families[row] == "S"]
     for row, which in gone:
-        apart.status[row][which], apart.visibility[row][which] = LegStatus.SHADOW, 0.0
-    return apart, touched
+        separated.status[row][which], separated.visibility[row][which] = LegStatus.SHADOW, 0.0
+    return separated, touched
 
 
 def _moved(
@@ -272,19 +278,19 @@ def _moved(
     moved = replace(moved, caustic=caustic)
     sines, bounce_points = np.full(moved.delay.shape, 1e-6), np.zeros((*moved.delay.shape, 2))
     wavenumber = 2 * math.pi * frequency / float(scene.water.sound_speed_at(0.0))
-    spread = {row: bounce_spreading(one, wavenumber) for row, one in surface_points.items()}
+    spread = {row: bounce_spreading(points_of_row, wavenumber) for row, points_of_row in surface_points.items()}
     for to, (row, branch) in enumerate(zip(rows, number, strict=True)):
         if row in surface_points:
-            there = (surface_points[row].bounce_count > branch) & (legs.status[row] < LegStatus.SHADOW)
-            sines[to] = np.where(there, surface_points[row].points[:, branch, _SINE], sines[to])
+            exists = (surface_points[row].bounce_count > branch) & (legs.status[row] < LegStatus.SHADOW)
+            sines[to] = np.where(exists, surface_points[row].points[:, branch, _SINE], sines[to])
             bounce_points[to] = surface_points[row].points[:, branch, _NORTH : _EAST + 1]
-            strength = spread[row][there, branch]
-            moved.spreading[to, there] *= np.abs(strength) * _calm_distance(surface_points[row], there)
-            caustic[to, there] = strength / np.abs(strength)
-            _bounce(moved, to, surface_points[row], branch, there, scene)
+            strength = spread[row][exists, branch]
+            moved.spreading[to, exists] *= np.abs(strength) * _calm_distance(surface_points[row], exists)
+            caustic[to, exists] = strength / np.abs(strength)
+            _bounce(moved, to, surface_points[row], branch, exists, scene)
             update_grazing(moved, to, scatterers.normal)
-            moved.status[to][~there] = LegStatus.SHADOW
-            moved.visibility[to][~there] = 0.0
+            moved.status[to][~exists] = LegStatus.SHADOW
+            moved.visibility[to][~exists] = 0.0
         elif "S" in bounce_sequence(legs.families[row]):  # rays that turn
             sines[to] = calm_grazing_sine(legs, row, scene, sonar_depth)
     return moved, sines, bounce_points
@@ -305,10 +311,10 @@ def _bounce(
     after = len(string) - 1 - before
     steep = [legs.departure[row, has_bounce, 2], legs.arrival[row, has_bounce, 2]]
     if refracted is None:
-        level = np.linalg.norm(plain, axis=1)
-        length = legs.length[row, has_bounce] + (at[_BEFORE] + at[_AFTER] - level)
+        norm = np.linalg.norm(plain, axis=1)
+        length = legs.length[row, has_bounce] + (at[_BEFORE] + at[_AFTER] - norm)
         legs.delay[row, has_bounce] *= length / legs.length[row, has_bounce]
-        plain /= level[:, None]
+        plain /= norm[:, None]
         out_and_back = (point - surface_points.sonar_position) / at[_BEFORE, :, None], plain
         onward = (surface_points.point_positions[has_bounce] - point) / at[_AFTER, :, None], plain * (1, 1, -1)
     else:
@@ -347,18 +353,18 @@ def _refracted_directions(
         scene.seabed.depth,
         surface_points.refracted.speed,
     )
-    found = []
+    directions = []
     for side, position, count in ((0, surface_points.sonar_position, bottoms[0]), (1, ends, bottoms[1])):
         depth = np.asarray(position)[..., 2]
         ratio = scene.water.sound_speed_at(2 * bed - depth if count else depth) / at_surface
         sense = -1.0 if side == 0 else 1.0
         pair = []
         for slowness, ahead in ((rays[:, 2 + side], -sense * (point - position)[:, :2]), (calm[:, 2], plain[:, :2])):
-            level = np.minimum(slowness * ratio, 1.0)
+            cosine = np.minimum(slowness * ratio, 1.0)
             along = ahead / np.maximum(np.linalg.norm(ahead, axis=1), 1e-12)[:, None]
-            pair.append(np.column_stack([along * level[:, None], sense * np.sqrt(1 - level**2)]))
-        found.append((pair[0], pair[1]))
-    return found[0], found[1]
+            pair.append(np.column_stack([along * cosine[:, None], sense * np.sqrt(1 - cosine**2)]))
+        directions.append((pair[0], pair[1]))
+    return directions[0], directions[1]
 
 
 def _calm_distance(surface_points: SurfaceBouncePoints, has_bounce: NDArray[np.bool_]) -> Floats:
@@ -448,10 +454,10 @@ def _merging_factors(at: Floats, shadow: NDArray[np.bool_], k: float) -> NDArray
     factor = np.ones(length.shape, complex)
     for row in range(length.shape[1] - 1):
         meeting = ~(shadow[:, row] | shadow[:, row + 1]) & (sign[:, row] != sign[:, row + 1])
-        apart = np.where(meeting, np.abs(length[:, row + 1] - length[:, row]), 1.0)
-        distance = np.maximum(0.75 * k * apart, 1e-12) ** (2 / 3)
-        for one in (row, row + 1):
-            factor[:, one] *= np.where(meeting, merging_factor(distance, sign[:, one]), 1.0)
+        length_difference = np.where(meeting, np.abs(length[:, row + 1] - length[:, row]), 1.0)
+        distance = np.maximum(0.75 * k * length_difference, 1e-12) ** (2 / 3)
+        for branch in (row, row + 1):
+            factor[:, branch] *= np.where(meeting, merging_factor(distance, sign[:, branch]), 1.0)
     return factor
 
 
@@ -497,8 +503,8 @@ class PointGroups(NamedTuple):
 
 def _cells(positions: Floats, lattice: ScattererGrid, size: float) -> PointGroups:
     """Group points by grid cells; a group depends on its cell alone."""
-    level = lattice.from_world(positions[:, :2])
-    cell = np.floor(np.column_stack([level / size, positions[:, 2] / (size / 4)])).astype(np.int64)
+    grid_position = lattice.from_world(positions[:, :2])
+    cell = np.floor(np.column_stack([grid_position / size, positions[:, 2] / (size / 4)])).astype(np.int64)
     order = np.lexsort(cell.T).astype(np.int64)
     ordered = cell[order]
     new = np.concatenate([[True], np.any(ordered[1:] != ordered[:-1], axis=1)]) if len(cell) else np.zeros(0, bool)

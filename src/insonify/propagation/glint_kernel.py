@@ -253,9 +253,9 @@ def _turned(direction_quantiles: Floats, length: float, chance: float) -> float:
     x, y = length * (direction_quantiles.shape[0] - 1), chance * (direction_quantiles.shape[1] - 1)
     i, j = min(int(x), direction_quantiles.shape[0] - 2), min(int(y), direction_quantiles.shape[1] - 2)
     p, q = x - i, y - j
-    here = direction_quantiles[i, j] + q * (direction_quantiles[i, j + 1] - direction_quantiles[i, j])
-    there = direction_quantiles[i + 1, j] + q * (direction_quantiles[i + 1, j + 1] - direction_quantiles[i + 1, j])
-    return here + p * (there - here)
+    near_angle = direction_quantiles[i, j] + q * (direction_quantiles[i, j + 1] - direction_quantiles[i, j])
+    far_angle = direction_quantiles[i + 1, j] + q * (direction_quantiles[i + 1, j + 1] - direction_quantiles[i + 1, j])
+    return near_angle + p * (far_angle - near_angle)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -288,7 +288,7 @@ def apply_glints_to_row(
         far = math.sqrt(dn * dn + de * de)
         north, east = (dn / far, de / far) if far > 1e-6 else (1.0, 0.0)
         climb = max(abs(z - paths.image_depth), 1e-6)
-        there = math.sqrt(away) / paths.speed
+        transmit_delay = math.sqrt(away) / paths.speed
         turned, gone, came = 0.0, 0.0, 0.0
         living = 0
         if off_surface:
@@ -329,7 +329,7 @@ def apply_glints_to_row(
             before = part * delay[n]
             # Receive legs are timed after a direct transmit leg: other legs differ by milliseconds.
             gone += omega * (start + before)
-            came += omega * (start + there + delay[n] - before)
+            came += omega * (start + transmit_delay + delay[n] - before)
         displaced_bounce_path(far, climb, north, east, paths.bounces, slopes, bent)
         # The waves set the phase; the glint's own path length only when it is received.
         cycles = paths.frequency * bent[0] / paths.speed

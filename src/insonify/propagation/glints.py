@@ -292,8 +292,8 @@ class GlintSurface:
             float(speed) for speed in self.scene.water.sound_speed_at(np.array([sonar_end.position[2], depth]))
         )
         bent = at_boundary / at_sonar if self.bounce_points is None else 1.0
-        level = min(float(np.hypot(ray[0], ray[1])) / float(np.linalg.norm(ray)) * bent, 1.0)
-        return 4 * math.pi * self.frequency / at_boundary * math.sqrt(max(1 - level**2, 1e-12))
+        cosine = min(float(np.hypot(ray[0], ray[1])) / float(np.linalg.norm(ray)) * bent, 1.0)
+        return 4 * math.pi * self.frequency / at_boundary * math.sqrt(max(1 - cosine**2, 1e-12))
 
     def _apply_glints(
         self, legs: Legs, row: int, code: int, reflection: CoherentReflection, scatterers: Scatterers,
@@ -364,8 +364,8 @@ def glint_surface(scene: Scene, seed: int, frequency: float, *, follow_bed: bool
 def calm_grazing_sine(legs: Legs, row: int, scene: Scene, sonar_depth: float, depth: float = 0.0) -> Floats:
     """Sine of the grazing angle of one row of legs at a flat boundary at a depth [m], shape (n,) [1]."""
     at_sonar, at_boundary = scene.water.sound_speed_at(np.array([sonar_depth, depth]))
-    level = np.hypot(legs.departure[row, :, 0], legs.departure[row, :, 1])
-    return np.asarray(np.sqrt(np.maximum(1 - np.minimum(level * at_boundary / at_sonar, 1.0) ** 2, 1e-12)))
+    horizontal = np.hypot(legs.departure[row, :, 0], legs.departure[row, :, 1])
+    return np.asarray(np.sqrt(np.maximum(1 - np.minimum(horizontal * at_boundary / at_sonar, 1.0) ** 2, 1e-12)))
 
 
 def bounce_times(
@@ -381,11 +381,11 @@ def bounce_times(
         sonar_end: End of the sonar at which the legs begin.
     """
     # Receive legs are timed after a direct transmit leg: other transmit legs differ by milliseconds.
-    there = np.linalg.norm(scatterers.position - sonar_end.transmit_position, axis=1) / float(
+    transmit_delay = np.linalg.norm(scatterers.position - sonar_end.transmit_position, axis=1) / float(
         scene.water.sound_speed_at(sonar_end.position[2])
     )
     before = paths.bounce_fractions() * delay
-    return sonar_end.ping_time + before, sonar_end.ping_time + there + delay - before
+    return sonar_end.ping_time + before, sonar_end.ping_time + transmit_delay + delay - before
 
 
 def leg_rows(legs: Legs, rows: list[int]) -> Legs:

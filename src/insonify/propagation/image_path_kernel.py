@@ -131,8 +131,8 @@ def _intersect_plane(
         f, g, h = workspace[plane + _C3 + n], workspace[plane + _C4 + n], workspace[plane + _C5 + n]
         above = (ex - a) * f + (ey - b) * g + (ez - c) * h
         below = -((x - a) * f + (y - b) * g + (z - c) * h)
-        there = workspace[_THERE + n]
-        workspace[_THERE + n] = there if min(above, below) > 0 else 0.0
+        is_valid = workspace[_THERE + n]
+        workspace[_THERE + n] = is_valid if min(above, below) > 0 else 0.0
         behind = min(max(above / max(above + below, _TINY), 0.0), 1.0)
         workspace[_END + n] = workspace[bounce + n] = ex + behind * (x - ex)
         workspace[_END + _C + n] = workspace[bounce + _C + n] = ey + behind * (y - ey)
@@ -327,8 +327,10 @@ def _level(
             workspace[plane + _C5 + q] = -1.0 if is_seabed_bounce[k] else 1.0
     for q in range(np.uint64(indices.size)):
         north, east = points[indices[q], 0] - position[0], points[indices[q], 1] - position[1]
-        level = math.sqrt(north * north + east * east)
-        workspace[_AHEAD + q], workspace[_ASIDE + q] = (north / level, east / level) if level > 0 else (1.0, 0.0)
+        horizontal = math.sqrt(north * north + east * east)
+        workspace[_AHEAD + q], workspace[_ASIDE + q] = (
+            (north / horizontal, east / horizontal) if horizontal > 0 else (1.0, 0.0)
+        )
 
 
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")

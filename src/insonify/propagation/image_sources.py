@@ -112,8 +112,8 @@ class StraightRays:
     def legs(self, position: Floats, scatterers: Scatterers, families: tuple[str, ...], frequency: float) -> Legs:
         """Legs from image sources, see `PropagationModel.legs`; over relief without the bottom's coefficient."""
         bed = self.scene.seabed.terrain
-        level = bed is None or bed.span[0] == bed.span[1]
-        return image_legs(self.scene, position, scatterers, families, frequency, flat_bottom=level)
+        is_flat = bed is None or bed.span[0] == bed.span[1]
+        return image_legs(self.scene, position, scatterers, families, frequency, flat_bottom=is_flat)
 
     def open_water(self) -> "StraightRays":
         """Rays of the same water without targets, over a level bed; see `PropagationModel.open_water`."""

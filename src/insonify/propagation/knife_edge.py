@@ -110,9 +110,9 @@ def diffract_at_edges(
             _around(diffracted, near[row], scene, wavelength, legs.families, row, infinitely_wide, approximate)
     # legs that the terrain cuts, or that do not exist, stay unchanged; over relief the terrain has been applied
     by_target = (legs.status == LegStatus.OCCLUDED) & (legs.occluder >= 0)
-    ground = 1.0 if scene.seabed.terrain is None else legs.visibility
+    terrain_factor = 1.0 if scene.seabed.terrain is None else legs.visibility
     partly = by_target | (legs.status == LegStatus.CLEAR)
-    return replace(legs, visibility=np.where(partly, visibility * ground, legs.visibility))
+    return replace(legs, visibility=np.where(partly, visibility * terrain_factor, legs.visibility))
 
 
 def screened_part(
@@ -158,17 +158,17 @@ def _near(
     longest = float(legs.length.max(initial=0.0))
     if not np.isfinite(longest):  # legs that do not exist have no length
         longest = float(np.fmax.reduce(legs.length, axis=None, initial=0.0))
-    boxes, found, points = len(scene.boxes), [], scatterers.position
+    boxes, near_points, points = len(scene.boxes), [], scatterers.position
     aside = 0.0
     if scatterers.boundary == BOUNDARY_ECHO:  # slopes turn paths aside from the straight line between both ends
         aside = float(np.nanmax(legs.length * np.hypot(*np.moveaxis(legs.arrival[..., :2], -1, 0)), initial=0.0))
     if boxes:
         beside = edge_clearance(longest, wavelength, FAR) + aside
-        found = points_near_cylinders(scene, position, points, beside, legs.arrival)[:boxes]
+        near_points = points_near_cylinders(scene, position, points, beside, legs.arrival)[:boxes]
     if boxes < len(scene.occluders):
         beside = edge_clearance(longest, wavelength, max_fresnel_number) + aside
-        found += points_near_cylinders(scene, position, points, beside)[boxes:]
-    return found
+        near_points += points_near_cylinders(scene, position, points, beside)[boxes:]
+    return near_points
 
 
 def _around(

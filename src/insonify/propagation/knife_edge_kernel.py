@@ -140,11 +140,11 @@ def diffract_around_boxes(
             cut = status[f, n] == OCCLUDED
             if not (status[f, n] == CLEAR or (cut and 0 <= occluder[f, n] < boxes.shape[0])):
                 continue
-            level = math.hypot(arrival[f, n, 0], arrival[f, n, 1])
-            if level < STEEPEST:
+            horizontal = math.hypot(arrival[f, n, 0], arrival[f, n, 1])
+            if horizontal < STEEPEST:
                 continue
             ahead = math.hypot(points[n, 0] - position[0], points[n, 1] - position[1])
-            slope = arrival[f, n, 2] / level
+            slope = arrival[f, n, 2] / horizontal
             if has_bounce[f]:
                 wall = 0.0 if slope > 0 else water_depth
                 ahead = min(ahead, (points[n, 2] - wall) / slope) if slope != 0 else ahead
@@ -152,7 +152,7 @@ def diffract_around_boxes(
             for b in range(boxes.shape[0]):
                 if b == screens.own_box:
                     continue
-                segment = LastSegment(points[n], arrival[f, n], level, slope, ahead, length[f, n])
+                segment = LastSegment(points[n], arrival[f, n], horizontal, slope, ahead, length[f, n])
                 crossed = fresnel_numbers(segment, wavelength, boxes[b], screens.bed_depths[b], screens.infinitely_wide,
                                           numbers)  # fmt: skip
                 if crossed < 0:

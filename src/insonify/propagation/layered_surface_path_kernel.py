@@ -189,10 +189,10 @@ def refracted_derivatives(
     water.last[side] = ray.v if ray.exists else 0.0
     reference = water.speed[0]
     p, bend, per = reference * ray.slowness, reference / ray.growth, reference / ray.distance
-    level = max(-height, 0.0)
-    index, index1 = reference / speed_at(level, water), 0.0
-    if level > 0:
-        index1 = (index - reference / speed_at(level + 1e-3, water)) / 1e-3
+    surface_depth = max(-height, 0.0)
+    index, index1 = reference / speed_at(surface_depth, water), 0.0
+    if surface_depth > 0:
+        index1 = (index - reference / speed_at(surface_depth + 1e-3, water)) / 1e-3
     q = math.sqrt(max(index * index - p * p, 1e-12))
     un, ue = (offset_north / distance, offset_east / distance) if distance > 1e-9 else (1.0, 0.0)
     cross, over = -p / q * bend, (p / q) ** 2 * bend + index * index1 / q
@@ -312,9 +312,9 @@ def bounce_rays(start: Floats, ends: Floats, points: Floats, water: SurfaceWater
             for side in range(2):
                 at = start if side == 0 else end
                 bottom, c = (water.bottom_before, c1) if side == 0 else (water.bottom_after, c2)
-                level = math.hypot(north - at[0], east - at[1])
-                ray = refracted_path(level, height, at[2], bottom, water, 0.0, CLOSE)
-                p, one_way = ray.slowness, time_and_length(ray, level, bottom, water)
+                distance = math.hypot(north - at[0], east - at[1])
+                ray = refracted_path(distance, height, at[2], bottom, water, 0.0, CLOSE)
+                p, one_way = ray.slowness, time_and_length(ray, distance, bottom, water)
                 sines = math.sqrt(max(1 - (p * c) ** 2, 0.0) * max(1 - (p * cs) ** 2, 0.0))
                 product *= math.sqrt(ray.distance * ray.growth * sines / (c * cs))
                 length += one_way[1]

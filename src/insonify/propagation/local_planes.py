@@ -43,9 +43,9 @@ def paths_off_planes(position: Floats, points: Floats, plane_point: Floats, plan
     Source: images as in Allen & Berkley (1979), J. Acoust. Soc. Am. 65, 943 (for the idea); exact for planes of any
     tilt.
     """
-    made = _columns(*plane_point.shape[:2])
-    image_paths(np.asarray(position, float), points, plane_point, plane_normal, made)
-    return made
+    paths = _columns(*plane_point.shape[:2])
+    image_paths(np.asarray(position, float), points, plane_point, plane_normal, paths)
+    return paths
 
 
 def flat_image_paths(family: str, position: Floats, points: Floats, bed_depth: float) -> ImagePaths:
@@ -106,9 +106,9 @@ def local_plane_paths(
         fitted planes.
     """
     string = bounce_sequence(family)
-    made = _columns(len(string), len(points))
+    paths = _columns(len(string), len(points))
     if not len(points):
-        return made
+        return paths
     moved = np.empty((len(string), 0, 2))
     if terrain_bounce_ranges is not None:
         across = points[:, :2] - position[:2]
@@ -124,16 +124,16 @@ def local_plane_paths(
         min_half_axis(terrain),
     )  # fmt: skip
     is_seabed_bounce = np.array([letter == "B" for letter in string])
-    here = np.asarray(position, float)
+    source = np.asarray(position, float)
     span = np.empty((2, 2))
-    extent_on_grid(here, points, frame, span)
+    extent_on_grid(source, points, frame, span)
     terrain.read_heightmap(
         span,
         lambda pages, missing: paths_off_local_planes(
-            here, points, is_seabed_bounce, moved, frame, _PATTERNS, pages, missing, done, made
+            source, points, is_seabed_bounce, moved, frame, _PATTERNS, pages, missing, done, paths
         ),
     )
-    return made
+    return paths
 
 
 def fresnel_zone(paths: ImagePaths | BounceGeometry, mirror: int, wavelength: float) -> tuple[Floats, Floats]:
@@ -147,17 +147,17 @@ def fresnel_zone(paths: ImagePaths | BounceGeometry, mirror: int, wavelength: fl
     Source: sqrt(wavelength r1 r2 / (r1 + r2)), along the ray over the sine of the grazing angle, r1 and r2 the path
     lengths before and after the bounce; no longer than the shorter one of them.
     """
-    found = np.empty((2, len(paths.length)))
-    bounce_fresnel_zones(paths.length, paths.fraction[mirror], paths.grazing_sine[mirror], wavelength, found)
-    return found[0], found[1]
+    axes = np.empty((2, len(paths.length)))
+    bounce_fresnel_zones(paths.length, paths.fraction[mirror], paths.grazing_sine[mirror], wavelength, axes)
+    return axes[0], axes[1]
 
 
 def _columns(mirrors: int, points: int) -> ImagePaths:
     """Empty paths of a number of points off a number of planes."""
-    one, each = (points,), (mirrors, points)
+    per_point, per_bounce = (points,), (mirrors, points)
     return ImagePaths(
-        np.empty(one), np.empty((points, 3)), np.empty((points, 3)), np.empty((mirrors, points, 3)), np.empty(each),
-        np.empty(each), np.zeros(each), np.empty(one, bool),
+        np.empty(per_point), np.empty((points, 3)), np.empty((points, 3)), np.empty((mirrors, points, 3)),
+        np.empty(per_bounce), np.empty(per_bounce), np.zeros(per_bounce), np.empty(per_point, bool),
     )  # fmt: skip
 
 

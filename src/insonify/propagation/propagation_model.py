@@ -18,8 +18,8 @@ from insonify.scene.scene import Scene
 Floats = NDArray[np.float64]
 
 
-FEW_DEPTHS = 4
-"""Number of sonar depths up to which each has its own table; beyond, tables span them."""
+MAX_SEPARATE_DEPTHS = 4
+"""Largest number of sonar depths with a table each; beyond, one table spans them all [1]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,7 +27,7 @@ class RayDomain:
     """Domain of the rays of one survey, which tables must cover."""
 
     source_depths: tuple[float, ...]
-    """Depths of the ends of the sonar [m], increasing: all up to `FEW_DEPTHS`, else the least and the greatest."""
+    """Depths of the ends of the sonar [m], increasing: the least and the greatest beyond `MAX_SEPARATE_DEPTHS`."""
     is_span: bool
     """True if the ends can be anywhere between those depths."""
     point_depths: tuple[float, float]
@@ -43,7 +43,9 @@ class ReachableRange:
     vertical_distance: float
     """Vertical distance from the sonar to the boundary [m]."""
     nearest: float
+    """Least horizontal distance [m]."""
     farthest: float
+    """Greatest horizontal distance [m]; negative where nothing arrives in the window."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,19 +82,19 @@ class PropagationModel(Protocol):
         """
 
     def open_water(self) -> "PropagationModel":
-        """Propagation model of the same water without targets, over the level mean plane of the seabed."""
+        """Propagation model of the same water without targets and relief, over the mean plane of the seabed."""
         ...
 
     def with_aperture_expansion(
         self, legs: Legs, position: Floats, scatterers: Scatterers, aperture_extent: tuple[float, float]
     ) -> Legs:
-        """Legs with the expansion of their field about that end, see `aperture_expansion`.
+        """Legs with the expansion of their field about one end of the sonar, see `aperture_expansion`.
 
         Args:
             legs: Legs from `legs`, for the same end and scatterers.
             position: North, east, depth of that end [m], shape (3,).
-            scatterers: The points to reach, n of them.
-            aperture_extent: Largest offsets from that end, horizontal and vertical [m].
+            scatterers: Far ends of the legs, n of them.
+            aperture_extent: Largest offsets of elements from that end, horizontal and vertical [m].
         """
 
     def reachable_range(
@@ -105,7 +107,7 @@ class PropagationModel(Protocol):
             depths: Depths of transmitter and receiver [m].
             boundary_depth: Depth of the boundary [m].
             families: Families that reach the boundary.
-            delays: Half of the earliest and of the latest two-way delay in the window [s].
+            delays: Half of the earliest and half of the latest two-way delay in the window [s].
             end_distance: Distance between transmitter and receiver [m].
             relief_height: Largest deviation of the boundary from its depth [m].
 
@@ -121,7 +123,7 @@ class PropagationModel(Protocol):
 
         Args:
             family: Name of the family.
-            position: North, east, depth of that end of the sonar [m], shape (3,).
+            position: North, east, depth of one end of the sonar [m], shape (3,).
             centre: North and east of the neighbourhoods [m], shape (n, 2).
             radius: Radii of the neighbourhoods [m], shape (n,).
             boundary_depth: Depth of the boundary [m].

@@ -125,13 +125,13 @@ def bounce_ranges(
     Returns:
         Horizontal distances of the first bounces [m], shape (max_bounces, rays); NaN where a ray has fewer.
     """
-    found = np.full((max_bounces, sines.size), np.nan)
-    there = np.flatnonzero(np.isfinite(sines))
-    first, vertices, bounce_counts, _ = _traced(column, source_depth, sines[there], max_range, max_bounces)
-    ray = np.repeat(there, np.diff(first))
+    ranges = np.full((max_bounces, sines.size), np.nan)
+    finite_rows = np.flatnonzero(np.isfinite(sines))
+    first, vertices, bounce_counts, _ = _traced(column, source_depth, sines[finite_rows], max_range, max_bounces)
+    ray = np.repeat(finite_rows, np.diff(first))
     row = np.flatnonzero((np.diff(bounce_counts) > 0) & (np.diff(ray) == 0)) + 1
-    found[bounce_counts[row] - 1, ray[row]] = vertices[row, RANGE]
-    return found
+    ranges[bounce_counts[row] - 1, ray[row]] = vertices[row, RANGE]
+    return ranges
 
 
 def _traced(
@@ -152,8 +152,8 @@ def _boundaries(first: Integers, depth: Floats, bounces: Integers, bottom: float
     """Boundaries at which each ray bounced, in order."""
     named = []
     for start, stop in pairwise(first):
-        there = np.flatnonzero(np.diff(bounces[start:stop])) + start + 1
-        named.append("".join("B" if z > bottom / 2 else "S" for z in depth[there]))
+        bounce_rows = np.flatnonzero(np.diff(bounces[start:stop])) + start + 1
+        named.append("".join("B" if z > bottom / 2 else "S" for z in depth[bounce_rows]))
     return tuple(named)
 
 

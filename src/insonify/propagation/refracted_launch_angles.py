@@ -66,9 +66,9 @@ class RefractedLaunchAngles:
         shape = np.broadcast_shapes(np.shape(distance), np.shape(depth))
         far = np.ascontiguousarray(np.broadcast_to(distance, shape[-1:]), float)
         depth_limits = np.ascontiguousarray(np.broadcast_to(depth, shape), float).reshape(-1, shape[-1])
-        found = np.empty(depth_limits.shape)
-        interpolate_launch_slope(climb, top, height, self._width, far, depth_limits, found)
-        return found.reshape(shape)
+        slope = np.empty(depth_limits.shape)
+        interpolate_launch_slope(climb, top, height, self._width, far, depth_limits, slope)
+        return slope.reshape(shape)
 
     def bounce_ranges(self, family: str, launch_slope: Floats) -> list[Floats]:
         """Distances by sums over the layers, see `LaunchAngles`."""
@@ -76,10 +76,10 @@ class RefractedLaunchAngles:
         if not string:
             return []
         up, down = self._spans(np.asarray(launch_slope, float))
-        found: list[Floats] = [down if string.startswith("B") else up]
-        while len(found) < len(string):
-            found.append(found[-1] + up + down)
-        return found
+        ranges: list[Floats] = [down if string.startswith("B") else up]
+        while len(ranges) < len(string):
+            ranges.append(ranges[-1] + up + down)
+        return ranges
 
     def bottom_grazing_tangent(self, launch_slope: Floats) -> Floats:
         """Tangent by Snell's law, see `LaunchAngles`."""
@@ -99,12 +99,12 @@ class RefractedLaunchAngles:
         steep = np.asarray(launch_slope, float)
         slant = np.sqrt(1 + steep**2)
         sines = (-steep if string.startswith("S") else steep) / slant
-        found, ends = np.empty((len(steep), count)), np.full(len(steep), count * step)
+        ray_depths, ends = np.empty((len(steep), count)), np.full(len(steep), count * step)
         ray_depths_along_range(
             water.depth, water.speed, water.reflecting_depth, self._source, 1 / (slant * self._speed), sines,
-            len(string), string.startswith("S"), np.full(len(steep), step), ends, found,
+            len(string), string.startswith("S"), np.full(len(steep), step), ends, ray_depths,
         )  # fmt: skip
-        return found
+        return ray_depths
 
     def _spans(self, launch_slope: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Horizontal distance of rays from the sonar up to the surface, and down to the mean plane [m]."""
@@ -112,8 +112,8 @@ class RefractedLaunchAngles:
         knots = np.unique(np.concatenate([water.depth[water.depth <= water.bottom_reflection_depth], [self._source]]))
         ratio = np.interp(knots, water.depth, water.speed) / self._speed
         up, down = np.empty(launch_slope.shape), np.empty(launch_slope.shape)
-        here = int(np.searchsorted(knots, self._source))
-        unturned_distances(knots, ratio, here, launch_slope.ravel(), up.reshape(-1), down.reshape(-1))
+        source_row = int(np.searchsorted(knots, self._source))
+        unturned_distances(knots, ratio, source_row, launch_slope.ravel(), up.reshape(-1), down.reshape(-1))
         return up, down
 
     def _grid(self, family: str) -> tuple[float, float, NDArray[np.float64]]:
@@ -144,8 +144,8 @@ class RefractedLaunchAngles:
             turns[turns > 0] = np.inf  # rays that turn about a bounce have another order
         row, first = np.arange(far.size), np.argmin(turns, axis=1)
         ray = rays[row, first]
-        there = np.isfinite(turns[row, first])
-        cosine = np.where(there, ray[:, SLOWNESS] * self._speed, 1.0)
-        tangent = np.where(there, ray[:, SIN_LAUNCH] / cosine, np.nan)
+        exists = np.isfinite(turns[row, first])
+        cosine = np.where(exists, ray[:, SLOWNESS] * self._speed, 1.0)
+        tangent = np.where(exists, ray[:, SIN_LAUNCH] / cosine, np.nan)
         climb = tangent * far * (-1 if string.startswith("S") else 1)
         return low, float(lines[1] - lines[0]), climb.reshape(len(lines), -1)

@@ -60,9 +60,11 @@ class RefractedRays:
         """Create empty caches: tables are built on first use."""
         object.__setattr__(self, "boxes", self.scene.bodies)
         object.__setattr__(self, "body_bounds", solid_bounds(self.scene))
-        ground = self.scene.seabed.terrain
+        terrain = self.scene.seabed.terrain
         span = (
-            (self.layers.bottom_reflection_depth,) * 2 if ground is None else (max(ground.span[0], 0.0), ground.span[1])
+            (self.layers.bottom_reflection_depth,) * 2
+            if terrain is None
+            else (max(terrain.span[0], 0.0), terrain.span[1])
         )
         bodies = len(self.boxes) + len(self.body_bounds) > 0
         object.__setattr__(self, "tables", EigenrayTables(self.layers, self.domain, bodies, span))
@@ -74,18 +76,18 @@ class RefractedRays:
         horizontal_geometry(self.layers.depth, self.layers.speed, position, scatterers.position, shared)
         depth, ranges = shared[DEPTH], shared[RANGE]
         if frequency >= LOWEST_FREQUENCY:
-            found = [self.tables.rays(f, scatterers.boundary, float(position[2]), depth, ranges) for f in kept]
+            family_rays = [self.tables.rays(f, scatterers.boundary, float(position[2]), depth, ranges) for f in kept]
         else:  # folds reach further than tables represent
-            found = [exact_rays(self.layers, f, float(position[2]), depth, ranges) for f in kept]
-        return self._assemble(position, scatterers, shared, found, frequency)
+            family_rays = [exact_rays(self.layers, f, float(position[2]), depth, ranges) for f in kept]
+        return self._assemble(position, scatterers, shared, family_rays, frequency)
 
     def open_water(self) -> "RefractedRays":
         """Rays of the same water and tables without targets; see `PropagationModel.open_water`."""
-        made = copy(self)
+        model = copy(self)
         for name, value in (("scene", open_scene(self.scene)), ("boxes", self.boxes[:0]),
                             ("body_bounds", self.body_bounds[:0])):  # fmt: skip
-            object.__setattr__(made, name, value)
-        return made
+            object.__setattr__(model, name, value)
+        return model
 
     def with_aperture_expansion(
         self, legs: Legs, position: Floats, scatterers: Scatterers, aperture_extent: tuple[float, float]
@@ -113,7 +115,7 @@ class RefractedRays:
         """Reachable distances from rays to all distances."""
         levels = self._levels(boundary_depth, relief_height)
         ends = dict.fromkeys(depths)
-        sweeps = [self._sweep(name, depth, level) for name in families for depth in ends for level in levels]
+        sweeps = [self._sweep(name, depth, boundary) for name in families for depth in ends for boundary in levels]
         nearest, farthest = ranges_within_delays(sweeps, delays, end_distance / self.scene.water.min_sound_speed)
         # The terrain is sampled as under straight rays: at the same positions, whatever the water.
         images = [image_depth(name, sum(depths) / 2, self.layers.bottom_reflection_depth) for name in families]
@@ -125,20 +127,20 @@ class RefractedRays:
     ) -> DepartureCones:  # fmt: skip
         """Cones about all rays between the nearest and the farthest point of each neighbourhood."""
         levels = self._levels(boundary_depth, relief_height)
-        sweeps = [self._sweep(family, float(position[2]), level) for level in levels]
+        sweeps = [self._sweep(family, float(position[2]), boundary) for boundary in levels]
         return departure_cones(sweeps, centre - position[:2], radius)
 
     def launch_angles(self, source_depth: float) -> RefractedLaunchAngles:
         """Launch angles of refracted rays, cached for pings from the same sonar depth."""
-        found = self.launch_angle_tables.get(source_depth)
-        if found is None:  # two threads may both build it, with equal results
+        table = self.launch_angle_tables.get(source_depth)
+        if table is None:  # two threads may both build it, with equal results
             if len(self.launch_angle_tables) > MOST_LAUNCHED:
                 self.launch_angle_tables.clear()
             highest = min(self.tables.terrain_depths[0], *self.domain.point_depths)
             farthest = max(self.domain.max_range, 1.0)
-            found = RefractedLaunchAngles(self.layers, source_depth, farthest, (highest, self.tables.terrain_depths[1]))
-            self.launch_angle_tables[source_depth] = found
-        return found
+            table = RefractedLaunchAngles(self.layers, source_depth, farthest, (highest, self.tables.terrain_depths[1]))
+            self.launch_angle_tables[source_depth] = table
+        return table
 
     def _levels(self, boundary_depth: float, relief_height: float) -> list[float]:
         """Depths between which a boundary lies, all within the profile [m]."""
@@ -162,21 +164,21 @@ class RefractedRays:
         frequency: float,
     ) -> Legs:  # fmt: skip
         """Assemble rows of legs from rays."""
-        rows = [(one, branch) for one in family_rays for branch in range(one.branch_count)]
+        rows = [(rays, branch) for rays in family_rays for branch in range(rays.branch_count)]
         shape = len(rows), len(scatterers)
         delay, length, spreading, slowness, grazing = np.empty((5, *shape))
         departure, arrival = np.empty((2, *shape, 3))
         caustics, status = np.empty((2, *shape), np.uint8)
         occluder = np.full(shape, -1, np.int16)
         water, speed = self.layers, float(np.interp(position[2], self.layers.depth, self.layers.speed))
-        for row, (one, branch) in enumerate(rows):
+        for row, (rays, branch) in enumerate(rows):
             refracted_leg_row(
-                point_columns, scatterers.normal, position[2], speed, branch, one.rays, one.count, one.missing_status,
-                delay[row], length[row], spreading[row], caustics[row], slowness[row], departure[row], arrival[row],
-                grazing[row], status[row],
+                point_columns, scatterers.normal, position[2], speed, branch, rays.rays, rays.count,
+                rays.missing_status, delay[row], length[row], spreading[row], caustics[row], slowness[row],
+                departure[row], arrival[row], grazing[row], status[row],
             )  # fmt: skip
             if len(self.boxes):
-                string = bounce_sequence(one.family)
+                string = bounce_sequence(rays.family)
                 occlude_row_by_boxes(
                     water.depth, water.speed, water.reflecting_depth, position, scatterers.position, point_columns,
                     len(string), string.startswith("S"), slowness[row], departure[row], self.boxes, scatterers.occluder,
@@ -184,11 +186,11 @@ class RefractedRays:
                 )  # fmt: skip
             if len(self.body_bounds):
                 occlude_refracted_row(
-                    self.scene, water, self.body_bounds, position, scatterers, point_columns, one.family, slowness[row],
-                    departure[row], status[row], occluder[row],
+                    self.scene, water, self.body_bounds, position, scatterers, point_columns, rays.family,
+                    slowness[row], departure[row], status[row], occluder[row],
                 )  # fmt: skip
         caustic = _at_caustics(rows, caustics, spreading, frequency)
-        families = tuple(one.family for one, _ in rows)
+        families = tuple(rays.family for rays, _ in rows)
         return Legs(
             families=families, branch=tuple(branch for _, branch in rows), delay=delay, length=length,
             spreading=spreading, absorption=10 ** (-self.scene.water.absorption(frequency) * length / 20),
@@ -245,13 +247,13 @@ def _at_caustics(
 ) -> NDArray[np.complex128] | None:
     """Limit the spreading of rays that end near a fold; the phase of all rows, or None where there is none."""
     phase = _QUARTER_TURNS[caustics % 4] if caustics.any() else None
-    for row, (one, branch) in enumerate(rows):
-        if branch >= one.rays.shape[1] or not one.has_folds:
+    for row, (rays, branch) in enumerate(rows):
+        if branch >= rays.rays.shape[1] or not rays.has_folds:
             continue
-        near = np.flatnonzero((one.count > branch) & (one.rays[:, branch, FOLD_SIDE] != 0))
+        near = np.flatnonzero((rays.count > branch) & (rays.rays[:, branch, FOLD_SIDE] != 0))
         if near.size:
             phase = np.ones(spreading.shape, complex) if phase is None else phase
-            ray = one.rays[near, branch]
+            ray = rays.rays[near, branch]
             factor = fold_factor(np.abs(ray[:, FOLD]), ray[:, FOLD_CURVATURE], ray[:, FOLD_SIDE], frequency)
             limited = np.where(np.isfinite(ray[:, AMPLITUDE]), ray[:, AMPLITUDE], 0.0) * factor
             spreading[row, near] = np.abs(limited)

@@ -29,7 +29,7 @@ STEEP = 10.0
 def solid_bounds(scene: Scene) -> Floats:
     """Least and greatest coordinates of the scene's solids [m], shape (solids, 6)."""
     surfaces = [world_triangles(solid, scene.seabed) for solid in scene.solids]
-    return np.array([np.concatenate([one.low, one.high]) for one in surfaces]).reshape(-1, 6)
+    return np.array([np.concatenate([surface.low, surface.high]) for surface in surfaces]).reshape(-1, 6)
 
 
 def occlude_refracted_row(
@@ -69,9 +69,9 @@ def occlude_refracted_row(
         paths = np.empty((len(rows), count, 3))
         paths[..., :2] = position[:2] + along[..., None] * (ends[rows, None, :2] - position[:2])
         paths[..., 2] = depths
-        found = occluders_of_paths(scene, paths)
-        cut = found >= 0
-        first = np.where(status[rows] == LegStatus.OCCLUDED, np.minimum(occluder[rows], found), found)
+        occluders = occluders_of_paths(scene, paths)
+        cut = occluders >= 0
+        first = np.where(status[rows] == LegStatus.OCCLUDED, np.minimum(occluder[rows], occluders), occluders)
         status[rows[cut]], occluder[rows[cut]] = LegStatus.OCCLUDED, first[cut]
 
 
@@ -81,20 +81,20 @@ def _depths(
 ) -> Floats:  # fmt: skip
     """Depths of rays at fractions of their horizontal distance [m], shape of `along`; 1 is exactly their end."""
     string = bounce_sequence(family)
-    found = np.empty(along.shape)
+    depths = np.empty(along.shape)
     ray_depths_along_range(
         water.depth, water.speed, water.reflecting_depth, float(position[2]), slowness,
         np.ascontiguousarray(departure[:, 2]),
-        len(string), string.startswith("S"), along[:, 0] * ranges, along[:, -1] * ranges, found,
+        len(string), string.startswith("S"), along[:, 0] * ranges, along[:, -1] * ranges, depths,
     )  # fmt: skip
-    level = np.hypot(departure[:, 0], departure[:, 1])
-    steep = (np.abs(departure[:, 2]) > STEEP * level) | (ranges < 1e-3)
+    horizontal = np.hypot(departure[:, 0], departure[:, 1])
+    steep = (np.abs(departure[:, 2]) > STEEP * horizontal) | (ranges < 1e-3)
     if steep.any():
-        found[steep] = _straight(
+        depths[steep] = _straight(
             water.bottom_reflection_depth, float(position[2]), leg_ends[steep, 2], string, along[steep]
         )
-    found = np.where(np.isnan(found), leg_ends[:, 2:], found)
-    return np.where(along == 1, leg_ends[:, 2:], found)
+    depths = np.where(np.isnan(depths), leg_ends[:, 2:], depths)
+    return np.where(along == 1, leg_ends[:, 2:], depths)
 
 
 def _straight(plane: float, source: float, leg_ends: Floats, family: str, along: Floats) -> Floats:

@@ -79,9 +79,9 @@ def occluders_of_paths(scene: Scene, polylines: Floats, *, with_boxes: bool = Fa
     Returns:
         Lowest row among the scene's occluders of the solids that a path hits, -1 for none, shape (n,).
     """
-    found = np.full(len(polylines), -1, np.int16)
+    occluders = np.full(len(polylines), -1, np.int16)
     bodies, before = (scene.occluders, 0) if with_boxes else (scene.solids, len(scene.boxes))
     if bodies:
         tree = _scene_tree(bodies, scene.seabed, before)
-        solids_along(polylines, tree, found)
-    return found
+        solids_along(polylines, tree, occluders)
+    return occluders

@@ -51,10 +51,10 @@ def _reflect_in_tilted_planes(
     family, bed = legs.families[row], scene.seabed.depth
     speed = float(scene.water.sound_speed_at(sonar_end.position[2]))
     on, normal = tilted_planes(scene, paths.flat_bounce_points(), time)
-    level = np.array([0.0, 0.0, 1.0])
+    vertical = np.array([0.0, 0.0, 1.0])
     image, facings, bounce = np.broadcast_to(sonar_end.position, scatterers.position.shape), [], 0
     for letter in bounce_sequence(family):
-        at, facing = (on[bounce], normal[bounce]) if letter == "S" else (np.array([0.0, 0.0, bed]), level)
+        at, facing = (on[bounce], normal[bounce]) if letter == "S" else (np.array([0.0, 0.0, bed]), vertical)
         bounce += letter == "S"
         facings.append(facing)
         image = image - 2 * np.sum((image - at) * facing, axis=-1, keepdims=True) * facing

@@ -48,10 +48,10 @@ class TravelTimeCurve:
         # One more column on each side: rays between two columns are bounded by both.
         first = np.clip(np.floor((horizontal_distance - radius) / self.range_step) - 1, 0, last).astype(int)
         stop = np.clip(np.ceil((horizontal_distance + radius) / self.range_step) + 1, 0, last).astype(int)
-        level = np.floor(np.log2(stop - first + 1)).astype(int)
+        power = np.floor(np.log2(stop - first + 1)).astype(int)
         low, high = np.full(len(horizontal_distance), np.inf), np.full(len(horizontal_distance), -np.inf)
-        for k in np.unique(level):
-            rows = level == k
+        for k in np.unique(power):
+            rows = power == k
             one, other = first[rows], stop[rows] - 2**k + 1
             low[rows] = np.minimum(self.least_launch_angle[k][one], self.least_launch_angle[k][other])
             high[rows] = np.maximum(self.greatest_launch_angle[k][one], self.greatest_launch_angle[k][other])
@@ -70,8 +70,8 @@ def departure_cones(sweeps: list[TravelTimeCurve], offset: Floats, radius: Float
     spans = [one.launch_angle_bounds(away, radius) for one in sweeps]
     low = np.min([span[0] for span in spans], axis=0)
     high = np.max([span[1] for span in spans], axis=0)
-    there = low <= high
-    low, high = np.where(there, low, 0.0), np.where(there, high, 0.0)
+    exists = low <= high
+    low, high = np.where(exists, low, 0.0), np.where(exists, high, 0.0)
     middle = (low + high) / 2
     ahead = offset / np.maximum(away, 1e-300)[:, None]
     ahead[away == 0] = [1.0, 0.0]
@@ -79,7 +79,7 @@ def departure_cones(sweeps: list[TravelTimeCurve], offset: Floats, radius: Float
     aside = np.where(radius < away, np.arcsin(np.minimum(1, radius / np.maximum(away, radius))), np.pi)
     level_part = np.cos(np.where(low * high <= 0, 0.0, np.minimum(np.abs(low), np.abs(high))))
     margin = np.minimum(np.hypot((high - low) / 2, aside * level_part), np.pi)
-    return DepartureCones(direction, margin, there)
+    return DepartureCones(direction, margin, exists)
 
 
 def travel_time_curve(
@@ -103,14 +103,14 @@ def travel_time_curve(
         water.depth, water.speed, water.reflecting_depth, depth, len(string), string.startswith("S"),
         np.full(steps, boundary_depth), ranges, rays, count, missing,
     )  # fmt: skip
-    there = np.arange(MOST) < count[:, None]
+    exists = np.arange(MOST) < count[:, None]
     angle = np.arcsin(np.clip(rays[:, :, SIN_LAUNCH], -1, 1))
     return TravelTimeCurve(
         step,
-        np.where(there, rays[:, :, DELAY], np.inf).min(axis=1),
-        np.where(there, rays[:, :, DELAY], -np.inf).max(axis=1),
-        _running_extremes(np.where(there, angle, np.inf).min(axis=1), np.minimum),
-        _running_extremes(np.where(there, angle, -np.inf).max(axis=1), np.maximum),
+        np.where(exists, rays[:, :, DELAY], np.inf).min(axis=1),
+        np.where(exists, rays[:, :, DELAY], -np.inf).max(axis=1),
+        _running_extremes(np.where(exists, angle, np.inf).min(axis=1), np.minimum),
+        _running_extremes(np.where(exists, angle, -np.inf).max(axis=1), np.maximum),
     )
 
 

@@ -248,18 +248,18 @@ def _triangle_hit(corner: Floats, start: Vector, step: Vector) -> float:
 def nearest_hit(tree: TriangleTree, start: Vector, step: Vector, least: float, most: float) -> tuple[float, int]:
     """First triangle along a ray: multiple of its step, between limits, and row; the upper limit and -1 for none."""
     inverse = inverse_step(step[0]), inverse_step(step[1]), inverse_step(step[2])
-    found, node = -1, 0
+    triangle, node = -1, 0
     while node < tree.next_on_miss.size:
         if _misses_box(tree.bounds[node], start, inverse, most):
             node = tree.next_on_miss[node]
             continue
         if tree.first_triangle[node] >= 0:
             for t in range(tree.first_triangle[node], tree.first_triangle[node] + tree.triangle_count[node]):
-                there = _triangle_hit(tree.corner_and_sides[t], start, step)
-                if least < there < most:
-                    most, found = there, t
+                hit_distance = _triangle_hit(tree.corner_and_sides[t], start, step)
+                if least < hit_distance < most:
+                    most, triangle = hit_distance, t
         node += 1
-    return most, found
+    return most, triangle
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -58,16 +58,16 @@ def wavefront(legs: Legs, row: int, position: Floats, points: Floats, water: Wat
     depth = float(position[2])
     above, below = max(depth - STEP, 0.0), depth + STEP
     gradient = float(water.sound_speed_at(below) - water.sound_speed_at(above)) / (below - above)
-    c, there = float(water.sound_speed_at(depth)), np.asarray(water.sound_speed_at(points[:, 2]), float)
-    sine, sine_there = legs.departure[row, :, 2], legs.arrival[row, :, 2]
-    level = (np.abs(sine) < LEVEL) | (np.abs(sine_there) < LEVEL) | (away < 1e-9)
+    speed, point_speed = float(water.sound_speed_at(depth)), np.asarray(water.sound_speed_at(points[:, 2]), float)
+    sine, arrival_sine = legs.departure[row, :, 2], legs.arrival[row, :, 2]
+    is_horizontal = (np.abs(sine) < LEVEL) | (np.abs(arrival_sine) < LEVEL) | (away < 1e-9)
     cosine = np.sqrt(np.clip(1 - sine**2, 0, 1))
     # Each bounce, and each turning point, reverses a ray's vertical direction: their number is even or odd.
     odd = len(bounce_sequence(legs.families[row])) % 2 == 1
-    turned = ((sine * sine_there < 0) != odd).astype(int)
+    turned = ((sine * arrival_sine < 0) != odd).astype(int)
     sense = np.where((legs.caustics[row] - turned) % 2 == 0, 1.0, -1.0)
-    tube = legs.spreading[row] ** 2 * away * np.abs(sine_there)
-    rate = sense * tube / np.where(level, 1.0, there * cosine)
-    across = (rate + gradient * np.sign(sine) * cosine**2 / c**2) / np.where(level, 1.0, np.abs(sine))
+    tube = legs.spreading[row] ** 2 * away * np.abs(arrival_sine)
+    rate = sense * tube / np.where(is_horizontal, 1.0, point_speed * cosine)
+    across = (rate + gradient * np.sign(sine) * cosine**2 / speed**2) / np.where(is_horizontal, 1.0, np.abs(sine))
     beside = np.zeros((0, len(away))) if legs.aperture_expansion is None else legs.aperture_expansion[row]
-    return Wavefront(np.where(level, 1 / np.maximum(length, 1e-9), c * across), away, gradient, beside)
+    return Wavefront(np.where(is_horizontal, 1 / np.maximum(length, 1e-9), speed * across), away, gradient, beside)

@@ -64,12 +64,18 @@ def wind_waves(wind_speed: float, shortest: float, longest: float = 0.0) -> Wind
     spreading = ElfouhailySpreading(sea)
     low = max(sea.peak / 8, longest)
     k = np.geomspace(low, max(shortest, 2 * sea.peak, 1.01 * low), LENGTHS)
-    some = np.geomspace(k[0], k[-1], DIRECTIONS)
+    wavenumbers = np.geomspace(k[0], k[-1], DIRECTIONS)
     chance = np.linspace(0, 1, TURNS)
-    turn = np.stack([spreading.quantile(chance, np.full(TURNS, one)) for one in some])
-    middle = np.stack([spreading.quantile((chance[1:] + chance[:-1]) / 2, np.full(TURNS - 1, one)) for one in some])
+    turn = np.stack([spreading.quantile(chance, np.full(TURNS, wavenumber)) for wavenumber in wavenumbers])
+    middle = np.stack(
+        [
+            spreading.quantile((chance[1:] + chance[:-1]) / 2, np.full(TURNS - 1, wavenumber))
+            for wavenumber in wavenumbers
+        ]
+    )
     ahead, square = (
-        np.interp(np.log(k), np.log(some), column.mean(axis=1)) for column in (np.cos(middle), np.cos(middle) ** 2)
+        np.interp(np.log(k), np.log(wavenumbers), column.mean(axis=1))
+        for column in (np.cos(middle), np.cos(middle) ** 2)
     )
     density, omega = sea.density(k), angular_frequency(k)
     columns = (k**2 * square, k**2 * (1 - square), omega**2, k * omega * ahead)

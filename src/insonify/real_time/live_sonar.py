@@ -144,9 +144,9 @@ class LiveSonar:
             before = self._last if self._count else [replace(end, velocity=None, turn_rate=None) for end in ends]
             elapsed = float(time) - self._time if self._count else 0.0
             ends = [end.following(old, elapsed) for end, old in zip(ends, before, strict=True)]
-            here = self._platforms(float(time), ends)
-            series = self._simulate(self._count, here)
-            recording = self._recording(here, series)
+            platforms = self._platforms(float(time), ends)
+            series = self._simulate(self._count, platforms)
+            recording = self._recording(platforms, series)
             self._count, self._time, self._last = self._count + 1, float(time), ends
         return recording
 
@@ -161,19 +161,19 @@ class LiveSonar:
         """
         row = require_index("ping", ping, len(self._poses.transmitter_poses), "track")
         sending = self._poses.transmitter_poses
-        found = {"time": float(sending.time[row])} | _pose_columns(sending, self._poses.transmitter_window_poses, row)
+        values = {"time": float(sending.time[row])} | _pose_columns(sending, self._poses.transmitter_window_poses, row)
         if self._poses.own_receiver_poses is not None:
             columns = _pose_columns(self._poses.own_receiver_poses, self._poses.receiver_window_poses, row)
-            found["receiver"] = PlatformPose(**columns)
-        return found
+            values["receiver"] = PlatformPose(**columns)
+        return values
 
     def warm_up(self) -> None:
         """Simulate the first ping of the track and discard it: kernels are compiled, tables and packages loaded."""
         with self._lock:
             self._require_open()
-            here, logged = self._poses.single_ping(0), self._navigation
+            platforms, logged = self._poses.single_ping(0), self._navigation
             self._navigation = navigation_systems(self.scenario, self._poses)
-            self._recording(here, self._simulate(0, here))
+            self._recording(platforms, self._simulate(0, platforms))
             self._navigation = logged
 
     def restart(self) -> None:
@@ -218,9 +218,9 @@ class LiveSonar:
 
     def _standing_receiver(self) -> PlatformPose:
         """The receiver's own pose, where its track keeps to one."""
-        carried = self._poses.own_receiver_poses
-        assert carried is not None
-        position, lean = carried.position, carried.attitude
+        poses = self._poses.own_receiver_poses
+        assert poses is not None
+        position, lean = poses.position, poses.attitude
         if np.ptp(position, axis=0).any() or np.ptp(lean, axis=0).any():
             raise ValueError("receiver is None, and the receiver's track moves. Give receiver=PlatformPose(position, "
                              "attitude).")  # fmt: skip
@@ -233,43 +233,43 @@ class LiveSonar:
         if not self.scenario.track.stop_and_hop:
             stop = self.scenario.track.window[1]
             later = [*(end.later_poses(time, stop) for end in ends), None]
-        here = Platforms(start[0], start[1] if len(start) > 1 else None, later[0], later[1])
-        require_in_water(self.scenario, self._simulator.engine.scene, here)
-        return here
+        platforms = Platforms(start[0], start[1] if len(start) > 1 else None, later[0], later[1])
+        require_in_water(self.scenario, self._simulator.engine.scene, platforms)
+        return platforms
 
-    def _simulate(self, ping: int, here: Platforms) -> NDArray[np.generic]:
+    def _simulate(self, ping: int, platforms: Platforms) -> NDArray[np.generic]:
         """Series of one ping, shape (channels, samples)."""
-        self._require_rays(here)
-        sides = self._simulator.ping_geometries(ping, here)
-        if _is_off(sides[0].track_extents, here):
-            sides = self._sampled_alone(sides, here)
+        self._require_rays(platforms)
+        sides = self._simulator.ping_geometries(ping, platforms)
+        if _is_off(sides[0].track_extents, platforms):
+            sides = self._sampled_alone(sides, platforms)
         return record_ping(self._simulator, sides, self._pool)
 
-    def _sampled_alone(self, sides: list[PingGeometry], here: Platforms) -> list[PingGeometry]:
+    def _sampled_alone(self, sides: list[PingGeometry], platforms: Platforms) -> list[PingGeometry]:
         """Geometries whose sampling follows this ping alone."""
         if not self._warned and self.scenario.field == "coherent":
             self._warned = True
             warnings.warn(
-                f"position {np.round(here.transmitter_poses.position[0], 3).tolist()} m is off the scenario's track, "
-                "by which the seabed is sampled: its scatterers, and the speckle with them, change from ping to ping. "
-                "Give live(scenario, positions=...) the positions that the sonar may have.",
+                f"position {np.round(platforms.transmitter_poses.position[0], 3).tolist()} m is off the scenario's "
+                "track, by which the seabed is sampled: its scatterers, and the speckle with them, change from ping to "
+                "ping. Give live(scenario, positions=...) the positions that the sonar may have.",
                 PhysicsWarning, stacklevel=5,
             )  # fmt: skip
-        extents = track_extents_of(self.scenario.sonar, here)
+        extents = track_extents_of(self.scenario.sonar, platforms)
         return [
             replace(
-                side, platform_positions=here.positions, track_extent=extents[0],
+                side, platform_positions=platforms.positions, track_extent=extents[0],
                 receive_track_extent=extents[1] if len(extents) > 1 else None,
             )
             for side in sides
         ]  # fmt: skip
 
-    def _require_rays(self, here: Platforms) -> None:
+    def _require_rays(self, platforms: Platforms) -> None:
         """Refuse depths for which layered water has no tables of rays."""
         rays = self._simulator.engine.rays
         if isinstance(rays, StraightRays):
             return
-        region, depths = self._region, array_depths(self.scenario.sonar, here)
+        region, depths = self._region, array_depths(self.scenario.sonar, platforms)
         nearest = np.array(region.source_depths)
         if region.is_span:
             outside = (depths < nearest[0] - 1e-9) | (depths > nearest[-1] + 1e-9)
@@ -286,8 +286,8 @@ class LiveSonar:
     def _region(self) -> Any:
         return self._simulator.engine.rays.domain  # type: ignore[attr-defined]
 
-    def _recording(self, here: Platforms, series: NDArray[np.generic]) -> xr.Dataset:
-        layout = recording_layout(self.scenario, here, self._simulator.grid.time, systems=self._navigation)
+    def _recording(self, platforms: Platforms, series: NDArray[np.generic]) -> xr.Dataset:
+        layout = recording_layout(self.scenario, platforms, self._simulator.grid.time, systems=self._navigation)
         number = np.array([self._count], np.int64)
         recording = recording_dataset(layout, self._attributes, series[None], number, of_pings=True)
         return recording if self._lines is None else instrument_recording(
@@ -304,9 +304,9 @@ def _pose_columns(start: Poses, later: tuple[Poses, Poses] | None, row: int) -> 
     return columns | {"window_poses": tuple((poses.position[row], poses.attitude[row]) for poses in later)}
 
 
-def _is_off(extents: tuple[TrackExtent, ...], here: Platforms) -> bool:
+def _is_off(extents: tuple[TrackExtent, ...], platforms: Platforms) -> bool:
     """True where a platform is so far from its track that sampling by the track does not suit it."""
-    for extent, poses in zip(extents, here.end_poses, strict=False):
+    for extent, poses in zip(extents, platforms.end_poses, strict=False):
         runs = np.stack([extent.corners[:-1], extent.corners[1:]], axis=1)
         away = float(distance_to_segments(poses.position[:, :2], runs)[0])
         depth, (least, greatest) = float(poses.position[0, 2]), extent.depths
@@ -333,6 +333,6 @@ def _with_positions(track: Platforms, positions: Iterable[ArrayLike]) -> Platfor
 
 
 def _extended(poses: Poses, further: Floats) -> Poses:
-    level, time = np.zeros(len(further)), np.full(len(further), poses.time[-1])
-    columns = (np.concatenate([lean, level]) for lean in (poses.heading, poses.pitch, poses.roll))
+    zero, time = np.zeros(len(further)), np.full(len(further), poses.time[-1])
+    columns = (np.concatenate([lean, zero]) for lean in (poses.heading, poses.pitch, poses.roll))
     return Poses(np.concatenate([poses.time, time]), np.concatenate([poses.position, further]), *columns)

@@ -176,12 +176,12 @@ class PingDevice(SocketServer):
     def _guarded(self, number: int, reply: Callable[[], list[Message] | None]) -> list[Message]:
         """Replies, or a refusal with its reason."""
         try:
-            found = reply()
+            result = reply()
         except struct.error:
             return [_refusal(number, "the message has another length")]
         except Exception as fault:  # no ping that fails ends the device
             return [_refusal(number, str(fault))]
-        return [_refusal(number, "there is no such message")] if found is None else found
+        return [_refusal(number, "there is no such message")] if result is None else result
 
     def _send(self, replies: list[Message], reader: Any) -> None:
         for message in replies:

@@ -14,18 +14,18 @@ from insonify.sonar.platforms import Platforms
 Floats = NDArray[np.float64]
 
 
-def require_in_water(scenario: Scenario, scene: Scene, here: Platforms) -> None:
+def require_in_water(scenario: Scenario, scene: Scene, platforms: Platforms) -> None:
     """Refuse a pose whose arrays are not in the water.
 
     Args:
         scenario: What is simulated.
         scene: Its scene.
-        here: The platforms at one ping.
+        platforms: The platforms at one ping.
 
     Raises:
         ValueError: An array is above the sea surface, below the seabed, in a target or at a point target.
     """
-    for name, position in array_positions(scenario, here).items():
+    for name, position in array_positions(scenario, platforms).items():
         if name in (PLATFORM, RECEIVER):
             continue
         depth, bed = float(position[0, 2]), _seabed_depth(scene, position)
@@ -45,7 +45,7 @@ def require_in_water(scenario: Scenario, scene: Scene, here: Platforms) -> None:
     if scenario.sonar.receiver.record != "elements":
         return
     for side in scenario.sonar.side_sonars:
-        for _, element, depth in elements_out_of_water(side, here.receiver_poses, scenario.seabed.depth):
+        for _, element, depth in elements_out_of_water(side, platforms.receiver_poses, scenario.seabed.depth):
             raise ValueError(f"attitude and position put element {element} of the receive array out of the water, at "
                              f"{depth:.4g} m. Give another depth or attitude.")  # fmt: skip
 

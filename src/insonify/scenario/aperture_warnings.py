@@ -63,11 +63,11 @@ def _crowded(scenario: Scenario, wavelength: float) -> str:
     positions = element_layout(scenario.sonar.receive)[0]
     if len(positions) < 2:
         return ""
-    apart = cKDTree(positions).query(positions, k=2)[0][:, 1]
-    if apart.min() >= CLOSEST * wavelength:
+    spacing = cKDTree(positions).query(positions, k=2)[0][:, 1]
+    if spacing.min() >= CLOSEST * wavelength:
         return ""
-    row = int(np.argmin(apart))
+    row = int(np.argmin(spacing))
     return (
-        f"sonar.receive: element {row} is {1e3 * apart[row]:.3g} mm from another, {apart[row] / wavelength:.2g} "
+        f"sonar.receive: element {row} is {1e3 * spacing[row]:.3g} mm from another, {spacing[row] / wavelength:.2g} "
         "wavelengths: they receive the same sound, and no beam is sharper for it. Give fewer elements, or a larger one."
     )

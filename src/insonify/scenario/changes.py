@@ -35,13 +35,13 @@ def with_changes(model: ModelT, changes: Mapping[str, object]) -> tuple[ModelT, 
     faults = [fault for path, value in changes.items() if (fault := _put(source, model, path, _as_typed(value)))]
     faults += yaml_boolean_errors(type(model), source)
     try:
-        made = type(model).model_validate(source.values, context={"folder": ""})
+        changed = type(model).model_validate(source.values, context={"folder": ""})
     except ValidationError as error:
         source.faults = faults
         raise ScenarioError([*faults, *validation_diagnostics(error, type(model), source)]) from None
     if faults:
         raise ScenarioError(faults)
-    return made, unit_warnings(type(model), source)
+    return changed, unit_warnings(type(model), source)
 
 
 def _put(source: YamlSource, model: BaseModel, dotted_path: str, value: object) -> Diagnostic | None:
@@ -67,18 +67,18 @@ def _put(source: YamlSource, model: BaseModel, dotted_path: str, value: object) 
 
 def _path_error(inside: Any, path: Path, step: str | int, dotted_path: str) -> Diagnostic | None:
     """The fault of a step that a value cannot take: a key of no group, an index beyond a list."""
-    here = dotted(path) or NAME
+    key = dotted(path) or NAME
     if isinstance(inside, dict):
         return None
     if not isinstance(inside, list):
         return Diagnostic(
-            NAME, 0, dotted_path, f"{here} is {inside!r}, which has no keys", fix=f"Change {here} as a whole"
+            NAME, 0, dotted_path, f"{key} is {inside!r}, which has no keys", fix=f"Change {key} as a whole"
         )
     if not isinstance(step, int):
-        return Diagnostic(NAME, 0, dotted_path, f"{here} is a list", fix=f"Give an index, such as {here}.0")
+        return Diagnostic(NAME, 0, dotted_path, f"{key} is a list", fix=f"Give an index, such as {key}.0")
     if step >= len(inside):
         has = f"indices 0 to {len(inside) - 1}" if inside else "no entries"
-        return Diagnostic(NAME, 0, dotted_path, f"{here} has {has}", fix=f"Change {here} as a whole to add one")
+        return Diagnostic(NAME, 0, dotted_path, f"{key} has {has}", fix=f"Change {key} as a whole to add one")
     return None
 
 

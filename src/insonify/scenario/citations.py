@@ -31,44 +31,44 @@ SEDIMENT = "APL-UW TR 9407 (1994): geoacoustics of sediments and their reflectio
 
 def citations(scenario: Scenario) -> list[str]:
     """Sources of the laws and methods that a scenario uses, one line each."""
-    found = [IMAGES, GRIDDING]
+    sources = [IMAGES, GRIDDING]
     if scenario.field == "coherent":
-        found.append(DRAWS)
+        sources.append(DRAWS)
     if scenario.water.absorption_db_per_m is None:
-        found.append(ABSORPTION)
+        sources.append(ABSORPTION)
     laws = [scenario.seabed.scattering, scenario.surface.scattering]
     if any(isinstance(law, Lambert) for law in laws) or scenario.scene.occluders:
-        found.append(LAMBERT)
+        sources.append(LAMBERT)
     if any(target.face_reflection_coefficient for target in scenario.scene.solids_of_one_law):
-        found.append(FACETS)
+        sources.append(FACETS)
     if isinstance(scenario.seabed.scattering, SedimentLaw):
-        found.append(JACKSON)
+        sources.append(JACKSON)
     if isinstance(scenario.seabed.scattering, TableLaw):
-        found.append(f"Seabed strength table {Path(scenario.seabed.scattering.file).name}")
+        sources.append(f"Seabed strength table {Path(scenario.seabed.scattering.file).name}")
     if scenario.seabed.texture is not None:
-        found.append(PATCHY)
+        sources.append(PATCHY)
     if scenario.water.scatters:
-        found.append(SUSPENDED)
+        sources.append(SUSPENDED)
     if isinstance(scenario.surface.scattering, AplSurfaceLaw):
-        found.append(WINDY)
+        sources.append(WINDY)
     if scenario.surface.wind_speed is not None or scenario.seabed.reflecting_interface == "rough":
-        found.append(ROUGH)
+        sources.append(ROUGH)
     if scenario.surface.wind_speed is not None:
-        found.append(SEA)
+        sources.append(SEA)
     if scenario.surface.reflection == "explicit":
-        found.append(FOLDS)
+        sources.append(FOLDS)
     if not isinstance(scenario.seabed.reflection, float):
-        found.append(SEDIMENT)
+        sources.append(SEDIMENT)
     sea, elements = scenario.water.noise, scenario.sonar.receiver.record == "elements"
     if sea is not None or (elements and scenario.water.noise_level_db is not None):
-        found.append(FIELD)
+        sources.append(FIELD)
     if sea is not None:
-        found += [NOISE] * (sea.level_db is None) + [SURFACE_NOISE] * (sea.directionality == "surface")
-    found += [
+        sources += [NOISE] * (sea.level_db is None) + [SURFACE_NOISE] * (sea.directionality == "surface")
+    sources += [
         f"Bathymetry {Path(kind.file).name}: {kind.description}"
         for kind in scenario.seabed.relief
         if kind.kind == "grid"
     ]
     if any(kind.kind == "power-law" for kind in scenario.seabed.relief):
-        found.append(FRACTAL)
-    return found
+        sources.append(FRACTAL)
+    return sources

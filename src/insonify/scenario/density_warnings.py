@@ -35,25 +35,25 @@ def density_warnings(scenario: Scenario) -> list[str]:
     paths, two = scenario.paths, scenario.receiver_track is not None
     if paths.geometry == "slice" or paths.engine == "tracer" or (scenario.field == "incoherent" and not two):
         return []
-    found: list[tuple[float, Boundary]] = []
+    sparse: list[tuple[float, Boundary]] = []
     depths = array_depths(scenario.sonar, platforms(scenario))
     boundaries: tuple[tuple[Boundary, float, object], ...] = (
         ("seabed", scenario.seabed.depth, scenario.seabed.scattering),
         ("surface", 0.0, scenario.surface.scattering),
     )
-    for boundary, level, law in boundaries:
+    for boundary, boundary_depth, law in boundaries:
         if (
             law is None
             or boundary not in paths.contributions
             or not families_reaching(boundary, paths.followed_families)
         ):
             continue
-        height = float(np.abs(level - depths).min())
+        height = float(np.abs(boundary_depth - depths).min())
         if _least_bound(scenario, height) < MIN_CELL_SIZE:
-            found.append((_smallest_cell(scenario, height) / MIN_CELL_SIZE, boundary))
-    if not found or min(found)[0] >= ENOUGH:
+            sparse.append((_smallest_cell(scenario, height) / MIN_CELL_SIZE, boundary))
+    if not sparse or min(sparse)[0] >= ENOUGH:
         return []
-    part, boundary = min(found)
+    part, boundary = min(sparse)
     most = part * paths.scatterers_per_cell
     return [
         f"paths.scatterers_per_cell: {paths.scatterers_per_cell:g} are requested, but scatterers lie "
@@ -75,12 +75,14 @@ def _smallest_cell(scenario: Scenario, height: float) -> float:
     """Smallest area of one scatterer on a boundary at some height, within the first ping's window [m^2]."""
     from insonify.engines.ping_scatterers import resolution_of  # kernels, which few scenarios need here
 
-    carried, window = platforms(scenario), scenario.track.window
-    here = ping_geometry(scenario.sonar.side_sonars[0], carried, 0, window=window, pulse=received_pulse(scenario.sonar),
-                  water=scenario.water, seed=scenario.seed)  # fmt: skip
-    cells = resolution_of(scenario.scene, scenario.paths, here)
+    poses, window = platforms(scenario), scenario.track.window
+    geometry = ping_geometry(scenario.sonar.side_sonars[0], poses, 0, window=window, water=scenario.water,
+                             pulse=received_pulse(scenario.sonar), seed=scenario.seed)  # fmt: skip
+    cells = resolution_of(scenario.scene, scenario.paths, geometry)
     ranges = (
-        np.array([scenario.water.min_sound_speed, scenario.water.max_sound_speed]) * np.array(here.recorded_delays) / 2
+        np.array([scenario.water.min_sound_speed, scenario.water.max_sound_speed])
+        * np.array(geometry.recorded_delays)
+        / 2
     )
     near, far = (np.sqrt(np.maximum(np.array([one]) ** 2 - height**2, 0.0)) for one in ranges)
     return float(cells.finest(near, far, height)[0])

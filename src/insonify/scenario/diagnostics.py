@@ -54,12 +54,12 @@ def validation_diagnostics(error: ValidationError, model: type[BaseModel], sourc
     reported = {(fault.field, fault.line) for fault in source.faults}
     advice = []
     for path in dict.fromkeys(finding.path for finding in findings):
-        here = [finding for finding in findings if finding.path == path]
+        at_path = [finding for finding in findings if finding.path == path]
         is_reported_below = any(other.path[: len(path)] == path and other.path != path for other in findings)
-        if is_reported_below and all(finding.is_about_kind for finding in here):
+        if is_reported_below and all(finding.is_about_kind for finding in at_path):
             continue
-        if (dotted(path), source.line(path)) not in reported and not _is_misspelt_elsewhere(here, findings):
-            advice += _one_line(here, findings, source)
+        if (dotted(path), source.line(path)) not in reported and not _is_misspelt_elsewhere(at_path, findings):
+            advice += _one_line(at_path, findings, source)
     return advice
 
 
@@ -110,22 +110,22 @@ def _finding(item: Any, model: type[BaseModel], source: YamlSource) -> _Finding:
     return _Finding(item["type"], path, tuple(expected), item["input"], context, item["msg"])
 
 
-def _is_misspelt_elsewhere(here: list[_Finding], findings: list[_Finding]) -> bool:
+def _is_misspelt_elsewhere(at_path: list[_Finding], findings: list[_Finding]) -> bool:
     """A missing key that stands in the file under a misspelt name is one mistake, not two."""
-    if here[0].kind not in _MISSING:
+    if at_path[0].kind not in _MISSING:
         return False
-    *parent, name = here[0].path
+    *parent, name = at_path[0].path
     strangers = [f.path[-1] for f in findings if f.kind in _UNKNOWN and list(f.path[:-1]) == parent]
     return any(nearest_word(str(stranger), [str(name)]) for stranger in strangers)
 
 
-def _one_line(here: list[_Finding], findings: list[_Finding], source: YamlSource) -> list[Diagnostic]:
-    field_error = [finding for finding in here if finding.kind == "field_error"]
+def _one_line(at_path: list[_Finding], findings: list[_Finding], source: YamlSource) -> list[Diagnostic]:
+    field_error = [finding for finding in at_path if finding.kind == "field_error"]
     if field_error:  # each is a mistake of its own
         return [_advice(finding.path, source, str(finding.context["shown"])) for finding in field_error]
-    specific = [finding for finding in here if not finding.is_about_kind]
+    specific = [finding for finding in at_path if not finding.is_about_kind]
     if not specific:
-        return [_type_error_message(here, source)]
+        return [_type_error_message(at_path, source)]
     first = min(specific, key=lambda finding: finding.kind == "value_error")
     return [_diagnostic(first, source)]
 
@@ -212,15 +212,15 @@ def _refused(finding: _Finding, source: YamlSource) -> Diagnostic:
     return _advice(finding.path, source, message if not is_plain or typed in message else f"{typed}: {message}")
 
 
-def _type_error_message(here: list[_Finding], source: YamlSource) -> Diagnostic:
-    first = here[0]
+def _type_error_message(at_path: list[_Finding], source: YamlSource) -> Diagnostic:
+    first = at_path[0]
     typed = source.show(first.path, first.value)
     if first.value is None:
-        return _advice(first.path, source, f"has no value; it should be {_kinds(here)}")
+        return _advice(first.path, source, f"has no value; it should be {_kinds(at_path)}")
     if isinstance(first.value, int | float) and all(expected.kind is str for expected in first.expected):
         return _advice(first.path, source, f"{typed} is read as a number", fix=f'Write "{typed}", with quotes')
     where = "" if first.path else "the file holds "
-    return _advice(first.path, source, f"{where}{typed} where {_kinds(here)} should be")
+    return _advice(first.path, source, f"{where}{typed} where {_kinds(at_path)} should be")
 
 
 def _kinds(findings: list[_Finding]) -> str:

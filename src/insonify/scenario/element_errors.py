@@ -87,27 +87,27 @@ def elements_out_of_water(side: Sonar, poses: Poses, bed: float) -> Iterator[tup
 
 def _out_of_band_errors(scenario: Scenario) -> Iterator[PydanticCustomError]:
     """A receiver that an echo's Doppler shift leaves, and pulses so long that no sum of shapes holds it."""
-    carried, stop = platforms(scenario), scenario.track.window[1]
+    poses, stop = platforms(scenario), scenario.track.window[1]
     moved = [
         moments[-1].offset_positions(array.offset) - moments[0].offset_positions(array.offset)
         for side in scenario.sonar.side_sonars
-        for array, moments in zip(side.arrays, carried.window_poses, strict=True)
+        for array, moments in zip(side.arrays, poses.window_poses, strict=True)
     ]
     speed = np.max([np.linalg.norm(displacement, axis=1) for displacement in moved], axis=0) / stop
     if speed.max() == 0:
         return
-    found = _dopplers(scenario, carried, int(np.argmax(speed)))
-    if found is None:
+    dopplers = _dopplers(scenario, poses, int(np.argmax(speed)))
+    if dopplers is None:
         return
     pulse, receiver = scenario.sonar.pulse, scenario.sonar.receiver
-    turned = pulse.frequency * pulse.duration * (found[1] - found[0])
-    if doppler_node_count(pulse, found[1] - found[0]) >= MOST:
+    turned = pulse.frequency * pulse.duration * (dopplers[1] - dopplers[0])
+    if doppler_node_count(pulse, dopplers[1] - dopplers[0]) >= MOST:
         yield field_error(
             "sonar.pulse.duration", f"{pulse.duration * 1e3:g} ms", "is long for a sonar that moves at "
             f"{speed.max():.3g} m/s: Doppler turns it by {turned:.0f} cycles between one direction and another. "
             "Write track.stop_and_hop: true, or give a shorter pulse or a narrower beam.",
         )  # fmt: skip
-    worst = max(found, key=abs)
+    worst = max(dopplers, key=abs)
     still, shifted = (passed_energy_fraction(pulse, receiver, factor) for factor in (0.0, worst))
     if shifted < MIN_PASSED_ENERGY * still:
         least = _min_bandwidth(pulse, receiver, worst)
@@ -119,17 +119,17 @@ def _out_of_band_errors(scenario: Scenario) -> Iterator[PydanticCustomError]:
         )  # fmt: skip
 
 
-def _dopplers(scenario: Scenario, carried: Platforms, ping: int) -> tuple[float, float] | None:
+def _dopplers(scenario: Scenario, poses: Platforms, ping: int) -> tuple[float, float] | None:
     """Least and greatest Doppler factor less one at the fastest ping; None where its beams are at fault."""
-    pulse, found = received_pulse(scenario.sonar), []
+    pulse, dopplers = received_pulse(scenario.sonar), []
     for side in scenario.sonar.side_sonars:
         try:
-            here = ping_geometry(side, carried.single_ping(ping), 0, window=scenario.track.window, pulse=pulse,
+            geometry = ping_geometry(side, poses.single_ping(ping), 0, window=scenario.track.window, pulse=pulse,
                           water=scenario.water, seed=scenario.seed)  # fmt: skip
         except ValueError:
             return None
-        found += list((0.0, 0.0) if here.is_static else doppler_range(here))
-    return min(found), max(found)
+        dopplers += list((0.0, 0.0) if geometry.is_static else doppler_range(geometry))
+    return min(dopplers), max(dopplers)
 
 
 def passed_energy_fraction(pulse: Pulse, receiver: Receiver, doppler: float) -> float:

@@ -25,11 +25,11 @@ def inhomogeneity_warnings(scenario: Scenario) -> list[str]:
     uneven, sonar = scenario.water.inhomogeneity, scenario.sonar
     if uneven is None or uneven.rms_index == 0:
         return []
-    found, length = [], scenario.water.max_sound_speed * scenario.track.window[1] / 2
+    warnings, length = [], scenario.water.max_sound_speed * scenario.track.window[1] / 2
     wavelength = scenario.water.sound_speed / sonar.pulse.frequency
     if (size := wave_parameter(length, wavelength, uneven)) > 1:
         least = float(np.sqrt(size)) * uneven.correlation_length
-        found.append(
+        warnings.append(
             f"water.inhomogeneity.correlation_length: over {length:.4g} m patches of {uneven.correlation_length:g} m "
             f"bend the sound as much as they delay it (4 R / (k l^2) is {size:.2g}, and 1 is the limit): amplitudes "
             f"would flicker, and are steady. Give patches of {least:.2g} m or more, or a shorter window."
@@ -37,9 +37,9 @@ def inhomogeneity_warnings(scenario: Scenario) -> list[str]:
     if sonar.receiver.record == "elements":
         extent = float(np.ptp(element_layout(sonar.receive)[0], axis=0).max())
         if extent > SHARED * uneven.correlation_length:
-            found.append(
+            warnings.append(
                 f"water.inhomogeneity.correlation_length: the receive array is {extent:.3g} m long, and all its "
                 f"elements share the delays of its centre, as in patches of {extent / SHARED:.3g} m; these are of "
                 f"{uneven.correlation_length:g} m. Give larger ones, or a shorter array."
             )
-    return found
+    return warnings

@@ -33,20 +33,20 @@ def range_warnings(scenario: Scenario) -> list[str]:
     stop = scenario.track.window[1]
     farthest = float(scenario.water.max_sound_speed * stop / 2)
     reach = f"and echoes that come within track.window, up to {1e3 * stop:g} ms, are from {farthest:.3g} m at most"
-    found = [_receiver(scenario, reach)]
-    found += [_bed(scenario, ends, farthest, reach)] if "seabed" in scenario.paths.contributions else []
+    warnings = [_receiver(scenario, reach)]
+    warnings += [_bed(scenario, ends, farthest, reach)] if "seabed" in scenario.paths.contributions else []
     if "target" in scenario.paths.contributions and scenario.paths.geometry == "3d":
-        found += [_target(target.label, target.position, ends, farthest, reach) for target in scenario.targets]
+        warnings += [_target(target.label, target.position, ends, farthest, reach) for target in scenario.targets]
     if "water" in scenario.paths.contributions:
-        found += [_patch(patch, ends, farthest, reach) for patch in scenario.water.patches]
-        found += _layers(scenario)
-    return [word for word in found if word]
+        warnings += [_patch(patch, ends, farthest, reach) for patch in scenario.water.patches]
+        warnings += _layers(scenario)
+    return [word for word in warnings if word]
 
 
 def _receiver(scenario: Scenario, reach: str) -> str:
     """Warning on a receiver so far from the transmitter that no window holds an echo; empty otherwise."""
-    carried = platforms(scenario)
-    nearest = float(np.linalg.norm(carried.transmitter_poses.position - carried.receiver_poses.position, axis=1).min())
+    poses = platforms(scenario)
+    nearest = float(np.linalg.norm(poses.transmitter_poses.position - poses.receiver_poses.position, axis=1).min())
     if nearest <= scenario.water.max_sound_speed * scenario.track.window[1]:
         return ""
     return (

@@ -3,9 +3,9 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from insonify.propagation.aperture_expansion import LEAST
+from insonify.propagation.aperture_expansion import MIN_OFFSET
 from insonify.propagation.delay_field import DelayField
-from insonify.propagation.propagation_model import FEW_DEPTHS, RayDomain
+from insonify.propagation.propagation_model import MAX_SEPARATE_DEPTHS, RayDomain
 from insonify.scenario.scenario import Scenario
 from insonify.sonar.hydrophones import element_layout
 from insonify.sonar.ping_geometry import array_depths
@@ -31,44 +31,44 @@ def domain(scenario: Scenario, track: Poses | Platforms, pulse: ReceivedPulse) -
         track: Poses of the platform, or the platforms.
         pulse: The sonar's pulse as received.
     """
-    carried = Platforms(track) if isinstance(track, Poses) else track
+    poses = Platforms(track) if isinstance(track, Poses) else track
     scene, stop = scenario.scene, scenario.track.window[1] - pulse.ringing_start
     # Separated ends receive a little beyond half of the path.
-    apart = 2 * max(float(np.linalg.norm(array.offset)) for array in scenario.sonar.arrays)
+    largest_spacing = 2 * max(float(np.linalg.norm(array.offset)) for array in scenario.sonar.arrays)
     farthest = (
         scenario.water.max_sound_speed * max(stop, 0.0) / 2
-        + apart
-        + carried.max_separation
-        + _element_excursion(scenario, carried)
+        + largest_spacing
+        + poses.max_separation
+        + _element_excursion(scenario, poses)
     )
     if (
         scenario.paths.face_reflections or scenario.paths.engine == "tracer"
     ):  # out by way of a face, and back by a short way
         farthest *= 2
-    depths = [float(depth) for depth in _required_depths(scenario, carried)]
-    spanned = len(depths) > FEW_DEPTHS
+    depths = [float(depth) for depth in _required_depths(scenario, poses)]
+    spanned = len(depths) > MAX_SEPARATE_DEPTHS
     return RayDomain((depths[0], depths[-1]) if spanned else tuple(depths), spanned, scene.body_depths, farthest)
 
 
-def _required_depths(scenario: Scenario, carried: Platforms) -> NDArray[np.float64]:
+def _required_depths(scenario: Scenario, poses: Platforms) -> NDArray[np.float64]:
     """Depths of the sonar's ends [m], and those of its highest and lowest elements where a platform keeps its depth."""
-    depths, sonar = array_depths(scenario.sonar, carried), scenario.sonar
+    depths, sonar = array_depths(scenario.sonar, poses), scenario.sonar
     if not scenario.water.layered or sonar.receiver.record != "elements" or len(depths) > 2:
         return depths
-    body = carried.receiver_poses.rotation(0)
-    centre = array_position(sonar.receive, carried.receiver_poses.position[0], body)[2]
+    body = poses.receiver_poses.rotation(0)
+    centre = array_position(sonar.receive, poses.receiver_poses.position[0], body)[2]
     rise = float(np.abs((element_layout(sonar.receive)[0] @ receiver_rotation(sonar, body))[:, 2]).max())
-    if rise < LEAST:
+    if rise < MIN_OFFSET:
         return depths
     return np.unique(np.clip([*depths, centre - rise, centre + rise], 0.0, scenario.seabed.depth))
 
 
-def _element_excursion(scenario: Scenario, carried: Platforms) -> float:
+def _element_excursion(scenario: Scenario, poses: Platforms) -> float:
     """Twice the largest distance of an element from its array's centre at the start of a ping, about [m]."""
     size, moved = 0.0, 0.0
     if scenario.sonar.receiver.record == "elements":
         size = float(np.linalg.norm(element_layout(scenario.sonar.receive)[0], axis=1).max())
-    for array, (first, *later) in zip(scenario.sonar.arrays, carried.window_poses, strict=True):
+    for array, (first, *later) in zip(scenario.sonar.arrays, poses.window_poses, strict=True):
         for then in later:
             displacement = then.offset_positions(array.offset) - first.offset_positions(array.offset)
             moved = max(moved, float(np.linalg.norm(displacement, axis=-1).max()))

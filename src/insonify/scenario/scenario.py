@@ -86,10 +86,10 @@ class Scenario(Model):
             raise TypeError("with_ takes no further value beside a mapping")
         requested = dict(changes) if isinstance(changes, Mapping) else {changes: value[0]} if changes else {}
         requested |= {name.replace("__", "."): new for name, new in by_name.items()}
-        made, caveats = with_changes(self, requested)
+        changed, caveats = with_changes(self, requested)
         for doubt in caveats:
             warnings.warn(str(doubt), PhysicsWarning, stacklevel=2)
-        return made
+        return changed
 
     @property
     def scene(self) -> Scene:

@@ -56,15 +56,15 @@ def scenario_errors(scenario: Scenario) -> Iterator[PydanticCustomError]:
     yield from misplaced or overlapping_face_errors(scenario)
     yield from patch_errors(scenario.water.patches, scenario.completed_seabed, scenario.targets)
     yield from _profile_depth_errors(scenario)
-    found = array_positions(scenario)
-    yield from track_out_of_water_errors(scenario, found)
-    yield from terrain_errors(scenario, found)
-    yield from _sonar_inside_target(scenario, found)
+    positions = array_positions(scenario)
+    yield from track_out_of_water_errors(scenario, positions)
+    yield from terrain_errors(scenario, positions)
+    yield from _sonar_inside_target(scenario, positions)
     yield from _blind_beam_errors(scenario)
     yield from element_errors(scenario)
     yield from bistatic_errors(scenario)
     yield from receiver_errors(scenario)
-    yield from hull_errors(scenario, found)
+    yield from hull_errors(scenario, positions)
     yield from _unknown_objects(scenario)
     if scenario.paths.geometry == "slice":
         yield from _slice_errors(scenario)
@@ -76,7 +76,7 @@ def scenario_errors(scenario: Scenario) -> Iterator[PydanticCustomError]:
         yield field_error("seabed.reflecting_interface", "rough", "has no glints off an explicit or a tilted surface. "
                           "Write reflection: statistical under surface, or smooth.")  # fmt: skip
     if scenario.surface.reflection == "tilted":
-        yield from swell_errors(scenario, found)
+        yield from swell_errors(scenario, positions)
 
 
 def _unknown_objects(scenario: Scenario) -> Iterator[PydanticCustomError]:

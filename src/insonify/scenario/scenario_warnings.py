@@ -53,26 +53,26 @@ def scenario_warnings(scenario: Scenario) -> None:
     sonar, water = scenario.sonar, scenario.water
     water.absorption(sonar.pulse.frequency)  # for the warning that its law gives of itself
     _bubbles(scenario)
-    carried = platforms(scenario)
-    depths = array_depths(sonar, carried)
+    poses = platforms(scenario)
+    depths = array_depths(sonar, poses)
     slowest = float(np.min(water.sound_speed_at(depths)))  # where waves are shortest, lobes are nearest
-    found = [
+    messages = [
         *pulse_warnings(scenario),
         _narrow_receiver_warning(scenario),
         _profile_corners(scenario, np.linspace(depths[0], depths[-1], TESTED_DEPTHS)),
     ]
     for end, array in zip(("transmit", "receive"), sonar.beam_arrays, strict=False):
-        found.append(_grating_lobes(end, array, sonar.pulse.frequency, slowest))
-    found += [terrain_gap_warning(scenario, carried.positions), _thin_layer_warning(scenario), jump_warning(scenario),
+        messages.append(_grating_lobes(end, array, sonar.pulse.frequency, slowest))
+    messages += [terrain_gap_warning(scenario, poses.positions), _thin_layer_warning(scenario), jump_warning(scenario),
              gap_warning(scenario), boundary_warning(scenario), *range_warnings(scenario),
              *smooth_face_warnings(scenario),
              *inhomogeneity_warnings(scenario), *expectation_warnings(scenario),
              *density_warnings(scenario), _unused_water_warning(scenario)]  # fmt: skip
-    found += [*receiver_warnings(scenario), *aperture_warnings(scenario, slowest / sonar.pulse.frequency),
+    messages += [*receiver_warnings(scenario), *aperture_warnings(scenario, slowest / sonar.pulse.frequency),
              *turn_warnings(scenario, slowest / sonar.pulse.frequency)]  # fmt: skip
     if scenario.surface.reflection == "explicit":
-        found += wave_warnings(scenario, float(depths[0]))
-    for sentence in filter(None, found):
+        messages += wave_warnings(scenario, float(depths[0]))
+    for sentence in filter(None, messages):
         warnings.warn(sentence, PhysicsWarning, stacklevel=2)
 
 
@@ -112,16 +112,16 @@ def _profile_corners(scenario: Scenario, sonar_depths: Floats) -> str:
     if not water.layered:
         return ""
     farthest = water.max_sound_speed * scenario.track.window[1] / 2
-    profile, found = water.profile_to_depth(bed), dict[float, ProfileCorner]()
+    profile, corners = water.profile_to_depth(bed), dict[float, ProfileCorner]()
     for depth in np.unique(sonar_depths):
         for kink in profile_corners(profile, float(depth), farthest):
-            nearest = found.get(kink.depth)
+            nearest = corners.get(kink.depth)
             if 0 < kink.depth < bed and (nearest is None or kink.caustic_range < nearest.caustic_range):
-                found[kink.depth] = kink
-    if not found:
+                corners[kink.depth] = kink
+    if not corners:
         return ""
-    first = next(iter(found.values()))
-    depths = " and ".join(f"{depth:g} m" for depth in found)
+    first = next(iter(corners.values()))
+    depths = " and ".join(f"{depth:g} m" for depth in corners)
     return (
         f"water.profile: the gradient jumps by {first.gradient_jump:.3g} 1/s at {depths}, which gathers rays to a "
         f"caustic from {first.caustic_range:.0f} m on that smooth water would have elsewhere or not at all. "

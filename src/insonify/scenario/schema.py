@@ -66,7 +66,7 @@ def field_descriptions(model: type[BaseModel]) -> dict[str, str]:
     Args:
         model: The model; its source is read.
     """
-    found: dict[str, str] = {}
+    descriptions: dict[str, str] = {}
     for base in reversed(model.__mro__):
         if not (issubclass(base, BaseModel) and base.__module__.startswith("insonify.")):
             continue
@@ -75,20 +75,20 @@ def field_descriptions(model: type[BaseModel]) -> dict[str, str]:
         for field, below in itertools.pairwise(body):
             if isinstance(field, ast.AnnAssign) and isinstance(field.target, ast.Name) and isinstance(below, ast.Expr):
                 text = ast.literal_eval(below.value) if isinstance(below.value, ast.Constant) else ""
-                found[field.target.id] = " ".join(str(text).split("\n\n")[0].split())
-    return found
+                descriptions[field.target.id] = " ".join(str(text).split("\n\n")[0].split())
+    return descriptions
 
 
 def _models(model: type[BaseModel]) -> set[type[BaseModel]]:
     """A model and all models that its fields may hold."""
     from insonify.model import Model
 
-    found, stack = {model}, list(Model.__subclasses__())
+    models, stack = {model}, list(Model.__subclasses__())
     while stack:
         below = stack.pop()
-        found.add(below)
+        models.add(below)
         stack += below.__subclasses__()
-    return found
+    return models
 
 
 def _has_shorthand(model: type[BaseModel], key: str) -> bool:

@@ -48,7 +48,7 @@ def swell_errors(scenario: Scenario, array_positions: dict[str, Floats]) -> Iter
     )  # fmt: skip
 
 
-def required_curvature_radius(scenario: Scenario, found: dict[str, Floats]) -> tuple[float, str]:
+def required_curvature_radius(scenario: Scenario, ends: dict[str, Floats]) -> tuple[float, str]:
     """Inverse of the least curvature with which a swell gives a path a second bounce point [m], and its family.
 
     A path with heights h1 and h2 climbed before and after the bounce has 2 h1 h2 r^2 / (h1 + h2)^3: it grows with
@@ -56,9 +56,9 @@ def required_curvature_radius(scenario: Scenario, found: dict[str, Floats]) -> t
 
     Args:
         scenario: The scenario.
-        found: See `swell_errors`.
+        ends: See `swell_errors`.
     """
-    positions = np.concatenate(list(found.values()))
+    positions = np.concatenate(list(ends.values()))
     worst, which = 0.0, ""
     for boundary, depths, nearest, farthest in _ends(scenario, positions):
         for family in families_reaching(boundary, scenario.paths.followed_families):

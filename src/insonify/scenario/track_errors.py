@@ -24,22 +24,22 @@ WRITTEN = {"static": "position", "line": "start", "waypoints": "waypoints", "nav
 ENDS = ("transmit", "receive")
 
 
-def array_positions(scenario: Scenario, carried: Platforms | None = None) -> dict[str, Floats]:
+def array_positions(scenario: Scenario, poses: Platforms | None = None) -> dict[str, Floats]:
     """Positions of each platform and its arrays at every ping: north, east, depth [m], each of shape (pings, 3).
 
     Args:
         scenario: The scenario.
-        carried: Its platforms at these pings; None: at all of its track.
+        poses: Its platforms at these pings; None: at all of its track.
     """
-    carried = carried or platforms(scenario)
-    found = {PLATFORM: carried.transmitter_poses.position}
-    if carried.is_bistatic:
-        found[RECEIVER] = carried.receiver_poses.position
+    poses = poses or platforms(scenario)
+    positions = {PLATFORM: poses.transmitter_poses.position}
+    if poses.is_bistatic:
+        positions[RECEIVER] = poses.receiver_poses.position
     for side, sonar in zip(scenario.sonar.sides or ("",), scenario.sonar.side_sonars, strict=True):
-        for end, array, carrier in zip(ENDS, (sonar.transmit, sonar.receive), carried.end_poses, strict=True):
+        for end, array, carrier in zip(ENDS, (sonar.transmit, sonar.receive), poses.end_poses, strict=True):
             name = " ".join(["the", *([side] if side else []), end, "array"])
-            found[name] = carrier.offset_positions(array.offset)
-    return found
+            positions[name] = carrier.offset_positions(array.offset)
+    return positions
 
 
 def track_out_of_water_errors(scenario: Scenario, array_positions: dict[str, Floats]) -> Iterator[PydanticCustomError]:

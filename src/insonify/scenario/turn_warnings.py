@@ -62,10 +62,10 @@ def turn_loss_db(turned: float, widths: tuple[float, float]) -> float:
 
 def _turned(scenario: Scenario) -> np.ndarray:
     """Change of heading from the start of each ping to the end of its window [rad], shape (pings,); empty: none."""
-    carried = platforms(scenario)
-    if carried.transmitter_window_poses is None or carried.is_bistatic or scenario.sonar.receiver.record == "elements":
+    poses = platforms(scenario)
+    if poses.transmitter_window_poses is None or poses.is_bistatic or scenario.sonar.receiver.record == "elements":
         return np.zeros(0)
-    change = carried.transmitter_window_poses[1].heading - carried.transmitter_poses.heading
+    change = poses.transmitter_window_poses[1].heading - poses.transmitter_poses.heading
     return np.asarray(np.abs(np.angle(np.exp(1j * change))))
 
 

@@ -129,15 +129,15 @@ def _add_octave_pointwise(
 ) -> None:
     """Add an octave whose pitch is so small that nodes share no random numbers; arguments as of `_add_octave`."""
     count, width = out.shape[1], out.shape[2]
-    north, east, found = np.empty(count * width), np.empty(count * width), np.zeros((count * width, 3))
+    north, east, sampled = np.empty(count * width), np.empty(count * width), np.zeros((count * width, 3))
     for i in range(count):
         north[i * width : (i + 1) * width] = x + i * step
         east[i * width : (i + 1) * width] = y + np.arange(width) * step
     band = LatticeBand(octave[0], octave[1], octave[2], octave[3], octave[4])
-    add_band(north, east, band, LatticeKey(name[1], name[2], name[3], name[4]), quantiles, found)
+    add_band(north, east, band, LatticeKey(name[1], name[2], name[3], name[4]), quantiles, sampled)
     for n in range(count * width):
         for plane in range(3):
-            out[plane, n // width, n % width] += np.float32(found[n, plane])
+            out[plane, n // width, n % width] += np.float32(sampled[n, plane])
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -83,11 +83,11 @@ def find(
 
 
 @njit(cache=True, nogil=True)
-def fill(made: Floats, start: Integers, known: Integers, size: Integers, rows: Floats) -> None:
+def fill(computed: Floats, start: Integers, known: Integers, size: Integers, rows: Floats) -> None:
     """Put the rows of tiles that were not known, made (any, 3) one tile after the other, where each begins."""
     done = 0
     for n in range(start.size):
         for row in range(known[n], size[n]):
             for column in range(3):
-                rows[start[n] + row, column] = made[done, column]
+                rows[start[n] + row, column] = computed[done, column]
             done += 1

@@ -18,10 +18,10 @@ def fits(tiles: Integers, slot: Integers, number: Integers, readers: Integers) -
     around, taken, missing, held = slot.shape[0], False, 0, 0
     for w in range(tiles.shape[0]):
         a, b = tiles[w, 0] % around, tiles[w, 1] % around
-        row, there = slot[a, b], number[a, b, 0] == tiles[w, 0] and number[a, b, 1] == tiles[w, 1]
-        missing += 0 if there else 1
-        taken |= not there and row >= 0 and readers[row] > 0
-        held += 1 if there and readers[row] == 0 else 0
+        row, is_same_tile = slot[a, b], number[a, b, 0] == tiles[w, 0] and number[a, b, 1] == tiles[w, 1]
+        missing += 0 if is_same_tile else 1
+        taken |= not is_same_tile and row >= 0 and readers[row] > 0
+        held += 1 if is_same_tile and readers[row] == 0 else 0
     if missing == 0 or readers.max() == 0:
         return True
     for row in range(readers.size):

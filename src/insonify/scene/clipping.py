@@ -9,26 +9,26 @@ TOUCHING = 1e-6
 """A face this close to the level lies on it, and is left out [m]."""
 
 
-def clip_triangles(corners: Floats, level: Floats) -> Floats:
+def clip_triangles(corners: Floats, value: Floats) -> Floats:
     """The parts of triangles where a level function, linear on each, is positive.
 
     Args:
         corners: Of the triangles [m], shape (t, 3, 3).
-        level: The function at the corners [m], shape (t, 3).
+        value: The function at the corners [m], shape (t, 3).
 
     Returns:
         Triangles with the same normals, shape (..., 3, 3); those that nothing cuts come first and unchanged.
     """
-    reached = ~(level.max(axis=1) <= TOUCHING)
-    cut = reached & (level.min(axis=1) < -TOUCHING)
+    reached = ~(value.max(axis=1) <= TOUCHING)
+    cut = reached & (value.min(axis=1) < -TOUCHING)
     parts = [corners[reached & ~cut]]
     for count in (1, 2):
         # corners turned so that those that stay come first, or the one that goes last
-        rows = np.flatnonzero(cut & ((level > 0).sum(axis=1) == count))
-        first = (level[rows] > 0).argmax(axis=1) if count == 1 else ((level[rows] <= 0).argmax(axis=1) + 1) % 3
+        rows = np.flatnonzero(cut & ((value > 0).sum(axis=1) == count))
+        first = (value[rows] > 0).argmax(axis=1) if count == 1 else ((value[rows] <= 0).argmax(axis=1) + 1) % 3
         order = (first[:, None] + np.arange(3)) % 3
         a, b, c = np.moveaxis(np.take_along_axis(corners[rows], order[:, :, None], axis=1), 1, 0)
-        at_a, at_b, at_c = np.take_along_axis(level[rows], order, axis=1).T[:, :, None]
+        at_a, at_b, at_c = np.take_along_axis(value[rows], order, axis=1).T[:, :, None]
         if count == 1:
             parts.append(np.stack([a, _crossing(a, b, at_a, at_b), _crossing(a, c, at_a, at_c)], axis=1))
         else:

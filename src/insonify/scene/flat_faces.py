@@ -77,12 +77,12 @@ def flat_faces(scene: Scene, wavelength: float) -> tuple[FlatFace, ...]:
         scene: The scene.
         wavelength: Wavelength of the sound [m]: narrower faces than `MIN_WAVELENGTHS` are left out.
     """
-    found: list[FlatFace] = []
+    result: list[FlatFace] = []
     for row, solid in enumerate(scene.occluders):
         for faces in solids_of_one_law(solid):
             if faces.face_reflection_coefficient and isinstance(faces, Box | Plate | Mesh | LibraryTarget):
-                found += _faces_of(scene, row, faces, MIN_WAVELENGTHS * wavelength)
-    return tuple(found)
+                result += _faces_of(scene, row, faces, MIN_WAVELENGTHS * wavelength)
+    return tuple(result)
 
 
 def _faces_of(scene: Scene, row: int, solid: Solid, least: float) -> list[FlatFace]:
@@ -94,7 +94,7 @@ def _faces_of(scene: Scene, row: int, solid: Solid, least: float) -> list[FlatFa
     area = np.linalg.norm(normal, axis=1) / 2
     kept = area > 1e-12
     corners, normal, area = corners[kept], normal[kept] / (2 * area[kept, None]), area[kept]
-    left, found = np.ones(len(area), bool), list[tuple[float, FlatFace]]()
+    left, flat_faces = np.ones(len(area), bool), list[tuple[float, FlatFace]]()
     for first in np.argsort(-area, kind="stable"):
         if not left[first]:
             continue
@@ -107,13 +107,13 @@ def _faces_of(scene: Scene, row: int, solid: Solid, least: float) -> list[FlatFa
             continue
         left[plane] = False
         for part in _connected(corners[plane]):
-            some = plane[part]
-            face = _face(scene, row, solid, corners[some], normal[first])
+            triangles = plane[part]
+            face = _face(scene, row, solid, corners[triangles], normal[first])
             size = np.ptp(face.triangles.reshape(-1, 2), axis=0)
-            if len(face.strips) and area[some].sum() >= least * size.max():
-                found.append((float(area[some].sum()), face))
-    found.sort(key=lambda one: -one[0])
-    return [face for _, face in found[:MAX_FACES]]
+            if len(face.strips) and area[triangles].sum() >= least * size.max():
+                flat_faces.append((float(area[triangles].sum()), face))
+    flat_faces.sort(key=lambda one: -one[0])
+    return [face for _, face in flat_faces[:MAX_FACES]]
 
 
 def _connected(corners: Floats) -> list[NDArray[np.int64]]:
@@ -131,12 +131,12 @@ def _connected(corners: Floats) -> list[NDArray[np.int64]]:
 
 def _face(scene: Scene, row: int, solid: Solid, corners: Floats, normal: Floats) -> FlatFace:
     """The face of some triangles (t, 3, 3) in one plane."""
-    level = np.hypot(normal[0], normal[1])
+    horizontal = np.hypot(normal[0], normal[1])
     along = np.array([1.0, 0.0, 0.0])
-    if level > UPRIGHT_SINE:
-        along = np.array([-normal[1], normal[0], 0.0]) / level
+    if horizontal > UPRIGHT_SINE:
+        along = np.array([-normal[1], normal[0], 0.0]) / horizontal
     if abs(normal[2]) < UPRIGHT_SINE:
-        normal = np.array([normal[0] / level, normal[1] / level, 0.0])
+        normal = np.array([normal[0] / horizontal, normal[1] / horizontal, 0.0])
     down = np.cross(normal, along)
     down *= np.sign(down[2]) or 1.0
     axes = np.array([normal, along, down])
@@ -189,6 +189,6 @@ def _strips(plane: Floats, *, divided: bool) -> Floats:
         part = (middle - one[..., 0]) / (two[..., 0] - one[..., 0])
         down = np.where((part >= 0) & (part <= 1), one[..., 1] + part * (two[..., 1] - one[..., 1]), np.nan)
     down = down.reshape(STRIPS, -1)
-    there = np.isfinite(down).any(axis=1)
-    top, base = np.nanmin(down[there], axis=1), np.nanmax(down[there], axis=1)
-    return np.stack([borders[:-1][there], borders[1:][there], top, base], axis=1)
+    has_faces = np.isfinite(down).any(axis=1)
+    top, base = np.nanmin(down[has_faces], axis=1), np.nanmax(down[has_faces], axis=1)
+    return np.stack([borders[:-1][has_faces], borders[1:][has_faces], top, base], axis=1)

@@ -130,15 +130,15 @@ class HeightmapCache:
     def _keep(self, drawn: dict[tuple[int, int], NDArray[np.floating]]) -> None:
         """Add tiles; arrays that other threads read are not changed."""
         row_of, heights = self._row_of.copy(), self._heights
-        by_entry = {(a - self._begin[0], b - self._begin[1]): made for (a, b), made in drawn.items()}
-        new = {entry: made for entry, made in by_entry.items() if row_of[entry] < 0}
+        by_entry = {(a - self._begin[0], b - self._begin[1]): tile for (a, b), tile in drawn.items()}
+        new = {entry: tile for entry, tile in by_entry.items() if row_of[entry] < 0}
         if not new:
             return
         if self._used + len(new) > len(heights):  # one call reads more tiles than fit
             heights = np.empty((2 * (self._used + len(new)), NODES, NODES), np.float32)
             heights[: self._used] = self._heights[: self._used]
-        for entry, made in new.items():
-            heights[self._used], row_of[entry] = made, self._used
+        for entry, tile in new.items():
+            heights[self._used], row_of[entry] = tile, self._used
             self._used += 1
         self._row_of, self._heights = row_of, heights
 

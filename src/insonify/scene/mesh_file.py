@@ -93,15 +93,17 @@ def mesh_parts(
         MeshError: A name is not in the file; with those that are.
     """
     content = _read(file, up, scale, sha256, True)
-    known, found = frozenset[str]().union(*content.names), np.full(len(content.row), -1)
+    known, part_of_face = frozenset[str]().union(*content.names), np.full(len(content.row), -1)
     for number, name in enumerate(names):
         if name not in known:
             listed = ", ".join(sorted(known)) or "none at all"
             raise MeshError(
                 f"{file} has no group, object or material {name!r}; it has {listed}.", f"parts.{number}.name"
             )
-        found[np.isin(content.row, [row for row, some in enumerate(content.names) if name in some])] = number
-    return content.surface, found
+        part_of_face[
+            np.isin(content.row, [row for row, part_names in enumerate(content.names) if name in part_names])
+        ] = number
+    return content.surface, part_of_face
 
 
 def mesh_warnings(file: str, up: str | None, scale: float, sha256: str | None) -> None:

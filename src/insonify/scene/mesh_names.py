@@ -41,7 +41,7 @@ def named_faces(trimesh: Any, path: Path) -> NamedFaces:
         scene = trimesh.load_scene(io.BytesIO(text.encode()), file_type="obj", process=False, split_objects=True)
     else:
         scene = trimesh.load_scene(path, process=False)
-    vertices, faces, found, count = [], [], list[frozenset[str]](), 0
+    vertices, faces, face_names, count = [], [], list[frozenset[str]](), 0
     for node in scene.graph.nodes_geometry:
         transform, key = scene.graph[node]
         mesh = scene.geometry[key]
@@ -49,9 +49,9 @@ def named_faces(trimesh: Any, path: Path) -> NamedFaces:
         faces.append(mesh.faces + count)
         count += len(mesh.vertices)
         material = getattr(getattr(mesh.visual, "material", None), "name", None)
-        found.append(names.get(key) or frozenset(name for name in (node, key, material) if name))
+        face_names.append(names.get(key) or frozenset(name for name in (node, key, material) if name))
     row = np.repeat(np.arange(len(faces)), [len(one) for one in faces])
-    return NamedFaces(np.concatenate(vertices), np.concatenate(faces).astype(np.int64), tuple(found), row)
+    return NamedFaces(np.concatenate(vertices), np.concatenate(faces).astype(np.int64), tuple(face_names), row)
 
 
 def _numbered_objects(text: str) -> tuple[str, dict[str, frozenset[str]]]:

@@ -157,10 +157,10 @@ def _turned(middle: Floats, axes: Floats, length: float, aft: float, fore: float
 
 def _block(middle: Floats, body: Floats, size: tuple[float, float, float]) -> list[Panel]:
     """The six faces of a block."""
-    found: list[Panel] = []
+    result: list[Panel] = []
     for out, first, second in _FACES:
         away, one, other = (body[axis] * size[axis] for axis in (out, first, second))
         for side in (1, -1):
             corner = middle + (side * away - one - other) / 2
-            found.append(FlatPanel(corner, *((other, one) if side > 0 else (one, other))))
-    return found
+            result.append(FlatPanel(corner, *((other, one) if side > 0 else (one, other))))
+    return result

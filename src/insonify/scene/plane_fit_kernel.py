@@ -1,4 +1,4 @@
-"""Planes fitted to tiles of a map of heights: samples of an ellipse, least squares. Plain numbers and arrays only."""
+"""Least-squares planes of terrain heights over ellipses, from tiles of the map. Plain numbers and arrays only."""
 
 import math
 from typing import Any, NamedTuple
@@ -20,26 +20,26 @@ _INSIDE, _NODES = np.int32(CELLS - 1), np.int32(NODES)
 class EllipsePatches(NamedTuple):
     """Ellipses over which planes are fitted, and the planes: n of each."""
 
-    a: Floats
-    """Middle of each along the map's first axis [m], (n,)."""
-    b: Floats
-    """Along its second axis [m], (n,)."""
-    c: Floats
-    """Cosine of the long axis, (n,)."""
-    s: Floats
-    """Sine of the long axis, (n,)."""
-    length: Floats
-    """Half of it [m], (n,)."""
-    width: Floats
+    centre_a: Floats
+    """Position of each centre along the first axis of the map [m], (n,)."""
+    centre_b: Floats
+    """Position of each centre along the second axis of the map [m], (n,)."""
+    cosine: Floats
+    """Cosine of the angle from the first axis of the map to the long axis [1], (n,)."""
+    sine: Floats
+    """Sine of that angle, positive towards the second axis [1], (n,)."""
+    half_length: Floats
+    """Half of the long axis [m], (n,)."""
+    half_width: Floats
     """Half of the short axis [m], (n,)."""
     height: Floats
-    """Result, of the plane at the middle [m], (n,)."""
+    """Result: height of the plane at the centre [m], (n,)."""
     along: Floats
-    """Result, its slope along the long axis [1], (n,)."""
+    """Result: slope of the plane along the long axis [1], (n,)."""
     across: Floats
-    """Result, its slope along the short axis [1], (n,)."""
+    """Result: slope of the plane along the short axis, a quarter turn beyond the long one [1], (n,)."""
     residual_variance: Floats
-    """Result, mean square of what is left [m^2], (n,)."""
+    """Result: mean square of the heights about the plane [m^2], (n,)."""
 
 
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
@@ -49,16 +49,17 @@ def fit_planes(
 ) -> None:  # fmt: skip
     """Least-squares planes of the heights at the samples of ellipses, linear between the nodes of the map.
 
-    The pattern is symmetric about both axes, so that mean and slopes are found one by one. Samples without terrain
-    count as the mean of the others, and a plane of which fewer than half are known comes down to the mean plane.
+    The pattern is symmetric about both axes, so that mean and slopes are independent. Samples without terrain count as
+    the mean of the others. With fewer than half of them known, the plane is scaled towards the mean plane of the bed.
 
     Args:
         patches: The ellipses, and the result.
         count: Number of them.
-        pattern: Samples of the unit disc and, as a last column, the sums of their squares, (2, samples + 1).
+        pattern: Coordinates of samples in the unit disc along the long and the short axis [1] and, in the last column,
+            the sums of their squares, (2, samples + 1).
         heightmap: Tiles of terrain heights.
-        missing: Result, True for the tiles that are missing, (rows, columns) of tiles.
-        known: False where a tile is missing, (n,).
+        missing: Result: True for the tiles that are needed and not loaded, (rows, columns) of tiles.
+        known: Input: True for the ellipses to fit. Result: False for those of which a tile is missing, (n,).
     """
     samples, per = pattern.shape[1] - 1, 1 / heightmap.cell
     u, v, squares_u, squares_v = (
@@ -75,14 +76,14 @@ def fit_planes(
     for q in range(np.uint64(count)):
         if not known[q]:
             continue
-        length, width = patches.length[q], patches.width[q]
+        length, width = patches.half_length[q], patches.half_width[q]
         # from the map's own corner: other cached tiles must change no bit
-        x0, y0 = patches.a[q] * per, patches.b[q] * per
+        x0, y0 = patches.centre_a[q] * per, patches.centre_b[q] * per
         uc, us, vc, vs = (
-            length * per * patches.c[q],
-            length * per * patches.s[q],
-            width * per * patches.c[q],
-            width * per * patches.s[q],
+            length * per * patches.cosine[q],
+            length * per * patches.sine[q],
+            width * per * patches.cosine[q],
+            width * per * patches.sine[q],
         )
         # not math.isfinite: it takes a number from itself, which is 0 where sums may be put in any order
         if not abs(x0) + abs(y0) + abs(uc) + abs(us) + abs(vc) + abs(vs) < np.inf:
@@ -112,8 +113,8 @@ def fit_planes(
                 break
             # without a sign, for a number that might be negative is checked each time
             first = np.uint64(np.uint32(row)) * _TILE + np.uint64(np.uint32(cells[_NEXT + k]))
-            f, g, here, below = at[k], at[_NEXT + k], flat[first], flat[first + _DOWN]
-            low = here + g * (flat[first + np.uint64(1)] - here)
+            f, g, corner, below = at[k], at[_NEXT + k], flat[first], flat[first + _DOWN]
+            low = corner + g * (flat[first + np.uint64(1)] - corner)
             high = below + g * (flat[first + _DOWN + np.uint64(1)] - below)
             height = np.float64(low + f * (high - low))
             total += height
@@ -128,7 +129,7 @@ def fit_planes(
         mean, share, rest = total / samples, 1.0, squares / samples
         along, across = along / squares_u, across / squares_v
         if total != total:
-            mean, along, across, rest, share = _known(pattern, at, cells, heightmap)
+            mean, along, across, rest, share = _partly_known(pattern, at, cells, heightmap)
         explained = mean * mean + (along * along * squares_u + across * across * squares_v) / samples
         patches.height[q], patches.along[q] = share * mean, share * along / length
         patches.across[q] = share * across / width
@@ -136,16 +137,27 @@ def fit_planes(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _known(
+def _partly_known(
     pattern: Singles, at: Singles, cells: NDArray[np.int32], heightmap: HeightmapTiles
 ) -> tuple[float, float, float, float, float]:
-    """Mean, slopes in units of the half axes, mean square and share, where some of the ground is unknown."""
+    """Moments of the heights of one ellipse, some of which are NaN.
+
+    Args:
+        pattern: See `fit_planes`.
+        at: Position of each sample between nodes of its cell along both axes [1], first axis first, (2 MAX_SAMPLES,).
+        cells: Tile of each sample, then its node in the tile, (2 MAX_SAMPLES,).
+        heightmap: Tiles of terrain heights.
+
+    Returns:
+        Mean of the known heights [m], their slopes along the half axes [m], their mean square [m^2], and the factor
+        on the plane: 1, or twice the known part where that is less than half [1].
+    """
     samples, known = pattern.shape[1] - 1, 0
     total = squares = along = across = lean_u = lean_v = 0.0
     for k in range(samples):
         u, v, first = pattern[0, k], pattern[1, k], heightmap.row_of[cells[k]] * NODES * NODES + cells[MAX_SAMPLES + k]
-        here, below = heightmap.heights[first], heightmap.heights[first + NODES]
-        low = here + at[MAX_SAMPLES + k] * (heightmap.heights[first + 1] - here)
+        corner, below = heightmap.heights[first], heightmap.heights[first + NODES]
+        low = corner + at[MAX_SAMPLES + k] * (heightmap.heights[first + 1] - corner)
         high = below + at[MAX_SAMPLES + k] * (heightmap.heights[first + NODES + 1] - below)
         height = np.float64(low + at[k] * (high - low))
         if height == height:

@@ -177,8 +177,8 @@ def _bed(seabed: Seabed) -> SeabedTerrain:
     split = (
         RoughnessCutoff() if seabed.cutoff_wavelength is None else RoughnessCutoff(wavelength=seabed.cutoff_wavelength)
     )
-    ground = build_terrain(
+    terrain = build_terrain(
         seabed.relief, seed=1 if seabed.seed is None else seabed.seed, cutoff=split,
         scatterer_grid=seabed.scatterer_grid, mean_depth=seabed.depth,
     )  # fmt: skip
-    return SeabedTerrain(seabed.depth, ground)
+    return SeabedTerrain(seabed.depth, terrain)

@@ -32,7 +32,7 @@ _MAX_CACHE_BYTES = 192 << 20  # of cached terrain samples
 
 @dataclass(frozen=True, eq=False)
 class SeabedTerrain:
-    """The relief of one seabed under one seed."""
+    """Terrain of one seabed under one seed, with its caches."""
 
     depth: float
     """Depth of the mean plane, from which heights are counted [m]."""
@@ -43,7 +43,7 @@ class SeabedTerrain:
 
     @cached_property
     def span(self) -> tuple[float, float]:
-        """Least and greatest depth of the terrain [m]."""
+        """Least and greatest depth of the terrain [m]; `relief.span` has heights."""
         low, high = self.relief.span
         return self.depth - high, self.depth - low
 
@@ -59,7 +59,7 @@ class SeabedTerrain:
         Args:
             seed: Seed with which the points were drawn.
             key: Keys of the tiles, each once, shape (tiles,); the same key must mean the same points.
-            size: Number of points of each tile, counted from its first, shape (tiles,).
+            size: Number of points of each tile, from its first on, shape (tiles,).
             positions: Function of rows of tiles and of the first missing point of each; returns the grid coordinates
                 [m] of their missing points, tile by tile.
 
@@ -69,11 +69,11 @@ class SeabedTerrain:
         """
         terrain = self.relief.resolved
 
-        def made(rows: NDArray[np.int64], known: NDArray[np.int64]) -> Floats:
+        def computed(rows: NDArray[np.int64], known: NDArray[np.int64]) -> Floats:
             return terrain.gradient_rows_in_world(terrain.sample_in_grid_axes(*positions(rows, known)))
 
-        held = self._points.get(seed) or self._points.setdefault(seed, ScattererTerrainCache(_MAX_CACHE_BYTES))
-        return held.rows_of(key, size, made)
+        cache = self._points.get(seed) or self._points.setdefault(seed, ScattererTerrainCache(_MAX_CACHE_BYTES))
+        return cache.rows_of(key, size, computed)
 
     @cached_property
     def heightmap_cell_size(self) -> float:
@@ -85,15 +85,19 @@ class SeabedTerrain:
         """Synthesiser of the map that kernels read."""
         return HeightmapSynthesizer(self.relief.resolved, self.heightmap_cell_size)
 
-    def read_heightmap(self, own: Floats, evaluate: Callable[[HeightmapTiles, NDArray[np.bool_]], bool]) -> None:
-        """Evaluate a kernel on the map, synthesising the tiles that it needs.
+    def read_heightmap(self, positions: Floats, evaluate: Callable[[HeightmapTiles, NDArray[np.bool_]], bool]) -> None:
+        """Evaluate a kernel on the map of heights, synthesising the tiles that it needs.
 
         Args:
-            own: Positions in grid coordinates about which it is likely to read [m], shape (n, 2).
+            positions: Positions in grid coordinates about which the kernel is likely to read [m], shape (n, 2).
             evaluate: See `HeightmapCache.serve_kernel`.
         """
         self._heightmap.serve_kernel(
-            self.heightmap_cell_size, own.min(axis=0), own.max(axis=0), self.heightmap_synthesizer.heights, evaluate
+            self.heightmap_cell_size,
+            positions.min(axis=0),
+            positions.max(axis=0),
+            self.heightmap_synthesizer.heights,
+            evaluate,
         )
 
     def roughness_reflection_factor(

@@ -63,8 +63,8 @@ def _rock(variant: int) -> Triangles:
     n = np.arange(ROCK_WAVES)
     u = random_keys.uniforms(variant, random_keys.TARGET, n, 0, _ROCK)
     high, turn = 2 * u[:, 0] - 1, 2 * np.pi * u[:, 1]
-    level = np.sqrt(1 - high**2)
-    direction = np.stack([level * np.cos(turn), level * np.sin(turn), high], axis=-1)
+    horizontal = np.sqrt(1 - high**2)
+    direction = np.stack([horizontal * np.cos(turn), horizontal * np.sin(turn), high], axis=-1)
     number = 1.5 + 6.0 * n / ROCK_WAVES
     bump = (0.11 / number * np.cos(ball.vertices @ direction.T * number + 2 * np.pi * u[:, 2])).sum(axis=1)
     radii = np.array([0.5, 0.4, 0.3]) * (

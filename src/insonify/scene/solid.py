@@ -91,8 +91,8 @@ def _made(solid: Solid) -> Triangles:
             surface, row = mesh_parts(file, up, scale, sha256, tuple(part.name for part in parts))
             return surface.part(row == solid.part) if isinstance(solid, MeshFaces) else surface
         case LibraryTarget(name=name, size=size, variant=variant):
-            made = preset_triangles(name, variant)
-            return made if size is None else made.scaled(np.array(size) / (made.high - made.low))
+            triangles = preset_triangles(name, variant)
+            return triangles if size is None else triangles.scaled(np.array(size) / (triangles.high - triangles.low))
 
 
 @lru_cache(maxsize=1024)
@@ -104,9 +104,9 @@ def height(solid: Solid) -> float:
 
 def footprint(solid: Solid) -> tuple[float, float, tuple[float, float]]:
     """Length along the heading of a solid as it leans, width across it [m], and north and east of their middle [m]."""
-    level = body_triangles(solid).transformed(pose_rotation(0.0, solid.pitch, solid.roll), np.zeros(3))
-    length, width = (float(side) for side in (level.high - level.low)[:2])
-    ahead, aside = ((level.high + level.low) / 2)[:2]
+    rotated = body_triangles(solid).transformed(pose_rotation(0.0, solid.pitch, solid.roll), np.zeros(3))
+    length, width = (float(side) for side in (rotated.high - rotated.low)[:2])
+    ahead, aside = ((rotated.high + rotated.low) / 2)[:2]
     c, s = np.cos(solid.heading), np.sin(solid.heading)
     north, east = solid.position
     return length, width, (float(north + c * ahead - s * aside), float(east + s * ahead + c * aside))

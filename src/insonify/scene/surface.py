@@ -68,12 +68,12 @@ class Surface(Model):
     def _check_wave_parameters(self) -> Self:
         required = {"wind_speed": ("statistical", "3 m/s"), "swell": ("tilted", "{height: 4 cm, length: 30 m}")}
         for name, (bounce, example) in required.items():
-            there = getattr(self, name) is not None
-            if bounce == self.reflection and not there:
+            is_given = getattr(self, name) is not None
+            if bounce == self.reflection and not is_given:
                 raise field_error(
                     name, "null", f"does not state what moves a {bounce} surface. Write {name}: {example}."
                 )
-            if there and self.reflection not in (bounce, "explicit"):
+            if is_given and self.reflection not in (bounce, "explicit"):
                 raise field_error(
                     name, None, f"moves a {bounce} surface only, or waves. Write reflection: {bounce} or reflection: "
                     f"explicit, or leave {name} out.",

@@ -199,15 +199,15 @@ def solids_of_one_law(solid: "Solid") -> "tuple[Solid, ...]":
     if not isinstance(solid, Mesh) or not solid.parts or isinstance(solid, MeshFaces):
         return (solid,)
     _, row = mesh_parts(solid.file, solid.up, solid.scale, solid.sha256, tuple(part.name for part in solid.parts))
-    values, found = {name: getattr(solid, name) for name in Mesh.model_fields}, list[Solid]()
+    values, solids = {name: getattr(solid, name) for name in Mesh.model_fields}, list[Solid]()
     for number in np.unique(row).tolist():
         own = solid.parts[number] if number >= 0 else MeshPart(name=solid.label or "mesh")
         laws = {
             name: getattr(solid, name) if getattr(own, name) is None else getattr(own, name)
             for name in ("scattering", "face_reflection_coefficient")
         }
-        found.append(MeshFaces.model_construct(**{**values, **laws, "whole": solid, "part": number}))
-    return tuple(found)
+        solids.append(MeshFaces.model_construct(**{**values, **laws, "whole": solid, "part": number}))
+    return tuple(solids)
 
 
 def whole_solid(solid: "Solid") -> "Solid":

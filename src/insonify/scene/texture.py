@@ -76,23 +76,23 @@ class Texture(Model):
         return _correlation(self.k_shape, np.asarray(distance, float) / self.pitch)
 
 
-def _correlation(shape: float, apart: Floats) -> Floats:
-    """Correlation of the texture at positions `apart` pitches apart along the lattice [1], shape of `apart`.
+def _correlation(shape: float, distance: Floats) -> Floats:
+    """Correlation of the texture at positions `distance` pitches apart along the lattice [1], shape of `distance`.
 
     Source: Mehler's expansion: a function with Hermite coefficients a_n keeps sum a_n^2 n! rho^n of its variance.
     """
     from scipy.interpolate import BSpline
 
     itself = BSpline.basis_element(np.arange(-4.0, 5.0), extrapolate=False)  # a cubic one against itself
-    normal = np.nan_to_num(itself(np.clip(np.abs(apart), 0, 4))) / float(itself(0.0))
+    normal = np.nan_to_num(itself(np.clip(np.abs(distance), 0, 4))) / float(itself(0.0))
     return np.asarray(np.polynomial.polynomial.polyval(normal, np.array([0.0, *_shares(shape)])))
 
 
 @lru_cache(maxsize=16)
 def _pitches(shape: float) -> float:
     """Pitches after which the correlation of the texture has fallen to 1/e [1]."""
-    apart = np.linspace(0, 4, 4001)
-    return float(np.interp(-np.exp(-1.0), -_correlation(shape, apart), apart))
+    distance = np.linspace(0, 4, 4001)
+    return float(np.interp(-np.exp(-1.0), -_correlation(shape, distance), distance))
 
 
 @lru_cache(maxsize=16)
@@ -101,11 +101,11 @@ def _shares(shape: float) -> tuple[float, ...]:
     x = np.linspace(-FARTHEST, FARTHEST, int(2 * FARTHEST * PER_UNIT) + 1)
     gamma = np.exp(_log_quantiles(shape)) * np.exp(-(x**2) / 2) / np.sqrt(2 * np.pi) / PER_UNIT
     before, now = np.zeros_like(x), np.ones_like(x)  # of unit mean square: He_n / sqrt(n!)
-    found = []
+    variances = []
     for n in range(ORDERS):
         before, now = now, (x * now - np.sqrt(n) * before) / np.sqrt(n + 1)
-        found.append(float(np.sum(gamma * now) ** 2))
-    return tuple(np.array(found) / sum(found))
+        variances.append(float(np.sum(gamma * now) ** 2))
+    return tuple(np.array(variances) / sum(variances))
 
 
 @lru_cache(maxsize=16)

@@ -65,9 +65,9 @@ class Triangles:
         """Stretched along its own axes by positive factors [1], shape (3,) or one."""
         return Triangles(self.vertices * factor, self.faces)
 
-    def part(self, some: NDArray[np.bool_]) -> "Triangles":
+    def part(self, selected: NDArray[np.bool_]) -> "Triangles":
         """Some of the triangles, (t,), with no other corners than theirs."""
-        used, faces = np.unique(self.faces[some], return_inverse=True)
+        used, faces = np.unique(self.faces[selected], return_inverse=True)
         return Triangles(self.vertices[used], np.asarray(faces).reshape(-1, 3))
 
     def centred(self) -> "Triangles":

@@ -61,9 +61,9 @@ class ElementArray(_Elements):
             )
         from scipy.spatial import cKDTree  # a tenth of a second to load, which sonars of beams need not wait for
 
-        together = cKDTree(self.positions).query_pairs(CLOSEST)
-        if together:
-            first, second = min(together)
+        close_pairs = cKDTree(self.positions).query_pairs(CLOSEST)
+        if close_pairs:
+            first, second = min(close_pairs)
             raise field_error(f"positions.{second}", f"{list(self.positions[second])} m", f"is that of element {first} "
                           "as well. Give elements positions of their own.")  # fmt: skip
         return self

@@ -177,22 +177,22 @@ def _log(
     if "north" in values:
         if origin is not None:
             raise ValueError(f"{path}: an origin is given, but positions are north and east [m] already. Leave it out.")
-        here = None
-        level = np.stack([values["north"], values["east"]], axis=-1)
+        log_origin = None
+        horizontal = np.stack([values["north"], values["east"]], axis=-1)
     else:
-        here = (float(values["latitude"][0]), float(values["longitude"][0])) if origin is None else origin
-        level = local_plane_position(values["latitude"], values["longitude"], here)
-        far = np.flatnonzero(np.hypot(*level.T) > FARTHEST)
+        log_origin = (float(values["latitude"][0]), float(values["longitude"][0])) if origin is None else origin
+        horizontal = local_plane_position(values["latitude"], values["longitude"], log_origin)
+        far = np.flatnonzero(np.hypot(*horizontal.T) > FARTHEST)
         if far.size:
             raise ValueError(
-                f"{path}, line {lines[far[0]]}: {np.hypot(*level[far[0]]) / 1e3:.4g} km from the origin at "
-                f"{here[0]:g}, {here[1]:g} deg; degrees are projected onto a plane up to {FARTHEST / 1e3:g} km. "
-                "Give an `origin` nearby, or mend the row."
+                f"{path}, line {lines[far[0]]}: {np.hypot(*horizontal[far[0]]) / 1e3:.4g} km from the origin at "
+                f"{log_origin[0]:g}, {log_origin[1]:g} deg; degrees are projected onto a plane up to "
+                f"{FARTHEST / 1e3:g} km. Give an `origin` nearby, or mend the row."
             )
     still = np.zeros(len(time))
     lean = [np.unwrap(values.get(name, still)) for name in UNIT_NEEDED]
-    position = np.column_stack([level, values["depth"]])
-    return NavigationLog(time, position, np.stack(lean, axis=-1), lines, here)
+    position = np.column_stack([horizontal, values["depth"]])
+    return NavigationLog(time, position, np.stack(lean, axis=-1), lines, log_origin)
 
 
 def _rows(path: Path) -> Iterator[tuple[int, list[str]]]:
@@ -215,28 +215,28 @@ def _rows(path: Path) -> Iterator[tuple[int, list[str]]]:
 
 def _columns(header: list[str], where: str) -> list[_LogColumn]:
     """Columns that are read, time first."""
-    found: dict[str, _LogColumn] = {}
+    columns: dict[str, _LogColumn] = {}
     for index, title in enumerate(header):
         name, unit = _title(title)
         if name not in COLUMNS:
             continue
         spot = f"{where}, column {index + 1}"
-        if name in found:
+        if name in columns:
             raise ValueError(f"{spot}: a second column of {name}. Keep one.")
-        found[name] = _LogColumn(name, index, _known(name, unit, spot))
-    globe = "latitude" in found or "longitude" in found
-    if globe and ("north" in found or "east" in found):
+        columns[name] = _LogColumn(name, index, _known(name, unit, spot))
+    globe = "latitude" in columns or "longitude" in columns
+    if globe and ("north" in columns or "east" in columns):
         raise ValueError(
             f"{where}: positions both in metres and in degrees. Keep north and east, or latitude and longitude."
         )
     required = ["time", *(("latitude", "longitude") if globe else ("north", "east")), "depth", "heading"]
-    if missing := [name for name in required if name not in found]:
+    if missing := [name for name in required if name not in columns]:
         raise ValueError(
             f"{where}: the header is {', '.join(header)!r}; no column is named {missing[0]}. Name the columns time, "
             "north and east (or latitude and longitude), depth, heading, and where known pitch and roll; add a "
             f"column {missing[0]}."
         )
-    return [found.pop("time"), *found.values()]
+    return [columns.pop("time"), *columns.values()]
 
 
 def _title(title: str) -> tuple[str, str]:

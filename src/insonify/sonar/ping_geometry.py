@@ -115,8 +115,8 @@ class PingGeometry:
     @property
     def recorded_delays(self) -> tuple[float, float]:
         """Earliest and latest delay whose echo, or its ringing, touches the window [s]."""
-        early, late = self.window[0] - self.pulse.ringing_stop, self.window[1] - self.pulse.ringing_start
-        return early - self.delay_margin, late + self.delay_margin
+        earliest, latest = self.window[0] - self.pulse.ringing_stop, self.window[1] - self.pulse.ringing_start
+        return earliest - self.delay_margin, latest + self.delay_margin
 
     @property
     def delay_margin(self) -> float:
@@ -227,14 +227,14 @@ class MountedSonar:
         """
         return self._posed(ping, self.platforms, ping, self._moved)
 
-    def posed(self, ping: int, here: Platforms) -> PingGeometry:
+    def posed(self, ping: int, platforms: Platforms) -> PingGeometry:
         """The sonar on platforms with other poses, sampled as its track is.
 
         Args:
             ping: Number of the ping.
-            here: The platforms at this ping alone.
+            platforms: The platforms at this ping alone.
         """
-        return self._posed(ping, here, 0, self._displacements(here))
+        return self._posed(ping, platforms, 0, self._displacements(platforms))
 
     def _posed(self, ping: int, both: Platforms, row: int, moved: Floats | None) -> PingGeometry:
         """The sonar on platforms as some row of their poses has them, displaced by that of `moved` during the ping."""
@@ -378,5 +378,5 @@ def array_depths(sonar: Sonar, poses: Poses | Platforms) -> Floats:
     both = Platforms(poses) if isinstance(poses, Poses) else poses
     ends = [pair for side in sonar.side_sonars for pair in zip(side.arrays, both.end_poses, strict=True)]
     depths = [carrier.offset_depths(array.offset) for array, carrier in ends]
-    found = np.sort(np.round(depths, 9), axis=None)  # rounding would make one depth many
-    return found[np.append(True, np.diff(found) > 0)]
+    sorted_depths = np.sort(np.round(depths, 9), axis=None)  # rounding would make one depth many
+    return sorted_depths[np.append(True, np.diff(sorted_depths) > 0)]

@@ -85,12 +85,12 @@ class Platforms:
         Args:
             ping: Number of the ping.
         """
-        here = slice(ping, ping + 1)
+        row = slice(ping, ping + 1)
         own, first, other = self.own_receiver_poses, self.transmitter_window_poses, self.receiver_window_poses
         return Platforms(
-            self.transmitter_poses.take(here), None if own is None else own.take(here),
-            None if first is None else (first[0].take(here), first[1].take(here)),
-            None if other is None else (other[0].take(here), other[1].take(here)),
+            self.transmitter_poses.take(row), None if own is None else own.take(row),
+            None if first is None else (first[0].take(row), first[1].take(row)),
+            None if other is None else (other[0].take(row), other[1].take(row)),
         )  # fmt: skip
 
     @cached_property

@@ -1,6 +1,6 @@
-"""The sound a sonar sends: a burst of one tone, or a tone that glides.
+"""Transmitted pulse: a tone burst (CW) or a linear frequency sweep (LFM), with tapered ends.
 
-A pulse is kept as its complex envelope about the centre frequency: one at the peak, zero
+A pulse is represented by its complex envelope about the centre frequency: one at the peak, zero
 outside 0..duration. Everything that follows (gridding, matched filter, sonar equation) needs
 only that envelope, its Fourier transform at any offset, and its energy.
 """
@@ -18,12 +18,12 @@ Complexes = NDArray[np.complex128]
 Floats = NDArray[np.float64]
 
 
-LOWEST_SONAR = 2000.0
+MIN_PLAUSIBLE_FREQUENCY = 2000.0
 """Below this a frequency that does not fit its pulse was probably meant in kilohertz [Hz]."""
 
 
 class Pulse(Model):
-    """A burst of sound: a tone ("cw") or a linear sweep ("lfm"), with softened ends."""
+    """A burst of sound: a tone ("cw") or a linear sweep ("lfm"), with tapered ends."""
 
     kind: Literal["cw", "lfm"] = "cw"
     """A continuous wave of one frequency, or a linear frequency sweep."""
@@ -55,7 +55,7 @@ class Pulse(Model):
     @model_validator(mode="after")
     def _band_above_zero(self) -> Self:
         too_low = self.bandwidth >= 2 * self.frequency or (self.kind == "cw" and self.duration * self.frequency <= 1)
-        if too_low and self.frequency <= LOWEST_SONAR:
+        if too_low and self.frequency <= MIN_PLAUSIBLE_FREQUENCY:
             raise field_error(
                 "frequency",
                 f"{self.frequency:g} Hz",
@@ -134,7 +134,7 @@ def spectrum(pulse: Pulse, offset: ArrayLike) -> Complexes:
 
 
 def energy_duration(pulse: Pulse) -> float:
-    """Duration of a full-amplitude tone with the same energy, integral of |envelope|^2 dt [s].
+    """Duration of a rectangular tone burst of the same peak and energy, integral of |envelope|^2 dt [s].
 
     Source: mean square of a half-cosine taper is 3/8, so T (1 - 5 a / 8) for a tapered share a.
     """
@@ -147,6 +147,7 @@ def tapered_fraction(pulse: Pulse) -> float:
 
 
 def _sweep_rate(pulse: Pulse) -> float:
+    """Rate of the frequency, negative for a falling sweep [Hz/s]."""
     return (pulse.bandwidth if pulse.sweep == "up" else -pulse.bandwidth) / pulse.duration
 
 
@@ -158,6 +159,7 @@ def _closed_form_holds(pulse: Pulse, f: Floats) -> bool:
 
 
 def _window_spectrum(pulse: Pulse, f: Floats) -> Complexes:
+    """Fourier transform of a Tukey window over 0..duration at frequencies f [Hz], in closed form [s]."""
     rise = tapered_fraction(pulse) * pulse.duration / 2
     flat = pulse.duration - rise
     x = np.abs(2 * f * rise)
@@ -167,7 +169,7 @@ def _window_spectrum(pulse: Pulse, f: Floats) -> Complexes:
 
 
 def _sweep_closed(pulse: Pulse, f: Floats) -> Complexes:
-    """Spectrum of a rising sweep about its own middle: flat part, then both tapers."""
+    """Spectrum [s] of a rising sweep about its middle at offsets f [Hz], in closed form: flat part and both tapers."""
     rate, half = pulse.bandwidth / pulse.duration, pulse.duration / 2
     rise = tapered_fraction(pulse) * half
     total = _chirp_integral(rate, f, rise - half, half - rise)
@@ -182,7 +184,7 @@ def _sweep_closed(pulse: Pulse, f: Floats) -> Complexes:
 
 
 def _chirp_integral(rate: float, f: Floats, start: float, stop: float) -> Complexes:
-    """Integral of exp(j pi rate s^2 - j 2 pi f s) ds from start to stop [s]."""
+    """Integral of exp(j pi rate s^2 - j 2 pi f s) ds from start to stop [s], with rate in Hz/s and f in Hz."""
     from scipy.special import fresnel
 
     scale = np.sqrt(2 * rate)
@@ -193,7 +195,7 @@ def _chirp_integral(rate: float, f: Floats, start: float, stop: float) -> Comple
 
 
 def _sweep_numeric(pulse: Pulse, f: Floats) -> Complexes:
-    """Spectrum of a sweep by Gauss-Legendre quadrature in panels of at most one cycle, split where the taper begins."""
+    """Spectrum [s] of a rising sweep at offsets f [Hz] by Gauss-Legendre quadrature, in panels of at most one cycle."""
     half = pulse.duration / 2
     corner = half - tapered_fraction(pulse) * half
     cycles = int((np.max(np.abs(f), initial=0.0) + pulse.bandwidth) * pulse.duration) + 1
@@ -201,11 +203,12 @@ def _sweep_numeric(pulse: Pulse, f: Floats) -> Complexes:
     node, weight = np.polynomial.legendre.leggauss(16)
     s = (knots[:-1, None] + np.diff(knots)[:, None] * (node + 1) / 2).ravel()
     value = (np.diff(knots)[:, None] * weight / 2).ravel() * envelope(pulse.unchecked_copy(sweep="up"), s + half)
-    flat = np.concatenate([np.exp(-2j * np.pi * np.outer(part, s)) @ value for part in _parts(f.ravel())])
+    flat = np.concatenate([np.exp(-2j * np.pi * np.outer(part, s)) @ value for part in _chunks(f.ravel())])
     return np.asarray(flat.reshape(f.shape))
 
 
-def _parts(f: Floats) -> list[Floats]:
+def _chunks(f: Floats) -> list[Floats]:
+    """Frequencies in consecutive parts of about 512, which bound the memory of a quadrature."""
     return np.array_split(f, max(1, f.size // 512))
 
 

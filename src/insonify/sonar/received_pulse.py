@@ -79,8 +79,8 @@ class ReceivedPulse:
         inside = (x >= 0) & (x < len(self.table) - 1)
         row = np.where(inside, x, 0.0).astype(np.int64)
         t = np.where(inside, x - row, 0.0)
-        here, there = self.table[row], self.table[row + 1]
-        p, m, q, n = here[..., 0], here[..., 1], there[..., 0], there[..., 1]
+        before, after = self.table[row], self.table[row + 1]
+        p, m, q, n = before[..., 0], before[..., 1], after[..., 0], after[..., 1]
         cubic = p + t * (m + t * (3 * (q - p) - 2 * m - n + t * (2 * (p - q) + m + n)))
         return np.asarray(np.where(inside, cubic, 0.0))
 

@@ -100,8 +100,8 @@ class Recorder(Model):
             where = f"stages.{row}"
             if unit in ("dB", "companded") and not isinstance(stage, Quantisation | Decimation):
                 raise field_error(where, None, f"{stage.kind} comes after companding. Put it before.")
-            late = isinstance(stage, RecorderGain) or getattr(stage, "law", "") == "log"
-            if late and unit == "counts":
+            precedes_quantisation = isinstance(stage, RecorderGain) or getattr(stage, "law", "") == "log"
+            if precedes_quantisation and unit == "counts":
                 raise field_error(where, None, f"{stage.kind} comes after quantisation. Put it before.")
             if isinstance(stage, Quantisation) and (stage.step_db is None) == (unit == "dB"):
                 raise field_error(f"{where}.step_db", None, "belongs to levels: give a step in dB after companding by "

@@ -73,12 +73,12 @@ def _measured_height(transmit: Beams, receive: Beams) -> float:
         right, down = max(ends, key=lambda end: float(end.per_unit[1])).steer[0]
         axis = float(np.arcsin(np.clip(down, -1, 1)))
         turn = float(np.arctan2(right, np.sqrt(max(1 - right**2 - down**2, 0.0))))
-        found = 0.0
+        height = 0.0
         for side in (-1, 1):
             up = axis + side * away
             direction = np.stack([np.cos(up) * np.cos(turn), np.cos(up) * np.sin(turn), np.sin(up)], axis=-1)
-            found += _half_power(((ends[0].gain(direction) * ends[1].gain(direction)) ** 2)[0]) * step
-        heights.append(min(found, WIDEST))
+            height += _half_power(((ends[0].gain(direction) * ends[1].gain(direction)) ** 2)[0]) * step
+        heights.append(min(height, WIDEST))
     return min(heights)
 
 

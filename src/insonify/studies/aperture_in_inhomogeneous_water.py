@@ -154,29 +154,29 @@ def _covariance(index: float, length: float) -> tuple[Floats, Floats]:
     wavenumber = 2 * np.pi * given.sonar.pulse.frequency / given.water.sound_speed
     path = float(np.hypot(RANGE, 5.9))
     along = (np.arange(600) + 0.5) * path / 600
-    apart = np.linspace(0, PINGS * SPACING, 241)
+    distance = np.linspace(0, PINGS * SPACING, 241)
     mean = 1 - (along[:, None] + along[None, :]) / (2 * path)
     lag = (along[:, None] - along[None, :]) ** 2
     step = (path / 600) ** 2
-    integral = np.array([np.exp(-(lag + (d * mean) ** 2) / length**2).sum() * step for d in apart])
-    return apart, (wavenumber * index) ** 2 * integral
+    integral = np.array([np.exp(-(lag + (d * mean) ** 2) / length**2).sum() * step for d in distance])
+    return distance, (wavenumber * index) ** 2 * integral
 
 
-def section(found: FocusResults) -> Section:
+def section(results: FocusResults) -> Section:
     """Text and picture of the question."""
     rows = []
     for i, length in enumerate(LENGTHS):
         for j, index in enumerate(INDICES):
-            mean, peak = (float(level_db(np.mean(10 ** (x[i, j] / 10)))) for x in (found.loss, found.peak_loss))
-            rows.append([f"{length:g} m", f"{index:.0e} ({index * 1500:.2g} m/s)", f"{found.theory[i, j]:.1f} dB",
+            mean, peak = (float(level_db(np.mean(10 ** (x[i, j] / 10)))) for x in (results.loss, results.peak_loss))
+            rows.append([f"{length:g} m", f"{index:.0e} ({index * 1500:.2g} m/s)", f"{results.theory[i, j]:.1f} dB",
                          f"{mean:.1f} dB", f"{peak:.1f} dB",
-                         f"{np.median(found.width[i, j]) * 100:.1f} cm"])  # fmt: skip
+                         f"{np.median(results.width[i, j]) * 100:.1f} cm"])  # fmt: skip
     header = ["patches", "rms change of sound speed", "loss by theory", "loss", "loss of the brightest pixel", "width"]
     text = f"""## What does inhomogeneous water cost a synthetic aperture?
 
 A point 75 m away is focused over {strip.aperture(scenario(0.0, 1.0, 1), RANGE):.0f} m of track at 100 kHz, through
-patches of water that do not change while the sonar passes; {found.loss.shape[2]} draws of each. In homogeneous water
-the point is {width(found.along, found.unchanged, int(np.argmax(found.unchanged))) * 100:.1f} cm wide. Theory is
+patches of water that do not change while the sonar passes; {results.loss.shape[2]} draws of each. In homogeneous water
+the point is {width(results.along, results.unchanged, int(np.argmax(results.unchanged))) * 100:.1f} cm wide. Theory is
 the expected level at the true position, from the covariance of the phases.
 
 {table(header, rows)}
@@ -185,23 +185,25 @@ A change of 0.05 m/s (3e-5, or 0.015 degC) costs next to nothing. At 0.15 m/s th
 patches: small ones scatter energy into side lobes, large ones tilt and bend the wavefront, which moves the point and
 widens it while the brightest pixel loses little. Autofocus can undo the second and not the first. The model has
 straight rays: it holds while the wavelength is short re the patches and the Fresnel zone is smaller than they are."""
-    return Section(text, draw(found), "aperture-in-inhomogeneous-water", "Loss of a focused point, and cuts through it")
+    return Section(
+        text, draw(results), "aperture-in-inhomogeneous-water", "Loss of a focused point, and cuts through it"
+    )
 
 
-def draw(found: FocusResults) -> Figure:
+def draw(results: FocusResults) -> Figure:
     """Loss over the rms index with theory, and cuts along the track."""
     colours = ("#D5350E", "#1E8FD5", "#009E73")
     with style.plot_style():
         figure = style.new_figure(9.5, 4.2)
         loss, cut = figure.subplots(1, 2)
         for i, (length, colour) in enumerate(zip(LENGTHS, colours, strict=True)):
-            x, mean = np.array(INDICES) * 1500, level_db(np.mean(10 ** (found.loss[i] / 10), axis=1))
-            loss.plot(x, found.theory[i], color=colour, label=f"patches of {length:g} m: theory")
+            x, mean = np.array(INDICES) * 1500, level_db(np.mean(10 ** (results.loss[i] / 10), axis=1))
+            loss.plot(x, results.theory[i], color=colour, label=f"patches of {length:g} m: theory")
             loss.plot(x, mean, "o", color=colour, label="simulated, at the true position")
-            loss.plot(x, level_db(np.mean(10 ** (found.peak_loss[i] / 10), axis=1)), "x", color=colour,
+            loss.plot(x, level_db(np.mean(10 ** (results.peak_loss[i] / 10), axis=1)), "x", color=colour,
                       label="brightest pixel")  # fmt: skip
-            cut.plot(found.along * 100, found.cuts[i], color=colour, label=f"patches of {length:g} m", linewidth=1)
-        cut.plot(found.along * 100, found.unchanged, color=style.INK, label="homogeneous water", linewidth=1)
+            cut.plot(results.along * 100, results.cuts[i], color=colour, label=f"patches of {length:g} m", linewidth=1)
+        cut.plot(results.along * 100, results.unchanged, color=style.INK, label="homogeneous water", linewidth=1)
         loss.set(xlabel="rms change of sound speed [m/s]", ylabel="level re homogeneous water [dB]", xlim=(0, None))
         cut.set(xlabel="along the track [cm]", ylabel="level re homogeneous water [dB]", ylim=(-40, 2), xlim=(-40, 40))
         loss.set_title("a focused point loses")

@@ -131,19 +131,19 @@ def coherence_of_lines(distance: Floats, slant_range: float = SLANT_RANGE) -> Fl
     return np.asarray(product / (echo[0] ** 2).sum(), float)
 
 
-def section(found: ModelResults) -> Section:
+def section(study: ModelResults) -> Section:
     """Text and picture of the question."""
     rows = []
     for model in MODELS:
-        row = [model, f"{found.seconds[model] * 1e3:.0f} ms"]
+        row = [model, f"{study.seconds[model] * 1e3:.0f} ms"]
         for part in ("seabed before the target", "highlight", "shadow"):
             if model == "expected intensity":
                 row.append("0 / 0")
             else:
-                row.append(f"{found.mean_error_db(model, part):+.1f} dB / {found.scintillation(model, part):.2f}")
-        at = {m: found.coherence[m][round(0.45 / STEP)] for m in found.coherence}
+                row.append(f"{study.mean_error_db(model, part):+.1f} dB / {study.scintillation(model, part):.2f}")
+        at = {m: study.coherence[m][round(0.45 / STEP)] for m in study.coherence}
         rows.append([*row, f"{at[model]:.2f}" if model in at else "none"])
-    draws = len(found.pings["coherent, three dimensions"])
+    draws = len(study.pings["coherent, three dimensions"])
     text = f"""## Is a fully coherent model worth it?
 
 Three models, one scene (the box of the paper in 20 m of water, up to two reflections), one law (medium sand,
@@ -156,23 +156,23 @@ In the mean the models agree: for an image of mean levels, the expected intensit
 without speckle. What it cannot have is speckle itself and everything that is made of phase: the interference of a
 target's multipath, detection against speckle, interferometry, synthetic aperture. The model of the vertical plane has
 the speckle of one ping, and no memory: its scatterers stand for whole footprints, and are others at the next ping
-({found.coherence["coherent, vertical plane"][round(0.45 / STEP)]:.2f}). In three dimensions two pings 0.45 m apart have
-a coherence of {found.coherence["coherent, three dimensions"][round(0.45 / STEP)]:.2f}; the patterns of the arrays give
+({study.coherence["coherent, vertical plane"][round(0.45 / STEP)]:.2f}). In three dimensions two pings 0.45 m apart have
+a coherence of {study.coherence["coherent, three dimensions"][round(0.45 / STEP)]:.2f}; the patterns of the arrays give
 {coherence_of_lines(np.array([0.0, 0.45]))[1]:.2f}. It costs no more than the plane. So yes: for anything that is
 processed beyond the level of single pings, and it is no longer the more costly model."""
-    return Section(text, draw(found), "coherent-model", "One ping by three models; speckle; coherence along the track")
+    return Section(text, draw(study), "coherent-model", "One ping by three models; speckle; coherence along the track")
 
 
-def draw(found: ModelResults) -> Figure:
+def draw(results: ModelResults) -> Figure:
     """A-scan under A-scan, distribution of intensities, coherence along the track."""
     with style.plot_style():
         figure = style.new_figure(9.5, 8.5)
         grid = figure.add_gridspec(4, 2, height_ratios=(1, 1, 1, 1.3))
         for row, model in enumerate(MODELS):
             axes = figure.add_subplot(grid[row, :])
-            level = level_db(found.intensity(model)[0])
-            axes.plot(found.time * 1e3, level, color=COLOURS[model], linewidth=0.7)
-            axes.set(xlim=(found.time[0] * 1e3, found.time[-1] * 1e3), ylim=(50, 125), ylabel="dB re 1 uPa")
+            level = level_db(results.intensity(model)[0])
+            axes.plot(results.time * 1e3, level, color=COLOURS[model], linewidth=0.7)
+            axes.set(xlim=(results.time[0] * 1e3, results.time[-1] * 1e3), ylim=(50, 125), ylabel="dB re 1 uPa")
             axes.set_title(f"{model}, one ping")
             for name, (first, last) in PARTS.items():
                 axes.axvspan(first * 1e3, last * 1e3, color="#B8720A", alpha=0.08, linewidth=0)
@@ -181,17 +181,17 @@ def draw(found: ModelResults) -> Figure:
                         (first + last) * 500, 119, name.replace(" before the target", ""), ha="center", fontsize=8
                     )
         axes.set_xlabel("time after the start of transmission [ms]")
-        _draw_distribution(figure.add_subplot(grid[3, 0]), found)
-        _draw_coherence(figure.add_subplot(grid[3, 1]), found)
+        _draw_distribution(figure.add_subplot(grid[3, 0]), results)
+        _draw_coherence(figure.add_subplot(grid[3, 1]), results)
         return figure
 
 
-def _draw_distribution(axes: Any, found: ModelResults) -> None:
+def _draw_distribution(axes: Any, results: ModelResults) -> None:
     x = np.linspace(0, 8, 161)
     axes.semilogy(x, np.exp(-x), color=style.EXPECTED, linewidth=3, alpha=0.5, label="exponential (speckle)")
-    mean = found.part("expected intensity", "seabed before the target")
+    mean = results.part("expected intensity", "seabed before the target")
     for model in list(MODELS)[1:]:
-        ratio = np.sort((found.part(model, "seabed before the target") / mean).ravel())
+        ratio = np.sort((results.part(model, "seabed before the target") / mean).ravel())
         exceeded = 1 - np.arange(ratio.size) / ratio.size
         axes.semilogy(ratio[::50], exceeded[::50], color=COLOURS[model], label=model)
     axes.set(
@@ -201,10 +201,10 @@ def _draw_distribution(axes: Any, found: ModelResults) -> None:
     axes.legend(fontsize=8)
 
 
-def _draw_coherence(axes: Any, found: ModelResults) -> None:
+def _draw_coherence(axes: Any, results: ModelResults) -> None:
     distance = np.linspace(0.0, STEP * (PINGS - 1), PINGS)
     axes.plot(distance, coherence_of_lines(distance), color=style.EXPECTED, linewidth=3, alpha=0.5, label="theory")
-    for model, coherence in found.coherence.items():
+    for model, coherence in results.coherence.items():
         axes.plot(distance, coherence, ".-", color=COLOURS[model], label=model)
     axes.set(xlabel="distance along the track [m]", ylabel="coherence [1]", ylim=(0, 1.05))
     axes.set_title("seabed between pings")

@@ -95,8 +95,8 @@ def evaluate(folder: Path) -> NoiseResults:
     other, last = (noise_of(row[None, (slant > low) & (slant < high)], interval)
                    for row, (low, high) in zip(field, QUIET, strict=True))  # fmt: skip
     silent = scenario.with_({"seabed.scattering": None, "seabed.reflection": 0.0, "water.noise_level_db": 0.0})
-    made = [simulate(silent.with_("seed", seed + 1))["pressure"].values.reshape(1, -1) for seed in range(PINGS)]
-    samples = np.concatenate(made)
+    noise_pings = [simulate(silent.with_("seed", seed + 1))["pressure"].values.reshape(1, -1) for seed in range(PINGS)]
+    samples = np.concatenate(noise_pings)
     unit = noise_of(samples, 1 / scenario.sonar.receiver.sample_rate)
     spectrum = last.level_db - unit.level_db
     simulated = noise_of(samples * 10 ** (spectrum / 20), float(unit.lag[1]))
@@ -114,34 +114,36 @@ def _filtered(pings: xr.Dataset, like: Noise) -> Noise:
     return Noise(like.level_db, 1.0, float(bandwidth), like.lag, correlation)
 
 
-def section(found: NoiseResults) -> Section:
+def section(results: NoiseResults) -> Section:
     """Text and picture."""
     rows = [[name, f"{one.level_db:.1f}", f"{one.index:.2f}", f"{one.bandwidth / 1e3:.1f}"]
-            for name, one in (("real, fitted ping", found.fitted), ("real, other ping", found.predicted),
-                              ("white noise behind the stated filters", found.filtered),
-                              ("simulated", found.simulated))]  # fmt: skip
+            for name, one in (("real, fitted ping", results.fitted), ("real, other ping", results.predicted),
+                              ("white noise behind the stated filters", results.filtered),
+                              ("simulated", results.simulated))]  # fmt: skip
     text = f"""## Noise floor of the echosounder: 333 kHz
 
 From {QUIET[0][0]:.0f} m on the 333 kHz channel receives noise alone. Its spectrum level, fitted to the last ping, is
-{found.spectrum_db:.1f} dB re 1 uPa^2/Hz of a wave on the axis. Thermal noise of the sea (Mellen 1952: 35 dB from all
+{results.spectrum_db:.1f} dB re 1 uPa^2/Hz of a wave on the axis. Thermal noise of the sea (Mellen 1952: 35 dB from all
 directions, 9 dB in this beam) is far below it: it is the receiver's own. Whiteness: the bandwidth of a rectangle with
 the same integral of the squared correlation; the picture has the correlation itself. Real noise is as white as noise
 behind the stated filters; the simulated band passes as much noise, but with flatter top and steeper edges. The real
 index is above 1: some samples are hit by short foreign sounds.
 
 {table(["", "level [dB re 1 uPa]", "scintillation index", "bandwidth [kHz]"], rows)}"""
-    return Section(text, draw(found), "echosounder-noise", "Correlation of noise, real and simulated")
+    return Section(text, draw(results), "echosounder-noise", "Correlation of noise, real and simulated")
 
 
-def draw(found: NoiseResults) -> Figure:
+def draw(results: NoiseResults) -> Figure:
     """Correlation over lag."""
     with style.plot_style():
         figure = style.new_figure(6.0, 3.2)
         axes = figure.subplots()
-        for one, name in ((found.fitted, "real, fitted ping"), (found.predicted, "real, other ping")):
+        for one, name in ((results.fitted, "real, fitted ping"), (results.predicted, "real, other ping")):
             axes.plot(one.lag * 1e6, one.correlation, linewidth=1, label=name)
-        axes.plot(found.filtered.lag * 1e6, found.filtered.correlation, "--", label="behind the stated filters")
-        axes.plot(found.simulated.lag * 1e6, found.simulated.correlation, "o-", color=style.EXPECTED, label="simulated")
+        axes.plot(results.filtered.lag * 1e6, results.filtered.correlation, "--", label="behind the stated filters")
+        axes.plot(
+            results.simulated.lag * 1e6, results.simulated.correlation, "o-", color=style.EXPECTED, label="simulated"
+        )
         axes.set(xlabel="lag [us]", ylabel="correlation [1]", ylim=(0, 1.05))
         axes.legend()
         return figure

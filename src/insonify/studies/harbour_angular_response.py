@@ -90,8 +90,8 @@ def evaluate(folder: Path, *, report: Callable[[str], None] = print) -> AngularR
     cache: dict[tuple[str, float], Floats] = {}
     misfit = {}
     for sediment in SEDIMENTS:
-        found = [_response(base, soundings, pings[ping], ping, sediment, cache).difference for ping in FITTED]
-        misfit[sediment] = float(np.sqrt(np.nanmean(np.square(found))))
+        differences = [_response(base, soundings, pings[ping], ping, sediment, cache).difference for ping in FITTED]
+        misfit[sediment] = float(np.sqrt(np.nanmean(np.square(differences))))
         report(f"{sediment}: {misfit[sediment]:.1f} dB rms")
     best = min(misfit, key=lambda name: misfit[name])
     responses = [_response(base, soundings, real, ping, best, cache) for ping, real in enumerate(pings)]
@@ -124,8 +124,8 @@ def _backscatter(soundings: xr.Dataset, ping: int) -> tuple[Floats, Floats]:
     area = _area_db(slant, angle, float(one["tx_beam_width"]), float(one["rx_beam_width"]), length)
     level = one["backscatter"].values - one["source_level_applied"].values - one["sensitivity_applied"].values
     level = level + 40 * np.log10(slant) + 2 * one["absorption"].values * slant - area
-    there = (one["detection"].values == 0) & (one["sector"].values >= 0) & np.isfinite(level)
-    return angle[there], level[there]
+    detected = (one["detection"].values == 0) & (one["sector"].values >= 0) & np.isfinite(level)
+    return angle[detected], level[detected]
 
 
 def mean_by_angle(angle: Floats, level: Floats) -> tuple[Floats, Floats]:
@@ -249,8 +249,8 @@ def _real_speckle(image: xr.Dataset, soundings: xr.Dataset, ping: int) -> Floats
     """Speckle of the middle sample of each beam of the seabed image."""
     one, (_, angle) = image.isel(ping=ping), _angle(soundings, ping)
     level = middle_level(one)
-    there = (one["detection"].values == 0) & np.isfinite(level)
-    return speckle(angle[there], level[there])
+    detected = (one["detection"].values == 0) & np.isfinite(level)
+    return speckle(angle[detected], level[detected])
 
 
 def middle_level(image: xr.Dataset) -> Floats:
@@ -309,21 +309,23 @@ def response_table(responses: list[Response], fitted: tuple[int, ...]) -> str:
     return table(header, rows)
 
 
-def section(found: AngularResults) -> Section:
+def section(results: AngularResults) -> Section:
     """Text and picture of the recording."""
-    fits = ", ".join(f"{name} {rms:.1f} dB" for name, rms in found.misfit.items())
+    fits = ", ".join(f"{name} {rms:.1f} dB" for name, rms in results.misfit.items())
     text = f"""## Angular response of a flat bed: Kongsberg EM2042, 190 to 680 kHz
 
-Backscatter re its mean over the angles of each ping. The sediment fitted is {found.sediment} (rms difference by
+Backscatter re its mean over the angles of each ping. The sediment fitted is {results.sediment} (rms difference by
 sediment: {fits}).
 
-{response_table(found.responses, FITTED)}
+{response_table(results.responses, FITTED)}
 
 Speckle is the level of the sample in the middle of each beam re the mean of its {NEIGHBOURS} neighbours; simulated
 beams are half a degree apart.
 
-{speckle_table(found.speckle, found.simulated_speckle)}"""
-    return Section(text, draw(found.responses), "harbour-angular-response", "Backscatter by angle, real and simulated")
+{speckle_table(results.speckle, results.simulated_speckle)}"""
+    return Section(
+        text, draw(results.responses), "harbour-angular-response", "Backscatter by angle, real and simulated"
+    )
 
 
 def draw(responses: list[Response]) -> Figure:

@@ -112,17 +112,17 @@ def evaluate(folder: Path, groups: tuple[str, ...] = GROUPS, *, report: Callable
     _, sediment, hull_db = best
     trains = []
     for group in groups:
-        levels, late, limited, profile = _real(path, group)
+        levels, lags, limited, profile = _real(path, group)
         scenario = _scenario(path, group, sediment, 10 ** (hull_db / 20))
         expected, _, curve = _levels(scenario)
         level = np.interp(profile[0], *curve, left=np.nan, right=np.nan)
-        trains.append(Train(group, levels, expected, late, limited, (profile[0], profile[1], level)))
+        trains.append(Train(group, levels, expected, lags, limited, (profile[0], profile[1], level)))
         report(f"{group}: real {levels.mean(axis=0).round(1)}, simulated {expected.round(1)}")
     drawn = _scenario(path, FITTED, sediment, 10 ** (hull_db / 20)).with_("field", "coherent")
     pings = [_levels(drawn.with_("seed", seed + 1))[:2] for seed in range(DRAWS)]
     smooth = _levels(drawn.with_({"seabed.reflecting_interface": "smooth", "seabed.scattering": None}))[1]
-    levels, late = (np.array(rows) for rows in zip(*pings, strict=True))
-    return TrainResults(trains, sediment, hull_db, misfit, levels, late, smooth)
+    levels, lags = (np.array(rows) for rows in zip(*pings, strict=True))
+    return TrainResults(trains, sediment, hull_db, misfit, levels, lags, smooth)
 
 
 def _scenario(path: Path, group: str, sediment: str, hull: float = 1.0) -> Scenario:
@@ -155,8 +155,8 @@ def _real(path: Path, group: str) -> tuple[Floats, Floats, bool, tuple[Floats, F
     plateau = np.mean(np.sum(near > 0.95 * near.max(axis=-1, keepdims=True), axis=-1)) * (slant[1] - slant[0])
     limited = bool(plateau > float(pings["pulse_length"].median()) * SOUND_SPEED / 2)
     rows = [_train(slant, row, first) for row in level]
-    found, late = (np.array(part) for part in zip(*rows, strict=True))
-    return found, late, limited, (slant, level[-1])
+    levels, lags = (np.array(part) for part in zip(*rows, strict=True))
+    return levels, lags, limited, (slant, level[-1])
 
 
 def without_interference(slant: Floats, level: Floats, first: float) -> NDArray[np.bool_]:
@@ -181,16 +181,16 @@ def _levels(scenario: Scenario) -> tuple[Floats, Floats, tuple[Floats, Floats]]:
 
 def _train(slant: Floats, level: Floats, first: float) -> tuple[Floats, Floats]:
     """Levels of the echoes [dB], and range of their leading edges less n times the first's [m], shape (echo,) each."""
-    found: list[float] = []
+    echoes: list[float] = []
     edges: list[float] = []
     for n in range(1, ECHOES + 1):
         centre = n * (edges[0] if edges else first)
-        found.append(_gated(slant, level, centre))
+        echoes.append(_gated(slant, level, centre))
         gate = (slant > centre + (2 * GATE[0] if n == 1 else GATE[0])) & (slant < centre + GATE[1])
         rows = np.flatnonzero(gate)
         edge = rows[0] + leading_edge(10 ** (level[gate] / 20))
         edges.append(float(np.interp(edge, np.arange(slant.size), slant)))
-    return np.array(found), np.array(edges) - edges[0] * np.arange(1, ECHOES + 1)
+    return np.array(echoes), np.array(edges) - edges[0] * np.arange(1, ECHOES + 1)
 
 
 def _apparent(ping: xr.Dataset, scenario: Scenario) -> tuple[Floats, Floats]:
@@ -212,73 +212,73 @@ def _gated(slant: Floats, level: Floats, centre: float) -> float:
     return float(level_db(np.mean(10 ** (level[inside] / 10)) * (GATE[1] - GATE[0])))
 
 
-def section(found: TrainResults) -> Section:
+def section(study: TrainResults) -> Section:
     """Text and picture of the recording."""
     rows, needed = [], []
-    for train in found.trains:
+    for train in study.trains:
         real, simulated = train.real.mean(axis=0), train.simulated
         cells = [f"{train.group}{' (clipped)' if train.limited else ''}, {len(train.real)}"]
         cells += [f"{r:.1f} / {s:.1f} / {s - r:+.1f}" for r, s in zip(real, simulated, strict=True)]
         relative = (simulated[1:] - simulated[0]) - (real[1:] - real[0])
         behind = ", ".join(f"{100 * x:+.1f}" for x in train.late.mean(axis=0)[1:])
         rows.append([*cells, ", ".join(f"{x:+.1f}" for x in relative), behind])
-        loss = np.polyfit(np.arange(ECHOES), real - simulated, 1)[0] + found.hull_db
+        loss = np.polyfit(np.arange(ECHOES), real - simulated, 1)[0] + study.hull_db
         needed.append(f"{loss:+.1f} dB at {train.group}")
-    fits = ", ".join(f"{name} {rms:.1f} dB" for name, rms in found.misfit.items())
-    level = ", ".join(f"{s:.1f}" for s in found.spread)
-    late, smooth = found.drawn_late[:, 1:] * 100, found.smooth_late[1:] * 100
-    first = [t.real.mean(axis=0)[0] for t in found.trains if not t.limited]
+    fits = ", ".join(f"{name} {rms:.1f} dB" for name, rms in study.misfit.items())
+    level = ", ".join(f"{s:.1f}" for s in study.spread)
+    lags, smooth = study.drawn_late[:, 1:] * 100, study.smooth_late[1:] * 100
+    first = [t.real.mean(axis=0)[0] for t in study.trains if not t.limited]
     text = f"""## Multiples of a harbour's bottom echo: Simrad EK80, 38 to 333 kHz
 
 Five split-beam transducers, 5.75 m above the bed. Apparent reflection levels of first, second and third
-echo [dB], real / simulated / difference. Fitted at {FITTED}: {found.sediment} and a hull that returns
-{found.hull_db:.1f} dB at each reflection (rms difference by sediment: {fits}). Late: leading edge less n times that of
+echo [dB], real / simulated / difference. Fitted at {FITTED}: {study.sediment} and a hull that returns
+{study.hull_db:.1f} dB at each reflection (rms difference by sediment: {fits}). Late: leading edge less n times that of
 the first echo.
 
 {table(["channel, pings", "first echo", "second", "third", "2nd, 3rd re first", "2nd, 3rd late [cm]"], rows)}
 
 Single simulated pings at {FITTED} scatter by {level} dB (first, second, third, second re first, third re first;
-{DRAWS} draws), so differences re the first echo have a standard error of about {found.spread[3]:.0f} dB.
+{DRAWS} draws), so differences re the first echo have a standard error of about {study.spread[3]:.0f} dB.
 
-*Delays.* Simulated second and third echoes at {FITTED} are {late[:, 0].mean():.0f} +- {late[:, 0].std(ddof=1):.0f} cm
-and {late[:, 1].mean():.0f} +- {late[:, 1].std(ddof=1):.0f} cm late in single pings by the same definition, and
+*Delays.* Simulated second and third echoes at {FITTED} are {lags[:, 0].mean():.0f} +- {lags[:, 0].std(ddof=1):.0f} cm
+and {lags[:, 1].mean():.0f} +- {lags[:, 1].std(ddof=1):.0f} cm late in single pings by the same definition, and
 {smooth[0]:.1f} and {smooth[1]:.1f} cm over a bed that mirrors smoothly. The rough bed makes the third echo late: its
 middle reflection needs not lie in the beam, and a reflection 2 to 3 m to the side, by slopes of some degrees, comes
 0.2 to 0.4 m later; what is left in the specular direction is weaker than that.
 
 *Hull.* The loss at each reflection that would fit second and third echo best is {", ".join(needed)}. It neither rises
 nor falls with frequency. A rough hull (Eckart 1953: loss in dB as the square of frequency) that is fitted at {FITTED}
-would return {found.hull_db * (38 / 200) ** 2:.2f} dB at 38 kHz and {found.hull_db * (333 / 200) ** 2:.1f} dB at 333
-kHz: that changes no third echo by more than {2 * abs(found.hull_db) * ((333 / 200) ** 2 - 1):.1f} dB, and mends none.
+would return {study.hull_db * (38 / 200) ** 2:.2f} dB at 38 kHz and {study.hull_db * (333 / 200) ** 2:.1f} dB at 333
+kHz: that changes no third echo by more than {2 * abs(study.hull_db) * ((333 / 200) ** 2 - 1):.1f} dB, and mends none.
 
 *First echo.* The four first echoes that are not clipped lie within {max(first) - min(first):.1f} dB of one another; the
-simulated ones fall by {_fall(found):.1f} dB, and scatter by {found.spread[0]:.1f} dB where Rayleigh's distribution has
+simulated ones fall by {_fall(study):.1f} dB, and scatter by {study.spread[0]:.1f} dB where Rayleigh's distribution has
 5.6. The real bed reflects more steadily: roughness at scales of millimetres that the spectrum of the handbook, which
 holds to 100 kHz, extrapolates, is not there.
-{_clipped(found)}"""
-    return Section(text, draw(found), "harbour-echo-trains", "Echo trains, real and simulated, at five frequencies")
+{_clipped(study)}"""
+    return Section(text, draw(study), "harbour-echo-trains", "Echo trains, real and simulated, at five frequencies")
 
 
-def _fall(found: TrainResults) -> float:
+def _fall(results: TrainResults) -> float:
     """Fall of the simulated first echo from the first to the last channel that is not clipped [dB]."""
-    kept = [train.simulated[0] for train in found.trains if not train.limited]
+    kept = [train.simulated[0] for train in results.trains if not train.limited]
     return float(kept[0] - kept[-1])
 
 
-def _clipped(found: TrainResults) -> str:
-    names = [train.group for train in found.trains if train.limited]
+def _clipped(results: TrainResults) -> str:
+    names = [train.group for train in results.trains if train.limited]
     if not names:
         return ""
     return (f"The receiver clips the first echo of {' and '.join(names)}: their first level is a lower bound, and "
             "levels re the first mean little there.")  # fmt: skip
 
 
-def draw(found: TrainResults) -> Figure:
+def draw(results: TrainResults) -> Figure:
     """Level over range of each channel, real and simulated."""
     with style.plot_style():
-        figure = style.new_figure(9.5, 2.2 * len(found.trains))
-        panels = np.atleast_1d(figure.subplots(len(found.trains), 1, sharex=True))
-        for axes, train in zip(panels, found.trains, strict=True):
+        figure = style.new_figure(9.5, 2.2 * len(results.trains))
+        panels = np.atleast_1d(figure.subplots(len(results.trains), 1, sharex=True))
+        for axes, train in zip(panels, results.trains, strict=True):
             slant, real, simulated = train.profile
             axes.plot(slant, real, color=style.INK, linewidth=0.8, label="real, one ping")
             axes.plot(slant, simulated, color=style.EXPECTED, linewidth=1.6, label="simulated, expected intensity")

@@ -76,16 +76,16 @@ def evaluate(positions: tuple[str, ...] = tuple(POSITIONS), orders: tuple[int, .
         positions: Names of `POSITIONS`.
         orders: Largest numbers of reflections.
     """
-    found: dict[str, list[TargetContrast]] = {}
+    contrasts: dict[str, list[TargetContrast]] = {}
     scans, time = [], np.empty(0)
     for position in positions:
-        found[position] = []
+        contrasts[position] = []
         for order in orders:
             common = {**POSITIONS[position], "paths.max_reflections": order, "paths.edge_diffraction": "knife-edge"}
             time, bare = _ping({**common, "targets": [], "paths.contributions": ["seabed"]})
             _, shadowed = _ping({**common, "paths.contributions": ["seabed"]})
             _, target = _ping({**common, "paths.contributions": ["target"]})
-            found[position].append(
+            contrasts[position].append(
                 TargetContrast(
                     _mean(time, bare, SHADOW), _mean(time, target, HIGHLIGHT) - _mean(time, bare, HIGHLIGHT),
                     _mean(time, shadowed, SHADOW) - _mean(time, bare, SHADOW),
@@ -94,7 +94,7 @@ def evaluate(positions: tuple[str, ...] = tuple(POSITIONS), orders: tuple[int, .
             )  # fmt: skip
             if position == positions[0]:
                 scans.append(shadowed + target)
-    return ContrastResults(found, time, scans)
+    return ContrastResults(contrasts, time, scans)
 
 
 def _ping(changes: dict[str, Any]) -> tuple[Floats, Floats]:
@@ -108,15 +108,15 @@ def _mean(time: Floats, intensity: Floats, window: tuple[float, float]) -> float
     return float(level_db(max(inside.mean(), 1e-30)))
 
 
-def section(found: ContrastResults) -> Section:
+def section(results: ContrastResults) -> Section:
     """Text and picture of the question."""
     rows = [
         [position, str(order), f"{c.seabed:.1f}", f"{c.highlight:+.1f}", f"{c.shadow:+.1f}", f"{c.ghosts:+.1f}"]
-        for position, row in found.contrast.items()
+        for position, row in results.contrast.items()
         for order, c in zip(ORDERS, row, strict=False)
     ]
-    calm, silt = found.contrast["sand, calm"], found.contrast["silt, calm"]
-    windy = found.contrast["sand, 8 m/s"]
+    calm, silt = results.contrast["sand, calm"], results.contrast["silt, calm"]
+    windy = results.contrast["sand, 8 m/s"]
     last = len(calm) - 1
     header = ["seabed and sea", "reflections", "seabed [dB re 1 uPa]", "highlight [dB]", "shadow [dB]", "ghosts [dB]"]
     text = f"""## What does each multipath do to highlight and shadow?
@@ -135,19 +135,19 @@ Wind takes the surface's coherent part and spreads the rest: at 8 m/s {last} ref
 {windy[last].seabed - windy[0].seabed:.0f} dB. Over silt, which reflects little, reflections beyond the first change
 nothing ({silt[last].shadow - silt[1].shadow:+.2f} dB in the shadow): there one reflection, the surface's, is the whole
 multipath."""
-    return Section(text, draw(found), "multipath-contrast", "A-scans by number of reflections; highlight and shadow")
+    return Section(text, draw(results), "multipath-contrast", "A-scans by number of reflections; highlight and shadow")
 
 
-def draw(found: ContrastResults) -> Figure:
+def draw(results: ContrastResults) -> Figure:
     """A-scans by order, and the contrasts over it."""
     with style.plot_style():
         figure = style.new_figure(9.5, 7.5)
         grid = figure.add_gridspec(2, 3, height_ratios=(1.2, 1))
         axes = figure.add_subplot(grid[0, :])
-        for order, scan in reversed(list(enumerate(found.scans))):
+        for order, scan in reversed(list(enumerate(results.scans))):
             colour = style.COPPER(0.15 + 0.2 * order)
             axes.plot(
-                found.time * 1e3,
+                results.time * 1e3,
                 level_db(scan),
                 color=colour,
                 linewidth=1.0,
@@ -155,14 +155,14 @@ def draw(found: ContrastResults) -> Figure:
             )
         axes.set(xlim=(190, 234), ylim=(35, 155), xlabel="time after the start of transmission [ms]",
                  ylabel="expected level [dB re 1 uPa]")  # fmt: skip
-        axes.set_title(f"the target by up to {len(found.scans) - 1} reflections, {next(iter(found.contrast))}")
+        axes.set_title(f"the target by up to {len(results.scans) - 1} reflections, {next(iter(results.contrast))}")
         axes.legend(ncols=4, loc="upper right")
         for column, name in enumerate(("highlight", "shadow", "ghosts")):
             axes = figure.add_subplot(grid[1, column])
-            for position, row in found.contrast.items():
+            for position, row in results.contrast.items():
                 level = [getattr(c, name) for c in row]
                 axes.plot(range(len(row)), level, "o-", color=COLOURS[position], label=position)
-            axes.set(xlabel="most reflections of a leg", ylabel="dB re the seabed", xticks=range(len(found.scans)))
+            axes.set(xlabel="most reflections of a leg", ylabel="dB re the seabed", xticks=range(len(results.scans)))
             if name == "ghosts":
                 axes.set_ylim(-40, None)
             axes.set_title(name)

@@ -53,13 +53,13 @@ def located(recordings: Path) -> dict[str, Path]:
     Raises:
         FileNotFoundError: A recording is missing.
     """
-    found = {}
+    files = {}
     for name in FILES:
         path = next(iter(sorted(recordings.rglob(name))), None)
         if path is None:
             raise FileNotFoundError(f"{recordings} has no {name}. Give the folder of the recordings: --recordings DIR")
-        found[name] = path.parent
-    return found
+        files[name] = path.parent
+    return files
 
 
 def write(folder: Path, recordings: Path) -> list[Path]:
@@ -92,19 +92,19 @@ def write(folder: Path, recordings: Path) -> list[Path]:
     return write_page(folder / "real-recordings.md", "Real recordings and simulated ones", text, sections)
 
 
-def train_verdicts(found: harbour_echo_trains.TrainResults) -> list[Verdict]:
+def train_verdicts(results: harbour_echo_trains.TrainResults) -> list[Verdict]:
     """Delays and levels of the multiples.
 
     Args:
-        found: Echo trains.
+        results: Echo trains.
     """
-    late = np.array([train.late.mean(axis=0)[1:] for train in found.trains])
-    worst = np.abs(late).max(axis=0)
-    beyond = np.array([(train.simulated - train.real.mean(axis=0))[1:] for train in found.trains])
+    lags = np.array([train.late.mean(axis=0)[1:] for train in results.trains])
+    worst = np.abs(lags).max(axis=0)
+    beyond = np.array([(train.simulated - train.real.mean(axis=0))[1:] for train in results.trains])
     names = ("second", "third")
     delays = [
         Verdict(f"EK80: {name} echo at {n} times the first range", f"half a sample, {1e3 * HALF_SAMPLE:.1f} mm",
-                f"at most {1e3 * worst[n - 2]:.0f} mm; {np.sum(np.abs(late[:, n - 2]) <= HALF_SAMPLE)} of {len(late)}",
+                f"at most {1e3 * worst[n - 2]:.0f} mm; {np.sum(np.abs(lags[:, n - 2]) <= HALF_SAMPLE)} of {len(lags)}",
                 bool(worst[n - 2] <= HALF_SAMPLE))
         for n, name in enumerate(names, 2)
     ]  # fmt: skip
@@ -117,16 +117,16 @@ def train_verdicts(found: harbour_echo_trains.TrainResults) -> list[Verdict]:
     return delays + levels
 
 
-def speckle_verdicts(name: str, found: AngularResults) -> list[Verdict]:
+def speckle_verdicts(name: str, results: AngularResults) -> list[Verdict]:
     """Speckle of a seabed image.
 
     Args:
         name: The sonar.
-        found: Its angular response.
+        results: Its angular response.
     """
-    difference = speckle_moments(found.simulated_speckle) - speckle_moments(found.speckle)
-    lines = [speckle_moments([one])[2] for one in found.speckle if one.size]
-    variation = speckle_moments(found.simulated_speckle)[2]
+    difference = speckle_moments(results.simulated_speckle) - speckle_moments(results.speckle)
+    lines = [speckle_moments([one])[2] for one in results.speckle if one.size]
+    variation = speckle_moments(results.simulated_speckle)[2]
     return [
         Verdict(f"{name}: standard deviation of the level of speckle", "0.4 dB", f"{difference[0]:+.2f} dB",
                 bool(abs(difference[0]) <= 0.4)),
@@ -137,27 +137,27 @@ def speckle_verdicts(name: str, found: AngularResults) -> list[Verdict]:
     ]  # fmt: skip
 
 
-def angle_verdict(name: str, found: AngularResults) -> Verdict:
+def angle_verdict(name: str, results: AngularResults) -> Verdict:
     """Backscatter from 10 to 65 degrees.
 
     Args:
         name: The sonar.
-        found: Its angular response.
+        results: Its angular response.
     """
-    rows = np.array([response.difference for response in found.responses])[:, ANGLES >= 10]
+    rows = np.array([response.difference for response in results.responses])[:, ANGLES >= 10]
     known = np.abs(rows[np.isfinite(rows)])
     count = int(np.sum(known <= 2))
     text = f"{count} of {known.size} within; rms {np.sqrt(np.mean(known**2)):.1f} dB, at most {known.max():.1f} dB"
     return Verdict(f"{name}: level against angle, 10 to 65 degrees", "2 dB", text, count == known.size)
 
 
-def noise_verdict(found: echosounder_noise.NoiseResults) -> Verdict:
+def noise_verdict(results: echosounder_noise.NoiseResults) -> Verdict:
     """Noise floor of the ping to which it was not fitted.
 
     Args:
-        found: Noise of the echosounder.
+        results: Noise of the echosounder.
     """
-    difference = found.simulated.level_db - found.predicted.level_db
+    difference = results.simulated.level_db - results.predicted.level_db
     return Verdict("EK80: noise floor of another ping", "2 dB", f"{difference:+.1f} dB", abs(difference) <= 2)
 
 

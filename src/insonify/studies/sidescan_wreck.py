@@ -83,8 +83,8 @@ def evaluate(folder: Path, *, report: Callable[[str], None] = print) -> Sidescan
     altitude = group["altitude"].values[1:].astype(float)
     step = float(group["sample_interval"].median()) * float(group["sound_speed"].median()) / 2
     slant = np.asarray(step * (np.arange(counts.shape[1]) + 0.5), float)
-    with tempfile.TemporaryDirectory() as made:
-        scenario = _scenario(altitude, Path(made), step * counts.shape[1])
+    with tempfile.TemporaryDirectory() as folder_name:
+        scenario = _scenario(altitude, Path(folder_name), step * counts.shape[1])
         echoes = simulate(scenario)
         silent = scenario.with_({"water.noise_level_db": 0.0, "seabed.scattering": None, "targets": [],
                                  "seabed.texture": None})  # fmt: skip
@@ -140,40 +140,40 @@ def numbers(image: Floats, slant: Floats, altitude: Floats) -> dict[str, float]:
         altitude: Altitude of each ping [m], shape (ping,).
     """
     patches = sorted((_patch(patch) for patch in _patches(image, slant, altitude)), key=lambda row: row[0])[:6]
-    found = dict(zip(("std / mean", "skew", "std of ln A", "skew of ln A", "correlation across", "correlation along"),
-                     np.mean(patches, axis=0), strict=True))  # fmt: skip
+    names = "std / mean", "skew", "std of ln A", "skew of ln A", "correlation across", "correlation along"
+    statistics = dict(zip(names, np.mean(patches, axis=0), strict=True))
     far = (slant > SHADOW[0]) & (slant < SHADOW[1])
     profile = 20 * np.log10(np.maximum(image[:, far].mean(axis=1), 1e-6))
     at = MAST_PINGS.start + int(np.argmin(np.convolve(profile, np.ones(3) / 3, "same")[MAST_PINGS]))
     beside = np.r_[at - 22 : at - 12, at + 12 : at + 22]
     bottom = float(np.mean(profile[beside]))
     deep = profile[at - 10 : at + 11] - bottom
-    found["shadow of the mast [dB re bed]"] = float(profile[at - 1 : at + 2].mean() - bottom)
-    found["its width at half the depth in dB [m]"] = SPACING * float((deep < deep.min() / 2).sum())
+    statistics["shadow of the mast [dB re bed]"] = float(profile[at - 1 : at + 2].mean() - bottom)
+    statistics["its width at half the depth in dB [m]"] = SPACING * float((deep < deep.min() / 2).sum())
     column = 20 * np.log10(image[_water(slant, altitude)].mean())
-    found["water column [dB re full scale]"] = float(column)
-    found["shadow of the mast [dB re water column]"] = float(profile[at - 1 : at + 2].mean() - column)
+    statistics["water column [dB re full scale]"] = float(column)
+    statistics["shadow of the mast [dB re water column]"] = float(profile[at - 1 : at + 2].mean() - column)
     wreck = image[170:385][:, (slant > 4.0) & (slant < 17.0)]
     blocks = np.lib.stride_tricks.sliding_window_view(wreck, BLOCK)[::3, ::5].mean(axis=(2, 3))
     bed = 20 * np.log10(image[10:150][:, (slant > 14) & (slant < 17)].mean())
-    found["brightest block of the wreck [dB re bed]"] = float(20 * np.log10(blocks.max()) - bed)
-    found["darkest block behind it [dB re bed]"] = float(20 * np.log10(blocks[:, 20:].min()) - bed)
-    found["clipped in the wreck [%]"] = 100 * float((wreck >= 1).mean())
+    statistics["brightest block of the wreck [dB re bed]"] = float(20 * np.log10(blocks.max()) - bed)
+    statistics["darkest block behind it [dB re bed]"] = float(20 * np.log10(blocks[:, 20:].min()) - bed)
+    statistics["clipped in the wreck [%]"] = 100 * float((wreck >= 1).mean())
     last = image[-30:]
     for name, low, high in (("8 to 10 m", 8, 10), ("26 to 28 m", 26, 28)):
         rows = last[:, (slant > low) & (slant < high)]
-        found[f"std / mean at {name}, altitude 3 m"] = float(rows.std() / rows.mean())
-    return found
+        statistics[f"std / mean at {name}, altitude 3 m"] = float(rows.std() / rows.mean())
+    return statistics
 
 
 def _patches(image: Floats, slant: Floats, altitude: Floats) -> list[Floats]:
     """Patches of bed without wreck, the trend removed."""
-    made = []
+    patches = []
     for ping in range(CLEAN[0], CLEAN[1] - PATCH[0] + 1, PATCH[0]):
         first = int(np.searchsorted(slant, 1.5 * altitude[ping : ping + PATCH[0]].max()))
         for at in range(first, slant.size - PATCH[1] + 1, PATCH[1]):
-            made.append(image[ping : ping + PATCH[0], at : at + PATCH[1]])
-    return made
+            patches.append(image[ping : ping + PATCH[0], at : at + PATCH[1]])
+    return patches
 
 
 def _patch(amplitude: Floats) -> tuple[float, ...]:
@@ -224,7 +224,7 @@ paths: {{max_reflections: 0, contributions: [seabed, target]}}
 
 def _wreck() -> list[dict[str, object]]:
     """Sides of the hull as planks, and a mast."""
-    corners = np.array([(SPACING * ping, ground) for ping, ground in OUTLINE])
+    corners = np.array([(SPACING * ping, ground_range) for ping, ground_range in OUTLINE])
     bodies: list[dict[str, object]] = []
     for row, (first, second) in enumerate(pairwise(corners)):
         middle, across = (first + second) / 2, second - first
@@ -242,9 +242,11 @@ def _wreck() -> list[dict[str, object]]:
     return bodies
 
 
-def section(found: SidescanResults) -> Section:
+def section(results: SidescanResults) -> Section:
     """Text and picture of the recording."""
-    rows = [[name, f"{real:.2f}", f"{ours:.2f}", f"{ours - real:+.2f}"] for name, (real, ours) in found.numbers.items()]
+    rows = [
+        [name, f"{real:.2f}", f"{ours:.2f}", f"{ours - real:+.2f}"] for name, (real, ours) in results.numbers.items()
+    ]
     text = f"""## A wreck in a sidescan image, 600 kHz
 
 Starboard, 460 pings. Fitted: gain over range where no wreck is, noise by the mast's shadow, and shape and length of the
@@ -253,20 +255,20 @@ square mast, where the image shows them. The first six rows are means of the six
 {PATCH[0]} pings by {PATCH[1]} bins.
 
 {table(["", "real", "simulated", "difference"], rows)}"""
-    return Section(text, draw(found), "sidescan-wreck", "Sidescan images of a wreck, real and simulated")
+    return Section(text, draw(results), "sidescan-wreck", "Sidescan images of a wreck, real and simulated")
 
 
-def draw(found: SidescanResults) -> Figure:
+def draw(results: SidescanResults) -> Figure:
     """Both images on one scale."""
     with style.plot_style():
         figure = style.new_figure(9.5, 8.0)
         panels = figure.subplots(2, 1, sharex=True, sharey=True)
-        step = found.slant_range[1] - found.slant_range[0]
-        length = SPACING * len(found.images[0])
-        for axes, image, name in zip(panels, found.images, ("real", "simulated"), strict=True):
+        step = results.slant_range[1] - results.slant_range[0]
+        length = SPACING * len(results.images[0])
+        for axes, image, name in zip(panels, results.images, ("real", "simulated"), strict=True):
             level = 20 * np.log10(np.maximum(image, 1e-6)).T
             shown = axes.imshow(level, aspect="auto", cmap="gray", vmin=-50, vmax=0, interpolation="antialiased",
-                                extent=(0, length, found.slant_range[-1] + step / 2, 0))  # fmt: skip
+                                extent=(0, length, results.slant_range[-1] + step / 2, 0))  # fmt: skip
             axes.set(title=name, ylabel="slant range [m]")
             axes.grid(False)
         panels[-1].set_xlabel("distance along the track [m]")

@@ -87,19 +87,19 @@ def _response(name: str, mean: Floats, error: Floats, simulated: Floats) -> Resp
 def _one_side(image: xr.Dataset, angle: Floats, ping: int, side: int) -> Floats:
     """Speckle of the beams to one side."""
     level = middle_level(image.isel(ping=ping))
-    there = (side * angle[ping] > 0) & np.isfinite(level)
-    return speckle(side * angle[ping][there], level[there])
+    on_side = (side * angle[ping] > 0) & np.isfinite(level)
+    return speckle(side * angle[ping][on_side], level[on_side])
 
 
-def section(found: AngularResults) -> Section:
+def section(results: AngularResults) -> Section:
     """Text and picture of the recording."""
-    fits = ", ".join(f"{name} {rms:.1f} dB" for name, rms in found.misfit.items())
+    fits = ", ".join(f"{name} {rms:.1f} dB" for name, rms in results.misfit.items())
     text = f"""## Angular response at another place: Kongsberg EM2040, 300 kHz, two heads
 
 Nine pings, five of one head and four of the other; both sides together. The sediment fitted to the first head is
-{found.sediment} (rms difference by sediment: {fits}).
+{results.sediment} (rms difference by sediment: {fits}).
 
-{response_table(found.responses, (0,))}
+{response_table(results.responses, (0,))}
 
-{speckle_table(found.speckle, found.simulated_speckle)}"""
-    return Section(text, draw(found.responses), "two-headed-angular-response", "Backscatter by angle of two heads")
+{speckle_table(results.speckle, results.simulated_speckle)}"""
+    return Section(text, draw(results.responses), "two-headed-angular-response", "Backscatter by angle of two heads")

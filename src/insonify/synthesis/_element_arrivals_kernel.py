@@ -107,17 +107,17 @@ def _sort_echoes(
     outs, backs, gain_flags = flags
     for p in range(pair.shape[0]):
         i, j, row = pair[p]
-        found, key = order.unsorted_echo[total:], order.cell[total:]
+        echo, key = order.unsorted_echo[total:], order.cell[total:]
         count = scatterers_with_echo(
             0, strength[p, part_start:end], outs[i, part_start:end], backs[j, part_start:end],
-            gain_flags[row, part_start:end], found,
+            gain_flags[row, part_start:end], echo,
         )  # fmt: skip
         out, back = legs.transmit.delay[i, part_start:end], legs.receive.delay[j, part_start:end]
         for k in range(count):
-            n = np.uintp(found[k])
+            n = np.uintp(echo[k])
             position = (out[n] + back[n] - first_time) * cell_rate
             key[k] = int(min(position, float(last))) if position > 0 else 0
-            found[k] += p * _PART
+            echo[k] += p * _PART
             low, high = min(low, int(key[k])), max(high, int(key[k]))
         total += count
     if total == 0:

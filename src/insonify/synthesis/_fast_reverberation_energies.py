@@ -156,7 +156,7 @@ def fill_pair_energies(
     """
     i, j = samples.pair[p, 0], samples.pair[p, 1]
     transmit, receive, leg_delay = samples.transmit_weights, samples.receive_weights, samples.delay
-    together, alone = samples.interference_factor, samples.independent_energy
+    interfering_factor, independent_energy = samples.interference_factor, samples.independent_energy
     reverse, square = 0.0 if i == j else 1.0, samples.source_pressure * samples.source_pressure
     section = samples.cross_section[p, begin : begin + points.size]
     for k in range(points.size):
@@ -164,7 +164,7 @@ def fill_pair_energies(
         forward = np.float64(transmit[i, n]) * receive[j, n]
         backward = reverse * np.float64(transmit[j, n]) * receive[i, n]
         delay[k] = leg_delay[i, n] + leg_delay[j, n]
-        energy[k] = together * (forward + backward) * (forward + backward) + alone * (
+        energy[k] = interfering_factor * (forward + backward) * (forward + backward) + independent_energy * (
             forward * forward + backward * backward
         )
         energy[k] *= square * section[k]
@@ -207,7 +207,7 @@ def deposit_interference(
     tau, real, imag = np.empty((3, pairs))
     pair_delay, energy = np.empty((2, BLOCK + pairs * pairs))
     next_row = np.zeros(pairs, np.int64)
-    max_lag, found = (autocorrelation.size - 1) / lag_rate, 0
+    max_lag, count_in_buffer = (autocorrelation.size - 1) / lag_rate, 0
     for r in range(interfering_ranges.shape[0]):
         for p in range(pairs):
             next_row[p] += np.searchsorted(rows[p, next_row[p] : count[p]], interfering_ranges[r, 0])
@@ -229,17 +229,17 @@ def deposit_interference(
                 for q in range(p):
                     lag = tau[q] - tau[p]
                     if abs(lag) < max_lag:
-                        pair_delay[found] = 0.5 * (tau[p] + tau[q])
-                        energy[found] = (
+                        pair_delay[count_in_buffer] = 0.5 * (tau[p] + tau[q])
+                        energy[count_in_buffer] = (
                             2
                             * samples.interference_factor
                             * _overlap(real, imag, p, q, lag, autocorrelation, lag_rate, frequency)
                         )
-                        found += 1
-            if found >= BLOCK:
-                deposit_energy(cells, first_time, rate, pair_delay[:found], energy[:found])
-                found = 0
-    deposit_energy(cells, first_time, rate, pair_delay[:found], energy[:found])
+                        count_in_buffer += 1
+            if count_in_buffer >= BLOCK:
+                deposit_energy(cells, first_time, rate, pair_delay[:count_in_buffer], energy[:count_in_buffer])
+                count_in_buffer = 0
+    deposit_energy(cells, first_time, rate, pair_delay[:count_in_buffer], energy[:count_in_buffer])
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

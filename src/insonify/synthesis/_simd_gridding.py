@@ -204,10 +204,10 @@ def _gathered_cell(lanes: int) -> Any:
             pointers = [builder.gep(begin, [ir.Constant(cell.type, 8 * row)]) for row in range(count)]
             rows = [_load(builder, pointer, vector, 4) for pointer in pointers]
             bits = ir.IntType(256)
-            some = builder.bitcast(rows[0], bits)
+            nonzero = builder.bitcast(rows[0], bits)
             for row in rows[1:]:
-                some = builder.or_(some, builder.bitcast(row, bits))
-            with builder.if_then(builder.icmp_unsigned("!=", some, ir.Constant(bits, 0))):
+                nonzero = builder.or_(nonzero, builder.bitcast(row, bits))
+            with builder.if_then(builder.icmp_unsigned("!=", nonzero, ir.Constant(bits, 0))):
                 per, width = 4 // lanes, 2 * lanes
                 moment = [
                     _pick(builder, rows[p // per], [width * (p % per) + k % width for k in range(8)])

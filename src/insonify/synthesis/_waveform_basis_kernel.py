@@ -14,16 +14,16 @@ from insonify.jit import njit
 from insonify.synthesis._simd_gridding import add_complex_spike, add_shaped_spike, add_spike_of_2, add_spike_of_4
 
 Floats = NDArray[np.float64]
-TOGETHER = 4
+WAVEFORMS_PER_CELL = 4
 """Largest number of waveforms in one cell."""
 _FAST = {"contract", "reassoc", "nsz", "arcp"}
 
 
 def group_layout(waveforms: int) -> tuple[int, int]:
-    """Number of groups of grids and of waveforms in each cell; at most four share one."""
+    """Number of groups of waveforms, and number of waveforms in each cell of a group, for a basis of so many."""
     if waveforms <= 2:
         return 1, waveforms
-    return -(-waveforms // TOGETHER), TOGETHER
+    return -(-waveforms // WAVEFORMS_PER_CELL), WAVEFORMS_PER_CELL
 
 
 class BasisWeights(NamedTuple):
@@ -47,7 +47,7 @@ def basis_weight_table(doppler: Floats) -> BasisWeights:
     waveforms = doppler.size
     middle = 0.5 * (doppler[0] + doppler[-1])
     half = 0.5 * (doppler[-1] - doppler[0]) / math.cos(0.5 * math.pi / waveforms) if waveforms > 1 else 0.0
-    node, scale, coefficients = np.zeros(waveforms), np.ones(waveforms), np.zeros((TOGETHER, 8), np.float32)
+    node, scale, coefficients = np.zeros(waveforms), np.ones(waveforms), np.zeros((WAVEFORMS_PER_CELL, 8), np.float32)
     if waveforms > 1:
         node[:] = (doppler - middle) / half
     for s in range(waveforms):
@@ -55,9 +55,9 @@ def basis_weight_table(doppler: Floats) -> BasisWeights:
         for other in range(waveforms):
             if other != s:
                 scale[s] /= node[s] - node[other]
-                for power in range(TOGETHER - 1, -1, -1):  # times (x - node)
+                for power in range(WAVEFORMS_PER_CELL - 1, -1, -1):  # times (x - node)
                     row[power] = (row[power - 1] if power > 0 else 0.0) - row[power] * node[other]
-        if waveforms <= TOGETHER:
+        if waveforms <= WAVEFORMS_PER_CELL:
             for lane in range(2 * s, 8, 4 if waveforms == 2 else 8):
                 coefficients[:, lane : lane + 2] = (scale[s] * row).reshape(-1, 1)
     return BasisWeights(middle, half, node.astype(np.float32), scale.astype(np.float32), coefficients)
@@ -65,7 +65,13 @@ def basis_weight_table(doppler: Floats) -> BasisWeights:
 
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
 def basis_coordinate(doppler: Floats, basis: BasisWeights, x: NDArray[np.float32]) -> None:
-    """Coordinate of Doppler factors less one in the waveform basis, -1..1 within its range; result in x."""
+    """Coordinate of echoes in the waveform basis, -1..1 over its range and limited to it [1].
+
+    Args:
+        doppler: Doppler factors less one [1], (n,).
+        basis: Weights of the waveforms.
+        x: Result: coordinate of each echo [1], (n,).
+    """
     inverse = 1 / basis.half_range
     for i in range(doppler.size):
         x[i] = np.float32(min(max((doppler[i] - basis.centre_doppler) * inverse, -1.0), 1.0))
@@ -73,12 +79,12 @@ def basis_coordinate(doppler: Floats, basis: BasisWeights, x: NDArray[np.float32
 
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
 def basis_weights(x: NDArray[np.float32], node: NDArray[Any], scale: NDArray[Any], node_weights: NDArray[Any]) -> None:
-    """Weight of each of many waveforms in some echoes: products of the distances from nodes before it and after it.
+    """Weights of more than four waveforms in n echoes: products of the distances from nodes before and after each.
 
     Args:
         x: Coordinate of each echo in the basis [1], (n,).
-        node: Nodes of `BasisWeights`.
-        scale: Scales of `BasisWeights`.
+        node: `BasisWeights.node_coordinate`, (waveforms,).
+        scale: `BasisWeights.node_scale`, (waveforms,).
         node_weights: Result: weights, (waveforms or more, at least n).
     """
     running = np.empty(x.size, np.float32)
@@ -110,10 +116,10 @@ def deposit_waveforms(
         channel: First channel that receives them.
         used: Number of channels from there on that receive each echo.
         channel_stride: Spikes from one channel to the next, `count` or more.
-        first_cell: First cell of each spike, -1 where it is off the grid, (count wide,).
-        fraction: Position of each spike between cells, (count wide,).
-        weight: Weight of each spike, real and imaginary parts alternating, (2 count wide,).
-        x: Coordinate of each spike in the basis, (count wide,).
+        first_cell: First cell of each spike, -1 where it is off the grid, (spikes,).
+        fraction: Position of each spike between cells [1], (spikes,).
+        weight: Pressure of each spike, real and imaginary parts alternating, (2 spikes,).
+        x: Coordinate of each spike in the basis [1], (spikes,).
         basis: Weights of the waveforms.
         node_weights: For more than four waveforms: weight of each, (waveforms or more, spikes).
         count: Number of echoes.

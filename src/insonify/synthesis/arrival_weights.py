@@ -58,5 +58,5 @@ def arrival_weights(arrivals: Arrivals, ping_geometry: PingGeometry, channel: in
     transmit_gain, receive_gain = beam_gains(arrivals, ping_geometry, channel, band)
     cycles = ping_geometry.frequency * arrivals.delay  # float64: thousands of cycles
     carrier = np.exp(-2j * np.pi * (cycles - np.rint(cycles)))
-    level = float(amplitude_ratio(ping_geometry.source_level_db))
-    return np.asarray(level * transmit_gain * receive_gain * arrivals.amplitude[:, band] * carrier)
+    source_pressure = float(amplitude_ratio(ping_geometry.source_level_db))
+    return np.asarray(source_pressure * transmit_gain * receive_gain * arrivals.amplitude[:, band] * carrier)

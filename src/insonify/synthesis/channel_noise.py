@@ -238,9 +238,9 @@ def _tones(
     if self_noise is None or not self_noise.tones:
         return None
     frequency = np.array([tone.frequency for tone in self_noise.tones])
-    level = amplitude_ratio([tone.level_db for tone in self_noise.tones])
+    amplitude = amplitude_ratio([tone.level_db for tone in self_noise.tones])
     phase = random_keys.uniforms(seed, random_keys.RECEIVER, np.arange(len(frequency)), -1, -1, -1)[:, 0]
-    received = level * np.exp(2j * np.pi * phase) * receiver_filter(pulse, frequency - pulse.pulse.frequency)
+    received = amplitude * np.exp(2j * np.pi * phase) * receiver_filter(pulse, frequency - pulse.pulse.frequency)
     axis_gain = [
         np.ones(geometry.channel_count) if geometry.elements is not None
         else np.broadcast_to(geometry.receive_beams.gain(geometry.boresight), geometry.channel_count)

@@ -103,9 +103,9 @@ class CoherentAccumulator:
         if not self.uses_far_field:
             deposit(cells, pairs, self._reception, self._sector)
             return
-        level = float(amplitude_ratio(self.ping_geometry.source_level_db))
+        source_pressure = float(amplitude_ratio(self.ping_geometry.source_level_db))
         transmit_weights = leg_weights(
-            pairs.out, self.ping_geometry.transmit_beams, self.ping_geometry.frequency, level
+            pairs.out, self.ping_geometry.transmit_beams, self.ping_geometry.frequency, source_pressure
         )
         receive_weights = leg_weights(pairs.back, self.ping_geometry.receive_beams, self.ping_geometry.frequency)
         # equal delays in both orders: two pairs are one arrival, also where a moving sea gives them different phases

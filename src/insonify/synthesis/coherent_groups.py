@@ -123,14 +123,14 @@ def _add_pulse(
     c0, c1, c2, c3 = _cubic(fraction)
     # Unsigned indices: negative-index checks on signed ones would prevent vectorisation.
     k0, k1, k2, k3 = np.uint64(row), np.uint64(row + length), np.uint64(row + 2 * length), np.uint64(row + 3 * length)
-    sum_real, sum_imaginary, apart = np.uint64(first), np.uint64(count + first), np.uint64(2 * count + first)
+    sum_real, sum_imaginary, sum_energy = np.uint64(first), np.uint64(count + first), np.uint64(2 * count + first)
     for step in range(stop - first):
         n = np.uint64(step)
         x = c0 * real[k0 + n] + c1 * real[k1 + n] + c2 * real[k2 + n] + c3 * real[k3 + n]
         y = c0 * imaginary[k0 + n] + c1 * imaginary[k1 + n] + c2 * imaginary[k2 + n] + c3 * imaginary[k3 + n]
         cluster[sum_real + n] += weight.real * x - weight.imag * y
         cluster[sum_imaginary + n] += weight.real * y + weight.imag * x
-        cluster[apart + n] += power * (x * x + y * y)
+        cluster[sum_energy + n] += power * (x * x + y * y)
 
 
 @njit(inline="always")

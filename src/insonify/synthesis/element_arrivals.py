@@ -164,7 +164,10 @@ def deposit(cells: Cells, pairs: Pairs, ping: PingReception, interpolation: Sect
         strength = strength * np.array(factors)
     emission_delay, mach, amplitude_factor = transmitter_motion(out.departure, out.length, ping_geometry)
     amplitude = out.amplitude
-    level, phase = float(amplitude_ratio(ping_geometry.source_level_db)), np.ascontiguousarray(pairs.scatterers.phase)
+    source_pressure, phase = (
+        float(amplitude_ratio(ping_geometry.source_level_db)),
+        np.ascontiguousarray(pairs.scatterers.phase),
+    )
     receive_amplitude = amplitude if back is out else back.amplitude
     curvature, distance, gradient, expansion = wavefront_columns(pairs, ping_geometry, water)
     rows, directions = _directions(pairs, ping_geometry, emission_delay, receive_points)
@@ -196,7 +199,9 @@ def deposit(cells: Cells, pairs: Pairs, ping: PingReception, interpolation: Sect
             )
         beams = sub_band.transmit_beams.gain(out.departure)
         transmit_pressure = np.empty(beams.shape, np.complex64)
-        transmitted_pressure(amplitude, amplitude_factor, phase, level, absorption_factor, beams, transmit_pressure)
+        transmitted_pressure(
+            amplitude, amplitude_factor, phase, source_pressure, absorption_factor, beams, transmit_pressure
+        )
         gain = element_gains(ping_geometry, sub_band.receive_beams, receive_points, directions)
         legs = PairedLegs(
             np.column_stack([pairs.pair, rows]),

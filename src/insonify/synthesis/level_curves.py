@@ -105,8 +105,8 @@ def level_curves(
 
     names = sorted({pair for _, pair in intensity if pair != ALL}, key=lambda p: (len(p), p))
     pairs = [ALL, *names]
-    there = {contribution for contribution, _ in intensity}
-    contributions = [*CONTRIBUTIONS, *(name for name in OCCASIONAL if name in there), "noise", "total"]
+    present = {contribution for contribution, _ in intensity}
+    contributions = [*CONTRIBUTIONS, *(name for name in OCCASIONAL if name in present), "noise", "total"]
     power = np.zeros((len(contributions), len(pairs), grid.sample_count))
     for (contribution, pair), series in intensity.items():
         power[contributions.index(contribution), pairs.index(pair)] += series[channel]

@@ -147,11 +147,11 @@ def _receive_beams(receive_points: ReceivePoints, channels: int, ping_geometry: 
 
 
 def _transmitter(ping_geometry: PingGeometry, beams: Beams, pulse_middle: float) -> Transmitter:
-    level, velocity = (
+    source_pressure, velocity = (
         float(amplitude_ratio(ping_geometry.source_level_db)),
         np.ascontiguousarray(ping_geometry.transmit_velocity),
     )
-    return Transmitter(level, velocity, pulse_middle, 1 / ping_geometry.sound_speed, beams.kernel_tables)
+    return Transmitter(source_pressure, velocity, pulse_middle, 1 / ping_geometry.sound_speed, beams.kernel_tables)
 
 
 def _receiving_array(

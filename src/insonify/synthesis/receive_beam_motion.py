@@ -22,8 +22,8 @@ def receive_directions(pairs: Pairs, ping_geometry: PingGeometry) -> Floats:
         ping_geometry: The sonar at this ping, with beams.
 
     Returns:
-        Unit vectors re the attitude at the start of the ping, shape (legs, n, 3); those of the legs themselves
-        where the motion is negligible for the beams.
+        Unit vectors from the receiver to the scatterers [1], shape (legs, n, 3), in the world turned so that the beams
+        of the start of the ping apply; the legs' own departures where the motion is negligible for the beams.
     """
     motion, directions = ping_geometry.receive_motion, pairs.back.departure
     if motion is None:
@@ -47,8 +47,9 @@ def moving_array_axes(ping_geometry: PingGeometry) -> tuple[Floats, Floats] | No
         ping_geometry: Monostatic geometry of this ping, in water of one sound speed.
 
     Returns:
-        Axes of the array and their first and second order in the one-way delay, shape (3, 3, 3); displacement of the
-        array per path length and its growth with delay, shape (2, 3). None where the motion is negligible.
+        Axes of the array [1] and their coefficients of first [1/s] and second order [1/s^2] in the one-way delay, shape
+        (3, 3, 3); displacement of the array per one-way path length [1] and its coefficient of first order in the
+        delay [1/s], shape (2, 3). None where the motion is negligible.
     """
     motion, axes = ping_geometry.receive_motion, ping_geometry.receive_beams.axes
     if motion is None:

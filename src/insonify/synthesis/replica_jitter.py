@@ -99,8 +99,8 @@ class ReplicaJitter:
             return
         largest = np.array([self.largest(pairs.scatterers.object, *names) for names in pairs.rays()]).reshape(-1, 2)
         mean = np.sinc(largest[:, 0]) * np.exp(-1j * np.pi * largest[:, 0])
-        apart = np.sqrt(np.maximum(1 + largest[:, 1] ** 2 / 3 - np.abs(mean) ** 2, 0.0))
-        for factor, interfering in ((mean, 1.0), (apart, 0.0)):
+        spread = np.sqrt(np.maximum(1 + largest[:, 1] ** 2 / 3 - np.abs(mean) ** 2, 0.0))
+        for factor, interfering in ((mean, 1.0), (spread, 0.0)):
             if factor.any():
                 yield replace(pairs, stored_strengths=pairs.strength * factor[:, None]), interfering, 1 - interfering
 

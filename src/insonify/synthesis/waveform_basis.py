@@ -201,8 +201,10 @@ def _directions_in_beams(
     azimuth, down = np.meshgrid(
         np.linspace(-np.pi, np.pi, _AZIMUTHS, endpoint=False), np.linspace(-np.pi / 2, np.pi / 2, _ELEVATIONS)
     )
-    level = np.cos(down)
-    direction = np.stack([level * np.cos(azimuth), level * np.sin(azimuth), np.sin(down)], axis=-1).reshape(-1, 3)
+    horizontal = np.cos(down)
+    direction = np.stack([horizontal * np.cos(azimuth), horizontal * np.sin(azimuth), np.sin(down)], axis=-1).reshape(
+        -1, 3
+    )
     transmit_gain = _largest_gain(transmit_beams, direction)
     receive_gain = np.ones(len(direction)) if receive_beams is None else _largest_gain(receive_beams, direction)
     if not is_bistatic:

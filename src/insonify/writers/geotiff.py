@@ -75,8 +75,8 @@ def write_waterfall(survey: Survey, path: Path) -> None:
     shown = [int(np.flatnonzero(sides == side)[0]) for side in np.unique(sides)]
     level = np.empty((survey.rows.size, len(shown) * across.size), np.float32)
     for number, amplitude in survey.amplitudes():
-        found = level_db(np.asarray(amplitude, float) ** 2 * gain)
-        lines = slant_to_ground_range(found[shown], slant, np.repeat(altitude[number], len(shown)), across)
+        levels_db = level_db(np.asarray(amplitude, float) ** 2 * gain)
+        lines = slant_to_ground_range(levels_db[shown], slant, np.repeat(altitude[number], len(shown)), across)
         ends = [line[::-1] if sides[channel] < 0 else line for channel, line in zip(shown, lines, strict=True)]
         level[-1 - number] = np.concatenate(ends)
     run = np.linalg.norm(np.diff(survey.position[:, :2], axis=0), axis=1).sum()

@@ -89,12 +89,12 @@ def _put(file: BinaryIO, kind: str, time: float, body: bytes) -> None:
 
 def _record(layout: np.dtype[Any], rows: int = 1, /, **fields: Any) -> bytes:
     """Bytes of records whose size field, where they have one, is their own size."""
-    made = np.zeros(rows, layout)
+    table = np.zeros(rows, layout)
     if "size" in (layout.names or ()):
-        made["size"] = layout.itemsize
+        table["size"] = layout.itemsize
     for name, value in fields.items():
-        made[name] = value
-    return made.tobytes()
+        table[name] = value
+    return table.tobytes()
 
 
 def _clock(time: Floats) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
@@ -240,34 +240,34 @@ def _soundings(survey: Survey, number: int, swath: Swath) -> bytes:
 
 def _detections(survey: Survey, number: int, swath: Swath) -> tuple[NDArray[Any], NDArray[np.int16]]:
     """Table of soundings, and the seabed image of all beams [0.1 dB]."""
-    found = np.isfinite(swath.travel_time)
-    point = np.where(found[:, None], swath.sounding, 0.0)
+    detected = np.isfinite(swath.travel_time)
+    point = np.where(detected[:, None], swath.sounding, 0.0)
     table = np.zeros(swath.angle.size, layouts.SOUNDING)
     heading = float(survey.attitude[number, 0])
     north, east = survey.position[number, :2]
-    there = (north + point[:, 0] * np.cos(heading) - point[:, 1] * np.sin(heading),
+    world_position = (north + point[:, 0] * np.cos(heading) - point[:, 1] * np.sin(heading),
              east + point[:, 0] * np.sin(heading) + point[:, 1] * np.cos(heading))  # fmt: skip
-    latitude, longitude = survey.frame.geodetic(*there)
-    here = survey.frame.geodetic(np.array([north]), np.array([east]))
-    time, start = np.where(found, swath.travel_time, 0.0), float(survey.recording["time"].values[0])
+    latitude, longitude = survey.frame.geodetic(*world_position)
+    vessel = survey.frame.geodetic(np.array([north]), np.array([east]))
+    time, start = np.where(detected, swath.travel_time, 0.0), float(survey.recording["time"].values[0])
     strength = _strength(survey, swath, time)
     sample = np.clip(np.rint((time - start) / survey.sample_interval).astype(int), 0, strength.shape[1] - 1)
-    near = _image_spans(swath, sample, found)
-    level = np.where(found, strength[np.arange(time.size), sample], 0.0)
+    near = _image_spans(swath, sample, detected)
+    level = np.where(detected, strength[np.arange(time.size), sample], 0.0)
     speed = float(surface_speed(survey, number))
-    spread = np.where(found, np.nan_to_num(swath.deviation) * speed / 2, 0.0)
+    spread = np.where(detected, np.nan_to_num(swath.deviation) * speed / 2, 0.0)
     fields = {
-        "index": np.arange(time.size), "type": np.where(found, 0, REJECTED), "range_factor": 100.0,
-        "method": np.where(found, np.where(swath.by_phase, BY_PHASE, BY_AMPLITUDE), 0), "travel_time": time,
+        "index": np.arange(time.size), "type": np.where(detected, 0, REJECTED), "range_factor": 100.0,
+        "method": np.where(detected, np.where(swath.by_phase, BY_PHASE, BY_AMPLITUDE), 0), "travel_time": time,
         "quality": 100 * spread / np.maximum(np.linalg.norm(point, axis=1), 1e-3), "sensitivity": SENSITIVITY,
         "vertical_uncertainty": spread * np.cos(swath.angle),
         "horizontal_uncertainty": spread * np.abs(np.sin(swath.angle)),
         "water_column_beam": np.arange(time.size), "water_column_sample": np.minimum(sample, 65535),
         "water_column_angle": -np.degrees(swath.vertical_angle), "absorption": 1e3 * _absorption(survey),
         "level1": level, "level2": level, "source_level": survey.scenario.sonar.source_level_db,
-        "angle": -np.degrees(swath.angle), "delta_latitude": np.where(found, latitude - here[0], 0.0),
-        "delta_longitude": np.where(found, longitude - here[1], 0.0), "forward": point[:, 0], "starboard": point[:, 1],
-        "down": point[:, 2], "first_sample": near[:, 0], "centre_sample": sample - near[:, 0],
+        "angle": -np.degrees(swath.angle), "delta_latitude": np.where(detected, latitude - vessel[0], 0.0),
+        "delta_longitude": np.where(detected, longitude - vessel[1], 0.0), "forward": point[:, 0],
+        "starboard": point[:, 1], "down": point[:, 2], "first_sample": near[:, 0], "centre_sample": sample - near[:, 0],
         "sample_count": near[:, 1] - near[:, 0],
     }  # fmt: skip
     for name, values in fields.items():
@@ -277,12 +277,12 @@ def _detections(survey: Survey, number: int, swath: Swath) -> tuple[NDArray[Any]
     return table, image
 
 
-def _image_spans(swath: Swath, sample: NDArray[np.int64], found: NDArray[np.bool_]) -> NDArray[np.int64]:
+def _image_spans(swath: Swath, sample: NDArray[np.int64], detected: NDArray[np.bool_]) -> NDArray[np.int64]:
     """First and last sample of the image of each beam, half-way to its neighbours' detections, shape (beam, 2)."""
     step = np.abs(np.gradient(sample.astype(float)))
     half = np.clip(np.ceil(step / 2), 1, LONGEST_IMAGE).astype(int)
     low, high = np.maximum(sample - half, 0), np.minimum(sample + half + 1, swath.level.shape[1])
-    return np.where(found[:, None], np.stack([low, high], axis=1), 0)
+    return np.where(detected[:, None], np.stack([low, high], axis=1), 0)
 
 
 def _strength(survey: Survey, swath: Swath, time: Floats) -> Floats:
@@ -318,13 +318,13 @@ def _water_column(survey: Survey, number: int, swath: Swath) -> bytes:
 
 def _beams(swath: Swath, counts: NDArray[np.int8], first: int, start: float, rate: float) -> Iterator[bytes]:
     """Beams of the water column with their samples."""
-    found = np.isfinite(swath.travel_time)
-    detected = np.where(found, np.nan_to_num(swath.travel_time) * rate, 0.0)
+    has_detection = np.isfinite(swath.travel_time)
+    detected = np.where(has_detection, np.nan_to_num(swath.travel_time) * rate, 0.0)
     for beam, samples in enumerate(counts):
         yield _record(
             layouts.WATER_BEAM, angle=-np.degrees(swath.vertical_angle[beam]), first_sample=first,
-            detected=max(round(float(detected[beam]) - start), 0) if found[beam] else 0, sample_count=samples.size,
-            detected_range=detected[beam],
+            detected=max(round(float(detected[beam]) - start), 0) if has_detection[beam] else 0,
+            sample_count=samples.size, detected_range=detected[beam],
         )  # fmt: skip
         yield samples.tobytes()
 

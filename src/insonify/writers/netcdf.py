@@ -27,10 +27,10 @@ def write_netcdf(survey: Survey, path: Path) -> None:
     first = split_complex(recording[[field]].isel(ping=[0]))
     with netCDF4.Dataset(path, "a") as file:
         for name, part in first.data_vars.items():
-            made = file.createVariable(
+            stored = file.createVariable(
                 str(name), part.dtype.newbyteorder("="), tuple(map(str, part.dims)), fill_value=float("nan")
             )
-            made.setncatts({str(key): value for key, value in part.attrs.items()})
+            stored.setncatts({str(key): value for key, value in part.attrs.items()})
         for row in range(recording.sizes["ping"]):
             for name, part in split_complex(recording[[field]].isel(ping=[row])).data_vars.items():
                 file[str(name)][row] = part.values[0]

@@ -76,8 +76,8 @@ def message(store: Typestore, name: str, fields: Fields) -> Any:
     Raises:
         KeyError: A field is missing.
     """
-    made = {field: _value(store, kind, fields[field]) for field, kind in store.fielddefs[name][1]}
-    return store.types[name](**made)
+    values = {field: _value(store, kind, fields[field]) for field, kind in store.fielddefs[name][1]}
+    return store.types[name](**values)
 
 
 def _value(store: Typestore, kind: Any, value: Any) -> Any:

@@ -83,11 +83,11 @@ def fans(scenario: Scenario) -> list[Fan]:
         scenario: Its scenario.
     """
     names = scenario.sonar.sides or ("",)
-    made, first = [], 0
+    messages, first = [], 0
     for name, side in zip(names, scenario.sonar.side_sonars, strict=True):
-        made.append(_fan(scenario, side, name, slice(first, first + side.beam_count)))
+        messages.append(_fan(scenario, side, name, slice(first, first + side.beam_count)))
         first += side.beam_count
-    return made
+    return messages
 
 
 def swath_fan(scenario: Scenario, position: Floats, angle: Floats) -> Fan:
@@ -136,8 +136,12 @@ def half_power_width(formed: Beams, channel: int, towards: ArrayLike) -> float:
     for sense in (1, -1):
         rays = np.cos(turn)[:, None] * axis + sense * np.sin(turn)[:, None] * side / np.linalg.norm(side)
         below = np.abs(beam.gain(rays)[0]) - np.sqrt(0.5)
-        found = int(np.argmax(below < 0))
-        width += np.interp(0.0, -below[found - 1 : found + 1], turn[found - 1 : found + 1]) if found else np.pi
+        crossing = int(np.argmax(below < 0))
+        width += (
+            np.interp(0.0, -below[crossing - 1 : crossing + 1], turn[crossing - 1 : crossing + 1])
+            if crossing
+            else np.pi
+        )
     return float(width)
 
 

@@ -180,17 +180,17 @@ def beam_rotations(survey: Survey) -> Floats:
 
     A beam points along its z axis, and its y axis is to the right of it, along the array.
     """
-    made: list[tuple[float, float, float]] = []
+    rotations: list[tuple[float, float, float]] = []
     steer = np.asarray(survey.recording["steer"].values, float)
     for sonar in survey.scenario.sonar.side_sonars:
         boresight, right, down = mounting_rotation(sonar.mounting.bearing, sonar.mounting.tilt)
-        for angle in steer[len(made) : len(made) + sonar.beam_count]:
+        for angle in steer[len(rotations) : len(rotations) + sonar.beam_count]:
             ahead = np.cos(angle) * boresight + np.sin(angle) * right
             aside = np.cos(angle) * right - np.sin(angle) * boresight
             axes = np.stack([-down, aside, ahead], axis=1)
             phi, psi = np.arctan2(axes[2, 1], axes[2, 2]), np.arctan2(axes[1, 0], axes[0, 0])
-            made.append((phi, -np.arcsin(np.clip(axes[2, 0], -1, 1)), psi))
-    return np.degrees(np.array(made))
+            rotations.append((phi, -np.arcsin(np.clip(axes[2, 0], -1, 1)), psi))
+    return np.degrees(np.array(rotations))
 
 
 def _beam_sizes(survey: Survey, array: Any) -> tuple[float, float, float]:
@@ -247,7 +247,7 @@ def _settings(survey: Survey, types: Mapping[str, Any]) -> list[tuple[str, Any, 
     receive, transmit = (_beam_sizes(survey, array) for array in (scenario.sonar.receive, scenario.sonar.transmit))
     level = {"units": "dB re 1 uPa at 1m", "long_name": "Transmit source level"}
     flags = {"flag_meanings": "no_non_quantitative_processing", "flag_values": np.int16(0)} | ALONG
-    made: list[tuple[str, Any, tuple[str, ...], Any, dict[str, Any]]] = [
+    settings: list[tuple[str, Any, tuple[str, ...], Any, dict[str, Any]]] = [
         ("beam_stabilisation", types["beam_stabilisation_t"], ping, 0, ALONG),
         ("non_quantitative_processing", "i2", ping, 0, flags),
         ("sample_interval", "f4", ping, survey.sample_interval, SECONDS | ALONG),
@@ -280,7 +280,7 @@ def _settings(survey: Survey, types: Mapping[str, Any]) -> list[tuple[str, Any, 
     ]  # fmt: skip
     for axis, (name, limits) in enumerate((("phi", TURN), ("theta", TILT), ("psi", TURN))):
         rotation = beam_rotations(survey)[:, axis]
-        made += [
+        settings += [
             (f"{end}_beam_rotation_{name}", "f4", dims, rotation, limits) for end, dims in (("rx", beam), ("tx", sent))
         ]
-    return made
+    return settings

@@ -58,12 +58,12 @@ def _interferometric(survey: Survey, ping: xr.Dataset, number: int) -> xr.Datase
     heading, position, speed = survey.attitude[number, 0], survey.position[number], survey.scenario.water.sound_speed
     sides = []
     for _, *channels in pairs(ping):
-        found = interferometric_bathymetry(
+        bathymetry = interferometric_bathymetry(
             ping, survey.altitude[number], channels=(channels[0], channels[1]), sound_speed=speed
         ).isel(ping=0)
-        across, depth = found["across"].values, found["depth"].values
+        across, depth = bathymetry["across"].values, bathymetry["depth"].values
         down = np.arctan2(depth - position[2], np.abs(across))
-        sound = (found["coherence"].values >= COHERENT) & (down > FLAT) & (down < STEEP)
+        sound = (bathymetry["coherence"].values >= COHERENT) & (down > FLAT) & (down < STEEP)
         sides.append(np.where(sound, [across, depth, ping["time"].values], np.nan))
     across, depth, time = np.concatenate(sides, axis=1)
     columns = {
@@ -75,12 +75,14 @@ def _interferometric(survey: Survey, ping: xr.Dataset, number: int) -> xr.Datase
 
 def rows(survey: Survey) -> Iterator[dict[str, Any]]:
     """Rows of the table of soundings, by `COLUMNS`."""
-    for number, found in enumerate(soundings(survey)):
-        known = np.flatnonzero(np.isfinite(found["depth"].values))
-        north, east, depth, travel = (found[name].values[known] for name in ("north", "east", "depth", "travel_time"))
+    for number, ping_soundings in enumerate(soundings(survey)):
+        known = np.flatnonzero(np.isfinite(ping_soundings["depth"].values))
+        north, east, depth, travel = (
+            ping_soundings[name].values[known] for name in ("north", "east", "depth", "travel_time")
+        )
         latitude, longitude = survey.frame.geodetic(north, east)
         ping, time = int(survey.recording["ping"].values[survey.rows[number]]), float(survey.time[number])
-        methods = np.where(found["by_phase"].values[known], "phase", "amplitude")
+        methods = np.where(ping_soundings["by_phase"].values[known], "phase", "amplitude")
         for values in zip(known.tolist(), latitude, longitude, north, east, depth, travel, methods, strict=True):
             beam, lat, lon, *metres, seconds, method = values
             numbers = (round(float(lat), 9), round(float(lon), 9), *(round(float(metre), 4) for metre in metres))
@@ -123,8 +125,8 @@ def write_bathymetry(survey: Survey, path: Path) -> None:
         survey: Recording of elements.
         path: File to write.
     """
-    found = [one[["north", "east", "depth"]].load() for one in soundings(survey)]
-    north, east, depth = (np.concatenate([one[name].values for one in found]) for name in ("north", "east", "depth"))
+    tables = [one[["north", "east", "depth"]].load() for one in soundings(survey)]
+    north, east, depth = (np.concatenate([one[name].values for one in tables]) for name in ("north", "east", "depth"))
     known = np.isfinite(depth)
     if not known.any():
         raise StoreError(f"{survey.name}: no ping has a sounding. Check its window, or its level above the noise")

@@ -112,15 +112,15 @@ def swaths(survey: Survey) -> Iterator[Swath]:
     for number, row in enumerate(survey.rows):
         ping = compressed(survey.recording.isel(ping=[int(row)]).load(), survey.scenario)
         local = surface_speed(survey, number)
-        found = multibeam_soundings(
+        soundings = multibeam_soundings(
             ping, angle, sound_speed=local, transmitter_position=arms.transmitter
         ).isel(ping=0)  # fmt: skip
         beams = beam_recording(ping, np.full(angle.size, np.pi / 2), elevation=np.pi / 2 - angle, sound_speed=local,
                                shading="hamming")  # fmt: skip
-        time = np.asarray(found["travel_time"].values, float)
+        time = np.asarray(soundings["travel_time"].values, float)
         sounding, vertical = _refracted(survey, number, time, (arms, fan), (depth, speed))
         yield Swath(
-            angle, vertical, time, np.asarray(found["deviation"].values, float), found["by_phase"].values,
+            angle, vertical, time, np.asarray(soundings["deviation"].values, float), soundings["by_phase"].values,
             sounding, _levels(beams),
         )  # fmt: skip
 

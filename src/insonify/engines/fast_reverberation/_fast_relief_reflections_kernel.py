@@ -13,13 +13,13 @@ from insonify.propagation.image_path_kernel import ImagePaths
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def write_image_paths(
-    some: NDArray[np.int64], paths: ImagePaths, reflection: NDArray[np.complex64], slowness: float, f: int,
+    points: NDArray[np.int64], paths: ImagePaths, reflection: NDArray[np.complex64], slowness: float, f: int,
     table: FamilyTable, legs: RadialLegs,
 ) -> None:  # fmt: skip
     """Overwrite some legs of one family.
 
     Args:
-        some: Numbers of the points that the legs reach, (m,).
+        points: Numbers of the points that the legs reach, (m,).
         paths: The paths off local planes, m of them.
         reflection: Product of the reflection coefficients of each path [1], (m,).
         slowness: One over the speed of sound [s/m].
@@ -30,8 +30,8 @@ def write_image_paths(
     normal, factor, loss, delay, amplitude = legs.normal, table.factor, table.loss, legs.delay[f], legs.amplitude[f]
     departure, arrival = legs.departure[f], legs.arrival[f]
     last: Any = factor.size - 1
-    for m in range(some.size):
-        n, length = some[m], paths.length[m]
+    for m in range(points.size):
+        n, length = points[m], paths.length[m]
         off = 0.0
         for i in range(3):
             departure[i, n], arrival[i, n] = paths.departure[m, i], paths.arrival[m, i]

@@ -68,19 +68,19 @@ def positions(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def unlit_points(amplitude: NDArray[np.complex64], points: Integers, found: Integers) -> int:
+def unlit_points(amplitude: NDArray[np.complex64], points: Integers, unlit: Integers) -> int:
     """Find points that no direct leg reaches; return their number.
 
     Args:
         amplitude: Amplitude of the direct legs [1], (n,).
         points: Indices of some points, (m,).
-        found: Result: positions of those points in `points`, (m,).
+        unlit: Result: positions of those points in `points`, (m,).
     """
     count = 0
     for k in range(points.size):
         leg = amplitude[points[k]]
         if leg.real == 0 and leg.imag == 0:
-            found[count] = k
+            unlit[count] = k
             count += 1
     return count
 

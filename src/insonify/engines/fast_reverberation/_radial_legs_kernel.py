@@ -153,16 +153,16 @@ def straight_legs(
         length = math.sqrt(reach[i] * reach[i] + dz * dz)
         inverse = np.float32(1) / np.float32(length)
         delay[i] = length * slowness
-        level, fall = np.float32(reach[i]) * inverse, np.float32(dz) * inverse
-        x, y = level * c, level * s
-        out_n[i], out_e[i] = level * ahead_n[i], level * ahead_e[i]
+        cosine, fall = np.float32(reach[i]) * inverse, np.float32(dz) * inverse
+        x, y = cosine * c, cosine * s
+        out_n[i], out_e[i] = cosine * ahead_n[i], cosine * ahead_e[i]
         into_n[i], into_e[i], into_d[i], out_d[i] = x, y, fall, fall * t
         off = x * normal_n[i] + y * normal_e[i] + fall * normal_d[i]
-        there = ((bits[i] & mask) != 0) & (off < np.float32(0))
+        exists = ((bits[i] & mask) != 0) & (off < np.float32(0))
         root_slant[i] = math.sqrt(max(np.float32(1) + off, np.float32(0)))
         value = inverse * exp2_of(-least * np.float32(length))
-        size[i] = value if there else np.float32(0)
-        bits[i] &= np.int32(-1) if there else ~mask
+        size[i] = value if exists else np.float32(0)
+        bits[i] &= np.int32(-1) if exists else ~mask
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

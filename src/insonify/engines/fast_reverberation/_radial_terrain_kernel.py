@@ -24,7 +24,7 @@ _NONE, _FIRST, _SECOND, _EAST, _NORTH, _BOTH = (np.uint64(n) for n in (0, 1, 2, 
 @njit(cache=True, nogil=True, error_model="numpy")
 def tiles_under_radials(
     frame: RadialFrame, radials: Floats, samples: Integers, chosen: Integers, cell: float, mark: Integers,
-    found: Integers,
+    tiles: Integers,
 ) -> int:  # fmt: skip
     """Numbers in a window of the tiles of the map that samples of some lines lie in.
 
@@ -35,7 +35,7 @@ def tiles_under_radials(
         chosen: Row of the list of each radial, (s,).
         cell: Side of a cell of the map [m].
         mark: Scratch, zeros on entry and on exit, (any, any).
-        found: Result, (most, 2).
+        tiles: Result, (most, 2).
 
     Returns:
         How many there are, `most` at the most.
@@ -53,15 +53,15 @@ def tiles_under_radials(
         for j in range(mark.shape[1]):
             if mark[i, j] != 0:
                 mark[i, j] = 0
-                if count < found.shape[0]:
-                    found[count, 0], found[count, 1] = i, j
+                if count < tiles.shape[0]:
+                    tiles[count, 0], tiles[count, 1] = i, j
                     count += 1
     return count
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def sample_radial_terrain(
-    frame: RadialFrame, line: Floats, count: int, level: float, tiles: MapTiles, where: Integers, depth: Singles,
+    frame: RadialFrame, line: Floats, count: int, mean_depth: float, tiles: MapTiles, where: Integers, depth: Singles,
     slope: Singles,
 ) -> None:  # fmt: skip
     """Ground along one line: heights linear between nodes, slopes of the nearest node, so that none gets gentler.
@@ -70,13 +70,13 @@ def sample_radial_terrain(
         frame: Frame of the radials.
         line: One row of `RadialSet.radials`, (9,).
         count: Number of samples.
-        level: Depth of the mean plane [m].
+        mean_depth: Depth of the mean plane [m].
         tiles: Tiles of the seabed's map.
         where: Scratch, unsigned, (at least count,).
         depth: Result [m], (at least count,).
         slope: Result, along the frame's axes [1], (2, at least count).
     """
-    mean = np.float32(level)
+    mean = np.float32(mean_depth)
     if tiles.flat:
         depth[:count] = mean
         slope[:, :count] = 0
@@ -95,9 +95,14 @@ def sample_radial_terrain(
         prefetch(node, np.uint64(at) + _NORTH)
         where[k], slope_a[k], slope_b[k] = at, np.float32(x - i), np.float32(y - j)
     for k in range(count):
-        here, f, g = np.uint64(where[k]), slope_a[k], slope_b[k]
-        one, two, three, four = node[here], node[here + _EAST], node[here + _NORTH], node[here + _BOTH]
+        first_node, f, g = np.uint64(where[k]), slope_a[k], slope_b[k]
+        one, two, three, four = (
+            node[first_node],
+            node[first_node + _EAST],
+            node[first_node + _NORTH],
+            node[first_node + _BOTH],
+        )
         low, high = one + g * (two - one), three + g * (four - three)
         depth[k] = mean - (low + f * (high - low))
-        near = here + (_NORTH if f >= half else _NONE) + (_EAST if g >= half else _NONE)
+        near = first_node + (_NORTH if f >= half else _NONE) + (_EAST if g >= half else _NONE)
         slope_a[k], slope_b[k] = node[near + _FIRST], node[near + _SECOND]

@@ -67,10 +67,10 @@ def pair_energies(
                 reach = near + (far - near) * (((2 * k + 1) * samples // 2 + k) % samples + 0.5) / samples
                 for f in range(verticals.size):
                     inverse = 1 / math.sqrt(reach * reach + verticals[f] * verticals[f])
-                    level, fall = reach * inverse, verticals[f] * inverse
+                    cosine, fall = reach * inverse, verticals[f] * inverse
                     fall = -fall if odd[f] else fall
-                    one[f] = gain_towards(x * level, y * level, fall, transmit_beam)
-                    two[f] = one[f] if same_beams else gain_towards(x * level, y * level, fall, receive_beam)
+                    one[f] = gain_towards(x * cosine, y * cosine, fall, transmit_beam)
+                    two[f] = one[f] if same_beams else gain_towards(x * cosine, y * cosine, fall, receive_beam)
                 for p in range(pair.shape[0]):
                     i, j = pair[p, 0], pair[p, 1]
                     both = one[i] * two[j] + (one[j] * two[i] if i != j else 0.0)
@@ -79,7 +79,7 @@ def pair_energies(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def pair_keep_probabilities(
-    energy: Singles, points: Floats, least: Floats, needed: Any, together: NDArray[np.int64],
+    energy: Singles, points: Floats, least: Floats, needed: Any, pair_group: NDArray[np.int64],
     keep_probability: NDArray[np.uint8], whole: int, fewest: int,
 ) -> None:  # fmt: skip
     """Fraction of the points of each range bin of each line that every pair needs.
@@ -89,7 +89,7 @@ def pair_keep_probabilities(
         points: Points that each line has in each range bin, (s, b).
         least: Energy of a point from which on every point is needed, (b, p).
         needed: True if the pair is received at all there, (b, p).
-        together: First of the pairs that may arrive together with each one there, itself for none, (b, p).
+        pair_group: First of the pairs that may arrive together with each one there, itself for none, (b, p).
         keep_probability: Result, parts of `whole`, (s, b, p).
         whole: Value that represents all points.
         fewest: Smallest part of a pair that is received.
@@ -98,7 +98,7 @@ def pair_keep_probabilities(
     for b in range(energy.shape[1]):
         alone = True
         for p in range(count):
-            alone &= together[b, p] == p
+            alone &= pair_group[b, p] == p
         for s in range(energy.shape[0]):
             known = np.float32(whole / max(points[s, b], 1.0))
             for p in range(count):
@@ -109,11 +109,11 @@ def pair_keep_probabilities(
                 continue
             # pairs that interfere are evaluated at the same points: the largest gain of them leads
             for p in range(count):
-                keep_probability[s, b, together[b, p]] = max(
-                    keep_probability[s, b, together[b, p]], keep_probability[s, b, p]
+                keep_probability[s, b, pair_group[b, p]] = max(
+                    keep_probability[s, b, pair_group[b, p]], keep_probability[s, b, p]
                 )
             for p in range(count):
-                keep_probability[s, b, p] = keep_probability[s, b, together[b, p]] if needed[b, p] else 0
+                keep_probability[s, b, p] = keep_probability[s, b, pair_group[b, p]] if needed[b, p] else 0
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

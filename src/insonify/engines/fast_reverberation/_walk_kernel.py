@@ -56,37 +56,37 @@ def walk_radials(
     """
     radials, lists, chosen, _ = part
     longest, most = 0, 0
-    for one in chosen:
-        longest, most = max(longest, lists.samples[one]), max(most, lists.first[one + 1] - lists.first[one])
-    ground, slope = np.empty(longest, np.float32), np.empty((2, longest), np.float32)
+    for line in chosen:
+        longest, most = max(longest, lists.samples[line]), max(most, lists.first[line + 1] - lists.first[line])
+    line_depth, slope = np.empty(longest, np.float32), np.empty((2, longest), np.float32)
     rows = families.launch_image_depths.size
     launch, bound = np.empty((2, rows, longest), np.float32)
     facet, bits = np.empty((5, most), np.float32), np.empty(most, np.int32)
     where = np.empty(longest, np.uint32)
     n, ranges = 0, 0
-    pairs.found[:] = 0
+    pairs.sample_count[:] = 0
     for s in range(radials.shape[0]):
-        legs.first[s], one = n, chosen[s]
-        begin, stop = lists.first[one], lists.first[one + 1]
+        legs.first[s], line = n, chosen[s]
+        begin, stop = lists.first[line], lists.first[line + 1]
         if stop == begin:
             continue
-        own, first, count, m = frame.step * radials[s, 8], radials[s, 6], lists.samples[one], stop - begin
-        sample_radial_terrain(frame, radials[s], count, channel.water_depth, tiles, where, ground, slope)
+        own, first, count, m = frame.step * radials[s, 8], radials[s, 6], lists.samples[line], stop - begin
+        sample_radial_terrain(frame, radials[s], count, channel.water_depth, tiles, where, line_depth, slope)
         for w in range(rows):
-            if lists.passed[one, w]:
-                running_horizon(ground, families.launch_image_depths[w], families.launch_rising[w], own, first, count,
-                                launch[w], bound[w])  # fmt: skip
+            if lists.passed[line, w]:
+                running_horizon(line_depth, families.launch_image_depths[w], families.launch_rising[w], own, first,
+                                count, launch[w], bound[w])  # fmt: skip
         legs.point[0, n : n + m] = lists.reach[begin:stop]
-        gather_samples(lists.sample[begin:stop], ground, slope, legs.point[1, n : n + m], facet, bits)
-        profile = RadialProfile(ground, count, first, own, launch, bound)
+        gather_samples(lists.sample[begin:stop], line_depth, slope, legs.point[1, n : n + m], facet, bits)
+        profile = RadialProfile(line_depth, count, first, own, launch, bound)
         for f in range(families.images.size):
             mark_reached_samples(
                 f, bits, lists.sample[begin:stop], lists.requested[begin:stop], profile, channel, families
             )
-        legs_along_radial(radials[s], frame, channel, families, lists.families[one], lists.ahead[:, begin:stop],
+        legs_along_radial(radials[s], frame, channel, families, lists.families[line], lists.ahead[:, begin:stop],
                           RadialScratch(facet, bits, n), legs)  # fmt: skip
-        append_pair_samples(lists, one, facet[3], n, pairs.rows, pairs.weight, pairs.found)
-        ranges = append_interference_ranges(lists, one, n, interference_ranges, ranges)
+        append_pair_samples(lists, line, facet[3], n, pairs.rows, pairs.weight, pairs.sample_count)
+        ranges = append_interference_ranges(lists, line, n, interference_ranges, ranges)
         n += m
     legs.first[radials.shape[0]] = n
     return ranges
@@ -94,13 +94,13 @@ def walk_radials(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def gather_samples(
-    sample: Integers, ground: Singles, slope: Singles, depth: Floats, facet: Singles, bits: Integers
+    sample: Integers, line_depth: Singles, slope: Singles, depth: Floats, facet: Singles, bits: Integers
 ) -> None:
     """Gather the seabed at the points of one line.
 
     Args:
         sample: Number of each point along the line, (m,).
-        ground: Depth [m], (samples,).
+        line_depth: Depth [m], (samples,).
         slope: Along the axes of the map [1], (2, samples).
         depth: Result [m], (m,).
         facet: Result, slopes [1] in the first two rows, (5, at least m).
@@ -109,37 +109,42 @@ def gather_samples(
     one, two, to_one, to_two = slope[0], slope[1], facet[0], facet[1]
     for i in range(sample.size):
         k = np.uint32(sample[i])
-        depth[i], to_one[i], to_two[i], bits[i] = ground[k], one[k], two[k], 0
+        depth[i], to_one[i], to_two[i], bits[i] = line_depth[k], one[k], two[k], 0
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def append_pair_samples(
-    lists: SampleLists, one: int, area: Singles, n: int, rows: Integers, weight: Singles, found: Integers
+    lists: SampleLists, line: int, area: Singles, n: int, rows: Integers, weight: Singles, sample_rows: Integers
 ) -> None:
     """Append the points of one line to those of each pair.
 
     Args:
         lists: See `walk_radials`.
-        one: Row of the list of the radial.
+        line: Row of the list of the radial.
         area: Areas of the points [m^2], (points,).
         n: Number of the line's first point.
         rows: See `PairSamples`.
         weight: See `PairSamples`.
-        found: See `PairSamples`, added to.
+        sample_rows: See `PairSamples`, added to.
     """
-    for p in range(found.size):
-        begin, stop = lists.pair_first[one, p], lists.pair_first[one, p + 1]
+    for p in range(sample_rows.size):
+        begin, stop = lists.pair_first[line, p], lists.pair_first[line, p + 1]
         row, more = lists.row[begin:stop], lists.more[begin:stop]
-        to_row, to_weight = rows[p, found[p] : found[p] + row.size], weight[p, found[p] : found[p] + row.size]
+        to_row, to_weight = (
+            rows[p, sample_rows[p] : sample_rows[p] + row.size],
+            weight[p, sample_rows[p] : sample_rows[p] + row.size],
+        )
         for q in range(row.size):
             to_row[q], to_weight[q] = n + row[q], area[np.uint32(row[q])] * more[q]
-        found[p] += row.size
+        sample_rows[p] += row.size
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def append_interference_ranges(lists: SampleLists, one: int, n: int, interference_ranges: Integers, ranges: int) -> int:
+def append_interference_ranges(
+    lists: SampleLists, line: int, n: int, interference_ranges: Integers, ranges: int
+) -> int:
     """Append the ranges of one line where pairs may interfere to those before; arguments see `append_pair_samples`."""
-    for c in range(lists.close_first[one], lists.close_first[one + 1]):
+    for c in range(lists.close_first[line], lists.close_first[line + 1]):
         if ranges == 0 or interference_ranges[ranges - 1, 1] != n + lists.close[c, 0]:
             interference_ranges[ranges, 0] = n + lists.close[c, 0]
             ranges += 1

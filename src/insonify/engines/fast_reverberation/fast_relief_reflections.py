@@ -40,16 +40,16 @@ def bounce_off_relief(
     for f in bounced:
         requested = np.zeros(int(first[-1]), bool)
         for k in np.flatnonzero((plan.allocation.pair == f).any(axis=1)):
-            requested[pairs.rows[k, : pairs.found[k]]] = True
-        some = np.flatnonzero(requested & (np.abs(legs.amplitude[f, : len(requested)]) > 0))
-        if not len(some):
+            requested[pairs.rows[k, : pairs.sample_count[k]]] = True
+        rows = np.flatnonzero(requested & (np.abs(legs.amplitude[f, : len(requested)]) > 0))
+        if not len(rows):
             continue
         if listed is None:
             many = np.diff(first)
             listed = np.repeat(part.lists.first[part.taken] - first[:-1], many) + np.arange(first[-1])
-        ahead = part.lists.ahead[:, listed[some]]
-        here, (reach, depth) = ping_geometry.transmit_position, legs.point[:, some]
-        points = np.stack([here[0] + reach * ahead[0], here[1] + reach * ahead[1], depth], axis=-1)
-        paths = local_plane_paths(plan.families[f], here, points, terrain, ping_geometry.wavelength)
+        ahead = part.lists.ahead[:, listed[rows]]
+        position, (reach, depth) = ping_geometry.transmit_position, legs.point[:, rows]
+        points = np.stack([position[0] + reach * ahead[0], position[1] + reach * ahead[1], depth], axis=-1)
+        paths = local_plane_paths(plan.families[f], position, points, terrain, ping_geometry.wavelength)
         left = reflection_product(plan.families[f], paths, terrain, ping_geometry.wavelength, scene)
-        write_image_paths(some, paths, left.astype(np.complex64), 1 / scene.water.sound_speed, f, plan.table, legs)
+        write_image_paths(rows, paths, left.astype(np.complex64), 1 / scene.water.sound_speed, f, plan.table, legs)

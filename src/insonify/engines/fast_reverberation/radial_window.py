@@ -51,13 +51,13 @@ def terrain_window(
     first = [math.floor(position / tile) - reach for position in own]
     start = own[0] - first[0] * tile, own[1] - first[1] * tile
     frame, side = RadialFrame(*start, lattice.heading, step), 2 * reach + 1
-    mark, found = np.zeros((side, side), np.int8), np.empty((MAX_TILES + 1, 2), np.int64)
+    mark, radial_tiles = np.zeros((side, side), np.int8), np.empty((MAX_TILES + 1, 2), np.int64)
     crossed = np.zeros((side, side), bool)
     for part in parts:
         count = tiles_under_radials(
-            frame, part.radials, part.lists.samples, part.taken, terrain.heightmap_cell_size, mark, found
+            frame, part.radials, part.lists.samples, part.taken, terrain.heightmap_cell_size, mark, radial_tiles
         )
-        crossed[tuple(found[:count].T)] = True
+        crossed[tuple(radial_tiles[:count].T)] = True
     tiles = np.argwhere(crossed)
     return None if len(tiles) > MAX_TILES else TerrainWindow(start, side, np.array(first), tiles)
 
@@ -78,20 +78,20 @@ def radials_past_targets(
         return passed
     bearing, position = np.arctan2(plan.radials[:, 1], plan.radials[:, 0]) + heading, ping_geometry.transmit_position
     for t, (north, east, radius) in enumerate(plan.bounding_cylinders[:, :3].tolist()):
-        apart, towards = (
+        distance, towards = (
             math.hypot(north - position[0], east - position[1]),
             math.atan2(east - position[1], north - position[0]),
         )
         off = np.abs(np.mod(bearing - towards + np.pi, 2 * np.pi) - np.pi) - plan.radials[:, 2] / 2
-        half = math.asin(min(1.0, radius / max(apart, 1e-9))) + _diffraction_margin(
-            apart, ping_geometry.wavelength, edges
+        half = math.asin(min(1.0, radius / max(distance, 1e-9))) + _diffraction_margin(
+            distance, ping_geometry.wavelength, edges
         )
-        passed[t] = (apart <= radius) | (off <= half) & (plan.radials[:, 5] > apart - radius)
+        passed[t] = (distance <= radius) | (off <= half) & (plan.radials[:, 5] > distance - radius)
     return passed
 
 
-def _diffraction_margin(apart: float, wavelength: float, edges: str) -> float:
+def _diffraction_margin(distance: float, wavelength: float, edges: str) -> float:
     """Bearing beside a target's rim up to which its soft edge is looked at [rad]."""
     if edges == "none":
         return 0.0
-    return ROUGH_RIPPLES * math.sqrt(wavelength / (2 * max(apart, wavelength)))
+    return ROUGH_RIPPLES * math.sqrt(wavelength / (2 * max(distance, wavelength)))

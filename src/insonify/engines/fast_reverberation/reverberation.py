@@ -128,15 +128,15 @@ class FastReverberation:
             return True
         if not scene.occluders:
             return False
-        here = self.ping_geometry.transmit_position[:2]
+        origin = self.ping_geometry.transmit_position[:2]
         for position, is_off in self.known.last_check:
-            apart = math.dist(here, position)
-            if is_off and apart <= RECHECK_DISTANCE:
+            distance = math.dist(origin, position)
+            if is_off and distance <= RECHECK_DISTANCE:
                 return False
-            if not is_off and apart <= RECHECK_DISTANCE / 4:
+            if not is_off and distance <= RECHECK_DISTANCE / 4:
                 return self._may_reach_target_from(0.0)
         is_off = not self._may_reach_target_from(RECHECK_DISTANCE)
-        self.known.last_check[:] = [(here, is_off)]
+        self.known.last_check[:] = [(origin, is_off)]
         return not is_off and self._may_reach_target_from(0.0)
 
     def _may_reach_target_from(self, away: float) -> bool:
@@ -193,45 +193,45 @@ class FastReverberation:
         shaded = self._apply_target_shadows(part, legs) if part.passes_target.any() else None
         if seabed.texture is not None:
             factor = self._texture(part.radials, legs).astype(np.float32)
-            for k, many in enumerate(pairs.found):
+            for k, many in enumerate(pairs.sample_count):
                 pairs.weight[k, :many] *= factor[pairs.rows[k, :many]]
         for k, (i, j) in enumerate(plan.allocation.pair if not plan.table.factor.size else ()):
-            count = pairs.found[k]
+            count = pairs.sample_count[k]
             self._apply_law(
                 legs.arrival[i], legs.arrival[j], legs.normal, pairs.rows[k, :count], pairs.weight[k, :count]
             )
         held = None if dark is None else origins(plan, ping_geometry, part, legs, pairs, dark, shaded)
         return ReverberationSamples(
-            legs.delay, legs.amplitude, legs.departure, plan.allocation.pair, pairs.found, pairs.rows, pairs.weight,
-            interference_ranges[:ranges], held,
+            legs.delay, legs.amplitude, legs.departure, plan.allocation.pair, pairs.sample_count, pairs.rows,
+            pairs.weight, interference_ranges[:ranges], held,
         )  # fmt: skip
 
     def _texture(self, radials: Floats, legs: RadialLegs) -> Floats:
         """Factor of the seabed's texture on the area of points of some radials [1], shape (n,)."""
         bearing = np.repeat(np.arctan2(radials[:, 1], radials[:, 0]) + self.known.heading, np.diff(legs.first))
         ahead = np.stack([np.cos(bearing), np.sin(bearing)], axis=-1)
-        here = self.ping_geometry.transmit_position[:2]
-        return self.scene.seabed.texture_factor(here + legs.point[0, : len(bearing), None] * ahead)
+        origin = self.ping_geometry.transmit_position[:2]
+        return self.scene.seabed.texture_factor(origin + legs.point[0, : len(bearing), None] * ahead)
 
     def _apply_law(
         self, into: NDArray[np.float32], out: NDArray[np.float32], normal: NDArray[np.float32],
         rows: NDArray[np.int32], section: NDArray[np.float32],
     ) -> None:  # fmt: skip
         """Multiply the seabed that points represent by the law's cross section for one pair."""
-        held = _SCRATCH.of("questions", (9 * DIRECTIONS_PER_BATCH,), np.float32)
+        held = _SCRATCH.of("law directions", (9 * DIRECTIONS_PER_BATCH,), np.float32)
         values = _SCRATCH.of("law", (DIRECTIONS_PER_BATCH,), np.float32)
         for begin in range(0, len(rows), DIRECTIONS_PER_BATCH):
-            some = rows[begin : begin + DIRECTIONS_PER_BATCH]
-            one, two, up = held[: 9 * len(some)].reshape(3, 3, len(some))
-            kernel.gather_directions(into, out, normal, some, one, two, up)
-            self.plan.law.fill(one, two, up, values[: len(some)])
-            section[begin : begin + DIRECTIONS_PER_BATCH] *= values[: len(some)]
+            batch = rows[begin : begin + DIRECTIONS_PER_BATCH]
+            incident, scattered, up = held[: 9 * len(batch)].reshape(3, 3, len(batch))
+            kernel.gather_directions(into, out, normal, batch, incident, scattered, up)
+            self.plan.law.fill(incident, scattered, up, values[: len(batch)])
+            section[begin : begin + DIRECTIONS_PER_BATCH] *= values[: len(batch)]
 
     def _apply_target_shadows(self, part: RadialSet, legs: RadialLegs) -> Shaded | None:
         """Reduce legs by the occlusion of targets, on radials that pass one; returns these legs, if any."""
-        here, ahead, first = self.ping_geometry.transmit_position, part.lists.ahead, legs.first
+        position, ahead, first = self.ping_geometry.transmit_position, part.lists.ahead, legs.first
         nearest = min(
-            np.hypot(north - here[0], east - here[1]) - radius
+            np.hypot(north - position[0], east - position[1]) - radius
             for north, east, radius in self.plan.bounding_cylinders[:, :3]
         )
         line = np.repeat(np.arange(len(first) - 1), np.diff(first))
@@ -240,7 +240,9 @@ class FastReverberation:
         if not len(row):
             return None
         reach, depth = legs.point[:, row]
-        points = np.stack([here[0] + reach * ahead[0, point], here[1] + reach * ahead[1, point], depth], axis=-1)
+        points = np.stack(
+            [position[0] + reach * ahead[0, point], position[1] + reach * ahead[1, point], depth], axis=-1
+        )
         up = np.ascontiguousarray(legs.normal[:, row].T, float)
         left, shaded = shaded_legs(self.scene, self.ping_geometry, self.plan, self.choice.edge_diffraction, points, up)
         legs.amplitude[:, row] *= left

@@ -98,41 +98,43 @@ def allocate_samples(
         ping_geometry.same_beams,
     )
 
-    def energies(some: Floats) -> NDArray[np.float32]:
-        found = np.empty((len(some), RANGE_BINS, len(pair)), np.float32)
-        pair_energies(some, heading, edges, climbs, odd, pair, strength, sent, received, same_beams, found)
-        return found
+    def energies(lines: Floats) -> NDArray[np.float32]:
+        line_energy = np.empty((len(lines), RANGE_BINS, len(pair)), np.float32)
+        pair_energies(lines, heading, edges, climbs, odd, pair, strength, sent, received, same_beams, line_energy)
+        return line_energy
 
     energy = energies(radials)
     pulse, total = ping_geometry.pulse, energy.sum(axis=0, dtype=float).T
-    late = (np.hypot(edges, climbs[:, None]) / speed)[pair].sum(axis=1)
-    lasting = np.maximum(np.diff(late, axis=1), pulse.effective_duration) / pulse.effective_duration
-    whole = np.diff(arrived_energy(late, total), axis=1) / lasting
+    pair_delay = (np.hypot(edges, climbs[:, None]) / speed)[pair].sum(axis=1)
+    lasting = np.maximum(np.diff(pair_delay, axis=1), pulse.effective_duration) / pulse.effective_duration
+    whole = np.diff(arrived_energy(pair_delay, total), axis=1) / lasting
     needed = np.ascontiguousarray((total / lasting >= NEGLIGIBLE * whole).T)
-    together = _interfering_pairs(
+    pair_group = _interfering_pairs(
         edges, climbs, pair, speed, rise, INTERFERENCE_PULSES * pulse.effective_duration, needed
     )
-    costly = np.array([any("B" in families[k] for k in one) for one in pair]) & (steepness > 0)
+    costly = np.array([any("B" in families[k] for k in rows_of_pair) for rows_of_pair in pair]) & (steepness > 0)
     least = np.ascontiguousarray(
         np.maximum(FULL_SAMPLING_ENERGY * np.where(costly, BOUNCE_COST_FACTOR, 1.0)[:, None] * whole, 1e-300).T
     )
 
-    def keep_probabilities(some: Floats, pair_energy: NDArray[np.float32]) -> NDArray[np.uint8]:
-        length = np.clip(np.minimum(edges[1:], some[:, 5:6]) - np.maximum(edges[:-1], some[:, 4:5]), 0, None)
+    def keep_probabilities(lines: Floats, pair_energy: NDArray[np.float32]) -> NDArray[np.uint8]:
+        length = np.clip(np.minimum(edges[1:], lines[:, 5:6]) - np.maximum(edges[:-1], lines[:, 4:5]), 0, None)
         keep_probability = np.empty(pair_energy.shape, np.uint8)
         pair_keep_probabilities(
-            pair_energy, length / (step * some[:, 8:9]), least, needed, together, keep_probability, FULL_PROBABILITY,
+            pair_energy, length / (step * lines[:, 8:9]), least, needed, pair_group, keep_probability, FULL_PROBABILITY,
             MIN_PROBABILITY_STEPS,
         )  # fmt: skip
         return keep_probability
 
-    made, row = np.empty((2 * len(radials), radials.shape[1])), np.empty(2 * len(radials), np.int64)
-    count = lengthen_steps(radials, edges, keep_probabilities(radials, energy), FULL_PROBABILITY, MAX_STEP, made, row)
-    radials, row = made[:count], row[:count]
+    lengthened, row = np.empty((2 * len(radials), radials.shape[1])), np.empty(2 * len(radials), np.int64)
+    count = lengthen_steps(
+        radials, edges, keep_probabilities(radials, energy), FULL_PROBABILITY, MAX_STEP, lengthened, row
+    )
+    radials, row = lengthened[:count], row[:count]
     energy = energy[row]
     energy[(edges[1:] <= radials[:, 4:5]) | (edges[:-1] >= radials[:, 5:6])] = 0
     return SampleAllocation(
-        radials, pair, edges, keep_probabilities(radials, energy), (together != np.arange(len(pair))).any(axis=1),
+        radials, pair, edges, keep_probabilities(radials, energy), (pair_group != np.arange(len(pair))).any(axis=1),
         energies,
     )  # fmt: skip
 
@@ -153,15 +155,15 @@ def _strengths(
     )
     power = bounced * 10 ** (-absorption_db * length / 10) / length**2
     into = np.stack([np.sqrt(1 - sine**2), 0 * sine, sine], axis=1).astype(np.float32)
-    found = np.zeros((len(pair), len(distance)))
+    strength = np.zeros((len(pair), len(distance)))
     for tilt in (-steepness, 0.0, steepness):
         normal = np.empty((3, len(distance)), np.float32)
         normal[:] = np.array([[np.sin(tilt)], [0.0], [-np.cos(tilt)]])
         section = np.empty(len(distance), np.float32)
         for row, (i, j) in enumerate(pair):
             law.fill(into[i], -into[j], normal, section)
-            found[row] += section / 3 * power[i] * power[j]
-    return found
+            strength[row] += section / 3 * power[i] * power[j]
+    return strength
 
 
 def _interfering_pairs(
@@ -170,8 +172,8 @@ def _interfering_pairs(
 ) -> NDArray[np.int64]:  # fmt: skip
     """First of the pairs that may arrive within one pulse of each other, for each of them, itself for none, (b, p)."""
     ends = [(np.hypot(edges, climbs[:, None] + up) / speed)[pair].sum(axis=1).T for up in (-rise, rise)]
-    late = np.stack([end[part] for end in ends for part in (slice(None, -1), slice(1, None))])
-    lag = late[..., :, None] - late[..., None, :]
+    pair_delay = np.stack([end[part] for end in ends for part in (slice(None, -1), slice(1, None))])
+    lag = pair_delay[..., :, None] - pair_delay[..., None, :]
     overlap = (lag.min(axis=0) <= pulse) & (lag.max(axis=0) >= -pulse) & needed[:, :, None] & needed[:, None, :]
     overlap |= np.eye(len(pair), dtype=bool)
     for _ in range(int(np.ceil(np.log2(len(pair)))) if (overlap.sum(axis=(1, 2)) > len(pair)).any() else 0):

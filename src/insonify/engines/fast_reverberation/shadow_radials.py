@@ -28,87 +28,88 @@ from insonify.sonar.ping_geometry import PingGeometry
 Floats = NDArray[np.float64]
 
 MIN_HIDDEN_FRACTION = 0.05
-"""Part of the energy of one distance that targets must hide for lines to be cut there [1]."""
+"""Fraction of the energy of one distance that targets must hide for radials to be divided there [1]."""
 NARROW_RADIALS_PER_POINT = 10.0
 """Number of narrow radials with equal parts of the remaining energy, for each point in a resolution cell [1]."""
 MIN_SPLIT_FRACTION = 0.05
 """Fraction of the energy of a narrow radial below which a radial that passes no target is not divided [1]."""
 MAX_NARROW_RADIALS = 32
-"""Most narrow lines that a strip is cut into."""
+"""Largest number of narrow radials that a strip is divided into [1]."""
 PROBES, MAX_PROBES = 3, 36
-"""Distances within a range bin at which visibility is probed, and about their number in all of a shadow."""
+"""Numbers of distances at which visibility is probed: in a range bin, and about in all of a shadow [1]."""
 STRIPS = 8
-"""Strips of a line, with a probe on either side, where a shadow's edge may lie anywhere across it."""
+"""Strips across a radial, with a probe on either side of each: a shadow's edge may lie anywhere across it [1]."""
 
 
 @dataclass(frozen=True, slots=True)
 class ShadowRadials:
-    """Lines of one ping that stand in for some of a plan's lines."""
+    """Radials of one ping that replace some of a plan's s radials."""
 
     replaced: NDArray[np.bool_]
-    """ReverberationPlan lines that these replace, (s,)."""
+    """True for the radials of the plan that these replace, (s,)."""
     radials: Floats
-    """See `RadialSet`, (m, 9)."""
+    """Columns of `RadialSet`, (m, 9)."""
     keep_probability: NDArray[np.uint8]
-    """Keep probability of each pair by line and range bin, in parts of `FULL_PROBABILITY`, (m, b, p)."""
+    """Keep probability of each pair by radial and range bin, in units of 1 / `FULL_PROBABILITY`, (m, b, p)."""
     passes_target: NDArray[np.bool_]
-    """Lines that may pass a target, (m,)."""
+    """True for radials that may pass a target, (m,)."""
 
 
 def target_visibility(
     scene: Scene, ping_geometry: PingGeometry, plan: ReverberationPlan, edges: str, points: Floats, normal: Floats
 ) -> NDArray[np.complex128] | Floats:
-    """Pressure that targets leave of straight legs re that without targets; arguments see `shaded_legs`."""
+    """Pressure of straight one-way legs re that without targets [1], shape (f, n); arguments see `shaded_legs`."""
     return shaded_legs(scene, ping_geometry, plan, edges, points, normal)[0]
 
 
 def shaded_legs(
     scene: Scene, ping_geometry: PingGeometry, plan: ReverberationPlan, edges: str, points: Floats, normal: Floats
 ) -> tuple[NDArray[np.complex128] | Floats, Legs]:
-    """Pressure that targets leave of straight legs re that without targets; edges of the seabed are hard [1].
+    """Pressure of straight one-way legs past targets re that without targets, and the legs; relief has hard edges.
 
     Args:
         scene: The scene.
         ping_geometry: The sonar, both ends at one position.
-        plan: The plan of its lines.
-        edges: Hard or soft edges.
+        plan: The plan of its radials, with f families.
+        edges: Edges of targets: "none" for hard ones, "knife-edge" for diffraction.
         points: North, east, depth of points of the seabed [m], (n, 3).
-        normal: Unit normals there, (n, 3).
+        normal: Unit normals of the seabed at the points [1], (n, 3).
 
     Returns:
-        Shape (f, n), 0 for legs that a facet faces away from; and the legs past targets with hard edges.
+        Pressure ratio [1], shape (f, n), 0 where the facet of the seabed faces away; and the legs, shape (f, n), whose
+        own visibility has hard edges.
     """
     count = len(points)
-    hidden = Scatterers(
+    probes = Scatterers(
         "seabed", "seabed", plan.law, points, normal, np.ones(count), np.ones(count, complex),
         np.zeros(count, np.uint64),
     )  # fmt: skip
-    legs = StraightRays(scene).legs(ping_geometry.transmit_position, hidden, plan.families, ping_geometry.frequency)
+    legs = StraightRays(scene).legs(ping_geometry.transmit_position, probes, plan.families, ping_geometry.frequency)
     if edges == "none":
         return legs.visibility, legs
-    there = legs.status != LegStatus.FACING_AWAY
-    whole = replace(legs, visibility=there.astype(float))
-    soft = diffract_at_edges(
-        whole, hidden, ping_geometry.transmit_position, scene, ping_geometry.wavelength, approximate=True
+    faces_sonar = legs.status != LegStatus.FACING_AWAY
+    unshaded = replace(legs, visibility=faces_sonar.astype(float))
+    diffracted = diffract_at_edges(
+        unshaded, probes, ping_geometry.transmit_position, scene, ping_geometry.wavelength, approximate=True
     )
-    return np.asarray(there * soft.visibility), legs
+    return np.asarray(faces_sonar * diffracted.visibility), legs
 
 
 def shadow_radials(
     plan: ReverberationPlan, scene: Scene, ping_geometry: PingGeometry, choice: PathSettings, heading: float,
     passing: NDArray[np.bool_],
 ) -> ShadowRadials | None:  # fmt: skip
-    """Narrower lines where shadows of targets matter to one ping, and the rest of the lines that these replace.
+    """Narrow radials in the shadows of one ping, and the remainder of the radials that they replace.
 
-    None where no line is replaced.
+    None where no radial is replaced.
 
     Args:
-        plan: The plan of the ping's lines.
+        plan: The plan of the ping's s radials.
         scene: The scene.
         ping_geometry: The sonar at this ping.
         choice: The paths that are followed.
-        heading: Heading of the lines' frame [rad].
-        passing: Lines that pass each target, or come near its soft edge, (t, s).
+        heading: Heading of the radials' frame [rad].
+        passing: True for radials that pass each of t targets, or come near its soft edge, (t, s).
     """
     any_target = np.asarray(passing.any(axis=0), bool)
     runs = _shadow_runs(plan, scene, ping_geometry, choice, heading, passing)
@@ -117,17 +118,17 @@ def shadow_radials(
     replaced = np.zeros(len(plan.radials), bool)
     for run in runs:
         replaced[run.parts.any(axis=1)] = True
-    made: list[tuple[NDArray[np.int64], Floats]] = []
+    narrow: list[tuple[NDArray[np.int64], Floats]] = []
     number = len(plan.radials)
     rest = [(np.flatnonzero(replaced), plan.radials[replaced])]
     for run in runs:
         outside: list[tuple[NDArray[np.int64], Floats]] = []
         for row, radials in rest:
-            made.append(_split_radials(*_clip_radials(row, radials, run.near, run.far), run.parts, number))
-            number += len(made[-1][0])
+            narrow.append(_split_radials(*_clip_radials(row, radials, run.near, run.far), run.parts, number))
+            number += len(narrow[-1][0])
             outside += [_clip_radials(row, radials, 0.0, run.near), _clip_radials(row, radials, run.far, np.inf)]
         rest = outside
-    row, radials = (np.concatenate(column) for column in zip(*rest, *made, strict=True))
+    row, radials = (np.concatenate(column) for column in zip(*rest, *narrow, strict=True))
     keep_probability, whole = plan.allocation.keep_probability[row], sum(len(own) for own, _ in rest)
     # in a shadow only weak pairs remain: all are included
     keep_probability[whole:][keep_probability[whole:] > 0] = FULL_PROBABILITY
@@ -140,38 +141,43 @@ def shadow_radials(
 
 
 class ShadowRun(NamedTuple):
-    """Distances at which shadows of targets matter."""
+    """Interval of distances in which radials are divided alike."""
 
     near: float
     """Nearest distance [m]."""
     far: float
     """Farthest distance [m]."""
     parts: NDArray[np.int64]
-    """Narrow lines that each strip of a line is cut into; lines of all zeros stay as they are, (s, STRIPS).
+    """Number of narrow radials in each strip of a radial; a radial with all zeros is not divided, (s, STRIPS).
 
-    Lines that need fewer strips have them in the first columns, in evenly wide ones.
+    A radial with fewer than `STRIPS` strips, all of one width, has them in the first columns.
     """
 
 
 def _arrives_with_shadow(
     plan: ReverberationPlan, scene: Scene, ping_geometry: PingGeometry, runs: list[ShadowRun]
 ) -> NDArray[np.bool_]:
-    """True where pairs arrive from a range bin with the first pair from some shadow, over the mean plane, (b, p)."""
-    climbs = (scene.seabed.depth - plan.table.images)[:, None]
+    """True for pairs that arrive from a range bin while the first pair arrives from a shadow, (b, p).
 
-    def late(distance: Floats) -> Floats:
-        return np.asarray(np.hypot(distance, climbs)[plan.allocation.pair].sum(axis=1) / ping_geometry.sound_speed)
+    Delays are those of the mean plane of the seabed.
+    """
+    vertical_distance = (scene.seabed.depth - plan.table.images)[:, None]
 
-    begin, stop = (late(edge).T for edge in (plan.allocation.edges[:-1], plan.allocation.edges[1:]))
+    def pair_delay(distance: Floats) -> Floats:
+        return np.asarray(
+            np.hypot(distance, vertical_distance)[plan.allocation.pair].sum(axis=1) / ping_geometry.sound_speed
+        )
+
+    begin, stop = (pair_delay(edge).T for edge in (plan.allocation.edges[:-1], plan.allocation.edges[1:]))
     overlap = np.zeros(begin.shape, bool)
     for run in runs:
-        first, last = late(np.array([run.near, run.far]))[0]
+        first, last = pair_delay(np.array([run.near, run.far]))[0]
         overlap |= (stop >= first) & (begin <= last)
     return overlap
 
 
 def _clip_radials(row: NDArray[np.int64], radials: Floats, near: float, far: float) -> tuple[NDArray[np.int64], Floats]:
-    """The parts of lines between two distances [m], with the number of the plan line that each belongs to."""
+    """Parts of radials between two distances [m], each with the row of its radial in the plan; empty ones left out."""
     clipped = radials.copy()
     clipped[:, 4], clipped[:, 5] = np.maximum(radials[:, 4], near), np.minimum(radials[:, 5], far)
     kept = clipped[:, 5] > clipped[:, 4]
@@ -184,10 +190,13 @@ def _split_radials(
     """Divide radials into narrower ones of the shortest step, with beams evaluated across the whole of their width.
 
     Args:
-        row: Number of the plan line that each is a part of, (n,).
-        radials: The lines, (n, 9).
-        parts: Parts of each strip of the plan lines, (s, STRIPS).
-        first: Number of the first new line.
+        row: Row in the plan of the radial that each is a part of, (n,).
+        radials: Columns of `RadialSet`, (n, 9).
+        parts: Number of narrow radials in each strip of the plan's radials, see `ShadowRun`, (s, STRIPS).
+        first: Number of the first new radial, from which random numbers follow.
+
+    Returns:
+        Row in the plan of the radial that each new one is a part of, (m,), and their columns, (m, 9).
     """
     count = parts[row]
     count[:, 0] = np.maximum(count[:, 0], 1)
@@ -195,66 +204,74 @@ def _split_radials(
     many = count[line, strip]
     width = np.repeat(1 / ((count > 0).sum(axis=1)[line] * many), many)
     piece = np.arange(many.sum()) - np.repeat(np.cumsum(many) - many, many)
-    made, middle = radials[np.repeat(line, many)], (np.repeat(strip * many, many) + piece + 0.5) * width - 0.5
-    cosine, sine = np.cos(made[:, 2] * middle), np.sin(made[:, 2] * middle)
-    made[:, 0], made[:, 1] = made[:, 0] * cosine - made[:, 1] * sine, made[:, 1] * cosine + made[:, 0] * sine
-    made[:, 2] *= width
-    made[:, 3], made[:, 7], made[:, 8] = made[:, 2], first + np.arange(len(made)), 1
-    made[:, 6] = 1 - np.mod((made[:, 7] + 0.5) * GOLDEN, 1.0)
-    return row[np.repeat(line, many)], made
+    narrow, middle = radials[np.repeat(line, many)], (np.repeat(strip * many, many) + piece + 0.5) * width - 0.5
+    cosine, sine = np.cos(narrow[:, 2] * middle), np.sin(narrow[:, 2] * middle)
+    narrow[:, 0], narrow[:, 1] = (
+        narrow[:, 0] * cosine - narrow[:, 1] * sine,
+        narrow[:, 1] * cosine + narrow[:, 0] * sine,
+    )
+    narrow[:, 2] *= width
+    narrow[:, 3], narrow[:, 7], narrow[:, 8] = narrow[:, 2], first + np.arange(len(narrow)), 1
+    narrow[:, 6] = 1 - np.mod((narrow[:, 7] + 0.5) * GOLDEN, 1.0)
+    return row[np.repeat(line, many)], narrow
 
 
 def _shadow_runs(
     plan: ReverberationPlan, scene: Scene, ping_geometry: PingGeometry, choice: PathSettings, heading: float,
     passing: NDArray[np.bool_],
 ) -> list[ShadowRun]:  # fmt: skip
-    """The distances at which lines are cut, and how finely."""
+    """Intervals of distances at which radials are divided, each with the numbers of their parts.
+
+    Arguments see `shadow_radials`.
+    """
     edges = plan.allocation.edges
-    stretch, distance, zone = _probed(plan, scene, ping_geometry, choice, passing)
-    if not len(stretch):
+    range_bin, distance, zone = _probe_distances(plan, scene, ping_geometry, choice, passing)
+    if not len(range_bin):
         return []
     row = np.flatnonzero(passing.any(axis=0))
-    free = plan.energy[:, stretch].sum(axis=2).astype(float)
-    left = np.repeat(free[:, None] / STRIPS, STRIPS + 1, axis=1)
-    left[row] = _remaining_energy(plan, scene, ping_geometry, choice, heading, row, stretch, distance) / STRIPS
-    total = ((left[:, 1:] + left[:, :-1]) / 2).sum(axis=(0, 1))
-    hot = total < (1 - MIN_HIDDEN_FRACTION) * free.sum(axis=0)
-    needed = NARROW_RADIALS_PER_POINT * choice.scatterers_per_cell / np.maximum(total, 1e-6 * free.sum(axis=0))
-    runs, marked = [], np.unique(stretch[hot])
-    for run in np.split(marked, np.flatnonzero(np.diff(marked) > 1) + 1) if len(marked) else []:
-        inside = hot & (stretch >= run[0]) & (stretch <= run[-1])
+    unshaded = plan.energy[:, range_bin].sum(axis=2).astype(float)
+    remaining = np.repeat(unshaded[:, None] / STRIPS, STRIPS + 1, axis=1)
+    remaining[row] = _remaining_energy(plan, scene, ping_geometry, choice, heading, row, range_bin, distance) / STRIPS
+    total = ((remaining[:, 1:] + remaining[:, :-1]) / 2).sum(axis=(0, 1))
+    in_shadow = total < (1 - MIN_HIDDEN_FRACTION) * unshaded.sum(axis=0)
+    needed = NARROW_RADIALS_PER_POINT * choice.scatterers_per_cell / np.maximum(total, 1e-6 * unshaded.sum(axis=0))
+    runs, shadow_bins = [], np.unique(range_bin[in_shadow])
+    for run in np.split(shadow_bins, np.flatnonzero(np.diff(shadow_bins) > 1) + 1) if len(shadow_bins) else []:
+        inside = in_shadow & (range_bin >= run[0]) & (range_bin <= run[-1])
         near, far = zone[inside, 0].min(), zone[inside, 1].max()
-        strips = np.maximum(left[:, 1:, inside], left[:, :-1, inside])
-        parts = _parts_of_strips((free[:, inside] * needed[inside]).max(axis=1), (strips * needed[inside]).max(axis=2))
+        strips = np.maximum(remaining[:, 1:, inside], remaining[:, :-1, inside])
+        parts = _parts_of_strips(
+            (unshaded[:, inside] * needed[inside]).max(axis=1), (strips * needed[inside]).max(axis=2)
+        )
         runs.append(ShadowRun(max(near, float(edges[run[0]])), min(far, float(edges[run[-1] + 1])), parts))
     return runs
 
 
-def _parts_of_strips(free: Floats, left: Floats) -> NDArray[np.int64]:
-    """Parts of each strip, see `ShadowRun`.
+def _parts_of_strips(unshaded: Floats, remaining: Floats) -> NDArray[np.int64]:
+    """Number of narrow radials in each strip, see `ShadowRun.parts`, (s, STRIPS).
 
     Args:
-        free: Energy of each line without targets, in units of a narrow line's, (s,).
-        left: Most that targets leave of each strip, in the same units, (s, STRIPS).
+        unshaded: Energy of each radial without targets, over that of one narrow radial [1], (s,).
+        remaining: Largest energy of each strip with targets, over that of one narrow radial [1], (s, STRIPS).
     """
-    strips = np.minimum(2 ** np.ceil(np.log2(np.maximum(free, 1.0))).astype(np.int64), STRIPS)
-    parts = np.zeros(left.shape, np.int64)
-    for many in np.unique(strips[free > MIN_SPLIT_FRACTION]):
-        rows = np.flatnonzero((strips == many) & (free > MIN_SPLIT_FRACTION))
-        sums = left[rows].reshape(len(rows), many, -1).sum(axis=2)
+    strips = np.minimum(2 ** np.ceil(np.log2(np.maximum(unshaded, 1.0))).astype(np.int64), STRIPS)
+    parts = np.zeros(remaining.shape, np.int64)
+    for many in np.unique(strips[unshaded > MIN_SPLIT_FRACTION]):
+        rows = np.flatnonzero((strips == many) & (unshaded > MIN_SPLIT_FRACTION))
+        sums = remaining[rows].reshape(len(rows), many, -1).sum(axis=2)
         parts[rows, :many] = np.clip(np.ceil(sums), 1, MAX_NARROW_RADIALS * STRIPS // many)
     return parts
 
 
-def _probed(
+def _probe_distances(
     plan: ReverberationPlan, scene: Scene, ping_geometry: PingGeometry, choice: PathSettings, passing: NDArray[np.bool_]
 ) -> tuple[NDArray[np.int64], Floats, Floats]:
-    """Range bins and distances [m] at which visibility is probed, (j,), and near and far end of their shadow [m]."""
+    """Probes of visibility: range bins (j,), distances [m] (j,), and near and far end of their shadow [m] (j, 2)."""
     energy, edges = plan.energy.sum(axis=2), plan.allocation.edges
-    free, rays, soft = energy.sum(axis=0), StraightRays(scene), choice.edge_diffraction == "knife-edge"
+    unshaded, rays, soft = energy.sum(axis=0), StraightRays(scene), choice.edge_diffraction == "knife-edge"
     zones: dict[int, tuple[float, float]] = {}
     for row in np.flatnonzero(passing.any(axis=1)):
-        hidden = energy[passing[row]].sum(axis=0) >= MIN_HIDDEN_FRACTION * np.maximum(free, 1e-300)
+        hidden = energy[passing[row]].sum(axis=0) >= MIN_HIDDEN_FRACTION * np.maximum(unshaded, 1e-300)
         if not hidden.any():
             continue
         zone = shadow_sector(scene, rays, ping_geometry, plan.families, int(row), float(edges[-1]), soft=soft)
@@ -262,33 +279,33 @@ def _probed(
             near, far = zones.get(b, (zone.near, zone.far))
             zones[b] = min(near, zone.near), max(far, zone.far)
     # where shadows of several targets overlap, one probe at a distance gives the visibility past all of them
-    probes, found = max(1, min(PROBES, MAX_PROBES // max(len(zones), 1))), []
+    probes, probed = max(1, min(PROBES, MAX_PROBES // max(len(zones), 1))), []
     for b, (near, far) in sorted(zones.items()):
         first, last = max(edges[b], near), min(edges[b + 1], far)
-        found += [(b, first + (last - first) * (k + 0.5) / probes, near, far) for k in range(probes)]
-    rows = np.array(found, float).reshape(-1, 4)
+        probed += [(b, first + (last - first) * (k + 0.5) / probes, near, far) for k in range(probes)]
+    rows = np.array(probed, float).reshape(-1, 4)
     return rows[:, 0].astype(np.int64), rows[:, 1], rows[:, 2:]
 
 
 def _remaining_energy(
     plan: ReverberationPlan, scene: Scene, ping_geometry: PingGeometry, choice: PathSettings, heading: float,
     row: NDArray[np.int64],
-    stretch: NDArray[np.int64], distance: Floats,
+    range_bin: NDArray[np.int64], distance: Floats,
 ) -> Floats:  # fmt: skip
-    """Energy of some lines over the mean plane by what targets leave on either side of its strips [m^-2].
+    """Energy of some radials over the mean plane with the visibility at the borders of their strips [m^-2].
 
     Args:
-        plan: The plan of the ping's lines.
+        plan: The plan of the ping's radials.
         scene: The scene.
         ping_geometry: The sonar at this ping.
         choice: The paths that are followed.
-        heading: Heading of the lines' frame [rad].
-        row: Numbers of the lines, (rows,).
-        stretch: Range bin of each distance, (j,).
+        heading: Heading of the radials' frame [rad].
+        row: Rows of the radials in the plan, (rows,).
+        range_bin: Range bin of each distance, (j,).
         distance: Horizontal distances [m], (j,).
 
     Returns:
-        Energy of the whole line as it would be if all of it were lit like that, (rows, STRIPS + 1, j).
+        Energy that the whole radial would have if all of it had the visibility of one border, (rows, STRIPS + 1, j).
     """
     radials, across = plan.radials[row], np.arange(STRIPS + 1) / STRIPS - 0.5
     bearing = np.arctan2(radials[:, 1], radials[:, 0])[:, None] + heading + radials[:, 2:3] * across
@@ -303,8 +320,8 @@ def _remaining_energy(
         np.abs(target_visibility(scene, ping_geometry, plan, choice.edge_diffraction, points.reshape(-1, 3), up)) ** 2
     )
     power = power.reshape(-1, *shape)
-    energy = plan.energy[row][:, stretch]
-    left = np.zeros(shape)
+    energy = plan.energy[row][:, range_bin]
+    remaining = np.zeros(shape)
     for p, (i, j) in enumerate(plan.allocation.pair):
-        left += energy[:, None, :, p] * power[i] * power[j]
-    return left
+        remaining += energy[:, None, :, p] * power[i] * power[j]
+    return remaining

@@ -39,7 +39,7 @@ def unlit(plan: ReverberationPlan, legs: RadialLegs, pairs: PairSamples) -> Rows
     straight, direct = straight_rows(plan)
     if straight < 0:
         return np.zeros(0, np.int64)
-    points = pairs.rows[straight, : pairs.found[straight]]
+    points = pairs.rows[straight, : pairs.sample_count[straight]]
     dark = np.empty(len(points), np.int64)
     return dark[: unlit_points(legs.amplitude[direct], points, dark)]
 
@@ -68,9 +68,17 @@ def origins(
         dark: As from `unlit`.
         shaded: Occlusion by targets; None: none.
     """
-    count, here = int(legs.first[-1]), ping_geometry.transmit_position
+    count, sonar_position = int(legs.first[-1]), ping_geometry.transmit_position
     position = np.empty((3, count))
-    positions(here[0], here[1], legs.first, part.lists.first[part.taken], part.lists.ahead, legs.point, position)
+    positions(
+        sonar_position[0],
+        sonar_position[1],
+        legs.first,
+        part.lists.first[part.taken],
+        part.lists.ahead,
+        legs.point,
+        position,
+    )
     grazing = np.empty((len(plan.families), count), np.float32)
     grazing_angles(legs.arrival[:, :, :count], legs.normal[:, :count], grazing)
     straight, direct = straight_rows(plan)
@@ -82,8 +90,8 @@ def origins(
             pairs.rows[straight, cut], legs.point, plan.table.images[direct], legs.arrival[direct], legs.normal,
             plan.table.loss, plan.table.factor, free,
         )  # fmt: skip
-        there = np.flatnonzero(free)
-        cut, free, lost, occluder_row = cut[there], free[there], lost[there], occluder_row[there]
+        nonzero = np.flatnonzero(free)
+        cut, free, lost, occluder_row = cut[nonzero], free[nonzero], lost[nonzero], occluder_row[nonzero]
     return Origins(plan.families, position, grazing, direct, straight, cut, free, lost, occluder_row)
 
 
@@ -94,7 +102,7 @@ def _cut(
     lost, occluder_row = np.ones(len(dark)), np.full(len(dark), SEABED_OCCLUDER, np.int16)
     if shaded is None or straight < 0:
         return dark, lost, occluder_row
-    count = int(pairs.found[straight])
+    count = int(pairs.sample_count[straight])
     position = np.full(int(legs.first[-1]), -1, np.int64)
     position[pairs.rows[straight, :count]] = np.arange(count)
     mine = np.flatnonzero(shaded.legs.status[direct] == LegStatus.OCCLUDED)

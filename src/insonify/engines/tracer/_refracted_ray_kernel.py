@@ -41,7 +41,7 @@ class WaterLayers(NamedTuple):
 class RefractingScene(NamedTuple):
     """Water and obstacles of refracted rays."""
 
-    ground: TerrainTiles
+    terrain: TerrainTiles
     """The seabed."""
     bodies: TriangleTree
     """Triangles of all bodies."""
@@ -149,7 +149,7 @@ def _longest_chord(slowness: float, layer: int, water: WaterLayers) -> float:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def refracted_hits(
-    origin: Floats, direction: Floats, farthest: Floats, scene: RefractingScene, missing: Marks, found: RefractedHits
+    origin: Floats, direction: Floats, farthest: Floats, scene: RefractingScene, missing: Marks, hits: RefractedHits
 ) -> None:
     """First hits of rays.
 
@@ -159,15 +159,15 @@ def refracted_hits(
         farthest: Path length beyond which no hit is searched [m], (n,).
         scene: Water and obstacles.
         missing: Result, True for tiles of the seabed that are not loaded.
-        found: Result.
+        hits: Result.
     """
-    ground, bodies, water = scene.ground, scene.bodies, scene.water
-    obstacles, layers = bodies.normal.shape[0] > 0 or ground.cell > 0, water.depth.size - 1
+    terrain, bodies, water = scene.terrain, scene.bodies, scene.water
+    obstacles, layers = bodies.normal.shape[0] > 0 or terrain.cell > 0, water.depth.size - 1
     for n in range(farthest.size):
         x, y, z = origin[n]
-        level = math.hypot(direction[n, 0], direction[n, 1])
-        north, east = (direction[n, 0] / level, direction[n, 1] / level) if level > 1e-12 else (1.0, 0.0)
-        angle = math.atan2(direction[n, 2], level)
+        horizontal = math.hypot(direction[n, 0], direction[n, 1])
+        north, east = (direction[n, 0] / horizontal, direction[n, 1] / horizontal) if horizontal > 1e-12 else (1.0, 0.0)
+        angle = math.atan2(direction[n, 2], horizontal)
         layer, kind, row, clearance = layer_of(z, angle, water), NOTHING, -1, CLEARANCE
         slowness = math.cos(angle) / np.interp(z, water.depth, water.speed)
         done, delay = 0.0, 0.0
@@ -185,8 +185,8 @@ def refracted_hits(
             if obstacles:
                 far, row = nearest_hit(bodies, (x, y, z), (u, v, w), clearance, chord)
                 kind = BODY if row >= 0 else NOTHING
-                if ground.cell > 0:
-                    bed = terrain_hit(x, y, z, u, v, w, 0.0, far, ground, missing)
+                if terrain.cell > 0:
+                    bed = terrain_hit(x, y, z, u, v, w, 0.0, far, terrain, missing)
                     if bed < far:
                         far, kind, row = bed, BED, -1
             if kind != NOTHING:
@@ -201,16 +201,16 @@ def refracted_hits(
             if kind != NOTHING:
                 break
             layer = entered
-        found.distance[n], found.delay[n], found.kind[n], found.body_row[n] = done, delay, kind, -1
-        found.position[n, 0], found.position[n, 1], found.position[n, 2] = x, y, z
+        hits.distance[n], hits.delay[n], hits.kind[n], hits.body_row[n] = done, delay, kind, -1
+        hits.position[n, 0], hits.position[n, 1], hits.position[n, 2] = x, y, z
         u, v, w = math.cos(angle) * north, math.cos(angle) * east, math.sin(angle)
-        found.direction[n, 0], found.direction[n, 1], found.direction[n, 2] = u, v, w
-        normal = found.normal[n]
+        hits.direction[n, 0], hits.direction[n, 1], hits.direction[n, 2] = u, v, w
+        normal = hits.normal[n]
         if kind == BODY:
-            found.body_row[n] = bodies.solid_row[row]
+            hits.body_row[n] = bodies.solid_row[row]
             normal[:] = bodies.normal[row]
         elif kind == BED:
-            normal[0], normal[1], normal[2] = terrain_normal(x, y, ground, missing)
+            normal[0], normal[1], normal[2] = terrain_normal(x, y, terrain, missing)
         else:
             normal[0], normal[1], normal[2] = 0.0, 0.0, 1.0
 
@@ -234,14 +234,14 @@ def clear_refracted_paths(
         missing: Result, True for tiles of the seabed that are not loaded.
         clear: In: positions to test. Result: False where terrain or a body blocks the path, (n,).
     """
-    ground, bodies, water = scene.ground, scene.bodies, scene.water
+    terrain, bodies, water = scene.terrain, scene.bodies, scene.water
     for n in range(length.size):
         if not clear[n]:
             continue
         x, y, z = position[n]
-        level = math.hypot(leaving[n, 0], leaving[n, 1])
-        north, east = (leaving[n, 0] / level, leaving[n, 1] / level) if level > 1e-12 else (1.0, 0.0)
-        angle = math.atan2(leaving[n, 2], level)
+        horizontal = math.hypot(leaving[n, 0], leaving[n, 1])
+        north, east = (leaving[n, 0] / horizontal, leaving[n, 1] / horizontal) if horizontal > 1e-12 else (1.0, 0.0)
+        angle = math.atan2(leaving[n, 2], horizontal)
         layer, slowness = layer_of(z, angle, water), math.cos(angle) / np.interp(z, water.depth, water.speed)
         done, bounce, clearance, since, free = 0.0, 0, CLEARANCE, 0.0, 0.0
         for _ in range(MAX_ARCS):
@@ -256,11 +256,11 @@ def clear_refracted_paths(
             off_seabed = bounce < bottom.size and bottom[bounce]
             stop = chord
             if off_seabed and w > 0:
-                to_bounce = (ground.depth - z) / w
+                to_bounce = (terrain.depth - z) / w
                 stop = min(chord, to_bounce - _half_zone(done + to_bounce, length[n], w, wavelength))
             hit = nearest_hit(bodies, (x, y, z), (u, v, w), clearance, chord)[1] >= 0
-            if ground.cell > 0 and stop > max(free - since, 0.0) and not hit:
-                hit = terrain_hit(x, y, z, u, v, w, max(free - since, 0.0), stop, ground, missing) < stop
+            if terrain.cell > 0 and stop > max(free - since, 0.0) and not hit:
+                hit = terrain_hit(x, y, z, u, v, w, max(free - since, 0.0), stop, terrain, missing) < stop
             if hit:
                 clear[n] = False
                 break
@@ -268,7 +268,7 @@ def clear_refracted_paths(
                 x + chord * u, y + chord * v, z_end, gone, done + arc, since + arc, 0.0
             )  # fmt: skip
             # the reflecting plane is a knot, so that no arc crosses it
-            at_boundary = bounce < bottom.size and (z == ground.depth and w > 0 if off_seabed else entered < 0)
+            at_boundary = bounce < bottom.size and (z == terrain.depth and w > 0 if off_seabed else entered < 0)
             if at_boundary:
                 free = _half_zone(done, length[n], abs(math.sin(angle)), wavelength) if off_seabed else 0.0
                 angle, bounce, since = -angle, bounce + 1, 0.0

@@ -66,16 +66,16 @@ def echoes(ping: TracedPing, hits: RayHits, vertices: list[SurfaceVertices]) -> 
             returned = scattered_per_steradian(law, part.direction, -back.arrival, normal)
             returned *= back.intensity(ping.attenuation)
             delay = part.delay + back.delay
-            some = np.flatnonzero(_is_clear(ping, part.origin, family, back, (returned > 0) & in_window(ping, delay)))
-            if not some.size:
+            clear = np.flatnonzero(_is_clear(ping, part.origin, family, back, (returned > 0) & in_window(ping, delay)))
+            if not clear.size:
                 continue
-            gain = ping.receive_beams.gain(back.departure[some]) ** 2
-            energy = channel_energies(ping, sent[:, rows[some]], gain * returned[some])
+            gain = ping.receive_beams.gain(back.departure[clear]) ** 2
+            energy = channel_energies(ping, sent[:, rows[clear]], gain * returned[clear])
             if by_target:
                 energy *= 2 if ping.ping_geometry.is_monostatic else 1
-            reciprocal = _other_order(ping, part, family, back, legs)[some]
+            reciprocal = _other_order(ping, part, family, back, legs)[clear]
             chains = (family, rays.family) if ping.is_reversed else (rays.family, family)
-            yield EchoEnergies(hits.contribution, hits.object, *chains, delay[some], energy, reciprocal)
+            yield EchoEnergies(hits.contribution, hits.object, *chains, delay[clear], energy, reciprocal)
     if by_target and rays.flat and not ping.is_reversed:
         yield from _retraced_echoes(ping, hits, sent)
 
@@ -83,29 +83,29 @@ def echoes(ping: TracedPing, hits: RayHits, vertices: list[SurfaceVertices]) -> 
 def _retraced_echoes(ping: TracedPing, hits: RayHits, sent: Floats) -> Iterator[EchoEnergies]:
     """Echoes that return by flat faces of targets: in water of one sound speed, first those along the transmit path."""
     rays, own_bounce = hits.rays, OWN_BOUNCE[hits.contribution]
-    straight, together = ping.rays is None, ping.ping_geometry.is_monostatic
+    straight, is_monostatic = ping.rays is None, ping.ping_geometry.is_monostatic
     if straight:
         n = len(rays.length)
         same = [ReceiverPaths(-rays.direction, rays.launch, rays.length, rays.delay, 1 / rays.length**2,
                               rays.energy_fraction, np.ones(n, bool))]  # fmt: skip
-        if not together:
+        if not is_monostatic:
             same = receiver_paths(ping, rays.origin, rays.receiver_image, rays.chain)
-        for one in same:
-            paths = one._replace(energy_fraction=rays.energy_fraction)
+        for receiver_path in same:
+            paths = receiver_path._replace(energy_fraction=rays.energy_fraction)
             yield from _face_echoes(ping, hits, sent, rays.chain, paths, np.zeros(n))
     dimensions = 3 if straight else 2
     for chain, transmit_image, image in face_chains(ping):
-        other = np.linalg.norm((rays.receiver_image - image)[:, :dimensions], axis=1) > MAX_MISS_DISTANCE
-        other |= chain != rays.chain
-        if chain.endswith(own_bounce) or (straight and not other.any()):
+        is_other_path = np.linalg.norm((rays.receiver_image - image)[:, :dimensions], axis=1) > MAX_MISS_DISTANCE
+        is_other_path |= chain != rays.chain
+        if chain.endswith(own_bounce) or (straight and not is_other_path.any()):
             continue
         for paths in receiver_paths(ping, rays.origin, image, chain):
-            reciprocal = other.astype(float)
+            reciprocal = is_other_path.astype(float)
             if straight:
-                paths = paths._replace(is_clear=paths.is_clear & other)
-            elif together:  # another ray of the same chain
+                paths = paths._replace(is_clear=paths.is_clear & is_other_path)
+            elif is_monostatic:  # another ray of the same chain
                 reciprocal[np.abs(paths.delay - rays.delay) > SAME_DELAY] = 1.0
-            if not together:
+            if not is_monostatic:
                 out = _face_delay(ping, rays.origin, transmit_image, ping.transmit[2], chain, paths.delay)
                 reciprocal *= interference(ping, rays.delay + paths.delay - out - _own_delay(ping, rays))
             yield from _face_echoes(ping, hits, sent, chain, paths, reciprocal)
@@ -168,19 +168,19 @@ def point_echoes(ping: TracedPing, target: PointTarget, position: Floats) -> Ite
         position: Its position in the frame of the scatterer grid [m], shape (1, 3).
     """
     strength = float(intensity_ratio(target.target_strength_db))
-    level = float(intensity_ratio(ping.ping_geometry.source_level_db))
+    source_intensity = float(intensity_ratio(ping.ping_geometry.source_level_db))
     ends: list[list[tuple[str, int, Floats, Floats]]] = []
     for end, beams in ((ping.transmit, ping.transmit_beams), (ping.receive, ping.receive_beams)):
-        found = []
+        paths_of_ends = []
         for family in ping.choice.followed_families:
-            for ray, one in enumerate(family_legs(ping, end, position, family)):
-                clear = _is_clear(ping, position, family, one, one.reflected > 0, end=end)
-                gain = beams.gain(one.departure) ** 2 * one.intensity(ping.attenuation) * clear
-                found.append((family, ray, one.delay, gain))
-        ends.append(found)
-    delays = [{(family, ray): delay for family, ray, delay, _ in found} for found in ends]
+            for ray, legs in enumerate(family_legs(ping, end, position, family)):
+                clear = _is_clear(ping, position, family, legs, legs.reflected > 0, end=end)
+                gain = beams.gain(legs.departure) ** 2 * legs.intensity(ping.attenuation) * clear
+                paths_of_ends.append((family, ray, legs.delay, gain))
+        ends.append(paths_of_ends)
+    delays = [{(family, ray): delay for family, ray, delay, _ in paths_of_ends} for paths_of_ends in ends]
     for (out, ray_out, delay_out, sent), (back, ray_back, delay_back, channels) in product(*ends):
-        delay, energy = delay_out + delay_back, channel_energies(ping, level * sent, strength * channels)
+        delay, energy = delay_out + delay_back, channel_energies(ping, source_intensity * sent, strength * channels)
         if not in_window(ping, delay)[0] or not energy.any():
             continue
         same = np.zeros(1)
@@ -201,7 +201,7 @@ def boundary_echo_energies(ping: TracedPing) -> Iterator[EchoEnergies]:
     """
     geometry, position = ping.ping_geometry, ping.transmit[None]
     families = boundary_echo_families(ping.choice, two_platforms=False)
-    level, depth = float(intensity_ratio(geometry.source_level_db)), float(ping.receive[2])
+    source_intensity, depth = float(intensity_ratio(geometry.source_level_db)), float(ping.receive[2])
     for family in families:
         legs = family_legs(ping, ping.receive, position, family, BOUNDARY_ECHO)
         reverse = family[::-1]
@@ -209,7 +209,12 @@ def boundary_echo_energies(ping: TracedPing) -> Iterator[EchoEnergies]:
             clear = _is_clear(ping, position, family, back, (back.reflected > 0) & in_window(ping, back.delay))
             sine = np.abs(back.departure[:, 2])
             rough = sediment_bounce_factor(family, depth, back.length, sine, ping.scene.seabed, geometry.wavelength)
-            sent = level * rough**2 * back.intensity(ping.attenuation) * ping.transmit_beams.gain(-back.arrival) ** 2
+            sent = (
+                source_intensity
+                * rough**2
+                * back.intensity(ping.attenuation)
+                * ping.transmit_beams.gain(-back.arrival) ** 2
+            )
             energy = channel_energies(ping, sent, ping.receive_beams.gain(back.departure) ** 2)
             if not clear[0] or not energy.any():
                 continue
@@ -236,11 +241,11 @@ def _other_order(
     """
     if family == rays.family and ping.rays is None:
         return np.zeros(len(rays.delay))
-    other = nearest_delay(legs, rays.delay) != back.delay if family == rays.family else True
+    is_other_path = nearest_delay(legs, rays.delay) != back.delay if family == rays.family else True
     if ping.ping_geometry.is_monostatic:
-        return np.ones(len(rays.delay)) * other
+        return np.ones(len(rays.delay)) * is_other_path
     sent = nearest_delay(family_legs(ping, ping.transmit, rays.origin, family), back.delay)
-    return interference(ping, rays.delay + back.delay - sent - _own_delay(ping, rays)) * other
+    return interference(ping, rays.delay + back.delay - sent - _own_delay(ping, rays)) * is_other_path
 
 
 def _own_delay(ping: TracedPing, rays: RayBundle) -> Floats:

@@ -93,7 +93,7 @@ class Tracer:
             (self.scene.occluders and is_followed(ping, "T")) or ping.facets is not None
         ):
             traced.append(self._exchanged(ping))
-        rays = [partial(self._trace, one, part) for one in traced for part in range(PARTS)]
+        rays = [partial(self._trace, traced_ping, part) for traced_ping in traced for part in range(PARTS)]
         return [*rays, partial(self._exact_paths, ping)]
 
     def exact_paths(self, ping_geometry: PingGeometry) -> list[EchoEnergies]:
@@ -128,7 +128,7 @@ class Tracer:
             for position in (ping_geometry.transmit_position, ping_geometry.receive_position)
         )
         transmit_beams, receive_beams = (
-            one.rotated(one.axes @ turn) for one in (ping_geometry.transmit_beams, ping_geometry.receive_beams)
+            beams.rotated(beams.axes @ turn) for beams in (ping_geometry.transmit_beams, ping_geometry.receive_beams)
         )
         laws = {
             BED: scene.seabed.law(ping_geometry.frequency, float(scene.water.sound_speed_at(scene.seabed.depth))),
@@ -152,10 +152,10 @@ class Tracer:
 
     def _trace(self, ping: TracedPing, part: int) -> list[EchoEnergies]:
         """Echoes of one part of the rays."""
-        points, found = self._surface_points(ping, part), list[EchoEnergies]()
+        points, energies = self._surface_points(ping, part), list[EchoEnergies]()
         for hits in trace_hits(ping, self._rays(ping, part, self.seed)):
-            found += [*echoes(ping, hits, points), *facet_boundary_echoes(ping, hits)]
-        return found
+            energies += [*echoes(ping, hits, points), *facet_boundary_echoes(ping, hits)]
+        return energies
 
     def _surface_points(self, ping: TracedPing, part: int) -> list[SurfaceVertices]:
         """Points of a moving surface that one part of the rays from the receiver reaches."""
@@ -181,8 +181,8 @@ class Tracer:
         if "target" not in self.choice.contributions:
             points = []
         positions = [self.world.to_lattice_frame(np.array([target.position])) for target in points]
-        found = [echo for one, at in zip(points, positions, strict=True) for echo in point_echoes(ping, one, at)]
-        return [*found, *boundary_echo_energies(ping)]
+        exact = [echo for point, at in zip(points, positions, strict=True) for echo in point_echoes(ping, point, at)]
+        return [*exact, *boundary_echo_energies(ping)]
 
     def _launch_sampler(
         self, ping_geometry: PingGeometry, position: Floats, transmit: Beams, receive: Beams,
@@ -221,13 +221,13 @@ class Tracer:
         assert water is not None  # straight rays have `_reach`
         kept = water.depth <= bed
         origin, length = np.tile(position, (len(directions), 1)), np.zeros(len(directions))
-        there = np.ones(len(directions), bool)
+        reaches_all = np.ones(len(directions), bool)
         for letter in chain:
             hits = open_water_hits(origin, directions, farthest, bed, WaterLayers(water.depth[kept], water.speed[kept]))
-            there &= hits.kind == (BED if letter == "B" else SURFACE)
+            reaches_all &= hits.kind == (BED if letter == "B" else SURFACE)
             origin, length = hits.position, length + hits.distance
             directions = hits.direction * np.array([1, 1, -1])
-        return np.where(there, length, np.inf)
+        return np.where(reaches_all, length, np.inf)
 
     def _body_windows(
         self, position: Floats, last: float, transmit: Beams, receive: Beams

@@ -46,11 +46,11 @@ def facet_echoes(
     by_facet, own_bounce = "s" in hits.rays.chain, OWN_BOUNCE[hits.contribution]
     if by_facet and ping.is_reversed:
         return
-    for group, one in enumerate(vertices):
+    for group, group_vertices in enumerate(vertices):
         for family in ping.choice.followed_families:
-            head = one.chain + "S"
+            head = group_vertices.chain + "S"
             if family.startswith(head) and not family.endswith(own_bounce):
-                yield from _connected_echoes(ping, hits, sent, one, (family, group))
+                yield from _connected_echoes(ping, hits, sent, group_vertices, (family, group))
 
 
 def _connected_echoes(
@@ -76,13 +76,13 @@ def _connected_echoes(
     returned *= facets.scattered_per_steradian(vertices.direction[at], legs.departure)
     returned *= legs.intensity(ping.attenuation) / (chance * CONNECTIONS)
     requested = (returned > 0) & in_window(ping, delay)
-    some = np.flatnonzero(ping.intersector.clear(point, rays.origin, tail, ping.ping_geometry.wavelength, requested))
-    if not some.size:
+    clear = np.flatnonzero(ping.intersector.clear(point, rays.origin, tail, ping.ping_geometry.wavelength, requested))
+    if not clear.size:
         return
-    rays, at, hit = rays.take(some), at[some], hit[some]
-    back = legs.delay[some] + vertices.delay[at]
-    energy = channel_energies(ping, sent[:, hit], vertices.weight[:, at] * returned[some])
-    rate, variance = facets.turning(vertices.direction[at], legs.departure[some])
+    rays, at, hit = rays.take(clear), at[clear], hit[clear]
+    back = legs.delay[clear] + vertices.delay[at]
+    energy = channel_energies(ping, sent[:, hit], vertices.weight[:, at] * returned[clear])
+    rate, variance = facets.turning(vertices.direction[at], legs.departure[clear])
     lag = rays.delay + back - 2 * vertices.delay[at]
     phase, spread = rate * lag, variance * lag**2
     if "s" in rays.chain:
@@ -92,16 +92,18 @@ def _connected_echoes(
         energy *= 2
     reciprocal = np.cos(phase) * np.exp(-spread / 2)
     if not ping.ping_geometry.is_monostatic:
-        apart = _excess_delay(ping, vertices.chain, vertices.position[at])
+        delay_difference = _excess_delay(ping, vertices.chain, vertices.position[at])
         if "s" in rays.chain:
-            apart = apart - _excess_delay(ping, rays.chain[: rays.chain.rindex("s")].upper(), rays.facets[:, 3:])
+            delay_difference = delay_difference - _excess_delay(
+                ping, rays.chain[: rays.chain.rindex("s")].upper(), rays.facets[:, 3:]
+            )
         elif "T" in rays.chain:
-            apart = np.full(len(apart), np.inf)
+            delay_difference = np.full(len(delay_difference), np.inf)
         else:
-            apart = apart - _excess_delay(ping, rays.family, rays.origin)
-        reciprocal *= interference(ping, apart)
+            delay_difference = delay_difference - _excess_delay(ping, rays.family, rays.origin)
+        reciprocal *= interference(ping, delay_difference)
     chains = (family, rays.family) if ping.is_reversed else (rays.family, family)
-    yield EchoEnergies(hits.contribution, hits.object, *chains, delay[some], energy, reciprocal)
+    yield EchoEnergies(hits.contribution, hits.object, *chains, delay[clear], energy, reciprocal)
 
 
 def _excess_delay(ping: TracedPing, chain: str, position: Floats) -> Floats:
@@ -133,11 +135,11 @@ def facet_boundary_echoes(ping: TracedPing, hits: RayHits) -> Iterator[EchoEnerg
             returned = facets.scattered_per_steradian(rays.direction, -back.arrival) * back.intensity(ping.attenuation)
             delay = rays.delay + back.delay
             requested = (returned > 0) & in_window(ping, delay)
-            some = np.flatnonzero(
+            clear = np.flatnonzero(
                 ping.intersector.clear(ping.receive, rays.origin, family, ping.ping_geometry.wavelength, requested)
             )
-            if some.size:
-                sent = transmitted_energy(ping, rays.take(some))
-                gain = ping.receive_beams.gain(back.departure[some]) ** 2
-                energy = channel_energies(ping, sent, gain * returned[some])
-                yield EchoEnergies(BOUNDARY_ECHO, BOUNDARY_ECHO, name, "", delay[some], energy, np.zeros(some.size))
+            if clear.size:
+                sent = transmitted_energy(ping, rays.take(clear))
+                gain = ping.receive_beams.gain(back.departure[clear]) ** 2
+                energy = channel_energies(ping, sent, gain * returned[clear])
+                yield EchoEnergies(BOUNDARY_ECHO, BOUNDARY_ECHO, name, "", delay[clear], energy, np.zeros(clear.size))

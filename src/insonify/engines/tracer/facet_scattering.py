@@ -126,7 +126,7 @@ class FacetSurface:
         row = np.log(np.maximum(change / (2 * self.wavenumber), LEAST_SINE) / LEAST_SINE) / -math.log(LEAST_SINE)
         row = np.clip(row * (NODES - 1), 0.0, NODES - 1.000001)
         cells = np.clip((slope / STEEPEST + 1) * CELLS / 2, 0.0, CELLS - 1.000001)
-        (k, i, j), total = (one.astype(np.int64) for one in (row, *cells.T)), np.zeros(len(row))
+        (k, i, j), total = (index.astype(np.int64) for index in (row, *cells.T)), np.zeros(len(row))
         r, u, v = row - k, cells[:, 0] - i, cells[:, 1] - j
         for a, b, c in np.ndindex(2, 2, 2):
             weight = (r if a else 1 - r) * (u if b else 1 - u) * (v if c else 1 - v)
@@ -164,8 +164,8 @@ def slope_densities(wind_speed: float, wavenumber: float, shortest: float) -> ND
     """
     waves = wind_waves(wind_speed, shortest)
     sines = np.geomspace(LEAST_SINE, 1.0, NODES)
-    found = [_slope_density(waves, 2 * wavenumber * float(sine)) for sine in sines]
-    return np.array(found, np.float32)
+    densities = [_slope_density(waves, 2 * wavenumber * float(sine)) for sine in sines]
+    return np.array(densities, np.float32)
 
 
 def _slope_density(waves: WindWaves, phase: float) -> Floats:
@@ -196,13 +196,13 @@ def _jump_density(waves: WindWaves, phase: float, longer: float) -> Floats:
     turns = (turns[:, 1:] + turns[:, :-1]) / 2
     weight = np.repeat(share / share.sum() / turns.shape[1], turns.shape[1])
     slope = (wavenumber / phase)[:, None] * np.array([np.cos(turns), np.sin(turns)])
-    found = np.zeros(CELLS * CELLS)
+    density = np.zeros(CELLS * CELLS)
     limit = STEEPEST * (1 - 2 / CELLS)
     for sense in (1, -1):
-        x, y = (np.clip(sense * one.ravel(), -limit, limit) * CELLS / (2 * STEEPEST) for one in slope)
+        x, y = (np.clip(sense * slope_axis.ravel(), -limit, limit) * CELLS / (2 * STEEPEST) for slope_axis in slope)
         i, j = np.floor(x).astype(np.int64), np.floor(y).astype(np.int64)
         u, v = x - i, y - j
         for a, b in np.ndindex(2, 2):
             at = (i + a) % CELLS * CELLS + (j + b) % CELLS
-            found += np.bincount(at, weight / 2 * (u if a else 1 - u) * (v if b else 1 - v), CELLS * CELLS)
-    return found.reshape(CELLS, CELLS)
+            density += np.bincount(at, weight / 2 * (u if a else 1 - u) * (v if b else 1 - v), CELLS * CELLS)
+    return density.reshape(CELLS, CELLS)

@@ -54,12 +54,12 @@ def family_legs(
     """
     scene, wavelength = ping.scene, ping.ping_geometry.wavelength
     if ping.rays is None:
-        one = image_legs(scene, end, position, family, wavelength)
-        delay = one.length / scene.water.sound_speed
-        reflected = one.intensity
+        image = image_legs(scene, end, position, family, wavelength)
+        delay = image.length / scene.water.sound_speed
+        reflected = image.intensity
         if ping.facets is not None and "S" in family:
-            reflected = reflected * ping.facets.coherent_intensity(np.abs(one.arrival[:, 2])) ** family.count("S")
-        return [TracedLegs(delay, one.length, one.departure, one.arrival, reflected, 1 / one.length**2)]
+            reflected = reflected * ping.facets.coherent_intensity(np.abs(image.arrival[:, 2])) ** family.count("S")
+        return [TracedLegs(delay, image.length, image.departure, image.arrival, reflected, 1 / image.length**2)]
     n = len(position)
     points = Scatterers(
         boundary, boundary, PointTargetLaw(0.0), position, np.zeros((n, 3)), np.ones(n), np.ones(n, complex),
@@ -67,23 +67,23 @@ def family_legs(
     )  # fmt: skip
     legs = ping.rays.open_water().legs(end, points, (family,), ping.ping_geometry.frequency)
     at_end, at_bed = scene.water.sound_speed_at(np.array([end[2], scene.seabed.depth]))
-    found = []
+    result = []
     for row in range(len(legs.families)):
         cosine = np.hypot(legs.departure[row, :, 0], legs.departure[row, :, 1]) * at_bed / at_end
         sine = np.sqrt(np.clip((1 - cosine) * (1 + cosine), 1e-12, 1.0))
         reflected = np.abs(legs.reflection_coefficient[row]) ** 2 * (legs.status[row] == LegStatus.CLEAR)
         if "B" in bounce_letters(family):
             reflected *= coherent_intensity_factor(scene, family, float(end[2]), legs.length[row], sine, wavelength)
-        found.append(TracedLegs(
+        result.append(TracedLegs(
             legs.delay[row], legs.length[row], legs.departure[row], legs.arrival[row], reflected,
             legs.spreading[row] ** 2,
         ))  # fmt: skip
-    return found
+    return result
 
 
 def nearest_delay(legs: list[TracedLegs], delay: Floats) -> Floats:
     """Travel times of those rays of a family that are nearest to given ones, infinite without any [s], shape (n,)."""
     if not legs:
         return np.full(len(delay), np.inf)
-    delays = np.array([np.where(one.reflected > 0, one.delay, np.inf) for one in legs])
+    delays = np.array([np.where(family_legs.reflected > 0, family_legs.delay, np.inf) for family_legs in legs])
     return np.asarray(delays[np.nanargmin(np.abs(delays - delay), axis=0), np.arange(len(delay))])

@@ -18,7 +18,7 @@ OWN_BOUNCE = {"seabed": "B", "surface": "S", "target": "-"}
 
 def transmitted_energy(ping: TracedPing, rays: RayBundle) -> Floats:
     """Mean-square pressure times the area of each ray at its hit, by transmit beam [uPa^2 m^2], shape (beams, n)."""
-    level = float(intensity_ratio(ping.ping_geometry.source_level_db))
+    source_intensity = float(intensity_ratio(ping.ping_geometry.source_level_db))
     factor = rays.solid_angle * rays.energy_fraction * np.exp(-ping.attenuation * rays.length)
     if ping.rays is not None:  # the flux of a ray tube is constant, and pressure squared is flux times impedance
         speed = ping.scene.water.sound_speed_at
@@ -28,7 +28,7 @@ def transmitted_energy(ping: TracedPing, rays: RayBundle) -> Floats:
         factor = factor * coherent_intensity_factor(
             ping.scene, rays.family, float(ping.transmit[2]), rays.length, sine, ping.ping_geometry.wavelength
         )
-    return np.asarray(level * factor * ping.transmit_beams.gain(rays.launch) ** 2)
+    return np.asarray(source_intensity * factor * ping.transmit_beams.gain(rays.launch) ** 2)
 
 
 def channel_energies(ping: TracedPing, sent: Floats, gains: Floats) -> Floats:

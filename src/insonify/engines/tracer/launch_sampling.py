@@ -124,12 +124,14 @@ class LaunchSampler:
             n = np.arange(part, size, parts)
             first = random_keys.uniforms(seed, random_keys.TRACER, 0, group, ping, 1)
             u = random_keys.uniforms(seed, random_keys.TRACER, n, group, ping, 0)
-            one, other = (n + u[:, 0]) / max(size, 1), np.mod(n * _GOLDEN + first[0], 1.0)
+            first_uniform, second_uniform = (n + u[:, 0]) / max(size, 1), np.mod(n * _GOLDEN + first[0], 1.0)
             if group == 0:
-                drawn.append((self.across.quantile(other), self.around.quantile(one)))
+                drawn.append((self.across.quantile(second_uniform), self.around.quantile(first_uniform)))
             else:
                 (left, right), (low, high) = self.windows[group - 1].part, self.windows[group - 1].psi
-                drawn.append((self.across.quantile(left + other * (right - left)), low + one * (high - low)))
+                drawn.append(
+                    (self.across.quantile(left + second_uniform * (right - left)), low + first_uniform * (high - low))
+                )
         cosine, turn = (np.concatenate(column) for column in zip(*drawn, strict=True))
         density = general * self.across.density(cosine) * self.around.density(_wrapped(turn))
         for window in self.windows:
@@ -189,13 +191,13 @@ def _slant_range_density(
         sent: Transmitted power in each step [1], shape (AROUND,).
         reaches: See `launch_sampler`.
     """
-    weight, found = np.full(AROUND, 1.0 / AROUND), np.zeros(AROUND)
+    weight, density = np.full(AROUND, 1.0 / AROUND), np.zeros(AROUND)
     for path_length, near, far in reaches:
         reach = np.clip(path_length(directions), near, far)
         fill = np.abs(np.diff(reach)) * (MIN_RELATIVE_GAIN + sent / max(sent.max(), 1e-300))
-        found += fill / max(fill.sum(), 1e-300)
-    if found.sum() > 0:
-        weight = UNIFORM_AROUND * weight + (1 - UNIFORM_AROUND) * found / found.sum()
+        density += fill / max(fill.sum(), 1e-300)
+    if density.sum() > 0:
+        weight = UNIFORM_AROUND * weight + (1 - UNIFORM_AROUND) * density / density.sum()
     return tabulated_density(-np.pi, np.pi, weight)
 
 

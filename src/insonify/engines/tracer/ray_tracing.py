@@ -88,7 +88,7 @@ def _first_hits(ping: TracedPing, rays: RayBundle) -> list[RayHits]:
         rays, origin=hits.position, direction=hits.direction, length=rays.length + hits.distance,
         delay=rays.delay + hits.delay,
     )  # fmt: skip
-    found = []
+    parts = []
     for kind, row in ((BED, -1), (SURFACE, -1), *((BODY, row) for row in range(len(bodies)))):
         selected = np.flatnonzero((interface == kind) & (body_row == row))
         if not selected.size:
@@ -103,10 +103,10 @@ def _first_hits(ping: TracedPing, rays: RayBundle) -> list[RayHits]:
         elif kind == BED and ping.scene.seabed.terrain is None:
             part.origin[:, 2] = ping.scene.seabed.depth
         name = bodies[row].label if kind == BODY else CONTRIBUTIONS[kind]
-        found.append(
+        parts.append(
             RayHits(part, normal[selected], CONTRIBUTIONS[kind], name, BOUNCE_LETTERS[kind], law, fraction, flat)
         )
-    return found
+    return parts
 
 
 def _face_specular_fraction(ping: TracedPing, body: Solid) -> float:
@@ -168,12 +168,12 @@ def receiver_paths(ping: TracedPing, position: Floats, image: Floats, chain: str
         return [_walked(ping, position, leaving, length, chain)]
     # level boundaries are their own images in an upright face
     end, family = np.array([*image[:2], ping.receive[2]]), chain.replace("T", "") or "D"
-    found = []
+    path_parts = []
     for legs in family_legs(ping, end, position, family):
         paths = _walked(ping, position, -legs.arrival, legs.length, chain)
         clear = paths.is_clear & (legs.reflected > 0)
-        found.append(paths._replace(delay=legs.delay, spreading=legs.spreading, is_clear=clear))
-    return found
+        path_parts.append(paths._replace(delay=legs.delay, spreading=legs.spreading, is_clear=clear))
+    return path_parts
 
 
 def _walked(ping: TracedPing, position: Floats, leaving: Floats, length: Floats, chain: str) -> ReceiverPaths:
@@ -186,7 +186,7 @@ def _walked(ping: TracedPing, position: Floats, leaving: Floats, length: Floats,
         origin, direction, remaining = hits.position, hits.direction, remaining - hits.distance
         delay = delay + hits.delay
         normal = hits.normal
-        clear &= np.array([BOUNCE_LETTERS.get(int(one), "") == letter for one in hits.kind], bool)
+        clear &= np.array([BOUNCE_LETTERS.get(int(kind), "") == letter for kind in hits.kind], bool)
         if letter == "T":
             fraction *= np.where(np.einsum("ij,ij->i", direction, normal) < 0, of_body[hits.body_row], 0.0)
         elif letter:
@@ -211,15 +211,15 @@ def face_chains(ping: TracedPing) -> list[tuple[str, Floats, Floats]]:
         words = [word + letter for word in words for letter in "T" + boundaries if not word.endswith(letter)]
         words = [word for word in words if word.count("T") < 2]
         chains += [word for word in words if "T" in word and is_followed(ping, word)]
-    found: list[tuple[str, Floats, Floats]] = []
+    images: list[tuple[str, Floats, Floats]] = []
     for chain, plane in product(chains, face_planes(ping.scene)):
         transmit, receive = (
             _chain_image(chain, plane, position, ping.scene.seabed.depth) for position in (ping.transmit, ping.receive)
         )
         followed = ping.rays is None or abs(plane.normal[2]) < UPRIGHT
         if followed and transmit is not None and receive is not None:
-            found.append((chain, transmit, receive))
-    return found
+            images.append((chain, transmit, receive))
+    return images
 
 
 def _chain_image(chain: str, plane: FacePlane, position: Floats, bed: float) -> Floats | None:

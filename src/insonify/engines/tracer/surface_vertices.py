@@ -53,10 +53,10 @@ class SurfaceVertices(NamedTuple):
         """
         angle = np.arcsin(np.minimum(np.abs(self.direction[:, 2]), 1.0))
         borders = np.concatenate([[-np.inf], (angle[1:] + angle[:-1]) / 2, [np.inf]])
-        found = np.searchsorted(borders, calm + spread * np.tan(np.pi * (uniform - 0.5))) - 1
-        found = np.clip(found, 0, len(angle) - 1)
-        low, high = (np.arctan((borders[found + step] - calm) / spread) / np.pi for step in (0, 1))
-        return found, np.maximum(high - low, 1e-12)
+        row = np.searchsorted(borders, calm + spread * np.tan(np.pi * (uniform - 0.5))) - 1
+        row = np.clip(row, 0, len(angle) - 1)
+        low, high = (np.arctan((borders[row + step] - calm) / spread) / np.pi for step in (0, 1))
+        return row, np.maximum(high - low, 1e-12)
 
 
 def surface_vertices(ping: TracedPing, rays: RayBundle, seed: int) -> list[SurfaceVertices]:
@@ -67,21 +67,23 @@ def surface_vertices(ping: TracedPing, rays: RayBundle, seed: int) -> list[Surfa
         rays: Rays that leave the receiver.
         seed: Seed of the random connections.
     """
-    found = []
+    vertices = []
     for hits in trace_hits(ping, rays):
-        one = hits.rays
-        if hits.letter != "S" or "T" in one.chain or not len(one.delay):
+        bundle = hits.rays
+        if hits.letter != "S" or "T" in bundle.chain or not len(bundle.delay):
             continue
-        weight = one.solid_angle * one.energy_fraction * np.exp(-ping.attenuation * one.length)
-        sine = np.minimum(np.abs(one.direction[:, 2]), 1.0)
+        weight = bundle.solid_angle * bundle.energy_fraction * np.exp(-ping.attenuation * bundle.length)
+        sine = np.minimum(np.abs(bundle.direction[:, 2]), 1.0)
         weight = weight * coherent_intensity_factor(
-            ping.scene, one.family, float(ping.transmit[2]), one.length, sine, ping.ping_geometry.wavelength
+            ping.scene, bundle.family, float(ping.transmit[2]), bundle.length, sine, ping.ping_geometry.wavelength
         )
-        gain = ping.transmit_beams.gain(one.launch) ** 2
-        order = np.argsort(np.abs(one.direction[:, 2]), kind="stable")
-        one, weight = one.take(order), (weight * gain)[:, order]
-        found.append(SurfaceVertices(bounce_letters(one.family), one.origin, one.direction, one.delay, weight, seed))
-    return found
+        gain = ping.transmit_beams.gain(bundle.launch) ** 2
+        order = np.argsort(np.abs(bundle.direction[:, 2]), kind="stable")
+        bundle, weight = bundle.take(order), (weight * gain)[:, order]
+        vertices.append(
+            SurfaceVertices(bounce_letters(bundle.family), bundle.origin, bundle.direction, bundle.delay, weight, seed)
+        )
+    return vertices
 
 
 def legs_from_surface(ping: TracedPing, point: Floats, position: Floats, family: str) -> TracedLegs:

@@ -69,11 +69,11 @@ class TracingScene:
         """Positions transformed from north, east, down to the scatterer grid's frame [m], shape (..., 3)."""
         return np.concatenate([self.lattice.from_world(position[..., :2]), position[..., 2:]], axis=-1)
 
-    def intersector(self, here: Floats, farthest: float) -> "RayIntersector":
+    def intersector(self, origin: Floats, farthest: float) -> "RayIntersector":
         """Intersector of rays within a distance [m] of a position in the scatterer grid's frame [m]."""
         if self.bed is not None and self.store is not None and len(self.store.rows) > MAX_TILES:
             self.store = TerrainTileCache(self.bed)  # intersectors in use keep the old cache
-        return RayIntersector(self, here, farthest)
+        return RayIntersector(self, origin, farthest)
 
 
 class TerrainTileCache:
@@ -114,24 +114,24 @@ class TerrainTileCache:
 class RayIntersector:
     """Intersection of rays with the seabed, the surface and bodies of one ping."""
 
-    def __init__(self, world: TracingScene, here: Floats, farthest: float) -> None:
+    def __init__(self, world: TracingScene, origin: Floats, farthest: float) -> None:
         """Set up the table of tiles about a position, with those that are loaded already.
 
         Args:
             world: Bodies and terrain tiles of the scene.
-            here: Middle of the table, in the scatterer grid's frame [m], shape (>= 2,).
+            origin: Middle of the table, in the scatterer grid's frame [m], shape (>= 2,).
             farthest: Horizontal distance that the table covers [m].
         """
         self._scene_tree, self._store = world.bodies, world.store
         self.water, self._speed = world.water, world.scene.water.sound_speed
         if world.store is None:
-            self.ground = _flat_tiles(world.scene.seabed.depth)
+            self.terrain = _flat_tiles(world.scene.seabed.depth)
             return
         bed = world.store.bed
         cell = world.store.synthesizer.cell
         side = cell * TILE_CELLS
-        corner = np.floor((here[:2] - farthest) / side).astype(int) - 1
-        size = np.floor((here[:2] + farthest) / side).astype(int) + 2 - corner
+        corner = np.floor((origin[:2] - farthest) / side).astype(int) - 1
+        size = np.floor((origin[:2] + farthest) / side).astype(int) + 2 - corner
         low, high = bed.relief.span
         row_of = np.full(size, -1, np.int32)
         with world.store.lock:
@@ -139,7 +139,7 @@ class RayIntersector:
                 p, q = along - corner[0], across - corner[1]
                 if 0 <= p < size[0] and 0 <= q < size[1]:
                     row_of[p, q] = row
-        self.ground = TerrainTiles(
+        self.terrain = TerrainTiles(
             float(bed.depth), cell, float(low), float(high), int(corner[0]), int(corner[1]),
             row_of, world.store.tiles, world.store.block_maxima, world.store.tile_maxima,
         )  # fmt: skip
@@ -150,36 +150,36 @@ class RayIntersector:
         if store is None or not missing.any():
             return False
         with store.lock:
-            row_of = self.ground.row_of.copy()
+            row_of = self.terrain.row_of.copy()
             for p, q in np.argwhere(missing):
-                row_of[p, q] = store.fetch(int(p) + self.ground.corner_a, int(q) + self.ground.corner_b)
-            self.ground = self.ground._replace(
+                row_of[p, q] = store.fetch(int(p) + self.terrain.corner_a, int(q) + self.terrain.corner_b)
+            self.terrain = self.terrain._replace(
                 row_of=row_of, tiles=store.tiles, block_maxima=store.block_maxima, tile_maxima=store.tile_maxima
             )
         return True
 
     def _refracting(self, water: WaterLayers) -> RefractingScene:
         """Water and obstacles, with the terrain tiles that are loaded."""
-        return RefractingScene(self.ground, self._scene_tree, water)
+        return RefractingScene(self.terrain, self._scene_tree, water)
 
     def hits(self, origin: Floats, direction: Floats, farthest: Floats) -> RefractedHits:
         """First hits of rays within a path length, see `first_hits` and `refracted_hits`."""
-        water, found = self.water, _no_hits(len(origin))
+        water, hits = self.water, _no_hits(len(origin))
         while True:
-            missing = np.zeros(self.ground.row_of.shape, bool)
+            missing = np.zeros(self.terrain.row_of.shape, bool)
             if water is None:
                 first_hits(
-                    origin, direction, farthest, self.ground, self._scene_tree, missing, found.distance, found.kind,
-                    found.body_row, found.normal,
+                    origin, direction, farthest, self.terrain, self._scene_tree, missing, hits.distance, hits.kind,
+                    hits.body_row, hits.normal,
                 )  # fmt: skip
             else:
-                refracted_hits(origin, direction, farthest, self._refracting(water), missing, found)
+                refracted_hits(origin, direction, farthest, self._refracting(water), missing, hits)
             if not self._fetch_missing(missing):
                 break
         if water is not None:
-            return found
-        position = origin + found.distance[:, None] * direction
-        return found._replace(delay=found.distance / self._speed, position=position, direction=direction)
+            return hits
+        position = origin + hits.distance[:, None] * direction
+        return hits._replace(delay=hits.distance / self._speed, position=position, direction=direction)
 
     def clear(self, end: Floats, position: Floats, family: str, wavelength: float, requested: Marks) -> Marks:
         """Return True for positions that a straight reflected path reaches, see `clear_image_paths`.
@@ -194,10 +194,10 @@ class RayIntersector:
         bottom = np.array([letter == "B" for letter in family if letter != "D"], bool)
         ends = np.ascontiguousarray(np.broadcast_to(end, position.shape))
         while True:
-            found, missing = requested.copy(), np.zeros(self.ground.row_of.shape, bool)
-            clear_image_paths(ends, position, bottom, wavelength, self.ground, self._scene_tree, missing, found)
+            is_clear, missing = requested.copy(), np.zeros(self.terrain.row_of.shape, bool)
+            clear_image_paths(ends, position, bottom, wavelength, self.terrain, self._scene_tree, missing, is_clear)
             if not self._fetch_missing(missing):
-                return found
+                return is_clear
 
     def clear_refracted(
         self, position: Floats, leaving: Floats, length: Floats, family: str, wavelength: float, requested: Marks
@@ -215,11 +215,11 @@ class RayIntersector:
         bottom, water = np.array([letter == "B" for letter in reversed(family) if letter != "D"], bool), self.water
         assert water is not None  # straight rays have `clear`
         while True:
-            found, missing = requested.copy(), np.zeros(self.ground.row_of.shape, bool)
+            is_clear, missing = requested.copy(), np.zeros(self.terrain.row_of.shape, bool)
             scene = self._refracting(water)
-            clear_refracted_paths(position, leaving, length, bottom, wavelength, scene, missing, found)
+            clear_refracted_paths(position, leaving, length, bottom, wavelength, scene, missing, is_clear)
             if not self._fetch_missing(missing):
-                return found
+                return is_clear
 
 
 class FacePlane(NamedTuple):
@@ -243,13 +243,13 @@ def face_planes(scene: Scene) -> tuple[FacePlane, ...]:
     flat = np.array([has_flat_faces(solids[row]) for row in tree.solid_row], bool)
     corner, normal = tree.corner_and_sides[flat], tree.normal[flat]
     area = np.linalg.norm(np.cross(corner[:, 3:6], corner[:, 6:]), axis=1)
-    offset, left, found = np.einsum("ij,ij->i", corner[:, :3], normal), area > 0, list[FacePlane]()
+    offset, left, planes = np.einsum("ij,ij->i", corner[:, :3], normal), area > 0, list[FacePlane]()
     for row in np.argsort(-area, kind="stable"):
-        if left[row] and len(found) < MAX_PLANES:
+        if left[row] and len(planes) < MAX_PLANES:
             same = (normal @ normal[row] > 1 - COPLANAR**2 / 2) & (np.abs(offset - offset[row]) < COPLANAR)
             left &= ~same
-            found.append(FacePlane(normal[row], float(offset[row])))
-    return tuple(found)
+            planes.append(FacePlane(normal[row], float(offset[row])))
+    return tuple(planes)
 
 
 def open_water_hits(
@@ -265,11 +265,11 @@ def open_water_hits(
         water: Sound speed, down to the seabed.
     """
     n = len(origin)
-    found = _no_hits(n)
+    hits = _no_hits(n)
     none = triangle_tree(np.zeros((0, 3, 3)), np.zeros(0, np.int64))
     scene = RefractingScene(_flat_tiles(bed), none, water)
-    refracted_hits(origin, direction, np.full(n, farthest), scene, np.zeros((1, 1), bool), found)
-    return found
+    refracted_hits(origin, direction, np.full(n, farthest), scene, np.zeros((1, 1), bool), hits)
+    return hits
 
 
 def _no_hits(n: int) -> RefractedHits:
@@ -312,7 +312,7 @@ def _scene_tree(scene: Scene) -> TriangleTree:
     corners, body_rows = [np.zeros((0, 3, 3))], [np.zeros(0, np.int64)]
     lattice = scene.seabed.scatterer_grid
     for row, solid in enumerate(scene.solids_of_one_law):
-        found = world_triangles(solid, scene.seabed).corners
-        corners.append(np.concatenate([lattice.from_world(found[..., :2]), found[..., 2:]], axis=-1))
-        body_rows.append(np.full(len(found), row))
+        solid_corners = world_triangles(solid, scene.seabed).corners
+        corners.append(np.concatenate([lattice.from_world(solid_corners[..., :2]), solid_corners[..., 2:]], axis=-1))
+        body_rows.append(np.full(len(solid_corners), row))
     return triangle_tree(np.concatenate(corners), np.concatenate(body_rows))

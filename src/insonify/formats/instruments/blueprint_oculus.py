@@ -117,13 +117,13 @@ class BlueprintOculusFile(InstrumentFile):
         offset = _LOG_HEADER_SIZE if self._logged else 0
         while offset < self._size:
             try:
-                found = self._item(offset) if self._logged else self._message(offset)
+                item = self._item(offset) if self._logged else self._message(offset)
             except DatagramError as fault:
                 self._omit(offset, str(fault))
                 offset = self._find(mark, offset + 1)
                 continue
-            yield (offset, *found)
-            offset += found[0]
+            yield (offset, *item)
+            offset += item[0]
 
     def _message(self, offset: int) -> tuple[int, str, float]:
         """Size, kind and time of a message."""
@@ -200,44 +200,46 @@ class BlueprintOculusFile(InstrumentFile):
         sizes = [self._unpacked_size.get(int(self.datagrams.offset[row]), 0) for row in rows]
         require_memory(self.path, len(rows), max(int(self.datagrams.size[rows].max(initial=0)), *sizes, 0))
         number = dict(zip(rows.tolist(), numbers, strict=True))
-        found = list(self._pings(rows))
-        made = _stated([ping.header for _, ping in found])
-        made["first_range"] = variable("ping", np.zeros(len(found)), "m", "range of sample 0")
-        made["bearing"] = variable(
+        read_pings = list(self._pings(rows))
+        columns = _stated([ping.header for _, ping in read_pings])
+        columns["first_range"] = variable("ping", np.zeros(len(read_pings)), "m", "range of sample 0")
+        columns["bearing"] = variable(
             ("ping", "beam"),
-            stacked([p.bearing for _, p in found]),
+            stacked([p.bearing for _, p in read_pings]),
             "rad",
             "bearing of the beam, positive to the right",
         )
-        made["amplitude"] = variable(
+        columns["amplitude"] = variable(
             ("ping", "beam", "sample"),
-            stacked([ping.image for _, ping in found], axes=2),
+            stacked([ping.image for _, ping in read_pings], axes=2),
             "1",
             "amplitude of the echo in counts",
         )
-        if any(ping.gain.size for _, ping in found):
-            made["sample_gain"] = variable(
-                ("ping", "sample"), stacked([ping.gain for _, ping in found]), "1", "gain of each range, as sent"
+        if any(ping.gain.size for _, ping in read_pings):
+            columns["sample_gain"] = variable(
+                ("ping", "sample"), stacked([ping.gain for _, ping in read_pings]), "1", "gain of each range, as sent"
             )
-        return ping_dataset(group, [number[row] for row, _ in found], self.datagrams.time[[r for r, _ in found]], made)
+        return ping_dataset(
+            group, [number[row] for row, _ in read_pings], self.datagrams.time[[r for r, _ in read_pings]], columns
+        )
 
     def settings(self) -> tuple[Setting, ...]:
         """Settings of the first ping that can be read."""
         for row, ping in self._pings(self.datagrams.rows(*_SIMPLE)):
             offset, kind = int(self.datagrams.offset[row]), str(self.datagrams.kind[row])
-            found = {name: (v.values[0].item(), v.attrs["units"]) for name, v in _stated([ping.header]).items()}
-            found |= {"beams": (ping.image.shape[0], "1"), "samples": (ping.image.shape[1], "1")}
-            known = {name: pair for name, pair in found.items() if pair[0] == pair[0]}  # not NaN
+            values = {name: (v.values[0].item(), v.attrs["units"]) for name, v in _stated([ping.header]).items()}
+            values |= {"beams": (ping.image.shape[0], "1"), "samples": (ping.image.shape[1], "1")}
+            known = {name: pair for name, pair in values.items() if pair[0] == pair[0]}  # not NaN
             return tuple(Setting(name, value, unit, kind, offset) for name, (value, unit) in known.items())
         return ()
 
     def attitude(self) -> xr.Dataset | None:
         """Roll, pitch and yaw [rad] over time, None where no ping has any."""
-        found = [(row, ping.header) for row, ping in self._pings(self.datagrams.rows("simple ping result 2"))]
-        if not any(header[column.field] for _, header in found for column in _ATTITUDE):
+        headers = [(row, ping.header) for row, ping in self._pings(self.datagrams.rows("simple ping result 2"))]
+        if not any(header[column.field] for _, header in headers for column in _ATTITUDE):
             return None
-        times = self.datagrams.time[[row for row, _ in found]]
-        return time_dataset([np.array([header]) for _, header in found], times, _ATTITUDE)
+        times = self.datagrams.time[[row for row, _ in headers]]
+        return time_dataset([np.array([header]) for _, header in headers], times, _ATTITUDE)
 
 
 class _Ping:
@@ -266,11 +268,11 @@ class _Ping:
 
 def _stated(headers: Sequence[Any]) -> dict[str, xr.Variable]:
     """Settings of pings as variables, without values that cannot be."""
-    made = variables(headers, _COLUMNS, ("ping",))
+    settings = variables(headers, _COLUMNS, ("ping",))
     for name, (low, high) in _PLAUSIBLE.items():
-        values = made[name].values
-        made[name] = made[name].copy(data=np.where((values > low) & (values < high), values, np.nan))
-    return made
+        values = settings[name].values
+        settings[name] = settings[name].copy(data=np.where((values > low) & (values < high), values, np.nan))
+    return settings
 
 
 def _kind(header: Any) -> str:

@@ -107,13 +107,13 @@ def variables(
         dims: Dimensions of the variables, of the pings first.
         least: Least length of the last of them.
     """
-    made = {}
+    result = {}
     for column in columns:
         values = (
             stacked([values_of(table, column) for table in tables], least) if tables else np.empty((0,) * len(dims))
         )
-        made[column.name] = variable(dims, values, column.unit, column.long_name)
-    return made
+        result[column.name] = variable(dims, values, column.unit, column.long_name)
+    return result
 
 
 def record_settings(
@@ -160,7 +160,7 @@ def sample_levels(path: Path, rows: Sequence[NDArray[np.float32]], long_name: st
 
 
 def ping_dataset(
-    group: str, pings: Sequence[int] | NDArray[Any], times: NDArray[np.float64], found: Mapping[str, xr.Variable]
+    group: str, pings: Sequence[int] | NDArray[Any], times: NDArray[np.float64], columns: Mapping[str, xr.Variable]
 ) -> xr.Dataset:
     """Dataset of one group with the coordinates ping and time.
 
@@ -168,13 +168,13 @@ def ping_dataset(
         group: Name of the group.
         pings: Numbers of the pings in the group, from 0.
         times: Their times [s since 1970].
-        found: Variables.
+        columns: Variables.
     """
     coordinates = {
         name: variable("ping", np.asarray(values), *_NAMES[name])
         for name, values in (("ping", np.asarray(pings, np.int64)), ("time", np.asarray(times, float)))
     }
-    return xr.Dataset(dict(found), coordinates, {"group": group})
+    return xr.Dataset(dict(columns), coordinates, {"group": group})
 
 
 def with_active(table: xr.Dataset | None, active: Sequence[bool]) -> xr.Dataset | None:

@@ -33,8 +33,8 @@ def file_summary(file: InstrumentFile) -> dict[str, Any]:
             for kind in np.unique(index.kind).tolist()
         ],
         "groups": groups,
-        "series": {name: _series(found) for name, found in (("navigation", file.navigation()),
-                   ("attitude", file.attitude()), *file.sensors().items()) if found is not None},
+        "series": {name: _series(series) for name, series in (("navigation", file.navigation()),
+                   ("attitude", file.attitude()), *file.sensors().items()) if series is not None},
         "sound_speed_profiles": len(file.sound_speed_profiles()),
         "settings": len(file.settings()),
         "clock_jumps": [{"offset": jump.offset, "reason": jump.reason} for jump in file.clock_jumps],
@@ -49,18 +49,23 @@ def _some(count: int) -> slice:
 def _group(name: str, count: int, read: xr.Dataset) -> dict[str, Any]:
     largest = max(read.data_vars.values(), key=lambda data: data.size * 10 + data.ndim)
     shape = {str(dim): int(size) for dim, size in largest.sizes.items() if dim != "ping"}
-    found: dict[str, Any] = {"name": name, "pings": count, "pings_read": int(read.sizes.get("ping", 0)), "shape": shape}
+    summary: dict[str, Any] = {
+        "name": name,
+        "pings": count,
+        "pings_read": int(read.sizes.get("ping", 0)),
+        "shape": shape,
+    }
     for quantity in _RANGES:
         if quantity in read.variables:
             values = read[quantity].values.astype(float)
             values = values[np.isfinite(values)]
             if values.size:
-                found[quantity] = [float(values.min()), float(values.max())]
-    return found
+                summary[quantity] = [float(values.min()), float(values.max())]
+    return summary
 
 
-def _series(found: xr.Dataset) -> dict[str, Any]:
-    return {"samples": int(found.sizes["time"]), "variables": [str(name) for name in found.data_vars]}
+def _series(series: xr.Dataset) -> dict[str, Any]:
+    return {"samples": int(series.sizes["time"]), "variables": [str(name) for name in series.data_vars]}
 
 
 def _utc(seconds: float) -> str | None:

@@ -134,10 +134,10 @@ class InstrumentFile(ABC):
         )
         if not rows:
             self.close()
-            found = next(iter(self._omitted.values()), Omission(0, "the file is empty"))
+            omission = next(iter(self._omitted.values()), Omission(0, "the file is empty"))
             raise StoreError(
-                f"{path}, byte {found.offset}: no datagram of the format {self.format} ({found.reason}). Give a file "
-                f"of a format that is read, or copy it again"
+                f"{path}, byte {omission.offset}: no datagram of the format {self.format} ({omission.reason}). Give a "
+                f"file of a format that is read, or copy it again"
             )
         self._omit_unknown()
 
@@ -382,15 +382,15 @@ def records(
         raise DatagramError(f"{count} records of {size} bytes are stated from byte {offset} of {len(content)}")
     if size == layout.itemsize:
         return np.frombuffer(content, layout, count, offset)
-    found = np.zeros(count, layout)
+    table = np.zeros(count, layout)
     fields = [(name, kind.itemsize + start) for name, (kind, start, *_) in (layout.fields or {}).items()]
     for name, end in fields:
-        if end > size and found[name].dtype.kind == "f":
-            found[name] = np.nan
+        if end > size and table[name].dtype.kind == "f":
+            table[name] = np.nan
     whole = max((end for _, end in fields if end <= size), default=0)
     stated = np.frombuffer(content, np.uint8, count * size, offset).reshape(count, size)
-    found.view(np.uint8).reshape(count, layout.itemsize)[:, :whole] = stated[:, :whole]
-    return found
+    table.view(np.uint8).reshape(count, layout.itemsize)[:, :whole] = stated[:, :whole]
+    return table
 
 
 def require_memory(path: Path, *shape: int) -> None:

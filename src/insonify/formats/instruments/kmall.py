@@ -273,45 +273,45 @@ class KmallFile(InstrumentFile):
         if group == "water column":
             return self._water_column(pings)
         numbers, swaths = self._multibeam("#MRZ", pings, _swath)
-        found = _swath_settings(swaths)
+        columns_read = _swath_settings(swaths)
         columns, beams = _SOUNDING if group == "soundings" else _IMAGE_BEAM, ("ping", "beam")
-        found |= variables([swath.soundings for swath in swaths], columns, beams)
+        columns_read |= variables([swath.soundings for swath in swaths], columns, beams)
         if group == "soundings":
-            below = found["down"] - found["water_level"]
-            found["depth"] = variable(beams, below.values, "m", "depth below the water line")
+            below = columns_read["down"] - columns_read["water_level"]
+            columns_read["depth"] = variable(beams, below.values, "m", "depth below the water line")
         else:
             images = [_image(swath) for swath in swaths]
-            found["level"] = sample_levels(self.path, images, "level of the seabed image as recorded")
-        return ping_dataset(group, numbers, self._times("#MRZ", numbers), found)
+            columns_read["level"] = sample_levels(self.path, images, "level of the seabed image as recorded")
+        return ping_dataset(group, numbers, self._times("#MRZ", numbers), columns_read)
 
     def settings(self) -> tuple[Setting, ...]:
         """Installation and runtime parameters, each where it first has its value."""
         rows = self.datagrams.rows("#IIP", "#IOP")
-        made: list[Setting] = []
+        settings: list[Setting] = []
         for row, text in self._parsed(rows, _text):
             kind, offset = str(self.datagrams.kind[row]), int(self.datagrams.offset[row])
-            made += (installation_settings if kind == "#IIP" else runtime_settings)(text, kind, offset)
-        return tuple(made)
+            settings += (installation_settings if kind == "#IIP" else runtime_settings)(text, kind, offset)
+        return tuple(settings)
 
     def navigation(self) -> xr.Dataset | None:
         """Latitude, longitude [rad], speed, course and height over time."""
         for kind in ("#SPO", "#CPO"):
-            if found := [position for _, position in self._parsed(self.datagrams.rows(kind), _position)]:
-                return time_dataset(found, _seconds(found), _POSITION)
+            if positions := [position for _, position in self._parsed(self.datagrams.rows(kind), _position)]:
+                return time_dataset(positions, _seconds(positions), _POSITION)
         return None
 
     def lever_arm(self, group: str | None = None) -> LeverArm | None:
         """Position of the transmitter re the vessel's reference point, which #SPO has the positions of."""
         for part in ("TRAI_TX1", "TRAI_HD1"):
             names = [f"{part}.{axis}" for axis in "XYZ"]
-            if (found := self.setting_values(*names)) is not None:
-                return LeverArm((found[0], found[1], found[2]), f"#IIP: {', '.join(names)}; #SPO: reference point")
+            if (values := self.setting_values(*names)) is not None:
+                return LeverArm((values[0], values[1], values[2]), f"#IIP: {', '.join(names)}; #SPO: reference point")
         return None
 
     def attitude(self) -> xr.Dataset | None:
         """Attitude, rates, position and velocity over time, of all sensors in the order of the file."""
-        found = [samples for _, samples in self._parsed(self.datagrams.rows("#SKM"), _attitude)]
-        return time_dataset(found, _seconds(found), _ATTITUDE)
+        tables = [samples for _, samples in self._parsed(self.datagrams.rows("#SKM"), _attitude)]
+        return time_dataset(tables, _seconds(tables), _ATTITUDE)
 
     def sound_speed_profiles(self) -> tuple[xr.Dataset, ...]:
         """Profiles with their time and position."""
@@ -319,30 +319,32 @@ class KmallFile(InstrumentFile):
 
     def sensors(self) -> Mapping[str, xr.Dataset]:
         """Clock, position error, position at the water line, sound speed at the transducer, depth, heave, by name."""
-        made = {}
+        datasets = {}
         for kind, (name, part, columns) in _SENSORS.items():
             read = list(self._parsed(self.datagrams.rows(kind), partial(_sensor, kind, part)))
-            found = [rows for _, rows in read]
+            tables = [rows for _, rows in read]
             timed = "seconds" in (part.names or ())
-            times = _seconds(found) if timed else self.datagrams.time[[row for row, _ in read]]
-            if (series := time_dataset(found, times, columns)) is not None:
-                made[name] = series
-        return made
+            times = _seconds(tables) if timed else self.datagrams.time[[row for row, _ in read]]
+            if (series := time_dataset(tables, times, columns)) is not None:
+                datasets[name] = series
+        return datasets
 
     def _water_column(self, pings: slice) -> xr.Dataset:
         numbers, columns = self._multibeam("#MWC", pings, _water_column)
-        found = variables([column.body for column in columns], _PING, ("ping",))
-        found |= variables([column.tx for column in columns], _HEAVE, ("ping",))
-        found |= variables([column.rx for column in columns], _WATER, ("ping",))
-        found |= variables([column.sectors for column in columns], _WATER_SECTOR, ("ping", "tx_sector"))
-        found |= variables([column.beams for column in columns], _WATER_BEAM, ("ping", "beam"))
+        variables_read = variables([column.body for column in columns], _PING, ("ping",))
+        variables_read |= variables([column.tx for column in columns], _HEAVE, ("ping",))
+        variables_read |= variables([column.rx for column in columns], _WATER, ("ping",))
+        variables_read |= variables([column.sectors for column in columns], _WATER_SECTOR, ("ping", "tx_sector"))
+        variables_read |= variables([column.beams for column in columns], _WATER_BEAM, ("ping", "beam"))
         levels = [column.level for column in columns]
-        found["level"] = sample_levels(self.path, levels, "level as recorded, gain included")
+        variables_read["level"] = sample_levels(self.path, levels, "level as recorded, gain included")
         phases = [column.phase for column in columns if column.phase is not None]
         if columns and len(phases) == len(columns):
             samples = ("ping", "beam", "sample")
-            found["phase"] = variable(samples, stacked(phases), "rad", "phase between the halves of the receiver")
-        return ping_dataset("water column", numbers, self._times("#MWC", numbers), found)
+            variables_read["phase"] = variable(
+                samples, stacked(phases), "rad", "phase between the halves of the receiver"
+            )
+        return ping_dataset("water column", numbers, self._times("#MWC", numbers), variables_read)
 
     def _times(self, kind: str, numbers: Sequence[int]) -> NDArray[np.float64]:
         return self.datagrams.time[self.datagrams.rows(kind)[list(numbers)]]
@@ -352,13 +354,13 @@ class KmallFile(InstrumentFile):
         rows = self.datagrams.rows(kind)
         number = dict(zip(rows.tolist(), range(rows.size), strict=True))
         whole = self._parsed(rows[pings].tolist(), lambda content: content)
-        made: list[tuple[int, Any]] = []
+        parsed: list[tuple[int, Any]] = []
         for row, content in whole:
             try:
-                made.append((number[row], parse(self._joined(row, content))))
+                parsed.append((number[row], parse(self._joined(row, content))))
             except DatagramError as fault:
                 self._omit(int(self.datagrams.offset[row]), f"{kind}: {fault}")
-        return [ping for ping, _ in made], [parts for _, parts in made]
+        return [ping for ping, _ in parsed], [parts for _, parts in parsed]
 
     def _joined(self, row: int, content: bytes) -> bytes:
         """Datagram with those that continue it, without the closing length."""
@@ -396,10 +398,10 @@ def _swath(content: bytes) -> _Swath:
 
 
 def _swath_settings(swaths: Sequence[_Swath]) -> dict[str, xr.Variable]:
-    made = variables([swath.body for swath in swaths], _PING, ("ping",))
-    made |= variables([swath.ping for swath in swaths], _SETTINGS, ("ping",))
-    made |= variables([swath.rx for swath in swaths], _RX, ("ping",))
-    return made | variables([swath.sectors for swath in swaths], _SECTOR, ("ping", "tx_sector"))
+    settings = variables([swath.body for swath in swaths], _PING, ("ping",))
+    settings |= variables([swath.ping for swath in swaths], _SETTINGS, ("ping",))
+    settings |= variables([swath.rx for swath in swaths], _RX, ("ping",))
+    return settings | variables([swath.sectors for swath in swaths], _SECTOR, ("ping", "tx_sector"))
 
 
 def _image(swath: _Swath) -> NDArray[np.float32]:
@@ -457,12 +459,12 @@ def _sensor(kind: str, part: np.dtype[Any], content: bytes) -> NDArray[Any]:
         return records(content, part, offset, int(info["count"]), int(info["sample_size"]))
     _, offset = _part(content, layouts.BODY if kind == "#CHE" else layouts.SENSOR, layouts.HEADER.itemsize)
     if kind == "#SDE" and content[8] == 0:  # before revision I without the raw depth
-        found = np.zeros(1, part)
+        row = np.zeros(1, part)
         older = records(content, layouts.DEPTH_EARLIER, offset)
         for name in older.dtype.names or ():
-            found[name] = older[name]
-        found["raw"] = np.nan
-        return found
+            row[name] = older[name]
+        row["raw"] = np.nan
+        return row
     return records(content, part, offset)
 
 
@@ -482,7 +484,7 @@ def _profile(content: bytes) -> xr.Dataset:
     return xr.Dataset(along("depth", points, _PROFILE), {"depth": depth}, about)
 
 
-def _seconds(found: Sequence[NDArray[Any]]) -> NDArray[np.float64]:
+def _seconds(tables: Sequence[NDArray[Any]]) -> NDArray[np.float64]:
     """Times of records that have seconds and nanoseconds [s since 1970]."""
-    rows = np.concatenate([np.atleast_1d(part)[["seconds", "nanoseconds"]] for part in found]) if found else None
+    rows = np.concatenate([np.atleast_1d(part)[["seconds", "nanoseconds"]] for part in tables]) if tables else None
     return np.empty(0) if rows is None else rows["seconds"] + rows["nanoseconds"] * 1e-9

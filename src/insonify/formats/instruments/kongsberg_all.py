@@ -232,9 +232,9 @@ class KongsbergAllFile(InstrumentFile):
         return size, kind, _seconds(int(header["date"]), int(header["milliseconds"]) * 1e-3)
 
     def _verify(self, content: bytes) -> None:
-        found = int(np.frombuffer(content, np.uint8, len(content) - 5 - _TRAILER, 5).sum(dtype=np.uint64)) & 0xFFFF
-        if found != (stated := int.from_bytes(content[-2:], "little")):
-            raise DatagramError(f"its checksum is {found}, and {stated} is stated")
+        checksum = int(np.frombuffer(content, np.uint8, len(content) - 5 - _TRAILER, 5).sum(dtype=np.uint64)) & 0xFFFF
+        if checksum != (stated := int.from_bytes(content[-2:], "little")):
+            raise DatagramError(f"its checksum is {checksum}, and {stated} is stated")
 
     @cached_property
     def instrument(self) -> Instrument:
@@ -264,48 +264,50 @@ class KongsbergAllFile(InstrumentFile):
 
     def _soundings(self, pings: slice) -> xr.Dataset:
         rows = self.datagrams.rows("X", "D")
-        made = list(self._parsed(rows[pings], _soundings))
-        kept = [row for row, _ in made]
-        found = variables([head for _, (head, _, _) in made], _IDENTITY, ("ping",))
-        found |= variables([ping for _, (_, ping, _) in made], _SOUNDING_PING, ("ping",))
-        beams = [table for _, (_, _, table) in made]
-        found |= variables(beams, _SOUNDING, ("ping", "beam")) | _detections(beams)
-        found |= self._ranges_of(kept, [table.size for table in beams])
-        below = found["down"].values + found["transducer_depth"].values[:, None]
-        found["depth"] = variable(("ping", "beam"), below, "m", "depth below the water line")
-        return ping_dataset("soundings", np.searchsorted(rows, kept), self.datagrams.time[kept], found)
+        parsed = list(self._parsed(rows[pings], _soundings))
+        kept = [row for row, _ in parsed]
+        columns = variables([head for _, (head, _, _) in parsed], _IDENTITY, ("ping",))
+        columns |= variables([ping for _, (_, ping, _) in parsed], _SOUNDING_PING, ("ping",))
+        beams = [table for _, (_, _, table) in parsed]
+        columns |= variables(beams, _SOUNDING, ("ping", "beam")) | _detections(beams)
+        columns |= self._ranges_of(kept, [table.size for table in beams])
+        below = columns["down"].values + columns["transducer_depth"].values[:, None]
+        columns["depth"] = variable(("ping", "beam"), below, "m", "depth below the water line")
+        return ping_dataset("soundings", np.searchsorted(rows, kept), self.datagrams.time[kept], columns)
 
     def _extra(self, pings: slice) -> xr.Dataset:
         rows = self.datagrams.rows("l")
-        made = list(self._parsed(rows[pings], _extra_detections))
-        kept, tables = [row for row, _ in made], [table for _, (_, _, table) in made]
+        parsed = list(self._parsed(rows[pings], _extra_detections))
+        kept, tables = [row for row, _ in parsed], [table for _, (_, _, table) in parsed]
         for row, table in zip(kept, tables, strict=True):
             if count := int(table["sample_count"].sum(dtype=np.int64)):
                 self._omit(int(self.datagrams.offset[row]), f"l: {count} samples about extra detections, not read")
-        found = variables([head for _, (head, _, _) in made], _IDENTITY, ("ping",))
-        found |= variables([ping for _, (_, ping, _) in made], _EXTRA_PING, ("ping",))
-        found |= variables(tables, _EXTRA, ("ping", "beam"))
-        return ping_dataset("extra detections", np.searchsorted(rows, kept), self.datagrams.time[kept], found)
+        columns = variables([head for _, (head, _, _) in parsed], _IDENTITY, ("ping",))
+        columns |= variables([ping for _, (_, ping, _) in parsed], _EXTRA_PING, ("ping",))
+        columns |= variables(tables, _EXTRA, ("ping", "beam"))
+        return ping_dataset("extra detections", np.searchsorted(rows, kept), self.datagrams.time[kept], columns)
 
     def settings(self) -> tuple[Setting, ...]:
         """Installation and runtime parameters."""
-        made: list[Setting] = []
+        settings: list[Setting] = []
         for row, content in self._parsed(self.datagrams.rows("I", "i", "r", "R"), lambda content: content):
             source = str(self.datagrams.kind[row]), int(self.datagrams.offset[row])
             if source[0] != "R":
-                made += installation_settings(content[_HEAD + 2 : -_TRAILER].rstrip(b"\0").decode("latin-1"), *source)
+                settings += installation_settings(
+                    content[_HEAD + 2 : -_TRAILER].rstrip(b"\0").decode("latin-1"), *source
+                )
                 continue
             if len(content) < _HEAD + layouts.RUNTIME.itemsize:
                 self._omit(source[1], f"R: {len(content)} bytes are too few")
                 continue
-            made += record_settings(records(content, layouts.RUNTIME, _HEAD)[0], _RUNTIME, source)
-        return tuple(made)
+            settings += record_settings(records(content, layouts.RUNTIME, _HEAD)[0], _RUNTIME, source)
+        return tuple(settings)
 
     def navigation(self) -> xr.Dataset | None:
         """Latitude, longitude [rad], speed, course, heading over time, of all systems; `active` marks the one used."""
-        made = [found for _, found in self._fixes]
-        fixes = time_dataset(made, self.datagrams.time[[row for row, _ in self._fixes]], _POSITION)
-        return with_active(fixes, [bool(found["system"][0] & _ACTIVE) for found in made])
+        tables = [table for _, table in self._fixes]
+        fixes = time_dataset(tables, self.datagrams.time[[row for row, _ in self._fixes]], _POSITION)
+        return with_active(fixes, [bool(table["system"][0] & _ACTIVE) for table in tables])
 
     @cached_property
     def _fixes(self) -> list[tuple[int, NDArray[Any]]]:
@@ -314,22 +316,22 @@ class KongsbergAllFile(InstrumentFile):
 
     def lever_arm(self, group: str | None = None) -> LeverArm | None:
         """Position of the transmitter re the antenna of the active system, which P has the positions of."""
-        systems = [int(found["system"][0]) for _, found in self._fixes]
+        systems = [int(fix["system"][0]) for _, fix in self._fixes]
         number = next((system & _NUMBER for system in systems if system & _ACTIVE), 1)
         names = [f"{part}{axis}" for part in ("S1", f"P{number}") for axis in "XYZ"]
-        if (found := self.setting_values(*names)) is None:
+        if (fix := self.setting_values(*names)) is None:
             return None
-        arm = (found[0] - found[3], found[1] - found[4], found[2] - found[5])
+        arm = (fix[0] - fix[3], fix[1] - fix[4], fix[2] - fix[5])
         return LeverArm(arm, f"I: {', '.join(names[:3])} less {', '.join(names[3:])}")
 
     def attitude(self) -> xr.Dataset | None:
         """Attitude and heave of the transducer over time, of all sensors; `active` marks the one used."""
-        made = list(self._parsed(self.datagrams.rows("A"), _attitude))
-        times = [self.datagrams.time[row] + found["milliseconds"] * 1e-3 for row, (found, _) in made]
+        parsed = list(self._parsed(self.datagrams.rows("A"), _attitude))
+        times = [self.datagrams.time[row] + table["milliseconds"] * 1e-3 for row, (table, _) in parsed]
         poses = time_dataset(
-            [found for _, (found, _) in made], np.concatenate(times) if times else np.empty(0), ATTITUDE
+            [table for _, (table, _) in parsed], np.concatenate(times) if times else np.empty(0), ATTITUDE
         )
-        return with_active(poses, [active for _, (found, active) in made for _ in found])
+        return with_active(poses, [active for _, (table, active) in parsed for _ in table])
 
     def sound_speed_profiles(self) -> tuple[xr.Dataset, ...]:
         """Profiles with their time."""
@@ -337,44 +339,46 @@ class KongsbergAllFile(InstrumentFile):
 
     def sensors(self) -> Mapping[str, xr.Dataset]:
         """Clock, height, heading, sound speed at the transducer, tide, tilt and attitude of the network, by name."""
-        made = {}
+        datasets = {}
         for kind, sensor in SENSORS.items():
             read = list(self._parsed(self.datagrams.rows(kind), partial(readings, sensor)))
-            times = [self.datagrams.time[row] + sensor.step * found["elapsed"] if sensor.step
-                     else self.datagrams.time[[row]] for row, found in read]  # fmt: skip
+            times = [self.datagrams.time[row] + sensor.step * table["elapsed"] if sensor.step
+                     else self.datagrams.time[[row]] for row, table in read]  # fmt: skip
             series = time_dataset(
-                [found for _, found in read], np.concatenate(times) if times else np.empty(0), sensor.columns
+                [table for _, table in read], np.concatenate(times) if times else np.empty(0), sensor.columns
             )
             if series is not None:
-                made[sensor.name] = series
-        return made
+                datasets[sensor.name] = series
+        return datasets
 
     def _seabed_image(self, pings: slice) -> xr.Dataset:
         rows = self.datagrams.rows("Y", "S")
-        made = list(self._parsed(rows[pings], _image))
-        kept, images = [row for row, _ in made], [image for _, image in made]
-        found = variables([image.head for image in images], _IDENTITY, ("ping",))
-        found |= variables([image.ping for image in images], _IMAGE_PING, ("ping",))
-        found |= variables([image.beams for image in images], _IMAGE_BEAM, ("ping", "beam"))
-        found |= _detections([image.beams for image in images])
-        found |= self._ranges_of(kept, [image.beams.size for image in images])
-        found["level"] = sample_levels(
+        parsed = list(self._parsed(rows[pings], _image))
+        kept, images = [row for row, _ in parsed], [image for _, image in parsed]
+        columns = variables([image.head for image in images], _IDENTITY, ("ping",))
+        columns |= variables([image.ping for image in images], _IMAGE_PING, ("ping",))
+        columns |= variables([image.beams for image in images], _IMAGE_BEAM, ("ping", "beam"))
+        columns |= _detections([image.beams for image in images])
+        columns |= self._ranges_of(kept, [image.beams.size for image in images])
+        columns["level"] = sample_levels(
             self.path, [image.level for image in images], "level of the seabed image, in rising range"
         )
-        return ping_dataset("seabed image", np.searchsorted(rows, kept), self.datagrams.time[kept], found)
+        return ping_dataset("seabed image", np.searchsorted(rows, kept), self.datagrams.time[kept], columns)
 
     def _ranges_of(self, rows: Sequence[int], beam_counts: Sequence[int]) -> dict[str, xr.Variable]:
         """Travel times, angles and sectors of the pings of some datagrams, NaN where the file lacks them."""
         at = {self._identities[row]: row for row in reversed(self.datagrams.rows("N", "f").tolist())}
-        found = dict(self._parsed(sorted({at[i] for i in map(self._identities.__getitem__, rows) if i in at}), _ranges))
+        ranges_by_row = dict(
+            self._parsed(sorted({at[i] for i in map(self._identities.__getitem__, rows) if i in at}), _ranges)
+        )
         none = _Ranges(np.empty(0, layouts.RANGE_SECTOR), np.empty(0, layouts.RANGE_BEAM))
-        if not found:
+        if not ranges_by_row:
             return {}
-        pairs = [found.get(at.get(self._identities[row], -1), none) for row in rows]
+        pairs = [ranges_by_row.get(at.get(self._identities[row], -1), none) for row in rows]
         beams = [ranges.beams[:count] if not ranges.earlier or ranges.beams.size == count else none.beams
                  for ranges, count in zip(pairs, beam_counts, strict=True)]  # fmt: skip
-        made = variables([ranges.sectors for ranges in pairs], _SECTOR, ("ping", "tx_sector"))
-        return made | variables(beams, _RANGE, ("ping", "beam"), max(beam_counts, default=0))
+        columns = variables([ranges.sectors for ranges in pairs], _SECTOR, ("ping", "tx_sector"))
+        return columns | variables(beams, _RANGE, ("ping", "beam"), max(beam_counts, default=0))
 
     @cached_property
     def _water_rows(self) -> list[list[int]]:
@@ -386,20 +390,22 @@ class KongsbergAllFile(InstrumentFile):
 
     def _water_column(self, pings: slice) -> xr.Dataset:
         requested = range(len(self._water_rows))[pings]
-        made = [(ping, part) for ping in requested if (part := self._water_ping(self._water_rows[ping])) is not None]
-        waters = [part for _, part in made]
-        found = variables([water.head for water in waters], _IDENTITY, ("ping",))
-        found |= variables([water.ping for water in waters], _WATER, ("ping",))
-        found |= variables([water.sectors for water in waters], _WATER_SECTOR, ("ping", "tx_sector"))
-        found |= variables([water.beams for water in waters], _WATER_BEAM, ("ping", "beam"))
-        found["level"] = sample_levels(self.path, [water.level for water in waters], "level as recorded, gain included")
-        numbers = [ping for ping, _ in made]
+        parsed = [(ping, part) for ping in requested if (part := self._water_ping(self._water_rows[ping])) is not None]
+        waters = [part for _, part in parsed]
+        columns = variables([water.head for water in waters], _IDENTITY, ("ping",))
+        columns |= variables([water.ping for water in waters], _WATER, ("ping",))
+        columns |= variables([water.sectors for water in waters], _WATER_SECTOR, ("ping", "tx_sector"))
+        columns |= variables([water.beams for water in waters], _WATER_BEAM, ("ping", "beam"))
+        columns["level"] = sample_levels(
+            self.path, [water.level for water in waters], "level as recorded, gain included"
+        )
+        numbers = [ping for ping, _ in parsed]
         times = self.datagrams.time[[self._water_rows[ping][0] for ping in numbers]]
-        return ping_dataset("water column", numbers, times, found)
+        return ping_dataset("water column", numbers, times, columns)
 
     def _water_ping(self, rows: Sequence[int]) -> _Water | None:
         """Beams of a ping from its datagrams; what is missing of them is listed."""
-        parts = sorted((found for _, found in self._parsed(rows, _water)), key=lambda part: int(part.ping["part"]))
+        parts = sorted((water for _, water in self._parsed(rows, _water)), key=lambda part: int(part.ping["part"]))
         if not parts:
             return None
         first, stated = parts[0], int(parts[0].ping["parts"])

@@ -69,8 +69,8 @@ def readings(sensor: Sensor, content: bytes) -> NDArray[Any]:
     count = int(records(content, np.dtype("<u2"), HEAD)[0])
     if sensor.layout != layouts.NETWORK_ATTITUDE:
         return records(content, sensor.layout, HEAD + 2, count)
-    found, offset = [], HEAD + 4
+    tables, offset = [], HEAD + 4
     for _ in range(count):  # each is followed by the message of the sensor
-        found.append(records(content, sensor.layout, offset))
-        offset += sensor.layout.itemsize + int(found[-1]["message"][0])
-    return np.concatenate(found) if found else np.empty(0, sensor.layout)
+        tables.append(records(content, sensor.layout, offset))
+        offset += sensor.layout.itemsize + int(tables[-1]["message"][0])
+    return np.concatenate(tables) if tables else np.empty(0, sensor.layout)

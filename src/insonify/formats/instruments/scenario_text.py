@@ -197,9 +197,9 @@ def _multibeam(values: ScenarioValues) -> str:
 
 def _sidescan(values: ScenarioValues) -> str:
     shape = f"{{kind: planar, width: {values.aperture(np.radians(0.4))}, height: {values.aperture(np.radians(50.0))}}}"
-    found = Stated(shape, "assumed: 0.4 deg by 50 deg")
+    stated = Stated(shape, "assumed: 0.4 deg by 50 deg")
     sides = f"  sides: [{', '.join(side for side in ('port', 'starboard') if side in values.file.groups)}]\n"
-    return found.line("transmit") + found.line("receive") + sides
+    return stated.line("transmit") + stated.line("receive") + sides
 
 
 def _imaging(values: ScenarioValues) -> str:

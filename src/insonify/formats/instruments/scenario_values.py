@@ -96,13 +96,13 @@ class ScenarioValues:
 
     def setting(self, name: str) -> float | None:
         """Number of a setting, None where there is none."""
-        found = self.settings.get(name)
-        return float(found.value) if found is not None and not isinstance(found.value, str) else None
+        setting = self.settings.get(name)
+        return float(setting.value) if setting is not None and not isinstance(setting.value, str) else None
 
     def setting_source(self, name: str) -> str:
         """Datagram of a setting, with its offset."""
-        found = self.settings[name]
-        return f"{found.datagram} at byte {found.offset}: {name}"
+        setting = self.settings[name]
+        return f"{setting.datagram} at byte {setting.offset}: {name}"
 
     def aperture(self, width: float) -> str:
         """Length of a uniform aperture with a half-power beam width [rad]: 0.886 wavelengths / (2 sin(width / 2)).
@@ -221,9 +221,9 @@ def filter_response(pings: xr.Dataset) -> NDArray[np.complex128]:
     """
     inner, outer = (pings[name].values.reshape(-1, pings[name].shape[-1])[0] for name in ("filter_1", "filter_2"))
     step = int(pings["filter_1"].attrs["decimation"])
-    apart = np.zeros((outer.size - 1) * step + 1, complex)
-    apart[::step] = outer
-    return np.convolve(inner, apart)
+    upsampled = np.zeros((outer.size - 1) * step + 1, complex)
+    upsampled[::step] = outer
+    return np.convolve(inner, upsampled)
 
 
 def leading_edge(amplitude: Floats) -> float:
@@ -253,7 +253,7 @@ def _of_sector(data: xr.Dataset, sector: int) -> xr.Dataset:
     own = data.isel(tx_sector=sector)
     if "frequency" not in own or not np.isfinite(own["frequency"].values).any():
         return own
-    found = own["frequency"].values
-    known, first, count = np.unique(found[np.isfinite(found)], return_index=True, return_counts=True)
+    frequency = own["frequency"].values
+    known, first, count = np.unique(frequency[np.isfinite(frequency)], return_index=True, return_counts=True)
     best = max(range(known.size), key=lambda row: (count[row], -first[row]))
-    return own.isel(ping=np.flatnonzero(found == known[best]))
+    return own.isel(ping=np.flatnonzero(frequency == known[best]))

@@ -138,8 +138,8 @@ class SimradEk80File(InstrumentFile):
 
     def _next(self, offset: int) -> int:
         """Offset of the next datagram with sound lengths, the size of the file where there is none."""
-        while (found := self._find(_KIND, offset + 4)) < self._size:
-            offset = found - 4
+        while (candidate := self._find(_KIND, offset + 4)) < self._size:
+            offset = candidate - 4
             try:
                 self._framed(offset)
             except DatagramError:
@@ -237,13 +237,13 @@ class SimradEk80File(InstrumentFile):
         )
         require_memory(self.path, len(rows), max(2 * sectors, 1), samples)
         number_of = dict(zip(heads, chosen, strict=True))
-        found = [(row, _values(heads[row], content)) for row, content in self._parsed(rows, bytes)]
-        made = _sample_variables([values for _, values in found], sectors, samples)
-        kept = [row for row, _ in found]
-        made |= self._ping_variables([heads[row] for row in kept])
+        read_pings = [(row, _values(heads[row], content)) for row, content in self._parsed(rows, bytes)]
+        columns = _sample_variables([values for _, values in read_pings], sectors, samples)
+        kept = [row for row, _ in read_pings]
+        columns |= self._ping_variables([heads[row] for row in kept])
         if kept:
-            made |= self._channel_variables(heads[kept[0]])
-        dataset = ping_dataset(group, [number_of[row] for row in kept], self.datagrams.time[kept], made)
+            columns |= self._channel_variables(heads[kept[0]])
+        dataset = ping_dataset(group, [number_of[row] for row in kept], self.datagrams.time[kept], columns)
         dataset.attrs["channel"] = next((heads[row].channel for row in kept), "")
         return dataset
 
@@ -293,31 +293,31 @@ class SimradEk80File(InstrumentFile):
 
     def _channel_variables(self, head: _Samples) -> dict[str, xr.Variable]:
         """Constants of a channel, its calibration over frequency and its filters."""
-        made: dict[str, xr.Variable] = {}
+        columns: dict[str, xr.Variable] = {}
         for offset in head.filters:
             try:
                 stage, decimation, coefficients = _filter(self._datagram(offset))
             except DatagramError as fault:
                 self._omit(offset, f"FIL1: {fault}")
                 continue
-            made[f"filter_{stage}"] = variable(f"tap_{stage}", coefficients, "1", f"receiver filter, stage {stage}")
-            made[f"filter_{stage}"].attrs["decimation"] = decimation
+            columns[f"filter_{stage}"] = variable(f"tap_{stage}", coefficients, "1", f"receiver filter, stage {stage}")
+            columns[f"filter_{stage}"].attrs["decimation"] = decimation
         channel = self._channels.get(head.channel)
         if channel is None:
-            return made
+            return columns
         for name, (source, field, unit, scale, text) in _CONSTANTS.items():
-            made[name] = variable((), scale * number(getattr(channel, source), field), unit, text)
-        if not made["receiver_sample_rate"] > 0:
+            columns[name] = variable((), scale * number(getattr(channel, source), field), unit, text)
+        if not columns["receiver_sample_rate"] > 0:
             kind = channel.transceiver.get("TransceiverType", "")
-            made["receiver_sample_rate"].values = np.array(simrad_xml.SAMPLE_RATES.get(kind, np.nan))
+            columns["receiver_sample_rate"].values = np.array(simrad_xml.SAMPLE_RATES.get(kind, np.nan))
         table = channel.calibration()
         for name, values in table.items():
             unit, text = ("Hz", "frequency") if name not in simrad_xml.CALIBRATION else (
                 simrad_xml.CALIBRATION[name][1], simrad_xml.CALIBRATION[name][3]
             )  # fmt: skip
             title = name if name == "calibration_frequency" else f"calibrated_{name}"
-            made[title] = variable("calibration_frequency", values, unit, f"{text}, over frequency")
-        return made
+            columns[title] = variable("calibration_frequency", values, unit, f"{text}, over frequency")
+        return columns
 
     def _datagram(self, offset: int) -> bytes:
         """Datagram at an offset of the index."""
@@ -338,16 +338,16 @@ class SimradEk80File(InstrumentFile):
         """Fields of the configuration by group, and of the first environment."""
         offset = self._configuration[0]
         names = {self._channel_of(int(rows[0])): group for group, rows in self._rows_of("RAW3").items()}
-        found = []
+        settings = []
         for name, channel in self._channels.items():
-            found += simrad_xml.channel_settings(names.get(name, name), channel, offset)
+            settings += simrad_xml.channel_settings(names.get(name, name), channel, offset)
         for row, root in self._parsed(self.datagrams.rows("XML0 Environment")[:1], _xml):
-            found += [
+            settings += [
                 Setting(name, number(root.attrib, field), unit, "XML0 Environment", int(self.datagrams.offset[row]))
                 for name, (field, unit, _) in simrad_xml.ENVIRONMENT.items()
                 if number(root.attrib, field) == number(root.attrib, field)  # not NaN
             ]
-        return tuple(found)
+        return tuple(settings)
 
     def _channel_of(self, row: int) -> str:
         return self._samples[int(self.datagrams.offset[row])].channel
@@ -357,15 +357,15 @@ class SimradEk80File(InstrumentFile):
 
         Two receivers may send positions of different antennas: the quality that most of the fixes have is kept.
         """
-        found = [
+        positions = [
             (row, fix)
             for row, text in self._parsed(self.datagrams.rows("NME0"), lambda c: c[_HEAD:-4].decode("latin-1"))
             if (fix := position(text)) is not None
         ]
-        if not found:
+        if not positions:
             return None
-        kinds = [fix.quality for _, fix in found]
-        kept = [(row, fix) for row, fix in found if fix.quality == max(dict.fromkeys(kinds), key=kinds.count)]
+        kinds = [fix.quality for _, fix in positions]
+        kept = [(row, fix) for row, fix in positions if fix.quality == max(dict.fromkeys(kinds), key=kinds.count)]
         fixes = np.array([tuple(fix) for _, fix in kept], [("latitude", "f8"), ("longitude", "f8"), ("quality", "i8")])
         return time_dataset([fixes], self.datagrams.time[[row for row, _ in kept]], _FIX)
 
@@ -388,8 +388,10 @@ class SimradEk80File(InstrumentFile):
 
     def attitude(self) -> xr.Dataset | None:
         """Roll, pitch, yaw [rad] and heave [m, positive down] over time, None where the file has none."""
-        found = list(self._parsed(self.datagrams.rows("MRU0", "MRU1"), _motion))
-        return time_dataset([values for _, values in found], self.datagrams.time[[row for row, _ in found]], _ATTITUDE)
+        tables = list(self._parsed(self.datagrams.rows("MRU0", "MRU1"), _motion))
+        return time_dataset(
+            [values for _, values in tables], self.datagrams.time[[row for row, _ in tables]], _ATTITUDE
+        )
 
     def sound_speed_profiles(self) -> tuple[xr.Dataset, ...]:
         """Profiles of sound speed [m/s] over depth [m], each with the attribute `time`."""
@@ -398,9 +400,9 @@ class SimradEk80File(InstrumentFile):
             points = numbers(root.get("SoundVelocityProfile", ""))
             pairs = points[: points.size // 2 * 2].reshape(-1, 2)
             if pairs.size and np.all(np.isfinite(pairs)):
-                made = {"sound_speed": variable("depth", pairs[:, 1], "m/s", "sound speed")}
+                columns = {"sound_speed": variable("depth", pairs[:, 1], "m/s", "sound speed")}
                 depth = {"depth": variable("depth", pairs[:, 0], "m", "depth")}
-                profiles.append(xr.Dataset(made, depth, {"time": float(self.datagrams.time[row])}))
+                profiles.append(xr.Dataset(columns, depth, {"time": float(self.datagrams.time[row])}))
         return tuple(profiles)
 
 
@@ -444,7 +446,7 @@ def _sample_variables(
     pings: Sequence[Mapping[str, NDArray[Any]]], sectors: int, samples: int
 ) -> dict[str, xr.Variable]:
     """Samples of the pings that have any, padded with NaN to one number of sectors and samples."""
-    made = {}
+    columns = {}
     for name, (unit, text) in _SAMPLED.items():
         if not any(name in values for values in pings):
             continue
@@ -454,8 +456,8 @@ def _sample_variables(
         for target, values in zip(filled, pings, strict=True):
             if name in values:
                 target[tuple(slice(length) for length in values[name].shape)] = values[name]
-        made[name] = variable(("ping", "sector", "sample") if split else ("ping", "sample"), filled, unit, text)
-    return made
+        columns[name] = variable(("ping", "sector", "sample") if split else ("ping", "sample"), filled, unit, text)
+    return columns
 
 
 _SAMPLED = {
@@ -478,10 +480,10 @@ def _motion(content: bytes) -> NDArray[Any]:
     """Attitude in degrees and heave, shape (1,): of the instrument, or Kongsberg's binary datagram within its own."""
     if content[4:8] == b"MRU0":
         return records(content, _MOTION, _HEAD)
-    found = records(content, _KM_BINARY, _HEAD)
-    if found["mark"][0] != b"#KMB":
+    table = records(content, _KM_BINARY, _HEAD)
+    if table["mark"][0] != b"#KMB":
         raise DatagramError("no datagram KM binary inside")
-    return found[list(_MOTION.names or ())].astype(_MOTION)
+    return table[list(_MOTION.names or ())].astype(_MOTION)
 
 
 def _filter(content: bytes) -> tuple[int, int, NDArray[np.complex64]]:
@@ -495,17 +497,17 @@ def _filter(content: bytes) -> tuple[int, int, NDArray[np.complex64]]:
 
 def _values(head: _Samples, content: bytes) -> dict[str, NDArray[Any]]:
     """Samples of one ping: voltage (sectors, samples), power [dB] and electrical angles [rad], both (samples,)."""
-    made: dict[str, NDArray[Any]] = {}
+    values: dict[str, NDArray[Any]] = {}
     offset, count = _SAMPLE_HEAD, head.samples
     if head.contents & _POWER:
-        made["power_db"] = np.frombuffer(content, "<i2", count, offset) * np.float32(POWER_DB)
+        values["power_db"] = np.frombuffer(content, "<i2", count, offset) * np.float32(POWER_DB)
         offset += 2 * count
     if head.contents & _ANGLES:
         angles = np.frombuffer(content, "<i1", 2 * count, offset).reshape(count, 2) * np.float32(np.pi / 128)
-        made["phase_athwartship"], made["phase_alongship"] = angles[:, 0], angles[:, 1]
+        values["phase_athwartship"], values["phase_alongship"] = angles[:, 0], angles[:, 1]
         offset += 2 * count
     if head.sectors:
         kind = "<f4" if head.contents & _SINGLE else "<f2"
         pairs = np.frombuffer(content, kind, 2 * count * head.sectors, offset).astype(np.float32, copy=False)
-        made["voltage"] = pairs.view(np.complex64).reshape(count, head.sectors).T
-    return made
+        values["voltage"] = pairs.view(np.complex64).reshape(count, head.sectors).T
+    return values

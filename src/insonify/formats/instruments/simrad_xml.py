@@ -109,19 +109,19 @@ def channels(root: ElementTree.Element) -> dict[str, Channel]:
         (row.get("TransducerName"), row.get("TransducerSerialNumber")): row.attrib
         for row in root.iterfind("Transducers/Transducer")
     }
-    found = {}
+    result = {}
     for transceiver in root.iterfind("Transceivers/Transceiver"):
         for channel in transceiver.iterfind("Channels/Channel"):
             transducer = channel.find("Transducer")
             attributes = {} if transducer is None else transducer.attrib
-            found[channel.get("ChannelID", "")] = Channel(
+            result[channel.get("ChannelID", "")] = Channel(
                 transceiver.attrib,
                 channel.attrib,
                 attributes,
                 [row.attrib for row in channel.iterfind("Transducer/FrequencyPar")],
                 mountings.get((attributes.get("TransducerName"), attributes.get("SerialNumber")), {}),
             )
-    return found
+    return result
 
 
 def position_sensor(root: ElementTree.Element) -> Mapping[str, str] | None:
@@ -154,11 +154,11 @@ def channel_settings(name: str, channel: Channel, offset: int) -> list[Setting]:
 
 def _valued(field: str, text: str) -> tuple[float | str, str]:
     """A finite number in SI and its unit, else the text in one line and no unit."""
-    found = number({"": text}, "")
-    if not math.isfinite(found):
+    value = number({"": text}, "")
+    if not math.isfinite(value):
         return " ".join(text.split()), ""
     unit, scale = next((known for part, known in _UNITS.items() if part in field), ("1", 1.0))
-    return found * scale, unit
+    return value * scale, unit
 
 
 def number(attributes: Mapping[str, str], name: str) -> float:

@@ -172,25 +172,30 @@ class SoundMetricsArisFile(InstrumentFile):
         rows = self.datagrams.rows("frame")[numbers]
         require_memory(self.path, len(rows), int(self.datagrams.size[rows].max(initial=0)))
         number = dict(zip(rows.tolist(), numbers, strict=True))
-        found = list(self._parsed(rows, _image))
-        headers = [header for _, (header, _) in found]
-        made = variables(headers, _COLUMNS, ("ping",))
-        made["level_db"] = variable(
-            ("ping", "beam", "sample"), stacked([image for _, (_, image) in found], axes=2), "dB", "level of the echo"
+        read_pings = list(self._parsed(rows, _image))
+        headers = [header for _, (header, _) in read_pings]
+        columns = variables(headers, _COLUMNS, ("ping",))
+        columns["level_db"] = variable(
+            ("ping", "beam", "sample"),
+            stacked([image for _, (_, image) in read_pings], axes=2),
+            "dB",
+            "level of the echo",
         )
-        angles = [bearings(image.shape[0], bool(header["telephoto"])) for _, (header, image) in found]
-        made["bearing"] = variable(
+        angles = [bearings(image.shape[0], bool(header["telephoto"])) for _, (header, image) in read_pings]
+        columns["bearing"] = variable(
             ("ping", "beam"), stacked(angles), "rad", "bearing of the beam, positive to the right"
         )
         tones = [MODELS.get(int(h["system"]), _UNKNOWN)[2 if h["high_frequency"] else 1] for h in headers]
-        made["frequency"] = variable("ping", np.array(tones, float), "Hz", "frequency of the model")
+        columns["frequency"] = variable("ping", np.array(tones, float), "Hz", "frequency of the model")
         for name, field, text in (
             ("first_range", "first_delay", "range of sample 0"),
             ("range_step", "sample_interval", "step of range"),
         ):
-            values = made[field].values * made["sound_speed"].values / 2
-            made[name] = variable("ping", values, "m", text)
-        return ping_dataset(group, [number[row] for row, _ in found], self.datagrams.time[[r for r, _ in found]], made)
+            values = columns[field].values * columns["sound_speed"].values / 2
+            columns[name] = variable("ping", values, "m", text)
+        return ping_dataset(
+            group, [number[row] for row, _ in read_pings], self.datagrams.time[[r for r, _ in read_pings]], columns
+        )
 
     def settings(self) -> tuple[Setting, ...]:
         """Settings of the first frame."""

@@ -213,9 +213,9 @@ class XtfFile(InstrumentFile):
     @cached_property
     def groups(self) -> Mapping[str, int]:
         """Number of pings of each channel, and of soundings."""
-        found = {name: len(self._pings[channel]) for name, channel in self._names.items()}
+        counts = {name: len(self._pings[channel]) for name, channel in self._names.items()}
         count = self.datagrams.rows("Q_MULTIBEAM").size
-        return found | ({"soundings": int(count)} if count else {})
+        return counts | ({"soundings": int(count)} if count else {})
 
     @cached_property
     def _names(self) -> dict[str, int]:
@@ -234,7 +234,7 @@ class XtfFile(InstrumentFile):
         if group == "soundings":
             return self._soundings(pings)
         channel = self._names[group]
-        about, made = self._channels[channel], []
+        about, parsed = self._channels[channel], []
         requested = list(enumerate(self._pings[channel]))[pings]
         if (kind := _TYPES.get((int(about["sample_size"]), int(about["sample_format"])))) is None:
             self._omit(
@@ -247,34 +247,40 @@ class XtfFile(InstrumentFile):
                 count, start = int(header["samples"]), at + layouts.PING_CHANNEL.itemsize
                 values = np.frombuffer(content, kind or "u1", count, start).astype(np.float32)
                 values = values[::-1] if about["kind"] == _PORT else values
-                made.append((number, row, records(content, layouts.PING, 0)[0], header, values))
-        heads, headers, samples = [part[2] for part in made], [part[3] for part in made], [part[4] for part in made]
-        if made:
-            require_memory(self.path, len(made), max(part.size for part in samples))
-        found = variables(heads, _SINGLE, ("ping",)) | variables(headers, _CHANNEL, ("ping",))
-        found |= self._ping_settings(about, heads, headers)
-        filled = stacked(samples) if made else np.empty((0, 0), np.float32)
-        found["amplitude"] = variable(("ping", "sample"), filled, "1", "amplitude in counts as recorded, near to far")
+                parsed.append((number, row, records(content, layouts.PING, 0)[0], header, values))
+        heads, headers, samples = (
+            [part[2] for part in parsed],
+            [part[3] for part in parsed],
+            [part[4] for part in parsed],
+        )
+        if parsed:
+            require_memory(self.path, len(parsed), max(part.size for part in samples))
+        columns = variables(heads, _SINGLE, ("ping",)) | variables(headers, _CHANNEL, ("ping",))
+        columns |= self._ping_settings(about, heads, headers)
+        filled = stacked(samples) if parsed else np.empty((0, 0), np.float32)
+        columns["amplitude"] = variable(("ping", "sample"), filled, "1", "amplitude in counts as recorded, near to far")
         dataset = ping_dataset(
-            group, [part[0] for part in made], self.datagrams.time[[part[1] for part in made]], found
+            group, [part[0] for part in parsed], self.datagrams.time[[part[1] for part in parsed]], columns
         )
         return dataset.assign_attrs(range="ground" if about["correction"] == 2 else "slant")
 
     def _soundings(self, pings: slice) -> xr.Dataset:
         """Soundings of the packets that QINSy writes, over (ping, beam)."""
         rows = self.datagrams.rows("Q_MULTIBEAM")
-        made = list(self._parsed(rows[pings], _multibeam))
-        heads = [head for _, (head, _) in made]
-        found = variables([beams for _, (_, beams) in made], _BEAM, ("ping", "beam"))
-        found |= variables(heads, _SINGLE, ("ping",))
+        parsed = list(self._parsed(rows[pings], _multibeam))
+        heads = [head for _, (head, _) in parsed]
+        columns = variables([beams for _, (_, beams) in parsed], _BEAM, ("ping", "beam"))
+        columns |= variables(heads, _SINGLE, ("ping",))
         speed = np.array([_two_way(float(head["sound_speed"])) for head in heads])
-        found["sound_speed"] = variable("ping", speed, "m/s", "sound speed, twice the stated one where that is one-way")
-        kept = [row for row, _ in made]
-        return ping_dataset("soundings", np.searchsorted(rows, kept), self.datagrams.time[kept], found)
+        columns["sound_speed"] = variable(
+            "ping", speed, "m/s", "sound speed, twice the stated one where that is one-way"
+        )
+        kept = [row for row, _ in parsed]
+        return ping_dataset("soundings", np.searchsorted(rows, kept), self.datagrams.time[kept], columns)
 
     def _ping_settings(self, about: Any, heads: list[Any], headers: list[Any]) -> dict[str, xr.Variable]:
         """Position, sound speed, frequency and sample interval of each ping."""
-        made = _without_zeros(variables(heads, self._position_columns, ("ping",)), self._position_columns)
+        settings = _without_zeros(variables(heads, self._position_columns, ("ping",)), self._position_columns)
         speed = np.array([_two_way(float(head["sound_speed"])) for head in heads])
         frequency = np.array([_hertz(header["frequency"] or about["frequency"]) for header in headers])
         counts = np.array([max(int(header["samples"]), 1) for header in headers])
@@ -282,7 +288,7 @@ class XtfFile(InstrumentFile):
             duration = np.array([float(header["time_duration"]) for header in headers])
             ranges = np.array([float(header["slant_range"]) for header in headers])
             interval = np.where(duration > 0, duration, 2 * ranges / speed) / counts
-        return made | {
+        return settings | {
             "sound_speed": variable("ping", speed, "m/s", "sound speed, twice the stated one where that is one-way"),
             "frequency": variable("ping", frequency, "Hz", "centre frequency"),
             "sample_interval": variable("ping", interval, "s", "time between samples"),
@@ -295,30 +301,30 @@ class XtfFile(InstrumentFile):
     def settings(self) -> tuple[Setting, ...]:
         """Values of the file header: program, sonar, mounting, and those of each channel."""
         source = ("file header", 0)
-        made = list(record_settings(self._head, _FILE_SETTINGS, source))
+        settings = list(record_settings(self._head, _FILE_SETTINGS, source))
         for number, channel in enumerate(self._channels):
-            made += record_settings(channel, _CHANNEL_SETTINGS, source, f"channel {number} ")
-        return tuple(made)
+            settings += record_settings(channel, _CHANNEL_SETTINGS, source, f"channel {number} ")
+        return tuple(settings)
 
     def navigation(self) -> xr.Dataset | None:
         """Position over time: of navigation packets, else of the sonar in its pings, NaN where there is none."""
         for kind, part in (("POS_RAW_NAVIGATION", layouts.RAW_POSITION), ("NAVIGATION", layouts.NAVIGATION),
                            ("SONAR", layouts.PING)):  # fmt: skip
-            if (found := self._series(kind, part, self._position_columns)) is not None:
-                return found.assign(_without_zeros(dict(found.variables), self._position_columns))
+            if (series := self._series(kind, part, self._position_columns)) is not None:
+                return series.assign(_without_zeros(dict(series.variables), self._position_columns))
         return None
 
     def attitude(self) -> xr.Dataset | None:
         """Attitude over time: of attitude packets, else of the sonar in its pings."""
         for kind, part in (("ATTITUDE", layouts.ATTITUDE), ("POS_RAW_NAVIGATION", layouts.RAW_POSITION),
                            ("SONAR", layouts.PING)):  # fmt: skip
-            if (found := self._series(kind, part, (*_ATTITUDE, _YAW))) is not None:
-                return found
+            if (series := self._series(kind, part, (*_ATTITUDE, _YAW))) is not None:
+                return series
         return None
 
     def _series(self, kind: str, part: np.dtype[Any], columns: tuple[Column, ...]) -> xr.Dataset | None:
-        made = list(self._parsed(self.datagrams.rows(kind), lambda content: records(content, part, 0)))
-        return time_dataset([found for _, found in made], self.datagrams.time[[row for row, _ in made]], columns)
+        parsed = list(self._parsed(self.datagrams.rows(kind), lambda content: records(content, part, 0)))
+        return time_dataset([table for _, table in parsed], self.datagrams.time[[row for row, _ in parsed]], columns)
 
 
 def _multibeam(content: bytes) -> tuple[Any, NDArray[Any]]:
@@ -338,25 +344,28 @@ def _packet_time(head: bytes, kind: str) -> float:
     part = layout.get(kind, layouts.PING if kind in ("SONAR", "Q_MULTIBEAM") else None)
     if part is None or len(head) < part.itemsize:
         return np.nan
-    found = records(head, part, 0)[0]
+    fields = records(head, part, 0)[0]
     names = part.names or ()
-    if "epoch" in names and found["epoch"]:
-        return float(found["epoch"]) + float(found["microseconds"]) * 1e-6
+    if "epoch" in names and fields["epoch"]:
+        return float(fields["epoch"]) + float(fields["microseconds"]) * 1e-6
     fractions = {"hundredths": 1e-2, "milliseconds": 1e-3, "tenths": 1e-4}
-    below = sum(float(found[name]) * step for name, step in fractions.items() if name in names)
-    year, month, day, hour, minute = (int(found[name]) for name in ("year", "month", "day", "hour", "minute"))
+    below = sum(float(fields[name]) * step for name, step in fractions.items() if name in names)
+    year, month, day, hour, minute = (int(fields[name]) for name in ("year", "month", "day", "hour", "minute"))
     try:
         whole = datetime(year, month, day, hour, minute, tzinfo=UTC)
     except ValueError:
         return np.nan
-    return whole.timestamp() + float(found["second"]) + below
+    return whole.timestamp() + float(fields["second"]) + below
 
 
-def _without_zeros(found: Mapping[Any, xr.Variable], columns: Sequence[Column]) -> dict[str, xr.Variable]:
+def _without_zeros(variables_read: Mapping[Any, xr.Variable], columns: Sequence[Column]) -> dict[str, xr.Variable]:
     """Positions, NaN where both coordinates are zero, which a file without a position has."""
-    first, second = (found[column.name] for column in columns)
+    first, second = (variables_read[column.name] for column in columns)
     somewhere = (first.values != 0) | (second.values != 0)
-    return {c.name: found[c.name].copy(data=np.where(somewhere, found[c.name].values, np.nan)) for c in columns}
+    return {
+        c.name: variables_read[c.name].copy(data=np.where(somewhere, variables_read[c.name].values, np.nan))
+        for c in columns
+    }
 
 
 def _hertz(frequency: float) -> float:

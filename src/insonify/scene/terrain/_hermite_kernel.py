@@ -23,22 +23,22 @@ def node_slopes(height: NDArray[Any], along_rows: NDArray[Any], along_columns: N
     n, m = height.shape
     for i in range(n):
         for j in range(m):
-            here = height[i, j]
+            middle = height[i, j]
             above, below = height[min(i + 1, n - 1), j], height[max(i - 1, 0), j]
             right, left = height[i, min(j + 1, m - 1)], height[i, max(j - 1, 0)]
-            along_rows[i, j] = _slope(below, here, above, i > 0, i < n - 1)
-            along_columns[i, j] = _slope(left, here, right, j > 0, j < m - 1)
+            along_rows[i, j] = _slope(below, middle, above, i > 0, i < n - 1)
+            along_columns[i, j] = _slope(left, middle, right, j > 0, j < m - 1)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _slope(before, here, after, has_before, has_after):  # type: ignore[no-untyped-def]
+def _slope(before, middle, after, has_before, has_after):  # type: ignore[no-untyped-def]
     """Slope per cell at a node from what is known of its neighbours."""
     has_before, has_after = has_before and not math.isnan(before), has_after and not math.isnan(after)
     if has_before and has_after:
         return 0.5 * (after - before)
     if has_after:
-        return after - here
-    return here - before if has_before else 0.0 * here
+        return after - middle
+    return middle - before if has_before else 0.0 * middle
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

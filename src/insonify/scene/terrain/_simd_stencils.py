@@ -38,7 +38,15 @@ def _vector(builder: Any, data: Any, at: Any) -> Any:
 
 @intrinsic
 def splines(
-    typing_context: Any, node: Any, stride: Any, at: Any, along: Any, across: Any, first: Any, found: Any, plane: Any
+    typing_context: Any,
+    node: Any,
+    stride: Any,
+    at: Any,
+    along: Any,
+    across: Any,
+    first: Any,
+    result_list: Any,
+    plane: Any,
 ) -> Any:
     """Value and both slopes, re one pitch, of the bicubic B-spline at `POINTS` points from `first` on.
 
@@ -50,16 +58,16 @@ def splines(
         along: Fractional position of each point in its cell, from row to row, 0 to 1, float64, (n,).
         across: Likewise from column to column.
         first: Index of the first of the four points.
-        found: Result: values, slopes along, slopes across, one block after the other, float64, (3 * plane,).
+        result_list: Result: values, slopes along, slopes across, one block after the other, float64, (3 * plane,).
         plane: Length of one of these blocks.
     """
     for array, kind in ((node, types.float64), (at, types.int64), (along, types.float64), (across, types.float64),
-                        (found, types.float64)):  # fmt: skip
+                        (result_list, types.float64)):  # fmt: skip
         if array.layout != "C" or array.ndim != 1 or array.dtype != kind:
             raise errors.TypingError(f"{array} must be one contiguous list of {kind}")
 
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        node, at, along, across, found = (
+        node, at, along, across, result_list = (
             cgutils.create_struct_proxy(signature.args[k])(context, builder, value=arguments[k]).data
             for k in (0, 2, 3, 4, 6)
         )
@@ -78,9 +86,9 @@ def splines(
             slopes.append(do.pairs(e, nodes))
             positions = [builder.add(position, stride) for position in positions]
         for result in (do.pairs(a, heights), do.pairs(d, heights), do.pairs(a, slopes)):
-            builder.store(result, _vector(builder, found, first), align=8)
+            builder.store(result, _vector(builder, result_list, first), align=8)
             first = builder.add(first, plane)
         return context.get_dummy_value()
 
     whole = types.int64
-    return types.void(node, whole, at, along, across, whole, found, whole), generate
+    return types.void(node, whole, at, along, across, whole, result_list, whole), generate

@@ -36,11 +36,11 @@ class ArrayCache:
             keys: Keys of the arrays.
         """
         with self._lock:
-            found = [self._arrays.get(key) for key in keys]
-            for key, array in zip(keys, found, strict=True):
+            arrays = [self._arrays.get(key) for key in keys]
+            for key, array in zip(keys, arrays, strict=True):
                 if array is not None:
                     self._arrays.move_to_end(key)
-        return found
+        return arrays
 
     def get(self, key: Hashable, make: Callable[[], NDArray[np.floating]]) -> NDArray[np.floating]:
         """The array of a key, made where it is not kept; two threads may both make it, and get the same values.
@@ -53,13 +53,13 @@ class ArrayCache:
             if key in self._arrays:
                 self._arrays.move_to_end(key)
                 return self._arrays[key]
-        made = make()
-        made.setflags(write=False)
+        array = make()
+        array.setflags(write=False)
         with self._lock:
             if key not in self._arrays:
-                self._arrays[key] = made
-                self.bytes += made.nbytes
+                self._arrays[key] = array
+                self.bytes += array.nbytes
             while self.bytes > self.max_bytes and len(self._arrays) > 1:
                 _, oldest = self._arrays.popitem(last=False)
                 self.bytes -= oldest.nbytes
-        return made
+        return array

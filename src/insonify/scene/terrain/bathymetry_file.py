@@ -1,7 +1,7 @@
 """Bathymetry grids as surveys deliver them: GeoTIFF and BAG through rasterio, netCDF, and plain numpy files.
 
-Whatever the file holds is turned once, at the door: elevations in metres, positive up, rows to the north, columns to
-the east. Gaps stay gaps. What a file leaves open is an error that names the missing key, not a guess.
+Grids are converted once, on reading: elevations in metres, positive up, rows to the north, columns to the east. Gaps
+stay gaps (NaN). What a file leaves open is an error that names the missing key, not a guess.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from insonify.scene.terrain.bathymetry_file_checks import array_shape, library_e
 Singles = NDArray[np.float32]
 Floats = NDArray[np.float64]
 Positive = Literal["up", "down"]
-_Found = tuple[dict[str, Any], Positive | None, Floats]
+_GridContent = tuple[dict[str, Any], Positive | None, Floats]
 
 RASTERS = (".tif", ".tiff", ".bag")
 NETCDF = (".nc", ".nc4", ".grd")
@@ -39,7 +39,7 @@ _MAJOR, _FLATTENING = 6378137.0, 1 / 298.257223563  # of the ellipsoid WGS 84
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ElevationGrid:
-    """A grid of elevations, as it was read."""
+    """Elevations on a regular grid, rows to the north and columns to the east."""
 
     elevation: Singles
     """Positive up [m], shape (rows to the north, columns to the east); NaN where nothing was measured."""
@@ -48,15 +48,15 @@ class ElevationGrid:
     east: float
     """Coordinate of the first column [m], or longitude [deg]."""
     north_step: float
-    """From row to row [m], or [deg]."""
+    """Step from row to row [m], or [deg]."""
     east_step: float
-    """From column to column [m], or [deg]."""
+    """Step from column to column [m], or [deg]."""
     geographic: bool
     """True: the coordinates are latitude and longitude."""
     crs: str
     """Its coordinate system as well-known text; empty where the file has none."""
     description: str
-    """Source of the sign, in words."""
+    """Direction of the values, how it is known, and their range, in words."""
 
 
 def read_grid(path: str, *, variable: str | None = None, positive: Positive | None = None) -> ElevationGrid:
@@ -70,14 +70,15 @@ def read_grid(path: str, *, variable: str | None = None, positive: Positive | No
     Raises:
         GridError: The file is not there, no such grid, or leaves open what may not be guessed.
     """
-    there = Path(path)
-    if not there.is_file():
+    location = Path(path)
+    if not location.is_file():
         raise GridError(f"{path}: there is no such file. Give its path, relative to the scenario file.")
-    return _read(path, there.stat().st_mtime_ns, variable, positive)
+    return _read(path, location.stat().st_mtime_ns, variable, positive)
 
 
 @lru_cache(maxsize=4)
 def _read(path: str, stamp: int, variable: str | None, positive: Positive | None) -> ElevationGrid:
+    """`read_grid` of a file whose time of last change is `stamp` [ns], so that a changed file is read again."""
     suffix = Path(path).suffix.lower()
     if suffix in (".bag", *NETCDF):
         try:
@@ -89,18 +90,18 @@ def _read(path: str, stamp: int, variable: str | None, positive: Positive | None
         raise GridError(f"{path}: {suffix or 'a file without a suffix'} is no grid that is read here. "
                         f"Give one of {', '.join(kinds)}.")  # fmt: skip
     with library_errors_as_grid_errors(path):
-        found, stated_direction, values = kinds[suffix](path, variable)
+        position, stated_direction, values = kinds[suffix](path, variable)
     values = np.where(np.isfinite(values), values, np.nan)  # an endless depth is a gap too
-    sense, why = _positive_direction(path, values, stated_direction, positive)
+    sense, source = _positive_direction(path, values, stated_direction, positive)
     elevation = values if sense == "up" else -values
     _refuse_wrong_units(path, elevation)
-    return ElevationGrid(elevation.astype(np.float32), **found, description=why)
+    return ElevationGrid(elevation.astype(np.float32), **position, description=source)
 
 
 def _positive_direction(
     path: str, values: NDArray[np.floating], stated_direction: Positive | None, requested: Positive | None
 ) -> tuple[str, str]:
-    """Direction in which values grow, and its source."""
+    """Direction in which values grow, "up" or "down", and its reason with the range of values, in words."""
     known = values[np.isfinite(values)]
     if not known.size:
         raise GridError(f"{path}: no cell holds a number. Is it the right band or variable?")
@@ -140,7 +141,7 @@ def _scale(path: str, units: str | None) -> float:
     return METRES[name]
 
 
-def _raster(path: str, variable: str | None) -> _Found:
+def _raster(path: str, variable: str | None) -> _GridContent:
     """A GeoTIFF or BAG file: band 1."""
     try:
         import rasterio
@@ -169,17 +170,20 @@ def _raster(path: str, variable: str | None) -> _Found:
     values = band.astype(float).filled(np.nan) * _scale(path, units)
     rows, columns = np.arange(values.shape[0]) + 0.5, np.arange(values.shape[1]) + 0.5  # rasters give corners
     axes = {"north": turn.f + rows * turn.e, "east": turn.c + columns * turn.a}
-    frame, values = _on_axes(path, values, axes)
+    frame, values = _north_up(path, values, axes)
     return frame | {"geographic": geographic, "crs": crs.to_wkt() if crs else ""}, "up" if is_bag else None, values
 
 
-def _on_axes(path: str, values: Floats, axes: dict[str, Floats]) -> tuple[dict[str, Any], Floats]:
-    """Position of a grid, and its values with rows to the north and columns to the east.
+def _north_up(path: str, values: Floats, axes: dict[str, Floats]) -> tuple[dict[str, Any], Floats]:
+    """Values with rows to the north and columns to the east, and the position of the grid.
 
     Args:
         path: The file, for messages.
-        values: The grid.
-        axes: Coordinates of its rows and of its columns, by their names.
+        values: Values of the grid, rows and columns in any direction.
+        axes: Coordinates of the rows, then of the columns, by the names of the two dimensions [m or deg].
+
+    Returns:
+        Fields `north`, `east`, `north_step`, `east_step` of `ElevationGrid`, and the values.
     """
     names = [name.lower() for name in axes]
     if names[0] in _EAST and names[1] in _NORTH:
@@ -202,15 +206,15 @@ def _on_axes(path: str, values: Floats, axes: dict[str, Floats]) -> tuple[dict[s
     return frame, values
 
 
-def _netcdf(path: str, variable: str | None) -> _Found:
+def _netcdf(path: str, variable: str | None) -> _GridContent:
     """A netCDF file: a variable of two dimensions, each with its coordinate."""
     try:
         import netCDF4
     except ImportError:
         raise GridError(f"{path}: reading it takes netCDF4. Install it: {install_advice('io')}") from None
     with netCDF4.Dataset(path) as file:
-        grids = {name: found for name, found in file.variables.items() if found.ndim == 2}
-        name = _chosen(path, list(grids), variable)
+        grids = {name: stored for name, stored in file.variables.items() if stored.ndim == 2}
+        name = _bathymetry_variable(path, list(grids), variable)
         grid = grids[name]
         chunks = grid.chunking()
         require_grid_size(path, grid.shape, chunks if isinstance(chunks, list) else (), grid.dtype)
@@ -220,9 +224,9 @@ def _netcdf(path: str, variable: str | None) -> _Found:
                     f"{path}: {name} has no coordinate for dimension {axis}. Add a variable {axis}({axis})."
                 )
         for axis in grid.dimensions:
-            found = file.variables[axis]
-            chunks = found.chunking()
-            require_grid_size(path, found.shape, chunks if isinstance(chunks, list) else (), found.dtype)
+            stored = file.variables[axis]
+            chunks = stored.chunking()
+            require_grid_size(path, stored.shape, chunks if isinstance(chunks, list) else (), stored.dtype)
         axes = {axis: np.asarray(file.variables[axis][:], float) for axis in grid.dimensions}
         geographic = any("degree" in str(getattr(file.variables[axis], "units", "")) for axis in axes)
         values = np.ma.filled(np.ma.masked_invalid(grid[:]).astype(float), np.nan)
@@ -233,15 +237,15 @@ def _netcdf(path: str, variable: str | None) -> _Found:
         wkt = str(getattr(mapping, "crs_wkt", getattr(mapping, "spatial_ref", "")))
         for axis in () if geographic else axes:
             axes[axis] = axes[axis] * _scale(path, getattr(file.variables[axis], "units", None))
-    frame, values = _on_axes(path, values, axes)
+    frame, values = _north_up(path, values, axes)
     stated: dict[str, Positive] = {"up": "up", "down": "down"}
     crs = "EPSG:4326" if geographic else wkt
     direction = stated.get(stated_direction, _positive_direction_by_name(name))
     return frame | {"geographic": geographic, "crs": crs}, direction, values
 
 
-def _chosen(path: str, names: list[str], variable: str | None) -> str:
-    """The variable that holds the bathymetry."""
+def _bathymetry_variable(path: str, names: list[str], variable: str | None) -> str:
+    """Name of the variable that holds the bathymetry: the given one, or the only likely one."""
     if variable is not None:
         if variable not in names:
             raise GridError(
@@ -261,7 +265,7 @@ def _positive_direction_by_name(name: str) -> Positive | None:
     return "up" if lower in _UP else "down" if lower in _DOWN else None
 
 
-def _numpy(path: str, variable: str | None) -> _Found:
+def _numpy(path: str, variable: str | None) -> _GridContent:
     """A numpy file: a grid, and its two coordinates in metres."""
     with zipfile.ZipFile(path) as file:
         shapes = {
@@ -269,7 +273,7 @@ def _numpy(path: str, variable: str | None) -> _Found:
             for name in file.namelist()
             if name.endswith(".npy")
         }
-        name = _chosen(path, [name for name, shape in shapes.items() if len(shape) == 2], variable)
+        name = _bathymetry_variable(path, [name for name, shape in shapes.items() if len(shape) == 2], variable)
         keys = {"depth": name}
         for words, shown in ((_NORTH, "north"), (_EAST, "east")):
             key = next((word for word in words if word in shapes), None)
@@ -279,24 +283,24 @@ def _numpy(path: str, variable: str | None) -> _Found:
                 )
             keys[shown] = key
     with np.load(path, allow_pickle=False) as arrays:
-        found = {shown: np.asarray(arrays[key], float) for shown, key in keys.items()}
-    frame, values = _on_axes(path, found.pop("depth"), found)
+        grid = {shown: np.asarray(arrays[key], float) for shown, key in keys.items()}
+    frame, values = _north_up(path, grid.pop("depth"), grid)
     return frame | {"geographic": False, "crs": ""}, _positive_direction_by_name(name), values
 
 
-def projected_position(latitude: float, longitude: float, soundings: ElevationGrid) -> tuple[float, float]:
-    """Northing and easting, in a grid's own system [m], of a geodetic position [deg, WGS 84].
+def projected_position(latitude: float, longitude: float, grid: ElevationGrid) -> tuple[float, float]:
+    """Northing and easting in the coordinate system of a grid [m] of a geodetic position [deg, WGS 84].
 
     Raises:
         GridError: The grid has no coordinate system.
     """
-    if not soundings.crs:
+    if not grid.crs:
         raise GridError("the file names no coordinate system, so it has no latitudes and longitudes. "
                         "Give origin: [north, east] in the file's coordinates.", "latitude")  # fmt: skip
     from rasterio.warp import transform
 
     with library_errors_as_grid_errors("its coordinate system"):
-        east, north = transform("EPSG:4326", soundings.crs, [longitude], [latitude])
+        east, north = transform("EPSG:4326", grid.crs, [longitude], [latitude])
     return float(north[0]), float(east[0])
 
 
@@ -306,7 +310,7 @@ def geodetic_position(north: float, east: float, crs: str) -> tuple[float, float
     Args:
         north: Northing [m].
         east: Easting [m].
-        crs: The coordinate system.
+        crs: The coordinate system as well-known text or EPSG code.
     """
     from rasterio.warp import transform
 
@@ -320,7 +324,7 @@ def metres_per_degree(latitude: float) -> tuple[float, float]:
     Source: radii of curvature of the meridian and of the prime vertical, e.g. Torge (2001), Geodesy, section 4.1.
     """
     sine = np.sin(np.radians(latitude))
-    square = _FLATTENING * (2 - _FLATTENING)
-    bend = 1 - square * sine**2
-    meridian, vertical = _MAJOR * (1 - square) / bend**1.5, _MAJOR / np.sqrt(bend)
+    eccentricity_squared = _FLATTENING * (2 - _FLATTENING)
+    curvature_factor = 1 - eccentricity_squared * sine**2
+    meridian, vertical = _MAJOR * (1 - eccentricity_squared) / curvature_factor**1.5, _MAJOR / np.sqrt(curvature_factor)
     return float(np.radians(meridian)), float(np.radians(vertical * np.cos(np.radians(latitude))))

@@ -80,8 +80,8 @@ class BathymetryGrid(Model):
     @property
     def depths(self) -> tuple[float, float, float]:
         """Shallowest, mean and deepest sounding [m]."""
-        found = placed_grid(self).height
-        return tuple(-float(f(found)) for f in (np.nanmax, np.nanmean, np.nanmin))  # type: ignore[return-value]
+        heights = placed_grid(self).height
+        return tuple(-float(f(heights)) for f in (np.nanmax, np.nanmean, np.nanmin))  # type: ignore[return-value]
 
     @property
     def measured_fraction(self) -> float:
@@ -147,41 +147,41 @@ def placed_grid(grid: BathymetryGrid) -> PlacedGrid:
     Raises:
         GridError: The file is no such grid, or has no position.
     """
-    found = read_grid(grid.file, variable=grid.variable, positive=grid.positive)
-    corner, step = _placed(grid, found)
-    return PlacedGrid(found.elevation - np.float32(grid.tide), corner, step, found.description)
+    surveyed = read_grid(grid.file, variable=grid.variable, positive=grid.positive)
+    corner, step = _placed(grid, surveyed)
+    return PlacedGrid(surveyed.elevation - np.float32(grid.tide), corner, step, surveyed.description)
 
 
-def _placed(grid: BathymetryGrid, found: ElevationGrid) -> tuple[tuple[float, float], tuple[float, float]]:
+def _placed(grid: BathymetryGrid, surveyed: ElevationGrid) -> tuple[tuple[float, float], tuple[float, float]]:
     """North and east of the first node, and spacing of rows and columns, in the scene's frame [m]."""
     metres = (1.0, 1.0)
-    if found.geographic:
+    if surveyed.geographic:
         if grid.origin is not None:
             raise GridError(f"{grid.file}: its coordinates are degrees. Give latitude and longitude instead.", "origin")
-        middle = found.north + found.north_step * (found.elevation.shape[0] - 1) / 2
+        middle = surveyed.north + surveyed.north_step * (surveyed.elevation.shape[0] - 1) / 2
         metres = metres_per_degree(middle if grid.latitude is None else float(np.degrees(grid.latitude)))
-    origin = _origin(grid, found)
-    corner = ((found.north - origin[0]) * metres[0], (found.east - origin[1]) * metres[1])
-    step = (found.north_step * metres[0], found.east_step * metres[1])
-    size = [(count - 1) * side for count, side in zip(found.elevation.shape, step, strict=True)]
+    origin = _origin(grid, surveyed)
+    corner = ((surveyed.north - origin[0]) * metres[0], (surveyed.east - origin[1]) * metres[1])
+    step = (surveyed.north_step * metres[0], surveyed.east_step * metres[1])
+    size = [(count - 1) * side for count, side in zip(surveyed.elevation.shape, step, strict=True)]
     if any(-1000 - length > start or start > 1000 for start, length in zip(corner, size, strict=True)):
         north, east = (f"{-start:.0f} m" for start in corner)
         raise GridError(
             f"{grid.file}: the scene's origin lies {north} north and {east} east of the grid's first cell, more than "
-            f"1 km outside of it. Its coordinates start at north {found.north:.8g}, east {found.east:.8g}.",
+            f"1 km outside of it. Its coordinates start at north {surveyed.north:.8g}, east {surveyed.east:.8g}.",
             "latitude" if grid.latitude is not None else "origin",
         )
     return corner, step
 
 
-def _origin(grid: BathymetryGrid, found: ElevationGrid) -> tuple[float, float]:
+def _origin(grid: BathymetryGrid, surveyed: ElevationGrid) -> tuple[float, float]:
     """The scene's north 0, east 0 in the file's own coordinates [m], or latitude and longitude [deg]."""
     if grid.origin is not None:
         return grid.origin
     if grid.latitude is None or grid.longitude is None:
-        return _middle(found)
+        return _middle(surveyed)
     latitude, longitude = (float(np.degrees(angle)) for angle in (grid.latitude, grid.longitude))
-    return (latitude, longitude) if found.geographic else projected_position(latitude, longitude, found)
+    return (latitude, longitude) if surveyed.geographic else projected_position(latitude, longitude, surveyed)
 
 
 def grid_origin(grid: BathymetryGrid) -> dict[str, str | float]:
@@ -194,23 +194,23 @@ def grid_origin(grid: BathymetryGrid) -> dict[str, str | float]:
         `crs` (coordinate system of the file), `origin_northing` and `origin_easting` (the scene's north 0, east 0 in
         it [m]), `origin_latitude` and `origin_longitude` [deg]; those that are known.
     """
-    found = read_grid(grid.file, variable=grid.variable, positive=grid.positive)
-    north, east = _origin(grid, found)
-    known: dict[str, str | float] = {"crs": found.crs} if found.crs else {}
-    if found.geographic:
+    surveyed = read_grid(grid.file, variable=grid.variable, positive=grid.positive)
+    north, east = _origin(grid, surveyed)
+    known: dict[str, str | float] = {"crs": surveyed.crs} if surveyed.crs else {}
+    if surveyed.geographic:
         return known | {"origin_latitude": float(north), "origin_longitude": float(east)}
     known |= {"origin_northing": float(north), "origin_easting": float(east)}
-    if found.crs:
-        latitude, longitude = geodetic_position(float(north), float(east), found.crs)
+    if surveyed.crs:
+        latitude, longitude = geodetic_position(float(north), float(east), surveyed.crs)
         known |= {"origin_latitude": latitude, "origin_longitude": longitude}
     return known
 
 
-def _middle(found: ElevationGrid) -> tuple[float, float]:
+def _middle(surveyed: ElevationGrid) -> tuple[float, float]:
     """The known node nearest to the mean of all known nodes, in the file's coordinates."""
-    rows, columns = np.nonzero(np.isfinite(found.elevation))
+    rows, columns = np.nonzero(np.isfinite(surveyed.elevation))
     nearest = np.argmin((rows - rows.mean()) ** 2 + (columns - columns.mean()) ** 2)
-    return found.north + rows[nearest] * found.north_step, found.east + columns[nearest] * found.east_step
+    return surveyed.north + rows[nearest] * surveyed.north_step, surveyed.east + columns[nearest] * surveyed.east_step
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -133,7 +133,7 @@ def add_band(x: Floats, y: Floats, band: LatticeBand, key: LatticeKey, quantiles
     row, group = np.empty(most, np.int64), np.empty(most, np.int64)
     words, node = np.empty((4, most), np.uint32), np.empty(4 * most)
     at, f, g = np.zeros(_CHUNK, np.int64), np.zeros(_CHUNK), np.zeros(_CHUNK)
-    found = np.empty(3 * _CHUNK)
+    splined = np.empty(3 * _CHUNK)
     while end < x.size:
         first = end
         end, first_i, first_group, rows, groups = _together(x, y, first, most, frame)
@@ -144,18 +144,18 @@ def add_band(x: Floats, y: Floats, band: LatticeBand, key: LatticeKey, quantiles
             count, stride = _cells(x, y, first, end, frame, row, group), 8
         _fill(row[:count], group[:count], key, quantiles, words, node)
         for begin in range(first, end, _CHUNK):
-            some = min(end - begin, _CHUNK)
-            for k in range(some):
+            size = min(end - begin, _CHUNK)
+            for k in range(size):
                 n = begin + k
                 a = (c * x[n] + s * y[n]) * per_pitch + offset_a
                 b = (c * y[n] - s * x[n]) * per_pitch + offset_b
                 i, j = math.floor(a), math.floor(b)
                 at[k] = (i - first_i) * stride + j - 4 * first_group if rows > 0 else 32 * (n - first) + (j & 3)
                 f[k], g[k] = a - i, b - j
-            for k in range(0, some, POINTS):  # the last with what others left there: all points have the same bits
-                splines(node, stride, at, f, g, k, found, _CHUNK)
-            for k in range(some):
-                along, across = found[_CHUNK + k], found[2 * _CHUNK + k]
-                out[begin + k, 0] += amplitude * found[k]
+            for k in range(0, size, POINTS):  # the last with what others left there: all points have the same bits
+                splines(node, stride, at, f, g, k, splined, _CHUNK)
+            for k in range(size):
+                along, across = splined[_CHUNK + k], splined[2 * _CHUNK + k]
+                out[begin + k, 0] += amplitude * splined[k]
                 out[begin + k, 1] += steep * (c * along - s * across)
                 out[begin + k, 2] += steep * (s * along + c * across)

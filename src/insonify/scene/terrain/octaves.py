@@ -112,9 +112,9 @@ class Octaves(Relief):
 
 @lru_cache(maxsize=64)
 def _placed(seed: int, layer: int, level: tuple[int, ...]) -> Floats:
-    found = random_keys.uniforms(seed, random_keys.TERRAIN, 0, 0, np.array(level, np.int64), 2 * layer + _PLACEMENT)
-    found.setflags(write=False)
-    return found
+    uniforms = random_keys.uniforms(seed, random_keys.TERRAIN, 0, 0, np.array(level, np.int64), 2 * layer + _PLACEMENT)
+    uniforms.setflags(write=False)
+    return uniforms
 
 
 def spline_spectrum(s: Floats) -> Floats:

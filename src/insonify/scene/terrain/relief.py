@@ -105,9 +105,9 @@ class ReliefSum(Relief):
         along, across = broadcast_positions(along, across)
         height, slope = np.zeros(along.shape), np.zeros((*along.shape, 2))
         for part in self.parts:
-            found = part.sample(along, across)
-            height += found.height
-            slope += found.slope
+            sample = part.sample(along, across)
+            height += sample.height
+            slope += sample.slope
         return TerrainSample(height, slope)
 
     def to_world(self, terrain_sample: TerrainSample) -> TerrainSample:

@@ -168,8 +168,8 @@ class SedimentCover:
         from scipy.special import ndtri
 
         own = self.lattice.from_world(np.stack([north, east], axis=-1))
-        level = np.zeros(north.shape)
+        field_sum = np.zeros(north.shape)
         for share, field in zip(_SHARES, self.fields, strict=True):
-            level += np.sqrt(share) * field.height(own[..., 0], own[..., 1])
+            field_sum += np.sqrt(share) * field.height(own[..., 0], own[..., 1])
         shares = np.cumsum(patches.fractions) / np.sum(patches.fractions)
-        return np.searchsorted(ndtri(shares[:-1]), level)
+        return np.searchsorted(ndtri(shares[:-1]), field_sum)

@@ -1,14 +1,14 @@
-"""Motion: what waves and steering add to a platform's path, as six random functions of time.
+"""Random motion that waves and steering add to a platform's track, in six degrees of freedom.
 
-Each freedom is a stationary random function with a spectrum: a sum of waves of equal energy, whose
-frequencies share out the spectrum evenly and whose phases are drawn. Its mean square over an ensemble of
+Each degree of freedom is a stationary random function with a spectrum: a sum of waves of equal energy, whose
+frequencies divide the spectrum into equal shares and whose phases are drawn. Its mean square over an ensemble of
 seeds is exactly the one given; that over one run comes near it as the run gets long. A wave
-belongs to the seed, the freedom and its number, so a ping has the same pose in every run.
+belongs to the seed, the degree of freedom and its number, so a ping has the same pose in every run.
 
 The spectrum is a bell about one period, or a table of one's own. The bell is a convention of this
 file: half of its energy lies on either side of the period, and it falls as the fifth power of frequency
 far above, as that of wind waves does.
-Source: sums of waves with random phases, Rice (1944), Bell Syst. Tech. J. 23, 282 (from memory).
+Source: sums of waves with random phases, Rice (1944), Bell Syst. Tech. J. 23(3), 282-332.
 """
 
 from typing import Annotated, Self
@@ -23,7 +23,7 @@ from insonify.model import Hertz, Metres, Model, Radians, Seconds, field_error
 Floats = NDArray[np.float64]
 
 WAVES = 96
-"""Waves in each freedom [1]: kurtosis 3 - 1.5 / 96, so heights are practically Gaussian."""
+"""Waves in each degree of freedom [1]: kurtosis 3 - 1.5 / 96, so heights are practically Gaussian."""
 _GRID = 8192  # points on which a spectrum is integrated
 _SPAN = 30.0  # lowest and highest frequency of a bell, below and above its middle
 
@@ -61,7 +61,7 @@ class MotionSpectrum(Model):
         return self
 
     def frequencies(self, share: Floats) -> Floats:
-        """The frequencies below which given shares of the energy lie [Hz].
+        """Quantiles of the spectrum: frequencies below which given shares of the energy lie [Hz], shape of `share`.
 
         Args:
             share: Share of the energy, between 0 and 1, any shape.
@@ -103,7 +103,7 @@ class Motion(Model):
     surge: RandomTranslation = RandomTranslation()
     """Ahead along the heading [m]."""
     sway: RandomTranslation = RandomTranslation()
-    """To starboard, level [m]."""
+    """Horizontal, to starboard [m]."""
     heave: RandomTranslation = RandomTranslation()
     """Down [m]."""
     yaw: RandomRotation = RandomRotation()
@@ -124,27 +124,37 @@ DEGREES_OF_FREEDOM = tuple(Motion.model_fields)
 
 
 def displacement(motion: Motion, time: Floats, seed: int) -> dict[str, Floats]:
-    """The motion at some times.
+    """Displacement of a platform in all degrees of freedom.
 
     Args:
         motion: Motion of the platform.
         time: Times since the first ping [s], shape (n,).
-        seed: Of the scenario.
+        seed: Seed of the scenario.
 
     Returns:
-        Displacement in each freedom [m or rad], each of shape (n,), by name.
+        Displacement in each degree of freedom, translations [m] and rotations [rad], each of shape (n,), by name.
     """
     return {name: _waves(getattr(motion, name), time, seed, row) for row, name in enumerate(DEGREES_OF_FREEDOM)}
 
 
-def _waves(freedom: RandomTranslation | RandomRotation, time: Floats, seed: int, row: int) -> Floats:
-    """Sum of waves of equal energy, one from each of as many equal shares of the spectrum."""
+def _waves(motion: RandomTranslation | RandomRotation, time: Floats, seed: int, row: int) -> Floats:
+    """Random function of one degree of freedom: a sum of waves, one from each of `WAVES` equal shares of the spectrum.
+
+    Args:
+        motion: Spectrum and root mean square.
+        time: Times since the first ping [s], shape (n,).
+        seed: Seed of the scenario.
+        row: Position of the degree of freedom in `DEGREES_OF_FREEDOM`.
+
+    Returns:
+        Displacement [m] or rotation [rad], shape (n,).
+    """
     total = np.zeros(len(time))
-    if freedom.rms == 0:
+    if motion.rms == 0:
         return total
     number = np.arange(WAVES)
     draw = random_keys.uniforms(seed, random_keys.MOTION, number, row)
-    frequency = freedom.frequencies((number + draw[:, 0]) / WAVES)
-    for f, turn in zip(frequency, draw[:, 1], strict=True):
-        total += np.cos(2 * np.pi * (f * time + turn))
-    return np.asarray(freedom.rms * np.sqrt(2 / WAVES) * total)
+    frequency = motion.frequencies((number + draw[:, 0]) / WAVES)
+    for f, phase in zip(frequency, draw[:, 1], strict=True):
+        total += np.cos(2 * np.pi * (f * time + phase))
+    return np.asarray(motion.rms * np.sqrt(2 / WAVES) * total)

@@ -1,4 +1,4 @@
-"""A track from a log: where a platform was, as its navigation system wrote it down."""
+"""Track of a platform from the log of its navigation system."""
 
 from functools import lru_cache
 from typing import Annotated, Literal, Self
@@ -15,10 +15,10 @@ from insonify.sonar.track.poses import Poses
 
 Floats = NDArray[np.float64]
 
-STEPS_OF_A_GAP = 10.0
-"""Rows further apart than this many of the log's usual steps are a gap in it [1]."""
-SHORTEST_GAP = 1.0
-"""No pause is a gap that is shorter than this [s]."""
+GAP_STEPS = 10.0
+"""Median steps of a log beyond which a pause between its rows is a gap [1]."""
+MIN_GAP = 1.0
+"""Shortest pause between rows that is a gap [s]."""
 
 
 class NavigationTrack(PingSchedule):
@@ -49,7 +49,7 @@ class NavigationTrack(PingSchedule):
             raise field_error("start", f"{self.start:g} s", f"is after the log's last row, {end:g} s after its first. "
                           "Start earlier.")  # fmt: skip
         checked_ping_count(
-            self.pings, self._fit(log), "pings", end=f"the end of the log, {end:.10g} s after its first row"
+            self.pings, self._max_pings(log), "pings", end=f"the end of the log, {end:.10g} s after its first row"
         )
         self._require_log_coverage(log)
         return self
@@ -76,10 +76,11 @@ class NavigationTrack(PingSchedule):
         return log
 
     def default_longest_gap(self) -> float:
-        """Longest pause that is no gap of this log [s]: ten of its usual steps, at least 1 s."""
-        return max(SHORTEST_GAP, STEPS_OF_A_GAP * float(np.median(np.diff(self.log().time))))
+        """Longest pause between rows that is no gap of this log [s]: ten of its median steps, at least 1 s."""
+        return max(MIN_GAP, GAP_STEPS * float(np.median(np.diff(self.log().time))))
 
-    def _fit(self, log: NavigationLog) -> int:
+    def _max_pings(self, log: NavigationLog) -> int:
+        """Number of pings from the start on that the log lasts for."""
         return max_ping_count(float(log.time[-1]) - self.start, self.interval)
 
     def _require_log_coverage(self, log: NavigationLog) -> None:
@@ -101,10 +102,10 @@ class NavigationTrack(PingSchedule):
     @property
     def ping_count(self) -> int:
         """Number of pings."""
-        return self._fit(self.log()) if self.pings is None else self.pings
+        return self._max_pings(self.log()) if self.pings is None else self.pings
 
     def planned_poses(self, after: float = 0.0) -> Poses:
-        """Every pose, but for motion that is added to the log, some time [s] after the start of each ping."""
+        """Pose at a time `after` the start of each ping [s], without the motion that a scenario adds to the log."""
         log = self.log()
         time = ping_times(self.ping_count, self.interval) + after
         when = np.minimum(self.start + time, log.time[-1])  # a rounding beyond the last row is on it
@@ -118,5 +119,5 @@ class NavigationTrack(PingSchedule):
 
 @lru_cache(maxsize=4)
 def _read(file: str, digest: str, origin: tuple[float, float] | None) -> NavigationLog:
-    """The log in a file; the digest makes a file that was changed another one."""
+    """The log in a file, cached by the digest of its content so that a changed file is read again."""
     return read_navigation(file, origin=origin)

@@ -79,8 +79,8 @@ class Poses:
         if not any(offset):
             return np.asarray(self.position[:, 2])
         # The third row of the rotation from body to world, for every ping at once.
-        level = np.cos(self.pitch)
-        down = np.stack([-np.sin(self.pitch), level * np.sin(self.roll), level * np.cos(self.roll)], axis=-1)
+        cosine = np.cos(self.pitch)
+        down = np.stack([-np.sin(self.pitch), cosine * np.sin(self.roll), cosine * np.cos(self.roll)], axis=-1)
         return np.asarray(self.position[:, 2] + down @ np.asarray(offset))
 
     def offset_positions(self, offset: tuple[float, float, float]) -> Floats:

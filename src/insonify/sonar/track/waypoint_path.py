@@ -88,37 +88,41 @@ def rounded_path(corners: Floats, radius: float) -> WaypointPath:
         TurnRadiusError: An arc would begin before the run that leads to it, or before the arc before it has ended.
     """
     step = np.diff(corners, axis=0)
-    level = np.hypot(step[:, 0], step[:, 1])
+    horizontal = np.hypot(step[:, 0], step[:, 1])
     course = np.unwrap(np.arctan2(step[:, 1], step[:, 0]))
     turn = np.diff(course)
     # An arc touches both runs this far from their common waypoint.
     cut = np.concatenate([[0.0], radius * np.tan(np.abs(turn) / 2), [0.0]])
-    _require_turn_room(cut, level, turn)
-    slope = step / level[:, None]
+    _require_turn_room(cut, horizontal, turn)
+    slope = step / horizontal[:, None]
     begin = corners[:-1] + cut[:-1, None] * slope
     end = corners[1:] - cut[1:, None] * slope
-    straight = np.maximum(level - cut[:-1] - cut[1:], 0.0)
+    straight = np.maximum(horizontal - cut[:-1] - cut[1:], 0.0)
     arc_climb = begin[1:, 2] - end[:-1, 2]
     path = WaypointPath(
         start=_between(begin, end[:-1]),
         heading=_between(course, course[:-1]),
-        turn=_between(np.zeros(len(level)), turn),
+        turn=_between(np.zeros(len(horizontal)), turn),
         horizontal_length=_between(straight, radius * np.abs(turn)),
         climb=_between(straight * slope[:, 2], arc_climb),
     )
-    there = path.length > 1e-9  # nothing is run where two arcs meet, or at a sharp corner
+    has_length = path.length > 1e-9  # nothing is run where two arcs meet, or at a sharp corner
     return WaypointPath(
-        path.start[there], path.heading[there], path.turn[there], path.horizontal_length[there], path.climb[there]
+        path.start[has_length],
+        path.heading[has_length],
+        path.turn[has_length],
+        path.horizontal_length[has_length],
+        path.climb[has_length],
     )
 
 
-def _require_turn_room(cut: Floats, level: Floats, turn: Floats) -> None:
-    tight = np.flatnonzero(cut[:-1] + cut[1:] > level * (1 + 1e-9))
+def _require_turn_room(cut: Floats, horizontal: Floats, turn: Floats) -> None:
+    tight = np.flatnonzero(cut[:-1] + cut[1:] > horizontal * (1 + 1e-9))
     if tight.size:
         run = int(tight[0])
         waypoint = run if cut[run] > cut[run + 1] else run + 1
         required = float(cut[run] + cut[run + 1])
-        raise TurnRadiusError(waypoint, float(turn[waypoint - 1]), required, float(level[run]))
+        raise TurnRadiusError(waypoint, float(turn[waypoint - 1]), required, float(horizontal[run]))
 
 
 def _between(runs: Floats, arcs: Floats) -> Floats:
