@@ -32,7 +32,11 @@ GOALS = {0: 2.0, 2: 5.0}
 """Seconds of processor time for a frame, by the most bounces of a leg."""
 FRAMES = 3
 """Frames that are timed, one after the other: the quickest counts."""
-SMALL = {"SWEEPS": (30,), "GOALS": {0: 2.0}, "FRAMES": 1}
+SMALL = {
+    "SCENE": SCENE.replace("[0 ms, 14.5 ms]", "[4 ms, 5 ms]"),
+    "STEER": ", steer: {from: -10 deg, to: 10 deg, step: 5 deg}",
+    "SWEEPS": (30,), "GOALS": {0: 2.0}, "FRAMES": 1,
+}  # fmt: skip
 
 
 def imaging(sweep: int, channels: str, order: int) -> Scenario:

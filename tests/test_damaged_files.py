@@ -25,7 +25,7 @@ from insonify.sonar.navigation_file import read_navigation
 from oracles import damage
 
 pytestmark = pytest.mark.filterwarnings("ignore")
-DAMAGES = 60
+DAMAGES = 30
 """Copies of each kind of file that are damaged; thousands more were tried, with the same code and other seeds."""
 SCENE = """
 seabed: {{depth: 20 m{seabed}}}
@@ -92,7 +92,7 @@ def test_a_damaged_file_is_read_or_refused_by_name(name, whole, tmp_path):
     hdf5 = name in ("d.bag", "e.nc")  # these are tried in a process of their own first, which takes half a second
     random = np.random.default_rng(list(KINDS).index(name))
     refused = 0
-    for row in range(4 if hdf5 else DAMAGES):
+    for row in range(3 if hdf5 else DAMAGES):
         other = whole[list(KINDS)[random.integers(len(KINDS))]]
         path = tmp_path / f"{row}{Path(name).suffix}"
         path.write_bytes(damage.damaged(whole[name], other, random)[1])
@@ -269,7 +269,7 @@ def test_a_damaged_recording_is_shown_or_refused(command, recorded, tmp_path, ca
         "explain": ["explain", str(target), "--time", "22 ms"],
     }[command]
     codes = []
-    for row in range(12):
+    for row in range(8):
         shutil.rmtree(target, ignore_errors=True)
         shutil.copytree(recorded, target)
         among = descriptions if row % 2 else files

@@ -1,6 +1,7 @@
 """Claims about the structure of the package: private modules stay in their package, names are importable."""
 
 import ast
+from functools import cache
 from importlib import import_module
 from pathlib import Path
 
@@ -13,14 +14,16 @@ FILES = {
 }
 
 
+@cache
 def imported_modules(path):
     """Dotted names that a file imports, those for type checking included."""
+    found = set()
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
         if isinstance(node, ast.Import):
-            yield from (alias.name for alias in node.names)
+            found |= {alias.name for alias in node.names}
         elif isinstance(node, ast.ImportFrom) and node.module:
-            yield node.module
-            yield from (f"{node.module}.{alias.name}" for alias in node.names)
+            found |= {node.module, *(f"{node.module}.{alias.name}" for alias in node.names)}
+    return found
 
 
 def package_of(name):
@@ -35,7 +38,7 @@ def test_private_modules_are_imported_within_their_package_only():
     trespasses = [
         (name, target)
         for name, path in FILES.items()
-        for target in set(imported_modules(path)) & private
+        for target in imported_modules(path) & private
         if not f"{package_of(name)}.".startswith(f"{target.rsplit('.', 1)[0]}.")
     ]
     assert trespasses == []

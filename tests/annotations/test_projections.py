@@ -21,8 +21,9 @@ WALLS = {"high": (1.0, 9.0), "low": (0.5, -9.0)}
 QUIET = {"water": {"sound_speed": 1500.0, "noise_level_db": None}}
 
 
-@pytest.mark.parametrize("slopes", [None, (0.0, 0.25), (0.2, -0.2)])
-@pytest.mark.parametrize(("heading", "across"), [(30.0, 6.0), (200.0, -7.5)])
+@pytest.mark.parametrize(
+    ("slopes", "heading", "across"), [(None, 200.0, -7.5), ((0.0, 0.25), 200.0, -7.5), ((0.2, -0.2), 30.0, 6.0)]
+)
 def test_a_known_target_lies_on_its_true_coordinates(tmp_path, slopes, heading, across):
     """A point on a flat bed and on slopes, to either side: the middle of its mask is within a pixel in all three."""
     pytest.importorskip("rasterio")

@@ -50,8 +50,10 @@ def means(scenario: Any, run: Any = None, starts: Floats = DARK) -> Floats:
     return np.array([10 * np.log10(intensity[(time >= t) & (time < t + STEP)].mean()) for t in starts])
 
 
-@pytest.mark.parametrize(("relief", "most"), [(0.02, 0.25), (0.05, 0.45)])
-@pytest.mark.parametrize("off", [0.0, -0.6])
+@pytest.mark.parametrize(("relief", "most", "off"), [
+    (0.02, 0.25, 0.0), (0.05, 0.45, -0.6), pytest.param(0.02, 0.25, -0.6, marks=pytest.mark.validate),
+    pytest.param(0.05, 0.45, 0.0, marks=pytest.mark.validate),
+])  # fmt: skip
 @pytest.mark.parametrize("families", [("D",), ("D", "S"), ("D", "S", "BS"), ("S", "BS")])
 def test_shadows_over_relief_are_those_of_the_general_path(
     relief: float, most: float, off: float, families: tuple[str, ...]
@@ -80,8 +82,10 @@ def test_bottom_reflections_alone_are_those_of_many_points() -> None:
     assert np.abs(means(open_ground) - many).max() < 0.5
 
 
-@pytest.mark.parametrize(("relief", "most"), [(0.02, 0.3), (0.05, 0.6)])
-@pytest.mark.parametrize("off", [0.0, 0.6])
+@pytest.mark.parametrize(("relief", "most", "off"), [
+    (0.02, 0.3, 0.6), (0.05, 0.6, 0.0), pytest.param(0.02, 0.3, 0.0, marks=pytest.mark.validate),
+    pytest.param(0.05, 0.6, 0.6, marks=pytest.mark.validate),
+])  # fmt: skip
 def test_shadows_over_relief_are_those_of_the_tracer(relief: float, most: float, off: float) -> None:
     """Fast path at its defaults against 400 000 rays, which are within 0.2 dB of ten times as many at 2 cm."""
     traced = means(scene(relief, off, engine="tracer", rays=400_000))
@@ -127,15 +131,14 @@ def test_soft_edges_of_targets_converge_too() -> None:
     assert np.abs(few - many).max() < 0.35
 
 
-@pytest.mark.parametrize("water", sidescan_model.WATERS)
-@pytest.mark.parametrize(("off", "most"), [(0.0, 0.7), (0.6, 0.7)])
-def test_shadows_on_a_flat_bed_are_smooth(water: Any, off: float, most: float) -> None:
+@pytest.mark.parametrize(("water", "off"), zip(sidescan_model.WATERS, (0.0, 0.6), strict=True))
+def test_shadows_on_a_flat_bed_are_smooth(water: Any, off: float) -> None:
     """Sample for sample within 0.7 dB of sixteen times the points, 0.3 dB rms: coarse cells rippled by 2.8 dB."""
     first, last = figure2.dark(water)
     few, many = (simulate(scene(0.0, off, water=water, scatterers_per_cell=n)) for n in (5.0, 80.0))
     inside = (few.time.values >= first) & (few.time.values < last)
     ripple = 10 * np.log10((few.intensity / many.intensity).values[0, 0, inside])
-    assert np.abs(ripple).max() < most and ripple.std() < 0.3
+    assert np.abs(ripple).max() < 0.7 and ripple.std() < 0.3
 
 
 def test_a_shadow_that_the_beam_hardly_reaches_takes_no_more_lines() -> None:

@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Callable
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -32,6 +33,13 @@ QUICK = {"paths.geometry": "slice", "paths.max_reflections": 1, "track.window": 
 def scenario(**changes: Any) -> Any:
     """The nominal scene, a slice of a few milliseconds."""
     return nominal({**QUICK, **{name.replace("__", "."): value for name, value in changes.items()}})
+
+
+@cache
+def picture_of(draw: Callable[[], Figure]) -> Figure:
+    """A picture, drawn once in the house style."""
+    with style.plot_style():
+        return draw()
 
 
 def beams(count: int, **changes: Any) -> xr.Dataset:
@@ -101,7 +109,7 @@ def test_every_axis_has_a_name_and_a_unit(picture: Callable[[], Figure]) -> None
     """Abscissa, ordinate, second axes and colour bars: "what [unit]", but for the number of the ping."""
     named = 0
     with style.plot_style():
-        for axes in all_axes(picture()):
+        for axes in all_axes(picture_of(picture)):
             for label in (axes.get_xlabel(), axes.get_ylabel()):
                 assert label in NO_UNIT or UNIT.search(label), label
                 named += label != ""
@@ -112,7 +120,7 @@ def test_every_axis_has_a_name_and_a_unit(picture: Callable[[], Figure]) -> None
 def test_every_picture_can_be_written_and_is_not_blank(picture: Callable[[], Figure], tmp_path: Path) -> None:
     """At least a twentieth of a percent of its pixels, and three grey levels, are neither paper nor missing."""
     with style.plot_style():
-        path = style.save_figure(picture(), tmp_path / "picture.png")
+        path = style.save_figure(picture_of(picture), tmp_path / "picture.png")
     from matplotlib.image import imread
 
     pixels = imread(path)[..., :3].mean(axis=-1)
@@ -139,19 +147,22 @@ def test_every_public_drawing_returns_the_file_that_it_wrote(name: str, tmp_path
 def test_a_cause_has_one_colour_in_all_pictures() -> None:
     """Surface and bed of the geometry, and the target of the closer look, in the colours of their curves."""
     with style.plot_style():
-        drawn = {str(line.get_label()): line.get_color() for line in levels_figure().axes[0].lines}
+        drawn = {str(line.get_label()): line.get_color() for line in picture_of(levels_figure).axes[0].lines}
         assert drawn == {
             cause: style.CONTRIBUTION_COLOURS[cause] for cause in ("seabed", "surface", "target", "noise", "total")
         }
-        flat = {tuple(np.unique(line.get_ydata())): line.get_color() for line in geometry_figure().axes[0].lines[:2]}
+        flat = {
+            tuple(np.unique(line.get_ydata())): line.get_color()
+            for line in picture_of(geometry_figure).axes[0].lines[:2]
+        }
         assert flat == {(0.0,): style.CONTRIBUTION_COLOURS["surface"], (20.0,): style.CONTRIBUTION_COLOURS["seabed"]}
-        near = ascan_figure().axes[1].lines[0]
+        near = picture_of(ascan_figure).axes[1].lines[0]
         assert near.get_color() == style.CONTRIBUTION_COLOURS["target"]
 
 
 def test_legs_are_drawn_in_the_colours_of_their_families_and_named_twice() -> None:
     """The legend gives the paper's letter and the program's name of each leg."""
-    axes = geometry_figure().axes[0]
+    axes = picture_of(geometry_figure).axes[0]
     named = {line.get_label(): line.get_color() for line in axes.lines if not str(line.get_label()).startswith("_")}
     assert named == {f"{LETTERS[name]}  {name}": style.FAMILIES[name] for name in families_up_to(2)}
     assert axes.get_ylim()[0] > axes.get_ylim()[1]  # depth grows downwards
@@ -208,13 +219,13 @@ def test_a_trace_can_be_cut_to_a_window_and_follows_its_levels() -> None:
 
 def test_two_beams_state_where_they_look() -> None:
     """A title for each channel with its steer angle; a lone one has the title of the scenario."""
-    titles = [axes.get_title(loc="left") or axes.get_title() for axes in two_beams_figure().axes[:2]]
+    titles = [axes.get_title(loc="left") or axes.get_title() for axes in picture_of(two_beams_figure).axes[:2]]
     assert "-3.00 deg" in titles[0] and "+3.00 deg" in titles[1]
 
 
 def test_a_fans_bearings_are_written_on_its_rim() -> None:
     """Five bearings from the first to the last steer angle, straight ahead among them."""
-    texts = [text.get_text() for text in fan_figure().axes[0].texts]
+    texts = [text.get_text() for text in picture_of(fan_figure).axes[0].texts]
     assert [text for text in texts if text.endswith("°")] == ["-3°", "-1.5°", "0°", "+1.5°", "+3°"]
 
 

@@ -1,5 +1,7 @@
 """Pictures of recordings: the right kind for what was recorded, and nothing lost on the way."""
 
+import json
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -18,10 +20,16 @@ from insonify.plotting.target_view import echo_window
 from insonify.plotting.waterfall import COLUMNS, thinned, waterfall
 
 
+@lru_cache
+def simulated(changes: str) -> xr.Dataset:
+    """Recording of the nominal scene with changes, as JSON."""
+    return simulate(nominal(json.loads(changes)))
+
+
 def ping(changes: dict[str, Any] | None = None) -> xr.Dataset:
     """The target alone, in one vertical plane, about its direct echo."""
     quick = {"paths.geometry": "slice", "paths.max_reflections": 0, "track.window": [0.19, 0.21]}
-    return simulate(nominal({**quick, **(changes or {})}))
+    return simulated(json.dumps({**quick, **(changes or {})})).copy(deep=True)
 
 
 def beams(count: int) -> xr.Dataset:

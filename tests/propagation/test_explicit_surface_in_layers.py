@@ -47,8 +47,8 @@ def travel_time(gradient, distance, depth, up):
     def whole(across):
         return below(across, 0.0) + np.hypot(far - across, crest) / AT_TOP
 
-    low, high, ratio = np.zeros_like(far), far.copy(), (np.sqrt(5) - 1) / 2
-    for _ in range(40):  # to a micrometre of 150 m: the time is stationary there
+    low, high, ratio = np.maximum(far - 200 * crest, 0.0), far.copy(), (np.sqrt(5) - 1) / 2  # steeper than 0.3 deg
+    for _ in range(33):  # to ten micrometres: the time is stationary there
         a, b = high - ratio * (high - low), low + ratio * (high - low)
         first = whole(a) < whole(b)
         low, high = np.where(first, low, a), np.where(first, b, high)
@@ -105,8 +105,7 @@ def test_a_calm_is_a_mirror(family, gradient):
         np.testing.assert_allclose(way.amplitude, calm.amplitude, rtol=1e-5)
 
 
-@pytest.mark.parametrize("gradient", [-1.0, 0.3])
-@pytest.mark.parametrize("time", [0.0, 2.0])
+@pytest.mark.parametrize(("gradient", "time"), [(-1.0, 2.0), (0.3, 0.0)])
 def test_the_legs_sum_to_the_integral_over_the_surface(gradient, time):
     """Kirchhoff's integral along a long-crested wave, across it by its stationary phase: the legs' sum within 0.6 %.
 

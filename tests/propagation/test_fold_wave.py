@@ -83,13 +83,13 @@ def test_the_fold_is_as_strong_as_the_wave_has_it():
     assert 20 * np.log10(np.abs(alone[0] / wave[0])) > 3
 
 
-@pytest.mark.parametrize("turn", [1, -1j, -1])
-def test_a_caustic_advances_the_phase_by_90_degrees(turn):
+def test_a_caustic_advances_the_phase_by_90_degrees():
     """Behind the fold the wave agrees with +90 degrees for exp(+j omega t), and with nothing else."""
     distance = np.arange(190.0, 206.0, 2.5)
     found, _ = rays(CORNER, distance)
     wave = direct_field(CORNER.depth, CORNER.speed, SOURCE, POINT, distance, FREQUENCY)
     right, level = summed(found)
-    wrong, _ = summed(found, turn=turn)
     assert np.abs((right - wave) / level).mean() < 0.05
-    assert np.abs((wrong - wave) / level).mean() > 0.5
+    for turn in (1, -1j, -1):
+        wrong, _ = summed(found, turn=turn)
+        assert np.abs((wrong - wave) / level).mean() > 0.5

@@ -108,16 +108,16 @@ def differences(ray, found, row):
 
 @pytest.mark.slow
 def test_random_columns_have_the_rays_that_shooting_finds():
-    """60 columns of 2 to 12 knots, about 400 rays: 1e-11 s, 1e-4 deg, 0.01 dB; none missing, none invented."""
-    differences = [disagreements(random_column, seed) for seed in range(60)]
+    """25 columns of 2 to 12 knots, about 170 rays: 1e-11 s, 1e-4 deg, 0.01 dB; none missing, none invented."""
+    differences = [disagreements(random_column, seed) for seed in range(25)]
     assert [word for words, _ in differences for word in words] == []
-    assert sum(compared for _, compared in differences) > 350
+    assert sum(compared for _, compared in differences) > 140
 
 
 @pytest.mark.slow
 def test_awkward_columns_have_the_rays_that_shooting_finds():
-    """Channels, knots a nanometre apart, hardly a gradient, ends a hair from a knot: 30 columns, as well as those."""
-    differences = [disagreements(nasty_column, seed) for seed in range(30)]
+    """Channels, knots a nanometre apart, hardly a gradient, ends a hair from a knot: 15 columns, as well as those."""
+    differences = [disagreements(nasty_column, seed) for seed in range(15)]
     assert [word for words, _ in differences for word in words] == []
 
 
@@ -126,10 +126,10 @@ def test_awkward_columns_have_the_rays_that_shooting_finds():
 def test_every_ray_that_is_shot_is_found(make):
     """Launched at random, and down to 1e-9 of the way to a grazing ray: found where it comes down, to 1e-5 deg.
 
-    15 columns; rays that turn eight times or more may be crowded out by others.
+    8 columns; rays that turn eight times or more may be crowded out by others.
     """
     shot = 0
-    for seed in range(15):
+    for seed in range(8):
         rng = np.random.default_rng(seed)
         depth, speed, source, point = make(rng)
         for family in FAMILIES:
@@ -145,7 +145,7 @@ def test_every_ray_that_is_shot_is_found(make):
                     f"seed {seed}, {family}, launch {np.degrees(one.launch)!r} deg, {off:.3g} off"
                 )
             shot += len(fair)
-    assert shot > 150
+    assert shot > 60
 
 
 def is_fair(shot):

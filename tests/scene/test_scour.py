@@ -87,7 +87,7 @@ def test_the_map_of_shadows_has_the_moat():
 def test_a_moat_is_received():
     """Its far wall faces the sonar and its near wall does not: brighter behind, darker before; as far as it reaches."""
     target = {**DRUM, "position": (0.0, 60.0), "length": 3.0, "heading": 0.0, "burial": 0.95}
-    changes = {"field": "incoherent", "track": {"window": (0.075, 0.09)}, "paths": {"families": ["D"]}}
+    changes = {"field": "incoherent", "track": {"window": (0.0765, 0.083)}, "paths": {"families": ["D"]}}
     received = []
     for scour in (None, {"depth": 0.2, "width": 1.0}):
         scenario = nominal(targets=[{**target, "scour": scour}], **changes)

@@ -18,6 +18,7 @@ BOX = {
     "scattering": ROUGH,
 }
 SMALL = {**BOX, "size": (0.2, 0.2, 0.2)}
+ONCE = {"contributions": ["target"], "max_reflections": 1}
 ROUGH_SEA = {"reflection": "statistical", "wind_speed": 5.0}
 
 
@@ -34,9 +35,9 @@ def scene(**changes):
 
 CHANGES = {
     "still": {},
-    "moving sea": {"surface": ROUGH_SEA, "targets": [SMALL]},
+    "moving sea": {"surface": ROUGH_SEA, "targets": [SMALL], "paths": ONCE},
     "jitter": {"field": "incoherent", "paths": {"contributions": ["target"], "max_reflections": 1, "jitter": 0.3}},
-    "expected moving sea": {"field": "incoherent", "surface": ROUGH_SEA, "targets": [SMALL]},
+    "expected moving sea": {"field": "incoherent", "surface": ROUGH_SEA, "targets": [SMALL], "paths": ONCE},
     "large, moving sea": {"surface": ROUGH_SEA},
     "large, expected moving sea": {"field": "incoherent", "surface": ROUGH_SEA},
 }

@@ -59,7 +59,7 @@ def test_the_mean_over_jitter_is_the_expected_intensity():
 
     All facets of one pair shake together: a face by itself, on the direct path alone, loses nothing.
     """
-    shaken = {"jitter": 1 / 3, "size": (0.4, 0.2, 0.4)}  # small: few rough points
+    shaken = {"jitter": 1 / 3, "size": (0.2, 0.1, 0.2)}  # small: few rough points
     expected = intensity(scene(**shaken)).sum()
     ready = build_simulator(scene(field="coherent", **shaken).model_copy(update={"track": _pings(80)}))
     with ThreadPoolExecutor(1) as pool:

@@ -12,6 +12,7 @@ from insonify.sonar.aperture import element_positions, pattern, shading_weight
 
 FREQUENCY, SPEED = 100e3, 1500.0
 WAVELENGTH = SPEED / FREQUENCY
+NODES = np.polynomial.legendre.leggauss(400)
 SHADINGS = ["uniform", "cosine", "hann", "hamming", "taylor"]
 
 
@@ -30,7 +31,7 @@ def in_plane(azimuth) -> np.ndarray:
 def aperture_sum(cosine, axis, extent, elements, shading) -> np.ndarray:
     """Sound summed over an aperture steered by phase: one term per element, or 400 Gauss nodes if continuous."""
     if elements is None:
-        node, weight = np.polynomial.legendre.leggauss(400)
+        node, weight = NODES
         place, weight = node / 2, weight * shading_weight(shading, node / 2)
     else:
         place = element_positions(elements)

@@ -53,14 +53,20 @@ def test_multipath_fills_the_shadow_and_lowers_the_highlight() -> None:
 
 @pytest.mark.parametrize("length", [0.5, 2.0, 8.0])
 def test_the_covariance_of_phases_begins_with_their_variance(length: float) -> None:
-    """At no distance the numerical double integral is the closed form; far apart rays share only their ends."""
+    """The numerical double integral is its closed form at no distance, and far apart, where rays share their ends.
+
+    There it is l^2 / b atan(2 / b), b the distance over the path: a Gaussian over the rays' mean, an error function
+    over their lag.
+    """
     path, wavenumber, index = np.hypot(aperture.RANGE, 5.9), 2 * np.pi * 100e3 / 1500, 1e-4
     x = path / length
     closed = (wavenumber * index * length) ** 2 * (np.sqrt(np.pi) * x * math.erf(x) + np.expm1(-(x**2)))
     apart, covariance = aperture._covariance(index, length)
     assert covariance[0] == pytest.approx(closed, rel=1e-3)
     assert np.all(np.diff(covariance) < 0)
-    assert covariance[-1] < 0.9 * length / apart[-1] * np.sqrt(np.pi) * covariance[0]
+    slope = apart[-1] / path
+    far = (wavenumber * index * length) ** 2 / slope * np.arctan(2 / slope)
+    assert covariance[-1] == pytest.approx(far, rel=2e-3)
     assert aperture.expected_loss_db(1e-7, length) == pytest.approx(0, abs=1e-4)
 
 

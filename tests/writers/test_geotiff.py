@@ -22,8 +22,7 @@ def brightest(path):
         return np.array(file.xy(row, column)), file.res[0], file.profile
 
 
-@pytest.mark.parametrize("slopes", [None, (0.0, 0.25), (0.2, -0.2)])
-@pytest.mark.parametrize("heading", ["30 deg", "200 deg"])
+@pytest.mark.parametrize(("slopes", "heading"), [(None, "200 deg"), ((0.0, 0.25), "30 deg"), ((0.2, -0.2), "200 deg")])
 def test_a_known_target_lands_within_a_pixel(tmp_path, slopes, heading):
     """On a flat bed and on slopes along and across, to either side of a platform that rolls, pitches and yaws."""
     north, east = 3.0, 7.0

@@ -9,6 +9,7 @@ Source: interpolation at Chebyshev nodes; Trefethen (2013), Approximation Theory
 """
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,6 +34,7 @@ class SubBand:
     receive_beams: Beams
 
 
+@lru_cache(maxsize=4)  # one pulse is received in all pings
 def half_bandwidth(pulse: ReceivedPulse) -> float:
     """Half the width about the carrier that holds the received pulse's energy, but for `ENERGY` of it [Hz]."""
     edge = pulse.receiver.sample_rate / 2
