@@ -2,7 +2,10 @@
 
 import numpy as np
 
-from insonify.propagation._eigenray_kernel import COLUMNS, MOST, solve_eigenrays
+from insonify.propagation._eigenray_kernel import solve_eigenrays
+from insonify.propagation.eigenray_record import no_rays
+from insonify.propagation.families import family_bounces
+from insonify.propagation.sound_speed_layers import SoundSpeedLayers
 from measure import Result, best_seconds
 
 COLUMNS_OF_WATER = {
@@ -10,7 +13,7 @@ COLUMNS_OF_WATER = {
     "thermocline": ([0, 8, 14, 20], [1510, 1510, 1490, 1490]),
     "8 layers": (np.linspace(0, 20, 9), 1510 - 20 / (1 + np.exp((8 - np.linspace(0, 20, 9)) / 2))),
 }
-FAMILIES = {"D": (0, False), "S": (1, True), "BS": (2, False)}
+FAMILIES = ("D", "S", "BS")
 AT_ONCE = 1024  # points of one call: their rays fit the cache
 CALLS = 32
 UNIT = "M rays/s, 1 core"
@@ -29,16 +32,14 @@ def exact_anywhere() -> list[Result]:
 
 
 def _rates(what: str, depth: np.ndarray, ranges: np.ndarray, note: str) -> list[Result]:
-    rays, count = np.zeros((AT_ONCE, MOST, COLUMNS)), np.zeros(AT_ONCE, np.int64)
-    status = np.zeros(AT_ONCE, np.uint8)
-    runs, found = {}, {}
+    solutions, runs, found = no_rays(AT_ONCE), {}, {}
     for water, (z, c) in COLUMNS_OF_WATER.items():
-        for family, (bounces, up) in FAMILIES.items():
-            water_column = np.asarray(z, float), np.asarray(c, float), np.inf  # the last knot mirrors sound
-            arguments = (*water_column, 11.0, bounces, up, depth, ranges, rays, count, status)
+        for family in FAMILIES:
+            layers = SoundSpeedLayers(np.asarray(z, float), np.asarray(c, float))
+            arguments = (layers, 11.0, family_bounces(family), depth, ranges, solutions)
             solve_eigenrays(*arguments)
             name = f"{what}, {water}, {family}"
-            found[name] = count.sum()
+            found[name] = solutions.ray_count.sum()
             runs[name] = lambda arguments=arguments: [solve_eigenrays(*arguments) for _ in range(CALLS)]
     seconds = best_seconds(runs)
     return [Result(name, CALLS * found[name] / best / 1e6, UNIT, note) for name, best in seconds.items()]

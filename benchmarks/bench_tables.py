@@ -4,7 +4,7 @@ import numpy as np
 
 from insonify.ocean.profile import SoundSpeedProfile
 from insonify.propagation._eigenray_kernel import COLUMNS
-from insonify.propagation._eigenray_table_kernel import EXACT, find_cells, interpolate_cells
+from insonify.propagation._eigenray_table_kernel import EXACT, NodeTable, TablePoints, find_cells, interpolate_cells
 from insonify.propagation.eigenray_table import EigenrayTable, eigenray_table
 from insonify.propagation.sound_speed_layers import sound_speed_layers
 from measure import Result, best_seconds
@@ -38,29 +38,18 @@ def _reading(table: EigenrayTable, span: tuple[float, float]) -> tuple[object, i
     plane, where = table.plane_at(11.0), table.specification.grid
     random = np.random.default_rng(1)
     depth, ranges = random.uniform(*span, 4 * AT_ONCE), random.uniform(1, 200, 4 * AT_ONCE)
-    held = np.flatnonzero(~np.isin(where.find(plane.path_count, depth, ranges)[1], (0, EXACT)))[:AT_ONCE]
+    held = np.flatnonzero(~np.isin(where.find(plane.path_count, depth, ranges).paths, (0, EXACT)))[:AT_ONCE]
     depth, ranges = depth[held], ranges[held]
-    cell, paths = np.empty((2, held.size), np.int32), np.empty(held.size, np.uint8)
+    points = TablePoints(depth, ranges, np.empty((2, held.size), np.int32), np.empty(held.size, np.uint8))
     rays, nodes, mean_speed = np.empty((held.size, 1, COLUMNS)), plane.nodes.reshape(-1), plane.mean_speed.reshape(-1)
+    numbers = NodeTable(nodes, mean_speed, plane.history, where.node_depths.size, where.node_ranges.size)
+    bounces = table.specification.bounces.number
     speed = float(np.interp(11.0, WATER.depth, WATER.speed))
 
     def run() -> None:
         for _ in range(CALLS):
-            find_cells(
-                plane.path_count,
-                where.cell_rows,
-                where.buckets,
-                where.per_metre,
-                1 / where.step,
-                depth,
-                ranges,
-                cell,
-                paths,
-            )
-            interpolate_cells(
-                nodes, mean_speed, where.node_depths.size, where.node_ranges.size, where.cell_rows, 1 / where.step,
-                speed, plane.history, table.specification.bounces, 0, depth, ranges, cell, paths, rays,
-            )  # fmt: skip
+            find_cells(plane.path_count, where.rows, points)
+            interpolate_cells(numbers, where.rows, speed, bounces, 0, points, rays)
 
     return run, held.size
 

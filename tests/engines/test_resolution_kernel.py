@@ -89,7 +89,8 @@ def test_tiles_in_reach_are_those_that_a_loop_finds(corner, widest):
     each = [(i, j) for i in range(low[0], high[0] + 1) for j in range(low[1], high[1] + 1)]
     assert list(zip(along.tolist(), across.tolist(), strict=True)) == each
     centre, place = np.empty((2, len(each), 2))
-    n = kernel.tiles_in_reach(pitch, along, across, here, other, 20.0, 90.0, widest, lattice.frame, centre, place)
+    area = kernel.ReceivableArea(here, other, 20.0, 90.0, widest)
+    n = kernel.tiles_in_reach(pitch, along, across, area, lattice.frame, centre, place)
     side = TILE * pitch
     middles, kept = (np.array(each) + 0.5) * side, []
     for tile, middle in zip(each, middles, strict=True):

@@ -6,6 +6,8 @@ import pytest
 from insonify.engines._terrain_profile_kernel import (
     MERGE_BLOCK_LOG2,
     SAMPLES_PER_RUN,
+    AzimuthSlices,
+    ProfileLines,
     group_by_profile,
     profile_bearings,
     profiles_of,
@@ -24,7 +26,8 @@ def sliced(place, position, *, heading=0.0, merged=None, home=None):
     distance, own, unsampled = np.empty(count), np.empty(count, np.int64), np.zeros(STARTS[-1], bool)
     merged = np.zeros(STARTS[-1] >> MERGE_BLOCK_LOG2, np.uint8) if merged is None else merged
     home = np.full(STARTS[-1], -1, np.int32) if home is None else home
-    missing = profiles_of(place, position, heading, EDGES, COUNTS, STARTS, merged, home, distance, own, unsampled)
+    slices = AzimuthSlices(heading, EDGES, COUNTS, STARTS, merged, home)
+    missing = profiles_of(place, position, slices, distance, own, unsampled)
     return distance, own, unsampled, missing
 
 
@@ -123,7 +126,8 @@ def test_ground_along_a_line_is_the_map_read_sample_by_sample(count, here):
     firsts, depth = np.array([0, count // 2, count]), np.full((16, count), np.nan, np.float32)
     done = np.zeros(int(np.sum(-(-np.diff(firsts) // SAMPLES_PER_RUN))), bool)
     start = np.array(here)
-    assert sample_profiles(start, rays, 0.5, firsts, 20.0, ground.pages, ground.no_tiles(), done, depth) and done.all()
+    lines = ProfileLines(start, rays, 0.5, firsts)
+    assert sample_profiles(lines, 20.0, ground.pages, ground.no_tiles(), done, depth) and done.all()
     away = (np.arange(count) + 1) * 0.5
     a, b = (start[k] + away * rays[:, :1, k] for k in (0, 1))
     np.testing.assert_allclose(depth, 20 - ground.read(a, b), atol=5e-6)
@@ -136,7 +140,8 @@ def test_tiles_that_are_missing_are_named_and_nothing_else_is():
     angle = np.linspace(-1, 1, 21)
     rays, firsts = np.stack([np.cos(angle), np.sin(angle)], axis=-1)[:, None], np.array([0, 250])
     depth, done, unsampled = np.empty((21, 250), np.float32), np.zeros(4, bool), holed.no_tiles()
-    assert not sample_profiles(np.array([3.0, 2.0]), rays, 0.5, firsts, 20.0, holed.pages, unsampled, done, depth)
+    lines = ProfileLines(np.array([3.0, 2.0]), rays, 0.5, firsts)
+    assert not sample_profiles(lines, 20.0, holed.pages, unsampled, done, depth)
     assert holed.named(unsampled) == [list(hole)]
     away = (np.arange(250) + 1) * 0.5
     a, b = (2.0 + (k == 0) + away * rays[:, :1, 0 + k] for k in (0, 1))
@@ -144,7 +149,7 @@ def test_tiles_that_are_missing_are_named_and_nothing_else_is():
     stretch = np.arange(250) // SAMPLES_PER_RUN
     np.testing.assert_array_equal(done, [not inside[:, stretch == k].any() for k in range(4)])
     whole = map_of(height, 0.5, first=(-6, -6), tiles=(12, 12))
-    assert sample_profiles(np.array([3.0, 2.0]), rays, 0.5, firsts, 20.0, whole.pages, whole.no_tiles(), done, depth)
+    assert sample_profiles(lines, 20.0, whole.pages, whole.no_tiles(), done, depth)
     np.testing.assert_allclose(depth, 20 - whole.read(a, b), atol=5e-6)
 
 
@@ -153,7 +158,6 @@ def test_beyond_the_map_its_border_is_named():
     ground = map_of(swell(4), 0.5, first=(-1, -1), tiles=(2, 2))
     depth, unsampled = np.empty((1, 100), np.float32), ground.no_tiles()
     ray = np.array([[[1.0, 0.0]]])
-    assert not sample_profiles(
-        np.zeros(2), ray, 0.5, np.array([0, 100]), 20.0, ground.pages, unsampled, np.zeros(2, bool), depth
-    )
+    lines = ProfileLines(np.zeros(2), ray, 0.5, np.array([0, 100]))
+    assert not sample_profiles(lines, 20.0, ground.pages, unsampled, np.zeros(2, bool), depth)
     assert np.argwhere(unsampled).tolist() == [[0, 0]]

@@ -8,33 +8,29 @@ from tests.oracles.wave import direct_field
 from insonify.propagation._eigenray_kernel import (
     AMPLITUDE,
     CAUSTICS,
-    COLUMNS,
     DELAY,
     FOLD,
     FOLD_CURVATURE,
     FOLD_SIDE,
     MOST,
     TURNS,
-    solve_eigenrays,
 )  # fmt: skip
 from insonify.propagation.caustic import fold_distance, fold_factor
+from insonify.propagation.eigenray_record import exact_solutions
+from insonify.propagation.sound_speed_layers import SoundSpeedLayers
 
 # A source at 11 m below a layer in which sound speed falls from 1510 m/s at 4 m to 1490 m/s at 8 m: rays that turn in
 # it come back to the source's depth at 6 / tan + 2 c tan / g, no nearer than 119.6 m: a fold.
 KNOTS, SPEEDS, SOURCE = np.array([0.0, 4.0, 8.0, 20.0]), np.array([1510.0, 1510.0, 1490.0, 1490.0]), 11.0
 KNOTS.setflags(write=False)  # as those of every column
 SPEEDS.setflags(write=False)
+WATER = SoundSpeedLayers(KNOTS, SPEEDS)
 
 
 def turned_rays(ranges, depth=SOURCE):
     """The rays that turn once, (n, 2, COLUMNS), for points that have two."""
     ranges = np.asarray(ranges, float)
-    rays, count, why = (
-        np.zeros((ranges.size, MOST, COLUMNS)),
-        np.zeros(ranges.size, int),
-        np.zeros(ranges.size, np.uint8),
-    )
-    solve_eigenrays(KNOTS, SPEEDS, np.inf, SOURCE, 0, False, np.full(ranges.size, depth), ranges, rays, count, why)
+    rays, count, _ = exact_solutions(WATER, "D", SOURCE, np.full(ranges.size, depth), ranges)
     there = np.arange(MOST) < count[:, None]
     return np.stack([point[is_ray & (point[:, TURNS] == 1)] for point, is_ray in zip(rays, there, strict=True)])
 
@@ -101,12 +97,7 @@ def test_a_ray_that_ends_on_the_caustic_counts_for_nothing():
 def rays_and_wave(ranges, depth, frequency):
     """Sound of limited rays, of rays as they are, and of the wave equation, in water without boundaries."""
     ranges = np.asarray(ranges, float)
-    rays, count, why = (
-        np.zeros((ranges.size, MOST, COLUMNS)),
-        np.zeros(ranges.size, int),
-        np.zeros(ranges.size, np.uint8),
-    )
-    solve_eigenrays(KNOTS, SPEEDS, np.inf, SOURCE, 0, False, np.full(ranges.size, depth), ranges, rays, count, why)
+    rays, count, _ = exact_solutions(WATER, "D", SOURCE, np.full(ranges.size, depth), ranges)
     rays = rays[:, :3]
     assert np.all(count == 3)  # the straight one, and two that turn
     wave = direct_field(KNOTS[1:3], SPEEDS[1:3], SOURCE, depth, ranges, frequency)

@@ -13,15 +13,14 @@ from insonify.propagation._eigenray_kernel import (
     COLUMNS,
     DELAY,
     LENGTH,
-    MOST,
     SIN_ARRIVAL,
     SIN_LAUNCH,
     SLOWNESS,
     TURNS,
-    solve_eigenrays,
 )  # fmt: skip
 from insonify.propagation._eigenray_table_kernel import EXACT
 from insonify.propagation.eigenray import eigenrays
+from insonify.propagation.eigenray_record import exact_solutions
 from insonify.propagation.eigenray_table import (
     LATEST,
     MAX_AMPLITUDE_ERROR,
@@ -53,16 +52,7 @@ def table(here, family, sources=(11.0, 11.0), points=(0.0, 20.0), farthest=200.0
 def exact(here, family, source, depth, ranges):
     """Rays, count and status by the exact solver, in the order given."""
     order = np.lexsort((ranges, depth))
-    rays, count, why = (
-        np.zeros((ranges.size, MOST, COLUMNS)),
-        np.zeros(ranges.size, int),
-        np.zeros(ranges.size, np.uint8),
-    )
-    letters = FAMILIES[family]
-    solve_eigenrays(
-        here.depth, here.speed, np.inf, source, len(letters), letters.startswith("S"), depth[order], ranges[order],
-        rays, count, why,
-    )  # fmt: skip
+    rays, count, why = exact_solutions(here, family, source, depth[order], ranges[order])
     back = np.argsort(order)
     return rays[back], count[back], why[back]
 
@@ -185,7 +175,7 @@ def test_slopes_are_those_of_the_delay_itself():
         return rays[:, 0, DELAY]
 
     plane = held.plane_at(11.1)
-    used = np.flatnonzero(plane.specification.grid.find(plane.path_count, depth, ranges)[1] == 1)
+    used = np.flatnonzero(plane.specification.grid.find(plane.path_count, depth, ranges).paths == 1)
     depth, ranges = depth[used], ranges[used]
     ray = held.rays(11.1, depth, ranges)[0][:, 0]
     speed, source_speed = np.interp(depth, *NAMED["thermo20"]), np.interp(11.1, *NAMED["thermo20"])
@@ -245,7 +235,7 @@ def test_no_path_is_distinguished_from_no_table():
     plane = held.plane_at(11.0)
     np.testing.assert_array_equal(count, [1, 1, 0, 0])
     np.testing.assert_array_equal(
-        plane.specification.grid.find(plane.path_count, np.full(4, 20.0), ranges)[1] == EXACT, False
+        plane.specification.grid.find(plane.path_count, np.full(4, 20.0), ranges).paths == EXACT, False
     )
     assert status[0] == 0 and np.all(status[2:] > 0)
     assert rays.shape == (4, 1, COLUMNS)

@@ -9,15 +9,14 @@ from scipy.integrate import quad
 from insonify.ocean import SoundSpeedProfile
 from insonify.propagation import eigenrays
 from insonify.propagation._eigenray_kernel import (
-    COLUMNS,
     DELAY,
     FOLD,
     FOLD_CURVATURE,
     FOLD_SIDE,
     MOST,
     SLOWNESS,
-    solve_eigenrays,
 )
+from insonify.propagation.eigenray_record import exact_solutions
 from insonify.propagation.families import families_up_to
 from insonify.propagation.sound_speed_layers import sound_speed_layers
 
@@ -37,13 +36,9 @@ def found(profile, source, point, distance, chosen=SEVEN):
 
 def solved(profile, source, point, distances):
     """What the kernel fills for the direct family at one depth."""
-    water, n = sound_speed_layers(profile, 20.0), np.size(distances)
-    rays, count, status = np.zeros((n, MOST, COLUMNS)), np.zeros(n, np.int64), np.zeros(n, np.uint8)
-    depths = np.full(n, float(point))
-    solve_eigenrays(
-        water.depth, water.speed, np.inf, source, 0, False, depths, np.asarray(distances, float), rays, count, status
-    )
-    return rays, count
+    depths = np.full(np.size(distances), float(point))
+    water = sound_speed_layers(profile, 20.0)
+    return exact_solutions(water, "D", source, depths, np.asarray(distances, float))[:2]
 
 
 def test_straight_up_and_down_the_delay_is_depth_over_speed():

@@ -6,6 +6,8 @@ import pytest
 from insonify.ocean import SoundSpeedProfile
 from insonify.propagation import _eigenray_kernel as kernel
 from insonify.propagation.caustic import fold_factor
+from insonify.propagation.eigenray_record import exact_solutions
+from insonify.propagation.sound_speed_layers import SoundSpeedLayers
 from oracles.wave import direct_field
 
 FREQUENCY = 10e3
@@ -17,22 +19,8 @@ ONE_DB = 10 ** (1 / 20) - 1
 
 def rays(profile, distance):
     """The direct family to each distance: rays (n, MOST, COLUMNS), silent beyond the count."""
-    found = np.full((distance.size, kernel.MOST, kernel.COLUMNS), np.nan)
-    count, status = np.zeros(distance.size, np.int64), np.zeros(distance.size, np.uint8)
-    depth = np.full(distance.size, POINT)
-    kernel.solve_eigenrays(
-        np.array(profile.depth),
-        np.array(profile.speed),
-        np.inf,
-        SOURCE,
-        0,
-        False,
-        depth,
-        distance,
-        found,
-        count,
-        status,
-    )
+    water = SoundSpeedLayers(np.array(profile.depth), np.array(profile.speed))
+    found, count, _ = exact_solutions(water, "D", SOURCE, np.full(distance.size, POINT), distance)
     for row, n in zip(found, count, strict=True):
         row[n:], row[n:, kernel.FOLD], row[n:, kernel.FOLD_CURVATURE] = 0, np.inf, 1
     return found, count

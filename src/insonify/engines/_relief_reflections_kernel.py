@@ -1,7 +1,7 @@
 """Straight legs off local planes: their nodes over the seabed, and their columns. Plain numbers and arrays only."""
 
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -45,35 +45,62 @@ def set_path_nodes(
             )[0]
 
 
+class ReflectedPaths(NamedTuple):
+    """Paths of one family off local planes, to n points."""
+
+    path: ImagePaths
+    """Their geometry."""
+    reflection: Floats
+    """Product of the reflection coefficients [1], (n,)."""
+    attenuation: Floats
+    """Factor of absorption on the pressure [1], (n,)."""
+    is_clear: NDArray[np.bool_]
+    """True if the paths exist and are not occluded by the seabed, (n,)."""
+
+
+class BouncedLegs(NamedTuple):
+    """Legs of one family to all points: one row of columns of `Legs`."""
+
+    delay: Floats
+    """One-way travel time [s], (all,)."""
+    length: Floats
+    """Path length [m], (all,)."""
+    spreading: Floats
+    """Spreading re 1 m [1], (all,)."""
+    absorption: Floats
+    """Factor of absorption on the pressure [1], (all,)."""
+    reflection_coefficient: Floats
+    """Product of the reflection coefficients [1], (all,)."""
+    departure: Floats
+    """Direction of travel at the sonar, (all, 3)."""
+    arrival: Floats
+    """Direction of travel at the point, (all, 3)."""
+    grazing: Floats
+    """Angle between the ray and the point's interface [rad], (all,)."""
+    status: Floats
+    """`LegStatus`, (all,)."""
+    occluder: Floats
+    """Row of the occluder, -1 for none, (all,)."""
+    visibility: Floats
+    """Factor of occlusion on the pressure [1], (all,)."""
+
+
 @njit(cache=True, nogil=True, error_model="numpy")
 def write_bounced_legs(
-    some: Integers, path: ImagePaths, reflection: Floats, attenuation: Floats, clear: NDArray[np.bool_], normal: Floats,
-    slowness: float, soft: bool, delay: Floats, length: Floats, spreading: Floats, absorption: Floats, boundary: Floats,
-    departure: Floats, arrival: Floats, grazing: Floats, status: Floats, occluder: Floats, visibility: Floats,
-) -> None:  # fmt: skip
-    """Overwrite some legs of one family; columns are those of `Legs`, one row of each.
+    legs: BouncedLegs, some: Integers, reflected: ReflectedPaths, normal: Floats, slowness: float, soft: bool
+) -> None:
+    """Overwrite some legs of one family.
 
     Args:
-        some: Numbers of the points that the legs reach, (n,).
-        path: The paths off local planes, n of them.
-        reflection: Product of the reflection coefficients [1], (n,).
-        attenuation: Factor of absorption on the pressure [1], (n,).
-        clear: True if the paths exist and are not occluded by the seabed, (n,).
+        legs: Changed: the legs; in: status of the leg over the mean plane, cut by targets or clear.
+        some: Numbers of the points that the paths reach, (n,).
+        reflected: The paths off local planes, n of them.
         normal: Unit normals of all points, (all, 3).
         slowness: One over the speed of sound [s/m].
         soft: True if `visibility` is the factor of terrain alone on legs that targets cut.
-        delay: Result, (all,), as are those that follow; directions are of shape (all, 3).
-        length: Result.
-        spreading: Result.
-        absorption: Result.
-        boundary: Result.
-        departure: Result.
-        arrival: Result.
-        grazing: Result.
-        status: Changed; in: that of the leg over the mean plane, cut by targets or clear.
-        occluder: Changed where the seabed occludes.
-        visibility: Result, factor on the pressure of each leg [1], (all,).
     """
+    path, reflection, attenuation, clear = reflected
+    delay, length, spreading, absorption, boundary, departure, arrival, grazing, status, occluder, visibility = legs
     for m in range(some.size):
         n = some[m]
         delay[n], length[n], spreading[n] = path.length[m] * slowness, path.length[m], 1 / path.length[m]

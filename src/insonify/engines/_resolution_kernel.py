@@ -25,6 +25,21 @@ class ResolutionCell(NamedTuple):
     elongation: float
 
 
+class ReceivableArea(NamedTuple):
+    """Part of a boundary from which one ping receives, on the scatterer grid."""
+
+    transmitter: Floats
+    """Grid coordinates of the transmitter [m], (2,)."""
+    receiver: Floats
+    """Grid coordinates of the receiver [m], (2,)."""
+    nearest: float
+    """Distance from the transmitter from which on something is received [m]."""
+    farthest: float
+    """Distance from the transmitter up to which something is received [m]."""
+    longest_path: float
+    """Longest path from one end by a position to the other that is received [m]."""
+
+
 MAX_ELONGATION = 6.0
 """Largest side of the square that one scatterer represents, over the length of a resolution cell on the seabed [1].
 
@@ -138,8 +153,8 @@ def tiles_between(low: Integers, high: Integers, along: Integers, across: Intege
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def tiles_in_reach(
-    pitch: float, along: Integers, across: Integers, here: Floats, other: Floats, nearest: float, farthest: float,
-    widest: float, frame: GridFrame, centre: Floats, centre_position: Floats,
+    pitch: float, along: Integers, across: Integers, area: ReceivableArea, frame: GridFrame, centre: Floats,
+    centre_position: Floats,
 ) -> int:  # fmt: skip
     """Tiles of one level that are near enough to both ends; they move to the front, and their number is returned.
 
@@ -147,16 +162,13 @@ def tiles_in_reach(
         pitch: Side of their cells [m].
         along: Number of each along the scatterer grid's first axis, shape (n,).
         across: Along its second, shape (n,).
-        here: ScattererGrid coordinates of the transmitter [m], shape (2,).
-        other: The same of the receiver.
-        nearest: Distance from the transmitter from which on something is received [m].
-        farthest: Up to which [m].
-        widest: Longest path from one end by a position to the other that is received [m].
+        area: Part of the boundary from which the ping receives.
         frame: Frame of the scatterer grid.
         centre: Result, of each that is left, in grid coordinates [m], shape (n, 2).
         centre_position: Result, the same as north and east [m].
     """
     north, east, c, s = frame
+    here, other, nearest, farthest, widest = area
     side, half, m = TILE * pitch, TILE * pitch / math.sqrt(2.0), 0
     for n in range(along.size):
         x, y = (along[n] + 0.5) * side, (across[n] + 0.5) * side

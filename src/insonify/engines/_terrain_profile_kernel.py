@@ -1,7 +1,7 @@
 """Slices of azimuth about one end of the sonar: which points lie in which, and how deep the seabed is along them."""
 
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,18 +20,45 @@ MERGE_BLOCK_LOG2 = 3
 """Two to this power slices are merged in one decision."""
 
 
+class ProfileLines(NamedTuple):
+    """Lines from the sonar along which the seabed is sampled, evenly spaced; their directions change with the zone."""
+
+    start: Floats
+    """Start of the lines on the map [m], (2,)."""
+    direction: Floats
+    """Directions of the lines in each zone, unit vectors, (s, zones, 2)."""
+    step: float
+    """Distance of samples along a line [m]; sample k lies (k + 1) steps out."""
+    firsts: Integers
+    """Number of the first sample in each zone; the last number is the end of all, (zones + 1,)."""
+
+
+class AzimuthSlices(NamedTuple):
+    """Slices of azimuth about the sonar, in zones of distance: narrower ones farther out."""
+
+    heading: float
+    """Heading from which bearings are counted [rad]."""
+    edges: Floats
+    """Outer edge of each zone, increasing [m], (zones,)."""
+    counts: Integers
+    """Slices in each zone, (zones,)."""
+    starts: Integers
+    """Number of the first slice of each zone, (zones or more,)."""
+    merged: NDArray[np.uint8]
+    """Slices that are walked as one, as a power of two, for every 2^`MERGE_BLOCK_LOG2` of all slices."""
+    home: Rows
+    """Array in which the line of each slice is stored, -1 for none, (slices,)."""
+
+
 @njit(cache=True, nogil=True, error_model="numpy")
 def sample_profiles(
-    here: Floats, rays: Floats, step: float, firsts: Integers, level: float, heightmap: HeightmapTiles,
-    missing: NDArray[np.bool_], done: NDArray[np.bool_], depth: Floats,
+    lines: ProfileLines, level: float, heightmap: HeightmapTiles, missing: NDArray[np.bool_], done: NDArray[np.bool_],
+    depth: Floats,
 ) -> bool:  # fmt: skip
-    """Depths of the seabed along lines, linear between the nodes of the map; sample k lies (k + 1) steps out.
+    """Depths of the seabed along lines, linear between the nodes of the map.
 
     Args:
-        here: Where the lines start on the map [m], (2,).
-        rays: Their directions, (s, zones, 2).
-        step: Distance of samples along a line [m].
-        firsts: Number of the first sample in each zone; the last number is the end of all, (zones + 1,).
+        lines: The lines, s of them.
         level: Depth of the plane from which heights are counted [m].
         heightmap: Tiles of terrain heights.
         missing: Result, True for the tiles that are missing, (rows, columns) of tiles.
@@ -41,16 +68,17 @@ def sample_profiles(
     Returns:
         Whether all is done.
     """
-    every, top, stretch = True, np.float32(level), 0
+    every, top, stretch, firsts, direction = True, np.float32(level), 0, lines.firsts, lines.direction
     at, part = np.empty(SAMPLES_PER_RUN, np.uint32), np.empty((2, SAMPLES_PER_RUN + 1), np.float32)
     for zone in range(firsts.size - 1):
         for begin in range(firsts[zone], firsts[zone + 1], SAMPLES_PER_RUN):
             if not done[stretch]:
                 there, end = True, min(begin + SAMPLES_PER_RUN, firsts[zone + 1])
-                for s in range(rays.shape[0]):
+                for s in range(depth.shape[0]):
                     there &= _sample_line(
-                        here, rays[s, zone], step, begin, end, top, heightmap, missing, at, part, depth[s]
-                    )
+                        lines, direction[s, zone], begin, top, heightmap, missing, (at, part),
+                        depth[s, begin:end],
+                    )  # fmt: skip
                 done[stretch] = there
                 every &= there
             stretch += 1
@@ -59,22 +87,23 @@ def sample_profiles(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _sample_line(
-    here: NDArray[np.float64], ray: NDArray[np.float64], step: float, first: int, stop: int, top: np.float32,
-    heightmap: HeightmapTiles, missing: NDArray[np.bool_], at: NDArray[np.uint32], part: Floats, depth: Floats,
+    lines: ProfileLines, ray: Floats, first: int, top: np.float32, heightmap: HeightmapTiles,
+    missing: NDArray[np.bool_], cells: tuple[NDArray[np.uint32], Floats], depth: Floats,
 ) -> bool:  # fmt: skip
-    """Depths along a run of one line; returns True if no tile of the map is missing. Arguments see `sample_profiles`.
+    """Depths along a run of one line from sample `first` on; returns True if no tile of the map is missing.
 
-    Cells and positions in them are computed first, in vectors, into `at`, shape (SAMPLES_PER_RUN,), and `part`,
-    shape (2, SAMPLES_PER_RUN + 1).
+    Cells, shape (SAMPLES_PER_RUN,), and positions in them, shape (2, SAMPLES_PER_RUN + 1), are computed first, in
+    vectors, into the work arrays `cells`. Other arguments see `sample_profiles`.
     """
     x0, y0, dx, dy = (
-        here[0] / heightmap.cell,
-        here[1] / heightmap.cell,
-        ray[0] * step / heightmap.cell,
-        ray[1] * step / heightmap.cell,
+        lines.start[0] / heightmap.cell,
+        lines.start[1] / heightmap.cell,
+        ray[0] * lines.step / heightmap.cell,
+        ray[1] * lines.step / heightmap.cell,
     )
+    at, part = cells
     flat, rows, height, width = heightmap.heights, heightmap.row_of, missing.shape[0], missing.shape[1]
-    there, k = True, first
+    there, k, stop = True, first, first + depth.size
     while k < stop:
         i, j = math.floor(x0 + (k + 1) * dx) >> SHIFT, math.floor(y0 + (k + 1) * dy) >> SHIFT
         row, column, slot = i - heightmap.corner_a, j - heightmap.corner_b, -1
@@ -96,7 +125,7 @@ def _sample_line(
             x, y = x0 + (k + m + 1) * dx - north, y0 + (k + m + 1) * dy - east
             a, b = np.int32(x), np.int32(y)
             at[m], part[0, m], part[1, m] = a * NODES + b, np.float32(x - a), np.float32(y - b)
-        depth_of_run, touched = depth[k : k + run], np.float32(0)
+        depth_of_run, touched = depth[k - first : k - first + run], np.float32(0)
         for m in range(0, run, 2):  # prefetch: all nodes are read once before the first is used
             touched += tile[at[m]] + tile[at[m] + NORTH_NEIGHBOUR]
         part[0, SAMPLES_PER_RUN] = touched
@@ -130,20 +159,15 @@ def _samples_left(start: float, step: float, first: int) -> int:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def profiles_of(
-    sonar: Floats, position: Floats, heading: float, edges: Floats, counts: Integers, starts: Integers,
-    merged: NDArray[np.uint8], home: Rows, distance: Floats, slice_of: Integers, to_sample: NDArray[np.bool_],
+    sonar: Floats, position: Floats, slices: AzimuthSlices, distance: Floats, slice_of: Integers,
+    to_sample: NDArray[np.bool_],
 ) -> int:  # fmt: skip
     """Distances of points, and the azimuth slices in which they lie.
 
     Args:
         sonar: North and east of the sonar [m], (2 or more,).
         position: The same of the points [m], (n, 2 or more).
-        heading: From which bearings are counted [rad].
-        edges: Outer edge of each zone, increasing [m], (zones,).
-        counts: Slices of azimuth in each zone, (zones,).
-        starts: Number of the first slice of each zone, (zones,).
-        merged: Slices that are walked as one, as a power of two, for every 2^`MERGE_BLOCK_LOG2` of all slices.
-        home: Array in which the line of each slice is stored, -1 for none, (slices,).
+        slices: The slices.
         distance: Result, horizontal [m], (n,).
         slice_of: Result, number of the slice of each point, of merged ones the first, (n,).
         to_sample: Result, True for slices whose lines are not stored, (slices,).
@@ -151,7 +175,8 @@ def profiles_of(
     Returns:
         Number of points whose profile is not stored.
     """
-    c, s, missing, zones = math.cos(heading), math.sin(heading), 0, edges.size
+    edges, counts, starts, merged, home = slices.edges, slices.counts, slices.starts, slices.merged, slices.home
+    c, s, missing, zones = math.cos(slices.heading), math.sin(slices.heading), 0, edges.size
     turn = np.empty(distance.size)
     for n in range(distance.size):
         north, east = position[n, 0] - sonar[0], position[n, 1] - sonar[1]

@@ -11,7 +11,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from insonify.engines._relief_reflections_kernel import set_path_nodes, write_bounced_legs
+from insonify.engines._relief_reflections_kernel import (
+    BouncedLegs,
+    ReflectedPaths,
+    set_path_nodes,
+    write_bounced_legs,
+)
 from insonify.engines.terrain_occlusion import TerrainOcclusion, locate_points, occlude_by_terrain, steepness
 from insonify.propagation.families import bounce_sequence
 from insonify.propagation.glints import leg_rows, update_grazing
@@ -113,10 +118,9 @@ def _write_bounced(
     per_metre = np.log(legs.absorption[row, rows[0]]) / legs.length[row, rows[0]]
     taken = np.exp(per_metre * paths.length)
     clear = clear_of_terrain(paths, position, points, terrain_occlusion, on_terrain=scatterers.boundary == "seabed")
-    write_bounced_legs(
-        rows, paths, left, taken, clear, scatterers.normal, 1 / scene.water.sound_speed, soft,
-        *(getattr(legs, name)[row] for name in _WRITTEN_COLUMNS),
-    )  # fmt: skip
+    written = BouncedLegs(*(getattr(legs, name)[row] for name in BouncedLegs._fields))
+    reflected = ReflectedPaths(paths, left, taken, clear)
+    write_bounced_legs(written, rows, reflected, scatterers.normal, 1 / scene.water.sound_speed, soft)
 
 
 def _may_be_weak(
@@ -268,11 +272,6 @@ def _displace_refracted(
     return displaced
 
 
-_WRITTEN_COLUMNS = (
-    "delay", "length", "spreading", "absorption", "reflection_coefficient", "departure", "arrival", "grazing", "status",
-    "occluder", "visibility",
-)  # fmt: skip
-"""Columns in the order of `write_bounced_legs`."""
 _COPIED_COLUMNS = (
     "delay", "length", "spreading", "absorption", "departure", "arrival", "grazing", "status", "visibility",
 )  # fmt: skip

@@ -207,14 +207,12 @@ def tiles_in_view(
     kernel.tiles_between(low, high, along, across)
     if ping_geometry.receive_track_extent is None:
         widest = np.inf
+    area = kernel.ReceivableArea(here, other, window_range.nearest, window_range.farthest, widest)
     found: list[tuple[Integers, Integers, Integers, Floats]] = []
     while len(along):
         pitch, (centre, position) = float(np.ldexp(BASE_PITCH, level)), np.empty((2, len(along), 2))
         half = TILE * pitch / np.sqrt(2)
-        n = kernel.tiles_in_reach(
-            pitch, along, across, here, other, window_range.nearest, window_range.farthest, widest, lattice.frame,
-            centre, position,
-        )  # fmt: skip
+        n = kernel.tiles_in_reach(pitch, along, across, area, lattice.frame, centre, position)
         bound = two_way_gain_bound(
             position[:n], np.full(n, half), ping_geometry, boundary_depth, rays, families, rise=rise, enough=beam_floor,
             glints=glints, images=images,

@@ -165,7 +165,10 @@ class AzimuthProfiles:
         distance, own = np.empty(len(position)), np.empty(len(position), np.int64)
         slices = np.zeros(len(self._home), bool)
         missing = kernel.profiles_of(
-            sonar, position, self._lattice.heading, self.edges, self.counts, self.starts, self.merged, self._home,
+            sonar, position,
+            kernel.AzimuthSlices(
+                self._lattice.heading, self.edges, self.counts, self.starts, self.merged, self._home
+            ),
             distance, own, slices,
         )  # fmt: skip
         if missing:
@@ -204,10 +207,10 @@ class AzimuthProfiles:
         depth = np.empty((len(slices), int(firsts[-1])), np.float32)
         done = np.zeros(int((-(-np.diff(firsts) // kernel.SAMPLES_PER_RUN)).sum()), bool)
 
+        lines = kernel.ProfileLines(self._here, rays, self.step, firsts)
+
         def sample(heightmap: HeightmapTiles, missing: NDArray[np.bool_]) -> bool:
-            return kernel.sample_profiles(
-                self._here, rays, self.step, firsts, self._bed.depth, heightmap, missing, done, depth
-            )
+            return kernel.sample_profiles(lines, self._bed.depth, heightmap, missing, done, depth)
 
         ends = np.concatenate([self._here + rays[:, -1] * (self.step * depth.shape[1]), self._here[None]])
         self._bed.read_heightmap(ends, sample)

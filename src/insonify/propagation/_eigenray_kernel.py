@@ -57,17 +57,20 @@ from insonify.propagation._ray_properties_kernel import (
     SIN_LAUNCH,
     SLOWNESS,
     TURNS,
+    RaySolutions,
     complete_rays,
     newton_steps,
     write_ray_properties,
 )
+from insonify.propagation.families import Bounces
+from insonify.propagation.sound_speed_layers import SoundSpeedLayers
 
 Floats = NDArray[np.float64]
 Integers = NDArray[Any]
 
 __all__ = [
     "AMPLITUDE", "AT_END", "CAUSTICS", "COLUMNS", "DELAY", "FOLD", "FOLD_CURVATURE", "FOLD_SIDE", "LENGTH", "MOST",
-    "SIN_ARRIVAL", "SIN_LAUNCH", "SLOWNESS", "TURNS", "solve_eigenrays",
+    "SIN_ARRIVAL", "SIN_LAUNCH", "SLOWNESS", "TURNS", "RaySolutions", "solve_eigenrays",
 ]  # fmt: skip
 
 MOST_TURNS = 64
@@ -77,26 +80,21 @@ MAX_PIECES = 62
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def solve_eigenrays(
-    depth: Floats, speed: Floats, plane: float, source_depth: float, bounces: int, first_up: bool,
-    point_depth: Floats, ranges: Floats, rays: Floats, count: Integers, status: Integers,
+    water: SoundSpeedLayers, source_depth: float, bounces: Bounces, point_depth: Floats, ranges: Floats,
+    solutions: RaySolutions,
 ) -> None:  # fmt: skip
     """All rays of one family to each point. Consecutive points of equal depth share work.
 
     Args:
-        depth: Knots of the column, from 0 to the deepest seabed [m], (m,).
-        speed: Sound speed there [m/s], (m,).
-        plane: Depth of the knot that reflects sound [m]; infinite for the last one.
+        water: The water column.
         source_depth: Depth of the source [m], in the water.
-        bounces: Bounces off the boundaries in turn.
-        first_up: True if the first is off the surface; ignored without bounces.
+        bounces: Bounces of the family.
         point_depth: Depths of the points [m], in the water, (n,).
         ranges: Horizontal distances of the points [m], 0 or more, (n,).
-        rays: Result: (n, MOST, COLUMNS); the first `count` rows of each point, by launch angle, upward first.
-        count: Result: number of rays, (n,).
-        status: Result: CLEAR, or the reason for no ray: SHADOW (no ray of the family gets there), TURNED (its rays
-            turn before the bounce or before the depth), BEYOND_CRITICAL (in a gap between rays that turn at a kink
-            of the profile and rays that pass it), (n,).
+        solutions: Result: the rays to the n points.
     """
+    depth, speed, plane = water
+    rays, count, status = solutions
     lane = np.zeros((RAY_BRANCH_ROWS, max(depth.size + 2, LAYER_SEQUENCE_COLUMNS)))
     slabs, edges = np.empty((2, 3, depth.size + 2)), np.empty((2, MAX_PIECES + 2))
     block, pick = np.empty((BLOCK_ROWS, BLOCK)), np.empty(BLOCK, np.int64)
@@ -114,12 +112,12 @@ def solve_eigenrays(
             end += 1
         build_nodes(depth, speed, plane, source_depth, point_depth[begin], lane)
         point_span[0], point_span[1] = begin, end
-        limit = direct_rays(lane, bounces, first_up, work, out)
+        limit = direct_rays(lane, bounces.number, bounces.first_up, work, out)
         farthest = limit
-        if bounces == 0:
+        if bounces.number == 0:
             farthest = ducted_rays(lane, slabs, low, high, limit, work, out)
-        elif bounces == 1:
-            farthest = bounced_rays(lane, first_up, slabs, low, high, limit, work, out)
+        elif bounces.number == 1:
+            farthest = bounced_rays(lane, bounces.first_up, slabs, low, high, limit, work, out)
         for i in range(begin, end):
             if count[i] > 0:
                 status[i] = CLEAR
@@ -138,8 +136,8 @@ def direct_rays(ray_branch: Floats, bounces: int, first_up: bool, workspace: Any
 
     Args:
         ray_branch: Nodes, see `_layer_sequence_kernel`; its layer sequence changes.
-        bounces: See `solve_eigenrays`.
-        first_up: See `solve_eigenrays`.
+        bounces: Number of bounces.
+        first_up: True if the first is off the surface.
         workspace: Work arrays for a block of rays, their points, guesses, and ends of segments.
         out: First and last + 1 of points at one depth; ranges, rays and their count of all, see `solve_eigenrays`.
 

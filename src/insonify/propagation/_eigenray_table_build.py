@@ -6,16 +6,25 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from insonify.propagation._eigenray_kernel import COLUMNS
-from insonify.propagation._eigenray_table_kernel import EXACT, HEIGHT, TOP, find_cells, interpolate_cells
+from insonify.propagation._eigenray_table_kernel import (
+    EXACT,
+    CellGrid,
+    NodeTable,
+    TablePoints,
+    find_cells,
+    read_table,
+)
 from insonify.propagation._eigenray_table_nodes import (
     BRANCHES,
+    CellPaths,
+    NodeRays,
     compare_corners,
     compare_points,
     interpolate_planes,
     mark_neighbours_of_exact,
     solve_nodes,
 )
+from insonify.propagation.families import Bounces
 from insonify.propagation.sound_speed_layers import SoundSpeedLayers
 
 Floats = NDArray[np.float64]
@@ -39,10 +48,8 @@ class TableGrid:
     """Depths [m], increasing, (l,)."""
     node_ranges: Floats
     """Ranges [m], evenly spaced from 0, (s,)."""
-    cell_rows: Floats
-    """Rows of cells, see `_eigenray_table_kernel.find_cells`, (rows, 5)."""
-    buckets: NDArray[np.int32]
-    per_metre: float
+    rows: CellGrid
+    """Rows of cells."""
 
     @property
     def step(self) -> float:
@@ -54,11 +61,16 @@ class TableGrid:
         """Number of cells in a row."""
         return self.node_ranges.size - 1
 
-    def find(self, cell_state: Bytes, depth: Floats, ranges: Floats) -> tuple[NDArray[np.int32], Bytes]:
-        """Row and cell of points, (2, n), and the number of paths in each, (n,)."""
-        cell, paths = np.empty((2, depth.size), np.int32), np.empty(depth.size, np.uint8)
-        find_cells(cell_state, self.cell_rows, self.buckets, self.per_metre, 1 / self.step, depth, ranges, cell, paths)
-        return cell, paths
+    def find(self, cell_state: Bytes, depth: Floats, ranges: Floats) -> TablePoints:
+        """Points with their cells, and the number of paths in each."""
+        points = table_points(depth, ranges)
+        find_cells(cell_state, self.rows, points)
+        return points
+
+
+def table_points(depth: Floats, ranges: Floats) -> TablePoints:
+    """Points at depths [m], (n,), and ranges [m], (n,), whose cells are to be found."""
+    return TablePoints(depth, ranges, np.empty((2, depth.size), np.int32), np.empty(depth.size, np.uint8))
 
 
 def table_grid(
@@ -79,13 +91,16 @@ def table_grid(
     speed = np.interp(lines, water.depth, water.speed)
     gradient = np.diff(speed) / heights if lines.size > 1 else np.zeros(1)
     per_height = 1 / heights if lines.size > 1 else np.zeros(1)
-    rows = np.column_stack([tops, heights, speed[: tops.size], gradient, per_height])
     slices = max(1, int(np.ceil((lines[-1] - lines[0]) / heights.min()))) if lines.size > 1 else 1
     per_metre = slices / (lines[-1] - lines[0]) if lines.size > 1 else 0.0
     marks = lines[0] + np.arange(slices) / per_metre if slices > 1 else lines[:1]
     buckets = np.clip(np.searchsorted(tops, marks + 1e-12, side="right") - 1, 0, tops.size - 1).astype(np.int32)
     stations = np.linspace(0, max_range, max(2, int(np.ceil(max_range / step - 1e-9)) + 1))
-    return TableGrid(lines, stations, rows, buckets, per_metre)
+    rows = CellGrid(
+        tops.copy(), heights, speed[: tops.size].copy(), gradient, per_height, buckets, float(per_metre),
+        1 / float(stations[1]),
+    )  # fmt: skip
+    return TableGrid(lines, stations, rows)
 
 
 def subdivide(span: tuple[float, float], knots: Floats, max_spacing: float) -> Floats:
@@ -113,8 +128,7 @@ class TableSpecification:
     """Specification of a table: a path family in a water column, on a grid."""
 
     layers: SoundSpeedLayers
-    bounces: int
-    first_up: bool
+    bounces: Bounces
     grid: TableGrid
 
 
@@ -135,7 +149,7 @@ class TablePlane:
     history: Bytes
     """Caustics and fewest turns of the paths in each cell, (b, rows, cells, 2)."""
 
-    def read(self, depth: Floats, ranges: Floats) -> tuple[Floats, NDArray[np.int32], Bytes]:
+    def read(self, depth: Floats, ranges: Floats) -> tuple[Floats, TablePoints]:
         """Interpolate the table at points.
 
         Args:
@@ -144,20 +158,17 @@ class TablePlane:
 
         Returns:
             Rays, as from the exact solver, (n, branches, COLUMNS), 0 where there is none or the exact solver is
-            needed; row and cell, (2, n); number of paths or `EXACT`, (n,).
+            needed; the points with their cells.
         """
         task, where = self.specification, self.specification.grid
-        cell, paths = where.find(self.path_count, depth, ranges)
-        most = max(1, int(np.where(paths == EXACT, 0, paths).max(initial=0)))
-        rays = np.empty((depth.size, most, COLUMNS))
         source_speed = float(np.interp(self.source_depth, task.layers.depth, task.layers.speed))
-        for branch in range(most):
-            interpolate_cells(
-                self.nodes.reshape(-1), self.mean_speed.reshape(-1), where.node_depths.size, where.node_ranges.size,
-                where.cell_rows,
-                1 / where.step, source_speed, self.history, task.bounces, branch, depth, ranges, cell, paths, rays,
-            )  # fmt: skip
-        return rays, cell, paths
+        table = NodeTable(
+            self.nodes.reshape(-1), self.mean_speed.reshape(-1), self.history, where.node_depths.size,
+            where.node_ranges.size,
+        )  # fmt: skip
+        points = table_points(depth, ranges)
+        rays = read_table(self.path_count, table, where.rows, source_speed, task.bounces.number, points)
+        return rays, points
 
 
 def build_plane(task: TableSpecification, source_depth: float) -> TablePlane:
@@ -168,20 +179,16 @@ def build_plane(task: TableSpecification, source_depth: float) -> TablePlane:
         source_depth: Depth of the source [m].
     """
     water, where = task.layers, task.grid
-    shape, cells = (where.node_depths.size, where.node_ranges.size), (where.cell_rows.shape[0], where.cells)
+    shape, cells = (where.node_depths.size, where.node_ranges.size), (where.rows.top.size, where.cells)
     nodes, mean_speed = np.zeros((BRANCHES, *shape, 8)), np.zeros((BRANCHES, *shape), np.float32)
     kind, count, status = np.zeros((BRANCHES, *shape), np.int64), np.zeros(shape, np.uint8), np.zeros(shape, np.uint8)
-    solve_nodes(
-        water.depth, water.speed, water.reflecting_depth, source_depth, task.bounces, task.first_up, where.node_depths,
-        where.node_ranges, nodes, mean_speed, kind, count, status,
-    )  # fmt: skip
+    found = NodeRays(nodes, mean_speed, kind, count, status)
+    solve_nodes(water, source_depth, task.bounces, where.node_depths, where.node_ranges, found)
     state, why = np.empty(cells, np.uint8), np.empty(cells, np.uint8)
     history = np.zeros((BRANCHES, *cells, 2), np.uint8)
-    middles = where.cell_rows[:, TOP] + where.cell_rows[:, HEIGHT] / 2
-    compare_corners(
-        kind, count, status, task.bounces, task.first_up, int(_layers(water, np.array([source_depth]))[0]),
-        _layers(water, middles), state, why, history,
-    )  # fmt: skip
+    source_layer = int(_layers(water, np.array([source_depth]))[0])
+    layers = _layers(water, where.rows.top + where.rows.height / 2)
+    compare_corners(found, task.bounces, source_layer, layers, CellPaths(state, why, history))
     most = max(1, int(np.where(state == EXACT, 0, state).max()))
     plane = TablePlane(
         task, source_depth, nodes[:most].copy(), mean_speed[:most].copy(), state, why, history[:most].copy()
@@ -260,17 +267,16 @@ def _inside(
 ) -> tuple[Floats, Floats]:
     """Depths and ranges of one relative position in each of some cells."""
     where = plane.specification.grid
-    return where.cell_rows[rows, TOP] + v * where.cell_rows[rows, HEIGHT], np.asarray((cells + u) * where.step, float)
+    return where.rows.top[rows] + v * where.rows.height[rows], np.asarray((cells + u) * where.step, float)
 
 
 def compare(plane: TablePlane, depth: Floats, ranges: Floats) -> Floats:
     """Errors of delay [s] and amplitude [1] at points, (2, n); cells that fail are left to the exact solver."""
     task, errors = plane.specification, np.empty((2, depth.size))
-    rays, cell, paths = plane.read(depth, ranges)
+    rays, points = plane.read(depth, ranges)
     compare_points(
-        task.layers.depth, task.layers.speed, task.layers.reflecting_depth, plane.source_depth, task.bounces,
-        task.first_up, depth, ranges, cell, paths, rays, LATE, AMPLITUDE_ERROR, plane.path_count, errors,
-    )  # fmt: skip
+        task.layers, plane.source_depth, task.bounces, points, rays, (LATE, AMPLITUDE_ERROR), plane.path_count, errors
+    )
     return errors
 
 

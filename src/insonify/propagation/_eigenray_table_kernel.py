@@ -15,6 +15,7 @@ the last from the mixed derivatives of the delay (Van Vleck's determinant in the
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -45,7 +46,6 @@ NUMBERS = 8
 """Numbers of one node: one cache line."""
 EXACT = 255
 """State of a cell that is left to the exact solver; other states are its number of paths."""
-TOP, HEIGHT, SPEED, GRADIENT, PER_HEIGHT = range(5)  # of a row of cells: depth and speed are those of its upper line
 NEAREST = 1e-4
 """Range below which a ray counts as vertical [m]."""
 LEVEL_WITHIN = 1e-9
@@ -53,29 +53,71 @@ LEVEL_WITHIN = 1e-9
 OUTSIDE = -1
 
 
+class CellGrid(NamedTuple):
+    """Rows of cells between the lines of nodes of a table, and how to find them."""
+
+    top: Floats
+    """Depth of the upper line of each row [m], (rows,)."""
+    height: Floats
+    """Height of each row, 0 for a table of one line [m], (rows,)."""
+    speed: Floats
+    """Sound speed at the upper line [m/s], (rows,)."""
+    gradient: Floats
+    """Gradient of the sound speed in each row [1/s], (rows,)."""
+    per_height: Floats
+    """1 / height, 0 for a table of one line [1/m], (rows,)."""
+    buckets: NDArray[np.int32]
+    """Row at the top of each of many equal depth intervals, none thicker than any row, (m,)."""
+    per_metre: float
+    """Depth intervals per metre [1/m]."""
+    per_step: float
+    """Columns of nodes per metre of range [1/m]."""
+
+
+class NodeTable(NamedTuple):
+    """Numbers at the nodes of a table for one source depth: b branches, l lines, s ranges."""
+
+    nodes: Floats
+    """Eight numbers of every node, by branch, line and range, flat, (b l s 8,)."""
+    mean_speed: NDArray[np.float32]
+    """Path length over delay at the nodes [m/s], flat in the same order, (b l s,)."""
+    history: Bytes
+    """Caustics and turns of every cell, the fewest of its corners, (b, rows, s - 1, 2)."""
+    line_count: int
+    """Number of lines l: one more than rows of cells, or one for a table of one depth."""
+    range_count: int
+    """Number of nodes s of a line."""
+
+
+class TablePoints(NamedTuple):
+    """Points at which a table is read, and their cells."""
+
+    depth: Floats
+    """Depths of the points [m], (n,)."""
+    ranges: Floats
+    """Their horizontal distances [m], (n,)."""
+    cell: NDArray[np.int32]
+    """Row and cell along it, OUTSIDE outside the table, (2, n)."""
+    paths: Bytes
+    """Number of paths of the table there, or `EXACT`, (n,)."""
+
+
 @njit(cache=True, nogil=True, error_model="numpy")
-def find_cells(
-    cell_state: Bytes, rows: Floats, buckets: NDArray[np.int32], per_metre: float, per_step: float, depth: Floats,
-    ranges: Floats, cell: NDArray[np.int32], paths: Bytes,
-) -> int:  # fmt: skip
+def find_cells(cell_state: Bytes, grid: CellGrid, points: TablePoints) -> int:
     """Cells of many points, and the number of paths in each.
 
     Args:
         cell_state: Number of paths in every cell, or `EXACT`, (rows, cells).
-        rows: Rows of cells, (rows, 5): top, height [m], speed there [m/s], its gradient [1/s], 1 / height [1/m].
-        buckets: Row at the top of each of many equal depth intervals, none thicker than any row, (m,).
-        per_metre: Depth intervals per metre [1/m].
-        per_step: Columns of nodes per metre of range [1/m].
-        depth: Depths of the points [m], (n,).
-        ranges: Their horizontal distances [m], (n,).
-        cell: Result: row and cell along it, OUTSIDE outside the table, (2, n).
-        paths: Result: number of paths, or `EXACT`, (n,).
+        grid: Rows of cells.
+        points: The points; result: `cell` and `paths`.
 
     Returns:
         Number of points that need the exact solver.
     """
-    last, slices, cells, top = rows.shape[0] - 1, buckets.size - 1, cell_state.shape[1], rows[0, TOP]
-    bottom = rows[last, TOP] + rows[last, HEIGHT] + LEVEL_WITHIN
+    tops, buckets, per_metre, per_step = grid.top, grid.buckets, grid.per_metre, grid.per_step
+    depth, ranges, cell, paths = points
+    last, slices, cells, top = tops.size - 1, buckets.size - 1, cell_state.shape[1], tops[0]
+    bottom = tops[last] + grid.height[last] + LEVEL_WITHIN
     left = 0
     for n in range(depth.size):
         away = max(ranges[n], NEAREST) * per_step
@@ -87,7 +129,7 @@ def find_cells(
             continue
         row = buckets[np.uintp(min(int(max(z - top, 0.0) * per_metre), slices))]
         following = min(row + 1, last)
-        row = following if z >= rows[np.uintp(following), TOP] else row
+        row = following if z >= tops[np.uintp(following)] else row
         k = min(int(away), cells - 1)
         cell[0, n], cell[1, n] = row, k
         found = cell_state[np.uintp(row), np.uintp(k)]
@@ -98,30 +140,23 @@ def find_cells(
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
 def interpolate_cells(
-    nodes: Floats, mean_speed: NDArray[np.float32], node_depths: int, node_ranges: int, rows: Floats, per_step: float,
-    source_speed: float, history: Bytes, bounces: int, branch: int, depth: Floats, ranges: Floats,
-    cell: NDArray[np.int32], paths: Bytes, rays: Floats,
-) -> None:  # fmt: skip
+    table: NodeTable, grid: CellGrid, source_speed: float, bounces: int, branch: int, points: TablePoints, rays: Floats
+) -> None:
     """Interpolate one branch at many points in given cells.
 
     Args:
-        nodes: Eight numbers of every node, by branch, line and range, flat.
-        mean_speed: Path length over delay at the nodes [m/s], flat in the same order.
-        node_depths: Number of lines: one more than rows of cells, or one for a table of one depth.
-        node_ranges: Number of nodes of a line.
-        rows: As in `find_cells`.
-        per_step: Columns of nodes per metre of range [1/m].
+        table: Numbers at the nodes.
+        grid: Rows of cells.
         source_speed: Sound speed at the source [m/s].
-        history: Caustics and turns of every cell, the fewest of its corners, (branches, rows, cells, 2).
-        bounces: Bounces of the family.
+        bounces: Number of bounces of the family.
         branch: Index of the path, in the order of launch angles.
-        depth: Depths of the points [m], (n,).
-        ranges: Their horizontal distances [m], (n,).
-        cell: From `find_cells`, (2, n).
-        paths: From `find_cells`, (n,).
+        points: The points, from `find_cells`.
         rays: Result: (n, branches, COLUMNS), as from the exact solver; 0 where there is no such branch or the exact
             solver is needed.
     """
+    nodes, mean_speed, history, node_depths, node_ranges = table
+    tops, heights, speeds, gradients, per_heights, _, _, per_step = grid
+    depth, ranges, cell, paths = points
     first = branch * node_depths
     for n in range(depth.size):
         if branch >= paths[n] or paths[n] == EXACT:
@@ -131,14 +166,14 @@ def interpolate_cells(
         row, k = int(cell[0, n]), int(cell[1, n])
         away = max(ranges[n], NEAREST)
         u = away * per_step - k
-        below = depth[n] - rows[np.uintp(row), TOP]
-        speed = rows[np.uintp(row), SPEED] + below * rows[np.uintp(row), GRADIENT]
+        below = depth[n] - tops[np.uintp(row)]
+        speed = speeds[np.uintp(row)] + below * gradients[np.uintp(row)]
         here = (first + row) * node_ranges + k
         typical = mean_speed[np.uintp(here)] + u * (mean_speed[np.uintp(here + 1)] - mean_speed[np.uintp(here)])
         if node_depths == 1:
             square, along, down, w, w_along, w_down = interpolate_on_line(nodes, here * NUMBERS, u)
         else:
-            under, height, per_height = here + node_ranges, rows[np.uintp(row), HEIGHT], rows[np.uintp(row), PER_HEIGHT]
+            under, height, per_height = here + node_ranges, heights[np.uintp(row)], per_heights[np.uintp(row)]
             v = below * per_height
             square, along, down, w, w_along, w_down = interpolate_in_cell(
                 nodes, here * NUMBERS, under * NUMBERS, u, v, height
@@ -163,3 +198,31 @@ def interpolate_cells(
         rays[n, branch, TURNS] = turns + (1 if sense * launch * arrival < 0 else 0)
         rays[n, branch, AT_END] = 0.0
         rays[n, branch, FOLD], rays[n, branch, FOLD_CURVATURE], rays[n, branch, FOLD_SIDE] = math.inf, 1.0, 0.0
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def read_table(
+    cell_state: Bytes, table: NodeTable, grid: CellGrid, source_speed: float, bounces: int, points: TablePoints
+) -> Floats:
+    """Interpolate all branches at many points.
+
+    Args:
+        cell_state: Number of paths in every cell, or `EXACT`, (rows, cells).
+        table: Numbers at the nodes.
+        grid: Rows of cells.
+        source_speed: Sound speed at the source [m/s].
+        bounces: Number of bounces of the family.
+        points: The points; result: `cell` and `paths`.
+
+    Returns:
+        Rays, see `interpolate_cells`, (n, largest number of paths in a cell, at least 1, COLUMNS).
+    """
+    find_cells(cell_state, grid, points)
+    paths, most = points.paths, 1
+    for n in range(paths.size):
+        if paths[n] != EXACT:
+            most = max(most, paths[n])
+    rays = np.empty((paths.size, most, COLUMNS))
+    for branch in range(most):
+        interpolate_cells(table, grid, source_speed, bounces, branch, points, rays)
+    return rays

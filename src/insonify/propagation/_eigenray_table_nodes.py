@@ -12,7 +12,7 @@ written by A. Nothing is divided by a sine, so rays that leave or arrive level a
 """
 
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,9 +32,12 @@ from insonify.propagation._eigenray_kernel import (
     SIN_LAUNCH,
     SLOWNESS,
     TURNS,
+    RaySolutions,
     solve_eigenrays,
 )  # fmt: skip
-from insonify.propagation._eigenray_table_kernel import EXACT, NUMBERS, U, V, W, Y
+from insonify.propagation._eigenray_table_kernel import EXACT, NUMBERS, TablePoints, U, V, W, Y
+from insonify.propagation.families import Bounces
+from insonify.propagation.sound_speed_layers import SoundSpeedLayers
 
 Floats = NDArray[np.float64]
 Bytes = NDArray[np.uint8]
@@ -50,47 +53,68 @@ NO_RAY, NEAR_FOLD = -1, -2
 TURN, LAYER, UPWARD = 100, 10_000, 10**13  # units of a sheet code: caustics below, then turns, layers, and the launch
 
 
+class NodeRays(NamedTuple):
+    """Rays at the nodes of a table for one source depth: l lines, s ranges."""
+
+    nodes: Floats
+    """Eight numbers of every node, see `_eigenray_table_kernel`, (BRANCHES, l, s, 8)."""
+    mean_speed: NDArray[np.float32]
+    """Length over delay [m/s], (BRANCHES, l, s)."""
+    sheet: Integers
+    """Code of the smooth sheet of rays, NO_RAY or NEAR_FOLD, (BRANCHES, l, s)."""
+    path_count: Bytes
+    """Number of paths at the node, (l, s)."""
+    status: Bytes
+    """Reason for no path, as `LegStatus`, (l, s)."""
+
+
+class CellPaths(NamedTuple):
+    """Paths in the cells of a table for one source depth."""
+
+    path_count: Bytes
+    """Number of paths in each cell, `EXACT` where the exact solver is used, (rows, s - 1)."""
+    missing_status: Bytes
+    """`LegStatus` of cells without paths, (rows, s - 1)."""
+    history: Bytes
+    """Caustics and fewest turns of the paths in each cell, (BRANCHES, rows, s - 1, 2)."""
+
+
 @njit(cache=True, nogil=True, error_model="numpy")
 def solve_nodes(
-    depth: Floats, speed: Floats, plane: float, source_depth: float, bounces: int, first_up: bool, node_depths: Floats,
-    node_ranges: Floats, nodes: Floats, mean_speed: NDArray[np.float32], sheet: Integers, count: Bytes, status: Bytes,
+    water: SoundSpeedLayers, source_depth: float, bounces: Bounces, node_depths: Floats, node_ranges: Floats,
+    found: NodeRays,
 ) -> None:  # fmt: skip
     """Exact numbers at all nodes, for one source depth.
 
     Args:
-        depth: Knots of the column [m], (m,).
-        speed: Speed there [m/s], (m,).
-        plane: See `solve_eigenrays`.
+        water: The water column.
         source_depth: Depth of the source [m].
         bounces: Bounces of the family.
-        first_up: True if the first is off the surface.
         node_depths: Depths of the lines of nodes [m], (l,).
         node_ranges: Their ranges, evenly spaced [m], (s,).
-        nodes: Result: (BRANCHES, l, s, 8), see `_eigenray_table_kernel`.
-        mean_speed: Result: length over delay [m/s], (BRANCHES, l, s).
-        sheet: Result: code of the smooth sheet of rays, NO_RAY or NEAR_FOLD, (BRANCHES, l, s).
-        count: Result: number of paths at the node, (l, s).
-        status: Result: reason for no path, as `LegStatus`, (l, s).
+        found: Result.
     """
-    n = node_ranges.size
-    rays, found, why = np.zeros((n, MOST, COLUMNS)), np.zeros(n, np.int64), np.zeros(n, np.uint8)
+    depth, speed, n = water.depth, water.speed, node_ranges.size
+    nodes, mean_speed, sheet, count, status = found
+    rays, ray_count, why = np.zeros((n, MOST, COLUMNS)), np.zeros(n, np.int64), np.zeros(n, np.uint8)
+    solutions = RaySolutions(rays, ray_count, why)
     at_depth = np.empty(n)
     step = node_ranges[1] - node_ranges[0]
     source_speed = np.interp(source_depth, depth, speed)
     for i in range(node_depths.size):
         at_depth[:] = node_depths[i]
-        solve_eigenrays(depth, speed, plane, source_depth, bounces, first_up, at_depth, node_ranges, rays, found, why)
+        solve_eigenrays(water, source_depth, bounces, at_depth, node_ranges, solutions)
         here_speed = np.interp(node_depths[i], depth, speed)
         for k in range(n):
-            count[i, k], status[i, k] = found[k], why[k]
+            count[i, k], status[i, k] = ray_count[k], why[k]
             for b in range(BRANCHES):
-                if b >= found[k]:
+                if b >= ray_count[k]:
                     sheet[b, i, k] = NO_RAY
                     continue
                 ray = rays[k, b]
-                sheet[b, i, k] = sheet_code(ray, depth, speed, source_depth, bounces, first_up)
+                sheet[b, i, k] = sheet_code(ray, water, source_depth, bounces)
                 mean_speed[b, i, k] = ray[LENGTH] / ray[DELAY] if ray[DELAY] > 0 else source_speed
-                node_values(ray, node_ranges[k], step, here_speed, source_speed, bounces, nodes[b, i, k])
+                node_values(ray, node_ranges[k], step, here_speed, source_speed, bounces.number, nodes[b, i, k])
         for b in range(BRANCHES):
             y_slopes(nodes[b, i], sheet[b, i])
 
@@ -133,7 +157,7 @@ def y_slopes(nodes: Floats, sheet: Integers) -> None:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def sheet_code(ray: Floats, depth: Floats, speed: Floats, source_depth: float, bounces: int, first_up: bool) -> int:
+def sheet_code(ray: Floats, water: SoundSpeedLayers, source_depth: float, bounces: Bounces) -> int:
     """Code that rays of one smooth sheet share: their turns and caustics, and the layers in which they turn."""
     if ray[FOLD_SIDE] != 0:
         scale = (2 * (2 * math.pi * LOWEST_FREQUENCY) ** 2 / ray[FOLD_CURVATURE]) ** (1 / 3)
@@ -144,7 +168,7 @@ def sheet_code(ray: Floats, depth: Floats, speed: Floats, source_depth: float, b
     turns = int(ray[TURNS])
     if turns == 0:
         return int(ray[CAUSTICS])
-    limit = 1 / ray[SLOWNESS]
+    depth, speed, limit = water.depth, water.speed, 1 / ray[SLOWNESS]
     above = np.searchsorted(depth, source_depth, side="right") - 1
     while above > 0 and speed[above] < limit:
         above -= 1
@@ -152,13 +176,13 @@ def sheet_code(ray: Floats, depth: Floats, speed: Floats, source_depth: float, b
     while below < depth.size - 1 and speed[below] < limit:
         below += 1
     upward = ray[SIN_LAUNCH] < 0
-    turns_above = upward if bounces == 0 else not first_up
+    turns_above = upward if bounces.number == 0 else not bounces.first_up
     layers = above + 1000 * below if turns > 1 else (above if turns_above else below - 1)
     return int(ray[CAUSTICS]) + TURN * turns + LAYER * int(layers) + (UPWARD if upward else 0)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def on_same_sheet(one: int, other: int, bounces: int, first_up: bool, source_layer: int, point_layer: int) -> bool:
+def on_same_sheet(one: int, other: int, bounces: Bounces, source_layer: int, point_layer: int) -> bool:
     """Return True if two rays lie on the same smooth sheet.
 
     Rays that leave horizontally join those that turn first in the source's own layer to those that do not turn,
@@ -167,42 +191,38 @@ def on_same_sheet(one: int, other: int, bounces: int, first_up: bool, source_lay
     """
     if one < 0 or other < 0:
         return False
-    return joined_sheet(one, bounces, first_up, source_layer, point_layer) == joined_sheet(
-        other, bounces, first_up, source_layer, point_layer
+    return joined_sheet(one, bounces, source_layer, point_layer) == joined_sheet(
+        other, bounces, source_layer, point_layer
     )
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def joined_sheet(sheet: int, bounces: int, first_up: bool, source_layer: int, point_layer: int) -> int:
+def joined_sheet(sheet: int, bounces: Bounces, source_layer: int, point_layer: int) -> int:
     """Code of a ray's smooth sheet: without its one turn, where that turn joins it to rays without turns."""
     if sheet % LAYER // TURN != 1:
         return sheet
     layer, upward = sheet % UPWARD // LAYER, sheet >= UPWARD
-    before = bounces == 0 or upward != first_up  # it leaves away from the boundary
-    after = bounces == 0 or upward == first_up
+    before = bounces.number == 0 or upward != bounces.first_up  # it leaves away from the boundary
+    after = bounces.number == 0 or upward == bounces.first_up
     smooth = (before and layer == source_layer) or (after and layer == point_layer)
     return sheet % TURN if smooth else sheet
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def compare_corners(
-    sheet: Integers, count: Bytes, status: Bytes, bounces: int, first_up: bool, source_layer: int, layers: Integers,
-    cell_state: Bytes, missing_status: Bytes, history: Bytes,
+    found: NodeRays, bounces: Bounces, source_layer: int, layers: Integers, cells: CellPaths
 ) -> None:  # fmt: skip
     """Number of paths of every cell whose corners all lie on the same sheets; `EXACT` elsewhere.
 
     Args:
-        sheet: From `solve_nodes`, (BRANCHES, l, s).
-        count: From `solve_nodes`, (l, s).
-        status: From `solve_nodes`, (l, s).
+        found: From `solve_nodes`.
         bounces: Bounces of the family.
-        first_up: True if the first is off the surface.
         source_layer: Layer of the source, -1 on a knot.
         layers: Layer of each row of cells, -1 for none, (rows,).
-        cell_state: Result: (rows, s - 1).
-        missing_status: Result: reason for cells without paths, (rows, s - 1).
-        history: Result: caustics and fewest turns of the paths, (BRANCHES, rows, s - 1, 2).
+        cells: Result.
     """
+    sheet, count, status = found.sheet, found.path_count, found.status
+    cell_state, missing_status, history = cells
     below = 1 if count.shape[0] > 1 else 0
     for i in range(cell_state.shape[0]):
         for k in range(cell_state.shape[1]):
@@ -213,7 +233,7 @@ def compare_corners(
                 same = same and count[row, column] == paths and status[row, column] == status[i, k]
                 for b in range(min(paths, BRANCHES)):
                     same = same and on_same_sheet(
-                        sheet[b, i, k], sheet[b, row, column], bounces, first_up, source_layer, layers[i]
+                        sheet[b, i, k], sheet[b, row, column], bounces, source_layer, layers[i]
                     )
             cell_state[i, k] = paths if same else EXACT
             missing_status[i, k] = status[i, k]
@@ -240,32 +260,25 @@ def mark_neighbours_of_exact(cell_state: Bytes, chosen: NDArray[np.bool_]) -> No
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def compare_points(
-    depth: Floats, speed: Floats, plane: float, source_depth: float, bounces: int, first_up: bool,
-    point_depth: Floats, ranges: Floats, cell: NDArray[np.int32], paths: Bytes, interpolated: Floats, tolerance: float,
-    relative_tolerance: float, cell_state: Bytes, errors: Floats,
+    water: SoundSpeedLayers, source_depth: float, bounces: Bounces, points: TablePoints, interpolated: Floats,
+    tolerances: tuple[float, float], cell_state: Bytes, errors: Floats,
 ) -> None:  # fmt: skip
     """Compare interpolated rays with the exact solver, and mark the cells that fail.
 
     Args:
-        depth: Knots of the column [m].
-        speed: Speed there [m/s].
-        plane: See `solve_eigenrays`.
+        water: The water column.
         source_depth: Depth of the source [m].
         bounces: Bounces of the family.
-        first_up: True if the first is off the surface.
-        point_depth: Depths of the points, in runs of equal ones [m], (n,).
-        ranges: Their ranges [m], (n,).
-        cell: Their cells, (2, n).
-        paths: Number of paths of the table there, or `EXACT`, (n,).
+        points: The points, in runs of equal depths, and their cells.
         interpolated: Interpolated rays, (n, branches, COLUMNS).
-        tolerance: Largest error of the delay [s].
-        relative_tolerance: Largest relative error of amplitude and length [1].
+        tolerances: Largest error of the delay [s], and largest relative error of amplitude and length [1].
         cell_state: Changed: `EXACT` where a point fails.
         errors: Result: error of the delay [s] and relative one of amplitude, inf where the paths differ, (2, n).
     """
-    n = ranges.size
-    rays, found, why = np.zeros((n, MOST, COLUMNS)), np.zeros(n, np.int64), np.zeros(n, np.uint8)
-    solve_eigenrays(depth, speed, plane, source_depth, bounces, first_up, point_depth, ranges, rays, found, why)
+    n, cell, paths = points.ranges.size, points.cell, points.paths
+    solutions = RaySolutions(np.zeros((n, MOST, COLUMNS)), np.zeros(n, np.int64), np.zeros(n, np.uint8))
+    solve_eigenrays(water, source_depth, bounces, points.depth, points.ranges, solutions)
+    rays, found = solutions.rays, solutions.ray_count
     for i in range(n):
         errors[0, i] = errors[1, i] = 0.0
         if paths[i] == EXACT:
@@ -283,7 +296,7 @@ def compare_points(
                 errors[1, i] = (
                     max(errors[1, i], amplitude_error, long) if amplitude_error >= 0 and long >= 0 else math.inf
                 )
-        if not (errors[0, i] <= tolerance and errors[1, i] <= relative_tolerance):
+        if not (errors[0, i] <= tolerances[0] and errors[1, i] <= tolerances[1]):
             cell_state[cell[0, i], cell[1, i]] = EXACT
 
 

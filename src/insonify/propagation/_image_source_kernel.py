@@ -1,12 +1,13 @@
 """Kernel of straight legs from image sources, folded between surface and bottom. Plain numbers and arrays only."""
 
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from insonify.jit import njit
+from insonify.propagation.families import Bounces
 
 Floats = NDArray[np.float64]
 Integers = NDArray[Any]
@@ -14,35 +15,74 @@ Integers = NDArray[Any]
 CLEAR, FACING_AWAY, OCCLUDED = 0, 1, 2  # the values of records.legs.LegStatus
 
 
+class FoldedLegs(NamedTuple):
+    """Straight legs from one sonar, folded at flat boundaries: f families."""
+
+    source: Floats
+    """North, east, depth of the sonar [m], (3,)."""
+    image_depths: Floats
+    """Depth of the image source of each family [m], (f,)."""
+    bounces: Integers
+    """Number of bounces of each family, (f,)."""
+    first_up: NDArray[np.bool_]
+    """True where the first bounce is off the surface, (f,)."""
+    water_depth: float
+    """Depth of the bottom [m]."""
+
+
+class StraightLegs(NamedTuple):
+    """Columns of straight legs: f families to n points."""
+
+    delay: Floats
+    """One-way travel time [s], (f, n)."""
+    length: Floats
+    """Path length [m], (f, n)."""
+    spreading: Floats
+    """1 m over the length [1], (f, n)."""
+    departure: Floats
+    """Direction of travel at the sonar, (f, n, 3)."""
+    arrival: Floats
+    """Direction of travel at the point, (f, n, 3)."""
+    grazing_sine: Floats
+    """Sine of the angle between the ray and the point's interface [1], (f, n)."""
+    status: Integers
+    """`LegStatus`, (f, n)."""
+    occluder: Integers
+    """Row of the first box that cuts the leg, -1 for none, (f, n)."""
+
+
+class BoxCrossing(NamedTuple):
+    """Passage of a leg over the footprint of an upright box, seen from above."""
+
+    enter: float
+    """Fraction of the leg's horizontal distance at which it comes over the footprint [1]."""
+    leave: float
+    """Fraction at which it has crossed it [1]; less than `enter` where the leg misses it."""
+    top: float
+    """Depth of the box's top [m]."""
+    base: float
+    """Depth of its base [m]."""
+    is_own: bool
+    """True where the leg ends on this box."""
+
+
 @njit(cache=True, nogil=True, error_model="numpy")
 def straight_legs(
-    source: Floats, image_depths: Floats, bounces: Integers, first_up: NDArray[np.bool_], water_depth: float,
-    speed: float, points: Floats, normals: Floats, boxes: Floats, own_box: int, delay: Floats, length: Floats,
-    spreading: Floats, departure: Floats, arrival: Floats, grazing_sine: Floats, status: Integers, occluder: Integers,
-) -> None:  # fmt: skip
+    folded: FoldedLegs, speed: float, points: Floats, normals: Floats, boxes: Floats, own_box: int, legs: StraightLegs
+) -> None:
     """Geometry and geometric occlusion of every leg.
 
     Args:
-        source: North, east, depth of the sonar [m], (3,).
-        image_depths: Depth of the image source of each family [m], (f,).
-        bounces: Number of bounces of each family, (f,).
-        first_up: True where the first bounce is off the surface, (f,).
-        water_depth: Depth of the bottom [m].
+        folded: Image sources of the families.
         speed: Speed of sound [m/s].
         points: Scatterers [m], (n, 3).
         normals: Unit normals of the scatterers, (n, 3).
         boxes: Occluding bodies, (b, 8), see `insonify.scene.box.box_body`.
         own_box: Row of the box that the points lie on, or -1.
-        delay: Result: one-way travel time [s], (f, n).
-        length: Result [m], (f, n).
-        spreading: Result: 1 m over the length [1], (f, n).
-        departure: Result: direction of travel at the sonar, (f, n, 3).
-        arrival: Result: direction of travel at the point, (f, n, 3).
-        grazing_sine: Result: sine of the angle between the ray and the point's interface [1], (f, n).
-        status: Result: (f, n).
-        occluder: Result: row of the box that cuts the leg, -1 for none, (f, n).
+        legs: Result.
     """
-    slowness = 1 / speed
+    (source, image_depths, bounces, first_up, water_depth), slowness = folded, 1 / speed
+    delay, length, spreading, departure, arrival, grazing_sine, status, occluder = legs
     for f in range(image_depths.size):
         sign = 1.0 if bounces[f] % 2 == 0 else -1.0
         for n in range(points.shape[0]):
@@ -66,18 +106,17 @@ def straight_legs(
             for n in range(points.shape[0]):
                 if status[f, n] != CLEAR:
                     continue
-                dz = points[n, 2] - image_depths[f]
-                upward = first_up[f] if bounces[f] > 0 else dz < 0
-                cut = first_occluder(source, points[n, 0] - source[0], points[n, 1] - source[1], abs(dz), bounces[f],
-                                     upward, water_depth, boxes, own_box)  # fmt: skip
+                dx, dy, dz = points[n, 0] - source[0], points[n, 1] - source[1], points[n, 2] - image_depths[f]
+                leg_bounces = Bounces(bounces[f], first_up[f] if bounces[f] > 0 else dz < 0)
+                cut = first_occluder(source, dx, dy, abs(dz), leg_bounces, water_depth, boxes, own_box)
                 if cut >= 0:
                     status[f, n], occluder[f, n] = OCCLUDED, cut
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def first_occluder(
-    source: Floats, dx: float, dy: float, vertical_travel: float, bounces: int, first_up: bool, water_depth: float,
-    boxes: Floats, own_box: int,
+    source: Floats, dx: float, dy: float, vertical_travel: float, bounces: Bounces, water_depth: float, boxes: Floats,
+    own_box: int,
 ) -> int:  # fmt: skip
     """Row of the first box that cuts a leg, or -1.
 
@@ -88,9 +127,8 @@ def first_occluder(
         enter, leave = footprint_crossing(source, dx, dy, boxes, b)
         if enter > leave:
             continue
-        if hits_in_depth(source[2], vertical_travel, bounces, first_up, water_depth, enter, leave, boxes[b, 6],
-                         boxes[b, 7],
-                         b == own_box):  # fmt: skip
+        box = BoxCrossing(enter, leave, boxes[b, 6], boxes[b, 7], b == own_box)
+        if hits_in_depth(source[2], vertical_travel, bounces, water_depth, box):
             return b
     return -1
 
@@ -122,8 +160,7 @@ def footprint_crossing(source: Floats, dx: float, dy: float, boxes: Floats, b: i
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def hits_in_depth(
-    depth: float, vertical_travel: float, bounces: int, first_up: bool, water_depth: float, enter: float, leave: float,
-    top: float, base: float, is_own_box: bool,
+    depth: float, vertical_travel: float, bounces: Bounces, water_depth: float, box: BoxCrossing
 ) -> bool:  # fmt: skip
     """True where the folded leg is at a depth of the box while over its footprint.
 
@@ -131,20 +168,20 @@ def hits_in_depth(
     end faces the water.
     """
     start = 0.0
-    down = not first_up
+    down = not bounces.first_up
     z = depth
-    for segment in range(bounces + 1):
-        last = segment == bounces
+    for segment in range(bounces.number + 1):
+        last = segment == bounces.number
         if last:
             stop = 1.0
         else:
             span = (water_depth - z) if down else z
             stop = start + span / max(vertical_travel, 1e-12)
-        if not (last and is_own_box) and enter <= stop and leave >= start:
+        if not (last and box.is_own) and box.enter <= stop and box.leave >= start:
             sense = 1.0 if down else -1.0
-            z1 = z + sense * vertical_travel * (max(enter, start) - start)
-            z2 = z + sense * vertical_travel * (min(leave, stop) - start)
-            if max(z1, z2) >= top and min(z1, z2) <= base:
+            z1 = z + sense * vertical_travel * (max(box.enter, start) - start)
+            z2 = z + sense * vertical_travel * (min(box.leave, stop) - start)
+            if max(z1, z2) >= box.top and min(z1, z2) <= box.base:
                 return True
         z = water_depth if down else 0.0
         down = not down

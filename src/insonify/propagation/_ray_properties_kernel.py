@@ -9,6 +9,7 @@ the arcs, from memory; the atanh and arctan forms are rearranged so that nothing
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -48,6 +49,20 @@ FOLD = 9  # range of the point less that of the fold (dX/dp = 0) that ends the r
 FOLD_CURVATURE = 10  # |d2X/dp2| at that fold, X the range at the point's depth [m^3/s^2]; 1 where there is none
 FOLD_SIDE = 11  # +1: the ray has touched the caustic of that fold; -1: its partner, which has not; 0: no fold
 COLUMNS = 12
+
+
+class RaySolutions(NamedTuple):
+    """Rays of one family to n points."""
+
+    rays: Floats
+    """Columns of the rays of each point, by launch angle, upward first; as many as `ray_count`, (n, MOST, COLUMNS)."""
+    ray_count: NDArray[np.int64]
+    """Number of rays to each point, (n,)."""
+    status: NDArray[np.uint8]
+    """`LegStatus`: CLEAR, or the reason for no ray: SHADOW (no ray of the family gets there), TURNED (its rays turn
+    before the bounce or before the depth), BEYOND_CRITICAL (in a gap between rays that turn at a kink of the profile
+    and rays that pass it), (n,)."""
+
 
 # Rows of a block of rays.
 B_FAR = 0  # distance of the point [m]

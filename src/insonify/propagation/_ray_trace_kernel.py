@@ -7,53 +7,67 @@ T = (2 / |g|) asinh(|g| d / (2 sqrt(c1 c2))), d the length of the chord. The for
 """
 
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from insonify.jit import njit
+from insonify.propagation.sound_speed_layers import SoundSpeedLayers
 
 Floats = NDArray[np.float64]
 Integers = NDArray[Any]
 
-RANGE, DEPTH, TIME, SINE, GRADIENT = range(5)
-"""Columns of a vertex: range, depth, time, sine of the elevation (+ down) and gradient of the arc that begins there."""
-COLUMNS = 5
+
+class RayVertices(NamedTuple):
+    """Vertices of rays, those of each ray in a row."""
+
+    distance: Floats
+    """Horizontal distance from the source [m], (v,)."""
+    depth: Floats
+    """Depth [m], (v,)."""
+    time: Floats
+    """Travel time [s], (v,)."""
+    sine: Floats
+    """Sine of the elevation, + down [1], (v,)."""
+    gradient: Floats
+    """Gradient of the sound speed along the arc that begins there [1/s], (v,)."""
+    bounces: Integers
+    """Bounces so far, (v,)."""
+    turns: Integers
+    """Turning points so far, (v,)."""
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def trace_rays(
-    depth: Floats, speed: Floats, source_depth: float, sines: Floats, max_range: float, most_bounces: int,
-    first: Integers, vertices: Floats, bounces: Integers, turns: Integers,
+    water: SoundSpeedLayers, source_depth: float, sines: Floats, max_range: float, most_bounces: int, first: Integers,
+    vertices: RayVertices,
 ) -> None:  # fmt: skip
     """Vertices of every ray at its source, knots, turning points, bounces and end.
 
     Args:
-        depth: Knots of the column, increasing from the surface to the bottom [m], (m,).
-        speed: Sound speed there [m/s], (m,).
+        water: The water column, which reflects at its first and last knot.
         source_depth: Depth of the source [m].
         sines: Sine of the launch elevation, + down, (rays,).
         max_range: Range at which rays end [m].
         most_bounces: Largest number of bounces; the next one ends a ray.
         first: Result: row of the first vertex of each ray, and the number of all, (rays + 1,).
-        vertices: Result: (v, COLUMNS); rows beyond v are counted and not written.
-        bounces: Result: bounces so far, (v,).
-        turns: Result: turning points so far, (v,).
+        vertices: Result: v vertices; those beyond are counted and not written.
     """
     row = 0
     for ray in range(sines.size):
         first[ray] = row
-        row = _trace(depth, speed, source_depth, sines[ray], max_range, most_bounces, row, vertices, bounces, turns)
+        row = _trace(water, source_depth, sines[ray], max_range, most_bounces, row, vertices)
     first[sines.size] = row
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _trace(
-    depth: Floats, speed: Floats, source_depth: float, launch: float, max_range: float, most_bounces: int, row: int,
-    vertices: Floats, bounces: Integers, turns: Integers,
+    water: SoundSpeedLayers, source_depth: float, launch: float, max_range: float, most_bounces: int, row: int,
+    vertices: RayVertices,
 ) -> int:  # fmt: skip
     """Trace one ray; return the row after its last vertex."""
+    depth, speed = water.depth, water.speed
     z, x, t = source_depth, 0.0, 0.0
     down = launch >= 0
     layer = _layer(depth, z, down)
@@ -73,7 +87,7 @@ def _trace(
             continue
         held = s == 0 and s2 <= 0  # along the axis of a channel, or in isovelocity water
         apex = s2 <= 0 and not held
-        _write(row, vertices, bounces, turns, x, z, t, sense * s, 0.0 if held else g, bounce_count, turned)
+        _write(vertices, row, (x, z, t), sense * s, 0.0 if held else g, bounce_count, turned)
         row, idle = row + 1, 0
         end_s, end_z, end_c = math.sqrt(max(s2, 0.0)), depth[knot], speed[knot]
         dx = math.inf if held else abs(end_z - z) * p * (c + end_c) / (s + end_s)
@@ -96,7 +110,7 @@ def _trace(
             bounce_count += 1
             last, down = bounce_count > most_bounces, not down
         if last:
-            _write(row, vertices, bounces, turns, x, z, t, sense * s, 0.0, min(bounce_count, most_bounces), turned)
+            _write(vertices, row, (x, z, t), sense * s, 0.0, min(bounce_count, most_bounces), turned)
             return row + 1
 
 
@@ -132,11 +146,11 @@ def _speed_in(depth: Floats, speed: Floats, layer: int, z: float) -> float:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _write(
-    row: int, vertices: Floats, bounces: Integers, turns: Integers, x: float, z: float, t: float, sine: float,
-    gradient: float, bounce_count: int, turned: int,
+    vertices: RayVertices, row: int, at: tuple[float, float, float], sine: float, gradient: float, bounce_count: int,
+    turned: int,
 ) -> None:  # fmt: skip
-    """Write one vertex, if it fits."""
-    if row < bounces.size:
-        vertices[row, RANGE], vertices[row, DEPTH], vertices[row, TIME] = x, z, t
-        vertices[row, SINE], vertices[row, GRADIENT] = sine, gradient
-        bounces[row], turns[row] = bounce_count, turned
+    """Write one vertex, if it fits; `at` is its distance [m], depth [m] and time [s]."""
+    if row < vertices.sine.size:
+        vertices.distance[row], vertices.depth[row], vertices.time[row] = at
+        vertices.sine[row], vertices.gradient[row] = sine, gradient
+        vertices.bounces[row], vertices.turns[row] = bounce_count, turned

@@ -5,11 +5,15 @@ its angle (+ down) falls by g p for every metre of range. So its depth over rang
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from insonify.jit import njit
+from insonify.propagation._image_source_kernel import BoxCrossing
+from insonify.propagation.families import Bounces
+from insonify.propagation.sound_speed_layers import SoundSpeedLayers
 
 Floats = NDArray[np.float64]
 
@@ -17,49 +21,50 @@ MAX_PIECES = 100_000
 """Arcs of a ray after which the trace is given up: more than any contributing ray has."""
 
 
+class LaunchedRay(NamedTuple):
+    """One ray from the sonar to a point."""
+
+    source_depth: float
+    """Depth of the sonar [m]."""
+    slowness: float
+    """Horizontal slowness [s/m]."""
+    sine: float
+    """Sine of the launch angle, + down [1]."""
+    distance: float
+    """Horizontal distance of the point [m]."""
+    end_depth: float
+    """Depth of the point [m]."""
+
+
 @njit(cache=True, nogil=True, error_model="numpy")
-def ray_hits_box(
-    knots: Floats, speeds: Floats, plane: float, source_depth: float, slowness: float, sine: float, bounces: int,
-    first_up: bool, horizontal_distance: float, point_depth: float, enter: float, leave: float, top: float,
-    base: float, is_own_box: bool,
-) -> bool:  # fmt: skip
+def ray_hits_box(water: SoundSpeedLayers, bounces: Bounces, ray: LaunchedRay, box: BoxCrossing) -> bool:
     """True where a ray is at a depth of the box while over its footprint.
 
     The ray is traced arc by arc, from knot to knot. One that ends on the box itself may touch it with its last
     segment: the box is convex, the end faces the water, and over a box a ray curves by far less than its side.
 
     Args:
-        knots: Depths of the column [m], (m,).
-        speeds: Speeds there [m/s], (m,).
-        plane: Depth of the knot that reflects sound [m]; infinite for the last one.
-        source_depth: Depth of the sonar [m].
-        slowness: Horizontal slowness of the ray [s/m].
-        sine: Sine of the launch angle, + down [1].
+        water: The water column.
         bounces: Reflections of the ray before it ends.
-        first_up: True if the first is off the surface.
-        horizontal_distance: Horizontal distance at which it ends [m].
-        point_depth: Depth at which it ends [m].
-        enter: Horizontal distance at which it comes over the footprint [m].
-        leave: Horizontal distance at which it has crossed it [m].
-        top: Depth of the box's top [m].
-        base: Depth of its base [m].
-        is_own_box: True where the ray ends on this box.
+        ray: The ray.
+        box: Passage over the box, seen from above.
     """
-    x, z, s, bounce_count = 0.0, source_depth, sine, 0
+    (knots, speeds, plane), slowness, horizontal_distance = water, ray.slowness, ray.distance
+    enter, leave, top, base = box.enter * ray.distance, box.leave * ray.distance, box.top, box.base
+    x, z, s, bounce_count = 0.0, ray.source_depth, ray.sine, 0
     layer = _layer(knots, z, s, speeds)
     for _ in range(MAX_PIECES):
-        if x > leave or x > horizontal_distance or (is_own_box and bounce_count == bounces):
+        if x > leave or x > horizontal_distance or (box.is_own and bounce_count == bounces.number):
             return False
         if s == 0:
             layer = _layer(knots, z, s, speeds)
         g = (speeds[layer + 1] - speeds[layer]) / (knots[layer + 1] - knots[layer])
         c = speeds[layer] + g * (z - knots[layer])
         down = s > 0 or (s == 0 and g < 0)
-        goal = knots[layer + 1] if down else knots[layer]
-        if horizontal_distance < 1e-9 and bounce_count == bounces:
+        if horizontal_distance < 1e-9 and bounce_count == bounces.number:
             # Vertical: the range does not determine its end, but the depth does.
-            return min(z, point_depth) <= base and max(z, point_depth) >= top
-        step, goal, s_end = _piece(z, s, c, g, slowness, goal, knots[layer], knots[layer + 1], down)
+            return min(z, ray.end_depth) <= base and max(z, ray.end_depth) >= top
+        step, goal, s_end = _piece(z, s, c, g, slowness, knots[layer], knots[layer + 1], down)
         if x + step >= enter:
             first = z if x >= enter else z + _depth_change(enter - x, s, c, g, slowness)
             last = goal if x + step <= leave else z + _depth_change(leave - x, s, c, g, slowness)
@@ -71,8 +76,8 @@ def ray_hits_box(
             if high >= top and low <= base:
                 return True
         x, z, s = x + step, goal, s_end
-        if is_at_boundary(knots, plane, layer, z, s, bounce_count, bounces, first_up):
-            if bounce_count == bounces:
+        if is_at_boundary(knots, plane, layer, z, s, bounce_count, bounces):
+            if bounce_count == bounces.number:
                 return False
             bounce_count += 1
             s = -s
@@ -85,14 +90,14 @@ def ray_hits_box(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def is_at_boundary(
-    knots: Floats, plane: float, layer: int, depth: float, sine: float, bounce_count: int, bounces: int, first_up: bool
+    knots: Floats, plane: float, layer: int, depth: float, sine: float, bounce_count: int, bounces: Bounces
 ) -> bool:
-    """Return True if a ray that has crossed a layer is at a boundary that it cannot pass; arguments of `ray_hits_box`.
+    """Return True if a ray that has crossed a layer is at a boundary that it cannot pass.
 
     Below the reflecting plane there is water for rays that do not bounce off it, over deeper terrain.
     """
     if sine > 0:
-        bottom_next = bounce_count < bounces and (bounce_count % 2 == 0) != first_up
+        bottom_next = bounce_count < bounces.number and (bounce_count % 2 == 0) != bounces.first_up
         below = layer + 1
         return depth == knots[below] and (below + 1 == knots.size or (bottom_next and depth == plane))
     return sine < 0 and layer == 0 and depth == knots[0]
@@ -100,25 +105,22 @@ def is_at_boundary(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def ray_depths_along_range(
-    knots: Floats, speeds: Floats, plane: float, source_depth: float, slowness: Floats, sines: Floats, bounces: int,
-    first_up: bool, start: Floats, stop: Floats, depths: Floats,
+    water: SoundSpeedLayers, source_depth: float, slowness: Floats, sines: Floats, bounces: Bounces, start: Floats,
+    stop: Floats, depths: Floats,
 ) -> None:  # fmt: skip
     """Depths of rays at evenly spaced distances.
 
     Args:
-        knots: As of `ray_hits_box`.
-        speeds: As of `ray_hits_box`.
-        plane: As of `ray_hits_box`.
-        source_depth: As of `ray_hits_box`.
+        water: The water column.
+        source_depth: Depth of the sonar [m].
         slowness: Horizontal slowness of the rays [s/m], (n,).
         sines: Sines of their launch angles, + down, (n,).
-        bounces: As of `ray_hits_box`.
-        first_up: As of `ray_hits_box`.
+        bounces: Reflections of the rays before they end.
         start: Horizontal distance of the first depth [m], (n,).
         stop: Horizontal distance of the last depth [m], (n,).
         depths: Result [m], NaN beyond a ray's end, (n, k).
     """
-    count = depths.shape[1]
+    (knots, speeds, plane), count = water, depths.shape[1]
     for n in range(sines.size):
         x, z, s, bounce_count, row = 0.0, source_depth, sines[n], 0, 0
         layer = _layer(knots, z, s, speeds)
@@ -131,8 +133,7 @@ def ray_depths_along_range(
             g = (speeds[layer + 1] - speeds[layer]) / (knots[layer + 1] - knots[layer])
             c = speeds[layer] + g * (z - knots[layer])
             down = s > 0 or (s == 0 and g < 0)
-            goal = knots[layer + 1] if down else knots[layer]
-            step, goal, s_end = _piece(z, s, c, g, p, goal, knots[layer], knots[layer + 1], down)
+            step, goal, s_end = _piece(z, s, c, g, p, knots[layer], knots[layer + 1], down)
             while row < count:
                 there = start[n] + (stop[n] - start[n]) * row / max(count - 1, 1)
                 if there > x + step:
@@ -140,8 +141,8 @@ def ray_depths_along_range(
                 depths[n, row] = z + _depth_change(there - x, s, c, g, p)
                 row += 1
             x, z, s = x + step, goal, s_end
-            if is_at_boundary(knots, plane, layer, z, s, bounce_count, bounces, first_up):
-                if bounce_count == bounces:
+            if is_at_boundary(knots, plane, layer, z, s, bounce_count, bounces):
+                if bounce_count == bounces.number:
                     break
                 bounce_count += 1
                 s = -s
@@ -155,9 +156,10 @@ def ray_depths_along_range(
 
 @njit(inline="always")
 def _piece(
-    z: float, s: float, c: float, g: float, p: float, goal: float, above: float, below: float, down: bool
+    z: float, s: float, c: float, g: float, p: float, above: float, below: float, down: bool
 ) -> tuple[float, float, float]:
     """Range [m] to the end of a ray's arc in one layer, depth [m] and signed sine [1]; infinite if horizontal."""
+    goal = below if down else above
     slack = 1 - p * (c + g * (goal - z))
     if slack >= 0:
         s_end = math.sqrt(slack * (2 - slack))

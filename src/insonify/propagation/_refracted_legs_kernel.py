@@ -1,35 +1,81 @@
 """Kernels from rays in layered water to legs: directions, grazing angles, boxes. Plain numbers and arrays only."""
 
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from insonify.jit import njit
-from insonify.propagation._eigenray_kernel import AMPLITUDE, CAUSTICS, DELAY, LENGTH, SIN_ARRIVAL, SIN_LAUNCH, SLOWNESS
-from insonify.propagation._image_source_kernel import CLEAR, FACING_AWAY, OCCLUDED, footprint_crossing
-from insonify.propagation._refracted_box_shadow import ray_hits_box
+from insonify.propagation._eigenray_kernel import (
+    AMPLITUDE,
+    CAUSTICS,
+    DELAY,
+    LENGTH,
+    SIN_ARRIVAL,
+    SIN_LAUNCH,
+    SLOWNESS,
+    RaySolutions,
+)
+from insonify.propagation._image_source_kernel import CLEAR, FACING_AWAY, OCCLUDED, BoxCrossing, footprint_crossing
+from insonify.propagation._refracted_box_shadow import LaunchedRay, ray_hits_box
+from insonify.propagation.families import Bounces
+from insonify.propagation.sound_speed_layers import SoundSpeedLayers
 
 Floats = NDArray[np.float64]
 Integers = NDArray[Any]
 
 SHADOW = 3  # the value of records.legs.LegStatus
-RANGE, DEPTH, NORTH, EAST, SPEED = range(5)
-"""Rows of `horizontal_geometry`: quantities common to all rays to a point."""
+
+
+class HorizontalGeometry(NamedTuple):
+    """Legs of one sonar to n points seen from above, common to all rays to a point."""
+
+    source: Floats
+    """North, east, depth of the sonar [m], (3,)."""
+    points: Floats
+    """Scatterers [m], (n, 3)."""
+    distance: Floats
+    """Horizontal distance of the points [m], (n,)."""
+    depth: Floats
+    """Depth of the points [m], clamped between surface and bottom, (n,)."""
+    north: Floats
+    """North component of the horizontal unit vector to the points [1], (n,)."""
+    east: Floats
+    """East component [1], (n,)."""
+    speed: Floats
+    """Sound speed at the points [m/s], (n,)."""
+
+
+class RefractedLegs(NamedTuple):
+    """Columns of refracted legs: one row for each branch of each family, to n points."""
+
+    delay: Floats
+    """One-way travel time [s], (rows, n)."""
+    length: Floats
+    """Path length [m], (rows, n)."""
+    spreading: Floats
+    """Spreading re 1 m [1], (rows, n)."""
+    caustics: Integers
+    """Caustics touched, (rows, n)."""
+    slowness: Floats
+    """Horizontal slowness [s/m], (rows, n)."""
+    departure: Floats
+    """Direction of travel at the sonar, (rows, n, 3)."""
+    arrival: Floats
+    """Direction of travel at the point, (rows, n, 3)."""
+    grazing: Floats
+    """Angle between the ray and the point's interface [rad], (rows, n)."""
+    status: Integers
+    """`LegStatus`, (rows, n)."""
+    occluder: Integers
+    """Row of the first occluder that cuts the leg, -1 for none, (rows, n)."""
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def horizontal_geometry(knots: Floats, speeds: Floats, position: Floats, points: Floats, point_columns: Floats) -> None:
-    """Horizontal distance, depth, bearing and sound speed of some points, clamped between surface and bottom.
-
-    Args:
-        knots: Depths of the column [m], (m,).
-        speeds: Speeds there [m/s], (m,).
-        position: North, east, depth of the sonar [m], (3,).
-        points: Scatterers [m], (n, 3).
-        point_columns: Result: distance [m], depth [m], north and east of the unit vector, sound speed [m/s], (5, n).
-    """
+def set_horizontal_geometry(water: SoundSpeedLayers, legs: HorizontalGeometry) -> None:
+    """Fill distance, depth, bearing and sound speed of the points of some legs."""
+    knots, speeds, (position, points, distance, depths, north, east, speed) = water.depth, water.speed, legs
     layer = 0
     for n in range(points.shape[0]):
         dx, dy = points[n, 0] - position[0], points[n, 1] - position[1]
@@ -40,45 +86,40 @@ def horizontal_geometry(knots: Floats, speeds: Floats, position: Floats, points:
         while layer < knots.size - 2 and depth > knots[layer + 1]:
             layer += 1
         part = (depth - knots[layer]) / (knots[layer + 1] - knots[layer])
-        point_columns[RANGE, n], point_columns[DEPTH, n] = away, depth
-        point_columns[NORTH, n], point_columns[EAST, n] = (dx / away, dy / away) if away > 1e-12 else (1.0, 0.0)
-        point_columns[SPEED, n] = speeds[layer] + part * (speeds[layer + 1] - speeds[layer])
+        distance[n], depths[n] = away, depth
+        north[n], east[n] = (dx / away, dy / away) if away > 1e-12 else (1.0, 0.0)
+        speed[n] = speeds[layer] + part * (speeds[layer + 1] - speeds[layer])
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def refracted_leg_row(
-    point_columns: Floats, normals: Floats, source_depth: float, source_speed: float, branch: int, rays: Floats,
-    count: Integers, missing: Integers, delay: Floats, length: Floats, spreading: Floats, caustics: Integers,
-    slowness: Floats, departure: Floats, arrival: Floats, grazing: Floats, status: Integers,
+    geometry: HorizontalGeometry, normals: Floats, source_speed: float, solutions: RaySolutions, branch: int,
+    legs: RefractedLegs, row: int,
 ) -> None:  # fmt: skip
     """Fill the legs of one branch of one family.
 
     Args:
-        point_columns: See `horizontal_geometry`, (5, n).
+        geometry: The legs seen from above.
         normals: Unit normals of the points, (n, 3).
-        source_depth: Depth of the sonar [m].
         source_speed: Sound speed at the sonar [m/s].
+        solutions: The family's rays to the points.
         branch: Index of the ray to each point.
-        rays: The family's rays to the points, (n, branches, COLUMNS).
-        count: Number of rays to each point, (n,).
-        missing: `LegStatus` of the points without rays, (n,).
-        delay: Result: one-way travel time [s], (n,).
-        length: Result: path length [m], (n,).
-        spreading: Result: spreading re 1 m [1], (n,).
-        caustics: Result: caustics touched, (n,).
-        slowness: Result: horizontal slowness [s/m], (n,).
-        departure: Result: direction of travel at the sonar, (n, 3).
-        arrival: Result: direction of travel at the point, (n, 3).
-        grazing: Result: angle between the ray and the point's interface [rad], (n,).
-        status: Result: `LegStatus`, (n,).
+        legs: Result.
+        row: Row of the result.
     """
+    rays, count, missing = solutions
+    source, _, distance, depth, norths, easts, speed = geometry
+    source_depth = source[2]
+    delay, length, slowness, status = legs.delay[row], legs.length[row], legs.slowness[row], legs.status[row]
+    spreading, caustics, grazing = legs.spreading[row], legs.caustics[row], legs.grazing[row]
+    departure, arrival = legs.departure[row], legs.arrival[row]
     for n in range(delay.size):
-        north, east = point_columns[NORTH, n], point_columns[EAST, n]
+        north, east = norths[n], easts[n]
         if branch >= count[n]:
             # No leg: numbers of a straight line, which keep later arithmetic finite.
-            dz = point_columns[DEPTH, n] - source_depth
-            away = max(math.sqrt(point_columns[RANGE, n] ** 2 + dz * dz), 1e-6)
-            level, down = point_columns[RANGE, n] / away, dz / away
+            dz = depth[n] - source_depth
+            away = max(math.sqrt(distance[n] ** 2 + dz * dz), 1e-6)
+            level, down = distance[n] / away, dz / away
             delay[n], length[n], slowness[n] = away / source_speed, away, level / source_speed
             spreading[n], caustics[n] = 0.0, 0
             launch, landing, down_there = level, level, down
@@ -87,7 +128,7 @@ def refracted_leg_row(
             p = rays[n, branch, SLOWNESS]
             delay[n], length[n], slowness[n] = rays[n, branch, DELAY], rays[n, branch, LENGTH], p
             spreading[n], caustics[n] = rays[n, branch, AMPLITUDE], int(rays[n, branch, CAUSTICS])
-            launch, landing = p * source_speed, p * point_columns[SPEED, n]
+            launch, landing = p * source_speed, p * speed[n]
             down, down_there = rays[n, branch, SIN_LAUNCH], rays[n, branch, SIN_ARRIVAL]
             status[n] = CLEAR
         departure[n, 0], departure[n, 1], departure[n, 2] = launch * north, launch * east, down
@@ -102,38 +143,36 @@ def refracted_leg_row(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def occlude_row_by_boxes(
-    knots: Floats, speeds: Floats, plane: float, position: Floats, points: Floats, point_columns: Floats, bounces: int,
-    first_up: bool, slowness: Floats, departure: Floats, boxes: Floats, own_box: int, status: Integers,
-    occluder: Integers,
+    water: SoundSpeedLayers, geometry: HorizontalGeometry, bounces: Bounces, boxes: Floats, own_box: int,
+    legs: RefractedLegs, row: int,
 ) -> None:  # fmt: skip
     """Mark the clear legs of one row that a box cuts. Seen from above a leg is straight, also a refracted one.
 
     Args:
-        knots: Depths of the column [m], (m,).
-        speeds: Speeds there [m/s], (m,).
-        plane: Depth of the knot that reflects sound [m]; infinite for the last one.
-        position: North, east, depth of the sonar [m], (3,).
-        points: Scatterers [m], (n, 3).
-        point_columns: See `horizontal_geometry`, (5, n).
-        bounces: Number of bounces of the family.
-        first_up: True if the first is off the surface.
-        slowness: Horizontal slowness of the rays [s/m], (n,).
-        departure: Directions of the rays at the sonar, (n, 3).
+        water: The water column.
+        geometry: The legs seen from above.
+        bounces: Bounces of the family.
         boxes: Occluding bodies, (b, 8), see `insonify.scene.box.box_body`.
         own_box: Row of the box that the points lie on, or -1.
-        status: Result: `LegStatus`, (n,).
-        occluder: Result: row of the first box that cuts the leg, (n,).
+        legs: Changed: `status` and `occluder` of the row.
+        row: The row.
     """
-    for n in range(slowness.size):
+    source, points, distance, depth = geometry.source, geometry.points, geometry.distance, geometry.depth
+    slowness, departure, status, occluder = (
+        legs.slowness[row],
+        legs.departure[row],
+        legs.status[row],
+        legs.occluder[row],
+    )
+    for n in range(status.size):
         if status[n] != CLEAR:
             continue
-        dx, dy, away = points[n, 0] - position[0], points[n, 1] - position[1], point_columns[RANGE, n]
+        dx, dy = points[n, 0] - source[0], points[n, 1] - source[1]
+        ray = LaunchedRay(source[2], slowness[n], departure[n, 2], distance[n], depth[n])
         for b in range(boxes.shape[0]):
-            enter, leave = footprint_crossing(position, dx, dy, boxes, b)
-            if enter <= leave and ray_hits_box(knots, speeds, plane, position[2], slowness[n], departure[n, 2], bounces,
-                                           first_up, away, point_columns[DEPTH, n], enter * away, leave * away,
-                                           boxes[b, 6],
-                                           boxes[b, 7], b == own_box):  # fmt: skip
+            enter, leave = footprint_crossing(source, dx, dy, boxes, b)
+            box = BoxCrossing(enter, leave, boxes[b, 6], boxes[b, 7], b == own_box)
+            if enter <= leave and ray_hits_box(water, bounces, ray, box):
                 status[n], occluder[n] = OCCLUDED, b
                 break
 

@@ -1,11 +1,12 @@
 """Legs that solids cut, segment by segment."""
 
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from insonify.jit import njit
+from insonify.propagation._image_source_kernel import FoldedLegs
 from insonify.propagation.triangle_tree import TriangleTree, inverse_step, lowest_solid
 from insonify.records.legs import LegStatus
 
@@ -16,21 +17,6 @@ OFF = 1e-6
 """Distance before a face at which segments to it end [m]: less than any wavelength, more than any rounding."""
 NONE = np.iinfo(np.int64).max
 _CLEAR, _OCCLUDED = int(LegStatus.CLEAR), int(LegStatus.OCCLUDED)
-
-
-class FoldedLegs(NamedTuple):
-    """Straight legs from one sonar, folded at flat boundaries: f families."""
-
-    source: Floats
-    """North, east, depth of the sonar [m], (3,)."""
-    image_depths: Floats
-    """Depth of the image source of each family [m], (f,)."""
-    bounces: Integers
-    """Number of bounces of each family, (f,)."""
-    first_up: NDArray[np.bool_]
-    """True where the first bounce is off the surface, (f,)."""
-    water_depth: float
-    """Depth of the bottom [m]."""
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -7,10 +7,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from insonify.ocean.profile import SoundSpeedProfile
-from insonify.propagation._eigenray_kernel import COLUMNS, MOST, solve_eigenrays
-from insonify.propagation.eigenray_record import Eigenrays, RaySolutions, eigenray_record
+from insonify.propagation._eigenray_kernel import RaySolutions
+from insonify.propagation.eigenray_record import Eigenrays, eigenray_record, exact_solutions, no_rays
 from insonify.propagation.eigenray_table import eigenray_table
-from insonify.propagation.families import bounce_sequence, is_family
+from insonify.propagation.families import is_family
 from insonify.propagation.sound_speed_layers import SoundSpeedLayers, sound_speed_layers
 from insonify.validity import require_number, require_numbers
 
@@ -70,33 +70,22 @@ def eigenrays(
     for k, name in enumerate(chosen):
         for begin in np.arange(0, max(order.size, 1), _AT_ONCE):
             points = order[begin : begin + _AT_ONCE]
-            parts.append((k, points, _solver_rays(water, source, z[points], far[points], name)))
+            parts.append((k, points, exact_solutions(water, name, source, z[points], far[points])))
     return eigenray_record(chosen, parts)
-
-
-def _solver_rays(water: SoundSpeedLayers, source: float, z: Floats, ranges: Floats, family: str) -> RaySolutions:
-    rays = np.zeros((ranges.size, MOST, COLUMNS))
-    count, status = np.zeros(ranges.size, np.int64), np.zeros(ranges.size, np.uint8)
-    letters = bounce_sequence(family)
-    first_up = letters[:1] == "S"
-    solve_eigenrays(
-        water.depth, water.speed, water.reflecting_depth, source, len(letters), first_up, z, ranges, rays, count, status
-    )
-    return rays, count, status
 
 
 def _table_rays(water: SoundSpeedLayers, source: float, z: Floats, ranges: Floats, family: str) -> RaySolutions:
     """Rays of one family to all points, read from a table that spans them."""
-    rays = np.zeros((ranges.size, MOST, COLUMNS))
-    count, status = np.zeros(ranges.size, np.int64), np.zeros(ranges.size, np.uint8)
+    solutions = no_rays(ranges.size)
     if ranges.size:
         span = float(z.min()), float(z.max())
         table = eigenray_table(
             water, family, source_depths=(source, source), point_depths=span, max_range=max(float(ranges.max()), 1.0)
         )
         held, count, status = table.rays(source, z, ranges)
-        rays[:, : held.shape[1]] = held
-    return rays, count, status
+        solutions.rays[:, : held.shape[1]] = held
+        return RaySolutions(solutions.rays, count, status)
+    return solutions
 
 
 def _together(z: Floats, ranges: Floats) -> Sequence[Floats]:

@@ -9,20 +9,22 @@ from numpy.typing import NDArray
 from insonify.propagation._eigenray_kernel import (
     AMPLITUDE,
     CAUSTICS,
+    COLUMNS,
     DELAY,
     LENGTH,
     MOST,
     SIN_ARRIVAL,
     SIN_LAUNCH,
     TURNS,
+    RaySolutions,
+    solve_eigenrays,
 )
+from insonify.propagation.families import family_bounces
+from insonify.propagation.sound_speed_layers import SoundSpeedLayers
 from insonify.records.legs import LegStatus
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
-
-RaySolutions = tuple[Floats, Integers, NDArray[np.uint8]]
-"""Rays of one family to n points, from a kernel: rays (n, MOST, COLUMNS), number (n,), `LegStatus` (n,)."""
 
 _WORDS = {
     LegStatus.CLEAR: "ok",
@@ -96,6 +98,28 @@ class _RecordRows:
     branch: Integers
     status: NDArray[np.uint8]
     ray: Floats
+
+
+def no_rays(n: int, most: int = MOST) -> RaySolutions:
+    """Solutions for n points without a ray, with room for `most` rays to each."""
+    return RaySolutions(np.zeros((n, most, COLUMNS)), np.zeros(n, np.int64), np.zeros(n, np.uint8))
+
+
+def exact_solutions(
+    water: SoundSpeedLayers, family: str, source_depth: float, point_depth: Floats, ranges: Floats
+) -> RaySolutions:
+    """All rays of a family to n points, each from the exact solver.
+
+    Args:
+        water: Sound speed between surface and bottom.
+        family: Name of the family.
+        source_depth: Depth of the source [m].
+        point_depth: Depths of the points [m], shape (n,).
+        ranges: Horizontal distances of the points [m], shape (n,).
+    """
+    solutions = no_rays(len(ranges))
+    solve_eigenrays(water, source_depth, family_bounces(family), point_depth, ranges, solutions)
+    return solutions
 
 
 def eigenray_record(families: tuple[str, ...], solutions: Iterable[tuple[int, Integers, RaySolutions]]) -> Eigenrays:

@@ -12,7 +12,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from insonify.propagation._eigenray_kernel import COLUMNS, MOST, solve_eigenrays
+from insonify.propagation._eigenray_kernel import COLUMNS, RaySolutions
 from insonify.propagation._eigenray_table_build import (
     TablePlane,
     TableSpecification,
@@ -24,7 +24,8 @@ from insonify.propagation._eigenray_table_build import (
     table_grid,
 )
 from insonify.propagation._eigenray_table_kernel import EXACT
-from insonify.propagation.families import bounce_sequence
+from insonify.propagation.eigenray_record import exact_solutions
+from insonify.propagation.families import family_bounces
 from insonify.propagation.sound_speed_layers import SoundSpeedLayers
 
 Floats = NDArray[np.float64]
@@ -98,7 +99,7 @@ class EigenrayTable:
             self._recent[source_depth] = recent
         return recent
 
-    def rays(self, source_depth: float, point_depth: Floats, ranges: Floats) -> tuple[Floats, NDArray[np.int64], Bytes]:
+    def rays(self, source_depth: float, point_depth: Floats, ranges: Floats) -> RaySolutions:
         """All rays of the family to points: from the table where it is valid, otherwise from the exact solver.
 
         Args:
@@ -111,25 +112,27 @@ class EigenrayTable:
             the first `count` rows are filled; their count, (n,); `LegStatus` where there is none, (n,).
         """
         if not self.covers(source_depth):
-            rays, count, status = _exact(self.specification, source_depth, point_depth, ranges)
-            return rays, count, status
+            return self._exact(source_depth, point_depth, ranges)
         plane = self.plane_at(source_depth)
-        rays, cell, paths = plane.read(point_depth, ranges)
+        rays, points = plane.read(point_depth, ranges)
+        cell, paths = points.cell, points.paths
         count = paths.astype(np.int64)
         status = np.where(paths == 0, plane.missing_status[cell[0], cell[1]], np.uint8(0))
         left = np.flatnonzero(paths == EXACT)
         if left.size:
             order = left[np.lexsort((ranges[left], point_depth[left]))]
-            solved, count[order], status[order] = _exact(
-                self.specification, source_depth, point_depth[order], ranges[order]
-            )
+            solved, count[order], status[order] = self._exact(source_depth, point_depth[order], ranges[order])
             most = max(1, int(count[order].max()))
             if most > rays.shape[1]:
                 wider = np.zeros((rays.shape[0], most, COLUMNS))
                 wider[:, : rays.shape[1]] = rays
                 rays = wider
             rays[order, :most] = solved[:, :most]
-        return rays, count, status
+        return RaySolutions(rays, count, status)
+
+    def _exact(self, source_depth: float, point_depth: Floats, ranges: Floats) -> RaySolutions:
+        """Rays of the exact solver."""
+        return exact_solutions(self.specification.layers, self.family, source_depth, point_depth, ranges)
 
 
 _KEPT = 8
@@ -156,10 +159,9 @@ def eigenray_table(
         ValueError: A span is reversed or leaves the water, or the range is not positive.
     """
     _check(water, source_depths, point_depths, max_range)
-    letters = bounce_sequence(family)
     width = _width(point_depths[1] - point_depths[0], max_range)
     where = table_grid(water, point_depths, max_range, width, FLATNESS * width)
-    task = TableSpecification(water, len(letters), letters.startswith("S"), where)
+    task = TableSpecification(water, family_bounces(family), where)
     spacing = APART_ON_A_LINE if where.node_depths.size == 1 else APART
     planes = tuple(build_plane(task, float(depth)) for depth in subdivide(source_depths, water.depth, spacing))
     states = tuple(state_between_planes(above, below) for above, below in pairwise(planes))
@@ -200,19 +202,6 @@ def check_sample(table: EigenrayTable) -> None:
                 f"the table of {table.family} {location} is wrong by {error}; {LATEST:g} s and 0.02 dB are allowed. "
                 "Use method='exact', or a profile with rounder kinks."
             )
-
-
-def _exact(
-    task: TableSpecification, source_depth: float, depth: Floats, ranges: Floats
-) -> tuple[Floats, NDArray[np.int64], Bytes]:
-    """Rays of the exact solver."""
-    water, rays = task.layers, np.zeros((ranges.size, MOST, COLUMNS))
-    count, status = np.zeros(ranges.size, np.int64), np.zeros(ranges.size, np.uint8)
-    solve_eigenrays(
-        water.depth, water.speed, water.reflecting_depth, source_depth, task.bounces, task.first_up, depth, ranges,
-        rays, count, status,
-    )  # fmt: skip
-    return rays, count, status
 
 
 def _check(

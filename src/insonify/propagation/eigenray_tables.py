@@ -14,9 +14,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from insonify.propagation._eigenray_kernel import COLUMNS, FOLD_SIDE, MOST, solve_eigenrays
+from insonify.propagation._eigenray_kernel import FOLD_SIDE
+from insonify.propagation.eigenray_record import exact_solutions
 from insonify.propagation.eigenray_table import EigenrayTable, TableError, TableWarning, eigenray_table
-from insonify.propagation.families import bounce_sequence
 from insonify.propagation.propagation_model import RayDomain
 from insonify.propagation.sound_speed_layers import SoundSpeedLayers
 from insonify.scene.scatterers import Boundary
@@ -83,8 +83,7 @@ class EigenrayTables:
         table = self._table(family, boundary, source_depth)
         if table is None:
             return exact_rays(self.column, family, source_depth, depths, ranges)
-        rays, count, missing = table.rays(source_depth, depths, ranges)
-        return FamilyRays(family, rays, count, missing)
+        return FamilyRays(family, *table.rays(source_depth, depths, ranges))
 
     def uses_table(self, family: str, boundary: Boundary, source_depth: float) -> bool:
         """Return True if rays to points of a boundary are read from a table.
@@ -146,11 +145,4 @@ def exact_rays(water: SoundSpeedLayers, family: str, source_depth: float, depths
         depths: Depths of the points [m], (n,).
         ranges: Horizontal distances of the points [m], (n,).
     """
-    n = len(ranges)
-    rays, count, missing = np.zeros((n, MOST, COLUMNS)), np.zeros(n, np.int64), np.zeros(n, np.uint8)
-    string = bounce_sequence(family)
-    solve_eigenrays(
-        water.depth, water.speed, water.reflecting_depth, source_depth, len(string), string.startswith("S"), depths,
-        ranges, rays, count, missing,
-    )  # fmt: skip
-    return FamilyRays(family, rays, count, missing)
+    return FamilyRays(family, *exact_solutions(water, family, source_depth, depths, ranges))

@@ -5,12 +5,23 @@ bottom, and so on (the paper's a, b, c, d, e are D, S, B, SB, BS). Between two f
 letters of a family must alternate.
 """
 
+from functools import lru_cache
 from itertools import pairwise
+from typing import NamedTuple
 
 from insonify.scene.scatterers import Boundary
 
 DIRECT = "D"
 _OWN_LETTER = {"seabed": "B", "surface": "S", "target": "", "water": "", "boundary echo": ""}
+
+
+class Bounces(NamedTuple):
+    """Bounces of a leg off surface and bottom in turn."""
+
+    number: int
+    """Number of bounces."""
+    first_up: bool
+    """True if the first is off the surface; False without bounces."""
 
 
 def families_up_to(order: int) -> tuple[str, ...]:
@@ -29,6 +40,13 @@ def is_family(name: str) -> bool:
 def bounce_sequence(family: str) -> str:
     """Boundaries at which a family bounces, from the sonar outward; empty for the direct path."""
     return "" if family == DIRECT else family
+
+
+@lru_cache(maxsize=64)
+def family_bounces(family: str) -> Bounces:
+    """Number of bounces of a family, and the first boundary."""
+    letters = bounce_sequence(family)
+    return Bounces(len(letters), letters.startswith("S"))
 
 
 def families_reaching(boundary: Boundary, chosen: tuple[str, ...]) -> tuple[str, ...]:

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from insonify.ocean.water import Water
 from insonify.propagation._departure_cone_kernel import departure_cones
-from insonify.propagation._image_source_kernel import straight_legs
-from insonify.propagation.families import bounce_sequence, families_reaching, image_depth
+from insonify.propagation._image_source_kernel import FoldedLegs, StraightLegs, straight_legs
+from insonify.propagation.families import bounce_sequence, families_reaching, family_bounces, image_depth
 from insonify.propagation.launch_angles import StraightLaunchAngles
 from insonify.propagation.propagation_model import DepartureCones, ReachableRange
 from insonify.propagation.solid_shadows import occlude_by_solids
@@ -46,27 +46,33 @@ def image_legs(
     """
     kept = families_reaching(scatterers.boundary, families)
     f, n = len(kept), len(scatterers)
-    delay, length, spreading, absorption, grazing = np.empty((5, f, n))
+    delay, length, spreading, absorption, grazing_sine = np.empty((5, f, n))
     departure, arrival = np.empty((2, f, n, 3))
     status, occluder = np.empty((f, n), np.uint8), np.empty((f, n), np.int16)
     depth = scene.seabed.depth
     images = np.array([image_depth(name, position[2], depth) for name in kept])
     strings = [bounce_sequence(name) for name in kept]
-    count = np.array([len(string) for string in strings])
-    starts_up = np.array([string.startswith("S") for string in strings])
+    folded = FoldedLegs(position, images, *_bounces(kept), depth)
     straight_legs(
-        position, images, count, starts_up, depth, scene.water.sound_speed, scatterers.position, scatterers.normal,
-        scene.bodies, scatterers.occluder, delay, length, spreading, departure, arrival, grazing, status, occluder,
+        folded, scene.water.sound_speed, scatterers.position, scatterers.normal, scene.bodies, scatterers.occluder,
+        StraightLegs(delay, length, spreading, departure, arrival, grazing_sine, status, occluder),
     )  # fmt: skip
-    occlude_by_solids(scene, position, scatterers, images, count, starts_up, status, occluder)
+    occlude_by_solids(scene, folded, scatterers, status, occluder)
     np.multiply(length, -_absorption_np_per_m(scene.water, frequency), out=absorption)
     return Legs(
         families=kept, branch=(0,) * f, delay=delay, length=length, spreading=spreading,
         absorption=np.exp(absorption, out=absorption),
         reflection_coefficient=_boundary(scene, strings, departure[..., 2], flat_bottom=flat_bottom),
         caustics=np.zeros((f, n), np.uint8), visibility=(status == LegStatus.CLEAR).astype(float), departure=departure,
-        arrival=arrival, grazing=np.arcsin(grazing, out=grazing), status=status, occluder=occluder,
+        arrival=arrival, grazing=np.arcsin(grazing_sine, out=grazing_sine), status=status, occluder=occluder,
     )  # fmt: skip
+
+
+@lru_cache(maxsize=64)
+def _bounces(families: tuple[str, ...]) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
+    """Number of bounces of each family, and True where the first is off the surface."""
+    bounces = [family_bounces(name) for name in families]
+    return np.array([one.number for one in bounces], np.int64), np.array([one.first_up for one in bounces], bool)
 
 
 @lru_cache(maxsize=16)

@@ -12,7 +12,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from insonify.propagation._ray_trace_kernel import COLUMNS, DEPTH, GRADIENT, RANGE, trace_rays
+from insonify.propagation._ray_trace_kernel import RayVertices, trace_rays
 from insonify.propagation.families import DIRECT
 from insonify.propagation.sound_speed_layers import SoundSpeedLayers
 from insonify.validity import require_number, require_numbers
@@ -104,10 +104,10 @@ def trace_fan(
         raise ValueError(f"max_bounces is {max_bounces}; give 0 to {MOST_BOUNCES}.")
     if not step > 0:
         raise ValueError(f"step is {step:g} m; give a length above 0, such as 1.")
-    first, vertices, bounce_counts, turns = _traced(column, source, np.sin(angles), end, max_bounces)
+    first, vertices = _traced(column, source, np.sin(angles), end, max_bounces)
     slowness = np.cos(angles) / np.interp(source, column.depth, column.speed)
-    names = _boundaries(first, vertices[:, DEPTH], bounce_counts, bottom)
-    return _refined_rays(angles, slowness, first, vertices, bounce_counts, turns, names, step, column)
+    names = _boundaries(first, vertices, bottom)
+    return _refined_rays(angles, slowness, first, vertices, names, step, column)
 
 
 def bounce_ranges(
@@ -127,50 +127,50 @@ def bounce_ranges(
     """
     ranges = np.full((max_bounces, sines.size), np.nan)
     finite_rows = np.flatnonzero(np.isfinite(sines))
-    first, vertices, bounce_counts, _ = _traced(column, source_depth, sines[finite_rows], max_range, max_bounces)
+    first, vertices = _traced(column, source_depth, sines[finite_rows], max_range, max_bounces)
     ray = np.repeat(finite_rows, np.diff(first))
-    row = np.flatnonzero((np.diff(bounce_counts) > 0) & (np.diff(ray) == 0)) + 1
-    ranges[bounce_counts[row] - 1, ray[row]] = vertices[row, RANGE]
+    row = np.flatnonzero((np.diff(vertices.bounces) > 0) & (np.diff(ray) == 0)) + 1
+    ranges[vertices.bounces[row] - 1, ray[row]] = vertices.distance[row]
     return ranges
 
 
 def _traced(
     column: SoundSpeedLayers, source: float, sines: Floats, max_range: float, bounces: int
-) -> tuple[Integers, Floats, Integers, Integers]:
-    """First rows, vertices, bounces and turns of all rays; the kernel runs twice, to count and to fill."""
+) -> tuple[Integers, RayVertices]:
+    """First rows and vertices of all rays; the kernel runs again where rays turn so often that there is no room."""
     first = np.zeros(sines.size + 1, np.int64)
-    size = 0
+    size = sines.size * (column.depth.size * (bounces + 1) + 1)
     while True:
-        vertices, bounce_counts, turns = np.empty((size, COLUMNS)), np.empty(size, np.int64), np.empty(size, np.int64)
-        trace_rays(column.depth, column.speed, source, sines, max_range, bounces, first, vertices, bounce_counts, turns)
-        if first[-1] <= size:
-            return first, vertices, bounce_counts, turns
-        size = int(first[-1])
+        vertices = RayVertices(*np.empty((5, size)), *np.empty((2, size), np.int64))
+        trace_rays(column, source, sines, max_range, bounces, first, vertices)
+        count, size = int(first[-1]), max(size, int(first[-1]))
+        if count <= vertices.sine.size:
+            return first, RayVertices(*(values[:count] for values in vertices))
 
 
-def _boundaries(first: Integers, depth: Floats, bounces: Integers, bottom: float) -> tuple[str, ...]:
+def _boundaries(first: Integers, vertices: RayVertices, bottom: float) -> tuple[str, ...]:
     """Boundaries at which each ray bounced, in order."""
     named = []
     for start, stop in pairwise(first):
-        bounce_rows = np.flatnonzero(np.diff(bounces[start:stop])) + start + 1
-        named.append("".join("B" if z > bottom / 2 else "S" for z in depth[bounce_rows]))
+        bounce_rows = np.flatnonzero(np.diff(vertices.bounces[start:stop])) + start + 1
+        named.append("".join("B" if z > bottom / 2 else "S" for z in vertices.depth[bounce_rows]))
     return tuple(named)
 
 
 def _refined_rays(
-    angles: Floats, slowness: Floats, first: Integers, vertices: Floats, bounced: Integers, turns: Integers,
-    names: tuple[str, ...], step: float, column: SoundSpeedLayers,
+    angles: Floats, slowness: Floats, first: Integers, vertices: RayVertices, names: tuple[str, ...], step: float,
+    column: SoundSpeedLayers,
 ) -> RayFan:  # fmt: skip
     """The same rays with more vertices along their arcs, at most a step apart."""
     ray = np.repeat(np.arange(angles.size), np.diff(first))
-    length = np.append(np.diff(vertices[:, RANGE]), 0.0)
+    length = np.append(np.diff(vertices.distance), 0.0)
     length[first[1:] - 1] = 0.0  # a ray's last vertex begins no arc
-    bent = (vertices[:, GRADIENT] != 0) & (length > step)
+    bent = (vertices.gradient != 0) & (length > step)
     count = np.where(bent, np.ceil(length / step), 1).astype(np.int64)
-    row = np.repeat(np.arange(len(vertices)), count)
+    row = np.repeat(np.arange(vertices.depth.size), count)
     inside = np.arange(row.size) - np.repeat(np.cumsum(count) - count, count)
     dx = length[row] * inside / count[row]
-    x, z, t, sine, gradient = vertices[row].T
+    x, z, t, sine, gradient = (values[row] for values in vertices[:5])
     p = slowness[ray[row]]
     leaning = np.clip(sine - p * gradient * dx, -1.0, 1.0)
     fall = dx * (sine + leaning) / np.maximum(_cosine(sine) + _cosine(leaning), 1e-300)
@@ -182,7 +182,7 @@ def _refined_rays(
     time = chord / mean * np.where(u > 1e-8, np.arcsinh(u) / np.maximum(u, 1e-8), 1.0)
     return RayFan(
         angles, np.concatenate([[0], np.cumsum(count)])[first], x + dx, depth, t + time,
-        np.where(inside > 0, leaning, sine), bounced[row], turns[row], names,
+        np.where(inside > 0, leaning, sine), vertices.bounces[row], vertices.turns[row], names,
     )  # fmt: skip
 
 

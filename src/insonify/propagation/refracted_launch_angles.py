@@ -11,10 +11,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from insonify.propagation._eigenray_kernel import CAUSTICS, COLUMNS, MOST, SIN_LAUNCH, SLOWNESS, TURNS, solve_eigenrays
+from insonify.propagation._eigenray_kernel import CAUSTICS, MOST, SIN_LAUNCH, SLOWNESS, TURNS
 from insonify.propagation._launch_angle_kernel import interpolate_launch_slope, unturned_distances
 from insonify.propagation._refracted_box_shadow import ray_depths_along_range
-from insonify.propagation.families import bounce_sequence
+from insonify.propagation.eigenray_record import exact_solutions
+from insonify.propagation.families import bounce_sequence, family_bounces
 from insonify.propagation.sound_speed_layers import SoundSpeedLayers
 
 Floats = NDArray[np.floating[Any]]
@@ -95,14 +96,14 @@ class RefractedLaunchAngles:
 
     def ray_depths(self, family: str, launch_slope: Floats, step: float, count: int) -> Floats:
         """Depths traced from layer to layer, see `LaunchAngles`."""
-        string, water = bounce_sequence(family), self._column
+        bounces = family_bounces(family)
         steep = np.asarray(launch_slope, float)
         slant = np.sqrt(1 + steep**2)
-        sines = (-steep if string.startswith("S") else steep) / slant
+        sines = (-steep if bounces.first_up else steep) / slant
         ray_depths, ends = np.empty((len(steep), count)), np.full(len(steep), count * step)
         ray_depths_along_range(
-            water.depth, water.speed, water.reflecting_depth, self._source, 1 / (slant * self._speed), sines,
-            len(string), string.startswith("S"), np.full(len(steep), step), ends, ray_depths,
+            self._column, self._source, 1 / (slant * self._speed), sines, bounces, np.full(len(steep), step), ends,
+            ray_depths,
         )  # fmt: skip
         return ray_depths
 
@@ -132,12 +133,7 @@ class RefractedLaunchAngles:
         height = np.clip((high - low) / FEW_LINES, *HEIGHTS)
         lines = np.linspace(low, high, int(np.ceil((high - low) / height)) + 1)
         depth, far = np.repeat(lines, len(self._stations)), np.tile(np.maximum(self._stations, AT_ZERO), len(lines))
-        rays = np.zeros((far.size, MOST, COLUMNS))
-        count, status = np.zeros(far.size, np.int64), np.zeros(far.size, np.uint8)
-        solve_eigenrays(
-            water.depth, water.speed, water.reflecting_depth, self._source, len(string), string.startswith("S"),
-            np.maximum(depth, 0.0), far, rays, count, status,
-        )  # fmt: skip
+        rays, count, _ = exact_solutions(water, family, self._source, np.maximum(depth, 0.0), far)
         turns = np.where(rays[:, :, CAUSTICS] == 0, rays[:, :, TURNS], np.inf)
         turns[np.arange(MOST) >= count[:, None]] = np.inf
         if string:

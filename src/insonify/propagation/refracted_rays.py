@@ -11,19 +11,20 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from insonify.propagation._eigenray_kernel import AMPLITUDE, COLUMNS, FOLD, FOLD_CURVATURE, FOLD_SIDE
+from insonify.propagation._eigenray_kernel import AMPLITUDE, FOLD, FOLD_CURVATURE, FOLD_SIDE, RaySolutions
 from insonify.propagation._eigenray_table_nodes import LOWEST_FREQUENCY
 from insonify.propagation._refracted_legs_kernel import (
-    DEPTH,
-    RANGE,
-    horizontal_geometry,
+    HorizontalGeometry,
+    RefractedLegs,
     occlude_row_by_boxes,
     refracted_leg_row,
+    set_horizontal_geometry,
 )
 from insonify.propagation.aperture_expansion import aperture_expansion
 from insonify.propagation.caustic import fold_factor
+from insonify.propagation.eigenray_record import no_rays
 from insonify.propagation.eigenray_tables import EigenrayTables, FamilyRays, exact_rays
-from insonify.propagation.families import bounce_sequence, families_reaching, image_depth
+from insonify.propagation.families import bounce_sequence, families_reaching, family_bounces, image_depth
 from insonify.propagation.propagation_model import DepartureCones, RayDomain, ReachableRange
 from insonify.propagation.refracted_launch_angles import RefractedLaunchAngles
 from insonify.propagation.refracted_solid_shadows import occlude_refracted_row, solid_bounds
@@ -72,14 +73,14 @@ class RefractedRays:
     def legs(self, position: Floats, scatterers: Scatterers, families: tuple[str, ...], frequency: float) -> Legs:
         """Legs of every ray; see `PropagationModel.legs`."""
         kept = families_reaching(scatterers.boundary, families)
-        shared = np.empty((5, len(scatterers)))
-        horizontal_geometry(self.layers.depth, self.layers.speed, position, scatterers.position, shared)
-        depth, ranges = shared[DEPTH], shared[RANGE]
+        seen_above = HorizontalGeometry(position, scatterers.position, *np.empty((5, len(scatterers))))
+        set_horizontal_geometry(self.layers, seen_above)
+        depth, ranges = seen_above.depth, seen_above.distance
         if frequency >= LOWEST_FREQUENCY:
             family_rays = [self.tables.rays(f, scatterers.boundary, float(position[2]), depth, ranges) for f in kept]
         else:  # folds reach further than tables represent
             family_rays = [exact_rays(self.layers, f, float(position[2]), depth, ranges) for f in kept]
-        return self._assemble(position, scatterers, shared, family_rays, frequency)
+        return self._assemble(seen_above, scatterers, family_rays, frequency)
 
     def open_water(self) -> "RefractedRays":
         """Rays of the same water and tables without targets; see `PropagationModel.open_water`."""
@@ -97,8 +98,7 @@ class RefractedRays:
 
         def rays_to(family: str, depth: float, ranges: Floats) -> FamilyRays:
             if not self.tables.uses_table(family, scatterers.boundary, depth):
-                n = len(ranges)
-                return FamilyRays(family, np.zeros((n, 1, COLUMNS)), np.zeros(n, np.int64), np.zeros(n, np.uint8))
+                return FamilyRays(family, *no_rays(len(ranges), 1))
             return self.tables.rays(family, scatterers.boundary, depth, points[:, 2], ranges)
 
         return replace(
@@ -160,8 +160,7 @@ class RefractedRays:
         return self.travel_time_curves[key]
 
     def _assemble(
-        self, position: Floats, scatterers: Scatterers, point_columns: Floats, family_rays: list[FamilyRays],
-        frequency: float,
+        self, geometry: HorizontalGeometry, scatterers: Scatterers, family_rays: list[FamilyRays], frequency: float
     ) -> Legs:  # fmt: skip
         """Assemble rows of legs from rays."""
         rows = [(rays, branch) for rays in family_rays for branch in range(rays.branch_count)]
@@ -170,24 +169,19 @@ class RefractedRays:
         departure, arrival = np.empty((2, *shape, 3))
         caustics, status = np.empty((2, *shape), np.uint8)
         occluder = np.full(shape, -1, np.int16)
-        water, speed = self.layers, float(np.interp(position[2], self.layers.depth, self.layers.speed))
+        legs = RefractedLegs(
+            delay, length, spreading, caustics, slowness, departure, arrival, grazing, status, occluder
+        )  # fmt: skip
+        water, speed = self.layers, float(np.interp(geometry.source[2], self.layers.depth, self.layers.speed))
         for row, (rays, branch) in enumerate(rows):
-            refracted_leg_row(
-                point_columns, scatterers.normal, position[2], speed, branch, rays.rays, rays.count,
-                rays.missing_status, delay[row], length[row], spreading[row], caustics[row], slowness[row],
-                departure[row], arrival[row], grazing[row], status[row],
-            )  # fmt: skip
+            solutions = RaySolutions(rays.rays, rays.count, rays.missing_status)
+            refracted_leg_row(geometry, scatterers.normal, speed, solutions, branch, legs, row)
             if len(self.boxes):
-                string = bounce_sequence(rays.family)
-                occlude_row_by_boxes(
-                    water.depth, water.speed, water.reflecting_depth, position, scatterers.position, point_columns,
-                    len(string), string.startswith("S"), slowness[row], departure[row], self.boxes, scatterers.occluder,
-                    status[row], occluder[row],
-                )  # fmt: skip
+                bounces = family_bounces(rays.family)
+                occlude_row_by_boxes(water, geometry, bounces, self.boxes, scatterers.occluder, legs, row)
             if len(self.body_bounds):
                 occlude_refracted_row(
-                    self.scene, water, self.body_bounds, position, scatterers, point_columns, rays.family,
-                    slowness[row], departure[row], status[row], occluder[row],
+                    self.scene, water, self.body_bounds, geometry, scatterers, rays.family, legs, row
                 )  # fmt: skip
         caustic = _at_caustics(rows, caustics, spreading, frequency)
         families = tuple(rays.family for rays, _ in rows)

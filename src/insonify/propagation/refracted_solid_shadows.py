@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from insonify.propagation._refracted_box_shadow import ray_depths_along_range
-from insonify.propagation._refracted_legs_kernel import RANGE, bodies_passed_over
+from insonify.propagation._refracted_legs_kernel import HorizontalGeometry, RefractedLegs, bodies_passed_over
 from insonify.propagation._solid_shadow_kernel import OFF
-from insonify.propagation.families import bounce_sequence
+from insonify.propagation.families import bounce_sequence, family_bounces
 from insonify.propagation.solid_shadows import occluders_of_paths
 from insonify.propagation.sound_speed_layers import SoundSpeedLayers
 from insonify.records.legs import LegStatus
@@ -33,9 +33,8 @@ def solid_bounds(scene: Scene) -> Floats:
 
 
 def occlude_refracted_row(
-    scene: Scene, water: SoundSpeedLayers, bounds: Floats, position: Floats, scatterers: Scatterers,
-    point_columns: Floats, family: str,
-    slowness: Floats, departure: Floats, status: NDArray[np.uint8], occluder: NDArray[np.int16],
+    scene: Scene, water: SoundSpeedLayers, bounds: Floats, geometry: HorizontalGeometry, scatterers: Scatterers,
+    family: str, legs: RefractedLegs, row: int,
 ) -> None:  # fmt: skip
     """Mark the clear legs of one row that solids cut.
 
@@ -43,26 +42,24 @@ def occlude_refracted_row(
         scene: The scene.
         water: Layers of the water.
         bounds: Bounds from `solid_bounds`.
-        position: North, east, depth of the sonar [m], shape (3,).
+        geometry: The legs seen from above.
         scatterers: Ends of the legs, n of them.
-        point_columns: See `insonify.propagation._refracted_legs_kernel.horizontal_geometry`, shape (5, n).
         family: Family of the row.
-        slowness: Horizontal slowness of the rays [s/m], shape (n,).
-        departure: Directions of the rays at the sonar, shape (n, 3).
-        status: `LegStatus` of the legs; clear ones may become occluded, shape (n,).
-        occluder: Row of the occluder of each leg, set for occluded ones, shape (n,).
+        legs: The legs; clear ones of the row may become occluded, with `occluder` set.
+        row: The row.
     """
+    position, distance = geometry.source, geometry.distance
+    slowness, departure = legs.slowness[row], legs.departure[row]
+    status, occluder = legs.status[row], legs.occluder[row]
     ends = scatterers.position + OFF * scatterers.normal
     points, bodies, enter, leave = bodies_passed_over(position, ends, bounds, status)
     for body in np.unique(bodies):
         mine = bodies == body
         rows, begin, end = points[mine], enter[mine], leave[mine]
-        longest = float(((end - begin) * point_columns[RANGE, rows]).max())
+        longest = float(((end - begin) * distance[rows]).max())
         count = max(3, int(np.ceil(longest / CHORD)) + 1) * (3 if "B" in family else 1)
         along = begin[:, None] + (end - begin)[:, None] * np.linspace(0, 1, count)
-        depths = _depths(
-            water, position, ends[rows], point_columns[RANGE, rows], family, slowness[rows], departure[rows], along
-        )
+        depths = _depths(water, position, ends[rows], distance[rows], family, slowness[rows], departure[rows], along)
         low, high = np.fmin.reduce(depths, axis=1), np.fmax.reduce(depths, axis=1)
         near = (high >= bounds[body, 2]) & (low <= bounds[body, 5])
         rows, along, depths = rows[near], along[near], depths[near]
@@ -83,9 +80,8 @@ def _depths(
     string = bounce_sequence(family)
     depths = np.empty(along.shape)
     ray_depths_along_range(
-        water.depth, water.speed, water.reflecting_depth, float(position[2]), slowness,
-        np.ascontiguousarray(departure[:, 2]),
-        len(string), string.startswith("S"), along[:, 0] * ranges, along[:, -1] * ranges, depths,
+        water, float(position[2]), slowness, np.ascontiguousarray(departure[:, 2]), family_bounces(family),
+        along[:, 0] * ranges, along[:, -1] * ranges, depths,
     )  # fmt: skip
     horizontal = np.hypot(departure[:, 0], departure[:, 1])
     steep = (np.abs(departure[:, 2]) > STEEP * horizontal) | (ranges < 1e-3)

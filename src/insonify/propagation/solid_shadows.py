@@ -10,7 +10,8 @@ from threading import Lock
 import numpy as np
 from numpy.typing import NDArray
 
-from insonify.propagation._solid_shadow_kernel import FoldedLegs, occlude_legs, solids_along
+from insonify.propagation._image_source_kernel import FoldedLegs
+from insonify.propagation._solid_shadow_kernel import occlude_legs, solids_along
 from insonify.propagation.bounding_cylinders import points_near_cylinders, union
 from insonify.propagation.triangle_tree import TriangleTree, triangle_tree
 from insonify.scene.scatterers import Scatterers
@@ -39,18 +40,14 @@ def _scene_tree(solids: tuple[Solid, ...], seabed: Seabed, before: int) -> Trian
 
 
 def occlude_by_solids(
-    scene: Scene, position: Floats, scatterers: Scatterers, images: Floats, bounces: NDArray[np.int64],
-    first_up: NDArray[np.bool_], status: NDArray[np.uint8], occluder: NDArray[np.int16],
+    scene: Scene, legs: FoldedLegs, scatterers: Scatterers, status: NDArray[np.uint8], occluder: NDArray[np.int16]
 ) -> None:  # fmt: skip
     """Mark the straight legs, folded at flat boundaries, that the scene's solids cut.
 
     Args:
         scene: The scene; without solids nothing changes.
-        position: North, east, depth of the sonar [m], shape (3,).
+        legs: Image sources of f families.
         scatterers: Ends of the legs, n of them.
-        images: Depth of the image source of each family [m], shape (f,).
-        bounces: Number of bounces of each family, shape (f,).
-        first_up: True where the first bounce is off the surface, shape (f,).
         status: `LegStatus` of the legs; clear ones may become occluded, shape (f, n).
         occluder: Row of the occluder of each leg, set for occluded ones, shape (f, n).
     """
@@ -58,13 +55,12 @@ def occlude_by_solids(
     if not solids:
         return
     # seen from above, legs of all families follow one line: most points have no solid on it, or below a direct leg
-    direct = not bounces.any()
-    behind = points_near_cylinders(scene, position, scatterers.position, direct=direct)[len(scene.boxes) :]
+    direct = not legs.bounces.any()
+    behind = points_near_cylinders(scene, legs.source, scatterers.position, direct=direct)[len(scene.boxes) :]
     rows = union(behind, len(scatterers))
     if not len(rows):
         return
     tree = _scene_tree(solids, scene.seabed, len(scene.boxes))
-    legs = FoldedLegs(position, images, bounces, first_up, scene.seabed.depth)
     occlude_legs(legs, tree, rows, scatterers.position, scatterers.normal, status, occluder)
 
 

@@ -4,7 +4,7 @@ Over relief there are two depths: that of the flat plane that reflects sound, an
 """
 
 import math
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,9 +15,8 @@ from insonify.scene.scene import Scene
 Floats = NDArray[np.float64]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class SoundSpeedLayers:
-    """A water column: sound speed at knots, linear in between."""
+class SoundSpeedLayers(NamedTuple):
+    """A water column: sound speed at knots, linear in between; an argument of the ray kernels."""
 
     depth: Floats
     """Depths of the knots, from exactly 0 to exactly the seabed, strictly increasing [m], shape (m,), m >= 2."""
@@ -66,7 +65,7 @@ def sound_speed_layers(profile: SoundSpeedProfile, water_depth: float, *, plane:
         depth, speed = np.insert(depth, row, plane), np.insert(speed, row, profile.at([plane]))
     for values in (depth, speed):
         values.setflags(write=False)
-    return SoundSpeedLayers(depth, speed, plane if plane < water_depth else math.inf)
+    return SoundSpeedLayers(depth, speed, float(plane) if plane < water_depth else math.inf)
 
 
 def scene_layers(scene: Scene) -> SoundSpeedLayers:

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from insonify.propagation._eigenray_kernel import COLUMNS, DELAY, MOST, SIN_LAUNCH, solve_eigenrays
-from insonify.propagation.families import bounce_sequence
+from insonify.propagation._eigenray_kernel import DELAY, MOST, SIN_LAUNCH
+from insonify.propagation.eigenray_record import exact_solutions
 from insonify.propagation.propagation_model import DepartureCones
 from insonify.propagation.sound_speed_layers import SoundSpeedLayers
 
@@ -96,13 +96,8 @@ def travel_time_curve(
     """
     steps = min(MOST_STEPS, math.ceil(max_range / STEP)) + 2
     step = max(max_range / MOST_STEPS, STEP)
-    ranges = step * np.arange(steps)
-    rays, count, missing = np.zeros((steps, MOST, COLUMNS)), np.zeros(steps, np.int64), np.zeros(steps, np.uint8)
-    string = bounce_sequence(family)
-    solve_eigenrays(
-        water.depth, water.speed, water.reflecting_depth, depth, len(string), string.startswith("S"),
-        np.full(steps, boundary_depth), ranges, rays, count, missing,
-    )  # fmt: skip
+    ranges = np.asarray(step * np.arange(steps), np.float64)
+    rays, count, _ = exact_solutions(water, family, depth, np.full(steps, boundary_depth), ranges)
     exists = np.arange(MOST) < count[:, None]
     angle = np.arcsin(np.clip(rays[:, :, SIN_LAUNCH], -1, 1))
     return TravelTimeCurve(

@@ -12,8 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from insonify.engines.tracer._terrain_hit_kernel import TerrainTiles, terrain_hit, terrain_normal
-from insonify.engines.tracer._trace_kernel import BED, BODY, CLEARANCE, NOTHING, SURFACE
+from insonify.engines.tracer._trace_kernel import BED, BODY, CLEARANCE, NOTHING, SURFACE, FirstHits
 from insonify.jit import njit
+from insonify.propagation.sound_speed_layers import SoundSpeedLayers
 from insonify.propagation.triangle_tree import TriangleTree, nearest_hit
 
 Floats = NDArray[np.float64]
@@ -29,15 +30,6 @@ TOUCHING = 1e-9
 """Part of the way to the receiver that is left out, so that it does not end on the other side of a boundary [1]."""
 
 
-class WaterLayers(NamedTuple):
-    """Sound speed of the water, linear between knots."""
-
-    depth: Floats
-    """Depths of the knots, from the surface to the deepest seabed [m], (m,)."""
-    speed: Floats
-    """Sound speeds there [m/s], (m,)."""
-
-
 class RefractingScene(NamedTuple):
     """Water and obstacles of refracted rays."""
 
@@ -45,31 +37,12 @@ class RefractingScene(NamedTuple):
     """The seabed."""
     bodies: TriangleTree
     """Triangles of all bodies."""
-    water: WaterLayers
+    water: SoundSpeedLayers
     """Sound speed, down to the deepest seabed."""
 
 
-class RefractedHits(NamedTuple):
-    """Results of `refracted_hits` for n rays."""
-
-    distance: Floats
-    """Path length to the hit [m], (n,)."""
-    delay: Floats
-    """Travel time to the hit [s], (n,)."""
-    position: Floats
-    """Position of the hit [m], (n, 3)."""
-    direction: Floats
-    """Direction of travel there [1], (n, 3)."""
-    kind: NDArray[np.int8]
-    """NOTHING, BED, SURFACE or BODY, (n,)."""
-    body_row: NDArray[np.int64]
-    """Row of the body hit, -1 for none, (n,)."""
-    normal: Floats
-    """Unit normal at the hit, into the water [1], (n, 3)."""
-
-
 @njit(cache=True, nogil=True, error_model="numpy")
-def layer_of(z: float, angle: float, water: WaterLayers) -> int:
+def layer_of(z: float, angle: float, water: SoundSpeedLayers) -> int:
     """Layer that a ray enters at a depth [m] with an angle, positive down [rad]."""
     layer = 0
     while layer < water.depth.size - 2 and z >= water.depth[layer + 1]:
@@ -81,7 +54,7 @@ def layer_of(z: float, angle: float, water: WaterLayers) -> int:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def next_arc(
-    z: float, angle: float, slowness: float, layer: int, longest: float, water: WaterLayers
+    z: float, angle: float, slowness: float, layer: int, longest: float, water: SoundSpeedLayers
 ) -> tuple[float, float, float, float, int]:
     """The next arc of a ray, up to the border of its layer or a length.
 
@@ -126,7 +99,7 @@ def _sinc(x: float) -> float:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _arc_delay(z: float, angle: float, bend: float, length: float, layer: int, water: WaterLayers) -> float:
+def _arc_delay(z: float, angle: float, bend: float, length: float, layer: int, water: SoundSpeedLayers) -> float:
     """Travel time along an arc [s], by Gauss-Legendre quadrature with four nodes."""
     depth, speed = water.depth, water.speed
     gradient, total = (speed[layer + 1] - speed[layer]) / (depth[layer + 1] - depth[layer]), 0.0
@@ -141,7 +114,7 @@ def _arc_delay(z: float, angle: float, bend: float, length: float, layer: int, w
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _longest_chord(slowness: float, layer: int, water: WaterLayers) -> float:
+def _longest_chord(slowness: float, layer: int, water: SoundSpeedLayers) -> float:
     """Length of the chord that deviates from its arc by `MAX_SAGITTA` [m]."""
     gradient = (water.speed[layer + 1] - water.speed[layer]) / (water.depth[layer + 1] - water.depth[layer])
     return math.sqrt(8 * MAX_SAGITTA / max(abs(slowness * gradient), 1e-12))
@@ -149,7 +122,7 @@ def _longest_chord(slowness: float, layer: int, water: WaterLayers) -> float:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def refracted_hits(
-    origin: Floats, direction: Floats, farthest: Floats, scene: RefractingScene, missing: Marks, hits: RefractedHits
+    origin: Floats, direction: Floats, farthest: Floats, scene: RefractingScene, missing: Marks, hits: FirstHits
 ) -> None:
     """First hits of rays.
 
@@ -186,7 +159,7 @@ def refracted_hits(
                 far, row = nearest_hit(bodies, (x, y, z), (u, v, w), clearance, chord)
                 kind = BODY if row >= 0 else NOTHING
                 if terrain.cell > 0:
-                    bed = terrain_hit(x, y, z, u, v, w, 0.0, far, terrain, missing)
+                    bed = terrain_hit((x, y, z), (u, v, w), 0.0, far, terrain, missing)
                     if bed < far:
                         far, kind, row = bed, BED, -1
             if kind != NOTHING:
@@ -260,7 +233,7 @@ def clear_refracted_paths(
                 stop = min(chord, to_bounce - _half_zone(done + to_bounce, length[n], w, wavelength))
             hit = nearest_hit(bodies, (x, y, z), (u, v, w), clearance, chord)[1] >= 0
             if terrain.cell > 0 and stop > max(free - since, 0.0) and not hit:
-                hit = terrain_hit(x, y, z, u, v, w, max(free - since, 0.0), stop, terrain, missing) < stop
+                hit = terrain_hit((x, y, z), (u, v, w), max(free - since, 0.0), stop, terrain, missing) < stop
             if hit:
                 clear[n] = False
                 break

@@ -15,6 +15,7 @@ from insonify.jit import njit
 
 Floats = NDArray[np.float64]
 Singles = NDArray[np.float32]
+Vector = tuple[float, float, float]
 
 BLOCK = 8
 """Cells along the side of a block."""
@@ -52,23 +53,20 @@ class TerrainTiles(NamedTuple):
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def terrain_hit(
-    x: float, y: float, z: float, u: float, v: float, w: float, start: float, stop: float, ground: TerrainTiles,
-    missing: NDArray[np.bool_],
+    origin: Vector, direction: Vector, start: float, stop: float, ground: TerrainTiles, missing: NDArray[np.bool_]
 ) -> float:  # fmt: skip
     """Distance along a ray at which it first reaches the seabed, infinite where it does not before `stop` [m].
 
     Args:
-        x: First coordinate of the ray's origin, in the frame of the map [m].
-        y: Second coordinate [m].
-        z: Depth [m].
-        u: First component of the ray's unit vector [1].
-        v: Second component [1].
-        w: Third component, positive down [1].
+        origin: The ray's origin in the frame of the map, the third coordinate its depth [m].
+        direction: The ray's unit vector, the third component positive down [1].
         start: Distance from which the ray is tested [m].
         stop: Distance up to which the ray is tested [m].
         ground: The seabed.
         missing: Result, True for tiles that the ray crosses and that are not loaded, shape of `ground.row_of`.
     """
+    x, y, z = origin
+    u, v, w = direction
     if ground.cell == 0.0:
         return _plane_hit(z, w, start, stop, ground.depth)
     if w > 0:
@@ -103,12 +101,12 @@ def terrain_hit(
             at, first = out, False
             continue
         out = min(stop, _cell_exit(x, y, u, v, at, i, j, ground.cell))
-        before = _height_above(x, y, z, u, v, w, at, i, j, row, ground)
-        after = _height_above(x, y, z, u, v, w, out, i, j, row, ground)
+        before = _height_above(origin, direction, at, i, j, row, ground)
+        after = _height_above(origin, direction, out, i, j, row, ground)
         if before <= 0 and (not first or before < -MAX_START_DEPTH or after <= before):
             return at
         if after <= 0 < before:
-            return _bisect_hit(x, y, z, u, v, w, at, out, i, j, row, ground)
+            return _bisect_hit(origin, direction, (at, out), i, j, row, ground)
         at, first = out, first and after <= 0
     return math.inf
 
@@ -137,9 +135,11 @@ def _cell_exit(  # type: ignore[no-untyped-def]
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _height_above(  # type: ignore[no-untyped-def]
-    x, y, z, u, v, w, at, i, j, row, ground
+    origin, direction, at, i, j, row, ground
 ):
     """Height of a ray above the bilinear terrain of one cell [m]; NaN over a gap in the terrain."""
+    x, y, z = origin
+    u, v, w = direction
     f, g = (x + u * at) / ground.cell - i, (y + v * at) / ground.cell - j
     cells = ground.tiles.shape[1] - 1
     m, n = i % cells, j % cells
@@ -151,12 +151,13 @@ def _height_above(  # type: ignore[no-untyped-def]
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _bisect_hit(  # type: ignore[no-untyped-def]
-    x, y, z, u, v, w, above, below, i, j, row, ground
+    origin, direction, distances, i, j, row, ground
 ):
     """Distance at which a ray enters the seabed in one cell [m], by bisection between distances above and below it."""
+    above, below = distances
     for _ in range(BISECTIONS):
         middle = (above + below) / 2
-        if _height_above(x, y, z, u, v, w, middle, i, j, row, ground) > 0:
+        if _height_above(origin, direction, middle, i, j, row, ground) > 0:
             above = middle
         else:
             below = middle

@@ -1,6 +1,7 @@
 """Straight rays between seabed, surface and bodies: first hits, and occlusion of reflected paths."""
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,11 +17,29 @@ CLEARANCE = 1e-6
 """Distance below which an intersection is that with the face just left [m]."""
 
 
+class FirstHits(NamedTuple):
+    """First hits of n rays."""
+
+    distance: Floats
+    """Path length to the hit [m], (n,)."""
+    delay: Floats
+    """Travel time to the hit [s], (n,)."""
+    position: Floats
+    """Position of the hit [m], (n, 3)."""
+    direction: Floats
+    """Direction of travel there [1], (n, 3)."""
+    kind: NDArray[np.int8]
+    """NOTHING, BED, SURFACE or BODY, (n,)."""
+    body_row: NDArray[np.int64]
+    """Row of the body hit, -1 for none, (n,)."""
+    normal: Floats
+    """Unit normal at the hit, into the water [1], (n, 3)."""
+
+
 @njit(cache=True, nogil=True, error_model="numpy")
 def first_hits(
     origin: Floats, direction: Floats, farthest: Floats, ground: TerrainTiles, bodies: TriangleTree,
-    missing: NDArray[np.bool_],
-    distance: Floats, hit_kind: NDArray[np.int8], body_row: NDArray[np.int64], normal: Floats,
+    missing: NDArray[np.bool_], found: FirstHits,
 ) -> None:  # fmt: skip
     """First hits of rays.
 
@@ -31,11 +50,9 @@ def first_hits(
         ground: The seabed.
         bodies: Triangles of all bodies.
         missing: Result, True for tiles of the seabed that are not loaded.
-        distance: Result, distance to the hit [m], (n,).
-        hit_kind: Result, NOTHING, BED, SURFACE or BODY, (n,).
-        body_row: Result, row of the body hit, -1 for none, (n,).
-        normal: Result, unit normal at the hit, into the water [1], (n, 3).
+        found: Result: distance, kind, row of the body and normal.
     """
+    distance, hit_kind, body_row, normal = found.distance, found.kind, found.body_row, found.normal
     for n in range(farthest.size):
         x, y, z = origin[n]
         u, v, w = direction[n]
@@ -45,7 +62,7 @@ def first_hits(
         far, row = nearest_hit(bodies, (x, y, z), (u, v, w), CLEARANCE, far)
         if row >= 0:
             kind = BODY
-        bed = terrain_hit(x, y, z, u, v, w, 0.0, far, ground, missing)
+        bed = terrain_hit((x, y, z), (u, v, w), 0.0, far, ground, missing)
         if bed < far:
             far, kind, row = bed, BED, -1
         distance[n], hit_kind[n], body_row[n] = far, kind, -1
@@ -94,9 +111,9 @@ def clear_image_paths(
                     sine = climb / length
                     zone = math.sqrt(wavelength * length * max(passed * (1 - passed), 0.0)) / sine
                     margin = zone / max(math.sqrt(1 - sine * sine), 1e-9)
-            if not _segment_clear(end[n, 0] + done * dx, end[n, 1] + done * dy, z, end[n, 0] + passed * dx,
-            end[n, 1] + passed * dy, goal,
-                         skip, margin, ground, bodies, missing):  # fmt: skip
+            start = end[n, 0] + done * dx, end[n, 1] + done * dy, z
+            stop = end[n, 0] + passed * dx, end[n, 1] + passed * dy, goal
+            if not _segment_clear(start, stop, skip, margin, ground, bodies, missing):
                 clear[n] = False
                 break
             done, z, skip = passed, goal, margin
@@ -115,18 +132,18 @@ def _vertical_path(start: float, stop: float, bottom: NDArray[np.bool_], depth: 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _segment_clear(  # type: ignore[no-untyped-def]
-    x, y, z, to_x, to_y, to_z, skip, margin, ground, bodies, missing
+    start, stop, skip, margin, ground, bodies, missing
 ):
     """Return True if no terrain or body is between two points; terrain within a margin [m] of either end is ignored."""
-    u, v, w = to_x - x, to_y - y, to_z - z
+    u, v, w = stop[0] - start[0], stop[1] - start[1], stop[2] - start[2]
     length = math.sqrt(u * u + v * v + w * w)
     if length <= 2 * CLEARANCE:
         return True
     u, v, w = u / length, v / length, w / length
-    if nearest_hit(bodies, (x, y, z), (u, v, w), CLEARANCE, length - CLEARANCE)[1] >= 0:
+    if nearest_hit(bodies, start, (u, v, w), CLEARANCE, length - CLEARANCE)[1] >= 0:
         return False
     if ground.cell == 0.0:
         return True
     # Traced from the position to the sonar: a ray may touch the seabed only at its start.
-    hit = terrain_hit(to_x, to_y, to_z, -u, -v, -w, margin, length - skip, ground, missing)
+    hit = terrain_hit(stop, (-u, -v, -w), margin, length - skip, ground, missing)
     return hit == math.inf

@@ -15,7 +15,6 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from insonify.engines.tracer._refracted_ray_kernel import WaterLayers
 from insonify.engines.tracer._trace_kernel import BED, SURFACE
 from insonify.engines.tracer.connection import boundary_echo_energies, echoes, point_echoes
 from insonify.engines.tracer.facet_echoes import facet_boundary_echoes
@@ -28,6 +27,7 @@ from insonify.engines.tracer.surface_vertices import SurfaceVertices, surface_ve
 from insonify.engines.tracer.tracing_scene import TracingScene, lattice_rotation, open_water_hits
 from insonify.propagation.path_settings import PathSettings
 from insonify.propagation.propagation_model import PropagationModel
+from insonify.propagation.sound_speed_layers import SoundSpeedLayers
 from insonify.records.echo_energies import EchoEnergies
 from insonify.records.legs import LegStatus
 from insonify.scattering.point_target import PointTargetLaw
@@ -223,7 +223,8 @@ class Tracer:
         origin, length = np.tile(position, (len(directions), 1)), np.zeros(len(directions))
         reaches_all = np.ones(len(directions), bool)
         for letter in chain:
-            hits = open_water_hits(origin, directions, farthest, bed, WaterLayers(water.depth[kept], water.speed[kept]))
+            layers = SoundSpeedLayers(water.depth[kept], water.speed[kept])
+            hits = open_water_hits(origin, directions, farthest, bed, layers)
             reaches_all &= hits.kind == (BED if letter == "B" else SURFACE)
             origin, length = hits.position, length + hits.distance
             directions = hits.direction * np.array([1, 1, -1])

@@ -12,15 +12,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from insonify.engines.tracer._refracted_ray_kernel import (
-    RefractedHits,
     RefractingScene,
-    WaterLayers,
     clear_refracted_paths,
     refracted_hits,
 )
 from insonify.engines.tracer._terrain_hit_kernel import BLOCK, TerrainTiles
-from insonify.engines.tracer._trace_kernel import clear_image_paths, first_hits
-from insonify.propagation.sound_speed_layers import scene_layers
+from insonify.engines.tracer._trace_kernel import FirstHits, clear_image_paths, first_hits
+from insonify.propagation.sound_speed_layers import SoundSpeedLayers, scene_layers
 from insonify.propagation.triangle_tree import TriangleTree, triangle_tree
 from insonify.scene.heightmap_synthesis import HeightmapSynthesizer
 from insonify.scene.scatterer_grid import ScattererGrid
@@ -56,10 +54,9 @@ class TracingScene:
         self.solids: tuple[Solid, ...] = scene.solids_of_one_law
         self.bodies = _scene_tree(scene)
         self.store = None if self.bed is None else TerrainTileCache(self.bed)
-        self.water: WaterLayers | None = None
+        self.water: SoundSpeedLayers | None = None
         if scene.water.layered:
-            layers = scene_layers(scene)
-            self.water = WaterLayers(layers.depth, layers.speed)
+            self.water = scene_layers(scene)
 
     def turned(self, vector: Floats) -> Floats:
         """Vectors rotated from north, east, down to the scatterer grid's frame, shape (..., 3)."""
@@ -158,20 +155,17 @@ class RayIntersector:
             )
         return True
 
-    def _refracting(self, water: WaterLayers) -> RefractingScene:
+    def _refracting(self, water: SoundSpeedLayers) -> RefractingScene:
         """Water and obstacles, with the terrain tiles that are loaded."""
         return RefractingScene(self.terrain, self._scene_tree, water)
 
-    def hits(self, origin: Floats, direction: Floats, farthest: Floats) -> RefractedHits:
+    def hits(self, origin: Floats, direction: Floats, farthest: Floats) -> FirstHits:
         """First hits of rays within a path length, see `first_hits` and `refracted_hits`."""
         water, hits = self.water, _no_hits(len(origin))
         while True:
             missing = np.zeros(self.terrain.row_of.shape, bool)
             if water is None:
-                first_hits(
-                    origin, direction, farthest, self.terrain, self._scene_tree, missing, hits.distance, hits.kind,
-                    hits.body_row, hits.normal,
-                )  # fmt: skip
+                first_hits(origin, direction, farthest, self.terrain, self._scene_tree, missing, hits)
             else:
                 refracted_hits(origin, direction, farthest, self._refracting(water), missing, hits)
             if not self._fetch_missing(missing):
@@ -253,8 +247,8 @@ def face_planes(scene: Scene) -> tuple[FacePlane, ...]:
 
 
 def open_water_hits(
-    origin: Floats, direction: Floats, farthest: float, bed: float, water: WaterLayers
-) -> RefractedHits:  # fmt: skip
+    origin: Floats, direction: Floats, farthest: float, bed: float, water: SoundSpeedLayers
+) -> FirstHits:  # fmt: skip
     """First hits of refracted rays on the surface and on a flat seabed.
 
     Args:
@@ -272,10 +266,10 @@ def open_water_hits(
     return hits
 
 
-def _no_hits(n: int) -> RefractedHits:
+def _no_hits(n: int) -> FirstHits:
     """Hits of n rays, not yet computed."""
     (distance, delay), (position, direction, normal) = np.empty((2, n)), np.empty((3, n, 3))
-    return RefractedHits(distance, delay, position, direction, np.empty(n, np.int8), np.empty(n, np.int64), normal)
+    return FirstHits(distance, delay, position, direction, np.empty(n, np.int8), np.empty(n, np.int64), normal)
 
 
 @lru_cache(maxsize=256)
