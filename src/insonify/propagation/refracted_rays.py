@@ -7,10 +7,12 @@ it too; absorption over the path length, with one coefficient of the water at al
 
 from copy import copy
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
+from insonify.ocean.water import Water
 from insonify.propagation._eigenray_kernel import AMPLITUDE, FOLD, FOLD_CURVATURE, FOLD_SIDE, RaySolutions
 from insonify.propagation._eigenray_table_nodes import LOWEST_FREQUENCY
 from insonify.propagation._refracted_legs_kernel import (
@@ -187,7 +189,7 @@ class RefractedRays:
         families = tuple(rays.family for rays, _ in rows)
         return Legs(
             families=families, branch=tuple(branch for _, branch in rows), delay=delay, length=length,
-            spreading=spreading, absorption=10 ** (-self.scene.water.absorption(frequency) * length / 20),
+            spreading=spreading, absorption=10 ** (-_absorption_db_per_m(self.scene.water, frequency) * length / 20),
             reflection_coefficient=self._boundary(families, slowness), caustics=caustics,
             visibility=(status == LegStatus.CLEAR).astype(float), departure=departure, arrival=arrival,
             grazing=grazing, status=status, occluder=occluder, caustic=caustic,
@@ -228,6 +230,12 @@ def refracted_rays(scene: Scene, domain: RayDomain) -> RefractedRays:
         ValueError: The profile does not cover the depths from the surface to the seabed.
     """
     return RefractedRays(scene, domain, scene_layers(scene))
+
+
+@lru_cache(maxsize=16)
+def _absorption_db_per_m(water: Water, frequency: float) -> float:
+    """Absorption of the water [dB/m], cached: it takes as long as legs to a few points."""
+    return float(water.absorption(frequency))
 
 
 def _grazing(slowness: Floats, speed: float) -> Floats:
