@@ -65,12 +65,13 @@ def test_ten_thousand_mutants_are_read_or_refused(suffix, tmp_path):
 
 @pytest.mark.parametrize("suffix", files.SYNTHETIC)
 def test_every_cut_is_read_as_far_as_it_goes(suffix, tmp_path):
-    """Files cut off at any multiple of 122 bytes: what is whole before the cut is read, the rest is one omission."""
+    """Files cut off anywhere, also a byte or two before a datagram ends: what is whole is read, the rest is omitted."""
     whole, path = files.SYNTHETIC[suffix](), tmp_path / f"a{suffix}"
     path.write_bytes(whole)
     with open_instrument(path) as opened:
         ends = opened.datagrams.offset + opened.datagrams.size
-    for cut in range(int(ends[0]), len(whole), 122):
+    near_ends = {int(end) - missing for end in ends[1:] for missing in (1, 2, 3)}
+    for cut in sorted(near_ends.union(range(int(ends[0]), len(whole), 157))):
         path.write_bytes(whole[:cut])
         with open_instrument(path) as opened:
             assert opened.datagrams.offset.size == (ends <= cut).sum()

@@ -226,7 +226,7 @@ class KongsbergAllFile(InstrumentFile):
         size, kind = int(header["length"]) + 4, header["kind"].decode()
         if size < _HEAD + _TRAILER:
             raise DatagramError(f"{kind}: a length of {size - 4} bytes is stated")
-        if self._bytes(offset + size - _TRAILER, 1) != b"\x03":
+        if self._bytes(offset + size - _TRAILER, _TRAILER)[:1] != b"\x03":  # a file may end within the checksum
             raise DatagramError(f"{kind}: its end is not marked {size} bytes further on")
         self._identities.append((int(header["counter"]), int(header["serial"])))
         return size, kind, _seconds(int(header["date"]), int(header["milliseconds"]) * 1e-3)
