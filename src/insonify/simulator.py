@@ -152,8 +152,8 @@ class Simulator:
     def label_accumulator(self, geometry: PingGeometry) -> LabelAccumulator:
         """Accumulator of the labels of one ping."""
         occluder_names = tuple(target.label for target in self.engine.scene.occluders)
-        grid = self.grid  # of the sound where they share its energies, else without the filter's weak ringing
-        if not self.shares_ground:
+        grid = self.grid  # of the sound where both are expectations, else without the filter's weak ringing
+        if self.scenario.field == "coherent":
             grid = time_grid(*self.scenario.track.window, grid.sample_rate, self.pulse.start, self.pulse.stop)
         expectation = replace(self.incoherent_accumulator(geometry), grid=grid, directions=None)
         return LabelAccumulator(expectation, self.label_names, occluder_names, float(np.mean(self.noise.power)))

@@ -38,7 +38,7 @@ def test_reverberation_rises_by_what_the_law_rises(name: str) -> None:
     change = 10 * np.log10(
         law.cross_section(grazing, grazing, back) / Lambert(-27.0).cross_section(grazing, grazing, back)
     )
-    np.testing.assert_allclose((received - plain)[inside], change, atol=0.15)
+    np.testing.assert_allclose(received[inside] - plain[inside], change, atol=0.15)
 
 
 def test_a_windy_surface_echoes_by_its_law() -> None:
@@ -50,7 +50,7 @@ def test_a_windy_surface_echoes_by_its_law() -> None:
     back = np.full(grazing.shape, np.pi)
     windy, flat = AplSurface(8.0, FREQUENCY), Lambert(-30.0)
     change = 10 * np.log10(windy.cross_section(grazing, grazing, back) / flat.cross_section(grazing, grazing, back))
-    np.testing.assert_allclose((received - plain)[inside], change, atol=0.3)
+    np.testing.assert_allclose(received[inside] - plain[inside], change, atol=0.3)
 
 
 def test_a_seabed_left_out_is_jackson_over_medium_sand() -> None:
