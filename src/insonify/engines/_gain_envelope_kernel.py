@@ -144,12 +144,13 @@ def _add_beam_envelope(beam: BeamMajorants, workspace: Floats, size: int) -> Non
         nearest = nearest_block(blocks, right)
         for i in range(count):
             block = (nearest + i) % count
-            off = interval_distance(right, blocks[block, 0], blocks[block, 1])
-            bound = one * blocks[block, 4] * _envelope(across, per_unit[0], off)
-            if bound > largest:
-                bound *= _envelope(deep, per_unit[1], interval_distance(below, blocks[block, 2], blocks[block, 3]))
-            if bound <= largest:
-                continue
+            if i > 0:  # the nearest block is evaluated anyway
+                off = interval_distance(right, blocks[block, 0], blocks[block, 1])
+                bound = one * blocks[block, 4] * _envelope(across, per_unit[0], off)
+                if bound > largest:
+                    bound *= _envelope(deep, per_unit[1], interval_distance(below, blocks[block, 2], blocks[block, 3]))
+                if bound <= largest:
+                    continue
             first = block * CHANNELS_PER_BLOCK
             for channel in range(first, min(first + CHANNELS_PER_BLOCK, steer.shape[0])):
                 off = distance_to_interval(u[n], u_most[n], steer[channel, 0])

@@ -230,8 +230,8 @@ def specular_points(
 
 def _rms_slope(terrain: SeabedTerrain, middle: Floats, reach: float) -> float:
     """Rms slope of the resolved ground about a position, of one direction [1]."""
-    beside = np.linspace(-reach, reach, 33) / 2
-    sample = terrain.relief.sample(middle[0] + beside[:, None], middle[1] + beside[None, :])
+    offset = np.linspace(-reach, reach, 33) / 2
+    sample = terrain.relief.sample(middle[0] + offset[:, None], middle[1] + offset[None, :])
     return float(np.sqrt(np.nanmean(np.square(sample.slope))))
 
 
@@ -286,12 +286,12 @@ def _at(
     rows, water = _paths(terrain, positions, ends), ends.water
     length, curvature, plane, sine, depth = rows[:, 0], _matrices(rows[:, 3:6]), _matrices(rows[:, 6:9]), *rows.T[9:11]
     value, vector = np.linalg.eigh(curvature)
-    wavenumber, beside = 2 * np.pi / wavelength, scale / 8
+    wavenumber, step = 2 * np.pi / wavelength, scale / 8
     for axis in range(2):
         along = vector[:, :, axis]
-        moved = (_paths(terrain, positions + side * beside * along, ends) for side in (-1, 1))
+        moved = (_paths(terrain, positions + side * step * along, ends) for side in (-1, 1))
         bends = [np.einsum("na,nab,nb->n", along, _matrices(path_columns[:, 3:6]), along) for path_columns in moved]
-        third = np.abs(bends[1] - bends[0]) / (2 * beside)
+        third = np.abs(bends[1] - bends[0]) / (2 * step)
         least = AIRY * third ** (2 / 3) * wavenumber ** (-1 / 3)
         value[:, axis] = np.where(value[:, axis] < 0, -1, 1) * np.maximum(np.abs(value[:, axis]), least)
     focusing = np.sqrt(np.linalg.det(plane) / np.maximum(np.abs(value.prod(axis=1)), 1e-12))

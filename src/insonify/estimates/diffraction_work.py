@@ -39,8 +39,8 @@ def diffraction_seconds_on_seabed(
         return 0.0
     start, azimuth = ping_geometry.transmit_position, np.linspace(0, 2 * np.pi, AROUND, endpoint=False)
     offset = distance[:, None, None] * np.stack([np.cos(azimuth), np.sin(azimuth)], axis=-1)
-    ground = np.full((*offset.shape[:2], 1), simulator.scenario.seabed.depth)
-    position = np.concatenate([start[:2] + offset, ground], axis=-1).reshape(-1, 3)
+    depth = np.full((*offset.shape[:2], 1), simulator.scenario.seabed.depth)
+    position = np.concatenate([start[:2] + offset, depth], axis=-1).reshape(-1, 3)
     direction = (position - start) / np.linalg.norm(position - start, axis=1, keepdims=True)
     ends = ping_geometry.transmit_beams, ping_geometry.receive_beams
     gain = np.prod([np.abs(end.gain(direction)).max(axis=0) for end in ends], axis=0)
@@ -82,23 +82,23 @@ def _seconds_per_point(
     wavelength, boxes = ping_geometry.sound_speed / ping_geometry.frequency, len(scene.boxes)
     start = ping_geometry.transmit_position
     reach = np.maximum(np.linalg.norm(position[:, :2] - start[:2], axis=1), 1e-9)
-    ahead = (position[:, :2] - start[:2]) / reach[:, None]
+    direction = (position[:, :2] - start[:2]) / reach[:, None]
     direct = sum(name == DIRECT for name in families)
     seconds, by_boxes = np.zeros(len(position)), np.zeros(len(position), bool)
     for row, (north, east, radius, top, _) in enumerate(bounding_cylinders(scene).tolist()):
-        before = (north - start[0]) * ahead[:, 0] + (east - start[1]) * ahead[:, 1]
-        beside = np.abs((east - start[1]) * ahead[:, 0] - (north - start[0]) * ahead[:, 1])
-        behind = reach - before
+        along = (north - start[0]) * direction[:, 0] + (east - start[1]) * direction[:, 1]
+        lateral_offset = np.abs((east - start[1]) * direction[:, 0] - (north - start[0]) * direction[:, 1])
+        beyond = reach - along
         number = FAR if row < boxes else ROUGH_RIPPLES if rough else RIPPLES
-        product = np.maximum(before, wavelength) * np.maximum(behind, wavelength)
+        product = np.maximum(along, wavelength) * np.maximum(beyond, wavelength)
         clearance = number * np.sqrt(wavelength / 2 * product / np.maximum(reach, wavelength))
-        near = (np.minimum(before, behind) > -radius) & (beside <= radius + clearance)
+        near = (np.minimum(along, beyond) > -radius) & (lateral_offset <= radius + clearance)
         if own:
             near[row] = False
         if row < boxes:
             by_boxes |= near
             continue
-        low = start[2] + (position[:, 2] - start[2]) * before / reach >= top - clearance
+        low = start[2] + (position[:, 2] - start[2]) * along / reach >= top - clearance
         width = np.sqrt(wavelength) / 2
         columns = float(np.clip(np.ceil(2 * radius / width), FEWEST, COLUMNS)) if rough else COLUMNS
         legs = near * (len(families) - direct) + (near & low) * direct

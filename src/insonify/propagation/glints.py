@@ -392,10 +392,10 @@ def leg_rows(legs: Legs, rows: list[int]) -> Legs:
     """Select rows of legs, repeated ones too, as copies of the columns."""
     columns = {name: getattr(legs, name)[rows] for name in LEG_COLUMNS}
     caustic = None if legs.caustic is None else legs.caustic[rows]
-    beside = None if legs.aperture_expansion is None else legs.aperture_expansion[rows]
+    expansion = None if legs.aperture_expansion is None else legs.aperture_expansion[rows]
     return replace(
         legs, families=tuple(legs.families[row] for row in rows), branch=tuple(legs.branch[row] for row in rows),
-        caustic=caustic, aperture_expansion=beside, **columns,
+        caustic=caustic, aperture_expansion=expansion, **columns,
     )  # fmt: skip
 
 

@@ -163,11 +163,11 @@ def _near(
     if scatterers.boundary == BOUNDARY_ECHO:  # slopes turn paths aside from the straight line between both ends
         aside = float(np.nanmax(legs.length * np.hypot(*np.moveaxis(legs.arrival[..., :2], -1, 0)), initial=0.0))
     if boxes:
-        beside = edge_clearance(longest, wavelength, FAR) + aside
-        near_points = points_near_cylinders(scene, position, points, beside, legs.arrival)[:boxes]
+        max_offset = edge_clearance(longest, wavelength, FAR) + aside
+        near_points = points_near_cylinders(scene, position, points, max_offset, legs.arrival)[:boxes]
     if boxes < len(scene.occluders):
-        beside = edge_clearance(longest, wavelength, max_fresnel_number) + aside
-        near_points += points_near_cylinders(scene, position, points, beside)[boxes:]
+        max_offset = edge_clearance(longest, wavelength, max_fresnel_number) + aside
+        near_points += points_near_cylinders(scene, position, points, max_offset)[boxes:]
     return near_points
 
 

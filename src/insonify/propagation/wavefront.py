@@ -69,5 +69,5 @@ def wavefront(legs: Legs, row: int, position: Floats, points: Floats, water: Wat
     tube = legs.spreading[row] ** 2 * away * np.abs(arrival_sine)
     rate = sense * tube / np.where(is_horizontal, 1.0, point_speed * cosine)
     across = (rate + gradient * np.sign(sine) * cosine**2 / speed**2) / np.where(is_horizontal, 1.0, np.abs(sine))
-    beside = np.zeros((0, len(away))) if legs.aperture_expansion is None else legs.aperture_expansion[row]
-    return Wavefront(np.where(is_horizontal, 1 / np.maximum(length, 1e-9), speed * across), away, gradient, beside)
+    expansion = np.zeros((0, len(away))) if legs.aperture_expansion is None else legs.aperture_expansion[row]
+    return Wavefront(np.where(is_horizontal, 1 / np.maximum(length, 1e-9), speed * across), away, gradient, expansion)

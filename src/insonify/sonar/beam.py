@@ -226,15 +226,9 @@ def _gain_of_each(all_beams: Beams, channel: NDArray[np.intp], cosines: Floats) 
         channel: Number of the beam for each direction, shape (n,).
         cosines: Cosines of the directions to the array's right and down [1], shape (n, 2).
     """
-    (across, down, long, tall), per_unit = all_beams.tables, all_beams.per_unit
-    u, v = cosines.T
-    off = cosines - all_beams.steer[channel]
-    one = beam_arrays.element_gains(all_beams.element, _in_array_frame(cosines)[:, 0])
-    one = one * beam_arrays.table_value(long, per_unit[2], u) * beam_arrays.table_value(tall, per_unit[3], v)
-    beam = beam_arrays.table_value(across, per_unit[0], off[:, 0]) * beam_arrays.table_value(
-        down, per_unit[1], off[:, 1]
-    )
-    return np.asarray(one * (beam * all_beams.scale[channel]))
+    (u, v), tables = cosines.T, all_beams.kernel_tables
+    one = beam_arrays.element_amplitudes(tables, _in_array_frame(cosines)[:, 0], u, v)
+    return np.asarray(one * beam_arrays.beam_amplitudes(tables, channel, u, v))
 
 
 def _axes_of(array: LineArray | PlanarArray | PointTransducer) -> Floats:

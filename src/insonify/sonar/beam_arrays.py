@@ -87,15 +87,34 @@ def distance_to_span(least: Floats, greatest: Floats, axis: float) -> Floats:
     return np.asarray(np.maximum(np.maximum(least - axis, axis - greatest), 0.0))
 
 
+def element_amplitudes(beams: BeamTables, w: Floats, u: Floats, v: Floats) -> Floats:
+    """Amplitude of one element at direction cosines to boresight, right and down [1], shape of the cosines."""
+    (_, _, long, tall), per_unit = beams.tables, beams.per_unit
+    one = element_gains(beams.element, w)
+    return np.asarray(one * table_value(long, per_unit[2], u) * table_value(tall, per_unit[3], v))
+
+
+def beam_amplitudes(beams: BeamTables, channel: int | NDArray[np.intp], u: Floats, v: Floats) -> Floats:
+    """Amplitude of one beam without that of the element, see `beam_kernels.beam_amplitude`.
+
+    Args:
+        beams: The beams.
+        channel: Number of the beam, of all directions or of each, shape (n,).
+        u: Cosines to the right [1], shape (n,).
+        v: Cosines downwards [1], shape (n,).
+    """
+    (across, down, _, _), per_unit, (right, below) = beams.tables, beams.per_unit, beams.steer[channel].T
+    beam = table_value(across, per_unit[0], u - right) * table_value(down, per_unit[1], v - below)
+    return np.asarray(beam * beams.scale[channel])
+
+
 @beam_gains.stand_in
 def _gains(direction: Floats, beams: BeamTables, out: Floats) -> None:
     """Amplitude of every beam in every direction, into out of shape (channels, n): the kernel's to the bit."""
     w, u, v = cosines(beams.axes, *direction.T)
-    (across, down, long, tall), per = beams.tables, beams.per_unit
-    one = element_gains(beams.element, w) * table_value(long, per[2], u) * table_value(tall, per[3], v)
-    for channel, (right, below) in enumerate(beams.steer):
-        beam = table_value(across, per[0], u - right) * table_value(down, per[1], v - below)
-        out[channel] = one * (beam * beams.scale[channel])
+    one = element_amplitudes(beams, w, u, v)
+    for channel in range(len(beams.steer)):
+        out[channel] = one * beam_amplitudes(beams, channel, u, v)
 
 
 @beam_bounds.stand_in

@@ -186,10 +186,11 @@ def largest_beam(beams: BeamMajorants, w: float, u: tuple[float, float], v: tupl
     nearest, count = nearest_block(blocks, u), blocks.shape[0]
     for i in range(count):
         block = (nearest + i) % count
-        bound = interpolate_majorant(across, per_unit[0], interval_distance(u, blocks[block, 0], blocks[block, 1]))
-        bound *= interpolate_majorant(down, per_unit[1], interval_distance(v, blocks[block, 2], blocks[block, 3]))
-        if bound * blocks[block, 4] <= largest:
-            continue
+        if i > 0:  # the nearest block is evaluated anyway
+            bound = interpolate_majorant(across, per_unit[0], interval_distance(u, blocks[block, 0], blocks[block, 1]))
+            bound *= interpolate_majorant(down, per_unit[1], interval_distance(v, blocks[block, 2], blocks[block, 3]))
+            if bound * blocks[block, 4] <= largest:
+                continue
         first = block * CHANNELS_PER_BLOCK
         for channel in range(first, min(first + CHANNELS_PER_BLOCK, steer.shape[0])):
             beam = interpolate_majorant(across, per_unit[0], distance_to_interval(u[0], u[1], steer[channel, 0]))
