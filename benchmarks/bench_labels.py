@@ -40,7 +40,7 @@ ROUNDS = 3
 """Rounds of both runs: the best of each counts."""
 PINGS = 40
 """Pings of a sidescan."""
-FRAMES = 2
+FRAMES = 8
 """Frames of a wide sonar."""
 CASES = ("100 kHz expected", "400 kHz flat", "400 kHz relief", "900 kHz wide")
 SMALL = {

@@ -151,12 +151,13 @@ class Simulator:
 
     def label_accumulator(self, geometry: PingGeometry) -> LabelAccumulator:
         """Accumulator of the labels of one ping."""
-        occluder_names = tuple(target.label for target in self.engine.scene.occluders)
-        grid = self.grid  # of the sound where both are expectations, else without the filter's weak ringing
-        if self.scenario.field == "coherent":
+        occluder_names, grid = tuple(target.label for target in self.engine.scene.occluders), self.grid
+        is_fine = self.scenario.field == "incoherent"
+        if not is_fine:  # without the filter's weak ringing
             grid = time_grid(*self.scenario.track.window, grid.sample_rate, self.pulse.start, self.pulse.stop)
         expectation = replace(self.incoherent_accumulator(geometry), grid=grid, directions=None)
-        return LabelAccumulator(expectation, self.label_names, occluder_names, float(np.mean(self.noise.power)))
+        noise = float(np.mean(self.noise.power))
+        return LabelAccumulator(expectation, self.label_names, occluder_names, noise, is_fine)
 
     @cached_property
     def label_names(self) -> LabelNames:
@@ -470,10 +471,9 @@ def _engine(
         changes["choice"] = choice.unchecked_copy(scatterers_per_cell=required.max_scatterers_per_cell)
     if required.quadrature:
         changes["delay_field"] = None  # an expectation is a mean over random delays
-    if required.approximate_edges:
-        changes["approximate_edges"] = True
+    changes |= {"approximate_edges": True} if required.approximate_edges else {}
     if isinstance(pool, SerialPool):
-        changes["terrain_occlusion"] = pool.terrain_occlusion  # of this ping alone
+        changes["caches"] = replace(engine.caches, terrain_occlusion=pool.terrain_occlusion)  # of this ping alone
     return replace(engine, **changes) if changes else engine
 
 

@@ -5,15 +5,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from insonify.engines.engine_caches import EngineCaches
 from insonify.engines.ping_scatterers import ping_scatterers
-from insonify.recent_results import RecentResults
 from insonify.simulator import build_simulator
 from oracles.scenes import nominal
 
 BOX = {"label": "box", "position": (0.0, 80.0), "size": (6.0, 1.0, 1.0)}
 
 
-def points(importance_sampling=True, layouts=None, ping=0, box=None, **changes):
+def points(importance_sampling=True, caches=None, ping=0, box=None, **changes):
     """Positions and areas of all even points of the seabed, with the sonar's geometry."""
     made = {
         "track": {"window": (0.08, 0.12)},
@@ -22,9 +22,7 @@ def points(importance_sampling=True, layouts=None, ping=0, box=None, **changes):
     }
     ready = build_simulator(nominal(box=box, **made))
     here, engine = ready.ping_geometry(ping), ready.engine
-    blocks = ping_scatterers(
-        engine.scene, engine.choice, 1, here, engine.rays, quadrature=True, layouts=layouts
-    ).blocks()
+    blocks = ping_scatterers(engine.scene, engine.choice, 1, here, engine.rays, quadrature=True, caches=caches).blocks()
     found = [block() for block in blocks]
     place, area = (np.concatenate([getattr(one, name) for one in found]) for name in ("position", "area"))
     return place, area, here, ready
@@ -63,10 +61,10 @@ def test_points_do_not_depend_on_what_was_kept_of_other_pings():
             "window": (0.08, 0.12)}  # fmt: skip
     scenario = nominal(paths={"contributions": ["seabed"]})
     ready = build_simulator(type(scenario).model_validate({**scenario.model_dump(exclude_unset=True), "track": line}))
-    engine, held = ready.engine, RecentResults(8)
+    engine, held = ready.engine, EngineCaches()
     for ping in range(3):
         blocks = ping_scatterers(
-            engine.scene, engine.choice, 1, ready.ping_geometry(ping), engine.rays, quadrature=True, layouts=held
+            engine.scene, engine.choice, 1, ready.ping_geometry(ping), engine.rays, quadrature=True, caches=held
         ).blocks()
         after = [block().position for block in blocks]
     fresh = ping_scatterers(
@@ -92,8 +90,8 @@ def test_ranges_of_a_targets_shadow_keep_more_points():
 
 def test_a_sonar_that_turns_has_other_points():
     """Attitude is part of what is kept: beams that turned do not reuse the points of those before."""
-    held, turn = RecentResults(8), {"sonar": {"mounting": {"bearing": 1.75}}}
-    before, after, fresh = points(layouts=held), points(layouts=held, **turn), points(**turn)
+    held, turn = EngineCaches(), {"sonar": {"mounting": {"bearing": 1.75}}}
+    before, after, fresh = points(caches=held), points(caches=held, **turn), points(**turn)
     np.testing.assert_array_equal(after[0], fresh[0])
     assert before[0].shape != after[0].shape or not np.array_equal(before[0], after[0])
 

@@ -60,6 +60,6 @@ def test_pings_on_one_thread_keep_their_terrain_occlusion_apart(simulator):
     """A serial pool belongs to one ping: its engine shares the pool's cache, and no other."""
     first, second = SerialPool(), SerialPool()
     wants = Requirements(quadrature=False)
-    assert _engine(simulator.engine, wants, first, None).terrain_occlusion is first.terrain_occlusion
-    assert _engine(simulator.engine, wants, second, None).terrain_occlusion is second.terrain_occlusion
+    assert _engine(simulator.engine, wants, first, None).caches.terrain_occlusion is first.terrain_occlusion
+    assert _engine(simulator.engine, wants, second, None).caches.terrain_occlusion is second.terrain_occlusion
     assert first.terrain_occlusion is not second.terrain_occlusion

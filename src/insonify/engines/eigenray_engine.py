@@ -18,6 +18,7 @@ from insonify.engines.boundary_echoes import (
     sediment_roughness_factor,
     without_glints,
 )
+from insonify.engines.engine_caches import EngineCaches
 from insonify.engines.face_reflection import (
     face_families,
     face_rows,
@@ -33,10 +34,9 @@ from insonify.engines.multiple_bed_scattering import counted_once
 from insonify.engines.pair_importance import PairSelection, keep_probabilities_at, pair_energy_fractions, select_pairs
 from insonify.engines.ping_scatterers import Block, ping_scatterers, slice_footprint
 from insonify.engines.polar_grid import MAX_CELL_WIDTH
-from insonify.engines.quadrature_points import MAX_CACHED_LAYOUTS, QuadratureLayout
 from insonify.engines.radials import straight_gain_bound
 from insonify.engines.relief_reflections import reflect_off_relief, relief_roughness_factor
-from insonify.engines.relief_specular_points import SpecularPoints, with_specular_points
+from insonify.engines.relief_specular_points import with_specular_points
 from insonify.engines.terrain_occlusion import TerrainOcclusion
 from insonify.propagation.delay_field import DelayField
 from insonify.propagation.families import DIRECT, families_reaching
@@ -45,7 +45,7 @@ from insonify.propagation.knife_edge import diffract_at_edges
 from insonify.propagation.path_settings import PathSettings
 from insonify.propagation.propagation_model import PropagationModel
 from insonify.propagation.surface_reflection import SonarEnd, apply_surface_reflection, repeated_glint_weight
-from insonify.recent_results import Identity, RecentResults
+from insonify.recent_results import Identity
 from insonify.records.legs import Legs, joined_legs
 from insonify.records.pairs import Pairs, PairSampling, SeparableStrengths, Strengths
 from insonify.scattering.compiled_law import CompiledLaw
@@ -55,7 +55,6 @@ from insonify.scattering.lambert import Lambert
 from insonify.scene.flat_faces import FlatFace
 from insonify.scene.scatterers import BOUNDARY_ECHO, Law, Scatterers
 from insonify.scene.scene import Scene
-from insonify.scene.terrain.array_cache import ArrayCache
 from insonify.sonar.ping_geometry import PingGeometry
 from insonify.sonar.two_way_beam import two_way_width
 
@@ -63,12 +62,8 @@ Floats = NDArray[np.float64]
 
 FACE_SEED = 0x9E3779B1
 """Multiple of the number of a face that its random bounces have in their seed, so that each face has its own."""
-MAX_CACHED_BOUNDARY_ECHOES = 8
-"""Pings whose boundary echoes are kept."""
 BOUNDARY_ECHO_PROFILE_WIDTH = 1e-3
 """Least width of the azimuth slices in which the seabed occludes boundary echoes, whatever the beams [rad]."""
-MAX_CACHED_SPECULAR_POINTS = 64
-"""Paths whose specular points are kept: those of a ping on each thread."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,24 +75,8 @@ class EigenrayEngine:
     seed: int
     rays: PropagationModel
     """Propagation model of the scene."""
-    terrain_occlusion: RecentResults[TerrainOcclusion] = field(
-        default_factory=lambda: RecentResults(8), compare=False, repr=False
-    )
-    """Terrain occlusion at the last few positions of the sonar's ends."""
-    energy_fraction_cache: ArrayCache = field(default_factory=lambda: ArrayCache(1 << 20), compare=False, repr=False)
-    """Energy fractions of pairs of families at the last depths and attitudes."""
-    layouts: RecentResults[QuadratureLayout] = field(
-        default_factory=lambda: RecentResults(MAX_CACHED_LAYOUTS), compare=False, repr=False
-    )
-    """Quadrature points about the sonar at its last attitudes."""
-    specular_points: RecentResults[SpecularPoints | None] = field(
-        default_factory=lambda: RecentResults(MAX_CACHED_SPECULAR_POINTS), compare=False, repr=False
-    )
-    """Specular points of relief between the last ends of the sonar, which all sides and labels have in common."""
-    boundary_echoes: RecentResults[Pairs] = field(
-        default_factory=lambda: RecentResults(MAX_CACHED_BOUNDARY_ECHOES), compare=False, repr=False
-    )
-    """Boundary echoes of the last pings, which sides, sound and labels have in common."""
+    caches: EngineCaches = field(default_factory=EngineCaches, compare=False, repr=False)
+    """Results of the last pings."""
     delay_field: DelayField | None = None
     """Random travel-time delays of inhomogeneous water; None: none, as for an expected intensity."""
     approximate_edges: bool = False
@@ -116,7 +95,7 @@ class EigenrayEngine:
         if not self.choice.contributions:
             return []
         sampler = ping_scatterers(
-            self.scene, self.choice, self.seed, ping_geometry, self.rays, quadrature=quadrature, layouts=self.layouts
+            self.scene, self.choice, self.seed, ping_geometry, self.rays, quadrature=quadrature, caches=self.caches
         )
         return sampler.blocks()
 
@@ -164,7 +143,7 @@ class EigenrayEngine:
             selection: Families and the scatterers at which their pairs are evaluated; None: all of both.
         """
         if scatterers.boundary == BOUNDARY_ECHO:
-            return self.boundary_echoes.get(
+            return self.caches.boundary_echoes.get(
                 self._boundary_echo_key(ping_geometry), lambda: self._boundary_echoes(ping_geometry, scatterers)
             )
         out = self._end_legs(
@@ -214,7 +193,7 @@ class EigenrayEngine:
             back = replace(back, reflection_coefficient=back.reflection_coefficient * factor)
         if terrain is not None and terrain.span[0] < terrain.span[1]:
             back = with_specular_points(
-                back, end, ping_geometry.transmit_position, self.scene, wavelength, self.specular_points
+                back, end, ping_geometry.transmit_position, self.scene, wavelength, self.caches.specular_points
             )
         if self.scene.surface.reflection != "flat":
             _, back = self._with_surface_reflection(back, back, transmitter, ping_geometry, follow_bed=False)
@@ -369,7 +348,7 @@ class EigenrayEngine:
         beams = ping_geometry.transmit_beams, ping_geometry.receive_beams
         depths = ping_geometry.transmit_position[2], ping_geometry.receive_position[2]
         key = (families, depths, ping_geometry.recorded_delays, *(beam.axes.tobytes() for beam in beams))
-        fractions = self.energy_fraction_cache.get(
+        fractions = self.caches.energy_fractions.get(
             key, lambda: pair_energy_fractions(self.scene, terrain, ping_geometry, families, law)
         )
         return families, np.asarray(fractions, float)
@@ -517,7 +496,13 @@ class EigenrayEngine:
         key = (ping_geometry.ping, position.tobytes(), bearing)
         soft = self.choice.edge_diffraction == "knife-edge"
         return reflect_off_relief(
-            legs, scatterers, position, self.terrain_occlusion.get(key, occlude), self.scene, soft=soft, needed=needed
+            legs,
+            scatterers,
+            position,
+            self.caches.terrain_occlusion.get(key, occlude),
+            self.scene,
+            soft=soft,
+            needed=needed,
         )
 
     def _wavelength(self, ping_geometry: PingGeometry, position: Floats) -> float:

@@ -17,11 +17,13 @@ from insonify import random_keys
 from insonify.engines._resolution_kernel import MAX_CELL_LENGTH_RATIO
 from insonify.engines.beam_importance import BeamImportance, KeptScatterers
 from insonify.engines.boundary_echoes import boundary_echo_families, transmitter_point
+from insonify.engines.engine_caches import EngineCaches
 from insonify.engines.face_images import face_images
 from insonify.engines.face_reflection import reflecting_faces
 from insonify.engines.glint_spread import GlintSpread, glint_spread
-from insonify.engines.quadrature_points import Columns, QuadratureLayout, QuadraturePoints
+from insonify.engines.quadrature_points import Columns, QuadraturePoints
 from insonify.engines.resolution import (
+    SPARSE_LIMIT,
     Resolution,
     fill_fraction,
     max_path_length,
@@ -29,12 +31,12 @@ from insonify.engines.resolution import (
     tiles_in_view,
     track_sound_speed,
 )
-from insonify.engines.targets import target_points
+from insonify.engines.targets import received_targets, target_points
 from insonify.engines.volume import VolumeScatterers
 from insonify.propagation.families import families_reaching
 from insonify.propagation.path_settings import PathSettings
 from insonify.propagation.propagation_model import PropagationModel, ReachableRange
-from insonify.recent_results import RecentResults
+from insonify.recent_results import Identity
 from insonify.scene.scatterer_grid import Tiles, next_positions, tile_prefixes
 from insonify.scene.scatterers import Boundary, Law, Scatterers, grid_scatterer_id
 from insonify.scene.scene import Scene
@@ -67,13 +69,13 @@ class PingScatterers:
     rays: PropagationModel
     quadrature: bool
     """Even points for an expectation, or drawn ones that belong to their positions."""
-    layouts: RecentResults[QuadratureLayout] = field(default_factory=lambda: RecentResults(1))
-    """Even points of the last few attitudes."""
+    caches: EngineCaches = field(default_factory=EngineCaches)
+    """Results of the last pings."""
 
     @cached_property
     def resolution(self) -> Resolution:
         """Resolution cells of the ping."""
-        return resolution_of(self.scene, self.choice, self.ping_geometry)
+        return resolution_of(self.scene, self.choice, self.ping_geometry, quadrature=self.quadrature)
 
     def blocks(self) -> list[Block]:
         """Blocks of every scatterer in reach of this ping, in a fixed order."""
@@ -155,7 +157,7 @@ class PingScatterers:
             return []
         even = QuadraturePoints(
             self.scene, self.ping_geometry, self.rays, depth, kept, reach, self.resolution, self.rise(boundary),
-            float(amplitude_ratio(self.choice.beam_cutoff_db)), self.choice.importance_sampling, self.layouts,
+            float(amplitude_ratio(self.choice.beam_cutoff_db)), self.choice.importance_sampling, self.caches.layouts,
             self.choice.edge_diffraction == "knife-edge",
             face_images(self.scene, self.choice, self.ping_geometry, boundary),
         )  # fmt: skip
@@ -233,9 +235,13 @@ class PingScatterers:
 
     def _targets(self) -> list[Block]:
         blocks: list[Block] = []
+        received = self.caches.received_targets.get(
+            Identity(self.ping_geometry),
+            partial(received_targets, self.scene, self.choice, self.ping_geometry, self.rays),
+        )
         for points in target_points(
             self.scene, self.choice, self.seed, self.ping_geometry, self.resolution.slant_resolution,
-            quadrature=self.quadrature, rays=self.rays, resolution=self.resolution,
+            quadrature=self.quadrature, rays=self.rays, resolution=self.resolution, received=received,
         ):  # fmt: skip
             size = (
                 SCATTERERS_PER_BLOCK if points.has_random_phase else max(len(points), 1)
@@ -246,21 +252,28 @@ class PingScatterers:
 
 def ping_scatterers(
     scene: Scene, choice: PathSettings, seed: int, ping_geometry: PingGeometry, rays: PropagationModel, *,
-    quadrature: bool = False, layouts: RecentResults[QuadratureLayout] | None = None,
+    quadrature: bool = False, caches: EngineCaches | None = None,
 ) -> PingScatterers:  # fmt: skip
     """Scatterers of the scene in reach of one ping, with the finest resolution that processing can attain."""
     if reflecting_faces(scene, choice, ping_geometry.frequency):  # by way of a face, echoes of near ground arrive late
         ping_geometry = replace(ping_geometry, window=(0.0, ping_geometry.window[1]))
-    return PingScatterers(scene, choice, seed, ping_geometry, rays, quadrature, layouts or RecentResults(1))
+    return PingScatterers(scene, choice, seed, ping_geometry, rays, quadrature, caches or EngineCaches())
 
 
-def resolution_of(scene: Scene, choice: PathSettings, ping_geometry: PingGeometry) -> Resolution:
-    """Resolution cells of one ping: the finest that processing of the recording can attain."""
+def resolution_of(
+    scene: Scene, choice: PathSettings, ping_geometry: PingGeometry, *, quadrature: bool = False
+) -> Resolution:
+    """Resolution cells of one ping: the finest that processing of the recording can attain.
+
+    Sparse points of an expectation have cells of half the recorded pulse, as a sweep without a matched filter is.
+    """
     # A pulse longer than the scene is deep would blur the legs' spreading, grazing angles and shadows.
     shallowest, deepest = ping_geometry.track_depths
     height = max(0.1, min(shallowest, scene.seabed.depth - deepest))
     speed = track_sound_speed(scene, ping_geometry)
     pulse = ping_geometry.pulse.finest_resolution(speed)
+    if quadrature and choice.scatterers_per_cell < SPARSE_LIMIT:
+        pulse = max(pulse, speed / 4 * ping_geometry.pulse.resolution_time)
     slant = min(pulse, MAX_CELL_LENGTH_RATIO * height)
     width = two_way_width(
         ping_geometry.transmit_beams, ping_geometry.full_aperture_beams or ping_geometry.receive_beams

@@ -4,7 +4,7 @@ Cells follow from the closest approach of the whole track and from the slowest w
 ping's distance or the sound speed at its depth, so that a position on a target has the same phase in every ping.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import lru_cache, partial
 from typing import NamedTuple
 
@@ -59,6 +59,7 @@ MIN_TRAVEL_TIME_RATIO = 0.95
 def target_points(
     scene: Scene, choice: PathSettings, seed: int, ping_geometry: PingGeometry, slant: float, *, quadrature: bool,
     rays: PropagationModel | None = None, resolution: Resolution | None = None,
+    received: Sequence[bool] | None = None,
 ) -> list[Scatterers]:  # fmt: skip
     """The points of all targets that one ping can receive, target by target.
 
@@ -72,19 +73,17 @@ def target_points(
         rays: Propagation model of the scene; None: targets below the beam cutoff are not dropped.
         resolution: Resolution cells, for targets of many drawn or sparse points to have no more than fill them; None:
             all points.
+        received: From `received_targets`; None: evaluated.
     """
     fully = quadrature and not (resolution is not None and resolution.sparse)
     cells = None if fully or choice.geometry == "slice" else resolution
     blocks = []
-    for target in scene.targets:
+    received = received or received_targets(scene, choice, ping_geometry, rays)
+    for target in [one for one, is_received in zip(scene.targets, received, strict=True) if is_received]:
         if isinstance(target, PointTarget):
             blocks.append(point_scatterer(target))
             continue
-        if not _may_fall_in_window(target, scene, ping_geometry):
-            continue
         is_slice = choice.geometry == "slice"
-        if not is_slice and not _within_beams(scene, target, choice, ping_geometry, rays):
-            continue
         smooth: list[Scatterers] = []
         for faces in solids_of_one_law(target):
             insonification = partial(solid_insonification, scene, faces, choice, ping_geometry, slant, rays)
@@ -98,6 +97,27 @@ def target_points(
                 smooth.append(smooth_facets(scene, faces, choice, ping_geometry, slant, rays))
         blocks += [joined_facets(smooth)] if smooth else []
     return blocks
+
+
+def received_targets(
+    scene: Scene, choice: PathSettings, ping_geometry: PingGeometry, rays: PropagationModel | None = None
+) -> tuple[bool, ...]:
+    """Targets, in their order, of which an echo may fall into beams and window of a ping.
+
+    Args:
+        scene: The scene.
+        choice: Path settings: all of the scene, or a slice.
+        ping_geometry: The sonar at this ping.
+        rays: See `target_points`.
+    """
+    return tuple(
+        isinstance(one, PointTarget)
+        or (
+            _may_fall_in_window(one, scene, ping_geometry)
+            and (choice.geometry == "slice" or _within_beams(scene, one, choice, ping_geometry, rays))
+        )
+        for one in scene.targets
+    )
 
 
 class TargetPointCount(NamedTuple):

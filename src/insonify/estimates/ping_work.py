@@ -142,7 +142,10 @@ def _side_work(simulator: Simulator, ping_geometry: PingGeometry) -> PingWork:
 def _slice(simulator: Simulator, ping_geometry: PingGeometry) -> PingWork:
     """Points along the one line of each boundary, and their pairs."""
     scenario = simulator.scenario
-    seen = ping_scatterers(simulator.engine.scene, scenario.paths, scenario.seed, ping_geometry, simulator.engine.rays)
+    seen = ping_scatterers(
+        simulator.engine.scene, scenario.paths, scenario.seed, ping_geometry, simulator.engine.rays,
+        quadrature=scenario.field == "incoherent",
+    )  # fmt: skip
     boundaries: list[tuple[Boundary, float]] = [("seabed", scenario.seabed.depth), ("surface", 0.0)]
     total = PingWork(seconds=unit_costs.SECONDS_PER_SLICE_PING)
     for boundary, boundary_depth in boundaries:
@@ -164,7 +167,10 @@ def _boundaries(
 ) -> PingWork:
     """Scatterers of the seabed, unless it is counted apart, and of the surface."""
     scenario, total = simulator.scenario, PingWork()
-    seen = ping_scatterers(simulator.engine.scene, scenario.paths, scenario.seed, ping_geometry, simulator.engine.rays)
+    seen = ping_scatterers(
+        simulator.engine.scene, scenario.paths, scenario.seed, ping_geometry, simulator.engine.rays,
+        quadrature=scenario.field == "incoherent",
+    )  # fmt: skip
     boundaries: list[tuple[Boundary, float]] = [("seabed", scenario.seabed.depth), ("surface", 0.0)]
     for boundary, boundary_depth in boundaries:
         kept, law = families_reaching(boundary, scenario.paths.followed_families), _law(scenario, boundary)
@@ -266,7 +272,10 @@ def _water(simulator: Simulator, ping_geometry: PingGeometry, *, label: bool = F
     scenario = simulator.scenario
     if "water" not in scenario.paths.contributions or not scenario.water.scatters:
         return PingWork()
-    seen = ping_scatterers(simulator.engine.scene, scenario.paths, scenario.seed, ping_geometry, simulator.engine.rays)
+    seen = ping_scatterers(
+        simulator.engine.scene, scenario.paths, scenario.seed, ping_geometry, simulator.engine.rays,
+        quadrature=scenario.field == "incoherent",
+    )  # fmt: skip
     suspended = VolumeScatterers(simulator.engine.scene, scenario.paths, scenario.seed, ping_geometry, seen.resolution)
     count, kept = suspended.count(quadrature=scenario.field == "incoherent"), scenario.paths.followed_families
     pair = _pair_seconds(simulator, ping_geometry, boundary="water", label=label)
@@ -360,7 +369,8 @@ def _on_targets(simulator: Simulator, *, label: bool = False) -> PingWork:
     prices = [_pair_seconds(simulator, side, label=label) for side in sides] * len(pings)
     looked_at = [side for ping in pings for side in simulator.ping_geometries(ping)]
     for ping_geometry, pair_seconds in zip(looked_at, prices, strict=True):
-        seen = ping_scatterers(scene, scenario.paths, scenario.seed, ping_geometry, simulator.engine.rays)
+        seen = ping_scatterers(scene, scenario.paths, scenario.seed, ping_geometry, simulator.engine.rays,
+                               quadrature=scenario.field == "incoherent")  # fmt: skip
         pieces = pieces or [
             one for part, each in parts for one in solid_pieces(part, ping_geometry, seen.resolution) * round(each)
         ]

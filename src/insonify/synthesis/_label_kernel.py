@@ -15,8 +15,8 @@ from insonify.synthesis._simd_gridding import add_real_spike
 Floats = NDArray[np.float64]
 Singles = NDArray[np.float32]
 Complexes = NDArray[np.complex128]
-MOMENTS = 6
-"""Columns of the bins: energy, then energy times north, east, down re the receiver, distance and grazing angle."""
+MOMENTS = 5
+"""Columns of the bins: energy, then energy times north, east, down re the receiver, and times grazing angle."""
 
 
 class PoweredLegs(NamedTuple):
@@ -56,7 +56,6 @@ def deposit_label_positions(
             scatterer_position[n, 2] - receiver[2],
         )
         moments[0], moments[1], moments[2], moments[3] = 1.0, north, east, down
-        moments[4] = math.sqrt(north * north + east * east + down * down)
         for p in range(pair.shape[0]):
             i, j = pair[p, 0], pair[p, 1]
             position = (out.delay[i, n] + back.delay[j, n] - start) * rate
@@ -64,7 +63,7 @@ def deposit_label_positions(
                 continue
             k = math.floor(position)
             fraction = position - k
-            moments[5] = (abs(out.grazing[i, n]) + abs(back.grazing[j, n])) / 2
+            moments[4] = (abs(out.grazing[i, n]) + abs(back.grazing[j, n])) / 2
             for channel in range(bins.shape[0]):
                 sent = out.power[channel % out.power.shape[0], i, n]
                 energy = sent * back.power[channel % back.power.shape[0], j, n] * strength[p, n] ** 2
@@ -106,23 +105,37 @@ class LabelGrid(NamedTuple):
     """Bins per second [Hz]."""
     row_phase: float
     """Pi wavelengths of the receive aperture per row: its sinc is the mean product of gains one row apart [rad]."""
+    is_fine: bool
+    """True: cells hold all energies, to be transformed; False: cells are bins too, and hold what bins do not."""
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _deposit_energy(cells: Floats, p: int, grid: LabelGrid, row: float, delay: float, energy: float) -> None:
-    """Add one energy to the cells about its delay, as in `_gridding.deposit_energy`, of the adjacent rows."""
-    position = (delay - grid.first_time) * grid.rate - _SHIFT
-    if position >= 0.0 and position < cells.shape[2] - CELLS_PER_SPIKE:
-        cell, first = math.floor(position), math.floor(row)
-        late, part = np.float64(np.float32(position - cell - 0.5)), row - first
-        add_real_spike(cells[first, p], np.intp(cell), late, (1.0 - part) * energy)
-        if part > 0.0:
-            add_real_spike(cells[first + 1, p], np.intp(cell), late, part * energy)
+    """Add one energy to the cells about its delay, of the adjacent rows; fine ones as `_gridding.deposit_energy`."""
+    first = math.floor(row)
+    part = row - first
+    if grid.is_fine:
+        position = (delay - grid.first_time) * grid.rate - _SHIFT
+        if position >= 0.0 and position < cells.shape[2] - CELLS_PER_SPIKE:
+            cell = math.floor(position)
+            late = np.float64(np.float32(position - cell - 0.5))
+            add_real_spike(cells[first, p], np.intp(cell), late, (1.0 - part) * energy)
+            if part > 0.0:
+                add_real_spike(cells[first + 1, p], np.intp(cell), late, part * energy)
+        return
+    position = (delay - grid.start) * grid.bin_rate
+    if position >= 0.0 and position < cells.shape[2] - 1:
+        k = math.floor(position)
+        fraction = position - k
+        for r, share in ((first, (1.0 - part) * energy), (first + 1, part * energy)):
+            if share != 0.0:
+                cells[r, p, k] += (1.0 - fraction) * share
+                cells[r, p, k + 1] += fraction * share
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _deposit_position(
-    bins: Singles, grid: LabelGrid, row: float, delay: float, energy: float, moments: tuple[float, float, float, float],
+    bins: Singles, grid: LabelGrid, row: float, delay: float, energy: float, offset: tuple[float, float, float],
     grazing: float,
 ) -> None:  # fmt: skip
     """Add one energy, and energy times position, to the two bins about its delay, of the adjacent rows."""
@@ -136,11 +149,10 @@ def _deposit_position(
             for bin_number, share in ((k, (1 - fraction) * whole), (k + 1, fraction * whole)):
                 one = bins[r, bin_number]
                 one[0] += share
-                one[1] += share * moments[0]
-                one[2] += share * moments[1]
-                one[3] += share * moments[2]
-                one[4] += share * moments[3]
-                one[5] += share * grazing
+                one[1] += share * offset[0]
+                one[2] += share * offset[1]
+                one[3] += share * offset[2]
+                one[4] += share * grazing
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -174,12 +186,12 @@ def _interference(overlap: PulseOverlap, early: complex, late: complex, lag: flo
 @njit(cache=True, nogil=True, error_model="numpy")
 def deposit_labels(
     points: LabelledPoints, pair: NDArray[np.int64], overlap: PulseOverlap, grid: LabelGrid, receiver: Floats,
-    pair_cells: Floats, object_cells: Floats, bins: Singles,
+    cells: Floats, pair_row: NDArray[np.int64], bins: Singles,
 ) -> tuple[NDArray[np.int64], Floats, Complexes]:  # fmt: skip
     """Deposit energies and positions of all pairs of legs of some points; a pair and its reverse arrive as one.
 
     Every pair counts for itself. The interference of two pairs within one pulse counts for the object: deposited half
-    way between them for a short pulse, otherwise left to a coherent sum.
+    way between them for a short pulse, otherwise left to a coherent sum. In bins a pair and its reverse count apart.
 
     Args:
         points: The points.
@@ -187,9 +199,10 @@ def deposit_labels(
         overlap: Interference of replicas by their lag.
         grid: Grids of the cells and the bins.
         receiver: North, east, depth of the receiver [m], (3,).
-        pair_cells: Energies of each pair, added to in place, (rows, p, cells).
-        object_cells: Energies of the interference between pairs, which may be negative, added to in place, (rows, 1,
-            cells), without cells for a single pair.
+        cells: Energies, added to in place, (rows, q, cells): of each pair, on a fine grid; otherwise the interference
+            of a pair with its reverse. Last, where there are two pairs or more, the interference between them, which
+            may be negative.
+        pair_row: Row of each pair in the second axis of the cells; -1 for none, (p,).
         bins: Energies and positions, added to in place, (rows, p, bins, MOMENTS).
 
     Returns:
@@ -204,8 +217,7 @@ def deposit_labels(
     for n in range(point_count):
         m = 0
         position = points.position[n]
-        north, east, down = position[0] - receiver[0], position[1] - receiver[1], position[2] - receiver[2]
-        moments = north, east, down, math.sqrt(north * north + east * east + down * down)
+        offset = position[0] - receiver[0], position[1] - receiver[1], position[2] - receiver[2]
         for p in range(count):
             i, j, strength = pair[p, 0], pair[p, 1], points.strength[p, n]
             forward = points.transmit_weight[i, n] * points.receive_weight[j, n] * strength
@@ -217,15 +229,18 @@ def deposit_labels(
             grazing = (abs(points.grazing[i, n]) + abs(points.grazing[j, n])) / 2
             one, other = points.row[j, n], points.row[i, n]
             tau[m], w[m], row[m], interferes[m] = delay, value, 0.5 * (one + other), False
+            excess = 2.0 * (forward * np.conj(backward)).real * _coherence(grid, one - other)
             if one == other:
-                _deposit_position(bins[:, p], grid, one, delay, there + back, moments, grazing)
-                _deposit_energy(pair_cells, p, grid, one, delay, value.real**2 + value.imag**2)
+                _deposit_position(bins[:, p], grid, one, delay, there + back, offset, grazing)
+                if grid.is_fine:
+                    excess += there + back
             else:
-                both = 2.0 * (forward * np.conj(backward)).real * _coherence(grid, one - other)
-                _deposit_energy(pair_cells, p, grid, row[m], delay, both)
                 for at, energy in ((one, there), (other, back)):
-                    _deposit_position(bins[:, p], grid, at, delay, energy, moments, grazing)
-                    _deposit_energy(pair_cells, p, grid, at, delay, energy)
+                    _deposit_position(bins[:, p], grid, at, delay, energy, offset, grazing)
+                    if grid.is_fine:
+                        _deposit_energy(cells, pair_row[p], grid, at, delay, energy)
+            if pair_row[p] >= 0:
+                _deposit_energy(cells, pair_row[p], grid, row[m], delay, excess)
             for k in range(m):
                 lag = delay - tau[k]
                 if abs(lag) >= overlap.support:
@@ -233,7 +248,9 @@ def deposit_labels(
                 if is_short:
                     early, late = (w[k], value) if lag > 0 else (value, w[k])
                     excess = _interference(overlap, early, late, abs(lag)) * _coherence(grid, row[m] - row[k])
-                    _deposit_energy(object_cells, 0, grid, 0.5 * (row[k] + row[m]), tau[k] + 0.5 * lag, excess)
+                    _deposit_energy(
+                        cells, cells.shape[1] - 1, grid, 0.5 * (row[k] + row[m]), tau[k] + 0.5 * lag, excess
+                    )
                 else:
                     interferes[k] = interferes[m] = True
             m += 1

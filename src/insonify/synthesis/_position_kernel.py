@@ -1,10 +1,8 @@
 """Energies and positions of seabed samples by delay, and their convolution with the pulse. Plain numbers and arrays.
 
-Bins are those of `_label_kernel`: energy, then energy times north, east, down re the receiver, distance and
-grazing angle.
+Bins are those of `_label_kernel`: energy, then energy times north, east, down re the receiver, and times grazing angle.
 """
 
-import math
 from typing import Any
 
 import numpy as np
@@ -43,7 +41,6 @@ def deposit_positions(
             continue
         n, b = points[k], int(at)
         north, east, down = position[0, n] - receiver[0], position[1, n] - receiver[1], position[2, n] - receiver[2]
-        away = math.sqrt(north * north + east * east + down * down)
         grazing = 0.5 * (np.float64(out[n]) + back[n])
         more = (at - b) * energy[k]
         less = energy[k] - more
@@ -52,14 +49,12 @@ def deposit_positions(
         one[1] += less * north
         one[2] += less * east
         one[3] += less * down
-        one[4] += less * away
-        one[5] += less * grazing
+        one[4] += less * grazing
         two[0] += more
         two[1] += more * north
         two[2] += more * east
         two[3] += more * down
-        two[4] += more * away
-        two[5] += more * grazing
+        two[4] += more * grazing
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -87,53 +82,70 @@ def deposit_pair_positions(
 
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
-def smear_energies(bins: Singles, pulse: Floats, out: Floats) -> None:
-    """Convolve energies with a pulse: sums over the bins that contribute to each sample.
+def smear_energies(bins: NDArray[Any], pulse: Floats, per_sample: int, out: Floats) -> None:
+    """Convolve energies with a pulse, added to samples: sums over the bins that contribute to each.
 
     Args:
-        bins: Energies and positions by delay, (channels, bins, MOMENTS).
-        pulse: Energy of the pulse at the lag of each bin, the first bin first [1], (bins - samples + 1,).
-        out: Result, (channels, samples).
+        bins: Energies by delay, (channels, bins).
+        pulse: Energy of the pulse at the lag of each bin, for some successive samples [1], (phases, lags).
+        per_sample: Bins from one sample, of each phase, to the next.
+        out: Result, added to in place, (channels, samples).
     """
-    energy = np.empty(bins.shape[1])
+    phases, size = pulse.shape[0], bins.shape[1] // per_sample
+    energy, series = np.empty(size), np.empty(-(-out.shape[1] // phases))
     for channel in range(bins.shape[0]):
-        energy[:] = bins[channel, :, 0]
-        series = out[channel]
-        series[:] = 0.0
-        for k in range(pulse.size):
-            weight = pulse[k]
-            if weight > 0.0:
-                for n in range(series.size):
-                    series[n] += weight * energy[n + k]
+        first, last = bins.shape[1], 0
+        for k in range(bins.shape[1]):
+            if bins[channel, k] != 0:
+                first, last = min(first, k), k + 1
+        if last == 0:
+            continue
+        for phase in range(phases):
+            series[:] = 0.0
+            for part in range(per_sample):
+                for k in range(size):
+                    energy[k] = bins[channel, k * per_sample + part]
+                for k in range(part, pulse.shape[1], per_sample):
+                    weight, shift = pulse[phase, k], k // per_sample
+                    if weight > 0.0:
+                        begin, end = first // per_sample - shift, -(-last // per_sample) - shift
+                        for n in range(max(begin, 0), min(end, series.size)):
+                            series[n] += weight * energy[n + shift]
+            for n in range((out.shape[1] - phase + phases - 1) // phases):
+                out[channel, n * phases + phase] += series[n]
 
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
-def smear_positions(bins: Singles, pulse: Floats, strongest: Integers, number: int, out: Floats) -> None:
+def smear_positions(
+    bins: Singles, pulse: Floats, per_sample: int, strongest: Integers, number: int, out: Floats
+) -> None:  # fmt: skip
     """Mean position of the contributions to the samples of one contribution, weighted by energy.
 
     Args:
         bins: Energies and positions of the contribution by delay, (channels, bins, MOMENTS).
-        pulse: Energy of the pulse at the lag of each bin, the first bin first [1], (bins - samples + 1,).
+        pulse: Energy of the pulse at the lag of each bin, for some successive samples [1], (phases, lags).
+        per_sample: Bins from one sample, of each phase, to the next.
         strongest: Number of the contribution that each sample is of, (channels, samples).
         number: Number of this one.
         out: Result, the samples of other contributions unchanged, (MOMENTS - 1, channels, samples).
     """
+    phases = pulse.shape[0]
     for channel in range(strongest.shape[0]):
         for m in range(strongest.shape[1]):
             if strongest[channel, m] != number:
                 continue
-            energy, north, east, down, away, grazing = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-            for k in range(pulse.size):
-                row, part = bins[channel, m + k], pulse[k]
+            energy, north, east, down, grazing = 0.0, 0.0, 0.0, 0.0, 0.0
+            first, weights = m // phases * per_sample, pulse[m % phases]
+            for k in range(min(weights.size, bins.shape[1] - first)):
+                row, part = bins[channel, first + k], weights[k]
                 energy += part * row[0]
                 north += part * row[1]
                 east += part * row[2]
                 down += part * row[3]
-                away += part * row[4]
-                grazing += part * row[5]
+                grazing += part * row[4]
             means = out[:, channel, m]
             means[0], means[1], means[2] = north / energy, east / energy, down / energy
-            means[3], means[4] = away / energy, grazing / energy
+            means[3] = grazing / energy
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -231,6 +231,11 @@ class IncoherentAccumulator:
         return _is_short_pulse(self.table)
 
     @property
+    def pulse_duration(self) -> float:
+        """Equivalent duration of the received pulse's energy [s]."""
+        return _autocorrelation(self.table)[1]
+
+    @property
     def pulse_lags(self) -> tuple[NDArray[np.complex64], float]:
         """Autocorrelation of the pulse at lags from 0 on [1], and its rate [Hz]."""
         return _autocorrelation(self.table)[0], self.table.rate / LAGS_PER_CELL

@@ -1,18 +1,16 @@
 """Labels over time, from sums by object and by pair of families: intensities, masks and positions of every sample."""
 
-from functools import lru_cache
-
 import numpy as np
 from numpy.typing import NDArray
 
 from insonify.propagation.families import DIRECT
 from insonify.records.labels import NO_ROW, SURROUNDINGS, LabelNames, Labels
-from insonify.sonar.received_pulse import ReceivedPulse
 from insonify.synthesis._label_kernel import MOMENTS
-from insonify.synthesis._position_kernel import largest_rows, smear_energies, smear_positions, take_stronger
+from insonify.synthesis._position_kernel import largest_rows, smear_positions, take_stronger
 from insonify.synthesis.incoherent import IncoherentAccumulator, IntensityBuffer
+from insonify.synthesis.label_bins import BinGrid, pulse_energy, smeared
 from insonify.synthesis.label_sums import ALL, HIDDEN, PAIR_ONLY, Key, LabelBuffer
-from insonify.synthesis.level_curves import LevelBuffers, pair_name
+from insonify.synthesis.level_curves import pair_name
 
 Floats = NDArray[np.float64]
 Singles = NDArray[np.float32]
@@ -21,7 +19,9 @@ Rows = NDArray[np.uint8]
 STRAIGHT = pair_name(DIRECT, DIRECT)
 
 
-def labels_of(buffer: LabelBuffer, accumulator: IncoherentAccumulator, names: LabelNames, noise: float) -> Labels:
+def labels_of(
+    buffer: LabelBuffer, accumulator: IncoherentAccumulator, names: LabelNames, noise: float, grid: BinGrid
+) -> Labels:
     """Labels of one ping.
 
     Args:
@@ -29,11 +29,20 @@ def labels_of(buffer: LabelBuffer, accumulator: IncoherentAccumulator, names: La
         accumulator: Incoherent accumulator of the same ping.
         names: Names of objects and pairs.
         noise: Mean-square noise pressure that a target has to exceed [uPa^2].
+        grid: Its bins of energy and position.
     """
     bins = _bins(buffer)
-    pulse = _pulse_energy(accumulator.ping_geometry.pulse, accumulator.grid.sample_rate)
-    energy = {key: _convolved(bin_energy, pulse, accumulator.grid.sample_count) for key, bin_energy in bins.items()}
+    pulse, count = pulse_energy(accumulator, grid), accumulator.grid.sample_count
+    energy = smeared({key: values[..., 0] for key, values in bins.items()}, pulse, grid, count)
+    shared = buffer.bins.keys() | buffer.flashes.keys()  # their energies are in curves
+    own = {key: values[..., 0] for key, values in buffer.sampled.items() if key in shared}
+    sampled = {key: energy[key] for key in buffer.sampled} | smeared(own, pulse, grid, count)
     by_object, by_pair = _Curves(buffer, accumulator).intensities(names, energy)
+    for (object_name, pair), intensity in [*sampled.items(), *smeared(buffer.excess, pulse, grid, count).items()]:
+        by_object[:, names.objects.index(object_name)] += intensity
+        if pair != ALL:
+            by_pair[:, names.pairs.index(pair)] += intensity
+    by_object = np.maximum(by_object, 0.0, out=by_object)
     zeros = np.zeros(by_object.shape[::2])
     echo = {key: value for key, value in energy.items() if key[1] != HIDDEN}
     is_received = sum(echo.values(), zeros) > 0
@@ -43,49 +52,24 @@ def labels_of(buffer: LabelBuffer, accumulator: IncoherentAccumulator, names: La
     shadow = (occluded_energy > energy.get(("seabed", STRAIGHT), zeros)) & ~highlight
     shadowing_object = _largest_rows(np.moveaxis(occluded, 0, 1), shadow)
     strongest = _largest_rows(by_object, is_received)
-    position = _positions(bins, energy, pulse, names, strongest, shadowing_object)
+    position = _positions(bins, energy, pulse, names, strongest, shadowing_object, grid.per_sample)
+    distance = np.sqrt((position[:3] ** 2).sum(axis=0))
     position[:3] += accumulator.ping_geometry.receive_position[:, None, None]
     return Labels(
         expected_intensity=by_object.sum(axis=1), object_intensity=by_object, pair_intensity=by_pair,
         strongest_object=strongest, strongest_pair=_largest_rows(by_pair, is_received), highlight=highlight,
         shadow=shadow, ghost=ghost, shadowing_object=shadowing_object, position=np.moveaxis(position[:3], 0, -1),
-        distance=position[3], grazing=position[4],
+        distance=distance, grazing=position[3],
     )  # fmt: skip
-
-
-def ringing(accumulator: IncoherentAccumulator) -> tuple[int, int]:
-    """Samples that an echo of the pulse covers after, and before, its delay."""
-    return _ringing(accumulator.ping_geometry.pulse, accumulator.grid.sample_rate)
-
-
-@lru_cache(maxsize=4)
-def _ringing(pulse: ReceivedPulse, rate: float) -> tuple[int, int]:
-    """Samples of the pulse after, and before, an echo's delay; cached because the filter's extent is slow."""
-    return max(0, int(np.ceil(pulse.stop * rate))), max(0, int(np.ceil(-pulse.start * rate)))
 
 
 def _bins(buffer: LabelBuffer) -> dict[Key, Singles]:
     """Energy and positions by key, those of smooth targets squared."""
     bins = dict(buffer.bins)
-    for key, flashes in buffer.flashes.items():
-        bins[key] = bins[key] + flashes.bins if key in bins else flashes.bins
+    others = [*buffer.sampled.items(), *((key, flashes.bins) for key, flashes in buffer.flashes.items())]
+    for key, values in others:
+        bins[key] = bins[key] + values if key in bins else values
     return {key: np.ascontiguousarray(values) for key, values in bins.items()}
-
-
-@lru_cache(maxsize=4)
-def _pulse_energy(pulse: ReceivedPulse, rate: float) -> Floats:
-    """Energy of a pulse at the lags of the bins that contribute to one sample, from the first bin [1]."""
-    lead, tail = _ringing(pulse, rate)
-    energy = np.ascontiguousarray(np.abs(pulse.samples(np.arange(-tail, lead + 1) / rate))[::-1] ** 2)
-    energy.flags.writeable = False  # shared by all pings
-    return energy
-
-
-def _convolved(bins: Singles, pulse: Floats, count: int) -> Floats:
-    """Energies of bins convolved with the pulse, (channels, bins, MOMENTS) to (channels, samples)."""
-    out = np.empty((len(bins), count))
-    smear_energies(bins, pulse, out)
-    return out
 
 
 class _Curves:
@@ -106,10 +90,10 @@ class _Curves:
             self._series(tuple(key for key in curves if key[1] in (name, PAIR_ONLY + name))) for name in names.pairs
         ]  # fmt: skip
         for object_name, intensity in zip(names.objects, by_object, strict=True):
-            shared_keys = [key for key in energy if key[0] == object_name and _lacks_curve(curves, key)]
+            shared_keys = [key for key in energy if key[0] == object_name and self._lacks_curve(key)]
             if shared_keys:
                 self._divide_by_energy(object_name, intensity, shared_keys, energy, names, by_pair)
-        return np.maximum(np.stack(by_object, axis=1), 0.0), np.stack(by_pair, axis=1)
+        return np.stack(by_object, axis=1), np.stack(by_pair, axis=1)
 
     def _divide_by_energy(
         self, object_name: str, whole: Floats, shared_keys: list[Key], energy: dict[Key, Floats], names: LabelNames,
@@ -126,6 +110,12 @@ class _Curves:
             row = names.pairs.index(key[1])
             by_pair[row] = by_pair[row] + (whole if len(shared_keys) == 1 else part * energy[key])
 
+    def _lacks_curve(self, key: Key) -> bool:
+        """Return True for a pair whose energies have no curve but that of its object."""
+        (object_name, pair), curves = key, self._buffer.curves
+        has_own = (object_name, pair) in curves or (object_name, PAIR_ONLY + pair) in curves
+        return not has_own and pair != HIDDEN and key not in self._buffer.sampled
+
     def _series(self, keys: tuple[Key, ...]) -> Floats:
         """Series of the sum of some curves."""
         if keys not in self._cached_series:
@@ -141,12 +131,6 @@ class _Curves:
                     total += curve
                 self._cached_series[keys] = self._accumulator.time_series(total)
         return self._cached_series[keys]
-
-
-def _lacks_curve(curves: LevelBuffers, key: Key) -> bool:
-    """Return True for a pair whose energies have no curve but that of its object."""
-    object_name, pair = key
-    return pair != HIDDEN and (object_name, pair) not in curves and (object_name, PAIR_ONLY + pair) not in curves
 
 
 def _targets(
@@ -172,16 +156,16 @@ def _targets(
 
 def _positions(
     bins: dict[Key, Singles], energy: dict[Key, Floats], pulse: Floats, names: LabelNames, strongest: Rows,
-    shadowing_object: Rows,
+    shadowing_object: Rows, per_sample: int,
 ) -> Floats:  # fmt: skip
-    """North, east, down re the receiver, distance, grazing, (5, channels, samples); NaN where nothing is received."""
+    """North, east, down re the receiver, grazing angle, (4, channels, samples); NaN where nothing is received."""
     own = {False: np.where(shadowing_object == NO_ROW, strongest, NO_ROW), True: shadowing_object}
     highest, winner = np.zeros(strongest.shape), np.full(strongest.shape, -1, np.int16)
     for number, ((object_name, pair), value) in enumerate(energy.items()):
         take_stronger(value, own[pair == HIDDEN], names.objects.index(object_name), number, highest, winner)
     position = np.full((MOMENTS - 1, *strongest.shape), np.nan)
     for number, key in enumerate(energy):
-        smear_positions(bins[key], pulse, winner, number, position)
+        smear_positions(bins[key], pulse, per_sample, winner, number, position)
     return position
 
 

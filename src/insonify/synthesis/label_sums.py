@@ -1,8 +1,9 @@
 """Sums of which labels are made: curves of energy, and bins of energy and position, by object and pair of families."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
-from operator import iadd
-from typing import NamedTuple
+from operator import add, iadd
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,21 +16,32 @@ from insonify.synthesis.specular_labels import Flashes
 Floats = NDArray[np.float64]
 Singles = NDArray[np.float32]
 Key = tuple[str, str]
+Name = TypeVar("Name")
+Sums = TypeVar("Sums")
 PAIR_ONLY = "pair:"
 """Prefix of a pair's name: energies that count for the pair alone, and for the object only with other pairs."""
 HIDDEN = "hidden"
 """In place of a pair's name: energies that the object occludes."""
 
 
-class LabelCells(NamedTuple):
-    """Cells and bins of all pairs of one object, as one array, by channels or by rows of directions."""
+@dataclass(frozen=True, slots=True)
+class LabelCells:
+    """Cells and bins of all pairs of one object, by channels or by rows of directions."""
 
-    energies: Floats
-    """Energies, (rows, pairs, cells)."""
+    cells: Floats
+    """Energies that `deposit_labels` adds, (rows, q, cells)."""
     bins: Singles
     """Energies and positions, (rows, pairs, bins, MOMENTS)."""
-    interference: Floats
-    """Interference between pairs, (rows, 1, cells); of a single pair without cells."""
+    pair_row: NDArray[np.intp]
+    """Row of each pair in the second axis of the cells; -1 for none, (pairs,)."""
+    is_fine: bool
+    """True: the cells hold the energies of pairs; False: only their interference, at the rate of the bins."""
+
+    def __iadd__(self, other: "LabelCells") -> "LabelCells":
+        """Add the cells and bins of another part."""
+        self.cells[...] += other.cells
+        self.bins[...] += other.bins
+        return self
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,10 +55,15 @@ class LabelBuffer:
     """
     bins: dict[Key, Singles] = field(default_factory=dict)
     """Energy and position by (object, pair) and by (occluding object, `HIDDEN`), each (channels, bins, MOMENTS)."""
+    sampled: dict[Key, Singles] = field(default_factory=dict)
+    """Bins as in `bins`, whose energies are in no curve: they count for the object and the pair."""
+    excess: dict[Key, Floats] = field(default_factory=dict)
+    """Interference of a pair with its reverse by (object, pair), and between pairs by (object, `ALL`), in no curve.
+
+    Shape (channels, bins).
+    """
     cells: dict[tuple[str, tuple[str, ...]], LabelCells] = field(default_factory=dict)
-    """Cells and bins of channels by object and its pairs, of which `curves` and `bins` are views."""
-    rows: dict[tuple[str, tuple[str, ...]], LabelCells] = field(default_factory=dict)
-    """Cells and bins of rows of directions by object and its pairs, which are not yet in `curves` and `bins`."""
+    """Cells and bins of an object and its pairs, by channels or by rows of directions, which are nowhere else yet."""
     common: dict[str, IntensityBuffer] = field(default_factory=dict)
     """Interference between pairs within one pulse duration by object, as far as it is in its curve `ALL`."""
     flashes: dict[Key, Flashes] = field(default_factory=dict)
@@ -58,35 +75,39 @@ class LabelBuffer:
         """Add the sums of another buffer."""
         curves = self.curves
         curves += other.curves
-        for key, bins in other.bins.items():
-            self.bins[key] = self.bins[key] + bins if key in self.bins else bins
-        for block, cells in other.rows.items():
-            self.rows[block] = LabelCells(*map(iadd, self.rows[block], cells)) if block in self.rows else cells
-        for object_name, energies in other.common.items():
-            self.common[object_name] = (
-                self.common[object_name].__iadd__(energies) if object_name in self.common else energies
-            )
-        for key, flashes in other.flashes.items():
-            self.flashes[key] = self.flashes[key].__iadd__(flashes) if key in self.flashes else flashes
+        for mine, others in ((self.bins, other.bins), (self.sampled, other.sampled)):
+            _merge(mine, others, add)
+        _merge(self.excess, other.excess, add)
+        _merge(self.cells, other.cells, iadd)
+        _merge(self.common, other.common, iadd)
+        _merge(self.flashes, other.flashes, iadd)
         return self
 
-    def add_cells(self, object_name: str, pair_names: tuple[str, ...], cells: LabelCells, samples: int) -> None:
+    def add_cells(self, object_name: str, pair_names: tuple[str, ...], added: LabelCells, samples: int) -> None:
         """Add the pairs of one object by channels, without copying where there are no others of them.
 
         Args:
             object_name: The object.
             pair_names: Names of the pairs.
-            cells: Cells and bins of the channels.
+            added: Cells and bins of the channels.
             samples: Samples of the recording.
         """
-
-        def curve(energies: Floats) -> IntensityBuffer:
-            return IntensityBuffer(energies, np.zeros((len(energies), samples)))
-
         more = LabelBuffer(LevelBuffers())
         for row, name in enumerate(pair_names):
-            more.bins[object_name, name] = cells.bins[:, row]
-            more.curves[object_name, name] = curve(cells.energies[:, row])
+            (more.bins if added.is_fine else more.sampled)[object_name, name] = added.bins[:, row]
+        names = {name: row for name, row in zip(pair_names, added.pair_row.tolist(), strict=True) if row >= 0}
         if len(pair_names) > 1:
-            more.curves[object_name, ALL] = curve(cells.interference[:, 0])
+            names[ALL] = added.cells.shape[1] - 1
+        for name, row in names.items():
+            cells = added.cells[:, row]
+            if added.is_fine:
+                more.curves[object_name, name] = IntensityBuffer(cells, np.zeros((len(cells), samples)))
+            else:
+                more.excess[object_name, name] = cells
         self.__iadd__(more)
+
+
+def _merge(mine: dict[Name, Sums], others: dict[Name, Sums], plus: Callable[[Sums, Sums], Sums]) -> None:
+    """Add sums by name to others, in place."""
+    for name, sums in others.items():
+        mine[name] = plus(mine[name], sums) if name in mine else sums

@@ -69,9 +69,8 @@ def deposit_specular_labels(
     transmit_weights = leg_weights(pairs.out, ping_geometry.transmit_beams, ping_geometry.frequency, level)
     receive_weights = leg_weights(pairs.back, ping_geometry.receive_beams, ping_geometry.frequency)
     position = pairs.scatterers.position - ping_geometry.receive_position
-    distance = np.linalg.norm(position, axis=1)
     grazing = (np.abs(pairs.out.grazing[i]) + np.abs(pairs.back.grazing[j])) / 2
-    columns = [*np.broadcast_to(np.column_stack([position, distance]).T[:, None], (4, *bin_number.shape)), grazing]
+    columns = [*np.broadcast_to(position.T[:, None], (3, *bin_number.shape)), grazing]
     for channel, (pressure, apart) in enumerate(zip(sums.pressure, sums.apart, strict=True)):
         weight = (
             transmit_weights[channel % len(transmit_weights)][i]

@@ -11,8 +11,8 @@ from insonify.synthesis._fast_reverberation_energies import DelayCells, Weighted
 from insonify.synthesis._label_kernel import MOMENTS
 from insonify.synthesis._position_kernel import deposit_pair_positions, deposit_positions
 from insonify.synthesis.incoherent import IncoherentAccumulator, IntensityBuffer
-from insonify.synthesis.label_series import ringing
-from insonify.synthesis.label_sums import ALL, HIDDEN, LabelBuffer
+from insonify.synthesis.label_bins import BinGrid
+from insonify.synthesis.label_sums import ALL, HIDDEN, Key, LabelBuffer
 from insonify.synthesis.level_curves import pair_name
 from insonify.units import amplitude_ratio
 
@@ -24,7 +24,10 @@ def add_swath(
     buffer: LabelBuffer,
     accumulator: IncoherentAccumulator,
     swath: ReverberationSamples,
+    bins: BinGrid,
     occluder_names: Mapping[int, str],
+    *,
+    is_fine: bool,
 ) -> None:
     """Add the seabed from a block of reverberation samples to the sums of labels.
 
@@ -32,7 +35,9 @@ def add_swath(
         buffer: Sums, added to in place.
         accumulator: Incoherent accumulator of the same ping.
         swath: Reverberation samples, with the origins of their points.
+        bins: Bins of energy and position.
         occluder_names: Name of each occluding object, by its row.
+        is_fine: False: energies count as those of the bins, see `LabelAccumulator`.
 
     Raises:
         ValueError: The samples have no origins.
@@ -40,41 +45,44 @@ def add_swath(
     if swath.origins is None:
         raise ValueError("ReverberationSamples.origins is None; gather the swath with labelled=True")
     samples = accumulator.weighted_samples(swath, *accumulator.swath_sizes(swath))
-    energies = buffer.curves.setdefault((SEABED, ALL), accumulator.empty())
-    accumulator.add_swath(energies, samples)
-    if len(swath.interference_ranges):
+    interferes = len(swath.interference_ranges) > 0
+    if is_fine or interferes:
+        energies = buffer.curves.setdefault((SEABED, ALL), accumulator.empty())
+    if is_fine:
+        accumulator.add_swath(energies, samples)
+    if interferes:
         before = energies.cells.copy()
         accumulator.add_fringes(energies, swath, samples)
         interference = buffer.common.setdefault(
             SEABED, IntensityBuffer(np.zeros_like(before), np.zeros_like(energies.intensity))
         )
         interference.cells[...] += energies.cells - before
-    _add_positions(buffer, accumulator, samples, swath.origins)
+    _add_positions(buffer.bins if is_fine else buffer.sampled, bins, accumulator, samples, swath.origins)
     if len(swath.origins.cut):
-        _add_occluded(buffer, accumulator, swath, swath.origins, occluder_names)
+        _add_occluded(buffer, bins, accumulator, swath, swath.origins, occluder_names)
 
 
 def _add_positions(
-    buffer: LabelBuffer, accumulator: IncoherentAccumulator, samples: WeightedSamples, origins: Origins
-) -> None:
+    bins_by_key: dict[Key, Singles], grid: BinGrid, accumulator: IncoherentAccumulator, samples: WeightedSamples,
+    origins: Origins
+) -> None:  # fmt: skip
     """Add energy and position of every pair to its bins."""
-    grid, (lead, tail) = accumulator.grid, ringing(accumulator)
-    bins = np.zeros((len(samples.pair), grid.sample_count + lead + tail, MOMENTS), np.float32)
-    by_delay = DelayCells(bins, grid.start - lead / grid.sample_rate, grid.sample_rate)
+    bins = np.zeros((len(samples.pair), grid.size, MOMENTS), np.float32)
+    by_delay = DelayCells(bins, grid.start, grid.rate)
     deposit_pair_positions(
         samples, by_delay, origins.position, origins.grazing, accumulator.ping_geometry.receive_position
     )
     for (i, j), pair_bins in zip(samples.pair.tolist(), bins, strict=True):
         key = SEABED, pair_name(origins.families[i], origins.families[j])
-        buffer.bins[key] = buffer.bins[key] + pair_bins[None] if key in buffer.bins else pair_bins[None]
+        bins_by_key[key] = bins_by_key[key] + pair_bins[None] if key in bins_by_key else pair_bins[None]
 
 
 def _add_occluded(
-    buffer: LabelBuffer, accumulator: IncoherentAccumulator, swath: ReverberationSamples, origins: Origins,
-    occluder_names: Mapping[int, str]
+    buffer: LabelBuffer, grid: BinGrid, accumulator: IncoherentAccumulator, swath: ReverberationSamples,
+    origins: Origins, occluder_names: Mapping[int, str]
 ) -> None:  # fmt: skip
     """Add the energies that occluded direct legs would have without occlusion, to the bins of their occluders."""
-    grid, (lead, tail), row = accumulator.grid, ringing(accumulator), slice(origins.direct, origins.direct + 1)
+    row = slice(origins.direct, origins.direct + 1)
     points = swath.rows[origins.straight, origins.cut]
     legs = replace(
         swath, delay=np.ascontiguousarray(swath.delay[row, points]), amplitude=origins.free[None],
@@ -90,10 +98,9 @@ def _add_occluded(
         if not len(occluded):
             continue
         key = name, HIDDEN
-        shape = 1, grid.sample_count + lead + tail, MOMENTS
-        bins = buffer.bins.setdefault(key, np.zeros(shape, np.float32))[0]
+        bins = buffer.bins.setdefault(key, np.zeros((1, grid.size, MOMENTS), np.float32))[0]
         deposit_positions(
-            DelayCells(bins, grid.start - lead / grid.sample_rate, grid.sample_rate),
+            DelayCells(bins, grid.start, grid.rate),
             2 * legs.delay[0, occluded], energy[occluded], points[occluded], origins.position, grazing, grazing,
             accumulator.ping_geometry.receive_position,
         )  # fmt: skip
