@@ -45,7 +45,7 @@ MIN_CELL_SIZE = (BASE_PITCH * 2.0**FINEST_LEVEL) ** 2
 """Area of the smallest cells of the scatterers' grid [m^2]."""
 RINGS, SECTORS = 48, 360
 """Number of rings and sectors in which the seabed is counted [1]."""
-BEAMS_PER_RING, MOST_APART = 512, 12
+BEAMS_PER_RING, MOST_APART = 256, 12
 """Beams times families from which on keep probabilities are evaluated at every second ring, and so on; rings that are
 apart at most [1]."""
 STATIONS = 12

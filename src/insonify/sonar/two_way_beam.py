@@ -15,6 +15,8 @@ Floats = NDArray[np.float64]
 
 WIDEST = 1.0
 """Width given for beams that do not fall to half power, such as an omnidirectional one [rad]."""
+FIRST_SAMPLES = 64
+"""Samples on each side of a beam's axis that are evaluated first: narrow beams fall to half power within them."""
 NODES = 16
 """Gauss-Legendre nodes per wavelength / aperture."""
 
@@ -41,6 +43,7 @@ def two_way_footprint(transmit: Beams, receive: Beams, *, within: float = np.pi)
     edges = np.linspace(-within, within, panels + 1)
     span = np.diff(edges)[:, None] / 2
     azimuth = (edges[:-1, None] + span * (node + 1)).ravel()
+    transmit, receive = transmit.rotated(np.eye(3)), receive.rotated(np.eye(3))
     return np.asarray(_power(transmit, receive, azimuth) @ (span * weight).ravel())
 
 
@@ -103,8 +106,12 @@ def _beam_width(transmit: Beams, receive: Beams) -> float:
     axis = float(np.arcsin(np.clip(narrower.steer[0, 0], -1, 1)))
     step = 1 / (2 * POINTS_PER_LOBE * _wavelengths(transmit, receive))
     away = np.arange(0, WIDEST, step)
-    left, right = (_half_power(_power(transmit, receive, axis + side * away)[0]) for side in (-1, 1))
-    return (left + right) * step
+    transmit, receive = transmit.rotated(np.eye(3)), receive.rotated(np.eye(3))
+    for part in (away[:FIRST_SAMPLES], away):  # of a narrow beam the first are enough
+        left, right = _power(transmit, receive, axis + np.concatenate([-part, part]))[0].reshape(2, -1)
+        if left.min() < left[0] / 2 and right.min() < right[0] / 2:
+            break
+    return (_half_power(left) + _half_power(right)) * step
 
 
 def _wavelengths(transmit: Beams, receive: Beams) -> float:
@@ -113,10 +120,9 @@ def _wavelengths(transmit: Beams, receive: Beams) -> float:
 
 
 def _power(transmit: Beams, receive: Beams, azimuth: Floats) -> Floats:
-    """Two-way power in the array's own horizontal plane, shape (channels, n)."""
+    """Two-way power in the horizontal plane, shape (channels, n)."""
     plane = np.stack([np.cos(azimuth), np.sin(azimuth), np.zeros_like(azimuth)], axis=-1)
-    own = np.eye(3)
-    return np.asarray((transmit.rotated(own).gain(plane) * receive.rotated(own).gain(plane)) ** 2)
+    return np.asarray((transmit.gain(plane) * receive.gain(plane)) ** 2)
 
 
 def _half_power(power: Floats) -> float:
