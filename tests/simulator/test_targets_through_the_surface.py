@@ -17,7 +17,7 @@ from oracles.smooth import ROUGH
 QUARTER = np.pi / 2
 WATER = {"seabed": {"depth": 10.0}}
 SHORT = {"track": {"position": (0, 0, 5), "window": (0.0264, 0.0276)}, "line": {"length": 0.3}, **WATER}
-PILE = {"shape": "cylinder", "label": "pile", "position": (0, 20.5), "diameter": 1.0, "pitch": QUARTER}
+PILE = {"shape": "cylinder", "label": "pile", "position": (0, 20.5), "diameter": 0.5, "pitch": QUARTER}
 WALL = {"shape": "box", "label": "wall", "position": (0, 20.5), "heading": 0.1}
 
 
@@ -35,7 +35,7 @@ def scenario_of(target: dict[str, object], field: str, *causes: str, **paths: ob
 
 @pytest.mark.parametrize(
     ("shape", "smooth", "lie"),
-    [("cylinder", 0.5, {"burial_depth": 1.0, "diameter": 0.4}), ("box", None, {})],
+    [("cylinder", 0.5, {"burial_depth": 1.0}), ("box", None, {})],
 )
 def test_a_pile_through_the_surface_is_recorded_as_the_pile_cut_there(shape, smooth, lie):
     """12 m and 10 m in 10 m of water, with the bed in their shadow: pressure, expectation and labels to 1e-6."""
