@@ -63,7 +63,9 @@ def _composite_db(sediment, frequency):
      for n in GRAINY] + [("rock", 30e3), ("gravel", 30e3)],
 )  # fmt: skip
 def test_relief_split_where_the_handbook_splits_is_its_composite_bed(name, frequency):
-    """Grain sizes (all 20 by `make validate`) at 30 and 100 kHz, rock and gravel at 30: the composite level within 2 dB, 5 to 40 degrees.
+    """Grain sizes at 30 and 100 kHz, rock and gravel at 30: the composite level within 2 dB, 5 to 40 degrees.
+
+    Four of the 20 sizes, and all of them by `make validate`.
 
     Nothing is fitted: the split is where TR 9407's rms slope states. Below slopes of 20 degrees it is 1 dB; sandy
     gravel at 100 kHz (23 degrees) needs the 2. Gravel and rock at 100 kHz, and rough rock, are beyond both models.

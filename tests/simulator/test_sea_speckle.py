@@ -51,7 +51,7 @@ def speckle(seeds, **settings):
 
 
 def test_a_windy_bed_speckles_as_much_as_with_every_scatterer():
-    """3 m/s, D and S, 1.5 m arrays: index and level of 12 beds within 20 % and 0.55 dB, by less than half of the points.
+    """3 m/s, D and S, 1.5 m arrays: index and level of 12 beds within 20 % and 0.55 dB, by less than half the points.
 
     N = 600 cells; both readings have most of their scatterers in common.
     """
