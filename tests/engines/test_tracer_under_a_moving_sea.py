@@ -89,7 +89,7 @@ def test_glints_overhead_return_what_a_flat_surface_returns():
 
 @pytest.mark.parametrize("apart", [0.0, -0.1])
 @pytest.mark.parametrize(("rays", "tolerances"), [
-    (20_000, {"D-S": 0.03, "S-S": 0.15}), pytest.param(400_000, {"D-S": 0.02, "S-S": 0.04}, marks=pytest.mark.validate),
+    (20_000, {"D-S": 0.03, "S-S": 0.15}), pytest.param(400_000, {"D-S": 0.02, "S-S": 0.06}, marks=pytest.mark.validate),
 ])  # fmt: skip
 def test_partly_coherent_surface_paths_interfere_as_the_engine_has_it(apart, rays, tolerances):
     """1 m/s at 20 kHz, arrays together and 0.1 m apart: D-S and S-S have the coherence of glints.
