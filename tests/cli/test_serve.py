@@ -62,9 +62,8 @@ def version_over_udp(port):
 
 @pytest.mark.parametrize(
     ("device", "kind", "exchange", "least"),
-    [("json", STREAM, axes_over_tcp, 100), ("ping360", DATAGRAM, version_over_udp, 4),
-     ("ping1d", DATAGRAM, version_over_udp, 4)],
-)  # fmt: skip
+    [("json", STREAM, axes_over_tcp, 100), ("ping360", DATAGRAM, version_over_udp, 4)],
+)
 def test_it_replies_until_ctrl_c_and_frees_its_port(device, kind, exchange, least, file):
     """The address on stdout, a reply to a request, and after Ctrl-C exit code 0, and a port free again."""
     with bound(kind) as free:

@@ -11,8 +11,8 @@ SCENE = SpeckledScene()
 
 
 def test_draws_of_one_scene_do_not_differ():
-    """In 12 pairs of draws, of many and of few pings, at most one is called different (5 % each)."""
-    pairs = [(SCENE.but(pings=pings), seed) for pings in (24, 2) for seed in range(0, 12, 2)]
+    """In 4 pairs of draws, of many and of few pings, at most one is called different (5 % each)."""
+    pairs = [(SCENE.but(pings=pings), seed) for pings in (24, 2) for seed in (0, 2)]
     found = [insonify.compare(scene.samples_of(seed), scene.samples_of(seed + 1)).different for scene, seed in pairs]
     assert sum(map(bool, found)) <= 1, found
 

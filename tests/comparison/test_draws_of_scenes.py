@@ -1,5 +1,7 @@
 """Draws of simulated scenes: no difference where there is none, each planted difference where it is."""
 
+from functools import lru_cache
+
 import numpy as np
 import pytest
 
@@ -9,6 +11,13 @@ from oracles.compared_scenes import ECHOSOUNDER, SIDESCAN, drawn
 TRIALS = 200
 FALSE = 0.05
 """Share of pairs of draws that may be called different."""
+SCENES = {"sidescan": SIDESCAN, "echosounder": ECHOSOUNDER}
+
+
+@lru_cache(maxsize=4)
+def undisturbed(scene, seed):
+    """A draw of a scene as it is, shared by the planted differences."""
+    return drawn(SCENES[scene], seed)
 
 
 def changed(recording, change):
@@ -52,13 +61,13 @@ PLANTED = {
 
 def pair(planted, seed):
     """A draw of a scene, and another with the planted difference."""
-    scene = ECHOSOUNDER if planted == "no multipath" else SIDESCAN
-    first = drawn(scene, 2 * seed)
+    scene = "echosounder" if planted == "no multipath" else "sidescan"
+    first = undisturbed(scene, 2 * seed)
     if planted == "4 looks":
         return first, four_looks(seed)
     if changes := PLANTED[planted]:
-        return first, drawn(scene, 2 * seed + 1, changes)
-    return first, changed(drawn(scene, 2 * seed + 1), planted)
+        return first, drawn(SCENES[scene], 2 * seed + 1, changes)
+    return first, changed(undisturbed(scene, 2 * seed + 1), planted)
 
 
 @pytest.mark.slow

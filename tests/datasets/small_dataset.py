@@ -17,7 +17,7 @@ sonar:
   receive: {kind: planar, width: 60 cm, height: 2 cm}
   receiver: {bandwidth: 7 kHz}
   mounting: {bearing: 90 deg, tilt: 20 deg}
-track: {kind: line, start: [0 m, 0 m, 10 m], heading: 0 deg, speed: 2 m/s, pings: 24, interval: 0.1 s,
+track: {kind: line, start: [0 m, 0 m, 10 m], heading: 0 deg, speed: 2 m/s, pings: 12, interval: 0.2 s,
   window: [8 ms, 24 ms]}
 paths: {max_reflections: 0, edge_diffraction: none, beam_cutoff_db: -20, scatterers_per_cell: 4}
 field: incoherent

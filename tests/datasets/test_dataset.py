@@ -53,18 +53,17 @@ def test_parts_in_any_order_make_the_same_files(serial, tmp_path):
 
 @pytest.mark.slow
 def test_killed_jobs_resume(serial, tmp_path):
-    """Killed as soon as a scene appears, again and again, and then by two jobs at once: the same files."""
+    """Killed as soon as a scene appears, and finished by two jobs at once: the same files."""
     path, whole = serial
     out = tmp_path / "out"
     command = [sys.executable, "-W", "ignore", "-m", "insonify", "dataset", str(path), "-o", str(out), "--quiet"]
-    for number in (1, 2):
-        job = subprocess.Popen([*command, "--processes", "1"], start_new_session=True)
-        deadline = time.monotonic() + 120
-        while time.monotonic() < deadline and len(list(out.glob("scenes/*.json"))) < number:
-            time.sleep(0.005)
-        os.killpg(job.pid, signal.SIGKILL)
-        job.wait()
-    assert 2 <= len(list(out.glob("scenes/*.json"))) <= 4
+    job = subprocess.Popen([*command, "--processes", "1"], start_new_session=True)
+    deadline = time.monotonic() + 120
+    while time.monotonic() < deadline and not list(out.glob("scenes/*.json")):
+        time.sleep(0.005)
+    os.killpg(job.pid, signal.SIGKILL)
+    job.wait()
+    assert 1 <= len(list(out.glob("scenes/*.json"))) <= 4
     jobs = [subprocess.Popen([*command, "--processes", "1"]) for _ in range(2)]
     assert [job.wait(timeout=240) for job in jobs] == [0, 0]
     left = {name: text for name, text in contents(out).items() if not name.startswith(".")}
@@ -152,7 +151,7 @@ def test_twins_differ_only_in_what_they_state(tmp_path):
     """Other speckle: the same expected levels and masks, bit for bit; no target: the same image beyond its reach."""
     pairs = ("write: [coco]", "pairs: [no_target, other_speckle]")
     path = write_small(tmp_path, pairs, ("images: 4", "images: 1"), (", split: {train: 0.5, val: 0.5}", ""),
-                       scene=(("pings: 24", "pings: 60"),))  # fmt: skip
+                       scene=(("pings: 12", "pings: 30"),))  # fmt: skip
     scene, without, other = insonify.dataset(path, threads=1)
     assert [one["twin"] for one in (scene, without, other)] == ["scene", "no_target", "other_speckle"]
     for name in ("expected", "classes", "instances"):
@@ -164,7 +163,7 @@ def test_twins_differ_only_in_what_they_state(tmp_path):
     near = scene["classes"].any(axis=1)
     reach = np.flatnonzero(near)
     assert changed[near].any()
-    assert not changed[: max(reach[0] - 25, 0)].any() and not changed[reach[-1] + 25 :].any()
+    assert not changed[: max(reach[0] - 13, 0)].any() and not changed[reach[-1] + 13 :].any()
     assert changed.sum() < 0.8 * changed.size
 
 

@@ -60,7 +60,7 @@ def test_positions_are_uniform_over_the_swath(scenario):
     area = SwathArea(across=(7, 14), along=(0.25, 0.75))
     swath = swath_of(scenario, area)
     points = np.array([swath.point_at(u, area.along) for u in uniforms(7, "position", np.arange(2000))])
-    length = 2.0 * 0.1 * 23
+    length = 2.0 * 0.2 * 11
     assert stats.kstest(points[:, 0], stats.uniform(0.25 * length, 0.5 * length).cdf).pvalue > 1e-3
     assert stats.kstest(points[:, 1], stats.uniform(7, 7).cdf).pvalue > 1e-3
 

@@ -6,7 +6,7 @@ from functools import lru_cache
 import numpy as np
 import pytest
 import xarray as xr
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from insonify.demos.demo import template
@@ -95,6 +95,7 @@ def logged(heading, start=(100.0, -40.0), pings=9, step=0.4, depth=10.0):
     return xr.Dataset({"logged_position": (("ping", "axis"), place), "logged_attitude": (("ping", "axis"), attitude)})
 
 
+@settings(max_examples=20)
 @given(st.floats(-np.pi, np.pi), st.floats(-50, 50), st.floats(1, 80), st.booleans())
 def test_a_strip_has_its_own_axes_on_every_heading(heading, along, across, port):
     """A place so far along and abeam of the side that looks there has these coordinates, and its pixel is there."""

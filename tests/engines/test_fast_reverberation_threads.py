@@ -11,7 +11,7 @@ from oracles.scenes import nominal
 
 
 def test_threads_share_the_cache(monkeypatch):
-    """Eight threads that each request 6000 ping_geometries of their own, of which few are kept: none is disturbed."""
+    """Eight threads that each request 1500 ping_geometries of their own, of which few are kept: none is disturbed."""
     simulator = build_simulator(nominal(field="incoherent"))
     scenario, here, rays = simulator.scenario, simulator.ping_geometry(0), simulator.engine.rays
     monkeypatch.setattr(reverberation, "_prepare", lambda *_: None)
@@ -19,7 +19,7 @@ def test_threads_share_the_cache(monkeypatch):
     often = sys.getswitchinterval()
 
     def request(thread):
-        for n in range(6000):
+        for n in range(1500):
             assert (
                 reverberation.prepare_fast_reverberation(
                     scenario.scene, scenario.paths, replace(here, max_displacement=8.0 * n + thread), rays

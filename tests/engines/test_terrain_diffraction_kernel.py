@@ -163,7 +163,7 @@ def test_ground_that_still_rises_cuts_like_an_endless_screen():
             launch[None], launch[None], np.empty((1, 50), np.int32), np.empty((1, 1, 4), np.float32)
         )
         ray = CrestRay(1.0, way, ENDLESS, distance)
-        left = strongest_crest_factor(horizon, 0, -1, 20, ray, STEP, WAVELENGTH, edge_diffraction_table())
+        left = strongest_crest_factor(horizon, 0, -1, np.int32(20), ray, STEP, WAVELENGTH, edge_diffraction_table())
         high, d1, d2 = (way - float(launch[20])) * near / stretch, near * stretch, (distance - near) * stretch
         longer = np.hypot(d1, high) - d1 + np.hypot(d2, high) - d2  # than the straight way
         number = np.copysign(2 * np.sqrt(longer / WAVELENGTH), high)

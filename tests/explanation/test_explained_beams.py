@@ -76,12 +76,12 @@ def test_a_bearing_of_beams_is_refused():
         )
 
 
-TRACED = {"engine": "tracer", "rays": 20_000, "edge_diffraction": "none"}
+TRACED = {"engine": "tracer", "rays": 5_000, "edge_diffraction": "none"}
 
 
 def test_a_page_of_the_tracer_names_contributions_and_pairs(tmp_path, capsys):
     """Energies of rays, and a total equal to the sample; on the command line as well."""
-    scenario = nominal(box={"position": (0, 83)}, field="incoherent", paths=TRACED, track={"window": (0.1, 0.12)})
+    scenario = nominal(box={"position": (0, 83)}, field="incoherent", paths=TRACED, track={"window": (0.108, 0.114)})
     traced = simulate(scenario)
     time = 0.1107
     page = explain_sample(traced, 0, time)

@@ -167,7 +167,7 @@ def test_relief_scatters_forward_what_its_roughness_takes():
 
     def received(**changes):
         scenario = nominal(
-            field="incoherent", line={"length": 0.02}, track={"window": (0.1, 0.102)},
+            field="incoherent", line={"length": 0.02}, track={"window": (0.1, 0.101)},
             seabed={**bed("medium sand"), "seed": 1, **changes},
             paths={"max_reflections": 2, "contributions": ["seabed"], "families": ["D", "BS"]},
         )  # fmt: skip

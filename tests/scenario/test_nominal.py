@@ -45,7 +45,7 @@ def assert_read_or_reported(text: str) -> None:
         assert all(line.startswith("harbour.yaml:") for line in str(error).splitlines())
 
 
-@settings(max_examples=250)
+@settings(max_examples=125)
 @given(st.integers(0, len(LINES) - 1), scraps)
 def test_any_value_may_be_replaced_by_anything(row: int, scrap: str) -> None:
     """One value of the nominal file becomes nonsense."""
@@ -53,14 +53,14 @@ def test_any_value_may_be_replaced_by_anything(row: int, scrap: str) -> None:
     assert_read_or_reported("\n".join([*LINES[:row], f"{key}{colon} {scrap}", *LINES[row + 1 :]]))
 
 
-@settings(max_examples=150)
+@settings(max_examples=75)
 @given(st.integers(0, len(NOMINAL)), st.integers(0, 40), scraps | st.text(max_size=5))
 def test_any_piece_may_be_cut_out_and_replaced(start: int, length: int, scrap: str) -> None:
     """Text vanishes and other text appears, anywhere."""
     assert_read_or_reported(NOMINAL[:start] + scrap + NOMINAL[start + length :])
 
 
-@settings(max_examples=100)
+@settings(max_examples=50)
 @given(st.integers(0, len(LINES) - 1), st.integers(0, len(LINES) - 1))
 def test_any_line_may_stand_anywhere(row: int, other: int) -> None:
     """Two lines change places."""

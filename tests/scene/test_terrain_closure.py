@@ -46,6 +46,8 @@ def test_facets_and_their_law_are_the_composite_seabed(name, frequency, split):
 
 
 GRAINY = [next(name for name, phi in GRAIN_SIZE.items() if phi == size) for size in sorted(set(GRAIN_SIZE.values()))]
+COARSE_TO_FINE = ("sandy gravel", "medium sand", "sandy mud", "clay")
+"""Of these, sandy gravel has the steepest slopes."""
 
 
 def _composite_db(sediment, frequency):
@@ -56,10 +58,14 @@ def _composite_db(sediment, frequency):
 
 @pytest.mark.filterwarnings("ignore::insonify.validity.PhysicsWarning")
 @pytest.mark.parametrize(
-    ("name", "frequency"), [(n, f) for f in (30e3, 100e3) for n in GRAINY] + [("rock", 30e3), ("gravel", 30e3)]
-)
+    ("name", "frequency"),
+    [pytest.param(n, f, marks=() if n in COARSE_TO_FINE else pytest.mark.validate) for f in (30e3, 100e3)
+     for n in GRAINY] + [("rock", 30e3), ("gravel", 30e3)],
+)  # fmt: skip
 def test_relief_split_where_the_handbook_splits_is_its_composite_bed(name, frequency):
-    """All 20 grain sizes at 30 and 100 kHz, rock and gravel at 30: the composite level within 2 dB, 5 to 40 degrees.
+    """Grain sizes at 30 and 100 kHz, rock and gravel at 30: the composite level within 2 dB, 5 to 40 degrees.
+
+    Four of the 20 sizes, and all of them by `make validate`.
 
     Nothing is fitted: the split is where TR 9407's rms slope states. Below slopes of 20 degrees it is 1 dB; sandy
     gravel at 100 kHz (23 degrees) needs the 2. Gravel and rock at 100 kHz, and rough rock, are beyond both models.

@@ -28,12 +28,12 @@ def received_power(field, seed):
 
 @pytest.mark.slow
 def test_a_few_pings_of_a_scene_with_everything_rough_have_the_expected_power():
-    """12 pings of 0.9 dB (0.25 dB) against 2 expectations (0.02 dB): within 0.8 dB."""
+    """5 pings of 0.9 dB (0.4 dB) against an expectation (0.03 dB): within 1.6 dB, four standard errors."""
     coherent, expected = (
         np.mean([received_power(field, seed) for seed in range(count)])
-        for field, count in (("coherent", 12), ("incoherent", 2))
+        for field, count in (("coherent", 5), ("incoherent", 1))
     )
-    assert 10 * np.log10(coherent / expected) == pytest.approx(0.0, abs=0.8)
+    assert 10 * np.log10(coherent / expected) == pytest.approx(0.0, abs=1.6)
 
 
 @pytest.mark.validate

@@ -23,9 +23,10 @@ def test_what_is_carried_over_receives_the_same_bits(settings):
             (side,) = here.ping_geometries(0)
             return accumulate_ping(here, here.coherent_accumulator(side), side, pool)
 
-    early = pickle.loads(pickle.dumps(simulator))
+    # clusters use this protocol; others make read-only arrays writable, for which kernels are compiled once more
+    early = pickle.loads(pickle.dumps(simulator, pickle.HIGHEST_PROTOCOL))
     received = ping(simulator)
-    late = pickle.loads(pickle.dumps(simulator))
+    late = pickle.loads(pickle.dumps(simulator, pickle.HIGHEST_PROTOCOL))
     assert np.abs(received).max() > 0
     for other in (early, late):
         np.testing.assert_array_equal(ping(other), received)

@@ -129,6 +129,8 @@ def test_a_second_echo_without_coherent_part_is_the_law_s_integral_over_two_plac
     scenario = afloat("rough", frequency, order=2, down=size, field="incoherent", paths={"contributions": ["seabed"]},
                       seabed={"scattering": {"law": "small-slope", "sediment": sediment}, "reflection": sediment}
                       )  # fmt: skip
+    track = scenario.track.model_copy(update={"window": (1e-3, 18e-3)})  # until the second echo, at 16 ms, has passed
+    scenario = scenario.model_copy(update={"track": track})
     power = 10 ** (levels(scenario).level_db.sel(contribution="seabed") / 10)
     first, second = (float(np.nansum(power.sel(pair=pair).values)) for pair in ("D-D", "D-BH"))
     once, twice = twice_scattered(scenario, sediment, frequency, size)

@@ -51,13 +51,13 @@ def speckle(seeds, **settings):
 
 
 def test_a_windy_bed_speckles_as_much_as_with_every_scatterer():
-    """3 m/s, D and S, 1.5 m arrays: index and level of 24 beds within 15 % and 0.4 dB, by less than half of the points.
+    """3 m/s, D and S, 1.5 m arrays: index and level of 12 beds within 20 % and 0.55 dB, by less than half the points.
 
-    N = 1200 cells; both readings have most of their scatterers in common.
+    N = 600 cells; both readings have most of their scatterers in common.
     """
-    thin, full = (speckle(range(24), surface=windy(3.0), importance_sampling=one) for one in (True, False))
-    assert thin[0] == pytest.approx(full[0], rel=0.15)
-    assert thin[1] == pytest.approx(full[1], abs=0.4)
+    thin, full = (speckle(range(12), surface=windy(3.0), importance_sampling=one) for one in (True, False))
+    assert thin[0] == pytest.approx(full[0], rel=0.2)
+    assert thin[1] == pytest.approx(full[1], abs=0.55)
     assert thin[2] < 0.5 * full[2]
 
 

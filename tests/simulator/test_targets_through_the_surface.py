@@ -17,7 +17,7 @@ from oracles.smooth import ROUGH
 QUARTER = np.pi / 2
 WATER = {"seabed": {"depth": 10.0}}
 SHORT = {"track": {"position": (0, 0, 5), "window": (0.0264, 0.0276)}, "line": {"length": 0.3}, **WATER}
-PILE = {"shape": "cylinder", "label": "pile", "position": (0, 20.5), "diameter": 1.0, "pitch": QUARTER}
+PILE = {"shape": "cylinder", "label": "pile", "position": (0, 20.5), "diameter": 0.5, "pitch": QUARTER}
 WALL = {"shape": "box", "label": "wall", "position": (0, 20.5), "heading": 0.1}
 
 

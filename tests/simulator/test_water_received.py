@@ -102,11 +102,11 @@ def test_two_layers_scatter_as_both_alone():
 
 @pytest.mark.parametrize("families", [("D", "S"), pytest.param(("D", "B", "BS"), marks=pytest.mark.slow)])
 def test_both_readings_of_the_water_agree_by_every_path(families):
-    """Reciprocal pairs interfere: 10 waters of 90 cells and more, N = 900; within 0.45 dB, three standard errors."""
+    """Reciprocal pairs interfere: 5 waters of 90 cells and more, N = 450; within 0.62 dB, three standard errors."""
     scenario = murky(window=(0.02, 0.03), families=families)
-    waters = [scenario.model_copy(update={"seed": seed}) for seed in range(10)]
+    waters = [scenario.model_copy(update={"seed": seed}) for seed in range(5)]
     power = np.mean(np.abs(each_ping(waters, pressure)) ** 2, axis=0)
-    assert 10 * np.log10(np.mean(power / intensity(scenario))) == pytest.approx(0, abs=0.45)
+    assert 10 * np.log10(np.mean(power / intensity(scenario))) == pytest.approx(0, abs=0.62)
 
 
 def test_the_surface_is_worth_six_times_the_direct_paths():

@@ -70,7 +70,7 @@ def test_the_covariance_of_phases_begins_with_their_variance(length: float) -> N
     assert aperture.expected_loss_db(1e-7, length) == pytest.approx(0, abs=1e-4)
 
 
-@pytest.mark.slow
+@pytest.mark.validate
 def test_a_focused_point_loses_what_the_covariance_of_phases_predicts() -> None:
     """Weakly inhomogeneous water: the simulated loss, averaged over few waters, is near its expectation."""
     found = aperture.evaluate(3, (0.5,), (1e-4,))

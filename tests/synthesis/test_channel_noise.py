@@ -42,15 +42,15 @@ def db(ratio):
 
 
 def test_neighbours_receive_the_sea_alike():
-    """Covariance of 16 elements 0.4 wavelengths apart is sin kd / kd times their power, N = 100 000.
+    """Covariance of 16 elements 0.4 wavelengths apart is sin kd / kd times their power, N = 25 000.
 
     Errors are 1 / sqrt(N) in the rms, within three of its standard errors, and none of the 136 is beyond 4 / sqrt(N).
     """
-    received, simulator = draw(quiet(line(16, 0.4), noise={"level_db": 50}), 100_000)
+    received, simulator = draw(quiet(line(16, 0.4), noise={"level_db": 50}), 25_000)
     place = 0.4 * np.arange(16)
     found = received @ received.conj().T / received.shape[1] / simulator.noise.power[0]
     # the filter leaves 0.9 independent samples in each
-    error = np.abs(found - np.sinc(2 * (place[:, None] - place))) * np.sqrt(0.9 * 100_000)
+    error = np.abs(found - np.sinc(2 * (place[:, None] - place))) * np.sqrt(0.9 * 25_000)
     assert np.sqrt(np.mean(error**2)) == pytest.approx(1, abs=0.3)
     assert error.max() < 4
 

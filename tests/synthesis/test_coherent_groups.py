@@ -141,4 +141,6 @@ def test_table_must_fit_the_samples():
             np.array([0, 1]),
             np.zeros(1),
             np.ones(1) + 0j,
+            1.0,  # other types of arguments would have the kernel compiled once more
+            0.0,
         )

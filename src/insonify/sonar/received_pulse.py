@@ -6,6 +6,7 @@ of a ping, the coherent and the incoherent, use this one object, so they cannot 
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -134,6 +135,7 @@ def received_pulse(sonar: Sonar) -> ReceivedPulse:
     return receive_pulse(sonar.pulse, sonar.receiver)
 
 
+@lru_cache(maxsize=8)  # checks, warnings and the simulator request that of one sonar in turn
 def receive_pulse(pulse: Pulse, receiver: Receiver) -> ReceivedPulse:
     """The waveform that a receiver makes of a pulse."""
     first, period = _span(pulse, receiver)
