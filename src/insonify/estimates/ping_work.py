@@ -342,6 +342,8 @@ def _legs(simulator: Simulator, ping_geometry: PingGeometry, family: str, *, fit
     each = unit_costs.SECONDS_PER_LEG
     if not isinstance(simulator.engine.rays, StraightRays):
         each += unit_costs.SECONDS_PER_REFRACTED_LEG
+    if simulator.engine.delay_field is not None:
+        each += unit_costs.SECONDS_PER_DELAY
     if scenario.seabed.relief and "B" in family:
         each += unit_costs.SECONDS_PER_FIT * fitted
     if "S" in family and scenario.surface.reflection == "explicit":

@@ -45,6 +45,8 @@ SECONDS_PER_REFRACTED_LEG = 0.5e-6
 """One leg of refracted rays, more than a straight one [s]."""
 SECONDS_PER_DIFFRACTING_COLUMN, SECONDS_PER_DIFFRACTING_BOX = 30e-9, 120e-9
 """One leg diffracted by one column of a solid's silhouette, and by one upright box [s]."""
+SECONDS_PER_DELAY = 0.15e-6
+"""Random delay of one leg in inhomogeneous water [s]."""
 SECONDS_PER_RAY = 6.5e-6
 """One ray of the tracer, followed to its end [s]."""
 SECONDS_PER_PIECE = 1.8e-6
