@@ -124,8 +124,8 @@ def _labelled_identity(folder: Path) -> str | None:
 def _build(
     path: Path, names: LabelNames, layout: RecordingLayout, attributes: Mapping[str, Any], shard: int
 ) -> None:  # fmt: skip
-    group = zarr.open_group(path, mode="w", zarr_format=3)
-    group.attrs.update({**attributes, "owners": list(names.objects), "pairs": list(names.pairs)})
+    described = {**attributes, "owners": list(names.objects), "pairs": list(names.pairs)}
+    group = zarr.open_group(path, mode="w", zarr_format=3, attributes=described)
     pings, channels, samples = layout.ping_time.size, layout.steer.size, layout.time.size
     dims, dtype, units, meaning = COLUMNS[POSITION]
     arrays = [(POSITION, (pings, channels, samples, 3), dims, dtype, {"units": units, "long_name": meaning})]

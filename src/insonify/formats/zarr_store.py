@@ -298,8 +298,7 @@ def open_recording(path: str | Path) -> xr.Dataset:
 
 
 def _build(path: Path, layout: RecordingLayout, attributes: Mapping[str, Any]) -> None:
-    group = zarr.open_group(path, mode="w", zarr_format=3)
-    group.attrs.update({**attributes, IDENTITY: uuid.uuid4().hex})
+    group = zarr.open_group(path, mode="w", zarr_format=3, attributes={**attributes, IDENTITY: uuid.uuid4().hex})
     pings, channels, samples = layout.ping_time.size, layout.steer.size, layout.time.size
     names = ("recorded",) * bool(layout.bin_time.size)
     line = _pings_per_line(layout.line_ping, pings)

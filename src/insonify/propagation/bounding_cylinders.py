@@ -41,6 +41,7 @@ def points_near_cylinders(
     directions: Floats | None = None,
     *,
     direct: bool = False,
+    targets: slice = slice(None),
 ) -> list[NDArray[np.int64]]:
     """Points whose straight path passes a target, seen from above, or with the depth of its top.
 
@@ -51,11 +52,12 @@ def points_near_cylinders(
         clearance: Largest distance between path and target [m].
         directions: Directions of arrival at each point, shape (f, n, 3); None: straight from `position`.
         direct: True: paths are straight in depth too, without directions, and those above a target are left out.
+        targets: Targets that count, of `Scene.occluders`.
 
     Returns:
-        Increasing rows of such points, for each target in the order of `Scene.occluders`.
+        Increasing rows of such points, for each of those targets in their order.
     """
-    held = bounding_cylinders(scene)
+    held = bounding_cylinders(scene)[targets]
     row = np.empty(len(points), np.int64)
     directions_to_solid = np.empty((0, len(points), 3)) if directions is None else directions
     return [  # copies: most targets are near few points

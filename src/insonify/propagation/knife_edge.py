@@ -164,10 +164,10 @@ def _near(
         aside = float(np.nanmax(legs.length * np.hypot(*np.moveaxis(legs.arrival[..., :2], -1, 0)), initial=0.0))
     if boxes:
         max_offset = edge_clearance(longest, wavelength, FAR) + aside
-        near_points = points_near_cylinders(scene, position, points, max_offset, legs.arrival)[:boxes]
+        near_points = points_near_cylinders(scene, position, points, max_offset, legs.arrival, targets=slice(boxes))
     if boxes < len(scene.occluders):
         max_offset = edge_clearance(longest, wavelength, max_fresnel_number) + aside
-        near_points += points_near_cylinders(scene, position, points, max_offset)[boxes:]
+        near_points += points_near_cylinders(scene, position, points, max_offset, targets=slice(boxes, None))
     return near_points
 
 

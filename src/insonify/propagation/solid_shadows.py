@@ -55,8 +55,8 @@ def occlude_by_solids(
     if not solids:
         return
     # seen from above, legs of all families follow one line: most points have no solid on it, or below a direct leg
-    direct = not legs.bounces.any()
-    behind = points_near_cylinders(scene, legs.source, scatterers.position, direct=direct)[len(scene.boxes) :]
+    direct, own = not legs.bounces.any(), slice(len(scene.boxes), None)
+    behind = points_near_cylinders(scene, legs.source, scatterers.position, direct=direct, targets=own)
     rows = union(behind, len(scatterers))
     if not len(rows):
         return
