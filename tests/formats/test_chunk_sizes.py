@@ -123,3 +123,13 @@ def test_a_recording_of_more_pieces_than_any_has_is_refused(recordings, tmp_path
     with pytest.raises(StoreError, match=r"attitude.zarr\.json cannot be read: Is a directory"):
         open_recording(path)
     assert main(["show", str(path), "-o", str(tmp_path / "a.png")]) == 2
+
+
+@pytest.mark.parametrize("axis", ["ping", "time"])
+def test_an_axis_without_its_chunk_is_refused(recordings, tmp_path, axis):
+    """Lost, it would be read as zeros, and every sample have one time."""
+    path = tmp_path / "a.zarr"
+    shutil.copytree(recordings["single"], path)
+    next(file for file in (path / axis / "c").iterdir()).unlink()
+    with pytest.raises(StoreError, match=rf"a\.zarr.{axis} is damaged: its numbers do not increase"):
+        open_recording(path)

@@ -296,6 +296,9 @@ def open_recording(path: str | Path) -> xr.Dataset:
         dataset["done"].load()
         if "scenario" not in dataset.attrs or not set(_SOUND) & set(dataset.variables):
             raise StoreError(f"{path} is damaged: its scenario or its sound is not described. {REPAIR_ADVICE}")
+        for axis in {"ping", "time"} & set(dataset.indexes):
+            if not np.all(np.diff(dataset[axis].values) > 0):  # a lost chunk is read as zeros
+                raise StoreError(f"{Path(path) / axis} is damaged: its numbers do not increase. {REPAIR_ADVICE}")
     return as_recording(dataset)
 
 
