@@ -43,11 +43,10 @@ def recording(
     if not isinstance(recorded, xr.Dataset | str | Path):
         raise TypeError(f"recorded is a {type(recorded).__name__}; give a recording as a dataset, or its folder")
     dataset = recorded if isinstance(recorded, xr.Dataset) else open_recording(recorded)
-    dataset = _with_all_axes(dataset)
     lines = field_or_lines(dataset)
     if ping is not None and lines is not dataset:
         ping = int(np.searchsorted(dataset["line_ping"].values, ping, "right")) - 1
-    dataset = lines
+    dataset = _with_all_axes(lines)
     sound = recording_levels(dataset)
     if beam is not None:
         if not 0 <= beam < len(sound.steer):
@@ -76,11 +75,9 @@ def recording(
 
 def _with_all_axes(dataset: xr.Dataset) -> xr.Dataset:
     """A recording with the axes that a selection of one ping or one channel has removed."""
-    field = next((name for name in (*FIELDS, "recorded", "line_ping") if name in dataset), None)
+    field = next((name for name in (*FIELDS, "recorded") if name in dataset), None)
     if field is None or not {"time", "steer"} <= set(dataset.variables):
         raise ValueError("the dataset is no recording. Give one of simulate or open_recording")
-    if field == "line_ping":
-        return dataset
     if "ping" not in dataset[field].dims:
         dataset = dataset.expand_dims("ping")
     if "channel" not in dataset[field].dims:
