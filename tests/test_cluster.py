@@ -78,6 +78,7 @@ def test_a_missing_package_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
 
     monkeypatch.setattr(importlib, "import_module", absent)
     with pytest.raises(
-        ValueError, match=r"needs the package distributed\. .*insonify\[cluster\].*--part in a job array"
+        ValueError,
+        match=r"needs the package distributed\. .*pip install '[^\[]+/[^\[]*\[cluster\]'.*--part in a job array",
     ):
         require_cluster("local:2")

@@ -100,3 +100,11 @@ def test_a_model_does_not_change():
     """Once described, a thing stays as it is."""
     with pytest.raises(ValueError, match="frozen"):
         Buoy().depth = 4.0
+
+
+def test_the_article_of_a_dimension_is_right():
+    """An angle, a length: one that is no number is named in English."""
+    with pytest.raises(ValueError, match=r"'ninety' is not an angle; write a number with a unit"):
+        si("ninety", "angle")
+    with pytest.raises(ValueError, match=r"'far' is not a length"):
+        si("far", "length")

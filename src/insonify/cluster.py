@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
+from insonify.data_file import install_advice
 from insonify.part import Part
 
 ENVIRONMENT = dict.fromkeys(
@@ -42,8 +43,9 @@ def require_cluster(cluster: str) -> None:
             importlib.import_module(name)
         except ImportError:
             raise ValueError(
-                f"{cluster} needs the package {name.replace('_', '-')}. Install it: pip install 'insonify[cluster]', "
-                "for SLURM pip install dask-jobqueue too; without them, use --part in a job array"
+                f"{cluster} needs the package {name.replace('_', '-')}. Install it: "
+                f"{install_advice('cluster')}, for SLURM pip install dask-jobqueue too; without them, use --part in a "
+                "job array"
             ) from None
 
 

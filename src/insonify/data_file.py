@@ -140,7 +140,9 @@ def _digest(file: str, changed: int, size: int) -> str:
         return hashlib.file_digest(stream, "sha256").hexdigest()
 
 
-EXTRAS = {"io": ("netCDF4", "rasterio", "h5py"), "targets": ("trimesh",), "ros": ("rosbags",)}
+EXTRAS = {
+    "io": ("netCDF4", "rasterio", "h5py"), "targets": ("trimesh",), "ros": ("rosbags",), "cluster": ("distributed",),
+}  # fmt: skip
 """Packages of each extra of the installation."""
 
 

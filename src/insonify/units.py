@@ -41,7 +41,7 @@ def si(value: object, dimension: str) -> object:
     if not isinstance(value, str):
         return value
     known = UNITS[dimension]
-    number, unit = _split(value, f"a {dimension}", next(iter(known)))
+    number, unit = _split(value, f"{'an' if dimension[0] in 'aeiou' else 'a'} {dimension}", next(iter(known)))
     if not unit:
         return number
     if unit in known:

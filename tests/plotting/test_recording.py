@@ -111,6 +111,29 @@ def test_a_ping_that_is_not_there_is_not_drawn(tmp_path: Path) -> None:
         plotting.recording(begun, tmp_path / "nothing.png")
 
 
+def test_one_ping_or_one_channel_of_a_recording_is_drawn(tmp_path: Path) -> None:
+    """A selection by number, which removes the axis, gives the picture of a selection by a list of that number."""
+    whole = beams(3)
+    for number, (axis, row) in enumerate([("ping", 0), ("channel", 1)]):
+        selections = whole.isel({axis: row}), whole.isel({axis: [row]})
+        one, other = (
+            plotting.recording(part, tmp_path / f"{number}{side}.png").read_bytes()
+            for side, part in enumerate(selections)
+        )
+        assert one == other
+
+
+@pytest.mark.parametrize("part", [xr.Dataset({"a": 1}), xr.Dataset({"pressure": (("ping", "time"), np.ones((1, 9)))})])
+def test_a_dataset_that_is_no_recording_is_refused(part: xr.Dataset) -> None:
+    """No field, or no times and channels: the message states what to give."""
+    with pytest.raises(ValueError, match="the dataset is no recording"):
+        plotting.recording(part)
+    with pytest.raises(TypeError, match="recorded is a DataArray; give a recording"):
+        plotting.recording(ping()["pressure"])
+    with pytest.raises(ValueError, match="beam is 3; the recording has beams 0 to 2"):
+        plotting.recording(beams(3), beam=3)
+
+
 def test_silence_and_intensity_can_be_drawn(tmp_path: Path) -> None:
     """A recording of expected intensity with not a single echo in it."""
     quiet = ping({"field": "incoherent", "targets": [], "paths.contributions": ["target"]})

@@ -43,6 +43,8 @@ def test_the_track_in_its_comments_follows_a_log(tmp_path):
             "track.waypoints",
             "puts the port transmit array at or below the seabed (20 m)",
         ),
+        ("  waypoints: [", "  points: [", "track.points", "unknown key 'points'; did you mean 'waypoints'?"),
+        ("turn_radius: 24", "radius_turn: 24", "track.radius_turn", "unknown key 'radius_turn' (known here: "),
         ("turn_radius: 24 m", "turn_radius: 1 km", "track.waypoints.1", "Write a turn_radius of 103.9 m or less"),
         ("70 ms]", "200 s]", "track.window.1", "200 s is too late; 100 s"),
         ("period: 6 s, ", "", "track.motion.roll.period", "needs either a period or a spectrum"),

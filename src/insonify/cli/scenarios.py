@@ -139,19 +139,20 @@ def check(
     from insonify.scenario.load import load_scenario
 
     with warnings.catch_warnings():
-        show, shown = warnings.showwarning, []
+        show, shown = warnings.showwarning, set()
 
         def show_and_count(*words: Any, **named: Any) -> None:
-            shown.append(words)
+            shown.add(str(words[0]))  # each text is printed once
             show(*words, **named)
 
         warnings.showwarning = show_and_count
         scenario = load_scenario(file)
-    from insonify.estimates.run_cost import estimate_cost
-    from insonify.estimates.run_limits import run_refusal
+        from insonify.estimates.run_cost import estimate_cost
+        from insonify.estimates.run_limits import run_refusal
 
-    whole = estimate_cost(scenario, labels=labels)
-    if trouble := run_refusal(scenario, whole, labels=labels):
+        whole = estimate_cost(scenario, labels=labels)
+        trouble = run_refusal(scenario, whole, labels=labels)
+    if trouble:
         raise InputError(f"{file}: {trouble}")
     but = "" if not shown else " but the warning above" if len(shown) == 1 else f" but the {len(shown)} warnings above"
     typer.echo(f"{file}: nothing wrong{but}")

@@ -11,10 +11,9 @@ from insonify.processing.element_recordings import beam_recording
 from insonify.records.arrivals import Arrivals
 from insonify.scenario.scenario import Scenario
 from insonify.sonar.ping_geometry import PingGeometry
+from insonify.synthesis.waveform_basis import waveform_basis
 
 Floats = NDArray[np.float64]
-AT_ONCE = 4096
-"""Arrivals whose phases at all elements are computed together."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,29 +37,36 @@ class FormedBeam:
     centre_frequency: float
     """Sample rate of the recording's baseband [Hz]."""
 
-    def factor(self, arrivals: Arrivals, ping_geometry: PingGeometry, time: float) -> NDArray[np.complex128]:
-        """Pressure of each arrival in the beam over that at the reference element [1], shape (n,).
+    @property
+    def greatest_lag(self) -> float:
+        """Upper bound of the delays between an element and the beam [s]."""
+        return 2 * float(np.linalg.norm(self.offset, axis=1).max()) / self.sound_speed
 
-        Narrow band: the phase of the carrier at each element, from a position at half the arrival's path.
+    def echoes(
+        self, arrivals: Arrivals, ping_geometry: PingGeometry, time: float
+    ) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
+        """Array factor at the centre frequency [1], shape (n,), and mean waveforms of all elements [1], (bands, n).
+
+        Each element receives an arrival as the reference does, from a position at half the arrival's path.
 
         Args:
             arrivals: Paths as the reference element receives them.
             ping_geometry: The sonar at that ping.
             time: Time of the sample, which sets the focus [s].
         """
-        wavenumber = 2 * np.pi * ping_geometry.frequency / self.sound_speed
         world = self.offset @ self.rotation.T
         look = self.rotation @ direction(self.bearing, self.elevation) * self.sound_speed * time / 2
         # beams start from the middle of the elements, arrivals are those of the reference one
         focus = np.linalg.norm(look - (world - world.mean(axis=0)), axis=1) - np.linalg.norm(look)
-        factor = np.empty(len(arrivals), complex)
-        for begin in range(0, len(arrivals), AT_ONCE):
-            rows = slice(begin, begin + AT_ONCE)
-            away = arrivals.delay[rows] * self.sound_speed / 2
-            source = arrivals.arrival[rows] * away[:, None]
-            more = np.linalg.norm(source[:, None] - world, axis=2) - away[:, None]
-            factor[rows] = np.exp(-1j * wavenumber * (more - focus)).mean(axis=1)
-        return factor
+        away = arrivals.delay * self.sound_speed / 2
+        source, waveforms = arrivals.arrival * away[:, None], waveform_basis(ping_geometry)
+        factor, mean = np.zeros(len(arrivals), complex), np.zeros((1, len(arrivals)), complex)
+        for element, focal_path in zip(world, focus, strict=True):
+            lag = (np.linalg.norm(source - element, axis=1) - away - focal_path) / self.sound_speed
+            carrier = np.exp(-2j * np.pi * ping_geometry.frequency * lag) / len(world)
+            received = waveforms.samples(ping_geometry.pulse, time - arrivals.delay - lag, arrivals.doppler)
+            factor, mean = factor + carrier, mean + carrier * received
+        return factor, mean
 
     def recorded(self, pressure: xr.DataArray, time: float) -> complex:
         """Sample of the beam, formed of the recorded elements [uPa].

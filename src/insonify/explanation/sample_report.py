@@ -53,17 +53,19 @@ class SampleArrivals:
         self.ping_geometry = self.simulator.ping_geometry(ping, channel=channel)
         self.channel = channel % scenario.sonar.beam_count
         pulse, extra = self.ping_geometry.pulse, RINGING / scenario.sonar.receiver.bandwidth
+        extra += 0.0 if formed is None else formed.greatest_lag
         window = time - pulse.stop - extra, time - pulse.start + extra
         near: Arrivals = arrivals(scenario, ping, window=window, channel=channel)
-        waveforms = waveform_basis(self.ping_geometry).samples(pulse, time - near.delay, near.doppler)
-        factor = np.ones(len(near), complex) if formed is None else formed.factor(near, self.ping_geometry, time)
-        weights = [
-            factor * arrival_weights(near, self.ping_geometry, self.channel, band) for band in range(len(waveforms))
-        ]
+        if formed is None:
+            factor = np.ones(len(near), complex)
+            waveforms = waveform_basis(self.ping_geometry).samples(pulse, time - near.delay, near.doppler)
+        else:
+            factor, waveforms = formed.echoes(near, self.ping_geometry, time)
+        weights = [arrival_weights(near, self.ping_geometry, self.channel, band) for band in range(len(waveforms))]
         pressure = np.asarray(sum(weight * part for weight, part in zip(weights, waveforms, strict=True)))
         received = pressure != 0  # the rest is behind the array, or its pulse has ended
         self.paths = near.take(received)
-        self.shape: NDArray[np.complex128] = waveforms.sum(axis=0)[received]
+        self.shape: NDArray[np.complex128] = waveforms.sum(axis=0)[received] / factor[received]
         self.pressure: NDArray[np.complex128] = pressure[received]
         self.array_factor: NDArray[np.complex128] = factor[received]
 

@@ -21,6 +21,7 @@ from zarr.codecs import BloscCodec
 from zarr.core.common import JSON
 from zarr.errors import ZarrUserWarning
 
+from insonify.formats.chunk_sizes import require_declared_axes
 from insonify.formats.named_chunks import with_named_chunks
 from insonify.formats.shards import pack_shards, recorded_rows, row_array
 from insonify.formats.store_description import errors_as_store_errors, require_consistent_sizes
@@ -249,6 +250,7 @@ def open_labels(path: str | Path) -> xr.Dataset:
             raise StoreError(
                 f"{folder} are labels of another recording. Make its own: insonify run FILE -o {path} --labels"
             )
+        require_declared_axes(folder)
         dataset: xr.Dataset = xr.open_zarr(
             folder, chunks=None, consolidated=True, decode_times=False, mask_and_scale=False
         )

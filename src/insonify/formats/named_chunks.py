@@ -1,6 +1,7 @@
 """Variables of a recording, read on access: from shards and loose pings; an error names the damaged file."""
 
 from collections.abc import Mapping
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +12,7 @@ from numpy.typing import NDArray
 from xarray.backends import BackendArray
 from xarray.core import indexing
 
+from insonify.formats.chunk_sizes import require_declared_sizes
 from insonify.formats.shards import LOOSE, row_array
 from insonify.formats.store_description import REPAIR_ADVICE, StoreError
 
@@ -46,6 +48,8 @@ class _NamedChunks(BackendArray):
     def _values(self, key: tuple[Any, ...]) -> NDArray[np.generic]:
         try:
             loose = self._loose_values(key)
+            for rows in self._rows(key):
+                require_declared_sizes(self._array, self.folder, rows)
             values = np.array(self.stored[key].values)
             for index, row in loose.items():
                 values[index] = row
@@ -56,6 +60,20 @@ class _NamedChunks(BackendArray):
             raise StoreError(
                 f"{self._first_damaged()} is damaged: it cannot be unpacked ({fault}). {self.advice}"
             ) from None
+
+    @cached_property
+    def _array(self) -> "zarr.Array[Any]":
+        """The array by the description of its group, from which the dataset was opened."""
+        array = zarr.open_group(self.folder.parent, mode="r", use_consolidated=True)[self.folder.name]
+        assert isinstance(array, zarr.Array)
+        return array
+
+    def _rows(self, key: tuple[Any, ...]) -> list[range]:
+        """Rows of a key, as one range of them or as each row by itself; one empty range without an axis."""
+        if not key or isinstance(key[0], slice):
+            return [range(self.shape[0])[key[0]] if key else range(0)]
+        rows = np.unique(np.asarray(key[0]) % max(self.shape[0], 1)).tolist()
+        return [range(row, row + 1) for row in rows]
 
     def _loose_values(self, key: tuple[Any, ...]) -> dict[Any, NDArray[np.generic]]:
         """Values of the loose rows among those of a key, by their index in the result.
@@ -76,11 +94,13 @@ class _NamedChunks(BackendArray):
 
     def _first_damaged(self) -> Path:
         """File of the first chunk or shard that cannot be unpacked; the folder of the array if all can."""
-        array = zarr.open_array(self.folder, mode="r")
+        array = self._array
         rows = (array.shards or array.chunks)[0]
         for number in range(-(-array.shape[0] // rows)):
+            part = range(number * rows, min((number + 1) * rows, array.shape[0]))
             try:
-                array[number * rows : (number + 1) * rows]
+                require_declared_sizes(array, self.folder, part)
+                array[part.start : part.stop]
             except Exception:
                 return self.folder / array.metadata.encode_chunk_key((number, *[0] * (array.ndim - 1)))
         return self.folder

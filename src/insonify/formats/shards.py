@@ -7,6 +7,7 @@ All writers of a ping write the same bytes, so that a second writer of a ping or
 """
 
 import json
+import math
 import os
 import time as clock
 import uuid
@@ -22,6 +23,8 @@ from numcodecs.abc import Codec
 from numcodecs.blosc import Blosc  # comes with zarr, as the next
 from numcodecs.zstd import Zstd
 from numpy.typing import NDArray
+
+from insonify.formats.chunk_sizes import require_declared_size
 
 LOOSE = ".loose"
 """Folder of the loose pings of a recording, or of its labels."""
@@ -94,6 +97,7 @@ class RowArray(NamedTuple):
             content = self.row_file(row).read_bytes()
         except FileNotFoundError:
             return None
+        require_declared_size(content, math.prod(self.shape[1:]) * self.dtype.itemsize)
         values = np.frombuffer(bytes(self.codec.decode(content)), self.dtype)
         return values.reshape(1, *self.shape[1:])
 
@@ -255,7 +259,9 @@ def _shard_bytes(array: RowArray, shard: int) -> Iterator[bytes]:
 def _entries(done: RowArray, file: Path) -> NDArray[np.bool_]:
     """Entries of one chunk of the mask; none of a damaged one."""
     try:
-        return np.frombuffer(bytes(done.codec.decode(file.read_bytes())), bool)
+        content = file.read_bytes()
+        require_declared_size(content, done.per_shard)
+        return np.frombuffer(bytes(done.codec.decode(content)), bool)
     except (RuntimeError, ValueError, FileNotFoundError):
         return np.zeros(0, bool)
 

@@ -17,6 +17,9 @@ REPAIR_ADVICE = "Restore it from a copy, or delete the folder and simulate again
 MOST_IN_PING = 1 << 28
 """Largest size of one chunk, which is a ping with all its channels [1]."""
 MAX_PINGS = 100_000_000
+MAX_CHUNKS = 100_000
+"""Largest number of files of an array: that of `MAX_PINGS` in shards of 1024."""
+_CODECS = ("bytes", "zstd", "blosc", "sharding_indexed", "crc32c")
 _KINDS = ("bool", "uint8", "int32", "int64", "float32", "float64", "complex64")
 
 
@@ -49,6 +52,8 @@ def read_description(folder: Path) -> dict[str, Any]:
         raise StoreError(f"{file}: damaged, not JSON ({fault}). {REPAIR_ADVICE}") from None
     except FileNotFoundError:
         raise StoreError(f"{file} is missing from the recording. {REPAIR_ADVICE}") from None
+    except OSError as fault:
+        raise StoreError(f"{file} cannot be read: {fault.strerror}. {REPAIR_ADVICE}") from None
     if not isinstance(content, dict):
         raise StoreError(f"{file} is damaged: it describes nothing. {REPAIR_ADVICE}")
     return content
@@ -70,6 +75,11 @@ def require_consistent_sizes(folder: Path) -> None:
         for name, array in arrays.items():
             shape, names = array["shape"], array["dimension_names"]
             pieces = chunk = array["chunk_grid"]["configuration"]["chunk_shape"]
+            codecs = array["codecs"]
+            if codecs[0]["name"] == "sharding_indexed":
+                codecs = [*codecs, *codecs[0]["configuration"]["codecs"]]
+            if any(codec["name"] not in _CODECS for codec in codecs):
+                raise StoreError(f"{file} is damaged: {name} is compressed as no recording is. {REPAIR_ADVICE}")
             if array["codecs"][0]["name"] == "sharding_indexed":  # a chunk is read at a time, with the index
                 chunk = array["codecs"][0]["configuration"]["chunk_shape"]
                 if chunk[1:] != pieces[1:] or chunk[0] != 1 or pieces[0] > MOST_PINGS:
@@ -81,6 +91,8 @@ def require_consistent_sizes(folder: Path) -> None:
                     raise StoreError(f"{file} is damaged: {name} has {size} along {dimension}. {REPAIR_ADVICE}")
                 if type(piece) is not int or not 0 < piece <= max(size, 1):
                     raise StoreError(f"{file} is damaged: {name} is stored in pieces of {piece}. {REPAIR_ADVICE}")
+            if math.prod(-(-size // piece) for size, piece in zip(shape, pieces, strict=True)) > MAX_CHUNKS:
+                raise StoreError(f"{file} is damaged: {name} promises {shape} in pieces of {pieces}. {REPAIR_ADVICE}")
             if math.prod(chunk) > MOST_IN_PING or sizes.get("ping", 0) > MAX_PINGS:
                 raise StoreError(f"{file} is damaged: {name} promises {shape}, more than memory holds. {REPAIR_ADVICE}")
     except (KeyError, TypeError, AttributeError, ValueError) as fault:

@@ -29,6 +29,7 @@ from zarr.codecs import ZstdCodec
 from zarr.core.common import JSON
 from zarr.errors import ZarrUserWarning
 
+from insonify.formats.chunk_sizes import require_declared_axes
 from insonify.formats.named_chunks import with_named_chunks
 from insonify.formats.shards import STALE, RowArray, pings_per_shard, put_chunk, recorded_rows, row_array
 from insonify.formats.store_description import (
@@ -288,12 +289,16 @@ def open_recording(path: str | Path) -> xr.Dataset:
     """
     require_recording(path)
     with errors_as_store_errors(Path(path)):
+        require_declared_axes(Path(path))
         dataset: xr.Dataset = xr.open_zarr(path, chunks=None, consolidated=True, decode_times=False)
         again = f"Delete this file and simulate its ping again: insonify run FILE -o {path}"
         dataset = with_named_chunks(dataset, Path(path), dict.fromkeys((*_SOUND, "done"), again))
         dataset["done"].load()
         if "scenario" not in dataset.attrs or not set(_SOUND) & set(dataset.variables):
             raise StoreError(f"{path} is damaged: its scenario or its sound is not described. {REPAIR_ADVICE}")
+        for axis in {"ping", "time"} & set(dataset.indexes):
+            if not np.all(np.diff(dataset[axis].values) > 0):  # a lost chunk is read as zeros
+                raise StoreError(f"{Path(path) / axis} is damaged: its numbers do not increase. {REPAIR_ADVICE}")
     return as_recording(dataset)
 
 

@@ -14,6 +14,7 @@ from insonify.plotting.sector_image import sector_image
 from insonify.plotting.sidescan import has_sides, sidescan_waterfall
 from insonify.plotting.waterfall import waterfall
 from insonify.processing.recorder import field_or_lines
+from insonify.records.recording import FIELDS
 
 MIN_SECTOR_BEAMS = 5
 """Fewest beams of a ping that is drawn as a sector image [1]."""
@@ -39,12 +40,18 @@ def recording(
     Returns:
         The path; without one the figure, to be shown or drawn on.
     """
+    if not isinstance(recorded, xr.Dataset | str | Path):
+        raise TypeError(f"recorded is a {type(recorded).__name__}; give a recording as a dataset, or its folder")
     dataset = recorded if isinstance(recorded, xr.Dataset) else open_recording(recorded)
     lines = field_or_lines(dataset)
     if ping is not None and lines is not dataset:
         ping = int(np.searchsorted(dataset["line_ping"].values, ping, "right")) - 1
-    dataset = lines
-    sound = recording_levels(dataset) if beam is None else recording_levels(dataset).only(beam)
+    dataset = _with_all_axes(lines)
+    sound = recording_levels(dataset)
+    if beam is not None:
+        if not 0 <= beam < len(sound.steer):
+            raise ValueError(f"beam is {beam}; the recording has beams 0 to {len(sound.steer) - 1}")
+        sound = sound.only(beam)
     recorded_rows = np.flatnonzero(
         np.isfinite(sound.level).any(axis=(1, 2)) | np.isneginf(sound.level).any(axis=(1, 2))
     )
@@ -64,3 +71,16 @@ def recording(
         else:
             figure = ascan(sound, row)
         return figure if path is None else style.save_figure(figure, path)
+
+
+def _with_all_axes(dataset: xr.Dataset) -> xr.Dataset:
+    """A recording with the axes that a selection of one ping or one channel has removed."""
+    field = next((name for name in (*FIELDS, "recorded") if name in dataset), None)
+    if field is None or not {"time", "steer"} <= set(dataset.variables):
+        raise ValueError("the dataset is no recording. Give one of simulate or open_recording")
+    if "ping" not in dataset[field].dims:
+        dataset = dataset.expand_dims("ping")
+    if "channel" not in dataset[field].dims:
+        channel = {name: dataset[name].expand_dims("channel") for name in (field, "steer", "side") if name in dataset}
+        dataset = dataset.assign({**channel, field: channel[field].transpose("ping", "channel", ...)})
+    return dataset

@@ -143,8 +143,9 @@ def find(model: type[BaseModel], values: Any, loc: Path) -> tuple[Path, list[Exp
     for step, ahead in zip(loc, (*loc[1:], None), strict=False):
         models = [choice for choice in expected if choice.keys]
         chosen = [choice for choice in models if step in choice.tags()]
-        # Where a word names an alternative and a key of it alike, the next step decides.
-        if any(step in choice.keys and ahead not in choice.keys for choice in chosen):
+        # where a word names an alternative and a key of it alike, the next step decides, a key known or in the file
+        besides = values if isinstance(values, dict) else {}
+        if any(step in choice.keys and ahead not in (*choice.keys, *besides) for choice in chosen):
             chosen = []
         if isinstance(step, int):
             expected = [inner for choice in expected for inner in choice.item(step)]
