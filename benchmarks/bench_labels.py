@@ -38,7 +38,7 @@ RELIEF = ", relief: {kind: power-law, hurst: 0.8, rms: 3 cm}"
 GOAL = 1.5
 ROUNDS = 3
 """Rounds of both runs: the best of each counts."""
-PINGS = 40
+PINGS = 100
 """Pings of a sidescan."""
 FRAMES = 8
 """Frames of a wide sonar."""
