@@ -71,7 +71,7 @@ def _on_fine_grid(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_energies_in_bins_are_those_of_the_fine_grid(
     monkeypatch: pytest.MonkeyPatch, sonar: dict[str, Any], error_db: float
 ) -> None:
-    """Energies shared among two bins and convolved with the pulse: no energy is lost, edges of pulses are blurred."""
+    """Energies shared among two bins: none is lost but at the ends of the window, edges of pulses are blurred."""
     scene = nominal(box=BOX, sonar=sonar, track={"window": WINDOW}, surface={"scattering": None},
                     paths={"max_reflections": 1, "scatterers_per_cell": 2})  # fmt: skip
     shared = labels(scene)
@@ -79,7 +79,7 @@ def test_energies_in_bins_are_those_of_the_fine_grid(
     fine = labels(scene)
     for name in ("object_intensity", "pair_intensity"):
         own, exact = shared[name].values.astype(float), fine[name].values.astype(float)
-        np.testing.assert_allclose(own.sum(axis=-1), exact.sum(axis=-1), rtol=2e-3, atol=1e-4 * exact.max())
+        np.testing.assert_allclose(own.sum(axis=-1), exact.sum(axis=-1), rtol=5e-3, atol=1e-4 * exact.max())
         strong = exact > 0.01 * exact.max()
         assert np.sqrt(np.mean((10 * np.log10(own[strong] / exact[strong])) ** 2)) < error_db
     for name in ("strongest_object", "strongest_pair", "highlight", "shadow", "ghost"):
