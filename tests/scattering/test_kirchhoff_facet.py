@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from insonify.scattering.kirchhoff_facet import NEAR, KirchhoffFacet, mean_phasor
+from insonify.scattering.kirchhoff_facet import NEAR, KirchhoffFacet, corner_phasor, mean_phasor
 
 phases = st.floats(-60.0, 60.0)
 UP = np.array([0.0, 0.0, -1.0])
@@ -33,9 +33,11 @@ def sent_back(corners, out, back, k, reflection=1.0):
     """Far field of triangles re the origin, for directions of travel towards them."""
     middle = corners.mean(axis=1)
     n = len(corners)
+    flat = np.full((1, n), np.inf)
     echo = KirchhoffFacet(reflection).echoes(
-        corners - middle[:, None], np.tile(UP, (n, 1)), np.tile(out, (1, n, 1)), np.tile(back, (1, n, 1)), np.full(n, k)
-    )[0]
+        corners - middle[:, None], np.tile(UP, (n, 1)), np.tile(out, (1, n, 1)), np.tile(back, (1, n, 1)), flat, flat,
+        np.full(n, k),
+    )[0]  # fmt: skip
     return complex(np.sum(echo * np.exp(-1j * k * middle @ (out + back))))
 
 
@@ -54,6 +56,17 @@ def test_the_closed_form_is_the_integral_over_the_triangle(a, b, c):
     area = np.outer(weight, weight) / 4 * s * 2
     expected = np.sum(area * np.exp(1j * (a * (1 - s) + b * s * (1 - t) + c * s * t)))
     assert mean_phasor(a, b, c) == pytest.approx(expected, abs=1e-10)
+
+
+@given(phases, phases, phases)
+@settings(max_examples=60)
+def test_the_part_of_a_corner_is_the_integral_weighted_by_its_coordinate(a, b, c):
+    """Mean of exp(j phase) times the barycentric coordinate of the first corner: Gauss' rule, within 1e-10."""
+    node, weight = np.polynomial.legendre.leggauss(80)
+    s, t = np.meshgrid((node + 1) / 2, (node + 1) / 2, indexing="ij")
+    area = np.outer(weight, weight) / 4 * s * 2
+    expected = np.sum(area * (1 - s) * np.exp(1j * (a * (1 - s) + b * s * (1 - t) + c * s * t)))
+    assert corner_phasor(a, b, c) == pytest.approx(expected, abs=1e-10)
 
 
 def test_corners_of_equal_phase_are_no_special_case():
@@ -122,7 +135,8 @@ def test_a_wide_plate_is_an_image_source():
         length = np.linalg.norm(ray, axis=1)
         way = (ray / length[:, None])[None]
         shape = np.broadcast_to(corners - corners.mean(axis=0), (len(place), 3, 3)).copy()
-        echo = KirchhoffFacet().echoes(shape, np.tile(UP, (len(place), 1)), way, way, np.full(len(place), k))[0]
+        up, curved = np.tile(UP, (len(place), 1)), length[None]
+        echo = KirchhoffFacet().echoes(shape, up, way, way, curved, curved, np.full(len(place), k))[0]
         fade = np.prod((1 - (2 * place[:, :2] / side) ** 8) ** 2, axis=1)
         total += np.sum(fade * echo * np.exp(-2j * k * length) / length**2)
     assert total == pytest.approx(np.exp(-2j * k * distance) / (2 * distance), abs=0.01 / (2 * distance))

@@ -60,7 +60,7 @@ def vessel(file, *parts, **more):
 def test_the_echo_of_two_parts_is_the_sum_of_the_parts(tmp_path, field, law):
     """Each part with its own law, the other silent but in the way: pressures, or energies of rough parts, add.
 
-    Within 1e-6 of the largest sample, as single precision has it.
+    Within 1e-5 of the largest sample: parts of smooth facets cancel in single precision.
     """
     file, name, sums = written(tmp_path / "vessel.obj"), "pressure" if field == "coherent" else "intensity", []
     changes = (
@@ -74,7 +74,7 @@ def test_the_echo_of_two_parts_is_the_sum_of_the_parts(tmp_path, field, law):
         sums.append(simulate(nominal(targets=[vessel(file, *parts)], field=field, **WINDOW))[name].values)
     whole, one, other = sums
     assert min(np.abs(one).max(), np.abs(other).max()) > 1e-3 * np.abs(whole).max() > 0
-    np.testing.assert_allclose(whole, one + other, atol=1e-6 * np.abs(whole).max())
+    np.testing.assert_allclose(whole, one + other, atol=1e-5 * np.abs(whole).max())
 
 
 @pytest.mark.parametrize("field", ["coherent", "incoherent"])

@@ -1,5 +1,7 @@
 """Smooth faces as triangles and as patches: what is in the water, and how finely it is split."""
 
+from collections import Counter
+
 import numpy as np
 import pytest
 
@@ -68,6 +70,12 @@ def test_splitting_keeps_the_surface_and_keeps_to_its_limits():
         ray = found.mean(axis=1) - [0.0, -far, 0.5]
         assert np.abs(np.einsum("tsk,tk->ts", sides, ray / np.linalg.norm(ray, axis=1)[:, None])).max() <= 0.04
         counts.append(len(found))
+        ends = np.round(np.stack([found, np.roll(found, -1, axis=1)], axis=2), 9).reshape(-1, 2, 3).tolist()
+        neighbours = Counter(frozenset(map(tuple, side)) for side in ends)
+        assert max(neighbours.values()) == 2
+        assert sum(np.ptp(list(side), axis=0).sum() for side, count in neighbours.items() if count == 1) == (
+            pytest.approx(6.0)  # no corner of a facet lies within a side of another
+        )
     assert counts[1] > 20 * counts[0]
 
 

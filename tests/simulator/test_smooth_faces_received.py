@@ -201,3 +201,32 @@ def _box_patches(turn, size, middle, side):
             place = np.array(middle) + sign * out * depth / 2 + s[:, None] * along + t[:, None] * np.array([0, 0, 1.0])
             found.append((place, np.tile(sign * out, (s.size, 1)), np.full(s.size, width * size[2] / s.size)))
     return tuple(np.concatenate(column) for column in zip(*found, strict=True))
+
+
+@pytest.mark.parametrize("heading", [0.0, 0.17, 0.5])
+def test_a_box_is_received_alike_as_a_body_and_as_a_mesh(tmp_path, heading):
+    """40 cycles, off the specular direction too: pressures differ by less than a tenth, energies by 0.4 dB.
+
+    The facets of a mesh have a delay for each corner; with one for each facet they would shine at 0.17 and 0.5 rad.
+    """
+    length, width, height = 0.6, 0.3, 0.3
+    corners = [(x, y, z) for x in (-length / 2, length / 2) for y in (-width / 2, width / 2) for z in (0, height)]
+    faces = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+    lines = ["v {} {} {}".format(*corner) for corner in corners]
+    lines += ["f {} {} {} {}".format(*(row + 1 for row in face)) for face in faces]
+    file = tmp_path / "box.obj"
+    file.write_text("\n".join(lines))
+    end, pulse = {"kind": "point"}, {"frequency": 100e3, "duration": 40e-5}
+    body, mesh = (
+        simulate(nominal(
+            targets=[{**shape, "label": "box", "position": (0.0, 15.0), "heading": heading,
+                      "face_reflection_coefficient": 1.0, "scattering": ROUGH}],
+            sonar={"pulse": pulse, "transmit": end, "receive": end, "receiver": {"bandwidth": 5e3}},
+            track={"position": (0.0, 0.0, 17.0), "window": (0.0185, 0.0225)},
+            paths={"contributions": ["target"], "max_reflections": 0}, field="coherent",
+        )).pressure.values[0, 0]
+        for shape in ({"shape": "box", "size": (length, width, height)}, {"shape": "mesh", "file": str(file)})
+    )  # fmt: skip
+    energy, difference = (np.sum(np.abs(part) ** 2) for part in (body, body - mesh))
+    assert difference < 0.01 * energy
+    assert 10 * np.log10(np.sum(np.abs(mesh) ** 2) / energy) == pytest.approx(0, abs=0.4)

@@ -412,15 +412,15 @@ class EigenrayEngine:
             if len(unique) < len(pair):
                 return self._specular(scatterers, out, back, unique, frequency)[inverse.ravel()]
         wavenumber = 2 * np.pi * frequency / self.scene.water.sound_speed_at(scatterers.position[:, 2])
-        arriving, leaving = out.arrival[pair[:, 0]], back.arrival[pair[:, 1]]
-        if isinstance(scatterers.law, KirchhoffFacet):
-            echo = scatterers.law.echoes(scatterers.corners, scatterers.normal, arriving, leaving, wavenumber)
-            return echo if scatterers.relative_reflection is None else echo * scatterers.relative_reflection
-        assert isinstance(scatterers.law, KirchhoffPatch)
-        return scatterers.law.echoes(
-            scatterers.corners, scatterers.area, scatterers.normal, arriving, leaving, out.length[pair[:, 0]],
+        legs = (
+            scatterers.normal, out.arrival[pair[:, 0]], back.arrival[pair[:, 1]], out.length[pair[:, 0]],
             back.length[pair[:, 1]], wavenumber,
         )  # fmt: skip
+        if isinstance(scatterers.law, KirchhoffFacet):
+            echo = scatterers.law.echoes(scatterers.corners, *legs)
+            return echo if scatterers.relative_reflection is None else echo * scatterers.relative_reflection
+        assert isinstance(scatterers.law, KirchhoffPatch)
+        return scatterers.law.echoes(scatterers.corners, scatterers.area, *legs)
 
     def _with_water_delays(
         self, legs: Legs, scatterers: Scatterers, ping_geometry: PingGeometry, position: Floats

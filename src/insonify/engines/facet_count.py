@@ -32,7 +32,8 @@ def facet_count(
     closed = panels(solid, scene.seabed, ping_geometry.transmit_position)
     if closed:
         return sum(_patch_count(scene, panel, insonification) for panel in closed)
-    return _triangle_count(scene, facet_subdivision.towards(scene, solid, insonification), insonification)
+    copies = 3 if facet_subdivision.are_deep(scene, solid, insonification) else 1
+    return copies * _triangle_count(scene, facet_subdivision.towards(scene, solid, insonification), insonification)
 
 
 def _patch_count(scene: Scene, panel: Panel, insonification: TargetInsonification) -> float:
@@ -63,14 +64,14 @@ def _triangle_count(scene: Scene, corners: Floats, insonification: TargetInsonif
     """Estimated number of facets of triangles, at most `MAX_FACETS` [1]; `corners` in world [m], shape (t, 3, 3)."""
     count, split, weight = 0.0, 0.0, 1.0
     while len(corners):
-        small, corners, side = facet_subdivision.by_size(corners, insonification)
+        small, corners, is_long = facet_subdivision.by_size(corners, insonification)
         sample = small[_sample(len(small))]
         if len(sample):
             count += weight * len(small) / len(sample) * len(clip_at_seabed(sample, scene.seabed))
         split += weight * len(small)
         if split + 2 * weight * len(corners) > facet_subdivision.MAX_FACETS:
             return min(count + weight * len(corners), float(facet_subdivision.MAX_FACETS))
-        corners = facet_subdivision.halved(corners, side)
+        corners = facet_subdivision.halved(corners, is_long)
         rows = _sample(len(corners))
         weight *= len(corners) / max(len(rows), 1)
         corners = corners[rows]

@@ -3,7 +3,8 @@
 The closed form holds for the directions at the middle of each piece, so pieces must be small beside the beam and, along
 every ray, shallow beside the pulse, because all of a piece is received at one delay. Patches keep phases to second
 order, and are as large as third-order terms allow. On triangles the phase is linear: they are split until incident and
-scattered wavefronts stay within a fraction of a radian of a plane.
+scattered wavefronts stay within a fraction of a radian of a plane. Sides of patches and corners of triangles have
+delays of their own where a pulse is short.
 """
 
 import warnings
@@ -14,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from insonify.engines.patch_subdivision import (
+    SHALLOW,
     TargetInsonification,
     clip_to_water,
     outward_normals,
@@ -94,18 +96,18 @@ def joined_facets(parts: list[Scatterers]) -> Scatterers:
 
 
 def legs_at_sides(out: Legs, back: Legs, scatterers: Scatterers, scene: Scene) -> tuple[Legs, Legs]:
-    """Transmit and receive legs to smooth patches, with the delays of the sides whose part of the echo these have.
+    """Transmit and receive legs to smooth patches and facets, with the delays of the sides whose part they have.
 
     Args:
-        out: Legs from the transmitter to the centres of n patches.
+        out: Legs from the transmitter to the centres of n patches or facets.
         back: Legs from the receiver to them.
-        scatterers: The patches; legs to other scatterers are returned unchanged.
+        scatterers: The patches or facets; legs to other scatterers are returned unchanged.
         scene: The scene.
     """
-    if not isinstance(scatterers.law, KirchhoffPatch):
+    if scatterers.corners is None or scatterers.has_random_phase:
         return out, back
-    assert scatterers.corners is not None
-    delay_offset = side_offset(scatterers.corners) / scene.water.sound_speed_at(scatterers.position[:, 2])[:, None]
+    offset = side_offset(scatterers.corners) if isinstance(scatterers.law, KirchhoffPatch) else scatterers.corners[:, 3]
+    delay_offset = offset / scene.water.sound_speed_at(scatterers.position[:, 2])[:, None]
 
     def at_sides(legs: Legs) -> Legs:
         return replace(legs, delay=legs.delay + np.einsum("fnk,nk->fn", legs.arrival, delay_offset))
@@ -153,17 +155,46 @@ def _triangles(scene: Scene, solid: Solid, insonification: TargetInsonification)
     assert solid.face_reflection_coefficient is not None
     corners, whole = split_triangles(towards(scene, solid, insonification), insonification)
     corners = clip_at_seabed(corners, scene.seabed)
+    corners, is_whole = delay_corners(corners, deep=are_deep(scene, solid, insonification))
     middle = corners.mean(axis=1)
     across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     twice = np.maximum(np.linalg.norm(across, axis=1), 1e-300)
-    count = len(corners)
+    count, own = len(corners), corners - middle[:, None]
+    own = np.concatenate([own, np.where(is_whole[:, None, None], 0.0, own[:, :1])], axis=1)
     return Scatterers(
         object=solid.label, boundary="target", law=KirchhoffFacet(solid.face_reflection_coefficient), position=middle,
         normal=across / twice[:, None], area=twice / 2, phase=np.ones(count, complex),
         scatterer_id=whole_target_id(solid.label, count), has_random_phase=False,
-        occluder=scene.occluders.index(whole_solid(solid)), corners=corners - middle[:, None],
+        occluder=scene.occluders.index(whole_solid(solid)), corners=own,
         centre=_middle(scene, solid),
     ), whole  # fmt: skip
+
+
+def delay_corners(corners: Floats, *, deep: bool) -> tuple[Floats, NDArray[np.bool_]]:
+    """Triangles once for each corner, whose delay a part of their echo has, that corner first; once if all are shallow.
+
+    Args:
+        corners: Corners of the triangles [m], shape (t, 3, 3).
+        deep: From `are_deep`.
+
+    Returns:
+        Corners, shape (n, 3, 3), and True for triangles that are given once, shape (n,).
+    """
+    parts = [np.roll(corners, -turn, axis=1) for turn in range(3 if deep else 1)]
+    return np.concatenate(parts), np.full(sum(map(len, parts)), not deep)
+
+
+def are_deep(scene: Scene, solid: Solid, insonification: TargetInsonification) -> bool:
+    """Return True if facets of a mesh may be so large that the envelope of the pulse changes within their delays.
+
+    The same for all parts of a mesh: facets with one delay beside others with three would shine where they meet.
+    """
+    surface, middle = world_triangles(whole_solid(solid), scene.seabed), _middle(scene, solid)
+    sides = np.asarray(surface.corners) - np.roll(surface.corners, -1, axis=1)
+    nearness = sum(1 / max(float(np.linalg.norm(images - middle, axis=1).min()), 1e-6)
+                   for images in insonification.images)  # fmt: skip
+    longest = min(float(np.linalg.norm(sides, axis=2).max(initial=0.0)), float(_flat_side(nearness, insonification)))
+    return longest > 2 * SHALLOW * insonification.max_range_extent
 
 
 def towards(scene: Scene, solid: Solid, insonification: TargetInsonification) -> Floats:
@@ -181,7 +212,7 @@ def _middle(scene: Scene, solid: Solid) -> Floats:
 
 
 def split_triangles(corners: Floats, insonification: TargetInsonification) -> tuple[Floats, bool]:
-    """Triangles halved across a side until they are small enough; those that cannot be received are dropped.
+    """Triangles with halved sides until they are small enough; those that cannot be received are dropped.
 
     Args:
         corners: Corners of the triangles [m], shape (t, 3, 3).
@@ -193,30 +224,45 @@ def split_triangles(corners: Floats, insonification: TargetInsonification) -> tu
     done = []
     held = 0
     while len(corners):
-        small, corners, longest = by_size(corners, insonification)
+        small, corners, is_long = by_size(corners, insonification)
         done.append(small)
         held += len(small)
         if held + 2 * len(corners) > MAX_FACETS:
             return np.concatenate([*done, corners]), False
-        corners = halved(corners, longest)
+        corners = halved(corners, is_long)
     return np.concatenate(done) if done else corners, True
 
 
-def by_size(corners: Floats, insonification: TargetInsonification) -> tuple[Floats, Floats, NDArray[np.int64]]:
-    """Triangles that can be received: small ones, large ones, and the side across which each large one is halved."""
+def by_size(corners: Floats, insonification: TargetInsonification) -> tuple[Floats, Floats, NDArray[np.bool_]]:
+    """Triangles that can be received: small ones, large ones, and the sides of these that are to be halved, (t, 3)."""
     corners = corners[_receivable(corners, insonification)]
-    sides = np.roll(corners, -1, axis=1) - corners
-    size = _relative_sides(corners, sides, insonification)
-    large = size.max(axis=1) > 1
-    return corners[~large], corners[large], size.argmax(axis=1)[large]
+    is_long = _relative_sides(corners, insonification) > 1
+    large = is_long.any(axis=1)
+    return corners[~large], corners[large], is_long[large]
 
 
-def halved(corners: Floats, side: NDArray[np.int64]) -> Floats:
-    """Triangles halved across one side each, (t,), shape (2 t, 3, 3)."""
-    order = (side[:, None] + np.arange(3)) % 3
-    a, b, c = np.moveaxis(np.take_along_axis(corners, order[:, :, None], axis=1), 1, 0)
-    middle = (a + b) / 2
-    return np.concatenate([np.stack([a, middle, c], axis=1), np.stack([middle, b, c], axis=1)])
+def halved(corners: Floats, is_long: NDArray[np.bool_]) -> Floats:
+    """Triangles divided at the middles of their long sides, so that neighbours have all their corners in common.
+
+    Args:
+        corners: Corners, shape (t, 3, 3).
+        is_long: True for sides that are halved, one or more of each triangle; a side follows its corner, shape (t, 3).
+    """
+    parts, count = [], is_long.sum(axis=1)
+    for sides, first in ((1, is_long), (2, np.roll(~is_long, 1, axis=1)), (3, is_long)):
+        rows = np.flatnonzero(count == sides)
+        order = (first[rows].argmax(axis=1)[:, None] + np.arange(3)) % 3
+        a, b, c = np.moveaxis(np.take_along_axis(corners[rows], order[:, :, None], axis=1), 1, 0)
+        ab, bc, ca = (a + b) / 2, (b + c) / 2, (c + a) / 2
+        if sides == 1:
+            pieces = [(a, ab, c), (ab, b, c)]
+        elif sides == 2:
+            across = (np.linalg.norm(a - bc, axis=1) <= np.linalg.norm(ab - c, axis=1))[:, None]
+            pieces = [(ab, b, bc), (a, ab, np.where(across, bc, c)), (np.where(across, a, ab), bc, c)]
+        else:
+            pieces = [(a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca)]
+        parts += [np.stack(piece, axis=1) for piece in pieces]
+    return np.concatenate(parts)
 
 
 def _receivable(corners: Floats, insonification: TargetInsonification) -> NDArray[np.bool_]:
@@ -226,31 +272,41 @@ def _receivable(corners: Floats, insonification: TargetInsonification) -> NDArra
     return insonification.reaches(middle, radius)
 
 
-def _relative_sides(corners: Floats, sides: Floats, insonification: TargetInsonification) -> Floats:
-    """Sides of triangles re the largest permitted [1], shape (t, 3)."""
-    middle = corners.mean(axis=1)
+def _relative_sides(corners: Floats, insonification: TargetInsonification) -> Floats:
+    """Sides of triangles re the largest permitted at their middles [1], shape (t, 3): for both neighbours the same."""
+    others = np.roll(corners, -1, axis=1)
+    middle, sides = (corners + others) / 2, others - corners
     length = np.linalg.norm(sides, axis=2)
-    nearness, along, turned = np.zeros(len(middle)), np.zeros(length.shape), np.zeros(length.shape)
+    nearness, along, turned = np.zeros(length.shape), np.zeros(length.shape), np.zeros(length.shape)
     for images in insonification.images:
-        closest = np.full(len(middle), np.inf)
+        closest = np.full(length.shape, np.inf)
         for position in images:
             ray = middle - position
-            away = np.maximum(np.linalg.norm(ray, axis=1), 1e-6)
-            ray = ray / away[:, None]
-            deep = np.einsum("tsk,tk->ts", sides, ray)
+            away = np.maximum(np.linalg.norm(ray, axis=2), 1e-6)
+            ray = ray / away[..., None]
+            deep = np.einsum("tsk,tsk->ts", sides, ray)
             along = np.maximum(along, np.abs(deep))
             for lobe in insonification.lobes:
-                turn = np.abs(sides @ lobe.axis - deep * (ray @ lobe.axis)[:, None]) / away[:, None]
+                turn = np.abs(sides @ lobe.axis - deep * (ray @ lobe.axis)) / away
                 turned = np.maximum(turned, turn / lobe.width)
             closest = np.minimum(closest, away)
         nearness += 1 / closest
-    # the path to a corner is longer by half the square of its distance over the path's length
-    flat = np.sqrt(
-        2 * MAX_WAVEFRONT_PHASE / (insonification.wavenumber * CORNER_DISTANCE**2 * np.maximum(nearness, 1e-300))
-    )
+    flat = _flat_side(nearness, insonification)
     return np.maximum.reduce(
-        [length / flat[:, None], turned, along / insonification.max_range_extent, length / insonification.max_side]
+        [
+            length / flat,
+            turned,
+            along / insonification.max_range_extent,
+            length / insonification.max_side,
+        ]
     )
+
+
+def _flat_side(nearness: Any, insonification: TargetInsonification) -> Any:
+    """Side of a facet within which wavefronts are flat enough [m], by the sum of both curvatures [1/m]."""
+    # the path to a corner is longer by half the square of its distance over the path's length
+    bend = insonification.wavenumber * CORNER_DISTANCE**2 * np.maximum(nearness, 1e-300)
+    return np.sqrt(2 * MAX_WAVEFRONT_PHASE / bend)
 
 
 def _faces_any(corners: Floats, images: Floats, max_deviation: float) -> NDArray[np.bool_]:

@@ -4,12 +4,17 @@ On a smooth face the field is that of specular reflection, as if the face had no
 a facet so small that wavefronts are flat on it, the phase is linear and the integral has a closed form. It
 includes the specular reflection, its side lobes, and the interference of the facets of a curved body.
 
+A short pulse changes within the delays of a facet. The facet is then given three times, once for each corner, with the
+delay of that corner and the part of the integral that falls off linearly towards the opposite side: the envelope of the
+echo is interpolated over the facet, and neighbours cancel off the specular direction.
+
 Valid: near the specular direction, for bodies of many wavelengths. Creeping waves, diffraction at edges beyond
 Kirchhoff's approximation, and sound inside the body are left out.
 """
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +27,21 @@ NEAR = 0.5  # largest difference of the corners' phases for the series [rad]
 TERMS = 12  # of the series: the first omitted term is below 1e-15
 
 
+class FacetWaves(NamedTuple):
+    """Waves from both ends at n facets, p pairs of them."""
+
+    arriving: Floats
+    """Directions of travel from the transmitter [1], (p, n, 3)."""
+    leaving: Floats
+    """Directions of travel from the receiver [1], (p, n, 3)."""
+    curvature_in: Floats
+    """Curvature of the wavefronts from the transmitter [1/m], (p, n)."""
+    curvature_out: Floats
+    """Curvature of the wavefronts from the receiver [1/m], (p, n)."""
+    wavenumber: Floats
+    """Wavenumber [rad/m], (n,)."""
+
+
 @dataclass(frozen=True, slots=True)
 class KirchhoffFacet:
     """Flat facet with specular reflection: the coherent part of its echo."""
@@ -30,30 +50,36 @@ class KirchhoffFacet:
     """Pressure reflection coefficient [1]: 1 for a rigid body, -1 for an air-filled one."""
 
     def echoes(
-        self, corners: Floats, normal: Floats, arriving: Floats, leaving: Floats, wavenumber: Floats
-    ) -> Complexes:
+        self, corners: Floats, normal: Floats, arriving: Floats, leaving: Floats, length_in: Floats, length_out: Floats,
+        wavenumber: Floats,
+    ) -> Complexes:  # fmt: skip
         """Scattered pressure at 1 m of facets under incident waves of unit pressure [m].
 
-        The phase refers to the centre of the facet: multiply by the phases of both legs to it.
+        The phase refers to the centre of the facet, or to its corner: multiply by the phases of both legs to it.
 
         Args:
-            corners: Corners of each triangle relative to its centroid [m], shape (n, 3, 3).
+            corners: Corners of each triangle relative to its centroid [m], and the corner whose delay and part of the
+                integral the row has: the first one, or 0 for the whole triangle. Shape (n, 4, 3); (n, 3, 3): all whole.
             normal: Unit normals into the water, shape (n, 3).
             arriving: Directions of travel towards the facets from the transmitter, shape (p, n, 3).
             leaving: Directions of travel towards the facets from the receiver, shape (p, n, 3).
+            length_in: Radii of curvature of the wavefronts from the transmitter [m], shape (p, n).
+            length_out: Radii of curvature of the wavefronts from the receiver [m], shape (p, n).
             wavenumber: Wavenumber at each facet [rad/m], shape (n,).
 
         Returns:
-            (j / wavelength) R (sine_in + sine_out) / 2 times the integral of exp(-j k (arriving + leaving) . x) over
-            the facet, shape (p, n); sines are of grazing angles. 0 where either direction is behind the facet.
+            (j / wavelength) R (sine_in + sine_out) / 2 times the integral of exp(-j k path) over the facet, shape
+            (p, n); sines are of grazing angles. 0 where either direction is behind the facet. The path is linear
+            between the corners, and of second order there: facets have the same phases along a common side.
 
         Source: Kirchhoff's integral for a plane wave, as in Pierce (1989), Acoustics, ch. 5 (not verified); the mean of
             both ends' cosines keeps it reciprocal. An infinite plate gives R / (2 distance), the image source.
         """
-        side = corners[:, 1:] - corners[:, :1]
+        side = corners[:, 1:3] - corners[:, :1]
         area = np.linalg.norm(np.cross(side[:, 0], side[:, 1]), axis=1) / 2
         echo = np.empty(arriving.shape[:2], complex)
-        _echoes(self.reflection, corners, area, normal, arriving, leaving, wavenumber, echo)
+        waves = FacetWaves(arriving, leaving, 1 / length_in, 1 / length_out, wavenumber)
+        _echoes(self.reflection, corners, area, normal, waves, echo)
         return echo
 
 
@@ -66,6 +92,44 @@ def mean_phasor(a: float, b: float, c: float) -> complex:
         return _series(a, b, c)
     lower, upper = _difference(low, middle), _difference(middle, high)
     return -2.0 * (upper - lower) / (high - low)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def corner_phasor(a: float, b: float, c: float) -> complex:
+    """Mean of exp(j phase) over a triangle, weighted by a function that is 1 at the first corner, 0 on the other side.
+
+    The integral is the divided difference of exp(j x) at the phases a, a, b, c (Hermite and Genocchi), j^3 left out.
+
+    Args:
+        a: Phase at the first corner [rad].
+        b: Phase at the second corner [rad].
+        c: Phase at the third corner [rad].
+    """
+    low, high = min(a, b, c), max(a, b, c)
+    middle = a + b + c - low - high
+    if high - low < NEAR:
+        return _corner_series(a, b, c)
+    second, third = min(middle, a), max(middle, a)  # of the four phases, in their order
+    without_lowest, without_highest = mean_phasor(second, third, high), mean_phasor(low, second, third)
+    return -1j * (without_lowest - without_highest) / (high - low)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _corner_series(a: float, b: float, c: float) -> complex:
+    """Weighted mean as a series about the central phase: 2 j^n h_n / (n + 3)!, of the phases a, a, b, c."""
+    middle = (2 * a + b + c) / 4
+    x = np.array([a - middle, a - middle, b - middle, c - middle])
+    symmetric, power_sum = np.zeros(TERMS + 1), np.zeros(TERMS + 1)
+    symmetric[0] = 1.0
+    total, power, factorial = complex(1.0 / 3.0), 1.0 + 0j, 6.0
+    for n in range(1, TERMS + 1):
+        power_sum[n] = (x**n).sum()
+        for i in range(1, n + 1):
+            symmetric[n] += power_sum[i] * symmetric[n - i] / n
+        power *= 1j
+        factorial *= n + 3
+        total += 2.0 * power * symmetric[n] / factorial
+    return total * complex(math.cos(middle), math.sin(middle))
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -95,24 +159,35 @@ def _series(a: float, b: float, c: float) -> complex:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _echoes(
-    reflection: float, corners: Floats, area: Floats, normal: Floats, arriving: Floats, leaving: Floats,
-    wavenumber: Floats, echo: Complexes,
+    reflection: float, corners: Floats, area: Floats, normal: Floats, waves: FacetWaves, echo: Complexes
 ) -> None:  # fmt: skip
     """Fill `echo`, see `KirchhoffFacet.echoes`."""
+    arriving, leaving, curvature_in, curvature_out, wavenumber = waves
+    linear, path = np.empty(3), np.empty(3)
     for p in range(echo.shape[0]):
         for n in range(echo.shape[1]):
             sine_in, sine_out = 0.0, 0.0
-            a, b, c = 0.0, 0.0, 0.0
             for axis in range(3):
-                into, back = arriving[p, n, axis], leaving[p, n, axis]
-                sine_in -= into * normal[n, axis]
-                sine_out -= back * normal[n, axis]
-                a -= (into + back) * corners[n, 0, axis]
-                b -= (into + back) * corners[n, 1, axis]
-                c -= (into + back) * corners[n, 2, axis]
+                sine_in -= arriving[p, n, axis] * normal[n, axis]
+                sine_out -= leaving[p, n, axis] * normal[n, axis]
             if sine_in <= 0 or sine_out <= 0:
                 echo[p, n] = 0.0
                 continue
             k = wavenumber[n]
+            for corner in range(3):
+                square, into, back = 0.0, 0.0, 0.0
+                for axis in range(3):
+                    x = corners[n, corner, axis]
+                    square += x * x
+                    into += arriving[p, n, axis] * x
+                    back += leaving[p, n, axis] * x
+                linear[corner] = into + back
+                bend = (square - into**2) * curvature_in[p, n] + (square - back**2) * curvature_out[p, n]
+                path[corner] = into + back + bend / 2
+            a, b, c = -k * path[0], -k * path[1], -k * path[2]
             strength = reflection * k / (2 * math.pi) * (sine_in + sine_out) / 2 * area[n]
-            echo[p, n] = 1j * strength * mean_phasor(k * a, k * b, k * c)
+            if corners.shape[1] > 3 and (corners[n, 3] != 0).any():  # the delay is that of the first corner
+                shift = complex(math.cos(k * linear[0]), math.sin(k * linear[0]))
+                echo[p, n] = 1j * strength * shift * corner_phasor(a, b, c)
+            else:
+                echo[p, n] = 1j * strength * mean_phasor(a, b, c)
