@@ -27,6 +27,8 @@ def test_eight_bins_cover_the_pulse_and_hardly_more(pulse: str) -> None:
     held = accumulator(pulse)
     grid = bin_grid(held, 8.0, 64)
     assert 1 in (grid.per_sample, grid.samples)
+    window, rings = held.ping_geometry.window, held.ping_geometry.pulse
+    assert grid.start <= window[0] - rings.stop and grid.start + (grid.size - 1) / grid.rate >= window[1] - rings.start
     assert grid.rate == pytest.approx(held.grid.sample_rate * grid.per_sample / grid.samples)
     assert 8 <= held.pulse_duration * grid.rate < 16
     assert held.pulse_duration < significant_duration(held, grid) < 5 * held.pulse_duration + 1e-3

@@ -494,16 +494,8 @@ class EigenrayEngine:
         is_boundary_echo = scatterers.boundary == BOUNDARY_ECHO
         bearing = None if is_boundary_echo else ping_geometry.first_beam_bearing
         key = (ping_geometry.ping, position.tobytes(), bearing)
-        soft = self.choice.edge_diffraction == "knife-edge"
-        return reflect_off_relief(
-            legs,
-            scatterers,
-            position,
-            self.caches.terrain_occlusion.get(key, occlude),
-            self.scene,
-            soft=soft,
-            needed=needed,
-        )
+        soft, occlusion = self.choice.edge_diffraction == "knife-edge", self.caches.terrain_occlusion.get(key, occlude)
+        return reflect_off_relief(legs, scatterers, position, occlusion, self.scene, soft=soft, needed=needed)
 
     def _wavelength(self, ping_geometry: PingGeometry, position: Floats) -> float:
         """Wavelength at one end of the sonar [m]; the same for transmitter and receiver."""

@@ -187,7 +187,7 @@ def delay_corners(corners: Floats, *, deep: bool) -> tuple[Floats, NDArray[np.bo
 def are_deep(scene: Scene, solid: Solid, insonification: TargetInsonification) -> bool:
     """Return True if facets of a mesh may be so large that the envelope of the pulse changes within their delays.
 
-    The same for all parts of a mesh: facets with one delay beside others with three would shine where they meet.
+    The same for all parts of a mesh: facets with one delay next to others with three would shine at common sides.
     """
     surface, middle = world_triangles(whole_solid(solid), scene.seabed), _middle(scene, solid)
     sides = np.asarray(surface.corners) - np.roll(surface.corners, -1, axis=1)

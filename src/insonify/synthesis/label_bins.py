@@ -47,7 +47,7 @@ def bin_grid(accumulator: IncoherentAccumulator, least_bins: float = 0.0, most_p
     ratio = least_bins / (accumulator.pulse_duration * grid.sample_rate) if least_bins else 1.0
     octaves = int(np.ceil(np.log2(ratio)))
     per_sample, samples = min(2 ** max(octaves, 0), most_per_sample), 2 ** max(-octaves, 0)
-    size = -(-(grid.sample_count + lead + tail) // samples + 1) * per_sample
+    size = (-(-(grid.sample_count + lead + tail) // samples) + 1) * per_sample
     return BinGrid(
         grid.start - lead / grid.sample_rate, grid.sample_rate * per_sample / samples, size, per_sample, samples
     )
