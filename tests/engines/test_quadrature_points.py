@@ -109,3 +109,26 @@ def test_a_sonar_elsewhere_reaches_the_same_points_moved():
         for block in ping_scatterers(engine.scene, engine.choice, 1, here, engine.rays, quadrature=True).blocks()
     ]
     np.testing.assert_allclose(np.concatenate([each.position for each in moved]), one[0] + way, atol=1e-9)
+
+
+def test_sparse_points_are_few_right_below_the_sonar():
+    """The first 25 cm of slant range have fewer points than the next 75 cm, and their energy to 0.3 dB.
+
+    The point below the sonar is received by all sectors alike; the rings about it are not.
+    """
+    made = {
+        "track": {"window": (0.0, 0.06)},
+        "sonar": {"pulse": {"kind": "cw", "frequency": "100 kHz", "duration": "0.1 ms"}},
+    }
+    found = []
+    for chosen in ({"scatterers_per_cell": 1.5}, {"importance_sampling": False}):
+        place, area, here, _ = points(**made, paths={"contributions": ["seabed"], **chosen})
+        way = place - here.transmit_position
+        slant = np.linalg.norm(way, axis=1)
+        way /= slant[:, None]
+        weight = (here.transmit_beams.gain(way)[0] * here.receive_beams.gain(way)[0]) ** 2 * area
+        edges = 9.0 + np.array([0.0, 0.25, 1.0, 3.0, 5.0, 15.0, 18.0])
+        found.append((np.histogram(slant, edges)[0], np.histogram(slant, edges, weights=weight)[0]))
+    (few, energy), (_, whole) = found
+    assert few[0] < few[1]
+    np.testing.assert_allclose(10 * np.log10(energy / whole), 0.0, atol=0.3)

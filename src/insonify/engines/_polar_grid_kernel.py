@@ -25,7 +25,7 @@ def priority(ring: int, sector: int) -> float:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def piece_edges(
-    tiles: Integers, shape: tuple[int, int, int], slant: float, height: float, azimuth: float,
+    tiles: Integers, shape: tuple[int, int, int], slant: float, height: float, nearest: float, azimuth: float,
     origin: tuple[float, float, float], position: Floats,
 ) -> None:  # fmt: skip
     """Ends of the pieces of tiles in the middle of each sector, north and east [m], into position.
@@ -35,6 +35,7 @@ def piece_edges(
         shape: Rings of a tile, pieces that they are cut into, sectors of a tile.
         slant: Slant range from ring to ring [m].
         height: Height of the sonar above the boundary [m].
+        nearest: Least slant range of an end [m].
         azimuth: Angle from sector to sector [rad].
         origin: North and east of the sonar [m], bearing of the first sector [rad].
         position: Result, (tiles * (pieces + 1) * sectors, 2).
@@ -43,7 +44,7 @@ def piece_edges(
     each, n = rings / pieces, 0
     for t in range(tiles.shape[0]):
         for k in range(pieces + 1):
-            reach = (tiles[t, 0] * rings + k * each) * slant
+            reach = max((tiles[t, 0] * rings + k * each) * slant, nearest)
             distance = math.sqrt(max(reach * reach - height * height, 0.0))
             for j in range(sectors):
                 bearing = origin[2] + (tiles[t, 1] * sectors + j + 0.5) * azimuth

@@ -68,6 +68,8 @@ class PolarGrid:
         along, across = (1.0, resolution.scatterers_per_cell) if resolution.sparse else (root, root)
         self.evenness = SPARSE_GAIN_MARGIN if resolution.sparse else GAIN_MARGIN
         self.slant: float = resolution.slant_resolution / along
+        # the point below the sonar has the largest gain in all sectors: it counts for no sparse points about it
+        self.nearest_gain = reach.vertical_distance + self.slant / 2 if resolution.sparse else 0.0
         sectors = (
             np.ceil(2 * np.pi * across / min(resolution.beam_width, MAX_CELL_WIDTH) / RINGS_PER_TILE) * RINGS_PER_TILE
         )
@@ -118,8 +120,8 @@ class PolarGrid:
         """
         position = np.empty((len(tiles) * (PIECES_PER_TILE + 1) * SECTORS_PER_TILE, 2))
         kernel.piece_edges(
-            tiles, (RINGS_PER_TILE, PIECES_PER_TILE, SECTORS_PER_TILE), self.slant, self.height, self.azimuth,
-            self._origin, position,
+            tiles, (RINGS_PER_TILE, PIECES_PER_TILE, SECTORS_PER_TILE), self.slant, self.height, self.nearest_gain,
+            self.azimuth, self._origin, position,
         )  # fmt: skip
         gain = beam_importance.gain_at(position).reshape(-1, PIECES_PER_TILE + 1, SECTORS_PER_TILE)
         return np.asarray(self.evenness * np.maximum(gain[:, 1:], gain[:, :-1]))

@@ -89,7 +89,7 @@ def _seconds_per_point(
         along = (north - start[0]) * direction[:, 0] + (east - start[1]) * direction[:, 1]
         lateral_offset = np.abs((east - start[1]) * direction[:, 0] - (north - start[0]) * direction[:, 1])
         beyond = reach - along
-        number = FAR if row < boxes else ROUGH_RIPPLES if rough else RIPPLES
+        number = ROUGH_RIPPLES if rough else FAR if row < boxes else RIPPLES
         product = np.maximum(along, wavelength) * np.maximum(beyond, wavelength)
         clearance = number * np.sqrt(wavelength / 2 * product / np.maximum(reach, wavelength))
         near = (np.minimum(along, beyond) > -radius) & (lateral_offset <= radius + clearance)

@@ -125,6 +125,7 @@ def diffract_around_solid(
     centre_bearing, borders, border_ranges, columns = screen.silhouette
     nearest, ahead_n, ahead_e = np.min(columns[:, 4]), math.cos(centre_bearing), math.sin(centre_bearing)
     farthest, highest = max(np.max(columns[:, 0]), np.max(columns[:, 5])), np.min(columns[:, 1])
+    borders_ahead, borders_beside = border_ranges * np.cos(borders), border_ranges * np.sin(borders)
     for n in rows:
         mine = status[n] == OCCLUDED and legs.occluder[f, n] == screen.row
         horizontal = math.sqrt(arrival[n, 0] ** 2 + arrival[n, 1] ** 2)
@@ -132,12 +133,18 @@ def diffract_around_solid(
             continue
         north, east = points[n, 0] - position[0], points[n, 1] - position[1]
         reach = math.sqrt(north * north + east * east)
-        if reach <= nearest or north * ahead_n + east * ahead_e < 0:
+        cosine, sine = (north * ahead_n + east * ahead_e) / reach, (east * ahead_n - north * ahead_e) / reach
+        if reach <= nearest or cosine < 0:
             continue
-        turn = math.atan2(east, north) - centre_bearing
-        turn -= 2 * math.pi * math.floor(turn / (2 * math.pi) + 0.5)
-        if passes_beside(reach, turn, horizontal, length[n], wavelength, borders, border_ranges, max_fresnel_number):
+        low, high = ENDLESS, -ENDLESS
+        for k in (0, borders.size - 1):
+            behind = reach - (borders_ahead[k] * cosine + borders_beside[k] * sine)
+            off = borders_beside[k] * cosine - borders_ahead[k] * sine
+            number = edge_fresnel_number(off, behind / horizontal, length[n], wavelength)
+            low, high = min(low, number), max(high, number)
+        if low > max_fresnel_number or high < -max_fresnel_number:
             continue
+        turn = math.atan2(sine, cosine)
         slope = arrival[n, 2] / horizontal
         end = RayEnd(points[n, 2], slope, horizontal, length[n])
         if not mine and (
@@ -150,8 +157,8 @@ def diffract_around_solid(
             ahead = min(reach, (points[n, 2] - (0.0 if slope > 0 else water_depth)) / slope)
         blocked, seen, before = 0j, False, 0j
         for k in range(borders.size):
-            behind = reach - border_ranges[k] * math.cos(borders[k] - turn)
-            off = border_ranges[k] * math.sin(borders[k] - turn)
+            behind = reach - (borders_ahead[k] * cosine + borders_beside[k] * sine)
+            off = borders_beside[k] * cosine - borders_ahead[k] * sine
             number = edge_fresnel_number(off, behind / horizontal, length[n], wavelength)
             if behind <= 0:
                 number = math.copysign(ENDLESS, off)
@@ -182,21 +189,6 @@ def diffract_around_solid(
             visibility[n] = 1 - blocked if seen else 0j
         else:
             visibility[n] *= 1 - blocked
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def passes_beside(
-    distance: float, relative_bearing: float, horizontal_component: float, length: float, wavelength: float,
-    borders: Floats, border_ranges: Floats, max_fresnel_number: float,
-) -> bool:  # fmt: skip
-    """Return True if a ray passes so far beside a silhouette that its field is unchanged."""
-    low, high = ENDLESS, -ENDLESS
-    for k in (0, borders.size - 1):
-        behind = distance - border_ranges[k] * math.cos(borders[k] - relative_bearing)
-        off = border_ranges[k] * math.sin(borders[k] - relative_bearing)
-        number = edge_fresnel_number(off, behind / horizontal_component, length, wavelength)
-        low, high = min(low, number), max(high, number)
-    return low > max_fresnel_number or high < -max_fresnel_number
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -39,7 +39,7 @@ SKY = 1e30
 RIPPLES = 12.0
 """Fresnel number beyond which a solid beside or below a ray is neglected: its ripple is below 0.02 [1]."""
 ROUGH_RIPPLES = 6.0
-"""Fresnel number beyond which it is neglected where ripples below 0.04 are acceptable [1]."""
+"""Fresnel number beyond which solids and boxes are neglected where ripples below 0.04 are acceptable [1]."""
 
 
 def knife_edge(number: ArrayLike) -> NDArray[np.complex128]:
@@ -82,8 +82,8 @@ def diffract_at_edges(
         scene: The scene with its targets.
         wavelength: Wavelength of the sound [m].
         infinitely_wide: True to treat targets as infinitely wide, as in a slice.
-        approximate: True to neglect ripples of less than 0.04 about 1, and details of solids finer than half a Fresnel
-                zone 1 m behind them, as for expected intensities of a rough seabed.
+        approximate: True to neglect ripples of less than 0.04 by each edge, and details of solids finer than half a
+            Fresnel zone 1 m behind them, as for expected intensities of a rough seabed.
 
     Returns:
         The same legs with complex visibility: legs that a target cuts keep their status and occluder with a small
@@ -91,7 +91,8 @@ def diffract_at_edges(
     """
     if not scene.occluders:
         return legs
-    near = _near(legs, scatterers, position, scene, wavelength, ROUGH_RIPPLES if approximate else RIPPLES)
+    far_from_boxes, far_from_solids = (ROUGH_RIPPLES, ROUGH_RIPPLES) if approximate else (FAR, RIPPLES)
+    near = _near(legs, scatterers, position, scene, wavelength, far_from_boxes, far_from_solids)
     if not any(map(len, near)) and not np.any(legs.occluder >= 0):
         return legs
     visibility = (legs.status == LegStatus.CLEAR).astype(complex)
@@ -102,7 +103,9 @@ def diffract_at_edges(
     boxed = near[: len(scene.boxes)]
     if any(map(len, boxed)):
         beds = np.array([scene.seabed_depth_under(box) for box in scene.boxes]) - TOUCHING
-        screens = BoxScreens(close_gap_above(scene.bodies, 6), beds, scatterers.occluder, infinitely_wide)
+        screens = BoxScreens(
+            close_gap_above(scene.bodies, 6), beds, scatterers.occluder, infinitely_wide, far_from_boxes
+        )
         rows = union(boxed, len(scatterers))
         diffract_around_boxes(rows, diffracted, scene.seabed.depth, wavelength, screens, edge_diffraction_table())
     for row in range(len(scene.boxes), len(scene.occluders)):
@@ -134,7 +137,7 @@ def screened_part(
     for strip, gap in zip(strips, gap_below, strict=True):
         left = np.ones((1, n), complex)
         legs = DiffractedLegs(*ends, direction[None], length[None], np.zeros(1, bool), clear, nothing, left)
-        screens = BoxScreens(strip[None], np.array([np.inf if gap else -np.inf]), -1, False)
+        screens = BoxScreens(strip[None], np.array([np.inf if gap else -np.inf]), -1, False, FAR)
         diffract_around_boxes(rows, legs, 0.0, wavelength, screens, edge_diffraction_table())
         taken += 1 - left[0]
     return taken
@@ -152,9 +155,9 @@ def close_gap_above(screens: NDArray[np.float64], top: int) -> NDArray[np.float6
 
 def _near(
     legs: Legs, scatterers: Scatterers, position: NDArray[np.float64], scene: Scene, wavelength: float,
-    max_fresnel_number: float,
+    far_from_boxes: float, far_from_solids: float,
 ) -> list[NDArray[np.int64]]:  # fmt: skip
-    """Rows of the points at which each occluding target may change the field."""
+    """Rows of the points at which each occluding target may change the field, up to Fresnel numbers of both kinds."""
     longest = float(legs.length.max(initial=0.0))
     if not np.isfinite(longest):  # legs that do not exist have no length
         longest = float(np.fmax.reduce(legs.length, axis=None, initial=0.0))
@@ -163,10 +166,10 @@ def _near(
     if scatterers.boundary == BOUNDARY_ECHO:  # slopes turn paths aside from the straight line between both ends
         aside = float(np.nanmax(legs.length * np.hypot(*np.moveaxis(legs.arrival[..., :2], -1, 0)), initial=0.0))
     if boxes:
-        max_offset = edge_clearance(longest, wavelength, FAR) + aside
+        max_offset = edge_clearance(longest, wavelength, far_from_boxes) + aside
         near_points = points_near_cylinders(scene, position, points, max_offset, legs.arrival, targets=slice(boxes))
     if boxes < len(scene.occluders):
-        max_offset = edge_clearance(longest, wavelength, max_fresnel_number) + aside
+        max_offset = edge_clearance(longest, wavelength, far_from_solids) + aside
         near_points += points_near_cylinders(scene, position, points, max_offset, targets=slice(boxes, None))
     return near_points
 

@@ -54,6 +54,8 @@ class BoxScreens(NamedTuple):
     """Row of the box on which the points lie, or -1."""
     infinitely_wide: bool
     """True to treat boxes as infinitely wide."""
+    max_fresnel_number: float
+    """Fresnel number beyond which a box beside or below a ray is neglected, at most `FAR` [1]."""
 
 
 class LastSegment(NamedTuple):
@@ -155,7 +157,7 @@ def diffract_around_boxes(
                 segment = LastSegment(points[n], arrival[f, n], horizontal, slope, ahead, length[f, n])
                 crossed = fresnel_numbers(segment, wavelength, boxes[b], screens.bed_depths[b], screens.infinitely_wide,
                                           numbers)  # fmt: skip
-                if crossed < 0:
+                if crossed < 0 or passes_clear(numbers, screens.max_fresnel_number):
                     continue
                 is_known = is_known or (crossed > 0 and b == occluder[f, n])
                 across = edge_diffraction(numbers[0], table) - edge_diffraction(numbers[1], table)
@@ -228,8 +230,18 @@ def fresnel_numbers(
                 else -ENDLESS
             )
     numbers[0], numbers[1] = (-ENDLESS, ENDLESS) if infinitely_wide else (low, high)
-    silent = numbers[3] < -FAR or numbers[0] > FAR or numbers[1] < -FAR
-    return -1 if silent else crossed
+    return crossed
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def passes_clear(numbers: Floats, max_fresnel_number: float) -> bool:
+    """Return True if a ray passes so far above or beside a box that its field is unchanged.
+
+    Args:
+        numbers: Fresnel numbers of the sides, the base, the top, (4,).
+        max_fresnel_number: Fresnel number beyond which it is.
+    """
+    return numbers[3] < -max_fresnel_number or numbers[0] > max_fresnel_number or numbers[1] < -max_fresnel_number
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")

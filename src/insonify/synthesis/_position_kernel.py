@@ -92,7 +92,7 @@ def smear_energies(bins: NDArray[Any], pulse: Floats, per_sample: int, out: Floa
         out: Result, added to in place, (channels, samples).
     """
     phases, size = pulse.shape[0], bins.shape[1] // per_sample
-    energy, series = np.empty(size), np.empty(-(-out.shape[1] // phases))
+    energy, series = np.zeros(size), np.empty(-(-out.shape[1] // phases))
     for channel in range(bins.shape[0]):
         first, last = bins.shape[1], 0
         for k in range(bins.shape[1]):
@@ -100,19 +100,26 @@ def smear_energies(bins: NDArray[Any], pulse: Floats, per_sample: int, out: Floa
                 first, last = min(first, k), k + 1
         if last == 0:
             continue
+        begin, end = first // per_sample, min(-(-last // per_sample), size)
         for phase in range(phases):
             series[:] = 0.0
             for part in range(per_sample):
-                for k in range(size):
+                for k in range(begin, end):
                     energy[k] = bins[channel, k * per_sample + part]
                 for k in range(part, pulse.shape[1], per_sample):
-                    weight, shift = pulse[phase, k], k // per_sample
-                    if weight > 0.0:
-                        begin, end = first // per_sample - shift, -(-last // per_sample) - shift
-                        for n in range(max(begin, 0), min(end, series.size)):
-                            series[n] += weight * energy[n + shift]
+                    if pulse[phase, k] > 0.0:
+                        shift = k // per_sample
+                        to, until = max(begin - shift, 0), min(end - shift, series.size)
+                        _add_multiple(series[to:until], pulse[phase, k], energy[to + shift : until + shift])
             for n in range((out.shape[1] - phase + phases - 1) // phases):
                 out[channel, n * phases + phase] += series[n]
+
+
+@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
+def _add_multiple(series: Floats, weight: float, energy: Floats) -> None:
+    """Add a multiple of one array to another of the same size."""
+    for n in range(min(series.size, energy.size)):
+        series[n] += weight * energy[n]
 
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
