@@ -43,6 +43,17 @@ def test_all_directions_are_within_the_range():
     assert narrow[1] - narrow[0] < 0.3 * (high - low)
 
 
+@pytest.mark.parametrize("heading", [0.3, 2.0, 5.9])
+def test_the_range_turns_with_the_sonar(heading):
+    """The same ship on another course, beams abeam: the same Doppler factors, to rounding."""
+    line = {"kind": "line", "length": 0.5}
+    first, other = (
+        doppler_range(underway(transmit=line, receive=line, receiver={"record": "beams"}, track={"heading": course}))
+        for course in (1.0, heading)
+    )
+    np.testing.assert_allclose(first, other, rtol=0, atol=1e-12)
+
+
 def test_a_standing_sonar_has_one_shape():
     """At rest, or between hops: the pulse as it was sent."""
     for track in ({"speed": 0.0}, {"stop_and_hop": True}):

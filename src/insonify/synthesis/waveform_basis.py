@@ -177,27 +177,33 @@ def doppler_range(ping_geometry: PingGeometry) -> tuple[float, float]:
 
 _DIRECTIONS: RecentResults[tuple[Floats, Floats]] = RecentResults(8)
 _SPECTRA: RecentResults[NDArray[np.complex128]] = RecentResults(8)
+_AXES_DECIMALS = 12
+"""Decimals of the receive array's axes in the transmit array's frame: the same for all attitudes of the sonar."""
 
 
 def _insonified_directions(
     transmit_beams: Beams, receive_beams: Beams | None, *, is_bistatic: bool
 ) -> tuple[Floats, Floats]:
-    """Directions in the beams, out of a set all around, each (any, 3); cached for the same beams.
+    """Directions in the beams, out of a set all around the transmit array, each (any, 3); cached for the same arrays.
 
     Args:
         transmit_beams: Transmit beams.
         receive_beams: Receive beams; None: omnidirectional.
         is_bistatic: True for two platforms; otherwise the two-way gain counts.
     """
-    ends = [beams for beams in (transmit_beams, receive_beams) if beams is not None]
-    key = (is_bistatic, *((beams.axes.tobytes(), beams.pattern_key) for beams in ends))
-    return _DIRECTIONS.get(key, lambda: _directions_in_beams(transmit_beams, receive_beams, is_bistatic=is_bistatic))
+    frame, key = transmit_beams.axes, [is_bistatic, transmit_beams.pattern_key]
+    transmit, receive = transmit_beams.rotated(np.eye(3)), None
+    if receive_beams is not None:
+        receive = receive_beams.rotated(np.round(receive_beams.axes @ frame.T, _AXES_DECIMALS) + 0.0)
+        key += [receive.axes.tobytes(), receive.pattern_key]
+    found = _DIRECTIONS.get(tuple(key), lambda: _directions_in_beams(transmit, receive, is_bistatic=is_bistatic))
+    return found[0] @ frame, found[1] @ frame
 
 
 def _directions_in_beams(
     transmit_beams: Beams, receive_beams: Beams | None, *, is_bistatic: bool
 ) -> tuple[Floats, Floats]:
-    """Directions in the beams, computed."""
+    """Directions in the beams, in the frame of their axes, computed."""
     azimuth, down = np.meshgrid(
         np.linspace(-np.pi, np.pi, _AZIMUTHS, endpoint=False), np.linspace(-np.pi / 2, np.pi / 2, _ELEVATIONS)
     )
