@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from insonify.scattering.kirchhoff_facet import NEAR, KirchhoffFacet, corner_phasor, mean_phasor
+from insonify.scattering.kirchhoff_facet import NEAR, KirchhoffFacet, corner_phasor, mean_phasor, side_phasor
 
 phases = st.floats(-60.0, 60.0)
 UP = np.array([0.0, 0.0, -1.0])
@@ -60,13 +60,25 @@ def test_the_closed_form_is_the_integral_over_the_triangle(a, b, c):
 
 @given(phases, phases, phases)
 @settings(max_examples=60)
-def test_the_part_of_a_corner_is_the_integral_weighted_by_its_coordinate(a, b, c):
-    """Mean of exp(j phase) times the barycentric coordinate of the first corner: Gauss' rule, within 1e-10."""
+def test_the_parts_of_nodes_are_the_integral_weighted_by_their_shape_functions(a, b, c):
+    """Mean of exp(j phase) times u (2 u - 1) of the first corner, and 4 u v: Gauss' rule, within 1e-9."""
     node, weight = np.polynomial.legendre.leggauss(80)
     s, t = np.meshgrid((node + 1) / 2, (node + 1) / 2, indexing="ij")
     area = np.outer(weight, weight) / 4 * s * 2
-    expected = np.sum(area * (1 - s) * np.exp(1j * (a * (1 - s) + b * s * (1 - t) + c * s * t)))
-    assert corner_phasor(a, b, c) == pytest.approx(expected, abs=1e-10)
+    u, v = 1 - s, s * (1 - t)
+    phasor = np.exp(1j * (a * u + b * v + c * s * t))
+    assert corner_phasor(a, b, c) == pytest.approx(np.sum(area * u * (2 * u - 1) * phasor), abs=1e-9)
+    assert side_phasor(a, b, c) == pytest.approx(np.sum(area * 4 * u * v * phasor), abs=1e-9)
+
+
+@given(phases, phases, phases)
+@settings(max_examples=60)
+def test_the_parts_of_the_six_nodes_add_up_to_the_whole(a, b, c):
+    """Shape functions sum to 1: within 1e-9, also where phases are equal or almost."""
+    for phase in ((a, b, c), (a, a, c), (a, a + 1e-9, a - 1e-7), (a, a + 0.3, b)):
+        turns = [tuple(np.roll(phase, -turn)) for turn in range(3)]
+        parts = [part(*turn) for turn in turns for part in (corner_phasor, side_phasor)]
+        assert sum(parts) == pytest.approx(mean_phasor(*phase), abs=1e-9)
 
 
 def test_corners_of_equal_phase_are_no_special_case():

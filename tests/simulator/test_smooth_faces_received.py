@@ -203,11 +203,13 @@ def _box_patches(turn, size, middle, side):
     return tuple(np.concatenate(column) for column in zip(*found, strict=True))
 
 
-@pytest.mark.parametrize("heading", [0.0, 0.17, 0.5])
-def test_a_box_is_received_alike_as_a_body_and_as_a_mesh(tmp_path, heading):
-    """40 cycles, off the specular direction too: pressures differ by less than a tenth, energies by 0.4 dB.
+@pytest.mark.parametrize(
+    ("heading", "cycles"), [(0.0, 40), (0.17, 40), (0.5, 40), (0.087, 10), (0.17, 10), (0.26, 10), (0.38, 10)]
+)
+def test_a_box_is_received_alike_as_a_body_and_as_a_mesh(tmp_path, heading, cycles):
+    """Off the specular direction too: pressures differ by less than a fifth, energies by 0.3 dB.
 
-    The facets of a mesh have a delay for each corner; with one for each facet they would shine at 0.17 and 0.5 rad.
+    The facets of a mesh have six delays; with one for each facet they would shine off the specular direction.
     """
     length, width, height = 0.6, 0.3, 0.3
     corners = [(x, y, z) for x in (-length / 2, length / 2) for y in (-width / 2, width / 2) for z in (0, height)]
@@ -216,17 +218,17 @@ def test_a_box_is_received_alike_as_a_body_and_as_a_mesh(tmp_path, heading):
     lines += ["f {} {} {} {}".format(*(row + 1 for row in face)) for face in faces]
     file = tmp_path / "box.obj"
     file.write_text("\n".join(lines))
-    end, pulse = {"kind": "point"}, {"frequency": 100e3, "duration": 40e-5}
+    end, pulse = {"kind": "point"}, {"frequency": 100e3, "duration": cycles / 100e3}
     body, mesh = (
         simulate(nominal(
             targets=[{**shape, "label": "box", "position": (0.0, 15.0), "heading": heading,
                       "face_reflection_coefficient": 1.0, "scattering": ROUGH}],
-            sonar={"pulse": pulse, "transmit": end, "receive": end, "receiver": {"bandwidth": 5e3}},
+            sonar={"pulse": pulse, "transmit": end, "receive": end, "receiver": {"bandwidth": 200e3 / cycles}},
             track={"position": (0.0, 0.0, 17.0), "window": (0.0185, 0.0225)},
             paths={"contributions": ["target"], "max_reflections": 0}, field="coherent",
         )).pressure.values[0, 0]
         for shape in ({"shape": "box", "size": (length, width, height)}, {"shape": "mesh", "file": str(file)})
     )  # fmt: skip
     energy, difference = (np.sum(np.abs(part) ** 2) for part in (body, body - mesh))
-    assert difference < 0.01 * energy
-    assert 10 * np.log10(np.sum(np.abs(mesh) ** 2) / energy) == pytest.approx(0, abs=0.4)
+    assert difference < 0.05 * energy
+    assert 10 * np.log10(np.sum(np.abs(mesh) ** 2) / energy) == pytest.approx(0, abs=0.3)

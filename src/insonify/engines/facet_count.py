@@ -32,7 +32,7 @@ def facet_count(
     closed = panels(solid, scene.seabed, ping_geometry.transmit_position)
     if closed:
         return sum(_patch_count(scene, panel, insonification) for panel in closed)
-    copies = 3 if facet_subdivision.are_deep(scene, solid, insonification) else 1
+    copies = 6 if facet_subdivision.are_deep(scene, solid, insonification) else 1
     return copies * _triangle_count(scene, facet_subdivision.towards(scene, solid, insonification), insonification)
 
 

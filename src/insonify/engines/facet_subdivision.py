@@ -44,6 +44,8 @@ MAX_WAVEFRONT_PHASE = 0.03
 """Most by which wavefronts may leave the plane of a triangle's middle, out and back together [rad]."""
 CORNER_DISTANCE = 0.6
 """A corner lies no farther from the middle of a triangle than this part of its longest side [1]."""
+DEEPER = 1.6
+"""Extent along a ray of a triangle, which has six delays, re that of a patch, which has two along each side [1]."""
 CUT_RESOLUTION = 1 / 6
 """Length to which an oblique cut by the seabed or the surface is resolved [wavelengths]."""
 MAX_FACETS = 300_000
@@ -155,12 +157,13 @@ def _triangles(scene: Scene, solid: Solid, insonification: TargetInsonification)
     assert solid.face_reflection_coefficient is not None
     corners, whole = split_triangles(towards(scene, solid, insonification), insonification)
     corners = clip_at_seabed(corners, scene.seabed)
-    corners, is_whole = delay_corners(corners, deep=are_deep(scene, solid, insonification))
+    corners, node = delay_nodes(corners, deep=are_deep(scene, solid, insonification))
     middle = corners.mean(axis=1)
     across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     twice = np.maximum(np.linalg.norm(across, axis=1), 1e-300)
     count, own = len(corners), corners - middle[:, None]
-    own = np.concatenate([own, np.where(is_whole[:, None, None], 0.0, own[:, :1])], axis=1)
+    nodes = np.stack([np.zeros((count, 3)), own[:, 0], (own[:, 0] + own[:, 1]) / 2], axis=1)
+    own = np.concatenate([own, np.take_along_axis(nodes, node[:, None, None], axis=1)], axis=1)
     return Scatterers(
         object=solid.label, boundary="target", law=KirchhoffFacet(solid.face_reflection_coefficient), position=middle,
         normal=across / twice[:, None], area=twice / 2, phase=np.ones(count, complex),
@@ -170,18 +173,21 @@ def _triangles(scene: Scene, solid: Solid, insonification: TargetInsonification)
     ), whole  # fmt: skip
 
 
-def delay_corners(corners: Floats, *, deep: bool) -> tuple[Floats, NDArray[np.bool_]]:
-    """Triangles once for each corner, whose delay a part of their echo has, that corner first; once if all are shallow.
+def delay_nodes(corners: Floats, *, deep: bool) -> tuple[Floats, NDArray[np.int64]]:
+    """Triangles once for each node whose delay a part of their echo has; once if all are shallow.
 
     Args:
         corners: Corners of the triangles [m], shape (t, 3, 3).
         deep: From `are_deep`.
 
     Returns:
-        Corners, shape (n, 3, 3), and True for triangles that are given once, shape (n,).
+        Corners, shape (n, 3, 3), and the node of each row: 0 none, 1 the first corner, 2 the middle of the first side,
+        shape (n,).
     """
-    parts = [np.roll(corners, -turn, axis=1) for turn in range(3 if deep else 1)]
-    return np.concatenate(parts), np.full(sum(map(len, parts)), not deep)
+    if not deep:
+        return corners, np.zeros(len(corners), np.int64)
+    turned = [np.roll(corners, -turn, axis=1) for turn in range(3)] * 2
+    return np.concatenate(turned), np.repeat([1, 2], 3 * len(corners))
 
 
 def are_deep(scene: Scene, solid: Solid, insonification: TargetInsonification) -> bool:
@@ -296,7 +302,7 @@ def _relative_sides(corners: Floats, insonification: TargetInsonification) -> Fl
         [
             length / flat,
             turned,
-            along / insonification.max_range_extent,
+            along / (DEEPER * insonification.max_range_extent),
             length / insonification.max_side,
         ]
     )

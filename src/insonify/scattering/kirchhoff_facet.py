@@ -4,9 +4,9 @@ On a smooth face the field is that of specular reflection, as if the face had no
 a facet so small that wavefronts are flat on it, the phase is linear and the integral has a closed form. It
 includes the specular reflection, its side lobes, and the interference of the facets of a curved body.
 
-A short pulse changes within the delays of a facet. The facet is then given three times, once for each corner, with the
-delay of that corner and the part of the integral that falls off linearly towards the opposite side: the envelope of the
-echo is interpolated over the facet, and neighbours cancel off the specular direction.
+A short pulse changes within the delays of a facet. The facet is then given six times, once for each corner and once for
+each middle of a side, with the delay of that node and the part of the integral that its quadratic shape function takes:
+the envelope of the echo is interpolated over the facet, and neighbours cancel off the specular direction.
 
 Valid: near the specular direction, for bodies of many wavelengths. Creeping waves, diffraction at edges beyond
 Kirchhoff's approximation, and sound inside the body are left out.
@@ -55,11 +55,12 @@ class KirchhoffFacet:
     ) -> Complexes:  # fmt: skip
         """Scattered pressure at 1 m of facets under incident waves of unit pressure [m].
 
-        The phase refers to the centre of the facet, or to its corner: multiply by the phases of both legs to it.
+        The phase refers to the centre of the facet, or to its node: multiply by the phases of both legs to it.
 
         Args:
-            corners: Corners of each triangle relative to its centroid [m], and the corner whose delay and part of the
-                integral the row has: the first one, or 0 for the whole triangle. Shape (n, 4, 3); (n, 3, 3): all whole.
+            corners: Corners of each triangle relative to its centroid [m], and the node whose delay and part of the
+                integral the row has: the first corner, the middle of the first side, or 0 for the whole triangle.
+                Shape (n, 4, 3); (n, 3, 3): all whole.
             normal: Unit normals into the water, shape (n, 3).
             arriving: Directions of travel towards the facets from the transmitter, shape (p, n, 3).
             leaving: Directions of travel towards the facets from the receiver, shape (p, n, 3).
@@ -96,39 +97,70 @@ def mean_phasor(a: float, b: float, c: float) -> complex:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def corner_phasor(a: float, b: float, c: float) -> complex:
-    """Mean of exp(j phase) over a triangle, weighted by a function that is 1 at the first corner, 0 on the other side.
+    """Mean of exp(j phase) over a triangle times the quadratic shape function of the first corner.
 
-    The integral is the divided difference of exp(j x) at the phases a, a, b, c (Hermite and Genocchi), j^3 left out.
+    With barycentric coordinates u, v, w, the shape function is u (2 u - 1). The integral of u^k exp(j phase) is
+    k! j^-(k + 2) times the divided difference of exp(j x) at the phases a (k + 1 times), b, c (Hermite and Genocchi).
 
     Args:
         a: Phase at the first corner [rad].
         b: Phase at the second corner [rad].
         c: Phase at the third corner [rad].
     """
-    low, high = min(a, b, c), max(a, b, c)
-    middle = a + b + c - low - high
-    if high - low < NEAR:
-        return _corner_series(a, b, c)
-    second, third = min(middle, a), max(middle, a)  # of the four phases, in their order
-    without_lowest, without_highest = mean_phasor(second, third, high), mean_phasor(low, second, third)
-    return -1j * (without_lowest - without_highest) / (high - low)
+    square = divided_difference(np.sort(np.array([a, a, a, b, c])))
+    return 8.0 * square - 2j * divided_difference(np.sort(np.array([a, a, b, c])))
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _corner_series(a: float, b: float, c: float) -> complex:
-    """Weighted mean as a series about the central phase: 2 j^n h_n / (n + 3)!, of the phases a, a, b, c."""
-    middle = (2 * a + b + c) / 4
-    x = np.array([a - middle, a - middle, b - middle, c - middle])
-    symmetric, power_sum = np.zeros(TERMS + 1), np.zeros(TERMS + 1)
+def side_phasor(a: float, b: float, c: float) -> complex:
+    """Mean of exp(j phase) over a triangle times the quadratic shape function of the middle of its first side, 4 u v.
+
+    Arguments and method as for `corner_phasor`.
+    """
+    return 8.0 * divided_difference(np.sort(np.array([a, a, b, b, c])))
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def divided_difference(x: Floats) -> complex:
+    """Divided difference of exp(j x) at increasing phases, some of which may be equal, of three or more [rad].
+
+    Newton's table, in which differences of phases less than `NEAR` apart are series.
+    """
+    count = x.size
+    if x[count - 1] - x[0] < NEAR:
+        return _difference_series(x)
+    table = np.empty(count - 1, np.complex128)
+    for k in range(count - 1):
+        table[k] = _difference(x[k], x[k + 1])
+    for order in range(2, count):
+        for k in range(count - order):
+            spread = x[k + order] - x[k]
+            if spread < NEAR:
+                table[k] = _difference_series(x[k : k + order + 1])
+            else:
+                table[k] = (table[k + 1] - table[k]) / spread
+    return table[0]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _difference_series(x: Floats) -> complex:
+    """Divided difference as a series about the mean phase: j^(m + n) h_n / (m + n)!, of m + 1 phases.
+
+    h_n is the complete symmetric polynomial of degree n of the phases re their mean.
+    """
+    order, middle = x.size - 1, x.mean()
+    symmetric = np.zeros(TERMS + 1)
     symmetric[0] = 1.0
-    total, power, factorial = complex(1.0 / 3.0), 1.0 + 0j, 6.0
+    for k in range(x.size):
+        for n in range(1, TERMS + 1):
+            symmetric[n] += (x[k] - middle) * symmetric[n - 1]
+    factor = 1.0 + 0j
+    for n in range(1, order + 1):
+        factor *= 1j / n
+    total = factor
     for n in range(1, TERMS + 1):
-        power_sum[n] = (x**n).sum()
-        for i in range(1, n + 1):
-            symmetric[n] += power_sum[i] * symmetric[n - i] / n
-        power *= 1j
-        factorial *= n + 3
-        total += 2.0 * power * symmetric[n] / factorial
+        factor *= 1j / (order + n)
+        total += factor * symmetric[n]
     return total * complex(math.cos(middle), math.sin(middle))
 
 
@@ -186,8 +218,10 @@ def _echoes(
                 path[corner] = into + back + bend / 2
             a, b, c = -k * path[0], -k * path[1], -k * path[2]
             strength = reflection * k / (2 * math.pi) * (sine_in + sine_out) / 2 * area[n]
-            if corners.shape[1] > 3 and (corners[n, 3] != 0).any():  # the delay is that of the first corner
-                shift = complex(math.cos(k * linear[0]), math.sin(k * linear[0]))
-                echo[p, n] = 1j * strength * shift * corner_phasor(a, b, c)
-            else:
+            if corners.shape[1] == 3 or (corners[n, 3] == 0).all():
                 echo[p, n] = 1j * strength * mean_phasor(a, b, c)
+                continue
+            is_corner = (corners[n, 3] == corners[n, 0]).all()
+            node = linear[0] if is_corner else (linear[0] + linear[1]) / 2
+            part = corner_phasor(a, b, c) if is_corner else side_phasor(a, b, c)
+            echo[p, n] = 1j * strength * complex(math.cos(k * node), math.sin(k * node)) * part
