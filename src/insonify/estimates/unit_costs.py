@@ -31,6 +31,8 @@ SECONDS_PER_ELEMENT, SECONDS_PER_WAVEFORM = 14e-9, 3e-9
 """One echo at one element of an array, and each shape beyond the first [s]."""
 SECONDS_PER_TERRAIN_POINT = 0.36e-6
 """Height and slope of one kind of relief at one position [s]."""
+SECONDS_PER_HEIGHTMAP_NODE = 9e-9, 0.15e-6, 0.2e-6
+"""One octave at one node of the seabed's height map; one finer than a quarter of a cell; other relief [s]."""
 SECONDS_PER_FAST_REVERBERATION, SECONDS_PER_STEP, SECONDS_PER_STEP_LEG = 1e-3, 45e-9, 18e-9
 """Terrain by the fast reverberation path: for any ping, for each step along a radial, for each leg to it [s]."""
 SECONDS_PER_FIT, SECONDS_PER_GLINT = 2.2e-6, 1.7e-6
