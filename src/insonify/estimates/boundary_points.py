@@ -41,6 +41,8 @@ class BoundaryPoints(NamedTuple):
     """Distance of each ring, zero for tiles [m], shape (n,)."""
     tiles: float
     """Tiles of the scatterer grid [1]."""
+    cell: Floats = NOTHING
+    """Area for each scatterer [m^2], shape (n,)."""
     on_ring: Floats = NOTHING
     """Number of scatterers on each ring about the sonar, or about the transmitter of two platforms [1], shape (r,)."""
     radius: Floats = NOTHING
@@ -63,11 +65,13 @@ def points_on_boundary(
             widest=widest, glints=glints, images=images,
         )  # fmt: skip
         count = density * TILE**2
-        return BoundaryPoints(count, np.zeros(len(count)), float(len(count)), *_rings_of_tiles(
-            ping_geometry, scenario.seabed.scatterer_grid, view_tiles, count))  # fmt: skip
+        return BoundaryPoints(
+            count, np.zeros(len(count)), float(len(count)), 1 / np.maximum(density, 1e-300),
+            *_rings_of_tiles(ping_geometry, scenario.seabed.scatterer_grid, view_tiles, count),
+        )  # fmt: skip
     reach = receivable_range(ping_geometry, boundary_depth, rays, families, rise=rise)
     if reach.farthest <= reach.nearest:
-        return BoundaryPoints(np.zeros(1), np.zeros(1), 0.0)
+        return BoundaryPoints(np.zeros(1), np.zeros(1), 0.0, np.ones(1))
     distance = np.array([reach.farthest])
     margin = _tile(resolution, distance, reach.vertical_distance, scenario)[0] / 2  # ground comes in whole tiles
     outer = reach.farthest + margin
@@ -103,7 +107,7 @@ def points_on_boundary(
     else:
         cell = np.maximum(resolution.cell_area(middle, reach.vertical_distance), MIN_CELL_SIZE)
     count = area * np.minimum(kept, in_beam.mean(axis=1)) / cell
-    return BoundaryPoints(count, middle, float(tiles.sum()), count, middle, in_beam)
+    return BoundaryPoints(count, middle, float(tiles.sum()), cell, count, middle, in_beam)
 
 
 def _rings_of_tiles(

@@ -25,6 +25,7 @@ from insonify.estimates.boundary_points import BoundaryPoints, points_on_boundar
 from insonify.estimates.diffraction_work import diffraction_seconds_on_seabed, diffraction_seconds_on_targets
 from insonify.estimates.facet_work import facet_work
 from insonify.estimates.terrain_work import distinct, tiles_in_reach, tiles_under_radials, tiles_under_rings
+from insonify.estimates.wave_work import wave_leg_seconds
 from insonify.propagation.families import DIRECT, bounce_sequence, families_reaching
 from insonify.propagation.image_sources import StraightRays
 from insonify.scattering.lambert import Lambert
@@ -198,7 +199,7 @@ def _boundaries(
         )  # fmt: skip
         points, position = found.number, found.distance
         terrain_tiles = max(terrain_tiles, _tiles_under_legs(simulator, ping_geometry, found))
-        legs, pairs = _leg_and_pair_work(simulator, ping_geometry, boundary, kept, points, position)
+        legs, pairs = _leg_and_pair_work(simulator, ping_geometry, boundary, kept, found)
         more, fold = _off_hull_and_faces(simulator, ping_geometry, boundary, kept, points, position)
         legs, pairs = legs + more, pairs * fold
         each = _pair_seconds(simulator, ping_geometry, law, boundary, label=label)
@@ -319,6 +320,7 @@ def _water(simulator: Simulator, ping_geometry: PingGeometry, *, label: bool = F
     )  # cells widen with the range
     pair_count = float(np.average(pairs[pairs > 0], weights=(distance * near)[pairs > 0])) if pairs.any() else 0.0
     each = sum(_legs(simulator, ping_geometry, name) for name in kept) + pair_count * pair
+    each += _off_waves_apart(simulator, ping_geometry, kept)
     return PingWork(count, count * (each + unit_costs.SECONDS_PER_TERRAIN_POINT * len(scenario.seabed.relief)))
 
 
@@ -346,10 +348,11 @@ def _pairs_received(
 
 
 def _leg_and_pair_work(
-    simulator: Simulator, ping_geometry: PingGeometry, boundary: Boundary, kept: tuple[str, ...], points: Floats,
-    position: Floats,
-) -> tuple[float, float]:  # fmt: skip
+    simulator: Simulator, ping_geometry: PingGeometry, boundary: Boundary, kept: tuple[str, ...], found: BoundaryPoints
+) -> tuple[float, float]:
     """Processor time of the legs to scatterers at some distances [s], and the number of pairs evaluated there."""
+    points, position = found.number, found.distance
+    off_waves = float(points @ _off_waves(simulator, ping_geometry, kept, boundary, found))
     drawn = boundary == "seabed" and simulator.scenario.field == "coherent"
     known = simulator.engine.family_keep_probabilities(ping_geometry, position) if drawn else None
     if known is None:
@@ -358,14 +361,34 @@ def _leg_and_pair_work(
         if ping_geometry.receive_track_extent is None:
             pairs = _pairs_received(simulator, ping_geometry, kept, position, np.full(len(position), boundary_depth))
         count = float(points.sum())
-        return count * sum(_legs(simulator, ping_geometry, name) for name in kept), float(points @ pairs)
+        straight = count * sum(_legs(simulator, ping_geometry, name) for name in kept)
+        return off_waves + straight, float(points @ pairs)
     families, share = known
     followed, fitted = ((points * part).sum(axis=1) for part in ((share > 0).any(axis=1), share.max(axis=1)))
     seconds = sum(
         _legs(simulator, ping_geometry, name, fitted=float(part)) * float(count)
         for name, count, part in zip(families, followed, fitted / np.maximum(followed, 1e-300), strict=True)
     )
-    return seconds, float((points * share).sum())
+    return off_waves + seconds, float((points * share).sum())
+
+
+def _off_waves(
+    simulator: Simulator, ping_geometry: PingGeometry, kept: tuple[str, ...], boundary: Boundary, found: BoundaryPoints
+) -> Floats:
+    """Processor time of the legs off explicit waves to one scatterer of a boundary [s], shape of their distances."""
+    families = sum("S" in bounce_sequence(name) for name in kept)
+    if simulator.scenario.surface.reflection != "explicit" or not families or not found.number.size:
+        return np.zeros(len(found.number))
+    depth = simulator.scenario.seabed.depth if boundary == "seabed" else 0.0
+    distance = np.where(found.distance > 0, found.distance, _farthest(simulator, ping_geometry) / 2)
+    each = wave_leg_seconds(simulator, float(ping_geometry.transmit_position[2]), depth, distance, found.cell)
+    return each * families * (1 if ping_geometry.is_monostatic else 2)
+
+
+def _off_waves_apart(simulator: Simulator, ping_geometry: PingGeometry, kept: tuple[str, ...]) -> float:
+    """Processor time of the legs off explicit waves to one of some points apart, half as far as the window reaches."""
+    middle = BoundaryPoints(np.ones(1), np.zeros(1), 0.0, np.full(1, np.inf))
+    return float(_off_waves(simulator, ping_geometry, kept, "seabed", middle)[0])
 
 
 def _legs(simulator: Simulator, ping_geometry: PingGeometry, family: str, *, fitted: float = 1.0) -> float:
@@ -379,7 +402,6 @@ def _legs(simulator: Simulator, ping_geometry: PingGeometry, family: str, *, fit
     if scenario.seabed.relief and "B" in family:
         each += unit_costs.SECONDS_PER_FIT * fitted
     if "S" in family and scenario.surface.reflection == "explicit":
-        each += unit_costs.SECONDS_PER_WAVE_LEG
         if scenario.water.profile is not None and scenario.water.layered:
             knots = len(scenario.water.profile.depth)
             each += unit_costs.SECONDS_PER_REFRACTED_WAVE_LEG + knots * unit_costs.SECONDS_PER_WAVE_LEG_KNOT
@@ -418,6 +440,7 @@ def _on_targets(simulator: Simulator, *, label: bool = False) -> PingWork:
         total += points
         fullest = max(fullest, (points, ping_geometry), key=lambda one: one[0])
         seconds += points * sum(_legs(simulator, ping_geometry, name) for name in kept)
+        seconds += points * _off_waves_apart(simulator, ping_geometry, kept)
         seconds += points * diffraction_seconds_on_targets(simulator, ping_geometry, kept)
         seconds += facing * len(kept) ** 2 * pair_seconds
     most, fullest_geometry = fullest
