@@ -7,7 +7,7 @@ import insonify
 from insonify.estimates import terrain_work, unit_costs
 from insonify.estimates.ping_work import ping_work
 from insonify.estimates.run_cost import estimate_cost
-from insonify.scene.heightmap_cache import NODES
+from insonify.scene.heightmap_cache import HALF_BYTES, NODES
 from insonify.scene.heightmap_synthesis import HeightmapSynthesizer
 from insonify.simulator import build_simulator
 from oracles.scenes import nominal
@@ -73,3 +73,54 @@ def test_the_height_map_is_part_of_time_and_memory():
     )
     assert terrain_work.terrain_bytes(work.terrain_tiles) == pytest.approx(work.terrain_tiles * 4 * NODES**2)
     assert np.isfinite(cost.memory) and cost.memory > 300e6 + 0.9 * work.terrain_tiles * 4 * NODES**2
+
+
+def test_no_tile_lasts_where_one_ping_reads_more_than_are_stored():
+    """Tiles of half the memory of the height map are synthesised in every ping; those of less, once."""
+    track = {"window": (0.015, 0.03), "pings": 10, "interval": 0.05}
+    one, ten = build_simulator(rough(9)), build_simulator(rough(9, track=track))
+    few, many = 1000.0, 1.01 * HALF_BYTES / terrain_work.TILE_BYTES
+    assert terrain_work.terrain_seconds(ten, few) == pytest.approx(terrain_work.terrain_seconds(one, few))
+    assert terrain_work.terrain_seconds(ten, many) == pytest.approx(10 * terrain_work.terrain_seconds(one, many))
+    assert terrain_work.terrain_bytes(10 * many) == 2 * HALF_BYTES
+
+
+def test_flat_ground_has_no_height_map():
+    """No tiles, no time."""
+    flat = build_simulator(nominal(track={"window": (0.015, 0.03)}))
+    assert ping_work(flat).terrain_tiles == 0 and terrain_work.terrain_seconds(flat, 0.0) == 0
+
+
+def test_more_scatterers_cross_more_tiles_but_not_more_than_there_are():
+    """Lines to one scatterer, to a hundred and to a million of a full circle; the area over that of a tile at most."""
+    terrain = build_simulator(rough(10)).engine.scene.seabed.terrain
+    radius, in_beam = np.linspace(1.0, 40.0, 40), np.ones((40, 360), bool)
+    one, some, all_of_them = (
+        terrain_work.tiles_under_rings(terrain, np.full(40, number / 40), radius, in_beam, 40.0, 0.002)
+        for number in (1, 100, 1e6)
+    )
+    side = 64 * terrain.heightmap_cell_size
+    area = np.pi * 40.0**2 / side**2
+    assert 0.5 * 40 / side < one < 2 * 40 / side
+    assert one < some / 10 and some < all_of_them and 0.9 * area < all_of_them < 1.2 * area
+
+
+def test_a_narrower_beam_crosses_fewer_tiles():
+    """A tenth of all directions has about a tenth of the tiles."""
+    terrain = build_simulator(rough(11)).engine.scene.seabed.terrain
+    radius, whole, tenth = np.linspace(1.0, 40.0, 40), np.ones((40, 360), bool), np.zeros((40, 360), bool)
+    tenth[:, :36] = True
+    points = np.full(40, 1e5)
+    some, every = (
+        terrain_work.tiles_under_rings(terrain, points, radius, in_beam, 40.0, 0.002) for in_beam in (tenth, whole)
+    )
+    assert some == pytest.approx(every / 10, rel=0.5)
+
+
+def test_a_near_target_of_few_beams_does_not_read_the_far_terrain():
+    """Lines end at the edge of the zone of their scatterers: those to 2 m cross no more than the tiles within 5 m."""
+    terrain = build_simulator(rough(12)).engine.scene.seabed.terrain
+    radius, in_beam = np.array([2.0]), np.ones((1, 360), bool)
+    near = terrain_work.tiles_under_rings(terrain, np.array([1e5]), radius, in_beam, 40.0, 1e-4)
+    side = 64 * terrain.heightmap_cell_size
+    assert near < 1.2 * np.pi * 5.0**2 / side**2 + 4 * 5.0 / side
