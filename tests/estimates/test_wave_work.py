@@ -91,8 +91,12 @@ def test_legs_off_waves_are_part_of_the_time_of_a_run():
 
 def test_platforms_apart_search_for_each_end():
     """Two platforms need legs of their own to each scatterer: more time for each than with one."""
-    shared = {"surface": {"reflection": "explicit", "wind_speed": 2.5}, "sonar": WIDE,
-              "track": {"window": (0.05, 0.06)}, "paths": {"max_reflections": 1, "contributions": ["seabed"]}}  # fmt: skip
+    shared = {
+        "surface": {"reflection": "explicit", "wind_speed": 2.5},
+        "sonar": WIDE,
+        "track": {"window": (0.05, 0.06)},
+        "paths": {"max_reflections": 1, "contributions": ["seabed"]},
+    }
     one = ping_work(build_simulator(nominal(**shared)))
     two = ping_work(build_simulator(nominal(receiver_track={"kind": "static", "position": (3.0, 2.0, 12.0)}, **shared)))
     assert two.seconds / two.points > 1.2 * one.seconds / one.points
