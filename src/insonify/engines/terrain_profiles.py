@@ -120,7 +120,7 @@ class AzimuthProfiles:
         self._bed, self._launches, self._wavelength = terrain, launches, wavelength
         self._lattice, self.step = terrain.relief.resolved.scatterer_grid, terrain.heightmap_cell_size
         self._here = self._lattice.from_world(np.asarray(position, float)[:2])
-        self.edges, self.counts = _zones(
+        self.edges, self.counts = azimuth_zones(
             max(terrain.relief.shortest_wavelength / PROFILES_PER_WAVE, self.step), farthest, min_profile_width
         )
         self.starts = np.concatenate([[0], np.cumsum(self.counts)])
@@ -217,8 +217,8 @@ class AzimuthProfiles:
         return TerrainProfiles(depth, turn[:, -1], self._distance[: depth.shape[1]], self._launches, self._wavelength)
 
 
-def _zones(across: float, farthest: float, min_profile_width: float) -> tuple[Floats, Integers]:
-    """Outer edges of the zones [m], and the slices of azimuth in each.
+def azimuth_zones(across: float, farthest: float, min_profile_width: float) -> tuple[Floats, Integers]:
+    """Outer edges of the zones [m], and the slices of azimuth in each; lines to points in a zone end at its outer edge.
 
     Args:
         across: Width below which slices are not divided [m].

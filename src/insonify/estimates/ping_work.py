@@ -12,42 +12,36 @@ from numpy.typing import NDArray
 
 from insonify.engines import polar_grid
 from insonify.engines.beam_importance import BEARINGS, BeamImportance
-from insonify.engines.face_images import FaceImage, face_images
+from insonify.engines.face_images import face_images
 from insonify.engines.glint_spread import glint_spread
 from insonify.engines.hull_reflection import hull_families
 from insonify.engines.memory_budget import legs_per_point
 from insonify.engines.ping_scatterers import ping_scatterers
-from insonify.engines.resolution import Resolution, max_path_length, receivable_range, tiles_in_view, two_way_gain_bound
+from insonify.engines.resolution import receivable_range
 from insonify.engines.targets import solid_pieces, target_count
 from insonify.engines.volume import VolumeScatterers
 from insonify.estimates import unit_costs
+from insonify.estimates.boundary_points import BoundaryPoints, points_on_boundary
 from insonify.estimates.diffraction_work import diffraction_seconds_on_seabed, diffraction_seconds_on_targets
 from insonify.estimates.facet_work import facet_work
+from insonify.estimates.terrain_work import distinct, tiles_in_reach, tiles_under_radials, tiles_under_rings
+from insonify.estimates.wave_work import wave_leg_seconds
 from insonify.propagation.families import DIRECT, bounce_sequence, families_reaching
 from insonify.propagation.image_sources import StraightRays
-from insonify.propagation.propagation_model import PropagationModel
 from insonify.scattering.lambert import Lambert
 from insonify.scenario.scenario import Scenario
-from insonify.scene.scatterer_grid import BASE_PITCH, FINEST_LEVEL, TILE
 from insonify.scene.scatterers import Boundary
 from insonify.scene.scene import Scene
 from insonify.scene.solid import world_triangles
 from insonify.scene.target import PointTarget
 from insonify.simulator import Simulator
 from insonify.sonar.ping_geometry import PingGeometry
+from insonify.sonar.two_way_beam import two_way_width
 from insonify.synthesis.label_accumulator import POINTS
 from insonify.synthesis.waveform_basis import waveform_basis
-from insonify.units import amplitude_ratio
 
 Floats = NDArray[np.float64]
 
-MIN_CELL_SIZE = (BASE_PITCH * 2.0**FINEST_LEVEL) ** 2
-"""Area of the smallest cells of the scatterers' grid [m^2]."""
-RINGS, SECTORS = 48, 360
-"""Number of rings and sectors in which the seabed is counted [1]."""
-BEAMS_PER_RING, MOST_APART = 256, 12
-"""Beams times families from which on keep probabilities are evaluated at every second ring, and so on; rings that are
-apart at most [1]."""
 STATIONS = 12
 """Distances, and depths, at which pairs of legs to points in the water are counted [1]."""
 TARGET_PINGS, TARGET_LOOKS = 9, 300
@@ -70,12 +64,14 @@ class PingWork:
     """Pieces that each body is cut into, once for all pings [1]."""
     facets: float = 0.0
     """Memory of the facets of smooth targets [bytes]."""
+    terrain_tiles: float = 0.0
+    """Tiles of the seabed's height map, synthesised once [1]."""
 
     def __add__(self, other: "PingWork") -> "PingWork":
         """Both together."""
         return PingWork(
             self.points + other.points, self.seconds + other.seconds, self.tiles + other.tiles,
-            self.pieces + other.pieces, max(self.facets, other.facets),
+            self.pieces + other.pieces, max(self.facets, other.facets), self.terrain_tiles + other.terrain_tiles,
         )  # fmt: skip
 
 
@@ -88,9 +84,13 @@ def ping_work(simulator: Simulator, *, labels: bool = False) -> PingWork:
     """
     total = sum((_side_work(simulator, side) for side in simulator.ping_geometries(0)), PingWork())
     total += _on_targets(simulator)
+    total = replace(total, terrain_tiles=min(total.terrain_tiles, tiles_in_reach(simulator)))  # sides overlap
     if labels:
         more = label_work(simulator)
-        total = replace(total, seconds=total.seconds + more.seconds, tiles=max(total.tiles, more.tiles))
+        total = replace(
+            total, seconds=total.seconds + more.seconds, tiles=max(total.tiles, more.tiles),
+            terrain_tiles=max(total.terrain_tiles, more.terrain_tiles),
+        )  # fmt: skip
     return total
 
 
@@ -108,7 +108,9 @@ def label_work(simulator: Simulator) -> PingWork:
         total, has_pair_curves = total + (fast or PingWork()), has_pair_curves or fast is None
     # in fast reverberation pairs share the curve of the object
     curves = (len(names.objects) + len(names.pairs) * has_pair_curves) * scenario.sonar.channel_count
-    return PingWork(total.points, total.seconds + curves * transform_seconds(simulator, expected=True), total.tiles)
+    return replace(
+        total, seconds=total.seconds + curves * transform_seconds(simulator, expected=True), pieces=(), facets=0.0
+    )
 
 
 def transform_seconds(simulator: Simulator, *, expected: bool, shapes: int = 1) -> float:
@@ -135,7 +137,9 @@ def _side_work(simulator: Simulator, ping_geometry: PingGeometry) -> PingWork:
     if scenario.paths.geometry == "slice":
         return fixed + _slice(simulator, ping_geometry)
     if simulator.tracer is not None:
-        return fixed + PingWork(float(scenario.paths.rays), scenario.paths.rays * unit_costs.SECONDS_PER_RAY)
+        rays = float(scenario.paths.rays)
+        tiles = distinct(rays, tiles_in_reach(simulator))
+        return fixed + PingWork(rays, rays * unit_costs.SECONDS_PER_RAY, terrain_tiles=tiles)
     return fixed + _boundaries(simulator, ping_geometry) + _water(simulator, ping_geometry)
 
 
@@ -166,7 +170,7 @@ def _boundaries(
     simulator: Simulator, ping_geometry: PingGeometry, *, label: bool = False, seabed: bool = True
 ) -> PingWork:
     """Scatterers of the seabed, unless it is counted apart, and of the surface."""
-    scenario, total = simulator.scenario, PingWork()
+    scenario, total, terrain_tiles = simulator.scenario, PingWork(), 0.0
     seen = ping_scatterers(
         simulator.engine.scene, scenario.paths, scenario.seed, ping_geometry, simulator.engine.rays,
         quadrature=scenario.field == "incoherent",
@@ -187,12 +191,15 @@ def _boundaries(
             and (steps := _fast_reverberation_steps(simulator, ping_geometry)) is not None
         ):
             total += PingWork(steps, _swath_seconds(steps, len(kept)))
+            terrain_tiles = _tiles_under_radials(simulator, ping_geometry)
             continue
-        points, position, tiles = _on_boundary(
+        found = points_on_boundary(
             seen.ping_geometry, boundary_depth, simulator.engine.rays, kept, seen.resolution, scenario,
             seen.rise(boundary), face_images(scenario.scene, scenario.paths, ping_geometry, boundary),
         )  # fmt: skip
-        legs, pairs = _leg_and_pair_work(simulator, ping_geometry, boundary, kept, points, position)
+        points, position = found.number, found.distance
+        terrain_tiles = max(terrain_tiles, _tiles_under_legs(simulator, ping_geometry, found))
+        legs, pairs = _leg_and_pair_work(simulator, ping_geometry, boundary, kept, found)
         more, fold = _off_hull_and_faces(simulator, ping_geometry, boundary, kept, points, position)
         legs, pairs = legs + more, pairs * fold
         each = _pair_seconds(simulator, ping_geometry, law, boundary, label=label)
@@ -200,8 +207,35 @@ def _boundaries(
         count = float(points.sum())
         if boundary == "seabed":
             legs += diffraction_seconds_on_seabed(simulator, ping_geometry, kept, points, position)
-        total += PingWork(count, legs + pairs * each + count * unit_costs.SECONDS_PER_TERRAIN_POINT * relief, tiles)
-    return total
+        seconds = legs + pairs * each + count * unit_costs.SECONDS_PER_TERRAIN_POINT * relief
+        total += PingWork(count, seconds, found.tiles)
+    return replace(total, terrain_tiles=terrain_tiles)
+
+
+def _tiles_under_legs(simulator: Simulator, ping_geometry: PingGeometry, found: BoundaryPoints) -> float:
+    """Tiles of the height map under the legs to the points of a boundary [1]."""
+    terrain = simulator.engine.scene.seabed.terrain
+    if terrain is None or not found.radius.size:
+        return 0.0
+    beam_width = two_way_width(ping_geometry.transmit_beams, ping_geometry.receive_beams)
+    separation = float(np.linalg.norm(ping_geometry.transmit_position - ping_geometry.receive_position))
+    return tiles_under_rings(
+        terrain, found.on_ring, found.radius, found.in_beam, _farthest(simulator, ping_geometry) + separation,
+        min(beam_width, polar_grid.MAX_CELL_WIDTH) / 3,
+    )  # fmt: skip
+
+
+def _farthest(simulator: Simulator, ping_geometry: PingGeometry) -> float:
+    """Distance that the window reaches [m]."""
+    return float(simulator.scenario.water.max_sound_speed * ping_geometry.recorded_delays[1] / 2)
+
+
+def _tiles_under_radials(simulator: Simulator, ping_geometry: PingGeometry) -> float:
+    """Tiles of the height map under the lines of the fast reverberation [1]."""
+    terrain, reverberation = simulator.engine.scene.seabed.terrain, simulator.fast_reverberation(ping_geometry)
+    if terrain is None or reverberation is None:
+        return 0.0
+    return tiles_under_radials(terrain, reverberation.plan.radials)
 
 
 def _off_hull_and_faces(
@@ -286,13 +320,13 @@ def _water(simulator: Simulator, ping_geometry: PingGeometry, *, label: bool = F
     )  # cells widen with the range
     pair_count = float(np.average(pairs[pairs > 0], weights=(distance * near)[pairs > 0])) if pairs.any() else 0.0
     each = sum(_legs(simulator, ping_geometry, name) for name in kept) + pair_count * pair
+    each += _off_waves_apart(simulator, ping_geometry, kept)
     return PingWork(count, count * (each + unit_costs.SECONDS_PER_TERRAIN_POINT * len(scenario.seabed.relief)))
 
 
 def _in_the_water(simulator: Simulator, ping_geometry: PingGeometry) -> tuple[Floats, Floats]:
     """Horizontal distances and depths of positions all over the water that the window reaches [m], shape (n,) each."""
-    farthest = simulator.scenario.water.max_sound_speed * ping_geometry.recorded_delays[1] / 2
-    part = (np.arange(STATIONS) + 0.5) / STATIONS
+    farthest, part = _farthest(simulator, ping_geometry), (np.arange(STATIONS) + 0.5) / STATIONS
     distance, depth = np.meshgrid(farthest * part, simulator.scenario.seabed.depth * part)
     return distance.ravel(), depth.ravel()
 
@@ -314,10 +348,11 @@ def _pairs_received(
 
 
 def _leg_and_pair_work(
-    simulator: Simulator, ping_geometry: PingGeometry, boundary: Boundary, kept: tuple[str, ...], points: Floats,
-    position: Floats,
-) -> tuple[float, float]:  # fmt: skip
+    simulator: Simulator, ping_geometry: PingGeometry, boundary: Boundary, kept: tuple[str, ...], found: BoundaryPoints
+) -> tuple[float, float]:
     """Processor time of the legs to scatterers at some distances [s], and the number of pairs evaluated there."""
+    points, position = found.number, found.distance
+    off_waves = float(points @ _off_waves(simulator, ping_geometry, kept, boundary, found))
     drawn = boundary == "seabed" and simulator.scenario.field == "coherent"
     known = simulator.engine.family_keep_probabilities(ping_geometry, position) if drawn else None
     if known is None:
@@ -326,14 +361,34 @@ def _leg_and_pair_work(
         if ping_geometry.receive_track_extent is None:
             pairs = _pairs_received(simulator, ping_geometry, kept, position, np.full(len(position), boundary_depth))
         count = float(points.sum())
-        return count * sum(_legs(simulator, ping_geometry, name) for name in kept), float(points @ pairs)
+        straight = count * sum(_legs(simulator, ping_geometry, name) for name in kept)
+        return off_waves + straight, float(points @ pairs)
     families, share = known
     followed, fitted = ((points * part).sum(axis=1) for part in ((share > 0).any(axis=1), share.max(axis=1)))
     seconds = sum(
         _legs(simulator, ping_geometry, name, fitted=float(part)) * float(count)
         for name, count, part in zip(families, followed, fitted / np.maximum(followed, 1e-300), strict=True)
     )
-    return seconds, float((points * share).sum())
+    return off_waves + seconds, float((points * share).sum())
+
+
+def _off_waves(
+    simulator: Simulator, ping_geometry: PingGeometry, kept: tuple[str, ...], boundary: Boundary, found: BoundaryPoints
+) -> Floats:
+    """Processor time of the legs off explicit waves to one scatterer of a boundary [s], shape of their distances."""
+    families = sum("S" in bounce_sequence(name) for name in kept)
+    if simulator.scenario.surface.reflection != "explicit" or not families or not found.number.size:
+        return np.zeros(len(found.number))
+    depth = simulator.scenario.seabed.depth if boundary == "seabed" else 0.0
+    distance = np.where(found.distance > 0, found.distance, _farthest(simulator, ping_geometry) / 2)
+    each = wave_leg_seconds(simulator, float(ping_geometry.transmit_position[2]), depth, distance, found.cell)
+    return each * families * (1 if ping_geometry.is_monostatic else 2)
+
+
+def _off_waves_apart(simulator: Simulator, ping_geometry: PingGeometry, kept: tuple[str, ...]) -> float:
+    """Processor time of the legs off explicit waves to one of some points apart, half as far as the window reaches."""
+    middle = BoundaryPoints(np.ones(1), np.zeros(1), 0.0, np.full(1, np.inf))
+    return float(_off_waves(simulator, ping_geometry, kept, "seabed", middle)[0])
 
 
 def _legs(simulator: Simulator, ping_geometry: PingGeometry, family: str, *, fitted: float = 1.0) -> float:
@@ -347,7 +402,6 @@ def _legs(simulator: Simulator, ping_geometry: PingGeometry, family: str, *, fit
     if scenario.seabed.relief and "B" in family:
         each += unit_costs.SECONDS_PER_FIT * fitted
     if "S" in family and scenario.surface.reflection == "explicit":
-        each += unit_costs.SECONDS_PER_WAVE_LEG
         if scenario.water.profile is not None and scenario.water.layered:
             knots = len(scenario.water.profile.depth)
             each += unit_costs.SECONDS_PER_REFRACTED_WAVE_LEG + knots * unit_costs.SECONDS_PER_WAVE_LEG_KNOT
@@ -386,6 +440,7 @@ def _on_targets(simulator: Simulator, *, label: bool = False) -> PingWork:
         total += points
         fullest = max(fullest, (points, ping_geometry), key=lambda one: one[0])
         seconds += points * sum(_legs(simulator, ping_geometry, name) for name in kept)
+        seconds += points * _off_waves_apart(simulator, ping_geometry, kept)
         seconds += points * diffraction_seconds_on_targets(simulator, ping_geometry, kept)
         seconds += facing * len(kept) ** 2 * pair_seconds
     most, fullest_geometry = fullest
@@ -458,69 +513,3 @@ def _pair_seconds(
         return section + unit_costs.SECONDS_PER_PAIR * beams
     shapes = unit_costs.SECONDS_PER_WAVEFORM * (waveform_count(ping_geometry) - 1)
     return section + unit_costs.SECONDS_PER_PAIR + (unit_costs.SECONDS_PER_ELEMENT + shapes) * beams
-
-
-def _on_boundary(
-    ping_geometry: PingGeometry, boundary_depth: float, rays: PropagationModel, families: tuple[str, ...],
-    resolution: Resolution, scenario: Scenario, rise: float, images: tuple[FaceImage, ...],
-) -> tuple[Floats, Floats, float]:  # fmt: skip
-    """Scatterers at some distances [m], and tiles, in reach of window and beams, of a boundary with a rise [m]."""
-    floor = float(amplitude_ratio(scenario.paths.beam_cutoff_db))
-    glints = glint_spread(scenario.scene, ping_geometry.frequency)
-    if ping_geometry.receive_track_extent is not None:  # no rings about two positions: its tiles are counted
-        widest = max_path_length(ping_geometry, scenario.water.max_sound_speed)
-        view_tiles, density = tiles_in_view(
-            ping_geometry, scenario.seabed.scatterer_grid, boundary_depth, rays, families, resolution, floor, rise=rise,
-            widest=widest, glints=glints, images=images,
-        )  # fmt: skip
-        return density * TILE**2, np.zeros(len(density)), float(len(view_tiles.level))
-    reach = receivable_range(ping_geometry, boundary_depth, rays, families, rise=rise)
-    if reach.farthest <= reach.nearest:
-        return np.zeros(1), np.zeros(1), 0.0
-    distance = np.array([reach.farthest])
-    margin = _tile(resolution, distance, reach.vertical_distance, scenario)[0] / 2  # ground comes in whole tiles
-    outer = reach.farthest + margin
-    edges = np.geomspace(max(reach.nearest - margin, outer * 1e-3), outer, RINGS + 1)
-    middle = np.sqrt(edges[:-1] * edges[1:])
-    tile = _tile(resolution, middle, reach.vertical_distance, scenario)
-    azimuth = (np.arange(SECTORS) + 0.5) * 2 * np.pi / SECTORS
-    position = np.stack(np.broadcast_arrays(middle[:, None] * np.cos(azimuth), middle[:, None] * np.sin(azimuth)), -1)
-    half = np.hypot(np.diff(edges), middle * 2 * np.pi / SECTORS) / 2 + tile / 2
-    bound = two_way_gain_bound(
-        position.reshape(-1, 2) + ping_geometry.transmit_position[:2], np.repeat(half, SECTORS), ping_geometry,
-        boundary_depth, rays, families,
-        rise=rise, glints=glints, images=images,
-    )  # fmt: skip
-    in_beam = (bound >= floor).reshape(RINGS, SECTORS)
-    area = np.pi * np.diff(edges**2)
-    tiles = area * in_beam.mean(axis=1) / tile**2
-    importance = BeamImportance(
-        ping_geometry, boundary_depth, rays, families, scenario.seabed.scatterer_grid, outer,
-        scenario.paths.importance_sampling, glints, images,
-    )  # fmt: skip
-    node = middle[:: min(1 + scenario.sonar.beam_count * len(families) // BEAMS_PER_RING, MOST_APART)]
-    kept = np.interp(middle, node, importance.mean_keep_probability(node))
-    if scenario.field == "incoherent":
-        wide = min(resolution.beam_width, polar_grid.MAX_CELL_WIDTH) / np.sqrt(resolution.scatterers_per_cell)
-        cell = (
-            resolution.slant_resolution
-            / np.sqrt(resolution.scatterers_per_cell)
-            * np.hypot(middle, reach.vertical_distance)
-            * wide
-        )
-        tiles = area * in_beam.mean(axis=1) / (cell * polar_grid.RINGS_PER_TILE * polar_grid.SECTORS_PER_TILE)
-    else:
-        cell = np.maximum(resolution.cell_area(middle, reach.vertical_distance), MIN_CELL_SIZE)
-    return (
-        area * np.minimum(kept, in_beam.mean(axis=1)) / cell,
-        middle,
-        float(tiles.sum()),
-    )
-
-
-def _tile(resolution: Resolution, distance: Floats, height: float, scenario: Scenario) -> Floats:
-    """Side of the tiles of scatterers at some distances [m], shape (n,)."""
-    pitch = np.sqrt(resolution.cell_area(distance, height))
-    if scenario.field == "coherent":  # the scatterer grid's cells come in powers of two
-        pitch = BASE_PITCH * 2.0 ** np.maximum(np.floor(np.log2(pitch / BASE_PITCH)), FINEST_LEVEL)
-    return np.asarray(TILE * pitch)

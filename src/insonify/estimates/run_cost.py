@@ -15,6 +15,7 @@ from insonify.engines.volume import TOO_MANY
 from insonify.estimates import unit_costs
 from insonify.estimates.compile_time import estimate_compile_seconds
 from insonify.estimates.ping_work import PingWork, ping_work, waveform_count
+from insonify.estimates.terrain_work import terrain_bytes, terrain_seconds
 from insonify.machine_memory import installed_memory
 from insonify.records.labels import COLUMNS
 from insonify.scenario.scenario import Scenario
@@ -87,6 +88,7 @@ def estimate_cost(scenario: Scenario, *, labels: bool = False, threads: int | No
             unit_costs.START_SECONDS
             + unit_costs.SECONDS_PER_PIECE * sum(work.pieces)
             + unit_costs.SECONDS_PER_CUBED_DIRECTION_ROW * _direction_rows(simulator) ** 3
+            + terrain_seconds(simulator, work.terrain_tiles)
             + scenario.track.ping_count * (work.seconds + write)
         ),
         memory=float(_memory_of(simulator, work, labelled, thread_count(threads))),
@@ -136,7 +138,7 @@ def _memory_of(simulator: Simulator, work: PingWork, labelled: bool, threads: in
     total += unit_costs.BYTES_PER_TRIANGLE * sum(len(world_triangles(one, scene.seabed).area) for one in scene.solids)
     total += unit_costs.BYTES_PER_PIECE * max(work.pieces, default=0.0)
     total += work.facets
-    total += unit_costs.BYTES_OF_RELIEF * bool(scenario.seabed.relief)
+    total += unit_costs.BYTES_OF_RELIEF * bool(scenario.seabed.relief) + terrain_bytes(work.terrain_tiles)
     block = min(work.points / threads, SCATTERERS_PER_BLOCK)
     pairs = bytes_per_point(simulator.engine.scene, scenario.paths, "seabed", drawn=True)
     total += threads * min(block * pairs, BYTES_AT_ONCE)

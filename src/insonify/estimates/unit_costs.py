@@ -31,12 +31,15 @@ SECONDS_PER_ELEMENT, SECONDS_PER_WAVEFORM = 14e-9, 3e-9
 """One echo at one element of an array, and each shape beyond the first [s]."""
 SECONDS_PER_TERRAIN_POINT = 0.36e-6
 """Height and slope of one kind of relief at one position [s]."""
+SECONDS_PER_HEIGHTMAP_NODE = 9e-9, 0.15e-6, 0.2e-6
+"""One octave at one node of the seabed's height map; one finer than a quarter of a cell; other relief [s]."""
 SECONDS_PER_FAST_REVERBERATION, SECONDS_PER_STEP, SECONDS_PER_STEP_LEG = 1e-3, 45e-9, 18e-9
 """Terrain by the fast reverberation path: for any ping, for each step along a radial, for each leg to it [s]."""
 SECONDS_PER_FIT, SECONDS_PER_GLINT = 2.2e-6, 1.7e-6
 """One leg off the planes of its own bounces, over relief, and the glints of one [s]."""
-SECONDS_PER_WAVE_LEG = 25e-6
-"""One leg off explicit waves: all its bounce points are searched for [s]."""
+SECONDS_PER_WAVE, SECONDS_PER_WAVE_NODE, SECONDS_PER_BOUNCE_ROW = 4.3e-9, 50e-9, 5e-6
+"""One of a surface's explicit waves at one node of the search for bounce points, the paths to the node, and one bounce
+point of a leg beyond the first [s]."""
 SECONDS_PER_REFRACTED_WAVE_LEG, SECONDS_PER_WAVE_LEG_KNOT = 20e-6, 1.5e-6
 """More of it in layered water, and for each knot of the profile [s]."""
 SECONDS_PER_HULL_FACTOR, SECONDS_PER_FACE_LEG = 0.3e-6, 1.2e-6
@@ -78,7 +81,7 @@ FILE_BYTES, PING_FILE_BYTES = 28e3, 60.0
 """Files of a recording that do not grow with it, and those that each ping adds."""
 PACKED, TIME_COMPRESSION_RATIO, POSE_COMPRESSION_RATIO = 0.93, 0.55, 0.9
 """Size after compression re before: samples of sound, the time axis, and the columns of each ping [1]."""
-LABEL_FILE_BYTES = 45e3
+LABEL_FILE_BYTES = 20e3
 """Files of labels that do not grow with them."""
-LABEL_COMPRESSION_RATIO = 0.45
+LABEL_COMPRESSION_RATIO = 0.3
 """Size of labels after compression re before [1]."""

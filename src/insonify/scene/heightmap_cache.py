@@ -22,9 +22,8 @@ SHIFT = 6
 CELLS = 1 << SHIFT
 """Cells along the side of one tile of the map."""
 NODES = CELLS + 1
-_MOST_BYTES = (
-    448 << 20
-)  # half of it, 13 thousand tiles, must hold those of a ping, or all are synthesised in every ping
+HALF_BYTES = 224 << 20
+"""Memory of 13 thousand tiles, which must hold those of a ping, or all are synthesised in every ping [bytes]."""
 
 
 class HeightmapTiles(NamedTuple):
@@ -45,7 +44,7 @@ class HeightmapTiles(NamedTuple):
 class HeightmapCache:
     """The tiles of one map, which grow as they are read. Threads may share it."""
 
-    def __init__(self, max_bytes: int = _MOST_BYTES) -> None:
+    def __init__(self, max_bytes: int = 2 * HALF_BYTES) -> None:
         """Create an empty cache.
 
         Args:

@@ -60,6 +60,19 @@ class HeightmapSynthesizer:
         return tile[0, :, :, 0]
 
     @cached_property
+    def octave_node_counts(self) -> tuple[int, int]:
+        """Nodes of one tile at which octaves are evaluated, all octaves together: side by side, and one by one [1]."""
+        pitch, steps = self._octaves[0][:, 0], self._octaves[1][:, 0]
+        nodes = (CELLS // steps + 1 + np.where(steps > 1, 4, 0)) ** 2
+        apart = pitch < steps * self.cell / 4  # too far apart to share random numbers, about
+        return int(nodes[~apart].sum()), int(nodes[apart].sum())
+
+    @property
+    def other_part_count(self) -> int:
+        """Components other than octaves, evaluated at each node [1]."""
+        return len(self._others)
+
+    @cached_property
     def _others(self) -> list[Relief]:
         """Components other than octaves, which are evaluated node by node."""
         return [part for part in self.terrain.parts if not isinstance(part, Octaves)]
