@@ -7,8 +7,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from insonify.estimates import unit_costs
-from insonify.propagation._stationary_point_kernel import MOST_NODES, bounce_range_for_slope
-from insonify.propagation.explicit_surface import MOST, NODES, SHARED, explicit_waves
+from insonify.propagation.explicit_surface import (
+    MOST,
+    MOST_NODES,
+    NODES,
+    SHARED,
+    bounce_range_for_slope,
+    explicit_waves,
+)
 from insonify.simulator import Simulator
 
 Floats = NDArray[np.float64]

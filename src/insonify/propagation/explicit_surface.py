@@ -25,6 +25,8 @@ from insonify.ocean.elfouhaily import Elfouhaily
 from insonify.ocean.sea_surface import SeaSurface
 from insonify.ocean.wave_spectrum import angular_frequency
 from insonify.propagation._stationary_point_kernel import COLUMNS, BounceSearch, LegEnds, bounce_points
+from insonify.propagation._stationary_point_kernel import MOST_NODES as MOST_NODES
+from insonify.propagation._stationary_point_kernel import bounce_range_for_slope as bounce_range_for_slope
 from insonify.propagation.caustic import merging_factor
 from insonify.propagation.families import bounce_sequence
 from insonify.propagation.glints import (
