@@ -1,5 +1,7 @@
 """Estimates of smooth targets: facets are counted as a ping splits them, their pairs priced, pieces bounded."""
 
+import tracemalloc
+
 import pytest
 
 from insonify.engines import targets
@@ -8,6 +10,7 @@ from insonify.engines.facet_subdivision import smooth_facets
 from insonify.engines.patch_subdivision import Patches
 from insonify.engines.ping_scatterers import ping_scatterers
 from insonify.estimates import ping_work as work_module
+from insonify.estimates import unit_costs
 from insonify.estimates.ping_work import ping_work
 from insonify.estimates.run_cost import estimate_cost
 from insonify.simulator import build_simulator
@@ -60,6 +63,25 @@ def test_a_sample_of_pieces_counts_all_of_them(body):
     slant = ping_scatterers(scene.scene, scene.paths, scene.seed, here, ready.engine.rays).resolution.slant_resolution
     requested = (scene.scene, scene.targets[0], scene.paths, here, slant, ready.engine.rays)
     assert facet_count(*requested) == pytest.approx(len(smooth_facets(*requested)), rel=0.2)
+
+
+SMALL_ROCK = {"shape": "rock", "position": (0, 9), "size": (0.1, 0.1, 0.1)}
+
+
+@pytest.mark.parametrize("shape", [BOX, SMALL_ROCK], ids=["patches", "triangles"])
+def test_facets_take_the_memory_that_is_estimated(shape):
+    """Memory of facets, traced: during the ping, and while faces are split, 0.6 to 1.1 of the estimate."""
+    ready = build_simulator(near({**shape, "face_reflection_coefficient": 0.5}))
+    scenario, here = ready.scenario, ready.ping_geometry(0)
+    requested = (scenario.scene, scenario.targets[0], scenario.paths, here, 0.08, ready.engine.rays)
+    smooth_facets(*requested)
+    tracemalloc.start()
+    facets = smooth_facets(*requested)
+    held, peak = (each / len(facets) for each in tracemalloc.get_traced_memory())
+    tracemalloc.stop()
+    assert len(facets) > 5000
+    assert 0.6 < held / unit_costs.BYTES_PER_FACET < 1.1
+    assert 0.6 < peak / (unit_costs.BYTES_PER_FACET + unit_costs.BYTES_PER_FACET_IN_SPLIT) < 1.1
 
 
 def test_a_large_smooth_target_is_counted_by_few_pieces(monkeypatch):

@@ -4,7 +4,10 @@ import numpy as np
 import pytest
 
 import insonify
+from insonify.engines.ping_scatterers import ping_scatterers
+from insonify.estimates import ping_work as ping_work_module
 from insonify.estimates import unit_costs
+from insonify.estimates.boundary_points import points_on_boundary
 from insonify.estimates.ping_work import ping_work
 from insonify.estimates.wave_work import wave_leg_seconds
 from insonify.propagation import explicit_surface
@@ -100,3 +103,34 @@ def test_platforms_apart_search_for_each_end():
     one = ping_work(build_simulator(nominal(**shared)))
     two = ping_work(build_simulator(nominal(receiver_track={"kind": "static", "position": (3.0, 2.0, 12.0)}, **shared)))
     assert two.seconds / two.points > 1.2 * one.seconds / one.points
+
+
+def test_scatterers_between_two_platforms_have_the_area_of_the_engines():
+    """Mean area for each scatterer, by which neighbours share a search: that of a ping's, to a third."""
+    simulator = build_simulator(nominal(
+        receiver_track={"kind": "static", "position": (3.0, 2.0, 12.0)}, sonar=WIDE, track={"window": (0.03, 0.04)},
+        paths={"max_reflections": 0, "contributions": ["seabed"]},
+    ))  # fmt: skip
+    here, engine, scenario = simulator.ping_geometry(0), simulator.engine, simulator.scenario
+    resolution = ping_scatterers(engine.scene, engine.choice, 1, here, engine.rays).resolution
+    counted = points_on_boundary(here, 20.0, engine.rays, ("D",), resolution, scenario, 0.0, ())
+    area = np.concatenate([block().area for block in engine.blocks(here)])
+    assert counted.number @ counted.cell / counted.number.sum() == pytest.approx(area.mean(), rel=1 / 3)
+
+
+@pytest.mark.parametrize(("frequency", "wind_speed"), [(20e3, 3.0), (200e3, 6.0)], ids=["smooth", "rough"])
+def test_pairs_of_glints_are_counted(frequency, wind_speed):
+    """Pairs of legs to random points in the water, with coherent parts where these are left: the engine's, to 20 %."""
+    simulator = build_simulator(nominal(
+        surface={"reflection": "statistical", "wind_speed": wind_speed}, track={"window": (0.02, 0.04)},
+        water={"volume_strength_db": -60.0, "noise_level_db": None},
+        sonar={**WIDE, "pulse": {"kind": "cw", "frequency": frequency, "duration": 1e-3}},
+        paths={"max_reflections": 2, "contributions": ["water"], "scatterers_per_cell": 0.5},
+    ))  # fmt: skip
+    here, kept = simulator.ping_geometry(0), simulator.scenario.paths.followed_families
+    points = simulator.engine.blocks(here)[0]().take(slice(500))
+    pairs = simulator.engine.pairs(here, lambda: points)
+    distance = np.hypot(*(points.position[:, :2] - here.transmit_position[:2]).T)
+    each = ping_work_module._pairs_of_glints(simulator, here, "water", kept, distance, points.position[:, 2])
+    assert len(pairs.pair) > 1.5 * len(kept) ** 2
+    assert each.mean() * len(kept) ** 2 == pytest.approx(len(pairs.pair), rel=0.2)

@@ -13,6 +13,7 @@ from insonify.scenario.scenario import Scenario
 from insonify.scenario.write import to_yaml
 from insonify.simulator import arrivals, build_simulator, levels, simulate
 from insonify.synthesis.coherence_factors import split_by_coherence
+from insonify.synthesis.coherent_subsets import coherent_subsets
 from insonify.validity import PhysicsWarning
 from simulator.test_two_platforms import GOES, SAND, STATIC_RECEIVER, STAYS, scenario_of
 from synthesis.oracle import relative_rms
@@ -155,17 +156,30 @@ def test_for_a_moving_sonar_the_water_stays_where_it_is():
     assert _delay(still, 0) == pytest.approx(_delay(moving, 0), abs=1e-9)
 
 
-def test_a_moving_surface_over_uneven_water_takes_work_in_proportion_to_its_pairs(monkeypatch):
-    """Each group of pairs that interfere follows its own legs through the water, not those of all glints."""
-    followed, groups = [], []
-    way, covariance = DelayField._path_points, DelayField.covariance
-    monkeypatch.setattr(DelayField, "_path_points", lambda *arguments: followed.append(1) or way(*arguments))
-    monkeypatch.setattr(DelayField, "covariance", lambda *arguments: groups.append(1) or covariance(*arguments))
-    simulate(uneven(families=("D", "S", "B", "BS", "SB"), surface={"reflection": "statistical", "wind_speed": 5.0},
-                    targets=[{**ONE, "position": (10.0, 5.0, 15.0)}], field="incoherent",
-                    paths={"contributions": ["target"], "max_reflections": 3}))  # fmt: skip
-    assert len(groups) > 20
-    assert len(followed) <= 8 * len(groups)
+def test_parts_of_a_block_share_the_covariance_of_its_families(monkeypatch):
+    """A moving sea parts a block into dozens of groups: copies of all, bit-identical to one by one, of one covariance.
+
+    At most one factor of the covariance is evaluated for every set of pairs of families, however many glints there are.
+    """
+    scenario = uneven(families=("D", "S", "B", "BS", "SB"), surface={"reflection": "statistical", "wind_speed": 5.0},
+                      targets=[{**ONE, "position": (10.0, 5.0, 15.0)}], field="incoherent",
+                      paths={"contributions": ["target"], "max_reflections": 3})  # fmt: skip
+    simulator = build_simulator(scenario)
+    here = simulator.ping_geometry(0)
+    parts = coherent_subsets(simulator.engine.pairs(here, simulator.engine.blocks(here, quadrature=True)[0]))
+    field = delay_field(scenario)
+    alone = [copy for part in parts for copy in split_by_coherence([part], field, here)]
+    evaluated, factorised = [], []
+    covariance, cholesky = DelayField.covariance, np.linalg.cholesky
+    monkeypatch.setattr(DelayField, "covariance", lambda *arguments: evaluated.append(1) or covariance(*arguments))
+    monkeypatch.setattr(np.linalg, "cholesky", lambda matrix: factorised.append(1) or cholesky(matrix))
+    together = list(split_by_coherence(parts, field, here))
+    assert len(parts) > 20 and len(evaluated) == 1
+    assert len(factorised) <= len({tuple(sorted(set(part.names()))) for part in parts}) < len(parts) / 2
+    assert len(together) == len(alone)
+    for copy, other in zip(together, alone, strict=True):
+        np.testing.assert_array_equal(copy.pair, other.pair)
+        np.testing.assert_array_equal(copy.strength, other.strength)
 
 
 def test_copies_of_a_block_in_uneven_water_come_one_after_the_other():
@@ -176,7 +190,7 @@ def test_copies_of_a_block_in_uneven_water_come_one_after_the_other():
     points = simulator.engine.blocks(here, quadrature=True)[0]().take(slice(2000))
     pairs = simulator.engine.pairs(here, lambda: points)
     tracemalloc.start()
-    copies = sum(1 for _ in split_by_coherence(pairs, delay_field(scenario), here))
+    copies = sum(1 for _ in split_by_coherence([pairs], delay_field(scenario), here))
     taken = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
     assert copies > 40
@@ -191,4 +205,4 @@ def test_bounces_of_one_family_off_waves_share_a_copy():
     here = simulator.ping_geometry(0)
     pairs = simulator.engine.pairs(here, simulator.engine.blocks(here)[0])
     assert len(pairs.pair) > 8
-    assert sum(1 for _ in split_by_coherence(pairs, delay_field(scenario), here)) <= 4
+    assert sum(1 for _ in split_by_coherence([pairs], delay_field(scenario), here)) <= 4

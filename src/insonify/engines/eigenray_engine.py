@@ -29,8 +29,9 @@ from insonify.engines.face_reflection import (
 )
 from insonify.engines.facet_subdivision import legs_at_sides
 from insonify.engines.hull_reflection import hull_families, with_hull
-from insonify.engines.memory_budget import points_at_once
+from insonify.engines.memory_budget import points_at_once, points_of_legs
 from insonify.engines.multiple_bed_scattering import counted_once
+from insonify.engines.pair_cross_sections import cross_sections
 from insonify.engines.pair_importance import PairSelection, keep_probabilities_at, pair_energy_fractions, select_pairs
 from insonify.engines.ping_scatterers import Block, ping_scatterers, slice_footprint
 from insonify.engines.polar_grid import MAX_CELL_WIDTH
@@ -46,9 +47,8 @@ from insonify.propagation.path_settings import PathSettings
 from insonify.propagation.propagation_model import PropagationModel
 from insonify.propagation.surface_reflection import SonarEnd, apply_surface_reflection, repeated_glint_weight
 from insonify.recent_results import Identity
-from insonify.records.legs import Legs, joined_legs
+from insonify.records.legs import Legs, joined_legs, legs_to_points
 from insonify.records.pairs import Pairs, PairSampling, SeparableStrengths, Strengths
-from insonify.scattering.compiled_law import CompiledLaw
 from insonify.scattering.kirchhoff_facet import KirchhoffFacet
 from insonify.scattering.kirchhoff_patch import KirchhoffPatch
 from insonify.scattering.lambert import Lambert
@@ -128,9 +128,26 @@ class EigenrayEngine:
             size = points_at_once(self.scene, self.choice, scatterers, further)
             for start in range(0, max(len(scatterers), 1), size):
                 batch = scatterers if len(scatterers) <= size else scatterers.take(slice(start, start + size))
-                yield self.path_pairs(
-                    ping_geometry, batch, None if include_negligible else self._pair_selection(ping_geometry, batch)
-                )
+                yield from self._pairs_within_budget(ping_geometry, batch, include_negligible)
+
+    def _pairs_within_budget(
+        self, ping_geometry: PingGeometry, scatterers: Scatterers, include_negligible: bool
+    ) -> Iterator[Pairs]:
+        """Pairs of scatterers, in parts where explicit waves or refraction make more legs than counted beforehand."""
+        selection = None if include_negligible else self._pair_selection(ping_geometry, scatterers)
+        if scatterers.boundary == BOUNDARY_ECHO:
+            yield self.path_pairs(ping_geometry, scatterers, selection)
+            return
+        out, back = self._legs(ping_geometry, scatterers, selection)
+        size = points_of_legs(max(len(out.families), len(back.families)), drawn=scatterers.has_random_phase)
+        if len(scatterers) <= size:
+            yield self._pairs(ping_geometry, scatterers, out, back, selection)
+            return
+        for start in range(0, len(scatterers), size):
+            part = slice(start, start + size)
+            points, legs = scatterers.take(part), legs_to_points((out, back), part)
+            selection = None if include_negligible else self._pair_selection(ping_geometry, points)
+            yield self._pairs(ping_geometry, points, *legs, selection)
 
     def path_pairs(
         self, ping_geometry: PingGeometry, scatterers: Scatterers, selection: PairSelection | None = None
@@ -146,6 +163,12 @@ class EigenrayEngine:
             return self.caches.boundary_echoes.get(
                 self._boundary_echo_key(ping_geometry), lambda: self._boundary_echoes(ping_geometry, scatterers)
             )
+        return self._pairs(ping_geometry, scatterers, *self._legs(ping_geometry, scatterers, selection), selection)
+
+    def _legs(
+        self, ping_geometry: PingGeometry, scatterers: Scatterers, selection: PairSelection | None
+    ) -> tuple[Legs, Legs]:
+        """Transmit and receive legs of scatterers; arguments see `path_pairs`."""
         out = self._end_legs(
             ping_geometry.transmit_position, scatterers, ping_geometry, selection, elements=ping_geometry.is_monostatic
         )
@@ -159,7 +182,13 @@ class EigenrayEngine:
         if ping_geometry.hull is not None:
             families = hull_families(self.choice.followed_families)
             out, back = self._with_hull(out, back, families, scatterers, ping_geometry, self.seed)
-        out, back = self._with_faces(out, back, scatterers, ping_geometry)
+        return self._with_faces(out, back, scatterers, ping_geometry)
+
+    def _pairs(
+        self, ping_geometry: PingGeometry, scatterers: Scatterers, out: Legs, back: Legs,
+        selection: PairSelection | None,
+    ) -> Pairs:  # fmt: skip
+        """Pairs of all legs of scatterers; arguments see `path_pairs`."""
         pair = np.array([(i, j) for i in range(len(out.families)) for j in range(len(back.families))], np.int64)
         pair = pair.reshape(-1, 2)
         weight = repeated_glint_weight(out, back, pair)
@@ -390,7 +419,7 @@ class EigenrayEngine:
         if isinstance(scatterers.law, Lambert):
             return SeparableStrengths(out, back, pair, _contributions(scatterers.law), root, weight, sampling)
         amplitude_weight = None if sampling is None else sampling.amplitude_weight
-        section = _cross_section(scatterers, scatterers.law, out, back, pair, amplitude_weight)
+        section = cross_sections(scatterers, scatterers.law, out, back, pair, amplitude_weight)
         interface = self.scene.seabed.interface_law(
             frequency, float(self.scene.water.sound_speed_at(self.scene.seabed.depth))
         )
@@ -527,51 +556,3 @@ def _contributions(law: Lambert) -> Floats:
     horizontal, forward = np.array(np.pi / 2), np.array(np.pi)
     facing = law.cross_section(horizontal, horizontal, forward)
     return np.asarray(law.cross_section(np.array([0.0, np.pi / 2]), horizontal, forward) / np.sqrt(facing))
-
-
-def _cross_section(
-    scatterers: Scatterers, law: Law, out: Legs, back: Legs, pair: NDArray[np.int64],
-    amplitude_weight: NDArray[np.float32] | None = None,
-) -> Floats:  # fmt: skip
-    """Cross section of each ordered pair [1], shape (p, n); missing legs and pairs get zero weight later."""
-    i, j = pair.T
-    if out.arrival is back.arrival:
-        # every law is reciprocal: the two orders of a pair are evaluated once
-        unique, inverse = np.unique(np.sort(pair, axis=1), axis=0, return_inverse=True)
-        if len(unique) < len(pair):
-            unique_weight = (
-                None if amplitude_weight is None else amplitude_weight[np.unique(inverse.ravel(), return_index=True)[1]]
-            )
-            return _cross_section(scatterers, law, out, back, unique, unique_weight)[inverse.ravel()]
-    if isinstance(law, CompiledLaw):
-        return _compiled_sections(law, scatterers.normal, out, back, pair, amplitude_weight)
-    # On a flat boundary all legs to and from one position share one bearing.
-    is_flat = scatterers.boundary != "target" and bool(np.all(scatterers.normal[:, :2] == 0))
-    backscatter_curves = out is back and is_flat
-    azimuth = np.array(np.pi) if backscatter_curves else _azimuth(scatterers.normal, out.arrival[i], back.arrival[j])
-    return np.asarray(law.cross_section(np.abs(out.grazing[i]), np.abs(back.grazing[j]), azimuth))
-
-
-def _compiled_sections(
-    law: CompiledLaw, normal: Floats, out: Legs, back: Legs, pair: NDArray[np.int64],
-    amplitude_weight: NDArray[np.float32] | None,
-) -> Floats:  # fmt: skip
-    """Cross sections by a compiled law, 0 where a pair is not evaluated [1], shape (p, n)."""
-    sections = np.zeros((len(pair), len(normal)))
-    for row, (i, j) in enumerate(pair):
-        columns = (
-            slice(None)
-            if amplitude_weight is None or amplitude_weight[row].all()
-            else np.flatnonzero(amplitude_weight[row])
-        )
-        sections[row, columns] = law.cross_section(
-            out.arrival[i, columns].T, -back.arrival[j, columns].T, normal[columns].T
-        )
-    return sections
-
-
-def _azimuth(normal: Floats, arriving: Floats, leaving: Floats) -> Floats:
-    """Bistatic azimuth between two rays towards the scatterer, in its plane, pi for backscatter [rad]."""
-    a, b = (ray - np.sum(ray * normal, axis=-1, keepdims=True) * normal for ray in (arriving, leaving))
-    cross = np.sum(np.cross(a, b) * normal, axis=-1)
-    return np.asarray(np.pi - np.abs(np.arctan2(cross, np.sum(a * b, axis=-1))))

@@ -1,5 +1,6 @@
 """Points whose legs and pairs are held at once: what bounds the memory of a ping, whatever is in the scene."""
 
+from insonify.propagation.explicit_surface import MOST
 from insonify.propagation.families import bounce_sequence, families_reaching
 from insonify.propagation.glints import FEW, SEVERAL
 from insonify.propagation.path_settings import PathSettings
@@ -11,7 +12,7 @@ BYTES_AT_ONCE = 256e6
 BYTES_PER_LEG, BYTES_PER_PAIR, BYTES_PER_SPECULAR_PAIR = 350, 40, 130
 """Memory for one leg and one ordered pair of legs to one point, drawn or smooth [bytes]."""
 BOUNCES = 3
-"""Bounce points of one leg off explicit waves, about [1]."""
+"""Bounce points of one leg off explicit waves, about: the mean [1]."""
 MIN_POINTS = 16
 """Points that are held at least."""
 
@@ -40,12 +41,41 @@ def legs_per_point(scene: Scene, choice: PathSettings, boundary: Boundary, *, dr
 
 def bytes_per_point(scene: Scene, choice: PathSettings, boundary: Boundary, *, drawn: bool, further: int = 0) -> float:
     """Memory that the legs and pairs of one point take [bytes]: arguments see `legs_per_point`."""
-    legs = legs_per_point(scene, choice, boundary, drawn=drawn, further=further)
-    return legs * BYTES_PER_LEG + legs**2 * (BYTES_PER_PAIR if drawn else BYTES_PER_SPECULAR_PAIR)
+    return _bytes_of_legs(legs_per_point(scene, choice, boundary, drawn=drawn, further=further), drawn)
 
 
 def points_at_once(scene: Scene, choice: PathSettings, scatterers: Scatterers, further: int = 0) -> int:
-    """Points of a block whose pairs are made at once, with further legs to each off a hull and off faces."""
-    each = bytes_per_point(scene, choice, scatterers.boundary, drawn=scatterers.has_random_phase, further=further)
-    share = BYTES_AT_ONCE if scatterers.has_random_phase else BYTES_AT_ONCE / 2
-    return max(int(share / max(each, 1.0)), MIN_POINTS)
+    """Points of a block whose legs are made at once, with further legs to each off a hull and off faces.
+
+    Off explicit waves the number of legs is not yet known: of so many points that the most legs, three times, fit.
+    """
+    drawn, most = scatterers.has_random_phase, 0
+    if scene.surface.reflection == "explicit":
+        kept = families_reaching(scatterers.boundary, choice.followed_families)
+        moving = sum("S" in bounce_sequence(name) for name in kept)
+        glints = 0 if scene.surface.wind_speed is None else FEW if drawn else SEVERAL
+        most = len(kept) + moving * MOST * (1 + glints) + further
+    count = points_of_legs(
+        legs_per_point(scene, choice, scatterers.boundary, drawn=drawn, further=further), drawn=drawn
+    )
+    return max(min(count, int(_share(drawn) / 3 / max(most * BYTES_PER_LEG, 1.0))), MIN_POINTS)
+
+
+def points_of_legs(legs: int, *, drawn: bool) -> int:
+    """Points whose pairs are made at once.
+
+    Args:
+        legs: Number of legs between one end and one point.
+        drawn: See `legs_per_point`.
+    """
+    return max(int(_share(drawn) / max(_bytes_of_legs(legs, drawn), 1.0)), MIN_POINTS)
+
+
+def _bytes_of_legs(legs: int, drawn: bool) -> float:
+    """Memory of the legs and pairs of one point [bytes], by its number of legs."""
+    return legs * BYTES_PER_LEG + legs**2 * (BYTES_PER_PAIR if drawn else BYTES_PER_SPECULAR_PAIR)
+
+
+def _share(drawn: bool) -> float:
+    """Part of the budget for one block: half of it for point targets and smooth faces [bytes]."""
+    return BYTES_AT_ONCE if drawn else BYTES_AT_ONCE / 2

@@ -65,8 +65,9 @@ def points_on_boundary(
             widest=widest, glints=glints, images=images,
         )  # fmt: skip
         count = density * TILE**2
+        cell = np.asarray((BASE_PITCH * 2.0**view_tiles.level) ** 2, float)
         return BoundaryPoints(
-            count, np.zeros(len(count)), float(len(count)), 1 / np.maximum(density, 1e-300),
+            count, np.zeros(len(count)), float(len(count)), cell / np.maximum(density, 1e-300),
             *_rings_of_tiles(ping_geometry, scenario.seabed.scatterer_grid, view_tiles, count),
         )  # fmt: skip
     reach = receivable_range(ping_geometry, boundary_depth, rays, families, rise=rise)

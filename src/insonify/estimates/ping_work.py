@@ -27,6 +27,7 @@ from insonify.estimates.facet_work import facet_work
 from insonify.estimates.terrain_work import distinct, tiles_in_reach, tiles_under_radials, tiles_under_rings
 from insonify.estimates.wave_work import wave_leg_seconds
 from insonify.propagation.families import DIRECT, bounce_sequence, families_reaching
+from insonify.propagation.glints import WEAK, glint_surface
 from insonify.propagation.image_sources import StraightRays
 from insonify.scattering.lambert import Lambert
 from insonify.scenario.scenario import Scenario
@@ -63,7 +64,9 @@ class PingWork:
     pieces: tuple[float, ...] = ()
     """Pieces that each body is cut into, once for all pings [1]."""
     facets: float = 0.0
-    """Memory of the facets of smooth targets [bytes]."""
+    """Memory of the facets of smooth targets during the whole ping [bytes]."""
+    facet_block: float = 0.0
+    """Memory of the work on some facets at a time, in place of a block of other scatterers [bytes]."""
     terrain_tiles: float = 0.0
     """Tiles of the seabed's height map, synthesised once [1]."""
 
@@ -71,7 +74,8 @@ class PingWork:
         """Both together."""
         return PingWork(
             self.points + other.points, self.seconds + other.seconds, self.tiles + other.tiles,
-            self.pieces + other.pieces, max(self.facets, other.facets), self.terrain_tiles + other.terrain_tiles,
+            self.pieces + other.pieces, max(self.facets, other.facets), max(self.facet_block, other.facet_block),
+            self.terrain_tiles + other.terrain_tiles,
         )  # fmt: skip
 
 
@@ -109,7 +113,11 @@ def label_work(simulator: Simulator) -> PingWork:
     # in fast reverberation pairs share the curve of the object
     curves = (len(names.objects) + len(names.pairs) * has_pair_curves) * scenario.sonar.channel_count
     return replace(
-        total, seconds=total.seconds + curves * transform_seconds(simulator, expected=True), pieces=(), facets=0.0
+        total,
+        seconds=total.seconds + curves * transform_seconds(simulator, expected=True),
+        pieces=(),
+        facets=0.0,
+        facet_block=0.0,
     )
 
 
@@ -315,6 +323,7 @@ def _water(simulator: Simulator, ping_geometry: PingGeometry, *, label: bool = F
     pair = _pair_seconds(simulator, ping_geometry, boundary="water", label=label)
     distance, depth = _in_the_water(simulator, ping_geometry)
     pairs = _pairs_received(simulator, ping_geometry, kept, distance, depth)
+    pairs = pairs * _pairs_of_glints(simulator, ping_geometry, "water", kept, distance, depth)
     near = 1 / np.maximum(
         distance**2 + (depth - ping_geometry.transmit_position[2]) ** 2, 1.0
     )  # cells widen with the range
@@ -347,6 +356,28 @@ def _pairs_received(
     return np.asarray(((both >= first) & (both <= last)).sum(axis=(0, 1)), float)
 
 
+def _pairs_of_glints(
+    simulator: Simulator, ping_geometry: PingGeometry, boundary: Boundary, kept: tuple[str, ...], distance: Floats,
+    depth: Floats,
+) -> Floats:  # fmt: skip
+    """Pairs of random scatterers with glints for each pair of families [1], shape (n,); 1 for an expectation.
+
+    Legs off a rough surface have glints, and a coherent part unless it is negligible at their grazing angle.
+    """
+    scene, frequency = simulator.engine.scene, ping_geometry.frequency
+    if simulator.scenario.field != "coherent" or not scene.is_rough(kept) or scene.surface.reflection == "explicit":
+        return np.ones(len(distance))
+    legs = np.full(len(distance), float(legs_per_point(scene, simulator.scenario.paths, boundary, drawn=True)))
+    glints = legs - len(kept)
+    waves = glint_surface(scene, simulator.scenario.seed, frequency).waves
+    if waves is not None:
+        height = float(ping_geometry.transmit_position[2]) + depth
+        phase_per_height = 4 * np.pi * frequency / ping_geometry.sound_speed * height / np.hypot(distance, height)
+        coherent_factor = np.exp(-(phase_per_height**2) * float(waves.variance[-1]) / 2)
+        legs -= np.where(coherent_factor > WEAK, 0, sum("S" in bounce_sequence(name) for name in kept))
+    return np.asarray((legs**2 - glints) / len(kept) ** 2)  # no pairs of one glint with itself
+
+
 def _leg_and_pair_work(
     simulator: Simulator, ping_geometry: PingGeometry, boundary: Boundary, kept: tuple[str, ...], found: BoundaryPoints
 ) -> tuple[float, float]:
@@ -355,21 +386,24 @@ def _leg_and_pair_work(
     off_waves = float(points @ _off_waves(simulator, ping_geometry, kept, boundary, found))
     drawn = boundary == "seabed" and simulator.scenario.field == "coherent"
     known = simulator.engine.family_keep_probabilities(ping_geometry, position) if drawn else None
+    boundary_depth = simulator.scenario.seabed.depth if boundary == "seabed" else 0.0
+    glints = _pairs_of_glints(
+        simulator, ping_geometry, boundary, kept, position, np.full(len(position), boundary_depth)
+    )
     if known is None:
-        boundary_depth = simulator.scenario.seabed.depth if boundary == "seabed" else 0.0
         pairs = np.full(len(position), len(kept) ** 2.0)
         if ping_geometry.receive_track_extent is None:
             pairs = _pairs_received(simulator, ping_geometry, kept, position, np.full(len(position), boundary_depth))
         count = float(points.sum())
         straight = count * sum(_legs(simulator, ping_geometry, name) for name in kept)
-        return off_waves + straight, float(points @ pairs)
+        return off_waves + straight, float(points @ (pairs * glints))
     families, share = known
     followed, fitted = ((points * part).sum(axis=1) for part in ((share > 0).any(axis=1), share.max(axis=1)))
     seconds = sum(
         _legs(simulator, ping_geometry, name, fitted=float(part)) * float(count)
         for name, count, part in zip(families, followed, fitted / np.maximum(followed, 1e-300), strict=True)
     )
-    return off_waves + seconds, float((points * share).sum())
+    return off_waves + seconds, float((points * glints * share).sum())
 
 
 def _off_waves(
@@ -447,10 +481,10 @@ def _on_targets(simulator: Simulator, *, label: bool = False) -> PingWork:
     if fullest_geometry is None:
         return PingWork(pieces=tuple(pieces))
     # pings that reach fewer points reach fewer facets
-    facets, split, held = facet_work(simulator, fullest_geometry)
+    facets, split, held, block = facet_work(simulator, fullest_geometry)
     part = total / len(pings) / most
     return PingWork(total / len(pings) + facets * part, seconds / len(pings) + split * part, pieces=tuple(pieces),
-                facets=held)  # fmt: skip
+                facets=held, facet_block=block)  # fmt: skip
 
 
 def _counted_targets(scene: Scene) -> list[tuple[Scene, float]]:

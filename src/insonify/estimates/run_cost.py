@@ -140,8 +140,9 @@ def _memory_of(simulator: Simulator, work: PingWork, labelled: bool, threads: in
     total += work.facets
     total += unit_costs.BYTES_OF_RELIEF * bool(scenario.seabed.relief) + terrain_bytes(work.terrain_tiles)
     block = min(work.points / threads, SCATTERERS_PER_BLOCK)
-    pairs = bytes_per_point(simulator.engine.scene, scenario.paths, "seabed", drawn=True)
-    total += threads * min(block * pairs, BYTES_AT_ONCE)
+    block *= bytes_per_point(simulator.engine.scene, scenario.paths, "seabed", drawn=True)
+    block = min(block, BYTES_AT_ONCE)
+    total += (threads - 1) * block + max(block, work.facet_block)
     if labelled:
         names = simulator.label_names
         total += scenario.sonar.channel_count * grid.sample_count * 8 * 6 * (len(names.objects) + 2 * len(names.pairs))

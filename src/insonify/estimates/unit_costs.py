@@ -70,8 +70,8 @@ BYTES_PER_TILE = 2500
 """A tile of the seabed while the tiles of a ping are searched for, and as a block in waiting."""
 BYTES_OF_RELIEF = 80e6
 """Caches of the terrain."""
-BYTES_PER_FACET = 1500
-"""One facet of a smooth target while its faces are split."""
+BYTES_PER_FACET, BYTES_PER_FACET_IN_SPLIT = 275, 350
+"""One facet of a smooth target during the ping, and more while the faces of its target are split."""
 BYTES_PER_TRIANGLE = 430
 """One triangle of a solid while the tree of all triangles is built."""
 BYTES_PER_PIECE = 350

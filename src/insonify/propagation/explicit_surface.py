@@ -456,10 +456,11 @@ def _merging_factors(at: Floats, shadow: NDArray[np.bool_], k: float) -> NDArray
     factor = np.ones(length.shape, complex)
     for row in range(length.shape[1] - 1):
         meeting = ~(shadow[:, row] | shadow[:, row + 1]) & (sign[:, row] != sign[:, row + 1])
-        length_difference = np.where(meeting, np.abs(length[:, row + 1] - length[:, row]), 1.0)
+        length_difference = np.abs(length[meeting, row + 1] - length[meeting, row])
         distance = np.maximum(0.75 * k * length_difference, 1e-12) ** (2 / 3)
-        for branch in (row, row + 1):
-            factor[:, branch] *= np.where(meeting, merging_factor(distance, sign[:, branch]), 1.0)
+        shared = merging_factor(distance, sign[meeting, row])
+        factor[meeting, row] *= shared
+        factor[meeting, row + 1] *= shared.conj()  # on the other side of the fold
     return factor
 
 

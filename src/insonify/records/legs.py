@@ -160,6 +160,31 @@ def joined_legs(first: Legs, second: Legs) -> Legs:
     return replace(first, **columns)
 
 
+def legs_to_points(sets: tuple[Legs, Legs], points: slice) -> tuple[Legs, Legs]:
+    """Transmit and receive legs to some of their points, as views of the columns; columns that both share stay shared.
+
+    Args:
+        sets: Transmit and receive legs to n points.
+        points: Points of the result.
+    """
+    views: dict[int, Any] = {}
+
+    def view(column: Any, axis: int = 1) -> Any:
+        if column is None:
+            return None
+        return views.setdefault(id(column), column[(slice(None),) * axis + (points,)])
+
+    def part(legs: Legs) -> Legs:
+        columns = {name: view(getattr(legs, name)) for name in (*_COLUMNS, "departure", "arrival", "caustic")}
+        glints = legs.glints
+        if glints is not None:
+            glints = replace(glints, phasor=view(glints.phasor), bed_quanta=view(glints.bed_quanta, 2))
+        return replace(legs, aperture_expansion=view(legs.aperture_expansion, 2), glints=glints, **columns)
+
+    first = part(sets[0])
+    return first, first if sets[1] is sets[0] else part(sets[1])
+
+
 def ray_name(family: str, branch: int) -> str:
     """Name of one ray of a family: D for the first, D2 for the second, by launch angle."""
     return f"{family}{branch + 1}" if branch else family

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from insonify.records._pair_strengths_kernel import amplitude_weights, separable_strengths
-from insonify.records.legs import Legs
+from insonify.records.legs import Legs, ray_name
 from insonify.scene.scatterers import BOUNDARY_ECHO, Scatterers
 
 Floats = NDArray[np.float64]
@@ -129,8 +129,11 @@ class Pairs:
 
     def rays(self) -> list[tuple[str, str]]:
         """Transmit and receive ray of each ordered pair: its family, with a number where a family has several rays."""
-        out, back = self.out.ray_names, self.back.ray_names
-        return [(out[i], back[j]) for i, j in self.pair]
+        out, back = (
+            {row: ray_name(legs.families[row], legs.branch[row]) for row in set(column.tolist())}
+            for legs, column in zip((self.out, self.back), self.pair.T, strict=True)
+        )
+        return [(out[i], back[j]) for i, j in self.pair.tolist()]
 
     def positions(self, row: int) -> Floats:
         """Positions from which one ordered pair returns its echoes: those of the scatterers [m], shape (n, 3).

@@ -8,17 +8,19 @@ their random delays; a pair of legs and its reverse keep all of it. That matrix 
 and each column of L makes a copy of the block, of fewer and fewer replicas, that interferes as in homogeneous water.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from insonify.propagation.delay_field import DelayField
+from insonify.records.legs import Legs
 from insonify.records.pairs import Pairs
 from insonify.sonar.ping_geometry import PingGeometry
 
 Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
 NEGLIGIBLE = 1e-3
 """Elements of L below this at all points are left out: a millionth of the energy [1]."""
 SAMPLE_POINTS = 256
@@ -27,48 +29,82 @@ DIAGONAL_LOADING = 1e-9
 """Added to the diagonal of K, so that equal replicas keep it positive definite [1]."""
 
 
-def split_by_coherence(pairs: Pairs, field: DelayField | None, ping_geometry: PingGeometry) -> Iterator[Pairs]:
+def split_by_coherence(
+    parts: Sequence[Pairs], field: DelayField | None, ping_geometry: PingGeometry
+) -> Iterator[Pairs]:  # fmt: skip
     """Yield blocks that a block is split into, whose intensities add, each as if the water were homogeneous.
 
     Args:
-        pairs: Pairs of one block; returned as they are where the water is homogeneous.
+        parts: Parts of one block, with the same legs, that do not interfere; unchanged where the water is homogeneous.
         field: Random delays in the water; None: homogeneous water.
         ping_geometry: The sonar at this ping.
     """
-    if field is None or field.inhomogeneity.rms_index == 0 or len(pairs.pair) < 2 or not len(pairs.scatterers):
-        yield pairs
+    if field is None or field.inhomogeneity.rms_index == 0 or not len(parts[0].scatterers):
+        yield from parts
         return
-    monostatic = pairs.out is pairs.back
-    # legs of one family share their random delay, as do the two orders of a pair
-    family_rows = [np.array([legs.families.index(name) for name in legs.families]) for legs in (pairs.out, pairs.back)]
-    family_pairs = np.column_stack([rows[legs] for rows, legs in zip(family_rows, pairs.pair.T, strict=True)])
-    sorted_pairs = np.sort(family_pairs, axis=1) if monostatic else family_pairs
-    replicas, replica_row = np.unique(sorted_pairs, axis=0, return_inverse=True)
-    replica_row = replica_row.ravel()
-    # consecutive points are neighbours and share the water
-    sample_points = np.arange(0, len(pairs.scatterers), max(1, len(pairs.scatterers) // SAMPLE_POINTS))
-    # a moving surface makes many legs, of which each part of a block has few
-    if monostatic:
-        legs, leg_index = np.unique(replicas, return_inverse=True)
-        sides, replica_legs = [(pairs.out, ping_geometry.transmit_position, legs)], leg_index.reshape(replicas.shape)
-    else:
-        (out, first), (back, second) = (np.unique(column, return_inverse=True) for column in replicas.T)
-        sides = [(pairs.out, ping_geometry.transmit_position, out), (pairs.back, ping_geometry.receive_position, back)]
-        replica_legs = np.column_stack([first.ravel(), second.ravel() + len(out)])
-    coherence = _mean_products(
-        replica_legs, field.covariance(sides, pairs.scatterers.position, sample_points), ping_geometry.frequency
-    )
-    lower = np.linalg.cholesky(coherence + DIAGONAL_LOADING * np.eye(len(replicas)))
-    represented = np.diff(np.append(sample_points, len(pairs.scatterers)))
-    for column in range(len(replicas)):
-        factor = lower[:, :, column].T  # (replicas, sampled points)
-        rows = np.flatnonzero((np.abs(factor).max(axis=1) >= NEGLIGIBLE)[replica_row])
-        if len(rows):
-            subset, factors = pairs.select(rows), np.repeat(factor[replica_row[rows]], represented, axis=1)
-            yield replace(subset, stored_strengths=subset.strength * factors)
+    factors: _CoherenceFactors | None = None  # a moving surface makes many parts, of few different pairs of families
+    for pairs in parts:
+        if len(pairs.pair) < 2:
+            yield pairs
+            continue
+        factors = factors or _CoherenceFactors(pairs, field, ping_geometry)
+        yield from factors.copies(pairs)
 
 
-def _mean_products(replicas: NDArray[np.int64], covariance: Floats, frequency: float) -> Floats:
+class _CoherenceFactors:
+    """Factors L of the parts of one block: one factor for all parts with the same pairs of families."""
+
+    def __init__(self, pairs: Pairs, field: DelayField, ping_geometry: PingGeometry) -> None:
+        """Evaluate the covariance of the delays of all families of a block.
+
+        Args:
+            pairs: Some of its pairs.
+            field: Random delays in the water.
+            ping_geometry: The sonar at this ping.
+        """
+        self.frequency, self.is_monostatic = ping_geometry.frequency, pairs.out is pairs.back
+        count = len(pairs.scatterers)
+        # consecutive points are neighbours and share the water
+        self.sample_points = np.arange(0, count, max(1, count // SAMPLE_POINTS))
+        self.represented = np.diff(np.append(self.sample_points, count))
+        # legs of one family share their random delay, as do the two orders of a pair
+        ends = [(pairs.out, ping_geometry.transmit_position), (pairs.back, ping_geometry.receive_position)]
+        sides, self.family_rows = list[tuple[Legs, Floats, Integers]](), list[Integers]()
+        for legs, position in ends[:1] if self.is_monostatic else ends:
+            first = np.array([legs.families.index(name) for name in legs.families])
+            rows, number = np.unique(first, return_inverse=True)
+            self.family_rows.append(number + sum(len(others) for _, _, others in sides))
+            sides.append((legs, position, rows))
+        self.covariance = field.covariance(sides, pairs.scatterers.position, self.sample_points)
+        self.factors = dict[bytes, Floats]()
+
+    def copies(self, pairs: Pairs) -> Iterator[Pairs]:
+        """Yield the copies of one part, see the module."""
+        families = np.column_stack([self.family_rows[0][pairs.pair[:, 0]], self.family_rows[-1][pairs.pair[:, 1]]])
+        families = np.sort(families, axis=1) if self.is_monostatic else families
+        count = self.covariance.shape[-1]
+        number, replica_row = np.unique(families @ [count, 1], return_inverse=True)
+        replicas = np.column_stack([number // count, number % count])
+        key = replicas.tobytes()
+        if key not in self.factors:
+            self.factors[key] = self._factor(replicas)
+        lower = self.factors[key]
+        for column in range(len(replicas)):
+            factor = lower[:, :, column].T  # (replicas, sampled points)
+            rows = np.flatnonzero((np.abs(factor).max(axis=1) >= NEGLIGIBLE)[replica_row])
+            if len(rows):
+                subset, factors = pairs.select(rows), np.repeat(factor[replica_row[rows]], self.represented, axis=1)
+                yield replace(subset, stored_strengths=subset.strength * factors)
+
+    def _factor(self, replicas: Integers) -> Floats:
+        """Factor L of some replicas at the sampled points [1], shape (m, replicas, replicas)."""
+        legs, replica_legs = np.unique(replicas, return_inverse=True)
+        covariance = np.ascontiguousarray(self.covariance[:, legs[:, None], legs])
+        coherence = _mean_products(replica_legs.reshape(replicas.shape), covariance, self.frequency)
+        return np.asarray(np.linalg.cholesky(coherence + DIAGONAL_LOADING * np.eye(len(replicas))))
+
+
+def _mean_products(replicas: Integers, covariance: Floats, frequency: float) -> Floats:
     """Mean product of every two replicas, re that without random delays [1], shape (n, replicas, replicas)."""
     leg_count = np.zeros((len(replicas), covariance.shape[-1]))
     for row, (i, j) in enumerate(replicas):

@@ -161,10 +161,9 @@ class IncoherentAccumulator:
             transmit_weights: Weights of the transmit legs, from `weights`.
             receive_weights: Weights of the receive legs, from `weights`.
         """
-        for part in coherent_subsets(pairs):
-            for copy in split_by_coherence(part, self.delay_field, self.ping_geometry):
-                for one, *shares in self.replica_jitter.expected_parts(copy):
-                    self._add_scatterers(energies, one, transmit_weights, receive_weights, *shares)
+        for copy in split_by_coherence(coherent_subsets(pairs), self.delay_field, self.ping_geometry):
+            for one, *shares in self.replica_jitter.expected_parts(copy):
+                self._add_scatterers(energies, one, transmit_weights, receive_weights, *shares)
 
     def _add_scatterers(
         self, energies: IntensityBuffer, pairs: Pairs, transmit_weights: Complexes, receive_weights: Complexes,

@@ -1,0 +1,64 @@
+"""Cross sections of the ordered pairs of legs at scatterers under any law but separable ones and smooth faces."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.records.legs import Legs
+from insonify.scattering.compiled_law import CompiledLaw
+from insonify.scattering.point_target import PointTargetLaw
+from insonify.scene.scatterers import Law, Scatterers
+
+Floats = NDArray[np.float64]
+
+
+def cross_sections(
+    scatterers: Scatterers, law: Law, out: Legs, back: Legs, pair: NDArray[np.int64],
+    amplitude_weight: NDArray[np.float32] | None = None,
+) -> Floats:  # fmt: skip
+    """Cross section of each ordered pair [1], shape (p, n); missing legs and pairs get zero weight later."""
+    i, j = pair.T
+    if out.arrival is back.arrival:
+        # every law is reciprocal: the two orders of a pair are evaluated once
+        unique, inverse = np.unique(np.sort(pair, axis=1), axis=0, return_inverse=True)
+        if len(unique) < len(pair):
+            unique_weight = (
+                None if amplitude_weight is None else amplitude_weight[np.unique(inverse.ravel(), return_index=True)[1]]
+            )
+            return cross_sections(scatterers, law, out, back, unique, unique_weight)[inverse.ravel()]
+    if isinstance(law, CompiledLaw):
+        return _compiled_sections(law, scatterers.normal, out, back, pair, amplitude_weight)
+    if isinstance(law, PointTargetLaw):
+        return np.broadcast_to(law.cross_section(*np.zeros((3, 1))), (len(pair), len(scatterers)))
+    # On a flat boundary all legs to and from one position share one bearing.
+    is_flat = scatterers.boundary != "target" and bool(np.all(scatterers.normal[:, :2] == 0))
+    if out is back and is_flat:
+        azimuth = np.array(np.pi)
+    else:  # pair by pair, which saves the memory of vectors for all
+        azimuths = [_azimuth(scatterers.normal, out.arrival[a], back.arrival[b]) for a, b in pair]
+        azimuth = np.array(azimuths).reshape(len(pair), len(scatterers))
+    return np.asarray(law.cross_section(np.abs(out.grazing[i]), np.abs(back.grazing[j]), azimuth))
+
+
+def _compiled_sections(
+    law: CompiledLaw, normal: Floats, out: Legs, back: Legs, pair: NDArray[np.int64],
+    amplitude_weight: NDArray[np.float32] | None,
+) -> Floats:  # fmt: skip
+    """Cross sections by a compiled law, 0 where a pair is not evaluated [1], shape (p, n)."""
+    sections = np.zeros((len(pair), len(normal)))
+    for row, (i, j) in enumerate(pair):
+        columns = (
+            slice(None)
+            if amplitude_weight is None or amplitude_weight[row].all()
+            else np.flatnonzero(amplitude_weight[row])
+        )
+        sections[row, columns] = law.cross_section(
+            out.arrival[i, columns].T, -back.arrival[j, columns].T, normal[columns].T
+        )
+    return sections
+
+
+def _azimuth(normal: Floats, arriving: Floats, leaving: Floats) -> Floats:
+    """Bistatic azimuth between two rays towards the scatterer, in its plane, pi for backscatter [rad]."""
+    a, b = (ray - np.sum(ray * normal, axis=-1, keepdims=True) * normal for ray in (arriving, leaving))
+    cross = np.sum(np.cross(a, b) * normal, axis=-1)
+    return np.asarray(np.pi - np.abs(np.arctan2(cross, np.sum(a * b, axis=-1))))
