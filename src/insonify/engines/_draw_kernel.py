@@ -156,20 +156,20 @@ def _bound_squares(
     density, max_probability, is_peaked = shares[0][t], shares[1][t], shares[3][t]
     linear_below, min_probability = shares[4], shares[5]
     count = _subdivided_parts(max_probability, is_peaked) * (SIDE // SQUARE) ** 2
-    each = SIDE // SQUARE
+    squares_per_part = SIDE // SQUARE
     north, east, c, s = frame
     positions, gain, n = np.empty((count, 2)), np.empty(count), 0
     for i in range(SQUARES):
         for j in range(SQUARES):
-            top[i, j] = max_probability[i // each, j // each]
-            if is_peaked[i // each, j // each] and top[i, j] * SIDE * SIDE > MIN_SUBDIVIDED:
+            top[i, j] = max_probability[i // squares_per_part, j // squares_per_part]
+            if is_peaked[i // squares_per_part, j // squares_per_part] and top[i, j] * SIDE * SIDE > MIN_SUBDIVIDED:
                 x, y = (a0 + (i + 0.5) * SQUARE) * pitch, (b0 + (j + 0.5) * SQUARE) * pitch
                 positions[n, 0], positions[n, 1], n = north + c * x - s * y, east + s * x + c * y, n + 1
     gain_re_threshold(gains, positions, np.full(count, SQUARE * pitch * math.sqrt(0.5)), gain)
     n = 0
     for i in range(SQUARES):
         for j in range(SQUARES):
-            if is_peaked[i // each, j // each] and top[i, j] * SIDE * SIDE > MIN_SUBDIVIDED:
+            if is_peaked[i // squares_per_part, j // squares_per_part] and top[i, j] * SIDE * SIDE > MIN_SUBDIVIDED:
                 top[i, j], n = (
                     min(top[i, j], density * keep_probability_of(gain[n], linear_below, min_probability)),
                     n + 1,
