@@ -18,7 +18,7 @@ class GainBounds(NamedTuple):
     """Upper bounds of the gain over n tiles."""
 
     density: Floats
-    """Fraction of the scatterers that fills the sonar's cells: tile levels come in powers of two, shape (n,)."""
+    """Fraction of the scatterers that fills the sonar's cells: tile scales come in powers of two, shape (n,)."""
     tile_gain: Floats
     """Largest gain anywhere in each, re that above which all are kept, shape (n,)."""
     centre_gain: Floats
@@ -51,12 +51,12 @@ def keep_probabilities(gain: Floats, linear_below: float, min_probability: float
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def grid_positions(
-    level: Integers, along: Integers, across: Integers, rows: Integers, part: Floats, frame: GridFrame, position: Floats
+    scale: Integers, along: Integers, across: Integers, rows: Integers, part: Floats, frame: GridFrame, position: Floats
 ) -> None:
     """North and east at the same parts of the sides of some tiles [m], into there (rows * parts * parts, 2).
 
     Args:
-        level: Level of each tile, shape (tiles,).
+        scale: Scale of each tile, shape (tiles,).
         along: Number of each along the scatterer grid's first axis, shape (tiles,).
         across: Along its second, shape (tiles,).
         rows: Rows of the requested tiles.
@@ -67,7 +67,7 @@ def grid_positions(
     north, east, c, s = frame
     n = 0
     for t in rows:
-        side = TILE * (BASE_PITCH * 2.0 ** level[t])
+        side = TILE * (BASE_PITCH * 2.0 ** scale[t])
         for i in range(part.size):
             a = (along[t] + part[i]) * side
             for j in range(part.size):

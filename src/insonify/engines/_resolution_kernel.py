@@ -144,7 +144,7 @@ def _distance(x: float, y: float, point: Floats) -> float:
 
 @njit(cache=True, nogil=True)
 def tiles_between(low: Integers, high: Integers, along: Integers, across: Integers) -> None:
-    """Numbers of the tiles of one level from one corner to another, row by row, into along and across (n,)."""
+    """Numbers of the tiles of one scale from one corner to another, row by row, into along and across (n,)."""
     n = 0
     for i in range(low[0], high[0] + 1):
         for j in range(low[1], high[1] + 1):
@@ -156,7 +156,7 @@ def tiles_in_reach(
     pitch: float, along: Integers, across: Integers, area: ReceivableArea, frame: GridFrame, centre: Floats,
     centre_position: Floats,
 ) -> int:  # fmt: skip
-    """Tiles of one level that are near enough to both ends; they move to the front, and their number is returned.
+    """Tiles of one scale that are near enough to both ends; they move to the front, and their number is returned.
 
     Args:
         pitch: Side of their cells [m].
@@ -197,10 +197,10 @@ def tiles_above_floor(bound: Floats, floor: float, along: Integers, across: Inte
 def subdivide_tiles(
     scale: int, along: Integers, across: Integers, finest: Floats
 ) -> tuple[Integers, Integers, Floats, Integers, Integers]:
-    """Tiles of one level that are fine enough, and those of the next finer level that the others are cut into.
+    """Tiles of one scale that are fine enough, and those of the next finer scale that the others are cut into.
 
     Args:
-        scale: Level of each tile.
+        scale: Scale of the tiles: side of a cell re BASE_PITCH, as a power of two.
         along: Number of each along the scatterer grid's first axis, shape (n,).
         across: Along its second, shape (n,).
         finest: Smallest area that one scatterer may represent in each [m^2], shape (n,).

@@ -52,14 +52,14 @@ class AzimuthSlices(NamedTuple):
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def sample_profiles(
-    lines: ProfileLines, level: float, heightmap: HeightmapTiles, missing: NDArray[np.bool_], done: NDArray[np.bool_],
+    lines: ProfileLines, plane: float, heightmap: HeightmapTiles, missing: NDArray[np.bool_], done: NDArray[np.bool_],
     depth: Floats,
 ) -> bool:  # fmt: skip
     """Depths of the seabed along lines, linear between the nodes of the map.
 
     Args:
         lines: The lines, s of them.
-        level: Depth of the plane from which heights are counted [m].
+        plane: Depth of the plane from which heights are counted [m].
         heightmap: Tiles of terrain heights.
         missing: Result, True for the tiles that are missing, (rows, columns) of tiles.
         done: True for runs of `SAMPLES_PER_RUN` samples of a zone that are complete already, (runs,).
@@ -68,7 +68,7 @@ def sample_profiles(
     Returns:
         Whether all is done.
     """
-    all_complete, plane_depth, run, firsts, direction = True, np.float32(level), 0, lines.firsts, lines.direction
+    all_complete, plane_depth, run, firsts, direction = True, np.float32(plane), 0, lines.firsts, lines.direction
     node_offset, cell_fraction = np.empty(SAMPLES_PER_RUN, np.uint32), np.empty((2, SAMPLES_PER_RUN + 1), np.float32)
     for zone in range(firsts.size - 1):
         for begin in range(firsts[zone], firsts[zone + 1], SAMPLES_PER_RUN):

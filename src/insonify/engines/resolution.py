@@ -1,6 +1,6 @@
 """Resolution cells, and the density of a boundary's scatterers that follows from them over the whole track.
 
-The level of each tile follows from its nearest distance to the whole track, never from one ping, so a position has the
+The scale of each tile follows from its nearest distance to the whole track, never from one ping, so a position has the
 same scatterers in every ping. A ping uses the tiles in reach of its window and beams.
 """
 
@@ -168,7 +168,7 @@ def tiles_in_view(
     families: tuple[str, ...], resolution: Resolution, beam_floor: float, *, rise: float = 0.0, widest: float = np.inf,
     glints: GlintSpread | None = None, images: tuple[FaceImage, ...] = (),
 ) -> tuple[Tiles, Floats]:  # fmt: skip
-    """The tiles of a boundary that one ping can receive, each at the level that the whole track requests.
+    """The tiles of a boundary that one ping can receive, each at the scale that the whole track requests.
 
     Args:
         ping_geometry: The sonar at this ping.

@@ -1,7 +1,7 @@
 """Volume scatterers: density of points in the water by the sonar's resolution, and those in reach of one ping.
 
 A resolution cell is as long as the pulse, as wide as the finest beam, and as tall as that beam or the scattering layer.
-For coherent pressure a cell has points of the water's own lattice, at a level that follows from the whole track. For an
+For coherent pressure a cell has points of the water's own lattice, at a scale that follows from the whole track. For an
 expectation, points lie on even shells about the sonar: on a sphere equal heights hold equal areas (Archimedes), so
 that a cell of slant range R, azimuth and depth is R dR d(azimuth) dz large.
 """
@@ -43,7 +43,7 @@ CUBES_PER_BLOCK = 64
 MAX_CUBES = 1_600_000
 """Largest number of blocks of one ping, 64 points each."""
 COUNTED = 20_000
-"""Blocks of one level by which those of one ping are counted: to 1 % [1]."""
+"""Blocks of one scale by which those of one ping are counted: to 1 % [1]."""
 MAX_TILES = 800_000
 """Largest number of tiles of quadrature points, 128 points each."""
 MIN_RANGE = 1.0
@@ -107,7 +107,7 @@ class VolumeScatterers:
         try:
             if quadrature:
                 return float(len(self._shells()) * SHELLS_PER_TILE * SECTORS_PER_TILE)
-            return sum(float(share * len(cubes.level)) for share, cubes in self._levels(COUNTED)) * CELLS**3
+            return sum(float(share * len(cubes.level)) for share, cubes in self._scales(COUNTED)) * CELLS**3
         except ValueError:
             return float("inf")
 
@@ -130,11 +130,11 @@ class VolumeScatterers:
         return self.scene.water.layers(max_water_depth(self.scene.seabed))
 
     def cubes(self) -> WaterBlocks:
-        """The cubes of drawn points that this ping can receive, each at the level that the whole track requests."""
-        return WaterBlocks(*map(np.concatenate, zip(*(cubes for _, cubes in self._levels()), strict=True)))
+        """The cubes of drawn points that this ping can receive, each at the scale that the whole track requests."""
+        return WaterBlocks(*map(np.concatenate, zip(*(cubes for _, cubes in self._scales()), strict=True)))
 
-    def _levels(self, counted: int | None = None) -> Iterator[tuple[float, WaterBlocks]]:
-        """The cubes of each level, and the number of cubes that each stands for.
+    def _scales(self, counted: int | None = None) -> Iterator[tuple[float, WaterBlocks]]:
+        """The cubes of each scale, and the number of cubes that each stands for.
 
         Args:
             counted: Largest number of cubes that are divided further, at random; None: all are.
@@ -142,12 +142,12 @@ class VolumeScatterers:
         ping_geometry, lattice = self.ping_geometry, self.scene.seabed.scatterer_grid
         farthest = self._farthest
         grid_position = lattice.from_world(ping_geometry.transmit_position[:2])
-        level = 3 * max(0, int(np.ceil(np.log2(max(farthest, 1.0) / (CELLS * BASE_PITCH)))))
-        side = CELLS * BASE_PITCH * 2.0 ** (level // 3)
+        scale = 3 * max(0, int(np.ceil(np.log2(max(farthest, 1.0) / (CELLS * BASE_PITCH)))))
+        side = CELLS * BASE_PITCH * 2.0 ** (scale // 3)
         first, last = (np.floor((grid_position + sign * farthest) / side).astype(np.int64) for sign in (-1, 1))
         stop = int(np.ceil(max_water_depth(self.scene.seabed) / side))
         grid = np.mgrid[first[0] : last[0] + 1, first[1] : last[1] + 1, 0:stop].reshape(3, -1)
-        cubes = WaterBlocks(np.full(grid.shape[1], level), *grid)
+        cubes = WaterBlocks(np.full(grid.shape[1], scale), *grid)
         share, total, draw = 1.0, 0.0, np.random.default_rng(self.seed)
         while len(cubes.level):
             cubes, fine = self._refine(cubes)

@@ -58,9 +58,9 @@ class LegColumns(NamedTuple):
 
 
 class Transmitter(NamedTuple):
-    """Transmitter: level, velocity and beam patterns of the transmitting end."""
+    """Transmitter: source pressure, velocity and beam patterns of the transmitting end."""
 
-    level: float
+    source_pressure: float
     """Pressure at 1 m [uPa]."""
     velocity: Floats
     """Velocity at the start of the ping [m/s], (3,)."""
@@ -225,7 +225,10 @@ def _transmit_leg(
         c[_TIME + k], mach, amplitude_factor = transmitter_motion_of_leg(
             c[_NORTH + k], c[_EAST + k], c[_DOWN + k], c[_LENGTH + k], velocity, middle, slowness
         )
-        c[_DOPPLER + k], c[_WEIGHT + k] = 1 / (1 - mach), transmitter.level * amplitude_factor * c[_FACTOR + k]
+        c[_DOPPLER + k], c[_WEIGHT + k] = (
+            1 / (1 - mach),
+            transmitter.source_pressure * amplitude_factor * c[_FACTOR + k],
+        )
     _array_cosines(axes, count, c)
     _apply_element_pattern(beams, count, c)
     if transmit_cosine.shape[0]:
