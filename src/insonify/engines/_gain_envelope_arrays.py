@@ -143,9 +143,7 @@ def _gain_over_threshold(gains: EnvelopeArguments, position: Floats, radius: Flo
         part = slice(first, first + BATCH)
         distance = np.hypot(*(position[part] - middle).T)
         ends = (distance - radius[part], distance + radius[part])
-        threshold = np.minimum(
-            *(_between_nodes(edge, *_node_below(distance_from_end, last, len(edge))) for distance_from_end in ends)
-        )
+        threshold = np.minimum(*(_between_nodes(edge, *_node_below(end, last, len(edge))) for end in ends))
         gain[part] = _two_way_gain(out, back, same_beams, position[part], radius[part]) / np.maximum(threshold, weakest)
 
 

@@ -88,7 +88,7 @@ def cosine_spreads(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def glint_bounds(
-    direction: Floats, margin: Floats, horizontal_direction: Floats, spread: GlintDeviations, beams: BeamMajorants,
+    direction: Floats, margin: Floats, horizontal: Floats, spread: GlintDeviations, beams: BeamMajorants,
     out: Floats,
 ) -> None:  # fmt: skip
     """Bound of every beam's magnitude within some deviations of the glints of n neighbourhoods, into out (n,).
@@ -96,7 +96,7 @@ def glint_bounds(
     Args:
         direction: Unit vectors of departure off a calm surface, shape (n, 3).
         margin: How far from them rays to the neighbourhood can leave [rad], shape (n,).
-        horizontal_direction: Horizontal directions to the neighbourhoods [1], shape (n, 2).
+        horizontal: Horizontal directions to the neighbourhoods [1], shape (n, 2).
         spread: Deviations of the glints.
         beams: The beams.
         out: Result.
@@ -106,7 +106,7 @@ def glint_bounds(
         cos_margin, sin_margin = math.cos(min(margin[n], math.pi)), math.sin(min(margin[n], math.pi))
         w, u, v = array_cosines(beams.axes, direction[n, 0], direction[n, 1], direction[n, 2])
         su, sv = cosine_spreads(
-            horizontal_direction[n, 0], horizontal_direction[n, 1], direction[n, 2], tilt[n], turn[n], spread.slopes,
+            horizontal[n, 0], horizontal[n, 1], direction[n, 2], tilt[n], turn[n], spread.slopes,
             beams.axes,
         )  # fmt: skip
         su, sv = spread.reach * su, spread.reach * sv

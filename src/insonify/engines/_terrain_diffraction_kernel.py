@@ -111,22 +111,22 @@ def find_crests(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def negligible_beyond(crest_distance: float, hollow_depth: float, wavelength: float) -> float:
+def negligible_beyond(distance: float, hollow_depth: float, wavelength: float) -> float:
     """Horizontal distance from which on a crest changes rays that clear it by less than `NEGLIGIBLE_CHANGE` [m].
 
     The hollow behind it is too shallow for the Fresnel zone, however near it a ray passes, see
     `insonify.propagation.knife_edge_kernel.crest_is_negligible`.
 
     Args:
-        crest_distance: Distance of the crest [m].
+        distance: Distance of the crest [m].
         hollow_depth: Depth of the hollow [m].
         wavelength: Acoustic wavelength [m].
     """
     left = (
         0.999 * 2 * NEGLIGIBLE_CHANGE * wavelength / (2 * math.pi * max(hollow_depth * hollow_depth, 1e-30))
-        - 1 / crest_distance
+        - 1 / distance
     )
-    return crest_distance + max(1 / left, wavelength) if left > 0 else np.inf
+    return distance + max(1 / left, wavelength) if left > 0 else np.inf
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -249,9 +249,9 @@ def strongest_crest_factor(
     stretch, factor, max_change = math.sqrt(1 + slope * slope), 1 + 0j, 0.0
     length, cosine = distance * stretch, 1 / stretch
     if blocking_sample >= 0:
-        crest_distance = (blocking_sample + 1) * step
-        high = sense * (slope - launch[s, blocking_sample]) * crest_distance * cosine
-        factor = crest_diffraction_factor(high, ENDLESS, length - crest_distance * stretch, length, wavelength, table)
+        reach = (blocking_sample + 1) * step
+        high = sense * (slope - launch[s, blocking_sample]) * reach * cosine
+        factor = crest_diffraction_factor(high, ENDLESS, length - reach * stretch, length, wavelength, table)
         max_change = (1 - factor.real) ** 2 + factor.imag**2
     for number in range(last, max(last - MAX_CRESTS, -1), -1):
         at, above = float(crests[s, number, 0]), sense * (slope - crests[s, number, 1])
@@ -259,9 +259,9 @@ def strongest_crest_factor(
             break
         if above < 0 and distance > crests[s, number, 3]:
             continue
-        crest_distance = (at + 1) * step
+        reach = (at + 1) * step
         clear, hollow_depth, behind = (
-            above * crest_distance * cosine, crests[s, number, 2] * cosine, length - crest_distance * stretch,
+            above * reach * cosine, crests[s, number, 2] * cosine, length - reach * stretch,
         )  # fmt: skip
         if clear < 0 and crest_is_negligible(
             -clear, hollow_depth, behind, length, wavelength, max(NEGLIGIBLE_CHANGE * NEGLIGIBLE_CHANGE, max_change)

@@ -102,17 +102,17 @@ def select_pairs(
         _bin_lookup(), scatterer_id, np.uint64(high << 32 | low), range_bin, number,
     )  # fmt: skip
     span = slice(nearest_bin, farthest_bin + 1) if len(scatterer_id) else slice(0, 0)
-    significant = significant_families(families, energy_fraction, ping_geometry, span)
-    rows = [families.index(name) for name in significant]
+    names = significant_families(families, energy_fraction, ping_geometry, span)
+    rows = [families.index(name) for name in names]
     keep_probability = _keep_probabilities(
         energy_fraction[np.ix_(rows, rows)] * _elevation_cells(ping_geometry)
     ).astype(np.float32)
     if (keep_probability[..., span] >= 1).all():
-        return PairSelection(significant, None, None)
-    is_evaluated = np.empty((len(significant), len(scatterer_id)), bool)
+        return PairSelection(names, None, None)
+    is_evaluated = np.empty((len(names), len(scatterer_id)), bool)
     mark_sampled_families(number, range_bin, keep_probability.max(axis=1), is_evaluated)
     return PairSelection(
-        significant, is_evaluated, PairSampling(number, range_bin, keep_probability.reshape(len(significant) ** 2, -1))
+        names, is_evaluated, PairSampling(number, range_bin, keep_probability.reshape(len(names) ** 2, -1))
     )
 
 
@@ -327,10 +327,8 @@ def _gains(
             horizontal, down = np.hypot(path[..., 0], path[..., 1]), np.arcsin(np.clip(path[..., 2], -1, 1))
             for off in ELEVATION_DEVIATIONS:
                 turned = down + off * rise
-                horizontal_component = path[..., :2] * (np.cos(turned) / np.maximum(horizontal, 1e-12))[..., None]
-                mean += (
-                    beams.gain(np.concatenate([horizontal_component, np.sin(turned)[..., None]], axis=-1))[rows] ** 2
-                )
+                flat = path[..., :2] * (np.cos(turned) / np.maximum(horizontal, 1e-12))[..., None]
+                mean += beams.gain(np.concatenate([flat, np.sin(turned)[..., None]], axis=-1))[rows] ** 2
             mean /= 1 + len(ELEVATION_DEVIATIONS)
         return np.asarray(mean)
 

@@ -106,11 +106,9 @@ class PolarGrid:
             )  # fmt: skip
             return np.asarray(tiles[(bound >= floor) & (far > 0)])
 
-        sectors = RINGS_PER_TILE // SECTORS_PER_TILE
-        wide = within_beams(self.tiles[self.tiles[:, 1] % sectors == 0] // (1, sectors), RINGS_PER_TILE)
-        strips = np.stack(
-            [np.repeat(wide[:, 0], sectors), (wide[:, 1, None] * sectors + np.arange(sectors)).ravel()], -1
-        )
+        factor = RINGS_PER_TILE // SECTORS_PER_TILE
+        wide = within_beams(self.tiles[self.tiles[:, 1] % factor == 0] // (1, factor), RINGS_PER_TILE)
+        strips = np.stack([np.repeat(wide[:, 0], factor), (wide[:, 1, None] * factor + np.arange(factor)).ravel()], -1)
         return within_beams(strips, SECTORS_PER_TILE)
 
     def gains(self, tiles: NDArray[np.int64], beam_importance: BeamImportance) -> Floats:
@@ -178,14 +176,14 @@ class PolarGrid:
             keep_probability: Of `keep_probabilities`; None: all points are kept.
             strips: Narrower cells that each cell is cut into across.
         """
-        probability = np.ones((len(tiles), 1, SECTORS_PER_TILE)) if keep_probability is None else keep_probability
-        probability, count = (
-            np.repeat(probability, strips, axis=2), len(tiles) * RINGS_PER_TILE * SECTORS_PER_TILE * strips,
+        share = np.ones((len(tiles), 1, SECTORS_PER_TILE)) if keep_probability is None else keep_probability
+        share, count = (
+            np.repeat(share, strips, axis=2), len(tiles) * RINGS_PER_TILE * SECTORS_PER_TILE * strips,
         )  # fmt: skip
         position, area, key = np.empty((count, 2)), np.empty(count), np.empty(count, np.uint64)
         across = self.azimuth / strips
         n = kernel.kept_points(
-            tiles, probability, RINGS_PER_TILE, self.slant, self.height, across, self._origin, position, area,
+            tiles, share, RINGS_PER_TILE, self.slant, self.height, across, self._origin, position, area,
             key,
         )  # fmt: skip
         return position[:n], area[:n], key[:n] + np.uint64(strips - 1 << STRIP_BIT)

@@ -85,15 +85,13 @@ def _without_bottom_bounces(
     """The legs with their rows without bottom bounces as the seabed leaves them, the others as they are."""
     result = replace(legs, visibility=np.empty(legs.delay.shape, complex)) if soft else legs
     result.visibility[bounced] = legs.visibility[bounced]
-    unbounced_rows = [row for row in range(len(legs.families)) if row not in bounced]
-    if unbounced_rows:
-        rows_come_first = unbounced_rows == list(range(len(unbounced_rows)))
-        unbounced_legs = legs.first_rows(len(unbounced_rows)) if rows_come_first else leg_rows(legs, unbounced_rows)
-        occluded_legs = occlude_by_terrain(unbounced_legs, scatterers, position, terrain_occlusion, soft=soft)
+    unbounced = [row for row in range(len(legs.families)) if row not in bounced]
+    if unbounced:
+        leading = unbounced == list(range(len(unbounced)))
+        unbounced_legs = legs.first_rows(len(unbounced)) if leading else leg_rows(legs, unbounced)
+        occluded = occlude_by_terrain(unbounced_legs, scatterers, position, terrain_occlusion, soft=soft)
         for name in ("status", "occluder", "visibility"):
-            getattr(result, name)[slice(len(unbounced_rows)) if rows_come_first else unbounced_rows] = getattr(
-                occluded_legs, name
-            )
+            getattr(result, name)[slice(len(unbounced)) if leading else unbounced] = getattr(occluded, name)
     return result
 
 

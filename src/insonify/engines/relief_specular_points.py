@@ -167,10 +167,8 @@ def _write_refracted(
         across = sense * (points.position - end)[:, :2]
         rays = rays_to(points.position, end, water)
         cosine = np.minimum(rays[:, 0] * np.interp(end[2], water.depth, water.speed) / water.speed[0], 1.0)
-        horizontal_direction = across / np.maximum(np.linalg.norm(across, axis=1), 1e-12)[:, None]
-        getattr(result, name)[rows, 0] = np.column_stack(
-            [horizontal_direction * cosine[:, None], sense * np.sqrt(1 - cosine**2)]
-        )
+        horizontal = across / np.maximum(np.linalg.norm(across, axis=1), 1e-12)[:, None]
+        getattr(result, name)[rows, 0] = np.column_stack([horizontal * cosine[:, None], sense * np.sqrt(1 - cosine**2)])
         lengths += rays[:, 4]
     result.delay[rows, 0], result.length[rows, 0] = points.length / water.speed[0], lengths
     result.absorption[rows, 0] = np.exp(per_metre * lengths)

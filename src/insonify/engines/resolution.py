@@ -195,14 +195,12 @@ def tiles_in_view(
     )  # fmt: skip
     scale = max(FINEST_LEVEL, int(np.ceil(np.log2(window_range.farthest / (TILE * BASE_PITCH)))) + 1)
     side = TILE * BASE_PITCH * 2.0**scale
-    track_resolution = _TrackResolution(
-        ping_geometry, lattice, boundary_depth, resolution, window_range.farthest + side
-    )
+    track_cells = _TrackResolution(ping_geometry, lattice, boundary_depth, resolution, window_range.farthest + side)
     # from tiles that are all too coarse, few enough to be looked at one by one
     while (
         scale > FINEST_LEVEL
         and side * FIRST_TILES > window_range.farthest
-        and (side / TILE / 2) ** 2 > track_resolution.coarsest
+        and (side / TILE / 2) ** 2 > track_cells.coarsest
     ):
         scale, side = scale - 1, side / 2
     low, high = (np.floor((transmitter + sense * window_range.farthest) / side).astype(np.int64) for sense in (-1, 1))
@@ -221,7 +219,7 @@ def tiles_in_view(
             sufficient_gain=beam_floor, glints=glints, images=images,
         )  # fmt: skip
         n = kernel.tiles_above_floor(bound, beam_floor, along, across, centre)
-        finest = track_resolution.finest(centre[:n], np.full(n, half))
+        finest = track_cells.finest(centre[:n], np.full(n, half))
         *fine_tiles, density, along, across = kernel.subdivide_tiles(scale, along[:n], across[:n], finest)
         tiles_by_scale.append((np.full(len(density), scale), *fine_tiles, density))
         scale -= 1
@@ -290,12 +288,12 @@ class _TrackResolution:
         )
         self.ends = [
             (
-                lattice.from_world(track_extent.nearest_segments(position, reach + extra_reach)),
-                lattice.from_world(track_extent.hull_corners),
-                track_extent.polyline_error,
-                min_track_height(track_extent, boundary_depth),
+                lattice.from_world(extent.nearest_segments(position, reach + margin)),
+                lattice.from_world(extent.hull_corners),
+                extent.polyline_error,
+                min_track_height(extent, boundary_depth),
             )
-            for track_extent, position, extra_reach in zip(
+            for extent, position, margin in zip(
                 ping_geometry.track_extents, (transmit_position, ping_geometry.receive_position[:2]),
                 (0.0, separation), strict=False,
             )

@@ -209,20 +209,20 @@ def bodies_passed_over(
                 aside = x * v - y * u
                 if 4 * aside * aside > reach * square:
                     continue
-                near, far = 0.0, 1.0
+                first, last = 0.0, 1.0
                 for axis in range(2):
                     step, start = (x, position[0]) if axis == 0 else (y, position[1])
                     low, high = bounds[b, axis] - start, bounds[b, axis + 3] - start
                     if abs(step) < 1e-12:
                         if low > 0 or high < 0:
-                            near, far = 1.0, 0.0
+                            first, last = 1.0, 0.0
                     else:
-                        near = max(near, min(low / step, high / step))
-                        far = min(far, max(low / step, high / step))
-                if near > far:
+                        first = max(first, min(low / step, high / step))
+                        last = min(last, max(low / step, high / step))
+                if first > last:
                     continue
                 if fill == 1:
-                    legs[row], bodies[row], enter[row], leave[row] = n, b, near, far
+                    legs[row], bodies[row], enter[row], leave[row] = n, b, first, last
                 row += 1
         total = row
     return legs, bodies, enter, leave

@@ -105,9 +105,9 @@ class EigenrayTables:
         with self.lock:
             table = self.tables.pop(key) if key in self.tables else self._make(family, boundary, span)
             self.tables[key] = table  # most recently used last
-            alike = [table_key for table_key in self.tables if table_key[:2] == key[:2]] if self.domain.is_span else []
-            if len(alike) > KEPT:
-                del self.tables[alike[0]]
+            peers = [table_key for table_key in self.tables if table_key[:2] == key[:2]] if self.domain.is_span else []
+            if len(peers) > KEPT:
+                del self.tables[peers[0]]
         return table
 
     def _part(self, source_depth: float) -> tuple[int, tuple[float, float]]:

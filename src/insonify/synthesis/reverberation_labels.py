@@ -21,14 +21,9 @@ SEABED = "seabed"
 
 
 def add_swath(
-    buffer: LabelBuffer,
-    accumulator: IncoherentAccumulator,
-    swath: ReverberationSamples,
-    bins: BinGrid,
-    occluder_names: Mapping[int, str],
-    *,
-    is_fine: bool,
-) -> None:
+    buffer: LabelBuffer, accumulator: IncoherentAccumulator, swath: ReverberationSamples, bins: BinGrid,
+    occluder_names: Mapping[int, str], *, is_fine: bool,
+) -> None:  # fmt: skip
     """Add the seabed from a block of reverberation samples to the sums of labels.
 
     Args:
