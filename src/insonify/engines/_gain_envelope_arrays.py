@@ -138,12 +138,14 @@ def _two_way_gain(out: EnvelopeEnd, back: EnvelopeEnd, same_beams: bool, positio
 @gain_re_threshold.stand_in
 def _gain_over_threshold(gains: EnvelopeArguments, position: Floats, radius: Floats, gain: Floats) -> None:
     """Envelope of the two-way gain re that above which all scatterers are kept, into gain (n,) [1]."""
-    out, back, same_beams, edge, last, middle, weakest = gains
+    out, back, same_beams, threshold_at_nodes, last, middle, weakest = gains
     for first in range(0, len(gain), BATCH):
         part = slice(first, first + BATCH)
         distance = np.hypot(*(position[part] - middle).T)
         ends = (distance - radius[part], distance + radius[part])
-        threshold = np.minimum(*(_between_nodes(edge, *_node_below(end, last, len(edge))) for end in ends))
+        threshold = np.minimum(
+            *(_between_nodes(threshold_at_nodes, *_node_below(end, last, len(threshold_at_nodes))) for end in ends)
+        )
         gain[part] = _two_way_gain(out, back, same_beams, position[part], radius[part]) / np.maximum(threshold, weakest)
 
 

@@ -292,16 +292,18 @@ def gain_re_threshold(gains: EnvelopeArguments, position: Floats, radius: Floats
         radius: See `two_way_envelope`.
         result: Result.
     """
-    out, back, same_beams, edge, last, midpoint, weakest = gains
+    out, back, same_beams, threshold_at_nodes, last, midpoint, weakest = gains
     workspace, threshold = np.empty((_ROWS + 1) * BATCH), np.empty(BATCH)
     for first in range(0, result.size, BATCH):
         has_radius, size = _load_batch(position, radius, first, workspace)
         for n in range(size):
             x, y = position[first + n, 0] - midpoint[0], position[first + n, 1] - midpoint[1]
             distance = math.sqrt(x * x + y * y)
-            threshold[n] = _at_nodes(edge, last, distance - radius[first + n])
+            threshold[n] = _interpolate_nodes(threshold_at_nodes, last, distance - radius[first + n])
             if has_radius:
-                threshold[n] = min(threshold[n], _at_nodes(edge, last, distance + radius[first + n]))
+                threshold[n] = min(
+                    threshold[n], _interpolate_nodes(threshold_at_nodes, last, distance + radius[first + n])
+                )
             workspace[_SUFFICIENT * BATCH + n] = threshold[n]
         _two_way(out, back, same_beams, workspace, has_radius, size)
         for n in range(size):
@@ -309,8 +311,8 @@ def gain_re_threshold(gains: EnvelopeArguments, position: Floats, radius: Floats
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _at_nodes(value: Floats, last: float, distance: float) -> float:
-    """Value at the nodes read at a distance [m]."""
+def _interpolate_nodes(value: Floats, last: float, distance: float) -> float:
+    """Value interpolated between the nodes at a distance [m]."""
     among = _node(distance, last, value.size)
     row = min(int(among), value.size - 2)
     return value[row] + (among - row) * (value[row + 1] - value[row])
@@ -342,23 +344,23 @@ def max_two_way_gain(
         bearing[n] = axes[n % axes.size]
     best[:] = 0.0
     _raise_best(out, back, same_beams, distance, midpoint, node, bearing, best)
-    has_radius = math.pi / sectors.size
+    half_sector = math.pi / sectors.size
     node, bearing = np.arange(distance.size).repeat(sectors.size), np.empty(distance.size * sectors.size)
     for n in range(bearing.size):
         bearing[n] = sectors[n % sectors.size]
     for _ in range(halvings):
         position = _raise_best(out, back, same_beams, distance, midpoint, node, bearing, best)
         result = np.empty(node.size)
-        two_way_envelope(out, back, same_beams, position, has_radius * distance[node], result)
-        has_radius /= 2
+        two_way_envelope(out, back, same_beams, position, half_sector * distance[node], result)
+        half_sector /= 2
         hopeful = np.flatnonzero(result > best[node] * close)
         if hopeful.size == 0:
             return
         next_node, next_bearing = node[hopeful].repeat(2), np.empty(2 * hopeful.size)
         for n in range(hopeful.size):
             next_bearing[2 * n], next_bearing[2 * n + 1] = (
-                bearing[hopeful[n]] - has_radius,
-                bearing[hopeful[n]] + has_radius,
+                bearing[hopeful[n]] - half_sector,
+                bearing[hopeful[n]] + half_sector,
             )
         node, bearing = next_node, next_bearing
 

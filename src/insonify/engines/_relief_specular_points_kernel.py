@@ -89,7 +89,7 @@ def depth_derivatives(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _direction(
+def _path_gradient(
     north: float, east: float, depth: float, end: Floats, water: SurfaceWater
 ) -> tuple[float, float, float, float, float, float]:
     """Gradient of the length from an end to a point below it [1], slopes of the distance [1/m], and the length [m].
@@ -116,7 +116,7 @@ def _direction(
 def _second_derivatives(
     gradient: tuple[float, float, float, float, float, float], depth: float, water: SurfaceWater
 ) -> tuple[float, float, float, float, float, float]:
-    """Second derivatives of the length of `_direction` by north, east and depth: nn, ne, ee, nd, ed, dd [1/m]."""
+    """Second derivatives of the length of `_path_gradient` by north, east and depth: nn, ne, ee, nd, ed, dd [1/m]."""
     n, e, d, per, bend, _ = gradient
     if water.depth.size == 0:
         return (1 - n * n) * per, -n * e * per, (1 - e * e) * per, -n * d * per, -e * d * per, (1 - d * d) * per
@@ -138,7 +138,7 @@ def _path(north: float, east: float, terrain: TerrainSpline, ends: PathEnds, row
     row[:] = 0.0
     total_north = total_east = down = 0.0
     for end in (ends.begin, ends.stop):
-        gradient = _direction(north, east, depth, end, ends.water)
+        gradient = _path_gradient(north, east, depth, end, ends.water)
         nn, ne, ee, nd, ed, dd = _second_derivatives(gradient, depth, ends.water)
         row[0] += gradient[5]
         total_north += gradient[0]
@@ -190,8 +190,8 @@ def gradients_at_nodes(depth: Floats, margin: int, terrain: TerrainSpline, ends:
             east1 = (c[a - 1, b + 1] - c[a - 1, b - 1] + c[a + 1, b + 1] - c[a + 1, b - 1]) * half
             east1 += 4 * (c[a, b + 1] - c[a, b - 1]) * half
             north, east = terrain.north + a * terrain.step, terrain.east + b * terrain.step
-            begin_gradient = _direction(north, east, depth[a, b], ends.begin, ends.water)
-            stop_gradient = _direction(north, east, depth[a, b], ends.stop, ends.water)
+            begin_gradient = _path_gradient(north, east, depth[a, b], ends.begin, ends.water)
+            stop_gradient = _path_gradient(north, east, depth[a, b], ends.stop, ends.water)
             down = begin_gradient[2] + stop_gradient[2]
             gradient[0, i, j] = begin_gradient[0] + stop_gradient[0] + down * north1
             gradient[1, i, j] = begin_gradient[1] + stop_gradient[1] + down * east1

@@ -85,8 +85,8 @@ class EigenrayTables:
             return exact_rays(self.column, family, source_depth, depths, ranges)
         return FamilyRays(family, *table.rays(source_depth, depths, ranges))
 
-    def uses_table(self, family: str, boundary: Boundary, source_depth: float) -> bool:
-        """Return True if rays to points of a boundary are read from a table.
+    def covers_depth(self, family: str, boundary: Boundary, source_depth: float) -> bool:
+        """Return True if rays from a depth can be had: the table covers it, or there is none and the solver is exact.
 
         Args:
             family: Name of the family.

@@ -99,7 +99,7 @@ class RefractedRays:
         points = scatterers.position
 
         def rays_to(family: str, depth: float, ranges: Floats) -> FamilyRays:
-            if not self.tables.uses_table(family, scatterers.boundary, depth):
+            if not self.tables.covers_depth(family, scatterers.boundary, depth):
                 return FamilyRays(family, *no_rays(len(ranges), 1))
             return self.tables.rays(family, scatterers.boundary, depth, points[:, 2], ranges)
 
