@@ -90,9 +90,9 @@ class Simulator:
         """Geometry of one ping: of the side that a channel belongs to."""
         return self.ping_geometries(ping)[channel // self.scenario.sonar.beam_count]
 
-    def ping_geometries(self, ping: int, here: Platforms | None = None) -> list[PingGeometry]:
-        """Geometry of one ping for each side, in the order of its channels; here: other poses than the track's."""
-        return [side.at(ping) if here is None else side.posed(ping, here) for side in self._sides]
+    def ping_geometries(self, ping: int, poses: Platforms | None = None) -> list[PingGeometry]:
+        """Geometry of one ping for each side, in the order of its channels; poses: other ones than the track's."""
+        return [side.at(ping) if poses is None else side.posed(ping, poses) for side in self._sides]
 
     def expectation_accumulator(self, geometry: PingGeometry) -> IncoherentAccumulator | TracedAccumulator:
         """Accumulator of the expected intensity of one ping, by the scenario's engine."""
@@ -105,18 +105,18 @@ class Simulator:
 
     def incoherent_accumulator(self, geometry: PingGeometry) -> IncoherentAccumulator:
         """Accumulator of the expected intensity of one ping, by eigenrays."""
-        late, rows = delay_field(self.scenario), direction_powers(geometry, MAX_ROWS_PER_BEAM)
-        return IncoherentAccumulator(geometry, self.grid, self._jitter(geometry), self._table, late, rows)
+        delays, rows = delay_field(self.scenario), direction_powers(geometry, MAX_ROWS_PER_BEAM)
+        return IncoherentAccumulator(geometry, self.grid, self._jitter(geometry), self._table, delays, rows)
 
     def fast_reverberation(self, geometry: PingGeometry) -> FastReverberation | None:
         """Fast reverberation of one ping, where it applies."""
-        return None if self.tracer is not None else self._ground(geometry, self.engine.choice)
+        return None if self.tracer is not None else self._reverberation(geometry, self.engine.choice)
 
     def label_ground(self, geometry: PingGeometry) -> FastReverberation | None:
         """Fast reverberation of one ping for its labels, whatever engine is recorded."""
-        return self._ground(geometry, self._label_paths)
+        return self._reverberation(geometry, self._label_paths)
 
-    def _ground(self, geometry: PingGeometry, choice: PathSettings) -> FastReverberation | None:
+    def _reverberation(self, geometry: PingGeometry, choice: PathSettings) -> FastReverberation | None:
         terrain = self.engine.scene.seabed.terrain
         uneven = delay_field(self.scenario) is not None or choice.replica_perturbations  # unlike pairs
         if terrain is None or terrain.span[0] == terrain.span[1] or uneven:
@@ -146,7 +146,7 @@ class Simulator:
         bed = self.engine.scene.seabed.terrain
         last, parts = self.scenario.track.ping_count - 1, []
         for ping in sorted({round(last * part) for part in np.linspace(0, 1, PINGS_JUDGED)}):
-            parts += [hidden_part(bed, here) for here in self.ping_geometries(ping)] if bed is not None else []
+            parts += [hidden_part(bed, geometry) for geometry in self.ping_geometries(ping)] if bed is not None else []
         return bool(parts) and float(np.mean(parts)) > MOST_HIDDEN
 
     def label_accumulator(self, geometry: PingGeometry) -> LabelAccumulator:
@@ -163,10 +163,10 @@ class Simulator:
     def label_names(self) -> LabelNames:
         """The axes of labels."""
         targets, water = tuple(target.label for target in self.scenario.targets), self.scenario.water
-        suspended = ("water",) * (water.volume_strength_db is not None) + tuple(one.label for one in water.patches)
-        hull, apart = self.scenario.sonar.hull is not None, self.scenario.receiver_track is not None
+        suspended = ("water",) * (water.volume_strength_db is not None) + tuple(patch.label for patch in water.patches)
+        hull, bistatic = self.scenario.sonar.hull is not None, self.scenario.receiver_track is not None
         faces = bool(self.engine.faces(self.ping_geometry(0)))
-        families, echoes = recorded_families(self.scenario.paths, two_platforms=apart, under_hull=hull, faces=faces)
+        families, echoes = recorded_families(self.scenario.paths, two_platforms=bistatic, under_hull=hull, faces=faces)
         return label_names(targets, families, water=suspended, boundary_echoes=echoes)
 
     @cached_property
@@ -208,23 +208,23 @@ class Simulator:
         return CoherentAccumulator(geometry, self.grid, self._jitter(geometry), basis, self.scenario.water)
 
 
-def build_simulator(scenario: Scenario, carried: Platforms | None = None) -> Simulator:
-    """Prepare a scenario for its pings; `carried` holds the poses of its track and further ones that pings may have."""
+def build_simulator(scenario: Scenario, poses: Platforms | None = None) -> Simulator:
+    """Prepare a scenario for its pings; `poses` holds the poses of its track and further ones that pings may have."""
     pulse = received_pulse(scenario.sonar)
     # The absorption is cached between runs; evaluated here, each run warns where it is not valid.
     scenario.water.absorption(scenario.sonar.pulse.frequency)
     rate = scenario.sonar.receiver.sample_rate
     grid = time_grid(*scenario.track.window, rate, *pulse.table_interval)
-    carried = carried or platforms(scenario)
-    rays = propagation_model_for(scenario.scene, domain(scenario, carried, pulse))
-    late = delay_field(scenario) if scenario.field == "coherent" else None
-    engine = EigenrayEngine(scenario.scene, scenario.paths, scenario.seed, rays, delay_field=late)
+    poses = poses or platforms(scenario)
+    rays = propagation_model_for(scenario.scene, domain(scenario, poses, pulse))
+    delays = delay_field(scenario) if scenario.field == "coherent" else None
+    engine = EigenrayEngine(scenario.scene, scenario.paths, scenario.seed, rays, delay_field=delays)
     tracer = None
     if scenario.paths.engine == "tracer":
         from insonify.engines.tracer import Tracer  # kernels of its own, which few runs need
 
         tracer = Tracer(scenario.scene, scenario.paths, scenario.seed, rays)
-    return Simulator(scenario, engine, carried, track_extents_of(scenario.sonar, carried), pulse, grid, tracer)
+    return Simulator(scenario, engine, poses, track_extents_of(scenario.sonar, poses), pulse, grid, tracer)
 
 
 def simulate(scenario: Scenario, *, pings: int | Iterable[int] | None = None, threads: int | None = None) -> xr.Dataset:
@@ -293,7 +293,7 @@ def record(
     missing, count = writer.missing(writer.of_part(part, requested))
     done, report = count - len(missing), on_ping or (lambda *_: None)
     report(done, count)
-    for job, series, labelling in simulate_jobs(simulator, [Job(*one) for one in missing], threads):
+    for job, series, labelling in simulate_jobs(simulator, [Job(*request) for request in missing], threads):
         writer.write(job.ping, series, labelling)
         done += 1
         report(done, count)
@@ -417,8 +417,8 @@ def accumulate_ping(
     if seabed is not None:
         sums = _sums(simulator, accumulator, geometry, pool, seabed.ground, seabed.energies)
         return seabed.intensity if sums is seabed.energies else accumulator.time_series(sums)
-    ground = simulator.fast_reverberation(geometry) if accumulator.requirements.fast_reverberation else None
-    return accumulator.time_series(_sums(simulator, accumulator, geometry, pool, ground))
+    reverberation = simulator.fast_reverberation(geometry) if accumulator.requirements.fast_reverberation else None
+    return accumulator.time_series(_sums(simulator, accumulator, geometry, pool, reverberation))
 
 
 def _sums(
@@ -462,10 +462,10 @@ def _sums(
 
 
 def _engine(
-    engine: EigenrayEngine, required: Requirements, pool: WorkerPool, ground: FastReverberation | None
+    engine: EigenrayEngine, required: Requirements, pool: WorkerPool, reverberation: FastReverberation | None
 ) -> EigenrayEngine:
     """The eigenray engine for one sum: its contributions, its density of scatterers, its caches."""
-    changes: dict[str, Any] = {} if ground is None else {"choice": ground.remaining_choice}
+    changes: dict[str, Any] = {} if reverberation is None else {"choice": reverberation.remaining_choice}
     choice = changes.get("choice", engine.choice)
     if required.max_scatterers_per_cell < choice.scatterers_per_cell:
         changes["choice"] = choice.unchecked_copy(scatterers_per_cell=required.max_scatterers_per_cell)
@@ -544,17 +544,17 @@ def arrivals(scenario: Scenario, ping: int = 0, *, window: DelayInterval | None 
     simulator = build_simulator(scenario)
     geometry = simulator.ping_geometry(ping, channel=channel)
     first, last = delay_interval(geometry, window)
-    even = scenario.field == "incoherent"
+    expected = scenario.field == "incoherent"
     jitter = replica_jitter(scenario.seed, ping, scenario.paths)
     tables: list[Arrivals] = []
     group = 0
-    for block in simulator.engine.blocks(geometry, quadrature=even):
+    for block in simulator.engine.blocks(geometry, quadrature=expected):
         points = block()
         if window is not None:
             points = points.take(in_delay_window(points, geometry, scenario.scene, scenario.paths, (first, last)))
         if not len(points):
             continue
-        pairs = simulator.engine.pairs(geometry, partial(points.take, slice(None)), include_negligible=even)
+        pairs = simulator.engine.pairs(geometry, partial(points.take, slice(None)), include_negligible=expected)
         points = pairs.scatterers
         factors = {} if jitter.is_zero else {
             names: jitter.factor(points.scatterer_id, *names, points.object) for names in pairs.rays()
@@ -592,9 +592,9 @@ def levels(
     simulator = build_simulator(scenario)
     geometry = element_as_beam(simulator.ping_geometry(ping, channel=channel), channel % scenario.sonar.beam_count)
     with ThreadPoolExecutor(thread_count(threads)) as pool:
-        whole, few = simulator.expectation_accumulator(geometry), scatterers_per_cell
-        apart = TracedLevelAccumulator(whole) if isinstance(whole, TracedAccumulator) else LevelAccumulator(whole, few)
-        intensity = accumulate_ping(simulator, apart, geometry, pool)
+        mean, cap = simulator.expectation_accumulator(geometry), scatterers_per_cell
+        curve_sum = TracedLevelAccumulator(mean) if isinstance(mean, TracedAccumulator) else LevelAccumulator(mean, cap)
+        intensity = accumulate_ping(simulator, curve_sum, geometry, pool)
     row, floor = channel % scenario.sonar.beam_count % geometry.channel_count, float(simulator.noise.power[channel])
     curves = level_curves(intensity, floor, simulator.grid, row)
     return curves.assign_attrs(**attributes(scenario), ping=ping, channel=channel)

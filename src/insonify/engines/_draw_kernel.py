@@ -63,7 +63,7 @@ def draw_and_keep(
         depth: Put down as that of all [m].
         columns: Result.
     """
-    (level, along, across), (k0, k1) = tiles, key
+    (scale, along, across), (k0, k1) = tiles, key
     position, area, phase, scatterer_id, tile, rank = columns
     density, max_probability, corner, is_peaked, linear_below, min_probability = shares
     north, east, c, s = frame
@@ -73,9 +73,9 @@ def draw_and_keep(
     tile_rank, keys = np.empty((BATCH + TILE * TILE, 2), np.int64), np.empty(BATCH + TILE * TILE, np.uint64)
     top = np.empty((SQUARES, SQUARES))
     n = waiting = 0
-    for t in range(level.size):
-        pitch, a0, b0 = BASE_PITCH * 2.0 ** level[t], along[t] * TILE, across[t] * TILE
-        drawn = priority_ordered_cells(level[t], along[t], across[t], max_probability[t], k0, k1, row, column, order)
+    for t in range(scale.size):
+        pitch, a0, b0 = BASE_PITCH * 2.0 ** scale[t], along[t] * TILE, across[t] * TILE
+        drawn = priority_ordered_cells(scale[t], along[t], across[t], max_probability[t], k0, k1, row, column, order)
         crowded = _subdivided_parts(max_probability[t], is_peaked[t])
         if crowded > 0:
             _bound_squares(t, a0, b0, pitch, shares, gains, frame, top)
@@ -84,7 +84,7 @@ def draw_and_keep(
                 if order[w] < top[(row[w] - a0) // SQUARE, (column[w] - b0) // SQUARE] * (TILE * TILE):
                     row[left], column[left], order[left], left = row[w], column[w], order[w], left + 1
             drawn = left
-        philox_at(row[:drawn], column[:drawn], level[t], 0, k0, k1, words)
+        philox_at(row[:drawn], column[:drawn], scale[t], 0, k0, k1, words)
         for w in range(drawn):
             a, b = row[w] - a0, column[w] - b0
             i, j = a // SIDE, b // SIDE
@@ -119,7 +119,7 @@ def draw_and_keep(
             area[n], scatterer_id[n], tile[n], rank[n] = pitch * pitch / share, name, t, order[w]
             sine, cosine = sincos_cycles(uniform_from_word(words[2, w]))
             phase[n], n = complex(cosine, sine), n + 1
-        if waiting > BATCH or t == level.size - 1:
+        if waiting > BATCH or t == scale.size - 1:
             batch = PendingScatterers(positions[:waiting], pending, tile_rank, keys)
             n = _decide_batch(batch, linear_below, min_probability, gains, depth, columns, n)
             waiting = 0
@@ -156,20 +156,20 @@ def _bound_squares(
     density, max_probability, is_peaked = shares[0][t], shares[1][t], shares[3][t]
     linear_below, min_probability = shares[4], shares[5]
     count = _subdivided_parts(max_probability, is_peaked) * (SIDE // SQUARE) ** 2
-    each = SIDE // SQUARE
+    squares_per_part = SIDE // SQUARE
     north, east, c, s = frame
     positions, gain, n = np.empty((count, 2)), np.empty(count), 0
     for i in range(SQUARES):
         for j in range(SQUARES):
-            top[i, j] = max_probability[i // each, j // each]
-            if is_peaked[i // each, j // each] and top[i, j] * SIDE * SIDE > MIN_SUBDIVIDED:
+            top[i, j] = max_probability[i // squares_per_part, j // squares_per_part]
+            if is_peaked[i // squares_per_part, j // squares_per_part] and top[i, j] * SIDE * SIDE > MIN_SUBDIVIDED:
                 x, y = (a0 + (i + 0.5) * SQUARE) * pitch, (b0 + (j + 0.5) * SQUARE) * pitch
                 positions[n, 0], positions[n, 1], n = north + c * x - s * y, east + s * x + c * y, n + 1
     gain_re_threshold(gains, positions, np.full(count, SQUARE * pitch * math.sqrt(0.5)), gain)
     n = 0
     for i in range(SQUARES):
         for j in range(SQUARES):
-            if is_peaked[i // each, j // each] and top[i, j] * SIDE * SIDE > MIN_SUBDIVIDED:
+            if is_peaked[i // squares_per_part, j // squares_per_part] and top[i, j] * SIDE * SIDE > MIN_SUBDIVIDED:
                 top[i, j], n = (
                     min(top[i, j], density * keep_probability_of(gain[n], linear_below, min_probability)),
                     n + 1,

@@ -97,16 +97,18 @@ def _gain(
     """Envelope of the largest of some beams over spans of cosines [1], its fourth-power mean over glints if any."""
     _, steer, scale, majorants, per_unit, element, _ = beam
     (_, w), right, down = cosines
-    more = np.zeros(len(w)) if spread is None else 2 * np.maximum(*spread)
+    spread_margin = np.zeros(len(w)) if spread is None else 2 * np.maximum(*spread)
 
     def pattern(which: int, span: tuple[Floats, Floats], axis: float) -> Floats:
         x = distance_to_span(*span, axis)
-        plain = _envelope(majorants[which], per_unit[which], x)
+        unspread = _envelope(majorants[which], per_unit[which], x)
         return (
-            plain if spread is None else _glint_pattern(patterns[which], plain, per_unit[which], x, spread[which % 2])
+            unspread
+            if spread is None
+            else _glint_pattern(patterns[which], unspread, per_unit[which], x, spread[which % 2])
         )
 
-    gain = element_gains(element, (w if spread is None else np.minimum(w + more, 1.0)) + 1e-12)
+    gain = element_gains(element, (w if spread is None else np.minimum(w + spread_margin, 1.0)) + 1e-12)
     gain = gain * pattern(2, right, 0.0) * pattern(3, down, 0.0)
     largest = np.zeros(len(w))
     for (across, deep), size in zip(steer, scale, strict=True):
@@ -114,17 +116,17 @@ def _gain(
     return np.asarray(gain * largest)
 
 
-def _glint_pattern(table: Floats, plain: Floats, per_unit: float, x: Floats, spread: Floats) -> Floats:
+def _glint_pattern(table: Floats, unspread: Floats, per_unit: float, x: Floats, spread: Floats) -> Floats:
     """Fourth-power mean of a pattern over glints about distances x from its axis, as `pattern_with_spread` [1]."""
     if not len(table):
-        return plain
+        return unspread
     position = np.minimum(x * (per_unit / ROWS_PER_SPREAD_ROW), table.shape[1] - 1.0)
     row = np.minimum(position.astype(np.int64), table.shape[1] - 2)
     part, times = position - row, np.maximum(spread * (per_unit / MIN_SPREAD_ROWS), 0.0)
     octave = np.minimum(np.log2(np.maximum(times, 1.0)), table.shape[0] - 1.0)
     i = np.minimum(octave.astype(np.int64), table.shape[0] - 2)
     low, high = (table[k, row] + part * (table[k, row + 1] - table[k, row]) for k in (i, i + 1))
-    return np.where(times <= 1.0, plain + times * (low - plain), low + (octave - i) * (high - low))
+    return np.where(times <= 1.0, unspread + times * (low - unspread), low + (octave - i) * (high - low))
 
 
 def _two_way_gain(out: EnvelopeEnd, back: EnvelopeEnd, same_beams: bool, position: Floats, radius: Floats) -> Floats:
@@ -135,14 +137,16 @@ def _two_way_gain(out: EnvelopeEnd, back: EnvelopeEnd, same_beams: bool, positio
 
 @gain_re_threshold.stand_in
 def _gain_over_threshold(gains: EnvelopeArguments, position: Floats, radius: Floats, gain: Floats) -> None:
-    """Envelope of the two-way gain re that above which all scatterers are kept, into found (n,) [1]."""
-    out, back, same_beams, edge, last, middle, weakest = gains
+    """Envelope of the two-way gain re that above which all scatterers are kept, into gain (n,) [1]."""
+    out, back, same_beams, threshold_at_nodes, last, middle, weakest = gains
     for first in range(0, len(gain), BATCH):
         part = slice(first, first + BATCH)
         distance = np.hypot(*(position[part] - middle).T)
         ends = (distance - radius[part], distance + radius[part])
-        least = np.minimum(*(_between_nodes(edge, *_node_below(one, last, len(edge))) for one in ends))
-        gain[part] = _two_way_gain(out, back, same_beams, position[part], radius[part]) / np.maximum(least, weakest)
+        threshold = np.minimum(
+            *(_between_nodes(threshold_at_nodes, *_node_below(end, last, len(threshold_at_nodes))) for end in ends)
+        )
+        gain[part] = _two_way_gain(out, back, same_beams, position[part], radius[part]) / np.maximum(threshold, weakest)
 
 
 @max_two_way_gain.stand_in
@@ -158,17 +162,17 @@ def _max_gain_at(
     def raise_best(node: Integers, position: Floats) -> None:
         np.maximum.at(best, node, _two_way_gain(out, back, same_beams, position, np.zeros(len(node))))
 
-    best[:], wide = 0.0, np.pi / len(sectors)
+    best[:], bearing_step = 0.0, np.pi / len(sectors)
     node, bearing = np.arange(len(distance)).repeat(len(axes)), np.tile(axes, len(distance))
     raise_best(node, positions(node, bearing))
     node, bearing = np.arange(len(distance)).repeat(len(sectors)), np.tile(sectors, len(distance))
     for _ in range(halvings):
         position = positions(node, bearing)
         raise_best(node, position)
-        gain = _two_way_gain(out, back, same_beams, position, wide * distance[node])
-        wide /= 2
+        gain = _two_way_gain(out, back, same_beams, position, bearing_step * distance[node])
+        bearing_step /= 2
         hopeful = gain > best[node] * close
         if not hopeful.any():
             return
         node = node[hopeful].repeat(2)
-        bearing = (bearing[hopeful, None] + [-wide, wide]).ravel()
+        bearing = (bearing[hopeful, None] + [-bearing_step, bearing_step]).ravel()

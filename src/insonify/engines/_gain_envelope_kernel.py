@@ -87,16 +87,16 @@ def _locate(end: EnvelopeEnd, workspace: Floats, has_radius: bool, size: int) ->
     """Directions of the positions of a batch, the nodes about them, and the angles that their radii subtend."""
     position, sines, last, height, _, _ = end
     north, east, radius = _row(workspace, _NORTH), _row(workspace, _EAST), _row(workspace, _RADIUS)
-    node, part, ahead, aside = _row(workspace, 6), _row(workspace, 7), _row(workspace, 8), _row(workspace, 9)
+    node, part, ray_north, ray_east = (_row(workspace, 6), _row(workspace, 7), _row(workspace, 8), _row(workspace, 9))
     sine, cosine = _row(workspace, 10), _row(workspace, 11)
-    here_north, here_east, count = position[0], position[1], sines.shape[1]
+    end_north, end_east, count = position[0], position[1], sines.shape[1]
     for n in range(size):
-        x, y = north[n] - here_north, east[n] - here_east
+        x, y = north[n] - end_north, east[n] - end_east
         distance = math.sqrt(x * x + y * y)
         among = _node(distance, last, count)
         node[n] = min(np.floor(among), count - 2.0)
         part[n] = among - node[n]
-        ahead[n], aside[n] = x / max(distance, 1e-9), y / max(distance, 1e-9)
+        ray_north[n], ray_east[n] = x / max(distance, 1e-9), y / max(distance, 1e-9)
         if has_radius:
             margin = min(radius[n] / max(math.sqrt(distance * distance + height * height), 1e-9), 1.0)
             sine[n], cosine[n] = margin, math.sqrt(1.0 - margin * margin) if margin < 1.0 else -1.0
@@ -105,22 +105,24 @@ def _locate(end: EnvelopeEnd, workspace: Floats, has_radius: bool, size: int) ->
 @njit(cache=True, nogil=True, error_model="numpy")
 def _direction_cosines(axes: Floats, workspace: Floats, has_radius: bool, size: int) -> None:
     """Cosines to the axes of a beam of the rays of one family to the positions of a batch, or their spans."""
-    ahead, aside, sine, cosine = _row(workspace, 8), _row(workspace, 9), _row(workspace, 10), _row(workspace, 11)
+    ray_north, ray_east, sine, cosine = (
+        _row(workspace, 8), _row(workspace, 9), _row(workspace, 10), _row(workspace, 11),
+    )  # fmt: skip
     down, w, u, v = _row(workspace, 12), _row(workspace, 13), _row(workspace, 14), _row(workspace, 15)
-    u_most, v_most = _row(workspace, 16), _row(workspace, _SPARE)
+    u_max, v_max = _row(workspace, 16), _row(workspace, _SPARE)
     w0, w1, w2, u0, u1, u2 = axes[0, 0], axes[0, 1], axes[0, 2], axes[1, 0], axes[1, 1], axes[1, 2]
     v0, v1, v2 = axes[2, 0], axes[2, 1], axes[2, 2]
     for n in range(size):
         horizontal = math.sqrt(max(1.0 - down[n] * down[n], 0.0))
-        w[n] = horizontal * (ahead[n] * w0 + aside[n] * w1) + down[n] * w2
-        u[n] = horizontal * (ahead[n] * u0 + aside[n] * u1) + down[n] * u2
-        v[n] = horizontal * (ahead[n] * v0 + aside[n] * v1) + down[n] * v2
-        u_most[n], v_most[n] = u[n], v[n]
+        w[n] = horizontal * (ray_north[n] * w0 + ray_east[n] * w1) + down[n] * w2
+        u[n] = horizontal * (ray_north[n] * u0 + ray_east[n] * u1) + down[n] * u2
+        v[n] = horizontal * (ray_north[n] * v0 + ray_east[n] * v1) + down[n] * v2
+        u_max[n], v_max[n] = u[n], v[n]
     if has_radius:
         for n in range(size):
             w[n] = cosine_bounds(w[n], cosine[n], sine[n])[1]
-            u[n], u_most[n] = cosine_bounds(u[n], cosine[n], sine[n])
-            v[n], v_most[n] = cosine_bounds(v[n], cosine[n], sine[n])
+            u[n], u_max[n] = cosine_bounds(u[n], cosine[n], sine[n])
+            v[n], v_max[n] = cosine_bounds(v[n], cosine[n], sine[n])
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -128,35 +130,35 @@ def _add_beam_envelope(beam: BeamMajorants, workspace: Floats, size: int) -> Non
     """Raise the result of a batch to the envelope of the beams there, unless it is sufficient already."""
     _, steer, scale, (across, deep, long, tall), per_unit, element, blocks = beam
     count = blocks.shape[0]
-    enough, result, amplitude = _row(workspace, _SUFFICIENT), _row(workspace, _RESULT), _row(workspace, _AMPLITUDE)
+    sufficient, result, amplitude = _row(workspace, _SUFFICIENT), _row(workspace, _RESULT), _row(workspace, _AMPLITUDE)
     down, w, u, v = _row(workspace, 12), _row(workspace, 13), _row(workspace, 14), _row(workspace, 15)
-    u_most, v_most = _row(workspace, 16), _row(workspace, _SPARE)
+    u_max, v_max = _row(workspace, 16), _row(workspace, _SPARE)
     for n in range(size):
         largest = result[n]
-        if largest >= enough[n] or math.isnan(down[n]):
+        if largest >= sufficient[n] or math.isnan(down[n]):
             continue
-        one = element_gain(element, w[n] + 1e-12) * amplitude[n]
-        if one == 0.0:
+        common_gain = element_gain(element, w[n] + 1e-12) * amplitude[n]
+        if common_gain == 0.0:
             continue
-        one *= _envelope(long, per_unit[2], distance_to_interval(u[n], u_most[n], 0.0))
-        one *= _envelope(tall, per_unit[3], distance_to_interval(v[n], v_most[n], 0.0))
-        right, below = (u[n], u_most[n]), (v[n], v_most[n])
+        common_gain *= _envelope(long, per_unit[2], distance_to_interval(u[n], u_max[n], 0.0))
+        common_gain *= _envelope(tall, per_unit[3], distance_to_interval(v[n], v_max[n], 0.0))
+        right, below = (u[n], u_max[n]), (v[n], v_max[n])
         nearest = nearest_block(blocks, right)
         for i in range(count):
             block = (nearest + i) % count
             if i > 0:  # the nearest block is evaluated anyway
                 off = interval_distance(right, blocks[block, 0], blocks[block, 1])
-                bound = one * blocks[block, 4] * _envelope(across, per_unit[0], off)
+                bound = common_gain * blocks[block, 4] * _envelope(across, per_unit[0], off)
                 if bound > largest:
                     bound *= _envelope(deep, per_unit[1], interval_distance(below, blocks[block, 2], blocks[block, 3]))
                 if bound <= largest:
                     continue
             first = block * CHANNELS_PER_BLOCK
             for channel in range(first, min(first + CHANNELS_PER_BLOCK, steer.shape[0])):
-                off = distance_to_interval(u[n], u_most[n], steer[channel, 0])
-                gain = one * scale[channel] * _envelope(across, per_unit[0], off)
+                off = distance_to_interval(u[n], u_max[n], steer[channel, 0])
+                gain = common_gain * scale[channel] * _envelope(across, per_unit[0], off)
                 if gain > largest:
-                    gain *= _envelope(deep, per_unit[1], distance_to_interval(v[n], v_most[n], steer[channel, 1]))
+                    gain *= _envelope(deep, per_unit[1], distance_to_interval(v[n], v_max[n], steer[channel, 1]))
                     largest = max(largest, gain)
         result[n] = largest
 
@@ -165,30 +167,30 @@ def _add_beam_envelope(beam: BeamMajorants, workspace: Floats, size: int) -> Non
 def _add_glint_envelope(end: EnvelopeEnd, row: int, workspace: Floats, size: int) -> None:
     """Raise the result of a batch to the envelope over one row's glints, by the fourth-power mean of directions."""
     (axes, steer, scale, (across, deep, long, tall), per_unit, element, _), spreads = end[4], end[5]
-    enough, result, amplitude = _row(workspace, _SUFFICIENT), _row(workspace, _RESULT), _row(workspace, _AMPLITUDE)
+    sufficient, result, amplitude = _row(workspace, _SUFFICIENT), _row(workspace, _RESULT), _row(workspace, _AMPLITUDE)
     down, w, u, v = _row(workspace, 12), _row(workspace, 13), _row(workspace, 14), _row(workspace, 15)
-    u_most, v_most = _row(workspace, 16), _row(workspace, _SPARE)
-    node, part, ahead, aside = _row(workspace, 6), _row(workspace, 7), _row(workspace, 8), _row(workspace, 9)
+    u_max, v_max = _row(workspace, 16), _row(workspace, _SPARE)
+    node, part, ray_north, ray_east = (_row(workspace, 6), _row(workspace, 7), _row(workspace, 8), _row(workspace, 9))
     for n in range(size):
         largest = result[n]
-        if largest >= enough[n] or math.isnan(down[n]) or amplitude[n] <= largest:
+        if largest >= sufficient[n] or math.isnan(down[n]) or amplitude[n] <= largest:
             continue
         k = int(node[n])
         tilt = spreads.tilt[row, k] + part[n] * (spreads.tilt[row, k + 1] - spreads.tilt[row, k])
         turn = spreads.turn[row, k] + part[n] * (spreads.turn[row, k + 1] - spreads.turn[row, k])
-        su, sv = cosine_spreads(ahead[n], aside[n], down[n], tilt, turn, spreads.slopes, axes)
-        one = element_gain(element, min(w[n] + 2 * max(su, sv), 1.0) + 1e-12) * amplitude[n]
-        x, y = distance_to_interval(u[n], u_most[n], 0.0), distance_to_interval(v[n], v_most[n], 0.0)
-        one *= pattern_with_spread(spreads.patterns[2], _envelope(long, per_unit[2], x), per_unit[2], x, su)
-        one *= pattern_with_spread(spreads.patterns[3], _envelope(tall, per_unit[3], y), per_unit[3], y, sv)
-        if one <= largest:
+        su, sv = cosine_spreads(ray_north[n], ray_east[n], down[n], tilt, turn, spreads.slopes, axes)
+        common_gain = element_gain(element, min(w[n] + 2 * max(su, sv), 1.0) + 1e-12) * amplitude[n]
+        x, y = distance_to_interval(u[n], u_max[n], 0.0), distance_to_interval(v[n], v_max[n], 0.0)
+        common_gain *= pattern_with_spread(spreads.patterns[2], _envelope(long, per_unit[2], x), per_unit[2], x, su)
+        common_gain *= pattern_with_spread(spreads.patterns[3], _envelope(tall, per_unit[3], y), per_unit[3], y, sv)
+        if common_gain <= largest:
             continue
         for channel in range(steer.shape[0]):
-            x = distance_to_interval(u[n], u_most[n], steer[channel, 0])
+            x = distance_to_interval(u[n], u_max[n], steer[channel, 0])
             gain = pattern_with_spread(spreads.patterns[0], _envelope(across, per_unit[0], x), per_unit[0], x, su)
-            gain *= one * scale[channel]
+            gain *= common_gain * scale[channel]
             if gain > largest:
-                y = distance_to_interval(v[n], v_most[n], steer[channel, 1])
+                y = distance_to_interval(v[n], v_max[n], steer[channel, 1])
                 gain *= pattern_with_spread(spreads.patterns[1], _envelope(deep, per_unit[1], y), per_unit[1], y, sv)
                 largest = max(largest, gain)
         result[n] = largest
@@ -229,15 +231,15 @@ def _two_way(
     out: EnvelopeEnd, back: EnvelopeEnd, same_beams: bool, workspace: Floats, has_radius: bool, size: int
 ) -> None:
     """Envelope of the two-way gain near the positions of a batch, as `_one_way_envelope` has that of one way."""
-    enough, result, once = _row(workspace, _SUFFICIENT), _row(workspace, _RESULT), _row(workspace, _ROWS)
+    sufficient, result, once = _row(workspace, _SUFFICIENT), _row(workspace, _RESULT), _row(workspace, _ROWS)
     if same_beams:
         for n in range(size):
-            enough[n] = math.sqrt(enough[n])
+            sufficient[n] = math.sqrt(sufficient[n])
         _one_way_envelope(out, workspace, has_radius, size)
         for n in range(size):
             result[n] *= result[n]
         return
-    enough[:size] = np.inf  # so that the result does not depend on the order of the ends
+    sufficient[:size] = np.inf  # so that the result does not depend on the order of the ends
     _one_way_envelope(out, workspace, has_radius, size)
     once[:size] = result[:size]
     _one_way_envelope(back, workspace, has_radius, size)
@@ -280,7 +282,7 @@ def two_way_envelope(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def gain_re_threshold(gains: EnvelopeArguments, position: Floats, radius: Floats, result: Floats) -> None:
-    """Envelope of the two-way gain re that above which all scatterers are kept, into found (n,) [1].
+    """Envelope of the two-way gain re that above which all scatterers are kept, into gain (n,) [1].
 
     Args:
         gains: Both ends, whether they are the same, the gain above which all are kept at the nodes of distance, the
@@ -290,25 +292,27 @@ def gain_re_threshold(gains: EnvelopeArguments, position: Floats, radius: Floats
         radius: See `two_way_envelope`.
         result: Result.
     """
-    out, back, same_beams, edge, last, midpoint, weakest = gains
-    workspace, least = np.empty((_ROWS + 1) * BATCH), np.empty(BATCH)
+    out, back, same_beams, threshold_at_nodes, last, midpoint, weakest = gains
+    workspace, threshold = np.empty((_ROWS + 1) * BATCH), np.empty(BATCH)
     for first in range(0, result.size, BATCH):
         has_radius, size = _load_batch(position, radius, first, workspace)
         for n in range(size):
             x, y = position[first + n, 0] - midpoint[0], position[first + n, 1] - midpoint[1]
             distance = math.sqrt(x * x + y * y)
-            least[n] = _at_nodes(edge, last, distance - radius[first + n])
+            threshold[n] = _interpolate_nodes(threshold_at_nodes, last, distance - radius[first + n])
             if has_radius:
-                least[n] = min(least[n], _at_nodes(edge, last, distance + radius[first + n]))
-            workspace[_SUFFICIENT * BATCH + n] = least[n]
+                threshold[n] = min(
+                    threshold[n], _interpolate_nodes(threshold_at_nodes, last, distance + radius[first + n])
+                )
+            workspace[_SUFFICIENT * BATCH + n] = threshold[n]
         _two_way(out, back, same_beams, workspace, has_radius, size)
         for n in range(size):
-            result[first + n] = workspace[_RESULT * BATCH + n] / max(least[n], weakest)
+            result[first + n] = workspace[_RESULT * BATCH + n] / max(threshold[n], weakest)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _at_nodes(value: Floats, last: float, distance: float) -> float:
-    """Value at the nodes read at a distance [m]."""
+def _interpolate_nodes(value: Floats, last: float, distance: float) -> float:
+    """Value interpolated between the nodes at a distance [m]."""
     among = _node(distance, last, value.size)
     row = min(int(among), value.size - 2)
     return value[row] + (among - row) * (value[row + 1] - value[row])
@@ -316,8 +320,8 @@ def _at_nodes(value: Floats, last: float, distance: float) -> float:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def max_two_way_gain(
-    out: EnvelopeEnd, back: EnvelopeEnd, same_beams: bool, far: Floats, midpoint: Floats, axes: Floats, sectors: Floats,
-    halvings: int, close: float, best: Floats,
+    out: EnvelopeEnd, back: EnvelopeEnd, same_beams: bool, distance: Floats, midpoint: Floats, axes: Floats,
+    sectors: Floats, halvings: int, close: float, best: Floats,
 ) -> None:  # fmt: skip
     """Envelope of the largest two-way gain at some distances, over all bearings, into best (n,) [1].
 
@@ -327,7 +331,7 @@ def max_two_way_gain(
         out: See `two_way_envelope`.
         back: See `two_way_envelope`.
         same_beams: See `two_way_envelope`.
-        far: Distances [m], shape (n,).
+        distance: Distances [m], shape (n,).
         midpoint: North and east of where they are counted from [m], shape (2,).
         axes: Bearings where the positions of largest gain are likely to lie [rad].
         sectors: Bearings of the middles of equal sectors all round [rad].
@@ -335,42 +339,42 @@ def max_two_way_gain(
         close: Ratio to which the largest gain is found [1].
         best: Result.
     """
-    node, bearing = np.arange(far.size).repeat(axes.size), np.empty(far.size * axes.size)
+    node, bearing = np.arange(distance.size).repeat(axes.size), np.empty(distance.size * axes.size)
     for n in range(bearing.size):
         bearing[n] = axes[n % axes.size]
     best[:] = 0.0
-    _raise_best(out, back, same_beams, far, midpoint, node, bearing, best)
-    has_radius = math.pi / sectors.size
-    node, bearing = np.arange(far.size).repeat(sectors.size), np.empty(far.size * sectors.size)
+    _raise_best(out, back, same_beams, distance, midpoint, node, bearing, best)
+    half_sector = math.pi / sectors.size
+    node, bearing = np.arange(distance.size).repeat(sectors.size), np.empty(distance.size * sectors.size)
     for n in range(bearing.size):
         bearing[n] = sectors[n % sectors.size]
     for _ in range(halvings):
-        position = _raise_best(out, back, same_beams, far, midpoint, node, bearing, best)
+        position = _raise_best(out, back, same_beams, distance, midpoint, node, bearing, best)
         result = np.empty(node.size)
-        two_way_envelope(out, back, same_beams, position, has_radius * far[node], result)
-        has_radius /= 2
+        two_way_envelope(out, back, same_beams, position, half_sector * distance[node], result)
+        half_sector /= 2
         hopeful = np.flatnonzero(result > best[node] * close)
         if hopeful.size == 0:
             return
         next_node, next_bearing = node[hopeful].repeat(2), np.empty(2 * hopeful.size)
         for n in range(hopeful.size):
             next_bearing[2 * n], next_bearing[2 * n + 1] = (
-                bearing[hopeful[n]] - has_radius,
-                bearing[hopeful[n]] + has_radius,
+                bearing[hopeful[n]] - half_sector,
+                bearing[hopeful[n]] + half_sector,
             )
         node, bearing = next_node, next_bearing
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _raise_best(
-    out: EnvelopeEnd, back: EnvelopeEnd, same_beams: bool, far: Floats, midpoint: Floats, node: Integers,
+    out: EnvelopeEnd, back: EnvelopeEnd, same_beams: bool, distance: Floats, midpoint: Floats, node: Integers,
     bearing: Floats, best: Floats,
 ) -> Floats:  # fmt: skip
     """Raise the best at some nodes to the gain in some bearings there; returns these positions."""
     position, result = np.empty((node.size, 2)), np.empty(node.size)
     for n in range(node.size):
-        position[n, 0] = midpoint[0] + far[node[n]] * math.cos(bearing[n])
-        position[n, 1] = midpoint[1] + far[node[n]] * math.sin(bearing[n])
+        position[n, 0] = midpoint[0] + distance[node[n]] * math.cos(bearing[n])
+        position[n, 1] = midpoint[1] + distance[node[n]] * math.sin(bearing[n])
     two_way_envelope(out, back, same_beams, position, np.zeros(node.size), result)
     for n in range(node.size):
         best[node[n]] = max(best[node[n]], result[n])

@@ -18,7 +18,7 @@ class GainBounds(NamedTuple):
     """Upper bounds of the gain over n tiles."""
 
     density: Floats
-    """Fraction of the scatterers that fills the sonar's cells: tile levels come in powers of two, shape (n,)."""
+    """Fraction of the scatterers that fills the sonar's cells: tile scales come in powers of two, shape (n,)."""
     tile_gain: Floats
     """Largest gain anywhere in each, re that above which all are kept, shape (n,)."""
     centre_gain: Floats
@@ -44,19 +44,19 @@ def keep_probability_of(gain: float, linear_below: float, min_probability: float
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def keep_probabilities(gain: Floats, linear_below: float, min_probability: float, probability: Floats) -> None:
-    """Keep probabilities of the scatterers where gains are so large, re that above which all are, into found (n,)."""
+    """Keep probabilities of the scatterers where gains are so large, re that above which all are, into probability."""
     for n in range(gain.size):
         probability[n] = keep_probability_of(gain[n], linear_below, min_probability)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def grid_positions(
-    level: Integers, along: Integers, across: Integers, rows: Integers, part: Floats, frame: GridFrame, position: Floats
+    scale: Integers, along: Integers, across: Integers, rows: Integers, part: Floats, frame: GridFrame, position: Floats
 ) -> None:
     """North and east at the same parts of the sides of some tiles [m], into there (rows * parts * parts, 2).
 
     Args:
-        level: Level of each tile, shape (tiles,).
+        scale: Scale of each tile, shape (tiles,).
         along: Number of each along the scatterer grid's first axis, shape (tiles,).
         across: Along its second, shape (tiles,).
         rows: Rows of the requested tiles.
@@ -67,7 +67,7 @@ def grid_positions(
     north, east, c, s = frame
     n = 0
     for t in rows:
-        side = TILE * (BASE_PITCH * 2.0 ** level[t])
+        side = TILE * (BASE_PITCH * 2.0 ** scale[t])
         for i in range(part.size):
             a = (along[t] + part[i]) * side
             for j in range(part.size):
@@ -134,7 +134,7 @@ def interpolate_corner_gains(
 @njit(cache=True, nogil=True, error_model="numpy")
 def find_peaked_parts(
     corner: Floats, largest: Floats, bounds: GainBounds, peak: float, linear_below: float, min_probability: float,
-    is_peaked: NDArray[np.bool_], most: Floats,
+    is_peaked: NDArray[np.bool_], max_probability_of_part: Floats,
 ) -> None:  # fmt: skip
     """Parts of tiles with a gain peak far above their corners, and the largest keep probability in each part.
 
@@ -147,18 +147,18 @@ def find_peaked_parts(
         linear_below: See `keep_probability_of`.
         min_probability: See `keep_probability_of`.
         is_peaked: Result, shape (tiles, PARTS, PARTS).
-        most: Result, shape (tiles, PARTS, PARTS): the keep probability at the position of largest gain, or at the
-            largest corner in parts without a gain peak.
+        max_probability_of_part: Result, shape (tiles, PARTS, PARTS): the keep probability at the position of largest
+            gain, or at the largest corner in parts without a gain peak.
     """
     density, row = bounds.density, bounds.row
     for t in range(corner.shape[0]):
         for i in range(PARTS):
             for j in range(PARTS):
-                near = _max_corner_gain(corner[t], i, j, 1)
-                known = _max_corner_gain(corner[t], 0, 0, PARTS) if row[t] < 0 else near
-                is_peaked[t, i, j] = known < peak * min(largest[t, i, j], 1.0)
-                top = largest[t, i, j] if is_peaked[t, i, j] else min(largest[t, i, j], near)
-                most[t, i, j] = density[t] * keep_probability_of(top, linear_below, min_probability)
+                part_corner_gain = _max_corner_gain(corner[t], i, j, 1)
+                corner_gain = _max_corner_gain(corner[t], 0, 0, PARTS) if row[t] < 0 else part_corner_gain
+                is_peaked[t, i, j] = corner_gain < peak * min(largest[t, i, j], 1.0)
+                top = largest[t, i, j] if is_peaked[t, i, j] else min(largest[t, i, j], part_corner_gain)
+                max_probability_of_part[t, i, j] = density[t] * keep_probability_of(top, linear_below, min_probability)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -41,10 +41,10 @@ def piece_edges(
         position: Result, (tiles * (pieces + 1) * sectors, 2).
     """
     rings, pieces, sectors = shape
-    each, n = rings / pieces, 0
+    rings_per_piece, n = rings / pieces, 0
     for t in range(tiles.shape[0]):
         for k in range(pieces + 1):
-            reach = max((tiles[t, 0] * rings + k * each) * slant, nearest)
+            reach = max((tiles[t, 0] * rings + k * rings_per_piece) * slant, nearest)
             distance = math.sqrt(max(reach * reach - height * height, 0.0))
             for j in range(sectors):
                 bearing = origin[2] + (tiles[t, 1] * sectors + j + 0.5) * azimuth
@@ -73,7 +73,7 @@ def kept_points(
         key: Result, numbers of ring and sector packed in 64 bits.
     """
     pieces, sectors = keep_probability.shape[1], keep_probability.shape[2]
-    each, n = rings // pieces, 0
+    rings_per_piece, n = rings // pieces, 0
     for t in range(tiles.shape[0]):
         for k in range(rings):
             ring = tiles[t, 0] * rings + k
@@ -83,8 +83,8 @@ def kept_points(
             own, shift = (outer * outer - inner * inner) / 2 * azimuth, (ring + 0.5) * GOLDEN
             shift -= math.floor(shift)
             for j in range(sectors):
-                kept, sector = keep_probability[t, k // each, j], tiles[t, 1] * sectors + j
-                if priority(ring, sector) >= kept:
+                cell_probability, sector = (keep_probability[t, k // rings_per_piece, j], tiles[t, 1] * sectors + j)
+                if priority(ring, sector) >= cell_probability:
                     continue
                 across = (sector + 0.5) * GOLDEN
                 reach = inner + (outer - inner) * (across - math.floor(across))
@@ -92,7 +92,7 @@ def kept_points(
                 bearing = origin[2] + (sector + shift) * azimuth
                 position[n, 0] = origin[0] + distance * math.cos(bearing)
                 position[n, 1] = origin[1] + distance * math.sin(bearing)
-                area[n] = own / kept
+                area[n] = own / cell_probability
                 key[n] = np.uint64(ring << 29 | sector)
                 n += 1
     return n

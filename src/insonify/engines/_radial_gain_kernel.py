@@ -28,22 +28,22 @@ def patch_gain_bound(
         odd: True if the family has an odd number of bounces.
         beams: The beams.
     """
-    near, far = zone
-    u_least = v_least = np.inf
-    w_most = u_most = v_most = -np.inf
+    nearest, farthest = zone
+    u_min = v_min = np.inf
+    w_max = u_max = v_max = -np.inf
     for i in range(BEARINGS_PER_PATCH):
         azimuth = bearing + width * (i / (BEARINGS_PER_PATCH - 1) - 0.5)
         c, s = math.cos(azimuth), math.sin(azimuth)
         for j in range(3):
-            reach = near + (far - near) * 0.5 * j
+            reach = nearest + (farthest - nearest) * 0.5 * j
             inverse = 1 / math.sqrt(reach * reach + vertical * vertical)
             x, y, z = c * reach * inverse, s * reach * inverse, vertical * inverse
             z = -z if odd else z
             w, u, v = array_cosines(beams.axes, x, y, z)
-            w_most = max(w_most, w)
-            u_least, u_most = min(u_least, u), max(u_most, u)
-            v_least, v_most = min(v_least, v), max(v_most, v)
-    return largest_beam(beams, w_most, (u_least, u_most), (v_least, v_most))
+            w_max = max(w_max, w)
+            u_min, u_max = min(u_min, u), max(u_max, u)
+            v_min, v_max = min(v_min, v), max(v_max, v)
+    return largest_beam(beams, w_max, (u_min, u_max), (v_min, v_max))
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -87,13 +87,13 @@ class BouncedLegs(NamedTuple):
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def write_bounced_legs(
-    legs: BouncedLegs, some: Integers, reflected: ReflectedPaths, normal: Floats, slowness: float, soft: bool
+    legs: BouncedLegs, reflected_rows: Integers, reflected: ReflectedPaths, normal: Floats, slowness: float, soft: bool
 ) -> None:
     """Overwrite some legs of one family.
 
     Args:
         legs: Changed: the legs; in: status of the leg over the mean plane, cut by targets or clear.
-        some: Numbers of the points that the paths reach, (n,).
+        reflected_rows: Numbers of the points that the paths reach, (n,).
         reflected: The paths off local planes, n of them.
         normal: Unit normals of all points, (all, 3).
         slowness: One over the speed of sound [s/m].
@@ -101,8 +101,8 @@ def write_bounced_legs(
     """
     path, reflection, attenuation, clear = reflected
     delay, length, spreading, absorption, boundary, departure, arrival, grazing, status, occluder, visibility = legs
-    for m in range(some.size):
-        n = some[m]
+    for m in range(reflected_rows.size):
+        n = reflected_rows[m]
         delay[n], length[n], spreading[n] = path.length[m] * slowness, path.length[m], 1 / path.length[m]
         absorption[n], boundary[n] = attenuation[m], reflection[m]
         sine = 0.0
@@ -113,13 +113,15 @@ def write_bounced_legs(
         free = normal[n, 0] == 0 and normal[n, 1] == 0 and normal[n, 2] == 0
         behind = sine <= 0 and not free
         # a face turned away from the ray off the mean plane may face this one
-        now, left = (CLEAR, visibility[n] * 0 + 1) if status[n] == FACING_AWAY else (status[n], visibility[n])
-        if now == CLEAR and behind:
-            now = FACING_AWAY
+        leg_status, leg_visibility = (
+            (CLEAR, visibility[n] * 0 + 1) if status[n] == FACING_AWAY else (status[n], visibility[n])
+        )
+        if leg_status == CLEAR and behind:
+            leg_status = FACING_AWAY
         if behind:
-            left = left * 0
-        if now == CLEAR and not clear[m]:
-            now, occluder[n], left = OCCLUDED, GROUND, left * 0
-        if soft and now == OCCLUDED:
-            left = left * 0 + clear[m]
-        status[n], visibility[n] = now, left
+            leg_visibility = leg_visibility * 0
+        if leg_status == CLEAR and not clear[m]:
+            leg_status, occluder[n], leg_visibility = OCCLUDED, GROUND, leg_visibility * 0
+        if soft and leg_status == OCCLUDED:
+            leg_visibility = leg_visibility * 0 + clear[m]
+        status[n], visibility[n] = leg_status, leg_visibility

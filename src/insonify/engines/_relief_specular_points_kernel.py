@@ -89,7 +89,7 @@ def depth_derivatives(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _direction(
+def _path_gradient(
     north: float, east: float, depth: float, end: Floats, water: SurfaceWater
 ) -> tuple[float, float, float, float, float, float]:
     """Gradient of the length from an end to a point below it [1], slopes of the distance [1/m], and the length [m].
@@ -107,26 +107,27 @@ def _direction(
     reference = water.speed[0]
     p, index = reference * ray.slowness, reference / speed_at(depth, water)
     time, _ = time_and_length(ray, distance, False, water)
-    ahead, aside = (x / distance, y / distance) if distance > 1e-9 else (1.0, 0.0)
+    ray_north, ray_east = (x / distance, y / distance) if distance > 1e-9 else (1.0, 0.0)
     q = math.sqrt(max(index * index - p * p, 1e-12))
-    return p * ahead, p * aside, q, reference / ray.distance, reference / ray.growth, reference * time
+    return (p * ray_north, p * ray_east, q, reference / ray.distance, reference / ray.growth, reference * time)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _second_derivatives(
     gradient: tuple[float, float, float, float, float, float], depth: float, water: SurfaceWater
 ) -> tuple[float, float, float, float, float, float]:
-    """Second derivatives of the length of `_direction` by north, east and depth: nn, ne, ee, nd, ed, dd [1/m]."""
+    """Second derivatives of the length of `_path_gradient` by north, east and depth: nn, ne, ee, nd, ed, dd [1/m]."""
     n, e, d, per, bend, _ = gradient
     if water.depth.size == 0:
         return (1 - n * n) * per, -n * e * per, (1 - e * e) * per, -n * d * per, -e * d * per, (1 - d * d) * per
     p = math.sqrt(n * n + e * e)
-    ahead, aside = (n / p, e / p) if p > 1e-12 else (1.0, 0.0)
+    ray_north, ray_east = (n / p, e / p) if p > 1e-12 else (1.0, 0.0)
     index, below = water.speed[0] / speed_at(depth, water), water.speed[0] / speed_at(depth + 1e-3, water)
     cross = -p / d * bend
     return (
-        per + (bend - per) * ahead * ahead, (bend - per) * ahead * aside, per + (bend - per) * aside * aside,
-        cross * ahead, cross * aside, (p / d) ** 2 * bend + index * (below - index) / 1e-3 / d,
+        per + (bend - per) * ray_north * ray_north, (bend - per) * ray_north * ray_east,
+        per + (bend - per) * ray_east * ray_east,
+        cross * ray_north, cross * ray_east, (p / d) ** 2 * bend + index * (below - index) / 1e-3 / d,
     )  # fmt: skip
 
 
@@ -137,7 +138,7 @@ def _path(north: float, east: float, terrain: TerrainSpline, ends: PathEnds, row
     row[:] = 0.0
     total_north = total_east = down = 0.0
     for end in (ends.begin, ends.stop):
-        gradient = _direction(north, east, depth, end, ends.water)
+        gradient = _path_gradient(north, east, depth, end, ends.water)
         nn, ne, ee, nd, ed, dd = _second_derivatives(gradient, depth, ends.water)
         row[0] += gradient[5]
         total_north += gradient[0]
@@ -189,11 +190,11 @@ def gradients_at_nodes(depth: Floats, margin: int, terrain: TerrainSpline, ends:
             east1 = (c[a - 1, b + 1] - c[a - 1, b - 1] + c[a + 1, b + 1] - c[a + 1, b - 1]) * half
             east1 += 4 * (c[a, b + 1] - c[a, b - 1]) * half
             north, east = terrain.north + a * terrain.step, terrain.east + b * terrain.step
-            one = _direction(north, east, depth[a, b], ends.begin, ends.water)
-            other = _direction(north, east, depth[a, b], ends.stop, ends.water)
-            down = one[2] + other[2]
-            gradient[0, i, j] = one[0] + other[0] + down * north1
-            gradient[1, i, j] = one[1] + other[1] + down * east1
+            begin_gradient = _path_gradient(north, east, depth[a, b], ends.begin, ends.water)
+            stop_gradient = _path_gradient(north, east, depth[a, b], ends.stop, ends.water)
+            down = begin_gradient[2] + stop_gradient[2]
+            gradient[0, i, j] = begin_gradient[0] + stop_gradient[0] + down * north1
+            gradient[1, i, j] = begin_gradient[1] + stop_gradient[1] + down * east1
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -223,37 +224,37 @@ def changes_sign(gradient: Floats, reach: int, result: NDArray[np.bool_]) -> Non
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def stationary_points(starts: Floats, terrain: TerrainSpline, ends: PathEnds, is_found: NDArray[np.bool_]) -> None:
+def stationary_points(starts: Floats, terrain: TerrainSpline, ends: PathEnds, converged: NDArray[np.bool_]) -> None:
     """Move starts to stationary points of the path length by Newton's method.
 
     Args:
         starts: North, east [m], replaced, (n, 2).
         terrain: The ground; the starts are a step apart.
         ends: Ends of the paths.
-        is_found: Filled: True where a stationary point is found, (n,).
+        converged: Filled: True where a stationary point is found, (n,).
     """
     row, step = np.empty(COLUMNS), terrain.step
     for n in range(starts.shape[0]):
         north, east = starts[n, 0], starts[n, 1]
-        is_found[n] = True
+        converged[n] = True
         for number in range(NEWTON_STEPS):
             _path(north, east, terrain, ends, row)
             g, h, nn, ne, ee = row[1], row[2], row[3], row[4], row[5]
             determinant = nn * ee - ne * ne
             if not abs(determinant) > 1e-12:
-                is_found[n] = False
+                converged[n] = False
                 break
             move, aside = (ne * h - ee * g) / determinant, (ne * g - nn * h) / determinant
             strayed = math.hypot(north + move - starts[n, 0], east + aside - starts[n, 1]) > 2 * step
             early = number < NEWTON_STEPS // 2
-            near = math.hypot(g, h) < 4 * step * max(abs(nn), abs(ne), abs(ee))
-            if strayed and not (early and near):
-                is_found[n] = False
+            is_close = math.hypot(g, h) < 4 * step * max(abs(nn), abs(ne), abs(ee))
+            if strayed and not (early and is_close):
+                converged[n] = False
                 break
             size = math.hypot(move, aside)
             part = step / size if early and size > step else 1.0  # starts beside a caustic need more than one step
             north, east = north + part * move, east + part * aside
-        if is_found[n]:
+        if converged[n]:
             _path(north, east, terrain, ends, row)
-            is_found[n] = math.hypot(row[1], row[2]) < 1e-7
+            converged[n] = math.hypot(row[1], row[2]) < 1e-7
         starts[n, 0], starts[n, 1] = north, east

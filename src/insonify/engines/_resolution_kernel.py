@@ -63,20 +63,20 @@ def _ground(cell: ResolutionCell, distance: float, height: float) -> float:
 @njit(cache=True, nogil=True, error_model="numpy")
 def _cell(cell: ResolutionCell, distance: float, height: float) -> float:
     """Largest area that one scatterer may represent [m^2]; see `Resolution.cell_area`."""
-    ground = _ground(cell, distance, height)
-    return min(ground * (math.hypot(distance, height) * cell.width) / cell.per_cell, (cell.elongation * ground) ** 2)
+    length = _ground(cell, distance, height)
+    return min(length * (math.hypot(distance, height) * cell.width) / cell.per_cell, (cell.elongation * length) ** 2)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def ground(cell: ResolutionCell, distance: Floats, height: float, result: Floats) -> None:
-    """Length of a resolution cell on the seabed [m] at some distances [m], into found (n,)."""
+    """Length of a resolution cell on the seabed [m] at some distances [m], into result (n,)."""
     for n in range(distance.size):
         result[n] = _ground(cell, distance[n], height)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def cell_areas(cell: ResolutionCell, distance: Floats, height: float, result: Floats) -> None:
-    """Largest area that one scatterer may represent [m^2] at some distances [m], into found (n,)."""
+    """Largest area that one scatterer may represent [m^2] at some distances [m], into result (n,)."""
     for n in range(distance.size):
         result[n] = _cell(cell, distance[n], height)
 
@@ -94,24 +94,24 @@ def _extremum_distances(cell: ResolutionCell, height: float) -> tuple[float, flo
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def finest(cell: ResolutionCell, nearest: Floats, farthest: Floats, height: float, result: Floats) -> None:
-    """Smallest cell between two distances [m^2], into found (n,); see `Resolution.finest`."""
-    turns = _extremum_distances(cell, height)
+    """Smallest cell between two distances [m^2], into result (n,); see `Resolution.finest`."""
+    extremum_distances = _extremum_distances(cell, height)
     for n in range(nearest.size):
-        least = min(_cell(cell, nearest[n], height), _cell(cell, farthest[n], height))
-        for turn in turns:
-            least = min(least, _cell(cell, min(farthest[n], max(nearest[n], turn)), height))
-        result[n] = least
+        min_area = min(_cell(cell, nearest[n], height), _cell(cell, farthest[n], height))
+        for extremum_distance in extremum_distances:
+            min_area = min(min_area, _cell(cell, min(farthest[n], max(nearest[n], extremum_distance)), height))
+        result[n] = min_area
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def min_ground_lengths(cell: ResolutionCell, nearest: Floats, farthest: Floats, height: float, result: Floats) -> None:
-    """Least length of a resolution cell on the seabed [m] between two distances [m], into found (n,)."""
-    turns = _extremum_distances(cell, height)
+    """Least length of a resolution cell on the seabed [m] between two distances [m], into result (n,)."""
+    extremum_distances = _extremum_distances(cell, height)
     for n in range(nearest.size):
-        least = min(_ground(cell, nearest[n], height), _ground(cell, farthest[n], height))
-        for turn in turns:
-            least = min(least, _ground(cell, min(farthest[n], max(nearest[n], turn)), height))
-        result[n] = least
+        min_length = min(_ground(cell, nearest[n], height), _ground(cell, farthest[n], height))
+        for extremum_distance in extremum_distances:
+            min_length = min(min_length, _ground(cell, min(farthest[n], max(nearest[n], extremum_distance)), height))
+        result[n] = min_length
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -130,10 +130,10 @@ def tile_distance_bounds(
         farthest: Result.
     """
     for n in range(half.size):
-        most = 0.0
+        max_distance = 0.0
         for m in range(outermost.shape[0]):
-            most = max(most, _distance(centre[n, 0], centre[n, 1], outermost[m]))
-        nearest[n], farthest[n] = max(away[n] - half[n] - wander, 0.0), most + half[n] + wander
+            max_distance = max(max_distance, _distance(centre[n, 0], centre[n, 1], outermost[m]))
+        nearest[n], farthest[n] = max(away[n] - half[n] - wander, 0.0), max_distance + half[n] + wander
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -144,7 +144,7 @@ def _distance(x: float, y: float, point: Floats) -> float:
 
 @njit(cache=True, nogil=True)
 def tiles_between(low: Integers, high: Integers, along: Integers, across: Integers) -> None:
-    """Numbers of the tiles of one level from one corner to another, row by row, into along and across (n,)."""
+    """Numbers of the tiles of one scale from one corner to another, row by row, into along and across (n,)."""
     n = 0
     for i in range(low[0], high[0] + 1):
         for j in range(low[1], high[1] + 1):
@@ -156,7 +156,7 @@ def tiles_in_reach(
     pitch: float, along: Integers, across: Integers, area: ReceivableArea, frame: GridFrame, centre: Floats,
     centre_position: Floats,
 ) -> int:  # fmt: skip
-    """Tiles of one level that are near enough to both ends; they move to the front, and their number is returned.
+    """Tiles of one scale that are near enough to both ends; they move to the front, and their number is returned.
 
     Args:
         pitch: Side of their cells [m].
@@ -168,14 +168,14 @@ def tiles_in_reach(
         centre_position: Result, the same as north and east [m].
     """
     north, east, c, s = frame
-    here, other, nearest, farthest, widest = area
+    transmitter, receiver, nearest, farthest, longest_path = area
     side, half, m = TILE * pitch, TILE * pitch / math.sqrt(2.0), 0
     for n in range(along.size):
         x, y = (along[n] + 0.5) * side, (across[n] + 0.5) * side
-        distance = _distance(x, y, here)
+        distance = _distance(x, y, transmitter)
         if distance - half > farthest or distance + half < nearest:
             continue
-        if widest < np.inf and distance + _distance(x, y, other) - 2 * half > widest:
+        if longest_path < np.inf and distance + _distance(x, y, receiver) - 2 * half > longest_path:
             continue
         along[m], across[m], centre[m, 0], centre[m, 1] = along[n], across[n], x, y
         centre_position[m, 0], centre_position[m, 1] = north + c * x - s * y, east + s * x + c * y
@@ -195,12 +195,12 @@ def tiles_above_floor(bound: Floats, floor: float, along: Integers, across: Inte
 
 @njit(cache=True, nogil=True)
 def subdivide_tiles(
-    level: int, along: Integers, across: Integers, finest: Floats
+    scale: int, along: Integers, across: Integers, finest: Floats
 ) -> tuple[Integers, Integers, Floats, Integers, Integers]:
-    """Tiles of one level that are fine enough, and those of the next finer level that the others are cut into.
+    """Tiles of one scale that are fine enough, and those of the next finer scale that the others are cut into.
 
     Args:
-        level: Level of each tile.
+        scale: Scale of the tiles: side of a cell re BASE_PITCH, as a power of two.
         along: Number of each along the scatterer grid's first axis, shape (n,).
         across: Along its second, shape (n,).
         finest: Smallest area that one scatterer may represent in each [m^2], shape (n,).
@@ -209,13 +209,15 @@ def subdivide_tiles(
         Numbers of those that are fine enough, part of their scatterers that fills the sonar's cells [1]; numbers of
         the others' parts.
     """
-    cell = (BASE_PITCH * 2.0**level) ** 2
-    kept, density, m, n = np.empty((2, along.size), np.int64), np.empty(along.size), 0, 0
-    parts = np.empty((2, 4 * along.size), np.int64)
+    cell_area = (BASE_PITCH * 2.0**scale) ** 2
+    fine_tiles, density, m, n = np.empty((2, along.size), np.int64), np.empty(along.size), 0, 0
+    quarters = np.empty((2, 4 * along.size), np.int64)
     for t in range(along.size):
-        if cell <= finest[t] or level == FINEST_LEVEL:
-            kept[0, m], kept[1, m], density[m], m = along[t], across[t], min(cell / finest[t], 1.0), m + 1
+        if cell_area <= finest[t] or scale == FINEST_LEVEL:
+            fine_tiles[0, m], fine_tiles[1, m], density[m], m = (
+                along[t], across[t], min(cell_area / finest[t], 1.0), m + 1,
+            )  # fmt: skip
             continue
-        for part in range(4):
-            parts[0, n], parts[1, n], n = 2 * along[t] + part // 2, 2 * across[t] + part % 2, n + 1
-    return kept[0, :m], kept[1, :m], density[:m], parts[0, :n], parts[1, :n]
+        for quarter in range(4):
+            quarters[0, n], quarters[1, n], n = 2 * along[t] + quarter // 2, 2 * across[t] + quarter % 2, n + 1
+    return fine_tiles[0, :m], fine_tiles[1, :m], density[:m], quarters[0, :n], quarters[1, :n]

@@ -106,26 +106,27 @@ def find_crests(
         if in_shadow:
             crests[s, last, 2] = deep
         for number in range(last + 1):
-            near = float(distance[int(crests[s, number, 0])])
-            crests[s, number, 3] = negligible_beyond(near, float(crests[s, number, 2]), wavelength)
+            crest_distance = float(distance[int(crests[s, number, 0])])
+            crests[s, number, 3] = negligible_beyond(crest_distance, float(crests[s, number, 2]), wavelength)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def negligible_beyond(near: float, hollow_depth: float, wavelength: float) -> float:
+def negligible_beyond(distance: float, hollow_depth: float, wavelength: float) -> float:
     """Horizontal distance from which on a crest changes rays that clear it by less than `NEGLIGIBLE_CHANGE` [m].
 
     The hollow behind it is too shallow for the Fresnel zone, however near it a ray passes, see
     `insonify.propagation.knife_edge_kernel.crest_is_negligible`.
 
     Args:
-        near: Distance of the crest [m].
+        distance: Distance of the crest [m].
         hollow_depth: Depth of the hollow [m].
         wavelength: Acoustic wavelength [m].
     """
     left = (
-        0.999 * 2 * NEGLIGIBLE_CHANGE * wavelength / (2 * math.pi * max(hollow_depth * hollow_depth, 1e-30)) - 1 / near
+        0.999 * 2 * NEGLIGIBLE_CHANGE * wavelength / (2 * math.pi * max(hollow_depth * hollow_depth, 1e-30))
+        - 1 / distance
     )
-    return near + max(1 / left, wavelength) if left > 0 else np.inf
+    return distance + max(1 / left, wavelength) if left > 0 else np.inf
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -138,17 +139,17 @@ def surely_unobstructed(depth: Floats, distance: Floats, image: np.float32, step
         image: Depth of the image [m]; terrain above it is not evaluated.
         step: Samples that are looked at before it is evaluated whether that was enough.
     """
-    more = np.float32(1 + 1e-6)  # above the rounding error of a product or a quotient
+    rounding_margin = np.float32(1 + 1e-6)  # above the rounding error of a product or a quotient
     for s in range(depth.shape[0]):
         for first in range(0, depth.shape[1] - 1, step):
             end = min(first + step, depth.shape[1] - 1)
             near_depth, far_depth = depth[s, first:end], depth[s, first + 1 : end + 1]
-            near, far = distance[first:end], distance[first + 1 : end + 1]
+            near_distance, far_distance = distance[first:end], distance[first + 1 : end + 1]
             sinks = 0
-            for k in range(near.size):  # NaN where the depth is unknown: then nothing is certain
+            for k in range(near_distance.size):  # NaN where the depth is unknown: then nothing is certain
                 low, high = near_depth[k] - image, far_depth[k] - image
-                sinks += (high * near[k] * more <= low * far[k]) & (low > 0) & (high > 0)
-            if sinks < near.size:
+                sinks += (high * near_distance[k] * rounding_margin <= low * far_distance[k]) & (low > 0) & (high > 0)
+            if sinks < near_distance.size:
                 return False
     return True
 
@@ -245,27 +246,29 @@ def strongest_crest_factor(
     """
     launch, crests = horizon.launch, horizon.crests
     sense, slope, end, distance = ray
-    stretch, least, most = math.sqrt(1 + slope * slope), 1 + 0j, 0.0
+    stretch, factor, max_change = math.sqrt(1 + slope * slope), 1 + 0j, 0.0
     length, cosine = distance * stretch, 1 / stretch
     if blocking_sample >= 0:
-        near = (blocking_sample + 1) * step
-        high = sense * (slope - launch[s, blocking_sample]) * near * cosine
-        least = crest_diffraction_factor(high, ENDLESS, length - near * stretch, length, wavelength, table)
-        most = (1 - least.real) ** 2 + least.imag**2
+        reach = (blocking_sample + 1) * step
+        high = sense * (slope - launch[s, blocking_sample]) * reach * cosine
+        factor = crest_diffraction_factor(high, ENDLESS, length - reach * stretch, length, wavelength, table)
+        max_change = (1 - factor.real) ** 2 + factor.imag**2
     for number in range(last, max(last - MAX_CRESTS, -1), -1):
         at, above = float(crests[s, number, 0]), sense * (slope - crests[s, number, 1])
         if at >= end:
             break
         if above < 0 and distance > crests[s, number, 3]:
             continue
-        near = (at + 1) * step
-        clear, hollow_depth, behind = above * near * cosine, crests[s, number, 2] * cosine, length - near * stretch
+        reach = (at + 1) * step
+        clear, hollow_depth, behind = (
+            above * reach * cosine, crests[s, number, 2] * cosine, length - reach * stretch,
+        )  # fmt: skip
         if clear < 0 and crest_is_negligible(
-            -clear, hollow_depth, behind, length, wavelength, max(NEGLIGIBLE_CHANGE * NEGLIGIBLE_CHANGE, most)
+            -clear, hollow_depth, behind, length, wavelength, max(NEGLIGIBLE_CHANGE * NEGLIGIBLE_CHANGE, max_change)
         ):
             continue
         left = crest_diffraction_factor(clear, hollow_depth, behind, length, wavelength, table)
         differs = (1 - left.real) ** 2 + left.imag**2
-        if differs > most:
-            least, most = left, differs
-    return least
+        if differs > max_change:
+            factor, max_change = left, differs
+    return factor

@@ -52,14 +52,14 @@ class AzimuthSlices(NamedTuple):
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def sample_profiles(
-    lines: ProfileLines, level: float, heightmap: HeightmapTiles, missing: NDArray[np.bool_], done: NDArray[np.bool_],
+    lines: ProfileLines, plane: float, heightmap: HeightmapTiles, missing: NDArray[np.bool_], done: NDArray[np.bool_],
     depth: Floats,
 ) -> bool:  # fmt: skip
     """Depths of the seabed along lines, linear between the nodes of the map.
 
     Args:
         lines: The lines, s of them.
-        level: Depth of the plane from which heights are counted [m].
+        plane: Depth of the plane from which heights are counted [m].
         heightmap: Tiles of terrain heights.
         missing: Result, True for the tiles that are missing, (rows, columns) of tiles.
         done: True for runs of `SAMPLES_PER_RUN` samples of a zone that are complete already, (runs,).
@@ -68,26 +68,26 @@ def sample_profiles(
     Returns:
         Whether all is done.
     """
-    every, top, stretch, firsts, direction = True, np.float32(level), 0, lines.firsts, lines.direction
-    at, part = np.empty(SAMPLES_PER_RUN, np.uint32), np.empty((2, SAMPLES_PER_RUN + 1), np.float32)
+    all_complete, plane_depth, run, firsts, direction = True, np.float32(plane), 0, lines.firsts, lines.direction
+    node_offset, cell_fraction = np.empty(SAMPLES_PER_RUN, np.uint32), np.empty((2, SAMPLES_PER_RUN + 1), np.float32)
     for zone in range(firsts.size - 1):
         for begin in range(firsts[zone], firsts[zone + 1], SAMPLES_PER_RUN):
-            if not done[stretch]:
-                there, end = True, min(begin + SAMPLES_PER_RUN, firsts[zone + 1])
+            if not done[run]:
+                run_complete, end = True, min(begin + SAMPLES_PER_RUN, firsts[zone + 1])
                 for s in range(depth.shape[0]):
-                    there &= _sample_line(
-                        lines, direction[s, zone], begin, top, heightmap, missing, (at, part),
+                    run_complete &= _sample_line(
+                        lines, direction[s, zone], begin, plane_depth, heightmap, missing, (node_offset, cell_fraction),
                         depth[s, begin:end],
                     )  # fmt: skip
-                done[stretch] = there
-                every &= there
-            stretch += 1
-    return every
+                done[run] = run_complete
+                all_complete &= run_complete
+            run += 1
+    return all_complete
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _sample_line(
-    lines: ProfileLines, ray: Floats, first: int, top: np.float32, heightmap: HeightmapTiles,
+    lines: ProfileLines, ray: Floats, first: int, plane_depth: np.float32, heightmap: HeightmapTiles,
     missing: NDArray[np.bool_], cells: tuple[NDArray[np.uint32], Floats], depth: Floats,
 ) -> bool:  # fmt: skip
     """Depths along a run of one line from sample `first` on; returns True if no tile of the map is missing.
@@ -101,43 +101,43 @@ def _sample_line(
         ray[0] * lines.step / heightmap.cell,
         ray[1] * lines.step / heightmap.cell,
     )
-    at, part = cells
-    flat, rows, height, width = heightmap.heights, heightmap.row_of, missing.shape[0], missing.shape[1]
-    there, k, stop = True, first, first + depth.size
+    node_offset, cell_fraction = cells
+    heights, slot_of_tile, height, width = heightmap.heights, heightmap.row_of, missing.shape[0], missing.shape[1]
+    is_complete, k, stop = True, first, first + depth.size
     while k < stop:
         i, j = math.floor(x0 + (k + 1) * dx) >> SHIFT, math.floor(y0 + (k + 1) * dy) >> SHIFT
         row, column, slot = i - heightmap.corner_a, j - heightmap.corner_b, -1
         if 0 < row < height - 1 and 0 < column < width - 1:
-            slot = rows[row * width + column]
+            slot = slot_of_tile[row * width + column]
         else:
             row, column = 0, 0
         if slot < 0:
-            missing[row, column], there = True, False
+            missing[row, column], is_complete = True, False
             k += 1
             continue
         tile, north, east = (
-            flat[slot * NODES * NODES : (slot + 1) * NODES * NODES],
-            float(i << SHIFT),
-            float(j << SHIFT),
-        )
+            heights[slot * NODES * NODES : (slot + 1) * NODES * NODES], float(i << SHIFT), float(j << SHIFT),
+        )  # fmt: skip
         run = min(_samples_left(x0 - north, dx, k), _samples_left(y0 - east, dy, k), stop - k)
         for m in range(run):
             x, y = x0 + (k + m + 1) * dx - north, y0 + (k + m + 1) * dy - east
             a, b = np.int32(x), np.int32(y)
-            at[m], part[0, m], part[1, m] = a * NODES + b, np.float32(x - a), np.float32(y - b)
-        depth_of_run, touched = depth[k - first : k - first + run], np.float32(0)
+            node_offset[m], cell_fraction[0, m], cell_fraction[1, m] = (
+                a * NODES + b, np.float32(x - a), np.float32(y - b),
+            )  # fmt: skip
+        depth_of_run, prefetched = depth[k - first : k - first + run], np.float32(0)
         for m in range(0, run, 2):  # prefetch: all nodes are read once before the first is used
-            touched += tile[at[m]] + tile[at[m] + NORTH_NEIGHBOUR]
-        part[0, SAMPLES_PER_RUN] = touched
+            prefetched += tile[node_offset[m]] + tile[node_offset[m] + NORTH_NEIGHBOUR]
+        cell_fraction[0, SAMPLES_PER_RUN] = prefetched
         for m in range(run):
-            node, f, g = at[m], part[0, m], part[1, m]  # unsigned: no index from the end
+            node, f, g = node_offset[m], cell_fraction[0, m], cell_fraction[1, m]  # unsigned: no index from the end
             low = tile[node] + g * (tile[node + EAST_NEIGHBOUR] - tile[node])
             high = tile[node + NORTH_NEIGHBOUR] + g * (
                 tile[node + NORTH_NEIGHBOUR + EAST_NEIGHBOUR] - tile[node + NORTH_NEIGHBOUR]
             )
-            depth_of_run[m] = top - (low + f * (high - low))
+            depth_of_run[m] = plane_depth - (low + f * (high - low))
         k += run
-    return there
+    return is_complete
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -175,7 +175,9 @@ def profiles_of(
     Returns:
         Number of points whose profile is not stored.
     """
-    edges, counts, starts, merged, home = slices.edges, slices.counts, slices.starts, slices.merged, slices.home
+    edges, counts, starts, merged, array_of_slice = (
+        slices.edges, slices.counts, slices.starts, slices.merged, slices.home,
+    )  # fmt: skip
     c, s, missing, zones = math.cos(slices.heading), math.sin(slices.heading), 0, edges.size
     turn = np.empty(distance.size)
     for n in range(distance.size):
@@ -190,7 +192,7 @@ def profiles_of(
         power = merged[index >> MERGE_BLOCK_LOG2]
         index = (index >> power) << power
         slice_of[n] = index
-        if home[index] < 0:
+        if array_of_slice[index] < 0:
             to_sample[index] = True
             missing += 1
     return missing
@@ -202,13 +204,13 @@ def bearing_in_turns(x: float, y: float) -> float:
 
     Source: Abramowitz & Stegun (1964), Handbook of Mathematical Functions, 4.4.49 (from memory; the error is measured).
     """
-    one, other = abs(x), abs(y)
-    q = min(one, other) / max(one, other, 1e-300)
+    x_size, y_size = abs(x), abs(y)
+    q = min(x_size, y_size) / max(x_size, y_size, 1e-300)
     z = q * q
     a = 0.0429096138 + z * (-0.0161657367 + z * 0.0028662257)
     a = -0.1420889944 + z * (0.1065626393 + z * (-0.0752896400 + z * a))
     a = q * (1 + z * (-0.3333314528 + z * (0.1999355085 + z * a))) * (0.5 / math.pi)
-    a = 0.25 - a if other > one else a
+    a = 0.25 - a if y_size > x_size else a
     a = 0.5 - a if x < 0 else a
     return 1 - a if y < 0 else a
 
@@ -243,25 +245,25 @@ def profile_bearings(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def group_by_profile(
-    slice_of: Integers, home: Rows, row: Rows, starts: Integers, points: Integers, rows: Integers
+    slice_of: Integers, array_of_slice: Rows, row_of_slice: Rows, starts: Integers, points: Integers, rows: Integers
 ) -> None:
     """Points sorted by the array in which the lines of their slices are stored, otherwise in their order.
 
     Args:
         slice_of: Slice of each point, (n,).
-        home: Array in which the line of each slice is stored, (slices,).
-        row: Row of that array, (slices,).
+        array_of_slice: Array in which the line of each slice is stored, (slices,).
+        row_of_slice: Row of that array, (slices,).
         starts: Result, where each position begins among `points`; the last number is the end of all, (positions + 1,).
         points: Result, points by position, (n,).
         rows: Result, row of the line of each of these, (n,).
     """
     starts[:] = 0
     for n in range(slice_of.size):
-        starts[home[slice_of[n]] + 1] += 1
-    for k in range(starts.size - 1):
-        starts[k + 1] += starts[k]
-    at = starts[:-1].copy()
+        starts[array_of_slice[slice_of[n]] + 1] += 1
+    for array in range(starts.size - 1):
+        starts[array + 1] += starts[array]
+    next_index = starts[:-1].copy()
     for n in range(slice_of.size):
-        k = home[slice_of[n]]
-        points[at[k]], rows[at[k]] = n, row[slice_of[n]]
-        at[k] += 1
+        array = array_of_slice[slice_of[n]]
+        points[next_index[array]], rows[next_index[array]] = n, row_of_slice[slice_of[n]]
+        next_index[array] += 1

@@ -120,23 +120,23 @@ class BeamImportance:
             tiles: The tiles.
             density: Share of their scatterers that fills the sonar's cells, shape (n,).
         """
-        row, none = np.full(len(density), -1), np.empty((0, PARTS, PARTS))
+        row, no_parts = np.full(len(density), -1), np.empty((0, PARTS, PARTS))
         # the largest gain at a distance is known for one origin only
         if self.ping_geometry.receive_track_extent is not None or not self.importance_sampling:
-            return GainBounds(density, np.ones(len(density)), np.ones(len(density)), row, none)
+            return GainBounds(density, np.ones(len(density)), np.ones(len(density)), row, no_parts)
         every, around = np.arange(len(density)), TILE * tiles.pitch * np.sqrt(0.5)
         position = self._positions(tiles, every, np.array([0.5]))
-        whole, middle = self._relative_gain(position, around), self._relative_gain(position)
-        many = np.flatnonzero(density * self._keep_probability(whole) * TILE**2 > MIN_SCATTERERS_BY_PART)
-        row[many] = np.arange(len(many))
-        position = self._positions(tiles, many, (np.arange(PARTS) + 0.5) / PARTS)
-        parts = self._relative_gain(position, np.repeat(around[many] / PARTS, PARTS**2))
-        return GainBounds(density, whole, middle, row, parts.reshape(-1, PARTS, PARTS))
+        tile_gain, centre_gain = self._relative_gain(position, around), self._relative_gain(position)
+        many_scatterers = np.flatnonzero(density * self._keep_probability(tile_gain) * TILE**2 > MIN_SCATTERERS_BY_PART)
+        row[many_scatterers] = np.arange(len(many_scatterers))
+        position = self._positions(tiles, many_scatterers, (np.arange(PARTS) + 0.5) / PARTS)
+        parts = self._relative_gain(position, np.repeat(around[many_scatterers] / PARTS, PARTS**2))
+        return GainBounds(density, tile_gain, centre_gain, row, parts.reshape(-1, PARTS, PARTS))
 
     def expected(self, bounds: GainBounds) -> Floats:
         """Scatterers of each tile that are likely to be drawn [1], shape (n,)."""
-        share, many = self._keep_probability(bounds.tile_gain), bounds.row >= 0
-        share[many] = self._keep_probability(bounds.part_gains[bounds.row[many]]).mean(axis=(1, 2))
+        share, in_parts = self._keep_probability(bounds.tile_gain), bounds.row >= 0
+        share[in_parts] = self._keep_probability(bounds.part_gains[bounds.row[in_parts]]).mean(axis=(1, 2))
         return bounds.density * share * TILE**2
 
     def keep_probabilities(self, tiles: Tiles, bounds: GainBounds) -> KeepProbabilities:
@@ -168,8 +168,8 @@ class BeamImportance:
         count = len(corner)
         position = self._positions(tiles, np.arange(count), (np.arange(PARTS) + 0.5) / PARTS)
         around = np.repeat(TILE * tiles.pitch * np.sqrt(0.5) / PARTS, PARTS**2)
-        lit, direct = self._face_gain(position, around), self._direct_gain(position, around)
-        gain = np.where(lit > direct, lit, 0.0).reshape(count, PARTS, PARTS)
+        face_gain, direct = self._face_gain(position, around), self._direct_gain(position, around)
+        gain = np.where(face_gain > direct, face_gain, 0.0).reshape(count, PARTS, PARTS)
         for i in (0, 1):
             for j in (0, 1):
                 part = corner[:, i : PARTS + i, j : PARTS + j]
@@ -334,8 +334,8 @@ class BeamImportance:
         bearings = {self.ping_geometry.first_beam_bearing}
         for beams in (self.ping_geometry.transmit_beams, self.ping_geometry.receive_beams):
             across, deep = beams.steer[:: max(1, len(beams.steer) // SECTORS)].T
-            ahead = np.sqrt(np.maximum(1 - across**2 - deep**2, 0))
-            direction = np.stack([ahead, across, deep], axis=-1) @ beams.axes
+            forward = np.sqrt(np.maximum(1 - across**2 - deep**2, 0))
+            direction = np.stack([forward, across, deep], axis=-1) @ beams.axes
             bearings |= set(np.arctan2(direction[:, 1], direction[:, 0]).tolist())
         return sorted(bearings)
 
@@ -376,8 +376,8 @@ class BeamImportance:
         count = len(sines)
         glinting = np.arange(count + len(glint_rows)) >= count
         if self.glints is None or not glint_rows:
-            none = np.empty((count, 0))
-            return kernel.RaySpreads(none, none, none, glinting, np.zeros(3), (none, none, none, none)), sines
+            empty = np.empty((count, 0))
+            return kernel.RaySpreads(empty, empty, empty, glinting, np.zeros(3), (empty, empty, empty, empty)), sines
         amplitude, (tilt, turn) = np.ones((len(glinting), len(distance))), np.zeros((2, len(glinting), len(distance)))
         for to, (row, legs) in enumerate(glint_rows, count):
             amplitude[row], amplitude[to], tilt[to], turn[to] = (
@@ -393,10 +393,10 @@ class BeamImportance:
 
 
 @share_kernel.keep_probabilities.stand_in
-def _shares(gain: Floats, fewer: float, least: float, probability: Floats) -> None:
-    """Keep probabilities of the scatterers, as the kernel `keep_probabilities`, into found (n,)."""
+def _shares(gain: Floats, linear_below: float, min_probability: float, probability: Floats) -> None:
+    """Keep probabilities of the scatterers, as the kernel `keep_probabilities`, into probability (n,)."""
     gain = np.minimum(gain, 1.0)
-    probability[:] = np.clip(np.maximum(gain * gain, fewer * gain), least, 1.0)
+    probability[:] = np.clip(np.maximum(gain * gain, linear_below * gain), min_probability, 1.0)
 
 
 def _nodes(farthest: float) -> Floats:

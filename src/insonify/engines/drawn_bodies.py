@@ -13,14 +13,14 @@ MAX_CONCURRENT_PING_BYTES = 256 << 20
 class DrawnBodies:
     """Cache of the points of bodies, by all that they depend on; the least recently used are dropped first."""
 
-    def __init__(self, most: int = MAX_CONCURRENT_PING_BYTES) -> None:
+    def __init__(self, max_bytes: int = MAX_CONCURRENT_PING_BYTES) -> None:
         """Create an empty cache.
 
         Args:
-            most: Memory of the points that are kept beyond those of the last body [bytes].
+            max_bytes: Memory of the points that are kept beyond those of the last body [bytes].
         """
-        self._most = most
-        self._held = 0
+        self._max_bytes = max_bytes
+        self._total_bytes = 0
         self._points: OrderedDict[Hashable, Scatterers] = OrderedDict()
         self._lock = Lock()
 
@@ -39,9 +39,9 @@ class DrawnBodies:
         with self._lock:
             if key not in self._points:
                 self._points[key] = points
-                self._held += size(points)
-            while self._held > self._most and len(self._points) > 1:
-                self._held -= size(self._points.popitem(last=False)[1])
+                self._total_bytes += size(points)
+            while self._total_bytes > self._max_bytes and len(self._points) > 1:
+                self._total_bytes -= size(self._points.popitem(last=False)[1])
         return points
 
 

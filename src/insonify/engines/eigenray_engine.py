@@ -123,8 +123,8 @@ class EigenrayEngine:
             include_negligible: See `pairs`.
         """
         hull = len(hull_families(self.choice.followed_families)) if ping_geometry.hull is not None else 0
-        for scatterers, faces in self._by_faces(ping_geometry, block()):
-            further = hull + faces * len(face_families(self.choice))
+        for scatterers, face_count in self._by_faces(ping_geometry, block()):
+            further = hull + face_count * len(face_families(self.choice))
             size = points_at_once(self.scene, self.choice, scatterers, further)
             for start in range(0, max(len(scatterers), 1), size):
                 batch = scatterers if len(scatterers) <= size else scatterers.take(slice(start, start + size))
@@ -262,17 +262,17 @@ class EigenrayEngine:
 
     def _by_faces(self, ping_geometry: PingGeometry, scatterers: Scatterers) -> Iterator[tuple[Scatterers, int]]:
         """Scatterers of a block and the number of faces that light any, apart those that none does."""
-        lit, count = np.zeros(len(scatterers), bool), 0
+        by_faces, count = np.zeros(len(scatterers), bool), 0
         for face in self.faces(ping_geometry):
             reached = self._lit(face, ping_geometry.transmit_position, scatterers, ping_geometry)
             if not ping_geometry.is_monostatic:
                 reached |= self._lit(face, ping_geometry.receive_position, scatterers, ping_geometry)
-            lit, count = lit | reached, count + bool(reached.any())
-        if lit.all() or not lit.any():
+            by_faces, count = by_faces | reached, count + bool(reached.any())
+        if by_faces.all() or not by_faces.any():
             yield scatterers, count
             return
-        yield scatterers.take(~lit), 0
-        yield scatterers.take(lit), count
+        yield scatterers.take(~by_faces), 0
+        yield scatterers.take(by_faces), count
 
     def _lit(
         self, face: FlatFace, position: Floats, scatterers: Scatterers, ping_geometry: PingGeometry
@@ -288,14 +288,14 @@ class EigenrayEngine:
     ) -> tuple[Legs, Legs]:
         """Transmit and receive legs with those by way of faces, see `insonify.engines.face_reflection`."""
         faces, families = self.faces(ping_geometry), face_families(self.choice)
-        one_end = out is back
+        same_end = out is back
         for number, face in enumerate(faces):
 
             def reflected(position: Floats, face: FlatFace = face, number: int = number) -> tuple[Legs, Legs] | None:
-                lit = self._lit(face, position, scatterers, ping_geometry)
-                if not lit.any():
+                reached = self._lit(face, position, scatterers, ping_geometry)
+                if not reached.any():
                     return None
-                points, image = scatterers.take(lit), face.image(position)
+                points, image = scatterers.take(reached), face.image(position)
                 legs = legs_off_face(face, self.rays, position, points, families, ping_geometry.frequency)
                 legs = self._with_water_delays(legs, points, ping_geometry, image)
                 terrain = self.scene.seabed.terrain
@@ -311,8 +311,8 @@ class EigenrayEngine:
                     end = SonarEnd(image, ping_geometry.time, face.image(ping_geometry.transmit_position))
                     seed = self.seed ^ (FACE_SEED * (number + 1))
                     both = apply_surface_reflection(legs, self.scene, seed, points, ping_geometry.frequency, end)
-                first = face_rows(both[0], face, number, len(faces), lit)
-                return first, (first if both[1] is both[0] else face_rows(both[1], face, number, len(faces), lit))
+                first = face_rows(both[0], face, number, len(faces), reached)
+                return first, (first if both[1] is both[0] else face_rows(both[1], face, number, len(faces), reached))
 
             sent = reflected(ping_geometry.transmit_position)
             received = sent if ping_geometry.is_monostatic else reflected(ping_geometry.receive_position)
@@ -320,8 +320,8 @@ class EigenrayEngine:
                 out = joined_legs(out, sent[0])
             if received is not None:
                 back = joined_legs(back, received[1])
-            one_end = one_end and (sent is None or (received is sent and sent[0] is sent[1]))
-            if one_end:
+            same_end = same_end and (sent is None or (received is sent and sent[0] is sent[1]))
+            if same_end:
                 back = out
         return out, back
 

@@ -86,13 +86,13 @@ def face_images(
     for face in reflecting_faces(scene, choice, ping_geometry.frequency):
         families = reached if face.is_upright else tuple(name for name in reached if name == DIRECT)
         mirror = np.eye(3) - 2 * np.outer(face.axes[0], face.axes[0])
-        ahead = ping_geometry.boresight @ mirror
+        boresight = ping_geometry.boresight @ mirror
         sonar = replace(
             ping_geometry, transmit_position=face.image(ping_geometry.transmit_position),
-            receive_position=face.image(ping_geometry.receive_position), boresight=ahead,
+            receive_position=face.image(ping_geometry.receive_position), boresight=boresight,
             transmit_beams=ping_geometry.transmit_beams.rotated(ping_geometry.transmit_beams.axes @ mirror),
             receive_beams=ping_geometry.receive_beams.rotated(ping_geometry.receive_beams.axes @ mirror),
-            first_beam_bearing=float(np.arctan2(ahead[1], ahead[0])),
+            first_beam_bearing=float(np.arctan2(boresight[1], boresight[0])),
         )  # fmt: skip
         if families:
             tall = scene.seabed.depth * choice.max_reflections

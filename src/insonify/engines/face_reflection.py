@@ -77,18 +77,20 @@ def lit_points(
         around: Distance from the points that counts to them [m], shape (n,).
     """
     before, after = float(face.height_of(position)), face.height_of(points)
-    lit = after + around > NEAREST
-    if before <= NEAREST or not lit.any():
+    is_reached = after + around > NEAREST
+    if before <= NEAREST or not is_reached.any():
         return np.zeros(len(points), bool)
-    whole = before + np.maximum(after, NEAREST)
-    part = before / whole
+    total_distance = before + np.maximum(after, NEAREST)
+    part = before / total_distance
     point_offset, sonar_offset = points @ face.axes[1], position @ face.axes[1]
     along = sonar_offset + part * (point_offset - sonar_offset)
-    offset_length = np.hypot(whole, point_offset - sonar_offset)
-    clearance = around * (part + np.abs(point_offset - sonar_offset) / whole)
-    clearance += RIPPLES * np.sqrt(wavelength / 2 * (offset_length + tall) * part * (1 - part)) * offset_length / whole
+    offset_length = np.hypot(total_distance, point_offset - sonar_offset)
+    clearance = around * (part + np.abs(point_offset - sonar_offset) / total_distance)
+    clearance += (
+        RIPPLES * np.sqrt(wavelength / 2 * (offset_length + tall) * part * (1 - part)) * offset_length / total_distance
+    )
     low, high = ((face.strips[:, 1] + side * face.strips[:, 5]) for side in (-1, 1))
-    return np.asarray(lit & (along > low.min() - clearance) & (along < high.max() + clearance))
+    return np.asarray(is_reached & (along > low.min() - clearance) & (along < high.max() + clearance))
 
 
 def legs_off_face(
@@ -123,7 +125,7 @@ def legs_off_face(
     )  # fmt: skip
 
 
-def face_rows(legs: Legs, face: FlatFace, number: int, count: int, lit: Marks) -> Legs:
+def face_rows(legs: Legs, face: FlatFace, number: int, count: int, reached: Marks) -> Legs:
     """Legs of the image as those of the sonar, to all points: named F, as they leave the sonar.
 
     Args:
@@ -131,30 +133,30 @@ def face_rows(legs: Legs, face: FlatFace, number: int, count: int, lit: Marks) -
         face: The face.
         number: Its number, from 0: that of the ray among those off all faces.
         count: Number of all faces.
-        lit: True for the points that they reach, shape (n,); the others have no such leg.
+        reached: True for the points that they reach, shape (n,); the others have no such leg.
     """
-    n, rows = len(lit), len(legs.families)
+    n, rows = len(reached), len(legs.families)
     columns: dict[str, Any] = {}
     for name in ("delay", "spreading", "grazing", "absorption", "reflection_coefficient", "visibility", "caustics"):
         column = getattr(legs, name)
         columns[name] = np.zeros((rows, n), column.dtype)
-        columns[name][:, lit] = column
+        columns[name][:, reached] = column
     columns["length"], columns["status"] = np.ones((rows, n)), np.full((rows, n), LegStatus.SHADOW, np.uint8)
     columns["occluder"] = np.full((rows, n), -1, np.int16)
     for name in ("length", "status", "occluder"):
-        columns[name][:, lit] = getattr(legs, name)
+        columns[name][:, reached] = getattr(legs, name)
     mirror = np.eye(3) - 2 * np.outer(face.axes[0], face.axes[0])
     columns["departure"], columns["arrival"] = np.zeros((2, rows, n, 3)) + face.axes[0]
-    columns["departure"][:, lit], columns["arrival"][:, lit] = legs.departure @ mirror, legs.arrival
+    columns["departure"][:, reached], columns["arrival"][:, reached] = legs.departure @ mirror, legs.arrival
     glints, caustic = legs.glints, legs.caustic
     if glints is not None:
         phasor = np.ones((rows, n), complex)
-        phasor[:, lit] = glints.phasor
+        phasor[:, reached] = glints.phasor
         label = tuple(value if value < 0 else value + ((number + 1) << LABEL_BITS) for value in glints.bounce_id)
         glints = GlintPhasors(label, phasor)
     if caustic is not None:
         caustic = np.ones((rows, n), complex)
-        caustic[:, lit] = legs.caustic
+        caustic[:, reached] = legs.caustic
     return Legs(
         families=tuple(map(face_family, legs.families)), branch=tuple(number + count * value for value in legs.branch),
         caustic=caustic, glints=glints, **columns,

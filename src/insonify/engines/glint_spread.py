@@ -126,10 +126,10 @@ class GlintSpread:
         amplitude, tilt, turn = (
             np.interp(distance, _NODES, column) for column in (legs.glints, legs.elevation_change, legs.bearing_change)
         )
-        ahead = np.where(distance[:, None] > 1e-6, away / np.maximum(distance, 1e-6)[:, None], [1.0, 0.0])
+        horizontal = np.where(distance[:, None] > 1e-6, away / np.maximum(distance, 1e-6)[:, None], [1.0, 0.0])
         gain_bound = np.empty(len(centre))
         spread = kernel.GlintDeviations(tilt, turn, np.array(self.slopes), MAX_DEVIATIONS)
-        kernel.glint_bounds(cones.axis, cones.half_angle, ahead, spread, beams.kernel_majorants, gain_bound)
+        kernel.glint_bounds(cones.axis, cones.half_angle, horizontal, spread, beams.kernel_majorants, gain_bound)
         return np.asarray(gain_bound * amplitude)
 
 
@@ -188,16 +188,16 @@ def _legs(sea: GlintSpread, family: str, source_depth: float, distances: bytes, 
         (boundary.phase_per_height * lines.vertical_travel / lines.length) ** 2 * height[boundary]
         for boundary in bounces
     ]
-    alike = len(set(bounces)) == 1
-    total = len(quanta) * quanta[0] if alike else sum(quanta)
+    is_one_boundary = len(set(bounces)) == 1
+    total = len(quanta) * quanta[0] if is_one_boundary else sum(quanta)
     share = -np.expm1(-total)
     # slopes are those of a boundary in the mean over all bounces, and the coherent ones have none
     steepest = np.max([np.max(boundary) for boundary in slopes_of.values()])
-    incoherent = np.maximum(-np.expm1(-(quanta[0] if alike else total)), MIN_GLINT_FRACTION)
-    more = np.minimum(1 / np.sqrt(incoherent), STEEPEST / np.maximum(steepest, 1e-12))
+    incoherent = np.maximum(-np.expm1(-(quanta[0] if is_one_boundary else total)), MIN_GLINT_FRACTION)
+    slope_factor = np.minimum(1 / np.sqrt(incoherent), STEEPEST / np.maximum(steepest, 1e-12))
     tilt, turn = np.zeros(len(distance)), np.zeros(len(distance))
     for row, boundary in enumerate(bounces):
-        slope = np.clip(slopes_of[boundary] * more, 1e-6, STEEPEST)
+        slope = np.clip(slopes_of[boundary] * slope_factor, 1e-6, STEEPEST)
         scale = 1.0 if sea.bed is None else slopes_of[boundary] ** 2
         for axis, sense in ((0, 1.0), (0, -1.0), (1, 1.0)):
             slopes = np.zeros((len(bounces), 2, len(distance)))
@@ -207,7 +207,7 @@ def _legs(sea: GlintSpread, family: str, source_depth: float, distances: bytes, 
                 tilt += scale * (np.sum(turned**2, axis=1) / slope**2 / 2)
             else:
                 turn += scale * (np.sum(turned[:, 1:2] ** 2, axis=1) / slope**2)
-    return LegSpread(np.exp(-total / 2), np.sqrt(share), np.sqrt(tilt) * more, np.sqrt(turn) * more)
+    return LegSpread(np.exp(-total / 2), np.sqrt(share), np.sqrt(tilt) * slope_factor, np.sqrt(turn) * slope_factor)
 
 
 @lru_cache(maxsize=32)
@@ -223,12 +223,12 @@ def _table(majorant: bytes, per_unit: float) -> Floats:
     spread = kernel.MIN_SPREAD_ROWS * 2.0 ** np.arange(
         max(2, math.ceil(math.log2(kernel.MAX_SPREAD * per_unit / kernel.MIN_SPREAD_ROWS)) + 1)
     )
-    far = int(np.ceil(4 * kernel.MIXTURE_DEVIATIONS[-1] * spread[-1] / step))
-    line = np.concatenate([np.pad(half[:0:-1], (far, 0), mode="edge"), np.pad(half, (0, far), mode="edge")])
+    padding = int(np.ceil(4 * kernel.MIXTURE_DEVIATIONS[-1] * spread[-1] / step))
+    line = np.concatenate([np.pad(half[:0:-1], (padding, 0), mode="edge"), np.pad(half, (0, padding), mode="edge")])
     size = 2 ** math.ceil(math.log2(2 * len(line)))
     turned, wave = np.fft.rfft(line, size), 2 * np.pi * np.fft.rfftfreq(size) / step
     table = np.empty((len(spread), rows))
-    middle = far + len(half) - 1
+    middle = padding + len(half) - 1
     for row, width in enumerate(spread):
         window = sum(np.exp(-0.5 * (part * width * wave) ** 2) for part in kernel.MIXTURE_DEVIATIONS) / len(
             kernel.MIXTURE_DEVIATIONS

@@ -72,10 +72,10 @@ def with_hull(
     factor = plate_factors(under[0], plate, position, scatterers.position, scene, frequency)
     factor *= [[(-plate.reflection) ** name.count("H")] for name in under[0].families]  # in place of the sea's -1
     below = scatterers.position[:, 2] >= plate.centre[2] - ROUNDING
-    more = [replace(off_hull, reflection_coefficient=off_hull.reflection_coefficient * factor,
+    hull_legs = [replace(off_hull, reflection_coefficient=off_hull.reflection_coefficient * factor,
                     visibility=off_hull.visibility * below) for off_hull in under]  # fmt: skip
-    first = joined_legs(both[0], more[0])
-    return first, first if back is out and under[0] is under[1] else joined_legs(both[1], more[1])
+    first = joined_legs(both[0], hull_legs[0])
+    return first, first if back is out and under[0] is under[1] else joined_legs(both[1], hull_legs[1])
 
 
 def _legs_off_hull(
@@ -133,17 +133,17 @@ def plate_factors(
     factor = np.ones(legs.delay.shape, complex)
     for row, family in enumerate(legs.families):
         bounces, crossings, first, last = _unfolded_depths(family, position[2], hull, scene.seabed.depth)
-        whole = np.maximum(last[0] + np.abs(points[:, 2] - last[1]), 1e-9)
+        total_travel = np.maximum(last[0] + np.abs(points[:, 2] - last[1]), 1e-9)
         for at, passes in [(at, False) for at in bounces] + [(at, True) for at in crossings]:
-            part = np.clip(at / whole, 0.0, 1.0)
+            part = np.clip(at / total_travel, 0.0, 1.0)
             crossing = position[:2] + part[:, None] * (points[:, :2] - position[:2])
             if legs.glints is not None and legs.glints.bounce_id[row] >= 0:
                 ends = position[:2], points[:, :2]
-                crossing = _displaced(at, (first, last[0], whole), ends, legs.departure[row], legs.arrival[row])
+                crossing = _displaced(at, (first, last[0], total_travel), ends, legs.departure[row], legs.arrival[row])
             length = legs.length[row]
             within = rectangle_factor(plate, crossing, length * part, length * (1 - part), wavelength)
             if passes:  # a path that ends before it comes back to the hull's depth does not cross it again
-                within = np.where(at <= whole, 1 - within, 1.0)
+                within = np.where(at <= total_travel, 1 - within, 1.0)
             factor[row] *= within
     return factor
 
@@ -160,14 +160,16 @@ def _displaced(
         departure: Unit vectors of travel at the beginning, shape (n, 3).
         arrival: Unit vectors of travel at the end, shape (n, 3).
     """
-    first, last, whole = travels
-    ahead, behind = (ray[:, :2] / np.maximum(np.abs(ray[:, 2:]), 1e-3) for ray in (departure, arrival))
+    first, last, total_travel = travels
+    departure_cotangent, arrival_cotangent = (
+        ray[:, :2] / np.maximum(np.abs(ray[:, 2:]), 1e-3) for ray in (departure, arrival)
+    )
 
     def before(travel: float) -> Floats:
-        return np.asarray(ends[0] + travel * ahead)
+        return np.asarray(ends[0] + travel * departure_cotangent)
 
     def after(travel: float) -> Floats:
-        return np.asarray(ends[1] - np.maximum(whole - travel, 0.0)[:, None] * behind)
+        return np.asarray(ends[1] - np.maximum(total_travel - travel, 0.0)[:, None] * arrival_cotangent)
 
     if at <= first or at >= last:
         return before(at) if at <= first else after(at)

@@ -45,8 +45,8 @@ def counted_once(
         first, second = (
             legs.glints is not None and legs.glints.bounce_id[at] >= 0 for legs, at in ((out, i), (back, j))
         )
-        others = other_scatterers(out.families[i], back.families[j], followed)
-        if not (first and others[0]) and not (second and others[1]):
+        scatterer_counts = other_scatterers(out.families[i], back.families[j], followed)
+        if not (first and scatterer_counts[0]) and not (second and scatterer_counts[1]):
             continue
         change = np.hypot(*(out.arrival[i, :, :2] + back.arrival[j, :, :2]).T)
         points = np.flatnonzero(change < 1 / SLOPE_CUT)
@@ -54,10 +54,10 @@ def counted_once(
             continue
         counts = [
             incoherent_bounces(legs, at, number, points)
-            for legs, at, number in zip((out, back), (i, j), others, strict=True)
+            for legs, at, number in zip((out, back), (i, j), scatterer_counts, strict=True)
         ]
         repeated = sum(
-            one * other / (1 + m + k) for m, one in enumerate(counts[0]) for k, other in enumerate(counts[1])
+            sent * received / (1 + m + k) for m, sent in enumerate(counts[0]) for k, received in enumerate(counts[1])
         )
         surface = interface.cross_section(out.arrival[i, points].T, -back.arrival[j, points].T, normal[points].T)
         result[row, points] -= np.minimum(surface, section[row, points]) * (1 - repeated)
@@ -70,18 +70,18 @@ def other_scatterers(out: str, back: str, followed: Iterable[str]) -> tuple[int,
     Args:
         out: Family of the transmit leg.
         back: Family of the receive leg.
-        followed: Families that reach the seabed, as sequences of bounces.
+        followed: Families that reach the seabed, as legs of bounces.
 
     Example:
         >>> other_scatterers("BH", "D", {"", "BH"})
         (1, 0)
     """
 
-    def count(one: str, other: str) -> int:
-        bounces = (at for at, letter in enumerate(one) if letter == "B")
-        return sum(one[:at] in known and other + "B" + one[:at:-1] in known for at in bounces)
+    def count(leg: str, other_leg: str) -> int:
+        bounces = (at for at, letter in enumerate(leg) if letter == "B")
+        return sum(leg[:at] in families and other_leg + "B" + leg[:at:-1] in families for at in bounces)
 
-    known, legs = set(followed), (bounce_sequence(out), bounce_sequence(back))
+    families, legs = set(followed), (bounce_sequence(out), bounce_sequence(back))
     return count(*legs), count(*legs[::-1])
 
 

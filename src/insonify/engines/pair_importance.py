@@ -75,7 +75,7 @@ class PairSelection:
         if self.sampling is None:
             return None
         number = {name: k for k, name in enumerate(self.families)}
-        row = [number[one] * len(number) + number[other] for one, other in zip(out, back, strict=True)]
+        row = [number[sent] * len(number) + number[received] for sent, received in zip(out, back, strict=True)]
         keep_probability = self.sampling.keep_probability
         every = row == list(range(len(keep_probability)))
         return self.sampling if every else replace(self.sampling, keep_probability=keep_probability[np.array(row, int)])
@@ -97,21 +97,23 @@ def select_pairs(
     """
     low, high = random_keys.stream_key(seed, random_keys.PAIR_SAMPLING)
     range_bin, number = np.empty(len(scatterer_id), np.uint8), np.empty(len(scatterer_id), np.float32)
-    least, most = assign_priorities(
+    nearest_bin, farthest_bin = assign_priorities(
         position, float(ping_geometry.midpoint[0]), float(ping_geometry.midpoint[1]), _edges(ping_geometry),
         _bin_lookup(), scatterer_id, np.uint64(high << 32 | low), range_bin, number,
     )  # fmt: skip
-    span = slice(least, most + 1) if len(scatterer_id) else slice(0, 0)
-    kept = significant_families(families, energy_fraction, ping_geometry, span)
-    rows = [families.index(name) for name in kept]
+    span = slice(nearest_bin, farthest_bin + 1) if len(scatterer_id) else slice(0, 0)
+    names = significant_families(families, energy_fraction, ping_geometry, span)
+    rows = [families.index(name) for name in names]
     keep_probability = _keep_probabilities(
         energy_fraction[np.ix_(rows, rows)] * _elevation_cells(ping_geometry)
     ).astype(np.float32)
     if (keep_probability[..., span] >= 1).all():
-        return PairSelection(kept, None, None)
-    needed = np.empty((len(kept), len(scatterer_id)), bool)
-    mark_sampled_families(number, range_bin, keep_probability.max(axis=1), needed)
-    return PairSelection(kept, needed, PairSampling(number, range_bin, keep_probability.reshape(len(kept) ** 2, -1)))
+        return PairSelection(names, None, None)
+    is_evaluated = np.empty((len(names), len(scatterer_id)), bool)
+    mark_sampled_families(number, range_bin, keep_probability.max(axis=1), is_evaluated)
+    return PairSelection(
+        names, is_evaluated, PairSampling(number, range_bin, keep_probability.reshape(len(names) ** 2, -1))
+    )
 
 
 @lru_cache(maxsize=1)
@@ -136,8 +138,8 @@ def keep_probabilities_at(
     """
     keep_probability = _keep_probabilities(energy_fraction * _elevation_cells(ping_geometry))
     for range_bin in range(RANGE_BINS):
-        kept = significant_families(families, energy_fraction, ping_geometry, slice(range_bin, range_bin + 1))
-        dropped = [row for row, name in enumerate(families) if name not in kept]
+        significant = significant_families(families, energy_fraction, ping_geometry, slice(range_bin, range_bin + 1))
+        dropped = [row for row, name in enumerate(families) if name not in significant]
         keep_probability[dropped, :, range_bin] = keep_probability[:, dropped, range_bin] = 0.0
     bins = np.searchsorted(_edges(ping_geometry), distance, side="right") - 1
     return np.asarray(keep_probability[..., np.clip(bins, 0, RANGE_BINS - 1)])
@@ -152,8 +154,8 @@ def _keep_probabilities(energy_fraction: Floats) -> Floats:
         (energy_fraction + energy_fraction.swapaxes(0, 1)) / FULL_SAMPLING_FRACTION, MIN_KEEP_PROBABILITY, 1.0
     )
     keep_probability[0, 0] = 1.0
-    wide = np.pad(keep_probability, ((0, 0), (0, 0), (1, 1)), mode="edge")
-    return np.asarray(np.maximum.reduce([wide[..., k : k + RANGE_BINS] for k in range(3)]))
+    padded = np.pad(keep_probability, ((0, 0), (0, 0), (1, 1)), mode="edge")
+    return np.asarray(np.maximum.reduce([padded[..., k : k + RANGE_BINS] for k in range(3)]))
 
 
 def _elevation_cells(ping_geometry: PingGeometry) -> float:
@@ -163,9 +165,9 @@ def _elevation_cells(ping_geometry: PingGeometry) -> float:
     """
     if ping_geometry.elements is None:
         return 1.0
-    ahead = np.array([np.cos(ping_geometry.first_beam_bearing), np.sin(ping_geometry.first_beam_bearing), 0.0])
+    forward = np.array([np.cos(ping_geometry.first_beam_bearing), np.sin(ping_geometry.first_beam_bearing), 0.0])
     position = ping_geometry.elements.positions @ ping_geometry.receive_beams.axes
-    reach = np.hypot(np.ptp(position @ ahead), np.ptp(position[:, 2]))
+    reach = np.hypot(np.ptp(position @ forward), np.ptp(position[:, 2]))
     return float(min(1 + 2 * reach / ping_geometry.wavelength, len(position)))
 
 
@@ -226,8 +228,8 @@ def pair_energy_fractions(
     energy_fraction = np.zeros((len(pair), RANGE_BINS))
     for left in (0.0, REFLECTED**2) if bounced.any() else (1.0,):
         for energy in own * left ** bounced[:, None]:
-            whole = np.diff(arrived_energy(pair_delay, energy), axis=1)
-            energy_fraction = np.maximum(energy_fraction, energy / np.maximum(whole, 1e-300))
+            total_energy = np.diff(arrived_energy(pair_delay, energy), axis=1)
+            energy_fraction = np.maximum(energy_fraction, energy / np.maximum(total_energy, 1e-300))
     return energy_fraction.reshape(len(families), len(families), RANGE_BINS)
 
 
@@ -325,8 +327,8 @@ def _gains(
             horizontal, down = np.hypot(path[..., 0], path[..., 1]), np.arcsin(np.clip(path[..., 2], -1, 1))
             for off in ELEVATION_DEVIATIONS:
                 turned = down + off * rise
-                ahead = path[..., :2] * (np.cos(turned) / np.maximum(horizontal, 1e-12))[..., None]
-                mean += beams.gain(np.concatenate([ahead, np.sin(turned)[..., None]], axis=-1))[rows] ** 2
+                flat = path[..., :2] * (np.cos(turned) / np.maximum(horizontal, 1e-12))[..., None]
+                mean += beams.gain(np.concatenate([flat, np.sin(turned)[..., None]], axis=-1))[rows] ** 2
             mean /= 1 + len(ELEVATION_DEVIATIONS)
         return np.asarray(mean)
 
@@ -338,8 +340,8 @@ def _gains(
 def _axis(beams: Beams, rows: NDArray[np.intp]) -> Floats:
     """Axes of some beams in the world [1], (n, 3)."""
     aside = beams.steer[np.minimum(rows, len(beams.steer) - 1)]
-    ahead = np.sqrt(np.maximum(1 - np.sum(aside**2, axis=1, keepdims=True), 0))
-    return np.asarray(np.concatenate([ahead, aside], axis=1) @ beams.axes)
+    forward = np.sqrt(np.maximum(1 - np.sum(aside**2, axis=1, keepdims=True), 0))
+    return np.asarray(np.concatenate([forward, aside], axis=1) @ beams.axes)
 
 
 def _cross_section(law: Law, arriving: Floats, leaving: Floats) -> Floats:

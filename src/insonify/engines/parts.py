@@ -18,7 +18,7 @@ MIN_PARTS = 2
 class WorkerPool(Protocol):
     """Workers for the parts of a ping: a `ThreadPoolExecutor`, or `SerialPool`."""
 
-    def map(self, fn: Callable[[Any], Any], things: Iterable[Any], /) -> Iterator[Any]:
+    def map(self, fn: Callable[[Any], Any], items: Iterable[Any], /) -> Iterator[Any]:
         """Results of a function for each item, in their order."""
 
 
@@ -30,9 +30,9 @@ class SerialPool:
         self.terrain_occlusion = RecentResults[TerrainOcclusion](4)
         """Terrain occlusion at that ping, shared by its sound and its labels."""
 
-    def map(self, fn: Callable[[Any], Any], things: Iterable[Any], /) -> Iterator[Any]:
+    def map(self, fn: Callable[[Any], Any], items: Iterable[Any], /) -> Iterator[Any]:
         """Results of a function for each item, each computed when requested."""
-        return map(fn, things)
+        return map(fn, items)
 
 
 def parts_of(size: int) -> int:

@@ -121,8 +121,8 @@ def initial_patches(panel: Panel) -> Patches:
     rows, columns, span_s, span_t = panel.start
     half_s, half_t = span_s / rows / 2, span_t / columns / 2
     s, t = (axis.ravel().astype(float) for axis in np.indices((rows, columns)))
-    none = np.zeros(s.size)
-    return Patches((2 * s + 1) * half_s, (2 * t + 1) * half_t, none + half_s, none + half_t)
+    zeros = np.zeros(s.size)
+    return Patches((2 * s + 1) * half_s, (2 * t + 1) * half_t, zeros + half_s, zeros + half_t)
 
 
 def subdivide(panel: Panel, insonification: TargetInsonification) -> tuple[Patches, bool]:
@@ -132,12 +132,12 @@ def subdivide(panel: Panel, insonification: TargetInsonification) -> tuple[Patch
         The patches, and whether all are small enough.
     """
     done: list[Patches] = []
-    held, open_ones = 0, initial_patches(panel)
+    patch_count, open_ones = 0, initial_patches(panel)
     while len(open_ones.s):
         small, large, longer = by_size(panel, open_ones, insonification)
         done.append(small)
-        held += len(small.s)
-        if held + 2 * len(large.s) > MAX_PATCHES:
+        patch_count += len(small.s)
+        if patch_count + 2 * len(large.s) > MAX_PATCHES:
             return concatenate_patches([*done, large]), False
         open_ones = large.halved(longer)
     return concatenate_patches(done), True
@@ -146,9 +146,9 @@ def subdivide(panel: Panel, insonification: TargetInsonification) -> tuple[Patch
 def by_size(panel: Panel, patches: Patches, insonification: TargetInsonification) -> tuple[Patches, Patches, Mask]:
     """Patches that one ping may receive: small ones, large ones, and True where a large one is to be halved along s."""
     d = panel.at(patches.s, patches.t)
-    near = _receivable(d, patches, insonification)
-    patches = patches.take(near)
-    along_s, along_t = _sizes(PanelDerivatives(*(part[near] for part in d)), patches, insonification)
+    is_receivable = _receivable(d, patches, insonification)
+    patches = patches.take(is_receivable)
+    along_s, along_t = _sizes(PanelDerivatives(*(part[is_receivable] for part in d)), patches, insonification)
     small = np.maximum(along_s, along_t) <= 1
     return patches.take(small), patches.take(~small), (along_s >= along_t)[~small]
 
@@ -167,18 +167,20 @@ def _receivable(d: PanelDerivatives, patches: Patches, insonification: TargetIns
     normal = outward_normals(d)
     receivable, shortest, longest = np.ones(len(radius), bool), np.zeros(len(radius)), np.zeros(len(radius))
     # the normal turns over a patch by no more than this
-    bent = np.linalg.norm(d.ss, axis=1) / np.maximum(np.linalg.norm(d.s, axis=1), 1e-300) * patches.half_s
-    round_one = np.where(np.linalg.norm(d.tt, axis=1) > 0, patches.half_t, 0.0)
+    turn_along_s = np.linalg.norm(d.ss, axis=1) / np.maximum(np.linalg.norm(d.s, axis=1), 1e-300) * patches.half_s
+    turn_along_t = np.where(np.linalg.norm(d.tt, axis=1) > 0, patches.half_t, 0.0)
     for images in insonification.images:
-        seen, least, most = np.zeros(len(radius), bool), np.full(len(radius), np.inf), np.zeros(len(radius))
+        faces_end, min_length, max_length = (
+            np.zeros(len(radius), bool), np.full(len(radius), np.inf), np.zeros(len(radius)),
+        )  # fmt: skip
         for position in images:
             ray, length = _rays(d.position, position)
-            leeway = np.minimum(bent + round_one + radius / length, np.pi / 2)
-            seen |= -np.einsum("nk,nk->n", ray, normal) > -np.sin(leeway) - insonification.max_deviation
-            least, most = np.minimum(least, length - radius), np.maximum(most, length + radius)
-        receivable &= seen
-        shortest += np.maximum(least, 0)
-        longest += most
+            leeway = np.minimum(turn_along_s + turn_along_t + radius / length, np.pi / 2)
+            faces_end |= -np.einsum("nk,nk->n", ray, normal) > -np.sin(leeway) - insonification.max_deviation
+            min_length, max_length = np.minimum(min_length, length - radius), np.maximum(max_length, length + radius)
+        receivable &= faces_end
+        shortest += np.maximum(min_length, 0)
+        longest += max_length
     receivable &= (shortest <= insonification.path_length_limits[1]) & (longest >= insonification.path_length_limits[0])
     rows = np.flatnonzero(receivable)
     receivable[rows] = insonification.may_receive(d.position[rows], radius[rows])
@@ -194,33 +196,29 @@ def outward_normals(d: PanelDerivatives) -> Floats:
 def _sizes(d: PanelDerivatives, patches: Patches, insonification: TargetInsonification) -> tuple[Floats, Floats]:
     """Sizes of patches along s and along t re the largest permitted [1], each of shape (n,)."""
     s, t = patches.half_s[:, None], patches.half_t[:, None]
-    side, other = d.s * s, d.t * t
-    long, wide = np.linalg.norm(side, axis=1), np.linalg.norm(other, axis=1)
+    side_s, side_t = d.s * s, d.t * t
+    length_s, length_t = np.linalg.norm(side_s, axis=1), np.linalg.norm(side_t, axis=1)
     patch_terms = [
-        side,
-        other,
-        d.st * s * t,
-        d.sss * s**3 / 6,
-        d.sst * s**2 * t / 2,
-        d.stt * s * t**2 / 2,
-        d.ttt * t**3 / 6,
-    ]
-    seen, near, near_cubed, lobes = np.zeros((7, len(long))), *np.zeros((2, len(long))), np.zeros((2, len(long)))
-    twist = np.zeros(len(long))
+        side_s, side_t, d.st * s * t, d.sss * s**3 / 6, d.sst * s**2 * t / 2, d.stt * s * t**2 / 2, d.ttt * t**3 / 6,
+    ]  # fmt: skip
+    seen, near, near_cubed, lobes = (
+        np.zeros((7, len(length_s))), *np.zeros((2, len(length_s))), np.zeros((2, len(length_s))),
+    )  # fmt: skip
+    twist = np.zeros(len(length_s))
     for images in insonification.images:
-        most, nearest = np.zeros((7, len(long))), np.full(len(long), np.inf)
+        max_along, nearest = np.zeros((7, len(length_s))), np.full(len(length_s), np.inf)
         for position in images:
             ray, length = _rays(d.position, position)
             along = np.stack([np.einsum("nk,nk->n", ray, term) for term in patch_terms])
-            most, nearest = np.maximum(most, np.abs(along)), np.minimum(nearest, length)
+            max_along, nearest = np.maximum(max_along, np.abs(along)), np.minimum(nearest, length)
             for lobe in insonification.lobes:
                 cosine = ray @ lobe.axis
-                for row, vector in enumerate((side, other)):
+                for row, vector in enumerate((side_s, side_t)):
                     turn = np.abs(vector @ lobe.axis - along[row] * cosine) / length
                     lobes[row] = np.maximum(lobes[row], 2 * turn / lobe.width)
-        seen += most
+        seen += max_along
         near, near_cubed = near + 1 / nearest**2, near_cubed + 1 / nearest**3
-        twist += (np.abs(np.einsum("nk,nk->n", side, other)) + most[0] * most[1]) / nearest
+        twist += (np.abs(np.einsum("nk,nk->n", side_s, side_t)) + max_along[0] * max_along[1]) / nearest
     deep = seen[:2].copy()
     seen += insonification.max_deviation * np.stack([np.linalg.norm(term, axis=1) for term in patch_terms])
     k, sizes = insonification.wavenumber, []
@@ -229,7 +227,7 @@ def _sizes(d: PanelDerivatives, patches: Patches, insonification: TargetInsonifi
     mixed = np.maximum((seen[2] + twist) * k / MAX_MIXED_PHASE, 0)
     normal = outward_normals(d)
     for row, (own, cubic, across, half, bend) in enumerate((
-        (long, seen[3], seen[4], patches.half_s, d.ss), (wide, seen[6], seen[5], patches.half_t, d.tt),
+        (length_s, seen[3], seen[4], patches.half_s, d.ss), (length_t, seen[6], seen[5], patches.half_t, d.tt),
     )):  # fmt: skip
         wavefront = 0.2 * own**3 * near + own**4 * near_cubed / 8
         quartic, turned = np.linalg.norm(bend, axis=1) * half**4 / 12, seen[2] * half**2 / 6
@@ -246,7 +244,7 @@ def _sizes(d: PanelDerivatives, patches: Patches, insonification: TargetInsonifi
                 ]
             )
         )
-    larger = long >= wide
+    larger = length_s >= length_t
     along_s, along_t = sizes
     twisted = np.sqrt(mixed)
     return np.where(larger, np.maximum(along_s, twisted), along_s), np.where(
@@ -264,7 +262,7 @@ def clip_to_water(panel: Panel, patches: Patches, clear: Callable[[Floats], Floa
         finest: Length to which an oblique cut is resolved [m].
     """
     done: list[Patches] = []
-    held = 0
+    patch_count = 0
     while len(patches.s):
         clearance = _at_corners(panel, patches, clear)
         reached = ~(clearance.max(axis=0) <= TOUCHING)
@@ -278,9 +276,9 @@ def clip_to_water(panel: Panel, patches: Patches, clear: Callable[[Floats], Floa
         tiny = ~free & (sides.max(axis=0) <= finest)
         done += [cut.take(free), cut.take(tiny & (clearance.mean(axis=0) > 0))]
         open_ones = ~(free | tiny)
-        held += len(free) - int(open_ones.sum())
+        patch_count += len(free) - int(open_ones.sum())
         patches = patches.take(open_ones)
-        if held + 2 * len(patches.s) > MAX_PATCHES:
+        if patch_count + 2 * len(patches.s) > MAX_PATCHES:
             return concatenate_patches([*done, patches.take(clearance[:, open_ones].mean(axis=0) > 0)])
         patches = patches.halved((sides[0] >= sides[1])[open_ones])
     return concatenate_patches(done)
@@ -328,9 +326,9 @@ def pulse_sides(
     rows, side = np.arange(len(patches.s)), np.zeros((len(patches.s), 2))
     for axis in (0, 1):
         two = deep[axis, rows] > SHALLOW * insonification.max_range_extent
-        far = side[two] + np.eye(2)[axis]
+        far_side = side[two] + np.eye(2)[axis]
         side[two, axis] = -1.0
-        rows, side = np.concatenate([rows, rows[two]]), np.concatenate([side, far])
+        rows, side = np.concatenate([rows, rows[two]]), np.concatenate([side, far_side])
     return rows, side
 
 
@@ -344,10 +342,10 @@ def patch_terms(panel: Panel, patches: Patches, side: Floats | None = None) -> t
     """
     d = panel.at(patches.s, patches.t)
     s, t = patches.half_s[:, None], patches.half_t[:, None]
-    across = np.cross(d.t, d.s)
-    whole_area = np.maximum(np.linalg.norm(across, axis=1, keepdims=True), 1e-300)
-    along_s = (np.cross(d.st, d.s) + np.cross(d.t, d.ss)) * s / whole_area
-    along_t = (np.cross(d.tt, d.s) + np.cross(d.t, d.st)) * t / whole_area
+    normal = np.cross(d.t, d.s)
+    area_per_parameter = np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-300)
+    along_s = (np.cross(d.st, d.s) + np.cross(d.t, d.ss)) * s / area_per_parameter
+    along_t = (np.cross(d.tt, d.s) + np.cross(d.t, d.st)) * t / area_per_parameter
     sides = np.zeros_like(d.position)
     if side is not None:
         sides[:, :2] = side

@@ -98,14 +98,14 @@ class PingScatterers:
         return blocks
 
     def _boundary(self, boundary: Boundary, depth: float, law: Law) -> list[Block]:
-        kept = families_reaching(boundary, self.choice.followed_families)
-        if not kept:
+        families = families_reaching(boundary, self.choice.followed_families)
+        if not families:
             return []
         if self.choice.geometry == "slice":
-            return self._slice_points(boundary, depth, law, kept)
+            return self._slice_points(boundary, depth, law, families)
         # rings follow what one position resolves; between two the cells of the scatterer grid do
         by_rings = self.quadrature and self.ping_geometry.receive_track_extent is None
-        return (self._polar_points if by_rings else self._grid_points)(boundary, depth, law, kept)
+        return (self._polar_points if by_rings else self._grid_points)(boundary, depth, law, families)
 
     def _grid_points(self, boundary: Boundary, depth: float, law: Law, kept: tuple[str, ...]) -> list[Block]:
         """Jittered cells of all tiles in reach of window and beams."""
@@ -142,21 +142,21 @@ class PingScatterers:
                 part, bounds.take(rows), QUADRATURE_SEED if self.quadrature else self.seed, stream, depth
             )
             if self.quadrature:
-                even = np.ones(len(kept.area), complex)
-                return self._points_on_boundary(boundary, depth, law, kept.position[:, :2], kept.area, even, kept.key)
+                phase = np.ones(len(kept.area), complex)
+                return self._points_on_boundary(boundary, depth, law, kept.position[:, :2], kept.area, phase, kept.key)
             if boundary == "seabed" and bed is not None:
                 return self._textured(lay_on_terrain(bed, law, part, density[rows], self.seed, stream, kept))
             return self._textured(_horizontal_points(boundary, law, kept.position, kept.area, kept.phase, kept.key))
 
         return [partial(drawn, rows) for rows in _cut_into_blocks(beam_importance.expected(bounds))]
 
-    def _polar_points(self, boundary: Boundary, depth: float, law: Law, kept: tuple[str, ...]) -> list[Block]:
+    def _polar_points(self, boundary: Boundary, depth: float, law: Law, families: tuple[str, ...]) -> list[Block]:
         """Even cells of slant range and azimuth about the sonar."""
-        reach = self._reach(boundary, depth, kept)
+        reach = self._reach(boundary, depth, families)
         if reach.farthest < 0:
             return []
-        even = QuadraturePoints(
-            self.scene, self.ping_geometry, self.rays, depth, kept, reach, self.resolution, self.rise(boundary),
+        quadrature_points = QuadraturePoints(
+            self.scene, self.ping_geometry, self.rays, depth, families, reach, self.resolution, self.rise(boundary),
             float(amplitude_ratio(self.choice.beam_cutoff_db)), self.choice.importance_sampling, self.caches.layouts,
             self.choice.edge_diffraction == "knife-edge",
             face_images(self.scene, self.choice, self.ping_geometry, boundary),
@@ -166,16 +166,18 @@ class PingScatterers:
             position, area, key = lay()
             return self._points_on_boundary(boundary, depth, law, position, area, np.ones(len(area), complex), key)
 
-        return [partial(lie, lay) for lay in even.blocks(_cut_into_blocks)]
+        return [partial(lie, lay) for lay in quadrature_points.blocks(_cut_into_blocks)]
 
-    def _slice_points(self, boundary: Boundary, depth: float, law: Law, kept: tuple[str, ...]) -> list[Block]:
+    def _slice_points(self, boundary: Boundary, depth: float, law: Law, families: tuple[str, ...]) -> list[Block]:
         """Cells along the beam's plane, a few to each cell of slant range, as fine as the farthest one needs."""
-        reach = self._reach(boundary, depth, kept)
+        reach = self._reach(boundary, depth, families)
         if reach.farthest < 0:
             return []
         pitch = self.resolution.slant_resolution / self.resolution.scatterers_per_cell
         first, last = int(reach.nearest / pitch), int(np.ceil(reach.farthest / pitch))
-        ahead = np.array([np.cos(self.ping_geometry.first_beam_bearing), np.sin(self.ping_geometry.first_beam_bearing)])
+        forward = np.array(
+            [np.cos(self.ping_geometry.first_beam_bearing), np.sin(self.ping_geometry.first_beam_bearing)]
+        )
         origin = self.ping_geometry.transmit_position[:2]
         # A position in a slice is a distance along one line of the scatterer grid: another line has other scatterers.
         lattice = self.scene.seabed.scatterer_grid
@@ -188,7 +190,7 @@ class PingScatterers:
             cell = np.arange(start, stop)
             u = random_keys.uniforms(self.seed, random_keys.SLICE, cell, along, across, line)
             shift = 0.5 if self.quadrature else u[:, 0]
-            position = origin + ((cell + shift) * pitch)[:, None] * ahead
+            position = origin + ((cell + shift) * pitch)[:, None] * forward
             key = np.uint64(random_keys.SLICE << 59 | int(boundary == "surface") << 58) | cell.astype(np.uint64)
             area = np.full(len(cell), pitch)
             return self._points_on_boundary(boundary, depth, law, position, area, np.exp(2j * np.pi * u[:, 1]), key)
@@ -206,9 +208,9 @@ class PingScatterers:
         """The seabed under the mean plane's points; None for a flat bed."""
         return self.scene.seabed.terrain
 
-    def _reach(self, boundary: Boundary, depth: float, kept: tuple[str, ...]) -> ReachableRange:
+    def _reach(self, boundary: Boundary, depth: float, families: tuple[str, ...]) -> ReachableRange:
         """Distances of a boundary that are received."""
-        return receivable_range(self.ping_geometry, depth, self.rays, kept, rise=self.rise(boundary))
+        return receivable_range(self.ping_geometry, depth, self.rays, families, rise=self.rise(boundary))
 
     def rise(self, boundary: Boundary) -> float:
         """Largest height of a boundary above its mean plane, or depth below it [m]."""
@@ -323,8 +325,8 @@ def lay_on_terrain(
     requested, size = tile_prefixes(kept.tile, kept.rank, density)
     requested_tiles = tiles.take(requested)
 
-    def positions(rows: NDArray[np.int64], known: NDArray[np.int64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        return next_positions(requested_tiles.take(rows), seed, stream, known, size[rows])
+    def positions(rows: NDArray[np.int64], first: NDArray[np.int64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        return next_positions(requested_tiles.take(rows), seed, stream, first, size[rows])
 
     key = grid_scatterer_id(stream, requested_tiles.level, requested_tiles.along, requested_tiles.across).view(np.int64)
     rows, begin = terrain.sample_tiles(seed, key, size, positions)

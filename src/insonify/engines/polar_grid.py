@@ -106,9 +106,9 @@ class PolarGrid:
             )  # fmt: skip
             return np.asarray(tiles[(bound >= floor) & (far > 0)])
 
-        beside = RINGS_PER_TILE // SECTORS_PER_TILE
-        wide = within_beams(self.tiles[self.tiles[:, 1] % beside == 0] // (1, beside), RINGS_PER_TILE)
-        strips = np.stack([np.repeat(wide[:, 0], beside), (wide[:, 1, None] * beside + np.arange(beside)).ravel()], -1)
+        factor = RINGS_PER_TILE // SECTORS_PER_TILE
+        wide = within_beams(self.tiles[self.tiles[:, 1] % factor == 0] // (1, factor), RINGS_PER_TILE)
+        strips = np.stack([np.repeat(wide[:, 0], factor), (wide[:, 1, None] * factor + np.arange(factor)).ravel()], -1)
         return within_beams(strips, SECTORS_PER_TILE)
 
     def gains(self, tiles: NDArray[np.int64], beam_importance: BeamImportance) -> Floats:
@@ -153,18 +153,18 @@ class PolarGrid:
             np.clip(NARROW_CELL * self._horizontal_distance(outer) / np.maximum(outer, 1e-9), MIN_WIDTH_FRACTION, 1.0)
         )[..., None]
 
-    def in_zone(self, tiles: NDArray[np.int64], zone: ShadowSector, beside: float) -> NDArray[np.bool_]:
+    def in_zone(self, tiles: NDArray[np.int64], zone: ShadowSector, margin: float) -> NDArray[np.bool_]:
         """Tiles that reach into a target's zone, or lie beside it, shape (tiles,).
 
         Args:
             tiles: Rows of (ring, sector), shape (tiles, 2).
             zone: The zone, relative to the middle of the cells.
-            beside: Margin of bearing on either side of it [rad].
+            margin: Margin of bearing on either side of it [rad].
         """
         near, far = (self._horizontal_distance((tiles[:, 0] + side) * RINGS_PER_TILE * self.slant) for side in (0, 1))
         width = SECTORS_PER_TILE * self.azimuth
         off = np.mod(self._origin[2] + (tiles[:, 1] + 0.5) * width - zone.bearing + np.pi, 2 * np.pi) - np.pi
-        return np.asarray((far > zone.near) & (near < zone.far) & (np.abs(off) < zone.half + beside + width / 2))
+        return np.asarray((far > zone.near) & (near < zone.far) & (np.abs(off) < zone.half + margin + width / 2))
 
     def points(
         self, tiles: NDArray[np.int64], keep_probability: Floats | None = None, strips: int = 1
@@ -176,13 +176,16 @@ class PolarGrid:
             keep_probability: Of `keep_probabilities`; None: all points are kept.
             strips: Narrower cells that each cell is cut into across.
         """
-        kept = np.ones((len(tiles), 1, SECTORS_PER_TILE)) if keep_probability is None else keep_probability
-        kept, most = np.repeat(kept, strips, axis=2), len(tiles) * RINGS_PER_TILE * SECTORS_PER_TILE * strips
-        position, area, key = np.empty((most, 2)), np.empty(most), np.empty(most, np.uint64)
+        share = np.ones((len(tiles), 1, SECTORS_PER_TILE)) if keep_probability is None else keep_probability
+        share, count = (
+            np.repeat(share, strips, axis=2), len(tiles) * RINGS_PER_TILE * SECTORS_PER_TILE * strips,
+        )  # fmt: skip
+        position, area, key = np.empty((count, 2)), np.empty(count), np.empty(count, np.uint64)
         across = self.azimuth / strips
         n = kernel.kept_points(
-            tiles, kept, RINGS_PER_TILE, self.slant, self.height, across, self._origin, position, area, key
-        )
+            tiles, share, RINGS_PER_TILE, self.slant, self.height, across, self._origin, position, area,
+            key,
+        )  # fmt: skip
         return position[:n], area[:n], key[:n] + np.uint64(strips - 1 << STRIP_BIT)
 
     @property

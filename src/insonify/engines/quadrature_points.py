@@ -151,11 +151,11 @@ class QuadraturePoints:
 
     def _tiles_near_shadows(self, layout: QuadratureLayout) -> NDArray[np.bool_]:
         """Tiles in and about shadows of targets that take a part of what any beam receives, (tiles,)."""
-        shaded, held, soft = np.zeros(len(layout.tiles), bool), bounding_cylinders(self.scene), self.soft
-        if not len(held) or self.depth <= 0:
+        shaded, cylinders, soft = np.zeros(len(layout.tiles), bool), bounding_cylinders(self.scene), self.soft
+        if not len(cylinders) or self.depth <= 0:
             return shaded
-        offset = held[:, :2] - self.ping_geometry.midpoint
-        faced = np.flatnonzero(layout.beam_importance.gain_at(offset, held[:, 2]) >= MIN_SHADOWED_GAIN)
+        offset = cylinders[:, :2] - self.ping_geometry.midpoint
+        faced = np.flatnonzero(layout.beam_importance.gain_at(offset, cylinders[:, 2]) >= MIN_SHADOWED_GAIN)
         for row in faced:
             targets = self.scene, self.rays, self.ping_geometry, self.families, int(row), self.reach.farthest
             zone = shadow_sector(*targets, soft=soft)
@@ -211,8 +211,8 @@ class QuadraturePoints:
             * layout.cells.slant
         )
         for (north, east), (_, _, radius, top, base) in zip(offset[faced], circles[faced], strict=True):
-            near, far = self._shadow(float(np.hypot(north, east)), radius, min(top, base))
-            gain_factor.reshape(-1)[(edges[1:] >= near) & (edges[:-1] <= far)] = SHADOW_GAIN_FACTOR
+            shadow_start, shadow_end = self._shadow(float(np.hypot(north, east)), radius, min(top, base))
+            gain_factor.reshape(-1)[(edges[1:] >= shadow_start) & (edges[:-1] <= shadow_end)] = SHADOW_GAIN_FACTOR
         return None if (gain_factor == 1).all() else gain_factor
 
     def _shadow(self, distance: float, radius: float, top: float) -> tuple[float, float]:

@@ -76,7 +76,7 @@ def _radials(
 ) -> Floats:  # fmt: skip
     """Lay out radials without the cache."""
     cell = min(resolution.beam_width, MAX_CELL_WIDTH) / np.sqrt(resolution.scatterers_per_cell)
-    whole = int(np.ceil(2 * np.pi / cell / CELLS_PER_SECTOR)) * CELLS_PER_SECTOR
+    cell_count = int(np.ceil(2 * np.pi / cell / CELLS_PER_SECTOR)) * CELLS_PER_SECTOR
     source, height = float(ping_geometry.transmit_position[2]), window_range.vertical_distance
     images = _image_verticals(families, source, depth)
     boresight = float(np.arctan2(ping_geometry.boresight[1], ping_geometry.boresight[0]))
@@ -89,25 +89,25 @@ def _radials(
         inner = outer / 2 if merged < 16 else 0.0
         zone = inner, outer
         for first, count in _cells(
-            ping_geometry, boresight, whole, merged, zone, _zone_over_relief(zone, images[0], rise), images, floor
+            ping_geometry, boresight, cell_count, merged, zone, _zone_over_relief(zone, images[0], rise), images, floor
         ):
-            held = last.get((first, count))
-            if held is None or held[0] != outer:  # after a zone of finer radials a new one begins
-                held = last[first, count] = [inner, outer]
+            zone_distances = last.get((first, count))
+            if zone_distances is None or zone_distances[0] != outer:  # after a zone of finer radials a new one begins
+                zone_distances = last[first, count] = [inner, outer]
                 keys.append((first, count))
-                zones.append(held)
-            held[0] = inner
+                zones.append(zone_distances)
+            zone_distances[0] = inner
         outer = inner
     number = np.arange(len(keys))
     lines = np.empty((len(keys), 9))
     if not keys:
         return lines
     first, count = np.array(keys).T
-    width = count * (2 * np.pi / whole)
-    bearing = boresight + (first + count / 2) * (2 * np.pi / whole) - heading
+    width = count * (2 * np.pi / cell_count)
+    bearing = boresight + (first + count / 2) * (2 * np.pi / cell_count) - heading
     lines[:, 0], lines[:, 1], lines[:, 2] = np.cos(bearing), np.sin(bearing), width
-    merged_there = np.array([_is_weak(key) for key in keys])
-    lines[:, 3] = np.where(merged_there, width, 0.0)
+    is_merged = np.array([_is_weak(key) for key in keys])
+    lines[:, 3] = np.where(is_merged, width, 0.0)
     lines[:, 4:6] = np.array(zones)
     lines[:, 4] = np.maximum(lines[:, 4], window_range.nearest)
     lines[:, 6], lines[:, 7] = 1 - np.mod((number + 0.5) * GOLDEN, 1.0), number
@@ -119,39 +119,43 @@ def _is_weak(key: tuple[int, int]) -> bool:
     return key[1] >= CELLS_PER_LOW_GAIN_RADIAL[-1]
 
 
-def _zone_over_relief(zone: tuple[float, float], climbs: Floats, rise: float) -> tuple[float, float]:
+def _zone_over_relief(zone: tuple[float, float], vertical_distances: Floats, rise: float) -> tuple[float, float]:
     """Zone of a level boundary whose elevations, from every image source, are those of relief over another zone [m]."""
-    least = float(np.abs(climbs).min())
-    return zone[0] * least / (least + rise), zone[1] * least / max(least - rise, 1e-9 * least)
+    least_height = float(np.abs(vertical_distances).min())
+    return zone[0] * least_height / (least_height + rise), zone[1] * least_height / max(
+        least_height - rise, 1e-9 * least_height
+    )
 
 
 def _cells(
-    ping_geometry: PingGeometry, boresight: float, whole: int, merged: int, zone: tuple[float, float],
+    ping_geometry: PingGeometry, boresight: float, cell_count: int, merged: int, zone: tuple[float, float],
     over_relief: tuple[float, float], images: tuple[Floats, NDArray[np.bool_]], floor: float,
 ) -> list[tuple[int, int]]:  # fmt: skip
     """First cell and number of cells of each radial of one zone: cells count from boresight in steps of the finest."""
-    angle = 2 * np.pi / whole
+    angle = 2 * np.pi / cell_count
 
-    def level(first: NDArray[np.int64], count: int, zone: tuple[float, float]) -> Floats:
+    def gain_bound(first: NDArray[np.int64], count: int, zone: tuple[float, float]) -> Floats:
         bearing = np.asarray(boresight + (first + count / 2) * angle, float)
         return radial_gain_bound(ping_geometry, bearing, count * angle, zone, *images)
 
-    first = np.arange(-whole // 2, whole // 2, CELLS_PER_SECTOR)
-    is_high = level(first, CELLS_PER_SECTOR, zone)
+    first = np.arange(-cell_count // 2, cell_count // 2, CELLS_PER_SECTOR)
+    is_high = gain_bound(first, CELLS_PER_SECTOR, zone)
     # near the sonar even the largest gain may be a side lobe of the vertical beam
     low_gain = LOW_GAIN * min(float(is_high.max(initial=0.0)) / SIDE_LOBE, 1.0)
-    first, kept = first[level(first, CELLS_PER_SECTOR, over_relief) >= floor], []
+    first, cells = first[gain_bound(first, CELLS_PER_SECTOR, over_relief) >= floor], []
     coarser = CELLS_PER_SECTOR
     for width in sorted({*(max(count, merged) for count in CELLS_PER_LOW_GAIN_RADIAL), merged}, reverse=True):
         first = (first[:, None] + np.arange(0, coarser, width)).ravel()
-        is_high = level(first, width, zone)
-        rest = (is_high >= low_gain) if width > merged else np.zeros(len(first), bool)
+        is_high = gain_bound(first, width, zone)
+        is_split = (is_high >= low_gain) if width > merged else np.zeros(len(first), bool)
         if width >= CELLS_PER_LOW_GAIN_RADIAL[-1]:
-            kept += [(int(cell), width) for cell in first[(level(first, width, over_relief) >= floor) & ~rest]]
+            cells += [
+                (int(cell), width) for cell in first[(gain_bound(first, width, over_relief) >= floor) & ~is_split]
+            ]
         else:
-            kept += [(int(cell), width) for cell in first]
-        first, coarser = first[rest], width
-    return kept
+            cells += [(int(cell), width) for cell in first]
+        first, coarser = first[is_split], width
+    return cells
 
 
 def radial_gain_bound(

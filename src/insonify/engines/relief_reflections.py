@@ -85,13 +85,13 @@ def _without_bottom_bounces(
     """The legs with their rows without bottom bounces as the seabed leaves them, the others as they are."""
     result = replace(legs, visibility=np.empty(legs.delay.shape, complex)) if soft else legs
     result.visibility[bounced] = legs.visibility[bounced]
-    plain = [row for row in range(len(legs.families)) if row not in bounced]
-    if plain:
-        ahead = plain == list(range(len(plain)))
-        first = legs.first_rows(len(plain)) if ahead else leg_rows(legs, plain)
-        lit = occlude_by_terrain(first, scatterers, position, terrain_occlusion, soft=soft)
+    unbounced = [row for row in range(len(legs.families)) if row not in bounced]
+    if unbounced:
+        leading = unbounced == list(range(len(unbounced)))
+        unbounced_legs = legs.first_rows(len(unbounced)) if leading else leg_rows(legs, unbounced)
+        occluded = occlude_by_terrain(unbounced_legs, scatterers, position, terrain_occlusion, soft=soft)
         for name in ("status", "occluder", "visibility"):
-            getattr(result, name)[slice(len(plain)) if ahead else plain] = getattr(lit, name)
+            getattr(result, name)[slice(len(unbounced)) if leading else unbounced] = getattr(occluded, name)
     return result
 
 
@@ -116,10 +116,10 @@ def _write_bounced(
     paths = local_plane_paths(family, position, points, terrain_occlusion.bed, terrain_occlusion.wavelength)
     left = reflection_product(family, paths, terrain_occlusion.bed, terrain_occlusion.wavelength, scene)
     per_metre = np.log(legs.absorption[row, rows[0]]) / legs.length[row, rows[0]]
-    taken = np.exp(per_metre * paths.length)
+    path_loss = np.exp(per_metre * paths.length)
     clear = clear_of_terrain(paths, position, points, terrain_occlusion, on_terrain=scatterers.boundary == "seabed")
     written = BouncedLegs(*(getattr(legs, name)[row] for name in BouncedLegs._fields))
-    reflected = ReflectedPaths(paths, left, taken, clear)
+    reflected = ReflectedPaths(paths, left, path_loss, clear)
     write_bounced_legs(written, rows, reflected, scatterers.normal, 1 / scene.water.sound_speed, soft)
 
 
@@ -223,15 +223,15 @@ def clear_of_terrain(
         terrain_occlusion: The seabed about that end.
         on_terrain: True if the points lie on it.
     """
-    seen = locate_points(terrain_occlusion, position, points)
+    profiled = locate_points(terrain_occlusion, position, points)
     count, n = paths.fraction.shape
     nodes, spared = np.empty((count + 2, n, 2)), np.empty((count + 2, n))
-    set_path_nodes(paths, position, points, seen.distance, terrain_occlusion.wavelength, nodes, spared)
-    return paths.is_valid & terrain_occlusion.image_paths_clear(seen.groups, nodes, spared, on_terrain=on_terrain)
+    set_path_nodes(paths, position, points, profiled.distance, terrain_occlusion.wavelength, nodes, spared)
+    return paths.is_valid & terrain_occlusion.image_paths_clear(profiled.groups, nodes, spared, on_terrain=on_terrain)
 
 
 def _displace_refracted(
-    legs: Legs, bounced: list[int], plain: Legs, scatterers: Scatterers, position: NDArray[np.float64],
+    legs: Legs, bounced: list[int], unbounced: Legs, scatterers: Scatterers, position: NDArray[np.float64],
     terrain_occlusion: TerrainOcclusion, scene: Scene,
 ) -> Legs:  # fmt: skip
     """Bent legs over the mean plane, moved by what local planes change in straight ones.
@@ -244,7 +244,7 @@ def _displace_refracted(
     distance, speed = np.hypot(north, east), float(scene.water.sound_speed_at(terrain_occlusion.bed.depth))
     for row in bounced:
         family = displaced.families[row]
-        launch = steepness(family, plain.departure[row, :, 2])
+        launch = steepness(family, unbounced.departure[row, :, 2])
         needed = np.array(
             [np.clip(at, 0.0, distance) for at in terrain_occlusion.launches.bounce_ranges(family, launch)]
         )
@@ -255,18 +255,18 @@ def _displace_refracted(
         )  # fmt: skip
         tangent = terrain_occlusion.launches.bottom_grazing_tangent(launch)
         sine = tangent / np.hypot(1, tangent)
-        straight = flat.grazing_sine[bounce_sequence(family).index("B")]
+        flat_sine = flat.grazing_sine[bounce_sequence(family).index("B")]
         with np.errstate(invalid="ignore"):
-            excess = (local.length - flat.length) * sine / np.maximum(straight, 1e-9)
+            excess = (local.length - flat.length) * sine / np.maximum(flat_sine, 1e-9)
         is_displaced = (displaced.status[row] <= LegStatus.OCCLUDED) & local.is_valid & np.isfinite(excess)
         excess = np.where(is_displaced, excess, 0.0)
         displaced.delay[row] += excess / speed
         displaced.absorption[row] **= 1 + excess / displaced.length[row]
         displaced.spreading[row] *= displaced.length[row] / (displaced.length[row] + excess)
         displaced.length[row] += excess
-        for column, now, was in ((displaced.departure, local.departure, flat.departure),
+        for column, local_direction, flat_direction in ((displaced.departure, local.departure, flat.departure),
                                  (displaced.arrival, local.arrival, flat.arrival)):  # fmt: skip
-            turned = column[row] + np.where(is_displaced[:, None], now - was, 0.0)
+            turned = column[row] + np.where(is_displaced[:, None], local_direction - flat_direction, 0.0)
             column[row] = turned / np.linalg.norm(turned, axis=1, keepdims=True)
         update_grazing(displaced, row, scatterers.normal)
     return displaced

@@ -167,8 +167,8 @@ def _write_refracted(
         across = sense * (points.position - end)[:, :2]
         rays = rays_to(points.position, end, water)
         cosine = np.minimum(rays[:, 0] * np.interp(end[2], water.depth, water.speed) / water.speed[0], 1.0)
-        ahead = across / np.maximum(np.linalg.norm(across, axis=1), 1e-12)[:, None]
-        getattr(result, name)[rows, 0] = np.column_stack([ahead * cosine[:, None], sense * np.sqrt(1 - cosine**2)])
+        horizontal = across / np.maximum(np.linalg.norm(across, axis=1), 1e-12)[:, None]
+        getattr(result, name)[rows, 0] = np.column_stack([horizontal * cosine[:, None], sense * np.sqrt(1 - cosine**2)])
         lengths += rays[:, 4]
     result.delay[rows, 0], result.length[rows, 0] = points.length / water.speed[0], lengths
     result.absorption[rows, 0] = np.exp(per_metre * lengths)
@@ -261,22 +261,22 @@ def _starts(depth: Floats, terrain: TerrainSpline, ends: PathEnds) -> Floats:
 
 def _stationary(starts: Floats, terrain: TerrainSpline, ends: PathEnds) -> Floats:
     """Stationary points of the path length, each once, from starts a step apart, shape (n, 2)."""
-    positions, is_found = starts.copy(), np.empty(len(starts), bool)
-    stationary_points(positions, terrain, ends, is_found)
-    positions = positions[is_found]
+    positions, converged = starts.copy(), np.empty(len(starts), bool)
+    stationary_points(positions, terrain, ends, converged)
+    positions = positions[converged]
     if not len(positions):
         return positions
     _, first = np.unique(np.round(positions / (terrain.step / 10)).astype(np.int64), axis=0, return_index=True)
     return _separated(positions[np.sort(first)], terrain.step / 20)
 
 
-def _separated(positions: Floats, least: float) -> Floats:
+def _separated(positions: Floats, min_separation: float) -> Floats:
     """Positions without those that repeat an earlier one, shape (n, 2)."""
-    kept: list[Floats] = []
-    for one in positions:
-        if all(np.hypot(*(one - other)) > least for other in kept):
-            kept.append(one)
-    return np.array(kept).reshape(-1, 2)
+    distinct: list[Floats] = []
+    for position in positions:
+        if all(np.hypot(*(position - earlier)) > min_separation for earlier in distinct):
+            distinct.append(position)
+    return np.array(distinct).reshape(-1, 2)
 
 
 def _at(
@@ -292,8 +292,8 @@ def _at(
         moved = (_paths(terrain, positions + side * step * along, ends) for side in (-1, 1))
         bends = [np.einsum("na,nab,nb->n", along, _matrices(path_columns[:, 3:6]), along) for path_columns in moved]
         third = np.abs(bends[1] - bends[0]) / (2 * step)
-        least = AIRY * third ** (2 / 3) * wavenumber ** (-1 / 3)
-        value[:, axis] = np.where(value[:, axis] < 0, -1, 1) * np.maximum(np.abs(value[:, axis]), least)
+        min_curvature = AIRY * third ** (2 / 3) * wavenumber ** (-1 / 3)
+        value[:, axis] = np.where(value[:, axis] < 0, -1, 1) * np.maximum(np.abs(value[:, axis]), min_curvature)
     focusing = np.sqrt(np.linalg.det(plane) / np.maximum(np.abs(value.prod(axis=1)), 1e-12))
     points = np.column_stack([positions, depth])
     if water.depth.size:  # Kirchhoff's integral: cosine / (d1 d2 sqrt |det H|), with d spreading distances

@@ -1,6 +1,6 @@
 """Resolution cells, and the density of a boundary's scatterers that follows from them over the whole track.
 
-The level of each tile follows from its nearest distance to the whole track, never from one ping, so a position has the
+The scale of each tile follows from its nearest distance to the whole track, never from one ping, so a position has the
 same scatterers in every ping. A ping uses the tiles in reach of its window and beams.
 """
 
@@ -58,17 +58,17 @@ class Resolution:
 
     def ground_length(self, distance: Floats, height: float) -> Floats:
         """Length of a resolution cell on the seabed [m], at a horizontal distance [m] and height [m]."""
-        away = np.asarray(distance, float)
-        found = np.empty(away.shape)
-        kernel.ground(self.cell, away.ravel(), height, found.reshape(-1))
-        return found
+        horizontal_distance = np.asarray(distance, float)
+        length = np.empty(horizontal_distance.shape)
+        kernel.ground(self.cell, horizontal_distance.ravel(), height, length.reshape(-1))
+        return length
 
     def cell_area(self, distance: Floats, height: float) -> Floats:
         """Largest area that one scatterer may represent [m^2]; never a square very long against the range cell."""
-        away = np.asarray(distance, float)
-        found = np.empty(away.shape)
-        kernel.cell_areas(self.cell, away.ravel(), height, found.reshape(-1))
-        return found
+        horizontal_distance = np.asarray(distance, float)
+        area = np.empty(horizontal_distance.shape)
+        kernel.cell_areas(self.cell, horizontal_distance.ravel(), height, area.reshape(-1))
+        return area
 
     def coarsest(self, reach: float, height: float) -> float:
         """Bound on all `cell_area` up to some distance [m] at a height [m]: [m^2].
@@ -76,11 +76,11 @@ class Resolution:
         The area without its limit grows to where the disc below the sonar ends, and is convex beyond.
         """
         slant = max(self.slant_resolution, self.pulse_resolution)
-        whole = Resolution(slant, self.beam_width, self.scatterers_per_cell)
+        unlimited = Resolution(slant, self.beam_width, self.scatterers_per_cell)
         edge = (slant / 2 + np.hypot(slant / 2, 2 * height)) / 2
         distance = np.array([np.sqrt(slant * edge / 2), reach])
         return float(
-            np.max(whole.ground_length(distance, height) * np.hypot(distance, height))
+            np.max(unlimited.ground_length(distance, height) * np.hypot(distance, height))
             * self.beam_width
             / self.scatterers_per_cell
         )
@@ -91,9 +91,9 @@ class Resolution:
         Outwards the seabed cell of one pulse gets shorter and the beam wider; their product is least under 45 degrees,
         and under 55 degrees where the cell is limited to a part of the slant range.
         """
-        found = np.empty(len(nearest))
-        kernel.finest(self.cell, nearest, farthest, height, found)
-        return found
+        area = np.empty(len(nearest))
+        kernel.finest(self.cell, nearest, farthest, height, area)
+        return area
 
     def finest_bistatic(self, ends: list[tuple[Floats, Floats, float]]) -> Floats:
         """Bound on the smallest cell of a transmitter and a receiver that stand apart [m^2], shape (n,).
@@ -107,9 +107,9 @@ class Resolution:
         lengths = np.empty((len(ends), len(ends[0][0])))
         for row, (nearest, farthest, height) in zip(lengths, ends, strict=True):
             kernel.min_ground_lengths(self.cell, nearest, farthest, height, row)
-        ground = lengths.min(axis=0)
-        across = np.minimum.reduce([np.hypot(nearest, height) * self.beam_width for nearest, _, height in ends])
-        return np.minimum(ground * across / self.scatterers_per_cell, (self.elongation * ground) ** 2)
+        length = lengths.min(axis=0)
+        width = np.minimum.reduce([np.hypot(nearest, height) * self.beam_width for nearest, _, height in ends])
+        return np.minimum(length * width / self.scatterers_per_cell, (self.elongation * length) ** 2)
 
 
 def track_sound_speed(scene: Scene, ping_geometry: PingGeometry) -> float:
@@ -121,14 +121,14 @@ def track_sound_speed(scene: Scene, ping_geometry: PingGeometry) -> float:
     return float(np.min(scene.water.sound_speed_at(np.array(ping_geometry.track_depths))))
 
 
-def min_track_height(survey: TrackExtent, boundary_depth: float) -> float:
+def min_track_height(track_extent: TrackExtent, boundary_depth: float) -> float:
     """Least height of an end of the sonar above a boundary, or depth below it, on its whole track [m].
 
     Args:
-        survey: Where it goes.
+        track_extent: Where it goes.
         boundary_depth: Depth of the boundary [m].
     """
-    return min(abs(boundary_depth - source) for source in survey.depths)
+    return min(abs(boundary_depth - source) for source in track_extent.depths)
 
 
 def max_path_length(ping_geometry: PingGeometry, fastest: float) -> float:
@@ -158,9 +158,9 @@ def receivable_range(
         Horizontal distances [m]; farthest is negative where nothing is received.
     """
     first, last = ping_geometry.recorded_delays
-    apart = float(np.linalg.norm(ping_geometry.transmit_position - ping_geometry.receive_position))
+    separation = float(np.linalg.norm(ping_geometry.transmit_position - ping_geometry.receive_position))
     depths = float(ping_geometry.transmit_position[2]), float(ping_geometry.receive_position[2])
-    return rays.reachable_range(depths, boundary_depth, families, (first / 2, last / 2), apart, relief_height=rise)
+    return rays.reachable_range(depths, boundary_depth, families, (first / 2, last / 2), separation, relief_height=rise)
 
 
 def tiles_in_view(
@@ -168,7 +168,7 @@ def tiles_in_view(
     families: tuple[str, ...], resolution: Resolution, beam_floor: float, *, rise: float = 0.0, widest: float = np.inf,
     glints: GlintSpread | None = None, images: tuple[FaceImage, ...] = (),
 ) -> tuple[Tiles, Floats]:  # fmt: skip
-    """The tiles of a boundary that one ping can receive, each at the level that the whole track requests.
+    """The tiles of a boundary that one ping can receive, each at the scale that the whole track requests.
 
     Args:
         ping_geometry: The sonar at this ping.
@@ -190,45 +190,46 @@ def tiles_in_view(
     window_range = receivable_range(ping_geometry, boundary_depth, rays, families, rise=rise)
     if window_range.farthest < 0:
         return Tiles(*np.empty((3, 0), np.int64)), np.zeros(0)
-    here, other = (
-        lattice.from_world(ping_geometry.transmit_position[:2]),
-        lattice.from_world(ping_geometry.receive_position[:2]),
-    )
-    level = max(FINEST_LEVEL, int(np.ceil(np.log2(window_range.farthest / (TILE * BASE_PITCH)))) + 1)
-    side = TILE * BASE_PITCH * 2.0**level
-    grain = _TrackResolution(ping_geometry, lattice, boundary_depth, resolution, window_range.farthest + side)
+    transmitter, receiver = (
+        lattice.from_world(ping_geometry.transmit_position[:2]), lattice.from_world(ping_geometry.receive_position[:2]),
+    )  # fmt: skip
+    scale = max(FINEST_LEVEL, int(np.ceil(np.log2(window_range.farthest / (TILE * BASE_PITCH)))) + 1)
+    side = TILE * BASE_PITCH * 2.0**scale
+    track_cells = _TrackResolution(ping_geometry, lattice, boundary_depth, resolution, window_range.farthest + side)
     # from tiles that are all too coarse, few enough to be looked at one by one
     while (
-        level > FINEST_LEVEL and side * FIRST_TILES > window_range.farthest and (side / TILE / 2) ** 2 > grain.coarsest
+        scale > FINEST_LEVEL
+        and side * FIRST_TILES > window_range.farthest
+        and (side / TILE / 2) ** 2 > track_cells.coarsest
     ):
-        level, side = level - 1, side / 2
-    low, high = (np.floor((here + sense * window_range.farthest) / side).astype(np.int64) for sense in (-1, 1))
+        scale, side = scale - 1, side / 2
+    low, high = (np.floor((transmitter + sense * window_range.farthest) / side).astype(np.int64) for sense in (-1, 1))
     along, across = np.empty((2, int(np.prod(high - low + 1))), np.int64)
     kernel.tiles_between(low, high, along, across)
     if ping_geometry.receive_track_extent is None:
         widest = np.inf
-    area = kernel.ReceivableArea(here, other, window_range.nearest, window_range.farthest, widest)
-    found: list[tuple[Integers, Integers, Integers, Floats]] = []
+    area = kernel.ReceivableArea(transmitter, receiver, window_range.nearest, window_range.farthest, widest)
+    tiles_by_scale: list[tuple[Integers, Integers, Integers, Floats]] = []
     while len(along):
-        pitch, (centre, position) = float(np.ldexp(BASE_PITCH, level)), np.empty((2, len(along), 2))
+        pitch, (centre, position) = float(np.ldexp(BASE_PITCH, scale)), np.empty((2, len(along), 2))
         half = TILE * pitch / np.sqrt(2)
         n = kernel.tiles_in_reach(pitch, along, across, area, lattice.frame, centre, position)
         bound = two_way_gain_bound(
-            position[:n], np.full(n, half), ping_geometry, boundary_depth, rays, families, rise=rise, enough=beam_floor,
-            glints=glints, images=images,
+            position[:n], np.full(n, half), ping_geometry, boundary_depth, rays, families, rise=rise,
+            sufficient_gain=beam_floor, glints=glints, images=images,
         )  # fmt: skip
         n = kernel.tiles_above_floor(bound, beam_floor, along, across, centre)
-        finest = grain.finest(centre[:n], np.full(n, half))
-        *kept, density, along, across = kernel.subdivide_tiles(level, along[:n], across[:n], finest)
-        found.append((np.full(len(density), level), *kept, density))
-        level -= 1
-    *columns, density = (np.concatenate(column) for column in zip(*found, strict=True))
+        finest = track_cells.finest(centre[:n], np.full(n, half))
+        *fine_tiles, density, along, across = kernel.subdivide_tiles(scale, along[:n], across[:n], finest)
+        tiles_by_scale.append((np.full(len(density), scale), *fine_tiles, density))
+        scale -= 1
+    *columns, density = (np.concatenate(column) for column in zip(*tiles_by_scale, strict=True))
     return Tiles(*columns), density
 
 
 def fill_fraction(
     ping_geometry: PingGeometry, lattice: ScattererGrid, boundary_depth: float, resolution: Resolution, tiles: Tiles,
-    most: Floats
+    max_fraction: Floats
 ) -> Floats:  # fmt: skip
     """Part of the scatterers of some tiles that fills the cells of one ping, from where it is: shape (n,).
 
@@ -241,25 +242,25 @@ def fill_fraction(
         boundary_depth: Depth of the boundary [m].
         resolution: Resolution cells of the sonar.
         tiles: The tiles.
-        most: Part that fills the cells of any ping, shape (n,): it is not exceeded.
+        max_fraction: Part that fills the cells of any ping, shape (n,): it is not exceeded.
     """
     half, spans = TILE * tiles.pitch / np.sqrt(2), []
     for position in (ping_geometry.transmit_position, ping_geometry.receive_position)[
         : 1 if ping_geometry.is_monostatic else 2
     ]:
-        away = np.linalg.norm(tiles.centre - lattice.from_world(position[:2]), axis=-1)
-        spans.append((np.maximum(away - half, 0), away + half, abs(boundary_depth - float(position[2]))))
+        distance = np.linalg.norm(tiles.centre - lattice.from_world(position[:2]), axis=-1)
+        spans.append((np.maximum(distance - half, 0), distance + half, abs(boundary_depth - float(position[2]))))
     area = resolution.finest(*spans[0]) if ping_geometry.is_monostatic else resolution.finest_bistatic(spans)
-    return np.minimum(tiles.pitch**2 / area, most)
+    return np.minimum(tiles.pitch**2 / area, max_fraction)
 
 
 @kernel.cell_areas.stand_in
-def _cells(cell: kernel.ResolutionCell, distance: Floats, height: float, found: Floats) -> None:
-    """Largest area that one scatterer may represent [m^2], as the kernel `cell_areas`, into found (n,)."""
+def _cells(cell: kernel.ResolutionCell, distance: Floats, height: float, area: Floats) -> None:
+    """Largest area that one scatterer may represent [m^2], as the kernel `cell_areas`, into area (n,)."""
     slant_range = np.hypot(distance, height)
     slant = np.maximum(cell.slant, np.minimum(cell.pulse, kernel.MAX_CELL_LENGTH_RATIO * slant_range))
-    ground = np.minimum(slant * slant_range / np.maximum(distance, 1e-9), np.sqrt(2 * slant_range * slant))
-    found[:] = np.minimum(ground * (slant_range * cell.width) / cell.per_cell, (cell.elongation * ground) ** 2)
+    length = np.minimum(slant * slant_range / np.maximum(distance, 1e-9), np.sqrt(2 * slant_range * slant))
+    area[:] = np.minimum(length * (slant_range * cell.width) / cell.per_cell, (cell.elongation * length) ** 2)
 
 
 class _TrackResolution:
@@ -281,34 +282,36 @@ class _TrackResolution:
         self.resolution = resolution
         self.coarsest = resolution.coarsest(reach, min_track_height(ping_geometry.track_extents[0], boundary_depth))
         """No cell within reach is larger [m^2]."""
-        here, apart = (
+        transmit_position, separation = (
             ping_geometry.transmit_position[:2],
             float(np.linalg.norm(ping_geometry.transmit_position - ping_geometry.receive_position)),
         )
         self.ends = [
             (
-                lattice.from_world(one.nearest_segments(position, reach + more)), lattice.from_world(one.hull_corners),
-                one.polyline_error,
-                min_track_height(one, boundary_depth),
+                lattice.from_world(extent.nearest_segments(position, reach + margin)),
+                lattice.from_world(extent.hull_corners),
+                extent.polyline_error,
+                min_track_height(extent, boundary_depth),
             )
-            for one, position, more in zip(
-                ping_geometry.track_extents, (here, ping_geometry.receive_position[:2]), (0.0, apart), strict=False
+            for extent, position, margin in zip(
+                ping_geometry.track_extents, (transmit_position, ping_geometry.receive_position[:2]),
+                (0.0, separation), strict=False,
             )
         ]  # fmt: skip
 
     def finest(self, centre: Floats, half_diagonal: Floats) -> Floats:
         """Smallest area that one scatterer may represent anywhere in some tiles [m^2], shape (n,)."""
         spans = []
-        for runs, outermost, wander, height in self.ends:
-            away, nearest, farthest = distance_to_segments(centre, runs), *np.empty((2, len(centre)))
-            kernel.tile_distance_bounds(centre, half_diagonal, away, outermost, wander, nearest, farthest)
+        for segments, corners, error, height in self.ends:
+            distance, nearest, farthest = distance_to_segments(centre, segments), *np.empty((2, len(centre)))
+            kernel.tile_distance_bounds(centre, half_diagonal, distance, corners, error, nearest, farthest)
             spans.append((nearest, farthest, height))
         return self.resolution.finest(*spans[0]) if len(spans) == 1 else self.resolution.finest_bistatic(spans)
 
 
 def two_way_gain_bound(
     centre: Floats, half_diagonal: Floats, ping_geometry: PingGeometry, boundary_depth: float, rays: PropagationModel,
-    families: tuple[str, ...], *, rise: float = 0.0, enough: float = np.inf, glints: GlintSpread | None = None,
+    families: tuple[str, ...], *, rise: float = 0.0, sufficient_gain: float = np.inf, glints: GlintSpread | None = None,
     images: tuple[FaceImage, ...] = (),
 ) -> Floats:  # fmt: skip
     """Upper bound of the two-way gain anywhere near some positions of a boundary, by any pair of families.
@@ -321,8 +324,8 @@ def two_way_gain_bound(
         rays: Propagation model of the scene.
         families: Families that reach the boundary.
         rise: Largest height of the boundary above or below its depth [m].
-        enough: Gain at which no further family need be looked at [1]: where it is reached, less than the bound may
-            be evaluated.
+        sufficient_gain: Gain at which no further family need be evaluated [1]: where it is reached, less than the bound
+            may be evaluated.
         glints: Spread of the directions of legs by a moving surface; None: it does not move.
         images: Images of the sonar in faces.
 
@@ -336,22 +339,22 @@ def two_way_gain_bound(
     if not both:
         receive = transmit
     sources = [(ping_geometry, families, np.arange(len(centre)))]
-    sources += [(one.sonar, one.families, one.lights(centre, boundary_depth, half_diagonal)) for one in images]
+    sources += [(image.sonar, image.families, image.lights(centre, boundary_depth, half_diagonal)) for image in images]
     for sonar, names, rows in sources:
         ends = [(sonar.transmit_position, sonar.transmit_beams, transmit)]
         if both:
             ends.append((sonar.receive_position, sonar.bounding_receive_beams, receive))
         for name in names:
-            rows = rows[transmit[rows] * receive[rows] < enough]
+            rows = rows[transmit[rows] * receive[rows] < sufficient_gain]
             if not len(rows):
                 break
             for position, beams, best in ends:
                 cones = rays.departure_cones(
                     name, position, centre[rows], half_diagonal[rows], boundary_depth, relief_height=rise
                 )
-                one = np.where(cones.exists, beams.bound(cones.axis, cones.half_angle), 0.0)
+                gain = np.where(cones.exists, beams.bound(cones.axis, cones.half_angle), 0.0)
                 if glints is not None and glints.spreads(name):
                     spread = glints.bound(beams, name, position, centre[rows], cones, boundary_depth)
-                    one = np.where(cones.exists, np.maximum(one, spread), 0.0)
-                best[rows] = np.maximum(best[rows], one)
+                    gain = np.where(cones.exists, np.maximum(gain, spread), 0.0)
+                best[rows] = np.maximum(best[rows], gain)
     return transmit * receive

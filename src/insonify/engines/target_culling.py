@@ -46,8 +46,8 @@ def rows_in_reach(
     middle = np.add.reduceat(position, starts, axis=0) / count[:, None]
     away = np.linalg.norm(position - np.repeat(middle, count, axis=0), axis=1)
     radius = np.maximum.reduceat(away, starts)
-    kept = np.flatnonzero(np.repeat(insonification.reaches(middle, radius), count))
-    return kept[facing(position[kept], normal[kept], insonification)]
+    rows = np.flatnonzero(np.repeat(insonification.reaches(middle, radius), count))
+    return rows[facing(position[rows], normal[rows], insonification)]
 
 
 def facing(position: Floats, normal: Floats, insonification: TargetInsonification) -> NDArray[np.bool_]:

@@ -78,10 +78,11 @@ def target_insonification(
         for row, (positions, beams) in enumerate(ends):
             best = _largest_gain(middle, radius, families, positions, beams, max_deviation)
             for face_image, image in faces[row::2]:
-                seen = (face_image.sonar.transmit_beams, face_image.sonar.bounding_receive_beams)[row]
+                beams_of_end = (face_image.sonar.transmit_beams, face_image.sonar.bounding_receive_beams)[row]
                 np.maximum(
-                    best, _largest_gain(middle, radius, face_image.families, image, seen, max_deviation), out=best
-                )
+                    best, _largest_gain(middle, radius, face_image.families, image, beams_of_end, max_deviation),
+                    out=best,
+                )  # fmt: skip
             gain *= best
         return np.asarray(gain >= floor)
 

@@ -52,14 +52,14 @@ def shadow_sector(
     )
     if target_distance <= radius:
         return ShadowSector(float(bearing), np.pi, 0.0, farthest)
-    half, near = float(np.arcsin(radius / target_distance)), target_distance - radius
-    distance = near + np.maximum(farthest - near, 0.0) * np.linspace(0, 1, PROBES) ** 2
+    half, nearest = float(np.arcsin(radius / target_distance)), target_distance - radius
+    distance = nearest + np.maximum(farthest - nearest, 0.0) * np.linspace(0, 1, PROBES) ** 2
     points, up = np.full((PROBES, 3), scene.seabed.depth), np.zeros((PROBES, 3))
     points[:, 0], points[:, 1] = position[0] + distance * np.cos(bearing), position[1] + distance * np.sin(bearing)
     up[:, 2] = -1.0
     law = scene.seabed.law(ping_geometry.frequency, float(scene.water.sound_speed_at(scene.seabed.depth)))
     if law is None:
-        return ShadowSector(float(bearing), half, near, farthest)
+        return ShadowSector(float(bearing), half, nearest, farthest)
     probes = Scatterers(
         "seabed", "seabed", law, points, up, np.ones(PROBES), np.ones(PROBES, complex), np.zeros(PROBES, np.uint64)
     )
@@ -67,11 +67,11 @@ def shadow_sector(
     hidden = np.flatnonzero((legs.occluder == row).any(axis=0))
     last = int(hidden[-1]) if len(hidden) else 0
     if last == PROBES - 1:
-        return ShadowSector(float(bearing), half, near, farthest)
-    far = float(distance[min(last + 1, PROBES - 1)])
+        return ShadowSector(float(bearing), half, nearest, farthest)
+    shadow_end = float(distance[min(last + 1, PROBES - 1)])
     terrain, grazing = scene.seabed.terrain, legs.grazing[0, last]
     lower = 0.0 if terrain is None else terrain.span[1] - scene.seabed.depth
     if soft:
-        lower += np.sqrt(ping_geometry.wavelength * far) / 2  # about the penumbra of an edge half way
+        lower += np.sqrt(ping_geometry.wavelength * shadow_end) / 2  # about the penumbra of an edge half way
     tangent = float(np.tan(grazing)) if np.isfinite(grazing) else 0.0
-    return ShadowSector(float(bearing), half, near, min(farthest, far + lower / max(tangent, 1e-3)))
+    return ShadowSector(float(bearing), half, nearest, min(farthest, shadow_end + lower / max(tangent, 1e-3)))

@@ -79,7 +79,7 @@ def target_points(
     cells = None if fully or choice.geometry == "slice" else resolution
     blocks = []
     received = received or received_targets(scene, choice, ping_geometry, rays)
-    for target in [one for one, is_received in zip(scene.targets, received, strict=True) if is_received]:
+    for target in [candidate for candidate, is_received in zip(scene.targets, received, strict=True) if is_received]:
         if isinstance(target, PointTarget):
             blocks.append(point_scatterer(target))
             continue
@@ -88,9 +88,9 @@ def target_points(
         for faces in solids_of_one_law(target):
             insonification = partial(solid_insonification, scene, faces, choice, ping_geometry, slant, rays)
             points = (
-                _section(scene, seed, ping_geometry, slant, faces, even=quadrature)
+                _section(scene, seed, ping_geometry, slant, faces, quadrature=quadrature)
                 if is_slice
-                else _points_of(scene, seed, ping_geometry, slant, faces, cells, insonification, even=quadrature)
+                else _points_of(scene, seed, ping_geometry, slant, faces, cells, insonification, quadrature=quadrature)
             )
             blocks.append(points)
             if faces.face_reflection_coefficient and len(points):
@@ -111,12 +111,12 @@ def received_targets(
         rays: See `target_points`.
     """
     return tuple(
-        isinstance(one, PointTarget)
+        isinstance(target, PointTarget)
         or (
-            _may_fall_in_window(one, scene, ping_geometry)
-            and (choice.geometry == "slice" or _within_beams(scene, one, choice, ping_geometry, rays))
+            _may_fall_in_window(target, scene, ping_geometry)
+            and (choice.geometry == "slice" or _within_beams(scene, target, choice, ping_geometry, rays))
         )
-        for one in scene.targets
+        for target in scene.targets
     )
 
 
@@ -225,7 +225,7 @@ _KEPT = DrawnBodies()
 
 def _points_of(
     scene: Scene, seed: int, ping_geometry: PingGeometry, slant: float, target: Solid, cells: Resolution | None,
-    insonification: Callable[[], TargetInsonification], *, even: bool,
+    insonification: Callable[[], TargetInsonification], *, quadrature: bool,
 ) -> Scatterers:  # fmt: skip
     """Points of a body that one ping can receive; all of them where they are few.
 
@@ -237,37 +237,37 @@ def _points_of(
         target: The body.
         cells: Resolution cells that limit the number of points; None: no limit.
         insonification: Function that returns the insonification of the body.
-        even: True: quadrature points for an expectation. False: random ones.
+        quadrature: True: quadrature points for an expectation. False: random ones.
     """
     row = scene.occluders.index(whole_solid(target))
     if isinstance(target, Box) and target.is_upright:
         pitch, rise = _box_cells(scene, target, ping_geometry, slant, cells)
-        key = target, scene.seabed, scene.seabed_depth_under(target), seed, pitch, rise, row, even
+        key = target, scene.seabed, scene.seabed_depth_under(target), seed, pitch, rise, row, quadrature
         if box_cells(target, scene.seabed_depth_under(target), pitch, rise) > MAX_UNCULLED:
-            seen = insonification()
-            points = _box_points(*key, reaches=seen.reaches)
-            return points.take(facing(points.position, points.normal, seen))
+            insonified = insonification()
+            points = _box_points(*key, reaches=insonified.reaches)
+            return points.take(facing(points.position, points.normal, insonified))
         return _KEPT.get(key, partial(_box_points, *key))
     pitch = _solid_pitch(scene, target, ping_geometry, slant, cells)
-    draw = partial(solid_scatterers, target, scene.seabed, seed, pitch, row, quadrature=even)
-    points = _KEPT.get((target, scene.seabed, seed, pitch, row, even), draw)
+    draw = partial(solid_scatterers, target, scene.seabed, seed, pitch, row, quadrature=quadrature)
+    points = _KEPT.get((target, scene.seabed, seed, pitch, row, quadrature), draw)
     return cull_points(points, insonification()) if len(points) > MAX_UNCULLED else points
 
 
 def _box_points(
-    box: Box, seabed: Seabed, base: float, seed: int, pitch: float, rise: float, occluder: int, even: bool,
+    box: Box, seabed: Seabed, base: float, seed: int, pitch: float, rise: float, occluder: int, quadrature: bool,
     reaches: Reaches | None = None,
 ) -> Scatterers:  # fmt: skip
     """Points of an upright box above the seabed, of the parts of its faces that are in reach."""
-    whole = box_scatterers(box, base, seed, pitch, occluder, rise=rise, quadrature=even, reaches=reaches)
+    points = box_scatterers(box, base, seed, pitch, occluder, rise=rise, quadrature=quadrature, reaches=reaches)
     if not seabed.relief:
-        return whole
-    position = whole.position
-    return whole.take(position[:, 2] < seabed_depth_at(seabed, position[:, :2]))
+        return points
+    position = points.position
+    return points.take(position[:, 2] < seabed_depth_at(seabed, position[:, :2]))
 
 
 def _section(
-    scene: Scene, seed: int, ping_geometry: PingGeometry, slant: float, target: Solid, *, even: bool
+    scene: Scene, seed: int, ping_geometry: PingGeometry, slant: float, target: Solid, *, quadrature: bool
 ) -> Scatterers:
     """Points of a body in a slice, each with the area that the beam covers."""
     sonar_position, row = ping_geometry.transmit_position, scene.occluders.index(whole_solid(target))
@@ -275,7 +275,7 @@ def _section(
     covered = partial(_covered_width, ping_geometry, distance=distance)
     if isinstance(target, Box) and target.is_upright:
         pitch, rise = _box_cells(scene, target, ping_geometry, slant, None)
-        key = target, scene.seabed, scene.seabed_depth_under(target), seed, pitch, rise, row, even
+        key = target, scene.seabed, scene.seabed_depth_under(target), seed, pitch, rise, row, quadrature
         return box_section(
             _KEPT.get(key, partial(_box_points, *key)),
             target,
@@ -285,16 +285,9 @@ def _section(
         )
     pitch = _cell_height(scene, target, ping_geometry, min(slant, *_extent(scene, target)) / FACE_CELLS)
     return solid_section(
-        target,
-        scene.seabed,
-        seed,
-        pitch,
-        row,
-        sonar_position,
-        ping_geometry.first_beam_bearing,
-        covered,
-        quadrature=even,
-    )
+        target, scene.seabed, seed, pitch, row, sonar_position, ping_geometry.first_beam_bearing, covered,
+        quadrature=quadrature,
+    )  # fmt: skip
 
 
 def _extent(scene: Scene, solid: Solid) -> Floats:

@@ -27,13 +27,13 @@ def hidden_part(terrain: SeabedTerrain, ping_geometry: PingGeometry) -> float:
         ping_geometry: The sonar at one ping.
     """
     north, east, depth = ping_geometry.transmit_position
-    near, far = (ping_geometry.sound_speed * delay / 2 for delay in ping_geometry.recorded_delays)
-    step = max(terrain.heightmap_cell_size, far / SAMPLES)
-    distance: NDArray[np.float64] = np.arange(step, far, step)
+    nearest, farthest = (ping_geometry.sound_speed * delay / 2 for delay in ping_geometry.recorded_delays)
+    step = max(terrain.heightmap_cell_size, farthest / SAMPLES)
+    distance: NDArray[np.float64] = np.arange(step, farthest, step)
     if not len(distance):
         return 0.0
     bearing = np.arctan2(ping_geometry.boresight[1], ping_geometry.boresight[0]) + np.array(BEARINGS)[:, None]
     sample = terrain.relief.sample(north + distance * np.cos(bearing), east + distance * np.sin(bearing))
     launch = (terrain.depth - np.asarray(sample.height) - depth) / distance
     hidden = launch > np.minimum.accumulate(launch, axis=1)
-    return float(hidden[:, distance > min(near, far - step) - step].mean())
+    return float(hidden[:, distance > min(nearest, farthest - step) - step].mean())

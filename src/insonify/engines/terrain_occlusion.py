@@ -124,15 +124,15 @@ class TerrainOcclusion:
         )
 
     def _occlude_terrain_points(
-        self, groups: list[ProfileGroup], family: str, distance: Floats, lit: NDArray[np.bool_],
+        self, groups: list[ProfileGroup], family: str, distance: Floats, is_clear: NDArray[np.bool_],
         left: NDArray[np.complex128] | None,
     ) -> None:  # fmt: skip
         """Mark ground that the seabed before it hides, and take what crests take of the rays to it, on one segment."""
         soft = left is not None
-        held = np.empty(0, complex) if left is None else left
+        crest_factor = np.empty(0, complex) if left is None else left
         for lines, points, rows in groups:
             if not lines.unobstructed(family):
-                rays = crests.LineRays(rows, points, distance, distance, lit, held)
+                rays = crests.LineRays(rows, points, distance, distance, is_clear, crest_factor)
                 crests.diffract_over_crests(
                     lines.horizon(family), self.step, rays, distance, self.wavelength, edge_diffraction_table(), True,
                     soft,
@@ -151,7 +151,7 @@ class TerrainOcclusion:
             for k, letter in enumerate(string)
             if letter == "B"
         }
-        lit = np.ones(len(distance), bool)
+        is_clear = np.ones(len(distance), bool)
         for k, stop in enumerate(stops):
             if k == 0 and string.startswith("S") and self._all_below:
                 continue
@@ -159,41 +159,41 @@ class TerrainOcclusion:
             before = stop - zone_lengths.get(k, 0.0)
             if passed.endswith("B") and not ends:
                 span = self._steps(stops[k - 1] + zone_lengths[k - 1]), self._steps(before)
-                own = np.ones(len(lit), bool)
+                segment_clear = np.ones(len(is_clear), bool)
                 for lines, points, rows in groups:
-                    kernel.rising_rays_clear(*lines.horizon(passed)[:2], steep, rows, *span, points, own)
-                lit &= own
+                    kernel.rising_rays_clear(*lines.horizon(passed)[:2], steep, rows, *span, points, segment_clear)
+                is_clear &= segment_clear
                 if left is not None:
-                    self._under_crests(groups, passed, span, steep, distance, own, left)
+                    self._under_crests(groups, passed, span, steep, distance, segment_clear, left)
                 continue
             leaves = -steep if k == 0 and string.startswith("S") else steep
             if ends:
-                own = np.ones(len(lit), bool)
-                self._occlude_terrain_points(groups, passed, distance, own, left)
-                lit &= own
+                segment_clear = np.ones(len(is_clear), bool)
+                self._occlude_terrain_points(groups, passed, distance, segment_clear, left)
+                is_clear &= segment_clear
                 continue
-            lit &= leaves <= self._horizon(groups, passed, before)
+            is_clear &= leaves <= self._horizon(groups, passed, before)
             if left is not None:
                 self._over_crests(groups, passed, before, leaves, distance, left)
-        return lit
+        return is_clear
 
     def _over_crests(
         self, groups: list[ProfileGroup], family: str, reach: Floats, steepness: Floats, distance: Floats,
         left: NDArray[np.complex128],
     ) -> None:  # fmt: skip
-        lit = np.empty(0, bool)
+        is_clear = np.empty(0, bool)
         for lines, points, rows in groups:
-            rays = crests.LineRays(rows, points, steepness, distance, lit, left)
+            rays = crests.LineRays(rows, points, steepness, distance, is_clear, left)
             crests.diffract_over_crests(
                 lines.horizon(family), self.step, rays, reach, self.wavelength, edge_diffraction_table(), False, True
             )
 
     def _under_crests(
         self, groups: list[ProfileGroup], family: str, span: tuple[Floats, Floats], steepness: Floats, distance: Floats,
-        lit: NDArray[np.bool_], left: NDArray[np.complex128],
+        is_clear: NDArray[np.bool_], left: NDArray[np.complex128],
     ) -> None:  # fmt: skip
         for lines, points, rows in groups:
-            rays = crests.LineRays(rows, points, steepness, distance, lit, left)
+            rays = crests.LineRays(rows, points, steepness, distance, is_clear, left)
             crests.diffract_rising_rays(
                 lines.horizon(family), self.step, rays, *span, self.wavelength, edge_diffraction_table()
             )
@@ -212,11 +212,11 @@ class TerrainOcclusion:
         Returns:
             True where a segment is clear, shape (n,).
         """
-        lit = np.ones(nodes.shape[1], bool)
+        is_clear = np.ones(nodes.shape[1], bool)
         for lines, points, rows in groups:
             depths = kernel.LineDepths(lines.depth, lines.shallowest, self.step)
-            kernel.segments_clear(depths, rows, points, nodes, spared, on_terrain, PENETRATION, lit)
-        return lit
+            kernel.segments_clear(depths, rows, points, nodes, spared, on_terrain, PENETRATION, is_clear)
+        return is_clear
 
     def _horizon(self, groups: list[ProfileGroup], family: str, distance: Floats) -> Floats:
         horizon, reach = np.full(len(distance), np.inf), self._steps(distance)
@@ -309,16 +309,16 @@ def occlude_by_terrain(
     sine = legs.departure[..., 2]
     lay_on_terrain = scatterers.boundary == "seabed"
     left = np.empty(legs.delay.shape, complex) if soft else None
-    lit = terrain_occlusion.visible(
+    unoccluded = terrain_occlusion.visible(
         legs.families, distance, sine, scatterers.position[:, 2], groups, on_terrain=lay_on_terrain, left=left,
     )  # fmt: skip
     visibility: NDArray[np.float64] | NDArray[np.complex128]
     if left is None:
-        visibility = np.where(lit | (status != LegStatus.CLEAR), legs.visibility, 0.0)
+        visibility = np.where(unoccluded | (status != LegStatus.CLEAR), legs.visibility, 0.0)
     else:
         kernel.keep_uncut_visibility(status, legs.visibility, left)
         visibility = left
-    kernel.mark_terrain_occlusion(lit, status, occluder)
+    kernel.mark_terrain_occlusion(unoccluded, status, occluder)
     for row, family in enumerate(legs.families):
         if "B" in family:
             boundary[row] *= _roughness_factor(terrain_occlusion, family, distance, steepness(family, sine[row]))

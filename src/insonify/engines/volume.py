@@ -1,7 +1,7 @@
 """Volume scatterers: density of points in the water by the sonar's resolution, and those in reach of one ping.
 
 A resolution cell is as long as the pulse, as wide as the finest beam, and as tall as that beam or the scattering layer.
-For coherent pressure a cell has points of the water's own lattice, at a level that follows from the whole track. For an
+For coherent pressure a cell has points of the water's own lattice, at a scale that follows from the whole track. For an
 expectation, points lie on even shells about the sonar: on a sphere equal heights hold equal areas (Archimedes), so
 that a cell of slant range R, azimuth and depth is R dR d(azimuth) dz large.
 """
@@ -43,7 +43,7 @@ CUBES_PER_BLOCK = 64
 MAX_CUBES = 1_600_000
 """Largest number of blocks of one ping, 64 points each."""
 COUNTED = 20_000
-"""Blocks of one level by which those of one ping are counted: to 1 % [1]."""
+"""Blocks of one scale by which those of one ping are counted: to 1 % [1]."""
 MAX_TILES = 800_000
 """Largest number of tiles of quadrature points, 128 points each."""
 MIN_RANGE = 1.0
@@ -94,7 +94,7 @@ class VolumeScatterers:
                 for start in range(0, len(cubes.level), CUBES_PER_BLOCK):
                     part = cubes.take(slice(start, start + CUBES_PER_BLOCK))
                     yield partial(water_scatterers, water, seabed, part, self.seed)
-        yield from self._patches(even=quadrature)
+        yield from self._patches(quadrature=quadrature)
 
     def count(self, *, quadrature: bool) -> float:
         """Approximate number of points in the layers of the water, counted without drawing any.
@@ -107,19 +107,19 @@ class VolumeScatterers:
         try:
             if quadrature:
                 return float(len(self._shells()) * SHELLS_PER_TILE * SECTORS_PER_TILE)
-            return sum(float(share * len(cubes.level)) for share, cubes in self._levels(COUNTED)) * CELLS**3
+            return sum(float(share * len(cubes.level)) for share, cubes in self._scales(COUNTED)) * CELLS**3
         except ValueError:
             return float("inf")
 
-    def _patches(self, *, even: bool) -> Iterator[Callable[[], Scatterers]]:
+    def _patches(self, *, quadrature: bool) -> Iterator[Callable[[], Scatterers]]:
         for patch in self.scene.water.patches:
             middle, radius = np.array([patch.position]), np.array([float(np.linalg.norm(patch.size)) / 2])
             if not self._receivable(middle, radius)[0]:
                 continue
             nearest = self._min_track_distance(middle, radius, middle[:, 2], middle[:, 2])
             pitch = float(np.cbrt(self._cell_volume(nearest, np.array([patch.size[2]])))[0])
-            pitch = min(pitch, min(patch.size) / MIN_CELLS_PER_PATCH) / (2 if even else 1)
-            points = patch_scatterers(patch, self.scene.seabed, self.seed, pitch, quadrature=even)
+            pitch = min(pitch, min(patch.size) / MIN_CELLS_PER_PATCH) / (2 if quadrature else 1)
+            points = patch_scatterers(patch, self.scene.seabed, self.seed, pitch, quadrature=quadrature)
             size = CUBES_PER_BLOCK * CELLS**3
             for start in range(0, len(points), size):
                 yield partial(points.take, slice(start, start + size))
@@ -130,11 +130,11 @@ class VolumeScatterers:
         return self.scene.water.layers(max_water_depth(self.scene.seabed))
 
     def cubes(self) -> WaterBlocks:
-        """The cubes of drawn points that this ping can receive, each at the level that the whole track requests."""
-        return WaterBlocks(*map(np.concatenate, zip(*(cubes for _, cubes in self._levels()), strict=True)))
+        """The cubes of drawn points that this ping can receive, each at the scale that the whole track requests."""
+        return WaterBlocks(*map(np.concatenate, zip(*(cubes for _, cubes in self._scales()), strict=True)))
 
-    def _levels(self, counted: int | None = None) -> Iterator[tuple[float, WaterBlocks]]:
-        """The cubes of each level, and the number of cubes that each stands for.
+    def _scales(self, counted: int | None = None) -> Iterator[tuple[float, WaterBlocks]]:
+        """The cubes of each scale, and the number of cubes that each stands for.
 
         Args:
             counted: Largest number of cubes that are divided further, at random; None: all are.
@@ -142,12 +142,12 @@ class VolumeScatterers:
         ping_geometry, lattice = self.ping_geometry, self.scene.seabed.scatterer_grid
         farthest = self._farthest
         grid_position = lattice.from_world(ping_geometry.transmit_position[:2])
-        level = 3 * max(0, int(np.ceil(np.log2(max(farthest, 1.0) / (CELLS * BASE_PITCH)))))
-        side = CELLS * BASE_PITCH * 2.0 ** (level // 3)
+        scale = 3 * max(0, int(np.ceil(np.log2(max(farthest, 1.0) / (CELLS * BASE_PITCH)))))
+        side = CELLS * BASE_PITCH * 2.0 ** (scale // 3)
         first, last = (np.floor((grid_position + sign * farthest) / side).astype(np.int64) for sign in (-1, 1))
         stop = int(np.ceil(max_water_depth(self.scene.seabed) / side))
         grid = np.mgrid[first[0] : last[0] + 1, first[1] : last[1] + 1, 0:stop].reshape(3, -1)
-        cubes = WaterBlocks(np.full(grid.shape[1], level), *grid)
+        cubes = WaterBlocks(np.full(grid.shape[1], scale), *grid)
         share, total, draw = 1.0, 0.0, np.random.default_rng(self.seed)
         while len(cubes.level):
             cubes, fine = self._refine(cubes)
@@ -163,20 +163,20 @@ class VolumeScatterers:
     def _refine(self, cubes: WaterBlocks) -> tuple[WaterBlocks, NDArray[np.bool_]]:
         """Cubes in reach, and True for those that are fine enough, (n,)."""
         lattice, bottom, layers = self.scene.seabed.scatterer_grid, max_water_depth(self.scene.seabed), self._layers
-        long, wide, tall = CELLS * cubes.pitch
-        top, low = cubes.down * tall, np.minimum((cubes.down + 1) * tall, bottom)
+        length, width, height = CELLS * cubes.pitch
+        top, low = cubes.down * height, np.minimum((cubes.down + 1) * height, bottom)
         overlaps = (layers[:, 0] < low[:, None]) & (layers[:, 1] > top[:, None])
         thin = np.where(overlaps, layers[:, 1] - layers[:, 0], np.inf).min(axis=1)
-        centre = np.column_stack([lattice.to_world((cubes.along + 0.5) * long, (cubes.across + 0.5) * wide),
+        centre = np.column_stack([lattice.to_world((cubes.along + 0.5) * length, (cubes.across + 0.5) * width),
                                   (top + low) / 2])  # fmt: skip
-        flat = np.hypot(long, wide) / 2
-        kept = overlaps.any(axis=1)
-        kept[kept] = self._receivable(centre[kept], np.hypot(flat, (low - top) / 2)[kept])
+        flat = np.hypot(length, width) / 2
+        in_reach = overlaps.any(axis=1)
+        in_reach[in_reach] = self._receivable(centre[in_reach], np.hypot(flat, (low - top) / 2)[in_reach])
         nearest = self._min_track_distance(centre, flat, top, low)
         fine = (cubes.cell <= self._cell_volume(nearest, thin) / self.resolution.scatterers_per_cell) | (
             cubes.level == 0
         )
-        return cubes.take(kept), fine[kept]
+        return cubes.take(in_reach), fine[in_reach]
 
     def _cell_volume(self, distance: Floats, thickness: Floats) -> Floats:
         """Volume of a resolution cell [m^3] at slant ranges [m], in layers so thick [m]."""
@@ -229,8 +229,8 @@ class VolumeScatterers:
             for row, (position, beams) in enumerate(family_ends):
                 length, around, ray = self._rays(family, position, centre[rows], radius[rows])
                 margin = np.where(around < length, np.arcsin(np.minimum(1, around / length)), np.pi)
-                for left, more in self._refracted_directions(ray / length[:, None]):
-                    gain[row, rows] = np.maximum(gain[row, rows], beams.bound(left, margin + more))
+                for direction, angle_margin in self._refracted_directions(ray / length[:, None]):
+                    gain[row, rows] = np.maximum(gain[row, rows], beams.bound(direction, margin + angle_margin))
             received[rows] = np.prod(gain[:, rows], axis=0) ** times >= amplitude_ratio(choice.beam_cutoff_db)
             rows = rows[~received[rows]]  # those that are received need no further family
         return received
@@ -280,35 +280,34 @@ class VolumeScatterers:
 
     def _sectors(self, ring: int, strata: Floats, thick: float) -> Floats:
         """Tiles of some shells that are received, (n, 4): of all sectors, eight at a time at first."""
-        whole = round(2 * np.pi / self._steps[1]) // SECTORS_PER_TILE
+        groups_around = round(2 * np.pi / self._steps[1]) // SECTORS_PER_TILE
 
-        def reaches(sector: Integers, top: Floats, wide: int) -> NDArray[np.bool_]:
+        def reaches(sector: Integers, top: Floats, group_size: int) -> NDArray[np.bool_]:
             slant, azimuth = self._steps
             inner, outer, angle = (
-                ring * SHELLS_PER_TILE * slant,
-                (ring + 1) * SHELLS_PER_TILE * slant,
-                wide * SECTORS_PER_TILE * azimuth,
-            )
+                ring * SHELLS_PER_TILE * slant, (ring + 1) * SHELLS_PER_TILE * slant,
+                group_size * SECTORS_PER_TILE * azimuth,
+            )  # fmt: skip
             up = top + thick / 2 - self.ping_geometry.transmit_position[2]
-            near, far = (np.sqrt(np.maximum(reach**2 - up**2, 0)) for reach in (inner, outer))
-            horizontal = (near + far) / 2
+            nearest, farthest = (np.sqrt(np.maximum(reach**2 - up**2, 0)) for reach in (inner, outer))
+            horizontal = (nearest + farthest) / 2
             centre = np.column_stack(
                 [self._point(horizontal, np.asarray((sector + 0.5) * angle, float)), top + thick / 2]
             )
             beyond = np.maximum(np.abs(up) - outer, 0)
-            radius = np.sqrt(((far - near) / 2 + far * angle / 2) ** 2 + (thick / 2) ** 2) + beyond
+            radius = np.sqrt(((farthest - nearest) / 2 + farthest * angle / 2) ** 2 + (thick / 2) ** 2) + beyond
             return self._receivable(centre, radius)
 
         sectors_per_group = 8
         sector, row = (
-            part.ravel() for part in np.meshgrid(np.arange(whole // sectors_per_group), np.arange(len(strata)))
+            part.ravel() for part in np.meshgrid(np.arange(groups_around // sectors_per_group), np.arange(len(strata)))
         )
-        kept = reaches(sector, strata[row], sectors_per_group)
-        sector = (sector[kept, None] * sectors_per_group + np.arange(sectors_per_group)).ravel()
-        top = strata[row[kept].repeat(sectors_per_group)]
-        kept = reaches(sector, top, 1)
-        n = int(kept.sum())
-        return np.column_stack([np.full(n, float(ring)), sector[kept], top[kept], np.full(n, thick)])
+        in_reach = reaches(sector, strata[row], sectors_per_group)
+        sector = (sector[in_reach, None] * sectors_per_group + np.arange(sectors_per_group)).ravel()
+        top = strata[row[in_reach].repeat(sectors_per_group)]
+        in_reach = reaches(sector, top, 1)
+        n = int(in_reach.sum())
+        return np.column_stack([np.full(n, float(ring)), sector[in_reach], top[in_reach], np.full(n, thick)])
 
     def _shell_points(self, tiles: Floats) -> Scatterers:
         """The even points of some tiles."""

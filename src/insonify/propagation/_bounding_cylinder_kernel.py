@@ -32,7 +32,7 @@ def points_behind_cylinder(
         Number of points.
     """
     hit_count, radius = 0, cylinder[2]
-    most = (radius + clearance) ** 2
+    max_offset_squared = (radius + clearance) ** 2
     for n in range(points.shape[0]):
         dx, dy = points[n, 0] - cylinder[0], points[n, 1] - cylinder[1]
         north, east = points[n, 0] - position[0], points[n, 1] - position[1]
@@ -42,7 +42,7 @@ def points_behind_cylinder(
                 north, east = directions[f, n, 0], directions[f, n, 1]
             along = north * north + east * east
             off = dy * north - dx * east
-            if off * off > most * along or (along == 0 and dx * dx + dy * dy > most):
+            if off * off > max_offset_squared * along or (along == 0 and dx * dx + dy * dy > max_offset_squared):
                 continue
             back, length = dx * north + dy * east, math.sqrt(along)
             if back >= -radius * length and back <= (math.sqrt(square) + radius) * length:

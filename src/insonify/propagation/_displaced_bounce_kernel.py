@@ -48,9 +48,9 @@ def bounce_offset(
     slope = min(max(along, -STEEPEST), STEEPEST)
     # tan(g1 - g2) = tan 2 e with g1 = atan(height / x) and g2 = atan(h2 / (far - x)): a quadratic in x.
     tangent = 2 * slope / (1 - slope * slope)
-    linear, rest = height + h2 + tangent * horizontal_distance, horizontal_distance - tangent * h2
-    root = math.sqrt(max(linear * linear - 4 * tangent * height * rest, 0.0))
-    x = 2 * height * rest / max(linear + root, 1e-12)
+    linear, constant = height + h2 + tangent * horizontal_distance, horizontal_distance - tangent * h2
+    root = math.sqrt(max(linear * linear - 4 * tangent * height * constant, 0.0))
+    x = 2 * height * constant / max(linear + root, 1e-12)
     r1, r2 = (
         math.sqrt(x * x + height * height),
         math.sqrt((horizontal_distance - x) * (horizontal_distance - x) + h2 * h2),
@@ -79,7 +79,7 @@ def displaced_bounce_path(
     """
     heights = bounces.heights
     length = math.sqrt(horizontal_distance * horizontal_distance + vertical_travel * vertical_travel)
-    straight, rise = horizontal_distance / length, vertical_travel / length
+    flat_cosine, flat_sine = horizontal_distance / length, vertical_travel / length
     down = -1.0 if bounces.starts_upward else 1.0
     px, py, pz, total = 0.0, 0.0, 0.0, 0.0
     for b in range(heights.size + 1):
@@ -93,10 +93,10 @@ def displaced_bounce_path(
         px, py, pz = x, y, z
         if b == 0 or b == heights.size:
             sense = down if b == 0 or not bounces.reverses_vertically else -down
-            ahead, right, to = dx / piece - straight, dy / piece, 1 if b == 0 else 4
-            change[to] = ahead * north - right * east
-            change[to + 1] = ahead * east + right * north
-            change[to + 2] = sense * (dz / piece - rise)
+            forward, right, to = dx / piece - flat_cosine, dy / piece, 1 if b == 0 else 4
+            change[to] = forward * north - right * east
+            change[to + 1] = forward * east + right * north
+            change[to + 2] = sense * (dz / piece - flat_sine)
     change[0] = total - length
 
 

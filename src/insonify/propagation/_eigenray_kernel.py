@@ -99,7 +99,7 @@ def solve_eigenrays(
     slabs, edges = np.empty((2, 3, depth.size + 2)), np.empty((2, MAX_PIECES + 2))
     block, pick = np.empty((BLOCK_ROWS, BLOCK)), np.empty(BLOCK, np.int64)
     guesses = np.empty((3, GUESSES))
-    work = (block, pick, guesses, edges)
+    workspace = (block, pick, guesses, edges)
     point_span = np.zeros(2, np.int64)
     out = (point_span, ranges, rays, count)
     count[:] = 0
@@ -112,12 +112,12 @@ def solve_eigenrays(
             end += 1
         build_nodes(depth, speed, plane, source_depth, point_depth[begin], lane)
         point_span[0], point_span[1] = begin, end
-        limit = direct_rays(lane, bounces.number, bounces.first_up, work, out)
+        limit = direct_rays(lane, bounces.number, bounces.first_up, workspace, out)
         farthest = limit
         if bounces.number == 0:
-            farthest = ducted_rays(lane, slabs, low, high, limit, work, out)
+            farthest = ducted_rays(lane, slabs, low, high, limit, workspace, out)
         elif bounces.number == 1:
-            farthest = bounced_rays(lane, bounces.first_up, slabs, low, high, limit, work, out)
+            farthest = bounced_rays(lane, bounces.first_up, slabs, low, high, limit, workspace, out)
         for i in range(begin, end):
             if count[i] > 0:
                 status[i] = CLEAR
@@ -165,16 +165,16 @@ def direct_rays(ray_branch: Floats, bounces: int, first_up: bool, workspace: Any
         return horizontal_rays(ray_branch, s, out)
     finish_layer_sequence(ray_branch, first, last)
     limit = ray_distance(LEVEL, ray_branch)[0]
-    straight, slower = 0.0, 0.0
+    vertical_distance, slower = 0.0, 0.0
     for j in range(first, last):
-        straight += 0.5 * ray_branch[STRETCH, j]
+        vertical_distance += 0.5 * ray_branch[STRETCH, j]
         slower += 0.25 * ray_branch[STRETCH, j] * (ray_branch[KAPPA, j] + ray_branch[KAPPA, j + 1])
-    slower /= straight
+    slower /= vertical_distance
     ray_count = 0
     for i in range(point_span[0], point_span[1]):
         if ranges[i] > limit * (1 + ROUNDING):
             continue
-        ratio = straight / ranges[i]  # v in water of one speed
+        ratio = vertical_distance / ranges[i]  # v in water of one speed
         block[B_FAR, ray_count], block[B_PINNED, ray_count] = ranges[i], 0.0
         block[B_V, ray_count] = math.sqrt(max(ratio * ratio - slower, 0.05 * ratio * ratio))
         if ranges[i] >= limit * (1 - ROUNDING):
@@ -186,7 +186,9 @@ def direct_rays(ray_branch: Floats, bounces: int, first_up: bool, workspace: Any
     newton_steps(ray_branch, block, ray_count, LEVEL, math.inf, True)
     for i in range(ray_count):
         if block[B_PINNED, i] == 0:
-            block[B_V, i] = ray_to_distance(block[B_FAR, i], LEVEL, 2 * straight / block[B_FAR, i], True, ray_branch)
+            block[B_V, i] = ray_to_distance(
+                block[B_FAR, i], LEVEL, 2 * vertical_distance / block[B_FAR, i], True, ray_branch
+            )
     complete_rays(ray_branch, block, ray_count)
     for i in range(ray_count):
         k = pick[i]
@@ -262,8 +264,8 @@ def ducted_rays(
                     if fast > 0:
                         launch = -1.0 if first == 0 else 1.0
                         arrival = launch if turns % 2 == 0 else -launch
-                        least, most = branch_rays(ray_branch, fast, launch, arrival, low, high, workspace, out)
-                        nearest, farthest = min(nearest, least), max(farthest, most)
+                        shortest, longest = branch_rays(ray_branch, fast, launch, arrival, low, high, workspace, out)
+                        nearest, farthest = min(nearest, shortest), max(farthest, longest)
         if nearest > high or is_full(out):
             break
     return farthest
@@ -273,10 +275,10 @@ def ducted_rays(
 def is_full(out: Any) -> bool:
     """Return True if no point can take another ray; `out` as in `direct_rays`."""
     point_span, _, _, count = out
-    least = MOST
+    fewest = MOST
     for i in range(point_span[0], point_span[1]):
-        least = min(least, count[i])
-    return least >= MOST
+        fewest = min(fewest, count[i])
+    return fewest >= MOST
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -355,23 +357,22 @@ def bounced_rays(
     slab_count = turning_slabs(ray_branch, start, stop, so_far, slabs[side])
     away = 1.0 if first_up else -1.0  # from the wall
     farthest = limit
-    for turns_beside in range(1, 4):
-        before, after = turns_beside != 2, turns_beside != 1
+    for turn_sides in range(1, 4):
+        before, after = turn_sides != 2, turn_sides != 1
         for k in range(slab_count):
-            near = int(slabs[side, TURN_NODE, k])
+            near_node = int(slabs[side, TURN_NODE, k])
             start_layer_sequence(ray_branch)
             at = s
             if before:
-                at = count_passages(ray_branch, at, near)
+                at = count_passages(ray_branch, at, near_node)
             at = count_passages(ray_branch, at, wall)
             if after:
-                at = count_passages(ray_branch, at, near)
+                at = count_passages(ray_branch, at, near_node)
             count_passages(ray_branch, at, r)
             ray_branch[LAYER_SEQUENCE, NEAR + side], ray_branch[LAYER_SEQUENCE, HALF_TURNS + side] = (
-                near,
-                (4 if turns_beside == 3 else 2),
-            )
-            finish_layer_sequence(ray_branch, min(wall, near), max(wall, near))
+                near_node, (4 if turn_sides == 3 else 2),
+            )  # fmt: skip
+            finish_layer_sequence(ray_branch, min(wall, near_node), max(wall, near_node))
             launch, arrival = (away if before else -away), (-away if after else away)
             fast = slabs[side, TURN_FAST, k]
             farthest = max(farthest, branch_rays(ray_branch, fast, launch, arrival, low, high, workspace, out)[1])

@@ -93,8 +93,8 @@ def table_grid(
     per_height = 1 / heights if lines.size > 1 else np.zeros(1)
     slices = max(1, int(np.ceil((lines[-1] - lines[0]) / heights.min()))) if lines.size > 1 else 1
     per_metre = slices / (lines[-1] - lines[0]) if lines.size > 1 else 0.0
-    marks = lines[0] + np.arange(slices) / per_metre if slices > 1 else lines[:1]
-    buckets = np.clip(np.searchsorted(tops, marks + 1e-12, side="right") - 1, 0, tops.size - 1).astype(np.int32)
+    depths = lines[0] + np.arange(slices) / per_metre if slices > 1 else lines[:1]
+    buckets = np.clip(np.searchsorted(tops, depths + 1e-12, side="right") - 1, 0, tops.size - 1).astype(np.int32)
     stations = np.linspace(0, max_range, max(2, int(np.ceil(max_range / step - 1e-9)) + 1))
     rows = CellGrid(
         tops.copy(), heights, speed[: tops.size].copy(), gradient, per_height, buckets, float(per_metre),
@@ -157,7 +157,7 @@ class TablePlane:
             ranges: Their ranges [m], (n,).
 
         Returns:
-            Rays, as from the exact solver, (n, branches, COLUMNS), 0 where there is none or the exact solver is
+            Rays, as from the exact solver, (n, paths, COLUMNS), 0 where there is none or the exact solver is
             needed; the points with their cells.
         """
         task, where = self.specification, self.specification.grid
@@ -178,20 +178,20 @@ def build_plane(task: TableSpecification, source_depth: float) -> TablePlane:
         task: Family, column and grid.
         source_depth: Depth of the source [m].
     """
-    water, where = task.layers, task.grid
-    shape, cells = (where.node_depths.size, where.node_ranges.size), (where.rows.top.size, where.cells)
+    water, grid = task.layers, task.grid
+    shape, cells = (grid.node_depths.size, grid.node_ranges.size), (grid.rows.top.size, grid.cells)
     nodes, mean_speed = np.zeros((BRANCHES, *shape, 8)), np.zeros((BRANCHES, *shape), np.float32)
     kind, count, status = np.zeros((BRANCHES, *shape), np.int64), np.zeros(shape, np.uint8), np.zeros(shape, np.uint8)
-    found = NodeRays(nodes, mean_speed, kind, count, status)
-    solve_nodes(water, source_depth, task.bounces, where.node_depths, where.node_ranges, found)
+    node_rays = NodeRays(nodes, mean_speed, kind, count, status)
+    solve_nodes(water, source_depth, task.bounces, grid.node_depths, grid.node_ranges, node_rays)
     state, why = np.empty(cells, np.uint8), np.empty(cells, np.uint8)
     history = np.zeros((BRANCHES, *cells, 2), np.uint8)
     source_layer = int(_layers(water, np.array([source_depth]))[0])
-    layers = _layers(water, where.rows.top + where.rows.height / 2)
-    compare_corners(found, task.bounces, source_layer, layers, CellPaths(state, why, history))
-    most = max(1, int(np.where(state == EXACT, 0, state).max()))
+    layers = _layers(water, grid.rows.top + grid.rows.height / 2)
+    compare_corners(node_rays, task.bounces, source_layer, layers, CellPaths(state, why, history))
+    paths = max(1, int(np.where(state == EXACT, 0, state).max()))
     plane = TablePlane(
-        task, source_depth, nodes[:most].copy(), mean_speed[:most].copy(), state, why, history[:most].copy()
+        task, source_depth, nodes[:paths].copy(), mean_speed[:paths].copy(), state, why, history[:paths].copy()
     )
     check_cells(plane)
     return plane
@@ -206,29 +206,29 @@ def interpolated_plane(above: TablePlane, below: TablePlane, source_depth: float
         source_depth: Depth of the source [m].
         cell_state: Number of paths in each cell for sources between the two, or `EXACT`.
     """
-    apart = below.source_depth - above.source_depth
-    t = (source_depth - above.source_depth) / apart
-    most = min(above.nodes.shape[0], below.nodes.shape[0])
-    nodes = np.empty((most, *above.nodes.shape[1:]))
-    interpolate_planes(above.nodes[:most].reshape(-1), below.nodes[:most].reshape(-1), t, apart, nodes.reshape(-1))
-    mean_speed = above.mean_speed[:most] + np.float32(t) * (below.mean_speed[:most] - above.mean_speed[:most])
+    gap = below.source_depth - above.source_depth
+    t = (source_depth - above.source_depth) / gap
+    paths = min(above.nodes.shape[0], below.nodes.shape[0])
+    nodes = np.empty((paths, *above.nodes.shape[1:]))
+    interpolate_planes(above.nodes[:paths].reshape(-1), below.nodes[:paths].reshape(-1), t, gap, nodes.reshape(-1))
+    mean_speed = above.mean_speed[:paths] + np.float32(t) * (below.mean_speed[:paths] - above.mean_speed[:paths])
     return TablePlane(
-        above.specification, source_depth, nodes, mean_speed, cell_state, above.missing_status, above.history[:most]
+        above.specification, source_depth, nodes, mean_speed, cell_state, above.missing_status, above.history[:paths]
     )
 
 
 def state_between_planes(above: TablePlane, below: TablePlane) -> Bytes:
     """States of cells for all sources between two planes: valid in both, and accurate in between."""
-    same = (above.path_count == below.path_count) & (
+    is_equal = (above.path_count == below.path_count) & (
         (above.path_count > 0) | (above.missing_status == below.missing_status)
     )
-    most = min(above.nodes.shape[0], below.nodes.shape[0])
-    same &= (above.history[:most] == below.history[:most]).all(axis=(0, 3)) & (above.path_count <= most)
-    state = np.where(same, above.path_count, np.uint8(EXACT))
-    apart = below.source_depth - above.source_depth
-    doubtful = check_cells(interpolated_plane(above, below, above.source_depth + 0.5 * apart, state))
+    paths = min(above.nodes.shape[0], below.nodes.shape[0])
+    is_equal &= (above.history[:paths] == below.history[:paths]).all(axis=(0, 3)) & (above.path_count <= paths)
+    state = np.where(is_equal, above.path_count, np.uint8(EXACT))
+    gap = below.source_depth - above.source_depth
+    doubtful = check_cells(interpolated_plane(above, below, above.source_depth + 0.5 * gap, state))
     for t in _PARTS:
-        plane = interpolated_plane(above, below, above.source_depth + t * apart, state)
+        plane = interpolated_plane(above, below, above.source_depth + t * gap, state)
         if plane.nodes.shape[1] == 1:  # one line: cheap enough to check all cells
             rows, cells = np.nonzero(state != EXACT)
             compare(plane, *_inside(plane, rows, cells, 0.5, 0.5))
@@ -246,11 +246,11 @@ def check_cells(plane: TablePlane) -> NDArray[np.bool_]:
         Mask of doubtful cells, (rows, cells).
     """
     rows, cells = np.nonzero(plane.path_count != EXACT)
-    late, amplitude_error = compare(plane, *_inside(plane, rows, cells, 0.5, 0.5))
+    delay_error, amplitude_error = compare(plane, *_inside(plane, rows, cells, 0.5, 0.5))
     chosen = np.zeros(plane.path_count.shape, bool)
     mark_neighbours_of_exact(plane.path_count, chosen)
-    rough = (late > _TRACE * LATE) | (amplitude_error > _TRACE * AMPLITUDE_ERROR)
-    chosen[rows[rough], cells[rough]] = True
+    inaccurate = (delay_error > _TRACE * LATE) | (amplitude_error > _TRACE * AMPLITUDE_ERROR)
+    chosen[rows[inaccurate], cells[inaccurate]] = True
     check_corners(plane, chosen)
     return chosen
 
@@ -266,8 +266,8 @@ def _inside(
     plane: TablePlane, rows: NDArray[np.intp], cells: NDArray[np.intp], u: float, v: float
 ) -> tuple[Floats, Floats]:
     """Depths and ranges of one relative position in each of some cells."""
-    where = plane.specification.grid
-    return where.rows.top[rows] + v * where.rows.height[rows], np.asarray((cells + u) * where.step, float)
+    grid = plane.specification.grid
+    return grid.rows.top[rows] + v * grid.rows.height[rows], np.asarray((cells + u) * grid.step, float)
 
 
 def compare(plane: TablePlane, depth: Floats, ranges: Floats) -> Floats:
@@ -283,5 +283,5 @@ def compare(plane: TablePlane, depth: Floats, ranges: Floats) -> Floats:
 def _layers(water: SoundSpeedLayers, depth: Floats) -> NDArray[np.int64]:
     """Layer of each depth, -1 on a knot."""
     layer = np.searchsorted(water.depth, depth, side="right") - 1
-    apart = np.abs(depth[:, None] - water.depth).min(axis=1)
-    return np.where(apart > 1e-6, np.clip(layer, 0, water.depth.size - 2), -1)
+    knot_distance = np.abs(depth[:, None] - water.depth).min(axis=1)
+    return np.where(knot_distance > 1e-6, np.clip(layer, 0, water.depth.size - 2), -1)

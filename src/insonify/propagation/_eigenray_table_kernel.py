@@ -118,24 +118,24 @@ def find_cells(cell_state: Bytes, grid: CellGrid, points: TablePoints) -> int:
     depth, ranges, cell, paths = points
     last, slices, cells, top = tops.size - 1, buckets.size - 1, cell_state.shape[1], tops[0]
     bottom = tops[last] + grid.height[last] + LEVEL_WITHIN
-    left = 0
+    exact_count = 0
     for n in range(depth.size):
         away = max(ranges[n], NEAREST) * per_step
         z = depth[n]
         if not (top - LEVEL_WITHIN <= z <= bottom and away <= cells * (1 + 1e-12)):
             cell[0, n] = cell[1, n] = OUTSIDE
             paths[n] = EXACT
-            left += 1
+            exact_count += 1
             continue
         row = buckets[np.uintp(min(int(max(z - top, 0.0) * per_metre), slices))]
         following = min(row + 1, last)
         row = following if z >= tops[np.uintp(following)] else row
         k = min(int(away), cells - 1)
         cell[0, n], cell[1, n] = row, k
-        found = cell_state[np.uintp(row), np.uintp(k)]
-        paths[n] = found
-        left += found == EXACT
-    return left
+        state = cell_state[np.uintp(row), np.uintp(k)]
+        paths[n] = state
+        exact_count += state == EXACT
+    return exact_count
 
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
@@ -168,19 +168,19 @@ def interpolate_cells(
         u = away * per_step - k
         below = depth[n] - tops[np.uintp(row)]
         speed = speeds[np.uintp(row)] + below * gradients[np.uintp(row)]
-        here = (first + row) * node_ranges + k
-        typical = mean_speed[np.uintp(here)] + u * (mean_speed[np.uintp(here + 1)] - mean_speed[np.uintp(here)])
+        node = (first + row) * node_ranges + k
+        mean = mean_speed[np.uintp(node)] + u * (mean_speed[np.uintp(node + 1)] - mean_speed[np.uintp(node)])
         if node_depths == 1:
-            square, along, down, w, w_along, w_down = interpolate_on_line(nodes, here * NUMBERS, u)
+            square, along, down, w, w_along, w_down = interpolate_on_line(nodes, node * NUMBERS, u)
         else:
-            under, height, per_height = here + node_ranges, heights[np.uintp(row)], per_heights[np.uintp(row)]
+            under, height, per_height = (node + node_ranges, heights[np.uintp(row)], per_heights[np.uintp(row)])
             v = below * per_height
             square, along, down, w, w_along, w_down = interpolate_in_cell(
-                nodes, here * NUMBERS, under * NUMBERS, u, v, height
+                nodes, node * NUMBERS, under * NUMBERS, u, v, height
             )
             down, w_down = down * per_height, w_down * per_height
             lower = mean_speed[np.uintp(under)] + u * (mean_speed[np.uintp(under + 1)] - mean_speed[np.uintp(under)])
-            typical += v * (lower - typical)
+            mean += v * (lower - mean)
         rate = 0.5 / math.sqrt(square)
         along, w_along = along * per_step, w_along * per_step
         tube = abs(down * w_along - along * w_down)
@@ -193,7 +193,7 @@ def interpolate_cells(
         rays[n, branch, SIN_LAUNCH], rays[n, branch, SIN_ARRIVAL] = launch, arrival
         rays[n, branch, SLOWNESS] = along * rate
         rays[n, branch, AMPLITUDE] = speed * rate * math.sqrt(tube / away)
-        rays[n, branch, LENGTH] = delay * typical
+        rays[n, branch, LENGTH] = delay * mean
         rays[n, branch, CAUSTICS] = history[branch, row, k, 0]
         rays[n, branch, TURNS] = turns + (1 if sense * launch * arrival < 0 else 0)
         rays[n, branch, AT_END] = 0.0
@@ -218,11 +218,11 @@ def read_table(
         Rays, see `interpolate_cells`, (n, largest number of paths in a cell, at least 1, COLUMNS).
     """
     find_cells(cell_state, grid, points)
-    paths, most = points.paths, 1
+    paths, branches = points.paths, 1
     for n in range(paths.size):
         if paths[n] != EXACT:
-            most = max(most, paths[n])
-    rays = np.empty((paths.size, most, COLUMNS))
-    for branch in range(most):
+            branches = max(branches, paths[n])
+    rays = np.empty((paths.size, branches, COLUMNS))
+    for branch in range(branches):
         interpolate_cells(table, grid, source_speed, bounces, branch, points, rays)
     return rays

@@ -82,7 +82,7 @@ class CellPaths(NamedTuple):
 @njit(cache=True, nogil=True, error_model="numpy")
 def solve_nodes(
     water: SoundSpeedLayers, source_depth: float, bounces: Bounces, node_depths: Floats, node_ranges: Floats,
-    found: NodeRays,
+    node_rays: NodeRays,
 ) -> None:  # fmt: skip
     """Exact numbers at all nodes, for one source depth.
 
@@ -92,10 +92,10 @@ def solve_nodes(
         bounces: Bounces of the family.
         node_depths: Depths of the lines of nodes [m], (l,).
         node_ranges: Their ranges, evenly spaced [m], (s,).
-        found: Result.
+        node_rays: Result.
     """
     depth, speed, n = water.depth, water.speed, node_ranges.size
-    nodes, mean_speed, sheet, count, status = found
+    nodes, mean_speed, sheet, count, status = node_rays
     rays, ray_count, why = np.zeros((n, MOST, COLUMNS)), np.zeros(n, np.int64), np.zeros(n, np.uint8)
     solutions = RaySolutions(rays, ray_count, why)
     at_depth = np.empty(n)
@@ -104,7 +104,7 @@ def solve_nodes(
     for i in range(node_depths.size):
         at_depth[:] = node_depths[i]
         solve_eigenrays(water, source_depth, bounces, at_depth, node_ranges, solutions)
-        here_speed = np.interp(node_depths[i], depth, speed)
+        node_speed = np.interp(node_depths[i], depth, speed)
         for k in range(n):
             count[i, k], status[i, k] = ray_count[k], why[k]
             for b in range(BRANCHES):
@@ -114,7 +114,7 @@ def solve_nodes(
                 ray = rays[k, b]
                 sheet[b, i, k] = sheet_code(ray, water, source_depth, bounces)
                 mean_speed[b, i, k] = ray[LENGTH] / ray[DELAY] if ray[DELAY] > 0 else source_speed
-                node_values(ray, node_ranges[k], step, here_speed, source_speed, bounces.number, nodes[b, i, k])
+                node_values(ray, node_ranges[k], step, node_speed, source_speed, bounces.number, nodes[b, i, k])
         for b in range(BRANCHES):
             y_slopes(nodes[b, i], sheet[b, i])
 
@@ -182,17 +182,17 @@ def sheet_code(ray: Floats, water: SoundSpeedLayers, source_depth: float, bounce
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def on_same_sheet(one: int, other: int, bounces: Bounces, source_layer: int, point_layer: int) -> bool:
+def on_same_sheet(sheet: int, other_sheet: int, bounces: Bounces, source_layer: int, point_layer: int) -> bool:
     """Return True if two rays lie on the same smooth sheet.
 
     Rays that leave horizontally join those that turn first in the source's own layer to those that do not turn,
     smoothly: they are arcs of the same circles; so do rays that arrive horizontally, in the point's own layer. Turns in
     are other sheets.
     """
-    if one < 0 or other < 0:
+    if sheet < 0 or other_sheet < 0:
         return False
-    return joined_sheet(one, bounces, source_layer, point_layer) == joined_sheet(
-        other, bounces, source_layer, point_layer
+    return joined_sheet(sheet, bounces, source_layer, point_layer) == joined_sheet(
+        other_sheet, bounces, source_layer, point_layer
     )
 
 
@@ -210,34 +210,34 @@ def joined_sheet(sheet: int, bounces: Bounces, source_layer: int, point_layer: i
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def compare_corners(
-    found: NodeRays, bounces: Bounces, source_layer: int, layers: Integers, cells: CellPaths
+    node_rays: NodeRays, bounces: Bounces, source_layer: int, layers: Integers, cells: CellPaths
 ) -> None:  # fmt: skip
     """Number of paths of every cell whose corners all lie on the same sheets; `EXACT` elsewhere.
 
     Args:
-        found: From `solve_nodes`.
+        node_rays: From `solve_nodes`.
         bounces: Bounces of the family.
         source_layer: Layer of the source, -1 on a knot.
         layers: Layer of each row of cells, -1 for none, (rows,).
         cells: Result.
     """
-    sheet, count, status = found.sheet, found.path_count, found.status
+    sheet, count, status = node_rays.sheet, node_rays.path_count, node_rays.status
     cell_state, missing_status, history = cells
     below = 1 if count.shape[0] > 1 else 0
     for i in range(cell_state.shape[0]):
         for k in range(cell_state.shape[1]):
             paths = count[i, k]
-            same = paths <= BRANCHES
+            is_equal = paths <= BRANCHES
             for corner in range(1, 4):
                 row, column = i + below * (corner // 2), k + corner % 2
-                same = same and count[row, column] == paths and status[row, column] == status[i, k]
+                is_equal = is_equal and count[row, column] == paths and status[row, column] == status[i, k]
                 for b in range(min(paths, BRANCHES)):
-                    same = same and on_same_sheet(
+                    is_equal = is_equal and on_same_sheet(
                         sheet[b, i, k], sheet[b, row, column], bounces, source_layer, layers[i]
                     )
-            cell_state[i, k] = paths if same else EXACT
+            cell_state[i, k] = paths if is_equal else EXACT
             missing_status[i, k] = status[i, k]
-            for b in range(paths if same else 0):
+            for b in range(paths if is_equal else 0):
                 history[b, i, k, 0] = sheet[b, i, k] % TURN
                 turns = sheet[b, i, k] % LAYER // TURN
                 for corner in range(1, 4):
@@ -278,23 +278,25 @@ def compare_points(
     n, cell, paths = points.ranges.size, points.cell, points.paths
     solutions = RaySolutions(np.zeros((n, MOST, COLUMNS)), np.zeros(n, np.int64), np.zeros(n, np.uint8))
     solve_eigenrays(water, source_depth, bounces, points.depth, points.ranges, solutions)
-    rays, found = solutions.rays, solutions.ray_count
+    rays, path_count = solutions.rays, solutions.ray_count
     for i in range(n):
         errors[0, i] = errors[1, i] = 0.0
         if paths[i] == EXACT:
             continue
-        if paths[i] != found[i]:
+        if paths[i] != path_count[i]:
             errors[0, i] = errors[1, i] = math.inf
         else:
-            for b in range(found[i]):
+            for b in range(path_count[i]):
                 ray = rays[i, b]
-                late = abs(interpolated[i, b, DELAY] - ray[DELAY])
+                delay_error = abs(interpolated[i, b, DELAY] - ray[DELAY])
                 amplitude_error = abs(interpolated[i, b, AMPLITUDE] / ray[AMPLITUDE] - 1)
-                long = abs(interpolated[i, b, LENGTH] / ray[LENGTH] - 1)
+                length_error = abs(interpolated[i, b, LENGTH] / ray[LENGTH] - 1)
                 # NaN counts as a failure
-                errors[0, i] = max(errors[0, i], late) if late >= 0 else math.inf
+                errors[0, i] = max(errors[0, i], delay_error) if delay_error >= 0 else math.inf
                 errors[1, i] = (
-                    max(errors[1, i], amplitude_error, long) if amplitude_error >= 0 and long >= 0 else math.inf
+                    max(errors[1, i], amplitude_error, length_error)
+                    if amplitude_error >= 0 and length_error >= 0
+                    else math.inf
                 )
         if not (errors[0, i] <= tolerances[0] and errors[1, i] <= tolerances[1]):
             cell_state[cell[0, i], cell[1, i]] = EXACT

@@ -32,8 +32,8 @@ def _pick(builder: Any, first: Any, second: Any, lanes: list[int]) -> Any:
 
 def _splat(builder: Any, scalar: Any) -> Any:
     nothing = ir.Constant(_ROW, ir.Undefined)
-    one = builder.insert_element(nothing, scalar, ir.Constant(_INDEX, 0))
-    return _pick(builder, one, nothing, [0] * LANES)
+    vector = builder.insert_element(nothing, scalar, ir.Constant(_INDEX, 0))
+    return _pick(builder, vector, nothing, [0] * LANES)
 
 
 def _load(builder: Any, nodes: Any, node_offset: Any, row: int) -> Any:
@@ -41,7 +41,7 @@ def _load(builder: Any, nodes: Any, node_offset: Any, row: int) -> Any:
     return builder.load(builder.bitcast(start, _ROW.as_pointer()), align=8)
 
 
-def _cubic(builder: Any, here: Any, slope_here: Any, there: Any, slope_there: Any, u: Any) -> tuple[Any, Any]:
+def _cubic(builder: Any, start_value: Any, start_slope: Any, end_value: Any, end_slope: Any, u: Any) -> tuple[Any, Any]:
     """Value and derivative of the cubic with these ends and slopes at u, 0 to 1."""
 
     def plus(a: Any, b: Any) -> Any:
@@ -53,20 +53,20 @@ def _cubic(builder: Any, here: Any, slope_here: Any, there: Any, slope_there: An
     def times(a: Any, b: Any) -> Any:
         return builder.fmul(a, b, flags=_FUSED)
 
-    rise = minus(there, here)
-    third = minus(plus(slope_here, slope_there), plus(rise, rise))
-    second = minus(minus(rise, slope_here), third)
-    value = plus(times(plus(times(plus(times(third, u), second), u), slope_here), u), here)
-    slope = plus(times(plus(times(times(third, _constant(3.0)), u), plus(second, second)), u), slope_here)
+    rise = minus(end_value, start_value)
+    third = minus(plus(start_slope, end_slope), plus(rise, rise))
+    second = minus(minus(rise, start_slope), third)
+    value = plus(times(plus(times(plus(times(third, u), second), u), start_slope), u), start_value)
+    slope = plus(times(plus(times(times(third, _constant(3.0)), u), plus(second, second)), u), start_slope)
     return value, slope
 
 
 def _on_line(builder: Any, nodes: Any, node_offset: Any, u: Any) -> tuple[Any, Any]:
     """U, W, V, Y and their derivatives with u between a node and the next."""
     following = builder.add(node_offset, ir.Constant(node_offset.type, 2 * LANES))
-    here, slope_here = (_load(builder, nodes, node_offset, row) for row in range(2))
-    there, slope_there = (_load(builder, nodes, following, row) for row in range(2))
-    return _cubic(builder, here, slope_here, there, slope_there, u)
+    start_value, start_slope = (_load(builder, nodes, node_offset, row) for row in range(2))
+    end_value, end_slope = (_load(builder, nodes, following, row) for row in range(2))
+    return _cubic(builder, start_value, start_slope, end_value, end_slope, u)
 
 
 def _numbers(builder: Any, picks: list[tuple[Any, int]]) -> list[Any]:

@@ -114,14 +114,14 @@ def end_to_surface_path(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def path_third_derivative(
-    unit_north: float, unit_east: float, one: PathDerivatives, sea: SurfaceDerivatives, third: float
+    unit_north: float, unit_east: float, path: PathDerivatives, sea: SurfaceDerivatives, third: float
 ) -> float:
     """Third derivative of `end_to_surface_path` as its point moves along a unit vector, given the sea's [1/m^2]."""
     first = unit_north * sea[1] + unit_east * sea[2]
     second = unit_north * unit_north * sea[3] + 2 * unit_north * unit_east * sea[4] + unit_east * unit_east * sea[5]
-    r, up = one[0], one[8]
-    r1 = unit_north * one[1] + unit_east * one[2]
-    r2 = unit_north * unit_north * one[3] + 2 * unit_north * unit_east * one[4] + unit_east * unit_east * one[5]
+    r, up = path[0], path[8]
+    r1 = unit_north * path[1] + unit_east * path[2]
+    r2 = unit_north * unit_north * path[3] + 2 * unit_north * unit_east * path[4] + unit_east * unit_east * path[5]
     return (3 * first * second + up * third - 3 * r1 * r2) / r  # from r^2, derived three times
 
 

@@ -151,10 +151,10 @@ def footprint_crossing(source: Floats, dx: float, dy: float, boxes: Floats, b: i
             if abs(position) > half:
                 return 1.0, 0.0
         else:
-            near = (-math.copysign(half, step) - position) / step
-            far = (math.copysign(half, step) - position) / step
-            enter = max(enter, near)
-            leave = min(leave, far)
+            near_side = (-math.copysign(half, step) - position) / step
+            far_side = (math.copysign(half, step) - position) / step
+            enter = max(enter, near_side)
+            leave = min(leave, far_side)
     return enter, leave
 
 

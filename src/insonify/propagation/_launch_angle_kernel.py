@@ -29,16 +29,16 @@ def interpolate_launch_slope(nodes: Floats, first_depth: float, row_spacing: flo
     lines, stations = nodes.shape
     for m in range(depth.shape[0]):
         for n in range(depth.shape[1]):
-            far = distance[n]
-            u, v = far / column_spacing, (depth[m, n] - first_depth) / row_spacing
+            position_range = distance[n]
+            u, v = position_range / column_spacing, (depth[m, n] - first_depth) / row_spacing
             if not (0 < u <= stations - 1 and -1e-6 <= v <= lines - 1 + 1e-6):
                 launch_slope[m, n] = np.nan
                 continue
             i, k = max(min(math.floor(v), lines - 2), 0), min(int(u), stations - 2)
             v, u = v - i, u - k
-            near = nodes[i, k] + v * (nodes[i + 1, k] - nodes[i, k])
-            beyond = nodes[i, k + 1] + v * (nodes[i + 1, k + 1] - nodes[i, k + 1])
-            launch_slope[m, n] = (near + u * (beyond - near)) / far
+            nearer = nodes[i, k] + v * (nodes[i + 1, k] - nodes[i, k])
+            farther = nodes[i, k + 1] + v * (nodes[i + 1, k + 1] - nodes[i, k + 1])
+            launch_slope[m, n] = (nearer + u * (farther - nearer)) / position_range
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -139,14 +139,14 @@ def highest_speed(ray_branch: Floats, first: int, last: int) -> float:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def turning_slabs(ray_branch: Floats, start: int, stop: int, so_far: float, slabs: Floats) -> int:
+def turning_slabs(ray_branch: Floats, start: int, stop: int, fastest: float, slabs: Floats) -> int:
     """Slabs in which a ray may turn as it goes on from a node, nearest first.
 
     Args:
         ray_branch: The ray branch.
         start: Node from which it goes on.
         stop: Node of the boundary ahead.
-        so_far: Highest sound speed on the path so far [m/s].
+        fastest: Highest sound speed on the path so far [m/s].
         slabs: Result: (3, nodes).
 
     Returns:
@@ -155,10 +155,10 @@ def turning_slabs(ray_branch: Floats, start: int, stop: int, so_far: float, slab
     count, step = 0, (1 if stop > start else -1)
     i = start
     while i != stop:
-        ahead = ray_branch[SPEED, i + step]
-        if ahead > so_far:
-            slabs[TURN_NODE, count], slabs[TURN_SLOW, count], slabs[TURN_FAST, count] = i, so_far, ahead
-            so_far = ahead
+        next_speed = ray_branch[SPEED, i + step]
+        if next_speed > fastest:
+            slabs[TURN_NODE, count], slabs[TURN_SLOW, count], slabs[TURN_FAST, count] = i, fastest, next_speed
+            fastest = next_speed
             count += 1
         i += step
     return count

@@ -69,14 +69,14 @@ def branch_rays(
     pieces = monotone_segments(end, high, ray_branch, edges)
     x_left = ray_distance(LEVEL, ray_branch)[0]
     x_end = ray_distance(end, ray_branch)[0]
-    least, most = min(x_left, x_end), max(x_left, x_end)
+    shortest, longest = min(x_left, x_end), max(x_left, x_end)
     for piece in range(pieces):
         x_right = ray_distance(edges[EDGE, piece + 1], ray_branch)[0]
         if min(x_left, x_right) <= high * (1 + ROUNDING) and max(x_left, x_right) >= low * (1 - ROUNDING):
             segment_rays(ray_branch, piece, x_left, x_right, launch_sign, arrival_sign, workspace, out)
-        least, most = min(least, x_right), max(most, x_right)
+        shortest, longest = min(shortest, x_right), max(longest, x_right)
         x_left = x_right
-    return least, most
+    return shortest, longest
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -142,9 +142,9 @@ def monotone_segments(end: float, high: float, ray_branch: Floats, edges: Floats
     while left < 1 << _HALVINGS:
         b = end * ((left + width) / (1 << _HALVINGS)) ** 2
         at_b = at_end if left + width == 1 << _HALVINGS else distance_derivatives(b, ray_branch)
-        least = at_a[1] - at_a[3] + a * at_a[4] - b * at_a[5]
-        most = at_b[1] - at_b[3] + b * at_b[4] - a * at_b[5]
-        if not (least > 0 or most < 0) and width > 1:
+        lower_bound = at_a[1] - at_a[3] + a * at_a[4] - b * at_a[5]
+        upper_bound = at_b[1] - at_b[3] + b * at_b[4] - a * at_b[5]
+        if not (lower_bound > 0 or upper_bound < 0) and width > 1:
             width >>= 1
             continue
         slope_a = at_a[1] - at_a[3] + a * (at_a[4] - at_a[5])
@@ -219,8 +219,8 @@ def ray_to_distance(distance: float, a: float, b: float, falls: bool, ray_branch
         step = error / slope
         if abs(step) <= 4e-16 * v or abs(error) <= 1e-15 * distance or b - a <= 4e-16 * b:
             break
-        ahead = v + step
-        if not (a < ahead < b) or abs(step) > 0.5 * abs(last_step):
-            ahead = logarithmic_midpoint(a, b)
-        last_step, v = ahead - v, ahead
+        next_v = v + step
+        if not (a < next_v < b) or abs(step) > 0.5 * abs(last_step):
+            next_v = logarithmic_midpoint(a, b)
+        last_step, v = next_v - v, next_v
     return v

@@ -94,19 +94,19 @@ def atanh_ratios(block: Floats, row: int, count: int, sign: float) -> None:
         count: Number of arguments.
         sign: Selects the function.
     """
-    most = 0.0
+    max_square = 0.0
     for i in range(count):
-        most = max(most, block[row, i] * block[row, i])
-    if most < _SMALL:
+        max_square = max(max_square, block[row, i] * block[row, i])
+    if max_square < _SMALL:
         for i in range(count):
             q = sign * block[row, i] * block[row, i]
             block[row, i] = 1 + q * (1 / 3 + q * (1 / 5 + q * (1 / 7 + q * (1 / 9 + q * (1 / 11)))))
-    elif most < _MODERATE:
+    elif max_square < _MODERATE:
         for i in range(count):
             q = sign * block[row, i] * block[row, i]
-            rest = 1 / 19 + q * (1 / 21 + q * (1 / 23 + q * (1 / 25 + q * (1 / 27 + q * (1 / 29)))))
-            rest = 1 / 11 + q * (1 / 13 + q * (1 / 15 + q * (1 / 17 + q * rest)))
-            block[row, i] = 1 + q * (1 / 3 + q * (1 / 5 + q * (1 / 7 + q * (1 / 9 + q * rest))))
+            series = 1 / 19 + q * (1 / 21 + q * (1 / 23 + q * (1 / 25 + q * (1 / 27 + q * (1 / 29)))))
+            series = 1 / 11 + q * (1 / 13 + q * (1 / 15 + q * (1 / 17 + q * series)))
+            block[row, i] = 1 + q * (1 / 3 + q * (1 / 5 + q * (1 / 7 + q * (1 / 9 + q * series))))
     else:
         for i in range(count):
             if abs(block[row, i]) > 1e-8:
@@ -164,7 +164,7 @@ def newton_steps(ray_branch: Floats, block: Floats, count: int, a: float, b: flo
         b: Greatest v.
         direct: True for a ray branch without turns: then 1/X is nearly linear in v, and the steps are made on it.
     """
-    enough = 3e-6 if direct else 1e-8  # of v: the remaining error is its square, or near a fold somewhat more
+    tolerance = 3e-6 if direct else 1e-8  # of v: the remaining error is its square, or near a fold somewhat more
     for _ in range(6):
         ray_distances(ray_branch, block, count)
         moving = 0
@@ -172,7 +172,7 @@ def newton_steps(ray_branch: Floats, block: Floats, count: int, a: float, b: flo
             scale = block[B_X, i] / block[B_FAR, i] if direct else 1.0
             step = scale * (block[B_FAR, i] - block[B_X, i]) / block[B_SLOPE, i]
             free = block[B_PINNED, i] == 0
-            arrived = abs(step) <= enough * block[B_V, i]
+            arrived = abs(step) <= tolerance * block[B_V, i]
             block[B_V, i] = min(b, max(a, block[B_V, i] + step)) if free else block[B_V, i]
             block[B_PINNED, i] = 2.0 if free and arrived else block[B_PINNED, i]
             moving += 1 if free and not arrived else 0
@@ -246,9 +246,9 @@ def add_turns(ray_branch: Floats, block: Floats, count: int, side: int) -> None:
         count: Number of rays.
         side: The turns above (0) or below (1).
     """
-    near, top = int(ray_branch[LAYER_SEQUENCE, NEAR + side]), ray_branch[LAYER_SEQUENCE, TOP]
-    per = ray_branch[LAYER_SEQUENCE, HALF_TURNS + side] / abs(ray_branch[GRADIENT, near - 1 + side])
-    kappa = ray_branch[KAPPA, near]
+    near_node, top = int(ray_branch[LAYER_SEQUENCE, NEAR + side]), ray_branch[LAYER_SEQUENCE, TOP]
+    per = ray_branch[LAYER_SEQUENCE, HALF_TURNS + side] / abs(ray_branch[GRADIENT, near_node - 1 + side])
+    kappa = ray_branch[KAPPA, near_node]
     for i in range(count):
         block[B_SLOW, i] = math.sqrt(
             block[B_SINE, i] * block[B_SINE, i] + block[B_COSINE, i] * block[B_COSINE, i] * kappa
@@ -258,7 +258,7 @@ def add_turns(ray_branch: Floats, block: Floats, count: int, side: int) -> None:
         block[B_X, i] += per * block[B_SLOW, i] / (p * p)
         block[B_SLOPE, i] -= per / (p * p * block[B_SLOW, i])
     atanh_ratios(block, B_RATIO, count, 1.0)
-    share = top / ray_branch[SPEED, near]
+    share = top / ray_branch[SPEED, near_node]
     for i in range(count):
         block[B_DELAY, i] += per * block[B_SLOW, i] * block[B_RATIO, i]
         block[B_SLOW, i] *= share / block[B_COSINE, i]  # tangent of the angle at the near node

@@ -40,8 +40,8 @@ class RayVertices(NamedTuple):
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def trace_rays(
-    water: SoundSpeedLayers, source_depth: float, sines: Floats, max_range: float, most_bounces: int, first: Integers,
-    vertices: RayVertices,
+    water: SoundSpeedLayers, source_depth: float, sines: Floats, max_range: float, max_bounces: int,
+    first_row: Integers, vertices: RayVertices,
 ) -> None:  # fmt: skip
     """Vertices of every ray at its source, knots, turning points, bounces and end.
 
@@ -50,20 +50,20 @@ def trace_rays(
         source_depth: Depth of the source [m].
         sines: Sine of the launch elevation, + down, (rays,).
         max_range: Range at which rays end [m].
-        most_bounces: Largest number of bounces; the next one ends a ray.
-        first: Result: row of the first vertex of each ray, and the number of all, (rays + 1,).
+        max_bounces: Largest number of bounces; the next one ends a ray.
+        first_row: Result: row of the first vertex of each ray, and the number of all, (rays + 1,).
         vertices: Result: v vertices; those beyond are counted and not written.
     """
     row = 0
     for ray in range(sines.size):
-        first[ray] = row
-        row = _trace(water, source_depth, sines[ray], max_range, most_bounces, row, vertices)
-    first[sines.size] = row
+        first_row[ray] = row
+        row = _trace(water, source_depth, sines[ray], max_range, max_bounces, row, vertices)
+    first_row[sines.size] = row
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _trace(
-    water: SoundSpeedLayers, source_depth: float, launch: float, max_range: float, most_bounces: int, row: int,
+    water: SoundSpeedLayers, source_depth: float, launch: float, max_range: float, max_bounces: int, row: int,
     vertices: RayVertices,
 ) -> int:  # fmt: skip
     """Trace one ray; return the row after its last vertex."""
@@ -74,43 +74,43 @@ def _trace(
     c0 = _speed_in(depth, speed, layer, z)
     c, s = c0, abs(launch)
     square, p = (1 - s) * (1 + s), math.sqrt((1 - s) * (1 + s)) / c0
-    bounce_count, turned, idle = 0, 0, 0
+    bounce_count, turn_count, reversals = 0, 0, 0
     while True:
         g = (speed[layer + 1] - speed[layer]) / (depth[layer + 1] - depth[layer])
         sense = 1.0 if down else -1.0
         knot = layer + 1 if down else layer
         # from the launch, not from p: at a nearly horizontal ray 1 - (p c)^2 would be a difference of equals
         s2 = launch * launch - square * (speed[knot] - c0) * (speed[knot] + c0) / (c0 * c0)
-        if s == 0 and s2 <= 0 and idle < 2 and g != 0 and _has_layer(depth, z, not down):
-            down, idle = not down, idle + 1  # refracts towards the other boundary, or not at all
+        if s == 0 and s2 <= 0 and reversals < 2 and g != 0 and _has_layer(depth, z, not down):
+            down, reversals = not down, reversals + 1  # refracts towards the other boundary, or not at all
             layer = _layer(depth, z, down)
             continue
-        held = s == 0 and s2 <= 0  # along the axis of a channel, or in isovelocity water
-        apex = s2 <= 0 and not held
-        _write(vertices, row, (x, z, t), sense * s, 0.0 if held else g, bounce_count, turned)
-        row, idle = row + 1, 0
+        is_horizontal = s == 0 and s2 <= 0  # along the axis of a channel, or in isovelocity water
+        apex = s2 <= 0 and not is_horizontal
+        _write(vertices, row, (x, z, t), sense * s, 0.0 if is_horizontal else g, bounce_count, turn_count)
+        row, reversals = row + 1, 0
         end_s, end_z, end_c = math.sqrt(max(s2, 0.0)), depth[knot], speed[knot]
-        dx = math.inf if held else abs(end_z - z) * p * (c + end_c) / (s + end_s)
+        dx = math.inf if is_horizontal else abs(end_z - z) * p * (c + end_c) / (s + end_s)
         if apex:
             dx, end_s = s / (p * abs(g)), 0.0
             end_z, end_c = z + sense * dx * s / (1 + p * c), 1 / p
         last = x + dx >= max_range
         if last:
             dx = max_range - x
-            leaning = sense * s - (0.0 if held else p * g * dx)
+            leaning = sense * s - (0.0 if is_horizontal else p * g * dx)
             end_z = z + dx * (sense * s + leaning) / (p * c + math.sqrt(max(0.0, (1 - leaning) * (1 + leaning))))
             sense, end_s, end_c = math.copysign(1.0, leaning), abs(leaning), c + g * (end_z - z)
         t += chord_time(math.hypot(dx, end_z - z), c, end_c, g)
         x, z, s, c = max_range if last else x + dx, end_z, end_s, end_c
         if not last and apex:
-            down, turned = not down, turned + 1
+            down, turn_count = not down, turn_count + 1
         elif not last and 0 < knot < depth.size - 1:
             layer = layer + 1 if down else layer - 1
         elif not last:
             bounce_count += 1
-            last, down = bounce_count > most_bounces, not down
+            last, down = bounce_count > max_bounces, not down
         if last:
-            _write(vertices, row, (x, z, t), sense * s, 0.0, min(bounce_count, most_bounces), turned)
+            _write(vertices, row, (x, z, t), sense * s, 0.0, min(bounce_count, max_bounces), turn_count)
             return row + 1
 
 

@@ -135,10 +135,10 @@ def ray_depths_along_range(
             down = s > 0 or (s == 0 and g < 0)
             step, goal, s_end = _piece(z, s, c, g, p, knots[layer], knots[layer + 1], down)
             while row < count:
-                there = start[n] + (stop[n] - start[n]) * row / max(count - 1, 1)
-                if there > x + step:
+                distance = start[n] + (stop[n] - start[n]) * row / max(count - 1, 1)
+                if distance > x + step:
                     break
-                depths[n, row] = z + _depth_change(there - x, s, c, g, p)
+                depths[n, row] = z + _depth_change(distance - x, s, c, g, p)
                 row += 1
             x, z, s = x + step, goal, s_end
             if is_at_boundary(knots, plane, layer, z, s, bounce_count, bounces):
@@ -150,8 +150,8 @@ def ray_depths_along_range(
                 layer = min(layer + 1, knots.size - 2) if z == knots[layer + 1] else layer
             else:
                 layer = max(layer - 1, 0) if z == knots[layer] else layer
-        for rest in range(row, count):
-            depths[n, rest] = np.nan
+        for row_beyond in range(row, count):
+            depths[n, row_beyond] = np.nan
 
 
 @njit(inline="always")

@@ -119,21 +119,21 @@ def refracted_leg_row(
             # No leg: numbers of a straight line, which keep later arithmetic finite.
             dz = depth[n] - source_depth
             away = max(math.sqrt(distance[n] ** 2 + dz * dz), 1e-6)
-            level, down = distance[n] / away, dz / away
-            delay[n], length[n], slowness[n] = away / source_speed, away, level / source_speed
+            horizontal_part, down = distance[n] / away, dz / away
+            delay[n], length[n], slowness[n] = away / source_speed, away, horizontal_part / source_speed
             spreading[n], caustics[n] = 0.0, 0
-            launch, landing, down_there = level, level, down
+            launch, landing, arrival_down = horizontal_part, horizontal_part, down
             status[n] = missing[n] if count[n] == 0 else SHADOW
         else:
             p = rays[n, branch, SLOWNESS]
             delay[n], length[n], slowness[n] = rays[n, branch, DELAY], rays[n, branch, LENGTH], p
             spreading[n], caustics[n] = rays[n, branch, AMPLITUDE], int(rays[n, branch, CAUSTICS])
             launch, landing = p * source_speed, p * speed[n]
-            down, down_there = rays[n, branch, SIN_LAUNCH], rays[n, branch, SIN_ARRIVAL]
+            down, arrival_down = rays[n, branch, SIN_LAUNCH], rays[n, branch, SIN_ARRIVAL]
             status[n] = CLEAR
         departure[n, 0], departure[n, 1], departure[n, 2] = launch * north, launch * east, down
-        arrival[n, 0], arrival[n, 1], arrival[n, 2] = landing * north, landing * east, down_there
-        sine = -(landing * (north * normals[n, 0] + east * normals[n, 1]) + down_there * normals[n, 2])
+        arrival[n, 0], arrival[n, 1], arrival[n, 2] = landing * north, landing * east, arrival_down
+        sine = -(landing * (north * normals[n, 0] + east * normals[n, 1]) + arrival_down * normals[n, 2])
         grazing[n] = math.asin(min(1.0, max(-1.0, sine)))
         # A point without a normal scatters in all directions.
         free = normals[n, 0] == 0 and normals[n, 1] == 0 and normals[n, 2] == 0
@@ -209,20 +209,20 @@ def bodies_passed_over(
                 aside = x * v - y * u
                 if 4 * aside * aside > reach * square:
                     continue
-                near, far = 0.0, 1.0
+                first, last = 0.0, 1.0
                 for axis in range(2):
                     step, start = (x, position[0]) if axis == 0 else (y, position[1])
                     low, high = bounds[b, axis] - start, bounds[b, axis + 3] - start
                     if abs(step) < 1e-12:
                         if low > 0 or high < 0:
-                            near, far = 1.0, 0.0
+                            first, last = 1.0, 0.0
                     else:
-                        near = max(near, min(low / step, high / step))
-                        far = min(far, max(low / step, high / step))
-                if near > far:
+                        first = max(first, min(low / step, high / step))
+                        last = min(last, max(low / step, high / step))
+                if first > last:
                     continue
                 if fill == 1:
-                    legs[row], bodies[row], enter[row], leave[row] = n, b, near, far
+                    legs[row], bodies[row], enter[row], leave[row] = n, b, first, last
                 row += 1
         total = row
     return legs, bodies, enter, leave

@@ -81,8 +81,8 @@ def silhouette_columns(corners: Floats, bearing: Floats, borders: Floats, column
     for t in range(corners.shape[0]):
         for e in range(3):
             a, b = corners[t, e], corners[t, (e + 1) % 3]
-            one, other = bearing[t, e], bearing[t, (e + 1) % 3]
-            low, high = min(one, other), max(one, other)
+            start_bearing, end_bearing = bearing[t, e], bearing[t, (e + 1) % 3]
+            low, high = min(start_bearing, end_bearing), max(start_bearing, end_bearing)
             if low == high:
                 continue
             first = max(int((low - borders[0]) * per_width - 0.5), 0)
@@ -123,23 +123,23 @@ def diffract_around_solid(
     position, points, arrival, length = legs.position, legs.points, legs.arrival[f], legs.length[f]
     status, visibility, max_fresnel_number = legs.status[f], legs.visibility[f], screen.max_fresnel_number
     centre_bearing, borders, border_ranges, columns = screen.silhouette
-    nearest, ahead_n, ahead_e = np.min(columns[:, 4]), math.cos(centre_bearing), math.sin(centre_bearing)
+    nearest, axis_n, axis_e = np.min(columns[:, 4]), math.cos(centre_bearing), math.sin(centre_bearing)
     farthest, highest = max(np.max(columns[:, 0]), np.max(columns[:, 5])), np.min(columns[:, 1])
-    borders_ahead, borders_beside = border_ranges * np.cos(borders), border_ranges * np.sin(borders)
+    border_x, border_y = border_ranges * np.cos(borders), border_ranges * np.sin(borders)
     for n in rows:
-        mine = status[n] == OCCLUDED and legs.occluder[f, n] == screen.row
+        is_cut_here = status[n] == OCCLUDED and legs.occluder[f, n] == screen.row
         horizontal = math.sqrt(arrival[n, 0] ** 2 + arrival[n, 1] ** 2)
-        if not (mine or (status[n] == CLEAR and visibility[n] != 0)) or horizontal < STEEPEST:
+        if not (is_cut_here or (status[n] == CLEAR and visibility[n] != 0)) or horizontal < STEEPEST:
             continue
         north, east = points[n, 0] - position[0], points[n, 1] - position[1]
         reach = math.sqrt(north * north + east * east)
-        cosine, sine = (north * ahead_n + east * ahead_e) / reach, (east * ahead_n - north * ahead_e) / reach
+        cosine, sine = ((north * axis_n + east * axis_e) / reach, (east * axis_n - north * axis_e) / reach)
         if reach <= nearest or cosine < 0:
             continue
         low, high = ENDLESS, -ENDLESS
         for k in (0, borders.size - 1):
-            behind = reach - (borders_ahead[k] * cosine + borders_beside[k] * sine)
-            off = borders_beside[k] * cosine - borders_ahead[k] * sine
+            behind = reach - (border_x[k] * cosine + border_y[k] * sine)
+            off = border_y[k] * cosine - border_x[k] * sine
             number = edge_fresnel_number(off, behind / horizontal, length[n], wavelength)
             low, high = min(low, number), max(high, number)
         if low > max_fresnel_number or high < -max_fresnel_number:
@@ -147,27 +147,27 @@ def diffract_around_solid(
         turn = math.atan2(sine, cosine)
         slope = arrival[n, 2] / horizontal
         end = RayEnd(points[n, 2], slope, horizontal, length[n])
-        if not mine and (
+        if not is_cut_here and (
             passes_above_all(end, reach - farthest, reach - nearest, highest, wavelength, max_fresnel_number)
             or passes_above(end, reach, wavelength, columns, max_fresnel_number)
         ):
             continue
-        ahead = reach
+        segment_length = reach
         if legs.has_bounce[f] and slope != 0:
-            ahead = min(reach, (points[n, 2] - (0.0 if slope > 0 else water_depth)) / slope)
-        blocked, seen, before = 0j, False, 0j
+            segment_length = min(reach, (points[n, 2] - (0.0 if slope > 0 else water_depth)) / slope)
+        blocked, is_visible, before = 0j, False, 0j
         for k in range(borders.size):
-            behind = reach - (borders_ahead[k] * cosine + borders_beside[k] * sine)
-            off = borders_beside[k] * cosine - borders_ahead[k] * sine
+            behind = reach - (border_x[k] * cosine + border_y[k] * sine)
+            off = border_y[k] * cosine - border_x[k] * sine
             number = edge_fresnel_number(off, behind / horizontal, length[n], wavelength)
             if behind <= 0:
                 number = math.copysign(ENDLESS, off)
             factor = edge_diffraction(number, table)
             if k > 0:
                 c = columns[k - 1]
-                over = c[4] < reach < c[5] and borders[k - 1] <= turn <= borders[k]
-                if over or behind >= ahead:
-                    seen = seen and not over
+                is_inside = c[4] < reach < c[5] and borders[k - 1] <= turn <= borders[k]
+                if is_inside or behind >= segment_length:
+                    is_visible = is_visible and not is_inside
                 elif reach > c[0]:
                     top = screen_fresnel_number(
                         points[n, 2], slope, horizontal, reach - c[0], c[1], length[n], wavelength
@@ -183,17 +183,17 @@ def diffract_around_solid(
                         if screen.infinitely_wide:
                             across = 1 + 0j if borders[k - 1] <= turn < borders[k] else 0j
                         blocked += across * up
-                    seen = seen or borders[k - 1] <= turn <= borders[k]
+                    is_visible = is_visible or borders[k - 1] <= turn <= borders[k]
             before = factor
-        if mine:
-            visibility[n] = 1 - blocked if seen else 0j
+        if is_cut_here:
+            visibility[n] = 1 - blocked if is_visible else 0j
         else:
             visibility[n] *= 1 - blocked
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def passes_above_all(
-    end: RayEnd, least_behind: float, most_behind: float, top: float, wavelength: float, max_fresnel_number: float
+    end: RayEnd, min_behind: float, max_behind: float, top: float, wavelength: float, max_fresnel_number: float
 ) -> bool:
     """Return True only if `passes_above` is true for any columns between two distances, none higher than a top.
 
@@ -201,18 +201,18 @@ def passes_above_all(
 
     Args:
         end: End of the ray.
-        least_behind: Horizontal distance from the farthest column to the end of the ray [m].
-        most_behind: Horizontal distance from the nearest column [m].
+        min_behind: Horizontal distance from the farthest column to the end of the ray [m].
+        max_behind: Horizontal distance from the nearest column [m].
         top: Depth of the highest column [m].
         wavelength: Wavelength of the sound [m].
         max_fresnel_number: Fresnel number beyond which a solid below a ray is neglected.
     """
     depth, slope, horizontal_component, length = end
-    clear = (top - depth + min(least_behind * slope, most_behind * slope)) * horizontal_component
-    if least_behind <= 0 or clear <= 0:
+    clear = (top - depth + min(min_behind * slope, max_behind * slope)) * horizontal_component
+    if min_behind <= 0 or clear <= 0:
         return False
-    behind = max(most_behind / horizontal_component, wavelength)
-    before = max(length - least_behind / horizontal_component, wavelength)
+    behind = max(max_behind / horizontal_component, wavelength)
+    before = max(length - min_behind / horizontal_component, wavelength)
     square = clear * clear
     excess = square / (math.sqrt(square + behind * behind) + behind)
     excess += square / (math.sqrt(square + before * before) + before)

@@ -90,8 +90,8 @@ def _lowest_solid_of_leg(legs: FoldedLegs, tree: TriangleTree, f: int, x: float,
 def solids_along(polylines: Floats, tree: TriangleTree, solids_hit: Integers) -> None:
     """Lowest solid that each polyline (n, k, 3) [m] hits, -1 for none, into solids_hit (n,)."""
     for n in range(polylines.shape[0]):
-        known = NONE
+        lowest = NONE
         for k in range(polylines.shape[1] - 1):
             a, b = polylines[n, k], polylines[n, k + 1]
-            known = lowest_solid(tree, (a[0], a[1], a[2]), (b[0] - a[0], b[1] - a[1], b[2] - a[2]), known)
-        solids_hit[n] = -1 if known == NONE else known
+            lowest = lowest_solid(tree, (a[0], a[1], a[2]), (b[0] - a[0], b[1] - a[1], b[2] - a[2]), lowest)
+        solids_hit[n] = -1 if lowest == NONE else lowest

@@ -137,14 +137,14 @@ def surface_and_paths(north: float, east: float, leg: SurfaceLeg) -> SurfaceAndP
     sea = surface_derivatives(north, east, time, slow * dn, slow * de, leg.waves)
     water = leg.water
     if water.depth.size:
-        one = refracted_derivatives(an, ae, start[2], 0, sea, water)
-        return sea, one, refracted_derivatives(bn, be, end[2], 1, sea, water), time
+        path = refracted_derivatives(an, ae, start[2], 0, sea, water)
+        return sea, path, refracted_derivatives(bn, be, end[2], 1, sea, water), time
     return sea, end_to_surface_path(an, ae, start[2], sea), end_to_surface_path(bn, be, end[2], sea), time
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _transverse_stationary_point(
-    x: float, y: float, ahead_n: float, ahead_e: float, leg: SurfaceLeg, step: float
+    x: float, y: float, track_north: float, track_east: float, leg: SurfaceLeg, step: float
 ) -> tuple[float, float, float, float]:
     """Point beside one point of the track where the path is stationary across the track.
 
@@ -152,16 +152,16 @@ def _transverse_stationary_point(
         Distance to the right of the track [m]; its growth per metre ahead; derivative of the length along the
         ridge, and the second one.
     """
-    north, east = leg.start[0] + x * ahead_n - y * ahead_e, leg.start[1] + x * ahead_e + y * ahead_n
-    _, one, two, _ = surface_and_paths(north, east, leg)
-    gn, ge = one[1] + two[1], one[2] + two[2]
-    hnn, hne, hee = one[3] + two[3], one[4] + two[4], one[5] + two[5]
-    gx, gy = gn * ahead_n + ge * ahead_e, ge * ahead_n - gn * ahead_e
-    hxx = hnn * ahead_n**2 + 2 * hne * ahead_n * ahead_e + hee * ahead_e**2
-    hyy = hnn * ahead_e**2 - 2 * hne * ahead_n * ahead_e + hee * ahead_n**2
-    hxy = (hee - hnn) * ahead_n * ahead_e + hne * (ahead_n**2 - ahead_e**2)
+    north, east = leg.start[0] + x * track_north - y * track_east, leg.start[1] + x * track_east + y * track_north
+    _, start_path, end_path, _ = surface_and_paths(north, east, leg)
+    gn, ge = start_path[1] + end_path[1], start_path[2] + end_path[2]
+    hnn, hne, hee = start_path[3] + end_path[3], start_path[4] + end_path[4], start_path[5] + end_path[5]
+    gx, gy = gn * track_north + ge * track_east, ge * track_north - gn * track_east
+    hxx = hnn * track_north**2 + 2 * hne * track_north * track_east + hee * track_east**2
+    hyy = hnn * track_east**2 - 2 * hne * track_north * track_east + hee * track_north**2
+    hxy = (hee - hnn) * track_north * track_east + hne * (track_north**2 - track_east**2)
     stiff = max(
-        hyy, 0.2 * (1 / one[0] + 1 / two[0])
+        hyy, 0.2 * (1 / start_path[0] + 1 / end_path[0])
     )  # the surface's curvature across the track may not reverse the search
     aside = min(max(-gy / stiff, -step), step)
     return y + aside, -hxy / stiff, gx + hxy * aside, hxx - hxy * hxy / stiff
@@ -224,27 +224,27 @@ def _rough_zeros(
     Returns:
         Number of both.
     """
-    knots, many, dark = np.empty(4), 0, 0
+    knots, zero_count, fold_count = np.empty(4), 0, 0
     count = _monotone_intervals(gradient, knots)
     f0, d0, f1, d1 = gradient
     low = f0
     for k in range(count):
         high = _value(gradient, knots[k + 1])
         if (low > 0) != (high > 0):
-            seeds[many] = _bisected(gradient, knots[k], knots[k + 1])
-            many += 1
+            seeds[zero_count] = _bisected(gradient, knots[k], knots[k + 1])
+            zero_count += 1
         low = high
         if k + 1 < count:
             t = knots[k + 1]
             bend = max(abs((1 - 2 * t) * 6 * (f1 - f0) + (6 * t - 4) * d0 + (6 * t - 2) * d1), 1e-12)
             if abs(high) < gradient_spread:
-                wide = math.sqrt(2 * abs(high) / bend)
-                seeds[many], seeds[many + 1] = t - wide, t + wide
-                many += 2
+                half_width = math.sqrt(2 * abs(high) / bend)
+                seeds[zero_count], seeds[zero_count + 1] = t - half_width, t + half_width
+                zero_count += 2
             if abs(high) < gradient_spread + FARTHEST * (bend / pitch**2 / (2 * wavenumber**2)) ** (1 / 3):
-                folds[dark] = t
-                dark += 1
-    return many, dark
+                folds[fold_count] = t
+                fold_count += 1
+    return zero_count, fold_count
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -263,45 +263,45 @@ def search_bounce_points(leg: SurfaceLeg, search: BounceSearch, seeds: Floats, f
     start, end, step, wavenumber = leg.start, leg.end, search.step, search.wavenumber
     leg.water.last[:] = 0.0
     north, east = end[0] - start[0], end[1] - start[1]
-    far = math.hypot(north, east)
-    ahead_n, ahead_e = (north / far, east / far) if far > 1e-6 else (1.0, 0.0)
+    distance = math.hypot(north, east)
+    track_n, track_e = (north / distance, east / distance) if distance > 1e-6 else (1.0, 0.0)
     # Slightly beyond the largest slope: folds just short of it still contribute.
-    sine = max((start[2] + end[2]) / math.hypot(far, start[2] + end[2]), 1e-3)
+    sine = max((start[2] + end[2]) / math.hypot(distance, start[2] + end[2]), 1e-3)
     sharp = search.slope * (math.pi / 4 / step) ** 2  # of the slope, at most, along the track
     steep = search.slope + min(FARTHEST * (sine * sharp / wavenumber**2) ** (1 / 3) / (2 * sine), search.slope)
     if leg.water.depth.size:
-        one = bounce_range_for_slope_in_layers(steep, far, start[2], end[2], leg.water)
-        two = bounce_range_for_slope_in_layers(-steep, far, start[2], end[2], leg.water)
+        first_range = bounce_range_for_slope_in_layers(steep, distance, start[2], end[2], leg.water)
+        second_range = bounce_range_for_slope_in_layers(-steep, distance, start[2], end[2], leg.water)
     else:
-        one = bounce_range_for_slope(steep, far, start[2], end[2])
-        two = bounce_range_for_slope(-steep, far, start[2], end[2])
-    low, high = min(one, two) - step, max(one, two) + step
+        first_range = bounce_range_for_slope(steep, distance, start[2], end[2])
+        second_range = bounce_range_for_slope(-steep, distance, start[2], end[2])
+    low, high = min(first_range, second_range) - step, max(first_range, second_range) + step
     nodes = min(max(int((high - low) / step) + 2, 3), MOST_NODES)
     pitch = (high - low) / (nodes - 1)
     y = lean = f0 = d0 = 0.0
-    zeros, turns, count, dark = np.empty(12), np.empty(4), 0, 0
+    zeros, turns, count, fold_count = np.empty(12), np.empty(4), 0, 0
     for _ in range(6):
-        y, lean, f0, d0 = _transverse_stationary_point(low, y, ahead_n, ahead_e, leg, step)
+        y, lean, f0, d0 = _transverse_stationary_point(low, y, track_n, track_e, leg, step)
     for node in range(1, nodes):
         x, y0, lean0 = low + node * pitch, y, lean
-        y, lean, f1, d1 = _transverse_stationary_point(x, y + lean * pitch, ahead_n, ahead_e, leg, step)
+        y, lean, f1, d1 = _transverse_stationary_point(x, y + lean * pitch, track_n, track_e, leg, step)
         # change of the gradient as the end moves by the size of the group
-        r2 = math.sqrt((far - x) ** 2 + end[2] ** 2)
-        near = 1.5 * search.size * (end[2] / r2) ** 2 / r2
+        r2 = math.sqrt((distance - x) ** 2 + end[2] ** 2)
+        gradient_spread = 1.5 * search.size * (end[2] / r2) ** 2 / r2
         gradient, ridge = Cubic(f0, d0 * pitch, f1, d1 * pitch), Cubic(y0, lean0 * pitch, y, lean * pitch)
-        many, also = _rough_zeros(gradient, pitch, near, wavenumber, zeros, turns)
-        for k in range(many + also):
-            t = zeros[k] if k < many else turns[k - many]
+        zero_count, turn_count = _rough_zeros(gradient, pitch, gradient_spread, wavenumber, zeros, turns)
+        for k in range(zero_count + turn_count):
+            t = zeros[k] if k < zero_count else turns[k - zero_count]
             along, aside = x - pitch + t * pitch, _value(ridge, t)
-            point = start[0] + along * ahead_n - aside * ahead_e, start[1] + along * ahead_e + aside * ahead_n
-            if k < many and count < seeds.shape[1]:
+            point = (start[0] + along * track_n - aside * track_e, start[1] + along * track_e + aside * track_n)
+            if k < zero_count and count < seeds.shape[1]:
                 seeds[0, count], seeds[1, count] = point
                 count += 1
-            elif k >= many and dark < folds.shape[1]:
-                folds[0, dark], folds[1, dark] = point
-                dark += 1
+            elif k >= zero_count and fold_count < folds.shape[1]:
+                folds[0, fold_count], folds[1, fold_count] = point
+                fold_count += 1
         f0, d0 = f1, d1
-    return count, dark
+    return count, fold_count
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -326,25 +326,25 @@ def refine_bounce_point(
     moved, stride = math.inf, search.step
     leg.water.last[:] = 0.0  # the result depends on this search alone
     for _ in range(STEPS):
-        sea, one, two, time = surface_and_paths(north, east, leg)
-        gn, ge = one[1] + two[1], one[2] + two[2]
-        weak, strong, un, ue = principal_curvatures(one[3] + two[3], one[4] + two[4], one[5] + two[5])
+        sea, first, second, time = surface_and_paths(north, east, leg)
+        gn, ge = first[1] + second[1], first[2] + second[2]
+        weak, strong, un, ue = principal_curvatures(first[3] + second[3], first[4] + second[4], first[5] + second[5])
         gu, gv, third = un * gn + ue * ge, un * ge - ue * gn, 0.0
         if fold or moved < CLOSE:
             sea_third, fourth, aside = surface_derivatives_along(north, east, time, un, ue, leg.waves)
-            third = path_third_derivative(un, ue, one, sea, sea_third) + path_third_derivative(
-                un, ue, two, sea, sea_third
+            third = path_third_derivative(un, ue, first, sea, sea_third) + path_third_derivative(
+                un, ue, second, sea, sea_third
             )
         if moved < CLOSE:
-            point[0], point[1], point[2], point[3], point[4] = north, east, sea[0], one[0], two[0]
-            point[5], point[6] = (one[7] + two[7]) / 2, (one[6] + two[6]) / 2
+            point[0], point[1], point[2], point[3], point[4] = north, east, sea[0], first[0], second[0]
+            point[5], point[6] = (first[7] + second[7]) / 2, (first[6] + second[6]) / 2
             point[7], point[8] = weak, strong
-            point[9], point[10] = (one[6] + two[6]) * fourth, (one[6] + two[6]) * aside
+            point[9], point[10] = (first[6] + second[6]) * fourth, (first[6] + second[6]) * aside
             point[11] = 0.0
             if fold:
                 point[9], point[11] = third, gu
             point[12], point[13] = un, ue
-            if min(one[7], two[7]) <= 0:
+            if min(first[7], second[7]) <= 0:
                 return NONE  # from behind the wave
             if not fold:
                 return THERE
@@ -371,15 +371,15 @@ def _insert_bounce(point: Floats, stationary_points: Floats, count: int, min_sep
     Returns:
         New number of bounce points.
     """
-    weakest, least = 0, math.inf
+    weakest, least_strength = 0, math.inf
     for row in range(count):
         if math.hypot(stationary_points[row, 0] - point[0], stationary_points[row, 1] - point[1]) < min_separation:
             return count
         strength = _bounce_strength(stationary_points[row])
-        if strength < least:
-            weakest, least = row, strength
+        if strength < least_strength:
+            weakest, least_strength = row, strength
     if count == stationary_points.shape[0]:
-        if _bounce_strength(point) <= least:
+        if _bounce_strength(point) <= least_strength:
             return count
         for row in range(weakest, count - 1):
             stationary_points[row] = stationary_points[row + 1]
@@ -425,19 +425,21 @@ def bounce_points(
                 mean_slowness(middle[2], water.bottom_after, water)
             )  # fmt: skip
         shared = SurfaceLeg(start, middle, ends.group_time[group], slowness, is_transmit, waves, water)
-        many, dark = search_bounce_points(shared, search, seeds, folds)
+        zeros, fold_count = search_bounce_points(shared, search, seeds, folds)
         for k in range(ends.first[group], ends.first[group + 1]):
             n = ends.order[k]
             leg = SurfaceLeg(start, ends.position[n], ends.time[n], slowness, is_transmit, waves, water)
             count[n] = 0
-            for seed in range(many + dark):
-                seed_point = seeds[:, seed] if seed < many else folds[:, seed - many]
+            for seed in range(zeros + fold_count):
+                seed_point = seeds[:, seed] if seed < zeros else folds[:, seed - zeros]
                 before = math.hypot(math.hypot(seed_point[0] - start[0], seed_point[1] - start[1]), start[2])
                 after = math.hypot(math.hypot(seed_point[0] - middle[0], seed_point[1] - middle[1]), middle[2])
                 part = before / (before + after)  # of a flat surface
                 north = seed_point[0] + part * (leg.end[0] - middle[0])
                 east = seed_point[1] + part * (leg.end[1] - middle[1])
-                count[n] = _follow_bounce(north, east, leg, search, seed >= many, point, stationary_points[n], count[n])
+                count[n] = _follow_bounce(
+                    north, east, leg, search, seed >= zeros, point, stationary_points[n], count[n]
+                )
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -450,17 +452,17 @@ def _follow_bounce(
     Returns:
         New number of bounce points.
     """
-    least_separation = search.step / 100
-    what = refine_bounce_point(north, east, leg, search, fold, point)
-    if what == THERE:
-        return _insert_bounce(point, stationary_points, count, least_separation)
-    if what == NONE:
+    min_separation = search.step / 100
+    kind = refine_bounce_point(north, east, leg, search, fold, point)
+    if kind == THERE:
+        return _insert_bounce(point, stationary_points, count, min_separation)
+    if kind == NONE:
         return count
-    wide = math.sqrt(2 * abs(point[11] / point[9]))
-    if wide > 2 * search.step:
+    half_width = math.sqrt(2 * abs(point[11] / point[9]))
+    if half_width > 2 * search.step:
         return count
-    n, e, un, ue = point[0], point[1], wide * point[12], wide * point[13]
+    n, e, un, ue = point[0], point[1], half_width * point[12], half_width * point[13]
     for side in (-1.0, 1.0):
         if refine_bounce_point(n + side * un, e + side * ue, leg, search, False, point) == THERE:
-            count = _insert_bounce(point, stationary_points, count, least_separation)
+            count = _insert_bounce(point, stationary_points, count, min_separation)
     return count

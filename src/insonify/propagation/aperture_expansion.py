@@ -53,11 +53,11 @@ def aperture_expansion(
         Coefficients of `TERMS`, delay [s] and logarithm of pressure [1] over powers of metres, shape (f, TERMS, n);
         zero where there is no such ray, or where it ends near a caustic.
     """
-    ahead = np.minimum(
+    offset = np.minimum(
         max(aperture_extent[0], MIN_OFFSET),
         MAX_APPROACH * np.hypot(points[:, 0] - position[0], points[:, 1] - position[1]),
     )
-    ahead = np.maximum(ahead, 1e-3)
+    offset = np.maximum(offset, 1e-3)
     depth = float(position[2])
     down = min(max(aperture_extent[1], MIN_OFFSET), depth, max_depth - depth) if aperture_extent[1] > 1e-4 else 0.0
     terms = np.zeros((len(legs.families), TERMS, len(points)))
@@ -65,17 +65,17 @@ def aperture_expansion(
     for row, family in enumerate(legs.families):
         front = wavefront(legs, row, position, points, water)
         if family not in rays_at:
-            rays_at[family] = [ray_source(family, depth, front.horizontal_distance - side * ahead) for side in (1, -1)]
+            rays_at[family] = [ray_source(family, depth, front.horizontal_distance - side * offset) for side in (1, -1)]
             rays_at[family] += [
                 ray_source(family, depth + side * down, front.horizontal_distance) for side in (1, -1) if down > 1e-3
             ]
         expansion = _RayExpansion(legs, row, position, front.vertical_curvature, front.sound_speed_gradient, water)
-        horizontal = [expansion.excess(rays_at[family][k], side * ahead, 0.0) for k, side in ((0, 1), (1, -1))]
+        horizontal = [expansion.excess(rays_at[family][k], side * offset, 0.0) for k, side in ((0, 1), (1, -1))]
         vertical = [
             expansion.excess(family_rays, 0.0, side * down)
             for family_rays, side in zip(rays_at[family][2:], (1, -1), strict=False)
         ]
-        _fill_terms(terms[row], horizontal, vertical, ahead, down)
+        _fill_terms(terms[row], horizontal, vertical, offset, down)
     return np.nan_to_num(terms)
 
 

@@ -168,6 +168,6 @@ def static_waves(wavenumber: Floats, variance: Floats) -> WindWaves:
         variance: Variance of the height by waves below each wavenumber [m^2], shape (m,).
     """
     per_axis = np.diff(variance) * wavenumber[1:] * wavenumber[:-1] / 2
-    slope, none = np.concatenate(([0.0], np.cumsum(per_axis))), np.zeros_like(variance)
+    slope, zeros = np.concatenate(([0.0], np.cumsum(per_axis))), np.zeros_like(variance)
     turn = np.tile(np.linspace(-math.pi, math.pi, TURNS), (2, 1))
-    return WindWaves(wavenumber, variance, none, turn, np.stack([slope, slope, none, none]), row_guide(variance))
+    return WindWaves(wavenumber, variance, zeros, turn, np.stack([slope, slope, zeros, zeros]), row_guide(variance))

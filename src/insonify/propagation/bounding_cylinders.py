@@ -28,9 +28,9 @@ def bounding_cylinders(scene: Scene) -> Floats:
         low, high = np.asarray(surface.low), np.asarray(surface.high)
         middle, radius = (low + high)[:2] / 2, np.linalg.norm(high[:2] - low[:2]) / 2
         cylinders.append((middle[0], middle[1], radius, low[2], high[2]))
-    held = np.array(cylinders, float).reshape(-1, 5)
-    held.flags.writeable = False  # shared by all pings
-    return held
+    rows = np.array(cylinders, float).reshape(-1, 5)
+    rows.flags.writeable = False  # shared by all pings
+    return rows
 
 
 def points_near_cylinders(
@@ -57,12 +57,12 @@ def points_near_cylinders(
     Returns:
         Increasing rows of such points, for each of those targets in their order.
     """
-    held = bounding_cylinders(scene)[targets]
+    selected = bounding_cylinders(scene)[targets]
     row = np.empty(len(points), np.int64)
     directions_to_solid = np.empty((0, len(points), 3)) if directions is None else directions
     return [  # copies: most targets are near few points
         row[: points_behind_cylinder(position, points, directions_to_solid, rim, clearance + TOUCH, direct, row)].copy()
-        for rim in held
+        for rim in selected
     ]
 
 

@@ -76,9 +76,9 @@ def merging_factor(distance: Floats, fold_side: Floats) -> NDArray[np.complex128
         fold_side: +1 for a ray that has touched the caustic, -1 for its partner, 0 for none; of the same shape.
     """
     factor = np.ones(distance.shape, complex)
-    near = distance < _RAYS_ALONE
-    if near.any():
-        factor[near] = _near(distance[near], fold_side[near])
+    is_close = distance < _RAYS_ALONE
+    if is_close.any():
+        factor[is_close] = _near(distance[is_close], fold_side[is_close])
     return factor
 
 

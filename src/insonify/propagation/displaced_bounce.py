@@ -77,10 +77,10 @@ def unfold_paths(
     string = bounce_sequence(family)
     across = points[:, :2] - position[:2]
     distance = np.linalg.norm(across, axis=1)
-    ahead = np.where(distance[:, None] > 1e-6, across / np.maximum(distance, 1e-6)[:, None], [1.0, 0.0])
+    direction = np.where(distance[:, None] > 1e-6, across / np.maximum(distance, 1e-6)[:, None], [1.0, 0.0])
     climb = np.maximum(np.abs(points[:, 2] - image_depth(family, position[2], water_depth)), 1e-6)
     surface = vertical_travel_to_bounces(family, float(position[2]), water_depth, boundaries)
-    return UnfoldedPaths(position[:2], ahead, distance, climb, surface, string[0] == "S", len(string) % 2 == 1)
+    return UnfoldedPaths(position[:2], direction, distance, climb, surface, string[0] == "S", len(string) % 2 == 1)
 
 
 def vertical_travel_to_bounces(
@@ -112,8 +112,8 @@ def displace_bounces(paths: UnfoldedPaths, slopes: Floats) -> DisplacedBounce:
     Source: the law of reflection, derived here.
     """
     count = len(paths.horizontal_distance)
-    bent, slope_rows = np.empty((count, 7)), np.ascontiguousarray(np.moveaxis(np.asarray(slopes, float), 2, 0))
+    change, slope_rows = np.empty((count, 7)), np.ascontiguousarray(np.moveaxis(np.asarray(slopes, float), 2, 0))
     bounces = SurfaceBounces(paths.starts_upward, paths.reverses_vertically, np.array(paths.vertical_travel_to_bounces))
     climb = paths.vertical_travel * np.ones(count)
-    displaced_bounce_paths(paths.horizontal_distance, climb, paths.horizontal_direction, bounces, slope_rows, bent)
-    return DisplacedBounce(bent[:, 0], bent[:, 1:4], bent[:, 4:7])
+    displaced_bounce_paths(paths.horizontal_distance, climb, paths.horizontal_direction, bounces, slope_rows, change)
+    return DisplacedBounce(change[:, 0], change[:, 1:4], change[:, 4:7])

@@ -55,22 +55,22 @@ def eigenrays(
     water = sound_speed_layers(profile, depth)
     source = require_number("source_depth", source_depth, "m", 0.0, depth, example=f"{depth / 2:g}")
     z = require_numbers("point_depth", point_depth, "m", 0.0, depth, allow_nan=False, example=f"{depth:g}")
-    far = require_numbers("range", range, "m", 0.0, _FARTHEST, allow_nan=False, example="150")
-    z, far = (np.array(values, float).ravel() + 0.0 for values in _together(z, far))  # minus nothing is nothing
+    ranges = require_numbers("range", range, "m", 0.0, _FARTHEST, allow_nan=False, example="150")
+    z, ranges = (np.array(values, float).ravel() + 0.0 for values in _together(z, ranges))  # minus nothing is nothing
     chosen = _checked(families)
     if method == "table":
-        every = np.arange(far.size)
+        every = np.arange(ranges.size)
         return eigenray_record(
-            chosen, [(k, every, _table_rays(water, source, z, far, name)) for k, name in enumerate(chosen)]
+            chosen, [(k, every, _table_rays(water, source, z, ranges, name)) for k, name in enumerate(chosen)]
         )
     if method != "exact":
         raise ValueError(f"method is {method!r}; give 'exact' or 'table'.")
-    order = np.lexsort((far, z))  # points of one depth share work
+    order = np.lexsort((ranges, z))  # points of one depth share work
     parts = []
     for k, name in enumerate(chosen):
         for begin in np.arange(0, max(order.size, 1), _AT_ONCE):
             points = order[begin : begin + _AT_ONCE]
-            parts.append((k, points, exact_solutions(water, name, source, z[points], far[points])))
+            parts.append((k, points, exact_solutions(water, name, source, z[points], ranges[points])))
     return eigenray_record(chosen, parts)
 
 
@@ -82,8 +82,8 @@ def _table_rays(water: SoundSpeedLayers, source: float, z: Floats, ranges: Float
         table = eigenray_table(
             water, family, source_depths=(source, source), point_depths=span, max_range=max(float(ranges.max()), 1.0)
         )
-        held, count, status = table.rays(source, z, ranges)
-        solutions.rays[:, : held.shape[1]] = held
+        table_rays, count, status = table.rays(source, z, ranges)
+        solutions.rays[:, : table_rays.shape[1]] = table_rays
         return RaySolutions(solutions.rays, count, status)
     return solutions
 

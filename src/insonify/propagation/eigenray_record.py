@@ -100,9 +100,9 @@ class _RecordRows:
     ray: Floats
 
 
-def no_rays(n: int, most: int = MOST) -> RaySolutions:
-    """Solutions for n points without a ray, with room for `most` rays to each."""
-    return RaySolutions(np.zeros((n, most, COLUMNS)), np.zeros(n, np.int64), np.zeros(n, np.uint8))
+def no_rays(n: int, max_rays: int = MOST) -> RaySolutions:
+    """Solutions for n points without a ray, with room for `max_rays` to each."""
+    return RaySolutions(np.zeros((n, max_rays, COLUMNS)), np.zeros(n, np.int64), np.zeros(n, np.uint8))
 
 
 def exact_solutions(
@@ -138,7 +138,7 @@ def eigenray_record(families: tuple[str, ...], solutions: Iterable[tuple[int, In
     status = np.concatenate([part.status for part in parts])[order]
     ray = np.concatenate([part.ray for part in parts])[order]
     exists = status == LegStatus.CLEAR
-    words = np.array([_WORDS.get(one, "ok") for one in LegStatus])  # by its number
+    words = np.array([_WORDS.get(code, "ok") for code in LegStatus])  # by its number
 
     def real(values: Floats) -> Floats:
         return np.where(exists, values, np.nan)

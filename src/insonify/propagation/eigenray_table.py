@@ -122,12 +122,12 @@ class EigenrayTable:
         if left.size:
             order = left[np.lexsort((ranges[left], point_depth[left]))]
             solved, count[order], status[order] = self._exact(source_depth, point_depth[order], ranges[order])
-            most = max(1, int(count[order].max()))
-            if most > rays.shape[1]:
-                wider = np.zeros((rays.shape[0], most, COLUMNS))
+            max_count = max(1, int(count[order].max()))
+            if max_count > rays.shape[1]:
+                wider = np.zeros((rays.shape[0], max_count, COLUMNS))
                 wider[:, : rays.shape[1]] = rays
                 rays = wider
-            rays[order, :most] = solved[:, :most]
+            rays[order, :max_count] = solved[:, :max_count]
         return RaySolutions(rays, count, status)
 
     def _exact(self, source_depth: float, point_depth: Floats, ranges: Floats) -> RaySolutions:

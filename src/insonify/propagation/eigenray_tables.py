@@ -85,8 +85,8 @@ class EigenrayTables:
             return exact_rays(self.column, family, source_depth, depths, ranges)
         return FamilyRays(family, *table.rays(source_depth, depths, ranges))
 
-    def uses_table(self, family: str, boundary: Boundary, source_depth: float) -> bool:
-        """Return True if rays to points of a boundary are read from a table.
+    def covers_depth(self, family: str, boundary: Boundary, source_depth: float) -> bool:
+        """Return True if rays from a depth can be had: the table covers it, or there is none and the solver is exact.
 
         Args:
             family: Name of the family.
@@ -105,9 +105,9 @@ class EigenrayTables:
         with self.lock:
             table = self.tables.pop(key) if key in self.tables else self._make(family, boundary, span)
             self.tables[key] = table  # most recently used last
-            alike = [table_key for table_key in self.tables if table_key[:2] == key[:2]] if self.domain.is_span else []
-            if len(alike) > KEPT:
-                del self.tables[alike[0]]
+            peers = [table_key for table_key in self.tables if table_key[:2] == key[:2]] if self.domain.is_span else []
+            if len(peers) > KEPT:
+                del self.tables[peers[0]]
         return table
 
     def _part(self, source_depth: float) -> tuple[int, tuple[float, float]]:

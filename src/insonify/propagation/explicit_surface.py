@@ -208,11 +208,11 @@ def explicit_surface_legs(
     Returns:
         Transmit legs and receive legs; further rays of a family are numbered from the bounce nearest to the sonar.
     """
-    touched = [row for row, family in enumerate(legs.families) if "S" in bounce_sequence(family)]
-    if not touched:
+    surface_rows = [row for row, family in enumerate(legs.families) if "S" in bounce_sequence(family)]
+    if not surface_rows:
         return legs, legs
     if scene.water.layered:
-        legs, touched = _separate_rising_rays(legs)
+        legs, surface_rows = _separate_rising_rays(legs)
     sea = explicit_waves(scene.surface, seed, scene.seabed.depth)
     out_and_back = []
     for out in (True, False):
@@ -220,14 +220,14 @@ def explicit_surface_legs(
             row: find_bounce_points(
                 sea, legs.families[row], scatterers, sonar_end, scene, frequency, is_transmit_leg=out
             )
-            for row in touched
+            for row in surface_rows
         }
         moved, sines, bounce_points = _moved(legs, bounces, scene, scatterers, frequency, float(sonar_end.position[2]))
-        rough = _with_rough_reflection(
+        with_glints = _with_rough_reflection(
             moved, sines, GlintBouncePoints(bounce_points, APART * sea.shortest_wavelength), scene, seed, scatterers,
             frequency, sonar_end,
         )  # fmt: skip
-        out_and_back.append(rough[not out])
+        out_and_back.append(with_glints[not out])
     return out_and_back[0], out_and_back[1]
 
 
@@ -238,16 +238,16 @@ def _separate_rising_rays(legs: Legs) -> tuple[Legs, list[int]]:
     """
     rising = (legs.departure[..., 2] < 0) & (legs.arrival[..., 2] > 0) & (legs.status < LegStatus.SHADOW)
     rows: list[int] = []
-    touched: list[int] = []
+    surface_rows: list[int] = []
     for family in dict.fromkeys(legs.families):
         mine = [row for row, name in enumerate(legs.families) if name == family]
         turned = [row for row in mine if family == "S" and np.any(~rising[row] & (legs.status[row] < LegStatus.SHADOW))]
-        touched += [len(rows)] if "S" in bounce_sequence(family) else []
+        surface_rows += [len(rows)] if "S" in bounce_sequence(family) else []
         rows += mine[:1] + turned if family == "S" else mine
     separated = leg_rows(legs, rows)
     if "S" not in legs.families:
-        return separated, touched
-    first, mine = rows.index(legs.families.index("S")), [r for r, name in enumerate(legs.families) if name == "S"]
+        return separated, surface_rows
+    first, mine = (rows.index(legs.families.index("S")), [r for r, name in enumerate(legs.families) if name == "S"])
     source, points = np.array(mine)[np.argmax(rising[mine], axis=0)], np.arange(rising.shape[1])
     for name in (*LEG_COLUMNS, "caustic"):
         column = getattr(separated, name)
@@ -255,11 +255,11 @@ def _separate_rising_rays(legs: Legs) -> tuple[Legs, list[int]]:
             column[first] = getattr(legs, name)[source, points]
     if separated.aperture_expansion is not None and legs.aperture_expansion is not None:
         separated.aperture_expansion[first] = legs.aperture_expansion[source, :, points].T
-    gone = [(first, ~rising[mine].any(axis=0))]
-    gone += [(to, rising[row]) for to, row in enumerate(rows) if to > first and legs.families[row] == "S"]
-    for row, which in gone:
+    absent = [(first, ~rising[mine].any(axis=0))]
+    absent += [(to, rising[row]) for to, row in enumerate(rows) if to > first and legs.families[row] == "S"]
+    for row, which in absent:
         separated.status[row][which], separated.visibility[row][which] = LegStatus.SHADOW, 0.0
-    return separated, touched
+    return separated, surface_rows
 
 
 def _moved(
@@ -271,10 +271,10 @@ def _moved(
     number: list[int] = []
     for row, family in enumerate(legs.families):
         bounced = row in surface_points
-        many = max(1, int(surface_points[row].bounce_count.max(initial=0))) if bounced else 1
-        rows += [row] * many
-        first = sum(legs.families[other] == family for other in rows[:-many])
-        number += range(first, first + many)
+        branch_count = max(1, int(surface_points[row].bounce_count.max(initial=0))) if bounced else 1
+        rows += [row] * branch_count
+        first = sum(legs.families[earlier_row] == family for earlier_row in rows[:-branch_count])
+        number += range(first, first + branch_count)
     moved = replace(leg_rows(legs, rows), branch=tuple(number))
     caustic = np.ones(moved.delay.shape, complex) if moved.caustic is None else moved.caustic
     moved = replace(moved, caustic=caustic)
@@ -307,24 +307,24 @@ def _bounce(
     """
     at = surface_points.points[has_bounce, branch].T
     point = np.stack([at[_NORTH], at[_EAST], -at[_HEIGHT]], axis=1)
-    plain = _level(surface_points, has_bounce)
+    flat = _level(surface_points, has_bounce)
     string, refracted = bounce_sequence(legs.families[row]), surface_points.refracted
     before = string.index("S")
     after = len(string) - 1 - before
     steep = [legs.departure[row, has_bounce, 2], legs.arrival[row, has_bounce, 2]]
     if refracted is None:
-        norm = np.linalg.norm(plain, axis=1)
+        norm = np.linalg.norm(flat, axis=1)
         length = legs.length[row, has_bounce] + (at[_BEFORE] + at[_AFTER] - norm)
         legs.delay[row, has_bounce] *= length / legs.length[row, has_bounce]
-        plain /= norm[:, None]
-        out_and_back = (point - surface_points.sonar_position) / at[_BEFORE, :, None], plain
-        onward = (surface_points.point_positions[has_bounce] - point) / at[_AFTER, :, None], plain * (1, 1, -1)
+        flat /= norm[:, None]
+        out_and_back = (point - surface_points.sonar_position) / at[_BEFORE, :, None], flat
+        onward = (surface_points.point_positions[has_bounce] - point) / at[_AFTER, :, None], flat * (1, 1, -1)
     else:
         rays, calm = refracted.rays[has_bounce, branch], refracted.calm[has_bounce]
         length = legs.length[row, has_bounce] + rays[:, 1] - calm[:, 1]
         legs.delay[row, has_bounce] += (at[_BEFORE] + at[_AFTER] - calm[:, 3]) / refracted.speed
         out_and_back, onward = _refracted_directions(
-            surface_points, rays, calm, point, plain, has_bounce, (before, after), scene
+            surface_points, rays, calm, point, flat, has_bounce, (before, after), scene
         )
     legs.absorption[row, has_bounce] *= legs.absorption[row, has_bounce] ** (length / legs.length[row, has_bounce] - 1)
     legs.caustics[row, has_bounce] = ((at[_WEAK] < 0) & (at[_GRADIENT] == 0)).astype(np.uint8) + (at[_STRONG] < 0)
@@ -334,18 +334,25 @@ def _bounce(
         column[row, has_bounce] = turned / np.linalg.norm(turned, axis=1, keepdims=True)
     departure, arrival = legs.departure[row, has_bounce], legs.arrival[row, has_bounce]
     # The bottom's coefficient follows the changed angle of incidence.
-    for count, old, new, side in ((before, steep[0], departure[:, 2], 2), (after, steep[1], arrival[:, 2], 3)):
+    for count, old_sine, new_sine, side in (
+        (before, steep[0], departure[:, 2], 2),
+        (after, steep[1], arrival[:, 2], 3),
+    ):
         if count:
             if refracted is not None:
-                bent = float(scene.water.sound_speed_at(scene.seabed.depth)) / refracted.speed
-                old, new = (np.sqrt(np.maximum(1 - (bent * p) ** 2, 0.0)) for p in (calm[:, 2], rays[:, side]))
-            was, now = (scene.seabed.reflection_coefficient(np.arcsin(np.minimum(np.abs(z), 1.0))) for z in (old, new))
-            ratio = np.divide(now, was, out=np.zeros_like(now), where=was != 0)
+                speed_ratio = float(scene.water.sound_speed_at(scene.seabed.depth)) / refracted.speed
+                old_sine, new_sine = (
+                    np.sqrt(np.maximum(1 - (speed_ratio * p) ** 2, 0.0)) for p in (calm[:, 2], rays[:, side])
+                )
+            old, new = (
+                scene.seabed.reflection_coefficient(np.arcsin(np.minimum(np.abs(z), 1.0))) for z in (old_sine, new_sine)
+            )
+            ratio = np.divide(new, old, out=np.zeros_like(new), where=old != 0)
             legs.reflection_coefficient[row, has_bounce] *= ratio**count
 
 
 def _refracted_directions(
-    surface_points: SurfaceBouncePoints, rays: Floats, calm: Floats, point: Floats, plain: Floats,
+    surface_points: SurfaceBouncePoints, rays: Floats, calm: Floats, point: Floats, flat: Floats,
     has_bounce: NDArray[np.bool_], bottoms: tuple[int, int], scene: Scene,
 ) -> tuple[tuple[Floats, Floats], tuple[Floats, Floats]]:  # fmt: skip
     """Directions at the sonar by the bounce and off a calm surface, and both at the points; bottoms unfolded."""
@@ -361,9 +368,9 @@ def _refracted_directions(
         ratio = scene.water.sound_speed_at(2 * bed - depth if count else depth) / at_surface
         sense = -1.0 if side == 0 else 1.0
         pair = []
-        for slowness, ahead in ((rays[:, 2 + side], -sense * (point - position)[:, :2]), (calm[:, 2], plain[:, :2])):
+        for slowness, offset in ((rays[:, 2 + side], -sense * (point - position)[:, :2]), (calm[:, 2], flat[:, :2])):
             cosine = np.minimum(slowness * ratio, 1.0)
-            along = ahead / np.maximum(np.linalg.norm(ahead, axis=1), 1e-12)[:, None]
+            along = offset / np.maximum(np.linalg.norm(offset, axis=1), 1e-12)[:, None]
             pair.append(np.column_stack([along * cosine[:, None], sense * np.sqrt(1 - cosine**2)]))
         directions.append((pair[0], pair[1]))
     return directions[0], directions[1]
@@ -406,10 +413,10 @@ def bounce_spreading(surface_points: SurfaceBouncePoints, wavenumber: float) -> 
     before, after, cosine, weak, strong, fourth, aside, gradient = (
         at[..., row] for row in (_BEFORE, _AFTER, _COSINE, _WEAK, _STRONG, _FOURTH, _ASIDE, _GRADIENT)
     )
-    dark = gradient != 0  # also where there is no bounce
-    curved = np.where(dark, 1.0, np.where(weak == 0, 1e-12, weak))
-    along = _axis_factor(curved, np.where(dark, 0.0, fourth), wavenumber, _merging_factors(at, dark, wavenumber))
-    beyond = dark & (np.arange(at.shape[1]) < surface_points.bounce_count[:, None])
+    shaded = gradient != 0  # also where there is no bounce
+    curved = np.where(shaded, 1.0, np.where(weak == 0, 1e-12, weak))
+    along = _axis_factor(curved, np.where(shaded, 0.0, fourth), wavenumber, _merging_factors(at, shaded, wavenumber))
+    beyond = shaded & (np.arange(at.shape[1]) < surface_points.bounce_count[:, None])
     along[beyond] = _beyond(gradient[beyond], fourth[beyond], wavenumber)
     both = before * after if surface_points.refracted is None else surface_points.refracted.rays[..., 0]
     return np.asarray(cosine / both * along * _axis_factor(strong, aside, wavenumber, None))
@@ -424,14 +431,14 @@ def _axis_factor(
     size = np.abs(curvature)
     part = np.asarray(np.where(curvature < 0, 1j, 1.0) / np.sqrt(size), complex)
     focused = (curvature > 0) & (fourth > 0)
-    alone = focused if merging is None else focused & (merging == 1)
-    part[alone] *= _cusp_factor(0.75 * k * size[alone] ** 2 / fourth[alone])
+    unmerged = focused if merging is None else focused & (merging == 1)
+    part[unmerged] *= _cusp_factor(0.75 * k * size[unmerged] ** 2 / fourth[unmerged])
     if merging is not None:
         part = part * merging
-    most = (
+    max_factor = (
         math.sqrt(k / (2 * math.pi)) * 2 * gamma(1.25) * np.sqrt(np.sqrt(24 / (k * np.maximum(np.abs(fourth), 1e-30))))
     )
-    return np.asarray(part * np.minimum(1.0, most / np.abs(part)))
+    return np.asarray(part * np.minimum(1.0, max_factor / np.abs(part)))
 
 
 def _cusp_factor(z: Floats) -> NDArray[np.complex128]:
@@ -443,9 +450,9 @@ def _cusp_factor(z: Floats) -> NDArray[np.complex128]:
     from scipy.special import hankel2e
 
     factor = 1 + (3 / 32) * 1j / np.maximum(z, 1e-12)  # the next term of the series is below 2e-4
-    near = z < 20
-    close = np.maximum(z[near], 1e-12)
-    factor[near] = np.sqrt(np.pi * close / 2) * np.exp(-0.375j * np.pi) * hankel2e(0.25, close)
+    is_small = z < 20
+    close = np.maximum(z[is_small], 1e-12)
+    factor[is_small] = np.sqrt(np.pi * close / 2) * np.exp(-0.375j * np.pi) * hankel2e(0.25, close)
     return np.asarray(factor)
 
 
@@ -510,8 +517,8 @@ def _cells(positions: Floats, lattice: ScattererGrid, size: float) -> PointGroup
     cell = np.floor(np.column_stack([grid_position / size, positions[:, 2] / (size / 4)])).astype(np.int64)
     order = np.lexsort(cell.T).astype(np.int64)
     ordered = cell[order]
-    new = np.concatenate([[True], np.any(ordered[1:] != ordered[:-1], axis=1)]) if len(cell) else np.zeros(0, bool)
-    first = np.append(np.flatnonzero(new), len(cell)).astype(np.int64)
-    home = ordered[first[:-1]]
-    centre: Floats = (home.astype(float) + 0.5) * size
+    is_first = np.concatenate([[True], np.any(ordered[1:] != ordered[:-1], axis=1)]) if len(cell) else np.zeros(0, bool)
+    first = np.append(np.flatnonzero(is_first), len(cell)).astype(np.int64)
+    cell_numbers = ordered[first[:-1]]
+    centre: Floats = (cell_numbers.astype(float) + 0.5) * size
     return PointGroups(first, order, np.column_stack([lattice.to_world(centre[:, 0], centre[:, 1]), centre[:, 2] / 4]))

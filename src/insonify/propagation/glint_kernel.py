@@ -123,8 +123,8 @@ def tabulated_row(column: Floats, value: float, guide: NDArray[np.int32]) -> int
 
     The search starts at the guide, see `insonify.propagation.wind_waves.WindWaves`.
     """
-    whole, steps = column[-1], guide.size - 1
-    i = min(int(steps * math.sqrt(max(1 - value / whole, 0.0))), steps - 1)
+    largest, steps = column[-1], guide.size - 1
+    i = min(int(steps * math.sqrt(max(1 - value / largest, 0.0))), steps - 1)
     # one more row on each side, for rounding of the guide
     low, high = max(guide[i + 1] - 1, 0), min(guide[i] + 2, column.size - 1)
     while high - low > 1:
@@ -168,21 +168,21 @@ def sample_glint(
         long_variance: Variance of the longest waves, which are left out [m^2].
     """
     variance, guide = waves.variance, waves.row_guide
-    whole, (k0, k1) = variance[-1], key
+    total_variance, (k0, k1) = variance[-1], key
     low, high = scatterer_id & np.uint64(0xFFFFFFFF), scatterer_id >> np.uint64(32)
     w0, w1, w2, w3 = philox(low, high, code, 0, k0, k1)
     along, across, turning = 0.0, 0.0, 0.0
     q2 = phase * phase
-    mean, from_variance = q2 * (whole - long_variance), long_variance
+    mean, from_variance = q2 * (total_variance - long_variance), long_variance
     if mean > MOST:
-        from_variance = whole - MOST / q2
+        from_variance = total_variance - MOST / q2
         mean = MOST
         v0, v1, _, _ = philox(low, high, code, 1, k0, k1)
         along, across, turning = _gaussian((w2, w3, v0, v1), phase, long_variance, from_variance, waves)
     count = _poisson(uniform_from_word(w0), mean, at_least_one and from_variance == long_variance)
     for quantum in range(count):
         u0, u1, u2, _ = philox(low, high, code, quantum + 2, k0, k1)
-        share = from_variance + uniform_from_word(u0) * (whole - from_variance)
+        share = from_variance + uniform_from_word(u0) * (total_variance - from_variance)
         row = tabulated_row(variance, share, guide)
         step = max(variance[row + 1] - variance[row], 1e-300)
         part = min(1.0, max(0.0, (share - variance[row]) / step))
@@ -204,19 +204,19 @@ def _gaussian(
 ) -> tuple[float, float, float]:  # fmt: skip
     """Sum of the wavenumbers and frequencies of all quanta of waves between two variances, from four random words."""
     w2, w3, v0, v1 = words
-    ahead, aside, speed, both = _moments_below(upto, waves)
+    along, across, speed, cross = _moments_below(upto, waves)
     if low > 0:
         longer = _moments_below(low, waves)
-        ahead, aside, speed, both = ahead - longer[0], aside - longer[1], speed - longer[2], both - longer[3]
+        along, across, speed, cross = (along - longer[0], across - longer[1], speed - longer[2], cross - longer[3])
     r, s = math.sqrt(-2 * math.log(uniform_from_word(w2))), math.sqrt(-2 * math.log(uniform_from_word(v0)))
     sine, cosine = sine_cosine(math.pi * (2 * uniform_from_word(w3) - 1))
-    _, other = sine_cosine(math.pi * (2 * uniform_from_word(v1) - 1))
+    _, third_sine = sine_cosine(math.pi * (2 * uniform_from_word(v1) - 1))
     # half a turn back: the angles begin at -pi
-    first, second, third = -r * cosine, -r * sine, -s * other
-    root = math.sqrt(max(ahead, 1e-300))
-    shared = both / root
-    own = math.sqrt(max(speed - shared * shared, 0.0))
-    return phase * root * first, phase * math.sqrt(aside) * second, phase * (shared * first + own * third)
+    first, second, third = -r * cosine, -r * sine, -s * third_sine
+    root = math.sqrt(max(along, 1e-300))
+    shared = cross / root
+    remainder = math.sqrt(max(speed - shared * shared, 0.0))
+    return phase * root * first, phase * math.sqrt(across) * second, phase * (shared * first + remainder * third)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -277,7 +277,7 @@ def apply_glints_to_row(
     sonar_position, transmit_position, start = paths.sonar_position, paths.transmit_position, paths.ping_time
     keys, normal = points.scatterer_id, points.normal
     delay, visibility = legs.delay, legs.visibility
-    slopes, bent = np.empty((bounce_heights.size, 2)), np.empty(7)
+    slopes, change = np.empty((bounce_heights.size, 2)), np.empty(7)
     off_surface, off_bed = not paths.on_bed.all(), paths.on_bed.any()
     for n in range(keys.size):
         if visibility[n] == 0:
@@ -285,29 +285,29 @@ def apply_glints_to_row(
         x, y, z = points.position[n]
         dn, de = x - sonar_position[0], y - sonar_position[1]
         away = (x - transmit_position[0]) ** 2 + (y - transmit_position[1]) ** 2 + (z - transmit_position[2]) ** 2
-        far = math.sqrt(dn * dn + de * de)
-        north, east = (dn / far, de / far) if far > 1e-6 else (1.0, 0.0)
+        distance = math.sqrt(dn * dn + de * de)
+        north, east = (dn / distance, de / distance) if distance > 1e-6 else (1.0, 0.0)
         climb = max(abs(z - paths.image_depth), 1e-6)
         transmit_delay = math.sqrt(away) / paths.speed
-        turned, gone, came = 0.0, 0.0, 0.0
-        living = 0
+        turned, phase_out, phase_back = 0.0, 0.0, 0.0
+        generation = 0
         if off_surface:
-            living = code << 4 | _glint_generation(keys[n], code, source.key, start / source.lifetime) << 20
+            generation = code << 4 | _glint_generation(keys[n], code, source.key, start / source.lifetime) << 20
         # At least one bounce is incoherent; of several off one boundary the first represents it.
         incoherent = _first_incoherent_bounce(points, source, paths.on_bed, n) if off_surface and off_bed else 0
         for b in range(bounce_heights.size):
             part = min(bounce_heights[b] / climb, 1.0)
-            reach = part * far
+            reach = part * distance
             # from the point itself: re a distant origin, a wavenumber that follows a moving sonar would change the
             # phase
             offset_north = sonar_position[0] + reach * north - x
             offset_east = sonar_position[1] + reach * east - y
             if paths.on_bed[b]:
                 axes, phase = source.bed_axes, points.bed_phase[n]
-                cell, ahead, aside = _cell_of_bounce(keys[n], code << 4 | b, source, offset_north, offset_east)
+                cell, cell_x, cell_y = _cell_of_bounce(keys[n], code << 4 | b, source, offset_north, offset_east)
                 # from the cell: the wavenumber follows the angles of a moving sonar
-                offset_north = ahead * axes[0, 0] + aside * axes[1, 0]
-                offset_east = ahead * axes[0, 1] + aside * axes[1, 1]
+                offset_north = cell_x * axes[0, 0] + cell_y * axes[1, 0]
+                offset_east = cell_x * axes[0, 1] + cell_y * axes[1, 1]
                 along, across, omega, first = sample_glint(
                     keys[n], code << 4 | cell << 20 | b, source.key, phase, b == incoherent, source.bed_waves,
                     points.long_variance[n],
@@ -316,7 +316,7 @@ def apply_glints_to_row(
             else:
                 sea, phase = source.axes, points.phase[n]
                 along, across, omega, first = sample_glint(
-                    keys[n], living | b, source.key, phase, b == incoherent, source.waves, 0.0
+                    keys[n], generation | b, source.key, phase, b == incoherent, source.waves, 0.0
                 )
                 k_north, k_east = along * sea[0, 0] + across * sea[1, 0], along * sea[0, 1] + across * sea[1, 1]
             if b < incoherent:
@@ -328,19 +328,19 @@ def apply_glints_to_row(
             slopes[b, 1] = -(k_east * north - k_north * east) / phase
             before = part * delay[n]
             # Receive legs are timed after a direct transmit leg: other legs differ by milliseconds.
-            gone += omega * (start + before)
-            came += omega * (start + transmit_delay + delay[n] - before)
-        displaced_bounce_path(far, climb, north, east, paths.bounces, slopes, bent)
+            phase_out += omega * (start + before)
+            phase_back += omega * (start + transmit_delay + delay[n] - before)
+        displaced_bounce_path(distance, climb, north, east, paths.bounces, slopes, change)
         # The waves set the phase; the glint's own path length only when it is received.
-        cycles = paths.frequency * bent[0] / paths.speed
-        still = turned + 2 * math.pi * (cycles - math.floor(cycles + 0.5))
-        phasor_out[n] = complex(math.cos(still - gone), math.sin(still - gone))
-        phasor_back[n] = complex(math.cos(still - came), math.sin(still - came))
-        delay[n] += bent[0] / paths.speed
-        legs.length[n] += bent[0]
-        legs.absorption[n] *= math.exp(-paths.absorption * bent[0] * (math.log(10) / 20))
-        _turn(legs.departure[n], bent, 1)
-        _turn(legs.arrival[n], bent, 4)
+        cycles = paths.frequency * change[0] / paths.speed
+        static_phase = turned + 2 * math.pi * (cycles - math.floor(cycles + 0.5))
+        phasor_out[n] = complex(math.cos(static_phase - phase_out), math.sin(static_phase - phase_out))
+        phasor_back[n] = complex(math.cos(static_phase - phase_back), math.sin(static_phase - phase_back))
+        delay[n] += change[0] / paths.speed
+        legs.length[n] += change[0]
+        legs.absorption[n] *= math.exp(-paths.absorption * change[0] * (math.log(10) / 20))
+        _turn(legs.departure[n], change, 1)
+        _turn(legs.arrival[n], change, 4)
         arrival = legs.arrival[n]
         sine = -(arrival[0] * normal[n, 0] + arrival[1] * normal[n, 1] + arrival[2] * normal[n, 2])
         legs.grazing[n] = math.asin(min(max(sine, -1.0), 1.0))
@@ -375,8 +375,8 @@ def _cell_of_bounce(
     """
     w0, w1, _, _ = philox(scatterer_id & np.uint64(0xFFFFFFFF), scatterer_id >> np.uint64(32), code, STAGGER,
                           *source.key)  # fmt: skip
-    ahead, aside = source.bed_axes[0], source.bed_axes[1]
-    x = (ahead[0] * offset_north + ahead[1] * offset_east) / source.cell + uniform_from_word(w0)
+    first_axis, aside = source.bed_axes[0], source.bed_axes[1]
+    x = (first_axis[0] * offset_north + first_axis[1] * offset_east) / source.cell + uniform_from_word(w0)
     y = (aside[0] * offset_north + aside[1] * offset_east) / source.cell + uniform_from_word(w1)
     row, column = math.floor(x), math.floor(y)
     return (row & CELLS) << 6 | (column & CELLS), (x - row - 0.5) * source.cell, (y - column - 0.5) * source.cell

@@ -186,35 +186,35 @@ class GlintSurface:
             Transmit legs and receive legs.
         """
         rough = self.rough_boundaries
-        touched = [row for row, family in enumerate(legs.families) if set(rough) & set(bounce_sequence(family))]
-        if not touched:
+        rough_rows = [row for row, family in enumerate(legs.families) if set(rough) & set(bounce_sequence(family))]
+        if not rough_rows:
             return legs, legs
-        means = {row: self.coherent_reflection(legs, row, sonar_end) for row in touched}
-        kept = [
+        means = {row: self.coherent_reflection(legs, row, sonar_end) for row in rough_rows}
+        coherent_rows = [
             r for r in range(len(legs.families)) if r not in means or means[r].coherent_factor.max(initial=0.0) > WEAK
         ]
-        many = FEW if scatterers.has_random_phase else max(FEW, SEVERAL // (1 + max(legs.branch)))
-        glints = [(row, number) for row in touched for number in range(many)]
-        whole = leg_rows(legs, kept + [row for row, _ in glints])
+        glint_count = FEW if scatterers.has_random_phase else max(FEW, SEVERAL // (1 + max(legs.branch)))
+        glints = [(row, number) for row in rough_rows for number in range(glint_count)]
+        result = leg_rows(legs, coherent_rows + [row for row, _ in glints])
         n = len(scatterers)
-        phasor = np.ones((2, len(whole.families), n), complex)
-        bed = None if self.bed is None else np.zeros((2, len(whole.families), n))
-        for to, row in enumerate(kept):
+        phasor = np.ones((2, len(result.families), n), complex)
+        bed = None if self.bed is None else np.zeros((2, len(result.families), n))
+        for to, row in enumerate(coherent_rows):
             if row in means:
-                whole.reflection_coefficient[to] *= means[row].coherent_factor * means[row].transmission
-        for to, (row, number) in enumerate(glints, len(kept)):
-            share = -np.expm1(-means[row].mean_quanta) / many
-            whole.reflection_coefficient[to] *= np.sqrt(share) * means[row].transmission
+                result.reflection_coefficient[to] *= means[row].coherent_factor * means[row].transmission
+        for to, (row, number) in enumerate(glints, len(coherent_rows)):
+            share = -np.expm1(-means[row].mean_quanta) / glint_count
+            result.reflection_coefficient[to] *= np.sqrt(share) * means[row].transmission
             if bed is not None:
                 bed[:, to] = means[row].bed_quanta, means[row].mean_quanta
-            self._apply_glints(whole, to, self._code(legs, row, number), means[row], scatterers, sonar_end, phasor)
+            self._apply_glints(result, to, self._code(legs, row, number), means[row], scatterers, sonar_end, phasor)
             if self.bounce_points is not None:
                 phasor[:, to] *= self._surface_phasor(
                     self.bounce_points, row, scatterers.scatterer_id, self._code(legs, row, number)
                 )
-        label = (*(-1,) * len(kept), *(self._code(legs, row, m) for row, m in glints))
-        whole = replace(whole, branch=_numbered(legs, kept, glints))
-        out, back = (replace(whole, glints=GlintPhasors(label, phasors, bed)) for phasors in phasor)
+        label = (*(-1,) * len(coherent_rows), *(self._code(legs, row, m) for row, m in glints))
+        result = replace(result, branch=_numbered(legs, coherent_rows, glints))
+        out, back = (replace(result, glints=GlintPhasors(label, phasors, bed)) for phasors in phasor)
         return out, back
 
     def coherent_reflection(self, legs: Legs, row: int, sonar_end: SonarEnd) -> CoherentReflection:
@@ -226,8 +226,8 @@ class GlintSurface:
             sonar_end: End of the sonar at which the legs begin.
         """
         string, count = bounce_sequence(legs.families[row]), legs.delay.shape[1]
-        none = np.zeros(count)
-        phase, quanta, loss = none, none, np.ones(count)
+        zeros = np.zeros(count)
+        phase, quanta, loss = zeros, zeros, np.ones(count)
         if self.waves is not None and "S" in string:
             sine = (
                 calm_grazing_sine(legs, row, self.scene, float(sonar_end.position[2]))
@@ -241,14 +241,14 @@ class GlintSurface:
             bubbles = bubble_loss_db(wind, self.frequency, np.arcsin(np.minimum(sine, 1.0)))
             quanta, loss = bounces * phase**2 * self.waves.variance[-1], 10 ** (-bounces * bubbles / 20)
         if self.bed is None or "B" not in string:
-            return CoherentReflection(phase, none, none, quanta, loss, none)
+            return CoherentReflection(phase, zeros, zeros, quanta, loss, zeros)
         depth, bounces = self.scene.seabed.depth, string.count("B")
         sine = calm_grazing_sine(legs, row, self.scene, float(sonar_end.position[2]), depth)
         bed_phase = 4 * math.pi * self.frequency / float(self.scene.water.sound_speed_at(depth)) * sine
         longer, _ = self.bed.longer_waves(legs.families[row], float(sonar_end.position[2]), legs.length[row], sine)
-        added, taken = self.bed.mean_quanta(bed_phase, sine, longer)
+        bed_quanta, lost = self.bed.mean_quanta(bed_phase, sine, longer)
         return CoherentReflection(
-            phase, bed_phase, longer, quanta + bounces * added, loss * (1 - taken) ** (bounces / 2), added
+            phase, bed_phase, longer, quanta + bounces * bed_quanta, loss * (1 - lost) ** (bounces / 2), bed_quanta
         )
 
     def _code(self, legs: Legs, row: int, number: int) -> int:
@@ -291,8 +291,8 @@ class GlintSurface:
         at_sonar, at_boundary = (
             float(speed) for speed in self.scene.water.sound_speed_at(np.array([sonar_end.position[2], depth]))
         )
-        bent = at_boundary / at_sonar if self.bounce_points is None else 1.0
-        cosine = min(float(np.hypot(ray[0], ray[1])) / float(np.linalg.norm(ray)) * bent, 1.0)
+        speed_ratio = at_boundary / at_sonar if self.bounce_points is None else 1.0
+        cosine = min(float(np.hypot(ray[0], ray[1])) / float(np.linalg.norm(ray)) * speed_ratio, 1.0)
         return 4 * math.pi * self.frequency / at_boundary * math.sqrt(max(1 - cosine**2, 1e-12))
 
     def _apply_glints(
@@ -307,14 +307,14 @@ class GlintSurface:
         if self.bounce_points is not None:
             # as off a calm surface: with a moving bounce, the drawn waves would change with its angle
             climb = np.maximum(np.abs(scatterers.position[:, 2] - image), 1e-6)
-            far = np.linalg.norm(scatterers.position[:, :2] - sonar_end.position[:2], axis=1)
+            distance = np.linalg.norm(scatterers.position[:, :2] - sonar_end.position[:2], axis=1)
             phase = (
                 4
                 * math.pi
                 * self.frequency
                 / float(self.scene.water.sound_speed_at(0.0))
                 * climb
-                / np.hypot(climb, far)
+                / np.hypot(climb, distance)
             )
         if not scatterers.has_random_phase:  # facets of one target share the waves, or they would decorrelate
             phase = np.full_like(phase, self._mean_target_phase(phase, image, scatterers, sonar_end, 0.0))
@@ -399,9 +399,9 @@ def leg_rows(legs: Legs, rows: list[int]) -> Legs:
     )  # fmt: skip
 
 
-def _numbered(legs: Legs, kept_rows: list[int], glints: list[tuple[int, int]]) -> tuple[int, ...]:
+def _numbered(legs: Legs, coherent_rows: list[int], glints: list[tuple[int, int]]) -> tuple[int, ...]:
     """Branches of the selected rows, and of the glints, which are further rays of their family."""
-    numbers = [legs.branch[row] for row in kept_rows]
+    numbers = [legs.branch[row] for row in coherent_rows]
     following = Counter(legs.families)
     for row, _ in glints:
         numbers.append(following[legs.families[row]])

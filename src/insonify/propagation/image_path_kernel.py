@@ -275,20 +275,20 @@ def paths_off_local_planes(
         True if all points have a path.
     """
     mirrors, left = is_seabed_bounce.size, np.flatnonzero(~is_done)
-    room, known = _workspace(mirrors), np.empty(_CHUNK, np.bool_)
+    room, is_known = _workspace(mirrors), np.empty(_CHUNK, np.bool_)
     zone_rows = _zone_rows(room)
     for begin in range(0, left.size, _CHUNK):
         which = left[begin : begin + _CHUNK]
         _level(position, points, which, is_seabed_bounce, frame.depth, room)
         _unfold(position, points, which, mirrors, room)
-        known[:] = True
+        is_known[:] = True
         for pattern in disc_samples:
             for k in range(mirrors):
                 if is_seabed_bounce[k]:
                     _zone_ellipses(which.size, k, frame, room)
                     if bounce_shift.shape[1] > 0:
                         _shift_zones(which, bounce_shift[k], frame, room)
-                    fit_planes(zone_rows, which.size, pattern, heightmap, missing, known)
+                    fit_planes(zone_rows, which.size, pattern, heightmap, missing, is_known)
                     _set_planes(which.size, k, frame.depth, room)
             _unfold(position, points, which, mirrors, room)
         _write_columns(room, which, mirrors, paths)
@@ -297,7 +297,7 @@ def paths_off_local_planes(
                 paths.residual_variance[k, which[q]] = (
                     room[_row(k, _REST) + np.uint64(q)] if is_seabed_bounce[k] else 0.0
                 )
-            is_done[which[q]] = known[q]
+            is_done[which[q]] = is_known[q]
     return bool(np.all(is_done))
 
 
@@ -364,16 +364,13 @@ def _shift_zones(indices: NDArray[np.int64], bounce_shift: Floats, frame: Terrai
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
 def _set_planes(count: int, k: int, depth: float, workspace: Floats) -> None:
     """Set one plane from the fits about its bounces."""
-    plane, bounce, rest = _row(k, _ANCHOR), _row(k, _BOUNCE), _row(k, _REST)
+    plane, bounce, residual = _row(k, _ANCHOR), _row(k, _BOUNCE), _row(k, _REST)
     for q in range(np.uint64(count)):
-        ahead, aside, along, across = (
-            workspace[_AHEAD + q],
-            workspace[_ASIDE + q],
-            workspace[_ALONG + q],
-            workspace[_ACROSS + q],
-        )
-        lean_n, lean_e = ahead * along - aside * across, aside * along + ahead * across
-        workspace[rest + q] = workspace[_LOST + q]
+        ray_north, ray_east, along, across = (
+            workspace[_AHEAD + q], workspace[_ASIDE + q], workspace[_ALONG + q], workspace[_ACROSS + q],
+        )  # fmt: skip
+        lean_n, lean_e = ray_north * along - ray_east * across, ray_east * along + ray_north * across
+        workspace[residual + q] = workspace[_LOST + q]
         size = 1 / math.sqrt(lean_n * lean_n + lean_e * lean_e + 1)
         workspace[plane + q], workspace[plane + _C + q] = workspace[bounce + q], workspace[bounce + _C + q]
         workspace[plane + _C2 + q] = depth - workspace[_HEIGHT + q]

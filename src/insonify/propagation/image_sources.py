@@ -44,15 +44,15 @@ def image_legs(
     Returns:
         Legs of shape (selected families, n).
     """
-    kept = families_reaching(scatterers.boundary, families)
-    f, n = len(kept), len(scatterers)
+    reaching = families_reaching(scatterers.boundary, families)
+    f, n = len(reaching), len(scatterers)
     delay, length, spreading, absorption, grazing_sine = np.empty((5, f, n))
     departure, arrival = np.empty((2, f, n, 3))
     status, occluder = np.empty((f, n), np.uint8), np.empty((f, n), np.int16)
     depth = scene.seabed.depth
-    images = np.array([image_depth(name, position[2], depth) for name in kept])
-    strings = [bounce_sequence(name) for name in kept]
-    folded = FoldedLegs(position, images, *_bounces(kept), depth)
+    images = np.array([image_depth(name, position[2], depth) for name in reaching])
+    strings = [bounce_sequence(name) for name in reaching]
+    folded = FoldedLegs(position, images, *_bounces(reaching), depth)
     straight_legs(
         folded, scene.water.sound_speed, scatterers.position, scatterers.normal, scene.bodies, scatterers.occluder,
         StraightLegs(delay, length, spreading, departure, arrival, grazing_sine, status, occluder),
@@ -60,7 +60,7 @@ def image_legs(
     occlude_by_solids(scene, folded, scatterers, status, occluder)
     np.multiply(length, -_absorption_np_per_m(scene.water, frequency), out=absorption)
     return Legs(
-        families=kept, branch=(0,) * f, delay=delay, length=length, spreading=spreading,
+        families=reaching, branch=(0,) * f, delay=delay, length=length, spreading=spreading,
         absorption=np.exp(absorption, out=absorption),
         reflection_coefficient=_boundary(scene, strings, departure[..., 2], flat_bottom=flat_bottom),
         caustics=np.zeros((f, n), np.uint8), visibility=(status == LegStatus.CLEAR).astype(float), departure=departure,
@@ -72,7 +72,7 @@ def image_legs(
 def _bounces(families: tuple[str, ...]) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
     """Number of bounces of each family, and True where the first is off the surface."""
     bounces = [family_bounces(name) for name in families]
-    return np.array([one.number for one in bounces], np.int64), np.array([one.first_up for one in bounces], bool)
+    return np.array([b.number for b in bounces], np.int64), np.array([b.first_up for b in bounces], bool)
 
 
 @lru_cache(maxsize=16)
@@ -141,12 +141,12 @@ class StraightRays:
         shortest, longest = (self.scene.water.sound_speed * delay for delay in delays)
         # a bounce off terrain that is higher or lower displaces the image by twice as much
         moved = [relief_height * (1 + 2 * name.count("B")) for name in families]
-        least, most = (
+        min_vertical, max_vertical = (
             choose(climb + side * move for climb, move in zip(climbs, moved, strict=True))
             for side, choose in ((-1, min), (1, max))
         )
-        nearest = np.sqrt(max(0.0, max(0.0, shortest - end_distance) ** 2 - most**2))
-        beyond = (longest + end_distance) ** 2 - max(0.0, least) ** 2
+        nearest = np.sqrt(max(0.0, max(0.0, shortest - end_distance) ** 2 - max_vertical**2))
+        beyond = (longest + end_distance) ** 2 - max(0.0, min_vertical) ** 2
         return ReachableRange(min(climbs), float(nearest), float(np.sqrt(beyond)) if beyond > 0 else -1.0)
 
     def launch_angles(self, source_depth: float) -> StraightLaunchAngles:

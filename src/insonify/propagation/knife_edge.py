@@ -92,15 +92,15 @@ def diffract_at_edges(
     if not scene.occluders:
         return legs
     far_from_boxes, far_from_solids = (ROUGH_RIPPLES, ROUGH_RIPPLES) if approximate else (FAR, RIPPLES)
-    near = _near(legs, scatterers, position, scene, wavelength, far_from_boxes, far_from_solids)
-    if not any(map(len, near)) and not np.any(legs.occluder >= 0):
+    rows_near = _near(legs, scatterers, position, scene, wavelength, far_from_boxes, far_from_solids)
+    if not any(map(len, rows_near)) and not np.any(legs.occluder >= 0):
         return legs
     visibility = (legs.status == LegStatus.CLEAR).astype(complex)
     bounced = np.array([bool(bounce_sequence(name)) for name in legs.families])
     diffracted = DiffractedLegs(
         position, scatterers.position, legs.arrival, legs.length, bounced, legs.status, legs.occluder, visibility
     )
-    boxed = near[: len(scene.boxes)]
+    boxed = rows_near[: len(scene.boxes)]
     if any(map(len, boxed)):
         beds = np.array([scene.seabed_depth_under(box) for box in scene.boxes]) - TOUCHING
         screens = BoxScreens(
@@ -109,8 +109,8 @@ def diffract_at_edges(
         rows = union(boxed, len(scatterers))
         diffract_around_boxes(rows, diffracted, scene.seabed.depth, wavelength, screens, edge_diffraction_table())
     for row in range(len(scene.boxes), len(scene.occluders)):
-        if row != scatterers.occluder and len(near[row]):
-            _around(diffracted, near[row], scene, wavelength, legs.families, row, infinitely_wide, approximate)
+        if row != scatterers.occluder and len(rows_near[row]):
+            _around(diffracted, rows_near[row], scene, wavelength, legs.families, row, infinitely_wide, approximate)
     # legs that the terrain cuts, or that do not exist, stay unchanged; over relief the terrain has been applied
     by_target = (legs.status == LegStatus.OCCLUDED) & (legs.occluder >= 0)
     terrain_factor = 1.0 if scene.seabed.terrain is None else legs.visibility
@@ -132,15 +132,15 @@ def screened_part(
         length: Length from which the curvature of the wave follows [m], shape (n,).
         wavelength: Wavelength of the sound [m].
     """
-    n, taken = len(length), np.zeros(len(length), complex)
+    n, blocked = len(length), np.zeros(len(length), complex)
     clear, nothing, rows = np.zeros((1, n), np.uint8), np.full((1, n), -1, np.int16), np.arange(n)
     for strip, gap in zip(strips, gap_below, strict=True):
         left = np.ones((1, n), complex)
         legs = DiffractedLegs(*ends, direction[None], length[None], np.zeros(1, bool), clear, nothing, left)
         screens = BoxScreens(strip[None], np.array([np.inf if gap else -np.inf]), -1, False, FAR)
         diffract_around_boxes(rows, legs, 0.0, wavelength, screens, edge_diffraction_table())
-        taken += 1 - left[0]
-    return taken
+        blocked += 1 - left[0]
+    return blocked
 
 
 def close_gap_above(screens: NDArray[np.float64], top: int) -> NDArray[np.float64]:
@@ -181,11 +181,11 @@ def _around(
     """Multiply the diffraction factor of one solid, a row among the occluders, into the visibility of all legs."""
     solid, position = scene.solids[row - len(scene.boxes)], legs.position.tolist()
     bed = scene.seabed_depth_under(solid) - TOUCHING
-    far, widest = (ROUGH_RIPPLES, float(np.sqrt(wavelength)) / 2) if approximate else (RIPPLES, 0.0)
+    max_number, widest = (ROUGH_RIPPLES, float(np.sqrt(wavelength)) / 2) if approximate else (RIPPLES, 0.0)
     for f, family in enumerate(families):
         depth = image_depth(family, position[2], scene.seabed.depth)
-        seen = silhouette(solid, scene.seabed, (position[0], position[1], depth), widest)
-        if seen is not None:
-            seen = seen._replace(columns=close_gap_above(seen.columns, 1))
-            screen = SolidScreen(seen, bed, row, infinitely_wide, far)
+        outline = silhouette(solid, scene.seabed, (position[0], position[1], depth), widest)
+        if outline is not None:
+            outline = outline._replace(columns=close_gap_above(outline.columns, 1))
+            screen = SolidScreen(outline, bed, row, infinitely_wide, max_number)
             diffract_around_solid(rows, legs, f, scene.seabed.depth, wavelength, screen, edge_diffraction_table())

@@ -96,9 +96,9 @@ def edge_diffraction(number: float, table: Complexes) -> complex:
         t = index - row
         a, b = -t * (t - 1) * (t - 2) * (1 / 6), (t + 1) * (t - 1) * (t - 2) * 0.5
         c, d = -(t + 1) * t * (t - 2) * 0.5, (t + 1) * t * (t - 1) * (1 / 6)
-        one, two, three, four = table[row - 1], table[row], table[row + 1], table[row + 2]
-        real = a * one.real + b * two.real + c * three.real + d * four.real
-        imag = a * one.imag + b * two.imag + c * three.imag + d * four.imag
+        p0, p1, p2, p3 = table[row - 1], table[row], table[row + 1], table[row + 2]
+        real = a * p0.real + b * p1.real + c * p2.real + d * p3.real
+        imag = a * p0.imag + b * p1.imag + c * p2.imag + d * p3.imag
     cosine, sine = sincos_of_quarter_turns(size * size)
     field = complex(real * cosine + imag * sine, imag * cosine - real * sine)
     return field if number >= 0 else 1 - field
@@ -110,12 +110,12 @@ def sincos_of_quarter_turns(quarter_turns: float) -> tuple[float, float]:
 
     Taylor's series, to the eleventh and twelfth power of at most pi / 4.
     """
-    whole = math.floor(quarter_turns + 0.5)
-    x = math.pi / 2 * (quarter_turns - whole)
+    nearest = math.floor(quarter_turns + 0.5)
+    x = math.pi / 2 * (quarter_turns - nearest)
     y = x * x
     s = x * (1 + y * (-1 / 6 + y * (1 / 120 + y * (-1 / 5040 + y * (1 / 362880 - y * (1 / 39916800))))))
     c = 1 + y * (-1 / 2 + y * (1 / 24 + y * (-1 / 720 + y * (1 / 40320 + y * (-1 / 3628800 + y * (1 / 479001600))))))
-    side = int(whole)
+    side = int(nearest)
     along, across = (s, c) if side & 1 else (c, s)
     return -along if (side + 1) & 2 else along, -across if side & 2 else across
 
@@ -145,26 +145,26 @@ def diffract_around_boxes(
             horizontal = math.hypot(arrival[f, n, 0], arrival[f, n, 1])
             if horizontal < STEEPEST:
                 continue
-            ahead = math.hypot(points[n, 0] - position[0], points[n, 1] - position[1])
+            segment_length = math.hypot(points[n, 0] - position[0], points[n, 1] - position[1])
             slope = arrival[f, n, 2] / horizontal
             if has_bounce[f]:
                 wall = 0.0 if slope > 0 else water_depth
-                ahead = min(ahead, (points[n, 2] - wall) / slope) if slope != 0 else ahead
-            left, is_known = 1 + 0j, not cut
+                segment_length = min(segment_length, (points[n, 2] - wall) / slope) if slope != 0 else segment_length
+            left, is_counted = 1 + 0j, not cut
             for b in range(boxes.shape[0]):
                 if b == screens.own_box:
                     continue
-                segment = LastSegment(points[n], arrival[f, n], horizontal, slope, ahead, length[f, n])
+                segment = LastSegment(points[n], arrival[f, n], horizontal, slope, segment_length, length[f, n])
                 crossed = fresnel_numbers(segment, wavelength, boxes[b], screens.bed_depths[b], screens.infinitely_wide,
                                           numbers)  # fmt: skip
                 if crossed < 0 or passes_clear(numbers, screens.max_fresnel_number):
                     continue
-                is_known = is_known or (crossed > 0 and b == occluder[f, n])
+                is_counted = is_counted or (crossed > 0 and b == occluder[f, n])
                 across = edge_diffraction(numbers[0], table) - edge_diffraction(numbers[1], table)
                 up = edge_diffraction(numbers[2], table) - edge_diffraction(numbers[3], table)
                 left *= 1 - across * up
             # a leg that its box cuts before the last bounce stays at zero
-            visibility[f, n] = left if is_known else 0j
+            visibility[f, n] = left if is_counted else 0j
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -192,9 +192,9 @@ def fresnel_numbers(
     for k in range(4):
         back, off = _corner(box, k, point, north, east)
         if (back > 0) != (last_back > 0):  # the side runs on behind the end of the leg: it ends beside it
-            beside = math.copysign(ENDLESS, last_off + (off - last_off) * last_back / (last_back - back))
-            low, a_low = (beside, 0.0) if beside < low else (low, a_low)
-            high, a_high = (beside, 0.0) if beside > high else (high, a_high)
+            edge = math.copysign(ENDLESS, last_off + (off - last_off) * last_back / (last_back - back))
+            low, a_low = (edge, 0.0) if edge < low else (low, a_low)
+            high, a_high = (edge, 0.0) if edge > high else (high, a_high)
         last_back, last_off = back, off
         if back <= 0:
             continue
@@ -204,16 +204,16 @@ def fresnel_numbers(
     if low > high:
         return -1  # all of the box lies behind the end
     x, y = point[0] - box[0], point[1] - box[1]
-    near, far = footprint_interval(box, x, y, -north, -east)
-    if near <= 0 < far:
+    enter, leave = footprint_interval(box, x, y, -north, -east)
+    if enter <= 0 < leave:
         return -1  # the end lies over the box, or under it
-    crossed = 1 if near < far and 0 < near < horizontal_length else 0
+    crossed = 1 if enter < leave and 0 < enter < horizontal_length else 0
     if crossed == 0:
-        far = near = a_low if abs(low) < abs(high) else a_high
-        if not 0 < near < horizontal_length or infinitely_wide:
+        leave = enter = a_low if abs(low) < abs(high) else a_high
+        if not 0 < enter < horizontal_length or infinitely_wide:
             return -1
     numbers[3] = -np.inf
-    for at in (near, min(far, horizontal_length)):
+    for at in (enter, min(leave, horizontal_length)):
         depth = point[2] - at * slope
         top = edge_fresnel_number(
             (depth - box[6]) * horizontal_component, at / horizontal_component, length, wavelength
@@ -256,9 +256,9 @@ def _corner(box: Floats, k: int, point: Floats, north: float, east: float) -> tu
         east: East component of it [1].
     """
     along = box[4] if k < 2 else -box[4]
-    beside = box[5] if k % 3 == 0 else -box[5]
-    dx = box[0] + box[2] * along - box[3] * beside - point[0]
-    dy = box[1] + box[3] * along + box[2] * beside - point[1]
+    across = box[5] if k % 3 == 0 else -box[5]
+    dx = box[0] + box[2] * along - box[3] * across - point[0]
+    dy = box[1] + box[3] * along + box[2] * across - point[1]
     return -(dx * north + dy * east), dy * north - dx * east
 
 
@@ -281,10 +281,10 @@ def edge_fresnel_number(edge_offset: float, distance_behind: float, length: floa
 def excess_path_length(edge_offset: float, distance_behind: float, length: float, wavelength: float) -> float:
     """Excess length of the path around an edge over the straight one [m]; arguments of `edge_fresnel_number`."""
     d = max(distance_behind, wavelength)
-    rest = max(length - d, wavelength)
+    before = max(length - d, wavelength)
     square = edge_offset * edge_offset
-    one, other = math.sqrt(square + d * d) + d, math.sqrt(square + rest * rest) + rest
-    return square * (one + other) / (one * other)
+    first_sum, second_sum = math.sqrt(square + d * d) + d, math.sqrt(square + before * before) + before
+    return square * (first_sum + second_sum) / (first_sum * second_sum)
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
@@ -330,10 +330,10 @@ def crest_is_negligible(
     that by no more than the ratio of that path to one longer by `off`.
     """
     d = max(distance_behind, wavelength)
-    rest = max(length - d, wavelength)
-    whole, part, near = 2 * (d + rest), d * rest * wavelength, 2 * min(d, rest)
-    counts, least = min(part, math.pi * trough_depth * trough_depth * whole) ** 2, square * part
-    return counts < 4 * least * part or counts * 0.05067 * (near + clear) < least * clear * clear * whole * near
+    before = max(length - d, wavelength)
+    total, part, near = 2 * (d + before), d * before * wavelength, 2 * min(d, before)
+    counts, bound = min(part, math.pi * trough_depth * trough_depth * total) ** 2, square * part
+    return counts < 4 * bound * part or counts * 0.05067 * (near + clear) < bound * clear * clear * total * near
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

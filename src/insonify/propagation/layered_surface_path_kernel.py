@@ -78,7 +78,7 @@ def speed_at(z: float, water: SurfaceWater) -> float:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _part_sums(
-    v: float, top: float, upper: float, lower: float, water: SurfaceWater, whole: bool
+    v: float, top: float, upper: float, lower: float, water: SurfaceWater, with_time: bool
 ) -> tuple[float, float, float, float]:
     """Sums over the layers between two depths: distance over slowness, its growth, and, if whole, time and length."""
     square, cosine2, per_top = v * v, 1 / (1 + v * v), 1 / top
@@ -102,7 +102,7 @@ def _part_sums(
         part = (c1 + c2) * per
         x += part
         s += part / (w1 * w2)
-        if whole:
+        if with_time:
             slow = part * (1 + w1 * w2) / (c1 * c1 + c2 * c2 * w1 * w1)
             g = (c2 - c1) / (low - high)
             a, b = g * slow, g * p * per
@@ -116,12 +116,12 @@ def _part_sums(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _path_sums(
-    v: float, top: float, upper: float, end: float, bottom: bool, water: SurfaceWater, whole: bool
+    v: float, top: float, upper: float, end: float, bottom: bool, water: SurfaceWater, with_time: bool
 ) -> tuple[float, float, float, float]:
     """Sums of `_part_sums` over one path, which crosses the water below its end twice where it has a bottom bounce."""
-    x, s, t, length = _part_sums(v, top, upper, end, water, whole)
+    x, s, t, length = _part_sums(v, top, upper, end, water, with_time)
     if bottom:
-        x2, s2, t2, length2 = _part_sums(v, top, end, water.bed, water, whole)
+        x2, s2, t2, length2 = _part_sums(v, top, end, water.bed, water, with_time)
         x, s, t, length = x + 2 * x2, s + 2 * s2, t + 2 * t2, length + 2 * length2
     return x, s, t, length
 
@@ -233,19 +233,19 @@ def calm_bounce(
     """
     low, high = 0.0, distance
     x = distance * before / (before + after)
-    one = refracted_path(x, 0.0, before, water.bottom_before, water, 0.0, CLOSE)
-    two = refracted_path(distance - x, 0.0, after, water.bottom_after, water, 0.0, CLOSE)
+    first = refracted_path(x, 0.0, before, water.bottom_before, water, 0.0, CLOSE)
+    second = refracted_path(distance - x, 0.0, after, water.bottom_after, water, 0.0, CLOSE)
     for _ in range(STEPS):
-        miss = one.slowness - two.slowness if one.exists == two.exists else 1.0 if two.exists else -1.0
-        step = -miss / (1 / one.growth + 1 / two.growth)
-        if abs(step) < 1e-9 and one.exists and two.exists:
+        miss = first.slowness - second.slowness if first.exists == second.exists else 1.0 if second.exists else -1.0
+        step = -miss / (1 / first.growth + 1 / second.growth)
+        if abs(step) < 1e-9 and first.exists and second.exists:
             break
         low, high = (low, x) if miss > 0 else (x, high)
         newton = x + step
-        x = newton if low < newton < high and one.exists and two.exists else (low + high) / 2
-        one = refracted_path(x, 0.0, before, water.bottom_before, water, 0.0, CLOSE)
-        two = refracted_path(distance - x, 0.0, after, water.bottom_after, water, 0.0, CLOSE)
-    return x, one, two
+        x = newton if low < newton < high and first.exists and second.exists else (low + high) / 2
+        first = refracted_path(x, 0.0, before, water.bottom_before, water, 0.0, CLOSE)
+        second = refracted_path(distance - x, 0.0, after, water.bottom_after, water, 0.0, CLOSE)
+    return x, first, second
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -261,9 +261,9 @@ def bounce_range_for_slope_in_layers(
     high = min(distance + reach, greatest_distance(before, water.bottom_before, water) * (1 - 1e-6))
     for _ in range(16):  # to some millimetres
         x = (low + high) / 2
-        one = refracted_path(abs(x), 0.0, before, water.bottom_before, water, 0.0, 1e-4)
-        two = refracted_path(abs(distance - x), 0.0, after, water.bottom_after, water, 0.0, 1e-4)
-        p1, p2 = water.speed[0] * one.slowness, water.speed[0] * two.slowness
+        first = refracted_path(abs(x), 0.0, before, water.bottom_before, water, 0.0, 1e-4)
+        second = refracted_path(abs(distance - x), 0.0, after, water.bottom_after, water, 0.0, 1e-4)
+        p1, p2 = water.speed[0] * first.slowness, water.speed[0] * second.slowness
         g1 = math.atan2(math.sqrt(max(1 - p1 * p1, 0.0)), math.copysign(p1, x))
         g2 = math.atan2(math.sqrt(max(1 - p2 * p2, 0.0)), math.copysign(p2, distance - x))
         if g1 - g2 > 2 * math.atan(slope):
@@ -292,14 +292,14 @@ def bounce_rays(start: Floats, ends: Floats, points: Floats, water: SurfaceWater
     for n in range(ends.shape[0]):
         end = ends[n]
         c2 = speed_at(2 * water.bed - end[2] if water.bottom_after else end[2], water)
-        far = math.hypot(end[0] - start[0], end[1] - start[1])
-        x, one, two = calm_bounce(far, start[2], end[2], water)
-        if one.exists and two.exists:
-            p = (one.slowness + two.slowness) / 2
-            tube = (one.distance + two.distance) * (one.growth + two.growth)
+        horizontal_distance = math.hypot(end[0] - start[0], end[1] - start[1])
+        x, first, second = calm_bounce(horizontal_distance, start[2], end[2], water)
+        if first.exists and second.exists:
+            p = (first.slowness + second.slowness) / 2
+            tube = (first.distance + second.distance) * (first.growth + second.growth)
             sines = math.sqrt(max(1 - (p * c1) ** 2, 0.0) * max(1 - (p * c2) ** 2, 0.0))
-            before = time_and_length(one, x, water.bottom_before, water)
-            after = time_and_length(two, far - x, water.bottom_after, water)
+            before = time_and_length(first, x, water.bottom_before, water)
+            after = time_and_length(second, horizontal_distance - x, water.bottom_after, water)
             calm[n, 0] = math.sqrt(tube * sines / (c1 * c2))
             calm[n, 1], calm[n, 2] = before[1] + after[1], reference * p
             calm[n, 3] = reference * (before[0] + after[0])
@@ -314,11 +314,11 @@ def bounce_rays(start: Floats, ends: Floats, points: Floats, water: SurfaceWater
                 bottom, c = (water.bottom_before, c1) if side == 0 else (water.bottom_after, c2)
                 distance = math.hypot(north - at[0], east - at[1])
                 ray = refracted_path(distance, height, at[2], bottom, water, 0.0, CLOSE)
-                p, one_way = ray.slowness, time_and_length(ray, distance, bottom, water)
+                p, time_length = ray.slowness, time_and_length(ray, distance, bottom, water)
                 sines = math.sqrt(max(1 - (p * c) ** 2, 0.0) * max(1 - (p * cs) ** 2, 0.0))
                 product *= math.sqrt(ray.distance * ray.growth * sines / (c * cs))
-                length += one_way[1]
-                points[n, k, 3 + side] = reference * one_way[0]
+                length += time_length[1]
+                points[n, k, 3 + side] = reference * time_length[0]
                 rays[n, k, 2 + side] = reference * p
             rays[n, k, 0], rays[n, k, 1] = product, length
 

@@ -112,10 +112,10 @@ def local_plane_paths(
     moved = np.empty((len(string), 0, 2))
     if terrain_bounce_ranges is not None:
         across = points[:, :2] - position[:2]
-        ahead = across / np.maximum(np.linalg.norm(across, axis=1, keepdims=True), _TINY)
+        direction = across / np.maximum(np.linalg.norm(across, axis=1, keepdims=True), _TINY)
         moved = (
             position[:2]
-            + terrain_bounce_ranges[..., None] * ahead
+            + terrain_bounce_ranges[..., None] * direction
             - flat_image_paths(family, position, points, terrain.depth).bounce_position[..., :2]
         )
     lattice, done = terrain.relief.resolved.scatterer_grid, np.zeros(len(points), bool)
@@ -129,8 +129,8 @@ def local_plane_paths(
     extent_on_grid(source, points, frame, span)
     terrain.read_heightmap(
         span,
-        lambda pages, missing: paths_off_local_planes(
-            source, points, is_seabed_bounce, moved, frame, _PATTERNS, pages, missing, done, paths
+        lambda heightmap, missing: paths_off_local_planes(
+            source, points, is_seabed_bounce, moved, frame, _PATTERNS, heightmap, missing, done, paths
         ),
     )
     return paths

@@ -165,8 +165,8 @@ def _refined_rays(
     ray = np.repeat(np.arange(angles.size), np.diff(first))
     length = np.append(np.diff(vertices.distance), 0.0)
     length[first[1:] - 1] = 0.0  # a ray's last vertex begins no arc
-    bent = (vertices.gradient != 0) & (length > step)
-    count = np.where(bent, np.ceil(length / step), 1).astype(np.int64)
+    is_subdivided = (vertices.gradient != 0) & (length > step)
+    count = np.where(is_subdivided, np.ceil(length / step), 1).astype(np.int64)
     row = np.repeat(np.arange(vertices.depth.size), count)
     inside = np.arange(row.size) - np.repeat(np.cumsum(count) - count, count)
     dx = length[row] * inside / count[row]

@@ -65,10 +65,10 @@ class RefractedLaunchAngles:
         """Launch slope interpolated on the grid, see `LaunchAngles`."""
         top, height, climb = self._grid(family)
         shape = np.broadcast_shapes(np.shape(distance), np.shape(depth))
-        far = np.ascontiguousarray(np.broadcast_to(distance, shape[-1:]), float)
+        ranges = np.ascontiguousarray(np.broadcast_to(distance, shape[-1:]), float)
         depth_limits = np.ascontiguousarray(np.broadcast_to(depth, shape), float).reshape(-1, shape[-1])
         slope = np.empty(depth_limits.shape)
-        interpolate_launch_slope(climb, top, height, self._width, far, depth_limits, slope)
+        interpolate_launch_slope(climb, top, height, self._width, ranges, depth_limits, slope)
         return slope.reshape(shape)
 
     def bounce_ranges(self, family: str, launch_slope: Floats) -> list[Floats]:
@@ -132,16 +132,16 @@ class RefractedLaunchAngles:
         low = min(low, high - HEIGHTS[0])
         height = np.clip((high - low) / FEW_LINES, *HEIGHTS)
         lines = np.linspace(low, high, int(np.ceil((high - low) / height)) + 1)
-        depth, far = np.repeat(lines, len(self._stations)), np.tile(np.maximum(self._stations, AT_ZERO), len(lines))
-        rays, count, _ = exact_solutions(water, family, self._source, np.maximum(depth, 0.0), far)
+        depth, ranges = np.repeat(lines, len(self._stations)), np.tile(np.maximum(self._stations, AT_ZERO), len(lines))
+        rays, count, _ = exact_solutions(water, family, self._source, np.maximum(depth, 0.0), ranges)
         turns = np.where(rays[:, :, CAUSTICS] == 0, rays[:, :, TURNS], np.inf)
         turns[np.arange(MOST) >= count[:, None]] = np.inf
         if string:
             turns[turns > 0] = np.inf  # rays that turn about a bounce have another order
-        row, first = np.arange(far.size), np.argmin(turns, axis=1)
+        row, first = np.arange(ranges.size), np.argmin(turns, axis=1)
         ray = rays[row, first]
         exists = np.isfinite(turns[row, first])
         cosine = np.where(exists, ray[:, SLOWNESS] * self._speed, 1.0)
         tangent = np.where(exists, ray[:, SIN_LAUNCH] / cosine, np.nan)
-        climb = tangent * far * (-1 if string.startswith("S") else 1)
+        climb = tangent * ranges * (-1 if string.startswith("S") else 1)
         return low, float(lines[1] - lines[0]), climb.reshape(len(lines), -1)

@@ -74,14 +74,14 @@ class RefractedRays:
 
     def legs(self, position: Floats, scatterers: Scatterers, families: tuple[str, ...], frequency: float) -> Legs:
         """Legs of every ray; see `PropagationModel.legs`."""
-        kept = families_reaching(scatterers.boundary, families)
+        names = families_reaching(scatterers.boundary, families)
         seen_above = HorizontalGeometry(position, scatterers.position, *np.empty((5, len(scatterers))))
         set_horizontal_geometry(self.layers, seen_above)
         depth, ranges = seen_above.depth, seen_above.distance
         if frequency >= LOWEST_FREQUENCY:
-            family_rays = [self.tables.rays(f, scatterers.boundary, float(position[2]), depth, ranges) for f in kept]
+            family_rays = [self.tables.rays(f, scatterers.boundary, float(position[2]), depth, ranges) for f in names]
         else:  # folds reach further than tables represent
-            family_rays = [exact_rays(self.layers, f, float(position[2]), depth, ranges) for f in kept]
+            family_rays = [exact_rays(self.layers, f, float(position[2]), depth, ranges) for f in names]
         return self._assemble(seen_above, scatterers, family_rays, frequency)
 
     def open_water(self) -> "RefractedRays":
@@ -99,7 +99,7 @@ class RefractedRays:
         points = scatterers.position
 
         def rays_to(family: str, depth: float, ranges: Floats) -> FamilyRays:
-            if not self.tables.uses_table(family, scatterers.boundary, depth):
+            if not self.tables.covers_depth(family, scatterers.boundary, depth):
                 return FamilyRays(family, *no_rays(len(ranges), 1))
             return self.tables.rays(family, scatterers.boundary, depth, points[:, 2], ranges)
 
@@ -252,14 +252,14 @@ def _at_caustics(
     for row, (rays, branch) in enumerate(rows):
         if branch >= rays.rays.shape[1] or not rays.has_folds:
             continue
-        near = np.flatnonzero((rays.count > branch) & (rays.rays[:, branch, FOLD_SIDE] != 0))
-        if near.size:
+        near_fold = np.flatnonzero((rays.count > branch) & (rays.rays[:, branch, FOLD_SIDE] != 0))
+        if near_fold.size:
             phase = np.ones(spreading.shape, complex) if phase is None else phase
-            ray = rays.rays[near, branch]
+            ray = rays.rays[near_fold, branch]
             factor = fold_factor(np.abs(ray[:, FOLD]), ray[:, FOLD_CURVATURE], ray[:, FOLD_SIDE], frequency)
             limited = np.where(np.isfinite(ray[:, AMPLITUDE]), ray[:, AMPLITUDE], 0.0) * factor
-            spreading[row, near] = np.abs(limited)
-            phase[row, near] *= np.exp(1j * np.angle(factor))
+            spreading[row, near_fold] = np.abs(limited)
+            phase[row, near_fold] *= np.exp(1j * np.angle(factor))
     return phase
 
 

@@ -61,8 +61,8 @@ def occlude_refracted_row(
         along = begin[:, None] + (end - begin)[:, None] * np.linspace(0, 1, count)
         depths = _depths(water, position, ends[rows], distance[rows], family, slowness[rows], departure[rows], along)
         low, high = np.fmin.reduce(depths, axis=1), np.fmax.reduce(depths, axis=1)
-        near = (high >= bounds[body, 2]) & (low <= bounds[body, 5])
-        rows, along, depths = rows[near], along[near], depths[near]
+        overlaps = (high >= bounds[body, 2]) & (low <= bounds[body, 5])
+        rows, along, depths = rows[overlaps], along[overlaps], depths[overlaps]
         paths = np.empty((len(rows), count, 3))
         paths[..., :2] = position[:2] + along[..., None] * (ends[rows, None, :2] - position[:2])
         paths[..., 2] = depths

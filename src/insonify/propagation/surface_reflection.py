@@ -55,8 +55,8 @@ def repeated_glint_weight(legs_out: Legs, legs_back: Legs, pair: NDArray[np.int6
     if legs_out.glints is None or legs_back.glints is None:
         return weight
     for row, (i, j) in enumerate(pair):
-        one, other = legs_out.glints.bounce_id[i], legs_back.glints.bounce_id[j]
-        if one >= 0 and one >> GLINT_BITS == other >> GLINT_BITS:
-            many = len({label for label in legs_out.glints.bounce_id if label >> GLINT_BITS == one >> GLINT_BITS})
-            weight[row] = 0.0 if one == other else np.sqrt(many / (many - 1))
+        sent, received = legs_out.glints.bounce_id[i], legs_back.glints.bounce_id[j]
+        if sent >= 0 and sent >> GLINT_BITS == received >> GLINT_BITS:
+            count = len({label for label in legs_out.glints.bounce_id if label >> GLINT_BITS == sent >> GLINT_BITS})
+            weight[row] = 0.0 if sent == received else np.sqrt(count / (count - 1))
     return weight

@@ -32,11 +32,11 @@ def tilted_legs(legs: Legs, scene: Scene, scatterers: Scatterers, sonar_end: Son
     Returns:
         Transmit legs and receive legs.
     """
-    touched = [row for row, family in enumerate(legs.families) if "S" in bounce_sequence(family)]
-    if not touched:
+    surface_rows = [row for row, family in enumerate(legs.families) if "S" in bounce_sequence(family)]
+    if not surface_rows:
         return legs, legs
     out, back = (leg_rows(legs, list(range(len(legs.families)))) for _ in range(2))
-    for row in touched:
+    for row in surface_rows:
         lines = unfold_paths(legs.families[row], sonar_end.position, scatterers.position, scene.seabed.depth)
         times = bounce_times(lines, legs.delay[row], scene, scatterers, sonar_end)
         for path, time in zip((out, back), times, strict=True):
@@ -50,11 +50,11 @@ def _reflect_in_tilted_planes(
     """Reflect the sonar of one row in its planes, one after the other."""
     family, bed = legs.families[row], scene.seabed.depth
     speed = float(scene.water.sound_speed_at(sonar_end.position[2]))
-    on, normal = tilted_planes(scene, paths.flat_bounce_points(), time)
+    plane_point, normal = tilted_planes(scene, paths.flat_bounce_points(), time)
     vertical = np.array([0.0, 0.0, 1.0])
     image, facings, bounce = np.broadcast_to(sonar_end.position, scatterers.position.shape), [], 0
     for letter in bounce_sequence(family):
-        at, facing = (on[bounce], normal[bounce]) if letter == "S" else (np.array([0.0, 0.0, bed]), vertical)
+        at, facing = (plane_point[bounce], normal[bounce]) if letter == "S" else (np.array([0.0, 0.0, bed]), vertical)
         bounce += letter == "S"
         facings.append(facing)
         image = image - 2 * np.sum((image - at) * facing, axis=-1, keepdims=True) * facing
@@ -65,19 +65,19 @@ def _reflect_in_tilted_planes(
     for facing in reversed(facings):
         departure = departure - 2 * np.sum(departure * facing, axis=-1, keepdims=True) * facing
     # Evaluated as a change of the flat surface's leg, so that refraction is preserved.
-    straight = np.concatenate(
+    horizontal = np.concatenate(
         [paths.horizontal_distance[:, None] * paths.horizontal_direction, np.zeros((len(length), 1))], axis=1
     )
     down = paths.vertical_travel * (-1.0 if paths.starts_upward else 1.0)
-    there_z, here_z = down, -down if paths.reverses_vertically else down
+    departure_z, arrival_z = down, -down if paths.reverses_vertically else down
     excess = length - paths.length
     legs.delay[row] += excess / speed
     legs.spreading[row] *= paths.length / length
     legs.absorption[row] *= legs.absorption[row] ** (excess / paths.length)
     legs.length[row] += excess
-    for column, now, z in ((legs.departure, departure, there_z), (legs.arrival, arrival, here_z)):
-        mirror = (straight + np.stack([0 * z, 0 * z, z], axis=1)) / paths.length[:, None]
-        turned = column[row] + now - mirror
+    for column, direction, z in ((legs.departure, departure, departure_z), (legs.arrival, arrival, arrival_z)):
+        mirror = (horizontal + np.stack([0 * z, 0 * z, z], axis=1)) / paths.length[:, None]
+        turned = column[row] + direction - mirror
         column[row] = turned / np.linalg.norm(turned, axis=1, keepdims=True)
     update_grazing(legs, row, scatterers.normal)
 
@@ -100,7 +100,7 @@ def tilted_planes(scene: Scene, points: Floats, time: Floats) -> tuple[Floats, F
     ahead = np.array([math.cos(scene.surface.wave_direction), math.sin(scene.surface.wave_direction)])
     turned = k * ((points - np.array(scene.seabed.scatterer_grid.origin)) @ ahead) - omega * time
     high, steep = swell.height / 2 * np.cos(turned), -k * swell.height / 2 * np.sin(turned)
-    on = np.concatenate([points, -high[..., None]], axis=-1)
+    point = np.concatenate([points, -high[..., None]], axis=-1)
     # Depth + elevation is constant on the surface: its gradient is the normal.
     normal = np.concatenate([steep[..., None] * ahead, np.ones((*steep.shape, 1))], axis=-1)
-    return on, normal / np.linalg.norm(normal, axis=-1, keepdims=True)
+    return point, normal / np.linalg.norm(normal, axis=-1, keepdims=True)

@@ -52,9 +52,9 @@ class TravelTimeCurve:
         low, high = np.full(len(horizontal_distance), np.inf), np.full(len(horizontal_distance), -np.inf)
         for k in np.unique(power):
             rows = power == k
-            one, other = first[rows], stop[rows] - 2**k + 1
-            low[rows] = np.minimum(self.least_launch_angle[k][one], self.least_launch_angle[k][other])
-            high[rows] = np.maximum(self.greatest_launch_angle[k][one], self.greatest_launch_angle[k][other])
+            left, right = first[rows], stop[rows] - 2**k + 1
+            low[rows] = np.minimum(self.least_launch_angle[k][left], self.least_launch_angle[k][right])
+            high[rows] = np.maximum(self.greatest_launch_angle[k][left], self.greatest_launch_angle[k][right])
         return low, high
 
 
@@ -67,15 +67,15 @@ def departure_cones(sweeps: list[TravelTimeCurve], offset: Floats, radius: Float
         radius: Radii of the neighbourhoods [m], (n,).
     """
     away = np.hypot(offset[:, 0], offset[:, 1])
-    spans = [one.launch_angle_bounds(away, radius) for one in sweeps]
+    spans = [curve.launch_angle_bounds(away, radius) for curve in sweeps]
     low = np.min([span[0] for span in spans], axis=0)
     high = np.max([span[1] for span in spans], axis=0)
     exists = low <= high
     low, high = np.where(exists, low, 0.0), np.where(exists, high, 0.0)
     middle = (low + high) / 2
-    ahead = offset / np.maximum(away, 1e-300)[:, None]
-    ahead[away == 0] = [1.0, 0.0]
-    direction = np.column_stack([np.cos(middle)[:, None] * ahead, np.sin(middle)])
+    horizontal = offset / np.maximum(away, 1e-300)[:, None]
+    horizontal[away == 0] = [1.0, 0.0]
+    direction = np.column_stack([np.cos(middle)[:, None] * horizontal, np.sin(middle)])
     aside = np.where(radius < away, np.arcsin(np.minimum(1, radius / np.maximum(away, radius))), np.pi)
     level_part = np.cos(np.where(low * high <= 0, 0.0, np.minimum(np.abs(low), np.abs(high))))
     margin = np.minimum(np.hypot((high - low) / 2, aside * level_part), np.pi)
@@ -122,8 +122,8 @@ def ranges_within_delays(
     Returns:
         Distances, one column beyond the last within the span; 0 and -1 for none.
     """
-    earliest = np.min([one.least_delay for one in sweeps], axis=0)
-    latest = np.max([one.greatest_delay for one in sweeps], axis=0)
+    earliest = np.min([curve.least_delay for curve in sweeps], axis=0)
+    latest = np.max([curve.greatest_delay for curve in sweeps], axis=0)
     columns = np.flatnonzero((earliest <= delays[1] + delay_margin) & (latest >= delays[0] - delay_margin))
     if not columns.size:
         return 0.0, -1.0
@@ -131,10 +131,10 @@ def ranges_within_delays(
     return step * max(int(columns[0]) - 1, 0), step * float(columns[-1] + 1)
 
 
-def _running_extremes(column: Floats, least: np.ufunc) -> list[Floats]:
+def _running_extremes(column: Floats, extreme: np.ufunc) -> list[Floats]:
     """Extremes of 1, 2, 4, ... columns from each one on, so that any interval is covered by two of them."""
-    levels = [column]
-    while 2 ** len(levels) <= len(column):
-        half = 2 ** (len(levels) - 1)
-        levels.append(np.asarray(least(levels[-1][:-half], levels[-1][half:])))
-    return levels
+    tables = [column]
+    while 2 ** len(tables) <= len(column):
+        half = 2 ** (len(tables) - 1)
+        tables.append(np.asarray(extreme(tables[-1][:-half], tables[-1][half:])))
+    return tables

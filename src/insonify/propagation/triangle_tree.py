@@ -51,18 +51,18 @@ def triangle_tree(corners: Floats, solid_row: Integers) -> TriangleTree:
         solid_row: Row of the solid of each triangle, shape (t,).
     """
     low, high = corners.min(axis=1), corners.max(axis=1)
-    order, most = np.arange(len(corners)), 2 * len(corners)
-    bounds = np.empty((most, 6))
-    skip, first, count = np.empty((3, most), np.int32)
-    nodes = _build_nodes(low, high, order, bounds, skip, first, count) if most else 0
+    order, max_nodes = np.arange(len(corners)), 2 * len(corners)
+    bounds = np.empty((max_nodes, 6))
+    skip, first, count = np.empty((3, max_nodes), np.int32)
+    nodes = _build_nodes(low, high, order, bounds, skip, first, count) if max_nodes else 0
     bounds, skip, first, count = bounds[:nodes].copy(), skip[:nodes].copy(), first[:nodes].copy(), count[:nodes].copy()
-    sorted_solid_row, least = solid_row[order].astype(np.int32), np.empty(nodes, np.int32)
-    _lowest_solid_below(skip, first, count, sorted_solid_row, least)
+    sorted_solid_row, lowest_below = solid_row[order].astype(np.int32), np.empty(nodes, np.int32)
+    _lowest_solid_below(skip, first, count, sorted_solid_row, lowest_below)
     a, b, c = np.moveaxis(corners[order], 1, 0)
     across = np.cross(b - a, c - a)
     normal = across / np.maximum(np.linalg.norm(across, axis=1, keepdims=True), 1e-300)
     corner = np.concatenate([a, b - a, c - a], axis=1)
-    return TriangleTree(bounds, skip, first, count, least, corner, normal, sorted_solid_row, order)
+    return TriangleTree(bounds, skip, first, count, lowest_below, corner, normal, sorted_solid_row, order)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -116,33 +116,33 @@ def _build_nodes(
 def bounding_box(low: Floats, high: Floats, order: Integers, start: int, stop: int, bounds: Floats) -> None:
     """Least and greatest coordinates of some triangles, slightly enlarged, into bounds (6,)."""
     for axis in range(3):
-        least, most = np.inf, -np.inf
+        low_corner, high_corner = np.inf, -np.inf
         for n in range(start, stop):
-            least = min(least, low[order[n], axis])
-            most = max(most, high[order[n], axis])
-        margin = 1e-6 * (most - least) + 1e-12 * max(abs(least), abs(most)) + 1e-9
-        bounds[axis], bounds[3 + axis] = least - margin, most + margin
+            low_corner = min(low_corner, low[order[n], axis])
+            high_corner = max(high_corner, high[order[n], axis])
+        margin = 1e-6 * (high_corner - low_corner) + 1e-12 * max(abs(low_corner), abs(high_corner)) + 1e-9
+        bounds[axis], bounds[3 + axis] = low_corner - margin, high_corner + margin
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def split_node(low: Floats, high: Floats, order: Integers, start: int, stop: int) -> int:
     """Split the triangles of a node in two groups; return the first row of the second, or `start` for a leaf."""
-    axis, least, extent = 0, 0.0, 0.0
+    axis, low_edge, extent = 0, 0.0, 0.0
     for a in range(3):
-        near, far = np.inf, -np.inf
+        min_middle, max_middle = np.inf, -np.inf
         for n in range(start, stop):
             middle = low[order[n], a] + high[order[n], a]
-            near, far = min(near, middle), max(far, middle)
-        if far - near > extent:
-            axis, least, extent = a, near, far - near
+            min_middle, max_middle = min(min_middle, middle), max(max_middle, middle)
+        if max_middle - min_middle > extent:
+            axis, low_edge, extent = a, min_middle, max_middle - min_middle
     if extent <= 0:
         return start
     scale = BINS * (1 - 1e-9) / extent
-    border = cheapest_split(low, high, order, start, stop, axis, least, scale)
+    border = cheapest_split(low, high, order, start, stop, axis, low_edge, scale)
     i, j = start, stop - 1
     while i <= j:
         row = order[i]
-        if int((low[row, axis] + high[row, axis] - least) * scale) < border:
+        if int((low[row, axis] + high[row, axis] - low_edge) * scale) < border:
             i += 1
         else:
             order[i], order[j] = order[j], row
@@ -152,7 +152,7 @@ def split_node(low: Floats, high: Floats, order: Integers, start: int, stop: int
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def cheapest_split(
-    low: Floats, high: Floats, order: Integers, start: int, stop: int, axis: int, least: float, scale: float
+    low: Floats, high: Floats, order: Integers, start: int, stop: int, axis: int, low_edge: float, scale: float
 ) -> int:
     """Bin of the best split: least sum of surface times triangles. First and last bin are filled."""
     box = np.empty((BINS, 6))
@@ -160,7 +160,7 @@ def cheapest_split(
     number = np.zeros(BINS, np.int64)
     for n in range(start, stop):
         row = order[n]
-        b = int((low[row, axis] + high[row, axis] - least) * scale)
+        b = int((low[row, axis] + high[row, axis] - low_edge) * scale)
         number[b] += 1
         for a in range(3):
             box[b, a] = min(box[b, a], low[row, a])
@@ -210,10 +210,10 @@ def inverse_step(step: float) -> float:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _misses_box(box: Floats, start: Vector, inverse: Vector, most: float) -> bool:
+def _misses_box(box: Floats, start: Vector, inverse: Vector, max_multiple: float) -> bool:
     """Return True if a segment, up to a multiple of its step, misses a box; given by the inverse of its step."""
     a, b = (box[0] - start[0]) * inverse[0], (box[3] - start[0]) * inverse[0]
-    enter, leave = max(0.0, min(a, b)), min(most, max(a, b))
+    enter, leave = max(0.0, min(a, b)), min(max_multiple, max(a, b))
     a, b = (box[1] - start[1]) * inverse[1], (box[4] - start[1]) * inverse[1]
     enter, leave = max(enter, min(a, b)), min(leave, max(a, b))
     a, b = (box[2] - start[2]) * inverse[2], (box[5] - start[2]) * inverse[2]
@@ -245,21 +245,21 @@ def _triangle_hit(corner: Floats, start: Vector, step: Vector) -> float:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def nearest_hit(tree: TriangleTree, start: Vector, step: Vector, least: float, most: float) -> tuple[float, int]:
+def nearest_hit(tree: TriangleTree, start: Vector, step: Vector, low: float, high: float) -> tuple[float, int]:
     """First triangle along a ray: multiple of its step, between limits, and row; the upper limit and -1 for none."""
     inverse = inverse_step(step[0]), inverse_step(step[1]), inverse_step(step[2])
     triangle, node = -1, 0
     while node < tree.next_on_miss.size:
-        if _misses_box(tree.bounds[node], start, inverse, most):
+        if _misses_box(tree.bounds[node], start, inverse, high):
             node = tree.next_on_miss[node]
             continue
         if tree.first_triangle[node] >= 0:
             for t in range(tree.first_triangle[node], tree.first_triangle[node] + tree.triangle_count[node]):
                 hit_distance = _triangle_hit(tree.corner_and_sides[t], start, step)
-                if least < hit_distance < most:
-                    most, triangle = hit_distance, t
+                if low < hit_distance < high:
+                    high, triangle = hit_distance, t
         node += 1
-    return most, triangle
+    return high, triangle
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -73,12 +73,12 @@ def wind_waves(wind_speed: float, shortest: float, longest: float = 0.0) -> Wind
             for wavenumber in wavenumbers
         ]
     )
-    ahead, square = (
+    mean_cosine, mean_square_cosine = (
         np.interp(np.log(k), np.log(wavenumbers), column.mean(axis=1))
         for column in (np.cos(middle), np.cos(middle) ** 2)
     )
     density, omega = sea.density(k), angular_frequency(k)
-    columns = (k**2 * square, k**2 * (1 - square), omega**2, k * omega * ahead)
+    columns = (k**2 * mean_square_cosine, k**2 * (1 - mean_square_cosine), omega**2, k * omega * mean_cosine)
     moment = np.stack([_running(k, density * column) for column in columns])
     variance = _running(k, density)
     return WindWaves(k, variance, omega, turn, moment, row_guide(variance))

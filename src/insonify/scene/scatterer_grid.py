@@ -115,20 +115,20 @@ def next_positions(tiles: Tiles, seed: int, stream: int, begin: Integers, end: I
 
 @njit(cache=True, nogil=True)
 def _next_positions(
-    level: Integers, tile_along: Integers, tile_across: Integers, begin: Integers, end: Integers, k0: int, k1: int,
+    scale: Integers, tile_along: Integers, tile_across: Integers, begin: Integers, end: Integers, k0: int, k1: int,
     along: Floats, across: Floats,
 ) -> None:  # fmt: skip
     """Compiled loop of `next_positions`: fills `along` and `across` [m]."""
     words, done = np.empty((4, TILE * TILE), np.uint32), 0
     row, column, rank = np.empty((3, TILE * TILE), np.int64)
-    for t in range(level.size):
-        pitch, fraction = BASE_PITCH * 2.0 ** level[t], np.full((PARTS, PARTS), end[t] / (TILE * TILE))
-        count = priority_ordered_cells(level[t], tile_along[t], tile_across[t], fraction, k0, k1, row, column, rank)
+    for t in range(scale.size):
+        pitch, fraction = BASE_PITCH * 2.0 ** scale[t], np.full((PARTS, PARTS), end[t] / (TILE * TILE))
+        count = priority_ordered_cells(scale[t], tile_along[t], tile_across[t], fraction, k0, k1, row, column, rank)
         last = 0
         for n in range(count):
             if rank[n] >= begin[t]:
                 row[last], column[last], rank[last], last = row[n], column[n], rank[n], last + 1
-        random_keys.philox_at(row[:last], column[:last], level[t], 0, k0, k1, words)
+        random_keys.philox_at(row[:last], column[:last], scale[t], 0, k0, k1, words)
         for n in range(last):
             at = done + rank[n] - begin[t]
             along[at] = (row[n] + random_keys.uniform_from_word(words[0, n])) * pitch

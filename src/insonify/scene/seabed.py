@@ -12,7 +12,7 @@ from insonify.scattering.compiled_law import CompiledLaw
 from insonify.scattering.lambert import Lambert
 from insonify.scattering.reflection import reflection_coefficient, reflection_coefficient_at_sine
 from insonify.scene.scatterer_grid import ScattererGrid
-from insonify.scene.seabed_law import SedimentLaw, TableLaw, infer_law_kind, known_sediment, sediment
+from insonify.scene.seabed_law import SedimentLaw, TableLaw, checked_sediment, infer_law_kind, sediment
 from insonify.scene.seabed_terrain import SeabedTerrain
 from insonify.scene.terrain.bathymetry_grid import BathymetryGrid, warn_of_overlap
 from insonify.scene.terrain.composite_relief import build_terrain
@@ -22,7 +22,7 @@ from insonify.scene.terrain.roughness_cutoff import COARSEST, FINEST, RoughnessC
 from insonify.scene.terrain.scour import Scour
 from insonify.scene.texture import Texture
 
-Reflection = Annotated[float, Field(ge=-1, le=1)] | Annotated[str, AfterValidator(known_sediment)]
+Reflection = Annotated[float, Field(ge=-1, le=1)] | Annotated[str, AfterValidator(checked_sediment)]
 ReliefKind = Annotated[PowerLaw | Ripples | BathymetryGrid | Scour, Field(discriminator="kind")]
 
 

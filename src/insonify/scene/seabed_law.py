@@ -20,8 +20,8 @@ from insonify.scattering.table_law import TableScatteringLaw
 SMALL_SLOPE = "small-slope"
 
 
-def known_sediment(name: str | float) -> str | float:
-    """The name of a sediment, or a grain size [phi], unchanged.
+def checked_sediment(name: str | float) -> str | float:
+    """The name of a sediment, or a grain size [phi], unchanged once it is known.
 
     Raises:
         ValueError: There is no such sediment; the nearest names are given.
@@ -38,8 +38,8 @@ def sediment(name: str | float) -> Sediment:
 def infer_law_kind(value: object) -> object:
     """A law without its name, recognised by its keys: a strength, a sediment, a table or a wind."""
     if isinstance(value, dict) and "law" not in value:
-        known = {"sediment": "jackson", "volume": "jackson", "file": "table", "wind_speed": "apl-surface"}
-        return {**value, "law": next((law for key, law in known.items() if key in value), "lambert")}
+        law_of_key = {"sediment": "jackson", "volume": "jackson", "file": "table", "wind_speed": "apl-surface"}
+        return {**value, "law": next((law for key, law in law_of_key.items() if key in value), "lambert")}
     return value
 
 
@@ -58,7 +58,7 @@ class SedimentLaw(Model):
     @field_validator("sediment")
     @classmethod
     def _check_sediment(cls, value: str | float) -> str | float:
-        return known_sediment(value)
+        return checked_sediment(value)
 
     @model_validator(mode="after")
     def _check_volume_parameters(self) -> Self:

@@ -86,21 +86,21 @@ class TerrainMap:
                 self._readers[rows] -= 1
                 self._change.notify_all()
 
-    def _synthesize_missing(self, rows: NDArray[np.int64], share: Mapped) -> None:
+    def _synthesize_missing(self, rows: NDArray[np.int64], mapped: Mapped) -> None:
         """Synthesise the tiles that no other thread synthesises, and wait for the others."""
         with self._change:
-            mine = rows[self._state[rows] == _BLANK]
-            self._state[mine] = _BEGUN
+            claimed = rows[self._state[rows] == _BLANK]
+            self._state[claimed] = _BEGUN
 
-        def drawn(part: NDArray[np.int64]) -> None:
+        def synthesize(part: NDArray[np.int64]) -> None:
             self.draw(part)
             self._state[part] = _DRAWN
 
         try:
-            list(share(drawn, [mine[k::PARTS] for k in range(PARTS)]))
+            list(mapped(synthesize, [claimed[k::PARTS] for k in range(PARTS)]))
         finally:
             with self._change:
-                self._state[mine[self._state[mine] == _BEGUN]] = (
+                self._state[claimed[self._state[claimed] == _BEGUN]] = (
                     _BLANK  # after an error another thread may synthesise them
                 )
                 self._change.notify_all()
@@ -121,13 +121,13 @@ class TerrainMap:
             Rows in `nodes` of those that must be synthesised first.
         """
         self._ticket += 1
-        fresh = np.empty(len(tiles), np.int64)
+        new_rows = np.empty(len(tiles), np.int64)
         count, self._next = claim(
             tiles, self.slot, self.number, self._held, self._last_read, self._readers, self._ticket, self._next, FRESH,
-            RECENT_READS, fresh,
+            RECENT_READS, new_rows,
         )  # fmt: skip
-        self._state[fresh[:count]] = _BLANK
-        return fresh[:count]
+        self._state[new_rows[:count]] = _BLANK
+        return new_rows[:count]
 
     def draw(self, rows: NDArray[np.int64]) -> None:
         """Synthesise tiles into their rows, from the coarsest octave to the finest.

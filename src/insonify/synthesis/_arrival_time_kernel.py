@@ -260,9 +260,9 @@ def arrival_refracted(
             x = element_position[0] + tau * (velocity[0] + half * acceleration[0])
             y = element_position[1] + tau * (velocity[1] + half * acceleration[1])
             z = element_position[2] + tau * (velocity[2] + half * acceleration[2])
-            ahead, square = (x * u + y * v) * inverse_cosine, x * x + y * y
+            along_ray, square = (x * u + y * v) * inverse_cosine, x * x + y * y
             # Horizontal approach of the element, without a difference of nearly equal numbers.
-            closer = 2 * distance * ahead - square
+            closer = 2 * distance * along_ray - square
             closer /= distance + math.sqrt(max(distance * distance - closer, 0.0))
             along, across = closer * cosine + z * w, z * cosine - closer * w
             square = closer * closer + z * z

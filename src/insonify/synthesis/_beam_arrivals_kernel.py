@@ -58,9 +58,9 @@ class LegColumns(NamedTuple):
 
 
 class Transmitter(NamedTuple):
-    """Transmitter: level, velocity and beam patterns of the transmitting end."""
+    """Transmitter: source pressure, velocity and beam patterns of the transmitting end."""
 
-    level: float
+    source_pressure: float
     """Pressure at 1 m [uPa]."""
     velocity: Floats
     """Velocity at the start of the ping [m/s], (3,)."""
@@ -188,9 +188,9 @@ def _fill_leg(
         c[_NORTH + k], c[_EAST + k], c[_DOWN + k] = departure[n, 0], departure[n, 1], departure[n, 2]
     if extra_attenuation != 0:
         for k in range(count):
-            kept = math.exp(-extra_attenuation * c[_LENGTH + k])
-            c[_REAL + k] *= kept
-            c[_IMAGINARY + k] *= kept
+            attenuation = math.exp(-extra_attenuation * c[_LENGTH + k])
+            c[_REAL + k] *= attenuation
+            c[_IMAGINARY + k] *= attenuation
     _direction_factor_roots(strengths.direction_factor, c[_FACTOR : _FACTOR + count])
     return count
 
@@ -225,7 +225,9 @@ def _transmit_leg(
         c[_TIME + k], mach, amplitude_factor = transmitter_motion_of_leg(
             c[_NORTH + k], c[_EAST + k], c[_DOWN + k], c[_LENGTH + k], velocity, middle, slowness
         )
-        c[_DOPPLER + k], c[_WEIGHT + k] = 1 / (1 - mach), transmitter.level * amplitude_factor * c[_FACTOR + k]
+        c[_DOPPLER + k], c[_WEIGHT + k] = (
+            1 / (1 - mach), transmitter.source_pressure * amplitude_factor * c[_FACTOR + k],
+        )  # fmt: skip
     _array_cosines(axes, count, c)
     _apply_element_pattern(beams, count, c)
     if transmit_cosine.shape[0]:
@@ -392,14 +394,14 @@ def _reached_buffer(legs: int) -> _ReachedScatterers:
 @njit(cache=True, nogil=True, error_model="numpy")
 def _record_reached(reached: _ReachedScatterers, f: int, count: int, leg: _Leg) -> None:
     """Record the scatterers that a leg reaches with any pressure, by the factors in its columns."""
-    flag, which, column, kept = reached.is_reached[f], reached.scatterer[f], leg.column, 0
+    flag, which, column, reached_count = reached.is_reached[f], reached.scatterer[f], leg.column, 0
     flag[:] = 0
     for k in range(count):
         sounds = column[_WEIGHT + k] != 0
         flag[np.uintp(leg.scatterer[k])] = sounds
-        which[np.uintp(kept)] = leg.scatterer[k]
-        kept += sounds
-    reached.scatterer_count[f] = kept
+        which[np.uintp(reached_count)] = leg.scatterer[k]
+        reached_count += sounds
+    reached.scatterer_count[f] = reached_count
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -231,12 +231,12 @@ def combine_rows(rows_in: Singles, weights: Singles, beams: Singles) -> None:
                 filled[count] = r
                 count += 1
         beams[:, begin:end] = 0
-        whole = weights.shape[0] // 4 * 4
-        for beam in range(0, whole, 4):
+        grouped_beams = weights.shape[0] // 4 * 4
+        for beam in range(0, grouped_beams, 4):
             for r in filled[:count]:
                 if has_weight[beam // 4, r // 4]:
                     _add_to_four_beams(rows_in, r, weights, beam, beams, begin, end)
-        for beam in range(whole, weights.shape[0]):
+        for beam in range(grouped_beams, weights.shape[0]):
             for r in filled[:count]:
                 if has_weight[beam // 4, r // 4]:
                     _add_to_beam(rows_in, r, weights, beam, beams, begin, end)

@@ -320,13 +320,13 @@ def deposit_on_elements(
                     _locate(arrival_time[block], first_time, cell_rate, last, first_cell[block], fraction[block])
                     _fill_weights(arrival_time[block], real[block], imaginary[block], frequency,
                                   weight[2 * (s * _ROW + first) :])  # fmt: skip
-                rest, number = slice(first, size), stop - first
+                batch, number = slice(first, size), stop - first
                 if cells.shape[1] > 1:
-                    basis_weights(x[rest], basis.node_coordinate, basis.node_scale, basis_share)
-                    deposit_waveforms(cells, e, at_once, _ROW, first_cell[rest], fraction[rest], weight[2 * first :],
-                                      x[rest], basis, basis_share, number)  # fmt: skip
+                    basis_weights(x[batch], basis.node_coordinate, basis.node_scale, basis_share)
+                    deposit_waveforms(cells, e, at_once, _ROW, first_cell[batch], fraction[batch], weight[2 * first :],
+                                      x[batch], basis, basis_share, number)  # fmt: skip
                 else:
-                    gather_moments(cells, moments, window, e, at_once, _ROW, first_cell[rest], fraction[rest],
-                                   weight[2 * first :], x[rest], basis, number)  # fmt: skip
+                    gather_moments(cells, moments, window, e, at_once, _ROW, first_cell[batch], fraction[batch],
+                                   weight[2 * first :], x[batch], basis, number)  # fmt: skip
         if cells.shape[1] == 1:
             deposit_moments(cells, moments, window, elements + points)

@@ -91,7 +91,7 @@ def leg_amplitudes(
     axes, displacement, is_moving = array
     _, steer, scale, tables, per_unit, element = beams
     across, down, piston_across, piston_down = tables
-    ahead, right, below, gain = np.empty((4, BLOCK))
+    forward, right, below, gain = np.empty((4, BLOCK))
     for f in range(departure.shape[0]):
         for begin in range(0, departure.shape[2], BLOCK):
             m = min(BLOCK, departure.shape[2] - begin)
@@ -100,7 +100,7 @@ def leg_amplitudes(
             depth = departure[f, 2, begin : begin + m]
             for k in range(0 if is_moving else m):
                 x, y, z = np.float64(north[k]), np.float64(east[k]), np.float64(depth[k])
-                ahead[k] = x * axes[0, 0, 0] + y * axes[0, 0, 1] + z * axes[0, 0, 2]
+                forward[k] = x * axes[0, 0, 0] + y * axes[0, 0, 1] + z * axes[0, 0, 2]
                 right[k] = x * axes[0, 1, 0] + y * axes[0, 1, 1] + z * axes[0, 1, 2]
                 below[k] = x * axes[0, 2, 0] + y * axes[0, 2, 1] + z * axes[0, 2, 2]
             for k in range(m if is_moving else 0):
@@ -114,10 +114,10 @@ def leg_amplitudes(
                     _rotated_component(axes, 2, t, x, y, z),
                 )
                 size = 1 / math.sqrt(a * a + r * r + b * b)
-                ahead[k], right[k], below[k] = a * size, r * size, b * size
+                forward[k], right[k], below[k] = a * size, r * size, b * size
             for k in range(m):
                 size = math.sqrt(leg[k].real * leg[k].real + leg[k].imag * leg[k].imag)
-                gain[k] = size * scale[0] * element_gain(element, ahead[k])
+                gain[k] = size * scale[0] * element_gain(element, forward[k])
             _multiply_by_pattern(across, per_unit[0], steer[0, 0], right[:m], gain)
             _multiply_by_pattern(down, per_unit[1], steer[0, 1], below[:m], gain)
             _multiply_by_pattern(piston_across, per_unit[2], 0.0, right[:m], gain)

@@ -39,10 +39,10 @@ def _pick(builder: Any, source: Any, lanes: list[int]) -> Any:
 
 
 def _splat(builder: Any, scalar: Any, lanes: int) -> Any:
-    one = builder.insert_element(
+    vector = builder.insert_element(
         ir.Constant(_vector(scalar.type, lanes), ir.Undefined), scalar, ir.Constant(ir.IntType(32), 0)
     )
-    return _pick(builder, one, [0] * lanes)
+    return _pick(builder, vector, [0] * lanes)
 
 
 def _kernel_cells(builder: Any, fraction: Any) -> Any:
@@ -131,8 +131,8 @@ def _curved_spike(lanes: int) -> Any:
             return context.get_dummy_value()
 
         _require_contiguous(cells)
-        whole, single = types.intp, types.float32
-        return types.void(cells, whole, single, weights, single, curve, whole), codegen
+        index_type, single = types.intp, types.float32
+        return types.void(cells, index_type, single, weights, single, curve, index_type), codegen
 
     return add
 
@@ -176,8 +176,8 @@ def _gathered_spike(lanes: int) -> Any:
             return context.get_dummy_value()
 
         _require_contiguous(moments)
-        whole, single = types.intp, types.float32
-        return types.void(moments, whole, single, weights, single, curve, whole), codegen
+        index_type, single = types.intp, types.float32
+        return types.void(moments, index_type, single, weights, single, curve, index_type), codegen
 
     return add
 
@@ -256,16 +256,16 @@ def add_shaped_spike(
             share = ir.Constant(weight.type, ir.Undefined)
             for k in range(4):
                 row = builder.add(builder.mul(loop.index, ir.Constant(i.type, 4)), ir.Constant(i.type, k))
-                one = builder.load(builder.gep(share_data, [builder.add(builder.mul(row, stride), i)]))
+                loaded = builder.load(builder.gep(share_data, [builder.add(builder.mul(row, stride), i)]))
                 for lane in (2 * k, 2 * k + 1):
-                    share = builder.insert_element(share, one, ir.Constant(ir.IntType(32), lane))
+                    share = builder.insert_element(share, loaded, ir.Constant(ir.IntType(32), lane))
             grid = builder.gep(first, [builder.mul(loop.index, group_stride)])
             _add_kernel(builder, grid, kernel, builder.fmul(share, weight), 4)
         return context.get_dummy_value()
 
     _require_contiguous(cells)
-    whole = types.intp
-    return types.void(cells, whole, whole, types.float32, weights, shares, whole, whole, whole), codegen
+    index = types.intp
+    return types.void(cells, index, index, types.float32, weights, shares, index, index, index), codegen
 
 
 @intrinsic
@@ -285,11 +285,11 @@ def mix_nodes(
         weights, single, delay, others, delays, mixed = (
             cgutils.create_struct_proxy(signature.args[k])(context, builder, args[k]).data for k in (0, 1, 2, 3, 7, 8)
         )
-        nodes, tile, start, stop, wide = cgutils.unpack_tuple(builder, args[4], 5)
-        none, lanes = ir.Constant(e.type, 0), ir.Constant(e.type, 16)
-        columns = [(weights, delay, delays, none, none)] + [
+        nodes, tile, start, stop, width = cgutils.unpack_tuple(builder, args[4], 5)
+        zero, lanes = ir.Constant(e.type, 0), ir.Constant(e.type, 16)
+        columns = [(weights, delay, delays, zero, zero)] + [
             (single, others, mixed, builder.mul(ir.Constant(e.type, c), builder.mul(nodes, tile)),
-             builder.mul(ir.Constant(e.type, c), wide)) for c in range(3)
+             builder.mul(ir.Constant(e.type, c), width)) for c in range(3)
         ]  # fmt: skip
         vectors = [_vector(source.type.pointee, 16) for _, source, *_ in columns]
         totals = [cgutils.alloca_once(builder, vector) for vector in vectors]
@@ -300,10 +300,10 @@ def mix_nodes(
                 part = builder.add(builder.mul(e, nodes), loop.index)
                 row = builder.add(builder.mul(loop.index, tile), i)
                 for (numbers, source, _, first, _), total, vector in zip(columns, totals, vectors, strict=True):
-                    one = _splat(builder, builder.load(builder.gep(numbers, [part])), 16)
-                    known = _load(builder, builder.gep(source, [builder.add(first, row)]), vector, 4)
-                    known = builder.fmul(known, one, flags=("contract",))
-                    builder.store(builder.fadd(builder.load(total), known, flags=("contract",)), total)
+                    node_weight = _splat(builder, builder.load(builder.gep(numbers, [part])), 16)
+                    node_value = _load(builder, builder.gep(source, [builder.add(first, row)]), vector, 4)
+                    node_value = builder.fmul(node_value, node_weight, flags=("contract",))
+                    builder.store(builder.fadd(builder.load(total), node_value, flags=("contract",)), total)
             for (_, _, out, _, first), total, vector in zip(columns, totals, vectors, strict=True):
                 target = builder.gep(out, [builder.add(builder.add(first, begin), i)])
                 builder.store(builder.load(total), builder.bitcast(target, vector.as_pointer()), align=4)

@@ -52,11 +52,11 @@ def basis_weight_table(doppler: Floats) -> BasisWeights:
         node[:] = (doppler - middle) / half
     for s in range(waveforms):
         row = np.array([1.0, 0.0, 0.0, 0.0])
-        for other in range(waveforms):
-            if other != s:
-                scale[s] /= node[s] - node[other]
+        for other_node in range(waveforms):
+            if other_node != s:
+                scale[s] /= node[s] - node[other_node]
                 for power in range(WAVEFORMS_PER_CELL - 1, -1, -1):  # times (x - node)
-                    row[power] = (row[power - 1] if power > 0 else 0.0) - row[power] * node[other]
+                    row[power] = (row[power - 1] if power > 0 else 0.0) - row[power] * node[other_node]
         if waveforms <= WAVEFORMS_PER_CELL:
             for lane in range(2 * s, 8, 4 if waveforms == 2 else 8):
                 coefficients[:, lane : lane + 2] = (scale[s] * row).reshape(-1, 1)
@@ -103,7 +103,7 @@ def basis_weights(x: NDArray[np.float32], node: NDArray[Any], scale: NDArray[Any
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def deposit_waveforms(
-    cells: NDArray[np.complex64], channel: int, used: int, channel_stride: int, first_cell: NDArray[np.int32],
+    cells: NDArray[np.complex64], channel: int, channel_count: int, channel_stride: int, first_cell: NDArray[np.int32],
     fraction: NDArray[np.float32], weight: NDArray[np.float32], x: NDArray[np.float32], basis: BasisWeights,
     node_weights: NDArray[np.float32], count: int,
 ) -> None:  # fmt: skip
@@ -114,7 +114,7 @@ def deposit_waveforms(
     Args:
         cells: Grids of pressure, (channels, groups, cells, waveforms of a group).
         channel: First channel that receives them.
-        used: Number of channels from there on that receive each echo.
+        channel_count: Number of channels from there on that receive each echo.
         channel_stride: Spikes from one channel to the next, `count` or more.
         first_cell: First cell of each spike, -1 where it is off the grid, (spikes,).
         fraction: Position of each spike between cells [1], (spikes,).
@@ -129,7 +129,7 @@ def deposit_waveforms(
     row = groups * cells.shape[2]
     flat_weights, stride = node_weights.reshape(-1), node_weights.shape[1]
     for i in range(count):
-        for e in range(used):
+        for e in range(channel_count):
             k = np.uintp(e * channel_stride + i)  # unsigned: avoids the negative-index check in each column
             if first_cell[k] < 0:
                 continue

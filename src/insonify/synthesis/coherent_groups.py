@@ -206,10 +206,10 @@ def add_groups(
             position = (start - shared_delay - table_start) * rate
             if not (abs(position) < 1e15):
                 continue
-            whole = np.floor(position)
-            phase_position = (position - whole) * step
+            whole_step = np.floor(position)
+            phase_position = (position - whole_step) * step
             phase = min(int(phase_position), step - 1)
-            entries_before = int(whole)  # entries of the row before the first sample
+            entries_before = int(whole_step)  # entries of the row before the first sample
             first, stop = max(0, -entries_before), min(count, length - entries_before)
             if stop <= first or power_sum == 0:
                 continue

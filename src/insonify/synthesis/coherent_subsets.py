@@ -26,6 +26,6 @@ def coherent_subsets(pairs: Pairs) -> list[Pairs]:
         return [pairs]
     parts: dict[tuple[int, int], list[int]] = {}
     for row, (i, j) in enumerate(pairs.pair):
-        one, other = sorted((out.bounce_id[i], back.bounce_id[j]))
-        parts.setdefault((one, other), []).append(row)
+        lower_id, higher_id = sorted((out.bounce_id[i], back.bounce_id[j]))
+        parts.setdefault((lower_id, higher_id), []).append(row)
     return [pairs.select(np.array(rows)) for rows in parts.values()]

@@ -92,7 +92,7 @@ def direction_grid(ping_geometry: PingGeometry) -> DirectionGrid | None:
     count = -(-(int(np.ceil(2 / step)) + 2 * CELLS_PER_SPIKE) // 4) * 4
     if count > ROWS_PER_BEAM * pairs[0][1].channel_count:
         return None
-    first, none = -step * (count - 1) / 2, np.empty((0, 4))
+    first, no_rows = -step * (count - 1) / 2, np.empty((0, 4))
     rows = tuple(
         DirectionRows(
             first,
@@ -100,7 +100,7 @@ def direction_grid(ping_geometry: PingGeometry) -> DirectionGrid | None:
             *(
                 (transmit_beams.tables[0].copy(), float(transmit_beams.per_unit[0]))
                 if transmit_beams.channel_count > 1
-                else (none, 1.0)
+                else (no_rows, 1.0)
             ),
         )
         for transmit_beams, _ in pairs
@@ -130,11 +130,11 @@ def differ_in_steering(transmit_beams: Beams, receive_beams: Beams) -> bool:
         return False
     if transmit_beams.channel_count == 1:
         return True
-    same = np.array_equal(transmit_beams.axes, receive_beams.axes) and np.allclose(
+    equal = np.array_equal(transmit_beams.axes, receive_beams.axes) and np.allclose(
         transmit_beams.steer[:, 0], receive_beams.steer[:, 0], atol=MAX_TILT_DIFFERENCE
     )
     return bool(
-        same and np.ptp(transmit_beams.steer[:, 1]) <= MAX_TILT_DIFFERENCE and _is_wide(transmit_beams, receive_beams)
+        equal and np.ptp(transmit_beams.steer[:, 1]) <= MAX_TILT_DIFFERENCE and _is_wide(transmit_beams, receive_beams)
     )
 
 
@@ -155,11 +155,11 @@ def _is_wide(transmit_beams: Beams, receive_beams: Beams) -> bool:
 
 def common_pattern(beams: Beams) -> Beams:
     """Pattern common to all beams of an array."""
-    none, rows = _no_tables()
+    empty, rows = _no_tables()
     steer = np.array([[0.0, beams.steer[0, 1]]])
     return replace(
-        beams, steer=steer, scale=np.ones(1), tables=(rows, *beams.tables[1:]), majorants=(none, *beams.majorants[1:])
-    )
+        beams, steer=steer, scale=np.ones(1), tables=(rows, *beams.tables[1:]), majorants=(empty, *beams.majorants[1:]),
+    )  # fmt: skip
 
 
 _WEIGHTS: RecentResults[NDArray[np.float32]] = RecentResults(16)
@@ -198,10 +198,10 @@ def horizontal_patterns(beams: Beams) -> Callable[[Floats], Floats]:
 
 def _no_tables() -> tuple[Floats, Floats]:
     """Majorants and table of a pattern of one everywhere; read-only, which kernels compile as one type."""
-    none, rows = np.empty(0), np.empty((0, 4))
-    for table in (none, rows):
+    empty, rows = np.empty(0), np.empty((0, 4))
+    for table in (empty, rows):
         table.setflags(write=False)
-    return none, rows
+    return empty, rows
 
 
 @lru_cache(maxsize=8)

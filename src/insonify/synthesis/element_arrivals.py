@@ -411,8 +411,8 @@ def element_gains(
             [rotated_beams(beams, angle).gain(directions[0])[0] for angle in receive_points.orientations], np.float32
         )
     rows = [
-        rotated_beams(beams, angle).gain(one)[0]
-        for angle, one in zip(receive_points.orientations[receive_points.orientation_row], directions, strict=True)
+        rotated_beams(beams, angle).gain(cosines)[0]
+        for angle, cosines in zip(receive_points.orientations[receive_points.orientation_row], directions, strict=True)
     ]
     return np.asarray(rows, np.float32)
 
@@ -425,8 +425,8 @@ def rotated_beams(beams: Beams, angle: float) -> Beams:
         angle: Rotation to the right of boresight [rad].
     """
     c, s = np.cos(angle), np.sin(angle)
-    ahead, right, down = beams.axes
-    return beams.rotated(np.stack([c * ahead + s * right, c * right - s * ahead, down]))
+    forward, right, down = beams.axes
+    return beams.rotated(np.stack([c * forward + s * right, c * right - s * forward, down]))
 
 
 def element_as_beam(ping_geometry: PingGeometry, channel: int) -> PingGeometry:

@@ -39,8 +39,8 @@ from insonify.synthesis.label_series import STRAIGHT, labels_of
 from insonify.synthesis.label_sums import ALL, HIDDEN, PAIR_ONLY, Key, LabelBuffer, LabelCells
 from insonify.synthesis.level_curves import LevelBuffers, pair_name
 from insonify.synthesis.receive_beam_motion import receive_directions
-from insonify.synthesis.specular_labels import Flashes, deposit_specular_labels
-from insonify.synthesis.swath_labels import add_swath
+from insonify.synthesis.reverberation_labels import add_swath
+from insonify.synthesis.specular_labels import SpecularLabelSums, deposit_specular_labels
 from insonify.units import intensity_ratio
 
 Floats = NDArray[np.float64]
@@ -262,7 +262,7 @@ class LabelAccumulator:
         geometry, grid = self.accumulator.ping_geometry, self._bins
         shape = geometry.channel_count, grid.size
         if pairs.interferes:
-            flashes = buffer.flashes.setdefault(key, Flashes.empty(*shape))
+            flashes = buffer.flashes.setdefault(key, SpecularLabelSums.empty(*shape))
             deposit_specular_labels(flashes, grid.start, grid.rate, pairs, geometry)
             return
         bins_by_key = buffer.bins if bins_by_key is None else bins_by_key

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from insonify.synthesis.incoherent import IntensityBuffer
 from insonify.synthesis.level_curves import ALL as ALL
 from insonify.synthesis.level_curves import LevelBuffers
-from insonify.synthesis.specular_labels import Flashes
+from insonify.synthesis.specular_labels import SpecularLabelSums
 
 Floats = NDArray[np.float64]
 Singles = NDArray[np.float32]
@@ -66,7 +66,7 @@ class LabelBuffer:
     """Cells and bins of an object and its pairs, by channels or by rows of directions, which are nowhere else yet."""
     common: dict[str, IntensityBuffer] = field(default_factory=dict)
     """Interference between pairs within one pulse duration by object, as far as it is in its curve `ALL`."""
-    flashes: dict[Key, Flashes] = field(default_factory=dict)
+    flashes: dict[Key, SpecularLabelSums] = field(default_factory=dict)
     """Pressures of smooth targets by (object, pair), whose blocks may be incomplete."""
     nbytes: int = 0
     """Estimated size of the sums of one object [bytes]."""

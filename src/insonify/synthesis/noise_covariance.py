@@ -141,17 +141,17 @@ def _directions(
     # the tables have this many rows per wavelength of aperture
     across, down, piston_across, piston_down = patterns.per_unit / POINTS_PER_LOBE
     ahead, right, below = np.ptp(position, axis=0)
-    wide, high = right + across + piston_across, below + down + piston_down
-    extent = 2 * np.pi * float(np.linalg.norm([wide, high, ahead]))
+    width, height = right + across + piston_across, below + down + piston_down
+    extent = 2 * np.pi * float(np.linalg.norm([width, height, ahead]))
     if np.ptp(orientation) == 0:
         # pole to the right: baffle edges, and the horizon of an array that is not tilted, are meridians
         quarters = np.arange(-2, 3) * np.pi / 2 - np.pi / 2
         along = _gauss(np.array([-1.0, 1.0]), extent)
-        around = _gauss(quarters, 2 * np.pi * np.hypot(high, ahead))
+        around = _gauss(quarters, 2 * np.pi * np.hypot(height, ahead))
         frame = [1, 0, 2]
     else:
         along = _gauss(np.array([0.0, 1.0]) if mirrored else np.array([-1.0, 0.0, 1.0]), extent)
-        count = max(MIN_AZIMUTHS, _node_count(2 * np.pi * np.hypot(wide, ahead)) * 2)
+        count = max(MIN_AZIMUTHS, _node_count(2 * np.pi * np.hypot(width, ahead)) * 2)
         around = (np.arange(count) + 0.5) * 2 * np.pi / count, np.full(count, 2 * np.pi / count)
         frame = [2, 0, 1]
         along = (along[0], 2 * along[1]) if mirrored else along

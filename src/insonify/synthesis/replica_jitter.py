@@ -61,12 +61,14 @@ class ReplicaJitter:
         """
         jitter, amplitude = self.jitter, self.amplitude
         legs = {name.rstrip("0123456789") for name in (transmit_family, receive_family)}
-        for one in self.perturbations:
-            if (one.families is None or legs & set(one.families)) and (
-                one.objects is None or object_name in one.objects
+        for perturbation in self.perturbations:
+            if (perturbation.families is None or legs & set(perturbation.families)) and (
+                perturbation.objects is None or object_name in perturbation.objects
             ):
-                jitter = jitter if one.jitter is None else one.jitter
-                amplitude = amplitude if one.amplitude_perturbation is None else one.amplitude_perturbation
+                jitter = jitter if perturbation.jitter is None else perturbation.jitter
+                amplitude = (
+                    amplitude if perturbation.amplitude_perturbation is None else perturbation.amplitude_perturbation
+                )
         return jitter, amplitude
 
     def factor(

@@ -19,23 +19,23 @@ Singles = NDArray[np.float32]
 
 
 @dataclass(frozen=True, slots=True)
-class Flashes:
+class SpecularLabelSums:
     """Sums of pressures of one smooth target by one pair of families, in bins of delay."""
 
     pressure: NDArray[np.complex128]
     """Sum of the pressures [uPa], shape (channels, bins)."""
-    apart: Floats
+    incoherent: Floats
     """Sum of squared magnitudes [uPa^2], alone and times each position column, shape (channels, bins, MOMENTS)."""
 
     @classmethod
-    def empty(cls, channels: int, bins: int) -> "Flashes":
+    def empty(cls, channels: int, bins: int) -> "SpecularLabelSums":
         """Empty sums."""
         return cls(np.zeros((channels, bins), complex), np.zeros((channels, bins, MOMENTS)))
 
-    def __iadd__(self, other: "Flashes") -> "Flashes":
+    def __iadd__(self, other: "SpecularLabelSums") -> "SpecularLabelSums":
         """Add other blocks of the same target, in phase."""
         self.pressure[...] += other.pressure
-        self.apart[...] += other.apart
+        self.incoherent[...] += other.incoherent
         return self
 
     @property
@@ -45,13 +45,13 @@ class Flashes:
         Facets cancel except at the specular flash: the energy of a bin is that of the sum of pressures, its position
         the energy-weighted mean over the facets. Bins do not interfere with one another.
         """
-        energy, weight = np.abs(self.pressure) ** 2, self.apart[..., :1]
-        means = np.divide(self.apart, weight, out=np.zeros_like(self.apart), where=weight > 0)
+        energy, weight = np.abs(self.pressure) ** 2, self.incoherent[..., :1]
+        means = np.divide(self.incoherent, weight, out=np.zeros_like(self.incoherent), where=weight > 0)
         return np.asarray(energy[..., None] * means, np.float32)
 
 
 def deposit_specular_labels(
-    sums: Flashes, start: float, rate: float, pairs: Pairs, ping_geometry: PingGeometry
+    sums: SpecularLabelSums, start: float, rate: float, pairs: Pairs, ping_geometry: PingGeometry
 ) -> None:
     """Add interfering facets to the bins of their delays.
 
@@ -65,13 +65,13 @@ def deposit_specular_labels(
     i, j = pairs.pair.T
     count = sums.pressure.shape[1]
     bin_number = np.rint((pairs.out.delay[i] + pairs.back.delay[j] - start) * rate)
-    level = float(amplitude_ratio(ping_geometry.source_level_db))
-    transmit_weights = leg_weights(pairs.out, ping_geometry.transmit_beams, ping_geometry.frequency, level)
+    source_amplitude = float(amplitude_ratio(ping_geometry.source_level_db))
+    transmit_weights = leg_weights(pairs.out, ping_geometry.transmit_beams, ping_geometry.frequency, source_amplitude)
     receive_weights = leg_weights(pairs.back, ping_geometry.receive_beams, ping_geometry.frequency)
     position = pairs.scatterers.position - ping_geometry.receive_position
     grazing = (np.abs(pairs.out.grazing[i]) + np.abs(pairs.back.grazing[j])) / 2
     columns = [*np.broadcast_to(position.T[:, None], (3, *bin_number.shape)), grazing]
-    for channel, (pressure, apart) in enumerate(zip(sums.pressure, sums.apart, strict=True)):
+    for channel, (pressure, incoherent) in enumerate(zip(sums.pressure, sums.incoherent, strict=True)):
         weight = (
             transmit_weights[channel % len(transmit_weights)][i]
             * receive_weights[channel % len(receive_weights)][j]
@@ -82,6 +82,6 @@ def deposit_specular_labels(
         pressure.real += np.bincount(bins, selected.real, count)
         pressure.imag += np.bincount(bins, selected.imag, count)
         energy = np.abs(selected) ** 2
-        apart[:, 0] += np.bincount(bins, energy, count)
-        for moment, column in zip(apart[:, 1:].T, columns, strict=True):
+        incoherent[:, 0] += np.bincount(bins, energy, count)
+        for moment, column in zip(incoherent[:, 1:].T, columns, strict=True):
             moment += np.bincount(bins, energy * column[rows], count)

@@ -199,12 +199,12 @@ def convolve_energy_spectrum(
     """
     intensity = np.empty((len(cells), grid.sample_count))
     for first in range(0, len(cells), _CHANNELS):
-        some = slice(first, first + _CHANNELS)
+        channels = slice(first, first + _CHANNELS)
         # Every fourth cell is a series at the output's own rate: four short transforms, each with its own filter.
-        parts = scipy.fft.rfft(cells[some].reshape(-1, grid.energy_padded, 2 * OVERSAMPLING), axis=1)
+        parts = scipy.fft.rfft(cells[channels].reshape(-1, grid.energy_padded, 2 * OVERSAMPLING), axis=1)
         series = scipy.fft.irfft(np.einsum("cjr,jr->cj", parts, shape), grid.energy_padded)
         series[series < ROUNDING * series.max(axis=1, keepdims=True, initial=0.0)] = 0.0
-        intensity[some] = series[:, grid.lead_samples : grid.lead_samples + grid.sample_count]
+        intensity[channels] = series[:, grid.lead_samples : grid.lead_samples + grid.sample_count]
     return intensity
 
 

@@ -196,8 +196,8 @@ def _insonified_directions(
     if receive_beams is not None:
         receive = receive_beams.rotated(np.round(receive_beams.axes @ frame.T, _AXES_DECIMALS) + 0.0)
         key += [receive.axes.tobytes(), receive.pattern_key]
-    found = _DIRECTIONS.get(tuple(key), lambda: _directions_in_beams(transmit, receive, is_bistatic=is_bistatic))
-    return found[0] @ frame, found[1] @ frame
+    directions = _DIRECTIONS.get(tuple(key), lambda: _directions_in_beams(transmit, receive, is_bistatic=is_bistatic))
+    return directions[0] @ frame, directions[1] @ frame
 
 
 def _directions_in_beams(

@@ -21,14 +21,9 @@ SEABED = "seabed"
 
 
 def add_swath(
-    buffer: LabelBuffer,
-    accumulator: IncoherentAccumulator,
-    swath: ReverberationSamples,
-    bins: BinGrid,
-    occluder_names: Mapping[int, str],
-    *,
-    is_fine: bool,
-) -> None:
+    buffer: LabelBuffer, accumulator: IncoherentAccumulator, swath: ReverberationSamples, bins: BinGrid,
+    occluder_names: Mapping[int, str], *, is_fine: bool,
+) -> None:  # fmt: skip
     """Add the seabed from a block of reverberation samples to the sums of labels.
 
     Args:
@@ -89,8 +84,8 @@ def _add_occluded(
         departure=np.ascontiguousarray(swath.departure[row][:, :, points]),
     )  # fmt: skip
     transmit_amplitude, receive_amplitude = accumulator.swath_sizes(legs)
-    level = float(amplitude_ratio(accumulator.ping_geometry.source_level_db))
-    pressure = level * transmit_amplitude[0].astype(float) * receive_amplitude[0]
+    source_amplitude = float(amplitude_ratio(accumulator.ping_geometry.source_level_db))
+    pressure = source_amplitude * transmit_amplitude[0].astype(float) * receive_amplitude[0]
     energy = pressure**2 * swath.cross_section[origins.straight, origins.cut] * origins.lost
     grazing = origins.grazing[origins.direct]
     for occluder_row, name in occluder_names.items():
