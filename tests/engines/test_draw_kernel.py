@@ -52,7 +52,7 @@ def reference_kept(strong, tiles, bounds, *, wide=False):
         jittered_points(tiles, SEED, random_keys.SEABED),
         strong.keep_probabilities(tiles, bounds),
     )
-    pitch = BASE_PITCH * 2.0 ** tiles.level[drawn.tile]
+    pitch = BASE_PITCH * 2.0 ** tiles.scale[drawn.tile]
     a, b = ((at / pitch - TILE * tile[drawn.tile]) / SIDE for at, tile in
             ((drawn.along, tiles.along), (drawn.across, tiles.across)))  # fmt: skip
     i, j = np.minimum(a.astype(int), PARTS - 1), np.minimum(b.astype(int), PARTS - 1)
@@ -124,7 +124,7 @@ def test_without_importance_sampling_every_scatterer_that_fills_the_cells_is_kep
     np.testing.assert_array_equal(kept.key, np.sort(every.scatterer_id))
     np.testing.assert_allclose(importance.expected(bounds), density * TILE**2)
     np.testing.assert_array_equal(importance.mean_keep_probability(np.array([1.0, 30.0])), 1.0)
-    pitch = BASE_PITCH * 2.0**tiles.level
+    pitch = BASE_PITCH * 2.0**tiles.scale
     np.testing.assert_allclose(kept.area, (pitch**2 / density)[kept.tile], rtol=1e-12)
     ground = np.bincount(kept.tile, kept.area, len(density))
     # of priorities that are stratified as many as not lie below any share
@@ -163,7 +163,7 @@ def test_the_mean_ground_kept_is_the_ground():
         np.bincount(kept.tile, kept.area, len(density)) for kept in
         (importance.kept_scatterers(tiles, bounds, seed, random_keys.SEABED, 20.0) for seed in range(80))
     ])  # fmt: skip
-    ground = (TILE * BASE_PITCH * 2.0**tiles.level) ** 2
+    ground = (TILE * BASE_PITCH * 2.0**tiles.scale) ** 2
     spread = expected.std(axis=0, ddof=1) / np.sqrt(len(expected))
     off = (expected.mean(axis=0) - ground) / np.maximum(spread, 1e-3 * ground)
     assert np.abs(off[spread < 0.5 * ground]).max() < 4.5 and (spread < 0.5 * ground).mean() > 0.5
@@ -252,7 +252,7 @@ def test_positions_in_tiles_are_those_of_the_scatterer_grid():
     rng = np.random.default_rng(2)
     tiles, rows = Tiles(rng.integers(0, 6, 20), *rng.integers(-300, 300, (2, 20))), np.array([3, 3, 0, 19])
     part = np.array([0.0, 0.3, 1.0])
-    side = TILE * BASE_PITCH * 2.0 ** tiles.level[rows, None, None]
+    side = TILE * BASE_PITCH * 2.0 ** tiles.scale[rows, None, None]
     a, b = (side * (at + way) for at, way in zip((tiles.along[rows, None, None], tiles.across[rows, None, None]),
                                                  (part[:, None], part[None, :]), strict=True))  # fmt: skip
     want = importance.lattice.to_world(*(x.ravel() for x in np.broadcast_arrays(a, b)))

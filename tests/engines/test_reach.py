@@ -114,7 +114,7 @@ def test_before_the_first_return_nothing_is_in_view() -> None:
     """A window that closes before sound can have come back offers no tile."""
     scenario = nominal(track={"window": (0.0, 0.002)}, surface={"scattering": {"strength_db": -30}})
     for boundary in ("seabed", "surface"):
-        assert tiles(scenario, boundary)[0].level.size == 0
+        assert tiles(scenario, boundary)[0].scale.size == 0
     assert np.all(np.abs(simulate(scenario).pressure.values) == 0)
 
 

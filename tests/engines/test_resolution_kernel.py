@@ -7,7 +7,7 @@ from insonify.engines import _resolution_kernel as kernel
 from insonify.engines.ping_scatterers import ping_scatterers
 from insonify.engines.resolution import Resolution, fill_fraction, tiles_in_view
 from insonify.propagation.families import families_reaching
-from insonify.scene.scatterer_grid import BASE_PITCH, FINEST_LEVEL, TILE, ScattererGrid, Tiles
+from insonify.scene.scatterer_grid import BASE_PITCH, FINEST_SCALE, TILE, ScattererGrid, Tiles
 from insonify.simulator import build_simulator
 from oracles.scenes import nominal
 
@@ -115,7 +115,7 @@ def test_tiles_that_are_too_coarse_are_cut_in_four_and_no_ground_is_lost(level, 
     cell = (BASE_PITCH * 2.0**level) ** 2
     finest = cell * 10 ** rng.uniform(-1, 1, count)
     kept_along, kept_across, density, part_along, part_across = kernel.subdivide_tiles(level, along, across, finest)
-    fine = (cell <= finest) | (level == FINEST_LEVEL)
+    fine = (cell <= finest) | (level == FINEST_SCALE)
     np.testing.assert_array_equal([kept_along, kept_across], [along[fine], across[fine]])
     np.testing.assert_allclose(density, np.minimum(cell / finest[fine], 1))
     want = Tiles(np.full(np.sum(~fine), level), along[~fine], across[~fine]).split()

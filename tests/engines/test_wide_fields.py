@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from insonify.scenario.scenario import Scenario
-from insonify.scene.scatterer_grid import FINEST_LEVEL
+from insonify.scene.scatterer_grid import FINEST_SCALE
 from insonify.scene.scatterers import grid_scatterer_id
 from insonify.simulator import build_simulator, simulate
 from insonify.sonar.pulse import Pulse
@@ -95,7 +95,7 @@ def test_the_band_of_the_receiver_limits_what_can_be_resolved():
 def test_keys_of_small_cells_are_their_own():
     """All levels from the finest to 15, cells near and far: no two keys alike, none of another stream."""
     level, along, across = (
-        part.ravel() for part in np.meshgrid(np.arange(FINEST_LEVEL, 16), [-9, 0, 70000], [-70000, 0, 5])
+        part.ravel() for part in np.meshgrid(np.arange(FINEST_SCALE, 16), [-9, 0, 70000], [-70000, 0, 5])
     )
     keys = np.concatenate([grid_scatterer_id(stream, level, along, across) for stream in (0, 1, 3)])
     assert len(np.unique(keys)) == 3 * level.size

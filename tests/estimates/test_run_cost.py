@@ -177,9 +177,9 @@ def test_water_is_counted_by_a_sample_of_its_blocks(monkeypatch):
     side, paths = simulator.ping_geometry(0), murky.paths
     seen = ping_scatterers(murky.scene, paths, 1, side, simulator.engine.rays)
     suspended = volume.VolumeScatterers(murky.scene, paths, 1, side, seen.resolution)
-    exact, refine, most = len(suspended.cubes().level) * volume.CELLS**3, volume.VolumeScatterers._refine, []
+    exact, refine, most = len(suspended.cubes().scale) * volume.CELLS**3, volume.VolumeScatterers._refine, []
     monkeypatch.setattr(
-        volume.VolumeScatterers, "_refine", lambda own, blocks: most.append(len(blocks.level)) or refine(own, blocks)
+        volume.VolumeScatterers, "_refine", lambda own, blocks: most.append(len(blocks.scale)) or refine(own, blocks)
     )
     monkeypatch.setattr(volume, "COUNTED", 400)
     assert suspended.count(quadrature=False) == pytest.approx(exact, rel=0.1)

@@ -69,7 +69,7 @@ class JitteredPoints(NamedTuple):
 
 def jittered_points(tiles: Tiles, seed: int, stream: int, priority_limit: Floats | None = None) -> JitteredPoints:
     """Points of some tiles, tile by tile, part by part, by increasing priority; all or those below some priorities."""
-    fraction = np.ones((len(tiles.level), PARTS, PARTS)) if priority_limit is None else priority_limit
+    fraction = np.ones((len(tiles.scale), PARTS, PARTS)) if priority_limit is None else priority_limit
     count = max_point_count(fraction)
     kinds = (np.int64,) * 3 + (float,) * 4 + (np.int64,) * 2
     columns: list[Any] = [np.empty(count, kind) for kind in kinds]

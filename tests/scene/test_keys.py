@@ -54,7 +54,7 @@ def test_the_kernels_keys_are_those_of_the_page() -> None:
     pitch = BASE_PITCH * 2**5
     along, across = (np.floor(x / pitch).astype(np.int64) for x in (drawn.along, drawn.across))
     np.testing.assert_array_equal(drawn.scatterer_id, grid_scatterer_id(random_keys.SEABED, 5, along, across))
-    assert len(drawn.scatterer_id) == len(tiles.level) * TILE**2
+    assert len(drawn.scatterer_id) == len(tiles.scale) * TILE**2
 
 
 @pytest.mark.parametrize("level", [0, 4, 9])
@@ -98,7 +98,7 @@ def test_neighbours_are_strangers() -> None:
         if i or j:
             product = field[i:, j:] * np.conj(field[: field.shape[0] - i, : field.shape[1] - j])
             assert abs(product.mean()) < 4 / np.sqrt(product.size), (i, j)
-    assert len(tiles.level) == 36
+    assert len(tiles.scale) == 36
 
 
 def test_a_finer_level_of_the_same_ground_is_another_draw() -> None:

@@ -105,7 +105,7 @@ def test_a_split_tile_is_covered_by_its_four_parts():
     """Four tiles of the finer level, same ground."""
     whole = tiles((3, -2, 5))
     parts = whole.split()
-    np.testing.assert_array_equal(parts.level, 2)
+    np.testing.assert_array_equal(parts.scale, 2)
     assert (TILE * parts.pitch**2 * TILE).sum() == pytest.approx(float(((TILE * whole.pitch) ** 2)[0]))
     np.testing.assert_allclose(parts.centre.mean(axis=0), whole.centre[0])
     assert len({tuple(row) for row in parts.centre}) == 4

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from insonify.jit import njit
-from insonify.scene.scatterer_grid import BASE_PITCH, FINEST_LEVEL, TILE
+from insonify.scene.scatterer_grid import BASE_PITCH, FINEST_SCALE, TILE
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -213,7 +213,7 @@ def subdivide_tiles(
     fine_tiles, density, m, n = np.empty((2, along.size), np.int64), np.empty(along.size), 0, 0
     quarters = np.empty((2, 4 * along.size), np.int64)
     for t in range(along.size):
-        if cell_area <= finest[t] or scale == FINEST_LEVEL:
+        if cell_area <= finest[t] or scale == FINEST_SCALE:
             fine_tiles[0, m], fine_tiles[1, m], density[m], m = (
                 along[t], across[t], min(cell_area / finest[t], 1.0), m + 1,
             )  # fmt: skip

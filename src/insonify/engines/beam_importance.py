@@ -223,7 +223,7 @@ class BeamImportance:
             np.empty((count, 3)), np.empty(count), np.empty(count, complex), np.empty(count, np.uint64),
             np.empty(count, np.int32), np.empty(count, np.int32),
         )  # fmt: skip
-        first = grid_scatterer_id(stream, tiles.level, tiles.along * TILE, tiles.across * TILE)
+        first = grid_scatterer_id(stream, tiles.scale, tiles.along * TILE, tiles.across * TILE)
         probabilities = (
             keep_probabilities.density,
             keep_probabilities.max_probability,

@@ -328,7 +328,7 @@ def lay_on_terrain(
     def positions(rows: NDArray[np.int64], first: NDArray[np.int64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         return next_positions(requested_tiles.take(rows), seed, stream, first, size[rows])
 
-    key = grid_scatterer_id(stream, requested_tiles.level, requested_tiles.along, requested_tiles.across).view(np.int64)
+    key = grid_scatterer_id(stream, requested_tiles.scale, requested_tiles.along, requested_tiles.across).view(np.int64)
     rows, begin = terrain.sample_tiles(seed, key, size, positions)
     start = np.zeros(len(density), np.int64)
     start[requested] = begin

@@ -13,7 +13,7 @@ from insonify.engines import _resolution_kernel as kernel
 from insonify.engines.face_images import FaceImage
 from insonify.engines.glint_spread import GlintSpread
 from insonify.propagation.propagation_model import PropagationModel, ReachableRange
-from insonify.scene.scatterer_grid import BASE_PITCH, FINEST_LEVEL, TILE, ScattererGrid, Tiles
+from insonify.scene.scatterer_grid import BASE_PITCH, FINEST_SCALE, TILE, ScattererGrid, Tiles
 from insonify.scene.scene import Scene
 from insonify.sonar.ping_geometry import PingGeometry
 from insonify.sonar.track_extent import TrackExtent, distance_to_segments
@@ -193,12 +193,12 @@ def tiles_in_view(
     transmitter, receiver = (
         lattice.from_world(ping_geometry.transmit_position[:2]), lattice.from_world(ping_geometry.receive_position[:2]),
     )  # fmt: skip
-    scale = max(FINEST_LEVEL, int(np.ceil(np.log2(window_range.farthest / (TILE * BASE_PITCH)))) + 1)
+    scale = max(FINEST_SCALE, int(np.ceil(np.log2(window_range.farthest / (TILE * BASE_PITCH)))) + 1)
     side = TILE * BASE_PITCH * 2.0**scale
     track_cells = _TrackResolution(ping_geometry, lattice, boundary_depth, resolution, window_range.farthest + side)
     # from tiles that are all too coarse, few enough to be looked at one by one
     while (
-        scale > FINEST_LEVEL
+        scale > FINEST_SCALE
         and side * FIRST_TILES > window_range.farthest
         and (side / TILE / 2) ** 2 > track_cells.coarsest
     ):

@@ -91,7 +91,7 @@ class VolumeScatterers:
                     yield partial(self._shell_points, tiles[start : start + TILES_PER_BLOCK])
             else:
                 cubes = self.cubes()
-                for start in range(0, len(cubes.level), CUBES_PER_BLOCK):
+                for start in range(0, len(cubes.scale), CUBES_PER_BLOCK):
                     part = cubes.take(slice(start, start + CUBES_PER_BLOCK))
                     yield partial(water_scatterers, water, seabed, part, self.seed)
         yield from self._patches(quadrature=quadrature)
@@ -107,7 +107,7 @@ class VolumeScatterers:
         try:
             if quadrature:
                 return float(len(self._shells()) * SHELLS_PER_TILE * SECTORS_PER_TILE)
-            return sum(float(share * len(cubes.level)) for share, cubes in self._scales(COUNTED)) * CELLS**3
+            return sum(float(share * len(cubes.scale)) for share, cubes in self._scales(COUNTED)) * CELLS**3
         except ValueError:
             return float("inf")
 
@@ -149,16 +149,16 @@ class VolumeScatterers:
         grid = np.mgrid[first[0] : last[0] + 1, first[1] : last[1] + 1, 0:stop].reshape(3, -1)
         cubes = WaterBlocks(np.full(grid.shape[1], scale), *grid)
         share, total, draw = 1.0, 0.0, np.random.default_rng(self.seed)
-        while len(cubes.level):
+        while len(cubes.scale):
             cubes, fine = self._refine(cubes)
             yield share, cubes.take(fine)
             total += share * int(fine.sum())
             cubes = cubes.take(~fine).split()
-            if total + share * len(cubes.level) > MAX_CUBES:
+            if total + share * len(cubes.scale) > MAX_CUBES:
                 raise ValueError(TOO_MANY)
-            if counted is not None and len(cubes.level) > counted:
-                share *= len(cubes.level) / counted
-                cubes = cubes.take(draw.choice(len(cubes.level), counted, replace=False))
+            if counted is not None and len(cubes.scale) > counted:
+                share *= len(cubes.scale) / counted
+                cubes = cubes.take(draw.choice(len(cubes.scale), counted, replace=False))
 
     def _refine(self, cubes: WaterBlocks) -> tuple[WaterBlocks, NDArray[np.bool_]]:
         """Cubes in reach, and True for those that are fine enough, (n,)."""
@@ -174,7 +174,7 @@ class VolumeScatterers:
         in_reach[in_reach] = self._receivable(centre[in_reach], np.hypot(flat, (low - top) / 2)[in_reach])
         nearest = self._min_track_distance(centre, flat, top, low)
         fine = (cubes.cell <= self._cell_volume(nearest, thin) / self.resolution.scatterers_per_cell) | (
-            cubes.level == 0
+            cubes.scale == 0
         )
         return cubes.take(in_reach), fine[in_reach]
 

@@ -12,13 +12,13 @@ from insonify.engines.glint_spread import glint_spread
 from insonify.engines.resolution import Resolution, max_path_length, receivable_range, tiles_in_view, two_way_gain_bound
 from insonify.propagation.propagation_model import PropagationModel
 from insonify.scenario.scenario import Scenario
-from insonify.scene.scatterer_grid import BASE_PITCH, FINEST_LEVEL, TILE, ScattererGrid, Tiles
+from insonify.scene.scatterer_grid import BASE_PITCH, FINEST_SCALE, TILE, ScattererGrid, Tiles
 from insonify.sonar.ping_geometry import PingGeometry
 from insonify.units import amplitude_ratio
 
 Floats = NDArray[np.float64]
 
-MIN_CELL_SIZE = (BASE_PITCH * 2.0**FINEST_LEVEL) ** 2
+MIN_CELL_SIZE = (BASE_PITCH * 2.0**FINEST_SCALE) ** 2
 """Area of the smallest cells of the scatterers' grid [m^2]."""
 RINGS, SECTORS = 48, 360
 """Number of rings and sectors in which the seabed is counted [1]."""
@@ -65,7 +65,7 @@ def points_on_boundary(
             widest=widest, glints=glints, images=images,
         )  # fmt: skip
         count = density * TILE**2
-        cell = np.asarray((BASE_PITCH * 2.0**view_tiles.level) ** 2, float)
+        cell = np.asarray((BASE_PITCH * 2.0**view_tiles.scale) ** 2, float)
         return BoundaryPoints(
             count, np.zeros(len(count)), float(len(count)), cell / np.maximum(density, 1e-300),
             *_rings_of_tiles(ping_geometry, scenario.seabed.scatterer_grid, view_tiles, count),
@@ -115,7 +115,7 @@ def _rings_of_tiles(
     ping_geometry: PingGeometry, grid: ScattererGrid, tiles: Tiles, count: Floats
 ) -> tuple[Floats, Floats, NDArray[np.bool_]]:
     """Scatterers of tiles sorted into rings about the transmitter: columns of `BoundaryPoints`."""
-    side, part = TILE * BASE_PITCH * 2.0**tiles.level, (np.arange(TILE_PARTS) + 0.5) / TILE_PARTS
+    side, part = TILE * BASE_PITCH * 2.0**tiles.scale, (np.arange(TILE_PARTS) + 0.5) / TILE_PARTS
     along, across = ((number[:, None] + part) * side[:, None] for number in (tiles.along, tiles.across))
     position = grid.to_world(*np.broadcast_arrays(along[:, :, None], across[:, None, :])).reshape(-1, 2)
     north, east = (position - ping_geometry.transmit_position[:2]).T
@@ -132,5 +132,5 @@ def _tile(resolution: Resolution, distance: Floats, height: float, scenario: Sce
     """Side of the tiles of scatterers at some distances [m], shape (n,)."""
     pitch = np.sqrt(resolution.cell_area(distance, height))
     if scenario.field == "coherent":  # the scatterer grid's cells come in powers of two
-        pitch = BASE_PITCH * 2.0 ** np.maximum(np.floor(np.log2(pitch / BASE_PITCH)), FINEST_LEVEL)
+        pitch = BASE_PITCH * 2.0 ** np.maximum(np.floor(np.log2(pitch / BASE_PITCH)), FINEST_SCALE)
     return np.asarray(TILE * pitch)

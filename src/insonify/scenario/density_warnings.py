@@ -8,7 +8,7 @@ import numpy as np
 
 from insonify.propagation.families import families_reaching
 from insonify.scenario.platform_poses import platforms
-from insonify.scene.scatterer_grid import BASE_PITCH, FINEST_LEVEL
+from insonify.scene.scatterer_grid import BASE_PITCH, FINEST_SCALE
 from insonify.sonar.ping_geometry import array_depths, ping_geometry
 from insonify.sonar.received_pulse import received_pulse
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from insonify.scenario.scenario import Scenario
     from insonify.scene.scatterers import Boundary
 
-MIN_CELL_SIZE = (BASE_PITCH * 2.0**FINEST_LEVEL) ** 2
+MIN_CELL_SIZE = (BASE_PITCH * 2.0**FINEST_SCALE) ** 2
 """Area of the smallest cells of the scatterers' grid [m^2]."""
 NARROWEST = 1e-4
 """Width that no beam falls short of [rad]: arrays of 5000 wavelengths."""

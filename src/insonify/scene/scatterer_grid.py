@@ -1,7 +1,7 @@
 """The lattice of drawn scatterers: one point per cell, jittered in it, the same in every ping.
 
-Cells are squares of BASE_PITCH * 2**level in the lattice's own frame, grouped in tiles of
-TILE x TILE cells. Position and phase come from the key (seed, stream, level, cell) alone, so any
+Cells are squares of BASE_PITCH * 2**scale in the lattice's own frame, grouped in tiles of
+TILE x TILE cells. Position and phase come from the key (seed, stream, scale, cell) alone, so any
 cell can be drawn at any time by any worker, and a world moved as a whole keeps its scatterers. So does each cell's
 priority: a sonar with little gain towards a position keeps only those of low priority, the same in every ping.
 """
@@ -20,9 +20,9 @@ Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
 BASE_PITCH = 0.01
-"""Side of a cell at level 0 [m]."""
-FINEST_LEVEL = -4
-"""Level of the smallest cells: 0.6 mm."""
+"""Side of a cell at scale 0 [m]."""
+FINEST_SCALE = -4
+"""Scale of the smallest cells: 0.6 mm."""
 TILE = 32
 """Cells along the side of a tile."""
 PARTS = 4
@@ -69,8 +69,8 @@ class ScattererGrid(Model):
 class Tiles(NamedTuple):
     """Tiles of the lattice, columns of shape (n,)."""
 
-    level: NDArray[np.int64]
-    """Level of the tile's cells."""
+    scale: NDArray[np.int64]
+    """Scale of the tile's cells."""
     along: NDArray[np.int64]
     """Number of the tile along the lattice's first axis."""
     across: NDArray[np.int64]
@@ -79,7 +79,7 @@ class Tiles(NamedTuple):
     @property
     def pitch(self) -> NDArray[np.float64]:
         """Side of a cell [m], shape (n,)."""
-        return np.ldexp(BASE_PITCH, self.level)
+        return np.ldexp(BASE_PITCH, self.scale)
 
     @property
     def centre(self) -> NDArray[np.float64]:
@@ -89,13 +89,13 @@ class Tiles(NamedTuple):
 
     def take(self, rows: NDArray[np.bool_] | Integers | slice) -> "Tiles":
         """The tiles of some rows."""
-        return Tiles(self.level[rows], self.along[rows], self.across[rows])
+        return Tiles(self.scale[rows], self.along[rows], self.across[rows])
 
     def split(self) -> "Tiles":
-        """Four tiles of the next finer level for each."""
+        """Four tiles of the next finer scale for each."""
         along = (2 * self.along[:, None] + np.array([0, 0, 1, 1])).ravel()
         across = (2 * self.across[:, None] + np.array([0, 1, 0, 1])).ravel()
-        return Tiles(np.repeat(self.level - 1, 4), along, across)
+        return Tiles(np.repeat(self.scale - 1, 4), along, across)
 
 
 def next_positions(tiles: Tiles, seed: int, stream: int, begin: Integers, end: Integers) -> tuple[Floats, Floats]:

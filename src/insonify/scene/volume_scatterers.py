@@ -44,8 +44,8 @@ EVENLY = np.array([0.8191725133961645, 0.6710436067037893, 0.5497004779019703])
 class WaterBlocks(NamedTuple):
     """Blocks of cells of water, nearly cubes, columns of shape (n,)."""
 
-    level: Integers
-    """Level of the cells: cubes of BASE_PITCH at 0; each level doubles one side, along, across, down in turn."""
+    scale: Integers
+    """Scale of the cells: cubes of BASE_PITCH at 0; each scale doubles one side, along, across, down in turn."""
     along: Integers
     """Number of the block along the lattice's first axis."""
     across: Integers
@@ -56,24 +56,24 @@ class WaterBlocks(NamedTuple):
     @property
     def pitch(self) -> Floats:
         """Sides of a cell, along, across and down [m], shape (3, n)."""
-        return np.asarray(BASE_PITCH * 2.0 ** ((self.level + np.array([[2], [1], [0]])) // 3))
+        return np.asarray(BASE_PITCH * 2.0 ** ((self.scale + np.array([[2], [1], [0]])) // 3))
 
     @property
     def cell(self) -> Floats:
         """Volume of a cell [m^3], shape (n,)."""
-        return np.asarray(BASE_PITCH**3 * 2.0**self.level)
+        return np.asarray(BASE_PITCH**3 * 2.0**self.scale)
 
     def take(self, rows: NDArray[np.bool_] | NDArray[np.int64] | slice) -> "WaterBlocks":
         """The blocks of some rows."""
         return WaterBlocks(*(column[rows] for column in self))
 
     def split(self) -> "WaterBlocks":
-        """Two blocks of the next finer level for each."""
+        """Two blocks of the next finer scale for each."""
         numbers = []
         for axis, column in enumerate(self[1:]):
-            halved = (self.level + 2 - axis) % 3 == 0
+            halved = (self.scale + 2 - axis) % 3 == 0
             numbers.append(np.stack([np.where(halved, 2 * column + half, column) for half in (0, 1)], -1).ravel())
-        return WaterBlocks(np.repeat(self.level - 1, 2), *numbers)
+        return WaterBlocks(np.repeat(self.scale - 1, 2), *numbers)
 
 
 def water_scatterers(water: Water, seabed: Seabed, cubes: WaterBlocks, seed: int) -> Scatterers:
@@ -85,7 +85,7 @@ def water_scatterers(water: Water, seabed: Seabed, cubes: WaterBlocks, seed: int
         cubes: Numbers of the blocks.
         seed: Of the scenario.
     """
-    n = len(cubes.level) * CELLS**3
+    n = len(cubes.scale) * CELLS**3
     position, phase, key = np.empty((n, 3)), np.empty(n, complex), np.empty(n, np.uint64)
     draw_water_blocks(
         *cubes, CELLS, BASE_PITCH, *random_keys.stream_key(seed, random_keys.VOLUME), position, phase, key
