@@ -55,7 +55,7 @@ class BoxScreens(NamedTuple):
     infinitely_wide: bool
     """True to treat boxes as infinitely wide."""
     max_fresnel_number: float
-    """Fresnel number beyond which a box beside or below a ray is neglected, at most `FAR` [1]."""
+    """Fresnel number beyond which a box next to a ray or below it is neglected, at most `FAR` [1]."""
 
 
 class LastSegment(NamedTuple):
@@ -235,7 +235,7 @@ def fresnel_numbers(
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def passes_clear(numbers: Floats, max_fresnel_number: float) -> bool:
-    """Return True if a ray passes so far above or beside a box that its field is unchanged.
+    """Return True if a ray passes a box at so large a distance that its field is unchanged.
 
     Args:
         numbers: Fresnel numbers of the sides, the base, the top, (4,).

@@ -87,12 +87,7 @@ class KirchhoffFacet:
 @njit(cache=True, nogil=True, error_model="numpy")
 def mean_phasor(a: float, b: float, c: float) -> complex:
     """Mean of exp(j phase) over a triangle, from the phases at its corners [rad]."""
-    low, high = min(a, b, c), max(a, b, c)
-    middle = a + b + c - low - high
-    if high - low < NEAR:
-        return _series(a, b, c)
-    lower, upper = _difference(low, middle), _difference(middle, high)
-    return -2.0 * (upper - lower) / (high - low)
+    return -2.0 * divided_difference(np.sort(np.array([a, b, c])))
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -171,22 +166,6 @@ def _difference(a: float, b: float) -> complex:
     sinc = math.sin(half) / half if abs(half) > 1e-8 else 1.0
     turn = (a + b) / 2
     return sinc * complex(-math.sin(turn), math.cos(turn))
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _series(a: float, b: float, c: float) -> complex:
-    """Mean as a series about the central phase: 2 j^n h_n / (n + 2)!, h_n the complete symmetric polynomials."""
-    middle = (a + b + c) / 3
-    x, y, z = a - middle, b - middle, c - middle
-    square, cube = (x * x + y * y + z * z) / 2, (x * x * x + y * y * y + z * z * z) / 3
-    before, last, now = 0.0, 1.0, 0.0  # h_-1, h_0, h_1: the sum of x, y, z is 0
-    total, power, factorial = 1.0 + 0j, 1j, 6.0
-    for n in range(2, TERMS + 1):
-        before, last, now = last, now, square * last + cube * before
-        power *= 1j
-        factorial *= n + 2
-        total += 2.0 * power * now / factorial
-    return total * complex(math.cos(middle), math.sin(middle))
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
