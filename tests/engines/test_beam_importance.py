@@ -230,3 +230,22 @@ def test_a_ping_fills_the_cells_that_it_has_itself():
     assert below.sum() > 30
     assert part.max() <= 1.0
     assert part.mean() > 0.5
+
+
+def test_the_mean_keep_probability_is_that_of_all_bearings():
+    """Beams half a degree wide, 100 rings: the sum is that over 72 000 bearings of each, to 1 %; a ring's, to 15 %."""
+    simulator = build_simulator(bed())
+    ping_geometry = simulator.ping_geometry(0)
+    importance = beam_importance.BeamImportance(
+        ping_geometry, 20.0, simulator.engine.rays, ("D",), simulator.scenario.seabed.scatterer_grid, 120.0, True
+    )
+    distance = np.linspace(40.0, 110.0, 100)
+    bearing = np.linspace(0, 2 * np.pi, 72_000, endpoint=False)
+    round_about = np.stack([np.cos(bearing), np.sin(bearing)], axis=-1)
+    expected = [
+        importance.keep_probability_of(importance.gain_at(ping_geometry.midpoint + one * round_about)).mean()
+        for one in distance
+    ]
+    mean = importance.mean_keep_probability(distance)
+    assert mean.sum() == pytest.approx(np.sum(expected), rel=0.01)
+    np.testing.assert_allclose(mean, expected, rtol=0.15)

@@ -12,7 +12,7 @@ from insonify.scenario.scenario import Scenario
 from insonify.simulator import build_simulator
 from insonify.sonar.array import LineArray, PlanarArray, PointTransducer
 from insonify.sonar.beam import Beams, beams
-from insonify.sonar.beam_kernels import beam_bounds, beam_gains
+from insonify.sonar.beam_kernels import beam_bounds, beam_gains, largest_gains
 
 ARRAYS = (
     LineArray(length=1.5, element="omni"),
@@ -58,6 +58,10 @@ def test_gains_agree_to_the_bit(array):
     beam_gains.dispatcher(way, made.kernel_tables, kernel)
     beam_gains._stand_in(way, made.kernel_tables, plain)
     np.testing.assert_array_equal(plain, kernel)
+    for largest in (largest_gains.dispatcher, largest_gains._stand_in):
+        found = np.empty(len(way))
+        largest(way, made.kernel_tables, made.kernel_majorants, found)
+        np.testing.assert_array_equal(found, np.abs(kernel).max(axis=0))
 
 
 @pytest.mark.parametrize("array", ARRAYS, ids=lambda array: f"{array.kind} {array.element}")

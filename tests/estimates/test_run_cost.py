@@ -28,6 +28,7 @@ from insonify.estimates.run_limits import run_refusal
 from insonify.recent_results import RecentResults
 from insonify.simulator import build_simulator
 from insonify.sonar import two_way_beam
+from insonify.sonar.beam import Beams
 from insonify.synthesis import direction_grid, waveform_basis
 from oracles.arrays import elements_scenario, line_of
 from oracles.scenes import nominal
@@ -200,8 +201,8 @@ def test_an_estimate_of_many_beams_measures_each_once_and_fits_none(monkeypatch)
 
 def test_an_estimate_evaluates_the_doppler_of_a_fan_at_one_ping(monkeypatch):
     """Two sides that roll past a target: directions in the beams, all around, are found at one ping, not at nine."""
-    found, directions = [], waveform_basis._largest_gain
-    monkeypatch.setattr(waveform_basis, "_largest_gain", lambda *ends: found.append(1) or directions(*ends))
+    found, gains = [], Beams.largest_gain
+    monkeypatch.setattr(Beams, "largest_gain", lambda *arguments: found.append(1) or gains(*arguments))
     sonar = {"receive": {"kind": "line", "length": 0.41, "steer": {"from": "-50 deg", "to": "50 deg", "step": "5 deg"}}}
     roll = {"roll": {"rms": 0.05, "period": 2.0}}
     track = {"kind": "line", "start": (0, 0, 11.0), "speed": 2.0, "pings": 9, "interval": 0.3, "motion": roll}

@@ -11,6 +11,7 @@ Recorded elements that are not focused to a synthetic aperture receive from more
 probability falls from 14 dB below the largest gain on, and with the square of the gain throughout.
 """
 
+import math
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple
@@ -51,8 +52,9 @@ MIN_GAIN = 1e-300
 """Least gain that others are compared with."""
 FIRST_NODE = 0.05
 """Distance of the first of the nodes, at which rays and the largest gain are computed; the n-th is n^2 as far [m]."""
-BEARINGS = 3600
-"""Bearings over which a mean keep probability is taken."""
+BEARINGS = 900
+"""Bearings of the positions on each ring, over which a mean keep probability is taken."""
+GOLDEN_RATIO = 0.5 * (1 + math.sqrt(5))
 SECTORS = 16
 """Sectors in which the largest gain direction is looked for first."""
 MIN_SCATTERERS_BY_PART = 48
@@ -186,7 +188,7 @@ class BeamImportance:
         """Gain of the beams, without faces, as `_relative_gain`."""
         gain = np.empty(len(position))
         if len(position):
-            kernel.gain_re_threshold(self._gains, position, around, gain)
+            kernel.gain_re_threshold(self._gains, position, np.array(around), gain)  # writable, as all others
         return gain
 
     def _face_gain(self, position: Floats, around: Floats) -> Floats:
@@ -263,12 +265,21 @@ class BeamImportance:
         """
         if not self.importance_sampling:
             return np.ones(len(distance))
-        bearing = np.arange(BEARINGS) * (2 * np.pi / BEARINGS)
-        direction = np.stack([np.cos(bearing), np.sin(bearing)], axis=-1)
-        position = (self.ping_geometry.midpoint + distance[:, None, None] * direction).reshape(-1, 2)
-        return np.asarray(
-            self._keep_probability(self._relative_gain(position)).reshape(len(distance), BEARINGS).mean(axis=1)
-        )
+        gain = self._relative_gain(self.ring_positions(distance))
+        return np.asarray(self._keep_probability(gain).reshape(len(distance), BEARINGS).mean(axis=1))
+
+    def ring_positions(self, distance: Floats) -> Floats:
+        """North and east of positions all round on rings about the midpoint [m], shape (n * BEARINGS, 2).
+
+        Bearings of successive rings differ by golden ratios of their step: a narrower beam is hit by some rings.
+
+        Args:
+            distance: Radius of each ring [m], shape (n,).
+        """
+        row = np.arange(BEARINGS) + (np.arange(len(distance)) * GOLDEN_RATIO % 1)[:, None]
+        bearing = row * (2 * np.pi / BEARINGS)
+        offset = distance[:, None, None] * np.stack([np.cos(bearing), np.sin(bearing)], axis=-1)
+        return np.asarray((self.ping_geometry.midpoint + offset).reshape(-1, 2))
 
     def _positions(self, tiles: Tiles, rows: Integers, part: Floats) -> Floats:
         """North and east at the same parts of the sides of some tiles [m], shape (rows * parts * parts, 2)."""

@@ -262,13 +262,11 @@ def _off_hull_and_faces(
     if not images or not distance.any():
         return seconds, fold
     depth = scenario.seabed.depth if boundary == "seabed" else 0.0
-    azimuth = np.linspace(0, 2 * np.pi, BEARINGS, endpoint=False)
-    offset = distance[:, None, None] * np.stack([np.cos(azimuth), np.sin(azimuth)], axis=-1)
-    position = (ping_geometry.midpoint + offset).reshape(-1, 2)
     importance = BeamImportance(
         ping_geometry, depth, simulator.engine.rays, kept, scenario.seabed.scatterer_grid, float(distance.max()),
         scenario.paths.importance_sampling, glint_spread(scenario.scene, ping_geometry.frequency), images,
     )  # fmt: skip
+    position = importance.ring_positions(distance)
     kept_part = importance.keep_probability_of(importance.gain_at(position)).reshape(-1, BEARINGS)
     off_faces = np.zeros(len(position))
     for face_image in images:

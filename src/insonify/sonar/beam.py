@@ -25,6 +25,7 @@ from insonify.sonar.beam_kernels import (
     BeamTables,
     beam_bounds,
     beam_gains,
+    largest_gains,
 )
 
 Floats = NDArray[np.float64]
@@ -128,6 +129,16 @@ class Beams:
         out = np.empty((self.channel_count, len(rows)))
         beam_gains(rows, self.kernel_tables, out)
         return out.reshape(self.channel_count, *d.shape[:-1])
+
+    def largest_gain(self, direction: Floats) -> Floats:
+        """Largest magnitude of `gain` over all beams towards some directions [1], shape (n,).
+
+        Args:
+            direction: Unit vectors from the sonar outwards in the world [1], shape (n, 3).
+        """
+        out = np.empty(len(direction))
+        largest_gains(np.ascontiguousarray(direction), self.kernel_tables, self.kernel_majorants, out)
+        return out
 
     def bound(self, direction: ArrayLike, margin: ArrayLike) -> Floats:
         """Upper bound of all beams near each direction, to leave out scatterers outside every beam.

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from insonify.sonar.beam_kernels import BAFFLED, OMNI, BeamMajorants, BeamTables, beam_bounds, beam_gains
+from insonify.sonar.beam_kernels import BAFFLED, OMNI, BeamMajorants, BeamTables, beam_bounds, beam_gains, largest_gains
 
 Floats = NDArray[np.float64]
 
@@ -115,6 +115,14 @@ def _gains(direction: Floats, beams: BeamTables, out: Floats) -> None:
     one = element_amplitudes(beams, w, u, v)
     for channel in range(len(beams.steer)):
         out[channel] = one * beam_amplitudes(beams, channel, u, v)
+
+
+@largest_gains.stand_in
+def _largest_gains(direction: Floats, beams: BeamTables, _majorants: BeamMajorants, out: Floats) -> None:
+    """Largest magnitude of every beam in every direction, into out (n,): the kernel's to the bit."""
+    gains = np.empty((len(beams.steer), len(direction)))
+    _gains(direction, beams, gains)
+    np.maximum(gains.max(axis=0), -gains.min(axis=0), out=out)
 
 
 @beam_bounds.stand_in

@@ -168,6 +168,32 @@ def nearest_block(blocks: Floats, u: tuple[float, float]) -> int:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
+def block_bound(beams: BeamMajorants, block: int, u: tuple[float, float], v: tuple[float, float]) -> float:
+    """Upper bound of the magnitudes of a block of channels over spans of direction cosines, without the element [1]."""
+    row = beams.blocks[block]
+    bound = interpolate_majorant(beams.majorants[0], beams.per_unit[0], interval_distance(u, row[0], row[1]))
+    bound *= interpolate_majorant(beams.majorants[1], beams.per_unit[1], interval_distance(v, row[2], row[3]))
+    return bound * row[4]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def largest_gains(direction: Floats, beams: BeamTables, majorants: BeamMajorants, out: Floats) -> None:
+    """Largest magnitude of every beam in every direction, as the largest rows of `beam_gains`, into out (n,)."""
+    for i in range(direction.shape[0]):
+        w, u, v = array_cosines(beams.axes, direction[i, 0], direction[i, 1], direction[i, 2])
+        largest, count = 0.0, majorants.blocks.shape[0]
+        nearest = nearest_block(majorants.blocks, (u, u))
+        for k in range(count):
+            block = (nearest + k) % count
+            if k > 0 and block_bound(majorants, block, (u, u), (v, v)) <= largest:
+                continue
+            first = block * CHANNELS_PER_BLOCK
+            for channel in range(first, min(first + CHANNELS_PER_BLOCK, beams.steer.shape[0])):
+                largest = max(largest, abs(beam_amplitude(beams, channel, u, v)))
+        out[i] = largest * abs(element_amplitude(beams, w, u, v))
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def largest_beam(beams: BeamMajorants, w: float, u: tuple[float, float], v: tuple[float, float]) -> float:
     """Upper bound of every beam's magnitude, largest channel, over spans of direction cosines [1].
 
@@ -186,11 +212,8 @@ def largest_beam(beams: BeamMajorants, w: float, u: tuple[float, float], v: tupl
     nearest, count = nearest_block(blocks, u), blocks.shape[0]
     for i in range(count):
         block = (nearest + i) % count
-        if i > 0:  # the nearest block is evaluated anyway
-            bound = interpolate_majorant(across, per_unit[0], interval_distance(u, blocks[block, 0], blocks[block, 1]))
-            bound *= interpolate_majorant(down, per_unit[1], interval_distance(v, blocks[block, 2], blocks[block, 3]))
-            if bound * blocks[block, 4] <= largest:
-                continue
+        if i > 0 and block_bound(beams, block, u, v) <= largest:  # the nearest block is evaluated anyway
+            continue
         first = block * CHANNELS_PER_BLOCK
         for channel in range(first, min(first + CHANNELS_PER_BLOCK, steer.shape[0])):
             beam = interpolate_majorant(across, per_unit[0], distance_to_interval(u[0], u[1], steer[channel, 0]))

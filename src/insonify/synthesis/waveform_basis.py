@@ -211,20 +211,14 @@ def _directions_in_beams(
     direction = np.stack([horizontal * np.cos(azimuth), horizontal * np.sin(azimuth), np.sin(down)], axis=-1).reshape(
         -1, 3
     )
-    transmit_gain = _largest_gain(transmit_beams, direction)
-    receive_gain = np.ones(len(direction)) if receive_beams is None else _largest_gain(receive_beams, direction)
+    transmit_gain = transmit_beams.largest_gain(direction)
+    receive_gain = np.ones(len(direction)) if receive_beams is None else receive_beams.largest_gain(direction)
     if not is_bistatic:
         transmit_gain = receive_gain = transmit_gain * receive_gain
     transmit_directions, receive_directions = (
         direction[gain >= NEGLIGIBLE_GAIN * gain.max()] for gain in (transmit_gain, receive_gain)
     )
     return transmit_directions, receive_directions
-
-
-def _largest_gain(beams: Beams, direction: Floats) -> Floats:
-    """Largest gain of any beam in some directions, shape (n,)."""
-    gain = beams.gain(direction)
-    return np.maximum(gain.max(axis=0), -gain.min(axis=0))
 
 
 def _extremes(values: Floats) -> Floats:
