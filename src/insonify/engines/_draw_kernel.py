@@ -72,7 +72,7 @@ def draw_and_keep(
     positions, pending = np.empty((BATCH + TILE * TILE, 2)), np.empty((BATCH + TILE * TILE, 5))
     tile_rank, keys = np.empty((BATCH + TILE * TILE, 2), np.int64), np.empty(BATCH + TILE * TILE, np.uint64)
     top = np.empty((SQUARES, SQUARES))
-    n = waiting = 0
+    n, waiting = np.intp(0), 0  # by value: a literal zero would compile `_decide_batch` a second time
     for t in range(scale.size):
         pitch, a0, b0 = BASE_PITCH * 2.0 ** scale[t], along[t] * TILE, across[t] * TILE
         drawn = priority_ordered_cells(scale[t], along[t], across[t], max_probability[t], k0, k1, row, column, order)

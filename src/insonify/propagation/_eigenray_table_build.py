@@ -70,7 +70,12 @@ class TableGrid:
 
 def table_points(depth: Floats, ranges: Floats) -> TablePoints:
     """Points at depths [m], (n,), and ranges [m], (n,), whose cells are to be found."""
-    return TablePoints(depth, ranges, np.empty((2, depth.size), np.int32), np.empty(depth.size, np.uint8))
+    return TablePoints(
+        np.ascontiguousarray(depth),
+        np.ascontiguousarray(ranges),
+        np.empty((2, depth.size), np.int32),
+        np.empty(depth.size, np.uint8),
+    )
 
 
 def table_grid(

@@ -320,7 +320,10 @@ class GlintSurface:
             phase = np.full_like(phase, self._mean_target_phase(phase, image, scatterers, sonar_end, 0.0))
             bed_phase = np.full_like(phase, self._mean_target_phase(bed_phase, image, scatterers, sonar_end, bed))
             longer = np.full_like(phase, longer.mean())
-        points = GlintPoints(scatterers.scatterer_id, scatterers.position, scatterers.normal, phase, bed_phase, longer)
+        points = GlintPoints(
+            scatterers.scatterer_id, np.ascontiguousarray(scatterers.position),
+            np.ascontiguousarray(scatterers.normal), phase, bed_phase, longer,
+        )  # fmt: skip
         key = random_keys.stream_key(self.seed, random_keys.GLINT)
         rough = self.rough_boundaries
         heights = np.array(vertical_travel_to_bounces(family, depth, bed, rough))

@@ -54,7 +54,8 @@ def image_legs(
     strings = [bounce_sequence(name) for name in reaching]
     folded = FoldedLegs(position, images, *_bounces(reaching), depth)
     straight_legs(
-        folded, scene.water.sound_speed, scatterers.position, scatterers.normal, scene.bodies, scatterers.occluder,
+        folded, scene.water.sound_speed, np.ascontiguousarray(scatterers.position),
+        np.ascontiguousarray(scatterers.normal), scene.bodies, scatterers.occluder,
         StraightLegs(delay, length, spreading, departure, arrival, grazing_sine, status, occluder),
     )  # fmt: skip
     occlude_by_solids(scene, folded, scatterers, status, occluder)

@@ -177,7 +177,7 @@ class RefractedRays:
         water, speed = self.layers, float(np.interp(geometry.source[2], self.layers.depth, self.layers.speed))
         for row, (rays, branch) in enumerate(rows):
             solutions = RaySolutions(rays.rays, rays.count, rays.missing_status)
-            refracted_leg_row(geometry, scatterers.normal, speed, solutions, branch, legs, row)
+            refracted_leg_row(geometry, np.ascontiguousarray(scatterers.normal), speed, solutions, branch, legs, row)
             if len(self.boxes):
                 bounces = family_bounces(rays.family)
                 occlude_row_by_boxes(water, geometry, bounces, self.boxes, scatterers.occluder, legs, row)

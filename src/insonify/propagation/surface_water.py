@@ -9,13 +9,15 @@ from insonify.propagation.sound_speed_layers import scene_layers
 from insonify.scene.scene import Scene
 
 Floats = NDArray[np.float64]
+_NO_KNOTS = np.zeros(0)
+_NO_KNOTS.setflags(write=False)  # as the knots of layers: kernels are compiled once for both
 
 
 def surface_water(scene: Scene, speed: float, bottom_before: bool, bottom_after: bool) -> SurfaceWater:
     """Water of the paths of one family; without knots where it has one sound speed."""
     if not scene.water.layered:
         return SurfaceWater(
-            np.zeros(0), np.zeros(0), 1 / speed, scene.seabed.depth, bottom_before, bottom_after, np.zeros(2)
+            _NO_KNOTS, _NO_KNOTS, 1 / speed, scene.seabed.depth, bottom_before, bottom_after, np.zeros(2)
         )
     layers = scene_layers(scene)
     return SurfaceWater(

@@ -66,7 +66,7 @@ class KirchhoffPatch:
         """
         echo = np.empty(arriving.shape[:2], complex)
         patch_pressures(
-            self.reflection, terms, area, normal, arriving, leaving, length_in, length_out, wavenumber, fresnel_tail(),
-            echo,
+            self.reflection, terms, area, normal, np.array(arriving), np.array(leaving), length_in, length_out,
+            wavenumber, fresnel_tail(), echo,
         )  # fmt: skip
         return echo

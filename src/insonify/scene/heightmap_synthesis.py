@@ -40,7 +40,7 @@ class HeightmapSynthesizer:
             numbers: Numbers of the tile of each row along the axes of the lattice, shape (n, 2).
             tiles: Result, height [m] and slopes along the lattice's axes [1] on the nodes, shape (n, 65, 65, 3).
         """
-        synthesize_tiles(rows, numbers, self.cell, *self._octaves, quantiles(), tiles)
+        synthesize_tiles(np.ascontiguousarray(rows), numbers, self.cell, *self._octaves, quantiles(), tiles)
         node = np.arange(NODES)
         for row in rows.tolist() if self._others else ():
             a, b = ((number * CELLS + node) * self.cell for number in numbers[row])

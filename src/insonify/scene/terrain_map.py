@@ -72,6 +72,7 @@ class TerrainMap:
         Returns:
             Row in `nodes` of each, shape (n,).
         """
+        tiles = np.ascontiguousarray(tiles)
         with self._change:
             self._change.wait_for(lambda: self._fits(tiles))
             self.claim(tiles)

@@ -219,11 +219,11 @@ class Tracer:
         """Path length of refracted rays over a flat seabed to the last reflection of a chain [m], shape (n,)."""
         water, bed = self.world.water, self.scene.seabed.depth
         assert water is not None  # straight rays have `_reach`
-        kept = water.depth <= bed
+        kept = int(np.searchsorted(water.depth, bed, side="right"))
         origin, length = np.tile(position, (len(directions), 1)), np.zeros(len(directions))
         reaches_all = np.ones(len(directions), bool)
         for letter in chain:
-            layers = SoundSpeedLayers(water.depth[kept], water.speed[kept])
+            layers = SoundSpeedLayers(water.depth[:kept], water.speed[:kept])
             hits = open_water_hits(origin, directions, farthest, bed, layers)
             reaches_all &= hits.kind == (BED if letter == "B" else SURFACE)
             origin, length = hits.position, length + hits.distance
