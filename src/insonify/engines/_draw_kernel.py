@@ -123,7 +123,7 @@ def draw_and_keep(
             batch = PendingScatterers(positions[:waiting], pending, tile_rank, keys)
             n = _decide_batch(batch, linear_below, min_probability, gains, depth, columns, n)
             waiting = 0
-    return n
+    return int(n)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
