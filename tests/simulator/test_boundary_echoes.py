@@ -109,6 +109,25 @@ def test_sound_between_two_platforms_travels_straight_too():
     assert "D" not in by_family(arrivals(bed_only(receive={**OMNI, "length": None, "offset": (1.0, 0, 0)})))
 
 
+@pytest.mark.parametrize("heading", [30, 200])
+def test_the_surface_echo_between_two_platforms_is_the_same_both_ways(heading):
+    """Off a swell: delays to 2e-6 s, the swell moves in 7 ms; spreading to 1 %."""
+    places, rows = ((0.0, 0.0, 10.0), (0.0, 40.0, 6.0)), []
+    swell = {"height": 0.4, "length": 25.0}
+    for here, there in (places, places[::-1]):
+        scenario = bed_only(
+            order=1, seabed={"depth": 45.0, "reflection": 0.0}, track={"position": here},
+            receiver_track={"kind": "static", "position": there},
+            surface={"reflection": "explicit", "swell": swell, "wave_direction": f"{heading} deg"},
+        )  # fmt: skip
+        found = arrivals(scenario)
+        by_surface = np.array(found.transmit_family) != "D"
+        rows.append(np.array(sorted(zip(found.delay[by_surface], found.spreading[by_surface], strict=True))))
+    assert len(rows[0]) > 0
+    np.testing.assert_allclose(rows[0][:, 0], rows[1][:, 0], rtol=0, atol=2e-6)
+    np.testing.assert_allclose(rows[0][:, 1], rows[1][:, 1], rtol=0.01)
+
+
 @pytest.mark.parametrize("record", ["beams", "elements"])
 def test_a_moving_sonar_receives_the_sound_of_a_moving_image(record):
     """B, S, BS and SB at 5 m/s, four elements or one beam: the float64 sum over emission times, 2e-3 of its rms.

@@ -175,10 +175,16 @@ class EigenrayEngine:
         back = out
         if not ping_geometry.is_monostatic:
             back = self._end_legs(ping_geometry.receive_position, scatterers, ping_geometry, selection, elements=True)
+        ends = ping_geometry.transmit_position, ping_geometry.receive_position
         if self.scene.is_rough(out.families):
-            out, back = self._with_surface_reflection(out, back, scatterers, ping_geometry)
+            sent, received = self._reflected(out, ends[0], scatterers, ping_geometry)
+            if out is not back:
+                _, received = self._reflected(back, ends[1], scatterers, ping_geometry)
+            out, back = sent, received
         if self.choice.edge_diffraction == "knife-edge":
-            out, back = self._with_diffraction(out, back, scatterers, ping_geometry)
+            sent = self._diffracted(out, ends[0], scatterers, ping_geometry)
+            back = sent if out is back else self._diffracted(back, ends[1], scatterers, ping_geometry)
+            out = sent
         if ping_geometry.hull is not None:
             families = hull_families(self.choice.followed_families)
             out, back = self._with_hull(out, back, families, scatterers, ping_geometry, self.seed)
@@ -225,12 +231,12 @@ class EigenrayEngine:
                 back, end, ping_geometry.transmit_position, self.scene, wavelength, self.caches.specular_points
             )
         if self.scene.surface.reflection != "flat":
-            _, back = self._with_surface_reflection(back, back, transmitter, ping_geometry, follow_bed=False)
+            _, back = self._reflected(back, end, transmitter, ping_geometry, follow_bed=False)
             if scatters_facets(self.scene, self.choice):
                 back = without_glints(back)
         if self.choice.edge_diffraction == "knife-edge":
             exact = replace(self, approximate_edges=False)
-            back, _ = exact._with_diffraction(back, back, transmitter, ping_geometry)
+            back = exact._diffracted(back, end, transmitter, ping_geometry)
         if hull is not None:
             echoes = hull_families(families, echoes=True)
             _, back = self._with_hull(back, back, echoes, transmitter, ping_geometry, None)
@@ -461,34 +467,22 @@ class EigenrayEngine:
             else self.delay_field.with_delays(legs, position, scatterers.position, ping_geometry.time)
         )
 
-    def _with_surface_reflection(
-        self, out: Legs, back: Legs, scatterers: Scatterers, ping_geometry: PingGeometry, *, follow_bed: bool = True
-    ) -> tuple[Legs, Legs]:
-        """Apply the reflection off a moving surface and a rough seabed to the legs of each end, at its own times."""
+    def _reflected(
+        self, legs: Legs, position: Floats, scatterers: Scatterers, ping_geometry: PingGeometry, *,
+        follow_bed: bool = True,
+    ) -> tuple[Legs, Legs]:  # fmt: skip
+        """Transmit and receive legs from one end, reflected off a moving surface and a rough seabed, at their times."""
+        end = SonarEnd(position, ping_geometry.time, ping_geometry.transmit_position)
+        return apply_surface_reflection(
+            legs, self.scene, self.seed, scatterers, ping_geometry.frequency, end, follow_bed=follow_bed
+        )
 
-        def reflected(legs: Legs, position: Floats) -> tuple[Legs, Legs]:
-            end = SonarEnd(position, ping_geometry.time, ping_geometry.transmit_position)
-            return apply_surface_reflection(
-                legs, self.scene, self.seed, scatterers, ping_geometry.frequency, end, follow_bed=follow_bed
-            )
-
-        first = reflected(out, ping_geometry.transmit_position)
-        return first[0], (first if out is back else reflected(back, ping_geometry.receive_position))[1]
-
-    def _with_diffraction(
-        self, out: Legs, back: Legs, scatterers: Scatterers, ping_geometry: PingGeometry
-    ) -> tuple[Legs, Legs]:
-        """Apply diffraction at the edges of targets to legs; that at terrain crests is included already."""
-
-        def diffracted(legs: Legs, position: Floats) -> Legs:
-            is_slice = self.choice.geometry == "slice"
-            return diffract_at_edges(
-                legs, scatterers, position, self.scene, self._wavelength(ping_geometry, position),
-                infinitely_wide=is_slice, approximate=self.approximate_edges,
-            )  # fmt: skip
-
-        first = diffracted(out, ping_geometry.transmit_position)
-        return first, (first if out is back else diffracted(back, ping_geometry.receive_position))
+    def _diffracted(self, legs: Legs, position: Floats, scatterers: Scatterers, ping_geometry: PingGeometry) -> Legs:
+        """Legs from one end, diffracted at the edges of targets; diffraction at terrain crests is included already."""
+        return diffract_at_edges(
+            legs, scatterers, position, self.scene, self._wavelength(ping_geometry, position),
+            infinitely_wide=self.choice.geometry == "slice", approximate=self.approximate_edges,
+        )  # fmt: skip
 
     def _with_terrain(
         self, legs: Legs, scatterers: Scatterers, ping_geometry: PingGeometry, position: Floats,
