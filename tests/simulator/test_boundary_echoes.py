@@ -5,6 +5,7 @@ from functools import partial
 import numpy as np
 import pytest
 from scipy.optimize import minimize_scalar
+from scipy.special import fresnel
 
 from insonify.engines import relief_specular_points
 from insonify.engines.eigenray_engine import EigenrayEngine
@@ -107,6 +108,40 @@ def test_sound_between_two_platforms_travels_straight_too():
         np.testing.assert_allclose(found.arrival[rows[family]][2] * length, (1 if depth > 20 else np.sign(depth)) * abs(
             depth - 5), rtol=1e-9)  # fmt: skip
     assert "D" not in by_family(arrivals(bed_only(receive={**OMNI, "length": None, "offset": (1.0, 0, 0)})))
+
+
+def test_sound_between_platforms_off_a_swell_is_that_of_exchanged_platforms():
+    """S by way of a 0.6 m swell: exchange leaves the delay to 0.5 us (the swell moves) and the spreading to 0.5 %."""
+    ends, found = [(0.0, 0.0, 10.0), (0.0, 60.0, 14.0)], []
+    for transmitter, receiver in (ends, ends[::-1]):
+        scenario = bed_only(
+            order=1, surface={"reflection": "explicit", "swell": {"height": 0.6, "length": 30.0}}, seabed={"depth": 45},
+            track={"position": transmitter}, receiver_track={"kind": "static", "position": receiver},
+        )  # fmt: skip
+        paths = arrivals(scenario)
+        row = by_family(paths)["S"]
+        found.append((paths.delay[row], paths.spreading[row]))
+    assert found[0][0] == pytest.approx(found[1][0], abs=0.5e-6)
+    assert found[0][1] == pytest.approx(found[1][1], rel=5e-3)
+
+
+@pytest.mark.parametrize("hidden", [0.15, -0.15])
+def test_direct_sound_between_platforms_bends_over_a_wall_by_fresnels_integral(hidden):
+    """D past the top of a wide thin wall is that of a knife edge within 0.1 dB, above the line of sight and below."""
+    wall = {
+        "shape": "box", "label": "wall", "position": (0.0, 20.0), "size": (80.0, 0.01, 33.0 + hidden),
+        "base_depth": 45.0,
+    }  # fmt: skip
+    scenario = bed_only(
+        order=0, seabed={"depth": 45}, targets=[wall], water={"absorption_db_per_m": 0},
+        paths={"edge_diffraction": "knife-edge"},
+        track={"position": (0.0, 0.0, 12.0)}, receiver_track={"kind": "static", "position": (0.0, 60.0, 12.0)},
+    )  # fmt: skip
+    found = arrivals(scenario)
+    height = hidden * np.sqrt(2 / (1500 / 100e3) * (1 / 20 + 1 / 40))
+    sine, cosine = fresnel(height)
+    edge = abs((0.5 - cosine) - 1j * (0.5 - sine)) / np.sqrt(2)
+    assert abs(found.amplitude[by_family(found)["D"], 0]) * 60 == pytest.approx(edge, rel=0.012)
 
 
 @pytest.mark.parametrize("record", ["beams", "elements"])

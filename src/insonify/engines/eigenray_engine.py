@@ -225,12 +225,12 @@ class EigenrayEngine:
                 back, end, ping_geometry.transmit_position, self.scene, wavelength, self.caches.specular_points
             )
         if self.scene.surface.reflection != "flat":
-            _, back = self._with_surface_reflection(back, back, transmitter, ping_geometry, follow_bed=False)
+            _, back = self._reflected(back, end, transmitter, ping_geometry, follow_bed=False)
             if scatters_facets(self.scene, self.choice):
                 back = without_glints(back)
         if self.choice.edge_diffraction == "knife-edge":
             exact = replace(self, approximate_edges=False)
-            back, _ = exact._with_diffraction(back, back, transmitter, ping_geometry)
+            back = exact._diffracted(back, end, transmitter, ping_geometry)
         if hull is not None:
             echoes = hull_families(families, echoes=True)
             _, back = self._with_hull(back, back, echoes, transmitter, ping_geometry, None)
@@ -462,33 +462,42 @@ class EigenrayEngine:
         )
 
     def _with_surface_reflection(
-        self, out: Legs, back: Legs, scatterers: Scatterers, ping_geometry: PingGeometry, *, follow_bed: bool = True
+        self, out: Legs, back: Legs, scatterers: Scatterers, ping_geometry: PingGeometry
     ) -> tuple[Legs, Legs]:
         """Apply the reflection off a moving surface and a rough seabed to the legs of each end, at its own times."""
+        first = self._reflected(out, ping_geometry.transmit_position, scatterers, ping_geometry)
+        if out is back:
+            return first
+        return first[0], self._reflected(back, ping_geometry.receive_position, scatterers, ping_geometry)[1]
 
-        def reflected(legs: Legs, position: Floats) -> tuple[Legs, Legs]:
-            end = SonarEnd(position, ping_geometry.time, ping_geometry.transmit_position)
-            return apply_surface_reflection(
-                legs, self.scene, self.seed, scatterers, ping_geometry.frequency, end, follow_bed=follow_bed
-            )
-
-        first = reflected(out, ping_geometry.transmit_position)
-        return first[0], (first if out is back else reflected(back, ping_geometry.receive_position))[1]
+    def _reflected(
+        self, legs: Legs, position: Floats, scatterers: Scatterers, ping_geometry: PingGeometry, *,
+        follow_bed: bool = True,
+    ) -> tuple[Legs, Legs]:  # fmt: skip
+        """Legs from a position off a moving surface and a rough seabed, as transmit and as receive legs."""
+        end = SonarEnd(position, ping_geometry.time, ping_geometry.transmit_position)
+        return apply_surface_reflection(
+            legs, self.scene, self.seed, scatterers, ping_geometry.frequency, end, follow_bed=follow_bed
+        )
 
     def _with_diffraction(
         self, out: Legs, back: Legs, scatterers: Scatterers, ping_geometry: PingGeometry
     ) -> tuple[Legs, Legs]:
         """Apply diffraction at the edges of targets to legs; that at terrain crests is included already."""
+        first = self._diffracted(out, ping_geometry.transmit_position, scatterers, ping_geometry)
+        if out is back:
+            return first, first
+        return first, self._diffracted(back, ping_geometry.receive_position, scatterers, ping_geometry)
 
-        def diffracted(legs: Legs, position: Floats) -> Legs:
-            is_slice = self.choice.geometry == "slice"
-            return diffract_at_edges(
-                legs, scatterers, position, self.scene, self._wavelength(ping_geometry, position),
-                infinitely_wide=is_slice, approximate=self.approximate_edges,
-            )  # fmt: skip
-
-        first = diffracted(out, ping_geometry.transmit_position)
-        return first, (first if out is back else diffracted(back, ping_geometry.receive_position))
+    def _diffracted(
+        self, legs: Legs, position: Floats, scatterers: Scatterers, ping_geometry: PingGeometry
+    ) -> Legs:  # fmt: skip
+        """Legs from a position with diffraction at the edges of targets."""
+        is_slice = self.choice.geometry == "slice"
+        return diffract_at_edges(
+            legs, scatterers, position, self.scene, self._wavelength(ping_geometry, position),
+            infinitely_wide=is_slice, approximate=self.approximate_edges,
+        )  # fmt: skip
 
     def _with_terrain(
         self, legs: Legs, scatterers: Scatterers, ping_geometry: PingGeometry, position: Floats,
