@@ -5,6 +5,7 @@ from functools import partial
 import numpy as np
 import pytest
 from scipy.optimize import minimize_scalar
+from scipy.special import fresnel
 
 from insonify.engines import relief_specular_points
 from insonify.engines.eigenray_engine import EigenrayEngine
