@@ -129,6 +129,25 @@ def test_the_surface_echo_between_two_platforms_is_the_same_both_ways(heading):
     np.testing.assert_allclose(rows[0][:, 1], rows[1][:, 1], rtol=0.01)
 
 
+@pytest.mark.parametrize("hidden", [0.15, -0.15])
+def test_direct_sound_between_platforms_bends_over_a_wall_by_fresnels_integral(hidden):
+    """D past the top of a wide thin wall is that of a knife edge within 0.1 dB, above the line of sight and below."""
+    wall = {
+        "shape": "box", "label": "wall", "position": (0.0, 20.0), "size": (80.0, 0.01, 33.0 + hidden),
+        "base_depth": 45.0,
+    }  # fmt: skip
+    scenario = bed_only(
+        order=0, seabed={"depth": 45}, targets=[wall], water={"absorption_db_per_m": 0},
+        paths={"edge_diffraction": "knife-edge"},
+        track={"position": (0.0, 0.0, 12.0)}, receiver_track={"kind": "static", "position": (0.0, 60.0, 12.0)},
+    )  # fmt: skip
+    found = arrivals(scenario)
+    height = hidden * np.sqrt(2 / (1500 / 100e3) * (1 / 20 + 1 / 40))
+    sine, cosine = fresnel(height)
+    edge = abs((0.5 - cosine) - 1j * (0.5 - sine)) / np.sqrt(2)
+    assert abs(found.amplitude[by_family(found)["D"], 0]) * 60 == pytest.approx(edge, rel=0.012)
+
+
 @pytest.mark.parametrize("record", ["beams", "elements"])
 def test_a_moving_sonar_receives_the_sound_of_a_moving_image(record):
     """B, S, BS and SB at 5 m/s, four elements or one beam: the float64 sum over emission times, 2e-3 of its rms.
