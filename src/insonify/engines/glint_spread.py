@@ -161,8 +161,7 @@ def glint_spread(scene: Scene, frequency: float) -> GlintSpread | None:
         return GlintSpread(sea, None, slopes, scene.seabed.depth)
     bed_speed, waves = float(scene.water.sound_speed_at(scene.seabed.depth)), roughness.waves
     bed = RoughBoundary(
-        4 * math.pi * frequency / bed_speed, float(waves.variance[-1]), math.sqrt(float(waves.slope_moments[0, -1])),
-        roughness,
+        4 * math.pi * frequency / bed_speed, float(waves.variance[-1]), roughness.slope, roughness,
     )  # fmt: skip
     return GlintSpread(sea, bed, (1.0, 0.0, 1.0), scene.seabed.depth)
 
@@ -183,7 +182,9 @@ def _legs(sea: GlintSpread, family: str, source_depth: float, distances: bytes, 
         if boundary.roughness is not None:
             longer = boundary.roughness.longer_waves(family, source_depth, lines.length * np.ones(len(distance)), sine)
             height[boundary] = np.maximum(boundary.variance - longer[0], 0.0)
-            slopes_of[boundary] = np.sqrt(np.maximum(boundary.slope**2 - longer[1], 0.0))
+            slope = np.sqrt(np.maximum(boundary.slope**2 - longer[1], 0.0))
+            steepest = boundary.roughness.max_wavenumber / np.maximum(boundary.phase_per_height * sine, 1e-12)
+            slopes_of[boundary] = _truncated(slope, steepest)
     quanta = [
         (boundary.phase_per_height * lines.vertical_travel / lines.length) ** 2 * height[boundary]
         for boundary in bounces
@@ -208,6 +209,12 @@ def _legs(sea: GlintSpread, family: str, source_depth: float, distances: bytes, 
             else:
                 turn += scale * (np.sum(turned[:, 1:2] ** 2, axis=1) / slope**2)
     return LegSpread(np.exp(-total / 2), np.sqrt(share), np.sqrt(tilt) * slope_factor, np.sqrt(turn) * slope_factor)
+
+
+def _truncated(slope: Floats, steepest: Floats) -> Floats:
+    """Rms slope along one axis of Gaussian slopes, without those steeper than a limit in any direction [1]."""
+    part = np.maximum(steepest**2 / (2 * np.maximum(slope, 1e-12) ** 2), 1e-6)
+    return np.asarray(slope * np.sqrt(np.maximum(1 - part / np.expm1(np.minimum(part, 700.0)), 0.0)))
 
 
 @lru_cache(maxsize=32)

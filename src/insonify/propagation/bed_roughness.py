@@ -2,8 +2,8 @@
 
 Waves shorter than the Fresnel zone count; longer ones tilt the plane of the reflection. Over relief those below its
 cutoff are the sediment's and the others its own; over a flat seabed all are the sediment's.
-Those longer than three wavelengths of the sound deflect it by small angles: they make glints. Shorter ones scatter it
-into all directions, which the sediment's scattering law describes: a bounce loses that energy.
+A glint deflects sound by small angles: its waves together change the horizontal wavenumber by a third of the sound's at
+most. Sound that changes by more is scattered as the sediment's law describes: a bounce loses that energy.
 """
 
 import math
@@ -37,11 +37,11 @@ class BedRoughness:
     depth: float
     """Depth of the mean plane [m]."""
     waves: WindWaves
-    """Waves that make glints, without motion, the same in all directions."""
-    scattered_variance: float
-    """Variance of the height of the shorter waves, which take energy from the coherent leg alone [m^2]."""
+    """Waves of all lengths down to the sound's, without motion, the same in all directions."""
+    max_wavenumber: float
+    """Largest change of the horizontal wavenumber by a glint [rad/m]."""
     scattered_share: Floats
-    """Fraction of the reflected energy that the shorter waves scatter by the scattering law [1], (SINE_COUNT,).
+    """Fraction of the reflected energy that the scattering law has beyond that change [1], (SINE_COUNT,).
 
     At even steps of the sine of the grazing angle from 0 to 1.
     """
@@ -60,10 +60,15 @@ class BedRoughness:
             sine: Sine of the grazing angle at the seabed [1], shape (n,).
             long_variance: Variance of the waves longer than the Fresnel zone [m^2], shape (n,).
         """
-        quanta = phase**2 * (self.waves.variance[-1] - long_variance + self.scattered_variance)
+        quanta = phase**2 * (self.waves.variance[-1] - long_variance)
         share = np.interp(sine, np.linspace(0, 1, SINE_COUNT), self.scattered_share)
         share = np.minimum(share, -np.expm1(-quanta))
         return np.maximum(quanta + np.log1p(-share), 0.0), share
+
+    @property
+    def slope(self) -> float:
+        """Rms slope along one axis of the waves that a glint may have alone [1]."""
+        return math.sqrt(float(np.interp(self.max_wavenumber, self.waves.wavenumber, self.waves.slope_moments[0])))
 
     def longer_waves(self, family: str, source_depth: float, length: Floats, sine: Floats) -> tuple[Floats, Floats]:
         """Variance of height [m^2] and of slope along one axis [1] of waves longer than the Fresnel zone, shape (n,).
@@ -125,26 +130,23 @@ def _roughness(
     finest = min(max(wavenumber / SLOPE_CUT, 1.01 * cutoff), wavenumber)
     has_waves = terrain is not None and terrain.relief.is_waves
     low = min(MIN_WAVENUMBER, 0.5 * cutoff) if has_waves else cutoff
-    k = np.geomspace(low, max(finest, 1.01 * low), LENGTHS)
+    k = np.geomspace(low, max(wavenumber, 1.01 * low), LENGTHS)
     variance = np.asarray(band_variance(material, cutoff, np.maximum(k, cutoff)))
     if terrain is not None and has_waves:
         resolved = np.minimum(k, cutoff)
         variance = variance + terrain.relief.band_variance(np.array(low), cutoff)
         variance -= terrain.relief.band_variance(resolved, cutoff)
-    scattered_variance = float(band_variance(material, max(finest, cutoff), max(wavenumber, finest, cutoff)))
     share = _scattered_share(material, wavelength, finest / wavenumber) if scatters else np.zeros(SINE_COUNT)
-    return BedRoughness(
-        wavelength, depth, static_waves(k, variance), scattered_variance, share, terrain is None or has_waves
-    )
+    return BedRoughness(wavelength, depth, static_waves(k, variance), finest, share, terrain is None or has_waves)
 
 
 def _scattered_share(material: Sediment, wavelength: float, finest: float) -> Floats:
-    """Fraction of the reflected energy that the surface of a sediment scatters by its shorter waves [1], (SINE_COUNT,).
+    """Fraction of the reflected energy that the surface of a sediment scatters widely [1], shape (SINE_COUNT,).
 
     Args:
         material: Sediment of the seabed.
         wavelength: Wavelength of the sound [m].
-        finest: Least wavenumber of these waves re that of the sound [1].
+        finest: Least change of the horizontal wavenumber that counts, re the wavenumber of the sound [1].
     """
     sine = np.linspace(0, 1, SINE_COUNT)
     sine[0] = 0.1 * sine[1]

@@ -29,6 +29,10 @@ CELLS = 0x3F
 """Cells of the seabed along each axis after which the random numbers of a glint repeat."""
 FIRST = STAGGER + 2
 """Fourth counter of the random number for the first incoherent bounce of a path off both boundaries."""
+PRESENCE = STAGGER + 3
+"""Fourth counter of the random number by which a bounce off the seabed is incoherent."""
+ATTEMPTS, ATTEMPT = 64, 128
+"""Glints of the seabed that are drawn until one changes the wavenumber little, and counters that each of them takes."""
 MOST = 4.0  # mean number of quanta that are drawn one by one; those of longer waves, beyond it, as one Gaussian
 NONE_OF_MOST = math.exp(-MOST)
 """Probability of no quantum: used by most glints of a rough sea."""
@@ -50,6 +54,8 @@ class GlintPoints(NamedTuple):
     """Phase per height of one bottom bounce [rad/m], (n,)."""
     long_variance: Floats
     """Variance of the seabed's waves that are longer than the Fresnel zone and make no glints [m^2], (n,)."""
+    bed_quanta: Floats
+    """Quanta of one bottom bounce by which it is coherent: less than its phase's, as the law has a part [1], (n,)."""
 
 
 class GlintSource(NamedTuple):
@@ -69,6 +75,8 @@ class GlintSource(NamedTuple):
     """Tables of the seabed's roughness."""
     bed_axes: Floats
     """North and east of the axes of the seabed's cells, (2, 2)."""
+    max_bed_wavenumber: float
+    """Largest change of the horizontal wavenumber by a glint of the seabed [rad/m]."""
     cell: float
     """Side of a cell of the seabed within which a bounce point keeps its glint [m]."""
 
@@ -154,7 +162,8 @@ def sample_glint(
     phase: float,
     at_least_one: bool,
     waves: WindWaves,
-    long_variance: float = 0.0,
+    long_variance: float,
+    first_counter: int,
 ) -> tuple[float, float, float, float]:
     """One glint of one scatterer: wavenumber along and across the wind [rad/m], angular frequency [rad/s], phase [rad].
 
@@ -166,22 +175,23 @@ def sample_glint(
         at_least_one: True to condition on at least one quantum.
         waves: Tables of the waves.
         long_variance: Variance of the longest waves, which are left out [m^2].
+        first_counter: Fourth counter of its first random numbers.
     """
     variance, guide = waves.variance, waves.row_guide
     total_variance, (k0, k1) = variance[-1], key
     low, high = scatterer_id & np.uint64(0xFFFFFFFF), scatterer_id >> np.uint64(32)
-    w0, w1, w2, w3 = philox(low, high, code, 0, k0, k1)
+    w0, w1, w2, w3 = philox(low, high, code, first_counter, k0, k1)
     along, across, turning = 0.0, 0.0, 0.0
     q2 = phase * phase
     mean, from_variance = q2 * (total_variance - long_variance), long_variance
     if mean > MOST:
         from_variance = total_variance - MOST / q2
         mean = MOST
-        v0, v1, _, _ = philox(low, high, code, 1, k0, k1)
+        v0, v1, _, _ = philox(low, high, code, first_counter + 1, k0, k1)
         along, across, turning = _gaussian((w2, w3, v0, v1), phase, long_variance, from_variance, waves)
     count = _poisson(uniform_from_word(w0), mean, at_least_one and from_variance == long_variance)
     for quantum in range(count):
-        u0, u1, u2, _ = philox(low, high, code, quantum + 2, k0, k1)
+        u0, u1, u2, _ = philox(low, high, code, first_counter + quantum + 2, k0, k1)
         share = from_variance + uniform_from_word(u0) * (total_variance - from_variance)
         row = tabulated_row(variance, share, guide)
         step = max(variance[row + 1] - variance[row], 1e-300)
@@ -195,6 +205,39 @@ def sample_glint(
         across += sign * k * sine
         turning += sign * omega
     return along, across, turning, 2 * math.pi * uniform_from_word(w1)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def sample_bed_glint(
+    points: GlintPoints, source: GlintSource, n: int, code: int, at_least_one: bool
+) -> tuple[float, float, float]:
+    """Wavenumber along and across the seabed's axes [rad/m], and phase [rad], of one glint of a scatterer.
+
+    The first that changes the wavenumber by no more than the largest change, of up to `ATTEMPTS` glints.
+
+    Args:
+        points: Ends of the legs.
+        source: Origin of the glints.
+        n: Row of the scatterer.
+        code: Identifier of the glint and its cell, third counter of its random numbers.
+        at_least_one: True for an incoherent bounce; otherwise it is incoherent by chance.
+    """
+    scatterer_id = points.scatterer_id[n]
+    if not at_least_one:
+        low, high = scatterer_id & np.uint64(0xFFFFFFFF), scatterer_id >> np.uint64(32)
+        w0, _, _, _ = philox(low, high, code, PRESENCE, *source.key)
+        if uniform_from_word(w0) < math.exp(-points.bed_quanta[n]):
+            return 0.0, 0.0, 0.0
+    along, across, first, largest = 0.0, 0.0, 0.0, source.max_bed_wavenumber
+    for attempt in range(ATTEMPTS):
+        along, across, _, first = sample_glint(
+            scatterer_id, code, source.key, points.bed_phase[n], True, source.bed_waves, points.long_variance[n],
+            attempt * ATTEMPT,
+        )  # fmt: skip
+        if along * along + across * across <= largest * largest:
+            return along, across, first
+    scale = largest / math.sqrt(along * along + across * across)
+    return scale * along, scale * across, first
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -308,15 +351,13 @@ def apply_glints_to_row(
                 # from the cell: the wavenumber follows the angles of a moving sonar
                 offset_north = cell_x * axes[0, 0] + cell_y * axes[1, 0]
                 offset_east = cell_x * axes[0, 1] + cell_y * axes[1, 1]
-                along, across, omega, first = sample_glint(
-                    keys[n], code << 4 | cell << 20 | b, source.key, phase, b == incoherent, source.bed_waves,
-                    points.long_variance[n],
-                )  # fmt: skip
+                omega = 0.0
+                along, across, first = sample_bed_glint(points, source, n, code << 4 | cell << 20 | b, b == incoherent)
                 k_north, k_east = along * axes[0, 0] + across * axes[1, 0], along * axes[0, 1] + across * axes[1, 1]
             else:
                 sea, phase = source.axes, points.phase[n]
                 along, across, omega, first = sample_glint(
-                    keys[n], generation | b, source.key, phase, b == incoherent, source.waves, 0.0
+                    keys[n], generation | b, source.key, phase, b == incoherent, source.waves, 0.0, 0
                 )
                 k_north, k_east = along * sea[0, 0] + across * sea[1, 0], along * sea[0, 1] + across * sea[1, 1]
             if b < incoherent:
@@ -388,7 +429,7 @@ def _first_incoherent_bounce(points: GlintPoints, source: GlintSource, on_bed: N
     low, high = points.scatterer_id[n] & np.uint64(0xFFFFFFFF), points.scatterer_id[n] >> np.uint64(32)
     w0, _, _, _ = philox(low, high, source.code, FIRST, *source.key)
     surface = points.phase[n] ** 2 * source.waves.variance[-1]
-    bed = points.bed_phase[n] ** 2 * (source.bed_waves.variance[-1] - points.long_variance[n])
+    bed = points.bed_quanta[n]
     total = 0.0
     for b in range(on_bed.size):
         total += bed if on_bed[b] else surface

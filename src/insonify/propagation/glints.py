@@ -169,8 +169,7 @@ class GlintSurface:
         if self.bed is None:
             return math.inf
         speed = float(self.scene.water.sound_speed_at(self.scene.seabed.depth))
-        slope = math.sqrt(float(self.bed.waves.slope_moments[0, -1]))
-        return ABIDING / max(4 * math.pi * self.frequency / speed * SLANT * slope, 1e-9)
+        return ABIDING / max(4 * math.pi * self.frequency / speed * SLANT * self.bed.slope, 1e-9)
 
     def legs(self, legs: Legs, scatterers: Scatterers, sonar_end: SonarEnd) -> tuple[Legs, Legs]:
         """Legs off rough boundaries: rows of the coherent part, followed by rows of glints.
@@ -322,7 +321,7 @@ class GlintSurface:
             longer = np.full_like(phase, longer.mean())
         points = GlintPoints(
             scatterers.scatterer_id, np.ascontiguousarray(scatterers.position),
-            np.ascontiguousarray(scatterers.normal), phase, bed_phase, longer,
+            np.ascontiguousarray(scatterers.normal), phase, bed_phase, longer, reflection.bed_quanta,
         )  # fmt: skip
         key = random_keys.stream_key(self.seed, random_keys.GLINT)
         rough = self.rough_boundaries
@@ -341,7 +340,7 @@ class GlintSurface:
         assert waves is not None  # legs touch no rough boundary otherwise
         source = GlintSource(
             waves if self.waves is None else self.waves, self.axes, self.glint_lifetime, key, code, waves,
-            self.bed_axes, self.cell_size,
+            self.bed_axes, math.inf if self.bed is None else self.bed.max_wavenumber, self.cell_size,
         )  # fmt: skip
         apply_glints_to_row(points, source, paths, columns, phasor[0, row], phasor[1, row])
 

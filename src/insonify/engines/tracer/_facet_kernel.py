@@ -25,5 +25,5 @@ def sample_wavenumbers(
         wavenumber: Result: wavenumbers along and across the wind [rad/m], (n, 2).
     """
     for n in range(ray_id.size):
-        along, across, _, _ = sample_glint(ray_id[n], code, key, phase[n], True, waves)
+        along, across, _, _ = sample_glint(ray_id[n], code, key, phase[n], True, waves, 0.0, 0)
         wavenumber[n, 0], wavenumber[n, 1] = along, across
