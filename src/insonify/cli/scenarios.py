@@ -160,8 +160,13 @@ def check(
     if scenario.field == "coherent":
         from insonify.estimates.sub_band_error import estimate_sub_band_error
 
-        if summary := estimate_sub_band_error(scenario).summary():
-            typer.echo(summary)
+        note = estimate_sub_band_error(scenario).summary()
+    else:
+        from insonify.estimates.expectation_ripple import expectation_ripple
+
+        note = expectation_ripple(scenario)
+    if note:
+        typer.echo(note)
 
 
 def _renamed(text: str, template: str, target: Path) -> str:
