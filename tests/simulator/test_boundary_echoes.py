@@ -4,7 +4,7 @@ from functools import partial
 
 import numpy as np
 import pytest
-from scipy.optimize import minimize_scalar
+from scipy.optimize import minimize, minimize_scalar
 from scipy.special import fresnel
 
 from insonify.engines import relief_specular_points
@@ -293,12 +293,13 @@ def test_a_tilted_bed_in_a_gradient_mirrors_the_ray_that_strikes_it_at_right_ang
     assert found.spreading == pytest.approx([1 / (tube**2 * at_foot * 2 * np.sqrt(bends[0] * bends[1]))], rel=1e-3)
 
 
-def test_sand_waves_in_hardly_layered_water_mirror_as_in_water_of_one_speed():
-    """A gradient of 1 mm/s over 20 m: the three points of bent waves, with their pressures, caustics and directions."""
+@pytest.mark.parametrize("family", ["B", "BS", "SB", "SBS"])
+def test_sand_waves_in_hardly_layered_water_mirror_as_in_water_of_one_speed(family):
+    """A gradient of 1 mm/s over 20 m: the points of bent waves, with their pressures, caustics and directions."""
     layered, straight = (
         arrivals(bed_only(
-            order=1, seabed={"relief": [BENT_WAVES]}, water={**water, "absorption_db_per_m": 0.0},
-            track={"position": (2.5, 0.0, 11.0)}, paths={"families": ["B"]},
+            order=len(family), seabed={"relief": [BENT_WAVES]}, water={**water, "absorption_db_per_m": 0.0},
+            track={"position": (2.5, 0.0, 11.0)}, paths={"families": [family]},
         ))
         for water in ({"profile": [[0.0, 1500.001], [20.0, 1500.0]]}, {"sound_speed": 1500.0005})
     )  # fmt: skip
@@ -307,6 +308,41 @@ def test_sand_waves_in_hardly_layered_water_mirror_as_in_water_of_one_speed():
     np.testing.assert_allclose(layered.amplitude, straight.amplitude, rtol=1e-4)
     np.testing.assert_allclose(layered.departure, straight.departure, atol=1e-5)
     np.testing.assert_array_equal(layered.caustics, straight.caustics)
+
+
+@pytest.mark.parametrize("gradient", [-1.5, 0.8])
+@pytest.mark.parametrize(("family", "place"), [("BS", 0.0), ("SB", 0.0), ("SBS", 0.0), ("BS", -12.0)])
+def test_paths_by_surface_and_tilted_bed_in_a_gradient_are_the_shortest_in_time(family, place, gradient, tmp_path):
+    """Delays within 2 ns of the least sum of closed-form travel times by points of both boundaries, 8 deg of tilt.
+
+    A surveyed depth has 1e-6 m, which is 1.3 ns.
+    """
+    east, slope = np.arange(-60, 60.1, 2.0), np.tan(np.radians(8.0))
+    np.savez(tmp_path / "plane.npz", north=east, east=east, depth=20 + slope * east[None, :] + 0 * east[:, None])
+    relief = {"relief": [{"kind": "grid", "file": str(tmp_path / "plane.npz")}], "depth": 20.0}
+    water = {"profile": [[0.0, 1500.0], [60.0, 1500.0 + 60 * gradient]], "absorption_db_per_m": 0.0}
+    found = arrivals(bed_only(
+        order=len(family), seabed=relief, paths={"families": [family]}, water=water,
+        track={"position": (0.0, place, 11.0)},
+    ))  # fmt: skip
+
+    def travel_time(across):
+        corners = [(place, 11.0), *((x, 20 + slope * x if letter == "B" else 0.0)
+                                    for x, letter in zip(across, family, strict=True)), (place, 11.0)]  # fmt: skip
+        speeds = [1500 + gradient * depth for _, depth in corners]
+        legs = zip(corners, corners[1:], speeds, speeds[1:], strict=False)
+        return sum(
+            2 / abs(gradient) * np.arcsinh(abs(gradient) / 2 * np.hypot(b[0] - a[0], b[1] - a[1]) / np.sqrt(u * w))
+            for a, b, u, w in legs
+        )
+
+    best = minimize(travel_time, np.full(len(family), place - 3.0), tol=1e-14)
+    assert found.delay == pytest.approx([best.fun], abs=2e-9)
+    first = np.array([best.x[0] - place, (20 + slope * best.x[0] if family[0] == "B" else 0.0) - 11])
+    straight = np.arctan2(first[1], first[0])  # the chord of the first arc, which bends by its length over the radius
+    angle = np.arctan2(found.departure[0, 2], found.departure[0, 1])
+    assert angle == pytest.approx(straight, abs=np.hypot(*first) * abs(gradient) / 1500 / 2 + 1e-5)
+    assert found.spreading[0] * 1500 * best.fun == pytest.approx(1.0, rel=0.03)
 
 
 HULL = {"length": 20.0, "width": 6.0, "reflection": 0.9}

@@ -48,6 +48,20 @@ def boundary_echo_families(choice: PathSettings, *, two_platforms: bool) -> tupl
     return followed if two_platforms else tuple(name for name in followed if name != DIRECT)
 
 
+def from_receiver(families: tuple[str, ...]) -> tuple[str, ...]:
+    """Names of families backwards, as those of legs from the receiver; in the same order if they are the same.
+
+    Args:
+        families: Names of families from the transmitter.
+
+    Example:
+        >>> from_receiver(("D", "BS")), from_receiver(("BS", "SB"))
+        (('D', 'SB'), ('BS', 'SB'))
+    """
+    backwards = [name[::-1] for name in families]
+    return tuple(sorted(backwards, key=lambda name: families.index(name if name in families else name[::-1])))
+
+
 def recorded_families(
     choice: PathSettings, *, two_platforms: bool, under_hull: bool, faces: bool
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from insonify.engines.boundary_echoes import (
     boundary_echo_families,
     boundary_echo_pairs,
+    from_receiver,
     scatters_facets,
     sediment_roughness_factor,
     without_glints,
@@ -221,6 +222,7 @@ class EigenrayEngine:
         """Paths from the transmitter to the receiver by reflections alone, see `insonify.engines.boundary_echoes`."""
         end, hull = ping_geometry.receive_position, ping_geometry.hull
         families = boundary_echo_families(self.choice, two_platforms=ping_geometry.receive_track_extent is not None)
+        families = from_receiver(families)
         back = self._end_legs(end, transmitter, ping_geometry, None, elements=True, families=families)
         wavelength, terrain = self._wavelength(ping_geometry, end), self.scene.seabed.terrain
         if terrain is not None and terrain.relief.is_waves and self.scene.seabed.reflecting_interface == "rough":

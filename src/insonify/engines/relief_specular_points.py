@@ -7,7 +7,8 @@ degrees for each negative curvature (a caustic touched). Source: stationary phas
 Brekhovskikh & Lysanov (2003), Fundamentals of Ocean Acoustics, chapter 9 (chapter from memory; tested against the
 integral). Near a caustic the curvature is held above that at which Airy's function has its value at the caustic.
 
-In layered water the length is the travel time times the speed at the surface, for the family B.
+In layered water the length is the travel time times the speed of the uppermost knot; a path by way of the surface goes
+to the image of its end, in water that is mirrored in the surface.
 """
 
 from dataclasses import replace
@@ -28,7 +29,7 @@ from insonify.engines._relief_specular_points_kernel import (
 )
 from insonify.engines.relief_reflections import NEGLIGIBLE_PRESSURE
 from insonify.propagation.glints import leg_rows
-from insonify.propagation.surface_water import SurfaceWater, rays_to, surface_water
+from insonify.propagation.surface_water import SurfaceWater, mirrored_in_surface, rays_to, surface_water
 from insonify.recent_results import RecentResults
 from insonify.records.legs import Legs
 from insonify.scene.scene import Scene
@@ -59,7 +60,7 @@ class SpecularPoints(NamedTuple):
     position: Floats
     """North, east, depth [m], shape (n, 3)."""
     length: Floats
-    """Path length, in layered water the travel time times the speed at the surface [m], shape (n,)."""
+    """Path length, in layered water the travel time times the speed of its uppermost knot [m], shape (n,)."""
     focusing: Floats
     """Pressure re 1 m times `length` [1], shape (n,): in water of one speed, pressure re that off the tangent plane."""
     caustics: NDArray[np.uint8]
@@ -82,24 +83,23 @@ def with_specular_points(
         legs: Legs over relief to one point, a row for each family.
         position: North, east, depth at which they begin [m], shape (3,).
         end: North, east, depth of the point [m], shape (3,).
-        scene: The scene; in layered water, for the family B.
+        scene: The scene.
         wavelength: Acoustic wavelength [m].
         cache: Specular points that have been found, by the ends of their path and the wavelength.
     """
-    terrain, layered = scene.seabed.terrain, scene.water.layered
-    water = surface_water(scene, float(scene.water.sound_speed_at(position[2])), False, False)
-    if layered:  # wavelength of the unit of travel times
-        wavelength *= float(water.speed[0]) * water.slowness
+    terrain, at_start = scene.seabed.terrain, float(scene.water.sound_speed_at(position[2]))
     rows: list[int] = []
     row_points: list[SpecularPoints | None] = []
     for row, family in enumerate(legs.families):
         points = None
-        if terrain is not None and (legs.families.count(family) == 1 and family == "B" if layered else (
-            family.count("B") == 1)):  # fmt: skip
+        if terrain is not None and family.count("B") == 1 and (
+            not scene.water.layered or legs.families.count(family) == 1):  # fmt: skip
+            water = _water(scene, family, at_start)
+            unit = wavelength * float(water.speed[0]) * water.slowness if water.depth.size else wavelength
             # by reciprocity either direction has the same points
             begin, stop = sorted(_images(family, position, end), key=tuple)
-            key = begin.tobytes(), stop.tobytes(), wavelength
-            points = cache.get(key, partial(specular_points, terrain, begin, stop, wavelength, water))
+            key = begin.tobytes(), stop.tobytes(), unit
+            points = cache.get(key, partial(specular_points, terrain, begin, stop, unit, water))
         rows += [row] * (1 if points is None else len(points.length))
         row_points.append(points)
     result = leg_rows(legs, rows)
@@ -112,6 +112,12 @@ def with_specular_points(
         _write(result, at, points, legs, row, (position, end), scene, wavelength)
         branches += range(len(points.length))
     return replace(result, branch=tuple(branches))
+
+
+def _water(scene: Scene, family: str, speed: float) -> SurfaceWater:
+    """Water of the paths of a family; mirrored in the surface if they are reflected there."""
+    water = surface_water(scene, speed, False, False)
+    return mirrored_in_surface(water) if "S" in family else water
 
 
 def _images(family: str, begin: Floats, stop: Floats) -> tuple[Floats, Floats]:
@@ -149,8 +155,11 @@ def _write(
     for name, column in columns.items():
         getattr(result, name)[rows, 0] = column
     if scene.water.layered:
-        water = surface_water(scene, scene.water.sound_speed, False, False)
-        _write_refracted(result, rows, points, ends, per_metre, water)
+        water = _water(scene, family, scene.water.sound_speed)
+        _write_refracted(result, rows, points, (begin, stop), per_metre, water)
+        for name, letter in (("departure", family[0]), ("arrival", family[-1])):
+            if letter == "S":
+                getattr(result, name)[rows, 0] *= mirrored
 
 
 def _write_refracted(
@@ -161,7 +170,7 @@ def _write_refracted(
     per_metre: float,
     water: SurfaceWater,
 ) -> None:
-    """Write travel times, lengths and directions of the family B in layered water."""
+    """Write travel times, lengths, and directions at the ends or their images, of paths in layered water."""
     lengths = np.zeros(len(points.length))
     for name, end, sense in (("departure", ends[0], 1.0), ("arrival", ends[1], -1.0)):
         across = sense * (points.position - end)[:, :2]

@@ -25,12 +25,23 @@ def surface_water(scene: Scene, speed: float, bottom_before: bool, bottom_after:
     )  # fmt: skip
 
 
+def mirrored_in_surface(water: SurfaceWater) -> SurfaceWater:
+    """Water with its image above the mean surface, for rays by way of it; paths by both boundaries stay as they are."""
+    if not water.depth.size:
+        return water
+    depth = np.concatenate([-water.depth[:0:-1], water.depth])
+    speed = np.concatenate([water.speed[:0:-1], water.speed])
+    for values in (depth, speed):
+        values.setflags(write=False)
+    return water._replace(depth=depth, speed=speed)
+
+
 def rays_to(points: Floats, end: Floats, water: SurfaceWater) -> Floats:
     """Rays from one end down to n points, with the columns of `rays_down`, shape (n, 6).
 
     Args:
         points: North, east, depth of the points, all below the end [m], shape (n, 3).
-        end: North, east, depth of the end [m], shape (3,).
+        end: North, east, depth of the end, or of its image in the surface of mirrored water [m], shape (3,).
         water: Layered water.
     """
     rays = np.empty((len(points), 6))
