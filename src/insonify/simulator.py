@@ -295,8 +295,7 @@ def record(
     report(done, count)
     for job, series, labelling in simulate_jobs(simulator, [Job(*request) for request in missing], threads):
         writer.write(job.ping, series, labelling)
-        done += 1
-        report(done, count)
+        report(done := done + 1, count)
     writer.pack()
     return Path(path)
 
@@ -435,6 +434,8 @@ def _sums(
         ground: Fast reverberation of its seabed; None: the seabed comes in blocks, as all else.
         known: Energies of the seabed by the fast reverberation; None: not yet evaluated.
     """
+    if known is not None and ground is not None and not ground.remaining_choice.contributions:
+        return known
     required = accumulator.requirements
     engine = simulator.tracer if required.rays else _engine(simulator.engine, required, pool, ground)
     blocks = engine.blocks(geometry, quadrature=required.quadrature)
@@ -546,8 +547,7 @@ def arrivals(scenario: Scenario, ping: int = 0, *, window: DelayInterval | None 
     first, last = delay_interval(geometry, window)
     expected = scenario.field == "incoherent"
     jitter = replica_jitter(scenario.seed, ping, scenario.paths)
-    tables: list[Arrivals] = []
-    group = 0
+    tables, group = list[Arrivals](), 0
     for block in simulator.engine.blocks(geometry, quadrature=expected):
         points = block()
         if window is not None:

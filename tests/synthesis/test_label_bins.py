@@ -42,7 +42,7 @@ def test_an_energy_in_one_bin_is_the_pulse_at_the_samples(pulse: str) -> None:
     row = grid.size // 2
     bins = np.zeros((1, grid.size))
     bins[0, row] = 3.0
-    series = smeared({"one": bins}, pulse_energy(held, grid), grid, held.grid.sample_count)["one"][0]
+    series = smeared([bins], pulse_energy(held, grid), grid, (1, held.grid.sample_count))[0, 0]
     lag = held.grid.time - (grid.start + row / grid.rate)
     expected = 3.0 * np.abs(held.ping_geometry.pulse.samples(lag)) ** 2
     np.testing.assert_allclose(series, expected, atol=1e-5 * expected.max())

@@ -175,12 +175,13 @@ def write_label_ping(path: str | Path, ping: int, labels: Labels, *, into: str |
         raise StoreError(
             f"{folder} are labels of another recording. Label this one: insonify run FILE -o {path} --labels"
         )
-    stored = {POSITION: np.ascontiguousarray(_stored(labels.position, "m"))}
+    stored = {POSITION: np.empty(labels.position.shape)}
+    _store(labels.position, "m", stored[POSITION])
     channels, objects, samples = labels.object_intensity.shape
     for array in _type_arrays(objects, labels.pair_intensity.shape[1]):
         packed = stored[array.name] = np.empty((channels, array.row_count, samples), array.dtype)
         for column, rows in array.rows.items():
-            packed[:, rows] = _stored(np.asarray(getattr(labels, column), array.dtype), COLUMNS[column][2])
+            _store(getattr(labels, column), COLUMNS[column][2], packed[:, rows])
     for name, values in stored.items():
         if values.dtype != bool or values.any():  # a chunk that is not there reads as False
             file = row_array(folder, name)
@@ -272,15 +273,15 @@ def _taken_apart(dataset: xr.Dataset, names: LabelNames) -> xr.Dataset:
     return dataset[["done"]].assign({column: variables[column] for column in COLUMNS})
 
 
-def _stored(values: NDArray[Any], units: str) -> NDArray[Any]:
-    """Values of one column as they are stored, without insignificant digits."""
+def _store(values: NDArray[Any], units: str, stored: NDArray[Any]) -> None:
+    """Fill an array with the values of one column, without insignificant digits."""
     if units == "m":
-        return np.asarray(np.round(values * (1 / FINEST)) * FINEST, values.dtype)
-    return _rounded(values) if units in ("uPa^2", "rad") else values
-
-
-def _rounded(values: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Numbers of one sign rounded to the first bits of their mantissa."""
-    dropped = 23 - MANTISSA_BITS
-    bits = np.ascontiguousarray(values, np.float32).view(np.uint32)
-    return ((bits + np.uint32(1 << (dropped - 1))) & np.uint32(0xFFFFFFFF << dropped & 0xFFFFFFFF)).view(np.float32)
+        np.multiply(values, 1 / FINEST, out=stored, casting="same_kind")
+        np.rint(stored, out=stored)
+        stored *= FINEST
+        return
+    stored[...] = values
+    if units in ("uPa^2", "rad"):  # numbers of one sign are rounded to the first bits of their mantissa
+        dropped, bits = 23 - MANTISSA_BITS, stored.view(np.uint32)
+        bits += np.uint32(1 << (dropped - 1))
+        bits &= np.uint32(0xFFFFFFFF << dropped & 0xFFFFFFFF)

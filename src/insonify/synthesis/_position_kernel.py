@@ -3,17 +3,32 @@
 Bins are those of `_label_kernel`: energy, then energy times north, east, down re the receiver, and times grazing angle.
 """
 
-from typing import Any
+import math
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from insonify.jit import njit
 from insonify.synthesis._fast_reverberation_energies import BLOCK, DelayCells, WeightedSamples, fill_pair_energies
+from insonify.synthesis._gridding import deposit_energy
 
 Floats = NDArray[np.float64]
 Singles = NDArray[np.float32]
 Integers = NDArray[Any]
+RUN = 128
+"""Samples of each phase that are convolved at once: few enough for the first-level cache."""
+
+
+class SamplePositions(NamedTuple):
+    """Mean positions of the echoes in each sample."""
+
+    position: Floats
+    """North, east, depth [m], (channels, samples, 3)."""
+    distance: Floats
+    """Distance from the receiver [m], (channels, samples)."""
+    grazing: Floats
+    """Grazing angle [rad], (channels, samples)."""
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -59,12 +74,14 @@ def deposit_positions(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def deposit_pair_positions(
-    samples: WeightedSamples, grid: DelayCells, position: Floats, grazing: Singles, receiver: Floats
-) -> None:
-    """Deposit energies and positions of all pairs; energies are those of `deposit_pair_energies`.
+    samples: WeightedSamples, energies: DelayCells, grid: DelayCells, position: Floats, grazing: Singles,
+    receiver: Floats,
+) -> None:  # fmt: skip
+    """Deposit energies and positions of all pairs, and the energies alone as `deposit_pair_energies` does.
 
     Args:
         samples: The samples.
+        energies: Cells of the energies alone; or none, (cells,).
         grid: Bins, (p, bins, MOMENTS).
         position: North, east, depth of the points [m], (3, n).
         grazing: Grazing angles of the legs at the points [rad], (f, n).
@@ -78,10 +95,12 @@ def deposit_pair_positions(
             m = min(BLOCK, samples.point_count[p] - begin)
             some = samples.rows[p, begin : begin + m]
             fill_pair_energies(samples, p, some, begin, late, energy)
+            if energies.cells.size:
+                deposit_energy(energies.cells, energies.first_time, energies.rate, late[:m], energy[:m])
             deposit_positions(own, late[:m], energy[:m], some, position, out, back, receiver)
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
+@njit(cache=True, nogil=True, error_model="numpy")
 def smear_energies(bins: NDArray[Any], pulse: Floats, per_sample: int, out: Floats) -> None:
     """Convolve energies with a pulse, added to samples: sums over the bins that contribute to each.
 
@@ -91,107 +110,96 @@ def smear_energies(bins: NDArray[Any], pulse: Floats, per_sample: int, out: Floa
         per_sample: Bins from one sample, of each phase, to the next.
         out: Result, added to in place, (channels, samples).
     """
-    phases, size = pulse.shape[0], bins.shape[1] // per_sample
-    energy, series = np.zeros(size), np.empty(-(-out.shape[1] // phases))
+    phases, series = pulse.shape[0], np.empty((pulse.shape[0], RUN))
     for channel in range(bins.shape[0]):
-        first, last = bins.shape[1], 0
-        for k in range(bins.shape[1]):
-            if bins[channel, k] != 0:
-                first, last = min(first, k), k + 1
-        if last == 0:
-            continue
-        begin, end = first // per_sample, min(-(-last // per_sample), size)
-        for phase in range(phases):
-            series[:] = 0.0
-            for part in range(per_sample):
-                for k in range(begin, end):
-                    energy[k] = bins[channel, k * per_sample + part]
-                for k in range(part, pulse.shape[1], per_sample):
-                    if pulse[phase, k] > 0.0:
-                        shift = k // per_sample
-                        to, until = max(begin - shift, 0), min(end - shift, series.size)
-                        _add_multiple(series[to:until], pulse[phase, k], energy[to + shift : until + shift])
-            for n in range((out.shape[1] - phase + phases - 1) // phases):
-                out[channel, n * phases + phase] += series[n]
+        for begin in range(0, -(-out.shape[1] // phases), RUN):
+            if not _smear_run(bins[channel], pulse, per_sample, begin, series):
+                continue
+            for phase in range(phases):
+                samples = out[channel, begin * phases + phase :: phases]
+                for n in range(min(RUN, samples.size)):
+                    samples[n] += series[phase, n]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _smear_run(bins: NDArray[Any], pulse: Floats, per_sample: int, begin: int, series: Floats) -> bool:
+    """Fill samples from a given one on of every phase with energies convolved with a pulse; False where all are 0.
+
+    Args:
+        bins: Energies by delay, (bins,).
+        pulse: Energy of the pulse, as for `smear_energies`.
+        per_sample: Bins from one sample, of each phase, to the next.
+        begin: Number of the first sample of each phase.
+        series: Result, (phases, RUN).
+    """
+    lags = -(-pulse.shape[1] // per_sample)
+    energy, any_energy = np.empty(RUN + lags), False
+    series[:] = 0.0
+    for part in range(per_sample):
+        some = bins[begin * per_sample + part :: per_sample]
+        count, has_energy = min(energy.size, some.size), False
+        for k in range(count):
+            energy[k] = some[k]
+            has_energy |= energy[k] != 0
+        energy[count:] = 0.0
+        for phase in range(pulse.shape[0] if has_energy else 0):
+            _correlate(energy, pulse[phase, part::per_sample], series[phase])
+        any_energy |= has_energy
+    return any_energy
 
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
-def _add_multiple(series: Floats, weight: float, energy: Floats) -> None:
-    """Add a multiple of one array to another of the same size."""
-    for n in range(min(series.size, energy.size)):
-        series[n] += weight * energy[n]
+def _correlate(values: Floats, weights: Floats, sums: Floats) -> None:
+    """Add to sum n the values n + k times weight k, four weights at a time for fewer reads and writes of the sums."""
+    whole = weights.size // 4 * 4
+    for k in range(0, whole, 4):
+        a, b, c, d = weights[k], weights[k + 1], weights[k + 2], weights[k + 3]
+        one, two, three, four = values[k:], values[k + 1 :], values[k + 2 :], values[k + 3 :]
+        for n in range(sums.size):
+            sums[n] = sums[n] + a * one[n] + b * two[n] + c * three[n] + d * four[n]
+    for k in range(whole, weights.size):
+        rest = values[k:]
+        for n in range(sums.size):
+            sums[n] += weights[k] * rest[n]
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
+@njit(cache=True, nogil=True, error_model="numpy")
 def smear_positions(
-    bins: Singles, pulse: Floats, per_sample: int, strongest: Integers, number: int, out: Floats
+    bins: Singles, energy: Floats, pulse: Floats, per_sample: int, strongest: Integers, number: int, receiver: Floats,
+    means: SamplePositions,
 ) -> None:  # fmt: skip
     """Mean position of the contributions to the samples of one contribution, weighted by energy.
 
+    Samples of other contributions are left unchanged.
+
     Args:
         bins: Energies and positions of the contribution by delay, (channels, bins, MOMENTS).
+        energy: Energy of the contribution in each sample, (channels, samples).
         pulse: Energy of the pulse at the lag of each bin, for some successive samples [1], (phases, lags).
         per_sample: Bins from one sample, of each phase, to the next.
         strongest: Number of the contribution that each sample is of, (channels, samples).
         number: Number of this one.
-        out: Result, the samples of other contributions unchanged, (MOMENTS - 1, channels, samples).
+        receiver: North, east, depth of the receiver [m], (3,).
+        means: Result.
     """
-    phases = pulse.shape[0]
+    position, distance, grazing = means
+    phases, moments = pulse.shape[0], np.empty((bins.shape[2] - 1, pulse.shape[0], RUN))
     for channel in range(strongest.shape[0]):
-        for m in range(strongest.shape[1]):
-            if strongest[channel, m] != number:
+        for begin in range(0, -(-strongest.shape[1] // phases), RUN):
+            own = strongest[channel, begin * phases : (begin + RUN) * phases]
+            if not (own == number).any():
                 continue
-            energy, north, east, down, grazing = 0.0, 0.0, 0.0, 0.0, 0.0
-            first, weights = m // phases * per_sample, pulse[m % phases]
-            for k in range(min(weights.size, bins.shape[1] - first)):
-                row, part = bins[channel, first + k], weights[k]
-                energy += part * row[0]
-                north += part * row[1]
-                east += part * row[2]
-                down += part * row[3]
-                grazing += part * row[4]
-            means = out[:, channel, m]
-            means[0], means[1], means[2] = north / energy, east / energy, down / energy
-            means[3] = grazing / energy
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def largest_rows(values: Floats, counts: NDArray[np.bool_], none: int, largest: Integers) -> None:
-    """Row of the largest value of each sample, the first of equals.
-
-    Args:
-        values: Values, (channels, rows, samples).
-        counts: False: a sample of no row, (channels, samples).
-        none: Number of no row.
-        largest: Result, (channels, samples).
-    """
-    best = np.empty(values.shape[2])
-    for c in range(values.shape[0]):
-        best[:], largest[c] = values[c, 0], 0
-        for k in range(1, values.shape[1]):
-            for n in range(best.size):
-                if values[c, k, n] > best[n]:
-                    best[n], largest[c, n] = values[c, k, n], k
-        for n in range(best.size):
-            if not counts[c, n]:
-                largest[c, n] = none
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def take_stronger(
-    value: Floats, own: Integers, row: int, number: int, highest: Floats, strongest: Integers
-) -> None:  # fmt: skip
-    """Give one contribution the samples of its object in which it is stronger than those before.
-
-    Args:
-        value: Energies of the contribution, (channels, samples).
-        own: Row of the object of each sample, (channels, samples).
-        row: Row of the contribution's object.
-        number: Number of the contribution.
-        highest: Energy of the strongest so far, changed in place, (channels, samples).
-        strongest: Its number, changed in place, (channels, samples).
-    """
-    for c in range(value.shape[0]):
-        for n in range(value.shape[1]):
-            if own[c, n] == row and value[c, n] > highest[c, n]:
-                highest[c, n], strongest[c, n] = value[c, n], number
+            for k in range(len(moments)):
+                _smear_run(bins[channel, :, k + 1], pulse, per_sample, begin, moments[k])
+            for phase in range(phases):
+                for k, m in enumerate(range(phase, own.size, phases)):
+                    if own[m] != number:
+                        continue
+                    n = begin * phases + m
+                    whole = energy[channel, n]
+                    north, east, down = moments[0, phase, k], moments[1, phase, k], moments[2, phase, k]
+                    north, east, down = north / whole, east / whole, down / whole
+                    distance[channel, n] = math.sqrt(north**2 + east**2 + down**2)
+                    mean = position[channel, n]
+                    mean[0], mean[1], mean[2] = north + receiver[0], east + receiver[1], down + receiver[2]
+                    grazing[channel, n] = moments[3, phase, k] / whole

@@ -7,7 +7,7 @@ pulse add as energies from the start.
 
 from collections.abc import Hashable
 from dataclasses import dataclass, field
-from functools import lru_cache
+from functools import cached_property, lru_cache
 
 import numpy as np
 import scipy
@@ -84,7 +84,7 @@ class IntensityBuffer:
         return self
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class IncoherentAccumulator:
     """Accumulator of expected intensity [uPa^2]."""
 
@@ -248,14 +248,16 @@ class IncoherentAccumulator:
 
     def swath_sizes(self, swath: ReverberationSamples) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
         """Amplitudes of all legs times the gain of the transmit and of the receive beam [1], (f, n) each."""
-        transmit_amplitude, moving_axes = (
-            _leg_amplitudes(self.ping_geometry.transmit_beams, swath),
-            moving_array_axes(self.ping_geometry),
-        )
+        transmit_amplitude, moving_axes = _leg_amplitudes(self.ping_geometry.transmit_beams, swath), self._moving_axes
         same_beams = self.ping_geometry.same_beams and moving_axes is None
         return transmit_amplitude, transmit_amplitude if same_beams else _leg_amplitudes(
             self.ping_geometry.receive_beams, swath, moving_axes
         )
+
+    @cached_property
+    def _moving_axes(self) -> tuple[Floats, Floats] | None:
+        """Motion of the receive array, the same for all samples of the ping."""
+        return moving_array_axes(self.ping_geometry)
 
     def weighted_samples(
         self, swath: ReverberationSamples, transmit_amplitude: NDArray[np.float32],

@@ -1,8 +1,8 @@
 """Bins of delay in which labels collect energies and positions, and their convolution with the pulse."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable
 from functools import lru_cache
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +12,6 @@ from insonify.synthesis._position_kernel import smear_energies
 from insonify.synthesis.incoherent import IncoherentAccumulator
 
 Floats = NDArray[np.float64]
-Name = TypeVar("Name")
 SIGNIFICANT = 1e-6
 """Intensity of a pulse re its maximum below which it interferes with no other [1]."""
 ROUNDING = 1e-6
@@ -88,9 +87,10 @@ def significant_duration(accumulator: IncoherentAccumulator, grid: BinGrid) -> f
     return int(np.ptp(np.flatnonzero((energy > SIGNIFICANT * energy.max()).any(axis=0))) + 1) / grid.rate
 
 
-def smeared(energies: Mapping[Name, NDArray[Any]], pulse: Floats, grid: BinGrid, count: int) -> dict[Name, Floats]:
-    """Energies of bins convolved with the pulse, (channels, bins) to (channels, samples), by name."""
-    series = {key: np.zeros((len(values), count)) for key, values in energies.items()}
-    for key, values in energies.items():
-        smear_energies(values, pulse, grid.per_sample, series[key])
+def smeared(energies: Iterable[NDArray[Any]], pulse: Floats, grid: BinGrid, shape: tuple[int, int]) -> Floats:
+    """Energies of bins convolved with the pulse, each of (channels, bins) to the shape (channels, samples), stacked."""
+    rows = list(energies)
+    series = np.zeros((len(rows), *shape))
+    for values, row in zip(rows, series, strict=True):
+        smear_energies(values, pulse, grid.per_sample, row)
     return series

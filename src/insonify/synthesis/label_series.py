@@ -5,8 +5,8 @@ from numpy.typing import NDArray
 
 from insonify.propagation.families import DIRECT
 from insonify.records.labels import NO_ROW, SURROUNDINGS, LabelNames, Labels
-from insonify.synthesis._label_kernel import MOMENTS
-from insonify.synthesis._position_kernel import largest_rows, smear_positions, take_stronger
+from insonify.synthesis._position_kernel import SamplePositions, smear_positions
+from insonify.synthesis._sample_mask_kernel import Contributions, SampleMasks, fill_masks, largest_rows
 from insonify.synthesis.incoherent import IncoherentAccumulator, IntensityBuffer
 from insonify.synthesis.label_bins import BinGrid, pulse_energy, smeared
 from insonify.synthesis.label_sums import ALL, HIDDEN, PAIR_ONLY, Key, LabelBuffer
@@ -14,8 +14,6 @@ from insonify.synthesis.level_curves import pair_name
 
 Floats = NDArray[np.float64]
 Singles = NDArray[np.float32]
-Masks = NDArray[np.bool_]
-Rows = NDArray[np.uint8]
 STRAIGHT = pair_name(DIRECT, DIRECT)
 
 
@@ -31,35 +29,35 @@ def labels_of(
         noise: Mean-square noise pressure that a target has to exceed [uPa^2].
         grid: Its bins of energy and position.
     """
-    bins = _bins(buffer)
-    pulse, count = pulse_energy(accumulator, grid), accumulator.grid.sample_count
-    energy = smeared({key: values[..., 0] for key, values in bins.items()}, pulse, grid, count)
+    bins, geometry = _bins(buffer), accumulator.ping_geometry
+    pulse, shape = pulse_energy(accumulator, grid), (geometry.channel_count, accumulator.grid.sample_count)
+    energies = smeared((values[..., 0] for values in bins.values()), pulse, grid, shape)
+    energy = dict(zip(bins, energies, strict=True))
+    by_object, by_pair = _Curves(buffer, accumulator).intensities(names, energy)
     shared = buffer.bins.keys() | buffer.flashes.keys()  # their energies are in curves
     own = {key: values[..., 0] for key, values in buffer.sampled.items() if key in shared}
-    sampled = {key: energy[key] for key in buffer.sampled} | smeared(own, pulse, grid, count)
-    by_object, by_pair = _Curves(buffer, accumulator).intensities(names, energy)
-    for (object_name, pair), intensity in [*sampled.items(), *smeared(buffer.excess, pulse, grid, count).items()]:
+    sampled = {key: energy[key] for key in buffer.sampled} | dict(
+        zip(own, smeared(own.values(), pulse, grid, shape), strict=True)
+    )
+    excess = zip(buffer.excess, smeared(buffer.excess.values(), pulse, grid, shape), strict=True)
+    for (object_name, pair), intensity in [*sampled.items(), *excess]:
         by_object[:, names.objects.index(object_name)] += intensity
         if pair != ALL:
             by_pair[:, names.pairs.index(pair)] += intensity
     by_object = np.maximum(by_object, 0.0, out=by_object)
-    zeros = np.zeros(by_object.shape[::2])
-    echo = {key: value for key, value in energy.items() if key[1] != HIDDEN}
-    is_received = sum(echo.values(), zeros) > 0
-    occluded = np.stack([energy.get((name, HIDDEN), zeros) for name in names.objects])
-    occluded_energy = occluded.sum(axis=0)
-    highlight, ghost = _targets(by_object, echo, occluded_energy, names, noise)
-    shadow = (occluded_energy > energy.get(("seabed", STRAIGHT), zeros)) & ~highlight
-    shadowing_object = _largest_rows(np.moveaxis(occluded, 0, 1), shadow)
-    strongest = _largest_rows(by_object, is_received)
-    position = _positions(bins, energy, pulse, names, strongest, shadowing_object, grid.per_sample)
-    distance = np.sqrt((position[:3] ** 2).sum(axis=0))
-    position[:3] += accumulator.ping_geometry.receive_position[:, None, None]
+    masks = _masks(by_object, energy, energies, names, noise)
+    means = SamplePositions(*(np.full(size, np.nan) for size in ((*shape, 3), shape, shape)))
+    for number, (values, contribution) in enumerate(zip(bins.values(), energies, strict=True)):
+        smear_positions(
+            values, contribution, pulse, grid.per_sample, masks.contribution, number, geometry.receive_position, means
+        )  # fmt: skip
+    strongest_pair = np.empty(shape, np.uint8)
+    for values, received, largest in zip(by_pair, masks.received, strongest_pair, strict=True):
+        largest_rows(values, received, NO_ROW, largest)
     return Labels(
-        expected_intensity=by_object.sum(axis=1), object_intensity=by_object, pair_intensity=by_pair,
-        strongest_object=strongest, strongest_pair=_largest_rows(by_pair, is_received), highlight=highlight,
-        shadow=shadow, ghost=ghost, shadowing_object=shadowing_object, position=np.moveaxis(position[:3], 0, -1),
-        distance=distance, grazing=position[3],
+        expected_intensity=masks.expected_intensity, object_intensity=by_object, pair_intensity=by_pair,
+        strongest_object=masks.strongest_object, strongest_pair=strongest_pair, highlight=masks.highlight,
+        shadow=masks.shadow, ghost=masks.ghost, shadowing_object=masks.shadowing_object, **means._asdict(),
     )  # fmt: skip
 
 
@@ -104,11 +102,14 @@ class _Curves:
         if common is not None:
             alone = self._buffer.curves[object_name, ALL]
             whole = self._accumulator.time_series(IntensityBuffer(alone.cells - common.cells, alone.intensity))
+        rows = [names.pairs.index(key[1]) for key in shared_keys]
+        if len(rows) == 1:
+            by_pair[rows[0]] = by_pair[rows[0]] + whole
+            return
         total = np.asarray(sum(energy[key] for key in shared_keys))
         part = np.divide(whole, total, out=np.zeros_like(whole), where=total > 0)
-        for key in shared_keys:
-            row = names.pairs.index(key[1])
-            by_pair[row] = by_pair[row] + (whole if len(shared_keys) == 1 else part * energy[key])
+        for key, row in zip(shared_keys, rows, strict=True):
+            by_pair[row] = by_pair[row] + part * energy[key]
 
     def _lacks_curve(self, key: Key) -> bool:
         """Return True for a pair whose energies have no curve but that of its object."""
@@ -133,44 +134,18 @@ class _Curves:
         return self._cached_series[keys]
 
 
-def _targets(
-    by_object: Floats, echo: dict[Key, Floats], occluded: Floats, names: LabelNames, noise: float
-) -> tuple[Masks, Masks]:
-    """Highlights and ghosts: samples in which targets make at least half of the intensity including noise.
-
-    A highlight is no weaker than the occluded echo of the seabed; otherwise the sample is a shadow.
-    """
-    zeros = np.zeros(by_object.shape[::2])
-    target = np.array([name not in SURROUNDINGS for name in names.objects])
-    target_intensity = by_object[:, target].sum(axis=1)
-    energy_by_surface = {True: zeros, False: zeros}
-    for (object_name, pair), value in echo.items():
-        if object_name not in SURROUNDINGS:
-            energy_by_surface["S" in pair] = energy_by_surface["S" in pair] + value
-    # the tail of the filter, 60 dB below an echo and further, would dominate silent water
-    is_received = energy_by_surface[True] + energy_by_surface[False] > 0
-    dominates = is_received & (target_intensity >= by_object[:, ~target].sum(axis=1) + noise)
-    ghost = energy_by_surface[True] > energy_by_surface[False]
-    return dominates & ~ghost & (target_intensity >= occluded), dominates & ghost
-
-
-def _positions(
-    bins: dict[Key, Singles], energy: dict[Key, Floats], pulse: Floats, names: LabelNames, strongest: Rows,
-    shadowing_object: Rows, per_sample: int,
-) -> Floats:  # fmt: skip
-    """North, east, down re the receiver, grazing angle, (4, channels, samples); NaN where nothing is received."""
-    own = {False: np.where(shadowing_object == NO_ROW, strongest, NO_ROW), True: shadowing_object}
-    highest, winner = np.zeros(strongest.shape), np.full(strongest.shape, -1, np.int16)
-    for number, ((object_name, pair), value) in enumerate(energy.items()):
-        take_stronger(value, own[pair == HIDDEN], names.objects.index(object_name), number, highest, winner)
-    position = np.full((MOMENTS - 1, *strongest.shape), np.nan)
-    for number, key in enumerate(energy):
-        smear_positions(bins[key], pulse, per_sample, winner, number, position)
-    return position
-
-
-def _largest_rows(values: Floats, counts: Masks) -> Rows:
-    """Row of the largest value of each sample, (channels, rows, samples) to (channels, samples); `NO_ROW` for none."""
-    largest = np.empty(counts.shape, np.uint8)
-    largest_rows(values, counts, NO_ROW, largest)
-    return largest
+def _masks(
+    by_object: Floats, energy: dict[Key, Floats], energies: Floats, names: LabelNames, noise: float
+) -> SampleMasks:
+    """Masks of all samples, by the intensities of objects and the energies of contributions."""
+    shape, keys = by_object.shape[::2], list(energy)
+    contributions = Contributions(
+        energies, np.array([names.objects.index(name) for name, _ in keys], np.intp),
+        np.array([pair == HIDDEN for _, pair in keys], bool), np.array(["S" in pair for _, pair in keys], bool),
+    )  # fmt: skip
+    masks = SampleMasks(np.empty(shape), *(np.empty(shape, kind) for kind in (np.uint8, np.uint8, np.int16)),
+                        *(np.empty(shape, bool) for _ in range(4)))  # fmt: skip
+    is_target = np.array([name not in SURROUNDINGS for name in names.objects])
+    straight = keys.index(("seabed", STRAIGHT)) if ("seabed", STRAIGHT) in energy else -1
+    fill_masks(by_object, is_target, contributions, straight, noise, NO_ROW, masks)
+    return masks

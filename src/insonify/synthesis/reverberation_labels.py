@@ -16,6 +16,7 @@ from insonify.synthesis.label_sums import ALL, HIDDEN, Key, LabelBuffer
 from insonify.synthesis.level_curves import pair_name
 from insonify.units import amplitude_ratio
 
+Floats = NDArray[np.float64]
 Singles = NDArray[np.float32]
 SEABED = "seabed"
 
@@ -43,8 +44,8 @@ def add_swath(
     interferes = len(swath.interference_ranges) > 0
     if is_fine or interferes:
         energies = buffer.curves.setdefault((SEABED, ALL), accumulator.empty())
-    if is_fine:
-        accumulator.add_swath(energies, samples)
+    _add_positions(buffer.bins if is_fine else buffer.sampled, bins, accumulator, samples, swath.origins,
+                   energies.cells[0] if is_fine else np.empty(0))  # fmt: skip
     if interferes:
         before = energies.cells.copy()
         accumulator.add_fringes(energies, swath, samples)
@@ -52,21 +53,21 @@ def add_swath(
             SEABED, IntensityBuffer(np.zeros_like(before), np.zeros_like(energies.intensity))
         )
         interference.cells[...] += energies.cells - before
-    _add_positions(buffer.bins if is_fine else buffer.sampled, bins, accumulator, samples, swath.origins)
     if len(swath.origins.cut):
         _add_occluded(buffer, bins, accumulator, swath, swath.origins, occluder_names)
 
 
 def _add_positions(
     bins_by_key: dict[Key, Singles], grid: BinGrid, accumulator: IncoherentAccumulator, samples: WeightedSamples,
-    origins: Origins
+    origins: Origins, cells: Floats,
 ) -> None:  # fmt: skip
-    """Add energy and position of every pair to its bins."""
+    """Add energy and position of every pair to its bins, and the energy to cells of the energy grid unless empty."""
     bins = np.zeros((len(samples.pair), grid.size, MOMENTS), np.float32)
-    by_delay = DelayCells(bins, grid.start, grid.rate)
     deposit_pair_positions(
-        samples, by_delay, origins.position, origins.grazing, accumulator.ping_geometry.receive_position
-    )
+        samples, DelayCells(cells, accumulator.grid.first_time, accumulator.grid.energy_rate),
+        DelayCells(bins, grid.start, grid.rate), origins.position, origins.grazing,
+        accumulator.ping_geometry.receive_position,
+    )  # fmt: skip
     for (i, j), pair_bins in zip(samples.pair.tolist(), bins, strict=True):
         key = SEABED, pair_name(origins.families[i], origins.families[j])
         bins_by_key[key] = bins_by_key[key] + pair_bins[None] if key in bins_by_key else pair_bins[None]

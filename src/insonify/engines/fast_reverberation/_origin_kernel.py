@@ -60,11 +60,13 @@ def positions(
         position: Result, north, east, depth [m], (3, n).
     """
     for s in range(begin.size):
-        for i in range(first[s], first[s + 1]):
-            listed = begin[s] + i - first[s]
-            position[0, i] = north + point[0, i] * ahead[0, listed]
-            position[1, i] = east + point[0, i] * ahead[1, listed]
-            position[2, i] = point[1, i]
+        line = slice(first[s], first[s + 1])
+        there, distance, depth = position[:, line], point[0, line], point[1, line]
+        listed = ahead[:, begin[s] : begin[s] + distance.size]
+        for i in range(distance.size):
+            there[0, i] = north + distance[i] * listed[0, i]
+            there[1, i] = east + distance[i] * listed[1, i]
+            there[2, i] = depth[i]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
