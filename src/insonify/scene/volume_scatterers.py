@@ -113,7 +113,10 @@ def layer_scatterers(
         strength[(position[:, 2] > top) & (position[:, 2] <= bottom)] = s_v
     wet = strength > 0
     if seabed.terrain is not None:
-        wet[wet] = position[wet, 2] < seabed_depth_at(seabed, position[wet, :2])
+        # a survey may have gaps, over which there is no water
+        uppermost = seabed.terrain.span[0] if seabed.terrain.relief.is_waves else -np.inf
+        low = wet & (position[:, 2] >= uppermost)
+        wet[low] = position[low, 2] < seabed_depth_at(seabed, position[low, :2])
     return _points(WATER, position[wet], (volume * strength)[wet], phase[wet], key[wet])
 
 
