@@ -18,6 +18,8 @@ Singles = NDArray[np.float32]
 Integers = NDArray[Any]
 RUN = 128
 """Samples of each phase that are convolved at once: few enough for the first-level cache."""
+FEW = 32
+"""Samples of a run below which each is convolved alone, which is faster."""
 
 
 class SamplePositions(NamedTuple):
@@ -187,14 +189,15 @@ def smear_positions(
     for channel in range(strongest.shape[0]):
         for begin in range(0, -(-strongest.shape[1] // phases), RUN):
             own = strongest[channel, begin * phases : (begin + RUN) * phases]
-            if not (own == number).any():
-                continue
-            for k in range(len(moments)):
+            count = (own == number).sum()
+            for k in range(len(moments) if count >= FEW else 0):
                 _smear_run(bins[channel, :, k + 1], pulse, per_sample, begin, moments[k])
             for phase in range(phases):
                 for k, m in enumerate(range(phase, own.size, phases)):
                     if own[m] != number:
                         continue
+                    if count < FEW:
+                        _smear_sample(bins[channel], pulse[phase], (begin + k) * per_sample, moments[:, phase, k])
                     n = begin * phases + m
                     whole = energy[channel, n]
                     north, east, down = moments[0, phase, k], moments[1, phase, k], moments[2, phase, k]
@@ -203,3 +206,16 @@ def smear_positions(
                     mean = position[channel, n]
                     mean[0], mean[1], mean[2] = north + receiver[0], east + receiver[1], down + receiver[2]
                     grazing[channel, n] = moments[3, phase, k] / whole
+
+
+@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
+def _smear_sample(bins: Singles, pulse: Floats, first: int, moments: Floats) -> None:
+    """Fill all moments but the energy of one sample, (MOMENTS - 1,), of bins from a given one on."""
+    north, east, down, grazing = 0.0, 0.0, 0.0, 0.0
+    for k in range(min(pulse.size, bins.shape[0] - first)):
+        row, part = bins[first + k], pulse[k]
+        north += part * row[1]
+        east += part * row[2]
+        down += part * row[3]
+        grazing += part * row[4]
+    moments[0], moments[1], moments[2], moments[3] = north, east, down, grazing
