@@ -102,6 +102,11 @@ def test_what_was_left_out_stays_left_out(nominal):
         ({"seeed": 3}, ["did you mean 'seed'"]),
         ({"track.heading": "90 degrees"}, ["track.heading", "90 degrees", "deg"]),
         ({"track.heading": 90}, ["90 rad is out of range", "Did you mean 90 deg?"]),
+        (
+            {"sonar.pulse.frequency": 450, "sonar.pulse.duration": 0.2},
+            ["sonar.pulse.frequency", "Did you mean 450 kHz?"],
+        ),
+        ({"track.window": [0, 240]}, ["track.window.1", "Did you mean 240 ms?"]),
         ({"targets.3.position": [0, 1]}, ["targets has indices 0 to 0"]),
         ({"targets.box.position": [0, 1]}, ["targets is a list", "targets.0"]),
         ({"water.patches.0.position": [0, 1, 2]}, ["water.patches has no entries", "as a whole"]),

@@ -38,6 +38,8 @@ from insonify.scene.target import PointTarget
 from insonify.simulator import Simulator
 from insonify.sonar.ping_geometry import PingGeometry
 from insonify.sonar.two_way_beam import two_way_width
+from insonify.synthesis._gridding_kernel import WIDTH
+from insonify.synthesis.direction_grid import direction_grid
 from insonify.synthesis.label_accumulator import POINTS
 from insonify.synthesis.waveform_basis import waveform_basis
 
@@ -541,7 +543,9 @@ def _pair_seconds(
         return section + (unit_costs.SECONDS_PER_PAIR + unit_costs.SECONDS_PER_LABEL) * beams
     if simulator.scenario.field == "incoherent":
         return _expected_pair_seconds(simulator, ping_geometry, section, boundary)
-    if ping_geometry.is_static and ping_geometry.elements is None and not ping_geometry.sub_bands:
+    on_rows = direction_grid(ping_geometry) is not None
+    if ping_geometry.is_static and ping_geometry.elements is None and not (ping_geometry.sub_bands or on_rows):
         return section + unit_costs.SECONDS_PER_PAIR * beams
     shapes = unit_costs.SECONDS_PER_WAVEFORM * (waveform_count(ping_geometry) - 1)
-    return section + unit_costs.SECONDS_PER_PAIR + (unit_costs.SECONDS_PER_ELEMENT + shapes) * beams
+    deposits = WIDTH if on_rows else beams
+    return section + unit_costs.SECONDS_PER_PAIR + (unit_costs.SECONDS_PER_ELEMENT + shapes) * deposits

@@ -12,7 +12,7 @@ from insonify.sonar.array import LineArray, PlanarArray, PointTransducer
 from insonify.sonar.element_array import AnyArray, ArcArray, Array, ElementArray
 from insonify.sonar.hull import Hull
 from insonify.sonar.hydrophones import element_layout, one_element
-from insonify.sonar.pulse import Pulse
+from insonify.sonar.pulse import MIN_PLAUSIBLE_FREQUENCY, Pulse
 from insonify.sonar.receiver import ROLL_OFF, Receiver
 from insonify.sonar.recorder import Recorder
 
@@ -70,6 +70,13 @@ class Sonar(Model):
     @model_validator(mode="after")
     def _band_above_zero(self) -> Self:
         if ROLL_OFF / 2 * self.receiver.bandwidth >= self.pulse.frequency:
+            if self.pulse.frequency <= MIN_PLAUSIBLE_FREQUENCY:
+                raise field_error(
+                    "pulse.frequency",
+                    f"{self.pulse.frequency:g} Hz",
+                    f"is too low for a receiver of {self.receiver.bandwidth / 1e3:g} kHz. "
+                    f"Did you mean {self.pulse.frequency:g} kHz? Write the unit.",
+                )
             limit = self.pulse.frequency * 2 / ROLL_OFF / 1e3
             raise field_error(
                 "receiver.bandwidth",

@@ -57,7 +57,9 @@ class PingSchedule(Model):
             raise field_error("window.0", f"{start:g} s", "is before the transmission. Give 0 s or later.")
         if stop > MAX_WINDOW:
             raise field_error(
-                "window.1", f"{stop:g} s", f"is too late; {MAX_WINDOW:g} s, 75 km of range, is the latest stop."
+                "window.1",
+                f"{stop:g} s",
+                f"is too late; {MAX_WINDOW:g} s, 75 km of range, is the latest stop. Did you mean {stop:g} ms?",
             )
         if stop <= start:
             raise field_error(
