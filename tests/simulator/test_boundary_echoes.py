@@ -465,7 +465,7 @@ def test_a_hull_out_of_the_water_or_around_the_sonar_is_refused(down, words):
     """One line that names the key and the fix."""
     with pytest.raises(ValueError, match=words) as refused:
         afloat(size={"offset": (0.0, 0.0, down)})
-    assert "sonar.hull.offset" in str(refused.value)
+    assert str(refused.value).count("sonar.hull.offset") == 1
     with pytest.raises(ValueError, match="another platform"):
         afloat(receiver_track={"kind": "static", "position": (3.0, 0.0, 0.6)})
     with pytest.raises(ValueError, match="tracer does not follow"):
