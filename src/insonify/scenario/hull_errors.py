@@ -40,9 +40,12 @@ def hull_errors(scenario: Scenario, array_positions: dict[str, NDArray[np.float6
         yield field_error("sonar.hull.offset", None, f"puts the underside {where} at some ping. Give the third number "
                           "(down) such that it stays in the water, or move the track.")  # fmt: skip
         return
-    for name, position in array_positions.items():
-        inside = float((depth - position[:, 2]).max())
-        if name.endswith("array") and inside > ROUNDING:
-            yield field_error("sonar.hull.offset", None, f"puts the underside {inside:.3g} m below {name}, which would "
-                              "be inside the hull. Give a smaller third number (down), or mount the array lower."
-                              )  # fmt: skip
+    inside = {
+        name: float((depth - position[:, 2]).max())
+        for name, position in array_positions.items() if name.endswith("array")
+    }  # fmt: skip
+    name = max(inside, key=inside.__getitem__)
+    if inside[name] > ROUNDING:
+        yield field_error("sonar.hull.offset", None, f"puts the underside {inside[name]:.3g} m below {name}, which "
+                          "would be inside the hull. Give a smaller third number (down), or mount the array lower."
+                          )  # fmt: skip
