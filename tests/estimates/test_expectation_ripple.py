@@ -19,7 +19,7 @@ def expected(length=1.5, points=5.0, seed=1, **top):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("length", [0.5, 1.5])
-def test_samples_ripple_as_much_as_the_note_says(length):
+def test_samples_ripple_as_much_as_the_note_states(length):
     """5 points against 40, whose own ripple is a third: 1 to 2 dB rms, and a fifth for chance."""
     few, many = (simulate(expected(length, points)).intensity.values[0, 0] for points in (5.0, ENOUGH))
     ripple = np.std(10 * np.log10(few / many))
@@ -33,7 +33,7 @@ def test_samples_ripple_as_much_as_the_note_says(length):
      expected().with_({"paths.contributions": ["target"]}), expected().with_({"paths.max_reflections": 0})],
     ids=["wide beams", "many points", "flat sea", "coherent", "targets alone", "no surface paths"],
 )  # fmt: skip
-def test_nothing_is_said_where_glints_do_not_ripple(scenario):
+def test_no_note_is_given_where_glints_do_not_ripple(scenario):
     """Beams wider than the glints' spread, enough points, no glints, no expectation."""
     assert expectation_ripple(scenario) == ""
 

@@ -38,8 +38,7 @@ from insonify.scene.target import PointTarget
 from insonify.simulator import Simulator
 from insonify.sonar.ping_geometry import PingGeometry
 from insonify.sonar.two_way_beam import two_way_width
-from insonify.synthesis._gridding_kernel import WIDTH
-from insonify.synthesis.direction_grid import direction_grid
+from insonify.synthesis.direction_grid import WIDTH, direction_grid
 from insonify.synthesis.label_accumulator import POINTS
 from insonify.synthesis.waveform_basis import waveform_basis
 
