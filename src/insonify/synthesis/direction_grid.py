@@ -17,7 +17,8 @@ from insonify.sonar.beam import POINTS_PER_LOBE, Beams
 from insonify.sonar.beam_kernels import OMNI
 from insonify.sonar.ping_geometry import PingGeometry
 from insonify.synthesis._direction_grid_kernel import DirectionRows, combine_rows
-from insonify.synthesis._gridding_kernel import CELLS_PER_SPIKE, WIDTH, tap_coefficients
+from insonify.synthesis._gridding_kernel import CELLS_PER_SPIKE, tap_coefficients
+from insonify.synthesis._gridding_kernel import WIDTH as WIDTH
 
 Floats = NDArray[np.float64]
 Cells = NDArray[np.complex64]
