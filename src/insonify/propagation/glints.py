@@ -303,6 +303,7 @@ class GlintSurface:
         string, depth = bounce_sequence(family), float(sonar_end.position[2])
         phase, image = reflection.phase_per_height, image_depth(family, depth, bed)
         bed_phase, longer = reflection.bed_phase_per_height, reflection.long_variance
+        bed_quanta = reflection.bed_quanta
         if self.bounce_points is not None:
             # as off a calm surface: with a moving bounce, the drawn waves would change with its angle
             climb = np.maximum(np.abs(scatterers.position[:, 2] - image), 1e-6)
@@ -318,10 +319,10 @@ class GlintSurface:
         if not scatterers.has_random_phase:  # facets of one target share the waves, or they would decorrelate
             phase = np.full_like(phase, self._mean_target_phase(phase, image, scatterers, sonar_end, 0.0))
             bed_phase = np.full_like(phase, self._mean_target_phase(bed_phase, image, scatterers, sonar_end, bed))
-            longer = np.full_like(phase, longer.mean())
+            longer, bed_quanta = (np.full_like(phase, column.mean()) for column in (longer, bed_quanta))
         points = GlintPoints(
             scatterers.scatterer_id, np.ascontiguousarray(scatterers.position),
-            np.ascontiguousarray(scatterers.normal), phase, bed_phase, longer, reflection.bed_quanta,
+            np.ascontiguousarray(scatterers.normal), phase, bed_phase, longer, bed_quanta,
         )  # fmt: skip
         key = random_keys.stream_key(self.seed, random_keys.GLINT)
         rough = self.rough_boundaries
