@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from insonify.synthesis._position_kernel import RUN, SamplePositions, smear_energies, smear_positions
+from insonify.synthesis._position_kernel import RUN_LENGTH, SamplePositions, smear_energies, smear_positions
 from insonify.synthesis._sample_mask_kernel import Contributions, SampleMasks, fill_masks
 
 NONE = 255
@@ -24,7 +24,7 @@ def convolved(bins: np.ndarray, pulse: np.ndarray, per_sample: int, samples: int
 def test_positions_are_means_over_the_lags_of_the_pulse(phases: int, per_sample: int, lags: int) -> None:
     """Energies and mean positions are sums over the lags, across runs of samples, gaps and both ends: to rounding."""
     rng = np.random.default_rng(3)
-    samples = 2 * RUN * phases + 37
+    samples = 2 * RUN_LENGTH * phases + 37
     bins = rng.random((1, (samples // phases + 9) * per_sample, 5)).astype(np.float32)
     bins[0, 20:300] = 0.0
     pulse = rng.random((phases, lags))

@@ -16,9 +16,9 @@ from insonify.synthesis._gridding import deposit_energy
 Floats = NDArray[np.float64]
 Singles = NDArray[np.float32]
 Integers = NDArray[Any]
-RUN = 128
+RUN_LENGTH = 128
 """Samples of each phase that are convolved at once: few enough for the first-level cache."""
-FEW = 32
+MIN_RUN_SAMPLES = 32
 """Samples of a run below which each is convolved alone, which is faster."""
 
 
@@ -112,14 +112,14 @@ def smear_energies(bins: NDArray[Any], pulse: Floats, per_sample: int, out: Floa
         per_sample: Bins from one sample, of each phase, to the next.
         out: Result, added to in place, (channels, samples).
     """
-    phases, series = pulse.shape[0], np.empty((pulse.shape[0], RUN))
+    phases, series = pulse.shape[0], np.empty((pulse.shape[0], RUN_LENGTH))
     for channel in range(bins.shape[0]):
-        for begin in range(0, -(-out.shape[1] // phases), RUN):
+        for begin in range(0, -(-out.shape[1] // phases), RUN_LENGTH):
             if not _smear_run(bins[channel], pulse, per_sample, begin, series):
                 continue
             for phase in range(phases):
                 samples = out[channel, begin * phases + phase :: phases]
-                for n in range(min(RUN, samples.size)):
+                for n in range(min(RUN_LENGTH, samples.size)):
                     samples[n] += series[phase, n]
 
 
@@ -132,10 +132,10 @@ def _smear_run(bins: NDArray[Any], pulse: Floats, per_sample: int, begin: int, s
         pulse: Energy of the pulse, as for `smear_energies`.
         per_sample: Bins from one sample, of each phase, to the next.
         begin: Number of the first sample of each phase.
-        series: Result, (phases, RUN).
+        series: Result, (phases, RUN_LENGTH).
     """
     lags = -(-pulse.shape[1] // per_sample)
-    energy, any_energy = np.empty(RUN + lags), False
+    energy, any_energy = np.empty(RUN_LENGTH + lags), False
     series[:] = 0.0
     for part in range(per_sample):
         some = bins[begin * per_sample + part :: per_sample]
@@ -185,27 +185,27 @@ def smear_positions(
         means: Result.
     """
     position, distance, grazing = means
-    phases, moments = pulse.shape[0], np.empty((bins.shape[2] - 1, pulse.shape[0], RUN))
+    phases, moments = pulse.shape[0], np.empty((bins.shape[2] - 1, pulse.shape[0], RUN_LENGTH))
     for channel in range(strongest.shape[0]):
-        for begin in range(0, -(-strongest.shape[1] // phases), RUN):
-            own = strongest[channel, begin * phases : (begin + RUN) * phases]
-            count = (own == number).sum()
-            for k in range(len(moments) if count >= FEW else 0):
+        for begin in range(0, -(-strongest.shape[1] // phases), RUN_LENGTH):
+            is_own = strongest[channel, begin * phases : (begin + RUN_LENGTH) * phases] == number
+            count = is_own.sum()
+            for k in range(len(moments) if count >= MIN_RUN_SAMPLES else 0):
                 _smear_run(bins[channel, :, k + 1], pulse, per_sample, begin, moments[k])
             for phase in range(phases):
-                for k, m in enumerate(range(phase, own.size, phases)):
-                    if own[m] != number:
+                for k, m in enumerate(range(phase, is_own.size, phases)):
+                    if not is_own[m]:
                         continue
-                    if count < FEW:
+                    if count < MIN_RUN_SAMPLES:
                         _smear_sample(bins[channel], pulse[phase], (begin + k) * per_sample, moments[:, phase, k])
                     n = begin * phases + m
-                    whole = energy[channel, n]
+                    sample_energy = energy[channel, n]
                     north, east, down = moments[0, phase, k], moments[1, phase, k], moments[2, phase, k]
-                    north, east, down = north / whole, east / whole, down / whole
+                    north, east, down = north / sample_energy, east / sample_energy, down / sample_energy
                     distance[channel, n] = math.sqrt(north**2 + east**2 + down**2)
                     mean = position[channel, n]
                     mean[0], mean[1], mean[2] = north + receiver[0], east + receiver[1], down + receiver[2]
-                    grazing[channel, n] = moments[3, phase, k] / whole
+                    grazing[channel, n] = moments[3, phase, k] / sample_energy
 
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})

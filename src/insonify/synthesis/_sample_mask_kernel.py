@@ -63,37 +63,55 @@ def fill_masks(
         masks: Result.
     """
     energy, object_row, is_occluded, has_surface = contributions
-    expected, strongest, shadowing, winner, received, highlight, shadow, ghost = masks
     sums = np.empty((6, by_object.shape[2]))
-    target, rest, echo, occluded, by_surface, without = sums
+    target, surroundings, echo, occluded, by_surface, without_surface = sums
     for c in range(by_object.shape[0]):
-        sums[:], expected[c] = 0.0, 0.0
+        sums[:], masks.expected_intensity[c] = 0.0, 0.0
         for row in range(by_object.shape[1]):
-            _add(by_object[c, row], expected[c])
-            _add(by_object[c, row], target if is_target[row] else rest)
+            _add(by_object[c, row], masks.expected_intensity[c])
+            _add(by_object[c, row], target if is_target[row] else surroundings)
         for k in range(energy.shape[0]):
             _add(energy[k, c], occluded if is_occluded[k] else echo)
             if is_target[object_row[k]] and not is_occluded[k]:
-                _add(energy[k, c], by_surface if has_surface[k] else without)
+                _add(energy[k, c], by_surface if has_surface[k] else without_surface)
+        received, highlight, shadow, ghost = masks.received[c], masks.highlight[c], masks.shadow[c], masks.ghost[c]
         for n in range(target.size):
-            received[c, n] = echo[n] > 0
+            received[n] = echo[n] > 0
             # the tail of the filter, 60 dB below an echo and further, would dominate silent water
-            dominates = by_surface[n] + without[n] > 0 and target[n] >= rest[n] + noise
-            ghost[c, n] = dominates and by_surface[n] > without[n]
-            highlight[c, n] = dominates and not ghost[c, n] and target[n] >= occluded[n]
+            has_target = by_surface[n] + without_surface[n] > 0
+            dominates = has_target and target[n] >= surroundings[n] + noise
+            ghost[n] = dominates and by_surface[n] > without_surface[n]
+            highlight[n] = dominates and not ghost[n] and target[n] >= occluded[n]
             direct = energy[straight, c, n] if straight >= 0 else 0.0
-            shadow[c, n] = occluded[n] > direct and not highlight[c, n]
-        largest_rows(by_object[c], received[c], none, strongest[c])
-        shadowing[c], winner[c], rest[:], target[:] = none, -1, 0.0, 0.0
-        for k in range(energy.shape[0]):
-            for n in range(rest.size if is_occluded[k] else 0):
-                if shadow[c, n] and energy[k, c, n] > rest[n]:
-                    rest[n], shadowing[c, n] = energy[k, c, n], object_row[k]
-        for k in range(energy.shape[0]):
-            for n in range(target.size):
-                own = strongest[c, n] if shadowing[c, n] == none else shadowing[c, n]
-                if own == object_row[k] and is_occluded[k] == (shadowing[c, n] != none) and energy[k, c, n] > target[n]:
-                    target[n], winner[c, n] = energy[k, c, n], k
+            shadow[n] = occluded[n] > direct and not highlight[n]
+        largest_rows(by_object[c], received, none, masks.strongest_object[c])
+        _fill_shadowing_objects(contributions, c, shadow, none, masks.shadowing_object[c])
+        _fill_strongest_contributions(contributions, c, none, masks)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _fill_shadowing_objects(contributions: Contributions, c: int, shadow: Masks, none: int, result: Integers) -> None:
+    """Fill the row of the object that occludes most in each sample of a shadow of channel c, (samples,)."""
+    energy, object_row, is_occluded, _ = contributions
+    highest, result[:] = np.zeros(shadow.size), none
+    for k in range(energy.shape[0]):
+        for n in range(shadow.size if is_occluded[k] else 0):
+            if shadow[n] and energy[k, c, n] > highest[n]:
+                highest[n], result[n] = energy[k, c, n], object_row[k]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _fill_strongest_contributions(contributions: Contributions, c: int, none: int, masks: SampleMasks) -> None:
+    """Fill the number of the strongest contribution to each sample of channel c."""
+    energy, object_row, is_occluded, _ = contributions
+    shadowing, strongest, result = masks.shadowing_object[c], masks.strongest_object[c], masks.contribution[c]
+    highest, result[:] = np.zeros(result.size), -1
+    for k in range(energy.shape[0]):
+        for n in range(result.size):
+            is_shadow = shadowing[n] != none
+            row = shadowing[n] if is_shadow else strongest[n]
+            if row == object_row[k] and is_shadow == is_occluded[k] and energy[k, c, n] > highest[n]:
+                highest[n], result[n] = energy[k, c, n], k
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
