@@ -7,7 +7,7 @@ Propagation and Scattering in Random Media, chapter 21 (chapter from memory; its
 
 import numpy as np
 from scipy.interpolate import RegularGridInterpolator
-from scipy.special import j0
+from scipy.special import j0, j1
 
 
 def energies(height, distance, k, sediment, low, *, beyond, reach=12.0, step=0.025):
@@ -42,3 +42,24 @@ def energies(height, distance, k, sediment, low, *, beyond, reach=12.0, step=0.0
     patches = section / (one * other) ** 2 * (step * length) ** 2
     lobe = level < beyond * k
     return np.exp(-((4 * k * height / length) ** 2) * variance), patches[lobe].sum(), patches[~lobe].sum()
+
+
+def ring_energies(k, phase, sediment, low, edges):
+    """Energy scattered into rings of the change of horizontal wavenumber re all that is scattered, in any unit [1].
+
+    Args:
+        k: Wavenumber of the sound, and of the shortest waves [rad/m].
+        phase: Phase per height, 2 k sin(grazing) [rad/m].
+        sediment: Spectrum of the waves.
+        low: Wavenumber of the longest waves [rad/m].
+        edges: Edges of the rings over k [1], shape (n + 1,).
+
+    Returns:
+        Energies, shape (n,), and the energy of the coherent reflection re all that is reflected.
+    """
+    waves, apart = np.geomspace(low, k, 2000), (np.arange(10_000) + 0.5) * 0.3 / k
+    density = 2 * np.pi * sediment.spectral_strength * waves ** (1 - sediment.spectral_exponent)
+    less = phase**2 * np.array([np.trapezoid(density * (1 - j0(waves * one)), waves) for one in apart])
+    coherent = np.exp(-(phase**2) * np.trapezoid(density, waves))
+    incoherent = (np.exp(-less) - coherent) * np.exp(-((2.7 * apart / apart[-1]) ** 2))
+    return np.diff([np.sum(incoherent * edge * j1(edge * k * apart)) for edge in edges]), coherent

@@ -4,7 +4,6 @@ from functools import partial
 
 import numpy as np
 import pytest
-from scipy.special import j0, j1
 
 from insonify.engines.multiple_bed_scattering import incoherent_bounces, other_scatterers
 from insonify.propagation.bed_roughness import bed_roughness
@@ -14,6 +13,7 @@ from insonify.scattering.reflection import reflection_coefficient
 from insonify.scattering.roughness import band_variance
 from insonify.scattering.sediments import Sediment
 from insonify.simulator import arrivals, build_simulator, levels, simulate
+from oracles.forward_scatter import ring_energies
 from oracles.scenes import each_ping, nominal
 
 SEDIMENT, C, Z = "very fine sand", 1500.0, 6.0
@@ -99,12 +99,7 @@ def glint_excess(sediment, frequency, rings=24):
     made_of, k = Sediment.named(sediment), 2 * np.pi * frequency / C
     edges = np.linspace(0, 1 / 3, rings + 1)
     low = np.pi / np.sqrt(C / frequency * Z * 2 * Z / (3 * Z))
-    waves, apart = np.geomspace(low, k, 2000), (np.arange(8000) + 0.5) * 0.3 / k
-    density = 2 * np.pi * made_of.spectral_strength * waves ** (1 - made_of.spectral_exponent)
-    less = 4 * k * k * np.array([np.trapezoid(density * (1 - j0(waves * one)), waves) for one in apart])
-    none = np.exp(-4 * k * k * np.trapezoid(density, waves))
-    incoherent = (np.exp(-less) - none) * np.exp(-((2.7 * apart / apart[-1]) ** 2))
-    lobe = np.diff([np.sum(incoherent * edge * j1(edge * k * apart)) for edge in edges])
+    lobe, none = ring_energies(k, 2 * k, made_of, low, edges)
     share = bed_roughness(afloat("rough", seabed={
         "scattering": {"law": "small-slope", "sediment": sediment}, "reflection": sediment}).seabed, frequency, C
     ).scattered_share[-1]  # fmt: skip
