@@ -293,9 +293,10 @@ def record(
     missing, count = writer.missing(writer.of_part(part, requested))
     done, report = count - len(missing), on_ping or (lambda *_: None)
     report(done, count)
-    for job, series, labelling in simulate_jobs(simulator, [Job(*request) for request in missing], threads):
+    jobs = simulate_jobs(simulator, [Job(*request) for request in missing], threads)
+    for number, (job, series, labelling) in enumerate(jobs, done + 1):
         writer.write(job.ping, series, labelling)
-        report(done := done + 1, count)
+        report(number, count)
     writer.pack()
     return Path(path)
 
@@ -547,7 +548,9 @@ def arrivals(scenario: Scenario, ping: int = 0, *, window: DelayInterval | None 
     first, last = delay_interval(geometry, window)
     expected = scenario.field == "incoherent"
     jitter = replica_jitter(scenario.seed, ping, scenario.paths)
-    tables, group = list[Arrivals](), 0
+    is_near_field = not expected and not simulator.coherent_accumulator(geometry).uses_far_field
+    beam, group = channel % scenario.sonar.beam_count, 0
+    tables: list[Arrivals] = []
     for block in simulator.engine.blocks(geometry, quadrature=expected):
         points = block()
         if window is not None:
@@ -555,13 +558,10 @@ def arrivals(scenario: Scenario, ping: int = 0, *, window: DelayInterval | None 
         if not len(points):
             continue
         pairs = simulator.engine.pairs(geometry, partial(points.take, slice(None)), include_negligible=expected)
-        points = pairs.scatterers
         factors = {} if jitter.is_zero else {
-            names: jitter.factor(points.scatterer_id, *names, points.object) for names in pairs.rays()
+            ray: jitter.factor(pairs.scatterers.scatterer_id, *ray, pairs.scatterers.object) for ray in pairs.rays()
         }  # fmt: skip
-        received = None
-        if scenario.field == "coherent" and not simulator.coherent_accumulator(geometry).uses_far_field:
-            received = channel_arrivals(pairs, geometry, channel % scenario.sonar.beam_count, scenario.water)
+        received = channel_arrivals(pairs, geometry, beam, scenario.water) if is_near_field else None
         paths = expand_arrivals(pairs, group, factors, received)
         tables.append(paths.take((paths.delay >= first) & (paths.delay <= last)))
         group += len(pairs.scatterers) if pairs.scatterers.has_random_phase else 1
