@@ -13,7 +13,10 @@ from insonify.sonar.two_way_beam import two_way_width
 MEASURED_AT = 5.0
 """Points in a resolution cell at which ripple was measured [1]: by arrays of 0.5 and 1.5 m at 100 kHz, 3 and 8 m/s."""
 MIN_SPREAD = 15.0
-"""Spread of the glints' bearings over the width of the beams below which no note is given [1]: 0.5 dB at 6."""
+"""Spread of the glints' bearings over the width of the beams below which no note is given [1].
+
+At a ratio of 6, by arrays of 0.1 m at 100 kHz, samples ripple by 0.5 dB rms.
+"""
 ENOUGH = 40.0
 """Points in a resolution cell from which on no note is given [1]."""
 

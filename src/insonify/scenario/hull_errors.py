@@ -44,8 +44,8 @@ def hull_errors(scenario: Scenario, array_positions: dict[str, NDArray[np.float6
         name: float((depth - position[:, 2]).max())
         for name, position in array_positions.items() if name.endswith("array")
     }  # fmt: skip
-    name = max(inside, key=inside.__getitem__)
-    if inside[name] > ROUNDING:
+    name = max(inside, key=inside.__getitem__, default=None)
+    if name is not None and inside[name] > ROUNDING:
         yield field_error("sonar.hull.offset", None, f"puts the underside {inside[name]:.3g} m below {name}, which "
                           "would be inside the hull. Give a smaller third number (down), or mount the array lower."
                           )  # fmt: skip
