@@ -213,6 +213,12 @@ def test_the_first_creation_wins(tmp_path: Path) -> None:
     assert [entry.name for entry in tmp_path.iterdir()] == ["a.zarr"]
 
 
+def test_a_temporary_folder_that_vanishes_while_it_is_looked_at_stops_no_other_process(tmp_path: Path) -> None:
+    """Another process has renamed its folder since the list was made: here a link to nothing, which is alike."""
+    (tmp_path / ".a.zarr.0.partial").symlink_to(tmp_path / "gone")
+    assert create_recording(tmp_path / "a.zarr", layout(), SAME)
+
+
 def test_a_million_pings_open_without_reading_them(tmp_path: Path) -> None:
     """Arrays over the pings are single chunks, and shards 1024 pings: a few files and nothing per ping."""
     with pytest.MonkeyPatch.context() as patch:

@@ -15,7 +15,7 @@ import time as clock
 import uuid
 import warnings
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from functools import lru_cache
 from itertools import zip_longest
 from pathlib import Path
@@ -416,5 +416,6 @@ def _aside(target: Path) -> Path:
 def _sweep(target: Path) -> None:
     """Remove temporary folders of interrupted runs in the folder of the target."""
     for stale in target.parent.glob(f".{target.name}.*.partial"):
-        if clock.time() - stale.stat().st_mtime > STALE:
-            shutil.rmtree(stale, ignore_errors=True)
+        with suppress(FileNotFoundError):  # another process has renamed its folder meanwhile
+            if clock.time() - stale.stat().st_mtime > STALE:
+                shutil.rmtree(stale, ignore_errors=True)
