@@ -9,11 +9,15 @@ that a cell of slant range R, azimuth and depth is R dR d(azimuth) dz large.
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import partial
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
+from insonify.engines._keep_probability_kernel import keep_probabilities
+from insonify.engines.beam_importance import BEAM_EDGE_DB, LINEAR_BELOW, MIN_GAIN
 from insonify.engines.face_images import face_images
+from insonify.engines.polar_grid import GAIN_MARGIN, SPARSE_GAIN_MARGIN
 from insonify.engines.resolution import Resolution
 from insonify.propagation.families import bounce_sequence, image_depth
 from insonify.propagation.path_settings import PathSettings
@@ -44,12 +48,14 @@ MAX_CUBES = 1_600_000
 """Largest number of blocks of one ping, 64 points each."""
 COUNTED = 20_000
 """Blocks of one scale by which those of one ping are counted: to 1 % [1]."""
-MAX_TILES = 800_000
-"""Largest number of tiles of quadrature points, 128 points each."""
+MAX_TILES = 6_400_000
+"""Largest number of tiles of quadrature points, 16 points each at most."""
 MIN_RANGE = 1.0
 """Range below which cells get no smaller [m]."""
-SHELLS_PER_TILE, SECTORS_PER_TILE = 32, 4
-"""Shells and sectors of a tile of even points."""
+SHELLS_PER_TILE = 16
+"""Shells of a tile of even points, which is one sector wide and one stratum thick."""
+SECTORS_PER_GROUP = 32
+"""Sectors of a group, which is tested against the beams before its tiles are."""
 POINTS_PER_CELL_SIDE = 1.5
 """Quadrature points along range and across the beam in a resolution cell, for `USUAL_PER_CELL` scatterers a cell."""
 USUAL_PER_CELL = 5.0
@@ -57,7 +63,10 @@ MIN_STRATA = 8.0
 """Even points up the water, at least."""
 WIDEST_SECTOR = 0.05
 """Widest sector of even points [rad]."""
-TILES_PER_BLOCK = 48
+EVEN_POINTS_PER_BLOCK = 6144
+"""Even points of a block, about."""
+MIN_KEEP_PROBABILITY = 1 / 32
+"""Smallest keep probability of even points: one of a tile."""
 MAX_TRAVEL_TIME_RATIO = 1.1
 """Largest travel time of a refracted path re that of the straight one [1]."""
 MIN_CELLS_PER_PATCH = 6.0
@@ -86,9 +95,11 @@ class VolumeScatterers:
         water, seabed = self.scene.water, self.scene.seabed
         if len(self._layers):
             if quadrature:
-                tiles = self._shells()
-                for start in range(0, len(tiles), TILES_PER_BLOCK):
-                    yield partial(self._shell_points, tiles[start : start + TILES_PER_BLOCK])
+                tiles, keep_probability = self._shells()
+                block = np.cumsum(keep_probability) * SHELLS_PER_TILE // EVEN_POINTS_PER_BLOCK
+                edges = [0, *(np.flatnonzero(np.diff(block)) + 1).tolist(), len(tiles)]
+                for rows in (slice(*pair) for pair in pairwise(edges) if len(tiles)):
+                    yield partial(self._shell_points, tiles[rows], keep_probability[rows])
             else:
                 cubes = self.cubes()
                 for start in range(0, len(cubes.scale), CUBES_PER_BLOCK):
@@ -106,7 +117,7 @@ class VolumeScatterers:
             return 0.0
         try:
             if quadrature:
-                return float(len(self._shells()) * SHELLS_PER_TILE * SECTORS_PER_TILE)
+                return float(self._shells()[1].sum() * SHELLS_PER_TILE)
             return sum(float(share * len(cubes.scale)) for share, cubes in self._scales(COUNTED)) * CELLS**3
         except ValueError:
             return float("inf")
@@ -200,6 +211,17 @@ class VolumeScatterers:
 
     def _receivable(self, centre: Floats, radius: Floats) -> NDArray[np.bool_]:
         """Return True if window and beams let some balls of water be received by any pair of families, (n,)."""
+        floor = float(amplitude_ratio(self.choice.beam_cutoff_db))
+        return self._gain_bound(centre, radius, floor) >= floor
+
+    def _gain_bound(self, centre: Floats, radius: Floats, sufficient: float) -> Floats:
+        """Upper bound of the two-way gain in some balls of water, by any pair of families [1], (n,).
+
+        Args:
+            centre: Centres of the balls [m], (n, 3).
+            radius: Their radii [m], (n,).
+            sufficient: Gain from which on a bound may be any number as large.
+        """
         geometry, water, choice = self.ping_geometry, self.scene.water, self.choice
         ends = [
             (geometry.transmit_position, geometry.transmit_beams),
@@ -218,8 +240,7 @@ class VolumeScatterers:
         latest = times * farthest.sum(axis=0) / water.min_sound_speed
         in_time = times * closest.sum(axis=0) / water.max_sound_speed <= latest_recorded
         received = in_time & (latest * (MAX_TRAVEL_TIME_RATIO if water.layered else 1.0) >= earliest)
-        rows, gain = np.flatnonzero(received), np.zeros((len(ends), len(centre)))
-        received[:] = False
+        rows, gain, bound = np.flatnonzero(received), np.zeros((len(ends), len(centre))), np.zeros(len(centre))
         sources = [(family, ends) for family in choice.followed_families]
         for face_image in face_images(self.scene, choice, geometry, "water"):
             pair = (face_image.sonar.transmit_position, face_image.sonar.transmit_beams), (
@@ -231,9 +252,9 @@ class VolumeScatterers:
                 margin = np.where(around < length, np.arcsin(np.minimum(1, around / length)), np.pi)
                 for direction, angle_margin in self._refracted_directions(ray / length[:, None]):
                     gain[row, rows] = np.maximum(gain[row, rows], beams.bound(direction, margin + angle_margin))
-            received[rows] = np.prod(gain[:, rows], axis=0) ** times >= amplitude_ratio(choice.beam_cutoff_db)
-            rows = rows[~received[rows]]  # those that are received need no further family
-        return received
+            bound[rows] = np.prod(gain[:, rows], axis=0) ** times
+            rows = rows[bound[rows] < sufficient]  # others need no further family
+        return bound
 
     def _rays(
         self, family: str, position: Floats, centre: Floats, radius: Floats
@@ -258,10 +279,13 @@ class VolumeScatterers:
             up = np.clip(elevation + turn, -np.pi / 2, np.pi / 2)
             yield np.column_stack([np.cos(up) * np.cos(azimuth), np.cos(up) * np.sin(azimuth), np.sin(up)]), bend / 4
 
-    def _shells(self) -> Floats:
-        """Tiles of even points: number of the shells, of the sectors, and upper side and thickness [m], (n, 4)."""
+    def _shells(self) -> tuple[Floats, Floats]:
+        """Tiles of even points, and the keep probability of the points of each [1], (n,).
+
+        Columns: number of the shells, number of the sectors, upper side, thickness [m], (n, 4).
+        """
         slant, total = self._steps[0], 0
-        shells = []
+        shells, keep_probability = [np.zeros((0, 4))], [np.zeros(0)]
         for ring in range(int(np.ceil(self._farthest / slant)) // SHELLS_PER_TILE + 1):
             away = (ring + 0.5) * SHELLS_PER_TILE * slant
             for top, bottom, _ in self._layers:
@@ -272,21 +296,32 @@ class VolumeScatterers:
                 source = float(self.ping_geometry.transmit_position[2])
                 thick = (bottom - top) / count
                 strata = strata[(strata < source + reach) & (strata + thick > source - reach)]
-                shells.append(self._sectors(ring, strata, thick))
-                total += len(shells[-1])
+                tiles, gain = self._sectors(ring, strata, thick)
+                shells.append(tiles)
+                keep_probability.append(self._keep_probability(gain))
+                total += len(tiles)
                 if total > MAX_TILES:
                     raise ValueError(TOO_MANY)
-        return np.concatenate([np.zeros((0, 4)), *shells])
+        return np.concatenate(shells), np.concatenate(keep_probability)
 
-    def _sectors(self, ring: int, strata: Floats, thick: float) -> Floats:
-        """Tiles of some shells that are received, (n, 4): of all sectors, eight at a time at first."""
-        groups_around = round(2 * np.pi / self._steps[1]) // SECTORS_PER_TILE
+    def _keep_probability(self, gain: Floats) -> Floats:
+        """Keep probability of the even points of tiles of one layer and slant range, by their two-way gains, (n,)."""
+        probability = np.ones(len(gain))
+        if self.choice.importance_sampling and len(gain):
+            margin = SPARSE_GAIN_MARGIN if self.resolution.sparse else GAIN_MARGIN
+            edge = max(float(gain.max()), MIN_GAIN) * float(amplitude_ratio(BEAM_EDGE_DB)) / margin
+            keep_probabilities(gain / edge, LINEAR_BELOW, MIN_KEEP_PROBABILITY, probability)
+        return probability
 
-        def reaches(sector: Integers, top: Floats, group_size: int) -> NDArray[np.bool_]:
+    def _sectors(self, ring: int, strata: Floats, thick: float) -> tuple[Floats, Floats]:
+        """Tiles of some shells that are received, (n, 4), with their two-way gains [1]: a group of sectors at first."""
+        groups_around = round(2 * np.pi / self._steps[1]) // SECTORS_PER_GROUP
+
+        def largest_gain(sector: Integers, top: Floats, group_size: int, sufficient: float) -> Floats:
             slant, azimuth = self._steps
             inner, outer, angle = (
                 ring * SHELLS_PER_TILE * slant, (ring + 1) * SHELLS_PER_TILE * slant,
-                group_size * SECTORS_PER_TILE * azimuth,
+                group_size * azimuth,
             )  # fmt: skip
             up = top + thick / 2 - self.ping_geometry.transmit_position[2]
             nearest, farthest = (np.sqrt(np.maximum(reach**2 - up**2, 0)) for reach in (inner, outer))
@@ -296,33 +331,42 @@ class VolumeScatterers:
             )
             beyond = np.maximum(np.abs(up) - outer, 0)
             radius = np.sqrt(((farthest - nearest) / 2 + farthest * angle / 2) ** 2 + (thick / 2) ** 2) + beyond
-            return self._receivable(centre, radius)
+            return self._gain_bound(centre, radius, sufficient)
 
-        sectors_per_group = 8
-        sector, row = (
-            part.ravel() for part in np.meshgrid(np.arange(groups_around // sectors_per_group), np.arange(len(strata)))
-        )
-        in_reach = reaches(sector, strata[row], sectors_per_group)
-        sector = (sector[in_reach, None] * sectors_per_group + np.arange(sectors_per_group)).ravel()
-        top = strata[row[in_reach].repeat(sectors_per_group)]
-        in_reach = reaches(sector, top, 1)
+        floor = float(amplitude_ratio(self.choice.beam_cutoff_db))
+        group, row = (part.ravel() for part in np.meshgrid(np.arange(groups_around), np.arange(len(strata))))
+        in_reach = largest_gain(group, strata[row], SECTORS_PER_GROUP, floor) >= floor
+        sector = (group[in_reach, None] * SECTORS_PER_GROUP + np.arange(SECTORS_PER_GROUP)).ravel()
+        top = strata[row[in_reach].repeat(SECTORS_PER_GROUP)]
+        gain = largest_gain(sector, top, 1, np.inf)
+        in_reach = gain >= floor
         n = int(in_reach.sum())
-        return np.column_stack([np.full(n, float(ring)), sector[in_reach], top[in_reach], np.full(n, thick)])
+        tiles = np.column_stack([np.full(n, float(ring)), sector[in_reach], top[in_reach], np.full(n, thick)])
+        return tiles, gain[in_reach]
 
-    def _shell_points(self, tiles: Floats) -> Scatterers:
-        """The even points of some tiles."""
+    def _shell_points(self, tiles: Floats, keep_probability: Floats) -> Scatterers:
+        """The even points of some tiles that are kept, those of the lowest priorities, which are evenly spread too.
+
+        Args:
+            tiles: As of `_shells`, (n, 4).
+            keep_probability: Of each [1], (n,).
+        """
         slant, azimuth = self._steps
-        out, across = np.arange(SHELLS_PER_TILE)[:, None], np.arange(SECTORS_PER_TILE)
-        ring = (tiles[:, 0, None, None].astype(np.int64) * SHELLS_PER_TILE + out + 0 * across).ravel()
-        sector = (tiles[:, 1, None, None].astype(np.int64) * SECTORS_PER_TILE + 0 * out + across).ravel()
-        top, thick = (tiles[:, k].repeat(SHELLS_PER_TILE * SECTORS_PER_TILE) for k in (2, 3))
-        stratum = np.round(top / thick).astype(np.int64)
+        ring = (tiles[:, :1].astype(np.int64) * SHELLS_PER_TILE + np.arange(SHELLS_PER_TILE)).ravel()
+        sector, stratum = (
+            np.round(column).astype(np.int64).repeat(SHELLS_PER_TILE)
+            for column in (tiles[:, 1], tiles[:, 2] / tiles[:, 3])
+        )
         a, b, c = EVENLY
+        share = keep_probability.repeat(SHELLS_PER_TILE)
+        kept = np.flatnonzero(np.mod(ring * a + sector * b + stratum * c, 1) < share)
+        ring, sector, stratum = ring[kept], sector[kept], stratum[kept]
+        top, thick = tiles[kept // SHELLS_PER_TILE, 2], tiles[kept // SHELLS_PER_TILE, 3]
         inner = (ring + 0.0) * slant
         reach = inner + slant * np.mod((sector + 0.5) * a + stratum * b, 1)
         bearing = (sector + np.mod((ring + 0.5) * a + stratum * c, 1)) * azimuth
         depth = top + thick * np.mod((ring + 0.5) * b + (sector + 0.5) * c, 1)
-        volume = (ring + 0.5) * slant**2 * azimuth * thick
+        volume = (ring + 0.5) * slant**2 * azimuth * thick / share[kept]
         squared_distance = reach**2 - (depth - self.ping_geometry.transmit_position[2]) ** 2
         is_real = squared_distance > 0
         position = np.column_stack(
@@ -345,10 +389,10 @@ class VolumeScatterers:
 
     @property
     def _steps(self) -> tuple[float, float]:
-        """Steps of even points in slant range [m] and azimuth [rad]; a whole number of tiles of them is a turn."""
+        """Steps of even points in slant range [m] and azimuth [rad]; a whole number of groups of them is a turn."""
         finer = float(np.cbrt(self.resolution.scatterers_per_cell / USUAL_PER_CELL)) * POINTS_PER_CELL_SIDE
-        turn = SECTORS_PER_TILE * 8
-        sectors = np.ceil(2 * np.pi / min(self.resolution.beam_width / finer, WIDEST_SECTOR) / turn) * turn
+        narrowest = min(self.resolution.beam_width / finer, WIDEST_SECTOR)
+        sectors = np.ceil(2 * np.pi / narrowest / SECTORS_PER_GROUP) * SECTORS_PER_GROUP
         return self.resolution.slant_resolution / finer, 2 * np.pi / float(sectors)
 
     @property
