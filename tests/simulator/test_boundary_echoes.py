@@ -497,6 +497,44 @@ def test_a_hull_out_of_the_water_or_around_the_sonar_is_refused(down, words):
         afloat(paths={"engine": "tracer"}, field="incoherent")
 
 
+def test_a_target_or_relief_inside_the_hull_is_refused_at_the_ping_where_it_is():
+    """Any part of a target above the underside and within its outline at some ping; targets that touch are accepted.
+
+    A pile, a box around all of the underside, one inside, a point, a sphere through it, a quay 10 cm too near.
+    """
+    size = {"length": 20.0, "width": 5.0}
+
+    def box(position, size, **more):
+        return {"shape": "box", "label": "it", "position": position, "size": size, **more}
+
+    inside = [
+        box((5.0, 0.5), (1.0, 1.0, 8.0)), box((0.0, 9.0), (60.0, 60.0, 0.4), base_depth=0.59),
+        box((5.0, 0.5), (1.0, 1.0, 0.2), base_depth=0.3),
+        {"shape": "point", "label": "it", "position": (5.0, 2.4, 0.5)},
+        {"shape": "sphere", "label": "it", "position": (5.0, 2.9), "diameter": 1.0, "base_depth": 1.1},
+        box((0.0, 4.4), (60.0, 4.0, 8.0)), box((9.0, 4.5), (3.0, 3.0, 8.0), heading=np.radians(45.0)),
+    ]  # fmt: skip
+    for target in inside[1:]:
+        with pytest.raises(ValueError, match=r"it reaches into the hull above the sonar at ping 0\. Move") as refused:
+            afloat(size=size, targets=[target])
+        assert str(refused.value).count("targets.0.position") == 1
+    line = {"kind": "line", "start": (-30.0, 0.0, 0.6), "heading": 0.0, "speed": 2.0, "pings": 40,
+            "interval": 1.0, "window": (1e-3, 0.05)}  # fmt: skip
+    with pytest.raises(ValueError, match=r"at ping 13\. Move"):  # its near face is 4.5 m ahead, the bow 10 m
+        afloat(size=size).with_("track", line).with_("targets", inside[:1])
+    outside = [
+        box((0.0, 4.5), (60.0, 4.0, 8.0)), box((12.5, 0.0), (5.0, 4.0, 8.0)), box((9.0, 5.0), (2.0, 2.0, 8.0)),
+        box((11.2, 3.8), (3.0, 3.0, 8.0), heading=np.radians(45.0)),
+        {"shape": "point", "label": "it", "position": (5.0, 1.0, 0.6)},
+    ]  # fmt: skip
+    for target in outside:
+        afloat(size=size, targets=[target], paths={"contributions": ["boundary echo"]})
+    waves = {"kind": "ripples", "wavelength": 30.0, "height": 12.5}
+    trough = afloat(3.0, size=size).with_("track.position", (7.5, 7.5, 3.0)).with_("seabed.depth", 8.0)
+    with pytest.raises(ValueError, match=r"sonar\.hull\.offset: puts the underside at or below the seabed at ping 0"):
+        trough.with_("seabed.relief", [waves])
+
+
 def windy(frequency, wind, contributions=("boundary echo",), **more):
     """Surface echoes of an omnidirectional sonar under a wind, without absorption."""
     pulse = {"kind": "cw", "frequency": frequency, "duration": 1e-3}

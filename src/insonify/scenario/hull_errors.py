@@ -1,4 +1,4 @@
-"""Errors of a hull that is not in the water, or has the sonar inside it."""
+"""Errors of a hull that is not in the water, or has the sonar or a target inside it."""
 
 from __future__ import annotations
 
@@ -11,16 +11,27 @@ from pydantic_core import PydanticCustomError
 
 from insonify.model import field_error
 from insonify.scenario.platform_poses import platforms
+from insonify.scenario.track_errors import seabed_depth_below, seabed_depth_span
+from insonify.scene.clipping import overlap_box
+from insonify.scene.solid import complete_triangles
+from insonify.scene.target import PointTarget, Target
 
 if TYPE_CHECKING:
     from insonify.scenario.scenario import Scenario
+    from insonify.sonar.hull import Hull
+    from insonify.sonar.track.poses import Poses
 
+Floats = NDArray[np.float64]
 ROUNDING = 1e-6
-"""Height of an array above the underside that is still at its depth [m]."""
+"""Height of an array, and length of a part of a target, above the underside that count as none [m]."""
+PAIRS = 50_000
+"""Pairs of a ping and a triangle that are evaluated at a time [1]."""
+MAX_PINGS = 500
+"""Pings, spread evenly over the track, at which a hull is compared with relief [1]."""
 
 
-def hull_errors(scenario: Scenario, array_positions: dict[str, NDArray[np.float64]]) -> Iterator[PydanticCustomError]:
-    """Errors of `sonar.hull`: out of the water at some ping, above an array, or of one of two platforms.
+def hull_errors(scenario: Scenario, array_positions: dict[str, Floats]) -> Iterator[PydanticCustomError]:
+    """Errors of `sonar.hull`: out of the water at some ping, around an array or a target, or of one of two platforms.
 
     Args:
         scenario: The scenario.
@@ -33,7 +44,8 @@ def hull_errors(scenario: Scenario, array_positions: dict[str, NDArray[np.float6
         yield field_error("sonar.hull", None, "reflects sound between two ends under it, and receiver_track puts the "
                           "receiver on another platform. Leave one of the two out.")  # fmt: skip
         return
-    depth = platforms(scenario).transmitter_poses.offset_positions(hull.offset)[:, 2]
+    poses = platforms(scenario).transmitter_poses
+    depth = poses.offset_positions(hull.offset)[:, 2]
     high, low = float(depth.min()), float(depth.max())
     if high <= 0 or low >= scenario.seabed.depth:
         where = "at or above the sea surface" if high <= 0 else f"at or below the seabed ({scenario.seabed.depth:g} m)"
@@ -49,3 +61,68 @@ def hull_errors(scenario: Scenario, array_positions: dict[str, NDArray[np.float6
         yield field_error("sonar.hull.offset", None, f"puts the underside {inside[name]:.3g} m below {name}, which "
                           "would be inside the hull. Give a smaller third number (down), or mount the array lower."
                           )  # fmt: skip
+        return
+    yield from _aground_error(scenario, hull, poses)
+    for row, target in enumerate(scenario.targets):
+        ping = _first_ping_inside(hull, poses, _triangles(scenario, target))
+        if ping is not None:
+            yield field_error(f"targets.{row}.position", None, f"{target.label} reaches into the hull above the sonar "
+                              f"at ping {ping}. Move the target or the track, or change sonar.hull.")  # fmt: skip
+
+
+def _aground_error(scenario: Scenario, hull: Hull, poses: Poses) -> Iterator[PydanticCustomError]:
+    """Error of a hull whose underside relief reaches."""
+    underside = poses.offset_positions(hull.offset)
+    if seabed_depth_span(scenario)[0] > underside[:, 2].max():
+        return
+    rows = np.unique(np.linspace(0, len(poses) - 1, min(MAX_PINGS, len(poses))).astype(int))
+    ahead, aside = (side.ravel() for side in np.meshgrid(np.linspace(-0.5, 0.5, 9), np.linspace(-0.5, 0.5, 5)))
+    c, s = np.cos(poses.heading[rows, None]), np.sin(poses.heading[rows, None])
+    ahead, aside = ahead * hull.length, aside * hull.width
+    offset = np.stack([c * ahead - s * aside, s * ahead + c * aside, np.zeros((len(rows), len(ahead)))], axis=-1)
+    position = (underside[rows, None] + offset).reshape(-1, 3)
+    aground = np.flatnonzero(position[:, 2] >= seabed_depth_below(scenario, position))
+    if len(aground):
+        north, east, _ = position[aground[0]]
+        yield field_error("sonar.hull.offset", None, f"puts the underside at or below the seabed at ping "
+                          f"{rows[aground[0] // len(ahead)]}, at north {north:.6g} m, east {east:.6g} m. Give the "
+                          "third number (down) such that it stays in the water, or move the track.")  # fmt: skip
+
+
+def _triangles(scenario: Scenario, target: Target) -> Floats:
+    """Corners of a target's triangles [m], out of the water too, shape (n, 3, 3); all three the position of a point."""
+    if isinstance(target, PointTarget):
+        return np.broadcast_to(np.array(target.position), (1, 3, 3))
+    return complete_triangles(target, scenario.completed_seabed).corners
+
+
+def _first_ping_inside(hull: Hull, poses: Poses, corners: Floats) -> int | None:
+    """First ping at which triangles reach into the hull: above its underside, within its outline. None: at no ping.
+
+    Args:
+        hull: The hull.
+        poses: The platform that carries it.
+        corners: Corners of the triangles [m], shape (n, 3, 3).
+    """
+    underside = poses.offset_positions(hull.offset)
+    low, high = corners.min(axis=(0, 1)), corners.max(axis=(0, 1))
+    away = np.maximum(np.maximum(low - underside, underside - high)[:, :2], 0.0)
+    is_near = np.hypot(*away.T) < np.hypot(hull.length, hull.width) / 2
+    near = np.flatnonzero(is_near & (underside[:, 2] - ROUNDING > low[2]))
+    if not len(near):
+        return None
+    for pings in np.array_split(near, -(-len(near) * len(corners) // PAIRS)):
+        c, s = np.cos(poses.heading[pings]), np.sin(poses.heading[pings])
+        axes = np.stack([np.stack([c, s], axis=-1), np.stack([-s, c], axis=-1)], axis=-1)
+        moved = np.array(corners - underside[pings, None, None])
+        moved[..., :2] = np.einsum("ptcj,pjk->ptck", moved[..., :2], axes)
+        # a box from the underside to above all of the target
+        tall = underside[pings, 2] - low[2] + 1.0
+        moved[..., 2] += tall[:, None, None] / 2
+        sides = np.broadcast_to([hull.length, hull.width], (len(pings), 2))
+        half_size = np.column_stack([sides, tall]) / 2 - ROUNDING
+        triangles = moved.reshape(-1, 3, 3)
+        inside = overlap_box(triangles, np.repeat(half_size, len(corners), axis=0)).reshape(len(pings), -1).any(axis=1)
+        if inside.any():
+            return int(pings[inside.argmax()])
+    return None

@@ -57,14 +57,17 @@ def scenario_errors(scenario: Scenario) -> Iterator[PydanticCustomError]:
     yield from patch_errors(scenario.water.patches, scenario.completed_seabed, scenario.targets)
     yield from _profile_depth_errors(scenario)
     positions = array_positions(scenario)
-    yield from track_out_of_water_errors(scenario, positions)
-    yield from terrain_errors(scenario, positions)
-    yield from _sonar_inside_target(scenario, positions)
+    outside = [
+        *track_out_of_water_errors(scenario, positions), *terrain_errors(scenario, positions),
+        *_sonar_inside_target(scenario, positions),
+    ]  # fmt: skip
+    yield from outside
     yield from _blind_beam_errors(scenario)
     yield from element_errors(scenario)
     yield from bistatic_errors(scenario)
     yield from receiver_errors(scenario)
-    yield from hull_errors(scenario, positions)
+    if not outside:
+        yield from hull_errors(scenario, positions)
     yield from _unknown_objects(scenario)
     if scenario.paths.geometry == "slice":
         yield from _slice_errors(scenario)

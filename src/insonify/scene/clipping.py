@@ -1,4 +1,4 @@
-"""Triangles cut along a level: what is left of them on its positive side."""
+"""Triangles cut along a level, and triangles that overlap a box."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,6 +35,24 @@ def clip_triangles(corners: Floats, value: Floats) -> Floats:
             one, other = _crossing(b, c, at_b, at_c), _crossing(a, c, at_a, at_c)
             parts += [np.stack([a, b, one], axis=1), np.stack([a, one, other], axis=1)]
     return np.concatenate(parts)
+
+
+def overlap_box(corners: Floats, half_size: Floats) -> NDArray[np.bool_]:
+    """Mask of triangles that have points inside a box about the origin, shape (n,).
+
+    Two convex bodies are apart where their projections on one of these axes are: a face's normal, or the cross product
+    of an edge of each.
+
+    Args:
+        corners: Corners of the triangles along the box's sides [m], shape (n, 3, 3).
+        half_size: Half of the box's sides [m], shape (n, 3).
+    """
+    edges = np.roll(corners, -1, axis=1) - corners
+    crossed = np.cross(edges[:, :, None], np.eye(3)).reshape(-1, 9, 3)
+    axes = np.concatenate([np.broadcast_to(np.eye(3), corners.shape), crossed,
+                           np.cross(edges[:, :1], edges[:, 1:2])], axis=1)  # fmt: skip
+    projection, reach = corners @ np.swapaxes(axes, 1, 2), np.einsum("nai,ni->na", np.abs(axes), half_size)
+    return ~((projection.min(axis=1) > reach) | (projection.max(axis=1) < -reach)).any(axis=1)
 
 
 def _crossing(a: Floats, b: Floats, at_a: Floats, at_b: Floats) -> Floats:
