@@ -187,6 +187,19 @@ def test_water_is_counted_by_a_sample_of_its_blocks(monkeypatch):
     assert max(most) <= 400 < exact / volume.CELLS**3 / 4
 
 
+def test_even_points_far_out_are_counted_by_a_sample_of_their_rows():
+    """400 rows of tiles by 48 of them: as many points as are kept to 5 %."""
+    murky = nominal(field="incoherent", water={"volume_strength_db": -70}, track={"window": (0.0, 0.3)},
+                    paths={"max_reflections": 0})  # fmt: skip
+    simulator = build_simulator(murky)
+    side = simulator.ping_geometry(0)
+    seen = ping_scatterers(murky.scene, murky.paths, 1, side, simulator.engine.rays, quadrature=True)
+    suspended = volume.VolumeScatterers(murky.scene, murky.paths, 1, side, seen.resolution)
+    assert suspended._row_count > 2 * volume.MAX_COUNTED_ROWS
+    exact = suspended._tiles()[1].sum() * volume.SHELLS_PER_TILE
+    assert suspended.count(quadrature=True) == pytest.approx(exact, rel=0.05)
+
+
 def test_an_estimate_of_many_beams_measures_each_once_and_fits_none(monkeypatch):
     """501 beams: no weights of a direction grid, which take seconds, and no beam's width at every ping."""
     measured, width = [], two_way_beam._beam_width

@@ -245,9 +245,10 @@ def test_the_scatterers_in_the_water_do_not_depend_on_the_window(families):
 
 
 def test_fewer_even_points_outside_the_main_lobe_give_the_same_expectation():
-    """Side lobes by fewer points with larger volumes: samples within 0.2 dB, sums within 0.01 dB.
+    """Side lobes by fewer points with larger volumes: samples within 0.2 dB, sums within 0.01 dB, 7.5 to 22.5 m.
 
-    From 7.5 to 22.5 m; beyond 15 m at most three quarters of the points are kept.
+    Beyond 15 m at most three quarters of the points are kept, for the same volume to 2 %: side lobes are too weak for
+    an error of theirs to show in the samples.
     """
     few, all_points = (
         murky(window=(0.01, 0.03), paths={"importance_sampling": chosen, "scatterers_per_cell": 5.0})
@@ -256,13 +257,13 @@ def test_fewer_even_points_outside_the_main_lobe_give_the_same_expectation():
     received, exact = intensity(few), intensity(all_points)
     assert np.abs(10 * np.log10(received / exact)).max() < 0.2
     assert 10 * np.log10(received.sum() / exact.sum()) == pytest.approx(0, abs=0.01)
-    assert received.tobytes() != exact.tobytes()
-    counts = []
+    count, cross_section = [], []
     for scenario in (few, all_points):
         simulator = build_simulator(scenario.model_copy(update={"field": "incoherent"}))
-        blocks = simulator.engine.blocks(simulator.ping_geometry(0), quadrature=True)
-        distance = np.concatenate(
-            [np.linalg.norm(points.position - [0, 0, DEPTH], axis=1) for points in (block() for block in blocks)]
-        )
-        counts.append(int((distance > 15).sum()))
-    assert counts[0] < 0.75 * counts[1]
+        blocks = [block() for block in simulator.engine.blocks(simulator.ping_geometry(0), quadrature=True)]
+        position, area = (np.concatenate([getattr(one, name) for one in blocks]) for name in ("position", "area"))
+        beyond = np.linalg.norm(position - [0, 0, DEPTH], axis=1) > 15
+        count.append(int(beyond.sum()))
+        cross_section.append(float(area[beyond].sum()))
+    assert count[0] < 0.75 * count[1]
+    assert cross_section[0] == pytest.approx(cross_section[1], rel=0.02)

@@ -1,9 +1,11 @@
-"""Parts that a ping's work is shared into: fixed, so that sums do not depend on the number of threads."""
+"""Blocks and parts that a ping's work is shared into: fixed, so that sums do not depend on the number of threads."""
 
 from collections.abc import Callable, Iterable, Iterator
+from itertools import pairwise
 from typing import Any, Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
 from insonify.engines.terrain_occlusion import TerrainOcclusion
 from insonify.recent_results import RecentResults
@@ -13,6 +15,10 @@ MAX_PARTS = 16
 MAX_ACCUMULATOR_BYTES = 64 << 20
 """Memory beyond which there are fewer parts, down to `MIN_PARTS`: to add them up costs time too [bytes]."""
 MIN_PARTS = 2
+SCATTERERS_PER_BLOCK = 49152
+"""Scatterers in a block: few enough for the cache, enough to make the cost of Python negligible."""
+MIN_TILE_COST = 4
+"""Scatterers of a block that one more tile counts for at least."""
 
 
 class WorkerPool(Protocol):
@@ -42,3 +48,14 @@ def parts_of(size: int) -> int:
         size: Size of one part [bytes].
     """
     return int(np.clip(MAX_ACCUMULATOR_BYTES // max(size, 1), MIN_PARTS, MAX_PARTS))
+
+
+def cut_into_blocks(count: NDArray[np.float64]) -> list[slice]:
+    """Rows of tiles, cut where a block is full; at least one block.
+
+    Args:
+        count: Scatterers of each tile that are likely to be drawn, shape (n,).
+    """
+    full = np.cumsum(count + MIN_TILE_COST) // SCATTERERS_PER_BLOCK
+    edges = [0, *(np.flatnonzero(np.diff(full)) + 1).tolist(), len(count)]
+    return [slice(first, last) for first, last in pairwise(edges)]

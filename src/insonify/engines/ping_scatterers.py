@@ -8,7 +8,6 @@ random and fixed to the world; for an expectation they are quadrature points, wi
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
-from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +20,7 @@ from insonify.engines.engine_caches import EngineCaches
 from insonify.engines.face_images import face_images
 from insonify.engines.face_reflection import reflecting_faces
 from insonify.engines.glint_spread import GlintSpread, glint_spread
+from insonify.engines.parts import SCATTERERS_PER_BLOCK, cut_into_blocks
 from insonify.engines.quadrature_points import Columns, QuadraturePoints
 from insonify.engines.resolution import (
     SPARSE_LIMIT,
@@ -46,10 +46,6 @@ from insonify.sonar.ping_geometry import PingGeometry
 from insonify.sonar.two_way_beam import two_way_footprint, two_way_width
 from insonify.units import amplitude_ratio
 
-SCATTERERS_PER_BLOCK = 49152
-"""Scatterers in a block: few enough for the cache, enough to make the cost of Python negligible."""
-MIN_TILE_COST = 4
-"""Scatterers of a block that one more tile counts for at least."""
 QUADRATURE_ELONGATION = 2.0
 """Largest side of the square that one point of an expectation represents, over the length of a cell [1]."""
 QUADRATURE_SEED = 0
@@ -148,7 +144,7 @@ class PingScatterers:
                 return self._textured(lay_on_terrain(bed, law, part, density[rows], self.seed, stream, kept))
             return self._textured(_horizontal_points(boundary, law, kept.position, kept.area, kept.phase, kept.key))
 
-        return [partial(drawn, rows) for rows in _cut_into_blocks(beam_importance.expected(bounds))]
+        return [partial(drawn, rows) for rows in cut_into_blocks(beam_importance.expected(bounds))]
 
     def _polar_points(self, boundary: Boundary, depth: float, law: Law, families: tuple[str, ...]) -> list[Block]:
         """Even cells of slant range and azimuth about the sonar."""
@@ -166,7 +162,7 @@ class PingScatterers:
             position, area, key = lay()
             return self._points_on_boundary(boundary, depth, law, position, area, np.ones(len(area), complex), key)
 
-        return [partial(lie, lay) for lay in quadrature_points.blocks(_cut_into_blocks)]
+        return [partial(lie, lay) for lay in quadrature_points.blocks(cut_into_blocks)]
 
     def _slice_points(self, boundary: Boundary, depth: float, law: Law, families: tuple[str, ...]) -> list[Block]:
         """Cells along the beam's plane, a few to each cell of slant range, as fine as the farthest one needs."""
@@ -291,17 +287,6 @@ def resolution_of(
 def slice_footprint(ping_geometry: PingGeometry, within: float = np.pi) -> float:
     """Energy width of the two-way beam of a slice, up to an azimuth from its axis [rad]."""
     return float(two_way_footprint(ping_geometry.transmit_beams, ping_geometry.receive_beams, within=within)[0])
-
-
-def _cut_into_blocks(count: NDArray[np.float64]) -> list[slice]:
-    """Rows of tiles, cut where a block is full.
-
-    Args:
-        count: Scatterers of each tile that are likely to be drawn, shape (n,).
-    """
-    full = np.cumsum(count + MIN_TILE_COST) // SCATTERERS_PER_BLOCK
-    edges = [0, *(np.flatnonzero(np.diff(full)) + 1).tolist(), len(count)]
-    return [slice(first, last) for first, last in pairwise(edges)]
 
 
 def lay_on_terrain(

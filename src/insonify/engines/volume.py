@@ -3,7 +3,8 @@
 A resolution cell is as long as the pulse, as wide as the finest beam, and as tall as that beam or the scattering layer.
 For coherent pressure a cell has points of the water's own lattice, at a scale that follows from the whole track. For an
 expectation, points lie on even shells about the sonar: on a sphere equal heights hold equal areas (Archimedes), so
-that a cell of slant range R, azimuth and depth is R dR d(azimuth) dz large.
+that a cell of slant range R, azimuth and depth is R dR d(azimuth) dz large. Where the two-way gain is low, few of them
+are kept, with larger volumes, as on the boundaries (`engines.polar_grid`).
 """
 
 from collections.abc import Callable, Iterator
@@ -17,6 +18,7 @@ from numpy.typing import NDArray
 from insonify.engines._keep_probability_kernel import keep_probabilities
 from insonify.engines.beam_importance import BEAM_EDGE_DB, LINEAR_BELOW, MIN_GAIN
 from insonify.engines.face_images import face_images
+from insonify.engines.parts import cut_into_blocks
 from insonify.engines.polar_grid import GAIN_MARGIN, SPARSE_GAIN_MARGIN
 from insonify.engines.resolution import Resolution
 from insonify.propagation.families import bounce_sequence, image_depth
@@ -63,10 +65,10 @@ MIN_STRATA = 8.0
 """Even points up the water, at least."""
 WIDEST_SECTOR = 0.05
 """Widest sector of even points [rad]."""
-EVEN_POINTS_PER_BLOCK = 6144
-"""Even points of a block, about."""
 MIN_KEEP_PROBABILITY = 1 / 32
-"""Smallest keep probability of even points: one of a tile."""
+"""Smallest keep probability of even points [1]."""
+MAX_COUNTED_ROWS = 48
+"""Rows of tiles by which those of a ping are counted, near ones each by itself [1]."""
 MAX_TRAVEL_TIME_RATIO = 1.1
 """Largest travel time of a refracted path re that of the straight one [1]."""
 MIN_CELLS_PER_PATCH = 6.0
@@ -95,11 +97,9 @@ class VolumeScatterers:
         water, seabed = self.scene.water, self.scene.seabed
         if len(self._layers):
             if quadrature:
-                tiles, keep_probability = self._shells()
-                block = np.cumsum(keep_probability) * SHELLS_PER_TILE // EVEN_POINTS_PER_BLOCK
-                edges = [0, *(np.flatnonzero(np.diff(block)) + 1).tolist(), len(tiles)]
-                for rows in (slice(*pair) for pair in pairwise(edges) if len(tiles)):
-                    yield partial(self._shell_points, tiles[rows], keep_probability[rows])
+                tiles, keep_probability = self._tiles()
+                for rows in cut_into_blocks(keep_probability * SHELLS_PER_TILE):
+                    yield partial(self._tile_points, tiles[rows], keep_probability[rows])
             else:
                 cubes = self.cubes()
                 for start in range(0, len(cubes.scale), CUBES_PER_BLOCK):
@@ -117,7 +117,7 @@ class VolumeScatterers:
             return 0.0
         try:
             if quadrature:
-                return float(self._shells()[1].sum() * SHELLS_PER_TILE)
+                return self._count_even_points()
             return sum(float(share * len(cubes.scale)) for share, cubes in self._scales(COUNTED)) * CELLS**3
         except ValueError:
             return float("inf")
@@ -220,7 +220,7 @@ class VolumeScatterers:
         Args:
             centre: Centres of the balls [m], (n, 3).
             radius: Their radii [m], (n,).
-            sufficient: Gain from which on a bound may be any number as large.
+            sufficient: Families are left out where those before give a bound as large as this.
         """
         geometry, water, choice = self.ping_geometry, self.scene.water, self.choice
         ends = [
@@ -279,30 +279,39 @@ class VolumeScatterers:
             up = np.clip(elevation + turn, -np.pi / 2, np.pi / 2)
             yield np.column_stack([np.cos(up) * np.cos(azimuth), np.cos(up) * np.sin(azimuth), np.sin(up)]), bend / 4
 
-    def _shells(self) -> tuple[Floats, Floats]:
-        """Tiles of even points, and the keep probability of the points of each [1], (n,).
+    def _tiles(self) -> tuple[Floats, Floats]:
+        """Tiles of even points in reach, and the keep probability of the points of each [1], (n,).
 
-        Columns: number of the shells, number of the sectors, upper side, thickness [m], (n, 4).
+        Columns: number of the row, number of the sector, upper side, thickness [m], (n, 4).
         """
-        slant, total = self._steps[0], 0
-        shells, keep_probability = [np.zeros((0, 4))], [np.zeros(0)]
-        for ring in range(int(np.ceil(self._farthest / slant)) // SHELLS_PER_TILE + 1):
-            away = (ring + 0.5) * SHELLS_PER_TILE * slant
-            for top, bottom, _ in self._layers:
-                step = min((bottom - top) / MIN_STRATA, away * min(self._beam_height / 3, 0.25))
-                count = int(np.ceil((bottom - top) / step))
-                strata = top + np.arange(count) * (bottom - top) / count
-                reach = (ring + 1) * SHELLS_PER_TILE * slant
-                source = float(self.ping_geometry.transmit_position[2])
-                thick = (bottom - top) / count
-                strata = strata[(strata < source + reach) & (strata + thick > source - reach)]
-                tiles, gain = self._sectors(ring, strata, thick)
-                shells.append(tiles)
+        total, tiles, keep_probability = 0, [np.zeros((0, 4))], [np.zeros(0)]
+        for row in range(self._row_count):
+            for layer in self._layers:
+                in_reach, gain = self._tiles_of_row(row, layer)
+                tiles.append(in_reach)
                 keep_probability.append(self._keep_probability(gain))
-                total += len(tiles)
+                total += len(in_reach)
                 if total > MAX_TILES:
                     raise ValueError(TOO_MANY)
-        return np.concatenate(shells), np.concatenate(keep_probability)
+        return np.concatenate(tiles), np.concatenate(keep_probability)
+
+    def _count_even_points(self) -> float:
+        """Approximate number of even points that are kept: by rows that become sparser with the distance."""
+        edges = np.unique((self._row_count * np.linspace(0, 1, MAX_COUNTED_ROWS + 1) ** 2).astype(int))
+        tiles = points = 0.0
+        for first, last in pairwise(edges.tolist()):
+            for layer in self._layers:
+                _, gain = self._tiles_of_row((first + last) // 2, layer)
+                tiles += (last - first) * len(gain)
+                points += (last - first) * SHELLS_PER_TILE * float(self._keep_probability(gain).sum())
+            if tiles > MAX_TILES:
+                raise ValueError(TOO_MANY)
+        return points
+
+    @property
+    def _row_count(self) -> int:
+        """Number of rows of tiles, `SHELLS_PER_TILE` shells each."""
+        return int(np.ceil(self._farthest / self._steps[0])) // SHELLS_PER_TILE + 1
 
     def _keep_probability(self, gain: Floats) -> Floats:
         """Keep probability of the even points of tiles of one layer and slant range, by their two-way gains, (n,)."""
@@ -313,16 +322,27 @@ class VolumeScatterers:
             keep_probabilities(gain / edge, LINEAR_BELOW, MIN_KEEP_PROBABILITY, probability)
         return probability
 
-    def _sectors(self, ring: int, strata: Floats, thick: float) -> tuple[Floats, Floats]:
-        """Tiles of some shells that are received, (n, 4), with their two-way gains [1]: a group of sectors at first."""
+    def _tiles_of_row(self, row: int, layer: Floats) -> tuple[Floats, Floats]:
+        """Tiles of one layer in one row that are received, as of `_tiles`, and their two-way gains [1], (n,).
+
+        Groups of sectors are tested first.
+
+        Args:
+            row: Number of the row, from the sonar outwards.
+            layer: Upper and lower side [m], s_v [1/m].
+        """
+        inner, outer = (float(edge * SHELLS_PER_TILE * self._steps[0]) for edge in (row, row + 1))
+        upper, lower, _ = layer
+        step = min((lower - upper) / MIN_STRATA, (inner + outer) / 2 * min(self._beam_height / 3, 0.25))
+        count = int(np.ceil((lower - upper) / step))
+        thick = (lower - upper) / count
+        source = float(self.ping_geometry.transmit_position[2])
+        strata = upper + np.arange(count) * (lower - upper) / count
+        strata = strata[(strata < source + outer) & (strata + thick > source - outer)]
         groups_around = round(2 * np.pi / self._steps[1]) // SECTORS_PER_GROUP
 
         def largest_gain(sector: Integers, top: Floats, group_size: int, sufficient: float) -> Floats:
-            slant, azimuth = self._steps
-            inner, outer, angle = (
-                ring * SHELLS_PER_TILE * slant, (ring + 1) * SHELLS_PER_TILE * slant,
-                group_size * azimuth,
-            )  # fmt: skip
+            angle = group_size * self._steps[1]
             up = top + thick / 2 - self.ping_geometry.transmit_position[2]
             nearest, farthest = (np.sqrt(np.maximum(reach**2 - up**2, 0)) for reach in (inner, outer))
             horizontal = (nearest + farthest) / 2
@@ -334,21 +354,21 @@ class VolumeScatterers:
             return self._gain_bound(centre, radius, sufficient)
 
         floor = float(amplitude_ratio(self.choice.beam_cutoff_db))
-        group, row = (part.ravel() for part in np.meshgrid(np.arange(groups_around), np.arange(len(strata))))
-        in_reach = largest_gain(group, strata[row], SECTORS_PER_GROUP, floor) >= floor
+        group, top = (part.ravel() for part in np.meshgrid(np.arange(groups_around), strata))
+        in_reach = largest_gain(group, top, SECTORS_PER_GROUP, floor) >= floor
         sector = (group[in_reach, None] * SECTORS_PER_GROUP + np.arange(SECTORS_PER_GROUP)).ravel()
-        top = strata[row[in_reach].repeat(SECTORS_PER_GROUP)]
+        top = top[in_reach].repeat(SECTORS_PER_GROUP)
         gain = largest_gain(sector, top, 1, np.inf)
         in_reach = gain >= floor
         n = int(in_reach.sum())
-        tiles = np.column_stack([np.full(n, float(ring)), sector[in_reach], top[in_reach], np.full(n, thick)])
+        tiles = np.column_stack([np.full(n, float(row)), sector[in_reach], top[in_reach], np.full(n, thick)])
         return tiles, gain[in_reach]
 
-    def _shell_points(self, tiles: Floats, keep_probability: Floats) -> Scatterers:
+    def _tile_points(self, tiles: Floats, keep_probability: Floats) -> Scatterers:
         """The even points of some tiles that are kept, those of the lowest priorities, which are evenly spread too.
 
         Args:
-            tiles: As of `_shells`, (n, 4).
+            tiles: As of `_tiles`, (n, 4).
             keep_probability: Of each [1], (n,).
         """
         slant, azimuth = self._steps

@@ -9,8 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from insonify.engines.memory_budget import BYTES_AT_ONCE, bytes_per_point
-from insonify.engines.parts import parts_of
-from insonify.engines.ping_scatterers import SCATTERERS_PER_BLOCK
+from insonify.engines.parts import SCATTERERS_PER_BLOCK, parts_of
 from insonify.engines.volume import TOO_MANY
 from insonify.estimates import unit_costs
 from insonify.estimates.compile_time import estimate_compile_seconds

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 Floats = NDArray[np.float64]
 ROUNDING = 1e-6
 """Height of an array, and length of a part of a target, above the underside that count as none [m]."""
-PAIRS = 50_000
+PAIRS = 200_000
 """Pairs of a ping and a triangle that are evaluated at a time [1]."""
 MAX_PINGS = 500
 """Pings, spread evenly over the track, at which a hull is compared with relief [1]."""
@@ -111,18 +111,22 @@ def _first_ping_inside(hull: Hull, poses: Poses, corners: Floats) -> int | None:
     near = np.flatnonzero(is_near & (underside[:, 2] - ROUNDING > low[2]))
     if not len(near):
         return None
+    corners = corners[(corners[..., 2] < underside[near, 2].max() - ROUNDING).any(axis=1)]
+    centre = corners.mean(axis=1)
+    radius = np.linalg.norm(corners - centre[:, None], axis=2).max(axis=1) + np.hypot(hull.length, hull.width) / 2
     for pings in np.array_split(near, -(-len(near) * len(corners) // PAIRS)):
-        c, s = np.cos(poses.heading[pings]), np.sin(poses.heading[pings])
+        offset = centre[:, :2] - underside[pings, None, :2]
+        row, triangle = np.nonzero((offset**2).sum(axis=-1) < radius**2)
+        ping = pings[row]
+        c, s = np.cos(poses.heading[ping]), np.sin(poses.heading[ping])
         axes = np.stack([np.stack([c, s], axis=-1), np.stack([-s, c], axis=-1)], axis=-1)
-        moved = np.array(corners - underside[pings, None, None])
-        moved[..., :2] = np.einsum("ptcj,pjk->ptck", moved[..., :2], axes)
+        moved = corners[triangle] - underside[ping, None]
+        moved[..., :2] = moved[..., :2] @ axes
         # a box from the underside to above all of the target
-        tall = underside[pings, 2] - low[2] + 1.0
-        moved[..., 2] += tall[:, None, None] / 2
-        sides = np.broadcast_to([hull.length, hull.width], (len(pings), 2))
-        half_size = np.column_stack([sides, tall]) / 2 - ROUNDING
-        triangles = moved.reshape(-1, 3, 3)
-        inside = overlap_box(triangles, np.repeat(half_size, len(corners), axis=0)).reshape(len(pings), -1).any(axis=1)
+        tall = underside[ping, 2] - low[2] + 1.0
+        moved[..., 2] += tall[:, None] / 2
+        half_size = np.column_stack([np.broadcast_to([hull.length, hull.width], (len(ping), 2)), tall]) / 2 - ROUNDING
+        inside = overlap_box(moved, half_size)
         if inside.any():
-            return int(pings[inside.argmax()])
+            return int(ping[inside.argmax()])
     return None

@@ -57,16 +57,16 @@ def scenario_errors(scenario: Scenario) -> Iterator[PydanticCustomError]:
     yield from patch_errors(scenario.water.patches, scenario.completed_seabed, scenario.targets)
     yield from _profile_depth_errors(scenario)
     positions = array_positions(scenario)
-    outside = [
+    position_errors = [
         *track_out_of_water_errors(scenario, positions), *terrain_errors(scenario, positions),
         *_sonar_inside_target(scenario, positions),
     ]  # fmt: skip
-    yield from outside
+    yield from position_errors
     yield from _blind_beam_errors(scenario)
     yield from element_errors(scenario)
     yield from bistatic_errors(scenario)
     yield from receiver_errors(scenario)
-    if not outside:
+    if not position_errors:
         yield from hull_errors(scenario, positions)
     yield from _unknown_objects(scenario)
     if scenario.paths.geometry == "slice":

@@ -47,12 +47,15 @@ def overlap_box(corners: Floats, half_size: Floats) -> NDArray[np.bool_]:
         corners: Corners of the triangles along the box's sides [m], shape (n, 3, 3).
         half_size: Half of the box's sides [m], shape (n, 3).
     """
-    edges = np.roll(corners, -1, axis=1) - corners
+    overlap = ~((corners.min(axis=1) > half_size) | (corners.max(axis=1) < -half_size)).any(axis=1)
+    rows = np.flatnonzero(overlap)  # by the box's faces; most triangles need no more
+    edges = np.roll(corners[rows], -1, axis=1) - corners[rows]
     crossed = np.cross(edges[:, :, None], np.eye(3)).reshape(-1, 9, 3)
-    axes = np.concatenate([np.broadcast_to(np.eye(3), corners.shape), crossed,
-                           np.cross(edges[:, :1], edges[:, 1:2])], axis=1)  # fmt: skip
-    projection, reach = corners @ np.swapaxes(axes, 1, 2), np.einsum("nai,ni->na", np.abs(axes), half_size)
-    return ~((projection.min(axis=1) > reach) | (projection.max(axis=1) < -reach)).any(axis=1)
+    axes = np.concatenate([crossed, np.cross(edges[:, :1], edges[:, 1:2])], axis=1)
+    projection = corners[rows] @ np.swapaxes(axes, 1, 2)
+    reach = np.einsum("nai,ni->na", np.abs(axes), half_size[rows])
+    overlap[rows] = ~((projection.min(axis=1) > reach) | (projection.max(axis=1) < -reach)).any(axis=1)
+    return overlap
 
 
 def _crossing(a: Floats, b: Floats, at_a: Floats, at_b: Floats) -> Floats:
