@@ -25,7 +25,9 @@ def sidescan(order: int) -> Scenario:
 def elements() -> Scenario:
     """The same to starboard, by each of 32 elements of a line of 1 m; legs of at most 2 bounces."""
     text = SCENE.replace("ORDER", "2").replace("incoherent", "coherent")
-    text = text.replace("  sides: [port, starboard]\n", "  receiver: {record: elements}\n")
+    text = text.replace("  sides: [port, starboard]\n", "").replace(
+        "{sub_bands: 1}", "{sub_bands: 1, record: elements}"
+    )
     receive = "receive: {kind: planar, width: 1 m, height: 0.02 m}"
     return loaded(text.replace(receive, "receive: {kind: line, length: 1 m, elements: 32}"))
 

@@ -29,6 +29,7 @@ sonar:
   pulse: {kind: cw, frequency: 400 kHz, duration: 0.05 ms}
   transmit: {kind: planar, width: 0.5 m, height: 0.01 m}
   receive: {kind: planar, width: 0.5 m, height: 0.01 m}
+  receiver: {sub_bands: 1}
   mounting: {bearing: 90 deg, tilt: 20 deg}
 track:
   {kind: line, start: [0 m, 0 m, 8 m], heading: 0 deg, speed: 2 m/s, pings: 200, interval: 0.1 s, window: [0 ms, 80 ms]}

@@ -21,7 +21,7 @@ ABOUT_300K = 2.5
 def nominal(per_cell: float, **changes: object) -> Scenario:
     """The nominal scene with another density of scatterers."""
     paths = PathSettings(scatterers_per_cell=per_cell, max_reflections=2)
-    return NOMINAL.model_copy(update={"paths": paths, **changes})
+    return NOMINAL.with_("sonar.receiver.sub_bands", 1).model_copy(update={"paths": paths, **changes})
 
 
 def scatterers(scenario: Scenario) -> int:

@@ -28,6 +28,7 @@ sonar:
   pulse: {kind: cw, frequency: 100 kHz, duration: 0.1 ms}
   transmit: {kind: planar, width: 1 m, height: 0.02 m}
   receive: {kind: planar, width: 1 m, height: 0.02 m}
+  receiver: {sub_bands: 1}
   mounting: {bearing: 90 deg, tilt: 20 deg}
   sides: [port, starboard]
 track:

@@ -20,7 +20,7 @@ sonar:
   pulse: {kind: lfm, frequency: 900 kHz, bandwidth: SWEEP kHz, duration: 0.5 ms}
   transmit: {kind: planar, width: 0.8 mm, height: 5 mm, steer: 0 deg}
   receive: {kind: planar, width: 53.3 mm, height: 5 mm, columns: 64BEAMS}
-  receiver: {bandwidth: BAND kHz, record: CHANNELS}
+  receiver: {bandwidth: BAND kHz, record: CHANNELS, sub_bands: 1}
   mounting: {bearing: 0 deg, tilt: 20 deg}
 track: {kind: static, position: [0 m, 0 m, 3 m], window: [0 ms, 14.5 ms], pings: 8}
 paths: {max_reflections: ORDER}

@@ -49,7 +49,7 @@ def test_former_keys_are_gone_and_new_ones_exist(name):
             "edge_diffraction: fresnel",
             "paths.edge_diffraction: fresnel is called knife-edge.",
         ),
-        ("geometry: 3d", "engine: paths", "paths.engine: paths is called eigenrays."),
+        ("engine: eigenrays", "engine: paths", "paths.engine: paths is called eigenrays."),
     ],
 )
 def test_a_file_of_old_names_is_reported_with_the_new_one(tmp_path, capsys, old, line, message):

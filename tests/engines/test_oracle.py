@@ -213,7 +213,7 @@ def test_a_non_uniform_transform_of_the_arrivals_agrees():
     bins, start, count = 4096, WINDOW[0], simulator.grid.sample_count
     turns = 2 * np.pi * 25e3 / bins * (found.delay - start)
     gain = 10 ** (LEVEL / 20) * here.transmit_beams.gain(found.departure) * here.receive_beams.gain(found.arrival)
-    carried = gain * found.amplitude[:, 0] * np.exp(-2j * np.pi * (CARRIER * found.delay % 1))
+    carried = gain * found.amplitude * np.exp(-2j * np.pi * (CARRIER * found.delay % 1))
     offset = (np.arange(bins) - bins // 2) * 25e3 / bins
     shaped = finufft.nufft1d1(turns, carried, bins, eps=1e-12, isign=-1) * simulator.pulse.spectrum(offset)
     series = np.fft.ifft(np.fft.ifftshift(shaped, axes=-1), axis=-1)[:, :count] * 25e3
@@ -239,7 +239,7 @@ def test_a_scenario_in_full_is_the_sum_over_its_arrivals():
     received_pulse = build_simulator(case).pulse.spectrum
     recorded_ping = simulate(case)
     kept = np.abs(gain) > 0
-    truth = received(found.delay[kept], 1e11 * (gain * found.amplitude[:, 0])[kept], recorded_ping.time.values, CARRIER,
+    truth = received(found.delay[kept], 1e11 * (gain * found.amplitude)[kept], recorded_ping.time.values, CARRIER,
                   received_pulse, 25e3, 2048)  # fmt: skip
     assert len(found) > 1000
     assert relative_rms(recorded_ping.pressure.values[0, 0], truth) < 1e-5

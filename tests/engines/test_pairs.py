@@ -57,12 +57,10 @@ def test_each_pair_has_its_own_sign_phase_and_loss(reflection):
         bottom = 0.35 if reflection == 0.35 else reflection_coefficient(Sediment.named(reflection), angle)
         return (-1.0) ** family.count("S") * bottom ** family.count("B") / path.length * 10 ** (-0.0015 * path.length)
 
-    for out, back, amplitude in zip(found.transmit_family, found.receive_family, found.amplitude[:, 0], strict=True):
+    for out, back, amplitude in zip(found.transmit_family, found.receive_family, found.amplitude, strict=True):
         assert amplitude == pytest.approx(leg(out) * leg(back), rel=1e-6)
     if reflection == 0.35:
-        of = dict(
-            zip(zip(found.transmit_family, found.receive_family, strict=True), found.amplitude[:, 0].real, strict=True)
-        )
+        of = dict(zip(zip(found.transmit_family, found.receive_family, strict=True), found.amplitude.real, strict=True))
         assert of["D", "S"] < 0 < of["S", "S"]
         assert of["D", "B"] > 0 > of["D", "SB"]
 
@@ -84,7 +82,7 @@ def test_the_records_state_what_happened():
     assert list(found.bounces) == [len(string) for string in strings]
     assert set(found.object) == {"point"}
     product = found.spreading * found.absorption * found.scattering_amplitude * np.abs(found.reflection_coefficient)
-    np.testing.assert_allclose(np.abs(found.amplitude[:, 0]), product, rtol=1e-6)
+    np.testing.assert_allclose(np.abs(found.amplitude), product, rtol=1e-6)
     np.testing.assert_allclose(np.linalg.norm(found.departure, axis=1), 1)
     page = repr(found)
     assert "25 paths" in page and "and 5 more" in page and "200.321 ms" in page

@@ -317,5 +317,5 @@ def test_arrivals_and_explain_name_each_ray():
     names = {found.ray_names(row) for row in range(len(found))}
     assert ("D", "D2") in names and ("D2", "D") in names
     assert "D2" in repr(found)
-    when = float(found.delay[np.argmax(np.abs(found.amplitude[:, 0]))])
+    when = float(found.delay[np.argmax(np.abs(found.amplitude))])
     assert "D2" in explain_sample(insonify.simulate(scenario), 0, when + 1e-4)

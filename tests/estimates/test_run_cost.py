@@ -188,15 +188,15 @@ def test_water_is_counted_by_a_sample_of_its_blocks(monkeypatch):
 
 
 def test_even_points_far_out_are_counted_by_a_sample_of_their_rows():
-    """400 rows of tiles by 48 of them: as many points as are kept to 5 %."""
-    murky = nominal(field="incoherent", water={"volume_strength_db": -70}, track={"window": (0.0, 0.3)},
+    """Some 60 rows of tiles by 24 of them, and 300 tiles of each: as many points as are kept to 5 %."""
+    murky = nominal(field="incoherent", water={"volume_strength_db": -70}, track={"window": (0.0, 0.5)},
                     paths={"max_reflections": 0})  # fmt: skip
     simulator = build_simulator(murky)
     side = simulator.ping_geometry(0)
     seen = ping_scatterers(murky.scene, murky.paths, 1, side, simulator.engine.rays, quadrature=True)
     suspended = volume.VolumeScatterers(murky.scene, murky.paths, 1, side, seen.resolution)
     assert suspended._row_count > 2 * volume.MAX_COUNTED_ROWS
-    exact = suspended._tiles()[1].sum() * volume.SHELLS_PER_TILE
+    exact = sum(len(block()) for block in suspended.blocks(quadrature=True))
     assert suspended.count(quadrature=True) == pytest.approx(exact, rel=0.05)
 
 

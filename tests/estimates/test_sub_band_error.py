@@ -65,8 +65,11 @@ def test_check_states_how_many_would_do(tmp_path, capsys):
     path = tmp_path / "wide.yaml"
     path.write_text(
         "sonar: {source_level_db: 200, pulse: {kind: lfm, frequency: 100 kHz, bandwidth: 20 kHz, duration: 2 ms}, "
-        f"transmit: {end}, receive: {end}}}\n"
+        f"transmit: {end}, receive: {end}, receiver: {{sub_bands: 1}}}}\n"
         "track: {kind: static, position: [0, 0, 9 m], window: [0 s, 50 ms]}\n"
     )
     assert main(["check", str(path)]) == 0
     assert "sonar.receiver.sub_bands: auto, here 2, would reach -30 dB" in capsys.readouterr().out
+    path.write_text(path.read_text().replace(", receiver: {sub_bands: 1}", ""))
+    assert main(["check", str(path)]) == 0
+    assert "sub_bands" not in capsys.readouterr().out

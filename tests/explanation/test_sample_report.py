@@ -57,9 +57,12 @@ def test_groups_as_energies_are_the_expected_intensity() -> None:
     assert behind.mean_square() == pytest.approx(float(recorded.real), rel=1e-3)
 
 
-def test_the_terms_add_up_to_the_level() -> None:
+@pytest.mark.parametrize("sub_bands", [1, 3])
+def test_the_terms_add_up_to_the_level(sub_bands: int) -> None:
     """Source level, beams, spreading, absorption, bounces, scattering and pulse: decibels add."""
-    behind, _, _ = sample(nominal({**SLICE, "paths.amplitude_perturbation": 0.3}), 0.2023)
+    behind, _, _ = sample(
+        nominal({**SLICE, "paths.amplitude_perturbation": 0.3, "sonar.receiver.sub_bands": sub_bands}), 0.2023
+    )
     terms = behind.sonar_equation_terms()
     received = np.isfinite(terms).all(axis=1)
     assert received.sum() > 1000
@@ -107,9 +110,11 @@ def test_noise_is_listed_apart() -> None:
     assert float(line.split()[-5]) == pytest.approx(20 + 10 * np.log10(21e3), abs=12)
 
 
-def test_a_sample_without_arrivals_has_a_page() -> None:
+@pytest.mark.parametrize("sub_bands", [1, 3])
+def test_a_sample_without_arrivals_has_a_page(sub_bands: int) -> None:
     """A sample before all echoes."""
-    quiet = simulate(nominal({**SLICE, "targets": [], "paths.contributions": ["target"]}))
+    nothing = {"targets": [], "paths.contributions": ["target"], "sonar.receiver.sub_bands": sub_bands}
+    quiet = simulate(nominal({**SLICE, **nothing}))
     page = explain_sample(quiet, 0, 0.2)
     assert "no arrivals" in page and "recorded: " in page
     assert "inf" not in page

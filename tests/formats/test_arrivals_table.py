@@ -28,7 +28,7 @@ def test_what_was_written_is_read_back(tmp_path: Path) -> None:
     np.testing.assert_array_equal(np.array(column["delay"], float), paths.delay[order])
     np.testing.assert_array_equal(np.array(column["depth"], float), paths.position[order, 2])
     amplitude = np.array(column["amplitude_real"], float) + 1j * np.array(column["amplitude_imaginary"], float)
-    np.testing.assert_array_equal(amplitude.astype(np.complex64), paths.amplitude[order, 0])
+    np.testing.assert_array_equal(amplitude.astype(np.complex64), paths.amplitude[order])
     assert list(column["object"]) == list(paths.object[order])
     assert 'the "buoy", red' in column["object"]
 

@@ -46,6 +46,8 @@ def scenario(**changes: object) -> Scenario:
     for key, value in changes.items():
         merged = key in ("track", "sonar", "seabed", "paths") and "kind" not in value  # type: ignore[operator]
         base[key] = {**base[key], **value} if merged else value  # type: ignore[dict-item]
+    # as when these recordings were made; `auto` is the default
+    base["sonar"]["receiver"] = {"sub_bands": 1, **base["sonar"].get("receiver", {})}  # type: ignore[index,attr-defined]
     return Scenario(**base)  # type: ignore[arg-type]
 
 
@@ -93,7 +95,7 @@ def levelled(threads: int) -> Output:
 def listed(_: int) -> Output:
     """Every arrival of one ping over a flat bed."""
     found = insonify.arrivals(scenario(), 1)
-    return {"delay": found.delay, "amplitude": found.amplitude, "departure": found.departure}
+    return {"delay": found.delay, "amplitude": found.amplitude[:, None], "departure": found.departure}
 
 
 LINE = {"kind": "line", "length": "40 cm", "elements": 8}

@@ -18,6 +18,9 @@ LOOSE = 2e-3
 """Largest change of a projection between processors, re the array's root mean square: single-precision rounding, and
 samples of a mask that fall on the other side of a threshold [1]."""
 
+FEW = 1e-4
+"""Part of the samples that are at a threshold, such as the floor of a level, between processors [1]."""
+
 
 @pytest.mark.parametrize("name", SCENES)
 def test_golden(name):
@@ -28,7 +31,8 @@ def test_golden(name):
     found = projections(one)
     assert found.keys() == golden["projections"].keys()
     for array, numbers in golden["projections"].items():
-        assert found[array][:2] == numbers[:2], array
+        assert found[array][0] == numbers[0], array
+        np.testing.assert_allclose(found[array][1], numbers[1], rtol=FEW, err_msg=array)
         np.testing.assert_allclose(found[array][2], numbers[2], rtol=LOOSE, err_msg=array)
         np.testing.assert_allclose(found[array][3:], numbers[3:], atol=LOOSE * 4, err_msg=array)
     if processor() in golden["digests"]:

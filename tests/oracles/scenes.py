@@ -32,10 +32,12 @@ def nominal(*, box=None, line=None, transmit=None, receive=None, paths=None, tra
         end: {key: value for key, value in {**array, **(change or {})}.items() if value is not None}
         for end, change in (("transmit", transmit), ("receive", receive))
     }
+    sonar = sonar or {}
+    receiver = {"sub_bands": 1, **sonar.get("receiver", {})}  # closed forms have one beam for the whole band
     described = {
         "water": {"noise_level_db": None},
         "targets": [] if box is None else [{**BOX, **box}],
-        "sonar": {"source_level_db": 220, "pulse": PULSE, **ends, **(sonar or {})},
+        "sonar": {"source_level_db": 220, "pulse": PULSE, **ends, **sonar, "receiver": receiver},
         "track": {"kind": "static", "position": (0.0, 0.0, 11.0), **(track or {})},
         "paths": {"edge_diffraction": "none", "contributions": SCATTERED, **(paths or {})},
         **top,

@@ -71,7 +71,7 @@ def flashes(target, max_reflections=0, *, frequency=100e3, window=(0.0, 0.24), f
     rows = arrivals(nominal(targets=[settings], **{**fixed, **changes}))
     # rough points have random phases and are beneath notice
     rows = rows if facing is None else rows.take(facing(rows.position))
-    turned = rows.amplitude[:, 0].astype(complex) * np.exp(-2j * np.pi * np.mod(frequency * rows.delay, 1.0))
+    turned = rows.amplitude.astype(complex) * np.exp(-2j * np.pi * np.mod(frequency * rows.delay, 1.0))
     found = {}
     for pair in sorted(set(zip(rows.transmit_family.tolist(), rows.receive_family.tolist(), strict=True))):
         mine = (rows.transmit_family == pair[0]) & (rows.receive_family == pair[1])

@@ -81,9 +81,7 @@ def spikes_figure() -> Figure:
     """Arrivals as spikes."""
     figure = style.new_figure()
     paths = arrivals(scenario())
-    spike_array(
-        figure.subplots(), paths, 20 * np.log10(np.abs(paths.amplitude[:, 0])), "level re the source at 1 m [dB]"
-    )
+    spike_array(figure.subplots(), paths, 20 * np.log10(np.abs(paths.amplitude)), "level re the source at 1 m [dB]")
     return figure
 
 

@@ -122,7 +122,7 @@ def test_spikes_by_source_stand_where_their_paths_are(span: tuple[float, float] 
     """One mark for each path of each source, in the source's colour, at its delay and level."""
     paths = arrivals(nominal({"paths.geometry": "slice", "paths.max_reflections": 0, "track.window": [0.199, 0.203],
                               "surface.scattering": {"strength_db": -30.0}}))  # fmt: skip
-    level = level_db(np.abs(paths.amplitude[:, 0]) ** 2) + 220
+    level = level_db(np.abs(paths.amplitude) ** 2) + 220
     axes = blank()
     spikes_by_source(axes, paths, level, "level [dB re 1 uPa]", span=span)
     for label, cause in (("seabed", "seabed"), ("surface", "surface"), ("box", "target")):

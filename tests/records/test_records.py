@@ -77,7 +77,7 @@ def test_a_long_list_is_reported_by_kind():
     row = next(row for row in kinds if row[:2] == ["buoy", "D-S"])
     legs = np.char.add(paths.transmit_family, paths.receive_family)
     these = np.isin(legs, ("DS", "SD")) & (paths.object == "buoy")
-    level = 20 * np.log10(np.abs(paths.amplitude[:, 0]))
+    level = 20 * np.log10(np.abs(paths.amplitude))
     assert int(row[2]) == these.sum() == 2
     assert row[3] == f"{paths.delay[these].min() * 1e3:.2f}-{paths.delay[these].max() * 1e3:.2f}"
     assert float(row[5]) == pytest.approx(level[these].max(), abs=0.051)

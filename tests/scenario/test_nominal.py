@@ -1,10 +1,16 @@
 """The nominal scenario file, whole and maimed."""
 
+import re
+from collections.abc import Iterator
 from importlib.resources import files
+from typing import Any
 
+import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from pydantic import BaseModel
 
+from insonify.propagation.path_settings import PathSettings
 from insonify.scenario.diagnostic import ScenarioError
 from insonify.scenario.load import parse_model
 from insonify.scenario.scenario import Scenario
@@ -28,6 +34,22 @@ def test_the_template_shows_the_defaults() -> None:
     for name in ("seed", "water", "track", "paths", "field", "output"):
         assert getattr(short, name) == getattr(scenario, name), name
     assert short.sonar == scenario.sonar
+
+
+def test_every_key_has_its_place_in_the_file() -> None:
+    """As a key, or in a comment: what can be set is seen where all else is set; paths shows all of its keys."""
+    assert list(_absent_keys(parse_model(Scenario, NOMINAL), yaml.safe_load(NOMINAL))) == []
+    assert set(yaml.safe_load(NOMINAL)["paths"]) == set(PathSettings.model_fields)
+
+
+def _absent_keys(model: BaseModel, written: dict[str, Any]) -> Iterator[str]:
+    for key in type(model).model_fields:
+        value, shown = getattr(model, key), written.get(key)
+        first, *_ = value if isinstance(value, tuple) and value else [value]
+        if isinstance(first, BaseModel) and shown:
+            yield from _absent_keys(first, shown[0] if isinstance(shown, list) else shown)
+        elif key not in written and not re.search(rf"\b{key}\b", NOMINAL):
+            yield key
 
 
 def test_the_scenario_in_the_attributes_is_the_scenario() -> None:

@@ -49,6 +49,23 @@ def test_a_bed_is_missed_from_the_range_on_that_the_window_ends_at(depth: float,
     assert all("none of its echoes is received" in word for word in message)
 
 
+@pytest.mark.parametrize(("depth", "words"), [(12 + REACH + 0.05, 0), (12 + REACH + 1.0, 1)])
+def test_a_bed_of_low_relief_is_missed_where_its_highest_place_is(depth: float, words: int) -> None:
+    """Ripples of 0.4 m from trough to crest: the bed is missed where all of it is more than 30 m below the sonar."""
+    relief = {"kind": "ripples", "wavelength": 2.0, "height": 0.4}
+    message = messages(seabed={"depth": depth, "relief": relief, "scattering": {"law": "lambert", "strength_db": -27}})
+    assert sum("none of its echoes is received" in word for word in message) == words
+
+
+@pytest.mark.parametrize(("east", "words"), [(REACH + 2.4, 0), (REACH + 2.6, 1)])
+def test_a_target_is_missed_where_its_nearest_end_is(east: float, words: int) -> None:
+    """A log of 5 m that lies along east: 2.5 m from its middle to its end, and 30 m are received."""
+    log = {"shape": "cylinder", "label": "log", "position": [0, east], "length": 5, "diameter": 0.1,
+           "heading": "90 deg"}  # fmt: skip
+    message = [word for word in messages(targets=[log]) if "target log" in word]
+    assert len(message) == words
+
+
 def test_a_target_in_the_wrong_place_is_named_with_its_distance() -> None:
     """A point 4 km to the east of a track along north is never received; its own words report it."""
     message = messages(

@@ -82,12 +82,29 @@ QUAY = {"shape": "box", "label": "quay", "position": (0.0, 60.5), "size": (10.0,
 def test_smooth_faces_that_lie_on_one_another_are_refused(other, refused):
     """Two walls with 2 m in common would reflect twice there: an error with the fix; neighbours go together."""
     targets = [QUAY, {**QUAY, "label": "jetty", **other}]
-    assert len(nominal(targets=targets).targets) == 2  # without face reflections
-    if refused:
-        with pytest.raises(ValidationError, match=r"targets\.1\.position: a smooth face of jetty lies on one of quay"):
-            nominal(targets=targets, paths={"face_reflections": True})
-        return
-    nominal(targets=targets, paths={"face_reflections": True})
+    for paths in ({}, {"face_reflections": True}):
+        if refused:
+            with pytest.raises(ValidationError, match=r"targets\.1\.position: a smooth face of jetty lies on one of"):
+                nominal(targets=targets, paths=paths)
+        else:
+            nominal(targets=targets, paths=paths)
+
+
+def test_a_target_in_the_place_of_an_equal_one_is_reported():
+    """The same rough box twice is a slip of a copied line: named; elsewhere, or of another size, it is not."""
+    words = [
+        [str(word.message) for word in caught if "targets.1" in str(word.message)]
+        for caught in map(_caught, ({}, {"position": (0.0, 155.5)}, {"size": (2.0, 1.0, 1.1)}))
+    ]
+    assert [len(some) for some in words] == [1, 0, 0]
+    assert "targets.1 (second): it is all that targets.0 (crate) is, at the same position" in words[0][0]
+
+
+def _caught(change):
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always", PhysicsWarning)
+        nominal(targets=[BOX, {**BOX, "label": "second", **change}])
+    return caught
 
 
 def test_neighbouring_faces_reflect_as_one():

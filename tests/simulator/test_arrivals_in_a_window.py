@@ -35,8 +35,8 @@ SCENES: dict[str, dict] = {
 
 def sorted_rows(found):
     """Delays, amplitudes and families in one order."""
-    order = np.lexsort([found.amplitude[:, 0].real, found.delay])
-    return found.delay[order], found.amplitude[order, 0], found.transmit_family[order], found.receive_family[order]
+    order = np.lexsort([found.amplitude.real, found.delay])
+    return found.delay[order], found.amplitude[order], found.transmit_family[order], found.receive_family[order]
 
 
 def scene(name: str) -> Scenario:

@@ -55,7 +55,7 @@ def test_echoes_of_the_nominal_scene_are_those_of_its_images(family, length, pro
     row = by_family(found)[family]
     loss = 10 ** (-float(scenario.water.absorption(100e3)) * length / 20)
     assert found.delay[row] == pytest.approx(length / 1500, abs=1e-9)
-    assert complex(found.amplitude[row, 0]) == pytest.approx(product * loss / length, rel=1e-4)
+    assert complex(found.amplitude[row]) == pytest.approx(product * loss / length, rel=1e-4)
     first = 1 if family.startswith("B") else -1
     np.testing.assert_allclose(found.departure[row], [0, 0, first], atol=1e-12)
     np.testing.assert_allclose(found.position[row], [0, 0, 11 + first * length / 2], atol=1e-9)
@@ -145,7 +145,7 @@ def test_direct_sound_between_platforms_bends_over_a_wall_by_fresnels_integral(h
     height = hidden * np.sqrt(2 / (1500 / 100e3) * (1 / 20 + 1 / 40))
     sine, cosine = fresnel(height)
     edge = abs((0.5 - cosine) - 1j * (0.5 - sine)) / np.sqrt(2)
-    assert abs(found.amplitude[by_family(found)["D"], 0]) * 60 == pytest.approx(edge, rel=0.012)
+    assert abs(found.amplitude[by_family(found)["D"]]) * 60 == pytest.approx(edge, rel=0.012)
 
 
 @pytest.mark.parametrize("record", ["beams", "elements"])
@@ -196,7 +196,7 @@ def test_a_sediment_s_own_roughness_takes_the_coherent_bottom_echo(frequency):
     zone = 2 * np.sqrt(1500 / frequency * 9 * 9 / 18)  # full width of the first Fresnel zone, 9 m below and back
     waves = np.geomspace(2 * np.pi / zone, k, 20_001)
     variance = np.trapezoid(roughness_spectrum(bed, waves) * 2 * np.pi * waves, waves)
-    ratio = abs(complex(rough.amplitude[by_family(rough)["B"], 0] / smooth.amplitude[by_family(smooth)["B"], 0]))
+    ratio = abs(complex(rough.amplitude[by_family(rough)["B"]] / smooth.amplitude[by_family(smooth)["B"]]))
     assert ratio == pytest.approx(np.exp(-2 * k**2 * variance), rel=1e-4)
 
 
@@ -246,7 +246,7 @@ def test_sand_waves_mirror_at_every_specular_point(waves, frequency, north, coun
         track={"position": (north, 0.0, 11.0)}, paths={"families": ["B"]},
     )  # fmt: skip
     found, k = arrivals(scenario), 2 * np.pi * frequency / 1500
-    total = np.sum(found.amplitude[:, 0] * np.exp(-1j * k * 1500 * found.delay)) / 0.35
+    total = np.sum(found.amplitude * np.exp(-1j * k * 1500 * found.delay)) / 0.35
     step = 1500 / frequency / 4
     due = kirchhoff_bottom_echo(scenario.scene.seabed.terrain, (north, 0.0, 11.0), k, step=step)
     assert len(found) == count and sum(found.caustics) == (count == 3)
@@ -272,7 +272,7 @@ def test_surveyed_waves_six_times_the_fresnel_zone_lose_nothing(wavelength, heig
         sonar={"pulse": {"kind": "cw", "frequency": 30e3, "duration": 1e-3}, "receiver": {"bandwidth": 5e3}},
     )  # fmt: skip
     found, k = arrivals(scenario), 2 * np.pi * 30e3 / 1500
-    total = np.sum(found.amplitude[:, 0] * np.exp(-1j * k * 1500 * found.delay)) / 0.35
+    total = np.sum(found.amplitude * np.exp(-1j * k * 1500 * found.delay)) / 0.35
     due = kirchhoff_bottom_echo(scenario.scene.seabed.terrain, (north, 0.0, 11.0), k, step=0.0125)
     assert len(found) == count
     assert 20 * np.log10(abs(total / due)) == pytest.approx(0, abs=0.1 if count == 1 else 0.4)
@@ -429,13 +429,13 @@ def test_multiples_under_a_hull_come_at_2z_and_3z_and_those_of_the_surface_later
     rows, z = by_family(found), 6.0
     for family, way, product in (("B", z, 0.35), ("BHB", 2 * z, 0.35**2 * 0.9), ("BHBHB", 3 * z, 0.35**3 * 0.9**2)):
         assert found.delay[rows[family]] == pytest.approx(2 * way / 1500, abs=1e-9)
-        assert abs(found.amplitude[rows[family], 0]) == pytest.approx(product / (2 * way), rel=0.05)
+        assert abs(found.amplitude[rows[family]]) == pytest.approx(product / (2 * way), rel=0.05)
     past = arrivals(afloat(d, size={"length": 0.1, "width": 0.1}))
     ghost = by_family(past)
     assert past.delay[ghost["BSB"]] == pytest.approx(2 * (2 * z + d) / 1500, abs=1e-9)
-    assert abs(past.amplitude[ghost["BSB"], 0]) == pytest.approx(0.35**2 / (2 * (2 * z + d)), rel=0.2)
-    assert abs(past.amplitude[ghost["BHB"], 0]) < 0.15 * abs(found.amplitude[rows["BHB"], 0])
-    assert abs(found.amplitude[rows["BSB"], 0]) < 0.1 * abs(past.amplitude[ghost["BSB"], 0])
+    assert abs(past.amplitude[ghost["BSB"]]) == pytest.approx(0.35**2 / (2 * (2 * z + d)), rel=0.2)
+    assert abs(past.amplitude[ghost["BHB"]]) < 0.15 * abs(found.amplitude[rows["BHB"]])
+    assert abs(found.amplitude[rows["BSB"]]) < 0.1 * abs(past.amplitude[ghost["BSB"]])
 
 
 def test_a_hull_s_size_counts_as_its_fresnel_integral():
@@ -468,8 +468,8 @@ def test_reverberation_by_way_of_the_hull_is_that_of_its_images():
     for family, vertical, product in (("BH", 2 * z + 3.4, 0.35 * 0.9), ("BHB", 4 * z - 3.4, 0.35**2 * 0.9)):
         length = np.hypot(aside, vertical)
         assert found.delay[legs[family]] * 1500 == pytest.approx(direct + length, abs=1e-6)
-        assert abs(found.amplitude[legs[family], 0]) == pytest.approx(product / direct / length, rel=0.1)
-    surface = [abs(found.amplitude[row, 0]) for name, row in legs.items() if name == "S"]
+        assert abs(found.amplitude[legs[family]]) == pytest.approx(product / direct / length, rel=0.1)
+    surface = [abs(found.amplitude[row]) for name, row in legs.items() if name == "S"]
     assert sum(surface) < 0.1 / direct**2
 
 
@@ -556,9 +556,7 @@ def test_wind_leaves_the_surface_echo_its_coherent_part_and_its_energy():
     gamma = (
         2 * np.pi * frequency / 1500 * np.sqrt(wind_waves(wind, shortest_wavenumber(frequency, 1500.0)).variance[-1])
     )
-    strongest = {
-        int(b): abs(complex(a)) * 22 for b, a in zip(found.transmit_branch, found.amplitude[:, 0], strict=True)
-    }
+    strongest = {int(b): abs(complex(a)) * 22 for b, a in zip(found.transmit_branch, found.amplitude, strict=True)}
     assert sum(value**2 for value in strongest.values()) == pytest.approx(loss**2, rel=0.02)
     if np.exp(-2 * gamma**2) > 1e-3:
         assert strongest[0] == pytest.approx(np.exp(-2 * gamma**2) * loss, rel=1e-4)

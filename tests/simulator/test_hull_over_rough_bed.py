@@ -51,7 +51,7 @@ def test_each_bottom_bounce_under_a_hull_has_eckart_s_factor_and_the_energy_of_t
                      for kind in ("smooth", "rough"))  # fmt: skip
     k, sediment, aside = 2 * np.pi * frequency / C, Sediment.named(SEDIMENT), np.hypot(1.0, 0.5)
     for family, vertical in (("BH", 2 * Z + 3.4), ("BHB", 4 * Z - 3.4)):
-        mirror, here = (found.amplitude[(found.transmit_family == "D") & (found.receive_family == family), 0]
+        mirror, here = (found.amplitude[(found.transmit_family == "D") & (found.receive_family == family)]
                         for found in (smooth, rough))  # fmt: skip
         length, bounces = np.hypot(aside, vertical), family.count("B")
         sine = vertical / length

@@ -42,7 +42,7 @@ def imaging(*, transmit=WIDE, receive=LINE, receiver=None, paths=None, **top):
             "pulse": {"kind": "lfm", "frequency": 900e3, "bandwidth": 50e3, "duration": 0.2e-3},
             "transmit": transmit,
             "receive": receive,
-            "receiver": receiver or {"bandwidth": 60e3},
+            "receiver": receiver or {"bandwidth": 60e3, "sub_bands": 1},
             "mounting": {"bearing": 0.0, "tilt": 0.3},
         },
         "track": STILL,

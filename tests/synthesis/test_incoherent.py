@@ -80,7 +80,7 @@ def test_expected_power_is_the_sum_over_groups_written_out(monkeypatch):
     found, simulator = arrivals(scenario), build_simulator(scenario)
     here = simulator.ping_geometry(0)
     gain = 1e11 * here.transmit_beams.gain(found.departure)[0] * here.receive_beams.gain(found.arrival)[0]
-    weight = gain * found.amplitude[:, 0] * np.exp(-2j * np.pi * (100e3 * found.delay % 1))
+    weight = gain * found.amplitude * np.exp(-2j * np.pi * (100e3 * found.delay % 1))
     expected = np.zeros(simulator.grid.sample_count)
     for group in np.unique(found.group):
         rows = found.group == group

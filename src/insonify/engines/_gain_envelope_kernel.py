@@ -143,7 +143,7 @@ def _add_beam_envelope(beam: BeamMajorants, workspace: Floats, size: int) -> Non
         common_gain *= _envelope(long, per_unit[2], distance_to_interval(u[n], u_max[n], 0.0))
         common_gain *= _envelope(tall, per_unit[3], distance_to_interval(v[n], v_max[n], 0.0))
         right, below = (u[n], u_max[n]), (v[n], v_max[n])
-        nearest = nearest_block(blocks, right)
+        nearest = nearest_block(beam, right)
         for i in range(count):
             block = (nearest + i) % count
             if i > 0:  # the nearest block is evaluated anyway

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from insonify.engines._keep_probability_kernel import keep_probabilities
+from insonify.engines._volume_points_kernel import ShellGrid, StraightPaths, thin_points, tile_points, two_way_gains
 from insonify.engines.beam_importance import BEAM_EDGE_DB, LINEAR_BELOW, MIN_GAIN
 from insonify.engines.face_images import face_images
 from insonify.engines.parts import cut_into_blocks
@@ -50,13 +51,13 @@ MAX_CUBES = 1_600_000
 """Largest number of blocks of one ping, 64 points each."""
 COUNTED = 20_000
 """Blocks of one scale by which those of one ping are counted: to 1 % [1]."""
-MAX_TILES = 6_400_000
-"""Largest number of tiles of quadrature points, 16 points each at most."""
+MAX_TILES = 1_600_000
+"""Largest number of tiles of quadrature points, `SHELLS_PER_TILE` points each at most."""
 MIN_RANGE = 1.0
 """Range below which cells get no smaller [m]."""
-SHELLS_PER_TILE = 16
+SHELLS_PER_TILE = 64
 """Shells of a tile of even points, which is one sector wide and one stratum thick."""
-SECTORS_PER_GROUP = 32
+SECTORS_PER_GROUP = 16
 """Sectors of a group, which is tested against the beams before its tiles are."""
 POINTS_PER_CELL_SIDE = 1.5
 """Quadrature points along range and across the beam in a resolution cell, for `USUAL_PER_CELL` scatterers a cell."""
@@ -67,8 +68,10 @@ WIDEST_SECTOR = 0.05
 """Widest sector of even points [rad]."""
 MIN_KEEP_PROBABILITY = 1 / 32
 """Smallest keep probability of even points [1]."""
-MAX_COUNTED_ROWS = 48
+MAX_COUNTED_ROWS = 24
 """Rows of tiles by which those of a ping are counted, near ones each by itself [1]."""
+COUNTED_TILES = 300
+"""Tiles of such a row, drawn at random, by whose points those of the row are counted [1]."""
 MAX_TRAVEL_TIME_RATIO = 1.1
 """Largest travel time of a refracted path re that of the straight one [1]."""
 MIN_CELLS_PER_PATCH = 6.0
@@ -99,7 +102,7 @@ class VolumeScatterers:
             if quadrature:
                 tiles, keep_probability = self._tiles()
                 for rows in cut_into_blocks(keep_probability * SHELLS_PER_TILE):
-                    yield partial(self._tile_points, tiles[rows], keep_probability[rows])
+                    yield partial(self._tile_scatterers, tiles[rows], keep_probability[rows])
             else:
                 cubes = self.cubes()
                 for start in range(0, len(cubes.scale), CUBES_PER_BLOCK):
@@ -280,16 +283,17 @@ class VolumeScatterers:
             yield np.column_stack([np.cos(up) * np.cos(azimuth), np.cos(up) * np.sin(azimuth), np.sin(up)]), bend / 4
 
     def _tiles(self) -> tuple[Floats, Floats]:
-        """Tiles of even points in reach, and the keep probability of the points of each [1], (n,).
+        """Tiles of even points in reach, and the largest keep probability in each [1], (n,).
 
-        Columns: number of the row, number of the sector, upper side, thickness [m], (n, 4).
+        Columns: number of the row, number of the sector, upper side, thickness [m], gain from which on all points are
+        kept [1], (n, 5).
         """
-        total, tiles, keep_probability = 0, [np.zeros((0, 4))], [np.zeros(0)]
+        total, tiles, keep_probability = 0, [np.zeros((0, 5))], [np.zeros(0)]
         for row in range(self._row_count):
             for layer in self._layers:
-                in_reach, gain = self._tiles_of_row(row, layer)
+                in_reach, probability = self._tiles_of_row(row, layer)
                 tiles.append(in_reach)
-                keep_probability.append(self._keep_probability(gain))
+                keep_probability.append(probability)
                 total += len(in_reach)
                 if total > MAX_TILES:
                     raise ValueError(TOO_MANY)
@@ -298,12 +302,14 @@ class VolumeScatterers:
     def _count_even_points(self) -> float:
         """Approximate number of even points that are kept: by rows that become sparser with the distance."""
         edges = np.unique((self._row_count * np.linspace(0, 1, MAX_COUNTED_ROWS + 1) ** 2).astype(int))
-        tiles = points = 0.0
+        tiles, points, draw = 0.0, 0.0, np.random.default_rng(self.seed)
         for first, last in pairwise(edges.tolist()):
             for layer in self._layers:
-                _, gain = self._tiles_of_row((first + last) // 2, layer)
-                tiles += (last - first) * len(gain)
-                points += (last - first) * SHELLS_PER_TILE * float(self._keep_probability(gain).sum())
+                in_reach, keep_probability = self._tiles_of_row((first + last) // 2, layer)
+                tiles += (last - first) * len(in_reach)
+                counted = draw.permutation(len(in_reach))[:COUNTED_TILES]
+                kept, _, _ = self._tile_points(in_reach[counted], keep_probability[counted])
+                points += (last - first) * len(kept) * len(in_reach) / max(1, len(counted))
             if tiles > MAX_TILES:
                 raise ValueError(TOO_MANY)
         return points
@@ -313,17 +319,15 @@ class VolumeScatterers:
         """Number of rows of tiles, `SHELLS_PER_TILE` shells each."""
         return int(np.ceil(self._farthest / self._steps[0])) // SHELLS_PER_TILE + 1
 
-    def _keep_probability(self, gain: Floats) -> Floats:
-        """Keep probability of the even points of tiles of one layer and slant range, by their two-way gains, (n,)."""
+    def _keep_probability(self, gain: Floats, full_gain: Floats) -> Floats:
+        """Keep probability of even points by their two-way gains, and those from which on all are kept [1], (n,)."""
         probability = np.ones(len(gain))
-        if self.choice.importance_sampling and len(gain):
-            margin = SPARSE_GAIN_MARGIN if self.resolution.sparse else GAIN_MARGIN
-            edge = max(float(gain.max()), MIN_GAIN) * float(amplitude_ratio(BEAM_EDGE_DB)) / margin
-            keep_probabilities(gain / edge, LINEAR_BELOW, MIN_KEEP_PROBABILITY, probability)
+        if self.choice.importance_sampling:
+            keep_probabilities(gain / full_gain, LINEAR_BELOW, MIN_KEEP_PROBABILITY, probability)
         return probability
 
     def _tiles_of_row(self, row: int, layer: Floats) -> tuple[Floats, Floats]:
-        """Tiles of one layer in one row that are received, as of `_tiles`, and their two-way gains [1], (n,).
+        """Tiles of one layer in one row that are received, and their keep probabilities, as of `_tiles`.
 
         Groups of sectors are tested first.
 
@@ -360,52 +364,71 @@ class VolumeScatterers:
         top = top[in_reach].repeat(SECTORS_PER_GROUP)
         gain = largest_gain(sector, top, 1, np.inf)
         in_reach = gain >= floor
-        n = int(in_reach.sum())
-        tiles = np.column_stack([np.full(n, float(row)), sector[in_reach], top[in_reach], np.full(n, thick)])
-        return tiles, gain[in_reach]
+        sector, top, gain = sector[in_reach], top[in_reach], gain[in_reach]
+        margin = SPARSE_GAIN_MARGIN if self.resolution.sparse else GAIN_MARGIN
+        full_gain = max(float(gain.max(initial=0)), MIN_GAIN) * float(amplitude_ratio(BEAM_EDGE_DB)) / margin
+        tiles = np.column_stack(np.broadcast_arrays(float(row), sector, top, thick, full_gain))
+        return tiles, self._keep_probability(gain, tiles[:, 4])
 
-    def _tile_points(self, tiles: Floats, keep_probability: Floats) -> Scatterers:
-        """The even points of some tiles that are kept, those of the lowest priorities, which are evenly spread too.
+    def _tile_scatterers(self, tiles: Floats, keep_probability: Floats) -> Scatterers:
+        """The even points of some tiles that are kept.
 
         Args:
-            tiles: As of `_tiles`, (n, 4).
-            keep_probability: Of each [1], (n,).
+            tiles: As of `_tiles`, (n, 5).
+            keep_probability: Largest in each [1], (n,).
         """
-        slant, azimuth = self._steps
-        ring = (tiles[:, :1].astype(np.int64) * SHELLS_PER_TILE + np.arange(SHELLS_PER_TILE)).ravel()
-        sector, stratum = (
-            np.round(column).astype(np.int64).repeat(SHELLS_PER_TILE)
-            for column in (tiles[:, 1], tiles[:, 2] / tiles[:, 3])
-        )
-        a, b, c = EVENLY
-        share = keep_probability.repeat(SHELLS_PER_TILE)
-        kept = np.flatnonzero(np.mod(ring * a + sector * b + stratum * c, 1) < share)
-        ring, sector, stratum = ring[kept], sector[kept], stratum[kept]
-        top, thick = tiles[kept // SHELLS_PER_TILE, 2], tiles[kept // SHELLS_PER_TILE, 3]
-        inner = (ring + 0.0) * slant
-        reach = inner + slant * np.mod((sector + 0.5) * a + stratum * b, 1)
-        bearing = (sector + np.mod((ring + 0.5) * a + stratum * c, 1)) * azimuth
-        depth = top + thick * np.mod((ring + 0.5) * b + (sector + 0.5) * c, 1)
-        volume = (ring + 0.5) * slant**2 * azimuth * thick / share[kept]
-        squared_distance = reach**2 - (depth - self.ping_geometry.transmit_position[2]) ** 2
-        is_real = squared_distance > 0
-        position = np.column_stack(
-            [
-                self._point(np.sqrt(squared_distance[is_real]).astype(float), np.asarray(bearing[is_real], float)),
-                depth[is_real],
-            ]
-        )
-        number = (ring << 38 | sector << 16 | stratum & 0xFFFF).astype(np.uint64)[is_real]
+        position, volume, number = self._tile_points(tiles, keep_probability)
         return layer_scatterers(
-            self.scene.water, self.scene.seabed, position, volume[is_real], np.ones(len(position), complex),
-            LAYERS | number,
-        )  # fmt: skip
+            self.scene.water, self.scene.seabed, position, volume, np.ones(len(position), complex), LAYERS | number
+        )
+
+    def _tile_points(self, tiles: Floats, keep_probability: Floats) -> tuple[Floats, Floats, NDArray[np.uint64]]:
+        """Positions [m] (n, 3), volumes [m^3] and numbers of the even points of some tiles that are kept.
+
+        Args:
+            tiles: As of `_tiles`, (n, 5).
+            keep_probability: Largest in each [1], (n,).
+        """
+        geometry, count = self.ping_geometry, len(tiles) * SHELLS_PER_TILE
+        position, volume, number = np.empty((count, 3)), np.empty(count), np.empty(count, np.uint64)
+        tile, priority = np.empty(count, np.int64), np.empty(count)
+        source = np.asarray(geometry.transmit_position, float)
+        grid = ShellGrid(SHELLS_PER_TILE, *self._steps, self._first_bearing, source, EVENLY)
+        n = tile_points(tiles, keep_probability, grid, position, volume, number, tile, priority)
+        share = keep_probability[tile[:n]]
+        if len(self._straight_paths.flip):
+            gain = np.empty(n)
+            beams = geometry.transmit_beams.kernel_majorants, geometry.bounding_receive_beams.kernel_majorants
+            two_way_gains(position[:n], self._straight_paths, *beams, gain)
+            share = np.minimum(share, self._keep_probability(gain, tiles[tile[:n], 4]))
+        n = thin_points(share, position, volume, number, priority)
+        return position[:n], volume[:n], number[:n]
+
+    @property
+    def _straight_paths(self) -> StraightPaths:
+        """Paths by whose two-way gain points are kept: none where they are refracted, or all points are kept."""
+        geometry, bed = self.ping_geometry, self.scene.seabed.depth
+        families = self.choice.followed_families
+        if self.scene.water.layered or face_images(self.scene, self.choice, geometry, "water"):
+            families = ()
+        families = families if self.choice.importance_sampling else ()
+        ends = np.array([geometry.transmit_position, geometry.receive_position], float)
+        depth = np.array([[image_depth(name, float(end[2]), bed) for name in families] for end in ends])
+        flip = np.array([(-1.0) ** len(bounce_sequence(name)) for name in families])
+        rise = np.array([2.0 * self._relief_height * name.count("B") for name in families])
+        squared = geometry.same_beams and geometry.is_monostatic
+        return StraightPaths(ends[:, :2].copy(), depth.reshape(2, -1), flip, rise, squared)
 
     def _point(self, distance: Floats, azimuth: Floats) -> Floats:
         """North and east [m], azimuth counted from half a turn off boresight."""
-        bearing = np.arctan2(self.ping_geometry.boresight[1], self.ping_geometry.boresight[0]) + np.pi + azimuth
+        bearing = self._first_bearing + azimuth
         offset = np.stack([np.cos(bearing), np.sin(bearing)], axis=-1) * distance[..., None]
         return np.asarray(self.ping_geometry.transmit_position[:2] + offset)
+
+    @property
+    def _first_bearing(self) -> float:
+        """Bearing of the first sector, half a turn off boresight [rad]."""
+        return float(np.arctan2(self.ping_geometry.boresight[1], self.ping_geometry.boresight[0]) + np.pi)
 
     @property
     def _steps(self) -> tuple[float, float]:

@@ -61,22 +61,23 @@ class SampleArrivals:
             waveforms = waveform_basis(self.ping_geometry).samples(pulse, time - near.delay, near.doppler)
         else:
             factor, waveforms = formed.echoes(near, self.ping_geometry, time)
-        weights = [arrival_weights(near, self.ping_geometry, self.channel, band) for band in range(len(waveforms))]
+        bands = range(len(waveforms)) if self.ping_geometry.sub_bands and formed is None else [None]
+        weights = [arrival_weights(near, self.ping_geometry, self.channel, band) for band in bands]
         pressure = np.asarray(sum(weight * part for weight, part in zip(weights, waveforms, strict=True)))
         received = pressure != 0  # the rest is behind the array, or its pulse has ended
         self.paths = near.take(received)
-        self.shape: NDArray[np.complex128] = waveforms.sum(axis=0)[received] / factor[received]
+        central = arrival_weights(near, self.ping_geometry, self.channel)[received] * factor[received]
+        self.shape: NDArray[np.complex128] = pressure[received] / np.where(central == 0, 1e-300, central)
         self.pressure: NDArray[np.complex128] = pressure[received]
         self.array_factor: NDArray[np.complex128] = factor[received]
 
     def sonar_equation_terms(self) -> NDArray[np.float64]:
         """Terms of each arrival's sonar equation [dB], shape (n, 9), see `TERMS`."""
         p = self.paths
-        middle = p.amplitude.shape[1] // 2
-        transmit_gain, receive_gain = beam_gains(p, self.ping_geometry, self.channel, middle)
+        transmit_gain, receive_gain = beam_gains(p, self.ping_geometry, self.channel)
         # jitter of amplitudes has no column of its own: it is part of the scattering
         bare = p.spreading * p.absorption * np.abs(p.reflection_coefficient)
-        scattering = np.abs(p.amplitude[:, middle]) / np.maximum(bare, 1e-300)
+        scattering = np.abs(p.amplitude) / np.maximum(bare, 1e-300)
         factors = [
             transmit_gain,
             receive_gain * self.array_factor,
@@ -100,7 +101,7 @@ class SampleArrivals:
         """
         p = self.paths
         bare = p.spreading * p.absorption * np.abs(p.reflection_coefficient) * p.scattering_amplitude
-        edges = np.asarray(level_db((np.abs(p.amplitude[:, 0]) / np.maximum(bare, 1e-300)) ** 2), np.float64)
+        edges = np.asarray(level_db((np.abs(p.amplitude) / np.maximum(bare, 1e-300)) ** 2), np.float64)
         columns: dict[str, NDArray[np.float64]] = {}
         if np.any(np.abs(edges) > LEAST):
             columns["edges"] = edges

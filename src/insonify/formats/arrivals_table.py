@@ -56,7 +56,7 @@ def arrivals_dataset(arrivals: Arrivals) -> xr.Dataset:
     import xarray as xr
 
     p = arrivals.take(np.argsort(arrivals.delay, kind="stable"))
-    amplitude = p.amplitude[:, 0]
+    amplitude = p.amplitude
     columns = (
         p.delay, amplitude.real, amplitude.imag, p.spreading, p.absorption, p.reflection_coefficient.real,
         p.reflection_coefficient.imag, p.scattering_amplitude, p.group, p.transmit_family, p.receive_family,

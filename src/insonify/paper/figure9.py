@@ -98,7 +98,7 @@ def profile_effect(name: str, knots: Knots = PROFILE) -> ProfileEffect:
         distance=distance,
         shift=refracted.delay - plain.delay,
         exact=2 * (time - slant / SOUND_SPEED),
-        gain_db=level_db(np.abs(refracted.amplitude[:, 0] / plain.amplitude[:, 0]) ** 2),
+        gain_db=level_db(np.abs(refracted.amplitude / plain.amplitude) ** 2),
         spreading_db=level_db((refracted.spreading / plain.spreading) ** 2),
         exact_spreading_db=level_db((spreading * slant) ** 4),
     )

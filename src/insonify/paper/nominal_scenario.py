@@ -1,4 +1,7 @@
-"""Nominal scene of the paper, with the changes of a figure: flat surface, no edge diffraction, no boundary echoes."""
+"""Nominal scene of the paper, with the changes of a figure.
+
+The surface is flat, shadows are hard, there are no boundary echoes, and the carrier stands for the whole band.
+"""
 
 from functools import lru_cache
 from importlib.resources import files
@@ -16,7 +19,9 @@ def _template() -> Scenario:
     surface = scenario.surface.model_copy(update={"reflection": "flat", "wind_speed": None})
     contributions = tuple(name for name in scenario.paths.contributions if name != BOUNDARY_ECHO)
     paths = scenario.paths.model_copy(update={"edge_diffraction": "none", "contributions": contributions})
-    return scenario.model_copy(update={"surface": surface, "paths": paths})
+    receiver = scenario.sonar.receiver.model_copy(update={"sub_bands": 1})
+    sonar = scenario.sonar.model_copy(update={"receiver": receiver})
+    return scenario.model_copy(update={"surface": surface, "paths": paths, "sonar": sonar})
 
 
 def nominal(changes: dict[str, Any] | None = None) -> Scenario:

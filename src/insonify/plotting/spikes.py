@@ -30,7 +30,7 @@ def spikes(arrivals: Arrivals, path: str | Path) -> Path:
     """
     with style.plot_style():
         figure = style.new_figure(9, 4.5)
-        level = level_db(np.abs(arrivals.amplitude[:, 0]) ** 2)
+        level = level_db(np.abs(arrivals.amplitude) ** 2)
         spike_array(figure.subplots(), arrivals, level, "level re the source at 1 m [dB]")
         return style.save_figure(figure, path)
 

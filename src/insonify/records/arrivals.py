@@ -11,7 +11,7 @@ from insonify.records.pairs import Pairs
 from insonify.units import level_db
 
 Floats = NDArray[np.float64]
-ChannelArrivals = Callable[[int], tuple[Floats, Floats, Floats, Floats]]
+ChannelArrivals = Callable[[int], tuple[Floats, Floats, Floats, Floats, Floats]]
 
 MAX_ROWS_LISTED = 40
 """Most paths that are printed row by row."""
@@ -26,8 +26,11 @@ class Arrivals:
     delay: Floats
     """Two-way travel time from the start of transmission to the selected channel [s], shape (n,)."""
     amplitude: NDArray[np.complex64]
-    """Pressure re the source at 1 m, phase of reflections and of the scatterer only [1], shape (n, bands): at the
-    centre of the band, or at each of the frequencies of `sonar.receiver.sub_bands`, from the lowest."""
+    """Pressure re the source at 1 m at the centre of the band, phase of reflections and of the scatterer only [1],
+    shape (n,)."""
+    band_absorption: NDArray[np.float32]
+    """Pressure ratio by absorption at each frequency of `sonar.receiver.sub_bands`, from the lowest, re that at the
+    centre of the band [1], shape (n, bands); one column of 1 where there is one frequency."""
     spreading: Floats
     """Pressure ratio by geometric spreading, both legs [1], shape (n,)."""
     absorption: Floats
@@ -108,18 +111,13 @@ class Arrivals:
         ]
         return "\n".join([head, *self._kind_rows(), *strongest_rows])
 
-    @property
-    def _central(self) -> NDArray[np.complex64]:
-        """Amplitude at the middle of the band, shape (n,)."""
-        return self.amplitude[:, self.amplitude.shape[1] // 2]
-
     def _level(self) -> Floats:
         """Level of each path [dB re the source at 1 m]."""
-        return level_db(np.abs(self._central) ** 2)
+        return level_db(np.abs(self.amplitude) ** 2)
 
     def _path_rows(self, order: NDArray[np.int64], ranks: NDArray[np.int64]) -> list[str]:
         """Printed rows of some paths, by their ranks in the order of arrival."""
-        level, phase = self._level(), np.degrees(np.angle(self._central))
+        level, phase = self._level(), np.degrees(np.angle(self.amplitude))
         lines = ["  row       delay      level    phase  object         out    back"]
         for rank, row in zip(ranks, order[ranks], strict=True):
             out, back = self.ray_names(row)
@@ -179,7 +177,7 @@ def expand_arrivals(
         for row, ((i, j), names) in enumerate(zip(pairs.pair, pairs.rays(), strict=True))
     ]
     arrivals = concatenate_arrivals(rows) if rows else no_arrivals()
-    return arrivals.take(np.abs(arrivals.amplitude[:, 0]) > 0)
+    return arrivals.take(np.abs(arrivals.amplitude) > 0)
 
 
 def _rows(pairs: Pairs, row: int, i: int, j: int, group: NDArray[np.int64],
@@ -190,13 +188,14 @@ def _rows(pairs: Pairs, row: int, i: int, j: int, group: NDArray[np.int64],
     if factor is not None:
         amplitude = amplitude * factor
     n = len(points)
-    delay, bands, doppler, direction = (
-        (out.delay[i] + back.delay[j], np.ones((n, 1)), np.zeros(n), back.departure[j])
+    delay, channel_factor, band_absorption, doppler, direction = (
+        (out.delay[i] + back.delay[j], np.ones(n), np.ones((n, 1)), np.zeros(n), back.departure[j])
         if channel_arrivals is None
         else channel_arrivals(row)
     )
     return Arrivals(
-        delay=delay, amplitude=(amplitude[:, None] * bands).astype(np.complex64),
+        delay=delay, amplitude=(amplitude * channel_factor).astype(np.complex64),
+        band_absorption=band_absorption.astype(np.float32),
         spreading=out.spreading[i] * back.spreading[j], absorption=out.absorption[i] * back.absorption[j],
         reflection_coefficient=out.reflection_coefficient[i] * back.reflection_coefficient[j],
         scattering_amplitude=np.abs(pairs.strength[row]), group=group, transmit_family=np.full(n, out.families[i]),
@@ -218,6 +217,7 @@ def no_arrivals() -> Arrivals:
     """Arrivals without rows."""
     column, vector, name, few = np.zeros(0), np.zeros((0, 3)), np.zeros(0, "<U1"), np.zeros(0, np.uint8)
     return Arrivals(
-        column, np.zeros((0, 1), np.complex64), column, column, column.astype(complex), column,
+        column, column.astype(np.complex64), np.ones((0, 32), np.float32), column, column, column.astype(complex),
+        column,
         np.zeros(0, np.int64), name, name, few, few, few, name, vector, vector, vector, column, column, column,
     )  # fmt: skip

@@ -1,4 +1,4 @@
-"""Errors of smooth faces that lie on one another: the sound that they reflect would count twice."""
+"""Errors of smooth faces that lie on one another: their flash and the sound they reflect would count twice."""
 
 from __future__ import annotations
 
@@ -9,9 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic_core import PydanticCustomError
 
-from insonify.engines.face_reflection import reflecting_faces
 from insonify.model import field_error
-from insonify.scene.flat_faces import FlatFace
+from insonify.scene.flat_faces import FlatFace, flat_faces
 
 if TYPE_CHECKING:
     from insonify.scenario.scenario import Scenario
@@ -28,10 +27,9 @@ def overlapping_face_errors(scenario: Scenario) -> Iterator[PydanticCustomError]
     Args:
         scenario: The scenario, whose targets have passed their own checks.
     """
-    if not scenario.paths.face_reflections:
-        return
     scene = scenario.scene
-    faces = sorted(reflecting_faces(scene, scenario.paths, scenario.sonar.pulse.frequency), key=lambda f: f.distance)
+    shortest = scene.water.max_sound_speed / scenario.sonar.pulse.frequency
+    faces = sorted(flat_faces(scene, shortest), key=lambda face: face.distance)
     rows, seen = {target.label: row for row, target in enumerate(scenario.targets)}, set[tuple[str, str]]()
     for number, one in enumerate(faces):
         for other in faces[number + 1 :]:

@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 from insonify.ocean.scattering_layers import ScatteringPatch
 from insonify.scenario.platform_poses import platforms
 from insonify.scenario.track_errors import PLATFORM, RECEIVER, array_positions, seabed_depth_below, seabed_depth_span
+from insonify.scene.solid import complete_triangles
+from insonify.scene.target import PointTarget, Target
 from insonify.scene.volume_scatterers import max_water_depth
 
 if TYPE_CHECKING:
@@ -17,8 +19,6 @@ if TYPE_CHECKING:
 
 Floats = NDArray[np.float64]
 
-BODY = 50.0
-"""Distance beyond the maximum range at which even an end of a long target is out of reach [m]."""
 SLOPES = 2.0
 """Over relief the bed may come as much nearer to one side [1]."""
 
@@ -36,7 +36,7 @@ def range_warnings(scenario: Scenario) -> list[str]:
     warnings = [_receiver(scenario, reach)]
     warnings += [_bed(scenario, ends, farthest, reach)] if "seabed" in scenario.paths.contributions else []
     if "target" in scenario.paths.contributions and scenario.paths.geometry == "3d":
-        warnings += [_target(target.label, target.position, ends, farthest, reach) for target in scenario.targets]
+        warnings += [_target(scenario, target, ends, farthest, reach) for target in scenario.targets]
     if "water" in scenario.paths.contributions:
         warnings += [_patch(patch, ends, farthest, reach) for patch in scenario.water.patches]
         warnings += _layers(scenario)
@@ -59,22 +59,29 @@ def _bed(scenario: Scenario, ends: list[Floats], farthest: float, reach: str) ->
     """Warning on a seabed below the reach of every ping; empty otherwise."""
     if scenario.seabed.scattering is None:
         return ""
-    reached = farthest * (SLOPES if scenario.seabed.relief else 1.0)
-    if seabed_depth_span(scenario)[1] - max(position[:, 2].max() for position in ends) <= reached:
-        return ""
-    nearest = float(min(np.nanmin(seabed_depth_below(scenario, position) - position[:, 2]) for position in ends))
-    if nearest <= reached:
-        return ""
+    deepest, (shallowest, lowest) = max(position[:, 2].max() for position in ends), seabed_depth_span(scenario)
+    nearest = float(shallowest - deepest)
+    if nearest <= farthest:
+        reached = farthest * (SLOPES if scenario.seabed.relief else 1.0)
+        if lowest - deepest <= reached:
+            return ""
+        nearest = float(min(np.nanmin(seabed_depth_below(scenario, position) - position[:, 2]) for position in ends))
+        if nearest <= reached:
+            return ""
     return (
         f"seabed: it lies {nearest:.4g} m or more below the sonar, {reach}: none of its echoes is received. Give a "
         "deeper track or a longer window; of a surveyed grid, see whether its heights are in metres."
     )
 
 
-def _target(label: str, position: tuple[float, ...], ends: list[Floats], farthest: float, reach: str) -> str:
+def _target(scenario: Scenario, target: Target, ends: list[Floats], farthest: float, reach: str) -> str:
     """Warning on a target that no ping comes near; empty otherwise."""
-    nearest = float(min(np.hypot(*(end_position[:, :2] - position[:2]).T).min() for end_position in ends))
-    if nearest <= farthest + BODY:
+    label = target.label
+    nearest = float(min(np.hypot(*(end_position[:, :2] - target.position[:2]).T).min() for end_position in ends))
+    if nearest > farthest and not isinstance(target, PointTarget):
+        corners = complete_triangles(target, scenario.completed_seabed).corners[..., :2]
+        nearest -= float(np.linalg.norm(corners - np.array(target.position[:2]), axis=-1).max())
+    if nearest <= farthest:
         return ""
     return (
         f"target {label}: it lies {nearest:.4g} m or more from the track, {reach}: no echo of it is received. Move it "

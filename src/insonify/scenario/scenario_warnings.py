@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -24,6 +25,7 @@ from insonify.scenario.smooth_face_warnings import smooth_face_warnings
 from insonify.scenario.terrain_errors import terrain_gap_warning
 from insonify.scenario.turn_warnings import turn_warnings
 from insonify.scenario.wave_warnings import wave_warnings
+from insonify.scene.target import Target
 from insonify.sonar.array import LineArray, PlanarArray, PointTransducer
 from insonify.sonar.beam import grating_lobes
 from insonify.sonar.ping_geometry import array_depths
@@ -67,7 +69,8 @@ def scenario_warnings(scenario: Scenario) -> None:
              gap_warning(scenario), boundary_warning(scenario), *range_warnings(scenario),
              *smooth_face_warnings(scenario),
              *inhomogeneity_warnings(scenario), *expectation_warnings(scenario),
-             *density_warnings(scenario), _unused_water_warning(scenario)]  # fmt: skip
+             *density_warnings(scenario), _unused_water_warning(scenario),
+             *_equal_target_warnings(scenario)]  # fmt: skip
     messages += [*receiver_warnings(scenario), *aperture_warnings(scenario, slowest / sonar.pulse.frequency),
              *turn_warnings(scenario, slowest / sonar.pulse.frequency)]  # fmt: skip
     if scenario.surface.reflection == "explicit":
@@ -91,6 +94,18 @@ def _unused_water_warning(scenario: Scenario) -> str:
         "paths.contributions: water is not among them, and its backscatter is not received. Add water, or leave "
         "contributions out."
     )
+
+
+def _equal_target_warnings(scenario: Scenario) -> Iterator[str]:
+    """Warnings on targets that are equal, their labels apart: each echo would count twice."""
+    rows = dict[Target, int]()
+    for row, target in enumerate(scenario.targets):
+        first = rows.setdefault(target.unchecked_copy(label=""), row)
+        if first != row:
+            yield (
+                f"targets.{row} ({target.label}): it is all that targets.{first} ({scenario.targets[first].label}) is, "
+                "at the same position: their echoes add up. Move it, or leave one of them out."
+            )
 
 
 def _narrow_receiver_warning(scenario: Scenario) -> str:

@@ -157,11 +157,11 @@ def interval_distance(interval: tuple[float, float], least: float, greatest: flo
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def nearest_block(blocks: Floats, u: tuple[float, float]) -> int:
+def nearest_block(beams: BeamMajorants, u: tuple[float, float]) -> int:
     """Number of the block of channels nearest to an interval of cosines to the right."""
     nearest, distance = 0, 4.0
-    for block in range(blocks.shape[0]):
-        off = interval_distance(u, blocks[block, 0], blocks[block, 1])
+    for block in range(beams.blocks.shape[0]):
+        off = interval_distance(u, beams.blocks[block, 0], beams.blocks[block, 1])
         if off < distance:
             nearest, distance = block, off
     return nearest
@@ -170,10 +170,21 @@ def nearest_block(blocks: Floats, u: tuple[float, float]) -> int:
 @njit(cache=True, nogil=True, error_model="numpy")
 def block_bound(beams: BeamMajorants, block: int, u: tuple[float, float], v: tuple[float, float]) -> float:
     """Upper bound of the magnitudes of a block of channels over spans of direction cosines, without the element [1]."""
-    row = beams.blocks[block]
-    bound = interpolate_majorant(beams.majorants[0], beams.per_unit[0], interval_distance(u, row[0], row[1]))
-    bound *= interpolate_majorant(beams.majorants[1], beams.per_unit[1], interval_distance(v, row[2], row[3]))
-    return bound * row[4]
+    off_right = interval_distance(u, beams.blocks[block, 0], beams.blocks[block, 1])
+    off_down = interval_distance(v, beams.blocks[block, 2], beams.blocks[block, 3])
+    bound = interpolate_majorant(beams.majorants[0], beams.per_unit[0], off_right)
+    bound *= interpolate_majorant(beams.majorants[1], beams.per_unit[1], off_down)
+    return bound * beams.blocks[block, 4]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def channel_bound(beams: BeamMajorants, channel: int, u: tuple[float, float], v: tuple[float, float]) -> float:
+    """Upper bound of the magnitude of one channel over spans of direction cosines, without the element [1]."""
+    off_right = distance_to_interval(u[0], u[1], beams.steer[channel, 0])
+    off_down = distance_to_interval(v[0], v[1], beams.steer[channel, 1])
+    bound = interpolate_majorant(beams.majorants[0], beams.per_unit[0], off_right)
+    bound *= interpolate_majorant(beams.majorants[1], beams.per_unit[1], off_down)
+    return bound * beams.scale[channel]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -182,7 +193,7 @@ def largest_gains(direction: Floats, beams: BeamTables, majorants: BeamMajorants
     for i in range(direction.shape[0]):
         w, u, v = array_cosines(beams.axes, direction[i, 0], direction[i, 1], direction[i, 2])
         largest, count = 0.0, majorants.blocks.shape[0]
-        nearest = nearest_block(majorants.blocks, (u, u))
+        nearest = nearest_block(majorants, (u, u))
         for k in range(count):
             block = (nearest + k) % count
             if k > 0 and block_bound(majorants, block, (u, u), (v, v)) <= largest:
@@ -203,22 +214,18 @@ def largest_beam(beams: BeamMajorants, w: float, u: tuple[float, float], v: tupl
         u: Least and greatest cosine to the right [1].
         v: Least and greatest cosine downwards [1].
     """
-    across, down, piston_across, piston_down = beams.majorants
-    per_unit, steer = beams.per_unit, beams.steer
+    # fields of `beams` are read where they are used: numba counts references to arrays that have names of their own
     one = element_gain(beams.element, w)
-    one *= interpolate_majorant(piston_across, per_unit[2], distance_to_interval(u[0], u[1], 0.0))
-    one *= interpolate_majorant(piston_down, per_unit[3], distance_to_interval(v[0], v[1], 0.0))
-    largest, blocks = 0.0, beams.blocks
-    nearest, count = nearest_block(blocks, u), blocks.shape[0]
+    one *= interpolate_majorant(beams.majorants[2], beams.per_unit[2], distance_to_interval(u[0], u[1], 0.0))
+    one *= interpolate_majorant(beams.majorants[3], beams.per_unit[3], distance_to_interval(v[0], v[1], 0.0))
+    largest, nearest, count = 0.0, nearest_block(beams, u), beams.blocks.shape[0]
     for i in range(count):
-        block = (nearest + i) % count
+        block = nearest + i if nearest + i < count else nearest + i - count
         if i > 0 and block_bound(beams, block, u, v) <= largest:  # the nearest block is evaluated anyway
             continue
         first = block * CHANNELS_PER_BLOCK
-        for channel in range(first, min(first + CHANNELS_PER_BLOCK, steer.shape[0])):
-            beam = interpolate_majorant(across, per_unit[0], distance_to_interval(u[0], u[1], steer[channel, 0]))
-            beam *= interpolate_majorant(down, per_unit[1], distance_to_interval(v[0], v[1], steer[channel, 1]))
-            largest = max(largest, beam * beams.scale[channel])
+        for channel in range(first, min(first + CHANNELS_PER_BLOCK, beams.steer.shape[0])):
+            largest = max(largest, channel_bound(beams, channel, u, v))
     return largest * one
 
 

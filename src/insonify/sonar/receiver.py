@@ -29,9 +29,9 @@ class Receiver(Model):
     """Errors of the elements, where they are recorded."""
     synthetic_aperture: Annotated[Metres, Field(gt=0, le=1000)] | None = None
     """Length of track that pings will be focused over [m]: decides the sampling of the seabed; None: not focused."""
-    sub_bands: Annotated[int, Field(ge=1, le=32)] | Literal["auto"] = 1
-    """Frequencies across the band at which beams and absorption are taken, for pressures; 1: at its centre only; auto:
-    as many as keep the error of reverberation below -30 dB."""
+    sub_bands: Annotated[int, Field(ge=1, le=32)] | Literal["auto"] = "auto"
+    """Frequencies across the band at which beams and absorption are taken, for pressures; auto: as many as keep the
+    error of reverberation below -30 dB; 1: at its centre only, in less time."""
     matched_filter: bool = False
     """True: the recording is the matched filter's output, with peaks at the echoes' delays."""
     self_noise: SelfNoise | None = None

@@ -14,7 +14,7 @@ Complexes = NDArray[np.complex128]
 
 
 def beam_gains(
-    arrivals: Arrivals, ping_geometry: PingGeometry, channel: int, band: int = 0
+    arrivals: Arrivals, ping_geometry: PingGeometry, channel: int, band: int | None = None
 ) -> tuple[Floats, Complexes]:
     """Amplitude of the transmit and of the receive beam towards each arrival [1], each of shape (n,).
 
@@ -22,11 +22,11 @@ def beam_gains(
         arrivals: Paths of one ping for that receive channel, n of them.
         ping_geometry: The sonar at that ping.
         channel: Index of the pair of beams, or of the element, whose response is part of its beam.
-        band: Index of the sub-band, where there are several.
+        band: Index of the sub-band; None: the centre of the band.
     """
     sub_band = (
         ping_geometry.sub_bands[band]
-        if ping_geometry.sub_bands
+        if ping_geometry.sub_bands and band is not None
         else SubBand(0.0, ping_geometry.transmit_beams, ping_geometry.receive_beams)
     )
     pulse_middle = 0.0 if ping_geometry.is_static else ping_geometry.pulse.pulse.duration / 2
@@ -46,17 +46,20 @@ def beam_gains(
     return transmit_beam.gain(arrivals.departure)[0], response * receive_beam.gain(direction)[0]
 
 
-def arrival_weights(arrivals: Arrivals, ping_geometry: PingGeometry, channel: int = 0, band: int = 0) -> Complexes:
+def arrival_weights(
+    arrivals: Arrivals, ping_geometry: PingGeometry, channel: int = 0, band: int | None = None
+) -> Complexes:
     """Complex pressure of each arrival before its waveform [uPa], shape (n,).
 
     Args:
         arrivals: Paths of one ping for that receive channel, n of them.
         ping_geometry: The sonar at that ping.
         channel: Index of the pair of beams, or of the element.
-        band: Index of the sub-band, where there are several.
+        band: Index of the sub-band; None: the centre of the band.
     """
     transmit_gain, receive_gain = beam_gains(arrivals, ping_geometry, channel, band)
     cycles = ping_geometry.frequency * arrivals.delay  # float64: thousands of cycles
     carrier = np.exp(-2j * np.pi * (cycles - np.rint(cycles)))
     source_pressure = float(amplitude_ratio(ping_geometry.source_level_db))
-    return np.asarray(source_pressure * transmit_gain * receive_gain * arrivals.amplitude[:, band] * carrier)
+    amplitude = arrivals.amplitude if band is None else arrivals.amplitude * arrivals.band_absorption[:, band]
+    return np.asarray(source_pressure * transmit_gain * receive_gain * amplitude * carrier)

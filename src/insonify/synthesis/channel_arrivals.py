@@ -40,15 +40,16 @@ class ChannelBlockArrivals:
     directions: Floats
     """Directions of the scatterers from the channel, shape (pairs, n, 3)."""
 
-    def __call__(self, row: int) -> tuple[Floats, Floats, Floats, Floats]:
+    def __call__(self, row: int) -> tuple[Floats, Floats, Floats, Floats, Floats]:
         """Arrivals of one ordered pair of legs at the channel.
 
         Args:
             row: Row of the pair.
 
         Returns:
-            Delay of the pulse's start [s], shape (n,); factor on the pressure in each band [1], shape (n, bands);
-            Doppler factor less one [1], shape (n,); directions of the scatterers [1], shape (n, 3).
+            Delay of the pulse's start [s], shape (n,); factor on the pressure [1], shape (n,); that by absorption in
+            each band re the centre [1], shape (n, bands); Doppler factor less one [1], shape (n,); directions of the
+            scatterers [1], shape (n, 3).
         """
         i, j = self.pairs.pair[row]
         delay, factor, doppler = arrivals_at_channel(
@@ -56,8 +57,8 @@ class ChannelBlockArrivals:
         )
         path_length, carrier = self.pairs.out.length[i] + self.pairs.back.length[j], self.ping_geometry.frequency
         offsets = [band.offset for band in self.ping_geometry.sub_bands] or [0.0]
-        bands = [factor * self.water.relative_absorption(path_length, offset, carrier) for offset in offsets]
-        return delay, np.stack(bands, axis=1), doppler, self.directions[row]
+        bands = [self.water.relative_absorption(path_length, offset, carrier) for offset in offsets]
+        return delay, factor, np.stack(bands, axis=1), doppler, self.directions[row]
 
 
 def channel_arrivals(pairs: Pairs, ping_geometry: PingGeometry, channel: int, water: Water) -> ChannelBlockArrivals:

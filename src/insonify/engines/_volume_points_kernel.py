@@ -1,0 +1,144 @@
+"""Even points of the water in tiles of shells: positions, and those that the gain at each keeps."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.jit import njit
+from insonify.sonar.beam_kernels import BeamMajorants, array_cosines, cosine_bounds, largest_beam
+
+Floats = NDArray[np.float64]
+NEAREST = 1e-9
+"""Shortest path whose direction is evaluated [m]."""
+
+
+class ShellGrid(NamedTuple):
+    """Shells about the sonar, sectors of azimuth, strata of depth."""
+
+    shells: int
+    """Shells of a tile."""
+    slant: float
+    """Step from shell to shell [m]."""
+    azimuth: float
+    """Width of a sector [rad]."""
+    first_bearing: float
+    """Bearing of the first sector [rad]."""
+    source: Floats
+    """North, east and depth of the middle of the shells [m], shape (3,)."""
+    evenly: Floats
+    """Irrational steps that spread priorities and positions evenly [1], shape (3,)."""
+
+
+class StraightPaths(NamedTuple):
+    """Straight paths of f families from the images of the sonar's ends, whose two-way gain is evaluated at points."""
+
+    position: Floats
+    """North and east of each end [m], shape (ends, 2)."""
+    depth: Floats
+    """Depth of the image of each end by each family [m], shape (ends, f)."""
+    flip: Floats
+    """Sign of the vertical direction at the sonar re that at the image, shape (f,)."""
+    rise: Floats
+    """Largest vertical displacement of the bounces of each family by relief [m], shape (f,)."""
+    squared: bool
+    """True: one end stands for both."""
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def multiply_gains(
+    position: Floats, end: int, family: int, paths: StraightPaths, beams: BeamMajorants, gain: Floats
+) -> None:
+    """Multiply the gain of one end towards some points by one family into the gains there [1], shape (n,)."""
+    north, east, depth = paths.position[end, 0], paths.position[end, 1], paths.depth[end, family]
+    flip, rise = paths.flip[family], paths.rise[family]
+    for n in range(gain.size):
+        x, y, z = position[n, 0] - north, position[n, 1] - east, (position[n, 2] - depth) * flip
+        length = max(math.sqrt(x * x + y * y + z * z), NEAREST)
+        ratio = rise / length
+        sine = ratio if ratio < 1.0 else 0.0
+        cosine = math.sqrt(1.0 - sine * sine) if ratio < 1.0 else -1.0
+        w, u, v = array_cosines(beams.axes, x / length, y / length, z / length)
+        _, w_most = cosine_bounds(w, cosine, sine)
+        span_right, span_down = cosine_bounds(u, cosine, sine), cosine_bounds(v, cosine, sine)
+        gain[n] *= largest_beam(beams, w_most + 1e-12, span_right, span_down)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def two_way_gains(
+    position: Floats, paths: StraightPaths, transmit: BeamMajorants, receive: BeamMajorants, largest: Floats
+) -> None:
+    """Upper bound of the two-way gain at some points by any family [1], into largest (n,)."""
+    largest[:] = 0.0
+    gain = np.empty(largest.size)
+    for family in range(paths.flip.size):
+        gain[:] = 1.0
+        multiply_gains(position, 0, family, paths, transmit, gain)
+        if paths.squared:
+            gain *= gain
+        else:
+            multiply_gains(position, 1, family, paths, receive, gain)
+        for n in range(gain.size):
+            largest[n] = max(largest[n], gain[n])
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def tile_points(
+    tiles: Floats, probability: Floats, grid: ShellGrid, position: Floats, volume: Floats, number: NDArray[np.uint64],
+    tile: NDArray[np.int64], priority: Floats,
+) -> int:  # fmt: skip
+    """Even points of some tiles that the largest keep probability in each keeps: those of the lowest priorities.
+
+    Args:
+        tiles: Row, sector, upper side, thickness [m], gain from which on all points are kept [1], shape (n, 5).
+        probability: Largest keep probability in each tile [1], shape (n,).
+        grid: Shells and sectors.
+        position: North, east, depth of each point kept [m], shape (any, 3), filled.
+        volume: Volume of its cell [m^3], shape (any,), filled.
+        number: Its number, shape (any,), filled.
+        tile: Its tile, shape (any,), filled.
+        priority: Its priority [1], shape (any,), filled; priorities are evenly spread, in any direction.
+
+    Returns:
+        Number of points kept.
+    """
+    a, b, c = grid.evenly
+    north, east, source_depth = grid.source
+    kept = 0
+    for t in range(tiles.shape[0]):
+        top, thick = tiles[t, 2], tiles[t, 3]
+        first, sector, stratum = int(tiles[t, 0]) * grid.shells, int(tiles[t, 1]), round(top / thick)
+        for ring in range(first, first + grid.shells):
+            rank = (ring * a + sector * b + stratum * c) % 1.0
+            if rank >= probability[t]:
+                continue
+            slant = grid.slant * (ring + ((sector + 0.5) * a + stratum * b) % 1.0)
+            depth = top + thick * (((ring + 0.5) * b + (sector + 0.5) * c) % 1.0)
+            squared = slant**2 - (depth - source_depth) ** 2
+            if squared <= 0.0:
+                continue
+            bearing = grid.first_bearing + (sector + ((ring + 0.5) * a + stratum * c) % 1.0) * grid.azimuth
+            distance = math.sqrt(squared)
+            position[kept, 0] = north + math.cos(bearing) * distance
+            position[kept, 1] = east + math.sin(bearing) * distance
+            position[kept, 2], tile[kept], priority[kept] = depth, t, rank
+            volume[kept] = (ring + 0.5) * grid.slant**2 * grid.azimuth * thick
+            number[kept] = np.uint64(ring << 38 | sector << 16 | stratum & 0xFFFF)
+            kept += 1
+    return kept
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def thin_points(share: Floats, position: Floats, volume: Floats, number: NDArray[np.uint64], priority: Floats) -> int:
+    """Keep the points whose priority is below their keep probability, each with an inversely larger volume, in place.
+
+    Returns:
+        Number of points kept.
+    """
+    kept = 0
+    for n in range(share.size):
+        if priority[n] < share[n]:
+            position[kept], number[kept], volume[kept] = position[n], number[n], volume[n] / share[n]
+            kept += 1
+    return kept
