@@ -50,7 +50,8 @@ from insonify.synthesis.direction_powers import direction_powers
 from insonify.synthesis.element_arrivals import element_as_beam
 from insonify.synthesis.incoherent import IncoherentAccumulator, IntensityBuffer
 from insonify.synthesis.label_accumulator import SEABED_POINTS, LabelAccumulator, label_names
-from insonify.synthesis.level_curves import ALL, LevelAccumulator, level_curves
+from insonify.synthesis.label_sums import RecordedSums, recorded_sums
+from insonify.synthesis.level_curves import LevelAccumulator, level_curves
 from insonify.synthesis.receiver_chain import ReceiverChain, receiver_chain
 from insonify.synthesis.replica_jitter import ReplicaJitter, replica_jitter
 from insonify.synthesis.time_grid import TimeGrid, time_grid
@@ -376,7 +377,7 @@ def _pings_fit_concurrently(simulator: Simulator, ping: int) -> bool:
 
 
 def record_ping(
-    simulator: Simulator, sides: list[PingGeometry], pool: WorkerPool, seabeds: Sequence[SeabedSums | None] = ()
+    simulator: Simulator, sides: list[PingGeometry], pool: WorkerPool, seabeds: Sequence[KnownSeabed | None] = ()
 ) -> NDArray[np.generic]:  # fmt: skip
     """Series of all sides of one ping with noise and receiver electronics, shape (channels, samples)."""
     electronics = simulator.electronics
@@ -392,18 +393,13 @@ def record_ping(
     return sound if electronics is None else electronics.pressures(sound)
 
 
-class SeabedSums(NamedTuple):
-    """Fast reverberation of one side of a ping, with its expected energies."""
-
-    ground: FastReverberation | None
-    energies: IntensityBuffer
-    intensity: NDArray[np.floating[Any]]
-    """Their time series [uPa^2], shape (channels, samples)."""
+KnownSeabed = tuple[FastReverberation, RecordedSums]
+"""Fast reverberation of one side of a ping, and what its labels have evaluated of the recording."""
 
 
 def accumulate_ping(
     simulator: Simulator, accumulator: Accumulator, geometry: PingGeometry, pool: WorkerPool,
-    seabed: SeabedSums | None = None,
+    seabed: KnownSeabed | None = None,
 ) -> Any:  # fmt: skip
     """Result of one ping in one accumulator, over time.
 
@@ -415,8 +411,9 @@ def accumulate_ping(
         seabed: Its seabed by the fast reverberation, where it has been evaluated; for an `IncoherentAccumulator`.
     """
     if seabed is not None:
-        sums = _sums(simulator, accumulator, geometry, pool, seabed.ground, seabed.energies)
-        return seabed.intensity if sums is seabed.energies else accumulator.time_series(sums)
+        ground, known = seabed
+        sums = known.energies if known.is_all else _sums(simulator, accumulator, geometry, pool, ground, known.energies)
+        return accumulator.time_series(sums) if known.intensity is None else known.intensity
     reverberation = simulator.fast_reverberation(geometry) if accumulator.requirements.fast_reverberation else None
     return accumulator.time_series(_sums(simulator, accumulator, geometry, pool, reverberation))
 
@@ -435,8 +432,6 @@ def _sums(
         ground: Fast reverberation of its seabed; None: the seabed comes in blocks, as all else.
         known: Energies of the seabed by the fast reverberation; None: not yet evaluated.
     """
-    if known is not None and ground is not None and not ground.remaining_choice.contributions:
-        return known
     required = accumulator.requirements
     engine = simulator.tracer if required.rays else _engine(simulator.engine, required, pool, ground)
     blocks = engine.blocks(geometry, quadrature=required.quadrature)
@@ -487,16 +482,19 @@ def label_ping(simulator: Simulator, ping: int, threads: int | None = None) -> L
 
 def _labels(
     simulator: Simulator, sides: list[PingGeometry], pool: WorkerPool
-) -> tuple[Labels, list[SeabedSums | None]]:
+) -> tuple[Labels, list[KnownSeabed | None]]:
     """Labels of one ping, and the seabed of each side where the recorded expectation has the same points."""
-    results, seabeds = list[Labels](), list[SeabedSums | None]()
+    results, seabeds = list[Labels](), list[KnownSeabed | None]()
     for geometry in sides:
         accumulator = simulator.label_accumulator(geometry)
         ground = simulator.label_ground(geometry) if accumulator.accumulator.is_short_pulse else None
         sums = _sums(simulator, accumulator, geometry, pool, ground)
         results.append(accumulator.time_series(sums))
-        of_seabed, shared = results[-1].object_intensity[:, 0], ground is not None and simulator.shares_ground
-        seabeds.append(SeabedSums(ground, sums.curves["seabed", ALL], of_seabed) if shared else None)
+        known = None
+        if ground is not None and simulator.shares_ground:
+            remaining = ground.remaining_choice.contributions
+            known = ground, recorded_sums(sums, results[-1].object_intensity[:, 0], remaining)
+        seabeds.append(known)
     return concatenate_channels(results), seabeds
 
 

@@ -8,7 +8,7 @@ import pytest
 from insonify.engines.fast_reverberation._origin_kernel import grazing_angles
 from insonify.engines.parts import SerialPool
 from insonify.scenario.scenario import Scenario
-from insonify.simulator import Job, _simulate_ping, _sums, build_simulator, label_ping, simulate
+from insonify.simulator import Job, _labels, _simulate_ping, _sums, build_simulator, label_ping, simulate
 from oracles.scenes import SCATTERED
 
 CRATE = {"shape": "box", "label": "crate", "position": [0.0, 20.0], "size": [4.0, 2.0, 1.5]}
@@ -56,13 +56,35 @@ def test_labels_hold_the_expectation_that_is_recorded(order):
             assert (expected <= recorded + 1e-9 * recorded.max()).all()
 
 
-def test_the_sound_is_the_same_with_labels_and_without():
-    """One ping with labels and one without, past a target: bit by bit."""
-    simulator = build_simulator(made(2, targets=[CRATE]))
+AFLOAT = {"label": "buoy", "shape": "point", "position": [0, 30, 6], "target_strength_db": -10}
+
+
+@pytest.mark.parametrize(
+    ("targets", "echoes", "bits_shared"),
+    [([CRATE], (), False), ([], (), True), ([], ("boundary echo",), True), ([AFLOAT], ("boundary echo",), False)],
+    ids=["past a target", "the seabed alone", "with boundary echoes", "with boundary echoes and a point"],
+)
+def test_the_sound_is_the_same_with_labels_and_without(targets, echoes, bits_shared):
+    """One ping with labels and one without: bit by bit, taken over from the labels or not."""
+    paths = {"max_reflections": 2, "edge_diffraction": "none", "contributions": ("seabed", "target", *echoes)}
+    simulator = build_simulator(made(2, targets=targets, paths=paths))
+    _, known = _labels(simulator, simulator.ping_geometries(1), SerialPool())
+    assert [one.is_all for _, one in known] == [bits_shared] * len(known)
+    if echoes and not targets:
+        (_, own), alone = known[0], ground_alone(simulator)
+        assert np.any(own.energies.cells != alone.cells) or np.any(own.energies.intensity != alone.intensity)
     alone, _ = _simulate_ping(simulator, Job(1, with_series=True, with_labels=False), SerialPool())
     beside, labels = _simulate_ping(simulator, Job(1, with_series=True, with_labels=True), SerialPool())
     assert labels is not None
     np.testing.assert_array_equal(alone, beside)
+
+
+def ground_alone(simulator):
+    """Energies of the seabed in the labels of one side of ping 1."""
+    side = simulator.ping_geometry(1)
+    accumulator = simulator.label_accumulator(side)
+    sums = _sums(simulator, accumulator, side, SerialPool(), simulator.label_ground(side))
+    return sums.curves["seabed", "all"]
 
 
 @pytest.mark.parametrize("edges", ["none", "knife-edge"])

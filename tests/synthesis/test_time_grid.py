@@ -159,3 +159,20 @@ def test_energies_of_channels_are_transformed_alike_in_any_number():
     together = convolve_energy(cells, grid, pulse_spectrum(grid.frequencies))
     alone = [convolve_energy(one[None], grid, pulse_spectrum(grid.frequencies))[0] for one in cells]
     np.testing.assert_array_equal(together, alone)
+
+
+def test_few_energies_have_the_series_of_the_transforms(monkeypatch):
+    """A dozen energies, some at the ends of the period: summed responses are the transforms' series to 1e-13."""
+    grid = time_grid(0.0, 0.02, 40e3, -0.2e-3, 0.5e-3)
+    cells = grid.energy_cells(2)
+    rng = np.random.default_rng(4)
+    last = cells.shape[1]
+    places = np.concatenate([[0, 1, last - 1, last - 2], rng.integers(0, last, 8)])
+    cells[0, places] = rng.random(12) + 0.1
+    cells[1, ::3] = rng.random(cells[1, ::3].size)
+    summed = convolve_energy(cells, grid, pulse_spectrum(grid.frequencies))
+    monkeypatch.setattr("insonify.synthesis.time_grid.FEW", 0)
+    transformed = convolve_energy(cells, grid, pulse_spectrum(grid.frequencies))
+    np.testing.assert_array_equal(summed[1], transformed[1])
+    np.testing.assert_allclose(summed[0], transformed[0], atol=1e-13 * transformed[0].max())
+    assert transformed[0].max() > 0

@@ -38,7 +38,7 @@ from insonify.synthesis.leg_weights import leg_weights, weights_from_gain, weigh
 from insonify.synthesis.receive_beam_motion import moving_array_axes, receive_directions
 from insonify.synthesis.replica_jitter import ReplicaJitter
 from insonify.synthesis.specular_sums import SpecularSums
-from insonify.synthesis.time_grid import TimeGrid, convolve_energy_spectrum, energy_spectrum_factors
+from insonify.synthesis.time_grid import EnergyFilter, TimeGrid, convolve_energy_spectrum, energy_filter
 from insonify.units import amplitude_ratio
 
 Floats = NDArray[np.float64]
@@ -289,16 +289,14 @@ class IncoherentAccumulator:
         cells = energies.cells
         if self.directions is not None and energies.rows is not None:
             cells = cells + self.directions.to_beams(energies.rows)
-        factors = _spectrum_factors(self.ping_geometry.pulse, self.grid)
-        return convolve_energy_spectrum(cells, self.grid, factors) + energies.intensity
+        filtering = _energy_filter(self.ping_geometry.pulse, self.grid)
+        return convolve_energy_spectrum(cells, self.grid, filtering) + energies.intensity
 
 
 @lru_cache(maxsize=4)
-def _spectrum_factors(pulse: ReceivedPulse, grid: TimeGrid) -> Complexes:
-    """Spectrum factors of a pulse on an energy grid, shared by all pings."""
-    shape = energy_spectrum_factors(grid, pulse.spectrum(grid.frequencies))
-    shape.flags.writeable = False  # shared by all pings
-    return shape
+def _energy_filter(pulse: ReceivedPulse, grid: TimeGrid) -> EnergyFilter:
+    """Filter of a pulse on an energy grid, shared by all pings."""
+    return energy_filter(grid, pulse.spectrum(grid.frequencies))
 
 
 def _leg_amplitudes(

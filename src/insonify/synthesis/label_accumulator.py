@@ -132,6 +132,10 @@ class LabelAccumulator:
                 self._add_occluded(buffer, pairs.select(np.array([names.index(STRAIGHT)])))
             return
         transmit_weights, receive_weights = self.accumulator.weights(pairs, directions)
+        if pairs.scatterers.boundary == BOUNDARY_ECHO:  # few of the families have an echo at any one ping
+            weights = transmit_weights[:, pairs.pair[:, 0]] * receive_weights[:, pairs.pair[:, 1]] * pairs.strength
+            received = np.flatnonzero(np.any(weights != 0, axis=(0, 2)))
+            pairs, names = pairs.select(received), tuple(names[row] for row in received)
         pairs_by_name = {name: pairs.select(np.flatnonzero(np.array(names) == name)) for name in dict.fromkeys(names)}
         power_out, power_back = _power(transmit_weights), _power(receive_weights)
         if not self.is_fine and self._are_apart(pairs):

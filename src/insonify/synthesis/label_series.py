@@ -9,7 +9,7 @@ from insonify.synthesis._position_kernel import SamplePositions, smear_positions
 from insonify.synthesis._sample_mask_kernel import Contributions, SampleMasks, fill_masks, largest_rows
 from insonify.synthesis.incoherent import IncoherentAccumulator, IntensityBuffer
 from insonify.synthesis.label_bins import BinGrid, pulse_energy, smeared
-from insonify.synthesis.label_sums import ALL, HIDDEN, PAIR_ONLY, Key, LabelBuffer
+from insonify.synthesis.label_sums import ALL, HIDDEN, PAIR_ONLY, Key, LabelBuffer, is_curve_of
 from insonify.synthesis.level_curves import pair_name
 
 Floats = NDArray[np.float64]
@@ -76,13 +76,13 @@ class _Curves:
     def __init__(self, buffer: LabelBuffer, accumulator: IncoherentAccumulator) -> None:
         self._buffer, self._accumulator = buffer, accumulator
         self._cached_series: dict[tuple[Key, ...], Floats] = {}
+        self._made: list[tuple[IntensityBuffer, Floats]] = []
 
     def intensities(self, names: LabelNames, energy: dict[Key, Floats]) -> tuple[Floats, Floats]:
         """Expected intensity by object, (channels, objects, samples), and by pair alone, (channels, pairs, samples)."""
         curves = self._buffer.curves
         by_object = [
-            self._series(tuple(key for key in curves if key[0] == object_name and not key[1].startswith(PAIR_ONLY)))
-            for object_name in names.objects
+            self._series(tuple(key for key in curves if is_curve_of(object_name, key))) for object_name in names.objects
         ]
         by_pair = [
             self._series(tuple(key for key in curves if key[1] in (name, PAIR_ONLY + name))) for name in names.pairs
@@ -125,13 +125,21 @@ class _Curves:
             if not parts:
                 self._cached_series[keys] = np.zeros((self._accumulator.ping_geometry.channel_count, grid.sample_count))
             elif len(parts) == 1:
-                self._cached_series[keys] = self._accumulator.time_series(parts[0])
+                self._cached_series[keys] = self._series_of(parts[0])
             else:
                 total = self._accumulator.empty()
                 for curve in parts:
                     total += curve
                 self._cached_series[keys] = self._accumulator.time_series(total)
         return self._cached_series[keys]
+
+    def _series_of(self, curve: IntensityBuffer) -> Floats:
+        """Series of one curve; that of an equal one, such as of an object with a single pair, is not made again."""
+        for other, series in self._made:
+            if np.array_equal(other.cells, curve.cells) and np.array_equal(other.intensity, curve.intensity):
+                return series
+        self._made.append((curve, self._accumulator.time_series(curve)))
+        return self._made[-1][1]
 
 
 def _masks(

@@ -1,13 +1,14 @@
 """Sums of which labels are made: curves of energy, and bins of energy and position, by object and pair of families."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from operator import add, iadd
-from typing import TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from insonify.scene.scatterers import BOUNDARY_ECHO
 from insonify.synthesis.incoherent import IntensityBuffer
 from insonify.synthesis.level_curves import ALL as ALL
 from insonify.synthesis.level_curves import LevelBuffers
@@ -22,6 +23,11 @@ PAIR_ONLY = "pair:"
 """Prefix of a pair's name: energies that count for the pair alone, and for the object only with other pairs."""
 HIDDEN = "hidden"
 """In place of a pair's name: energies that the object occludes."""
+
+
+def is_curve_of(object_name: str, key: Key) -> bool:
+    """Return True if the energies of a curve count for an object."""
+    return key[0] == object_name and not key[1].startswith(PAIR_ONLY)
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,6 +77,10 @@ class LabelBuffer:
     nbytes: int = 0
     """Estimated size of the sums of one object [bytes]."""
 
+    def object_curves(self, object_name: str) -> list[IntensityBuffer]:
+        """Curves of energy that count for one object."""
+        return [curve for key, curve in self.curves.items() if is_curve_of(object_name, key)]
+
     def __iadd__(self, other: "LabelBuffer") -> "LabelBuffer":
         """Add the sums of another buffer."""
         curves = self.curves
@@ -105,6 +115,36 @@ class LabelBuffer:
             else:
                 more.excess[object_name, name] = cells
         self.__iadd__(more)
+
+
+class RecordedSums(NamedTuple):
+    """Sums of the labels that an expected intensity of the same points has as well."""
+
+    energies: IntensityBuffer
+    intensity: NDArray[np.floating[Any]] | None
+    """Time series of the whole recording [uPa^2], shape (channels, samples); None: not evaluated."""
+    is_all: bool
+    """True: nothing else is received."""
+
+
+def recorded_sums(buffer: LabelBuffer, seabed: NDArray[np.floating[Any]], remaining: Iterable[str]) -> RecordedSums:
+    """Sums that a recording without labels would have, to the bit: the seabed, and boundary echoes beside it alone.
+
+    Args:
+        buffer: Sums of the labels, whose time series have been made; those of boundary echoes are changed.
+        seabed: Time series of the seabed [uPa^2], shape (channels, samples).
+        remaining: Contributions besides the seabed.
+    """
+    energies, others = buffer.curves["seabed", ALL], set(remaining)
+    echoes = buffer.object_curves(BOUNDARY_ECHO)
+    if not others or (others == {BOUNDARY_ECHO} and not echoes):
+        return RecordedSums(energies, seabed, is_all=True)
+    from_bins = any(name == BOUNDARY_ECHO for name, _ in buffer.cells)
+    if others != {BOUNDARY_ECHO} or len(echoes) != 1 or from_bins:
+        return RecordedSums(energies, None, is_all=False)
+    whole = echoes[0]
+    whole += energies  # in the order in which a recording without labels adds them
+    return RecordedSums(whole, None, is_all=True)
 
 
 def _merge(mine: dict[Name, Sums], others: dict[Name, Sums], plus: Callable[[Sums, Sums], Sums]) -> None:

@@ -43,7 +43,9 @@ def add_swath(
     samples = accumulator.weighted_samples(swath, *accumulator.swath_sizes(swath))
     interferes = len(swath.interference_ranges) > 0
     if is_fine or interferes:
-        energies = buffer.curves.setdefault((SEABED, ALL), accumulator.empty())
+        if (SEABED, ALL) not in buffer.curves:
+            buffer.curves[SEABED, ALL] = accumulator.empty()
+        energies = buffer.curves[SEABED, ALL]
     _add_positions(buffer.bins if is_fine else buffer.sampled, bins, accumulator, samples, swath.origins,
                    energies.cells[0] if is_fine else np.empty(0))  # fmt: skip
     if interferes:
