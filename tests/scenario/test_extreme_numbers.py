@@ -24,6 +24,7 @@ EXTREMES = [
     ("sonar.receiver.bandwidth", "10 MHz"), ("sonar.receiver.sub_bands", 32),
     ("targets", [{"shape": "box", "position": [0, 1e6], "size": [1000, 1, 1]}]),
     ("targets", [{"shape": "cylinder", "position": [0, 40], "length": 500, "diameter": 2}]),
+    ("sonar.receive.offset", ["0 m", "6e8 m", "0 m"]),
 ]  # fmt: skip
 
 

@@ -14,7 +14,9 @@ from insonify.sonar.angle_range import angle_range
 
 Shading = Literal["uniform", "cosine", "hann", "hamming", "taylor"]
 Element = Literal["omni", "baffled", "cosine", "piston"]
-Offset = tuple[Metres, Metres, Metres]
+PlatformMetres = Annotated[Metres, Field(ge=-1000, le=1000)]
+"""Coordinate of a part of a platform: a receiver further off stands on a platform of its own [m]."""
+Offset = tuple[PlatformMetres, PlatformMetres, PlatformMetres]
 
 RIGHT_ANGLE = math.pi / 2
 

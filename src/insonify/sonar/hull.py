@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 from pydantic import Field
 
 from insonify.model import Metres, Model
+from insonify.sonar.array import Offset
 
 Floats = NDArray[np.float64]
 
@@ -18,7 +19,7 @@ class Hull(Model):
     """Length along the heading [m]."""
     width: Annotated[Metres, Field(gt=0, le=100)]
     """Width across the heading [m]."""
-    offset: tuple[Metres, Metres, Metres] = (0.0, 0.0, 0.0)
+    offset: Offset = (0.0, 0.0, 0.0)
     """Middle of the underside from the platform's reference point: forward, starboard, down [m]."""
     reflection: Annotated[float, Field(ge=-1, le=1)] = 1.0
     """Pressure reflection coefficient from below [1]: near 1 for plating whose mass outweighs the water's impedance, as
