@@ -95,13 +95,17 @@ def _faces_of(scene: Scene, row: int, solid: Solid, least: float) -> list[FlatFa
     kept = area > 1e-12
     corners, normal, area = corners[kept], normal[kept] / (2 * area[kept, None]), area[kept]
     left, flat_faces = np.ones(len(area), bool), list[tuple[float, FlatFace]]()
+    parallel, low, high = _nearly_parallel(normal)
+    total = np.concatenate([[0.0], np.cumsum(area[parallel])])
+    is_wide = total[high] - total[low] >= least**2
     for first in np.argsort(-area, kind="stable"):
-        if not left[first]:
+        if not (left[first] and is_wide[first]):
             continue
-        off = np.abs((corners - corners[first, 0]) @ normal[first]).max(axis=1)
-        slope = np.linalg.norm(np.cross(normal, normal[first]), axis=1)
-        ahead = normal @ normal[first] > 0
-        plane = np.flatnonzero(left & ahead & (off < COPLANAR) & (slope < COPLANAR_SINE))
+        near = np.sort(parallel[low[first] : high[first]])
+        off = np.abs((corners[near] - corners[first, 0]) @ normal[first]).max(axis=1)
+        slope = np.linalg.norm(np.cross(normal[near], normal[first]), axis=1)
+        ahead = normal[near] @ normal[first] > 0
+        plane = near[left[near] & ahead & (off < COPLANAR) & (slope < COPLANAR_SINE)]
         if area[plane].sum() < least**2:  # smaller ones follow, but several of them may share a plane
             left[first] = False
             continue
@@ -114,6 +118,15 @@ def _faces_of(scene: Scene, row: int, solid: Solid, least: float) -> list[FlatFa
                 flat_faces.append((float(area[triangles].sum()), face))
     flat_faces.sort(key=lambda one: -one[0])
     return [face for _, face in flat_faces[:MAX_FACES]]
+
+
+def _nearly_parallel(normal: Floats) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.intp]]:
+    """Triangles in an order in which those that may be parallel to each are a slice: the order, first and end, (n,)."""
+    north = normal[:, 0]
+    order = np.argsort(north, kind="stable")
+    low = np.searchsorted(north[order], north - 2 * COPLANAR_SINE, "left")
+    high = np.searchsorted(north[order], north + 2 * COPLANAR_SINE, "right")
+    return order, low, high
 
 
 def _connected(corners: Floats) -> list[NDArray[np.int64]]:
