@@ -486,3 +486,12 @@ def test_a_hull_and_faces_leave_the_memory_of_a_block_bounded(hull):
     pairs = next(simulator.engine.pair_batches(simulator.ping_geometry(0), lambda: scatterers))
     drawn = legs_per_point(plain.scene, plain.paths, scatterers.boundary, drawn=True)
     assert (len(pairs.out.families) > drawn) == bool(hull)
+
+
+def test_each_sub_band_of_beams_is_a_pass_over_the_pairs():
+    """From 4 to 16 frequencies a ping of one beam is estimated to take 2.5 to 4 times as long."""
+    few, many = (
+        ping_work.ping_work(build_simulator(nominal(sonar={"receiver": {"sub_bands": count}}, paths=CHEAP))).seconds
+        for count in (4, 16)
+    )
+    assert 2.5 < many / few < 4

@@ -545,6 +545,8 @@ def _pair_seconds(
     on_rows = direction_grid(ping_geometry) is not None
     if ping_geometry.is_static and ping_geometry.elements is None and not (ping_geometry.sub_bands or on_rows):
         return section + unit_costs.SECONDS_PER_PAIR * beams
-    shapes = unit_costs.SECONDS_PER_WAVEFORM * (waveform_count(ping_geometry) - 1)
+    # beams are evaluated anew for each sub-band, elements for all of them together
+    passes = 1 if ping_geometry.elements is not None else max(1, len(ping_geometry.sub_bands))
+    shapes = unit_costs.SECONDS_PER_WAVEFORM * (waveform_count(ping_geometry) / passes - 1)
     deposits = WIDTH if on_rows else beams
-    return section + unit_costs.SECONDS_PER_PAIR + (unit_costs.SECONDS_PER_ELEMENT + shapes) * deposits
+    return section + passes * (unit_costs.SECONDS_PER_PAIR + (unit_costs.SECONDS_PER_ELEMENT + shapes) * deposits)
