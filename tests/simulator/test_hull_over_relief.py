@@ -32,7 +32,7 @@ def pressures(rms, frequency):
     """Pressure of the paths by object and family."""
     found = arrivals(afloat(rms, frequency))
     names = zip(found.object, found.transmit_family, found.receive_family, strict=True)
-    return {tuple(map(str, name)): abs(found.amplitude[row, 0]) for row, name in enumerate(names)}
+    return {tuple(map(str, name)): abs(found.amplitude[row]) for row, name in enumerate(names)}
 
 
 def coherent(vertical, places, aside, frequency):

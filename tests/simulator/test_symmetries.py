@@ -106,7 +106,10 @@ def some_arrivals(random: np.random.Generator, rows: int) -> Arrivals:
         if name in ("position", "departure", "arrival"):
             return random.random((rows, 3))
         if name == "amplitude":
-            return random.random((rows, 1)).astype(np.complex64)
+            return random.random(rows).astype(np.complex64)
+        if name == "band_absorption":
+            bands = 2 if rows else no_arrivals().band_absorption.shape[1]  # without paths, any number
+            return random.random((rows, bands)).astype(np.float32)
         if name in ("transmit_family", "receive_family", "object"):
             return random.choice(["D", "S", "BS", "box"], rows)
         return random.permutation(rows) if name == "group" else random.random(rows)

@@ -208,6 +208,7 @@ def _rows(pairs: Pairs, row: int, i: int, j: int, group: NDArray[np.int64],
 
 def concatenate_arrivals(parts: list[Arrivals]) -> Arrivals:
     """Join several lists of arrivals."""
+    parts = [part for part in parts if len(part)] or parts[:1]  # of no path, the number of bands is not known
     if not parts:
         return no_arrivals()
     return Arrivals(*(np.concatenate([getattr(part, column.name) for part in parts]) for column in fields(Arrivals)))

@@ -46,7 +46,7 @@ class ElementArray(_Elements):
     """Elements at any positions."""
 
     kind: Literal["elements"] = "elements"
-    positions: Annotated[tuple[Offset, ...], Field(min_length=1, max_length=10_000)]
+    positions: Annotated[tuple[tuple[Metres, Metres, Metres], ...], Field(min_length=1, max_length=10_000)]
     """Position of each from the array's centre: along boresight, right, down [m]."""
     orientations: tuple[Radians, ...] | None = None
     """Angle to the right of boresight that each faces [rad]; none: all along boresight."""
