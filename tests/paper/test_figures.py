@@ -153,7 +153,7 @@ def test_a_number_states_whether_it_holds(number: CheckedNumber, holds: bool | N
 
 
 def test_the_example_is_the_template() -> None:
-    """What `insonify new` writes is what the examples show, but for the surface: the paper's is a mirror."""
+    """What `insonify new` writes is what the examples show, but for the paper's flat surface and one frequency."""
     from importlib.resources import files
 
     template = (files("insonify.scenario") / "templates" / "nominal.yaml").read_text(encoding="utf-8")
@@ -161,10 +161,12 @@ def test_the_example_is_the_template() -> None:
     shown = example.read_text(encoding="utf-8")
 
     def without(text: str) -> str:
-        return text[: text.index("surface:\n")] + text[text.index("  scattering: null # for its own echoes") :]
+        text = text[: text.index("surface:\n")] + text[text.index("  scattering: null # for its own echoes") :]
+        return "\n".join(line for line in text.splitlines() if "sub_bands: " not in line)
 
     assert without(shown) == without(template)
     assert "reflection: flat" in shown and "reflection: statistical" in template
+    assert "sub_bands: 1 #" in shown and "sub_bands: auto #" in template
 
 
 @pytest.mark.parametrize(
