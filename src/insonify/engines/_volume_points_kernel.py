@@ -38,12 +38,12 @@ class StraightPaths(NamedTuple):
     """North and east of each end [m], shape (ends, 2)."""
     depth: Floats
     """Depth of the image of each end by each family [m], shape (ends, f)."""
-    flip: Floats
+    vertical_sign: Floats
     """Sign of the vertical direction at the sonar re that at the image, shape (f,)."""
     rise: Floats
     """Largest vertical displacement of the bounces of each family by relief [m], shape (f,)."""
-    squared: bool
-    """True: one end stands for both."""
+    same_ends: bool
+    """True: transmitter and receiver are one; its gain counts twice."""
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -52,9 +52,9 @@ def multiply_gains(
 ) -> None:
     """Multiply the gain of one end towards some points by one family into the gains there [1], shape (n,)."""
     north, east, depth = paths.position[end, 0], paths.position[end, 1], paths.depth[end, family]
-    flip, rise = paths.flip[family], paths.rise[family]
+    vertical_sign, rise = paths.vertical_sign[family], paths.rise[family]
     for n in range(gain.size):
-        x, y, z = position[n, 0] - north, position[n, 1] - east, (position[n, 2] - depth) * flip
+        x, y, z = position[n, 0] - north, position[n, 1] - east, (position[n, 2] - depth) * vertical_sign
         length = max(math.sqrt(x * x + y * y + z * z), NEAREST)
         ratio = rise / length
         sine = ratio if ratio < 1.0 else 0.0
@@ -72,10 +72,10 @@ def two_way_gains(
     """Upper bound of the two-way gain at some points by any family [1], into largest (n,)."""
     largest[:] = 0.0
     gain = np.empty(largest.size)
-    for family in range(paths.flip.size):
+    for family in range(paths.vertical_sign.size):
         gain[:] = 1.0
         multiply_gains(position, 0, family, paths, transmit, gain)
-        if paths.squared:
+        if paths.same_ends:
             gain *= gain
         else:
             multiply_gains(position, 1, family, paths, receive, gain)

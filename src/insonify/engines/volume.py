@@ -396,10 +396,11 @@ class VolumeScatterers:
         grid = ShellGrid(SHELLS_PER_TILE, *self._steps, self._first_bearing, source, EVENLY)
         n = tile_points(tiles, keep_probability, grid, position, volume, number, tile, priority)
         share = keep_probability[tile[:n]]
-        if len(self._straight_paths.flip):
+        paths = self._straight_paths
+        if len(paths.vertical_sign):
             gain = np.empty(n)
             beams = geometry.transmit_beams.kernel_majorants, geometry.bounding_receive_beams.kernel_majorants
-            two_way_gains(position[:n], self._straight_paths, *beams, gain)
+            two_way_gains(position[:n], paths, *beams, gain)
             share = np.minimum(share, self._keep_probability(gain, tiles[tile[:n], 4]))
         n = thin_points(share, position, volume, number, priority)
         return position[:n], volume[:n], number[:n]
@@ -414,10 +415,10 @@ class VolumeScatterers:
         families = families if self.choice.importance_sampling else ()
         ends = np.array([geometry.transmit_position, geometry.receive_position], float)
         depth = np.array([[image_depth(name, float(end[2]), bed) for name in families] for end in ends])
-        flip = np.array([(-1.0) ** len(bounce_sequence(name)) for name in families])
+        vertical_sign = np.array([(-1.0) ** len(bounce_sequence(name)) for name in families])
         rise = np.array([2.0 * self._relief_height * name.count("B") for name in families])
-        squared = geometry.same_beams and geometry.is_monostatic
-        return StraightPaths(ends[:, :2].copy(), depth.reshape(2, -1), flip, rise, squared)
+        same_ends = geometry.same_beams and geometry.is_monostatic
+        return StraightPaths(ends[:, :2].copy(), depth.reshape(2, -1), vertical_sign, rise, same_ends)
 
     def _point(self, distance: Floats, azimuth: Floats) -> Floats:
         """North and east [m], azimuth counted from half a turn off boresight."""

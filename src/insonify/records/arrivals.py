@@ -216,6 +216,7 @@ def concatenate_arrivals(parts: list[Arrivals]) -> Arrivals:
 
 def no_arrivals() -> Arrivals:
     """Arrivals without rows."""
+    # as many bands as a receiver may have: any of them can be selected
     column, vector, name, few = np.zeros(0), np.zeros((0, 3)), np.zeros(0, "<U1"), np.zeros(0, np.uint8)
     return Arrivals(
         column, column.astype(np.complex64), np.ones((0, 32), np.float32), column, column, column.astype(complex),

@@ -128,7 +128,7 @@ class RecordedSums(NamedTuple):
 
 
 def recorded_sums(buffer: LabelBuffer, seabed: NDArray[np.floating[Any]], remaining: Iterable[str]) -> RecordedSums:
-    """Sums that a recording without labels would have, to the bit: the seabed, and boundary echoes beside it alone.
+    """Sums that a recording without labels has, to the bit: the seabed, and boundary echoes where nothing else is.
 
     Args:
         buffer: Sums of the labels, whose time series have been made; those of boundary echoes are changed.
