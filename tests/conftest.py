@@ -1,7 +1,9 @@
 """How every test is run."""
 
 import os
+from collections.abc import Callable, Iterator
 
+import pytest
 from hypothesis import settings
 
 # Tests run side by side, a process on each core: the threads of the linear algebra would wait for each other, at full
@@ -12,3 +14,14 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 # a failure on one machine is a failure on all.
 settings.register_profile("insonify", deadline=None, derandomize=True)
 settings.load_profile("insonify")
+
+
+@pytest.fixture(scope="session", autouse=True)
+def print_progress() -> Iterator[Callable[..., None]]:
+    """The printer of the compiler's progress, silent: the first test to need a kernel depends on their order."""
+    from insonify.cli.compile_progress import Progress
+
+    with pytest.MonkeyPatch.context() as patched:
+        printer = Progress._print
+        patched.setattr(Progress, "_print", lambda *_: None)
+        yield printer

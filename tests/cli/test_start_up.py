@@ -6,6 +6,7 @@ import warnings
 from pathlib import Path
 
 import numpy as np
+import pytest
 from numba import njit
 
 from insonify import simulator
@@ -16,6 +17,12 @@ from insonify.scenario.load import load_scenario
 HARBOUR = Path(__file__).parents[2] / "examples" / "harbour.yaml"
 NOMINAL = Path(__file__).parents[2] / "examples" / "nominal.yaml"
 LOADED = "import sys; from insonify.cli import main; code = main(sys.argv[1:]); print(*sys.modules, sep=chr(10))"
+
+
+@pytest.fixture(autouse=True)
+def progress_shown(monkeypatch, print_progress):
+    """Progress of the compiler on stderr, as users see it."""
+    monkeypatch.setattr(compile_progress.Progress, "_print", print_progress)
 
 
 def loaded(*words: str) -> set[str]:
