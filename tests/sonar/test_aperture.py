@@ -5,7 +5,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from insonify.sonar.aperture import TAYLOR_SIDELOBE_DB, element_positions, pattern, shading_series, shading_weight
+from insonify.sonar.aperture import (
+    TAYLOR_SIDELOBE_DB,
+    ApertureSide,
+    cosine_series,
+    element_positions,
+    pattern,
+    shading_series,
+    shading_weight,
+)
 
 SHADINGS = ("uniform", "cosine", "hann", "hamming", "taylor")
 
@@ -120,3 +128,22 @@ def test_a_series_begins_with_its_mean(shading):
     for order, coefficient in series.items():
         found = np.mean(shading_weight(shading, place) * np.cos(2 * np.pi * order * place)) * (1 if order == 0 else 2)
         assert found == pytest.approx(coefficient, abs=1e-9)
+
+
+@pytest.mark.parametrize("shading", ["uniform", "cosine", "hann", "hamming", "taylor"])
+@pytest.mark.parametrize("elements", [None, 1, 12, 15])
+def test_a_sum_of_cosines_is_the_pattern(shading: str, elements: int | None) -> None:
+    """Of a continuous aperture of 9.3 wavelengths, and of elements: within rounding, as far as it was requested."""
+    position, weight = cosine_series((ApertureSide(9.3, elements, shading),), 2.2)
+    s = np.linspace(0, 2.2, 777)
+    expected = pattern(9.3 * s, shading, elements)[0]
+    np.testing.assert_allclose(np.cos(2 * np.pi * s[:, None] * position) @ weight, expected, atol=1e-12)
+
+
+def test_a_product_of_patterns_is_one_sum_of_cosines() -> None:
+    """Of a transmitter of 0.7 wavelengths and a receiver of 32 elements: within 1e-8 of the axis."""
+    sides = ApertureSide(0.7, None, "uniform"), ApertureSide(16.0, 32, "taylor")
+    position, weight = cosine_series(sides, 1.9)
+    s = np.linspace(0, 1.9, 777)
+    expected = np.prod([pattern(side.extent * s, side.shading, side.elements)[0] for side in sides], axis=0)
+    np.testing.assert_allclose(np.cos(2 * np.pi * s[:, None] * position) @ weight, expected, atol=1e-8)

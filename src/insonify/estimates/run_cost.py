@@ -20,7 +20,6 @@ from insonify.records.labels import COLUMNS
 from insonify.scenario.scenario import Scenario
 from insonify.scene.solid import world_triangles
 from insonify.simulator import Simulator, build_simulator
-from insonify.synthesis.direction_grid import direction_grid
 from insonify.synthesis.time_grid import OVERSAMPLING
 from insonify.thread_count import thread_count
 
@@ -86,7 +85,6 @@ def estimate_cost(scenario: Scenario, *, labels: bool = False, threads: int | No
         seconds=float(
             unit_costs.START_SECONDS
             + unit_costs.SECONDS_PER_PIECE * sum(work.pieces)
-            + unit_costs.SECONDS_PER_CUBED_DIRECTION_ROW * _direction_rows(simulator) ** 3
             + terrain_seconds(simulator, work.terrain_tiles)
             + scenario.track.ping_count * (work.seconds + write)
         ),
@@ -95,12 +93,6 @@ def estimate_cost(scenario: Scenario, *, labels: bool = False, threads: int | No
         compiling=estimate_compile_seconds(simulator, labels=labelled),
         labels=labelled,
     )
-
-
-def _direction_rows(simulator: Simulator) -> int:
-    """Rows of the direction grid from which many beams are formed [1]; 0: there is none."""
-    grid = direction_grid(simulator.ping_geometries(0)[0]) if simulator.scenario.field == "coherent" else None
-    return 0 if grid is None else grid.row_count
 
 
 def size_refusal(cost: RunCost, memory: float | None = None) -> str:

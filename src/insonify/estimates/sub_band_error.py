@@ -40,6 +40,6 @@ def estimate_sub_band_error(scenario: Scenario) -> SubBandError:
         scenario.sonar.side_sonars[0], geometry.pulse, scenario.water, geometry.sound_speed,
         geometry.window[1] * geometry.sound_speed,
     )  # fmt: skip
-    chosen = max(1, len(geometry.sub_bands))
+    chosen = max(1, len(geometry.common_bands or geometry.sub_bands))
     own = error.error_db(chosen)
     return SubBandError(chosen, own, chosen if own <= ENOUGH_DB else error.enough)

@@ -23,10 +23,10 @@ ELEMENTS_SECONDS = 0.04
 """Share of each ping and side of an array of elements [s]."""
 EXPECTED_SECONDS = 0.015
 """Share of each ping and side that does not depend on its points, of an expectation outside the fast path [s]."""
-SECONDS_PER_CUBED_DIRECTION_ROW = 2e-8
-"""Fit of the weights by which beams are formed of a direction grid, once, per number of its rows cubed [s]."""
 SECONDS_PER_CELL = 8e-9, 3.5e-9
 """A cell of a series and each doubling of their number, coherent and expected [s]."""
+SECONDS_PER_PHASOR = 2e-9
+"""A row of directions or a beam at one point of an aperture, at one frequency [s]."""
 SECONDS_PER_ELEMENT, SECONDS_PER_WAVEFORM = 14e-9, 3e-9
 """One echo at one element of an array, and each shape beyond the first [s]."""
 SECONDS_PER_TERRAIN_POINT = 0.36e-6

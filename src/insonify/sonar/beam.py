@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from insonify.recent_results import Identity
 from insonify.sonar import beam_arrays as beam_arrays  # stand-ins of the kernels
-from insonify.sonar.aperture import pattern
+from insonify.sonar.aperture import ApertureSide, pattern
 from insonify.sonar.array import LineArray, PlanarArray, PointTransducer
 from insonify.sonar.beam_kernels import (
     BAFFLED,
@@ -35,6 +35,11 @@ POINTS_PER_LOBE = 32
 """Table rows per wavelength / aperture: cubic Hermite error (pi / 32)^4 / 5 / 384 = 5e-8."""
 MIN_GRATING_LOBE = 0.1
 """Amplitude below which the elements' own directivity has dealt with a grating lobe [1]."""
+
+CACHED = 512
+"""Beams and tables that are cached: of two arrays at each frequency of the band [1]."""
+NO_SIDE = ApertureSide(0.0, None, "uniform")
+"""A point: no directivity across or down."""
 
 MIN_BOUND = 1e-2
 """Amplitude below which an element's directivity leaves nothing to steer [1]."""
@@ -58,6 +63,8 @@ class Beams:
     """Largest magnitude of each pattern from each row outwards, shape (rows,)."""
     per_unit: Floats = field(repr=False)
     """Rows per unit of direction cosine of each table [1], shape (4,)."""
+    across: ApertureSide
+    """Side of the array across, whose pattern the first table holds."""
 
     @property
     def channel_count(self) -> int:
@@ -182,7 +189,7 @@ def beams(
     return still if rotation is None else replace(still, axes=np.ascontiguousarray(rotation, dtype=float))
 
 
-@lru_cache(maxsize=64)
+@lru_cache(maxsize=CACHED)
 def _beams_in_array_frame(
     array: LineArray | PlanarArray | PointTransducer, frequency: float, sound_speed: float
 ) -> Beams:
@@ -194,7 +201,7 @@ def _beams_in_array_frame(
     bare = Beams(
         axes=np.eye(3), steer=steer, scale=np.ones(len(steer)),
         element={"omni": OMNI, "cosine": COSINE}.get(array.element, BAFFLED), tables=tables, majorants=majorants,
-        per_unit=per_unit,
+        per_unit=per_unit, across=across,
     )  # fmt: skip
     # the aperture's pattern is one on axis already: what is left is the element's directivity
     on_axis = np.abs(_gain_of_each(bare, np.arange(len(steer)), steer))
@@ -254,19 +261,14 @@ def _in_array_frame(cosines: Floats) -> Floats:
     return np.concatenate([front[:, None], cosines], axis=1)
 
 
-Side = tuple[float, int | None, str]
-"""Extent in wavelengths, number of elements, shading; extent 0 for none."""
-
-
-def _extent(array: LineArray | PlanarArray | PointTransducer, wavelength: float) -> tuple[Side, Side]:
+def _extent(array: LineArray | PlanarArray | PointTransducer, wavelength: float) -> tuple[ApertureSide, ApertureSide]:
     """The array's sides across and down."""
-    nothing: Side = (0.0, None, "uniform")
     if isinstance(array, LineArray):
-        return (array.length / wavelength, array.elements, array.shading), nothing
+        return ApertureSide(array.length / wavelength, array.elements, array.shading), NO_SIDE
     if isinstance(array, PlanarArray):
-        across: Side = (array.width / wavelength, array.columns, array.shading)
-        return across, (array.height / wavelength, array.rows, array.shading_down)
-    return nothing, nothing
+        across = ApertureSide(array.width / wavelength, array.columns, array.shading)
+        return across, ApertureSide(array.height / wavelength, array.rows, array.shading_down)
+    return NO_SIDE, NO_SIDE
 
 
 def _replica_period(array: LineArray | PlanarArray | PointTransducer, wavelength: float) -> tuple[float, float]:
@@ -275,28 +277,26 @@ def _replica_period(array: LineArray | PlanarArray | PointTransducer, wavelength
     return _period(across), _period(down)
 
 
-def _period(side: Side) -> float:
-    extent, elements, _ = side
-    return elements / extent if elements and elements > 1 else 0.0
+def _period(side: ApertureSide) -> float:
+    return side.elements / side.extent if side.elements and side.elements > 1 else 0.0
 
 
 def _four_tables(
-    array: LineArray | PlanarArray | PointTransducer, across: Side, down: Side, reach: Floats
+    array: LineArray | PlanarArray | PointTransducer, across: ApertureSide, down: ApertureSide, reach: Floats
 ) -> tuple[Tables, Tables, Floats]:
     """Tables across, down, piston across, piston down, with their majorants and rows per unit."""
-    pistons = [(0.0, None, "uniform") if array.element != "piston" else _piston(side) for side in (across, down)]
+    pistons = [NO_SIDE if array.element != "piston" else _piston(side) for side in (across, down)]
     built = [_table(*side, float(far)) for side, far in zip((across, down, *pistons), (*reach, 1.0, 1.0), strict=True)]
     a, b, c, d = built
     return (a[0], b[0], c[0], d[0]), (a[1], b[1], c[1], d[1]), np.array([a[2], b[2], c[2], d[2]])
 
 
-def _piston(side: Side) -> Side:
+def _piston(side: ApertureSide) -> ApertureSide:
     """One element as wide as the pitch; a continuous aperture has no pitch, only the baffle."""
-    extent, elements, _ = side
-    return (extent / elements, None, "uniform") if elements else (0.0, None, "uniform")
+    return ApertureSide(side.extent / side.elements, None, "uniform") if side.elements else NO_SIDE
 
 
-@lru_cache(maxsize=64)
+@lru_cache(maxsize=CACHED)
 def _table(extent: float, elements: int | None, shading: str, reach: float) -> tuple[Floats, Floats, float]:
     """Cubics of one pattern out to a distance in direction cosine, its majorant, and rows per unit."""
     if extent == 0:

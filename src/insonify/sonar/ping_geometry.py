@@ -69,6 +69,9 @@ class PingGeometry:
     """Places of transmitter and receiver on the platform: forward, starboard, down [m], shape (2, 3)."""
     sub_bands: tuple[SubBand, ...] = ()
     """Beams at several frequencies across the band; none: those at its centre serve throughout."""
+    common_bands: tuple[SubBand, ...] = ()
+    """Fewer frequencies, at which the pattern common to all beams is taken where these differ in horizontal steering
+    alone and their sub-bands serve that; none otherwise."""
     receive_motion: PlatformMotion | None = None
     """Motion of the receiver's platform from the start of the ping; None: nothing moves until the window ends."""
     transmit_motion: PlatformMotion | None = None
@@ -203,6 +206,7 @@ class _AttitudeBeams:
     receive_beams: Beams
     resolving: Beams | None
     bands: tuple[SubBand, ...]
+    common_bands: tuple[SubBand, ...]
     boresight: Floats
     bearing: float
 
@@ -254,7 +258,8 @@ class MountedSonar:
             track_extent=self.track_extents[0], window=self.window, pulse=self.pulse,
             source_level_db=self.sonar.source_level_db, channel_count=self._channel_count,
             time=float(both.transmitter_poses.time[row]), elements=self._elements,
-            full_aperture_beams=facing.resolving, sub_bands=facing.bands, lever_arms=self._arms,
+            full_aperture_beams=facing.resolving, sub_bands=facing.bands, common_bands=facing.common_bands,
+            lever_arms=self._arms,
             receive_motion=courses[1], transmit_motion=courses[0],
             max_displacement=0.0 if moved is None or courses[0] is None else float(moved[row]),
             hull=None if self.sonar.hull is None else hull_plate(
@@ -280,32 +285,38 @@ class MountedSonar:
         if self._elements is not None:
             resolving = beams(filled_aperture(sonar.receive), frequency, speeds[1], receive_rotation)
             receive = one_element(sonar.receive)
-        bands: tuple[SubBand, ...] = ()
-        if self.sub_band_count > 1:
-            bands = tuple(
-                SubBand(
-                    float(offset),
-                    beams(transmit, frequency + offset, speeds[0], rotation),
-                    beams(receive, frequency + offset, speeds[1], receive_rotation),
-                )
-                for offset in band_nodes(self.pulse, self.sub_band_count)
-            )
         facing = rotation[0] * np.cos(sonar.steers[0]) + rotation[1] * np.sin(sonar.steers[0])
         transmit_beams = beams(transmit, frequency, speeds[0], rotation)
         receive_beams = beams(receive, frequency, speeds[1], receive_rotation)
         receive_beams = transmit_beams if transmit_beams.equals(receive_beams) else receive_beams
         bearing = float(np.arctan2(facing[1], facing[0]))
-        return _AttitudeBeams(transmit_beams, receive_beams, resolving, bands, rotation[0], bearing)
+        count, common_count = self._band_counts
+
+        def beams_at(count: int) -> tuple[SubBand, ...]:
+            return tuple(
+                SubBand(
+                    float(offset),
+                    beams(transmit, frequency + offset, speeds[0], rotation),
+                    beams(receive, frequency + offset, speeds[1], receive_rotation),
+                )
+                for offset in band_nodes(self.pulse, count)
+            )
+
+        bands = beams_at(count) if count > 1 else ()
+        common = beams_at(common_count) if common_count else ()
+        return _AttitudeBeams(transmit_beams, receive_beams, resolving, bands, common, rotation[0], bearing)
 
     @cached_property
-    def sub_band_count(self) -> int:
-        """Number of frequencies across the band at which beams and absorption are taken, the same for all pings."""
+    def _band_counts(self) -> tuple[int, int]:
+        """Numbers of `sub_bands` and of `common_bands`, the same for all pings."""
         written = self.sonar.receiver.sub_bands
-        if isinstance(written, int):
-            return written
+        if written == 1:
+            return 1, 0
         depth = self.platforms.end_poses[0].position[0, 2] + self._arms[0, 2]
         speed = float(self.water.sound_speed_at(depth))
-        return BandError(self.sonar, self.pulse, self.water, speed, self.window[1] * speed).enough or TRIED[-1]
+        error = BandError(self.sonar, self.pulse, self.water, speed, self.window[1] * speed)
+        count = written if isinstance(written, int) else error.enough or TRIED[-1]
+        return (error.horizontal_count, count) if error.shared and count > 1 else (count, 0)
 
     @cached_property
     def _last(self) -> dict[tuple[object, ...], _AttitudeBeams]:

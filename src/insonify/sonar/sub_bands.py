@@ -4,10 +4,11 @@ A beam is narrower at the top of the band than at its bottom, and water takes mo
 function of frequency; here it is the polynomial through its values at Chebyshev's nodes across the band that holds the
 pulse's energy. Beyond that band the polynomial stays as it is at the edge.
 
-Source: interpolation at Chebyshev nodes; Trefethen (2013), Approximation Theory and Approximation Practice, ch. 2 and 5
-(from memory).
+Source: interpolation at Chebyshev nodes, error of exp(j phi x) on -1..1 at most 2 (phi / 2)^n / n!; Trefethen (2013),
+Approximation Theory and Approximation Practice, ch. 2, 5 and 8 (from memory).
 """
 
+import math
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -54,6 +55,20 @@ def band_nodes(pulse: ReceivedPulse, count: int) -> Floats:
     return -half_bandwidth(pulse) * np.cos((np.arange(count) + 0.5) * np.pi / count) if count > 1 else np.zeros(1)
 
 
+def node_count(phase: float, error: float, most: int) -> int:
+    """Number of Chebyshev nodes on -1..1 for exp(j phase x); `most` where that is not enough.
+
+    Args:
+        phase: Largest phase [rad].
+        error: Largest error of the interpolation [1].
+        most: Largest number.
+    """
+    count = 1
+    while count < most and 2 * (phase / 2) ** count / math.factorial(count) > error:
+        count += 1
+    return count
+
+
 def barycentric_weights(node: Floats) -> Floats:
     """One over the product of each node's distances from the others: Lagrange's polynomials, shape (nodes,).
 
@@ -72,6 +87,7 @@ def lagrange_weights(node: Floats, offset: Floats, low: float = -np.inf, high: f
         low: Offset below which the polynomials stay as they are there [Hz].
         high: Offset above which the polynomials stay as they are there [Hz].
     """
-    x = np.clip(offset, low, high)
+    scale = 2.0 ** np.ceil(np.log2(np.abs(node).max() or 1.0))  # products of many frequencies would overflow
+    node, x = node / scale, np.clip(offset, low, high) / scale
     rows = [np.prod(x - np.delete(node, k)[:, None], axis=0) for k in range(len(node))]
     return np.asarray(barycentric_weights(node)[:, None] * np.array(rows).reshape(len(node), -1))

@@ -17,14 +17,14 @@ from numpy.typing import NDArray
 from insonify.recent_results import RecentResults
 from insonify.sonar.beam import Beams
 from insonify.sonar.ping_geometry import PingGeometry
-from insonify.synthesis._direction_grid_kernel import combine_rows
-from insonify.synthesis.direction_grid import (
+from insonify.sonar.shared_directions import (
     ROWS_PER_BEAM,
     common_pattern,
     differ_in_steering,
     horizontal_extent,
     horizontal_patterns,
 )
+from insonify.synthesis._direction_grid_kernel import combine_rows
 
 Floats = NDArray[np.float64]
 Singles = NDArray[np.float32]

@@ -70,18 +70,17 @@ def deposit_beams(
     parallax = has_parallax(
         ping_geometry, receive_points, _min_length(back), grid.start + grid.sample_count / grid.sample_rate
     )
-    for band, sub_band in enumerate(ping_geometry.sub_bands or (carrier_band(ping_geometry),)):
+    sub_bands = ping_geometry.sub_bands or (carrier_band(ping_geometry),)
+    for band, sub_band in enumerate(sub_bands if grid_rows is None else grid_rows.bands):
         extra_absorption = 0.0
         if sub_band.offset != 0:
             extra_absorption = absorption_np_per_m(water, ping_geometry.frequency + sub_band.offset) - ping.attenuation
-        transmit_beams, receive_beams = (
-            (sub_band.transmit_beams, sub_band.receive_beams) if grid_rows is None else grid_rows.shared_patterns[band]
+        transmitter = _transmitter(ping_geometry, sub_band.transmit_beams, pulse_middle)
+        receiver = _receiving_array(
+            ping_geometry, sub_band.receive_beams, channels, pulse_middle, has_parallax=parallax
         )
-        deposit_block(
-            cells[band], block, extra_absorption, _transmitter(ping_geometry, transmit_beams, pulse_middle),
-            _receiving_array(ping_geometry, receive_beams, channels, pulse_middle, has_parallax=parallax), reception,
-            NO_DIRECTION_GRID if grid_rows is None else grid_rows.rows[band],
-        )  # fmt: skip
+        rows = NO_DIRECTION_GRID if grid_rows is None else grid_rows.rows[band]
+        deposit_block(cells[band], block, extra_absorption, transmitter, receiver, reception, rows)
 
 
 def _leg_columns(legs: Legs) -> LegColumns:

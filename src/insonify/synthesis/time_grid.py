@@ -126,9 +126,7 @@ def convolve_pulse(
     Returns:
         Complex envelope at grid.time, in the units of the weights, shape (channels, count).
     """
-    half = grid.padded_samples // 2
-    kernel = _kernel_of_bins(half, OVERSAMPLING * grid.padded_samples)
-    factors = grid.sample_rate * spectrum / np.concatenate([kernel[:half], kernel[:0:-1]])
+    factors = grid_factors(grid, spectrum)
     window = slice(grid.lead_samples, grid.lead_samples + grid.sample_count)
     series = np.empty((len(cells), grid.sample_count), np.complex64)
     for channel, row in enumerate(cells):
@@ -151,24 +149,47 @@ def convolve_waveforms(
     Returns:
         Complex envelope at grid.time, in the units of the weights, shape (channels, count).
     """
-    half = grid.padded_samples // 2
-    kernel = _kernel_of_bins(half, OVERSAMPLING * grid.padded_samples)
-    factors = grid.sample_rate * spectra / np.concatenate([kernel[:half], kernel[:0:-1]])
+    factors = grid_factors(grid, spectra)
     series = np.empty((cells.shape[1], grid.sample_count), np.complex64)
     for channel in range(len(series)):
-        total = np.zeros(grid.padded_samples, complex)
-        for band, group in np.ndindex(cells.shape[0], cells.shape[2]):
-            # float64: as in `convolve_pulse`; all waveforms of a group at once, which is faster than one after the
-            # other
-            rows = scipy.fft.fft(cells[band, channel, group].astype(np.complex128), axis=0, overwrite_x=True)
-            group_factors = factors[band, group * rows.shape[1] :]  # the last group may have room for more
-            for row, factor in zip(rows.T, group_factors, strict=False):
-                total[:half] += row[:half] * factor[:half]
-                total[half:] += row[half - grid.padded_samples :] * factor[half:]
+        total = waveform_spectrum(cells[:, channel], grid, factors)
         series[channel] = scipy.fft.ifft(total, overwrite_x=True)[
             grid.lead_samples : grid.lead_samples + grid.sample_count
         ]
     return series
+
+
+def grid_factors(grid: TimeGrid, spectra: NDArray[np.complex128]) -> NDArray[np.complex128]:
+    """Factors [1] from transforms of the cells to spectra of a series: of the pulse, less that of the gridding kernel.
+
+    Args:
+        grid: The grid.
+        spectra: Spectra of waveforms at grid.frequencies [s], shape (..., padded).
+    """
+    half = grid.padded_samples // 2
+    kernel = _kernel_of_bins(half, OVERSAMPLING * grid.padded_samples)
+    return np.asarray(grid.sample_rate * spectra / np.concatenate([kernel[:half], kernel[:0:-1]]))
+
+
+def waveform_spectrum(
+    cells: NDArray[np.complex64], grid: TimeGrid, factors: NDArray[np.complex128]
+) -> NDArray[np.complex128]:
+    """Spectrum of one channel's deposited arrivals, which are weighted sums of several waveforms, shape (padded,).
+
+    Args:
+        cells: Grids of pressure, shape (bands, groups, OVERSAMPLING * padded, waveforms of a group).
+        grid: The grid the cells belong to.
+        factors: Factors of each waveform from `grid_factors`, shape (bands, dopplers, padded).
+    """
+    half, total = grid.padded_samples // 2, np.zeros(grid.padded_samples, complex)
+    for band, group in np.ndindex(cells.shape[0], cells.shape[1]):
+        # float64: as in `convolve_pulse`; all waveforms of a group at once, which is faster than one after the other
+        rows = scipy.fft.fft(cells[band, group].astype(np.complex128), axis=0, overwrite_x=True)
+        group_factors = factors[band, group * rows.shape[1] :]  # the last group may have room for more
+        for row, factor in zip(rows.T, group_factors, strict=False):
+            total[:half] += row[:half] * factor[:half]
+            total[half:] += row[half - grid.padded_samples :] * factor[half:]
+    return total
 
 
 class EnergyFilter(NamedTuple):

@@ -5,8 +5,7 @@ nodes over the range of Doppler factors in the beams, and every echo is a weight
 from the error bound. Each is stretched about its middle, where its phase is that of the transmitted pulse: only the
 phase of half a pulse has to be approximated.
 
-Source: interpolation at Chebyshev nodes, error of exp(j phi x) on -1..1 at most 2 (phi / 2)^n / n!; Trefethen (2013),
-Approximation Theory and Approximation Practice, ch. 8 (bound for entire functions, from memory).
+Source: interpolation at Chebyshev nodes, as in `sub_bands`.
 """
 
 import math
@@ -21,7 +20,7 @@ from insonify.sonar.beam import Beams
 from insonify.sonar.ping_geometry import PingGeometry
 from insonify.sonar.pulse import Pulse
 from insonify.sonar.received_pulse import ReceivedPulse
-from insonify.sonar.sub_bands import half_bandwidth, lagrange_weights
+from insonify.sonar.sub_bands import half_bandwidth, lagrange_weights, node_count
 
 Floats = NDArray[np.float64]
 
@@ -140,10 +139,7 @@ def doppler_node_count(pulse: Pulse, width: float, error: float = ERROR) -> int:
         error: Largest error of the weighted sum, re the pulse's peak [1].
     """
     phase = math.pi * (pulse.frequency + pulse.bandwidth / 2) * pulse.duration * width / 2
-    count = 1
-    while count < MOST and 2 * (phase / 2) ** count / math.factorial(count) > error:
-        count += 1
-    return count
+    return node_count(phase, error, MOST)
 
 
 def doppler_range(ping_geometry: PingGeometry) -> tuple[float, float]:

@@ -1,0 +1,111 @@
+"""Beams of one array that differ in horizontal steering alone: what they have in common, and what they do not.
+
+The pattern of an aperture of L wavelengths is, as a function of the direction cosine, a sum of waves of at most L / 2
+cycles. So rows of direction cosines 1 / (2 L) apart determine the sound of all such beams.
+"""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.sonar.beam import NO_SIDE, Beams
+from insonify.sonar.beam_kernels import OMNI
+
+Floats = NDArray[np.float64]
+MIN_BEAMS = 24
+"""Number of beams from which on rows of directions are faster than separate beams [1]."""
+ROW_OVERSAMPLING = 2.0
+"""Rows per wavelength over the aperture [1]."""
+ROWS_PER_BEAM = 3.0
+"""Largest number of rows per beam, which limits the memory [1]."""
+MAX_TILT_DIFFERENCE = 1e-12
+"""Largest difference of downward steering among beams that share rows [1]."""
+LEG_DIFFERENCE = 0.25
+"""Difference of the direction cosines of two different legs for which transmit beams are checked [1]."""
+TOLERANCE = 1e-2
+"""Largest error of the two-way pattern of different legs on the rows, re the beam's axis [1]."""
+
+
+def share_directions(transmit_beams: Beams, receive_beams: Beams) -> bool:
+    """Return True for many beams that differ in horizontal steering alone, and have few rows of directions for it."""
+    if not differ_in_steering(transmit_beams, receive_beams):
+        return False
+    return 2 / row_step(transmit_beams, receive_beams) <= ROWS_PER_BEAM * receive_beams.channel_count
+
+
+def row_step(transmit_beams: Beams, receive_beams: Beams) -> float:
+    """Spacing of the rows of direction cosines from which such beams follow [1]."""
+    extent = horizontal_extent(receive_beams)
+    if transmit_beams.channel_count > 1:
+        extent += horizontal_extent(transmit_beams)
+    return 1 / (ROW_OVERSAMPLING * extent)
+
+
+def horizontal_extent(beams: Beams) -> float:
+    """Horizontal length of an aperture [wavelengths], at least 1; 0 for a point."""
+    return max(beams.across.extent, 1.0) if beams.across.extent else 0.0
+
+
+def differ_in_steering(transmit_beams: Beams, receive_beams: Beams) -> bool:
+    """Return True if a sonar has many beams that differ in horizontal steering alone."""
+    if (
+        receive_beams.channel_count < MIN_BEAMS
+        or receive_beams.across.extent == 0
+        or np.ptp(receive_beams.steer[:, 1]) > MAX_TILT_DIFFERENCE
+    ):
+        return False
+    if transmit_beams.channel_count == 1:
+        return True
+    equal = np.array_equal(transmit_beams.axes, receive_beams.axes) and np.allclose(
+        transmit_beams.steer[:, 0], receive_beams.steer[:, 0], atol=MAX_TILT_DIFFERENCE
+    )
+    return bool(
+        equal and np.ptp(transmit_beams.steer[:, 1]) <= MAX_TILT_DIFFERENCE and _is_wide(transmit_beams, receive_beams)
+    )
+
+
+def _is_wide(transmit_beams: Beams, receive_beams: Beams) -> bool:
+    """Return True if transmit beams are so wide that different transmit and receive legs may share one direction."""
+    if transmit_beams.across.extent == 0:
+        return True
+    axis, direction_sine = np.zeros((1, 2)), np.linspace(-1.0, 1.0, 2001)
+
+    def pattern(beams: Beams, sine: Floats) -> Floats:
+        return horizontal_patterns(replace(beams, steer=axis))(sine)[0]
+
+    error = pattern(transmit_beams, np.clip(direction_sine + LEG_DIFFERENCE, -1, 1)) - pattern(
+        transmit_beams, direction_sine
+    ) * pattern(transmit_beams, np.array([LEG_DIFFERENCE]))
+    return bool(np.abs(error * pattern(receive_beams, direction_sine)).max() <= TOLERANCE)
+
+
+def common_pattern(beams: Beams) -> Beams:
+    """Pattern common to all beams of an array: directivity of elements, vertical pattern."""
+    empty, rows = _no_tables()
+    steer = np.array([[0.0, beams.steer[0, 1]]])
+    return replace(
+        beams, steer=steer, scale=np.ones(1), tables=(rows, *beams.tables[1:]), majorants=(empty, *beams.majorants[1:]),
+        across=NO_SIDE,
+    )  # fmt: skip
+
+
+def horizontal_patterns(beams: Beams) -> Callable[[Floats], Floats]:
+    """Horizontal patterns of beams as a function of the direction cosine, shape (beams, n)."""
+    steer = np.ascontiguousarray(beams.steer * [1.0, 0.0])
+    horizontal = replace(beams, axes=np.eye(3), element=OMNI, steer=steer, scale=np.ones(len(steer)),
+                  tables=(beams.tables[0], *(_no_tables()[1],) * 3))  # fmt: skip
+
+    def gain(sine: Floats) -> Floats:
+        return horizontal.gain(np.stack([np.sqrt(1 - sine**2), sine, np.zeros_like(sine)], axis=-1))
+
+    return gain
+
+
+def _no_tables() -> tuple[Floats, Floats]:
+    """Majorants and table of a pattern of one everywhere; read-only, which kernels compile as one type."""
+    empty, rows = np.empty(0), np.empty((0, 4))
+    for table in (empty, rows):
+        table.setflags(write=False)
+    return empty, rows
