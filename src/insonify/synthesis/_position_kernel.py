@@ -51,27 +51,26 @@ def deposit_positions(
         receiver: North, east, depth of the receiver [m], (3,).
     """
     bins, start, rate = grid
-    last = bins.shape[0] - 1
+    last, half = bins.shape[0] - 1, np.float32(0.5)
     for k in range(delay.size):
         at = (delay[k] - start) * rate
         if not (energy[k] > 0 and 0 <= at < last):
             continue
-        n, b = points[k], int(at)
-        north, east, down = position[0, n] - receiver[0], position[1, n] - receiver[1], position[2, n] - receiver[2]
-        grazing = 0.5 * (np.float64(out[n]) + back[n])
-        more = (at - b) * energy[k]
-        less = energy[k] - more
-        one, two = bins[b], bins[b + 1]
-        one[0] += less
-        one[1] += less * north
-        one[2] += less * east
-        one[3] += less * down
-        one[4] += less * grazing
-        two[0] += more
-        two[1] += more * north
-        two[2] += more * east
-        two[3] += more * down
-        two[4] += more * grazing
+        n, b = points[k], np.uintp(at)
+        north, east = np.float32(position[0, n] - receiver[0]), np.float32(position[1, n] - receiver[1])
+        down, grazing = np.float32(position[2, n] - receiver[2]), half * (out[n] + back[n])
+        part = (at - b) * energy[k]
+        one, two, less, more = b, b + np.uintp(1), np.float32(energy[k] - part), np.float32(part)
+        bins[one, 0] += less
+        bins[one, 1] += less * north
+        bins[one, 2] += less * east
+        bins[one, 3] += less * down
+        bins[one, 4] += less * grazing
+        bins[two, 0] += more
+        bins[two, 1] += more * north
+        bins[two, 2] += more * east
+        bins[two, 3] += more * down
+        bins[two, 4] += more * grazing
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
