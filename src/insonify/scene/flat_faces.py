@@ -27,6 +27,10 @@ UPRIGHT_SINE = 1e-6
 """Vertical component of the normal below which a face is upright [1]."""
 STRIPS = 64
 """Strips of an outline that is no rectangle [1]."""
+STEP_WAVELENGTHS = 0.25
+"""Largest step between adjacent strips that are merged, an eighth of it to either side of an edge [wavelengths]."""
+FARTHEST_BED = 1e4
+"""Gap below a face beyond which there is no seabed [m]."""
 HALF_THICKNESS = 1e-7
 """Half of the thickness of a strip [m]."""
 TOUCHING = 0.01
@@ -81,13 +85,13 @@ def flat_faces(scene: Scene, wavelength: float) -> tuple[FlatFace, ...]:
     for row, solid in enumerate(scene.occluders):
         for faces in solids_of_one_law(solid):
             if faces.face_reflection_coefficient and isinstance(faces, Box | Plate | Mesh | LibraryTarget):
-                result += _faces_of(scene, row, faces, MIN_WAVELENGTHS * wavelength)
+                result += _faces_of(scene, row, faces, wavelength)
     return tuple(result)
 
 
-def _faces_of(scene: Scene, row: int, solid: Solid, least: float) -> list[FlatFace]:
-    """Faces of one target that are as wide as some width [m], the largest first."""
-    corners = smooth_triangles(solid, scene.seabed)
+def _faces_of(scene: Scene, row: int, solid: Solid, wavelength: float) -> list[FlatFace]:
+    """Faces of one target that are wide enough at a wavelength [m], the largest first."""
+    corners, least = smooth_triangles(solid, scene.seabed), MIN_WAVELENGTHS * wavelength
     if scene.seabed.terrain is None:  # over relief, strips are cut where they stand
         corners = clip_at_seabed(corners, scene.seabed)
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
@@ -112,7 +116,7 @@ def _faces_of(scene: Scene, row: int, solid: Solid, least: float) -> list[FlatFa
         left[plane] = False
         for part in _connected(corners[plane]):
             triangles = plane[part]
-            face = _face(scene, row, solid, corners[triangles], normal[first])
+            face = _face(scene, row, solid, corners[triangles], normal[first], wavelength)
             size = np.ptp(face.triangles.reshape(-1, 2), axis=0)
             if len(face.strips) and area[triangles].sum() >= least * size.max():
                 flat_faces.append((float(area[triangles].sum()), face))
@@ -142,7 +146,9 @@ def _connected(corners: Floats) -> list[NDArray[np.int64]]:
     return [rows for rows in (np.flatnonzero(part[:t] == number) for number in range(count)) if len(rows)]
 
 
-def _face(scene: Scene, row: int, solid: Solid, corners: Floats, normal: Floats) -> FlatFace:
+def _face(
+    scene: Scene, row: int, solid: Solid, corners: Floats, normal: Floats, wavelength: float
+) -> FlatFace:  # fmt: skip
     """The face of some triangles (t, 3, 3) in one plane."""
     horizontal = np.hypot(normal[0], normal[1])
     along = np.array([1.0, 0.0, 0.0])
@@ -162,12 +168,36 @@ def _face(scene: Scene, row: int, solid: Solid, corners: Floats, normal: Floats)
     gap = _gap_below(boxes, axes, scene.seabed)
     boxes[:, 7] += np.minimum(gap, 0.0)
     kept = boxes[:, 7] > boxes[:, 6]
-    boxes, gap = boxes[kept], np.maximum(gap[kept], 0.0)
+    boxes, gap = _merged(boxes[kept], np.maximum(gap[kept], 0.0), STEP_WAVELENGTHS * wavelength)
     upper = np.stack([boxes[:, 0], boxes[:, 1], boxes[:, 6]], -1) @ axes
     assert solid.face_reflection_coefficient is not None
     return FlatFace(
         row, solid.label, axes, distance, boxes, gap, upper[:, 2] < TOUCHING, plane, solid.face_reflection_coefficient
     )
+
+
+def _merged(boxes: Floats, gap: Floats, step: float) -> tuple[Floats, Floats]:
+    """Adjacent strips, and the gaps below them, as one where neither edge nor gap varies by more than a step [m]."""
+    if len(boxes) < 2:
+        return boxes, gap
+    group, edges = np.zeros(len(boxes), np.intp), np.column_stack([boxes[:, 6:], np.minimum(gap, FARTHEST_BED)])
+    low = high = edges[0]
+    for k in range(1, len(boxes)):
+        low, high = np.minimum(low, edges[k]), np.maximum(high, edges[k])
+        apart = boxes[k, 1] - boxes[k, 5] > boxes[k - 1, 1] + boxes[k - 1, 5] + COPLANAR
+        begins = apart or np.any(high - low > step) or (gap[k] > 0) != (gap[k - 1] > 0)
+        group[k] = group[k - 1] + begins
+        if begins:
+            low = high = edges[k]
+    first = np.flatnonzero(np.diff(group, prepend=-1))
+    last = np.append(first[1:], len(boxes)) - 1
+    width, merged = boxes[:, 5], boxes[first].copy()
+    total = np.add.reduceat(width, first)
+    begin, end = boxes[first, 1] - width[first], boxes[last, 1] + width[last]
+    merged[:, 1], merged[:, 5] = (begin + end) / 2, (end - begin) / 2
+    means = np.add.reduceat(width[:, None] * edges, first) / total[:, None]
+    merged[:, 6:] = means[:, :2]
+    return merged, np.where(means[:, 2] >= FARTHEST_BED, np.inf, means[:, 2])
 
 
 def _gap_below(boxes: Floats, axes: Floats, seabed: Seabed) -> Floats:
@@ -180,6 +210,7 @@ def _gap_below(boxes: Floats, axes: Floats, seabed: Seabed) -> Floats:
     """
     lower = np.stack([boxes[:, 0], boxes[:, 1], boxes[:, 7]], -1) @ axes
     gap = (seabed_depth_at(seabed, lower[:, :2]) - lower[:, 2]) / max(float(axes[2, 2]), UPRIGHT_SINE)
+    gap = np.where(gap > FARTHEST_BED, np.inf, gap)  # along a level face, or where the ground is unknown
     return np.nan_to_num(np.where(np.abs(gap) < STANDING, 0.0, gap), nan=np.inf)
 
 
