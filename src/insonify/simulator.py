@@ -113,7 +113,7 @@ class Simulator:
         """Fast reverberation of one ping, where it applies."""
         return None if self.tracer is not None else self._reverberation(geometry, self.engine.choice)
 
-    def label_ground(self, geometry: PingGeometry) -> FastReverberation | None:
+    def label_reverberation(self, geometry: PingGeometry) -> FastReverberation | None:
         """Fast reverberation of one ping for its labels, whatever engine is recorded."""
         return self._reverberation(geometry, self._label_paths)
 
@@ -129,7 +129,7 @@ class Simulator:
         return None if reverberation is None or self._terrain_hides_much else reverberation
 
     @property
-    def shares_ground(self) -> bool:
+    def shares_reverberation(self) -> bool:
         """True where labels and sound are expectations of the same points of the seabed."""
         return self._label_paths is self.engine.choice
 
@@ -411,8 +411,8 @@ def accumulate_ping(
         seabed: Its seabed by the fast reverberation, where it has been evaluated; for an `IncoherentAccumulator`.
     """
     if seabed is not None:
-        ground, known = seabed
-        sums = known.energies if known.is_all else _sums(simulator, accumulator, geometry, pool, ground, known.energies)
+        drawn, known = seabed
+        sums = known.energies if known.is_all else _sums(simulator, accumulator, geometry, pool, drawn, known.energies)
         return accumulator.time_series(sums) if known.intensity is None else known.intensity
     reverberation = simulator.fast_reverberation(geometry) if accumulator.requirements.fast_reverberation else None
     return accumulator.time_series(_sums(simulator, accumulator, geometry, pool, reverberation))
@@ -420,7 +420,7 @@ def accumulate_ping(
 
 def _sums(
     simulator: Simulator, accumulator: Accumulator, geometry: PingGeometry, pool: WorkerPool,
-    ground: FastReverberation | None, known: IntensityBuffer | None = None,
+    reverberation: FastReverberation | None, known: IntensityBuffer | None = None,
 ) -> Any:  # fmt: skip
     """Sum of one ping in one accumulator: blocks are shared into a fixed number of parts, added in a fixed order.
 
@@ -429,11 +429,11 @@ def _sums(
         accumulator: Sum over the path pairs.
         geometry: One side of the sonar at that ping.
         pool: Threads for the parts of the ping.
-        ground: Fast reverberation of its seabed; None: the seabed comes in blocks, as all else.
+        reverberation: Fast reverberation of its seabed; None: the seabed comes in blocks, as all else.
         known: Energies of the seabed by the fast reverberation; None: not yet evaluated.
     """
     required = accumulator.requirements
-    engine = simulator.tracer if required.rays else _engine(simulator.engine, required, pool, ground)
+    engine = simulator.tracer if required.rays else _engine(simulator.engine, required, pool, reverberation)
     blocks = engine.blocks(geometry, quadrature=required.quadrature)
 
     def blocks_sum(some: list[Any]) -> Any:
@@ -453,8 +453,8 @@ def _sums(
     buffers = [reduce(iadd, sums)] if sums else []
     if known is not None:
         buffers.append(known)
-    elif ground is not None:
-        buffers.append(reduce(iadd, ground.accumulate(pool.map, samples_sum, labelled=required.origins)))
+    elif reverberation is not None:
+        buffers.append(reduce(iadd, reverberation.accumulate(pool.map, samples_sum, labelled=required.origins)))
     return reduce(iadd, buffers) if buffers else accumulator.empty()
 
 
@@ -487,13 +487,13 @@ def _labels(
     results, seabeds = list[Labels](), list[KnownSeabed | None]()
     for geometry in sides:
         accumulator = simulator.label_accumulator(geometry)
-        ground = simulator.label_ground(geometry) if accumulator.accumulator.is_short_pulse else None
-        sums = _sums(simulator, accumulator, geometry, pool, ground)
+        reverberation = simulator.label_reverberation(geometry) if accumulator.accumulator.is_short_pulse else None
+        sums = _sums(simulator, accumulator, geometry, pool, reverberation)
         results.append(accumulator.time_series(sums))
         known = None
-        if ground is not None and simulator.shares_ground:
-            remaining = ground.remaining_choice.contributions
-            known = ground, recorded_sums(sums, results[-1].object_intensity[:, 0], remaining)
+        if reverberation is not None and simulator.shares_reverberation:
+            remaining = reverberation.remaining_choice.contributions
+            known = reverberation, recorded_sums(sums, results[-1].object_intensity[:, 0], remaining)
         seabeds.append(known)
     return concatenate_channels(results), seabeds
 

@@ -60,7 +60,7 @@ def test_reflections_fill_the_shadow(row: tuple[int, tuple[float, float]]) -> No
 
 def test_sound_leaks_round_a_narrow_target() -> None:
     """Figure 12: direct paths behind the paper's 2 m box, 20.8 dB down: what the two-way beam receives beside it."""
-    assert figure12.contrast(0, 2.0, figure12.LATE) == pytest.approx(20.8, abs=1.0)
+    assert figure12.contrast(0, 2.0, figure12.LATE_WINDOW) == pytest.approx(20.8, abs=1.0)
 
 
 def test_a_figure_that_there_is_not_is_refused(tmp_path: Path) -> None:

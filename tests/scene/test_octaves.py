@@ -46,7 +46,7 @@ def by_hand(one, north, east):
     height, spline = 0.0, BSpline.basis_element(np.arange(-2.0, 3.0), extrapolate=False)
     for i in range(math.floor(a) - 1, math.floor(a) + 3):
         for j in range(math.floor(b) - 1, math.floor(b) + 3):
-            words = philox(i, (j + 1) // 4, int(one.level[0]), 2 * one.layer, *stream_key(one.seed, TERRAIN))
+            words = philox(i, (j + 1) // 4, int(one.octave[0]), 2 * one.layer, *stream_key(one.seed, TERRAIN))
             number = np.interp(float(words[(j + 1) % 4]) * 2.0**-32 * 1024, np.arange(1025), quantiles())
             height += number * float(spline(a - i)) * float(spline(b - j))
     return one.amplitude[0] * height

@@ -15,7 +15,7 @@ from insonify.scene.scatterer_grid import BASE_PITCH, TILE, ScattererGrid, Tiles
 from insonify.scene.seabed import Seabed
 from insonify.scene.seabed_terrain import TILE_CELLS
 from insonify.scene.terrain.octaves import quantiles, unit_octave
-from insonify.scene.terrain_map import AROUND, TerrainMap, empty_terrain_map, terrain_map
+from insonify.scene.terrain_map import CACHE_SIDE, TerrainMap, empty_terrain_map, terrain_map
 from oracles.heightmap_tile import heightmap_tile
 from oracles.jittered_points import jittered_points
 
@@ -41,7 +41,7 @@ def numbers(*rows):
 
 def where(kept, along, across):
     """Row of a tile that is there, or None."""
-    i, j = along % AROUND, across % AROUND
+    i, j = along % CACHE_SIDE, across % CACHE_SIDE
     return int(kept.slot[i, j]) if tuple(kept.number[i, j]) == (along, across) else None
 
 
@@ -177,14 +177,14 @@ def test_tiles_of_one_slot_replace_each_other():
     """Numbers that are alike modulo the extent of the map are distinguished by their own numbers."""
     kept = TerrainMap(bed())
     kept.claim(numbers((2, 3)))
-    missing = kept.claim(numbers((2 + AROUND, 3)))
+    missing = kept.claim(numbers((2 + CACHE_SIDE, 3)))
     assert len(missing) == 1 and where(kept, 2, 3) is None
-    assert where(kept, 2 + AROUND, 3) == missing[0]
+    assert where(kept, 2 + CACHE_SIDE, 3) == missing[0]
     assert len(kept.claim(numbers((2, 3)))) == 1
 
 
-@given(st.lists(st.lists(st.tuples(st.integers(-3, 3), st.sampled_from([0, 1, AROUND])), min_size=1, max_size=4,
-                         unique_by=lambda p: (p[0], p[1] % AROUND)), min_size=1, max_size=25))  # fmt: skip
+@given(st.lists(st.lists(st.tuples(st.integers(-3, 3), st.sampled_from([0, 1, CACHE_SIDE])), min_size=1, max_size=4,
+                         unique_by=lambda p: (p[0], p[1] % CACHE_SIDE)), min_size=1, max_size=25))  # fmt: skip
 @settings(max_examples=25, deadline=None)
 def test_the_books_of_the_map_are_kept_straight(requested):
     """After any claims: each slot names a row of its own, that row names the slot, and all requests are there."""
@@ -202,7 +202,7 @@ def test_the_books_of_the_map_are_kept_straight(requested):
 def test_readers_at_the_same_time_find_their_ground(monkeypatch):
     """Six threads, room for what two of them want: each reads the tiles it requested, as they are drawn alone."""
     kept, alone = small(monkeypatch, 5), TerrainMap(bed())
-    requested = [numbers((n % 4, k * AROUND), (n % 4 + 1, k * AROUND)) for n in range(12) for k in (0, 1)]
+    requested = [numbers((n % 4, k * CACHE_SIDE), (n % 4 + 1, k * CACHE_SIDE)) for n in range(12) for k in (0, 1)]
 
     def read(tile_numbers):
         with kept.reading(tile_numbers):

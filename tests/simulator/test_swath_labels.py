@@ -83,7 +83,7 @@ def ground_alone(simulator):
     """Energies of the seabed in the labels of one side of ping 1."""
     side = simulator.ping_geometry(1)
     accumulator = simulator.label_accumulator(side)
-    sums = _sums(simulator, accumulator, side, SerialPool(), simulator.label_ground(side))
+    sums = _sums(simulator, accumulator, side, SerialPool(), simulator.label_reverberation(side))
     return sums.curves["seabed", "all"]
 
 
@@ -94,7 +94,7 @@ def test_masks_and_places_are_those_of_the_general_path(edges):
         targets=[CRATE], paths={"max_reflections": 0, "edge_diffraction": edges}, seabed={**BED, "relief": ROUGH}
     )
     simulator = build_simulator(scenario)
-    assert simulator.label_ground(simulator.ping_geometry(0)) is not None
+    assert simulator.label_reverberation(simulator.ping_geometry(0)) is not None
     quick, general = label_ping(simulator, 0), by_blocks(scenario)
     for name in ("highlight", "shadow", "ghost", "shadowing_object", "strongest_object", "strongest_pair"):
         assert np.mean(getattr(quick, name) == getattr(general, name)) > 0.98, name

@@ -112,7 +112,7 @@ class PolarGrid:
         return within_beams(strips, SECTORS_PER_TILE)
 
     def gains(self, tiles: NDArray[np.int64], beam_importance: BeamImportance) -> Floats:
-        """Gain in the cells of some tiles, the larger of both ends [1], (tiles, PIECES_PER_TILE, ACROSS).
+        """Gain in the cells of some tiles, the larger of both ends [1], (tiles, PIECES_PER_TILE, SECTORS_PER_TILE).
 
         Args:
             tiles: Rows of (ring, sector), shape (tiles, 2).
@@ -129,7 +129,7 @@ class PolarGrid:
     def keep_probabilities(
         self, tiles: NDArray[np.int64], gain: Floats, beam_importance: BeamImportance, gain_factor: Floats | None = None
     ) -> Floats:
-        """Keep probability of the cells of some tiles [1], shape (tiles, PIECES_PER_TILE, ACROSS).
+        """Keep probability of the cells of some tiles [1], shape (tiles, PIECES_PER_TILE, SECTORS_PER_TILE).
 
         Args:
             tiles: Rows of (ring, sector), shape (tiles, 2).

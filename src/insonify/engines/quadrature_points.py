@@ -64,12 +64,12 @@ class QuadratureLayout:
 
     @cached_property
     def gain(self) -> Floats:
-        """Gain in the cells of all tiles [1], shape (tiles, PIECES_PER_TILE, ACROSS)."""
+        """Gain in the cells of all tiles [1], shape (tiles, PIECES_PER_TILE, SECTORS_PER_TILE)."""
         return self.cells.gains(self.tiles, self.beam_importance)
 
     @cached_property
     def keep_probability(self) -> Floats:
-        """Keep probability of the cells of all tiles, but for targets [1], shape (tiles, PIECES_PER_TILE, ACROSS)."""
+        """Keep probability in all tiles but for targets [1], shape (tiles, PIECES_PER_TILE, SECTORS_PER_TILE)."""
         return self.cells.keep_probabilities(self.tiles, self.gain, self.beam_importance)
 
     def points(self, keep_probability: Floats, rows: slice) -> Columns:

@@ -302,12 +302,12 @@ def _label_swath(simulator: Simulator, ping_geometry: PingGeometry) -> PingWork 
         or not simulator.incoherent_accumulator(ping_geometry).is_short_pulse
     ):
         return None
-    labels = simulator.label_ground(ping_geometry)
+    labels = simulator.label_reverberation(ping_geometry)
     if labels is None:
         return None
     steps = float(labels.plan.steps)
     seconds = unit_costs.LABEL_SWATH_SECONDS + steps * len(kept) * unit_costs.SECONDS_PER_LABEL_STEP_LEG
-    return PingWork(steps, seconds + (0.0 if simulator.shares_ground else _swath_seconds(steps, len(kept))))
+    return PingWork(steps, seconds + (0.0 if simulator.shares_reverberation else _swath_seconds(steps, len(kept))))
 
 
 def _law(scenario: Scenario, boundary: Boundary) -> object:

@@ -23,7 +23,7 @@ from insonify.units import level_db
 
 TITLE = "The shadow of the target with direct paths, one and two reflections per leg"
 WINDOW = (0.195, 0.230)
-LATE, DOUBLE = (0.2145, 0.2255), (0.206, 0.211)
+LATE_WINDOW, DOUBLE_WINDOW = (0.2145, 0.2255), (0.206, 0.211)
 """Behind the target: in the direct path's shadow alone, and in that of the surface path as well [s]."""
 WIDE, OWN = 6.0, 2.0
 """Lengths of the box in the numbers: a wide one, and the paper's [m]."""
@@ -32,8 +32,8 @@ DARK = 30.0
 SOURCE = "independent prototype, 120 realisations; ratios of Lambert strengths with and without the cut legs"
 ORDERS = ("direct paths", "one reflection per leg", "two reflections per leg")
 EXPECTED: dict[tuple[int, tuple[float, float]], tuple[float, float | None]] = {
-    (0, LATE): (DARK, None), (1, LATE): (3.5, 0.6), (2, LATE): (2.6, 0.6),
-    (0, DOUBLE): (DARK, None), (1, DOUBLE): (DARK, None), (2, DOUBLE): (11.0, 1.5),
+    (0, LATE_WINDOW): (DARK, None), (1, LATE_WINDOW): (3.5, 0.6), (2, LATE_WINDOW): (2.6, 0.6),
+    (0, DOUBLE_WINDOW): (DARK, None), (1, DOUBLE_WINDOW): (DARK, None), (2, DOUBLE_WINDOW): (11.0, 1.5),
 }  # fmt: skip
 """Contrast of the 6 m box and its tolerance [dB]; None: lower bound."""
 
@@ -88,8 +88,8 @@ def numbers() -> list[CheckedNumber]:
         name = f"shadow contrast, 6 m box, {reflections} reflections, {when}"
         rows.append(CheckedNumber(name, contrast(reflections, WIDE, window), "dB", expected, tolerance, SOURCE))
     round_the_sides = "sound round the sides of a 2 m box: integral of the two-way beam beyond it"
-    name = f"shadow contrast, 2 m box, 0 reflections, {LATE[0] * 1e3:g}-{LATE[1] * 1e3:g} ms"
-    rows.append(CheckedNumber(name, contrast(0, OWN, LATE), "dB", 20.8, 1.0, round_the_sides))
+    name = f"shadow contrast, 2 m box, 0 reflections, {LATE_WINDOW[0] * 1e3:g}-{LATE_WINDOW[1] * 1e3:g} ms"
+    rows.append(CheckedNumber(name, contrast(0, OWN, LATE_WINDOW), "dB", 20.8, 1.0, round_the_sides))
     return rows
 
 
@@ -119,7 +119,7 @@ def draw(folder: Path) -> list[Path]:
 
 def _contrasts(axes: Axes, reflections: int) -> None:
     """Write the contrasts of the whole scene into both windows."""
-    for window in (LATE, DOUBLE):
+    for window in (LATE_WINDOW, DOUBLE_WINDOW):
         lines = [f"{length:g} m box: {_contrast_text(contrast(reflections, length, window))}" for length in (WIDE, OWN)]
         middle = 1e3 * (window[0] + window[1]) / 2
         axes.text(middle, 27.5, "\n".join(lines), ha="center", va="bottom", fontsize=9, color=style.INK,
@@ -137,7 +137,10 @@ def _panel(axes: Axes, scenario: Scenario) -> None:
     level = level_db(np.abs(recording["pressure"].values[0, 0]) ** 2)
     mean = simulate(scenario.model_copy(update={"field": "incoherent"}))["intensity"].values[0, 0]
     time = recording["time"].values * 1e3
-    for window, contribution, name in ((LATE, "surface", "late window"), (DOUBLE, "seabed", "double shadow")):
+    for window, contribution, name in (
+        (LATE_WINDOW, "surface", "late window"),
+        (DOUBLE_WINDOW, "seabed", "double shadow"),
+    ):
         first, last = (1e3 * t for t in window)
         axes.axvspan(first, last, color=style.CONTRIBUTION_COLOURS[contribution], alpha=0.1, linewidth=0, label=name)
     axes.plot(time, level, color=style.INK, linewidth=0.7, label="one ping")

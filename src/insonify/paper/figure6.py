@@ -34,7 +34,7 @@ FALL = 15.0
 WINDOW = (0.193, 0.232)
 HALF, PINGS = 4.4, 19
 """Distance run before and after the target [m], and pings of each image."""
-LATE = (0.2145, 0.2255)
+LATE_WINDOW = (0.2145, 0.2255)
 """Window in the direct path's shadow, after all ghosts, in water of one speed [s]."""
 
 Floats = NDArray[np.float64]
@@ -83,7 +83,7 @@ def shadow_contrast(water: Water, reflections: int, beam: Beam = "broad") -> flo
         reflections: Largest number of bounces of one leg.
         beam: Beam width of the arrays in elevation.
     """
-    window = LATE if water == "one speed" else figure2.dark(water)
+    window = LATE_WINDOW if water == "one speed" else figure2.dark(water)
     free, cut = (sidescan_model.mean_level(*_bed(water, reflections, boxed, beam), window) for boxed in (False, True))
     return free - cut
 

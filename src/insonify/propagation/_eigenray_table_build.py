@@ -30,7 +30,7 @@ from insonify.propagation.sound_speed_layers import SoundSpeedLayers
 Floats = NDArray[np.float64]
 Bytes = NDArray[np.uint8]
 
-LATE = 4e-10
+DELAY_ERROR = 4e-10
 """Error of the delay above which a cell is left to the exact solver [s]: less than half of the guaranteed error."""
 AMPLITUDE_ERROR = 1.2e-3
 """Relative error of amplitude and length above which it is [1]: 0.01 dB, half of the guaranteed error."""
@@ -254,7 +254,7 @@ def check_cells(plane: TablePlane) -> NDArray[np.bool_]:
     delay_error, amplitude_error = compare(plane, *_inside(plane, rows, cells, 0.5, 0.5))
     chosen = np.zeros(plane.path_count.shape, bool)
     mark_neighbours_of_exact(plane.path_count, chosen)
-    inaccurate = (delay_error > _TRACE * LATE) | (amplitude_error > _TRACE * AMPLITUDE_ERROR)
+    inaccurate = (delay_error > _TRACE * DELAY_ERROR) | (amplitude_error > _TRACE * AMPLITUDE_ERROR)
     chosen[rows[inaccurate], cells[inaccurate]] = True
     check_corners(plane, chosen)
     return chosen
@@ -280,7 +280,14 @@ def compare(plane: TablePlane, depth: Floats, ranges: Floats) -> Floats:
     task, errors = plane.specification, np.empty((2, depth.size))
     rays, points = plane.read(depth, ranges)
     compare_points(
-        task.layers, plane.source_depth, task.bounces, points, rays, (LATE, AMPLITUDE_ERROR), plane.path_count, errors
+        task.layers,
+        plane.source_depth,
+        task.bounces,
+        points,
+        rays,
+        (DELAY_ERROR, AMPLITUDE_ERROR),
+        plane.path_count,
+        errors,
     )
     return errors
 

@@ -25,7 +25,7 @@ Floats = NDArray[np.float64]
 
 SPAN = 2.0
 """Largest span of source depths of one table, where the sonar's depth varies continuously [m]."""
-KEPT = 4
+MAX_TABLES = 4
 """Number of such tables kept for one family and boundary: a diving sonar discards the oldest."""
 
 
@@ -106,7 +106,7 @@ class EigenrayTables:
             table = self.tables.pop(key) if key in self.tables else self._make(family, boundary, span)
             self.tables[key] = table  # most recently used last
             peers = [table_key for table_key in self.tables if table_key[:2] == key[:2]] if self.domain.is_span else []
-            if len(peers) > KEPT:
+            if len(peers) > MAX_TABLES:
                 del self.tables[peers[0]]
         return table
 

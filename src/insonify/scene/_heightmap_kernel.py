@@ -67,7 +67,7 @@ def _fill_node_window(
     words = np.empty((4, rows), np.uint32)
     per_word, width = (quantiles.size - 1) * 2.0**-32, np.uint64(4 * groups)
     for group in range(groups):
-        philox_consecutive(first_row, first_group + group, key.level, key.layer, key.k0, key.k1, words)
+        philox_consecutive(first_row, first_group + group, key.octave, key.layer, key.k0, key.k1, words)
         for lane in range(4):
             drawn, out = words[lane], window[4 * group + lane :]
             for n in range(np.uint64(rows)):

@@ -87,7 +87,7 @@ class HeightmapSynthesizer:
                 k0, k1 = random_keys.stream_key(part.seed, random_keys.TERRAIN)
                 for o, (turn, shift_a, shift_b, _) in enumerate(part.placed()):
                     numbers.append((part.pitch[o], 2 * np.pi * turn, shift_a, shift_b, part.amplitude[o]))
-                    names.append((2 ** int(steps[o]), part.level[o], 2 * part.layer, k0, k1))
+                    names.append((2 ** int(steps[o]), part.octave[o], 2 * part.layer, k0, k1))
         order = sorted(range(len(names)), key=lambda o: -names[o][0])
         return (
             np.array([numbers[o] for o in order]).reshape(-1, 5),

@@ -21,7 +21,7 @@ Floats = NDArray[np.float64]
 Singles = NDArray[np.float32]
 Mapped = Callable[[Callable[[Any], Any], Iterable[Any]], Iterable[Any]]
 
-AROUND = 512
+CACHE_SIDE = 512
 """Tiles along each side of a square area of terrain within which no two tiles share an entry of the table."""
 MAX_TILES = 3072
 """Number of cached tiles: about 150 MB."""
@@ -47,9 +47,9 @@ class TerrainMap:
         self._change = Condition()
         self.nodes: Singles = np.empty((MAX_TILES, TILE_CELLS + 1, TILE_CELLS + 1, 3), np.float32)
         """Height [m] and slopes along the lattice's axes [1] on the nodes of each tile."""
-        self.slot = np.full((AROUND, AROUND), -1, np.int64)
-        """Row in `nodes` of each tile, -1 for none, by the tile's numbers modulo `AROUND`."""
-        self.number = np.full((AROUND, AROUND, 2), EMPTY, np.int64)
+        self.slot = np.full((CACHE_SIDE, CACHE_SIDE), -1, np.int64)
+        """Row in `nodes` of each tile, -1 for none, by the tile's numbers modulo `CACHE_SIDE`."""
+        self.number = np.full((CACHE_SIDE, CACHE_SIDE, 2), EMPTY, np.int64)
         """Numbers of the tile in each slot."""
         self._held = np.full((MAX_TILES, 2), EMPTY, np.int64)
         self._last_read = np.zeros(MAX_TILES, np.int64)
@@ -76,7 +76,7 @@ class TerrainMap:
         with self._change:
             self._change.wait_for(lambda: self._fits(tiles))
             self.claim(tiles)
-            rows = self.slot[tuple(tiles.T % AROUND)]
+            rows = self.slot[tuple(tiles.T % CACHE_SIDE)]
             self._readers[rows] += 1
         try:
             while not (self._state[rows] == _DRAWN).all():

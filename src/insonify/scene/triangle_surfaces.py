@@ -1,7 +1,7 @@
 """Surfaces made of triangles: what every solid comes down to.
 
 Each shape is made in its own axes: forward, starboard, down, its middle at the origin. Round ones are turned in
-`AROUND` steps, so that a circle lies within 0.05 % of its radius of the true one, and corners lie on it.
+`CIRCLE_STEPS` steps, so that a circle lies within 0.05 % of its radius of the true one, and corners lie on it.
 """
 
 from dataclasses import dataclass
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
-AROUND = 96
+CIRCLE_STEPS = 96
 """Steps of a round shape about its axis [1]."""
 
 
@@ -111,7 +111,7 @@ def wedge(length: float, top_length: float, width: float, height: float) -> Tria
 
 
 def surface_of_revolution(
-    profile: list[tuple[float, float]], *, around: int = AROUND, closed: bool = False
+    profile: list[tuple[float, float]], *, around: int = CIRCLE_STEPS, closed: bool = False
 ) -> Triangles:
     """The surface that a line sweeps out when it is turned about the forward axis.
 
@@ -140,19 +140,19 @@ def _band(aft: Integers, fore: Integers) -> Integers:
     return np.asarray(faces[(a != b) & (b != c) & (c != a)])
 
 
-def sphere(diameter: float, *, around: int = AROUND) -> Triangles:
+def sphere(diameter: float, *, around: int = CIRCLE_STEPS) -> Triangles:
     """A sphere of a diameter [m]."""
     polar = np.linspace(0, np.pi, around // 2 + 1)
     profile = [(-np.cos(t) * diameter / 2, np.sin(t) * diameter / 2) for t in polar[1:-1]]
     return surface_of_revolution([(-diameter / 2, 0.0), *profile, (diameter / 2, 0.0)], around=around)
 
 
-def cylinder(length: float, diameter: float, *, around: int = AROUND) -> Triangles:
+def cylinder(length: float, diameter: float, *, around: int = CIRCLE_STEPS) -> Triangles:
     """A cylinder along the forward axis, of a length and a diameter [m]."""
     return frustum(length, diameter, diameter, around=around)
 
 
-def frustum(length: float, diameter: float, end_diameter: float, *, around: int = AROUND) -> Triangles:
+def frustum(length: float, diameter: float, end_diameter: float, *, around: int = CIRCLE_STEPS) -> Triangles:
     """A cone along the forward axis, point forward.
 
     Args:
@@ -178,7 +178,7 @@ def torus(diameter: float, thickness: float, *, width: float | None = None) -> T
         thickness: Of the ring, radially [m].
         width: Of the ring, along the axis [m]; None: as the thickness.
     """
-    turn = 2 * np.pi * np.arange(AROUND // 4) / (AROUND // 4)
+    turn = 2 * np.pi * np.arange(CIRCLE_STEPS // 4) / (CIRCLE_STEPS // 4)
     half, middle = (thickness if width is None else width) / 2, (diameter - thickness) / 2
     return surface_of_revolution([(-half * np.cos(t), middle + thickness / 2 * np.sin(t)) for t in turn], closed=True)
 

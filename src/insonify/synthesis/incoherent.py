@@ -241,12 +241,12 @@ class IncoherentAccumulator:
 
     def add_fast_reverberation(self, energies: IntensityBuffer, swath: ReverberationSamples) -> None:
         """Add the mean intensity of the seabed from a block of reverberation samples."""
-        samples = self.weighted_samples(swath, *self.swath_sizes(swath))
-        self.add_swath(energies, samples)
+        samples = self.weighted_samples(swath, *self.beam_amplitudes(swath))
+        self.add_pair_energies(energies, samples)
         if len(swath.interference_ranges):
             self.add_fringes(energies, swath, samples)
 
-    def swath_sizes(self, swath: ReverberationSamples) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    def beam_amplitudes(self, swath: ReverberationSamples) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
         """Amplitudes of all legs times the gain of the transmit and of the receive beam [1], (f, n) each."""
         transmit_amplitude, moving_axes = _leg_amplitudes(self.ping_geometry.transmit_beams, swath), self._moving_axes
         same_beams = self.ping_geometry.same_beams and moving_axes is None
@@ -270,7 +270,7 @@ class IncoherentAccumulator:
             swath.cross_section, float(amplitude_ratio(self.ping_geometry.source_level_db)), together, mean - together,
         )  # fmt: skip
 
-    def add_swath(self, energies: IntensityBuffer, samples: WeightedSamples) -> None:
+    def add_pair_energies(self, energies: IntensityBuffer, samples: WeightedSamples) -> None:
         """Add the energies of all pairs of a block, without the interference of pairs within one pulse duration."""
         deposit_pair_energies(samples, DelayCells(energies.cells[0], self.grid.first_time, self.grid.energy_rate))
 

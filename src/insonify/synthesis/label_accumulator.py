@@ -39,7 +39,7 @@ from insonify.synthesis.label_series import STRAIGHT, labels_of
 from insonify.synthesis.label_sums import ALL, HIDDEN, PAIR_ONLY, Key, LabelBuffer, LabelCells
 from insonify.synthesis.level_curves import LevelBuffers, pair_name
 from insonify.synthesis.receive_beam_motion import receive_directions
-from insonify.synthesis.reverberation_labels import add_swath
+from insonify.synthesis.reverberation_labels import add_reverberation_labels
 from insonify.synthesis.specular_labels import SpecularLabelSums, deposit_specular_labels
 from insonify.units import intensity_ratio
 
@@ -166,7 +166,7 @@ class LabelAccumulator:
     def add_fast_reverberation(self, buffer: LabelBuffer, swath: ReverberationSamples) -> None:
         """Add the seabed from a block of reverberation samples, and its occluded echoes."""
         occluder_names = {SEABED_OCCLUDER: "seabed", **dict(enumerate(self.occluder_names))}
-        add_swath(buffer, self.accumulator, swath, self._bins, occluder_names, is_fine=self.is_fine)
+        add_reverberation_labels(buffer, self.accumulator, swath, self._bins, occluder_names, is_fine=self.is_fine)
 
     def _workspace(
         self, buffer: LabelBuffer, object_name: str, pairs: Pairs, names: tuple[str, ...]

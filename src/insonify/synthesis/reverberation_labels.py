@@ -21,7 +21,7 @@ Singles = NDArray[np.float32]
 SEABED = "seabed"
 
 
-def add_swath(
+def add_reverberation_labels(
     buffer: LabelBuffer, accumulator: IncoherentAccumulator, swath: ReverberationSamples, bins: BinGrid,
     occluder_names: Mapping[int, str], *, is_fine: bool,
 ) -> None:  # fmt: skip
@@ -40,7 +40,7 @@ def add_swath(
     """
     if swath.origins is None:
         raise ValueError("ReverberationSamples.origins is None; gather the swath with labelled=True")
-    samples = accumulator.weighted_samples(swath, *accumulator.swath_sizes(swath))
+    samples = accumulator.weighted_samples(swath, *accumulator.beam_amplitudes(swath))
     interferes = len(swath.interference_ranges) > 0
     if is_fine or interferes:
         if (SEABED, ALL) not in buffer.curves:
@@ -86,7 +86,7 @@ def _add_occluded(
         swath, delay=np.ascontiguousarray(swath.delay[row, points]), amplitude=origins.free[None],
         departure=np.ascontiguousarray(swath.departure[row][:, :, points]),
     )  # fmt: skip
-    transmit_amplitude, receive_amplitude = accumulator.swath_sizes(legs)
+    transmit_amplitude, receive_amplitude = accumulator.beam_amplitudes(legs)
     source_amplitude = float(amplitude_ratio(accumulator.ping_geometry.source_level_db))
     pressure = source_amplitude * transmit_amplitude[0].astype(float) * receive_amplitude[0]
     energy = pressure**2 * swath.cross_section[origins.straight, origins.cut] * origins.lost

@@ -47,7 +47,7 @@ from insonify.scattering.lambert import Lambert
 from insonify.scene.scatterers import Law
 from insonify.scene.scene import Scene
 from insonify.scene.solid import world_triangles
-from insonify.scene.terrain_map import AROUND, empty_terrain_map, terrain_map
+from insonify.scene.terrain_map import CACHE_SIDE, empty_terrain_map, terrain_map
 from insonify.sonar.ping_geometry import PingGeometry
 from insonify.units import amplitude_ratio
 
@@ -348,7 +348,7 @@ def _prepare(
     step = min(sampling.slant_resolution, MAX_RADIAL_STEP)
     if terrain is not None:
         step = terrain.heightmap_cell_size / int(np.ceil(terrain.heightmap_cell_size / sampling.slant_resolution))
-        if 2 * window_range.farthest / (terrain.heightmap_cell_size * CELLS) > AROUND - 4:
+        if 2 * window_range.farthest / (terrain.heightmap_cell_size * CELLS) > CACHE_SIDE - 4:
             return None
     floor = float(amplitude_ratio(choice.beam_cutoff_db))
     heading = 0.0 if terrain is None else terrain.relief.resolved.scatterer_grid.heading

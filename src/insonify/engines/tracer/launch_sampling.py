@@ -20,7 +20,7 @@ from insonify.sonar.beam import Beams
 Floats = NDArray[np.float64]
 Reach = Callable[[Floats], Floats]
 
-ACROSS, AROUND = 8192, 16384
+U_STEPS, PSI_STEPS = 8192, 16384
 """Steps of the tables over u and psi."""
 UNIFORM_ACROSS, UNIFORM_AROUND = 0.05, 0.1
 """Fraction of the rays that are uniform over u, and over psi, independent of the beams [1]."""
@@ -163,18 +163,18 @@ def launch_sampler(
             [m] (8, 3), and True if the vertical component of its launch directions is reversed.
     """
     plain = LaunchSampler(transmit.axes, _uniform_density(-1, 1), _uniform_density(-np.pi, np.pi), ())
-    psi = np.linspace(-np.pi, np.pi, AROUND + 1)
+    psi = np.linspace(-np.pi, np.pi, PSI_STEPS + 1)
     middle = (psi[:-1] + psi[1:]) / 2
     steer = float(np.mean(transmit.steer[:, 0]))
-    sent = _max_power(transmit, plain.direction(np.full(AROUND, steer), middle))
-    around = _slant_range_density(plain.direction(np.zeros(AROUND + 1), psi), sent, reaches)
-    u = -1 + 2 * (np.arange(ACROSS) + 0.5) / ACROSS
-    gain_of = np.zeros(ACROSS)
+    sent = _max_power(transmit, plain.direction(np.full(PSI_STEPS, steer), middle))
+    around = _slant_range_density(plain.direction(np.zeros(PSI_STEPS + 1), psi), sent, reaches)
+    u = -1 + 2 * (np.arange(U_STEPS) + 0.5) / U_STEPS
+    gain_of = np.zeros(U_STEPS)
     for turn in (0.0, float(middle[np.argmax(sent)])):
-        directions = plain.direction(u, np.full(ACROSS, turn))
+        directions = plain.direction(u, np.full(U_STEPS, turn))
         gain_of += _max_power(transmit, directions) * _max_power(receive, directions)
     across = tabulated_density(
-        -1, 1, UNIFORM_ACROSS / ACROSS + (1 - UNIFORM_ACROSS) * gain_of / max(gain_of.sum(), 1e-300)
+        -1, 1, UNIFORM_ACROSS / U_STEPS + (1 - UNIFORM_ACROSS) * gain_of / max(gain_of.sum(), 1e-300)
     )
     return LaunchSampler(
         transmit.axes, across, around, tuple(_aim_window(transmit.axes, across, *sight) for sight in sights)
@@ -187,11 +187,11 @@ def _slant_range_density(
     """Density over psi for which rays are uniform over slant range, family by family.
 
     Args:
-        directions: Launch directions at the borders of the steps [1], shape (AROUND + 1, 3).
-        sent: Transmitted power in each step [1], shape (AROUND,).
+        directions: Launch directions at the borders of the steps [1], shape (PSI_STEPS + 1, 3).
+        sent: Transmitted power in each step [1], shape (PSI_STEPS,).
         reaches: See `launch_sampler`.
     """
-    weight, density = np.full(AROUND, 1.0 / AROUND), np.zeros(AROUND)
+    weight, density = np.full(PSI_STEPS, 1.0 / PSI_STEPS), np.zeros(PSI_STEPS)
     for path_length, near, far in reaches:
         reach = np.clip(path_length(directions), near, far)
         fill = np.abs(np.diff(reach)) * (MIN_RELATIVE_GAIN + sent / max(sent.max(), 1e-300))

@@ -41,7 +41,7 @@ class LatticeBand(NamedTuple):
 class LatticeKey(NamedTuple):
     """Key of the random numbers of a band's nodes."""
 
-    level: int
+    octave: int
     layer: int
     k0: int
     k1: int
@@ -58,7 +58,7 @@ def normal(word: np.uint32, quantiles: Floats) -> float:
 @njit(cache=True, nogil=True, error_model="numpy")
 def _fill(row, group, key, quantiles, words, node):  # type: ignore[no-untyped-def]
     """Numbers of groups of four neighbouring nodes, one after the other; node j belongs to group (j + 1) // 4."""
-    philox_at(row, group, key.level, key.layer, key.k0, key.k1, words)
+    philox_at(row, group, key.octave, key.layer, key.k0, key.k1, words)
     for n in range(row.size):
         for lane in range(4):
             node[4 * n + lane] = normal(words[lane, n], quantiles)

@@ -40,12 +40,12 @@ class Octaves(Relief):
     """Seed of the scene."""
     layer: int
     """Number of the relief in the scene: no two may share a layer."""
-    level: NDArray[np.int64]
-    """Name of each octave in the keys, shape (n,); below 2^31."""
+    octave: NDArray[np.int64]
+    """Number of each octave in the keys of random numbers, shape (n,); below 2^31."""
 
     def __post_init__(self) -> None:
         """Frozen means frozen."""
-        for name in ("pitch", "amplitude", "level"):
+        for name in ("pitch", "amplitude", "octave"):
             column = np.array(getattr(self, name))
             column.setflags(write=False)
             object.__setattr__(self, name, column)
@@ -62,7 +62,7 @@ class Octaves(Relief):
 
     def _bits(self) -> tuple[object, ...]:
         """Key that identifies these octaves."""
-        return (self.pitch.tobytes(), self.amplitude.tobytes(), self.level.tobytes(), self.seed, self.layer)
+        return (self.pitch.tobytes(), self.amplitude.tobytes(), self.octave.tobytes(), self.seed, self.layer)
 
     def sample(self, north: ArrayLike, east: ArrayLike) -> TerrainSample:
         """Height and gradient, see `Relief.sample`; exact derivatives of the spline."""
@@ -73,7 +73,7 @@ class Octaves(Relief):
 
     def placed(self) -> Floats:
         """Rotation [turns], two shifts [pitches] and an unused number of each octave's lattice, shape (n, 4)."""
-        return _placed(self.seed, self.layer, tuple(self.level.tolist()))
+        return _placed(self.seed, self.layer, tuple(self.octave.tolist()))
 
     def add_to(self, x: Floats, y: Floats, out: Floats) -> None:
         """Add height [m] and slopes [1] at positions [m] of shape (n,), without any check, to `out` of shape (n, 3)."""
@@ -81,7 +81,7 @@ class Octaves(Relief):
         for o, (turn, shift_a, shift_b, _) in enumerate(self.placed()):
             add_band(
                 x, y, LatticeBand(self.pitch[o], 2 * np.pi * turn, shift_a, shift_b, self.amplitude[o]),
-                LatticeKey(self.level[o], 2 * self.layer, k0, k1), quantiles(), out,
+                LatticeKey(self.octave[o], 2 * self.layer, k0, k1), quantiles(), out,
             )  # fmt: skip
 
     @property

@@ -21,7 +21,7 @@ from insonify.validity import require_numbers, warn_outside
 
 Floats = NDArray[np.float64]
 
-_LEVEL_BIAS = 1 << 16  # octaves are named by log2(pitch / 1 m), which may be negative
+_OCTAVE_BIAS = 1 << 16  # octaves are named by log2(pitch / 1 m), which may be negative
 _VANISHED = 8.0  # in units of the split's wavenumber: nothing above it is ground
 _FADED = 7.0  # octaves with pitch^2 K0^2 / 3 above this would add less than 0.2 dB at K = 0, and nothing above K0
 
@@ -141,16 +141,16 @@ class PowerLaw(Model):
         """Octaves from the outer scale down to a wavenumber [rad/m]."""
         target, K0 = self.slope_variance(stop), self.outer_wavenumber
         level = math.floor(0.5 * math.log2(3 * _FADED / K0**2))
-        levels, amplitudes, slopes = [], [], 0.0
+        octaves, amplitudes, slopes = [], [], 0.0
         while slopes < target * (1 - 1e-9):
             amplitude, pitch = self._amplitude(level), 2.0**level
             steep = (amplitude / pitch) ** 2 * 2 * SPLINE_ENERGY * SPLINE_SLOPE_ENERGY
             share = min(1.0, (target - slopes) / steep)
-            levels.append(level)
+            octaves.append(level)
             amplitudes.append(amplitude * math.sqrt(share))
             slopes, level = slopes + share * steep, level - 1
-        pitches = 2.0 ** np.array(levels, float)
-        return Octaves(pitches, np.array(amplitudes), seed, layer, np.array(levels, np.int64) + _LEVEL_BIAS)
+        pitches = 2.0 ** np.array(octaves, float)
+        return Octaves(pitches, np.array(amplitudes), seed, layer, np.array(octaves, np.int64) + _OCTAVE_BIAS)
 
     def _amplitude(self, level: int) -> float:
         """Amplitude of the octave whose pitch is 2^level metres [m].
