@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
+from insonify.scene import flat_faces as module
 from insonify.scene.flat_faces import _merged, flat_faces
-from insonify.simulator import build_simulator
+from insonify.simulator import build_simulator, simulate
 from oracles.scenes import nominal
 
 RELIEF = {"kind": "power-law", "hurst": 0.8, "rms": "5 cm", "outer_scale": "10 m"}
@@ -21,9 +22,9 @@ def outline(base: np.ndarray) -> np.ndarray:
 def test_merged_strips_cover_the_same_outline_within_a_step() -> None:
     """A random walk of the base: the same ends and area, no gap between strips, and no edge off by more than a step."""
     boxes = outline(5 + np.cumsum(np.random.default_rng(4).normal(0, 2e-3, 64)))
-    merged, gap = _merged(boxes, np.zeros(64), 4e-3)
+    merged, gap, at_surface = _merged(boxes, np.zeros(64), np.zeros(64, bool), 4e-3)
     begin, end = merged[:, 1] - merged[:, 5], merged[:, 1] + merged[:, 5]
-    assert 5 < len(merged) < 32 and not gap.any()
+    assert 5 < len(merged) < 32 and not gap.any() and not at_surface.any()
     np.testing.assert_allclose([begin[0], end[-1]], [3.0, 6.2])
     np.testing.assert_allclose(begin[1:], end[:-1])
     area = [np.sum(one[:, 5] * (one[:, 7] - one[:, 6])) for one in (boxes, merged)]
@@ -33,12 +34,25 @@ def test_merged_strips_cover_the_same_outline_within_a_step() -> None:
 
 
 def test_strips_that_stand_on_the_ground_do_not_join_those_above_it() -> None:
-    """Nor do strips with another between them; one strip, or equal ones, are one."""
-    boxes, gap = outline(np.full(10, 5.0)), np.array([0, 0, 0, 1e-4, 1e-4, 0, 0, 0, 0, 0])
-    merged, left = _merged(boxes, gap, 1e-2)
-    assert len(merged) == 3 and left.tolist() == [0.0, 1e-4, 0.0]
-    assert len(_merged(boxes[[0, 1, 3]], np.zeros(3), 1e-2)[0]) == 2
-    assert len(_merged(boxes[:1], np.zeros(1), 1e-2)[0]) == len(_merged(boxes, np.full(10, np.inf), 1e-2)[0]) == 1
+    """Nor do strips at the surface and below it, or strips with another between them; equal ones are one."""
+    boxes, none = outline(np.full(10, 5.0)), np.zeros(10, bool)
+    merged, gap, _ = _merged(boxes, np.array([0, 0, 0, 1e-4, 1e-4, 0, 0, 0, 0, 0]), none, 1e-2)
+    assert len(merged) == 3 and gap.tolist() == [0.0, 1e-4, 0.0]
+    merged, _, at_surface = _merged(boxes, np.zeros(10), np.arange(10) < 4, 1e-2)
+    assert len(merged) == 2 and at_surface.tolist() == [True, False]
+    assert len(_merged(boxes[[0, 1, 3]], np.zeros(3), none[:3], 1e-2)[0]) == 2
+    assert len(_merged(boxes[:1], np.zeros(1), none[:1], 1e-2)[0]) == 1
+
+
+@pytest.mark.parametrize("width", [0.7, 1.1, 1.2, 1.7, 2.0, 2.3])
+def test_gaps_without_ground_stay_infinite(width: float) -> None:
+    """Whatever the widths of the strips: a strip above unknown ground has no image in it."""
+    boxes = outline(np.full(64, 5.0))
+    boxes[:, 1], boxes[:, 5] = (np.arange(64) + 0.5) * width / 64, width / 128
+    merged, gap, _ = _merged(boxes, np.full(64, np.inf), np.zeros(64, bool), 4e-3)
+    assert len(merged) == 1 and np.isinf(gap).all()
+    mixed = _merged(boxes, np.where(np.arange(64) < 9, np.inf, 1.0), np.zeros(64, bool), 4e-3)[1]
+    np.testing.assert_allclose(mixed, [np.inf, 1.0])
 
 
 def test_sides_of_a_box_over_relief_have_few_strips_and_its_lid_one() -> None:
@@ -50,3 +64,18 @@ def test_sides_of_a_box_over_relief_have_few_strips_and_its_lid_one() -> None:
     counts = [len(face.strips) for face in faces if face.is_upright]
     assert len(counts) == 4 and max(counts) < 32
     assert [len(face.strips) for face in faces if face.axes[0, 2] < -0.99] == [1]
+
+
+def test_merged_strips_sound_as_strips_do(monkeypatch) -> None:
+    """The bed before a box over relief, by its faces: to -40 dB of the sound with 64 strips a face."""
+    scene = nominal(
+        seabed={"relief": RELIEF, "seed": 5}, box={"position": (0.0, 82.0)}, line={"length": 0.1},
+        track={"window": (0.1, 0.107)}, paths={"max_reflections": 1, "face_reflections": True},
+    ).with_("targets.0.face_reflection_coefficient", 0.9)  # fmt: skip
+    sound = []
+    for step in (0.25, 0.0):
+        monkeypatch.setattr(module, "STEP_WAVELENGTHS", step)
+        flat_faces.cache_clear()
+        sound.append(simulate(scene).pressure.values)
+    flat_faces.cache_clear()
+    assert 0 < np.linalg.norm(sound[0] - sound[1]) < 1e-2 * np.linalg.norm(sound[1])

@@ -65,4 +65,4 @@ def test_so_many_nodes_keep_the_error_and_fewer_do_not(phase):
 
     count = node_count(phase, 1e-3, 128)
     assert error(count) < 1e-3 < error(2 * count // 3)
-    assert node_count(phase, 1e-3, 2) == 2
+    assert node_count(phase, 1e-3, 2) <= 2 and node_count(1e4, 1e-3, 128) == 128 and node_count(0.0, 1e-3, 128) == 1

@@ -142,7 +142,7 @@ def _side_work(simulator: Simulator, ping_geometry: PingGeometry) -> PingWork:
     slow = expected and simulator.tracer is None and _fast_reverberation_steps(simulator, ping_geometry) is None
     start = unit_costs.PING_SECONDS + unit_costs.EXPECTED_SECONDS * slow
     start += unit_costs.ELEMENTS_SECONDS * (ping_geometry.elements is not None)
-    grid = direction_grid(ping_geometry) if ping_geometry.common_bands else None
+    grid = direction_grid(ping_geometry) if ping_geometry.sub_bands else None
     if grid is None:
         start += beams * transform_seconds(simulator, expected=expected, shapes=shapes)
     else:
@@ -519,7 +519,7 @@ def _fast_reverberation_steps(simulator: Simulator, ping_geometry: PingGeometry)
 def waveform_count(ping_geometry: PingGeometry) -> int:
     """Waveforms that the sound of each channel, or of each row of a direction grid, is a sum of."""
     basis = waveform_basis(ping_geometry)
-    return (len(ping_geometry.common_bands) or len(basis.band)) * len(basis.doppler)
+    return len(basis.band) * len(basis.doppler)
 
 
 def _expected_pair_seconds(
@@ -553,8 +553,7 @@ def _pair_seconds(
     if ping_geometry.is_static and ping_geometry.elements is None and not (ping_geometry.sub_bands or on_rows):
         return section + unit_costs.SECONDS_PER_PAIR * beams
     # beams are evaluated anew for each sub-band, elements for all of them together
-    bands = ping_geometry.common_bands or ping_geometry.sub_bands
-    passes = 1 if ping_geometry.elements is not None else max(1, len(bands))
+    passes = 1 if ping_geometry.elements is not None else max(1, len(ping_geometry.sub_bands))
     shapes = unit_costs.SECONDS_PER_WAVEFORM * (waveform_count(ping_geometry) / passes - 1)
     deposits = WIDTH if on_rows else beams
     return section + passes * (unit_costs.SECONDS_PER_PAIR + (unit_costs.SECONDS_PER_ELEMENT + shapes) * deposits)

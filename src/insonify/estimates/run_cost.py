@@ -20,6 +20,7 @@ from insonify.records.labels import COLUMNS
 from insonify.scenario.scenario import Scenario
 from insonify.scene.solid import world_triangles
 from insonify.simulator import Simulator, build_simulator
+from insonify.synthesis.direction_grid import direction_grid
 from insonify.synthesis.time_grid import OVERSAMPLING
 from insonify.thread_count import thread_count
 
@@ -95,6 +96,12 @@ def estimate_cost(scenario: Scenario, *, labels: bool = False, threads: int | No
     )
 
 
+def _direction_rows(simulator: Simulator) -> int:
+    """Rows of the direction grid from which many beams are formed [1]; 0: there is none."""
+    grid = direction_grid(simulator.ping_geometries(0)[0]) if simulator.scenario.field == "coherent" else None
+    return 0 if grid is None else grid.row_count
+
+
 def size_refusal(cost: RunCost, memory: float | None = None) -> str:
     """Explain why a run cannot be done on this machine and what to change; empty where it can.
 
@@ -121,8 +128,10 @@ def _memory_of(simulator: Simulator, work: PingWork, labelled: bool, threads: in
     sides = simulator.ping_geometries(0)
     wide = 2 * OVERSAMPLING * grid.padded_samples * 8 + grid.sample_count * 8  # of either reading, one channel
     shapes = max(waveform_count(side) for side in sides)
-    held = scenario.sonar.beam_count * wide * shapes
+    beams, rows = scenario.sonar.beam_count, _direction_rows(simulator)
+    held = max(beams, rows) * wide * shapes
     total = unit_costs.BYTES_OF_PROGRAM + (parts_of(int(held)) + 6 / shapes) * held
+    total += (beams + rows) * grid.padded_samples * 16 * bool(rows and sides[0].sub_bands)  # their spectra
     total += unit_costs.BYTES_PER_TILE * work.tiles / len(sides)
     total += scenario.track.ping_count * 8 * 30 + scenario.sonar.channel_count * grid.sample_count * 16
     scene = simulator.engine.scene

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from insonify.scenario.scenario import Scenario
 from insonify.simulator import build_simulator
 from insonify.sonar.band_error import ENOUGH_DB, TRIED, BandError
+from insonify.sonar.shared_directions import share_directions
 
 
 @dataclass(frozen=True, slots=True)
@@ -16,7 +17,7 @@ class SubBandError:
     error_db: float
     """Their rms error relative to the rms of the sound [dB]."""
     enough: int | None
-    """Least number that reaches `ENOUGH_DB`; None: none up to the largest does."""
+    """Number that `auto` takes; None: none up to the largest has a small enough error."""
 
     def summary(self) -> str:
         """Message on the error; empty where the scenario needs no change."""
@@ -26,7 +27,7 @@ class SubBandError:
         text = f"{has} the whole band, which is {self.error_db:.0f} dB off: beams and absorption change across it"
         if self.enough is None:
             return f"{text}; no number of sub-bands up to {TRIED[-1]} reaches {ENOUGH_DB:.0f} dB"
-        return f"{text}; sonar.receiver.sub_bands: auto, here {self.enough}, would reach {ENOUGH_DB:.0f} dB"
+        return f"{text}; sonar.receiver.sub_bands: auto, here {self.enough}, would reach {ENOUGH_DB:.0f} dB or less"
 
 
 def estimate_sub_band_error(scenario: Scenario) -> SubBandError:
@@ -39,7 +40,8 @@ def estimate_sub_band_error(scenario: Scenario) -> SubBandError:
     error = BandError(
         scenario.sonar.side_sonars[0], geometry.pulse, scenario.water, geometry.sound_speed,
         geometry.window[1] * geometry.sound_speed,
+        shared=geometry.elements is None and share_directions(geometry.transmit_beams, geometry.receive_beams),
     )  # fmt: skip
-    chosen = max(1, len(geometry.common_bands or geometry.sub_bands))
+    chosen = max(1, len(geometry.sub_bands))
     own = error.error_db(chosen)
     return SubBandError(chosen, own, chosen if own <= ENOUGH_DB else error.enough)

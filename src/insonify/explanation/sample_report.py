@@ -58,7 +58,8 @@ class SampleArrivals:
         near: Arrivals = arrivals(scenario, ping, window=window, channel=channel)
         if formed is None:
             factor = np.ones(len(near), complex)
-            waveforms = waveform_basis(self.ping_geometry).samples(pulse, time - near.delay, near.doppler)
+            basis = waveform_basis(self.ping_geometry, bands=self.ping_geometry.interpolated_bands)
+            waveforms = basis.samples(pulse, time - near.delay, near.doppler)
         else:
             factor, waveforms = formed.echoes(near, self.ping_geometry, time)
         bands = range(len(waveforms)) if self.ping_geometry.sub_bands and formed is None else [None]

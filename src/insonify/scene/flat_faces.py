@@ -28,7 +28,7 @@ UPRIGHT_SINE = 1e-6
 STRIPS = 64
 """Strips of an outline that is no rectangle [1]."""
 STEP_WAVELENGTHS = 0.25
-"""Largest step between adjacent strips that are merged, an eighth of it to either side of an edge [wavelengths]."""
+"""Largest difference among the edges of strips that are merged [wavelengths]."""
 FARTHEST_BED = 1e4
 """Gap below a face beyond which there is no seabed [m]."""
 HALF_THICKNESS = 1e-7
@@ -168,36 +168,45 @@ def _face(
     gap = _gap_below(boxes, axes, scene.seabed)
     boxes[:, 7] += np.minimum(gap, 0.0)
     kept = boxes[:, 7] > boxes[:, 6]
-    boxes, gap = _merged(boxes[kept], np.maximum(gap[kept], 0.0), STEP_WAVELENGTHS * wavelength)
-    upper = np.stack([boxes[:, 0], boxes[:, 1], boxes[:, 6]], -1) @ axes
+    boxes, gap = boxes[kept], np.maximum(gap[kept], 0.0)
+    at_surface = (np.stack([boxes[:, 0], boxes[:, 1], boxes[:, 6]], -1) @ axes)[:, 2] < TOUCHING
+    boxes, gap, at_surface = _merged(boxes, gap, at_surface, STEP_WAVELENGTHS * wavelength)
     assert solid.face_reflection_coefficient is not None
-    return FlatFace(
-        row, solid.label, axes, distance, boxes, gap, upper[:, 2] < TOUCHING, plane, solid.face_reflection_coefficient
-    )
+    return FlatFace(row, solid.label, axes, distance, boxes, gap, at_surface, plane, solid.face_reflection_coefficient)
 
 
-def _merged(boxes: Floats, gap: Floats, step: float) -> tuple[Floats, Floats]:
-    """Adjacent strips, and the gaps below them, as one where neither edge nor gap varies by more than a step [m]."""
+def _merged(
+    boxes: Floats, gap: Floats, at_surface: NDArray[np.bool_], step: float
+) -> tuple[Floats, Floats, NDArray[np.bool_]]:  # fmt: skip
+    """Merge adjacent strips where neither edge nor gap varies by more than a step along them.
+
+    Args:
+        boxes: Strips from one end of the face to the other, shape (k, 8).
+        gap: Height of each above the seabed [m], shape (k,).
+        at_surface: True for strips that reach the surface, shape (k,).
+        step: Largest difference among the edges, or gaps, of strips that become one [m].
+
+    Returns:
+        Strips, gaps and flags of fewer strips; edges and gaps are means.
+    """
     if len(boxes) < 2:
-        return boxes, gap
-    group, edges = np.zeros(len(boxes), np.intp), np.column_stack([boxes[:, 6:], np.minimum(gap, FARTHEST_BED)])
+        return boxes, gap, at_surface
+    first, edges = [0], np.column_stack([boxes[:, 6:], np.minimum(gap, FARTHEST_BED)])
     low = high = edges[0]
+    kind = np.column_stack([gap > 0, np.isinf(gap), at_surface])
     for k in range(1, len(boxes)):
         low, high = np.minimum(low, edges[k]), np.maximum(high, edges[k])
         apart = boxes[k, 1] - boxes[k, 5] > boxes[k - 1, 1] + boxes[k - 1, 5] + COPLANAR
-        begins = apart or np.any(high - low > step) or (gap[k] > 0) != (gap[k - 1] > 0)
-        group[k] = group[k - 1] + begins
-        if begins:
+        if apart or np.any(high - low > step) or np.any(kind[k] != kind[k - 1]):
+            first.append(k)
             low = high = edges[k]
-    first = np.flatnonzero(np.diff(group, prepend=-1))
-    last = np.append(first[1:], len(boxes)) - 1
+    last = [*(k - 1 for k in first[1:]), len(boxes) - 1]
     width, merged = boxes[:, 5], boxes[first].copy()
-    total = np.add.reduceat(width, first)
     begin, end = boxes[first, 1] - width[first], boxes[last, 1] + width[last]
     merged[:, 1], merged[:, 5] = (begin + end) / 2, (end - begin) / 2
-    means = np.add.reduceat(width[:, None] * edges, first) / total[:, None]
+    means = np.add.reduceat(width[:, None] * edges, first) / np.add.reduceat(width, first)[:, None]
     merged[:, 6:] = means[:, :2]
-    return merged, np.where(means[:, 2] >= FARTHEST_BED, np.inf, means[:, 2])
+    return merged, np.where(np.isinf(gap[first]), np.inf, means[:, 2]), at_surface[first]
 
 
 def _gap_below(boxes: Floats, axes: Floats, seabed: Seabed) -> Floats:

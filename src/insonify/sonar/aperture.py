@@ -142,22 +142,36 @@ def cosine_series(sides: tuple[ApertureSide, ...], reach: float) -> tuple[Floats
     Approximation Theory and Approximation Practice, ch. 19 (from memory).
     """
     extent, first = sum(side.extent for side in sides), sides[0]
-    phase = np.pi * extent * reach  # at either end: about the degree of a polynomial that is as good
-    nodes = phase / 2 + 3 * np.cbrt(phase) if len(sides) == 1 else FIT_NODES * phase
-    node, quadrature = np.polynomial.legendre.leggauss(int(nodes) + MORE_NODES)
-    position, quadrature = node / 2, quadrature / 2
     if len(sides) == 1 and first.elements is not None:
         position, quadrature = element_positions(first.elements), np.full(first.elements, 1 / first.elements)
+    else:
+        phase = np.pi * extent * reach  # at either end: about the degree of a polynomial that is as good
+        count = phase / 2 + 3 * np.cbrt(phase) if len(sides) == 1 else FIT_NODES * phase
+        position, quadrature = _quadrature(int(count) + MORE_NODES)
     later = position >= 0
     weight = np.where(position > 0, 2.0, 1.0) * quadrature * shading_weight(first.shading, position)
-    position = position[later]
+    position = position[later] * extent
     if len(sides) == 1:
-        return position * extent, weight[later] / weight[later].sum()
+        return frozen(position), frozen(weight[later] / weight[later].sum())
     count = _SAMPLES_PER_NODE * len(position)
     s = (1 - np.cos((np.arange(count) + 0.5) * np.pi / count)) * reach / 2
     value = np.prod([pattern(side.extent * s, side.shading, side.elements)[0] for side in sides], axis=0)
-    weight = np.linalg.lstsq(np.cos(2 * np.pi * s[:, None] * extent * position), value, rcond=1e-12)[0]
-    return position * extent, weight
+    weight = np.linalg.lstsq(np.cos(2 * np.pi * s[:, None] * position), value, rcond=1e-12)[0]
+    return frozen(position), frozen(weight)
+
+
+@lru_cache(maxsize=8)
+def _quadrature(count: int) -> tuple[Floats, Floats]:
+    """Nodes and weights of Gauss and Legendre over an aperture of unit length; many nodes take half a second."""
+    node, weight = np.polynomial.legendre.leggauss(count)
+    return node / 2, weight / 2
+
+
+def frozen(numbers: Floats) -> Floats:
+    """Read-only numbers, which a cache shares, and kernels take for one type."""
+    held = np.ascontiguousarray(numbers)
+    held.setflags(write=False)
+    return held
 
 
 def _taylor_series() -> tuple[tuple[float, float], ...]:

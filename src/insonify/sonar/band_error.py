@@ -18,7 +18,7 @@ from insonify.sonar.beam import Beams, beams
 from insonify.sonar.element_array import AnyArray
 from insonify.sonar.hydrophones import filled_aperture, one_element
 from insonify.sonar.received_pulse import ReceivedPulse
-from insonify.sonar.shared_directions import common_pattern, horizontal_extent, share_directions
+from insonify.sonar.shared_directions import common_pattern, horizontal_extent
 from insonify.sonar.sonar import Sonar
 from insonify.sonar.sub_bands import band_nodes, half_bandwidth, lagrange_weights, node_count
 from insonify.units import level_db
@@ -49,6 +49,8 @@ class BandError:
     """Sound speed at the sonar [m/s]."""
     distance: float
     """Path length to which absorption is counted [m]."""
+    shared: bool = False
+    """True for beams that differ in horizontal steering alone, see `shared_directions.share_directions`."""
 
     def error_db(self, count: int) -> float:
         """Rms error re the rms of the sound [dB], -300 for none.
@@ -67,18 +69,13 @@ class BandError:
 
     @cached_property
     def enough(self) -> int | None:
-        """Least of `TRIED` that reaches `ENOUGH_DB`, or `SHARED_DB`; None: none does."""
+        """Least of `TRIED` that reaches `ENOUGH_DB`, or `SHARED_DB` where beams are shared; None: none does."""
         bars = {count: SHARED_DB if self.shared and count > 1 else ENOUGH_DB for count in TRIED}
         return next((count for count, bar in bars.items() if self.error_db(count) <= bar), None)
 
     @cached_property
-    def shared(self) -> bool:
-        """True for beams that differ in horizontal steering alone."""
-        return self.sonar.receiver.record != "elements" and share_directions(*self._beams(0.0))
-
-    @cached_property
     def horizontal_count(self) -> int:
-        """Number of frequencies at which horizontal patterns are within `SHARED_DB` of the beams' axes."""
+        """Frequencies at which horizontal patterns are within `SHARED_DB` of the beams' axes, or `MOST_HORIZONTAL`."""
         transmit, receive = self._beams(0.0)
         extent = horizontal_extent(receive) + horizontal_extent(transmit) * (transmit.channel_count > 1)
         reach = 1 + float(np.abs(receive.steer[:, 0]).max())

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from insonify.recent_results import Identity
 from insonify.sonar import beam_arrays as beam_arrays  # stand-ins of the kernels
-from insonify.sonar.aperture import ApertureSide, pattern
+from insonify.sonar.aperture import ApertureSide, frozen, pattern
 from insonify.sonar.array import LineArray, PlanarArray, PointTransducer
 from insonify.sonar.beam_kernels import (
     BAFFLED,
@@ -300,7 +300,7 @@ def _piston(side: ApertureSide) -> ApertureSide:
 def _table(extent: float, elements: int | None, shading: str, reach: float) -> tuple[Floats, Floats, float]:
     """Cubics of one pattern out to a distance in direction cosine, its majorant, and rows per unit."""
     if extent == 0:
-        return _frozen(np.empty((0, 4))), _frozen(np.empty(0)), 1.0
+        return frozen(np.empty((0, 4))), frozen(np.empty(0)), 1.0
     # a small aperture still needs a few rows over its whole reach
     per_unit = POINTS_PER_LOBE * max(extent, 1.0)
     rows = int(np.ceil(reach * per_unit)) + 1
@@ -311,11 +311,4 @@ def _table(extent: float, elements: int | None, shading: str, reach: float) -> t
     # a cubic stays between its Bezier control points, so their largest magnitude bounds the row
     row_bound = np.max(np.abs([p, p + m / 3, q - n / 3, q]), axis=0)
     majorant = np.maximum.accumulate(row_bound[::-1])[::-1]
-    return _frozen(table), _frozen(majorant), per_unit
-
-
-def _frozen(numbers: Floats) -> Floats:
-    """Read-only numbers: kernels take all tables for one kind."""
-    held = np.ascontiguousarray(numbers)
-    held.setflags(write=False)
-    return held
+    return frozen(table), frozen(majorant), per_unit

@@ -4,13 +4,15 @@ Positions and attitudes are those at the start of the pulse; the motion from the
 `transmit_motion`. The receiver may ride a platform of its own.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 from numpy.typing import NDArray
 
 from insonify.ocean.water import Water
+from insonify.sonar.array import LineArray, PlanarArray, PointTransducer
 from insonify.sonar.band_error import TRIED, BandError
 from insonify.sonar.beam import Beams, beams
 from insonify.sonar.beam_kernels import OMNI
@@ -20,6 +22,7 @@ from insonify.sonar.hydrophones import Hydrophones, filled_aperture, hydrophones
 from insonify.sonar.platform_motion import PlatformMotion
 from insonify.sonar.platforms import Platforms
 from insonify.sonar.received_pulse import ReceivedPulse
+from insonify.sonar.shared_directions import share_directions
 from insonify.sonar.sonar import Sonar, array_position, array_rotation, receiver_rotation
 from insonify.sonar.sub_bands import SubBand, band_nodes
 from insonify.sonar.track.poses import Poses
@@ -68,10 +71,11 @@ class PingGeometry:
     lever_arms: Floats = field(default_factory=lambda: np.zeros((2, 3)))
     """Places of transmitter and receiver on the platform: forward, starboard, down [m], shape (2, 3)."""
     sub_bands: tuple[SubBand, ...] = ()
-    """Beams at several frequencies across the band; none: those at its centre serve throughout."""
-    common_bands: tuple[SubBand, ...] = ()
-    """Fewer frequencies, at which the pattern common to all beams is taken where these differ in horizontal steering
-    alone and their sub-bands serve that; none otherwise."""
+    """Beams at several frequencies across the band; none: those at its centre serve throughout. Where beams differ in
+    horizontal steering alone, these are for what they have in common; horizontal patterns are of every frequency."""
+    horizontal_bands: Callable[[], tuple[SubBand, ...]] | None = None
+    """Function for the beams at more frequencies, where `sub_bands` are for what all beams have in common: at so many
+    that their horizontal patterns can be interpolated. None: those of `sub_bands` serve."""
     receive_motion: PlatformMotion | None = None
     """Motion of the receiver's platform from the start of the ping; None: nothing moves until the window ends."""
     transmit_motion: PlatformMotion | None = None
@@ -99,6 +103,11 @@ class PingGeometry:
     def receive_velocity(self) -> Floats:
         """Of the receiver at the start of the ping [m/s], shape (3,)."""
         return np.zeros(3) if self.receive_motion is None else self.receive_motion.kinematics(self.lever_arms[1:])[1][0]
+
+    @property
+    def interpolated_bands(self) -> tuple[SubBand, ...]:
+        """Beams at so many frequencies across the band that all of their patterns can be interpolated, or none."""
+        return self.sub_bands if self.horizontal_bands is None else self.horizontal_bands()
 
     @property
     def frequency(self) -> float:
@@ -206,9 +215,24 @@ class _AttitudeBeams:
     receive_beams: Beams
     resolving: Beams | None
     bands: tuple[SubBand, ...]
-    common_bands: tuple[SubBand, ...]
+    horizontal_bands: Callable[[], tuple[SubBand, ...]] | None
     boresight: Floats
     bearing: float
+
+
+def beams_at(
+    ends: tuple[tuple[LineArray | PlanarArray | PointTransducer, float, Floats], ...], pulse: ReceivedPulse, count: int
+) -> tuple[SubBand, ...]:  # fmt: skip
+    """Beams at a number of frequencies across the band of a pulse.
+
+    Args:
+        ends: Array, sound speed [m/s] and axes in the world of the transmitter and of the receiver.
+        pulse: The received pulse.
+        count: Number of frequencies.
+    """
+    offsets, carrier = band_nodes(pulse, count), pulse.pulse.frequency
+    made = [[beams(array, carrier + offset, speed, axes) for array, speed, axes in ends] for offset in offsets]
+    return tuple(SubBand(float(offset), *pair) for offset, pair in zip(offsets, made, strict=True))
 
 
 @dataclass(frozen=True, eq=False)
@@ -258,8 +282,8 @@ class MountedSonar:
             track_extent=self.track_extents[0], window=self.window, pulse=self.pulse,
             source_level_db=self.sonar.source_level_db, channel_count=self._channel_count,
             time=float(both.transmitter_poses.time[row]), elements=self._elements,
-            full_aperture_beams=facing.resolving, sub_bands=facing.bands, common_bands=facing.common_bands,
-            lever_arms=self._arms,
+            full_aperture_beams=facing.resolving, sub_bands=facing.bands, lever_arms=self._arms,
+            horizontal_bands=facing.horizontal_bands,
             receive_motion=courses[1], transmit_motion=courses[0],
             max_displacement=0.0 if moved is None or courses[0] is None else float(moved[row]),
             hull=None if self.sonar.hull is None else hull_plate(
@@ -290,33 +314,39 @@ class MountedSonar:
         receive_beams = beams(receive, frequency, speeds[1], receive_rotation)
         receive_beams = transmit_beams if transmit_beams.equals(receive_beams) else receive_beams
         bearing = float(np.arctan2(facing[1], facing[0]))
-        count, common_count = self._band_counts
+        shared = self._elements is None and share_directions(transmit_beams, receive_beams)
+        ends = (transmit, speeds[0], rotation), (receive, speeds[1], receive_rotation)
+        count, horizontal_count = self._band_counts(shared)
+        bands = beams_at(ends, self.pulse, count) if count else ()
+        horizontal = partial(beams_at, ends, self.pulse, horizontal_count) if bands and shared else None
+        return _AttitudeBeams(transmit_beams, receive_beams, resolving, bands, horizontal, rotation[0], bearing)
 
-        def beams_at(count: int) -> tuple[SubBand, ...]:
-            return tuple(
-                SubBand(
-                    float(offset),
-                    beams(transmit, frequency + offset, speeds[0], rotation),
-                    beams(receive, frequency + offset, speeds[1], receive_rotation),
-                )
-                for offset in band_nodes(self.pulse, count)
-            )
+    def _band_counts(self, shared: bool) -> tuple[int, int]:
+        """Numbers of sub-bands, 0 for none, and of `horizontal_bands`, the same for all pings with such beams.
 
-        bands = beams_at(count) if count > 1 else ()
-        common = beams_at(common_count) if common_count else ()
-        return _AttitudeBeams(transmit_beams, receive_beams, resolving, bands, common, rotation[0], bearing)
+        Args:
+            shared: True for beams that differ in horizontal steering alone.
+        """
+        if shared not in self._counts:
+            self._counts[shared] = self._count_bands(shared)
+        return self._counts[shared]
 
-    @cached_property
-    def _band_counts(self) -> tuple[int, int]:
-        """Numbers of `sub_bands` and of `common_bands`, the same for all pings."""
+    def _count_bands(self, shared: bool) -> tuple[int, int]:
+        """Numbers of sub-bands, evaluated."""
         written = self.sonar.receiver.sub_bands
         if written == 1:
-            return 1, 0
+            return 0, 0
         depth = self.platforms.end_poses[0].position[0, 2] + self._arms[0, 2]
         speed = float(self.water.sound_speed_at(depth))
-        error = BandError(self.sonar, self.pulse, self.water, speed, self.window[1] * speed)
+        error = BandError(self.sonar, self.pulse, self.water, speed, self.window[1] * speed, shared=shared)
         count = written if isinstance(written, int) else error.enough or TRIED[-1]
-        return (error.horizontal_count, count) if error.shared and count > 1 else (count, 0)
+        if count == 1:
+            return 0, 0
+        return count, max(error.horizontal_count, count) if shared else 0
+
+    @cached_property
+    def _counts(self) -> dict[bool, tuple[int, int]]:
+        return {}
 
     @cached_property
     def _last(self) -> dict[tuple[object, ...], _AttitudeBeams]:

@@ -32,7 +32,7 @@ class Receiver(Model):
     sub_bands: Annotated[int, Field(ge=1, le=32)] | Literal["auto"] = "auto"
     """Frequencies across the band at which beams and absorption are taken, for pressures; auto: as many as keep the
     error of reverberation below -30 dB; 1: at its centre only, in less time. From 24 beams on that differ in horizontal
-    steering alone, their horizontal patterns are those of every frequency, unless this is 1."""
+    steering alone, their horizontal patterns are those of every frequency, unless this is 1; auto: -40 dB."""
     matched_filter: bool = False
     """True: the recording is the matched filter's output, with peaks at the echoes' delays."""
     self_noise: SelfNoise | None = None

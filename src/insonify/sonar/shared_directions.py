@@ -1,7 +1,7 @@
 """Beams of one array that differ in horizontal steering alone: what they have in common, and what they do not.
 
 The pattern of an aperture of L wavelengths is, as a function of the direction cosine, a sum of waves of at most L / 2
-cycles. So rows of direction cosines 1 / (2 L) apart determine the sound of all such beams.
+cycles per unit. So rows of direction cosines 1 / (2 L) apart determine the sound of all such beams.
 """
 
 from collections.abc import Callable

@@ -63,8 +63,8 @@ def node_count(phase: float, error: float, most: int) -> int:
         error: Largest error of the interpolation [1].
         most: Largest number.
     """
-    count = 1
-    while count < most and 2 * (phase / 2) ** count / math.factorial(count) > error:
+    count, half = 1, math.log(max(phase / 2, 1e-300))
+    while count < most and math.log(2) + count * half - math.lgamma(count + 1) > math.log(error):
         count += 1
     return count
 

@@ -22,13 +22,10 @@ def beam_gains(
         arrivals: Paths of one ping for that receive channel, n of them.
         ping_geometry: The sonar at that ping.
         channel: Index of the pair of beams, or of the element, whose response is part of its beam.
-        band: Index of the sub-band; None: the centre of the band.
+        band: Index of one of the ping's interpolated bands; None: the centre of the band.
     """
-    sub_band = (
-        ping_geometry.sub_bands[band]
-        if ping_geometry.sub_bands and band is not None
-        else SubBand(0.0, ping_geometry.transmit_beams, ping_geometry.receive_beams)
-    )
+    bands = ping_geometry.interpolated_bands if band is not None else ()
+    sub_band = bands[band or 0] if bands else SubBand(0.0, ping_geometry.transmit_beams, ping_geometry.receive_beams)
     pulse_middle = 0.0 if ping_geometry.is_static else ping_geometry.pulse.pulse.duration / 2
     direction = directions_at_reception(ping_geometry, arrivals.arrival, arrivals.delay + pulse_middle)
     transmit_beam, receive_beam, response = (

@@ -56,7 +56,7 @@ class ChannelBlockArrivals:
             self.echoes[row], self.ping_geometry, self.ends, self.channel, self.water
         )
         path_length, carrier = self.pairs.out.length[i] + self.pairs.back.length[j], self.ping_geometry.frequency
-        offsets = [band.offset for band in self.ping_geometry.sub_bands] or [0.0]
+        offsets = [band.offset for band in self.ping_geometry.interpolated_bands] or [0.0]
         bands = [self.water.relative_absorption(path_length, offset, carrier) for offset in offsets]
         return delay, factor, np.stack(bands, axis=1), doppler, self.directions[row]
 

@@ -65,14 +65,10 @@ class CoherentAccumulator:
         return direction_grid(self.ping_geometry)
 
     @cached_property
-    def _own_basis(self) -> WaveformBasis:
-        return self.basis if self._direction_grid is None else self._direction_grid.basis(self.basis)
-
-    @cached_property
     def _reception(self) -> PingReception:
         attenuation = absorption_np_per_m(self.water, self.ping_geometry.frequency)
         return PingReception(
-            self.ping_geometry, self.grid, self.replica_jitter, self._own_basis, self._receive_points, self.water,
+            self.ping_geometry, self.grid, self.replica_jitter, self.basis, self._receive_points, self.water,
             attenuation,
         )  # fmt: skip
 
@@ -96,7 +92,7 @@ class CoherentAccumulator:
         groups, group_size = group_layout(len(self.basis.doppler))
         points = 0 if self._sector is None else len(self._sector.point_position)
         channels = self.ping_geometry.channel_count if self._direction_grid is None else self._direction_grid.row_count
-        rows = len(self._own_basis.band), channels + points, groups
+        rows = len(self.basis.band), channels + points, groups
         return self.grid.cells(int(np.prod(rows)) * group_size).reshape(*rows, -1, group_size)
 
     def add(self, cells: Cells, pairs: Pairs) -> None:
@@ -143,7 +139,7 @@ class CoherentAccumulator:
         if self.uses_far_field:
             return convolve_pulse(cells, self.grid, pulse.spectrum(self.grid.frequencies))
         if self._direction_grid is not None:
-            return self._direction_grid.beams(cells, self.grid, self._own_basis)
+            return self._direction_grid.beams(cells, self.grid, self.basis)
         spectra = self.basis.spectra(pulse, self.grid.frequencies)
         if self._sector is not None:
             pulse_middle = 0.0 if self.ping_geometry.is_static else pulse.pulse.duration / 2

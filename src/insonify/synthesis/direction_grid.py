@@ -9,7 +9,7 @@ Source: non-uniform FFT of type 1; Greengard & Lee (2004), SIAM Review 46(3), se
 array's elements; van Trees (2002), Optimum Array Processing, ch. 2 (from memory).
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
@@ -20,7 +20,7 @@ from insonify.recent_results import RecentResults
 from insonify.sonar.aperture import cosine_series
 from insonify.sonar.ping_geometry import PingGeometry
 from insonify.sonar.shared_directions import common_pattern, row_step, share_directions
-from insonify.sonar.sub_bands import SubBand, lagrange_weights
+from insonify.sonar.sub_bands import SubBand, half_bandwidth, lagrange_weights
 from insonify.synthesis._beam_spectra_kernel import AperturePoints, form_beams
 from insonify.synthesis._direction_grid_kernel import DirectionRows, combine_rows
 from insonify.synthesis._gridding_kernel import CELLS_PER_SPIKE, kernel_transform
@@ -33,7 +33,12 @@ Floats = NDArray[np.float64]
 Cells = NDArray[np.complex64]
 NO_DIRECTION_GRID = DirectionRows(0.0, 0.0, np.empty((0, 4)), 1.0)
 """No grid."""
-_RESPONSE_DEGREE, _MOST_CYCLES = 12, 0.35
+WEAK = 1e-9
+"""Spectrum of the received pulse re its maximum below which beams are not formed [1]."""
+_RESPONSE_DEGREE = 12
+"""Degree of a polynomial that is one over the transform of the gridding kernel to 1e-12."""
+_MOST_CYCLES = 0.35
+"""Greatest argument of that polynomial: rows are half a wavelength over the aperture apart, a quarter [cycles]."""
 _WEIGHTS: RecentResults[NDArray[np.float32]] = RecentResults(16)
 
 
@@ -56,10 +61,6 @@ class DirectionGrid:
     ping_geometry: PingGeometry
     """The sonar."""
 
-    def basis(self, basis: WaveformBasis) -> WaveformBasis:
-        """Waveforms of the grid's frequencies, from those of all frequencies."""
-        return replace(basis, band=np.array([band.offset for band in self.bands]))
-
     def beams(self, cells: Cells, grid: TimeGrid, basis: WaveformBasis) -> NDArray[np.complex64]:
         """Complex envelope of each beam.
 
@@ -75,21 +76,24 @@ class DirectionGrid:
         if not self.ping_geometry.sub_bands:
             return convolve_waveforms(self._beam_cells(cells), grid, spectra)
         factors, half = grid_factors(grid, spectra), grid.padded_samples // 2
+        low, high = _received_bins(scipy.fft.fftshift(np.abs(factors).max(axis=(0, 1))))
         filled = np.flatnonzero(np.any(cells != 0, axis=(0, 2, 3, 4)))
-        rows = np.empty((len(filled), grid.padded_samples), complex)
+        rows = np.empty((len(filled), high - low), complex)
         for spectrum, row in zip(rows, filled, strict=True):
-            spectrum[:] = scipy.fft.fftshift(waveform_spectrum(cells[:, row], grid, factors))
+            spectrum[:] = scipy.fft.fftshift(waveform_spectrum(cells[:, row], grid, factors))[low:high]
         increment = grid.sample_rate / grid.padded_samples / self.ping_geometry.frequency
-        beams = np.zeros((len(self.steer), grid.padded_samples), complex)
+        beams = np.empty((len(self.steer), high - low), complex)
         form_beams(
-            rows, self.row_cosines[filled], self.rows[0].step, self.steer, self.points, 1 - half * increment, increment,
-            beams,
+            rows, self.row_cosines[filled], self.rows[0].step, self.steer, self.points, 1 + (low - half) * increment,
+            increment, beams,
         )  # fmt: skip
-        weights = lagrange_weights(basis.band, grid.frequencies, -basis.band_edge, basis.band_edge)
+        offset = (np.arange(low, high) - half) * grid.sample_rate / grid.padded_samples
+        weights = lagrange_weights(basis.band, offset, -basis.band_edge, basis.band_edge)
         window = slice(grid.lead_samples, grid.lead_samples + grid.sample_count)
-        series = np.empty((len(beams), grid.sample_count), np.complex64)
-        for beam, (spectrum, scale) in enumerate(zip(beams, self.scale.T, strict=True)):
-            series[beam] = scipy.fft.ifft(scipy.fft.ifftshift(spectrum) * (scale @ weights), overwrite_x=True)[window]
+        series, whole = np.empty((len(beams), grid.sample_count), np.complex64), np.zeros(grid.padded_samples, complex)
+        for beam, (spectrum, on_axis) in enumerate(zip(beams, 1 / self.scale.T, strict=True)):
+            whole[low:high] = spectrum / (on_axis @ weights)  # an element's gain is smooth, one over it less so
+            series[beam] = scipy.fft.ifft(scipy.fft.ifftshift(whole))[window]
         return series
 
     @property
@@ -126,9 +130,9 @@ def direction_grid(ping_geometry: PingGeometry) -> DirectionGrid | None:
     transmit, receive = ping_geometry.transmit_beams, ping_geometry.receive_beams
     if ping_geometry.elements is not None or not share_directions(transmit, receive):
         return None
-    bands = ping_geometry.common_bands or (carrier_band(ping_geometry),)
-    highest = ping_geometry.sub_bands[-1] if ping_geometry.sub_bands else bands[-1]
-    step, steered = row_step(highest.transmit_beams, highest.receive_beams), transmit.channel_count > 1
+    bands = ping_geometry.sub_bands or (carrier_band(ping_geometry),)
+    top = 1 + half_bandwidth(ping_geometry.pulse) / ping_geometry.frequency if ping_geometry.sub_bands else 1.0
+    step, steered = row_step(transmit, receive) / top, transmit.channel_count > 1
     count = -(-(int(np.ceil(2 / step)) + 2 * CELLS_PER_SPIKE) // 4) * 4
     first, no_rows = -step * (count - 1) / 2, np.empty((0, 4))
     rows = tuple(
@@ -149,9 +153,14 @@ def direction_grid(ping_geometry: PingGeometry) -> DirectionGrid | None:
     ends = (transmit, receive) if steered else (receive,)
     sides = tuple(end.across for end in ends if end.across.extent > 0)
     reach = 1 + float(np.abs(receive.steer[:, 0]).max())
-    top = highest.receive_beams.across.extent / receive.across.extent
     points = AperturePoints(*cosine_series(sides, reach * top), _response())
     return DirectionGrid(rows, count, common, np.ascontiguousarray(receive.steer[:, 0]), scale, points, ping_geometry)
+
+
+def _received_bins(magnitude: Floats) -> tuple[int, int]:
+    """First, and one past the last, of the frequencies at which a pulse is received."""
+    strong = np.flatnonzero(magnitude > WEAK * magnitude.max(initial=0.0))
+    return (int(strong[0]), int(strong[-1]) + 1) if len(strong) else (0, 0)
 
 
 @lru_cache(maxsize=1)

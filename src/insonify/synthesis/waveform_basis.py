@@ -9,6 +9,7 @@ Source: interpolation at Chebyshev nodes, as in `sub_bands`.
 """
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import partial
 
@@ -20,7 +21,7 @@ from insonify.sonar.beam import Beams
 from insonify.sonar.ping_geometry import PingGeometry
 from insonify.sonar.pulse import Pulse
 from insonify.sonar.received_pulse import ReceivedPulse
-from insonify.sonar.sub_bands import half_bandwidth, lagrange_weights, node_count
+from insonify.sonar.sub_bands import SubBand, half_bandwidth, lagrange_weights, node_count
 
 Floats = NDArray[np.float64]
 
@@ -112,16 +113,19 @@ def _stretch_about_middle(pulse: ReceivedPulse, doppler: float, offset: Floats) 
     return np.asarray(np.exp(-2j * np.pi * (pulse.pulse.frequency + offset) * start_delay(pulse, doppler)))
 
 
-def waveform_basis(ping_geometry: PingGeometry, error: float = ERROR) -> WaveformBasis:
+def waveform_basis(
+    ping_geometry: PingGeometry, error: float = ERROR, bands: Sequence[SubBand] | None = None
+) -> WaveformBasis:  # fmt: skip
     """Waveform basis of one ping.
 
     Args:
         ping_geometry: The sonar, which may be moving.
         error: Largest error of the weighted sum, re the pulse's peak [1].
+        bands: Frequencies of the band; None: those of the ping's sub-bands.
     """
-    band, edge = np.array([0.0]), np.inf
-    if ping_geometry.sub_bands:
-        band, edge = np.array([sub.offset for sub in ping_geometry.sub_bands]), half_bandwidth(ping_geometry.pulse)
+    band, edge, bands = np.array([0.0]), np.inf, ping_geometry.sub_bands if bands is None else bands
+    if bands:
+        band, edge = np.array([sub.offset for sub in bands]), half_bandwidth(ping_geometry.pulse)
     if ping_geometry.is_static:
         return WaveformBasis(np.zeros(1), band, edge)
     low, high = doppler_range(ping_geometry)
