@@ -6,11 +6,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from insonify.formats import label_store
 from insonify.formats.label_store import MANTISSA_BITS, labelled_pings, open_labels
-from insonify.formats.zarr_store import StoreError, open_recording
+from insonify.formats.zarr_store import StoreError, identity, open_recording
 from insonify.plotting import labels as draw
 from insonify.records.labels import COLUMNS
-from insonify.simulator import labels, record
+from insonify.simulator import build_simulator, label_ping, labels, record
 from oracles.scenes import nominal
 
 PINGS = 3
@@ -101,6 +102,30 @@ def test_labels_of_a_run_that_was_replaced_are_not_in_the_new_recording(tmp_path
     assert list(held.object.values) == ["seabed", "surface"]
     for ping in range(PINGS):
         np.testing.assert_array_equal(held.strongest_object.values[ping], labels(other, ping).strongest_object.values)
+
+
+@pytest.mark.parametrize("moment", [1, 2, 5])
+def test_a_run_replaced_while_it_writes_labels_leaves_none(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, moment: int
+) -> None:
+    """Another recording with labels takes its place at one of the checks: none of its labels is of the first run."""
+    path, own, calls = tmp_path / "h.zarr", label_store.require_own_recording, list[int]()
+    record(survey(), path, pings=[0], with_labels=True)
+    mine, other = identity(path), survey(seed=9, targets=())
+
+    def replaced(where: Path, into: str | None) -> str:
+        found = own(where, into)
+        calls.append(1)
+        if len(calls) == moment:
+            monkeypatch.setattr(label_store, "require_own_recording", own)
+            record(other, path, overwrite=True, with_labels=True, pings=[2])
+        return found
+
+    monkeypatch.setattr(label_store, "require_own_recording", replaced)
+    with pytest.raises(StoreError, match="replaced by another run"):
+        label_store.write_label_ping(path, 1, label_ping(build_simulator(survey()), 1), into=mine)
+    assert labelled_pings(path).tolist() == [False, False, True]
+    assert not open_labels(path).highlight.values[1].any()
 
 
 def test_a_run_without_labels_replaces_those_that_were_there(tmp_path: Path) -> None:

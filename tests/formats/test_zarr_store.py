@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 import zarr
 
+from insonify.formats import zarr_store
 from insonify.formats.zarr_store import (
     StoreError,
     create_recording,
@@ -150,6 +151,31 @@ def test_nothing_but_a_recording_is_ever_replaced(tmp_path: Path) -> None:
     assert not recorded_pings(empty).any()
     with pytest.raises(StoreError, match="insonify run"):
         open_recording(album)
+
+
+@pytest.mark.parametrize("moment", range(5))
+def test_a_run_replaced_at_any_moment_of_a_write_leaves_nothing_in_the_new_recording(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, moment: int
+) -> None:
+    """Before and after each check of its identity, a ping's chunk and its entry stay out of what took its place."""
+    path, calls = tmp_path / "a.zarr", list[int]()
+    mine, check = create_recording(path, layout(), SAME), zarr_store.require_own_recording
+
+    def replaced(where: Path, into: str | None) -> str:
+        calls.append(len(calls))
+        if 2 * calls[-1] == moment:
+            create_recording(path, layout(), {**SAME, "seed": 2}, overwrite=True)
+        found = check(where, into)
+        if 2 * calls[-1] + 1 == moment:
+            create_recording(path, layout(), {**SAME, "seed": 2}, overwrite=True)
+        return found
+
+    monkeypatch.setattr(zarr_store, "require_own_recording", replaced)
+    with pytest.raises(StoreError, match="replaced by another run"):
+        write_ping(path, 3, sound(3), into=mine)
+    assert not recorded_pings(path).any()
+    assert np.isnan(open_recording(path)["pressure"]).all()
+    assert not list(path.rglob("*.partial"))
 
 
 def test_a_place_where_no_folder_can_be_made_is_the_names_fault(tmp_path: Path) -> None:

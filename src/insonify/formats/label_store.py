@@ -9,7 +9,7 @@ import shutil
 import uuid
 import warnings
 from collections.abc import Iterable, Mapping
-from functools import lru_cache
+from functools import lru_cache, partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -23,7 +23,7 @@ from zarr.errors import ZarrUserWarning
 
 from insonify.formats.chunk_sizes import require_declared_axes
 from insonify.formats.named_chunks import with_named_chunks
-from insonify.formats.shards import pack_shards, recorded_rows, row_array
+from insonify.formats.shards import pack_shards, put_chunk, recorded_rows, row_array
 from insonify.formats.store_description import errors_as_store_errors, require_consistent_sizes
 from insonify.formats.zarr_store import (
     IDENTITY,
@@ -107,6 +107,7 @@ def create_labels(
     aside = target.parent / f".{FOLDER}.{uuid.uuid4().hex}.partial"
     try:
         _build(aside, names, layout, {**attributes, IDENTITY: mine}, row_array(path, "done").per_shard)
+        require_own_recording(path, mine)  # labels of one that has taken its place meanwhile are not deleted
         if _labelled_identity(target) not in (mine, None):  # of a recording that this one has replaced
             shutil.rmtree(target, ignore_errors=True)
         os.replace(aside, target)
@@ -171,10 +172,8 @@ def write_label_ping(path: str | Path, ping: int, labels: Labels, *, into: str |
         StoreError: Another run has replaced the recording meanwhile.
     """
     mine, folder = require_own_recording(path, into), Path(path) / FOLDER
-    if _labelled_identity(folder) != mine:
-        raise StoreError(
-            f"{folder} are labels of another recording. Label this one: insonify run FILE -o {path} --labels"
-        )
+    confirm = partial(_require_own_labels, path, mine)
+    confirm()
     stored = {POSITION: np.empty(labels.position.shape)}
     _store(labels.position, "m", stored[POSITION])
     channels, objects, samples = labels.object_intensity.shape
@@ -185,38 +184,31 @@ def write_label_ping(path: str | Path, ping: int, labels: Labels, *, into: str |
     for name, values in stored.items():
         if values.dtype != bool or values.any():  # a chunk that is not there reads as False
             file = row_array(folder, name)
-            _write_in_place(file.row_file(ping), file.codec.encode(values))
-    enter_ping(folder, ping)
+            put_chunk(file.row_file(ping), file.codec.encode(values), confirm)
+    enter_ping(folder, ping, confirm)
 
 
-def pack_labels(path: str | Path, shards: Iterable[int] | None = None) -> None:
-    """Pack the shards of labels of which all pings are there; None: all such shards."""
-    pack_shards(Path(path) / FOLDER, _array_names(Path(path) / FOLDER), shards)
+def _require_own_labels(path: str | Path, mine: str) -> None:
+    """Raise an error where a recording, or its labels, are not of one identity."""
+    require_own_recording(path, mine)
+    if _labelled_identity(Path(path) / FOLDER) != mine:
+        require_own_recording(path, mine)  # it may have been replaced since
+        raise StoreError(
+            f"{Path(path) / FOLDER} are labels of another recording. Label this one: insonify run FILE -o {path} "
+            "--labels"
+        )
+
+
+def pack_labels(path: str | Path, into: str, shards: Iterable[int] | None = None) -> None:
+    """Pack the shards of a recording's labels of which all pings are there; None: all such shards."""
+    names = _array_names(Path(path) / FOLDER)
+    pack_shards(Path(path) / FOLDER, names, shards, partial(_require_own_labels, path, into))
 
 
 def _array_names(folder: Path) -> list[str]:
     """Names of the arrays of labels."""
     names = (POSITION, *(np.dtype(dtype).name for dtype in _TYPES))
     return [name for name in names if (folder / name).is_dir()]
-
-
-def _write_in_place(file: Path, content: bytes) -> None:
-    """Write a chunk under its own name, in two thirds of the time of `put_chunk`.
-
-    A chunk counts from its ping's entry in the mask on, which follows; any run writes the same bytes over it.
-    """
-    flags, rest = os.O_WRONLY | os.O_CREAT | getattr(os, "O_BINARY", 0), memoryview(content)
-    try:
-        descriptor = os.open(file, flags, 0o666)
-    except FileNotFoundError:
-        file.parent.mkdir(parents=True, exist_ok=True)
-        descriptor = os.open(file, flags, 0o666)
-    try:
-        while len(rest):
-            rest = rest[os.write(descriptor, rest) :]
-        os.ftruncate(descriptor, len(content))
-    finally:
-        os.close(descriptor)
 
 
 def _fill(dtype: type) -> Any:

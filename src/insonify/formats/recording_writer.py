@@ -73,7 +73,7 @@ class RecordingWriter:
             series: Its pressure [uPa] or intensity [uPa^2], shape (channels, samples); None: it is there.
             labels: Its labels; None: they are there, or not written.
         """
-        with writing(self.path):
+        with writing(self.path, self._identity):
             self._write(ping, series, labels)
         shard = ping // self._per_shard
         self._left[shard] -= 1
@@ -91,28 +91,33 @@ class RecordingWriter:
 
     def pack(self, shards: list[int] | None = None) -> None:
         """Pack shards of which all pings are there, of any writer; None: all such shards."""
-        with writing(self.path):
-            zarr_store.require_own_recording(self.path, self._identity)
-            pack_shards(self.path, zarr_store.sound_arrays(self.path), shards)
+        with writing(self.path, self._identity):
+            confirm = partial(zarr_store.require_own_recording, self.path, self._identity)
+            confirm()
+            pack_shards(self.path, zarr_store.sound_arrays(self.path), shards, confirm)
             if self._labelled:
-                label_store.pack_labels(self.path, shards)
+                label_store.pack_labels(self.path, self._identity, shards)
 
 
 @contextmanager
-def writing(path: Path) -> Iterator[None]:
+def writing(path: Path, into: str | None = None) -> Iterator[None]:
     """Convert errors of the file system while a recording is written.
 
     Args:
         path: Folder of the recording.
+        into: Identity of the recording; None: not known yet.
 
     Raises:
         WriteError: The disk is full, or the folder was removed or locked; all that was recorded can be read.
+        StoreError: Another run has replaced the recording meanwhile.
     """
     try:
         yield
     except WriteError:
         raise
     except OSError as error:
+        if isinstance(error, FileNotFoundError) and (path / "zarr.json").is_file():
+            zarr_store.require_own_recording(path, into)
         again = "What was recorded is kept; the same command goes on from there"
         if error.errno in (errno.ENOSPC, errno.EDQUOT):
             reason = f"{path}: the disk is full. Free some space, or copy the folder to a larger disk. {again}"

@@ -11,7 +11,7 @@ import math
 import os
 import time as clock
 import uuid
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from functools import lru_cache
 from pathlib import Path
@@ -34,9 +34,14 @@ LEAST_BYTES, MOST_BYTES = 64 << 20, 512 << 20
 """Size of a shard, where its number of pings allows [bytes]."""
 ABSENT = 2**64 - 1
 """Offset and length of a row that a shard lacks."""
+Confirm = Callable[[], object]
 STALE = 600.0
 """Age at which an unfinished file is that of a killed writer [s]."""
 _CODECS: dict[str, Codec] = {"zstd": Zstd(level=0), "blosc": Blosc("lz4", 5, Blosc.SHUFFLE)}
+
+
+def _confirmed() -> None:
+    """Nothing to confirm."""
 
 
 def pings_per_shard(pings: int, ping_bytes: int, line: int = 1) -> int:
@@ -126,28 +131,35 @@ def _row_array(group: str, name: str, number: int, changed: int) -> RowArray:
     return RowArray(Path(group), name, shape, dtype, chunk[0], separator, _CODECS[codecs[-1]["name"]])
 
 
-def put_chunk(file: Path, content: bytes) -> None:
+def put_chunk(file: Path, content: bytes, confirm: Confirm = _confirmed) -> None:
     """Write a file atomically, as zarr does but ten times as fast: under another name, then renamed.
+
+    A recording may be replaced by another at any moment: its folder is renamed, and a new one takes its name. The file
+    is created in one of them before `confirm` is called; where that is the old one, the renaming by path fails, and
+    where it is the new one, `confirm` does.
 
     Args:
         file: File of the chunk.
         content: Its bytes, compressed.
+        confirm: Function that raises an error where the path is that of another recording by now.
     """
     try:
-        with _renamed(file, file.parent) as aside:
+        with _renamed(file, file.parent, confirm) as aside:
             aside.write_bytes(content)
     except FileNotFoundError:
+        confirm()
         file.parent.mkdir(parents=True, exist_ok=True)
-        with _renamed(file, file.parent) as aside:
+        with _renamed(file, file.parent, confirm) as aside:
             aside.write_bytes(content)
 
 
 @contextmanager
-def _renamed(file: Path, folder: Path) -> Iterator[Path]:
-    """Another name for a file, in some folder: renamed at the end, deleted after an error."""
+def _renamed(file: Path, folder: Path, confirm: Confirm) -> Iterator[Path]:
+    """Another name for a file, in some folder: renamed at the end if confirmed, deleted after an error."""
     aside = folder / f".{file.name}.{uuid.uuid4().hex}.partial"
     try:
         yield aside
+        confirm()
     except BaseException:
         aside.unlink(missing_ok=True)
         raise
@@ -173,13 +185,16 @@ def recorded_rows(group: Path, arrays: list[RowArray]) -> NDArray[np.bool_]:
     return mask
 
 
-def pack_shards(group: Path, names: Iterable[str], shards: Iterable[int] | None = None) -> None:
+def pack_shards(
+    group: Path, names: Iterable[str], shards: Iterable[int] | None = None, confirm: Confirm = _confirmed
+) -> None:  # fmt: skip
     """Pack the shards of which all rows are there, and delete their loose rows.
 
     Args:
         group: Folder of the recording, or of its labels.
         names: Its arrays but `done`.
         shards: Shards to look at; None: all that have loose rows.
+        confirm: See `put_chunk`.
     """
     done = row_array(group, "done")
     if done.per_shard == 1:
@@ -189,7 +204,8 @@ def pack_shards(group: Path, names: Iterable[str], shards: Iterable[int] | None 
         _sweep(group / LOOSE)
         shards = {row // array.per_shard for array in (done, *arrays) for row in array.loose_rows()}
     for shard in sorted(shards):
-        if _is_packed(done, arrays, shard) or _pack(done, arrays, shard):
+        if _is_packed(done, arrays, shard) or _pack(done, arrays, shard, confirm):
+            confirm()
             for array in (done, *arrays):  # entries first: without them, no other writer packs what is left
                 for row in array.rows(shard):
                     array.row_file(row).unlink(missing_ok=True)
@@ -208,7 +224,7 @@ def _is_packed(done: RowArray, arrays: list[RowArray], shard: int) -> bool:
     return all(array.shard_file(shard).is_file() for array in (done, *arrays) if array.rows(shard))
 
 
-def _pack(done: RowArray, arrays: list[RowArray], shard: int) -> bool:
+def _pack(done: RowArray, arrays: list[RowArray], shard: int, confirm: Confirm) -> bool:
     """Join the loose rows of a shard where all are there; True where this or another writer has done so."""
     if not set(done.rows(shard)) <= set(done.loose_rows()):  # no files are looked for one by one
         return False
@@ -220,7 +236,7 @@ def _pack(done: RowArray, arrays: list[RowArray], shard: int) -> bool:
         for array in arrays:
             if array.rows(shard):
                 array.shard_file(shard).parent.mkdir(parents=True, exist_ok=True)
-                with _renamed(array.shard_file(shard), done.group / LOOSE) as aside:
+                with _renamed(array.shard_file(shard), done.group / LOOSE, confirm) as aside:
                     with aside.open("wb") as packed:
                         packed.writelines(_shard_bytes(array, shard))
                     if not all(mark.is_file() for mark in marks):  # entries are deleted before rows
@@ -230,7 +246,7 @@ def _pack(done: RowArray, arrays: list[RowArray], shard: int) -> bool:
     entries = np.zeros(done.per_shard, bool)
     entries[: len(marks)] = True
     done.shard_file(shard).parent.mkdir(exist_ok=True)
-    with _renamed(done.shard_file(shard), done.group / LOOSE) as aside:
+    with _renamed(done.shard_file(shard), done.group / LOOSE, confirm) as aside:
         aside.write_bytes(done.codec.encode(entries))
     return True
 

@@ -14,9 +14,9 @@ import shutil
 import time as clock
 import uuid
 import warnings
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
-from functools import lru_cache
+from functools import lru_cache, partial
 from itertools import zip_longest
 from pathlib import Path
 from typing import Any
@@ -147,19 +147,20 @@ def write_ping(path: str | Path, ping: int, data: ArrayLike, *, into: str | None
         values = _checked("ping", ping, data, array)
         if not np.isfinite(values).all():
             raise ValueError(f"ping {ping} has values that are not finite: a level in the scenario is too high")
-        put_chunk(array.row_file(ping), array.codec.encode(values))
-    enter_ping(path, ping)
+        put_chunk(array.row_file(ping), array.codec.encode(values), partial(require_own_recording, path, mine))
+    enter_ping(path, ping, partial(require_own_recording, path, mine))
 
 
-def enter_ping(group: str | Path, ping: int) -> None:
+def enter_ping(group: str | Path, ping: int, confirm: Callable[[], object]) -> None:
     """Write the entry of one ping in the mask of a recording, or of its labels.
 
     Args:
         group: Folder of the recording, or of its labels.
         ping: Number of the ping, from 0.
+        confirm: Function that raises an error where another recording has taken the place.
     """
     done = row_array(group, "done")
-    put_chunk(done.row_file(ping), done.codec.encode(np.ones(1, bool)))
+    put_chunk(done.row_file(ping), done.codec.encode(np.ones(1, bool)), confirm)
 
 
 def write_line(path: str | Path, line: int, data: ArrayLike, *, into: str | None = None) -> None:
@@ -175,9 +176,9 @@ def write_line(path: str | Path, line: int, data: ArrayLike, *, into: str | None
         StoreError: Another run has replaced the recording meanwhile.
         ValueError: The data have another shape.
     """
-    require_own_recording(path, into)
-    array = row_array(path, "recorded")
-    put_chunk(array.row_file(line), array.codec.encode(_checked("line", line, data, array)))
+    mine, array = require_own_recording(path, into), row_array(path, "recorded")
+    content = array.codec.encode(_checked("line", line, data, array))
+    put_chunk(array.row_file(line), content, partial(require_own_recording, path, mine))
 
 
 def _checked(kind: str, row: int, data: ArrayLike, array: RowArray) -> NDArray[Any]:
