@@ -9,6 +9,7 @@ from insonify.propagation.knife_edge import knife_edge
 from insonify.propagation.path_settings import PathSettings
 from insonify.records.legs import LegStatus
 from insonify.scattering.lambert import Lambert
+from insonify.scene.flat_faces import flat_faces
 from insonify.scene.scatterers import Scatterers
 from insonify.simulator import arrivals, build_simulator, labels, simulate
 from oracles.scenes import nominal
@@ -230,3 +231,38 @@ def test_a_target_that_only_a_face_lights_is_received(water):
     echo = found["target", "F-F"]
     strongest = 0.06 + 0.025 * int(np.argmax(echo)) / echo.size
     assert strongest == pytest.approx(2 * np.hypot(39.8 + 14.5, 8.5) / 1500, abs=1e-3)
+
+
+@pytest.mark.parametrize("field", ["coherent", "incoherent"])
+def test_a_face_out_of_reach_costs_and_changes_nothing(field):
+    """A wall 400 m off, of which no echo comes within 60 ms: the scatterers and the sound are those without faces."""
+    far = {"shape": "box", "label": "wall", "position": (0.0, 400.0), "size": (10.0, 2.0, 5.0),
+           "face_reflection_coefficient": 0.9}  # fmt: skip
+    scenes = [
+        nominal(targets=[far], field=field, track={"window": (0.05, 0.06)},
+                paths={"max_reflections": 1, "face_reflections": faces}) for faces in (True, False)
+    ]  # fmt: skip
+    simulators = [build_simulator(scene) for scene in scenes]
+    counts = [
+        sum(len(block()) for block in one.engine.blocks(one.ping_geometry(0), quadrature=field == "incoherent"))
+        for one in simulators
+    ]
+    assert counts[0] == counts[1] > 0
+    name = "pressure" if field == "coherent" else "intensity"
+    with_faces, without = (simulate(scene)[name].values for scene in scenes)
+    tolerance = 1e-6 if field == "coherent" else 0.05
+    assert np.abs(with_faces - without).max() <= tolerance * np.abs(without).max()
+
+
+def test_the_distance_from_a_face_is_that_of_its_nearest_point():
+    """A wall of 10 m by 5 m: ahead of it, beside it and above it."""
+    scene = nominal(targets=[{"shape": "box", "label": "wall", "position": (0.0, 30.0), "size": (10.0, 2.0, 5.0),
+                              "face_reflection_coefficient": 0.9}])  # fmt: skip
+    faces = flat_faces(build_simulator(scene).engine.scene, 0.015)
+    (face,) = (one for one in faces if one.axes[0, 1] < -0.99)
+    corners = face.triangles.reshape(-1, 2)
+    middle = face.axes[0] * face.distance + corners.mean(axis=0) @ face.axes[1:]
+    assert face.distance_from(middle + 7 * face.axes[0]) == pytest.approx(7.0)
+    aside = middle + 3 * face.axes[0] + (np.ptp(corners[:, 0]) / 2 + 4) * face.axes[1]
+    assert face.distance_from(aside) == pytest.approx(5.0)
+    assert face.distance_from(aside + (np.ptp(corners[:, 1]) / 2 + 12) * face.axes[2]) == pytest.approx(13.0)

@@ -23,6 +23,7 @@ from insonify.engines.ping_scatterers import ping_scatterers
 from insonify.engines.targets import target_count
 from insonify.estimates import boundary_points, compile_time, ping_work, unit_costs
 from insonify.estimates.compile_time import FeatureKernels
+from insonify.estimates.diffraction_work import diffraction_seconds_on_targets
 from insonify.estimates.run_cost import RunCost, estimate_cost, size_refusal
 from insonify.estimates.run_limits import run_refusal
 from insonify.recent_results import RecentResults
@@ -494,3 +495,16 @@ def test_each_sub_band_of_beams_is_a_pass_over_the_pairs():
         for count in (4, 16)
     )
     assert 2.5 < many / few < 4
+
+
+def test_glints_are_diffracted_around_targets_as_other_legs_are():
+    """Direct and surface legs past rocks: two of each point under a calm sea, four under a moving one."""
+    rocks = [{"shape": "library", "name": "rock", "label": f"{n}", "position": (0.0, 30.0 + 4 * n)} for n in range(4)]
+    seconds = []
+    for surface in ({}, {"reflection": "statistical", "wind_speed": 4.0}):
+        paths = {"max_reflections": 1, "edge_diffraction": "knife-edge"}
+        scene = nominal(targets=rocks, surface=surface, paths=paths, track={"window": (0.02, 0.08)})
+        simulator = build_simulator(scene)
+        side, families = simulator.ping_geometry(0), ("D", "S")
+        seconds.append(diffraction_seconds_on_targets(simulator, side, families))
+    assert 1.5 < seconds[1] / seconds[0] < 3.0

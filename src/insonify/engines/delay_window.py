@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from insonify.engines.face_reflection import reflecting_faces
+from insonify.engines.face_reflection import faces_in_reach
 from insonify.propagation.families import image_depth
 from insonify.propagation.path_settings import PathSettings
 from insonify.scene.scatterers import Scatterers
@@ -64,7 +64,7 @@ def in_delay_window(
         return np.ones(len(scatterers), bool)
     terrain = scene.seabed.terrain
     rise = 0.0 if terrain is None else max(terrain.depth - terrain.span[0], terrain.span[1] - terrain.depth)
-    faces = reflecting_faces(scene, choice, ping_geometry.frequency)
+    faces = faces_in_reach(scene, choice, ping_geometry)
     nearest, farthest = np.zeros((2, len(scatterers)))
     for position in (ping_geometry.transmit_position, ping_geometry.receive_position):
         flat = np.linalg.norm(scatterers.position[:, :2] - position[:2], axis=1)

@@ -23,6 +23,7 @@ from insonify.engines.engine_caches import EngineCaches
 from insonify.engines.face_reflection import (
     face_families,
     face_rows,
+    is_in_reach,
     legs_off_face,
     lit_points,
     reflecting_faces,
@@ -286,7 +287,7 @@ class EigenrayEngine:
         self, face: FlatFace, position: Floats, scatterers: Scatterers, ping_geometry: PingGeometry
     ) -> NDArray[np.bool_]:
         """Scatterers that a face may light from one end of the sonar, shape (n,)."""
-        if not reflects_to(face, scatterers):
+        if not reflects_to(face, scatterers) or not is_in_reach(face, self.scene, ping_geometry):
             return np.zeros(len(scatterers), bool)
         tall = self.scene.seabed.depth * self.choice.max_reflections
         return lit_points(face, position, scatterers.position, self._wavelength(ping_geometry, position), tall=tall)

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from insonify.engines.face_reflection import face_families, lit_points, reflecting_faces
+from insonify.engines.face_reflection import face_families, faces_in_reach, lit_points
 from insonify.propagation.families import DIRECT, families_reaching
 from insonify.propagation.path_settings import PathSettings
 from insonify.scene.flat_faces import FlatFace
@@ -83,7 +83,7 @@ def face_images(
         boundary: Boundary of the scatterers.
     """
     reached, images = families_reaching(boundary, face_families(choice)), list[FaceImage]()
-    for face in reflecting_faces(scene, choice, ping_geometry.frequency):
+    for face in faces_in_reach(scene, choice, ping_geometry):
         families = reached if face.is_upright else tuple(name for name in reached if name == DIRECT)
         mirror = np.eye(3) - 2 * np.outer(face.axes[0], face.axes[0])
         boresight = ping_geometry.boresight @ mirror

@@ -25,6 +25,7 @@ from insonify.scene.flat_faces import FlatFace, flat_faces
 from insonify.scene.scatterers import BOUNDARY_ECHO, Scatterers
 from insonify.scene.scene import Scene
 from insonify.scene.target import Box, Plate
+from insonify.sonar.ping_geometry import PingGeometry
 
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
@@ -50,6 +51,21 @@ def face_families(choice: PathSettings) -> tuple[str, ...]:
 def reflecting_faces(scene: Scene, choice: PathSettings, frequency: float) -> tuple[FlatFace, ...]:
     """Faces of targets off which sound is reflected on its way to other scatterers, at one frequency [Hz]."""
     return flat_faces(scene, scene.water.max_sound_speed / frequency) if face_families(choice) else ()
+
+
+def faces_in_reach(scene: Scene, choice: PathSettings, ping_geometry: PingGeometry) -> tuple[FlatFace, ...]:
+    """Those of `reflecting_faces` by way of which echoes may be received within a ping's window."""
+    faces = reflecting_faces(scene, choice, ping_geometry.frequency)
+    return tuple(face for face in faces if is_in_reach(face, scene, ping_geometry))
+
+
+def is_in_reach(face: FlatFace, scene: Scene, ping_geometry: PingGeometry) -> bool:
+    """Return True if sound may come by way of a face before the window ends.
+
+    Whatever it meets on the way, it travels from the transmitter to the face, and from there to the receiver.
+    """
+    shortest = sum(map(face.distance_from, (ping_geometry.transmit_position, ping_geometry.receive_position)))
+    return shortest / scene.water.max_sound_speed <= ping_geometry.recorded_delays[1]
 
 
 def face_family(name: str) -> str:

@@ -18,7 +18,7 @@ from insonify.engines.beam_importance import BeamImportance, KeptScatterers
 from insonify.engines.boundary_echoes import boundary_echo_families, transmitter_point
 from insonify.engines.engine_caches import EngineCaches
 from insonify.engines.face_images import face_images
-from insonify.engines.face_reflection import reflecting_faces
+from insonify.engines.face_reflection import faces_in_reach
 from insonify.engines.glint_spread import GlintSpread, glint_spread
 from insonify.engines.parts import SCATTERERS_PER_BLOCK, cut_into_blocks
 from insonify.engines.quadrature_points import Columns, QuadraturePoints
@@ -253,7 +253,7 @@ def ping_scatterers(
     quadrature: bool = False, caches: EngineCaches | None = None,
 ) -> PingScatterers:  # fmt: skip
     """Scatterers of the scene in reach of one ping, with the finest resolution that processing can attain."""
-    if reflecting_faces(scene, choice, ping_geometry.frequency):  # by way of a face, echoes of near ground arrive late
+    if faces_in_reach(scene, choice, ping_geometry):  # by way of a face, echoes of near ground arrive late
         ping_geometry = replace(ping_geometry, window=(0.0, ping_geometry.window[1]))
     return PingScatterers(scene, choice, seed, ping_geometry, rays, quadrature, caches or EngineCaches())
 

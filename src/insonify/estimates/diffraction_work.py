@@ -7,6 +7,7 @@ out; all others pass it as seen from above.
 import numpy as np
 from numpy.typing import NDArray
 
+from insonify.engines.memory_budget import legs_per_point
 from insonify.estimates import unit_costs
 from insonify.propagation.bounding_cylinders import bounding_cylinders
 from insonify.propagation.families import DIRECT
@@ -19,7 +20,7 @@ from insonify.units import amplitude_ratio
 
 Floats = NDArray[np.float64]
 
-AROUND = 360
+DIRECTIONS = 360
 """Directions in which the seabed near targets is counted [1]."""
 
 
@@ -37,7 +38,7 @@ def diffraction_seconds_on_seabed(
     """
     if not _diffracts(simulator) or not distance.any():
         return 0.0
-    start, azimuth = ping_geometry.transmit_position, np.linspace(0, 2 * np.pi, AROUND, endpoint=False)
+    start, azimuth = ping_geometry.transmit_position, np.linspace(0, 2 * np.pi, DIRECTIONS, endpoint=False)
     offset = distance[:, None, None] * np.stack([np.cos(azimuth), np.sin(azimuth)], axis=-1)
     depth = np.full((*offset.shape[:2], 1), simulator.scenario.seabed.depth)
     position = np.concatenate([start[:2] + offset, depth], axis=-1).reshape(-1, 3)
@@ -46,8 +47,9 @@ def diffraction_seconds_on_seabed(
     gain = np.prod([np.abs(end.gain(direction)).max(axis=0) for end in ends], axis=0)
     within = gain >= amplitude_ratio(simulator.scenario.paths.beam_cutoff_db) * gain.max()
     seconds = np.zeros(len(position))
-    seconds[within] = _seconds_per_point(simulator, ping_geometry, families, position[within])
-    share = seconds.reshape(-1, AROUND).sum(axis=1) / np.maximum(within.reshape(-1, AROUND).sum(axis=1), 1)
+    legs = legs_per_point(simulator.engine.scene, simulator.scenario.paths, "seabed", drawn=True)
+    seconds[within] = _seconds_per_point(simulator, ping_geometry, families, position[within], legs)
+    share = seconds.reshape(-1, DIRECTIONS).sum(axis=1) / np.maximum(within.reshape(-1, DIRECTIONS).sum(axis=1), 1)
     return float(points @ share)
 
 
@@ -66,7 +68,8 @@ def diffraction_seconds_on_targets(
         return 0.0
     north, east, _, top, base = bounding_cylinders(scene).T
     middle = np.stack([north, east, (top + base) / 2], axis=-1)
-    return float(_seconds_per_point(simulator, ping_geometry, families, middle, own=True).mean())
+    legs = legs_per_point(scene, simulator.scenario.paths, "target", drawn=True)
+    return float(_seconds_per_point(simulator, ping_geometry, families, middle, legs, own=True).mean())
 
 
 def _diffracts(simulator: Simulator) -> bool:
@@ -75,9 +78,19 @@ def _diffracts(simulator: Simulator) -> bool:
 
 
 def _seconds_per_point(
-    simulator: Simulator, ping_geometry: PingGeometry, families: tuple[str, ...], position: Floats, *, own: bool = False
-) -> Floats:
-    """Processor time of diffraction of all legs to each position [s], shape (n,); own: not around its own target."""
+    simulator: Simulator, ping_geometry: PingGeometry, families: tuple[str, ...], position: Floats, legs: int, *,
+    own: bool = False,
+) -> Floats:  # fmt: skip
+    """Processor time of diffraction of all legs to each position [s], shape (n,).
+
+    Args:
+        simulator: A prepared scenario.
+        ping_geometry: One side of the sonar at one ping.
+        families: Families of the legs.
+        position: North, east, depth of the ends of the legs [m], shape (n, 3).
+        legs: Legs to each, glints of rough boundaries included [1].
+        own: True where each position is the middle of a target, around which its legs are not diffracted.
+    """
     scene, rough = simulator.engine.scene, simulator.engine.approximate_edges
     wavelength, boxes = ping_geometry.sound_speed / ping_geometry.frequency, len(scene.boxes)
     start = ping_geometry.transmit_position
@@ -101,7 +114,7 @@ def _seconds_per_point(
         low = start[2] + (position[:, 2] - start[2]) * along / reach >= top - clearance
         width = np.sqrt(wavelength) / 2
         columns = float(np.clip(np.ceil(2 * radius / width), FEWEST, COLUMNS)) if rough else COLUMNS
-        legs = near * (len(families) - direct) + (near & low) * direct
-        seconds += legs * columns * unit_costs.SECONDS_PER_DIFFRACTING_COLUMN
-    by_each = boxes * len(families) * unit_costs.SECONDS_PER_DIFFRACTING_BOX
+        around = near * (legs - direct) + (near & low) * direct
+        seconds += around * columns * unit_costs.SECONDS_PER_DIFFRACTING_COLUMN
+    by_each = boxes * legs * unit_costs.SECONDS_PER_DIFFRACTING_BOX
     return (seconds + by_boxes * by_each) * (1 if ping_geometry.is_monostatic else 2)

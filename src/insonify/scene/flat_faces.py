@@ -68,6 +68,12 @@ class FlatFace(NamedTuple):
         """Distance of positions (..., 3) in front of the plane [m], negative behind it."""
         return np.asarray(position @ self.axes[0] - self.distance)
 
+    def distance_from(self, position: Floats) -> float:
+        """Least distance of a position (3,) from the rectangle about the face [m]."""
+        across = self.axes[1:] @ position
+        beyond = np.maximum(self.triangles.min(axis=(0, 1)) - across, across - self.triangles.max(axis=(0, 1)))
+        return float(np.hypot(self.height_of(position), np.linalg.norm(np.maximum(beyond, 0.0))))
+
     def image(self, position: Floats) -> Floats:
         """Image of a position in the plane [m], shape (3,)."""
         return np.asarray(position - 2 * self.height_of(position) * self.axes[0])
