@@ -62,7 +62,7 @@ def faces_in_reach(scene: Scene, choice: PathSettings, ping_geometry: PingGeomet
 def is_in_reach(face: FlatFace, scene: Scene, ping_geometry: PingGeometry) -> bool:
     """Return True if sound may come by way of a face before the window ends.
 
-    Whatever it meets on the way, it travels from the transmitter to the face, and from there to the receiver.
+    It travels, by whatever way, from the transmitter to the face, and from there to the receiver.
     """
     shortest = sum(map(face.distance_from, (ping_geometry.transmit_position, ping_geometry.receive_position)))
     return shortest / scene.water.max_sound_speed <= ping_geometry.recorded_delays[1]
