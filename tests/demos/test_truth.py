@@ -5,7 +5,7 @@ import pytest
 
 from insonify.demos.products.true_depths import bed_depth, depth_from_above, is_clear_of_targets
 from insonify.plotting.target_view import half_extent, middle
-from insonify.scene.triangle_surfaces import AROUND
+from insonify.scene.triangle_surfaces import CIRCLE_STEPS
 from oracles.scenes import nominal, point
 
 BED = 20.0
@@ -25,7 +25,7 @@ def test_a_sphere_is_as_high_as_pythagoras_predicts():
     away, bearing = np.sqrt(RANDOM.uniform(0, 0.96, 200)), RANDOM.uniform(0, 2 * np.pi, 200)
     lean = np.sqrt(1 - away**2)
     found = depth_from_above(SCENE, 3 + away * np.cos(bearing), 40 + away * np.sin(bearing))
-    assert (np.abs(found - (BED - 1 - lean)) < 2 * (np.pi / AROUND) ** 2 / lean).all()
+    assert (np.abs(found - (BED - 1 - lean)) < 2 * (np.pi / CIRCLE_STEPS) ** 2 / lean).all()
 
 
 def test_a_box_is_high_inside_its_outline_and_nowhere_else():

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from tests.oracles.wave import direct_field
 
-from insonify.propagation.eigenray_tables import KEPT, exact_rays
+from insonify.propagation.eigenray_tables import MAX_TABLES, exact_rays
 from insonify.propagation.propagation_model import RayDomain
 from insonify.propagation.refracted_rays import refracted_rays
 from insonify.records.legs import LegStatus
@@ -107,7 +107,7 @@ def test_a_dive_does_not_fill_the_memory(boundary):
         np.testing.assert_array_equal(read.count, solved.count)
         np.testing.assert_allclose(read.rays[:, 0, 0], solved.rays[:, 0, 0], rtol=0, atol=1e-9)
         tables = water.tables.tables.values()
-        assert len(tables) <= KEPT and any(table.covers(source) for table in tables)
+        assert len(tables) <= MAX_TABLES and any(table.covers(source) for table in tables)
         assert max(table.planes[-1].source_depth - table.planes[0].source_depth for table in tables) <= 2
 
 
