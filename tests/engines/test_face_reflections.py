@@ -255,7 +255,7 @@ def test_a_face_out_of_reach_costs_and_changes_nothing(field):
 
 
 def test_the_distance_from_a_face_is_that_of_its_nearest_point():
-    """A wall of 10 m by 5 m: ahead of it, beside it and above it."""
+    """A wall of 10 m by 5 m: ahead of it, past its end and above it."""
     scene = nominal(targets=[{"shape": "box", "label": "wall", "position": (0.0, 30.0), "size": (10.0, 2.0, 5.0),
                               "face_reflection_coefficient": 0.9}])  # fmt: skip
     faces = flat_faces(build_simulator(scene).engine.scene, 0.015)

@@ -35,6 +35,7 @@ LEAST_BYTES, MOST_BYTES = 64 << 20, 512 << 20
 ABSENT = 2**64 - 1
 """Offset and length of a row that a shard lacks."""
 Confirm = Callable[[], object]
+"""Function that raises an error where another recording has taken the place of the one that is written."""
 STALE = 600.0
 """Age at which an unfinished file is that of a killed writer [s]."""
 _CODECS: dict[str, Codec] = {"zstd": Zstd(level=0), "blosc": Blosc("lz4", 5, Blosc.SHUFFLE)}
