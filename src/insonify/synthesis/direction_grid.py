@@ -38,7 +38,7 @@ WEAK = 1e-9
 _RESPONSE_DEGREE = 12
 """Degree of a polynomial that is one over the transform of the gridding kernel to 1e-12."""
 _MOST_CYCLES = 0.35
-"""Cycles per row up to which that polynomial is fitted; the ends of an aperture have a quarter, by the rows' spacing."""
+"""Cycles per row up to which that polynomial is fitted; ends of apertures have a quarter, by the rows' spacing."""
 _WEIGHTS: RecentResults[NDArray[np.float32]] = RecentResults(16)
 
 
@@ -92,7 +92,8 @@ class DirectionGrid:
         window = slice(grid.lead_samples, grid.lead_samples + grid.sample_count)
         series, whole = np.empty((len(beams), grid.sample_count), np.complex64), np.zeros(grid.padded_samples, complex)
         for beam, (spectrum, on_axis) in enumerate(zip(beams, 1 / self.scale.T, strict=True)):
-            whole[low:high] = spectrum / (on_axis @ weights)  # gains of elements are interpolated: smoother than one over them
+            # gains of elements are interpolated, which are smoother than one over them
+            whole[low:high] = spectrum / (on_axis @ weights)
             series[beam] = scipy.fft.ifft(scipy.fft.ifftshift(whole))[window]
         return series
 
