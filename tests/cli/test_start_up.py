@@ -44,6 +44,12 @@ def test_check_loads_neither_compiler_nor_pictures_nor_recordings_nor_statistics
     assert not loaded("check", str(NOMINAL)) & (heavy | {f"scipy.{part}" for part in parts})
 
 
+def test_a_picture_of_a_scene_loads_neither_compiler_nor_geometry_of_scipy(tmp_path):
+    """The footprint of a target is drawn triangle by triangle: no hull, whose library takes a third of a second."""
+    names = loaded("show", str(NOMINAL), "-o", str(tmp_path / "scene.png"))
+    assert "matplotlib" in names and not names & {"numba", "xarray", "scipy.spatial", "scipy.linalg"}
+
+
 def test_a_picture_of_a_survey_loads_no_compiler(tmp_path):
     """A recording was simulated already: its waterfall needs no kernel, and no check of its scenario over relief."""
     with warnings.catch_warnings():

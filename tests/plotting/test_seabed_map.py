@@ -41,6 +41,21 @@ def test_a_target_whose_middle_is_outside_is_named_where_it_is_seen():
     assert east == pytest.approx(60.0, abs=2.01)
 
 
+def test_a_hollow_target_is_drawn_by_its_own_footprint(tmp_path):
+    """Two piers of one mesh, 4 m apart: the water between them is not covered, each pier is."""
+    pier = "v {0} 0 0\nv {1} 0 0\nv {1} 2 0\nv {0} 2 0\nv {2} 1 -2\n"
+    faces = "".join(f"f {a} {b} {c}\n" for k in (0, 5) for a, b, c in np.array(
+        [(1, 3, 2), (1, 4, 3), (1, 2, 5), (2, 3, 5), (3, 4, 5), (4, 1, 5)]) + k)  # fmt: skip
+    (tmp_path / "piers.obj").write_text(pier.format(0, 2, 1) + pier.format(6, 8, 7) + faces)
+    mesh = {"shape": "mesh", "label": "piers", "file": str(tmp_path / "piers.obj"), "position": (20.0, 30.0)}
+    (drawn_faces,) = drawn(nominal(targets=[mesh], track={"window": (0.0, 0.24)})).collections
+    paths = drawn_faces.get_paths()
+    corners = np.concatenate([path.vertices for path in paths])
+    middle = (corners.min(axis=0) + corners.max(axis=0)) / 2
+    assert not any(path.contains_point(middle) for path in paths)
+    assert any(path.contains_point(corners.min(axis=0) + [1.0, 0.9]) for path in paths)
+
+
 def test_ground_that_was_not_surveyed_is_left_grey(tmp_path):
     """Holes are NaN on the map, and the title states what the file is."""
     axis = np.arange(-200.0, 201.0, 2.0)

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.collections import PolyCollection
 from matplotlib.colors import ListedColormap, to_rgb
 from matplotlib.patches import Patch, Polygon
 from matplotlib.patheffects import withStroke
@@ -31,6 +32,8 @@ NARROWEST = 0.3
 """Least ratio of the shorter to the longer side of a map [1]."""
 PINGS = 200
 """Largest number of pings for the outline of a swath [1]."""
+EDGE_POINTS = 50_000
+"""Points along the edges of a target among which the place of its label is chosen [1]."""
 SIDES = {-1: ("#B02318", "port swath"), 0: ("#0B3F73", "beam on the bed"), 1: ("#0B7A3B", "starboard swath")}
 """Colour and name of the swath of each side: red and green, as a ship's lamps."""
 
@@ -178,35 +181,34 @@ def _swaths(axes: Axes, seen: list[tuple[int, Floats]]) -> None:
 
 def _targets(axes: Axes, scenario: Scenario) -> None:
     """Draw the outlines of the targets, and their labels."""
-    from scipy.spatial import ConvexHull
-
     for target in scenario.targets:
         north, east = target.position[:2]
         colour, named = style.CONTRIBUTION_COLOURS["target"], np.array([north, east])
         if isinstance(target, PointTarget):
             axes.plot(east, north, "+", color=colour, markersize=9)
         else:
-            corners = np.asarray(world_triangles(target, scenario.completed_seabed).corners)[..., :2].reshape(-1, 2)
-            hull = corners[ConvexHull(corners).vertices] if np.ptp(corners, axis=0).min() > 0 else corners
-            axes.add_patch(Polygon(hull[:, ::-1], closed=True, facecolor=colour, edgecolor=colour, linewidth=1.5))
-            named = _in_frame(axes, named, hull)
+            footprint = np.asarray(world_triangles(target, scenario.completed_seabed).corners)[..., :2]
+            axes.add_collection(PolyCollection(footprint[..., ::-1], facecolors=colour, edgecolors=colour,
+                                               linewidths=1.5), autolim=False)  # fmt: skip
+            named = _in_frame(axes, named, footprint)
         axes.annotate(
             target.label, (named[1], named[0]), xytext=(5, 5), textcoords="offset points", fontsize=8,
             annotation_clip=True, path_effects=[withStroke(linewidth=2.0, foreground="#FFFFFFB0")],
         )  # fmt: skip
 
 
-def _in_frame(axes: Axes, middle: Floats, outline: Floats) -> Floats:
-    """North and east of a target's label: its centre, or the nearest point of its outline inside the frame.
+def _in_frame(axes: Axes, middle: Floats, footprint: Floats) -> Floats:
+    """North and east of a target's label: its centre, or the nearest point of its edges inside the frame.
 
     Args:
         axes: Axes of the map, with their limits.
         middle: North and east of the target [m].
-        outline: Corners of its outline, north and east [m], shape (n, 2).
+        footprint: Corners of its triangles, north and east [m], shape (n, 3, 2).
     """
     (west, east), (south, north) = axes.get_xlim(), axes.get_ylim()
-    part = np.linspace(0, 1, 65)[:, None, None]
-    points = np.concatenate([middle[None], (outline + part * (np.roll(outline, -1, axis=0) - outline)).reshape(-1, 2)])
+    part = np.linspace(0, 1, max(2, min(65, EDGE_POINTS // len(footprint))))[:, None, None, None]
+    edges = footprint + part * (np.roll(footprint, -1, axis=1) - footprint)
+    points = np.concatenate([middle[None], edges.reshape(-1, 2)])
     inside = (points[:, 0] >= south) & (points[:, 0] <= north) & (points[:, 1] >= west) & (points[:, 1] <= east)
     shown = points[inside]
     return shown[np.argmin(np.hypot(*(shown - middle).T))] if len(shown) else middle
