@@ -104,7 +104,19 @@ def test_labels_of_a_run_that_was_replaced_are_not_in_the_new_recording(tmp_path
         np.testing.assert_array_equal(held.strongest_object.values[ping], labels(other, ping).strongest_object.values)
 
 
-@pytest.mark.parametrize("moment", [1, 2, 5])
+@pytest.mark.parametrize(("north", "precision"), [(5e3, np.float32), (17e3, np.float64), (5.4e6, np.float64)])
+def test_positions_are_kept_to_a_millimetre_at_any_distance_from_the_origin(
+    tmp_path: Path, north: float, precision: type
+) -> None:
+    """Single precision within 16 km, where its steps are a binary millimetre; double beyond, as at a UTM northing."""
+    there = survey(targets=(), **{"track": {**survey().track.model_dump(), "start": (north + 0.0003, 0.0, 11.0)}})
+    record(there, tmp_path / "far.zarr", pings=[0], with_labels=True)
+    held, expected = open_labels(tmp_path / "far.zarr").position, label_ping(build_simulator(there), 0).position
+    assert held.dtype == precision
+    np.testing.assert_allclose(held.values[0], expected, rtol=0, atol=0.51e-3)
+
+
+@pytest.mark.parametrize("moment", [1, 2, 3])
 def test_a_run_replaced_while_it_writes_labels_leaves_none(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, moment: int
 ) -> None:

@@ -153,6 +153,32 @@ def test_nothing_but_a_recording_is_ever_replaced(tmp_path: Path) -> None:
         open_recording(album)
 
 
+@pytest.mark.parametrize("moment", range(1, 4))
+def test_a_run_replaced_between_two_pings_leaves_nothing_in_the_new_recording(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, moment: int
+) -> None:
+    """As below, where the folders are there already: no check but before the files are created and renamed."""
+    path, check = tmp_path / "a.zarr", zarr_store.require_own_recording
+    mine = create_recording(path, layout(), SAME)
+    write_ping(path, 1, sound(1), into=mine)
+    calls = list[int]()
+
+    def replaced(where: Path, into: str | None) -> str:
+        calls.append(len(calls))
+        if 2 * calls[-1] == moment:
+            create_recording(path, layout(), {**SAME, "seed": 2}, overwrite=True)
+        found = check(where, into)
+        if 2 * calls[-1] + 1 == moment:
+            create_recording(path, layout(), {**SAME, "seed": 2}, overwrite=True)
+            (path / "pressure" / "c").mkdir(exist_ok=True)
+        return found
+
+    monkeypatch.setattr(zarr_store, "require_own_recording", replaced)
+    with pytest.raises(StoreError, match="replaced by another run"):
+        write_ping(path, 3, sound(3), into=mine)
+    assert not recorded_pings(path).any() and not list(path.rglob("*.partial"))
+
+
 @pytest.mark.parametrize("moment", range(5))
 def test_a_run_replaced_at_any_moment_of_a_write_leaves_nothing_in_the_new_recording(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, moment: int

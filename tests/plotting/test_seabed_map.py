@@ -53,7 +53,7 @@ def test_a_hollow_target_is_drawn_by_its_own_footprint(tmp_path):
     corners = np.concatenate([path.vertices for path in paths])
     middle = (corners.min(axis=0) + corners.max(axis=0)) / 2
     assert not any(path.contains_point(middle) for path in paths)
-    assert any(path.contains_point(corners.min(axis=0) + [1.0, 0.9]) for path in paths)
+    assert any(path.contains_point(corners.min(axis=0) + np.array([1.0, 0.9])) for path in paths)
 
 
 def test_ground_that_was_not_surveyed_is_left_grey(tmp_path):

@@ -23,16 +23,17 @@ from zarr.errors import ZarrUserWarning
 
 from insonify.formats.chunk_sizes import require_declared_axes
 from insonify.formats.named_chunks import with_named_chunks
-from insonify.formats.shards import pack_shards, put_chunk, recorded_rows, row_array
+from insonify.formats.shards import pack_shards, put_chunks, recorded_rows, row_array
 from insonify.formats.store_description import errors_as_store_errors, require_consistent_sizes
 from insonify.formats.zarr_store import (
     IDENTITY,
     PACKED,
     StoreError,
-    enter_ping,
     identity,
+    ping_entry,
     require_own_recording,
 )  # fmt: skip
+from insonify.ocean.profile import FASTEST
 from insonify.records.labels import COLUMNS, LabelNames, Labels, with_names
 from insonify.records.recording import RecordingLayout
 
@@ -42,6 +43,8 @@ MANTISSA_BITS = 12
 """Stored bits of the mantissa of intensities and angles: 0.001 dB, in half the space after compression [1]."""
 FINEST = 2.0**-10
 """Step of stored positions and distances: a binary fraction, whose last bytes are zero [m]."""
+SINGLE_PRECISION_REACH = 0.99 * 2**24 * FINEST
+"""Largest coordinate that single precision holds to that step, less a margin for the bodies of targets [m]."""
 LABEL_CODECS = (BloscCodec(cname="lz4", clevel=5, shuffle="shuffle"),)
 """Codec of the labels, ten times as fast as that of the sound."""
 _TYPES = (np.float32, np.uint8, np.bool_)
@@ -129,7 +132,10 @@ def _build(
     described = {**attributes, "owners": list(names.objects), "pairs": list(names.pairs)}
     group = zarr.open_group(path, mode="w", zarr_format=3, attributes=described)
     pings, channels, samples = layout.ping_time.size, layout.steer.size, layout.time.size
-    dims, dtype, units, meaning = COLUMNS[POSITION]
+    dims, _, units, meaning = COLUMNS[POSITION]
+    ends = [np.abs(end).max(initial=0.0) for end in (layout.position, layout.receiver_position)]
+    reach = max(ends) + FASTEST * np.abs(layout.time).max(initial=0.0)  # of an echo, one way at least
+    dtype: type = np.float32 if reach < SINGLE_PRECISION_REACH else np.float64
     arrays = [(POSITION, (pings, channels, samples, 3), dims, dtype, {"units": units, "long_name": meaning})]
     for array in _type_arrays(len(names.objects), len(names.pairs)):
         shape, axes = (pings, channels, array.row_count, samples), ("ping", "channel", array.row, "time")
@@ -174,18 +180,16 @@ def write_label_ping(path: str | Path, ping: int, labels: Labels, *, into: str |
     mine, folder = require_own_recording(path, into), Path(path) / FOLDER
     confirm = partial(_require_own_labels, path, mine)
     confirm()
-    stored = {POSITION: np.empty(labels.position.shape)}
+    stored = {POSITION: np.empty(labels.position.shape, row_array(folder, POSITION).dtype)}
     _store(labels.position, "m", stored[POSITION])
     channels, objects, samples = labels.object_intensity.shape
     for array in _type_arrays(objects, labels.pair_intensity.shape[1]):
         packed = stored[array.name] = np.empty((channels, array.row_count, samples), array.dtype)
         for column, rows in array.rows.items():
             _store(getattr(labels, column), COLUMNS[column][2], packed[:, rows])
-    for name, values in stored.items():
-        if values.dtype != bool or values.any():  # a chunk that is not there reads as False
-            file = row_array(folder, name)
-            put_chunk(file.row_file(ping), file.codec.encode(values), confirm)
-    enter_ping(folder, ping, confirm)
+    arrays = {name: row_array(folder, name) for name, values in stored.items() if values.dtype != bool or values.any()}
+    chunks = [(str(array.row_file(ping)), array.codec.encode(stored[name])) for name, array in arrays.items()]
+    put_chunks([*chunks, ping_entry(folder, ping)], confirm)  # a chunk that is not there reads as False
 
 
 def _require_own_labels(path: str | Path, mine: str) -> None:
@@ -268,8 +272,7 @@ def _taken_apart(dataset: xr.Dataset, names: LabelNames) -> xr.Dataset:
 def _store(values: NDArray[Any], units: str, stored: NDArray[Any]) -> None:
     """Fill an array with the values of one column, without insignificant digits."""
     if units == "m":
-        np.multiply(values, 1 / FINEST, out=stored, casting="same_kind")
-        np.rint(stored, out=stored)
+        np.rint(values * (1 / FINEST), out=stored, casting="same_kind")  # rounded once, in double precision
         stored *= FINEST
         return
     stored[...] = values

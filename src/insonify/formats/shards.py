@@ -11,6 +11,7 @@ import math
 import os
 import time as clock
 import uuid
+from collections import deque
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from functools import lru_cache
@@ -132,26 +133,43 @@ def _row_array(group: str, name: str, number: int, changed: int) -> RowArray:
     return RowArray(Path(group), name, shape, dtype, chunk[0], separator, _CODECS[codecs[-1]["name"]])
 
 
-def put_chunk(file: Path, content: bytes, confirm: Confirm = _confirmed) -> None:
-    """Write a file atomically, as zarr does but ten times as fast: under another name, then renamed.
+def put_chunks(chunks: Iterable[tuple[str, bytes]], confirm: Confirm = _confirmed) -> None:
+    """Write files atomically, as zarr does but ten times as fast: under other names, then renamed in their order.
 
-    A recording may be replaced by another at any moment: its folder is renamed, and a new one takes its name. The file
-    is created in one of them before `confirm` is called; where that is the old one, the renaming by path fails, and
+    A recording may be replaced by another at any moment: its folder is renamed, and a new one takes its name. The files
+    are created in one of them before `confirm` is called; where that is the old one, the renaming by path fails, and
     where it is the new one, `confirm` does.
 
     Args:
-        file: File of the chunk.
-        content: Its bytes, compressed.
+        chunks: Path of the file of each chunk, and its bytes, compressed.
         confirm: Function that raises an error where the path is that of another recording by now.
     """
+    pending = deque[tuple[str, str]]()
     try:
-        with _renamed(file, file.parent, confirm) as aside:
-            aside.write_bytes(content)
+        for file, content in chunks:
+            folder, name = os.path.split(file)
+            pending.append((os.path.join(folder, f".{name}.{uuid.uuid4().hex}.partial"), file))
+            _create(pending[-1][0], content, confirm)
+        confirm()
+        while pending:
+            os.replace(*pending[0])
+            pending.popleft()
     except FileNotFoundError:
         confirm()
-        file.parent.mkdir(parents=True, exist_ok=True)
-        with _renamed(file, file.parent, confirm) as aside:
-            aside.write_bytes(content)
+        raise
+    finally:
+        for aside, _ in pending:
+            Path(aside).unlink(missing_ok=True)
+
+
+def _create(file: str, content: bytes, confirm: Confirm) -> None:
+    """Create a file, and its folder if the recording is still the intended one."""
+    try:
+        Path(file).write_bytes(content)
+    except FileNotFoundError:
+        confirm()
+        Path(file).parent.mkdir(parents=True, exist_ok=True)
+        Path(file).write_bytes(content)
 
 
 @contextmanager
@@ -195,7 +213,7 @@ def pack_shards(
         group: Folder of the recording, or of its labels.
         names: Its arrays but `done`.
         shards: Shards to look at; None: all that have loose rows.
-        confirm: See `put_chunk`.
+        confirm: See `put_chunks`.
     """
     done = row_array(group, "done")
     if done.per_shard == 1:

@@ -14,7 +14,7 @@ import shutil
 import time as clock
 import uuid
 import warnings
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from functools import lru_cache, partial
 from itertools import zip_longest
@@ -31,7 +31,7 @@ from zarr.errors import ZarrUserWarning
 
 from insonify.formats.chunk_sizes import require_declared_axes
 from insonify.formats.named_chunks import with_named_chunks
-from insonify.formats.shards import STALE, RowArray, pings_per_shard, put_chunk, recorded_rows, row_array
+from insonify.formats.shards import STALE, RowArray, pings_per_shard, put_chunks, recorded_rows, row_array
 from insonify.formats.store_description import (
     REPAIR_ADVICE,
     errors_as_store_errors,
@@ -142,25 +142,24 @@ def write_ping(path: str | Path, ping: int, data: ArrayLike, *, into: str | None
         ValueError: The data have another shape, or are not finite.
     """
     mine = require_own_recording(path, into)
-    array = row_array(path, _sound_array(str(path), mine))
+    array, chunks = row_array(path, _sound_array(str(path), mine)), list[tuple[str, bytes]]()
     if array.name in FIELDS:
         values = _checked("ping", ping, data, array)
         if not np.isfinite(values).all():
             raise ValueError(f"ping {ping} has values that are not finite: a level in the scenario is too high")
-        put_chunk(array.row_file(ping), array.codec.encode(values), partial(require_own_recording, path, mine))
-    enter_ping(path, ping, partial(require_own_recording, path, mine))
+        chunks.append((str(array.row_file(ping)), array.codec.encode(values)))
+    put_chunks([*chunks, ping_entry(path, ping)], partial(require_own_recording, path, mine))
 
 
-def enter_ping(group: str | Path, ping: int, confirm: Callable[[], object]) -> None:
-    """Write the entry of one ping in the mask of a recording, or of its labels.
+def ping_entry(group: str | Path, ping: int) -> tuple[str, bytes]:
+    """File and content of the entry of one ping in the mask of a recording, or of its labels.
 
     Args:
         group: Folder of the recording, or of its labels.
         ping: Number of the ping, from 0.
-        confirm: Function that raises an error where another recording has taken the place.
     """
     done = row_array(group, "done")
-    put_chunk(done.row_file(ping), done.codec.encode(np.ones(1, bool)), confirm)
+    return str(done.row_file(ping)), done.codec.encode(np.ones(1, bool))
 
 
 def write_line(path: str | Path, line: int, data: ArrayLike, *, into: str | None = None) -> None:
@@ -178,7 +177,7 @@ def write_line(path: str | Path, line: int, data: ArrayLike, *, into: str | None
     """
     mine, array = require_own_recording(path, into), row_array(path, "recorded")
     content = array.codec.encode(_checked("line", line, data, array))
-    put_chunk(array.row_file(line), content, partial(require_own_recording, path, mine))
+    put_chunks([(str(array.row_file(line)), content)], partial(require_own_recording, path, mine))
 
 
 def _checked(kind: str, row: int, data: ArrayLike, array: RowArray) -> NDArray[Any]:

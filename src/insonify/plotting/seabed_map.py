@@ -188,7 +188,7 @@ def _targets(axes: Axes, scenario: Scenario) -> None:
             axes.plot(east, north, "+", color=colour, markersize=9)
         else:
             footprint = np.asarray(world_triangles(target, scenario.completed_seabed).corners)[..., :2]
-            axes.add_collection(PolyCollection(footprint[..., ::-1], facecolors=colour, edgecolors=colour,
+            axes.add_collection(PolyCollection(list(footprint[..., ::-1]), facecolors=colour, edgecolors=colour,
                                                linewidths=1.5), autolim=False)  # fmt: skip
             named = _in_frame(axes, named, footprint)
         axes.annotate(
