@@ -133,9 +133,6 @@ def _tracer_limits(scenario: Scenario) -> Iterator[PydanticCustomError]:
     if scenario.surface.reflection == "statistical" and any(isinstance(one, PointTarget) for one in scenario.targets):
         yield field_error("surface.reflection", "statistical", "is not for point targets in the tracer. Write "
                       "reflection: flat, give a sphere, or write engine: eigenrays under paths.")  # fmt: skip
-    if scenario.surface.reflection == "statistical" and scenario.water.layered:
-        yield field_error("surface.reflection", "statistical", "is not for the tracer in layered water. Write "
-                      "reflection: flat, give one sound_speed, or write engine: eigenrays under paths.")  # fmt: skip
 
 
 def _profile_depth_errors(scenario: Scenario) -> Iterator[PydanticCustomError]:

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from insonify.engines.boundary_echoes import boundary_echo_families, sediment_bounce_factor
 from insonify.engines.tracer.facet_echoes import facet_echoes
-from insonify.engines.tracer.family_legs import TracedLegs, family_legs, nearest_delay
+from insonify.engines.tracer.family_legs import TracedLegs, family_legs, is_clear, nearest_delay
 from insonify.engines.tracer.hit_energies import (
     OWN_BOUNCE,
     channel_energies,
@@ -66,7 +66,7 @@ def echoes(ping: TracedPing, hits: RayHits, vertices: list[SurfaceVertices]) -> 
             returned = scattered_per_steradian(law, part.direction, -back.arrival, normal)
             returned *= back.intensity(ping.attenuation)
             delay = part.delay + back.delay
-            clear = np.flatnonzero(_is_clear(ping, part.origin, family, back, (returned > 0) & in_window(ping, delay)))
+            clear = np.flatnonzero(is_clear(ping, part.origin, family, back, (returned > 0) & in_window(ping, delay)))
             if not clear.size:
                 continue
             gain = ping.receive_beams.gain(back.departure[clear]) ** 2
@@ -174,7 +174,7 @@ def point_echoes(ping: TracedPing, target: PointTarget, position: Floats) -> Ite
         paths_of_ends = []
         for family in ping.choice.followed_families:
             for ray, legs in enumerate(family_legs(ping, end, position, family)):
-                clear = _is_clear(ping, position, family, legs, legs.reflected > 0, end=end)
+                clear = is_clear(ping, position, family, legs, legs.reflected > 0, end=end)
                 gain = beams.gain(legs.departure) ** 2 * legs.intensity(ping.attenuation) * clear
                 paths_of_ends.append((family, ray, legs.delay, gain))
         ends.append(paths_of_ends)
@@ -206,7 +206,7 @@ def boundary_echo_energies(ping: TracedPing) -> Iterator[EchoEnergies]:
         legs = family_legs(ping, ping.receive, position, family, BOUNDARY_ECHO)
         reverse = family[::-1]
         for back in legs:
-            clear = _is_clear(ping, position, family, back, (back.reflected > 0) & in_window(ping, back.delay))
+            clear = is_clear(ping, position, family, back, (back.reflected > 0) & in_window(ping, back.delay))
             sine = np.abs(back.departure[:, 2])
             rough = sediment_bounce_factor(family, depth, back.length, sine, ping.scene.seabed, geometry.wavelength)
             sent = (
@@ -259,14 +259,3 @@ def _may_arrive(ping: TracedPing, rays: RayBundle) -> NDArray[np.bool_]:
     """True for rays at whose hits the shortest way to the receiver ends before the window does, shape (n,)."""
     shortest = np.linalg.norm(rays.origin - ping.receive, axis=1) / ping.scene.water.max_sound_speed
     return np.asarray(rays.delay + shortest <= ping.ping_geometry.recorded_delays[1])
-
-
-def _is_clear(
-    ping: TracedPing, position: Floats, family: str, legs: TracedLegs, requested: NDArray[np.bool_], *,
-    end: Floats | None = None,
-) -> NDArray[np.bool_]:  # fmt: skip
-    """True for positions whose legs to one end of the sonar, by default the receiver, are not occluded, shape (n,)."""
-    wavelength = ping.ping_geometry.wavelength
-    if ping.rays is None:
-        return ping.intersector.clear(ping.receive if end is None else end, position, family, wavelength, requested)
-    return ping.intersector.clear_refracted(position, -legs.arrival, legs.length, family, wavelength, requested)

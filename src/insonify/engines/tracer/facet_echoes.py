@@ -1,13 +1,14 @@
 """Echoes back by facets of a moving surface."""
 
 from collections.abc import Iterator
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from insonify import random_keys
 from insonify.engines.boundary_echoes import boundary_echo_families, scatters_facets
-from insonify.engines.tracer.family_legs import family_legs
+from insonify.engines.tracer.family_legs import TracedLegs, family_legs, is_clear, nearest_delay
 from insonify.engines.tracer.hit_energies import (
     OWN_BOUNCE,
     channel_energies,
@@ -17,8 +18,8 @@ from insonify.engines.tracer.hit_energies import (
 )
 from insonify.engines.tracer.image_legs import bounce_letters, image_source_depth
 from insonify.engines.tracer.interaction import scattered_per_steradian
-from insonify.engines.tracer.ray_bundle import RayHits, TracedPing
-from insonify.engines.tracer.surface_vertices import SurfaceVertices, legs_from_surface
+from insonify.engines.tracer.ray_bundle import RayBundle, RayHits, TracedPing
+from insonify.engines.tracer.surface_vertices import SurfaceVertices
 from insonify.records.echo_energies import EchoEnergies
 from insonify.scene.scatterers import BOUNDARY_ECHO
 
@@ -69,14 +70,51 @@ def _connected_echoes(
     calm = np.arctan2(np.abs(ray[:, 2]), np.hypot(ray[:, 0], ray[:, 1]))
     at, chance = vertices.drawn(np.repeat(calm, CONNECTIONS), uniform.ravel(), facets.spread)
     hit = np.repeat(np.arange(n), CONNECTIONS)
-    rays, normal, point = hits.rays.take(hit), hits.normal[hit], vertices.position[at]
-    legs = legs_from_surface(ping, point, rays.origin, tail)
+    connected = _Connections(hits.rays.take(hit), hits.normal[hit], at, hit, chance * CONNECTIONS)
+    from_point = connected.rays.origin - vertices.position[at]  # the boundaries are level: only the distance counts
+    for legs in family_legs(ping, np.zeros(3), from_point, tail):
+        yield from _echoes_by_legs(ping, hits, sent, vertices, connected, legs, (family, tail))
+
+
+class _Connections(NamedTuple):
+    """Hits connected with points of the surface, m of them."""
+
+    rays: RayBundle
+    """Rays at their hits."""
+    normal: Floats
+    """Unit normals there [1], (m, 3)."""
+    at: NDArray[np.int64]
+    """Points of the surface, (m,)."""
+    hit: NDArray[np.int64]
+    """Hits, (m,)."""
+    mean_count: Floats
+    """Mean number of such connections [1], (m,)."""
+
+
+def _echoes_by_legs(
+    ping: TracedPing, hits: RayHits, sent: Floats, vertices: SurfaceVertices, connected: _Connections, legs: TracedLegs,
+    names: tuple[str, str],
+) -> Iterator[EchoEnergies]:  # fmt: skip
+    """Echoes of connections by one ray of each from the surface to the hit.
+
+    Args:
+        ping: The ping.
+        hits: Hits of rays on one interface.
+        sent: Their energies from `transmitted_energy`.
+        vertices: Points of the surface.
+        connected: The connections.
+        legs: Their legs from the surface.
+        names: Family of the receive legs, and its reflections after the facet.
+    """
+    (family, tail), facets = names, ping.facets
+    assert hits.law is not None and facets is not None
+    rays, normal, at, hit, mean_count = connected
     delay = rays.delay + legs.delay + vertices.delay[at]
     returned = scattered_per_steradian(hits.law, rays.direction, -legs.arrival, normal)
     returned *= facets.scattered_per_steradian(vertices.direction[at], legs.departure)
-    returned *= legs.intensity(ping.attenuation) / (chance * CONNECTIONS)
+    returned *= legs.intensity(ping.attenuation) / mean_count
     requested = (returned > 0) & in_window(ping, delay)
-    clear = np.flatnonzero(ping.intersector.clear(point, rays.origin, tail, ping.ping_geometry.wavelength, requested))
+    clear = np.flatnonzero(is_clear(ping, rays.origin, tail, legs, requested, end=vertices.position[at]))
     if not clear.size:
         return
     rays, at, hit = rays.take(clear), at[clear], hit[clear]
@@ -92,24 +130,31 @@ def _connected_echoes(
         energy *= 2
     reciprocal = np.cos(phase) * np.exp(-spread / 2)
     if not ping.ping_geometry.is_monostatic:
-        delay_difference = _excess_delay(ping, vertices.chain, vertices.position[at])
+        delay_difference = _excess_delay(ping, vertices.chain, vertices.position[at], vertices.delay[at])
         if "s" in rays.chain:
             delay_difference = delay_difference - _excess_delay(
-                ping, rays.chain[: rays.chain.rindex("s")].upper(), rays.facets[:, 3:]
+                ping, rays.chain[: rays.chain.rindex("s")].upper(), rays.facets[:, 3:], rays.facets[:, 0]
             )
         elif "T" in rays.chain:
             delay_difference = np.full(len(delay_difference), np.inf)
         else:
-            delay_difference = delay_difference - _excess_delay(ping, rays.family, rays.origin)
+            delay_difference = delay_difference - _excess_delay(ping, rays.family, rays.origin, rays.delay)
         reciprocal *= interference(ping, delay_difference)
     chains = (family, rays.family) if ping.is_reversed else (rays.family, family)
     yield EchoEnergies(hits.contribution, hits.object, *chains, delay[clear], energy, reciprocal)
 
 
-def _excess_delay(ping: TracedPing, chain: str, position: Floats) -> Floats:
-    """Delay of straight legs of a chain from positions to the receiver less that to the transmitter [s], (n,)."""
+def _excess_delay(ping: TracedPing, chain: str, position: Floats, near: Floats) -> Floats:
+    """Delay of legs of a chain from positions to the receiver less that to the transmitter [s], (n,).
+
+    Args:
+        ping: The ping.
+        chain: Letters of the reflections; empty for none.
+        position: The positions [m], (n, 3).
+        near: Delays near which those of refracted rays are sought [s], (n,).
+    """
     from_receiver, from_transmitter = (
-        family_legs(ping, end, position, chain or "D")[0].delay for end in (ping.receive, ping.transmit)
+        nearest_delay(family_legs(ping, end, position, chain or "D"), near) for end in (ping.receive, ping.transmit)
     )
     return np.asarray(from_receiver - from_transmitter)
 
@@ -135,9 +180,7 @@ def facet_boundary_echoes(ping: TracedPing, hits: RayHits) -> Iterator[EchoEnerg
             returned = facets.scattered_per_steradian(rays.direction, -back.arrival) * back.intensity(ping.attenuation)
             delay = rays.delay + back.delay
             requested = (returned > 0) & in_window(ping, delay)
-            clear = np.flatnonzero(
-                ping.intersector.clear(ping.receive, rays.origin, family, ping.ping_geometry.wavelength, requested)
-            )
+            clear = np.flatnonzero(is_clear(ping, rays.origin, family, back, requested))
             if clear.size:
                 sent = transmitted_energy(ping, rays.take(clear))
                 gain = ping.receive_beams.gain(back.departure[clear]) ** 2

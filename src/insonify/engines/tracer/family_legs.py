@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from insonify.engines.tracer.image_legs import bounce_letters, coherent_intensity_factor, image_legs
+from insonify.engines.tracer.image_legs import bounce_letters, coherent_intensity_factor, image_legs, refracted_sine
 from insonify.engines.tracer.ray_bundle import TracedPing
 from insonify.records.legs import LegStatus
 from insonify.scattering.point_target import PointTargetLaw
@@ -23,7 +23,7 @@ class TracedLegs:
     """Legs of one ray of one family between one end and n positions, not tested for occlusion."""
 
     delay: Floats
-    """Travel time [s], (n,)."""
+    """Travel time [s], infinite where there is no such ray, (n,)."""
     length: Floats
     """Path length [m], (n,)."""
     departure: Floats
@@ -31,7 +31,7 @@ class TracedLegs:
     arrival: Floats
     """Direction of travel at the position, towards it [1], (n, 3)."""
     reflected: Floats
-    """Product of the reflections' intensity factors [1]; 0 where there is no such ray, (n,)."""
+    """Product of the reflections' intensity factors [1], 0 without a ray, (n,)."""
     spreading: Floats
     """Intensity by spreading, re 1 m [1], (n,)."""
 
@@ -66,17 +66,20 @@ def family_legs(
         np.zeros(n, np.uint64),
     )  # fmt: skip
     legs = ping.rays.open_water().legs(end, points, (family,), ping.ping_geometry.frequency)
-    at_end, at_bed = scene.water.sound_speed_at(np.array([end[2], scene.seabed.depth]))
+    at_end, at_bed, at_surface = scene.water.sound_speed_at(np.array([end[2], scene.seabed.depth, 0.0]))
     result = []
     for row in range(len(legs.families)):
-        cosine = np.hypot(legs.departure[row, :, 0], legs.departure[row, :, 1]) * at_bed / at_end
-        sine = np.sqrt(np.clip((1 - cosine) * (1 + cosine), 1e-12, 1.0))
-        reflected = np.abs(legs.reflection_coefficient[row]) ** 2 * (legs.status[row] == LegStatus.CLEAR)
+        horizontal, exists = np.hypot(*legs.departure[row, :, :2].T), legs.status[row] == LegStatus.CLEAR
+        reflected = np.abs(legs.reflection_coefficient[row]) ** 2 * exists
         if "B" in bounce_letters(family):
+            sine = refracted_sine(horizontal * at_bed / at_end)
             reflected *= coherent_intensity_factor(scene, family, float(end[2]), legs.length[row], sine, wavelength)
+        if ping.facets is not None and "S" in family:
+            sine = refracted_sine(horizontal * at_surface / at_end)
+            reflected *= ping.facets.coherent_intensity(sine) ** family.count("S")
         result.append(TracedLegs(
-            legs.delay[row], legs.length[row], legs.departure[row], legs.arrival[row], reflected,
-            legs.spreading[row] ** 2,
+            np.where(exists, legs.delay[row], np.inf), legs.length[row], legs.departure[row], legs.arrival[row],
+            reflected, legs.spreading[row] ** 2,
         ))  # fmt: skip
     return result
 
@@ -85,5 +88,25 @@ def nearest_delay(legs: list[TracedLegs], delay: Floats) -> Floats:
     """Travel times of those rays of a family that are nearest to given ones, infinite without any [s], shape (n,)."""
     if not legs:
         return np.full(len(delay), np.inf)
-    delays = np.array([np.where(family_legs.reflected > 0, family_legs.delay, np.inf) for family_legs in legs])
+    delays = np.array([family_legs.delay for family_legs in legs])
     return np.asarray(delays[np.nanargmin(np.abs(delays - delay), axis=0), np.arange(len(delay))])
+
+
+def is_clear(
+    ping: TracedPing, position: Floats, family: str, legs: TracedLegs, requested: NDArray[np.bool_], *,
+    end: Floats | None = None,
+) -> NDArray[np.bool_]:  # fmt: skip
+    """True for positions whose legs are not occluded, shape (n,).
+
+    Args:
+        ping: The ping.
+        position: The positions [m], (n, 3).
+        family: Family of the legs.
+        legs: The legs.
+        requested: Positions to test, (n,).
+        end: Other end of the legs, or their other ends [m], (3,) or (n, 3); None: the receiver.
+    """
+    wavelength = ping.ping_geometry.wavelength
+    if ping.rays is None:
+        return ping.intersector.clear(ping.receive if end is None else end, position, family, wavelength, requested)
+    return ping.intersector.clear_refracted(position, -legs.arrival, legs.length, family, wavelength, requested)

@@ -5,7 +5,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from insonify.engines.tracer.image_legs import coherent_intensity_factor
+from insonify.engines.tracer.image_legs import coherent_intensity_factor, refracted_sine
 from insonify.engines.tracer.ray_bundle import RayBundle, TracedPing
 from insonify.sonar.received_pulse import ReceivedPulse
 from insonify.units import intensity_ratio
@@ -18,13 +18,28 @@ OWN_BOUNCE = {"seabed": "B", "surface": "S", "target": "-"}
 
 def transmitted_energy(ping: TracedPing, rays: RayBundle) -> Floats:
     """Mean-square pressure times the area of each ray at its hit, by transmit beam [uPa^2 m^2], shape (beams, n)."""
-    source_intensity = float(intensity_ratio(ping.ping_geometry.source_level_db))
+    return ray_energy(ping, rays, float(intensity_ratio(ping.ping_geometry.source_level_db)))
+
+
+def ray_energy(ping: TracedPing, rays: RayBundle, source_intensity: float = 1.0) -> Floats:
+    """Mean-square pressure times the area of each ray at its hit, by transmit beam, shape (beams, n).
+
+    It is the ray's solid angle, times what reflections and absorption leave, the ratio of the sound speeds, which is
+    that of the impedances, and the gain of the beam.
+
+    Args:
+        ping: The ping.
+        rays: Rays at their hits, n of them.
+        source_intensity: Mean-square pressure of the source re 1 m [uPa^2].
+    """
     factor = rays.solid_angle * rays.energy_fraction * np.exp(-ping.attenuation * rays.length)
+    sine = np.minimum(np.abs(rays.direction[:, 2]), 1.0)
     if ping.rays is not None:  # the flux of a ray tube is constant, and pressure squared is flux times impedance
         speed = ping.scene.water.sound_speed_at
-        factor = factor * speed(rays.origin[:, 2]) / speed(ping.transmit[2])
+        at_hit, at_bed = speed(rays.origin[:, 2]), speed(ping.scene.seabed.depth)
+        factor = factor * at_hit / speed(ping.transmit[2])
+        sine = refracted_sine(np.hypot(*rays.direction[:, :2].T) * at_bed / at_hit)
     if "T" not in rays.chain:
-        sine = np.minimum(np.abs(rays.direction[:, 2]), 1.0)
         factor = factor * coherent_intensity_factor(
             ping.scene, rays.family, float(ping.transmit[2]), rays.length, sine, ping.ping_geometry.wavelength
         )

@@ -57,6 +57,11 @@ def image_legs(scene: Scene, end: Floats, position: Floats, family: str, wavelen
     return ImageLegs(length, arrival * sense, arrival, intensity)
 
 
+def refracted_sine(cosine: Floats) -> Floats:
+    """Sine of the grazing angle of refracted rays at a boundary [1], by the cosine that Snell's law gives there."""
+    return np.asarray(np.sqrt(np.clip((1 - cosine) * (1 + cosine), 1e-12, 1.0)))
+
+
 def reflected_intensity(scene: Scene, family: str, grazing: Floats) -> Floats:
     """Product of the squared reflection coefficients of a family at one grazing angle [rad], shape of `grazing`."""
     intensity = np.ones(np.shape(grazing))

@@ -11,13 +11,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from insonify.engines.tracer.family_legs import TracedLegs
-from insonify.engines.tracer.image_legs import (
-    bounce_letters,
-    coherent_intensity_factor,
-    image_source_depth,
-    reflected_intensity,
-)
+from insonify.engines.tracer.hit_energies import ray_energy
+from insonify.engines.tracer.image_legs import bounce_letters
 from insonify.engines.tracer.ray_bundle import RayBundle, TracedPing
 from insonify.engines.tracer.ray_tracing import trace_hits
 
@@ -72,32 +67,9 @@ def surface_vertices(ping: TracedPing, rays: RayBundle, seed: int) -> list[Surfa
         bundle = hits.rays
         if hits.letter != "S" or "T" in bundle.chain or not len(bundle.delay):
             continue
-        weight = bundle.solid_angle * bundle.energy_fraction * np.exp(-ping.attenuation * bundle.length)
-        sine = np.minimum(np.abs(bundle.direction[:, 2]), 1.0)
-        weight = weight * coherent_intensity_factor(
-            ping.scene, bundle.family, float(ping.transmit[2]), bundle.length, sine, ping.ping_geometry.wavelength
-        )
-        gain = ping.transmit_beams.gain(bundle.launch) ** 2
         order = np.argsort(np.abs(bundle.direction[:, 2]), kind="stable")
-        bundle, weight = bundle.take(order), (weight * gain)[:, order]
+        bundle, weight = bundle.take(order), ray_energy(ping, bundle)[:, order]
         vertices.append(
             SurfaceVertices(bounce_letters(bundle.family), bundle.origin, bundle.direction, bundle.delay, weight, seed)
         )
     return vertices
-
-
-def legs_from_surface(ping: TracedPing, point: Floats, position: Floats, family: str) -> TracedLegs:
-    """Straight legs from points of the surface to positions, both (n, 3) [m], by a family whose surface is calm."""
-    scene, wavelength = ping.scene, ping.ping_geometry.wavelength
-    ray = position - point
-    ray[:, 2] = position[:, 2] - image_source_depth(family, 0.0, scene.seabed.depth)
-    length = np.maximum(np.linalg.norm(ray, axis=1), 1e-6)
-    arrival = ray / length[:, None]
-    departure = arrival * np.array([1, 1, -1 if len(bounce_letters(family)) % 2 else 1])
-    sine = np.minimum(np.abs(arrival[:, 2]), 1.0)
-    reflected = reflected_intensity(scene, family, np.arcsin(sine))
-    reflected = reflected * coherent_intensity_factor(scene, family, 0.0, length, sine, wavelength)
-    if ping.facets is not None and "S" in family:
-        reflected = reflected * ping.facets.coherent_intensity(sine) ** family.count("S")
-    delay = length / scene.water.sound_speed
-    return TracedLegs(delay, length, departure, arrival, reflected, 1 / length**2)
