@@ -1,11 +1,13 @@
 """The command line ends with paths, advice and exit codes, never with a traceback."""
 
+import json
 import subprocess
 import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
+import yaml
 
 from insonify.cli import main
 from insonify.formats.zarr_store import create_recording
@@ -161,3 +163,32 @@ def test_help_waits_for_nothing_heavy() -> None:
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     assert "explain" in done.stdout
+
+
+def described(here: Path, targets: list[dict[str, object]]) -> str:
+    """A nominal scenario with these targets; its name."""
+    main(["new", "nominal"])
+    scenario = yaml.safe_load((here / "nominal.yaml").read_text(encoding="utf-8"))
+    copied = json.loads(json.dumps(targets))  # of shared lists, YAML would write aliases
+    (here / "nominal.yaml").write_text(yaml.safe_dump(scenario | {"targets": copied}), encoding="utf-8")
+    return "nominal.yaml"
+
+
+def test_many_warnings_alike_are_counted_not_printed(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """100 equal targets, 99 warnings that differ in numbers and labels: five of them, and the number of the others."""
+    target: dict[str, object] = {"shape": "sphere", "diameter": "0.5 m", "position": ["30 m", "50 m"]}
+    assert main(["check", described(here, [target | {"label": f"s{k}"} for k in range(100)])]) == 0
+    errors = capsys.readouterr().err.splitlines()
+    assert sum("their echoes add up" in line for line in errors) == 5
+    assert errors[-1] == "94 more warnings like these"
+
+
+def test_many_errors_alike_are_counted_not_printed(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """100 targets with a wrong key, and one with another: five lines, that of the other, and the number of the rest."""
+    target = {"shape": "sphere", "diameter": "0.5 m", "position": ["30 m", "50 m"], "law": "x"}
+    targets: list[dict[str, object]] = [target | {"label": f"s{k}"} for k in range(100)]
+    targets.append(target | {"label": "last", "burial": "none"})
+    assert main(["check", described(here, targets)]) == 2
+    errors = capsys.readouterr().err.splitlines()
+    assert sum("unknown key 'law'" in line for line in errors) == 5 and any("burial" in line for line in errors)
+    assert errors[-1] == "and 96 more lines like these"

@@ -5,11 +5,13 @@ import gc
 import os
 import warnings
 from collections.abc import Sequence
+from functools import partial
 from typing import Annotated, Any
 
 import typer
 
 from insonify.cli import comparison, dataset, export, info, paper_and_demo, parts, recordings, scenarios, serve
+from insonify.cli.alike_lines import AlikeLines, shortened
 from insonify.cli.arguments import InputError
 from insonify.cli.compile_progress import reporting
 
@@ -72,29 +74,28 @@ def main(arguments: Sequence[str] | None = None) -> int:
     atexit.register(gc.freeze)  # the interpreter's last search would go through all that is about to end anyway
     command = typer.main.get_command(app)
     words = None if arguments is None else list(arguments)
-    _shown_warnings.clear()
+    alike = AlikeLines()  # Python clears its own record whenever a module changes the filters
     with warnings.catch_warnings():
-        warnings.showwarning = _warn
+        warnings.showwarning = partial(_warn, alike)
         try:
             result = command.main(words, "insonify", standalone_mode=False)
         except KeyboardInterrupt:
             return _report(INTERRUPTED, FAILED)
         except Exception as error:
             return _verdict(error)
+        finally:
+            if alike.left_out():
+                typer.echo(f"{alike.left_out()} more warnings like these", err=True)
     if result == STOPPED_BY_KEY:
         return _report(INTERRUPTED, FAILED)
     return result if isinstance(result, int) else DONE
 
 
-_shown_warnings: set[str] = set()  # Python clears its own record whenever a module changes the filters
-
-
-def _warn(message: Warning | str, *_: Any, **__: Any) -> None:
-    """A warning as text: one line, once in a run, without its position in the code."""
+def _warn(alike: AlikeLines, message: Warning | str, *_: Any, **__: Any) -> None:
+    """A warning as text: one line, once in a run, without its position in the code; few of many alike."""
     line = " ".join(str(message).split())
-    if line not in _shown_warnings:
+    if alike.is_shown(line):
         typer.echo(f"warning: {line}", err=True)
-    _shown_warnings.add(line)
 
 
 def _verdict(error: Exception) -> int:
@@ -105,7 +106,7 @@ def _verdict(error: Exception) -> int:
     if type(error).__name__ == "Abort":
         return _report(INTERRUPTED, FAILED)
     if _is_about_the_input(error):
-        return _report(str(error), WRONG_INPUT)
+        return _report(shortened(str(error)), WRONG_INPUT)
     if os.environ.get("INSONIFY_TRACEBACK"):
         raise error
     if type(error).__name__ in ("WriteError", "ClusterError"):
