@@ -4,6 +4,7 @@ import json
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -165,7 +166,7 @@ def test_help_waits_for_nothing_heavy() -> None:
     assert "explain" in done.stdout
 
 
-def described(here: Path, targets: list[dict[str, object]]) -> str:
+def described(here: Path, targets: list[dict[str, Any]]) -> str:
     """A nominal scenario with these targets; its name."""
     main(["new", "nominal"])
     scenario = yaml.safe_load((here / "nominal.yaml").read_text(encoding="utf-8"))
@@ -176,7 +177,7 @@ def described(here: Path, targets: list[dict[str, object]]) -> str:
 
 def test_many_warnings_alike_are_counted_not_printed(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """100 equal targets, 99 warnings that differ in numbers and labels: five of them, and the number of the others."""
-    target: dict[str, object] = {"shape": "sphere", "diameter": "0.5 m", "position": ["30 m", "50 m"]}
+    target: dict[str, Any] = {"shape": "sphere", "diameter": "0.5 m", "position": ["30 m", "50 m"]}
     assert main(["check", described(here, [target | {"label": f"s{k}"} for k in range(100)])]) == 0
     errors = capsys.readouterr().err.splitlines()
     assert sum("their echoes add up" in line for line in errors) == 5
@@ -185,8 +186,8 @@ def test_many_warnings_alike_are_counted_not_printed(here: Path, capsys: pytest.
 
 def test_many_errors_alike_are_counted_not_printed(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """100 targets with a wrong key, and one with another: five lines, that of the other, and the number of the rest."""
-    target = {"shape": "sphere", "diameter": "0.5 m", "position": ["30 m", "50 m"], "law": "x"}
-    targets: list[dict[str, object]] = [target | {"label": f"s{k}"} for k in range(100)]
+    target: dict[str, Any] = {"shape": "sphere", "diameter": "0.5 m", "position": ["30 m", "50 m"], "law": "x"}
+    targets: list[dict[str, Any]] = [target | {"label": f"s{k}"} for k in range(100)]
     targets.append(target | {"label": "last", "burial": "none"})
     assert main(["check", described(here, targets)]) == 2
     errors = capsys.readouterr().err.splitlines()
