@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from insonify.jit import njit
 from insonify.propagation._image_source_kernel import FoldedLegs
-from insonify.propagation.triangle_tree import TriangleTree, inverse_step, lowest_solid
+from insonify.propagation.triangle_tree import TriangleTree, Vector, inverse_step, lowest_solid
 from insonify.records.legs import LegStatus
 
 Floats = NDArray[np.float64]
@@ -53,6 +53,7 @@ def occlude_legs(
         status: `LegStatus`, changed for occluded legs, (f, n).
         occluder: Set to the lowest solid for occluded legs, (f, n).
     """
+    likely = -1  # neighbouring legs mostly hit the same triangle
     for n in rows:
         x = points[n, 0] + OFF * normals[n, 0]
         y = points[n, 1] + OFF * normals[n, 1]
@@ -63,35 +64,48 @@ def occlude_legs(
         for f in range(legs.image_depths.size):
             if status[f, n] != _CLEAR:
                 continue
-            solid = _lowest_solid_of_leg(legs, tree, f, x, y, z)
+            solid, likely = _lowest_solid_of_leg(legs, tree, f, (x, y, z), likely)
             if solid != NONE:
                 status[f, n], occluder[f, n] = _OCCLUDED, solid
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _lowest_solid_of_leg(legs: FoldedLegs, tree: TriangleTree, f: int, x: float, y: float, z: float) -> int:
-    """Lowest solid that a leg of one family hits on any of its segments, or `NONE`."""
+def _lowest_solid_of_leg(
+    legs: FoldedLegs, tree: TriangleTree, f: int, end: Vector, likely: int
+) -> tuple[int, int]:  # fmt: skip
+    """Lowest solid that a leg of one family hits on any of its segments, or `NONE`, and a triangle, see `lowest_solid`.
+
+    Args:
+        legs: The legs.
+        tree: Triangles of the solids.
+        f: The family.
+        end: End of the leg [m].
+        likely: Triangle that is tested first, -1 for none.
+    """
+    x, y, z = end
     source, bounces = legs.source, legs.bounces[f]
     dx, dy, climb = x - source[0], y - source[1], abs(z - legs.image_depths[f])
     part, depth, down, solid = 0.0, source[2], not legs.first_up[f], NONE
     for segment in range(bounces + 1):
         if segment == bounces:
-            stop, end = 1.0, z
+            stop, end_depth = 1.0, z
         else:
-            end = legs.water_depth if down else 0.0
-            stop = part + abs(end - depth) / max(climb, 1e-12)
+            end_depth = legs.water_depth if down else 0.0
+            stop = part + abs(end_depth - depth) / max(climb, 1e-12)
         start = source[0] + part * dx, source[1] + part * dy, depth
-        solid = lowest_solid(tree, start, ((stop - part) * dx, (stop - part) * dy, end - depth), solid)
-        part, depth, down = stop, end, not down
-    return solid
+        step = (stop - part) * dx, (stop - part) * dy, end_depth - depth
+        solid, likely = lowest_solid(tree, start, step, solid, likely)
+        part, depth, down = stop, end_depth, not down
+    return solid, likely
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def solids_along(polylines: Floats, tree: TriangleTree, solids_hit: Integers) -> None:
     """Lowest solid that each polyline (n, k, 3) [m] hits, -1 for none, into solids_hit (n,)."""
     for n in range(polylines.shape[0]):
-        lowest = NONE
+        lowest, likely = NONE, -1
         for k in range(polylines.shape[1] - 1):
             a, b = polylines[n, k], polylines[n, k + 1]
-            lowest = lowest_solid(tree, (a[0], a[1], a[2]), (b[0] - a[0], b[1] - a[1], b[2] - a[2]), lowest)
+            step = b[0] - a[0], b[1] - a[1], b[2] - a[2]
+            lowest, likely = lowest_solid(tree, (a[0], a[1], a[2]), step, lowest, likely)
         solids_hit[n] = -1 if lowest == NONE else lowest

@@ -263,10 +263,24 @@ def nearest_hit(tree: TriangleTree, start: Vector, step: Vector, low: float, hig
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def lowest_solid(tree: TriangleTree, start: Vector, step: Vector, lowest_so_far: int) -> int:
-    """Lowest solid of the triangles that a segment hits, or `lowest_so_far` where none is lower."""
+def lowest_solid(
+    tree: TriangleTree, start: Vector, step: Vector, lowest_so_far: int, likely: int
+) -> tuple[int, int]:  # fmt: skip
+    """Lowest solid that a segment hits, or `lowest_so_far` where none is lower, and the triangle of it that was hit.
+
+    Args:
+        tree: The triangles.
+        start: Start of the segment [m].
+        step: The segment [m].
+        lowest_so_far: Row of a solid.
+        likely: Triangle that is tested first, such as that of a neighbouring segment; -1 for none. It is returned where
+            none is hit.
+    """
     inverse = inverse_step(step[0]), inverse_step(step[1]), inverse_step(step[2])
     node = 0
+    is_lower = likely >= 0 and tree.solid_row[likely] < lowest_so_far
+    if is_lower and 0 <= _triangle_hit(tree.corner_and_sides[likely], start, step) <= 1:
+        lowest_so_far = tree.solid_row[likely]
     while node < tree.next_on_miss.size:
         if tree.lowest_solid[node] >= lowest_so_far or _misses_box(tree.bounds[node], start, inverse, 1.0):
             node = tree.next_on_miss[node]
@@ -274,6 +288,6 @@ def lowest_solid(tree: TriangleTree, start: Vector, step: Vector, lowest_so_far:
         if tree.first_triangle[node] >= 0:
             for t in range(tree.first_triangle[node], tree.first_triangle[node] + tree.triangle_count[node]):
                 if tree.solid_row[t] < lowest_so_far and 0 <= _triangle_hit(tree.corner_and_sides[t], start, step) <= 1:
-                    lowest_so_far = tree.solid_row[t]
+                    lowest_so_far, likely = tree.solid_row[t], t
         node += 1
-    return lowest_so_far
+    return lowest_so_far, likely

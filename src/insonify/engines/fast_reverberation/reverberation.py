@@ -9,7 +9,7 @@ sonar, one beam a side. All other scenes are left to the general engine.
 import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from math import prod
 from threading import local
 from typing import Any
@@ -115,7 +115,7 @@ class FastReverberation:
         """Tables that all such pings share."""
         return self.known.plan
 
-    @property
+    @cached_property
     def remaining_choice(self) -> PathSettings:
         """The path settings without the seabed, and without targets that no beam reaches."""
         near = "target" in self.choice.contributions and self._near_a_target()
