@@ -3,6 +3,8 @@
 import numpy as np
 
 from insonify.propagation._silhouette_kernel import RayEnd, passes_above, passes_above_all
+from insonify.propagation.knife_edge import edge_diffraction_table
+from insonify.propagation.knife_edge_kernel import ENDLESS, FAR, edge_diffraction, edge_diffractions
 
 
 def test_a_ray_above_the_highest_top_is_above_all_columns():
@@ -21,3 +23,12 @@ def test_a_ray_above_the_highest_top_is_above_all_columns():
         assert each or not at_once
         found, above = found + at_once, above + each
     assert 0.5 * above < found < above
+
+
+def test_fields_past_many_edges_are_those_past_each():
+    """In and out of shadows, on their edge, beyond the table and without end, bit for bit."""
+    ends = np.array([0.0, -0.0, FAR, -FAR, np.nextafter(FAR, 0), 1e4, -1e4, ENDLESS, -ENDLESS, 1 / 96, 1e-300])
+    numbers = np.concatenate([np.random.default_rng(1).uniform(-40, 40, 500), ends])
+    table, real, imag = edge_diffraction_table(), np.empty_like(numbers), np.empty_like(numbers)
+    edge_diffractions(numbers, table, np.empty((8, numbers.size)), real, imag)
+    np.testing.assert_array_equal(real + 1j * imag, [edge_diffraction(float(number), table) for number in numbers])

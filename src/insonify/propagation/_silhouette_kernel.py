@@ -15,6 +15,7 @@ from insonify.propagation.knife_edge_kernel import (
     STEEPEST,
     DiffractedLegs,
     edge_diffraction,
+    edge_diffractions,
     edge_fresnel_number,
 )
 
@@ -126,6 +127,8 @@ def diffract_around_solid(
     nearest, axis_n, axis_e = np.min(columns[:, 4]), math.cos(centre_bearing), math.sin(centre_bearing)
     farthest, highest = max(np.max(columns[:, 0]), np.max(columns[:, 5])), np.min(columns[:, 1])
     border_x, border_y = border_ranges * np.cos(borders), border_ranges * np.sin(borders)
+    edges = np.ascontiguousarray(columns.T)
+    fields = np.empty((17, borders.size))
     for n in rows:
         is_cut_here = status[n] == OCCLUDED and legs.occluder[f, n] == screen.row
         horizontal = math.sqrt(arrival[n, 0] ** 2 + arrival[n, 1] ** 2)
@@ -144,7 +147,6 @@ def diffract_around_solid(
             low, high = min(low, number), max(high, number)
         if low > max_fresnel_number or high < -max_fresnel_number:
             continue
-        turn = math.atan2(sine, cosine)
         slope = arrival[n, 2] / horizontal
         end = RayEnd(points[n, 2], slope, horizontal, length[n])
         if not is_cut_here and (
@@ -155,40 +157,102 @@ def diffract_around_solid(
         segment_length = reach
         if legs.has_bounce[f] and slope != 0:
             segment_length = min(reach, (points[n, 2] - (0.0 if slope > 0 else water_depth)) / slope)
-        blocked, is_visible, before = 0j, False, 0j
-        for k in range(borders.size):
-            behind = reach - (border_x[k] * cosine + border_y[k] * sine)
-            off = border_y[k] * cosine - border_x[k] * sine
-            number = edge_fresnel_number(off, behind / horizontal, length[n], wavelength)
-            if behind <= 0:
-                number = math.copysign(ENDLESS, off)
-            factor = edge_diffraction(number, table)
-            if k > 0:
-                c = columns[k - 1]
-                is_inside = c[4] < reach < c[5] and borders[k - 1] <= turn <= borders[k]
-                if is_inside or behind >= segment_length:
-                    is_visible = is_visible and not is_inside
-                elif reach > c[0]:
-                    top = screen_fresnel_number(
-                        points[n, 2], slope, horizontal, reach - c[0], c[1], length[n], wavelength
-                    )
-                    base = -ENDLESS
-                    if c[3] < screen.bed_depth and reach > c[2]:
-                        base = screen_fresnel_number(
-                            points[n, 2], slope, horizontal, reach - c[2], c[3], length[n], wavelength
-                        )
-                    if top > -FAR:
-                        up = edge_diffraction(base, table) - edge_diffraction(top, table)
-                        across = before - factor
-                        if screen.infinitely_wide:
-                            across = 1 + 0j if borders[k - 1] <= turn < borders[k] else 0j
-                        blocked += across * up
-                    is_visible = is_visible or borders[k - 1] <= turn <= borders[k]
-            before = factor
+        _fields_of_borders(end, (reach, cosine, sine), wavelength, border_x, border_y, table, fields)
+        _fields_of_columns(end, reach, wavelength, edges, screen.bed_depth, table, fields)
+        blocked, is_visible = _blocked_part(
+            reach, math.atan2(sine, cosine), segment_length, borders, edges, screen.infinitely_wide, fields
+        )
         if is_cut_here:
             visibility[n] = 1 - blocked if is_visible else 0j
         else:
             visibility[n] *= 1 - blocked
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _fields_of_borders(
+    end: RayEnd, heading: tuple[float, float, float], wavelength: float, border_x: Floats, border_y: Floats,
+    table: Complexes, fields: Floats,
+) -> None:  # fmt: skip
+    """Fill rows 0 to 3 of `fields` with the distance of each border before the end of a ray and the field past it.
+
+    Args:
+        end: End of the ray.
+        heading: Horizontal distance of the end from the sonar [m], cosine and sine of its bearing.
+        wavelength: Wavelength of the sound [m].
+        border_x: Position of each border along the line to the middle of the solid [m], (c + 1,).
+        border_y: Position of each border across it [m], (c + 1,).
+        table: Table of `edge_diffraction`.
+        fields: Result; rows 9 to 16 are a buffer for entries of the table, (17, c + 1).
+    """
+    reach, cosine, sine = heading
+    behind, numbers = fields[0], fields[1]
+    for k in range(border_x.size):
+        behind[k] = reach - (border_x[k] * cosine + border_y[k] * sine)
+        off = border_y[k] * cosine - border_x[k] * sine
+        number = edge_fresnel_number(off, behind[k] / end.horizontal_component, end.length, wavelength)
+        numbers[k] = math.copysign(ENDLESS, off) if behind[k] <= 0 else number
+    edge_diffractions(numbers, table, fields[9:], fields[2], fields[3])
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _fields_of_columns(
+    end: RayEnd, reach: float, wavelength: float, edges: Floats, bed_depth: float, table: Complexes, fields: Floats
+) -> None:
+    """Fill rows 4 to 8 of `fields` with the Fresnel number of each top and the fields past top and base.
+
+    Args:
+        end: End of the ray.
+        reach: Its horizontal distance from the sonar [m].
+        wavelength: Wavelength of the sound [m].
+        edges: Columns of the silhouette, transposed, (6, c).
+        bed_depth: Depth from which on a base counts as standing on the seabed [m].
+        table: Table of `edge_diffraction`.
+        fields: Result; rows 9 to 16 are a buffer for entries of the table, (17, c + 1).
+    """
+    depth, slope, horizontal, length = end
+    count = edges.shape[1]
+    tops = fields[4, :count]
+    for k in range(count):
+        tops[k] = screen_fresnel_number(depth, slope, horizontal, reach - edges[0, k], edges[1, k], length, wavelength)
+    edge_diffractions(tops, table, fields[9:], fields[5, :count], fields[6, :count])
+    for k in range(count):  # few columns have a gap below
+        field = 1 + 0j
+        if edges[3, k] < bed_depth and reach > edges[2, k]:
+            base = screen_fresnel_number(depth, slope, horizontal, reach - edges[2, k], edges[3, k], length, wavelength)
+            field = edge_diffraction(base, table)
+        fields[7, k], fields[8, k] = field.real, field.imag
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _blocked_part(
+    reach: float, turn: float, segment_length: float, borders: Floats, edges: Floats, infinitely_wide: bool,
+    fields: Floats,
+) -> tuple[complex, bool]:  # fmt: skip
+    """Part of the pressure that all columns block [1], and True where one of them stands in the path.
+
+    Args:
+        reach: Horizontal distance of the end of the ray from the sonar [m].
+        turn: Its bearing re the middle of the solid [rad].
+        segment_length: Horizontal length of the last segment [m].
+        borders: Bearings of the borders [rad], (c + 1,).
+        edges: Columns of the silhouette, transposed, (6, c).
+        infinitely_wide: See `SolidScreen`.
+        fields: Results of `_fields_of_borders` and `_fields_of_columns`.
+    """
+    blocked, is_visible = 0j, False
+    for k in range(edges.shape[1]):
+        is_inside = edges[4, k] < reach < edges[5, k] and borders[k] <= turn <= borders[k + 1]
+        if is_inside or fields[0, k + 1] >= segment_length:
+            is_visible = is_visible and not is_inside
+        elif reach > edges[0, k]:
+            if fields[4, k] > -FAR:
+                up = complex(fields[7, k] - fields[5, k], fields[8, k] - fields[6, k])
+                across = complex(fields[2, k] - fields[2, k + 1], fields[3, k] - fields[3, k + 1])
+                if infinitely_wide:
+                    across = 1 + 0j if borders[k] <= turn < borders[k + 1] else 0j
+                blocked += across * up
+            is_visible = is_visible or borders[k] <= turn <= borders[k + 1]
+    return blocked, is_visible
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
