@@ -413,9 +413,14 @@ def accumulate_ping(
     if seabed is not None:
         drawn, known = seabed
         sums = known.energies if known.is_all else _sums(simulator, accumulator, geometry, pool, drawn, known.energies)
-        return accumulator.time_series(sums) if known.intensity is None else known.intensity
-    reverberation = simulator.fast_reverberation(geometry) if accumulator.requirements.fast_reverberation else None
-    return accumulator.time_series(_sums(simulator, accumulator, geometry, pool, reverberation))
+        if known.intensity is not None:
+            return known.intensity
+    else:
+        reverberation = simulator.fast_reverberation(geometry) if accumulator.requirements.fast_reverberation else None
+        sums = _sums(simulator, accumulator, geometry, pool, reverberation)
+    if isinstance(accumulator, IncoherentAccumulator):
+        return accumulator.time_series(sums, pool.map)
+    return accumulator.time_series(sums)
 
 
 def _sums(
@@ -449,8 +454,7 @@ def _sums(
         return buffer
 
     count = min(parts_of(getattr(accumulator.empty(), "nbytes", 0)), len(blocks)) if blocks else 0
-    sums = list(pool.map(blocks_sum, [blocks[k::count] for k in range(count)]))
-    buffers = [reduce(iadd, sums)] if sums else []
+    buffers = [reduce(iadd, pool.map(blocks_sum, [blocks[k::count] for k in range(count)]))] if count else []
     if known is not None:
         buffers.append(known)
     elif reverberation is not None:
@@ -544,11 +548,9 @@ def arrivals(scenario: Scenario, ping: int = 0, *, window: DelayInterval | None 
     simulator = build_simulator(scenario)
     geometry = simulator.ping_geometry(ping, channel=channel)
     first, last = delay_interval(geometry, window)
-    expected = scenario.field == "incoherent"
-    jitter = replica_jitter(scenario.seed, ping, scenario.paths)
+    expected, jitter = scenario.field == "incoherent", replica_jitter(scenario.seed, ping, scenario.paths)
     is_near_field = not expected and not simulator.coherent_accumulator(geometry).uses_far_field
-    beam, group = channel % scenario.sonar.beam_count, 0
-    tables: list[Arrivals] = []
+    beam, group, tables = channel % scenario.sonar.beam_count, 0, list[Arrivals]()
     for block in simulator.engine.blocks(geometry, quadrature=expected):
         points = block()
         if window is not None:

@@ -6,11 +6,12 @@ import pytest
 from insonify.scenario.scenario import Scenario
 from insonify.simulator import build_simulator
 from insonify.synthesis.direction_powers import LOW_POWER, direction_powers
+from insonify.synthesis.time_grid import convolve_energy
 
 
 @pytest.fixture(scope="module")
-def powers():
-    """Rows of a receiver of 64 elements that forms 256 beams over 130 deg at 900 kHz."""
+def simulator():
+    """A receiver of 64 elements that forms 256 beams over 130 deg at 900 kHz."""
     scenario = Scenario(**{
         "seabed": {"depth": 5.0, "scattering": {"law": "lambert"}},
         "sonar": {
@@ -22,7 +23,27 @@ def powers():
         },
         "track": {"kind": "static", "position": (0.0, 0.0, 3.0), "window": (0.0, 5e-3)},
     })  # fmt: skip
-    return direction_powers(build_simulator(scenario).ping_geometry(0))
+    return build_simulator(scenario)
+
+
+@pytest.fixture(scope="module")
+def powers(simulator):
+    """The receiver's rows of directions."""
+    return direction_powers(simulator.ping_geometry(0))
+
+
+def test_series_of_tasks_in_any_order_are_those_of_all_beams_at_once(simulator):
+    """Random energies in rows and beams: tasks done last to first give the bits of one sum and one convolution."""
+    accumulator = simulator.incoherent_accumulator(simulator.ping_geometry(0))
+    energies, rng = accumulator.empty(), np.random.default_rng(1)
+    energies.rows[:, ::3], energies.cells[:, ::5] = rng.random(energies.rows[:, ::3].shape), 1 / 3
+    energies.intensity[...] = rng.random(energies.intensity.shape)
+    backwards = accumulator.time_series(energies, lambda task, parts: [task(part) for part in reversed(parts)])
+    cells = energies.cells + accumulator.directions.to_beams(energies.rows)
+    grid, geometry = accumulator.grid, accumulator.ping_geometry
+    whole = convolve_energy(cells, grid, geometry.pulse.spectrum(grid.frequencies)) + energies.intensity
+    np.testing.assert_array_equal(backwards, whole)
+    np.testing.assert_array_equal(backwards, accumulator.time_series(energies))
 
 
 def test_of_a_diffuse_field_mean_powers_are_those_of_every_row(powers):

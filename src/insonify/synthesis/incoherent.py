@@ -5,9 +5,11 @@ arrive together and give 4 |A|^2, and pairs closer in time than the pulse make f
 pulse add as energies from the start.
 """
 
-from collections.abc import Hashable
+from collections import deque
+from collections.abc import Callable, Hashable, Iterable
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
+from typing import Any
 
 import numpy as np
 import scipy
@@ -46,6 +48,10 @@ Complexes = NDArray[np.complex128]
 SAME_DELAY = 1e-10
 """Delays closer than this share one pulse: phases are in the weights, and no envelope changes so fast [s]."""
 
+CELLS_PER_TASK = 1024
+"""Cells in which one thread adds up the rows of directions for all beams."""
+CHANNELS_PER_TASK = 32
+"""Channels whose series one thread computes together: a multiple of those of one transform."""
 LAGS_PER_CELL = 2
 """Entries of the pulse table per lag of its autocorrelation."""
 
@@ -283,14 +289,35 @@ class IncoherentAccumulator:
                 cells,
             )  # fmt: skip
 
-    def time_series(self, energies: IntensityBuffer) -> Floats:
-        """Expected intensity at the grid's times [uPa^2], shape (channels, samples)."""
+    def time_series(self, energies: IntensityBuffer, run: Callable[..., Iterable[Any]] = map) -> Floats:
+        """Expected intensity at the grid's times [uPa^2], shape (channels, samples).
+
+        Args:
+            energies: Sums of the arrivals.
+            run: Function that maps as `map` does, possibly by several threads.
+        """
         energies.flush_specular()
-        cells = energies.cells
-        if self.directions is not None and energies.rows is not None:
-            cells = cells + self.directions.to_beams(energies.rows)
-        filtering = _energy_filter(self.ping_geometry.pulse, self.grid)
-        return convolve_energy_spectrum(cells, self.grid, filtering) + energies.intensity
+        filtering, intensity = _energy_filter(self.ping_geometry.pulse, self.grid), np.empty_like(energies.intensity)
+        directions, rows = self.directions, energies.rows
+        cells = energies.cells if rows is None else np.empty_like(energies.cells)
+
+        def combine(some: slice) -> None:
+            if directions is not None and rows is not None:
+                cells[:, some] = energies.cells[:, some] + directions.to_beams(rows[:, some])
+
+        def convolve(channels: slice) -> None:
+            series = convolve_energy_spectrum(cells[channels], self.grid, filtering)
+            intensity[channels] = series + energies.intensity[channels]
+
+        if rows is not None:
+            deque(run(combine, _slices(cells.shape[1], CELLS_PER_TASK)), 0)
+        deque(run(convolve, _slices(len(cells), CHANNELS_PER_TASK)), 0)
+        return intensity
+
+
+def _slices(count: int, size: int) -> list[slice]:
+    """Slices of channels or of cells, for several threads."""
+    return [slice(first, first + size) for first in range(0, count, size)]
 
 
 @lru_cache(maxsize=4)
