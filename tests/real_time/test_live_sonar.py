@@ -15,6 +15,7 @@ import pytest
 import xarray as xr
 
 import insonify
+from insonify.propagation.solid_shadows import _built_tree
 from insonify.real_time import PlatformPose
 from insonify.scenario.scenario import Scenario
 from insonify.validity import PhysicsWarning
@@ -169,6 +170,27 @@ def test_layered_water_requires_depths_that_have_rays() -> None:
         sonar.ping(0.0, (0, 0, 5))
     with insonify.live(layered, positions=[(0, 0, 3), (0, 0, 6)], warm_up=False) as sonar:
         assert np.isfinite(sonar.ping(0.0, (0, 0, 5), (0, 0.1, 0))["pressure"]).all()
+
+
+def test_a_warm_up_prepares_targets_all_around() -> None:
+    """A tyre abeam of a sonar that first faces north: its triangles are sorted before the first ping."""
+    scenario = survey(field="incoherent", sonar={"mounting": {"bearing": 0.0, "tilt": "20 deg"}, "sides": None})
+    _built_tree.cache_clear()
+    with insonify.live(scenario):
+        assert _built_tree.cache_info().currsize == 1
+
+
+def test_objects_from_before_the_first_ping_are_left_out_of_garbage_collection() -> None:
+    """From the warm-up until the last of two sonars is closed, and closing one twice counts once."""
+    assert gc.get_freeze_count() == 0
+    scenario = survey(field="incoherent", targets=[])
+    with insonify.live(scenario) as one:
+        with insonify.live(scenario) as other:
+            assert gc.get_freeze_count() > 0
+        other.close()
+        assert gc.get_freeze_count() > 0
+        one.sequence().close()
+    assert gc.get_freeze_count() == 0
 
 
 def test_two_platforms_want_both_poses() -> None:

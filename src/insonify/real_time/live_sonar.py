@@ -20,7 +20,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from insonify.malloc_tuning import keep_freed_memory
 from insonify.processing.recorder import instrument_recording
+from insonify.propagation.bounding_cylinders import bounding_cylinders
 from insonify.propagation.image_sources import StraightRays
+from insonify.real_time.collector_pauses import exclude_present_objects, include_all_objects
 from insonify.real_time.platform_pose import PlatformPose
 from insonify.real_time.pose_errors import require_in_water
 from insonify.records.recording import RecordingLayout, recording_dataset
@@ -46,6 +48,8 @@ OFF_TRACK = 1.0
 """Distance from the track up to which a ping is sampled as one of the track [m]."""
 OFF_DEPTH = 0.1
 """Depth beyond those of the track up to which a ping is sampled as one of the track [m]."""
+TARGETS_FACED = 3
+"""Targets towards which a ping is simulated to warm up, at most."""
 STEPS = 8
 """Poses from one further position to the next, so that rays are prepared for all depths between them."""
 
@@ -60,7 +64,8 @@ def live(
         positions: Positions (north, east, depth) that the sonar may have besides those of the track [m]: straight runs
             join them. The scene is sampled, and rays are prepared, for all of them.
         threads: Number of threads; all cores by default. The result does not depend on it, bit for bit.
-        warm_up: True: simulate one ping now, so that no later one waits for kernels and tables.
+        warm_up: True: simulate a few pings now, so that no later one waits for kernels and tables, and leave present
+            objects out of garbage collection until the sonar is closed.
 
     Example:
         with insonify.live(scenario) as sonar:
@@ -168,13 +173,29 @@ class LiveSonar:
         return values
 
     def warm_up(self) -> None:
-        """Simulate the first ping of the track and discard it: kernels are compiled, tables and packages loaded."""
+        """Simulate the first ping of the track, and pings towards targets, and discard them.
+
+        Kernels are then compiled, tables and packages loaded, and objects that stay are left out of garbage collection.
+        """
         with self._lock:
             self._require_open()
             platforms, logged = self._poses.single_ping(0), self._navigation
             self._navigation = navigation_systems(self.scenario, self._poses)
             self._recording(platforms, self._simulate(0, platforms))
             self._navigation = logged
+            for turned in self._towards_targets(platforms):
+                self._simulate(0, turned)
+            exclude_present_objects(self._closed)
+
+    def _towards_targets(self, platforms: Platforms) -> list[Platforms]:
+        """The platform of a ping, turned towards the nearest targets in reach; two platforms are not turned."""
+        geometry = self._simulator.ping_geometries(0, platforms)[0]
+        north, east = (bounding_cylinders(self._simulator.engine.scene)[:, :2] - geometry.transmit_position[:2]).T
+        distance = np.hypot(north, east)
+        in_reach = distance < geometry.sound_speed * self.scenario.track.window[1] / 2
+        turns = np.arctan2(east, north) - np.arctan2(geometry.boresight[1], geometry.boresight[0])
+        nearest = [row for row in np.argsort(distance)[:TARGETS_FACED] if in_reach[row]]
+        return [] if platforms.is_bistatic else [platforms.turned(float(turns[row])) for row in nearest]
 
     def restart(self) -> None:
         """Start anew: the next ping is number 0, at any time."""
@@ -203,6 +224,7 @@ class LiveSonar:
         with self._lock:
             self._closed.set()
             self._pool.shutdown()
+            include_all_objects(self._closed)
 
     def __enter__(self) -> Self:
         """Enter a context that closes the sonar."""

@@ -3,7 +3,7 @@
 A pair of platforms is bistatic: the receiver keeps the transmitter's clock, its poses are those of the same moments.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -92,6 +92,18 @@ class Platforms:
             None if first is None else (first[0].take(row), first[1].take(row)),
             None if other is None else (other[0].take(row), other[1].take(row)),
         )  # fmt: skip
+
+    def turned(self, angle: float) -> "Platforms":
+        """The transmitter's platform with other headings; its receiver rides on it.
+
+        Args:
+            angle: Angle to starboard that is added to every heading [rad].
+        """
+        first, *later = (
+            replace(poses, heading=poses.heading + angle)
+            for poses in (self.transmitter_poses, *(self.transmitter_window_poses or ()))
+        )
+        return Platforms(first, None, (later[0], later[1]) if later else None)
 
     @cached_property
     def track_motions(self) -> tuple[TrackMotion, TrackMotion] | None:
