@@ -37,6 +37,8 @@ SHADOW_GAIN_FACTOR = 16.0
 """Factor on the gain at the ranges that a target in the largest gain direction casts a shadow on [1]."""
 EDGE_STRIPS = 16
 """Strips that cells are cut into across, in and about shadows of targets."""
+SOFT_EDGE_STRIPS = 8
+"""Number of strips on a flat seabed with diffraction at edges, where the field has no step."""
 SPARSE_EDGE_STRIPS = 4
 """Number of strips for sparse points."""
 EDGE_WIDTHS = 1.0
@@ -143,7 +145,8 @@ class QuadraturePoints:
             return position + middle, area, key
 
         blocks: list[Callable[[], Columns]] = []
-        fine = SPARSE_EDGE_STRIPS if self.resolution.sparse else EDGE_STRIPS
+        fine = SOFT_EDGE_STRIPS if self.soft and self.rise == 0 else EDGE_STRIPS
+        fine = SPARSE_EDGE_STRIPS if self.resolution.sparse else fine
         for tiles, strips in ((np.flatnonzero(~shaded), 1), (np.flatnonzero(shaded), fine)):
             count = keep_probability[tiles].sum(axis=(1, 2)) * RINGS_PER_PIECE * strips
             blocks += [partial(cells_of, tiles[rows], strips) for rows in cut(count)]
