@@ -49,7 +49,7 @@ from insonify.propagation.path_settings import PathSettings
 from insonify.propagation.propagation_model import PropagationModel
 from insonify.propagation.surface_reflection import SonarEnd, apply_surface_reflection, repeated_glint_weight
 from insonify.recent_results import Identity
-from insonify.records.legs import Legs, joined_legs, legs_to_points
+from insonify.records.legs import Legs, have_same_geometry, joined_legs, legs_to_points
 from insonify.records.pairs import Pairs, PairSampling, SeparableStrengths, Strengths
 from insonify.scattering.kirchhoff_facet import KirchhoffFacet
 from insonify.scattering.kirchhoff_patch import KirchhoffPatch
@@ -185,7 +185,10 @@ class EigenrayEngine:
             out, back = sent, received
         if self.choice.edge_diffraction == "knife-edge":
             sent = self._diffracted(out, ends[0], scatterers, ping_geometry)
-            back = sent if out is back else self._diffracted(back, ends[1], scatterers, ping_geometry)
+            if ping_geometry.is_monostatic and have_same_geometry(out, back):
+                back = sent if out is back else replace(back, visibility=sent.visibility)
+            else:
+                back = self._diffracted(back, ends[1], scatterers, ping_geometry)
             out = sent
         if ping_geometry.hull is not None:
             families = hull_families(self.choice.followed_families)

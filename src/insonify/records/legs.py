@@ -160,6 +160,12 @@ def joined_legs(first: Legs, second: Legs) -> Legs:
     return replace(first, **columns)
 
 
+def have_same_geometry(first: Legs, second: Legs) -> bool:
+    """Return True if both sets share the columns on which occlusion depends, as legs of one end off a rough surface."""
+    columns = ("length", "visibility", "arrival", "status", "occluder")
+    return first.families == second.families and all(getattr(first, c) is getattr(second, c) for c in columns)
+
+
 def legs_to_points(sets: tuple[Legs, Legs], points: slice) -> tuple[Legs, Legs]:
     """Transmit and receive legs to some of their points, as views of the columns; columns that both share stay shared.
 
