@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from insonify.engines import eigenray_engine
 from insonify.scattering.lambert import Lambert
 from insonify.scattering.reflection import reflection_coefficient
 from insonify.scattering.sediments import Sediment
@@ -95,3 +96,29 @@ def test_a_target_out_of_the_window_leaves_no_arrival():
     )
     assert len(found) == 0
     assert "no paths" in repr(found)
+
+
+def test_legs_off_a_moving_surface_are_diffracted_once(monkeypatch):
+    """Transmit and receive legs have one visibility around a rock, that which each would have by itself."""
+    calls, diffract = [], eigenray_engine.diffract_at_edges
+
+    def counted(*args, **options):
+        calls.append(args)
+        return diffract(*args, **options)
+
+    rock = {"shape": "library", "name": "rock", "position": (0.0, 60.0)}
+    surface = {"reflection": "statistical", "wind_speed": 4.0}
+    paths = {"max_reflections": 1, "edge_diffraction": "knife-edge"}
+    simulator = build_simulator(nominal(targets=[rock], surface=surface, paths=paths))
+    bed = np.stack([np.linspace(-3, 3, 200), np.full(200, 66.0), np.full(200, 20.0)], axis=-1)
+    points = Scatterers("seabed", "seabed", Lambert(), bed, np.tile([0, 0, -1.0], (200, 1)), np.ones(200),
+                        np.ones(200, complex), np.arange(200, dtype=np.uint64))  # fmt: skip
+    monkeypatch.setattr(eigenray_engine, "diffract_at_edges", counted)
+    shared = simulator.engine.path_pairs(simulator.ping_geometry(0), points)
+    assert len(calls) == 1
+    assert (shared.out.visibility != 1).any()
+    assert not np.array_equal(shared.out.glints.phasor, shared.back.glints.phasor)
+    monkeypatch.setattr(eigenray_engine, "have_same_geometry", lambda *_: False)
+    apart = simulator.engine.path_pairs(simulator.ping_geometry(0), points)
+    assert len(calls) == 3
+    np.testing.assert_array_equal(shared.back.visibility, apart.back.visibility)

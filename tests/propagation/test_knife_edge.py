@@ -1,5 +1,7 @@
 """Sound bends around edges: half of it on the edge of the hard shadow, and what the whole wave states elsewhere."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.special import j0
@@ -202,6 +204,23 @@ def test_a_bright_spot_stands_in_the_middle_of_a_spheres_shadow() -> None:
     behind = float(np.linalg.norm(np.array([0, 40, 20.0]) - centre))
     expected = np.abs(j0(2 * np.pi * aside * 1.0 / (WAVE * behind)))
     np.testing.assert_allclose(np.abs(visibility(world, points)[0]), expected, rtol=0, atol=0.06)
+
+
+def test_a_solid_diffracts_only_the_segment_after_the_last_bounce():
+    """B past a ball 20 m away: changed where it passes on its way up, exactly 1 where it bounces behind the ball."""
+    ball = {"shape": "sphere", "position": (0.0, 20.0), "diameter": 2.0, "base_depth": 16.5}
+    world = Scene(water={"sound_speed": SPEED}, seabed={"depth": 20.0}, targets=[ball])
+    depth = np.linspace(1.0, 16.5, 63)
+    bounce = 40.0 * 9 / (29 - depth)
+    height = 20 - (20 - bounce) * (20 - depth) / (40 - bounce)
+    points = ground(np.stack([0 * depth, 0 * depth + 40, depth], axis=-1))
+    points = replace(points, boundary="target", normal=-points.normal)
+    found = visibility(world, points, ("B",))[0]
+    assert (found[bounce > 21.5] == 1).all()
+    assert (bounce > 21.5).sum() > 10
+    near = (np.abs(height - 15.5) < 1.2) & (bounce < 18.5)
+    assert near.sum() > 3
+    assert (np.abs(found[near] - 1) > 0.05).all()
 
 
 def test_an_approximate_box_leaves_out_weak_ripples() -> None:

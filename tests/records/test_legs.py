@@ -7,7 +7,7 @@ import pytest
 
 from insonify.propagation.image_sources import image_legs
 from insonify.records.image import LONG_NAMES, image_dataset
-from insonify.records.legs import SEABED_OCCLUDER, Legs, LegStatus, ray_name
+from insonify.records.legs import SEABED_OCCLUDER, Legs, LegStatus, have_same_geometry, ray_name
 from insonify.records.recording import COLUMNS, RecordingLayout, recording_dataset
 from insonify.scene.scene import Scene
 from insonify.simulator import build_simulator
@@ -119,6 +119,15 @@ def test_a_recording_of_some_pings_has_their_poses():
     np.testing.assert_array_equal(part["side"].values, [-1, 1])
     for name in COLUMNS:
         assert {"units", "long_name"} <= part[name].attrs.keys(), name
+
+
+@pytest.mark.parametrize("column", ["length", "visibility", "arrival", "status", "occluder"])
+def test_legs_have_the_same_geometry_as_long_as_they_share_its_columns(column):
+    """A copy of any of its columns is another geometry; another reflection coefficient is not."""
+    sent = legs()
+    received = replace(sent, reflection_coefficient=-sent.reflection_coefficient)
+    assert have_same_geometry(sent, received)
+    assert not have_same_geometry(sent, replace(received, **{column: getattr(sent, column).copy()}))
 
 
 @pytest.mark.parametrize("geometry", LONG_NAMES)

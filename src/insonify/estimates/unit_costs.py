@@ -46,7 +46,7 @@ SECONDS_PER_HULL_FACTOR, SECONDS_PER_FACE_LEG = 0.3e-6, 1.2e-6
 """Part of one leg that passes a hull or is reflected by it, and one leg off a smooth face with its size [s]."""
 SECONDS_PER_REFRACTED_LEG = 0.5e-6
 """One leg of refracted rays, more than a straight one [s]."""
-SECONDS_PER_DIFFRACTING_COLUMN, SECONDS_PER_DIFFRACTING_BOX = 30e-9, 120e-9
+SECONDS_PER_DIFFRACTING_COLUMN, SECONDS_PER_DIFFRACTING_BOX = 10e-9, 120e-9
 """One leg diffracted by one column of a solid's silhouette, and by one upright box [s]."""
 SECONDS_PER_DELAY = 0.15e-6
 """Random delay of one leg in inhomogeneous water [s]."""

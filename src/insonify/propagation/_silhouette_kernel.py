@@ -14,14 +14,14 @@ from insonify.propagation.knife_edge_kernel import (
     OCCLUDED,
     STEEPEST,
     DiffractedLegs,
-    edge_diffraction,
-    edge_diffractions,
     edge_fresnel_number,
 )
 
 Floats = NDArray[np.float64]
-Complexes = NDArray[np.complex128]
 Integers = NDArray[Any]
+
+NARROWING = 0.7
+"""Factor of the Fresnel number in the variable of `edge_fields`: degree 12 is then within 3e-6 [1]."""
 
 
 class Silhouette(NamedTuple):
@@ -52,6 +52,19 @@ class SolidScreen(NamedTuple):
     """Fresnel number beyond which a solid beside or below a ray is neglected [1]."""
 
 
+class Outline(NamedTuple):
+    """Silhouette as `blocked_part` reads it, c columns."""
+
+    x: Floats
+    """Borders of the columns along the bearing of its middle [m], shape (c + 1,)."""
+    y: Floats
+    """Borders across that bearing [m], shape (c + 1,)."""
+    bearings: Floats
+    """Bearings of the borders re that [rad], shape (c + 1,)."""
+    columns: Floats
+    """Its columns as in `Silhouette`, transposed, shape (6, c)."""
+
+
 class RayEnd(NamedTuple):
     """End of a straight ray."""
 
@@ -63,6 +76,19 @@ class RayEnd(NamedTuple):
     """Horizontal part of the direction [1]."""
     length: float
     """Length of the leg [m]."""
+
+
+class PlanView(NamedTuple):
+    """Last segment of a ray from above, in the frame of a silhouette."""
+
+    reach: float
+    """Horizontal distance of its end from the sonar [m]."""
+    segment_length: float
+    """Horizontal length of the segment [m]."""
+    cosine: float
+    """Cosine of the bearing of its end re the middle of the silhouette [1]."""
+    sine: float
+    """Sine of that bearing [1]."""
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -108,7 +134,7 @@ def silhouette_columns(corners: Floats, bearing: Floats, borders: Floats, column
 @njit(cache=True, nogil=True, error_model="numpy")
 def diffract_around_solid(
     rows: Integers, legs: DiffractedLegs, f: int, water_depth: float, wavelength: float, screen: SolidScreen,
-    table: Complexes,
+    polynomials: Floats,
 ) -> None:  # fmt: skip
     """Multiply the diffraction factor of one solid into the visibility of the legs of one family.
 
@@ -119,7 +145,7 @@ def diffract_around_solid(
         water_depth: Depth of the bottom [m].
         wavelength: Wavelength of the sound [m].
         screen: The solid.
-        table: Table of `edge_diffraction`.
+        polynomials: Polynomials of `edge_fields`.
     """
     position, points, arrival, length = legs.position, legs.points, legs.arrival[f], legs.length[f]
     status, visibility, max_fresnel_number = legs.status[f], legs.visibility[f], screen.max_fresnel_number
@@ -127,8 +153,8 @@ def diffract_around_solid(
     nearest, axis_n, axis_e = np.min(columns[:, 4]), math.cos(centre_bearing), math.sin(centre_bearing)
     farthest, highest = max(np.max(columns[:, 0]), np.max(columns[:, 5])), np.min(columns[:, 1])
     border_x, border_y = border_ranges * np.cos(borders), border_ranges * np.sin(borders)
-    edges = np.ascontiguousarray(columns.T)
-    fields = np.empty((17, borders.size))
+    outline = Outline(border_x, border_y, borders, np.ascontiguousarray(columns.T))
+    numbers, fields = np.empty((4, borders.size)), np.empty((6, borders.size))
     for n in rows:
         is_cut_here = status[n] == OCCLUDED and legs.occluder[f, n] == screen.row
         horizontal = math.sqrt(arrival[n, 0] ** 2 + arrival[n, 1] ** 2)
@@ -139,6 +165,12 @@ def diffract_around_solid(
         cosine, sine = ((north * axis_n + east * axis_e) / reach, (east * axis_n - north * axis_e) / reach)
         if reach <= nearest or cosine < 0:
             continue
+        slope = arrival[n, 2] / horizontal
+        segment_length = reach
+        if legs.has_bounce[f] and slope != 0:
+            segment_length = min(reach, (points[n, 2] - (0.0 if slope > 0 else water_depth)) / slope)
+        if reach - farthest >= max(segment_length, 0.0):  # the leg passes all columns before its last bounce
+            continue
         low, high = ENDLESS, -ENDLESS
         for k in (0, borders.size - 1):
             behind = reach - (border_x[k] * cosine + border_y[k] * sine)
@@ -147,112 +179,120 @@ def diffract_around_solid(
             low, high = min(low, number), max(high, number)
         if low > max_fresnel_number or high < -max_fresnel_number:
             continue
-        slope = arrival[n, 2] / horizontal
         end = RayEnd(points[n, 2], slope, horizontal, length[n])
         if not is_cut_here and (
             passes_above_all(end, reach - farthest, reach - nearest, highest, wavelength, max_fresnel_number)
             or passes_above(end, reach, wavelength, columns, max_fresnel_number)
         ):
             continue
-        segment_length = reach
-        if legs.has_bounce[f] and slope != 0:
-            segment_length = min(reach, (points[n, 2] - (0.0 if slope > 0 else water_depth)) / slope)
-        _fields_of_borders(end, (reach, cosine, sine), wavelength, border_x, border_y, table, fields)
-        _fields_of_columns(end, reach, wavelength, edges, screen.bed_depth, table, fields)
-        blocked, is_visible = _blocked_part(
-            reach, math.atan2(sine, cosine), segment_length, borders, edges, screen.infinitely_wide, fields
-        )
+        blocked, is_visible = blocked_part(
+            end, PlanView(reach, segment_length, cosine, sine), wavelength, screen, outline, polynomials,
+            (numbers, fields),
+        )  # fmt: skip
         if is_cut_here:
             visibility[n] = 1 - blocked if is_visible else 0j
         else:
             visibility[n] *= 1 - blocked
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
-def _fields_of_borders(
-    end: RayEnd, heading: tuple[float, float, float], wavelength: float, border_x: Floats, border_y: Floats,
-    table: Complexes, fields: Floats,
-) -> None:  # fmt: skip
-    """Fill rows 0 to 3 of `fields` with the distance of each border before the end of a ray and the field past it.
-
-    Args:
-        end: End of the ray.
-        heading: Horizontal distance of the end from the sonar [m], cosine and sine of its bearing.
-        wavelength: Wavelength of the sound [m].
-        border_x: Position of each border along the line to the middle of the solid [m], (c + 1,).
-        border_y: Position of each border across it [m], (c + 1,).
-        table: Table of `edge_diffraction`.
-        fields: Result; rows 9 to 16 are a buffer for entries of the table, (17, c + 1).
-    """
-    reach, cosine, sine = heading
-    behind, numbers = fields[0], fields[1]
-    for k in range(border_x.size):
-        behind[k] = reach - (border_x[k] * cosine + border_y[k] * sine)
-        off = border_y[k] * cosine - border_x[k] * sine
-        number = edge_fresnel_number(off, behind[k] / end.horizontal_component, end.length, wavelength)
-        numbers[k] = math.copysign(ENDLESS, off) if behind[k] <= 0 else number
-    edge_diffractions(numbers, table, fields[9:], fields[2], fields[3])
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _fields_of_columns(
-    end: RayEnd, reach: float, wavelength: float, edges: Floats, bed_depth: float, table: Complexes, fields: Floats
-) -> None:
-    """Fill rows 4 to 8 of `fields` with the Fresnel number of each top and the fields past top and base.
-
-    Args:
-        end: End of the ray.
-        reach: Its horizontal distance from the sonar [m].
-        wavelength: Wavelength of the sound [m].
-        edges: Columns of the silhouette, transposed, (6, c).
-        bed_depth: Depth from which on a base counts as standing on the seabed [m].
-        table: Table of `edge_diffraction`.
-        fields: Result; rows 9 to 16 are a buffer for entries of the table, (17, c + 1).
-    """
-    depth, slope, horizontal, length = end
-    count = edges.shape[1]
-    tops = fields[4, :count]
-    for k in range(count):
-        tops[k] = screen_fresnel_number(depth, slope, horizontal, reach - edges[0, k], edges[1, k], length, wavelength)
-    edge_diffractions(tops, table, fields[9:], fields[5, :count], fields[6, :count])
-    for k in range(count):  # few columns have a gap below
-        field = 1 + 0j
-        if edges[3, k] < bed_depth and reach > edges[2, k]:
-            base = screen_fresnel_number(depth, slope, horizontal, reach - edges[2, k], edges[3, k], length, wavelength)
-            field = edge_diffraction(base, table)
-        fields[7, k], fields[8, k] = field.real, field.imag
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _blocked_part(
-    reach: float, turn: float, segment_length: float, borders: Floats, edges: Floats, infinitely_wide: bool,
-    fields: Floats,
+@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
+def blocked_part(
+    end: RayEnd, view: PlanView, wavelength: float, screen: SolidScreen, outline: Outline, polynomials: Floats,
+    scratch: tuple[Floats, Floats],
 ) -> tuple[complex, bool]:  # fmt: skip
-    """Part of the pressure that all columns block [1], and True where one of them stands in the path.
+    """Part of a ray's pressure that a silhouette takes away, and True where its last segment crosses a column.
 
     Args:
-        reach: Horizontal distance of the end of the ray from the sonar [m].
-        turn: Its bearing re the middle of the solid [rad].
-        segment_length: Horizontal length of the last segment [m].
-        borders: Bearings of the borders [rad], (c + 1,).
-        edges: Columns of the silhouette, transposed, (6, c).
-        infinitely_wide: See `SolidScreen`.
-        fields: Results of `_fields_of_borders` and `_fields_of_columns`.
+        end: End of the ray.
+        view: The ray from above.
+        wavelength: Wavelength of the sound [m].
+        screen: The solid.
+        outline: Its silhouette.
+        polynomials: Polynomials of `edge_fields`.
+        scratch: Two arrays to overwrite, (4, c + 1) and (6, c + 1).
     """
+    reach, segment_length, cosine, sine = view
+    c, bearings, turn = outline.columns, outline.bearings, math.atan2(sine, cosine)
+    count, (side, top, base, behind), fields = c.shape[1], scratch[0], scratch[1]
+    for k in range(count + 1):
+        behind[k] = reach - (outline.x[k] * cosine + outline.y[k] * sine)
+        off = outline.y[k] * cosine - outline.x[k] * sine
+        number = edge_fresnel_number(off, behind[k] / end.horizontal_component, end.length, wavelength)
+        side[k] = number if behind[k] > 0 else math.copysign(ENDLESS, off)
+    screen_fresnel_numbers(end, reach, wavelength, c[0], c[1], top)
+    edge_fields(side, polynomials, fields[0], fields[1])
+    edge_fields(top[:count], polynomials, fields[2], fields[3])
+    if np.min(c[3]) < screen.bed_depth:
+        screen_fresnel_numbers(end, reach, wavelength, c[2], c[3], base)
+        edge_fields(base[:count], polynomials, fields[4], fields[5])
     blocked, is_visible = 0j, False
-    for k in range(edges.shape[1]):
-        is_inside = edges[4, k] < reach < edges[5, k] and borders[k] <= turn <= borders[k + 1]
-        if is_inside or fields[0, k + 1] >= segment_length:
+    for k in range(count):
+        crosses = bearings[k] <= turn <= bearings[k + 1]
+        is_inside = crosses and c[4, k] < reach < c[5, k]
+        if is_inside or behind[k + 1] >= segment_length:
             is_visible = is_visible and not is_inside
-        elif reach > edges[0, k]:
-            if fields[4, k] > -FAR:
-                up = complex(fields[7, k] - fields[5, k], fields[8, k] - fields[6, k])
-                across = complex(fields[2, k] - fields[2, k + 1], fields[3, k] - fields[3, k + 1])
-                if infinitely_wide:
-                    across = 1 + 0j if borders[k] <= turn < borders[k + 1] else 0j
-                blocked += across * up
-            is_visible = is_visible or borders[k] <= turn <= borders[k + 1]
+        elif reach > c[0, k]:
+            if top[k] > -FAR:
+                across = complex(fields[0, k] - fields[0, k + 1], fields[1, k] - fields[1, k + 1])
+                if screen.infinitely_wide:
+                    across = 1 + 0j if bearings[k] <= turn < bearings[k + 1] else 0j
+                below = (
+                    complex(fields[4, k], fields[5, k]) if c[3, k] < screen.bed_depth and reach > c[2, k] else 1 + 0j
+                )
+                blocked += across * (below - complex(fields[2, k], fields[3, k]))
+            is_visible = is_visible or crosses
     return blocked, is_visible
+
+
+@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
+def screen_fresnel_numbers(
+    end: RayEnd, reach: float, wavelength: float, distances: Floats, depths: Floats, numbers: Floats
+) -> None:
+    """Write the `screen_fresnel_number` of edges at horizontal distances from the sonar [m] and depths [m], (n,)."""
+    depth, slope, horizontal, length = end
+    for k in range(distances.size):
+        numbers[k] = screen_fresnel_number(
+            depth, slope, horizontal, reach - distances[k], depths[k], length, wavelength
+        )
+
+
+@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
+def edge_fields(numbers: Floats, polynomials: Floats, real: Floats, imag: Floats) -> None:
+    """Fields past half planes, as `knife_edge_kernel.edge_diffraction` to 3e-6, in a loop that compilers vectorise.
+
+    Args:
+        numbers: Fresnel numbers, (n,).
+        polynomials: Coefficients of real and imaginary part, see `knife_edge.edge_polynomials`, (2, 13).
+        real: Result: real parts [1], (n or more,).
+        imag: Result: imaginary parts [1], (n or more,).
+    """
+    p, q = polynomials
+    for k in range(numbers.size):
+        size = abs(numbers[k])
+        t = 1 / (1 + NARROWING * size)
+        x = 2 * t - 1
+        a, b = t * polynomial(p, x), t * polynomial(q, x)
+        quarter_turns = size * size
+        nearest = np.floor(quarter_turns + 0.5)
+        angle = math.pi / 2 * (quarter_turns - nearest)
+        y = angle * angle
+        s = angle * (1 + y * (-1 / 6 + y * (1 / 120 + y * (-1 / 5040 + y * (1 / 362880)))))
+        c = 1 + y * (-1 / 2 + y * (1 / 24 + y * (-1 / 720 + y * (1 / 40320 - y * (1 / 3628800)))))
+        side = nearest - 4 * np.floor(nearest / 4)
+        is_odd = (side == 1) | (side == 3)
+        cosine, sine = (s if is_odd else c), (c if is_odd else s)
+        cosine = -cosine if (side == 1) | (side == 2) else cosine
+        sine = -sine if side >= 2 else sine
+        field_real, field_imag = a * cosine + b * sine, b * cosine - a * sine
+        real[k] = field_real if numbers[k] >= 0 else 1 - field_real
+        imag[k] = field_imag if numbers[k] >= 0 else -field_imag
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def polynomial(p: Floats, x: float) -> float:
+    """Polynomial of degree 12 with coefficients from the constant on."""
+    high = p[7] + x * (p[8] + x * (p[9] + x * (p[10] + x * (p[11] + x * p[12]))))
+    return p[0] + x * (p[1] + x * (p[2] + x * (p[3] + x * (p[4] + x * (p[5] + x * (p[6] + x * high))))))
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -21,7 +21,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from insonify.propagation._silhouette_kernel import SolidScreen, diffract_around_solid
+from insonify.propagation._silhouette_kernel import NARROWING, SolidScreen, diffract_around_solid
 from insonify.propagation.bounding_cylinders import edge_clearance, points_near_cylinders, union
 from insonify.propagation.families import bounce_sequence, image_depth
 from insonify.propagation.knife_edge_kernel import FAR, PER_UNIT, BoxScreens, DiffractedLegs, diffract_around_boxes
@@ -67,6 +67,19 @@ def edge_diffraction_table() -> NDArray[np.complex128]:
     table = knife_edge(number) * np.exp(1j * np.pi / 2 * number**2)
     table.flags.writeable = False  # shared by all pings
     return table
+
+
+@lru_cache(maxsize=1)
+def edge_polynomials() -> NDArray[np.float64]:
+    """Polynomials in 2 t - 1 of its real and imaginary part over t = 1 / (1 + `NARROWING` number), shape (2, 13)."""
+    x = np.polynomial.chebyshev.chebpts1(13)
+    t = (x + 1) / 2
+    number = (1 / t - 1) / NARROWING
+    field = knife_edge(number) * np.exp(1j * np.pi / 2 * number**2) / t
+    fits = (np.polynomial.chebyshev.chebfit(x, part, 12) for part in (field.real, field.imag))
+    rows = np.array([np.polynomial.chebyshev.cheb2poly(fit) for fit in fits])
+    rows.flags.writeable = False  # shared by all pings
+    return rows
 
 
 def diffract_at_edges(
@@ -188,4 +201,4 @@ def _around(
         if outline is not None:
             outline = outline._replace(columns=close_gap_above(outline.columns, 1))
             screen = SolidScreen(outline, bed, row, infinitely_wide, max_number)
-            diffract_around_solid(rows, legs, f, scene.seabed.depth, wavelength, screen, edge_diffraction_table())
+            diffract_around_solid(rows, legs, f, scene.seabed.depth, wavelength, screen, edge_polynomials())

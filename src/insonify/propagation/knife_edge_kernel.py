@@ -121,39 +121,6 @@ def sincos_of_quarter_turns(quarter_turns: float) -> tuple[float, float]:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def edge_diffractions(numbers: Floats, table: Complexes, entries: Floats, real: Floats, imag: Floats) -> None:
-    """Fields past half planes, bit-identical with `edge_diffraction`, in loops that compilers turn into vector code.
-
-    Args:
-        numbers: Fresnel numbers, (k,).
-        table: Table of `edge_diffraction`.
-        entries: Buffer for the entries of the table about each number, (8, at least k).
-        real: Result, real parts of the fields [1], (k,).
-        imag: Result, imaginary parts, (k,).
-    """
-    flat, last = table.view(np.float64), table.size - 3
-    for k in range(numbers.size):  # apart, because of the indirect reads
-        first = 2 * min(max(int(min(abs(numbers[k]), FAR) * PER_UNIT), 1), last) - 2
-        for part in range(8):
-            entries[part, k] = flat[first + part]
-    for k in range(numbers.size):
-        size = min(abs(numbers[k]), FAR)
-        index = size * PER_UNIT
-        t = index - min(max(math.floor(index), 1.0), float(last))
-        a, b = -t * (t - 1) * (t - 2) * (1 / 6), (t + 1) * (t - 1) * (t - 2) * 0.5
-        c, d = -(t + 1) * t * (t - 2) * 0.5, (t + 1) * t * (t - 1) * (1 / 6)
-        x = a * entries[0, k] + b * entries[2, k] + c * entries[4, k] + d * entries[6, k]
-        y = a * entries[1, k] + b * entries[3, k] + c * entries[5, k] + d * entries[7, k]
-        cosine, sine = sincos_of_quarter_turns(size * size)
-        u, v = x * cosine + y * sine, y * cosine - x * sine
-        real[k], imag[k] = (u, v) if numbers[k] >= 0 else (1 - u, 0 - v)
-    for k in range(numbers.size):
-        if abs(numbers[k]) >= FAR:
-            field = edge_diffraction(numbers[k], table)
-            real[k], imag[k] = field.real, field.imag
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
 def diffract_around_boxes(
     rows: Integers, legs: DiffractedLegs, water_depth: float, wavelength: float, screens: BoxScreens, table: Complexes
 ) -> None:
