@@ -3,8 +3,8 @@
 Measured on a plain x86 core of the 2020s; `python benchmarks/run.py estimate` compares the sums with runs.
 """
 
-START_SECONDS = 2.8
-"""Start of a run: libraries, validation, kernels read from their cache [s]."""
+START_SECONDS = 3.4
+"""Start of a run: libraries, validation, kernels read from their cache [s]; 2.6 on a fast core, 4.5 on a slow one."""
 PING_SECONDS = 4e-3
 """Share of each ping and side that does not depend on its scatterers [s]."""
 WRITE_SECONDS, LABEL_WRITE_SECONDS = 1.5e-3, 1.8e-3
