@@ -11,7 +11,7 @@ from insonify.records.legs import LegStatus
 from insonify.scattering.lambert import Lambert
 from insonify.scene.flat_faces import flat_faces
 from insonify.scene.scatterers import Scatterers
-from insonify.simulator import arrivals, build_simulator, labels, simulate
+from insonify.simulator import arrivals, build_simulator, labels, levels, simulate
 from oracles.scenes import nominal
 from oracles.traced import apart_db, curves, scene
 
@@ -153,6 +153,31 @@ def test_a_wall_shines_as_the_tracer_has_it(apart):
         both = traced["seabed", other], engine["seabed", pair]
         some = int((0.33 if pair == "D-F" else 1.0) * both[0].size)
         assert apart_db(*(one[:some] for one in both)) == pytest.approx(0, abs=0.1), pair
+
+
+def test_the_corner_of_a_rough_bed_and_a_smooth_face_counts_once():
+    """Bed and face, both smooth to the sound or nearly: the echo of the face by the bed, within 1 dB of a smooth bed's.
+
+    The same path is one off the face that the bed scatters, D-F: with the echo of the face it would count twice, 3 dB
+    more. Where targets return no sound, the bed has it.
+    """
+
+    def corner(interface: str, *contributions: str) -> dict[str, float]:
+        sediment = {"scattering": {"law": "jackson", "sediment": "medium sand"}, "reflection": "medium sand"}
+        found = levels(nominal(
+            field="incoherent", line={"length": 0.3}, track={"window": (0.1055, 0.1125)},
+            box={"position": (0.0, 82.0), "size": (1.0, 0.6, 0.8), "face_reflection_coefficient": 0.9},
+            sonar={"pulse": {"frequency": 20e3, "duration": 0.5e-3}},
+            seabed={"reflecting_interface": interface, **sediment},
+            paths={"max_reflections": 1, "face_reflections": True, "contributions": contributions},
+        ))  # fmt: skip
+        power = 10 ** (found.level_db.sel(pair="all") / 10)
+        return {str(name): float(power.sel(contribution=name).mean()) for name in found.contribution.values}
+
+    rough, smooth = (corner(interface, "seabed", "target") for interface in ("rough", "smooth"))
+    assert 10 * np.log10(rough["target"] / smooth["target"]) == pytest.approx(0, abs=1.0)
+    assert 10 * np.log10(rough["total"] / rough["target"]) == pytest.approx(0, abs=0.1)
+    assert corner("rough", "seabed")["seabed"] > rough["target"] / 2
 
 
 @pytest.mark.parametrize("field", ["incoherent", "coherent"])

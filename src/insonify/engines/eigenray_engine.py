@@ -32,7 +32,7 @@ from insonify.engines.face_reflection import (
 from insonify.engines.facet_subdivision import legs_at_sides
 from insonify.engines.hull_reflection import hull_families, with_hull
 from insonify.engines.memory_budget import points_at_once, points_of_legs
-from insonify.engines.multiple_bed_scattering import counted_once
+from insonify.engines.multiple_bed_scattering import counted_once, without_face_echoes
 from insonify.engines.pair_cross_sections import cross_sections
 from insonify.engines.pair_importance import PairSelection, keep_probabilities_at, pair_energy_fractions, select_pairs
 from insonify.engines.ping_scatterers import Block, ping_scatterers, slice_footprint
@@ -436,7 +436,9 @@ class EigenrayEngine:
             frequency, float(self.scene.water.sound_speed_at(self.scene.seabed.depth))
         )
         if scatterers.boundary == "seabed" and interface is not None:
+            by_targets = self.choice.followed_families if "target" in self.choice.contributions else ()
             section = counted_once(section, out, back, pair, scatterers.normal, interface)
+            section = without_face_echoes(section, out, back, pair, scatterers.normal, interface, by_targets)
         strength = np.sqrt(section) * root
         if amplitude_weight is not None:
             strength *= amplitude_weight

@@ -48,8 +48,7 @@ def counted_once(
         scatterer_counts = other_scatterers(out.families[i], back.families[j], followed)
         if not (first and scatterer_counts[0]) and not (second and scatterer_counts[1]):
             continue
-        change = np.hypot(*(out.arrival[i, :, :2] + back.arrival[j, :, :2]).T)
-        points = np.flatnonzero(change < 1 / SLOPE_CUT)
+        points = _near_specular(out, back, i, j)
         if not len(points):
             continue
         counts = [
@@ -62,6 +61,59 @@ def counted_once(
         surface = interface.cross_section(out.arrival[i, points].T, -back.arrival[j, points].T, normal[points].T)
         result[row, points] -= np.minimum(surface, section[row, points]) * (1 - repeated)
     return result
+
+
+def without_face_echoes(
+    section: Floats, out: Legs, back: Legs, pair: NDArray[np.int64], normal: Floats, interface: CompiledLaw,
+    target_families: Iterable[str],
+) -> Floats:  # fmt: skip
+    """Cross sections of pairs at the seabed less what smooth faces have in their own echoes [1], shape (p, n).
+
+    A path off the seabed near the specular direction and off a face, D-F, is also the echo of that face by a bottom
+    bounce, B-D: its coherent part and its glints have all of the reflected energy.
+
+    Args:
+        section: Cross sections [1], shape (p, n).
+        out: Transmit legs, some of them by way of faces.
+        back: Receive legs.
+        pair: Row of the transmit and of the receive leg of each ordered pair, shape (p, 2).
+        normal: Normals of the seabed at the scatterers, shape (n, 3).
+        interface: Law of the sediment's surface alone.
+        target_families: Families that reach targets; none where targets return no sound.
+    """
+    followed, result = {bounce_sequence(name) for name in target_families}, section.copy()
+    for row, (i, j) in enumerate(pair):
+        if is_face_echo(out.families[i], back.families[j], followed):
+            points = _near_specular(out, back, i, j)
+            surface = interface.cross_section(out.arrival[i, points].T, -back.arrival[j, points].T, normal[points].T)
+            result[row, points] -= np.minimum(surface, section[row, points])
+    return result
+
+
+def is_face_echo(out: str, back: str, followed: set[str]) -> bool:
+    """True for a pair at the seabed whose path is also the echo of a face, by two families that reach it.
+
+    Args:
+        out: Family of the transmit leg.
+        back: Family of the receive leg.
+        followed: Families that reach targets, as letters of their bounces.
+
+    Example:
+        >>> is_face_echo("D", "F", {"", "B"}), is_face_echo("D", "F", {""}), is_face_echo("D", "FS", {"", "B"})
+        (True, False, False)
+    """
+    legs = bounce_sequence(out), bounce_sequence(back)
+    for leg, other in (legs, legs[::-1]):
+        before, face, after = leg.partition("F")
+        if face and before in followed and other + "B" + after[::-1] in followed:
+            return True
+    return False
+
+
+def _near_specular(out: Legs, back: Legs, i: int, j: int) -> NDArray[np.int64]:
+    """Points at which a pair of legs is near the specular direction of the level seabed: within what glints have."""
+    change = np.hypot(*(out.arrival[i, :, :2] + back.arrival[j, :, :2]).T)
+    return np.flatnonzero(change < 1 / SLOPE_CUT)
 
 
 def other_scatterers(out: str, back: str, followed: Iterable[str]) -> tuple[int, int]:
