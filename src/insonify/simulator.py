@@ -93,7 +93,7 @@ class Simulator:
 
     def ping_geometries(self, ping: int, poses: Platforms | None = None) -> list[PingGeometry]:
         """Geometry of one ping for each side, in the order of its channels; poses: other ones than the track's."""
-        return [side.at(ping) if poses is None else side.posed(ping, poses) for side in self._sides]
+        return [side.at(ping) if poses is None else side.at_poses(ping, poses) for side in self._sides]
 
     def expectation_accumulator(self, geometry: PingGeometry) -> IncoherentAccumulator | TracedAccumulator:
         """Accumulator of the expected intensity of one ping, by the scenario's engine."""

@@ -6,7 +6,7 @@ import pytest
 from insonify.cli import main
 from insonify.estimates.sub_band_error import estimate_sub_band_error
 from insonify.simulator import simulate
-from insonify.sonar.band_error import ENOUGH_DB
+from insonify.sonar.band_error import MAX_ERROR_DB
 from oracles.arrays import HEADING, START, elements_scenario
 
 SWEEP = {"kind": "lfm", "frequency": 100e3, "bandwidth": 20e3, "duration": 2e-3}
@@ -35,15 +35,15 @@ def test_the_error_estimated_is_the_error_made():
 def test_the_number_that_would_do_does():
     """One is -26 dB off and names a number; that number is within -30 dB, needs no more words, and is `auto`'s."""
     one = estimate_sub_band_error(wide(1))
-    assert -29 < one.error_db < -23 and one.enough is not None
-    expected = estimate_sub_band_error(wide(one.enough))
+    assert -29 < one.error_db < -23 and one.sufficient_count is not None
+    expected = estimate_sub_band_error(wide(one.sufficient_count))
     assert (
-        expected.error_db <= ENOUGH_DB
+        expected.error_db <= MAX_ERROR_DB
         and expected.summary() == ""
-        and estimate_sub_band_error(wide(one.enough - 1)).error_db > ENOUGH_DB
+        and estimate_sub_band_error(wide(one.sufficient_count - 1)).error_db > MAX_ERROR_DB
     )
     assert estimate_sub_band_error(wide("auto")) == expected
-    pressures = [simulate(wide(count)).pressure.values for count in ("auto", one.enough)]
+    pressures = [simulate(wide(count)).pressure.values for count in ("auto", one.sufficient_count)]
     assert np.array_equal(*pressures)
 
 

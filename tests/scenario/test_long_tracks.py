@@ -25,6 +25,6 @@ def test_elements_far_from_both_boundaries_are_placed_at_no_ping(monkeypatch):
 def test_elements_far_apart_make_no_pattern_beyond_the_widest():
     """Hydrophones ten kilometres apart are a fault or a scene, never a crash of the validator."""
     from insonify.sonar.element_array import ElementArray
-    from insonify.sonar.hydrophones import WIDEST, filled_aperture
+    from insonify.sonar.hydrophones import MAX_APERTURE, filled_aperture
 
-    assert filled_aperture(ElementArray(positions=[(0, 0, 0), (0, 1e4, 0)])).length == WIDEST
+    assert filled_aperture(ElementArray(positions=[(0, 0, 0), (0, 1e4, 0)])).length == MAX_APERTURE

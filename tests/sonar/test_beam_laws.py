@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from insonify.frames import direction, pose_rotation
 from insonify.sonar import LineArray, PlanarArray, PointTransducer
 from insonify.sonar.beam import beams
-from insonify.sonar.two_way_beam import WIDEST, two_way_footprint, two_way_width
+from insonify.sonar.two_way_beam import MAX_WIDTH, two_way_footprint, two_way_width
 
 FREQUENCY, SPEED = 100e3, 1500.0
 WAVELENGTH = SPEED / FREQUENCY
@@ -164,8 +164,8 @@ def test_width_goes_as_one_over_length_and_does_not_mind_the_side(steer):
 def test_two_beams_are_narrower_than_either():
     """Two-way widths shrink from the open water to one beam to two: cap, 0.886 and 0.638 wavelength / length."""
     one, both = two_way_width(line(50), OMNI), two_way_width(line(50), line(50))
-    assert two_way_width(OMNI, OMNI) == pytest.approx(WIDEST)
-    assert both < one < WIDEST
+    assert two_way_width(OMNI, OMNI) == pytest.approx(MAX_WIDTH)
+    assert both < one < MAX_WIDTH
     assert one / both == pytest.approx(0.8859 / 0.6378, rel=2e-3)
 
 

@@ -9,7 +9,7 @@ from pydantic import ValidationError
 from insonify.processing import along_track_gain_db
 from insonify.processing import tvg_db as offered
 from insonify.sonar.electronics import AnalogToDigitalConverter, Crosstalk, ReceiverGain, SelfNoise
-from insonify.sonar.time_varied_gain import NEAREST, tvg_db
+from insonify.sonar.time_varied_gain import MIN_RANGE, tvg_db
 
 LOSS, LAW = st.floats(0, 0.2), st.sampled_from([20.0, 30.0, 40.0])
 
@@ -26,7 +26,7 @@ def test_gain_undoes_the_sonar_equation(law, loss, slant, factor):
 @given(LAW, LOSS, st.floats(0, 1), st.floats(0, 1))
 def test_nearer_than_a_metre_gain_stays_as_it_is_there(law, loss, one, other):
     """The law has no end at 0 m: it is followed no further than 1 m."""
-    here, there = tvg_db(np.array([one, other]) * NEAREST, law, absorption_db_per_m=loss)
+    here, there = tvg_db(np.array([one, other]) * MIN_RANGE, law, absorption_db_per_m=loss)
     assert here == there == pytest.approx(2 * loss)
 
 

@@ -7,7 +7,7 @@ from pydantic import ValidationError
 from insonify.sonar.array import LineArray, PlanarArray, PointTransducer
 from insonify.sonar.beam import beams
 from insonify.sonar.element_array import ArcArray, ElementArray
-from insonify.sonar.hydrophones import ElementErrors, element_layout, filled_aperture, hydrophones, one_element
+from insonify.sonar.hydrophones import ElementErrors, element_layout, filled_aperture, hydrophones, single_element
 from insonify.sonar.sonar import channel_positions
 from oracles.arrays import elements_scenario, line_of
 
@@ -33,7 +33,7 @@ def test_what_has_no_elements_is_one(array):
     """A continuous aperture receives as one element at its centre, with its whole pattern."""
     place, _ = element_layout(array)
     np.testing.assert_array_equal(place, np.zeros((1, 3)))
-    assert type(one_element(array)) is type(array)
+    assert type(single_element(array)) is type(array)
 
 
 def test_the_product_theorem_joins_an_element_and_its_places():
@@ -44,7 +44,7 @@ def test_the_product_theorem_joins_an_element_and_its_places():
     way = np.stack([np.cos(angle), np.sin(angle), np.zeros_like(angle)], axis=1)
     place, _ = element_layout(line)
     phases = np.exp(2j * np.pi * frequency / c * way @ place.T).mean(axis=1)
-    one = beams(one_element(line), frequency, c).gain(way)[0]
+    one = beams(single_element(line), frequency, c).gain(way)[0]
     np.testing.assert_allclose(beams(line, frequency, c).gain(way)[0], (one * phases).real, atol=1e-6)
 
 
@@ -98,4 +98,4 @@ def test_both_sides_are_mirror_images():
     both = scenario.sonar.model_copy(update={"sides": ("port", "starboard")})
     port, starboard = np.split(channel_positions(both), 2)
     np.testing.assert_allclose(port, starboard * [1, -1, 1], atol=1e-12)
-    assert ArcArray(radius=0.2, arc_angle=1.0, elements=3).mirrored() == {}
+    assert ArcArray(radius=0.2, arc_angle=1.0, elements=3).mirror_image_fields() == {}

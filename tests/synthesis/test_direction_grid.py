@@ -72,7 +72,7 @@ def one_by_one(scenario, monkeypatch):
 
 def separate_beams(patched):
     """Form beams one by one, all of their patterns at so many frequencies that interpolation is as good."""
-    patched.setattr(band_error, "SHARED_DB", -100.0)
+    patched.setattr(band_error, "MAX_SHARED_ERROR_DB", -100.0)
     patched.setattr(coherent, "direction_grid", lambda _: None)
     at = MountedSonar.at
 

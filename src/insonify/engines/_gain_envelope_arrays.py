@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 
 from insonify.engines._gain_envelope_kernel import EnvelopeArguments, EnvelopeEnd, gain_re_threshold, max_two_way_gain
 from insonify.engines._glint_spread_kernel import MIN_SPREAD_ROWS, ROWS_PER_SPREAD_ROW
-from insonify.sonar.beam_arrays import distance_to_span, element_gains, spans
+from insonify.sonar.beam_arrays import cosine_bounds, distance_to_interval, element_gains
 from insonify.sonar.beam_kernels import BeamMajorants
 
 Floats = NDArray[np.float64]
@@ -72,7 +72,7 @@ class _Neighbourhoods:
         """Least and greatest cosines to an array's boresight, right and down [1]."""
         horizontal = np.sqrt(np.maximum(1.0 - down * down, 0.0))
         cosines = [horizontal * (self.ahead * row[0] + self.aside * row[1]) + down * row[2] for row in axes]
-        return [spans(cosine, self.cosine, self.sine) if self.wide else (cosine, cosine) for cosine in cosines]
+        return [cosine_bounds(cosine, self.cosine, self.sine) if self.wide else (cosine, cosine) for cosine in cosines]
 
     def _spread(self, row: int, down: Floats) -> tuple[Floats, Floats]:
         """Standard deviations of a glint's cosines to the right and down of the array [1]."""
@@ -100,7 +100,7 @@ def _gain(
     spread_margin = np.zeros(len(w)) if spread is None else 2 * np.maximum(*spread)
 
     def pattern(which: int, span: tuple[Floats, Floats], axis: float) -> Floats:
-        x = distance_to_span(*span, axis)
+        x = distance_to_interval(*span, axis)
         unspread = _envelope(majorants[which], per_unit[which], x)
         return (
             unspread

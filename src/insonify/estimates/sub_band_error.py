@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 from insonify.scenario.scenario import Scenario
 from insonify.simulator import build_simulator
-from insonify.sonar.band_error import ENOUGH_DB, TRIED, BandError
+from insonify.sonar.band_error import MAX_ERROR_DB, SUB_BAND_COUNTS, BandError
 from insonify.sonar.shared_directions import share_directions
 
 
@@ -16,18 +16,21 @@ class SubBandError:
     """Number of sub-bands of the recording."""
     error_db: float
     """Their rms error relative to the rms of the sound [dB]."""
-    enough: int | None
+    sufficient_count: int | None
     """Number that `auto` takes; None: none up to the largest has a small enough error."""
 
     def summary(self) -> str:
         """Message on the error; empty where the scenario needs no change."""
-        if self.error_db <= ENOUGH_DB:
+        if self.error_db <= MAX_ERROR_DB:
             return ""
         has = "one frequency serves" if self.sub_bands == 1 else f"{self.sub_bands} frequencies serve"
         text = f"{has} the whole band, which is {self.error_db:.0f} dB off: beams and absorption change across it"
-        if self.enough is None:
-            return f"{text}; no number of sub-bands up to {TRIED[-1]} reaches {ENOUGH_DB:.0f} dB"
-        return f"{text}; sonar.receiver.sub_bands: auto, here {self.enough}, would reach {ENOUGH_DB:.0f} dB or less"
+        if self.sufficient_count is None:
+            return f"{text}; no number of sub-bands up to {SUB_BAND_COUNTS[-1]} reaches {MAX_ERROR_DB:.0f} dB"
+        return (
+            f"{text}; sonar.receiver.sub_bands: auto, here {self.sufficient_count}, would reach {MAX_ERROR_DB:.0f} dB "
+            "or less"
+        )
 
 
 def estimate_sub_band_error(scenario: Scenario) -> SubBandError:
@@ -44,4 +47,4 @@ def estimate_sub_band_error(scenario: Scenario) -> SubBandError:
     )  # fmt: skip
     chosen = max(1, len(geometry.sub_bands))
     own = error.error_db(chosen)
-    return SubBandError(chosen, own, chosen if own <= ENOUGH_DB else error.enough)
+    return SubBandError(chosen, own, chosen if own <= MAX_ERROR_DB else error.sufficient_count)

@@ -7,7 +7,7 @@ level at each range.
 import numpy as np
 from numpy.typing import NDArray
 
-from insonify.sonar.time_varied_gain import NEAREST, tvg_db
+from insonify.sonar.time_varied_gain import MIN_RANGE, tvg_db
 from insonify.units import intensity_ratio, level_db
 
 Floats = NDArray[np.float64]
@@ -36,7 +36,7 @@ def lambert_gain_db(slant_range: Floats, altitude: Floats, *, absorption_db_per_
 
     Source: Lambert's law as in Urick (1983), ch. 8, and the area of a range cell on a plane.
     """
-    height = np.maximum(np.asarray(altitude, float)[..., None], NEAREST / 10)
+    height = np.maximum(np.asarray(altitude, float)[..., None], MIN_RANGE / 10)
     # The first return comes from a disc, not from a strip: grazing angles are limited to 60 degrees.
     limited_range = np.maximum(slant_range, height / np.sin(np.radians(60)))
     sine = height / limited_range

@@ -167,8 +167,8 @@ class LiveSonar:
         row = require_index("ping", ping, len(self._poses.transmitter_poses), "track")
         sending = self._poses.transmitter_poses
         values = {"time": float(sending.time[row])} | _pose_columns(sending, self._poses.transmitter_window_poses, row)
-        if self._poses.own_receiver_poses is not None:
-            columns = _pose_columns(self._poses.own_receiver_poses, self._poses.receiver_window_poses, row)
+        if self._poses.separate_receiver_poses is not None:
+            columns = _pose_columns(self._poses.separate_receiver_poses, self._poses.receiver_window_poses, row)
             values["receiver"] = PlatformPose(**columns)
         return values
 
@@ -240,7 +240,7 @@ class LiveSonar:
 
     def _standing_receiver(self) -> PlatformPose:
         """The receiver's own pose, where its track keeps to one."""
-        poses = self._poses.own_receiver_poses
+        poses = self._poses.separate_receiver_poses
         assert poses is not None
         position, lean = poses.position, poses.attitude
         if np.ptp(position, axis=0).any() or np.ptp(lean, axis=0).any():
@@ -348,7 +348,7 @@ def _with_positions(track: Platforms, positions: Iterable[ArrayLike]) -> Platfor
     further = np.concatenate([*runs, given[-1][None]])
     return Platforms(
         _extended(track.transmitter_poses, further),
-        None if track.own_receiver_poses is None else _extended(track.own_receiver_poses, further),
+        None if track.separate_receiver_poses is None else _extended(track.separate_receiver_poses, further),
         None if (w := track.transmitter_window_poses) is None else (_extended(w[0], further), _extended(w[1], further)),
         None if (w := track.receiver_window_poses) is None else (_extended(w[0], further), _extended(w[1], further)),
     )

@@ -45,7 +45,7 @@ def recording_layout(
         lines: Lines of its recorder; None: none are stored.
         systems: Navigation systems, which have logged the pings before; none: there are no pings before.
     """
-    true, own_poses = platforms.transmitter_poses, platforms.own_receiver_poses
+    true, own_poses = platforms.transmitter_poses, platforms.separate_receiver_poses
     systems = systems or navigation_systems(scenario, platforms)
     logged, further = systems[0].log(true), dict[str, Any]()
     if own_poses is None:

@@ -11,23 +11,23 @@ Floats = NDArray[np.float64]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def nearest_segment_distance(position: Floats, runs: Floats, distance: Floats) -> None:
-    """Distance of each position from the nearest run.
+def nearest_segment_distance(position: Floats, segments: Floats, distance: Floats) -> None:
+    """Fill the distance of each position from the nearest segment of a polyline.
 
     Args:
         position: Coordinates in a plane [m], shape (n, 2).
-        runs: Both ends of each run [m], shape (runs, 2, 2).
-        distance: Filled with the distances [m], shape (n,).
+        segments: Both ends of each segment [m], shape (segments, 2, 2).
+        distance: Result [m], shape (n,).
     """
     for n in range(position.shape[0]):
         least = np.inf
-        for k in range(runs.shape[0]):
-            along0, along1 = runs[k, 1, 0] - runs[k, 0, 0], runs[k, 1, 1] - runs[k, 0, 1]
-            off0, off1 = position[n, 0] - runs[k, 0, 0], position[n, 1] - runs[k, 0, 1]
-            square = along0 * along0 + along1 * along1
-            part = 0.0
-            if square > 0:
-                part = min(max((off0 * along0 + off1 * along1) / square, 0.0), 1.0)
-            x, y = off0 - part * along0, off1 - part * along1
+        for k in range(segments.shape[0]):
+            along0, along1 = segments[k, 1, 0] - segments[k, 0, 0], segments[k, 1, 1] - segments[k, 0, 1]
+            off0, off1 = position[n, 0] - segments[k, 0, 0], position[n, 1] - segments[k, 0, 1]
+            length_squared = along0 * along0 + along1 * along1
+            fraction = 0.0
+            if length_squared > 0:
+                fraction = min(max((off0 * along0 + off1 * along1) / length_squared, 0.0), 1.0)
+            x, y = off0 - fraction * along0, off1 - fraction * along1
             least = min(least, x * x + y * y)
         distance[n] = math.sqrt(least)

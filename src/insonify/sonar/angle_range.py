@@ -1,7 +1,7 @@
-"""A row of evenly spaced angles, written as its ends and its step instead of angle by angle.
+"""Evenly spaced angles, written as first angle, last angle and step.
 
-``{from: -6 deg, to: 6 deg, step: 0.25 deg}`` is 49 angles, each the number that a person would have
-typed: they are counted as decimal fractions in the unit they are written in, not summed up in binary.
+``{from: -6 deg, to: 6 deg, step: 0.25 deg}`` is 49 angles, each equal to the decimal number in that unit: they are
+computed as decimal fractions, without binary rounding of sums.
 """
 
 import math
@@ -15,51 +15,51 @@ from insonify.units import UNITS, si
 
 KEYS = ("from", "to", "step")
 MAX_ANGLES = 1024
-"""No sonar forms more beams [1]."""
-UNEVEN = Fraction(1, 1000)
-"""Part of a step by which the last one may miss the end: as much as a step written with few digits [1]."""
+"""Largest number of angles [1]."""
+STEP_TOLERANCE = Fraction(1, 1000)
+"""Largest distance of the last step from the end, for steps that are written with few digits [steps]."""
 
 
-def angle_range(given: Mapping[str, object]) -> tuple[float, ...]:
-    """The angles from one end to the other, both included [rad].
+def angle_range(mapping: Mapping[str, object]) -> tuple[float, ...]:
+    """Angles from first to last, both included [rad].
 
     Args:
-        given: `from`, `to` and `step`, each a number [rad] or text with a unit.
+        mapping: `from`, `to` and `step`, each a number [rad] or text with a unit.
 
     Returns:
         Angles in order; each equals what its own decimal number and unit would be read as.
 
     Raises:
         ValueError: A key is missing or unknown.
-        PydanticCustomError: Located at what is no angle, or at a step that does not fit, with the fix.
+        PydanticCustomError: A value is no angle, or the step does not divide the interval.
     """
-    if set(given) != set(KEYS):
+    if set(mapping) != set(KEYS):
         raise ValueError(
-            f"keys are {', '.join(map(str, given)) or 'missing'}; a row of angles has {', '.join(KEYS)}, "
+            f"keys are {', '.join(map(str, mapping)) or 'missing'}; a row of angles has {', '.join(KEYS)}, "
             "such as {from: -6 deg, to: 6 deg, step: 0.25 deg}"
         )
-    raise_errors(_not_angles(given))
-    written = [_written(given[key]) for key in KEYS]
-    units = {unit for number, unit in written if number}  # nothing is nothing in every unit
+    raise_errors(_angle_errors(mapping))
+    numbers = [_decimal_and_unit(mapping[key]) for key in KEYS]
+    units = {unit for number, unit in numbers if number}  # 0 is the same in every unit
     unit = units.pop() if len(units) == 1 else "rad"
-    if units:  # of mixed units there is no common decimal: then count in radians
-        written = [_written(_radians(given[key])) for key in KEYS]
-    first, last, step = (number for number, _ in written)
+    if units:  # mixed units have no common decimal fraction, so radians are used
+        numbers = [_decimal_and_unit(_radians(mapping[key])) for key in KEYS]
+    first, last, step = (number for number, _ in numbers)
     count = _count(first, last, step, unit)
-    size = UNITS["angle"][unit]
-    return tuple(float(first + (last - first) * k / max(count, 1)) * size for k in range(count + 1))
+    radians_per_unit = UNITS["angle"][unit]
+    return tuple(float(first + (last - first) * k / max(count, 1)) * radians_per_unit for k in range(count + 1))
 
 
-def _not_angles(given: Mapping[str, object]) -> Iterator[PydanticCustomError]:
+def _angle_errors(mapping: Mapping[str, object]) -> Iterator[PydanticCustomError]:
     for key in KEYS:
-        value = given[key]
+        value = mapping[key]
         if not math.isfinite(_radians(value)):
             shown = "nothing" if value is None else value
             yield field_error(key, shown, f"is not an angle; use {', '.join(UNITS['angle'])}.")
 
 
 def _radians(value: object) -> float:
-    """An angle [rad], or NaN where there is none."""
+    """An angle [rad], NaN for a value that is no angle."""
     try:
         angle = si(value, "angle")
     except ValueError:
@@ -67,11 +67,11 @@ def _radians(value: object) -> float:
     return float(angle) if isinstance(angle, int | float) and not isinstance(angle, bool) else math.nan
 
 
-def _written(value: object) -> tuple[Fraction, str]:
-    """An angle as the decimal fraction and the unit that were typed."""
+def _decimal_and_unit(value: object) -> tuple[Fraction, str]:
+    """Number of an angle as a decimal fraction, and its unit, as written."""
     text = str(value).strip()
     number = text.rstrip("abcdefghijklmnopqrstuvwxyz ")
-    # by way of the float: a fraction of 1e-999999999 would fill the memory
+    # through a float: a fraction of 1e-999999999 would fill the memory
     return Fraction(repr(float(number))), text[len(number) :].strip() or "rad"
 
 
@@ -82,18 +82,18 @@ def _count(first: Fraction, last: Fraction, step: Fraction, unit: str) -> int:
         return 0
     if step * span <= 0:
         better = "write, for instance," if step == 0 else "write"
-        guess = float(abs(step) if step else abs(span) / 4) * (1 if span > 0 else -1)
-        raise _wrong_step(step, unit, f"does not lead from {float(first):g} to {float(last):g} {unit}; {better} "
-                          f"{guess:g} {unit}.")  # fmt: skip
-    exact = span / step
-    count = max(round(exact), 1)
+        suggested_step = float(abs(step) if step else abs(span) / 4) * (1 if span > 0 else -1)
+        raise _step_error(step, unit, f"does not lead from {float(first):g} to {float(last):g} {unit}; {better} "
+                          f"{suggested_step:g} {unit}.")  # fmt: skip
+    step_count = span / step
+    count = max(round(step_count), 1)
     if count >= MAX_ANGLES:
-        raise _wrong_step(step, unit, f"makes {count + 1} angles, and {MAX_ANGLES} is the most. Write a larger step.")
-    if abs(exact - count) > UNEVEN:
-        raise _wrong_step(step, unit, f"does not come out even from {float(first):g} to {float(last):g} {unit}. "
+        raise _step_error(step, unit, f"makes {count + 1} angles, and {MAX_ANGLES} is the most. Write a larger step.")
+    if abs(step_count - count) > STEP_TOLERANCE:
+        raise _step_error(step, unit, f"does not come out even from {float(first):g} to {float(last):g} {unit}. "
                           f"Write {float(span / count):.9g} {unit}, for {count + 1} angles.")  # fmt: skip
     return count
 
 
-def _wrong_step(step: Fraction, unit: str, advice: str) -> PydanticCustomError:
+def _step_error(step: Fraction, unit: str, advice: str) -> PydanticCustomError:
     return field_error("step", f"{float(step):g} {unit}", advice)

@@ -1,8 +1,8 @@
-"""Far-field pattern of an aperture: how a row of sound, weighted, adds up off its axis.
+"""Far-field pattern of a shaded aperture: the sum of the fields of its elements, as a function of direction.
 
-Every shading here is a short cosine series along the aperture, so a continuous aperture's
-pattern is a short sum of shifted sinc functions; a row of elements samples the same shading.
-The one variable is x = aperture / wavelength times the sine of the angle off the steered axis.
+Every shading is a short cosine series along the aperture. A continuous aperture's pattern is therefore a short sum of
+shifted sinc functions; a row of elements samples the same shading. The variable is
+x = aperture / wavelength times the sine of the angle off the steered axis.
 """
 
 from functools import lru_cache
@@ -18,10 +18,10 @@ TAYLOR_SIDELOBE_DB = 30.0
 TAYLOR_EQUAL_LOBES = 4
 """Number of nearly equal side lobes of taylor shading, counting the main lobe (n-bar)."""
 
-MORE_NODES = 12
-"""Nodes of the quadrature of a short aperture: its error is then a rounding [1]."""
-FIT_NODES = 1.2
-"""Nodes per radian of phase at an aperture's end, for a fit that is as good with small weights [1]."""
+EXTRA_NODES = 12
+"""Nodes added to those of a quadrature, so that its error is a rounding for a short aperture too [1]."""
+FIT_NODES_PER_RADIAN = 1.2
+"""Nodes per radian of phase at an aperture's end, for a least-squares fit with small weights [1]."""
 _SAMPLES_PER_NODE = 5
 
 
@@ -80,7 +80,7 @@ def pattern(x: ArrayLike, shading: str, elements: int | None = None) -> tuple[Fl
     Args:
         x: Aperture over wavelength, times the sine off the steered axis [1], any shape.
         shading: uniform, cosine, hann, hamming or taylor.
-        elements: Number of point elements; none for a continuous aperture.
+        elements: Number of point elements; None: a continuous aperture.
 
     Returns:
         Pattern, one on axis, and its derivative by x; shape of x. Both are real, by symmetry.
@@ -99,44 +99,45 @@ def pattern(x: ArrayLike, shading: str, elements: int | None = None) -> tuple[Fl
 
 
 def _unshaded(x: Floats, elements: int | None) -> tuple[Floats, Floats]:
-    """Pattern without shading, and its slope: of a continuous aperture a sinc, of elements a periodic one.
+    """Pattern of an aperture without shading, and its derivative by x: a sinc, or a periodic sinc of n elements.
 
-    The sum over n elements is sin(pi x) / (n sin(pi x / n)), a ratio of two sincs; it repeats after n, for an even n
-    with the other sign.
+    The sum over n elements is sin(pi x) / (n sin(pi x / n)), a ratio of two sincs. Its period is n, with a change of
+    sign for an even n.
 
     Source: van Trees (2002), Optimum Array Processing, ch. 2 (from memory).
     """
     if elements is None:
         return np.sinc(x), _sinc_slope(x)
     replica = np.round(x / elements)
-    near, sign = x - replica * elements, 1 - 2 * (replica * (elements - 1) % 2)
-    element = np.sinc(near / elements)  # 2 / pi or more
-    value = np.sinc(near) / element
-    return sign * value, sign * (_sinc_slope(near) - value * _sinc_slope(near / elements) / elements) / element
+    offset, sign = x - replica * elements, 1 - 2 * (replica * (elements - 1) % 2)
+    element = np.sinc(offset / elements)  # 2 / pi or more
+    value = np.sinc(offset) / element
+    return sign * value, sign * (_sinc_slope(offset) - value * _sinc_slope(offset / elements) / elements) / element
 
 
 def _sinc_slope(x: Floats) -> Floats:
     """Derivative of sin(pi x) / (pi x)."""
-    near = np.abs(x) < 1e-3
-    safe = np.where(near, 1.0, x)
+    is_small = np.abs(x) < 1e-3
+    safe = np.where(is_small, 1.0, x)
     series = -(np.pi**2) * x / 3 + np.pi**4 * x**3 / 30
-    return np.where(near, series, (np.cos(np.pi * safe) - np.sinc(safe)) / safe)
+    return np.where(is_small, series, (np.cos(np.pi * safe) - np.sinc(safe)) / safe)
 
 
 @lru_cache(maxsize=16)
 def cosine_series(sides: tuple[ApertureSide, ...], reach: float) -> tuple[Floats, Floats]:
     """Pattern of an aperture, or a product of patterns, as a sum of weight cos(2 pi position s).
 
-    A row of elements is such a sum as it stands. A continuous aperture is replaced by points at the nodes of a
-    quadrature. The product of two patterns is that of an aperture as long as both, with weights that fit it best.
+    The pattern of a row of elements is such a sum. A continuous aperture is replaced by points at the nodes of a
+    quadrature. The product of two patterns is that of an aperture as long as both together; its weights are a
+    least-squares fit.
 
     Args:
         sides: Sides whose patterns are multiplied, none of extent 0.
         reach: Greatest s [1], the difference of two direction cosines.
 
     Returns:
-        Positions, from 0 on [wavelengths], and weights [1], of which a pair at equal distances on either side is one,
-        each of shape (n,).
+        Positions, 0 or more [wavelengths], and weights [1], each of the two points at plus and minus that position
+        together, each of shape (n,).
 
     Source: Gauss-Legendre quadrature of n nodes has no error for polynomials up to degree 2 n - 1; Trefethen (2013),
     Approximation Theory and Approximation Practice, ch. 19 (from memory).
@@ -146,36 +147,36 @@ def cosine_series(sides: tuple[ApertureSide, ...], reach: float) -> tuple[Floats
         position, quadrature = element_positions(first.elements), np.full(first.elements, 1 / first.elements)
     else:
         phase = np.pi * extent * reach  # at either end: about the degree of a polynomial that is as good
-        count = phase / 2 + 3 * np.cbrt(phase) if len(sides) == 1 else FIT_NODES * phase
-        position, quadrature = _quadrature(int(count) + MORE_NODES)
-    later = position >= 0
+        count = phase / 2 + 3 * np.cbrt(phase) if len(sides) == 1 else FIT_NODES_PER_RADIAN * phase
+        position, quadrature = _quadrature(int(count) + EXTRA_NODES)
+    upper_half = position >= 0
     weight = np.where(position > 0, 2.0, 1.0) * quadrature * shading_weight(first.shading, position)
-    position = position[later] * extent
+    position = position[upper_half] * extent
     if len(sides) == 1:
-        return frozen(position), frozen(weight[later] / weight[later].sum())
+        return read_only(position), read_only(weight[upper_half] / weight[upper_half].sum())
     count = _SAMPLES_PER_NODE * len(position)
-    s = (1 - np.cos((np.arange(count) + 0.5) * np.pi / count)) * reach / 2
-    value = np.prod([pattern(side.extent * s, side.shading, side.elements)[0] for side in sides], axis=0)
-    weight = np.linalg.lstsq(np.cos(2 * np.pi * s[:, None] * position), value, rcond=1e-12)[0]
-    return frozen(position), frozen(weight)
+    direction_sine = (1 - np.cos((np.arange(count) + 0.5) * np.pi / count)) * reach / 2
+    value = np.prod([pattern(side.extent * direction_sine, side.shading, side.elements)[0] for side in sides], axis=0)
+    weight = np.linalg.lstsq(np.cos(2 * np.pi * direction_sine[:, None] * position), value, rcond=1e-12)[0]
+    return read_only(position), read_only(weight)
 
 
 @lru_cache(maxsize=8)
 def _quadrature(count: int) -> tuple[Floats, Floats]:
-    """Nodes and weights of Gauss and Legendre over an aperture of unit length; many nodes take half a second."""
+    """Gauss-Legendre nodes and weights over an aperture of unit length, cached: many nodes take half a second."""
     node, weight = np.polynomial.legendre.leggauss(count)
     return node / 2, weight / 2
 
 
-def frozen(numbers: Floats) -> Floats:
-    """Read-only numbers, which a cache shares, and kernels take for one type."""
-    held = np.ascontiguousarray(numbers)
-    held.setflags(write=False)
-    return held
+def read_only(numbers: Floats) -> Floats:
+    """Read-only contiguous array of some numbers, for a cache that shares it; kernels compile it as one type."""
+    array = np.ascontiguousarray(numbers)
+    array.setflags(write=False)
+    return array
 
 
 def _taylor_series() -> tuple[tuple[float, float], ...]:
-    """Taylor's coefficients, read back from a sampled window: a cosine series is exact on its own samples."""
+    """Cosine series of Taylor's shading, from a sampled window: a cosine series is exact on its own samples."""
     from scipy.signal.windows import taylor
 
     count = 64

@@ -1,7 +1,7 @@
 """Arrays of transducers: positions, sizes, steering directions.
 
-An array has its own frame: boresight (its facing direction), right, down. A line array lies along
-`right` and receives all elevations alike; a planar array also spans `down`.
+An array has its own frame: boresight (its facing direction), right, down. A line array lies along `right` and is
+equally sensitive at all elevations; a planar array also extends along `down`.
 """
 
 import math
@@ -15,7 +15,7 @@ from insonify.sonar.angle_range import angle_range
 Shading = Literal["uniform", "cosine", "hann", "hamming", "taylor"]
 Element = Literal["omni", "baffled", "cosine", "piston"]
 PlatformMetres = Annotated[Metres, Field(ge=-1000, le=1000)]
-"""Coordinate of a part of a platform: a receiver further off stands on a platform of its own [m]."""
+"""Coordinate of a point on a platform; a receiver farther away needs a platform of its own [m]."""
 Offset = tuple[PlatformMetres, PlatformMetres, PlatformMetres]
 
 RIGHT_ANGLE = math.pi / 2
@@ -28,13 +28,13 @@ def _as_tuple(value: object) -> object:
 
 
 def _angle_advice(angle: float) -> str:
-    """The fix for an angle [rad] beyond a right angle: degrees without their unit, or another mounting."""
+    """Fix for an angle [rad] beyond a right angle: a missing unit of degrees, or another mounting."""
     if abs(angle) < 90 and round(angle, 1) == angle:
         return f"A number without a unit is in radians: write {angle:g} deg."
     return "Turn the array with mounting.bearing instead."
 
 
-def _in_front(angles: tuple[float, ...] | None) -> tuple[float, ...] | None:
+def _checked_steering(angles: tuple[float, ...] | None) -> tuple[float, ...] | None:
     if angles is not None and not angles:
         raise ValueError("steer has no angle; give at least one, or leave it out")
     for angle in angles or ():
@@ -47,7 +47,7 @@ def _in_front(angles: tuple[float, ...] | None) -> tuple[float, ...] | None:
 
 
 # One angle, several, or {from: ..., to: ..., step: ...}; a bare number stands for a list of one.
-Steers = Annotated[tuple[Radians, ...] | None, BeforeValidator(_as_tuple), AfterValidator(_in_front)]
+Steers = Annotated[tuple[Radians, ...] | None, BeforeValidator(_as_tuple), AfterValidator(_checked_steering)]
 
 
 class PointTransducer(Model):
@@ -65,7 +65,7 @@ class PointTransducer(Model):
         return ((0.0, 0.0),)
 
     def steered(self, steers: tuple[tuple[float, float], ...]) -> Self:
-        """The transducer itself: a point cannot be steered."""
+        """The transducer itself, since a point cannot be steered."""
         return self
 
 
@@ -76,9 +76,9 @@ class LineArray(Model):
     length: Metres = Field(gt=0, le=100)
     """Length of the aperture [m]; discrete elements fill it, each one pitch wide."""
     elements: int | None = Field(default=None, ge=1, le=10_000)
-    """Number of elements; none for a continuous aperture."""
+    """Number of elements; None: a continuous aperture."""
     shading: Shading = "uniform"
-    """Weight along the aperture; taylor has side lobes at -30 dB."""
+    """Shading along the aperture; taylor has side lobes at -30 dB."""
     element: Element = "baffled"
     """Directivity of one element: omni, front half space, cosine, or a piston one pitch wide with a baffle."""
     steer: Steers = None

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from insonify.recent_results import Identity
 from insonify.sonar import beam_arrays as beam_arrays  # stand-ins of the kernels
-from insonify.sonar.aperture import ApertureSide, frozen, pattern
+from insonify.sonar.aperture import ApertureSide, pattern, read_only
 from insonify.sonar.array import LineArray, PlanarArray, PointTransducer
 from insonify.sonar.beam_kernels import (
     BAFFLED,
@@ -34,20 +34,20 @@ Tables = tuple[Floats, Floats, Floats, Floats]
 POINTS_PER_LOBE = 32
 """Table rows per wavelength / aperture: cubic Hermite error (pi / 32)^4 / 5 / 384 = 5e-8."""
 MIN_GRATING_LOBE = 0.1
-"""Amplitude below which the elements' own directivity has dealt with a grating lobe [1]."""
+"""Amplitude below which the elements' directivity suppresses a grating lobe [1]."""
 
-CACHED = 512
-"""Beams and tables that are cached: of two arrays at each frequency of the band [1]."""
+CACHE_SIZE = 512
+"""Number of cached sets of beams and of tables: those of two arrays at each frequency of the band [1]."""
 NO_SIDE = ApertureSide(0.0, None, "uniform")
-"""A point: no directivity across or down."""
+"""Side of extent 0, without directivity."""
 
-MIN_BOUND = 1e-2
-"""Amplitude below which an element's directivity leaves nothing to steer [1]."""
+MIN_ELEMENT_GAIN = 1e-2
+"""Smallest directivity of an element in the direction to which a beam may be steered [1]."""
 
 
 @dataclass(frozen=True, slots=True)
 class Beams:
-    """The beams of one array at one frequency and attitude."""
+    """Beams of one array at one frequency and attitude."""
 
     axes: Floats
     """Boresight, right and down of the array in the world, as rows [1], shape (3, 3)."""
@@ -104,7 +104,7 @@ class Beams:
         )  # fmt: skip
 
     def single_beam(self, channel: int) -> "Beams":
-        """One of the beams alone; a single beam serves every channel.
+        """The beam of one channel alone; an array with one beam has the same for every channel.
 
         Args:
             channel: Number of the channel, from 0.
@@ -148,7 +148,7 @@ class Beams:
         return out
 
     def bound(self, direction: ArrayLike, margin: ArrayLike) -> Floats:
-        """Upper bound of all beams near each direction, to leave out scatterers outside every beam.
+        """Upper bound of the magnitudes of all beams near each direction, by which scatterers outside them are omitted.
 
         Args:
             direction: Unit vectors from the sonar outwards in the world [1], shape (..., 3).
@@ -185,33 +185,33 @@ def beams(
 
     Source: product theorem; R. J. Urick (1983), Principles of Underwater Sound, ch. 3.
     """
-    still = _beams_in_array_frame(array, frequency, sound_speed)
-    return still if rotation is None else replace(still, axes=np.ascontiguousarray(rotation, dtype=float))
+    unrotated = _beams_in_array_frame(array, frequency, sound_speed)
+    return unrotated if rotation is None else replace(unrotated, axes=np.ascontiguousarray(rotation, dtype=float))
 
 
-@lru_cache(maxsize=CACHED)
+@lru_cache(maxsize=CACHE_SIZE)
 def _beams_in_array_frame(
     array: LineArray | PlanarArray | PointTransducer, frequency: float, sound_speed: float
 ) -> Beams:
     """Beams of an array in its own frame, cached: all pings use the same."""
     wavelength = sound_speed / frequency
-    steer = _axes_of(array)
-    across, down = _extent(array, wavelength)
+    steer = _steering_cosines(array)
+    across, down = _aperture_sides(array, wavelength)
     tables, majorants, per_unit = _four_tables(array, across, down, 1 + np.abs(steer).max(axis=0))
-    bare = Beams(
+    unscaled = Beams(
         axes=np.eye(3), steer=steer, scale=np.ones(len(steer)),
         element={"omni": OMNI, "cosine": COSINE}.get(array.element, BAFFLED), tables=tables, majorants=majorants,
         per_unit=per_unit, across=across,
     )  # fmt: skip
-    # the aperture's pattern is one on axis already: what is left is the element's directivity
-    on_axis = np.abs(_gain_of_each(bare, np.arange(len(steer)), steer))
-    if on_axis.min() < MIN_BOUND:
+    # the aperture's pattern is 1 on axis; the scale compensates the element's directivity there
+    on_axis = np.abs(_gain_of_each(unscaled, np.arange(len(steer)), steer))
+    if on_axis.min() < MIN_ELEMENT_GAIN:
         angle = np.degrees(array.steers[int(np.argmin(on_axis))][0])
         raise ValueError(
             f"a beam of the {array.kind} array is steered to {angle:g} deg, where its {array.element} elements "
             "are baffled. Steer closer to boresight, or give the array smaller elements."
         )
-    return replace(bare, scale=1 / on_axis)
+    return replace(unscaled, scale=1 / on_axis)
 
 
 def grating_lobes(array: LineArray | PlanarArray | PointTransducer, frequency: float, sound_speed: float) -> Floats:
@@ -228,8 +228,8 @@ def grating_lobes(array: LineArray | PlanarArray | PointTransducer, frequency: f
     """
     all_beams = beams(array, frequency, sound_speed)
     period = _replica_period(array, sound_speed / frequency)
-    reach = [np.arange(-np.floor(2 / p), np.floor(2 / p) + 1) if p > 0 else np.zeros(1) for p in period]
-    order = np.stack(np.meshgrid(*reach), axis=-1).reshape(-1, 2)
+    orders = [np.arange(-np.floor(2 / p), np.floor(2 / p) + 1) if p > 0 else np.zeros(1) for p in period]
+    order = np.stack(np.meshgrid(*orders), axis=-1).reshape(-1, 2)
     replica = all_beams.steer[:, None] + order[np.any(order != 0, axis=1)] * np.asarray(period)
     channel, row = np.nonzero(np.sum(replica**2, axis=2) <= 1)
     cosines = replica[channel, row]
@@ -245,12 +245,12 @@ def _gain_of_each(all_beams: Beams, channel: NDArray[np.intp], cosines: Floats) 
         cosines: Cosines of the directions to the array's right and down [1], shape (n, 2).
     """
     (u, v), tables = cosines.T, all_beams.kernel_tables
-    one = beam_arrays.element_amplitudes(tables, _in_array_frame(cosines)[:, 0], u, v)
-    return np.asarray(one * beam_arrays.beam_amplitudes(tables, channel, u, v))
+    element = beam_arrays.element_amplitudes(tables, _in_array_frame(cosines)[:, 0], u, v)
+    return np.asarray(element * beam_arrays.beam_amplitudes(tables, channel, u, v))
 
 
-def _axes_of(array: LineArray | PlanarArray | PointTransducer) -> Floats:
-    """Cosines to right and down of the beams' axes, shape (channels, 2)."""
+def _steering_cosines(array: LineArray | PlanarArray | PointTransducer) -> Floats:
+    """Cosines to right and down of the beams' axes [1], shape (channels, 2)."""
     right, down = np.asarray(array.steers, dtype=float).T
     return np.ascontiguousarray(np.stack([np.cos(down) * np.sin(right), np.sin(down)], axis=1))
 
@@ -261,7 +261,9 @@ def _in_array_frame(cosines: Floats) -> Floats:
     return np.concatenate([front[:, None], cosines], axis=1)
 
 
-def _extent(array: LineArray | PlanarArray | PointTransducer, wavelength: float) -> tuple[ApertureSide, ApertureSide]:
+def _aperture_sides(
+    array: LineArray | PlanarArray | PointTransducer, wavelength: float
+) -> tuple[ApertureSide, ApertureSide]:
     """The array's sides across and down."""
     if isinstance(array, LineArray):
         return ApertureSide(array.length / wavelength, array.elements, array.shading), NO_SIDE
@@ -272,12 +274,13 @@ def _extent(array: LineArray | PlanarArray | PointTransducer, wavelength: float)
 
 
 def _replica_period(array: LineArray | PlanarArray | PointTransducer, wavelength: float) -> tuple[float, float]:
-    """Distance between replicas of a beam in direction cosine, across and down; 0 for none."""
-    across, down = _extent(array, wavelength)
+    """Distance between replicas of a beam in direction cosine, across and down [1]; 0 for none."""
+    across, down = _aperture_sides(array, wavelength)
     return _period(across), _period(down)
 
 
 def _period(side: ApertureSide) -> float:
+    """Distance between replicas of a beam along one side in direction cosine [1]; 0 for none."""
     return side.elements / side.extent if side.elements and side.elements > 1 else 0.0
 
 
@@ -285,22 +288,25 @@ def _four_tables(
     array: LineArray | PlanarArray | PointTransducer, across: ApertureSide, down: ApertureSide, reach: Floats
 ) -> tuple[Tables, Tables, Floats]:
     """Tables across, down, piston across, piston down, with their majorants and rows per unit."""
-    pistons = [NO_SIDE if array.element != "piston" else _piston(side) for side in (across, down)]
-    built = [_table(*side, float(far)) for side, far in zip((across, down, *pistons), (*reach, 1.0, 1.0), strict=True)]
-    a, b, c, d = built
+    pistons = [NO_SIDE if array.element != "piston" else _piston_element(side) for side in (across, down)]
+    pattern_tables = [
+        _table(*side, float(greatest))
+        for side, greatest in zip((across, down, *pistons), (*reach, 1.0, 1.0), strict=True)
+    ]
+    a, b, c, d = pattern_tables
     return (a[0], b[0], c[0], d[0]), (a[1], b[1], c[1], d[1]), np.array([a[2], b[2], c[2], d[2]])
 
 
-def _piston(side: ApertureSide) -> ApertureSide:
-    """One element as wide as the pitch; a continuous aperture has no pitch, only the baffle."""
+def _piston_element(side: ApertureSide) -> ApertureSide:
+    """Side of one element, as wide as the pitch; a point for a continuous aperture, whose element has only a baffle."""
     return ApertureSide(side.extent / side.elements, None, "uniform") if side.elements else NO_SIDE
 
 
-@lru_cache(maxsize=CACHED)
+@lru_cache(maxsize=CACHE_SIZE)
 def _table(extent: float, elements: int | None, shading: str, reach: float) -> tuple[Floats, Floats, float]:
-    """Cubics of one pattern out to a distance in direction cosine, its majorant, and rows per unit."""
+    """Cubics of one pattern (rows, 4) up to a distance in direction cosine, its majorant (rows,), and rows per unit."""
     if extent == 0:
-        return frozen(np.empty((0, 4))), frozen(np.empty(0)), 1.0
+        return read_only(np.empty((0, 4))), read_only(np.empty(0)), 1.0
     # a small aperture still needs a few rows over its whole reach
     per_unit = POINTS_PER_LOBE * max(extent, 1.0)
     rows = int(np.ceil(reach * per_unit)) + 1
@@ -311,4 +317,4 @@ def _table(extent: float, elements: int | None, shading: str, reach: float) -> t
     # a cubic stays between its Bezier control points, so their largest magnitude bounds the row
     row_bound = np.max(np.abs([p, p + m / 3, q - n / 3, q]), axis=0)
     majorant = np.maximum.accumulate(row_bound[::-1])[::-1]
-    return frozen(table), frozen(majorant), per_unit
+    return read_only(table), read_only(majorant), per_unit

@@ -1,7 +1,7 @@
-"""Beam patterns from tables: the arithmetic that runs once per direction and beam.
+"""Beam patterns from tables: the arithmetic per direction and beam.
 
-A table row holds the four coefficients of one cubic; an empty table is a pattern of one
-everywhere. Patterns are even, so tables start on the axis.
+A table row has the four coefficients of one cubic; an empty table is a pattern of one everywhere. Patterns are even
+functions, so tables start on the axis.
 """
 
 import math
@@ -33,13 +33,21 @@ def interpolate_pattern(table: Floats, per_unit: float, x: float) -> float:
         return 1.0
     index = abs(x) * per_unit
     row = min(int(index), table.shape[0] - 1)
-    t, at = index - row, np.uintp(row)  # unsigned: a sign would be looked at
-    return table[at, 0] + t * (table[at, 1] + t * (table[at, 2] + t * table[at, 3]))
+    t, index_of_row = index - row, np.uintp(row)  # unsigned: a signed index costs a test
+    return table[index_of_row, 0] + t * (
+        table[index_of_row, 1] + t * (table[index_of_row, 2] + t * table[index_of_row, 3])
+    )
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def interpolate_majorant(bound: Floats, per_unit: float, x: float) -> float:
-    """Largest magnitude of a pattern at direction cosine x off its axis or beyond [1]; x and `per_unit` as above."""
+    """Largest magnitude of a pattern at direction cosine x off its axis or beyond [1].
+
+    Args:
+        bound: Largest magnitude from each row outwards [1], shape (rows,); no rows: 1 everywhere.
+        per_unit: Rows of the table per unit of direction cosine [1].
+        x: Difference of direction cosines [1].
+    """
     if bound.shape[0] == 0:
         return 1.0
     # slightly inwards: a position rounded across a row's edge must include that row's maximum
@@ -85,9 +93,9 @@ def array_cosines(axes: Floats, north: float, east: float, depth: float) -> tupl
 @njit(cache=True, nogil=True, error_model="numpy")
 def element_amplitude(beams: BeamTables, w: float, u: float, v: float) -> float:
     """Amplitude of one element at direction cosines to boresight, right and down [1]."""
-    one = element_gain(beams.element, w)
+    directivity = element_gain(beams.element, w)
     return (
-        one
+        directivity
         * interpolate_pattern(beams.tables[2], beams.per_unit[2], u)
         * interpolate_pattern(beams.tables[3], beams.per_unit[3], v)
     )
@@ -106,17 +114,17 @@ def beam_amplitude(beams: BeamTables, channel: int, u: float, v: float) -> float
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def beam_gains(direction: Floats, beams: BeamTables, out: Floats) -> None:
-    """Amplitude of every beam in every direction, into out of shape (channels, n)."""
+    """Fill the amplitude of every beam in every direction (n, 3) of the world [1], shape (channels, n)."""
     for i in range(direction.shape[0]):
         w, u, v = array_cosines(beams.axes, direction[i, 0], direction[i, 1], direction[i, 2])
-        one = element_amplitude(beams, w, u, v)
+        element = element_amplitude(beams, w, u, v)
         for channel in range(beams.steer.shape[0]):
-            out[channel, i] = one * beam_amplitude(beams, channel, u, v)
+            out[channel, i] = element * beam_amplitude(beams, channel, u, v)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def cosine_bounds(cosine: float, cos_margin: float, sin_margin: float) -> tuple[float, float]:
-    """Least and greatest cosine to an axis, of all directions within a margin of one with the given cosine."""
+    """Least and greatest cosine to an axis [1] of all directions within a margin of one with the given cosine."""
     sine = math.sqrt(max(1.0 - cosine * cosine, 0.0))
     least = -1.0 if cosine <= -cos_margin else cosine * cos_margin - sine * sin_margin
     greatest = 1.0 if cosine >= cos_margin else cosine * cos_margin + sine * sin_margin
@@ -125,7 +133,7 @@ def cosine_bounds(cosine: float, cos_margin: float, sin_margin: float) -> tuple[
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def distance_to_interval(least: float, greatest: float, axis: float) -> float:
-    """Distance from an axis to the nearest point of an interval."""
+    """Distance from the cosine of an axis to the nearest point of an interval of cosines [1]."""
     return max(least - axis, axis - greatest, 0.0)
 
 
@@ -161,9 +169,9 @@ def nearest_block(beams: BeamMajorants, u: tuple[float, float]) -> int:
     """Number of the block of channels nearest to an interval of cosines to the right."""
     nearest, distance = 0, 4.0
     for block in range(beams.blocks.shape[0]):
-        off = interval_distance(u, beams.blocks[block, 0], beams.blocks[block, 1])
-        if off < distance:
-            nearest, distance = block, off
+        gap = interval_distance(u, beams.blocks[block, 0], beams.blocks[block, 1])
+        if gap < distance:
+            nearest, distance = block, gap
     return nearest
 
 
@@ -189,7 +197,7 @@ def channel_bound(beams: BeamMajorants, channel: int, u: tuple[float, float], v:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def largest_gains(direction: Floats, beams: BeamTables, majorants: BeamMajorants, out: Floats) -> None:
-    """Largest magnitude of every beam in every direction, as the largest rows of `beam_gains`, into out (n,)."""
+    """Fill the largest magnitude over all beams in every direction, the largest row of `beam_gains` [1], shape (n,)."""
     for i in range(direction.shape[0]):
         w, u, v = array_cosines(beams.axes, direction[i, 0], direction[i, 1], direction[i, 2])
         largest, count = 0.0, majorants.blocks.shape[0]
@@ -206,7 +214,7 @@ def largest_gains(direction: Floats, beams: BeamTables, majorants: BeamMajorants
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def largest_beam(beams: BeamMajorants, w: float, u: tuple[float, float], v: tuple[float, float]) -> float:
-    """Upper bound of every beam's magnitude, largest channel, over spans of direction cosines [1].
+    """Upper bound of the magnitudes of all beams over intervals of direction cosines [1].
 
     Args:
         beams: The beams.
@@ -214,10 +222,10 @@ def largest_beam(beams: BeamMajorants, w: float, u: tuple[float, float], v: tupl
         u: Least and greatest cosine to the right [1].
         v: Least and greatest cosine downwards [1].
     """
-    # fields of `beams` are read where they are used: numba counts references to arrays that have names of their own
-    one = element_gain(beams.element, w)
-    one *= interpolate_majorant(beams.majorants[2], beams.per_unit[2], distance_to_interval(u[0], u[1], 0.0))
-    one *= interpolate_majorant(beams.majorants[3], beams.per_unit[3], distance_to_interval(v[0], v[1], 0.0))
+    # no local names for the fields of `beams`: numba would count references to these arrays
+    element = element_gain(beams.element, w)
+    element *= interpolate_majorant(beams.majorants[2], beams.per_unit[2], distance_to_interval(u[0], u[1], 0.0))
+    element *= interpolate_majorant(beams.majorants[3], beams.per_unit[3], distance_to_interval(v[0], v[1], 0.0))
     largest, nearest, count = 0.0, nearest_block(beams, u), beams.blocks.shape[0]
     for i in range(count):
         block = nearest + i if nearest + i < count else nearest + i - count
@@ -226,17 +234,17 @@ def largest_beam(beams: BeamMajorants, w: float, u: tuple[float, float], v: tupl
         first = block * CHANNELS_PER_BLOCK
         for channel in range(first, min(first + CHANNELS_PER_BLOCK, beams.steer.shape[0])):
             largest = max(largest, channel_bound(beams, channel, u, v))
-    return largest * one
+    return largest * element
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def beam_bounds(direction: Floats, margin: Floats, beams: BeamMajorants, out: Floats) -> None:
-    """Upper bound of every beam's magnitude within a margin of each direction, largest channel, into out (n,)."""
+    """Fill an upper bound of the magnitude of all beams within a margin [rad] of each direction [1], shape (n,)."""
     for i in range(direction.shape[0]):
         cos_margin, sin_margin = math.cos(min(margin[i], math.pi)), math.sin(min(margin[i], math.pi))
         w, u, v = array_cosines(beams.axes, direction[i, 0], direction[i, 1], direction[i, 2])
-        _, w_most = cosine_bounds(w, cos_margin, sin_margin)
-        # the baffle's edge is sharp: rounding of w must not hide what is just in front of it
+        _, w_max = cosine_bounds(w, cos_margin, sin_margin)
+        # the baffle's edge is sharp: rounding of w must not exclude directions just in front of it
         out[i] = largest_beam(
-            beams, w_most + 1e-12, cosine_bounds(u, cos_margin, sin_margin), cosine_bounds(v, cos_margin, sin_margin)
+            beams, w_max + 1e-12, cosine_bounds(u, cos_margin, sin_margin), cosine_bounds(v, cos_margin, sin_margin)
         )

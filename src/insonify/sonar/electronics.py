@@ -1,6 +1,6 @@
-"""Electronics behind the hydrophones: noise of their own, leaks, gain that follows the range, a converter.
+"""Electronics behind the hydrophones: self-noise, crosstalk, time-varied gain, analog-to-digital converter.
 
-Each part is left out unless it is named. Sound passes them in the order in which they stand here.
+A part that the scenario does not name is absent. The signal passes the parts in the order of this file.
 """
 
 import itertools
@@ -18,49 +18,50 @@ Floats = NDArray[np.float64]
 
 
 class Tone(Model):
-    """A line in the spectrum of the receiver's own noise: a switching supply, a clock."""
+    """A line in the spectrum of the receiver's self-noise, such as that of a switching supply or a clock."""
 
     frequency: Annotated[Hertz, Field(gt=0, le=10e6)]
-    """Of the tone [Hz]."""
+    """Frequency of the tone [Hz]."""
     level_db: Annotated[Decibels, Field(ge=-100, le=250)]
-    """Rms level, as the sound that would make it [dB re 1 uPa]."""
+    """Rms level of the equivalent sound pressure [dB re 1 uPa]."""
 
 
 class SelfNoise(Model):
-    """Noise of the receiver itself, as the sound that would make it at an element."""
+    """Self-noise of the receiver, as the equivalent sound pressure at an element."""
 
     level_db: Annotated[Decibels, Field(ge=-100, le=250)] | None = None
     """Spectrum level of each element's own hydrophone and amplifier [dB re 1 uPa^2/Hz]; None: no such noise."""
     tones: tuple[Tone, ...] = ()
-    """Lines, picked up by all elements at once, in phase; they run on from ping to ping."""
+    """Tones, received by all elements in phase; their phase continues from ping to ping."""
 
 
 class Crosstalk(Model):
     """Signals that couple into a channel from the transmitter and from other channels."""
 
     feedthrough_db: Annotated[Decibels, Field(ge=-300, le=20)] | None = None
-    """Level of the transmission in every channel, at once, re the source level [dB]; None: none."""
+    """Level of the transmission in every channel, without delay, re the source level [dB]; None: none."""
     neighbours_db: Annotated[Decibels, Field(ge=-200, le=-6)] | None = None
     """Level in an element of each nearest neighbour's signal, re that neighbour [dB]; None: nothing."""
 
 
 class ReceiverGain(Model):
-    """Gain before the converter, fixed and varied in time; the recording is in uPa, so it is divided out again."""
+    """Gain before the converter, fixed and time-varied; the recording is in uPa, so the gain is divided out again."""
 
     fixed_db: Annotated[Decibels, Field(ge=-400, le=400)] = 0.0
-    """At all ranges [dB]."""
+    """Gain at all ranges [dB]."""
     tvg_db_per_decade: Annotated[float, Field(ge=0, le=60, json_schema_extra={"units": "dB"})] = 0.0
-    """Decibels for each tenfold range: 20, 30 or 40 [dB]; 0: no gain follows the range."""
+    """Growth of the gain for each tenfold range, such as 20, 30 or 40 [dB]; 0: it does not depend on range."""
     absorption_db_per_m: LossPerMetre | None = None
-    """Absorption that the gain makes up for, out and back [dB/m]; None: the water's own, where spreading is not 0."""
+    """One-way absorption that the gain compensates, out and back [dB/m]; None: that of the water, if
+    `tvg_db_per_decade` is not 0."""
     start: Annotated[Seconds, Field(ge=0, le=1e3)] = 0.0
-    """Time after the start of transmission before which the gain stays as it is then [s]."""
+    """Time after the start of transmission until which the gain is constant [s]."""
     stop: Annotated[Seconds, Field(gt=0, le=1e3)] | None = None
-    """Time after which the gain is constant [s]; None: it never is."""
+    """Time after which the gain is constant [s]; None: it varies until the window ends."""
     max_db: Annotated[Decibels, Field(ge=-200, le=400)] | None = None
-    """Gain that the amplifier does not exceed [dB]; None: any."""
+    """Largest gain of the amplifier [dB]; None: no limit."""
     curve: tuple[tuple[Metres, Decibels], ...] = ()
-    """Further gain by range: rows of a range [m] and a gain [dB], linear between rows, constant beyond them."""
+    """Additional gain by range: rows of a range [m] and a gain [dB], linear between rows, constant beyond them."""
 
     @model_validator(mode="after")
     def _check_curve(self) -> Self:
@@ -81,22 +82,31 @@ class ReceiverGain(Model):
 
         Args:
             time: Time [s], any shape.
-            sound_speed: That the amplifier takes ranges with [m/s].
-            absorption_db_per_m: One-way absorption of the water where the gain has none of its own [dB/m].
+            sound_speed: Sound speed by which the amplifier converts time to range [m/s].
+            absorption_db_per_m: One-way absorption of the water, for a gain without an absorption of its own [dB/m].
+
+        Returns:
+            Gain [dB], shape of `time`.
         """
-        own = self.absorption_db_per_m
-        loss = own if own is not None else absorption_db_per_m if self.tvg_db_per_decade > 0 else 0.0
-        slant = np.clip(time, self.start, self.stop) * sound_speed / 2
-        whole = self.fixed_db + tvg_db(slant, self.tvg_db_per_decade, absorption_db_per_m=loss)
+        gain_absorption = self.absorption_db_per_m
+        absorption = (
+            gain_absorption
+            if gain_absorption is not None
+            else absorption_db_per_m
+            if self.tvg_db_per_decade > 0
+            else 0.0
+        )
+        slant_range = np.clip(time, self.start, self.stop) * sound_speed / 2
+        gain = self.fixed_db + tvg_db(slant_range, self.tvg_db_per_decade, absorption_db_per_m=absorption)
         if self.curve:
-            whole = whole + np.interp(slant, *np.transpose(self.curve))
-        return whole if self.max_db is None else np.minimum(whole, self.max_db)
+            gain = gain + np.interp(slant_range, *np.transpose(self.curve))
+        return gain if self.max_db is None else np.minimum(gain, self.max_db)
 
 
 class AnalogToDigitalConverter(Model):
-    """From pressure to numbers: full scale, and bits if it rounds."""
+    """Analog-to-digital converter: clips at full scale, and rounds to a number of bits."""
 
     full_scale_db: Annotated[Decibels, Field(ge=0, le=300)]
-    """Rms level of a tone that just fills the converter at a gain of 0 dB [dB re 1 uPa]."""
+    """Rms level of a tone that reaches full scale at a gain of 0 dB [dB re 1 uPa]."""
     bits: Annotated[int, Field(ge=2, le=32)] | None = None
-    """Of each of the two numbers, in phase and in quadrature, sign included; None: it clips and does not round."""
+    """Bits of each of the two numbers, in phase and in quadrature, sign included; None: no rounding."""

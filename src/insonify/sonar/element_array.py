@@ -11,19 +11,20 @@ from pydantic import Field, model_validator
 from insonify.model import Metres, Model, Radians, field_error
 from insonify.sonar.array import LineArray, Offset, PlanarArray, PointTransducer
 
-Facing = Literal["omni", "baffled", "cosine"]
+Directivity = Literal["omni", "baffled", "cosine"]
 Size = tuple[Annotated[Metres, Field(ge=0, le=10)], Annotated[Metres, Field(ge=0, le=10)]]
-CLOSEST = 1e-5
-"""Elements closer than this are one [m]."""
+MIN_ELEMENT_SPACING = 1e-5
+"""Smallest distance between elements; closer ones are refused as identical [m]."""
 
 
 class _Elements(Model):
-    """Fields and checks that arrays of given elements share."""
+    """Fields that arrays of given elements have in common."""
 
     size: Size = (0.0, 0.0)
     """Width and height of one element, a uniform aperture of its own [m]; 0 for a point."""
-    element: Facing = "baffled"
-    """Directivity of one element besides its size: all round, front half space, or the cosine from where it faces."""
+    element: Directivity = "baffled"
+    """Directivity of one element besides that of its size: all round, front half space, or the cosine of the angle from
+    the direction that it faces."""
     offset: Offset = (0.0, 0.0, 0.0)
     """Position of the array's centre from the platform's reference point: forward, starboard, down [m]."""
 
@@ -34,11 +35,11 @@ class _Elements(Model):
 
     @property
     def steer(self) -> tuple[float, ...] | None:
-        """Not steered."""
+        """Steering angle of the elements [rad]: 0, for they are not steered."""
         return (0.0,)
 
     def steered(self, steers: tuple[tuple[float, float], ...]) -> Self:
-        """The array itself: its elements are recorded separately, and beams are formed afterwards."""
+        """The array itself, since its elements are recorded separately and beams are formed afterwards."""
         return self
 
 
@@ -47,9 +48,9 @@ class ElementArray(_Elements):
 
     kind: Literal["elements"] = "elements"
     positions: Annotated[tuple[tuple[Metres, Metres, Metres], ...], Field(min_length=1, max_length=10_000)]
-    """Position of each from the array's centre: along boresight, right, down [m]."""
+    """Position of each element from the array's centre: along boresight, right, down [m]."""
     orientations: tuple[Radians, ...] | None = None
-    """Angle to the right of boresight that each faces [rad]; none: all along boresight."""
+    """Angle to the right of boresight that each element faces [rad]; None: all face along boresight."""
 
     @model_validator(mode="after")
     def _check_elements(self) -> Self:
@@ -59,19 +60,19 @@ class ElementArray(_Elements):
                 f"{len(self.orientations)} angles",
                 f"for {len(self.positions)} positions. Give one each.",
             )
-        from scipy.spatial import cKDTree  # a tenth of a second to load, which sonars of beams need not wait for
+        from scipy.spatial import cKDTree  # loading takes a tenth of a second, which sonars with beams avoid
 
-        close_pairs = cKDTree(self.positions).query_pairs(CLOSEST)
+        close_pairs = cKDTree(self.positions).query_pairs(MIN_ELEMENT_SPACING)
         if close_pairs:
             first, second = min(close_pairs)
             raise field_error(f"positions.{second}", f"{list(self.positions[second])} m", f"is that of element {first} "
                           "as well. Give elements positions of their own.")  # fmt: skip
         return self
 
-    def mirrored(self) -> dict[str, Any]:
+    def mirror_image_fields(self) -> dict[str, Any]:
         """Fields that differ in the mirror image of the array, with right and left exchanged."""
-        turned = None if self.orientations is None else tuple(-angle for angle in self.orientations)
-        return {"positions": tuple((a, -r, d) for a, r, d in self.positions), "orientations": turned}
+        orientations = None if self.orientations is None else tuple(-angle for angle in self.orientations)
+        return {"positions": tuple((a, -r, d) for a, r, d in self.positions), "orientations": orientations}
 
 
 class ArcArray(_Elements):
@@ -79,7 +80,7 @@ class ArcArray(_Elements):
 
     kind: Literal["arc"] = "arc"
     radius: Metres = Field(gt=0, le=100)
-    """Of the arc [m]; the array's centre is the arc's."""
+    """Radius of the arc [m]; the array's centre is that of the arc."""
     arc_angle: Radians = Field(gt=0, le=2 * np.pi)
     """Angle from the first to the last element, about boresight [rad]."""
     elements: int = Field(ge=2, le=10_000)
@@ -88,25 +89,25 @@ class ArcArray(_Elements):
     @model_validator(mode="after")
     def _check_element_spacing(self) -> Self:
         pitch = self.radius * self.arc_angle / (self.elements - 1)
-        if pitch < CLOSEST or (self.arc_angle > 2 * np.pi - CLOSEST / self.radius):
+        if pitch < MIN_ELEMENT_SPACING or (self.arc_angle > 2 * np.pi - MIN_ELEMENT_SPACING / self.radius):
             raise field_error("arc_angle", f"{np.degrees(self.arc_angle):g} deg", f"puts elements {pitch * 1e3:.3g} mm "
                           "apart, or the last on the first. Give a smaller arc_angle, or fewer elements.")  # fmt: skip
         return self
 
     @property
     def orientations(self) -> tuple[float, ...]:
-        """Angle to the right of boresight that each faces [rad]."""
+        """Angle to the right of boresight that each element faces [rad]."""
         return tuple(np.linspace(-self.arc_angle / 2, self.arc_angle / 2, self.elements).tolist())
 
     @property
     def positions(self) -> tuple[Offset, ...]:
-        """Position of each from the arc's centre: along boresight, right, down [m]."""
+        """Position of each element from the arc's centre: along boresight, right, down [m]."""
         facing = np.array(self.orientations)
         rows = self.radius * np.stack([np.cos(facing), np.sin(facing), np.zeros(self.elements)], axis=1)
         return tuple((float(a), float(r), float(d)) for a, r, d in rows)
 
-    def mirrored(self) -> dict[str, Any]:
-        """No field differs: a mirror image only reverses the order of the elements."""
+    def mirror_image_fields(self) -> dict[str, Any]:
+        """Fields that differ in the mirror image of the array: none, for only the order of the elements is reversed."""
         return {}
 
 

@@ -22,8 +22,8 @@ class Hull(Model):
     offset: Offset = (0.0, 0.0, 0.0)
     """Middle of the underside from the platform's reference point: forward, starboard, down [m]."""
     reflection: Annotated[float, Field(ge=-1, le=1)] = 1.0
-    """Pressure reflection coefficient from below [1]: near 1 for plating whose mass outweighs the water's impedance, as
-    8 mm of steel does above 10 kHz; -1 for a hull lined with foam or air."""
+    """Pressure reflection coefficient from below [1]: near 1 for plating whose mass impedance is far above that of
+    water, such as 8 mm of steel above 10 kHz; -1 for a hull lined with foam or air."""
 
 
 class HullPlate(NamedTuple):
@@ -40,15 +40,15 @@ class HullPlate(NamedTuple):
 
 
 def hull_plate(hull: Hull, position: Floats, body: Floats) -> HullPlate:
-    """Underside of a hull in the world; level, whatever the platform's roll and pitch.
+    """Underside of a hull in the world, horizontal whatever the platform's roll and pitch.
 
     Args:
         hull: The hull.
         position: North, east, depth of the platform's reference point [m], shape (3,).
         body: Axes of the platform in the world as columns, shape (3, 3).
     """
-    ahead = body[:2, 0] / max(float(np.linalg.norm(body[:2, 0])), 1e-9)
+    forward = body[:2, 0] / max(float(np.linalg.norm(body[:2, 0])), 1e-9)
     return HullPlate(
-        np.asarray(position + body @ np.asarray(hull.offset)), np.array([ahead, [-ahead[1], ahead[0]]]),
+        np.asarray(position + body @ np.asarray(hull.offset)), np.array([forward, [-forward[1], forward[0]]]),
         np.array([hull.length, hull.width]) / 2, hull.reflection,
     )  # fmt: skip

@@ -1,8 +1,8 @@
-"""A navigation log as instruments and spreadsheets write it: a table with a header, one row per fix.
+"""Navigation log in a text file: a table with a header and one row per fix.
 
-Time, a position (north and east, or latitude and longitude), depth and heading; pitch and roll where they are
-known. Commas, semicolons or tabs; units in the header, "heading [deg]"; comments behind #. Time counts in
-seconds, or is a date and time by ISO 8601. Every error is reported with its file, line and column.
+Columns are time, position (north and east, or latitude and longitude), depth and heading, optionally pitch and roll,
+separated by commas, semicolons or tabs; units stand in the header, "heading [deg]", comments after #. Time is in
+seconds, or a date and time by ISO 8601. Every error is reported with its file, line and column.
 """
 
 import csv
@@ -35,16 +35,16 @@ COLUMNS: dict[str, tuple[dict[str, float], float, float]] = {
 """Units that each column may have, and the smallest and largest value that it may hold [SI; degrees on the globe]."""
 SYNONYMS = {"lat": "latitude", "lon": "longitude", "long": "longitude", "northing": "north", "easting": "east",
             "yaw": "heading", "x": "north", "y": "east", "z": "depth"}  # fmt: skip
-UNIT_NEEDED = ("heading", "pitch", "roll")
-"""Columns that logs hold in degrees as often as not: their unit is never guessed."""
-FARTHEST = 100e3
-"""Distance from the origin up to which degrees are projected onto a plane [m]."""
+COLUMNS_WITHOUT_DEFAULT_UNIT = ("heading", "pitch", "roll")
+"""Columns whose unit must be in the header, since logs have degrees as often as radians."""
+MAX_PROJECTED_DISTANCE = 100e3
+"""Largest distance from the origin of positions in degrees, which are projected onto a plane [m]."""
 SEMI_MAJOR, ECCENTRICITY_SQUARED = 6378137.0, 6.69437999014e-3
 
 
 @dataclass(frozen=True, slots=True)
 class NavigationLog:
-    """Fixes in the order of their times, as columns of equal length n."""
+    """Fixes in order of time, as columns of equal length n."""
 
     time: Floats
     """Time after the first row [s], shape (n,)."""
@@ -53,7 +53,7 @@ class NavigationLog:
     attitude: Floats
     """Heading, pitch, roll without jumps of a whole turn [rad], shape (n, 3)."""
     line: NDArray[np.int64]
-    """Line of the file that each row stands on, counted from 1, shape (n,)."""
+    """Line of the file of each row, from 1, shape (n,)."""
     origin: tuple[float, float] | None = None
     """Latitude and longitude of north 0, east 0 [deg]; None: the file has north and east."""
 
@@ -67,39 +67,39 @@ class _LogColumn:
     unit: str
 
     def value(self, text: str, where: str) -> float:
-        spot = f"{where}, column {self.index + 1} ({self.name})"
+        location = f"{where}, column {self.index + 1} ({self.name})"
         if not text:
-            raise ValueError(f"{spot}: nothing stands here. Fill it in, or delete the row.")
+            raise ValueError(f"{location}: nothing stands here. Fill it in, or delete the row.")
         if self.name == "time" and not _is_number(text):
-            return _clock(text, spot)
+            return _seconds_since_1970(text, location)
         try:
             number = float(text)
         except ValueError:
-            raise ValueError(f"{spot}: {text!r} is not a number. Write a plain number, such as 12.5.") from None
+            raise ValueError(f"{location}: {text!r} is not a number. Write a plain number, such as 12.5.") from None
         if not np.isfinite(number):
-            raise ValueError(f"{spot}: {text} is not a finite number. Fill the gap, or delete the row.")
+            raise ValueError(f"{location}: {text} is not a finite number. Fill the gap, or delete the row.")
         units, low, high = COLUMNS[self.name]
         number *= units[self.unit]
         if not low <= number <= high:
             size = units[self.unit]
             raise ValueError(
-                f"{spot}: {text} {self.unit} is not possible; {self.name} is {low / size:.6g} to {high / size:.6g} "
+                f"{location}: {text} {self.unit} is not possible; {self.name} is {low / size:.6g} to {high / size:.6g} "
                 f"{self.unit}. Is the header's unit right?"
             )
         return number
 
 
 def read_navigation(path: str | Path, *, origin: tuple[float, float] | None = None) -> NavigationLog:
-    """The navigation log in a table of comma-separated values.
+    """Navigation log in a table of comma-separated values.
 
     Args:
         path: File with a header naming the columns: time; north and east, or latitude and longitude;
             depth; heading; where they are known pitch and roll (else 0). Units in the header, "heading [deg]";
-            they may be left out for m, s and for degrees of latitude and longitude. Other columns are passed over.
+            they may be left out for m, s and for degrees of latitude and longitude. Other columns are ignored.
         origin: Latitude and longitude of north 0, east 0 [deg]; by default the first row.
 
     Returns:
-        The log; its times count from its first row.
+        The log, with times re its first row.
 
     Raises:
         OSError: The file cannot be opened.
@@ -182,23 +182,23 @@ def _log(
     else:
         log_origin = (float(values["latitude"][0]), float(values["longitude"][0])) if origin is None else origin
         horizontal = local_plane_position(values["latitude"], values["longitude"], log_origin)
-        far = np.flatnonzero(np.hypot(*horizontal.T) > FARTHEST)
+        far = np.flatnonzero(np.hypot(*horizontal.T) > MAX_PROJECTED_DISTANCE)
         if far.size:
             raise ValueError(
                 f"{path}, line {lines[far[0]]}: {np.hypot(*horizontal[far[0]]) / 1e3:.4g} km from the origin at "
                 f"{log_origin[0]:g}, {log_origin[1]:g} deg; degrees are projected onto a plane up to "
-                f"{FARTHEST / 1e3:g} km. Give an `origin` nearby, or mend the row."
+                f"{MAX_PROJECTED_DISTANCE / 1e3:g} km. Give an `origin` nearby, or mend the row."
             )
-    still = np.zeros(len(time))
-    lean = [np.unwrap(values.get(name, still)) for name in UNIT_NEEDED]
+    zeros = np.zeros(len(time))
+    angles = [np.unwrap(values.get(name, zeros)) for name in COLUMNS_WITHOUT_DEFAULT_UNIT]
     position = np.column_stack([horizontal, values["depth"]])
-    return NavigationLog(time, position, np.stack(lean, axis=-1), lines, log_origin)
+    return NavigationLog(time, position, np.stack(angles, axis=-1), lines, log_origin)
 
 
 def _rows(path: Path) -> Iterator[tuple[int, list[str]]]:
     """Line number and cells of each row that is neither blank nor a comment."""
     text = table_text(path)
-    # Only line feeds count, as in every editor; a cell never goes on in the next line.
+    # only line feeds separate lines, as in every editor: no cell continues in the next line
     lines = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
     filled = [(i, line) for i, line in enumerate(lines, 1) if line.strip(" \t,;") and not line.lstrip().startswith("#")]
     if not filled:
@@ -217,19 +217,19 @@ def _columns(header: list[str], where: str) -> list[_LogColumn]:
     """Columns that are read, time first."""
     columns: dict[str, _LogColumn] = {}
     for index, title in enumerate(header):
-        name, unit = _title(title)
+        name, unit = _name_and_unit(title)
         if name not in COLUMNS:
             continue
-        spot = f"{where}, column {index + 1}"
+        location = f"{where}, column {index + 1}"
         if name in columns:
-            raise ValueError(f"{spot}: a second column of {name}. Keep one.")
-        columns[name] = _LogColumn(name, index, _known(name, unit, spot))
-    globe = "latitude" in columns or "longitude" in columns
-    if globe and ("north" in columns or "east" in columns):
+            raise ValueError(f"{location}: a second column of {name}. Keep one.")
+        columns[name] = _LogColumn(name, index, _checked_unit(name, unit, location))
+    is_geographic = "latitude" in columns or "longitude" in columns
+    if is_geographic and ("north" in columns or "east" in columns):
         raise ValueError(
             f"{where}: positions both in metres and in degrees. Keep north and east, or latitude and longitude."
         )
-    required = ["time", *(("latitude", "longitude") if globe else ("north", "east")), "depth", "heading"]
+    required = ["time", *(("latitude", "longitude") if is_geographic else ("north", "east")), "depth", "heading"]
     if missing := [name for name in required if name not in columns]:
         raise ValueError(
             f"{where}: the header is {', '.join(header)!r}; no column is named {missing[0]}. Name the columns time, "
@@ -239,34 +239,39 @@ def _columns(header: list[str], where: str) -> list[_LogColumn]:
     return [columns.pop("time"), *columns.values()]
 
 
-def _title(title: str) -> tuple[str, str]:
+def _name_and_unit(title: str) -> tuple[str, str]:
     """Name and unit of a header such as "Heading [deg]" or "depth (m)"."""
     name, _, unit = title.replace("(", "[").partition("[")
     name = name.strip().lower()
     return SYNONYMS.get(name, name), unit.strip(" ])")
 
 
-def _known(name: str, unit: str, where: str) -> str:
+def _checked_unit(name: str, unit: str, where: str) -> str:
     units = COLUMNS[name][0]
-    if not unit and name in UNIT_NEEDED:
+    if not unit and name in COLUMNS_WITHOUT_DEFAULT_UNIT:
         raise ValueError(f"{where}: {name} has no unit. Write {name} [deg] or {name} [rad] in the header.")
     if not unit:
         return next(iter(units))
-    spelt = {known.lower(): known for known in units} | {"degrees": "deg", "sec": "s", "metres": "m", "meters": "m"}
-    if spelt.get(unit.lower()) not in units:
+    spellings = {unit_name.lower(): unit_name for unit_name in units} | {
+        "degrees": "deg",
+        "sec": "s",
+        "metres": "m",
+        "meters": "m",
+    }
+    if spellings.get(unit.lower()) not in units:
         raise ValueError(f"{where}: {unit!r} is not a unit of {name}; use one of {', '.join(units)}.")
-    return spelt[unit.lower()]
+    return spellings[unit.lower()]
 
 
-def _clock(text: str, spot: str) -> float:
-    """Seconds since 1970 of a date and time; without a zone it is taken as universal time."""
+def _seconds_since_1970(text: str, location: str) -> float:
+    """Seconds since 1970 of a date and time, in universal time if it has no zone [s]."""
     try:
-        when = datetime.fromisoformat(text)
+        time = datetime.fromisoformat(text)
     except ValueError:
         raise ValueError(
-            f"{spot}: {text!r} is neither a number nor a date and time. Write seconds, or 2026-05-04T12:30:00.25."
+            f"{location}: {text!r} is neither a number nor a date and time. Write seconds, or 2026-05-04T12:30:00.25."
         ) from None
-    return (when if when.tzinfo else when.replace(tzinfo=UTC)).timestamp()
+    return (time if time.tzinfo else time.replace(tzinfo=UTC)).timestamp()
 
 
 def _is_number(text: str) -> bool:

@@ -1,7 +1,7 @@
 """Geometry of one ping: positions of the sonar's two ends, beams, velocities and recording window.
 
-Positions and attitudes are those at the start of the pulse; the motion from there is in `receive_motion` and
-`transmit_motion`. The receiver may ride a platform of its own.
+Positions and attitudes are those at the start of the pulse; the motion from then on is in `receive_motion` and
+`transmit_motion`. The receiver may be on a platform of its own.
 """
 
 from collections.abc import Callable
@@ -13,12 +13,12 @@ from numpy.typing import NDArray
 
 from insonify.ocean.water import Water
 from insonify.sonar.array import LineArray, PlanarArray, PointTransducer
-from insonify.sonar.band_error import TRIED, BandError
+from insonify.sonar.band_error import SUB_BAND_COUNTS, BandError
 from insonify.sonar.beam import Beams, beams
 from insonify.sonar.beam_kernels import OMNI
 from insonify.sonar.element_array import AnyArray
 from insonify.sonar.hull import HullPlate, hull_plate
-from insonify.sonar.hydrophones import Hydrophones, filled_aperture, hydrophones, one_element
+from insonify.sonar.hydrophones import Hydrophones, filled_aperture, hydrophones, single_element
 from insonify.sonar.platform_motion import PlatformMotion
 from insonify.sonar.platforms import Platforms
 from insonify.sonar.received_pulse import ReceivedPulse
@@ -33,7 +33,7 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class PingGeometry:
-    """One ping's geometry, ready for the engine and for synthesis."""
+    """Geometry of one ping, as engine and synthesis use it."""
 
     ping: int
     """Number of the ping."""
@@ -48,7 +48,7 @@ class PingGeometry:
     transmit_beams: Beams
     receive_beams: Beams
     boresight: Floats
-    """Unit vector that the arrays face, in the world, shape (3,)."""
+    """Unit vector in the world of the direction that the arrays face, shape (3,)."""
     first_beam_bearing: float
     """Bearing of the first beam [rad]."""
     platform_positions: Floats
@@ -65,48 +65,49 @@ class PingGeometry:
     time: float = 0.0
     """Start of transmission after the start of the track [s]."""
     elements: Hydrophones | None = None
-    """The receiver's elements, where each is a channel; `receive_beams` is then the pattern of any one of them."""
+    """Elements of the receiver, if each is a channel; `receive_beams` is then the pattern of one element."""
     full_aperture_beams: Beams | None = None
-    """Beams of the filled aperture of the elements: decide the sampling of the scene; None: the receive beams."""
+    """Beams of the filled aperture of the elements, which determine the sampling of the scene; None: the receive
+    beams."""
     lever_arms: Floats = field(default_factory=lambda: np.zeros((2, 3)))
-    """Places of transmitter and receiver on the platform: forward, starboard, down [m], shape (2, 3)."""
+    """Positions of transmitter and receiver on the platform: forward, starboard, down [m], shape (2, 3)."""
     sub_bands: tuple[SubBand, ...] = ()
-    """Beams at several frequencies across the band; none: those at its centre serve throughout. Where beams differ in
-    horizontal steering alone, these are for what they have in common; horizontal patterns are of every frequency."""
+    """Beams at several frequencies across the band; empty: beams at its centre apply to all of it. For beams that
+    differ in horizontal steering alone, only their common pattern is interpolated between these frequencies."""
     horizontal_bands: Callable[[], tuple[SubBand, ...]] | None = None
-    """Function for the beams at more frequencies, where `sub_bands` are for what all beams have in common: at so many
-    that their horizontal patterns can be interpolated. None: those of `sub_bands` serve."""
+    """Function that returns beams at more frequencies, so many that horizontal patterns can be interpolated as well;
+    None: `sub_bands` are such."""
     receive_motion: PlatformMotion | None = None
     """Motion of the receiver's platform from the start of the ping; None: nothing moves until the window ends."""
     transmit_motion: PlatformMotion | None = None
-    """Motion of the transmitter's platform: the same as the receiver's where it is the same platform."""
+    """Motion of the transmitter's platform; the same object as `receive_motion` for one platform."""
     max_displacement: float = 0.0
     """Largest displacement of either end before the window ends [m]."""
     hull: HullPlate | None = None
     """Underside of the hull above the transmitter; None: none."""
     receive_track_extent: TrackExtent | None = None
-    """Track extent of a receiver on a platform of its own; None: both ends ride the same platform."""
+    """Track extent of a receiver on a platform of its own; None: one platform carries both ends."""
 
     @property
     def is_static(self) -> bool:
-        """True where the sonar stands until the window ends."""
+        """True if the sonar does not move until the window ends."""
         return self.receive_motion is None
 
     @property
     def transmit_velocity(self) -> Floats:
-        """Of the transmitter at the start of the ping [m/s], shape (3,)."""
+        """Velocity of the transmitter at the start of the ping [m/s], shape (3,)."""
         return (
             np.zeros(3) if self.transmit_motion is None else self.transmit_motion.kinematics(self.lever_arms[:1])[1][0]
         )
 
     @property
     def receive_velocity(self) -> Floats:
-        """Of the receiver at the start of the ping [m/s], shape (3,)."""
+        """Velocity of the receiver at the start of the ping [m/s], shape (3,)."""
         return np.zeros(3) if self.receive_motion is None else self.receive_motion.kinematics(self.lever_arms[1:])[1][0]
 
     @property
     def interpolated_bands(self) -> tuple[SubBand, ...]:
-        """Beams at so many frequencies across the band that all of their patterns can be interpolated, or none."""
+        """Beams at so many frequencies across the band that all of their patterns can be interpolated; may be empty."""
         return self.sub_bands if self.horizontal_bands is None else self.horizontal_bands()
 
     @property
@@ -126,19 +127,19 @@ class PingGeometry:
 
     @property
     def recorded_delays(self) -> tuple[float, float]:
-        """Earliest and latest delay whose echo, or its ringing, touches the window [s]."""
+        """Earliest and latest delay of echoes that, with their ringing, overlap the window [s]."""
         earliest, latest = self.window[0] - self.pulse.ringing_stop, self.window[1] - self.pulse.ringing_start
         return earliest - self.delay_margin, latest + self.delay_margin
 
     @property
     def delay_margin(self) -> float:
-        """Difference in delay of an echo from that at the centre of a stationary array, at most [s]."""
+        """Upper bound of the difference between an echo's delay and that at the centre of a stationary array [s]."""
         size = 0.0 if self.elements is None else float(np.linalg.norm(self.elements.positions, axis=1).max())
         return (size + 2 * self.max_displacement) / min(self.sound_speed, self.receive_sound_speed)
 
     @property
     def track_extents(self) -> tuple[TrackExtent, ...]:
-        """Track extent of each platform: the transmitter's, then the receiver's if it is another."""
+        """Track extent of each platform: the transmitter's, then the receiver's if it is on another."""
         return (
             (self.track_extent,)
             if self.receive_track_extent is None
@@ -148,13 +149,15 @@ class PingGeometry:
     @property
     def track_depths(self) -> tuple[float, float]:
         """Least and greatest depth of the sonar on its whole track [m]."""
-        return min(one.depths[0] for one in self.track_extents), max(one.depths[1] for one in self.track_extents)
+        return min(extent.depths[0] for extent in self.track_extents), max(
+            extent.depths[1] for extent in self.track_extents
+        )
 
     @property
     def element_extent(self) -> tuple[float, float]:
-        """Farthest that elements get from the receiver's centre at the start of the ping: over ground, in depth [m]."""
-        own = np.zeros((1, 3)) if self.elements is None else self.elements.positions
-        position = own @ self.receive_beams.axes
+        """Largest horizontal and vertical distance of elements in the window from the centre's initial position [m]."""
+        offset = np.zeros((1, 3)) if self.elements is None else self.elements.positions
+        position = offset @ self.receive_beams.axes
         if self.receive_motion is not None:
             _, velocity, acceleration = self.receive_motion.kinematics(
                 self.lever_arms[1] + position @ self.receive_motion.rotation[0]
@@ -165,22 +168,22 @@ class PingGeometry:
 
     @property
     def same_beams(self) -> bool:
-        """True where both ends have the same beams."""
+        """True if transmitter and receiver have the same beams."""
         return self.transmit_beams.equals(self.bounding_receive_beams)
 
     @property
     def bounding_receive_beams(self) -> Beams:
-        """The receive beams; for elements turned aside an omnidirectional beam that bounds the gain of each."""
+        """The receive beams; for elements of different orientations an omnidirectional beam that bounds their gain."""
         receive = self.receive_beams
         if self.elements is None or not np.any(self.elements.orientations):
             return receive
-        none, rows = np.empty(0), np.empty((0, 4))
-        return replace(receive, element=OMNI, tables=(rows,) * 4, majorants=(none,) * 4, steer=np.zeros((1, 2)),
+        majorant, table = np.empty(0), np.empty((0, 4))
+        return replace(receive, element=OMNI, tables=(table,) * 4, majorants=(majorant,) * 4, steer=np.zeros((1, 2)),
                        scale=np.ones(1))  # fmt: skip
 
     @property
     def is_monostatic(self) -> bool:
-        """True where transmitter and receiver are at one position, so that legs out and back hold the same values."""
+        """True if transmitter and receiver are at one position, so that transmit and receive legs are equal."""
         same = self.transmit_position is self.receive_position
         return same or bool(np.array_equal(self.transmit_position, self.receive_position))
 
@@ -201,19 +204,19 @@ def ping_geometry(
         track_extents: Track extent of each platform; none: they are computed here.
         seed: Seed of the scenario, for the random errors of the elements.
     """
-    both = Platforms(platforms) if isinstance(platforms, Poses) else platforms
-    return MountedSonar(sonar, both, window, pulse, water, track_extents or track_extents_of(sonar, both), seed).at(
-        ping
-    )
+    end_platforms = Platforms(platforms) if isinstance(platforms, Poses) else platforms
+    return MountedSonar(
+        sonar, end_platforms, window, pulse, water, track_extents or track_extents_of(sonar, end_platforms), seed
+    ).at(ping)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _AttitudeBeams:
-    """Fields of a ping geometry that stay while the ends keep their attitude and the water its sound speed there."""
+class AttitudeBeams:
+    """Fields of a ping geometry that depend on the attitudes of the ends and the sound speeds there alone."""
 
     transmit_beams: Beams
     receive_beams: Beams
-    resolving: Beams | None
+    full_aperture: Beams | None
     bands: tuple[SubBand, ...]
     horizontal_bands: Callable[[], tuple[SubBand, ...]] | None
     boresight: Floats
@@ -231,8 +234,8 @@ def beams_at(
         count: Number of frequencies.
     """
     offsets, carrier = band_nodes(pulse, count), pulse.pulse.frequency
-    made = [[beams(array, carrier + offset, speed, axes) for array, speed, axes in ends] for offset in offsets]
-    return tuple(SubBand(float(offset), *pair) for offset, pair in zip(offsets, made, strict=True))
+    end_beams = [[beams(array, carrier + offset, speed, axes) for array, speed, axes in ends] for offset in offsets]
+    return tuple(SubBand(float(offset), *pair) for offset, pair in zip(offsets, end_beams, strict=True))
 
 
 @dataclass(frozen=True, eq=False)
@@ -248,78 +251,79 @@ class MountedSonar:
     seed: int
 
     def at(self, ping: int) -> PingGeometry:
-        """The sonar as it stands at one ping.
+        """Geometry of the sonar at one ping.
 
         Args:
             ping: Number of the ping.
         """
-        return self._posed(ping, self.platforms, ping, self._moved)
+        return self._geometry(ping, self.platforms, ping, self._max_displacements)
 
-    def posed(self, ping: int, platforms: Platforms) -> PingGeometry:
-        """The sonar on platforms with other poses, sampled as its track is.
+    def at_poses(self, ping: int, platforms: Platforms) -> PingGeometry:
+        """Geometry of the sonar at given poses of its platforms, with the sampling that follows from its track.
 
         Args:
             ping: Number of the ping.
             platforms: The platforms at this ping alone.
         """
-        return self._posed(ping, platforms, 0, self._displacements(platforms))
+        return self._geometry(ping, platforms, 0, self._displacements(platforms))
 
-    def _posed(self, ping: int, both: Platforms, row: int, moved: Floats | None) -> PingGeometry:
-        """The sonar on platforms as some row of their poses has them, displaced by that of `moved` during the ping."""
-        bodies = [carrier.rotation(row) for carrier in both.end_poses]
+    def _geometry(self, ping: int, platforms: Platforms, row: int, displacements: Floats | None) -> PingGeometry:
+        """Geometry at one row of the platforms' poses; `displacements` are the largest ones during each ping [m]."""
+        bodies = [poses.rotation(row) for poses in platforms.end_poses]
         positions = [
-            array_position(array, carrier.position[row], body)
-            for array, carrier, body in zip(self._arrays, both.end_poses, bodies, strict=True)
+            array_position(array, poses.position[row], body)
+            for array, poses, body in zip(self._arrays, platforms.end_poses, bodies, strict=True)
         ]
         if np.array_equal(positions[0], positions[1]):
             positions[1] = positions[0]  # one object, so that comparisons are fast
         speeds = tuple(self._speed(float(position[2])) for position in positions)
-        facing, courses = self._attitude(bodies, speeds), both.ping_motions(row, self.window[1])
+        attitude, motions = self._attitude_beams(bodies, speeds), platforms.ping_motions(row, self.window[1])
         return PingGeometry(
             ping=ping, sound_speed=speeds[0], receive_sound_speed=speeds[1], transmit_position=positions[0],
-            receive_position=positions[1], transmit_beams=facing.transmit_beams, receive_beams=facing.receive_beams,
-            boresight=facing.boresight, first_beam_bearing=facing.bearing, platform_positions=self.platforms.positions,
+            receive_position=positions[1], transmit_beams=attitude.transmit_beams, receive_beams=attitude.receive_beams,
+            boresight=attitude.boresight, first_beam_bearing=attitude.bearing,
+            platform_positions=self.platforms.positions,
             track_extent=self.track_extents[0], window=self.window, pulse=self.pulse,
             source_level_db=self.sonar.source_level_db, channel_count=self._channel_count,
-            time=float(both.transmitter_poses.time[row]), elements=self._elements,
-            full_aperture_beams=facing.resolving, sub_bands=facing.bands, lever_arms=self._arms,
-            horizontal_bands=facing.horizontal_bands,
-            receive_motion=courses[1], transmit_motion=courses[0],
-            max_displacement=0.0 if moved is None or courses[0] is None else float(moved[row]),
+            time=float(platforms.transmitter_poses.time[row]), elements=self._elements,
+            full_aperture_beams=attitude.full_aperture, sub_bands=attitude.bands, lever_arms=self._lever_arms,
+            horizontal_bands=attitude.horizontal_bands,
+            receive_motion=motions[1], transmit_motion=motions[0],
+            max_displacement=0.0 if displacements is None or motions[0] is None else float(displacements[row]),
             hull=None if self.sonar.hull is None else hull_plate(
-                self.sonar.hull, both.transmitter_poses.position[row], bodies[0]
+                self.sonar.hull, platforms.transmitter_poses.position[row], bodies[0]
             ),
             receive_track_extent=self.track_extents[1] if len(self.track_extents) > 1 else None,
         )  # fmt: skip
 
-    def _attitude(self, bodies: list[Floats], speeds: tuple[float, ...]) -> _AttitudeBeams:
-        """The beams of one attitude, the same ones as long as it is kept."""
+    def _attitude_beams(self, bodies: list[Floats], speeds: tuple[float, ...]) -> AttitudeBeams:
+        """Beams of one attitude, the same object for consecutive pings of equal attitude."""
         key: tuple[object, ...] = (*(body.tobytes() for body in bodies), *speeds)
-        held = self._last.get(key)
-        if held is None:
-            self._last.clear()
-            held = self._last[key] = self._turned(bodies, speeds)
-        return held
+        cached = self._attitude_cache.get(key)
+        if cached is None:
+            self._attitude_cache.clear()
+            cached = self._attitude_cache[key] = self._beams_of_attitude(bodies, speeds)
+        return cached
 
-    def _turned(self, bodies: list[Floats], speeds: tuple[float, ...]) -> _AttitudeBeams:
-        """Beams at one attitude and sound speed, evaluated without the cache."""
+    def _beams_of_attitude(self, bodies: list[Floats], speeds: tuple[float, ...]) -> AttitudeBeams:
+        """Beams at one attitude and sound speed, without the cache."""
         sonar, frequency = self.sonar, self.sonar.pulse.frequency
         rotation, receive_rotation = array_rotation(sonar, bodies[0]), receiver_rotation(sonar, bodies[1])
-        transmit, receive, resolving = sonar.beam_arrays[0], sonar.beam_arrays[-1], None
+        transmit, receive, full_aperture = sonar.beam_arrays[0], sonar.beam_arrays[-1], None
         if self._elements is not None:
-            resolving = beams(filled_aperture(sonar.receive), frequency, speeds[1], receive_rotation)
-            receive = one_element(sonar.receive)
-        facing = rotation[0] * np.cos(sonar.steers[0]) + rotation[1] * np.sin(sonar.steers[0])
+            full_aperture = beams(filled_aperture(sonar.receive), frequency, speeds[1], receive_rotation)
+            receive = single_element(sonar.receive)
+        first_beam_axis = rotation[0] * np.cos(sonar.steers[0]) + rotation[1] * np.sin(sonar.steers[0])
         transmit_beams = beams(transmit, frequency, speeds[0], rotation)
         receive_beams = beams(receive, frequency, speeds[1], receive_rotation)
         receive_beams = transmit_beams if transmit_beams.equals(receive_beams) else receive_beams
-        bearing = float(np.arctan2(facing[1], facing[0]))
+        bearing = float(np.arctan2(first_beam_axis[1], first_beam_axis[0]))
         shared = self._elements is None and share_directions(transmit_beams, receive_beams)
         ends = (transmit, speeds[0], rotation), (receive, speeds[1], receive_rotation)
         count, horizontal_count = self._band_counts(shared)
         bands = beams_at(ends, self.pulse, count) if count else ()
         horizontal = partial(beams_at, ends, self.pulse, horizontal_count) if bands and shared else None
-        return _AttitudeBeams(transmit_beams, receive_beams, resolving, bands, horizontal, rotation[0], bearing)
+        return AttitudeBeams(transmit_beams, receive_beams, full_aperture, bands, horizontal, rotation[0], bearing)
 
     def _band_counts(self, shared: bool) -> tuple[int, int]:
         """Numbers of sub-bands, 0 for none, and of `horizontal_bands`, the same for all pings with such beams.
@@ -327,29 +331,29 @@ class MountedSonar:
         Args:
             shared: True for beams that differ in horizontal steering alone.
         """
-        if shared not in self._counts:
-            self._counts[shared] = self._count_bands(shared)
-        return self._counts[shared]
+        if shared not in self._band_count_cache:
+            self._band_count_cache[shared] = self._count_bands(shared)
+        return self._band_count_cache[shared]
 
     def _count_bands(self, shared: bool) -> tuple[int, int]:
-        """Numbers of sub-bands, evaluated."""
-        written = self.sonar.receiver.sub_bands
-        if written == 1:
+        """Numbers of sub-bands and of `horizontal_bands`, without the cache; arguments see `_band_counts`."""
+        setting = self.sonar.receiver.sub_bands
+        if setting == 1:
             return 0, 0
-        depth = self.platforms.end_poses[0].position[0, 2] + self._arms[0, 2]
+        depth = self.platforms.end_poses[0].position[0, 2] + self._lever_arms[0, 2]
         speed = float(self.water.sound_speed_at(depth))
         error = BandError(self.sonar, self.pulse, self.water, speed, self.window[1] * speed, shared=shared)
-        count = written if isinstance(written, int) else error.enough or TRIED[-1]
+        count = setting if isinstance(setting, int) else error.sufficient_count or SUB_BAND_COUNTS[-1]
         if count == 1:
             return 0, 0
         return count, max(error.horizontal_count, count) if shared else 0
 
     @cached_property
-    def _counts(self) -> dict[bool, tuple[int, int]]:
+    def _band_count_cache(self) -> dict[bool, tuple[int, int]]:
         return {}
 
     @cached_property
-    def _last(self) -> dict[tuple[object, ...], _AttitudeBeams]:
+    def _attitude_cache(self) -> dict[tuple[object, ...], AttitudeBeams]:
         return {}
 
     @cached_property
@@ -357,7 +361,7 @@ class MountedSonar:
         return self.sonar.arrays
 
     @cached_property
-    def _arms(self) -> Floats:
+    def _lever_arms(self) -> Floats:
         return np.array([array.offset for array in self._arrays], float)
 
     @cached_property
@@ -372,26 +376,28 @@ class MountedSonar:
         return hydrophones(self.sonar.receive, self.sonar.receiver.errors, self.seed, side & 3)
 
     @cached_property
-    def _moved(self) -> Floats | None:
+    def _max_displacements(self) -> Floats | None:
         return self._displacements(self.platforms)
 
     def _displacements(self, platforms: Platforms) -> Floats | None:
-        """Largest displacement of either end during each ping [m]; rounded, or one speed would be many."""
+        """Largest displacement of either end in each ping [m], (pings,); rounded, for one value at equal speeds."""
         if platforms.track_motions is None:
             return None
-        ends = [motion.max_displacement(arm) for motion, arm in zip(platforms.track_motions, self._arms, strict=True)]
+        ends = [
+            motion.max_displacement(arm) for motion, arm in zip(platforms.track_motions, self._lever_arms, strict=True)
+        ]
         return np.asarray(np.round(np.maximum(*ends), 9))
 
     def _speed(self, depth: float) -> float:
-        """Of sound, at one depth [m/s]."""
-        held = self._speeds.get(depth)
-        if held is None:
-            self._speeds.clear()
-            held = self._speeds[depth] = float(self.water.sound_speed_at(depth))
-        return held
+        """Sound speed at one depth [m/s], cached for consecutive pings."""
+        cached = self._speed_cache.get(depth)
+        if cached is None:
+            self._speed_cache.clear()
+            cached = self._speed_cache[depth] = float(self.water.sound_speed_at(depth))
+        return cached
 
     @cached_property
-    def _speeds(self) -> dict[float, float]:
+    def _speed_cache(self) -> dict[float, float]:
         return {}
 
 
@@ -410,14 +416,14 @@ def track_extents_of(sonar: Sonar, platforms: Platforms) -> tuple[TrackExtent, .
 
 
 def array_depths(sonar: Sonar, poses: Poses | Platforms) -> Floats:
-    """Depths that transmitter or receiver of any side have on a track [m], increasing, each once.
+    """Depths of transmitter and receiver of all sides on a track [m], increasing, each once, shape (n,).
 
     Args:
         sonar: The sonar.
         poses: Poses of its platform, or its platforms.
     """
-    both = Platforms(poses) if isinstance(poses, Poses) else poses
-    ends = [pair for side in sonar.side_sonars for pair in zip(side.arrays, both.end_poses, strict=True)]
-    depths = [carrier.offset_depths(array.offset) for array, carrier in ends]
-    sorted_depths = np.sort(np.round(depths, 9), axis=None)  # rounding would make one depth many
+    end_platforms = Platforms(poses) if isinstance(poses, Poses) else poses
+    ends = [pair for side in sonar.side_sonars for pair in zip(side.arrays, end_platforms.end_poses, strict=True)]
+    depths = [end_poses.offset_depths(array.offset) for array, end_poses in ends]
+    sorted_depths = np.sort(np.round(depths, 9), axis=None)  # rounded, so that equal depths are one
     return sorted_depths[np.append(True, np.diff(sorted_depths) > 0)]

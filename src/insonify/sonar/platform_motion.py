@@ -1,8 +1,8 @@
 """Motion of a platform from the start of a ping until its last echo has arrived.
 
-Position and attitude at the start, the middle and the end of the window; what is fixed to the platform runs on the
-parabola through its three positions. A wave that takes six seconds bends a parabola of a quarter of a second by a
-thousandth of what it moves.
+It consists of position and attitude at the start, the middle and the end of the window. A point fixed to the platform
+moves on the parabola through its three positions. Over a window of 0.25 s, motion with a period of 6 s departs from
+that parabola by less than a thousandth of the displacement.
 """
 
 from dataclasses import dataclass
@@ -40,48 +40,48 @@ class PlatformMotion:
         Returns:
             Position at the start [m], velocity there [m/s] and acceleration [m/s^2], each of shape (m, 3).
         """
-        moments = zip(self.position, self.rotation, strict=True)
-        first, middle, last = (position + offset @ turned.T for position, turned in moments)
+        poses = zip(self.position, self.rotation, strict=True)
+        first, middle, last = (position + offset @ rotation.T for position, rotation in poses)
         return first, *_parabola(middle - first, last - first, self.window)
 
     def max_displacement(self, offset: Floats) -> float:
         """Approximate largest displacement of any point fixed to the platform from its initial position [m].
 
         Args:
-            offset: Places from the reference point: forward, starboard, down [m], shape (m, 3).
+            offset: Positions from the reference point: forward, starboard, down [m], shape (m, 3).
         """
         _, velocity, acceleration = self.kinematics(offset)
-        halves = [velocity * t + acceleration / 2 * t**2 for t in (self.window / 2, self.window)]
-        return float(np.linalg.norm(halves, axis=-1).max())
+        displacements = [velocity * t + acceleration / 2 * t**2 for t in (self.window / 2, self.window)]
+        return float(np.linalg.norm(displacements, axis=-1).max())
 
     @property
     def is_rotating(self) -> bool:
         """True where the platform's attitude changes."""
         return bool((self.rotation[0] != self.rotation[1:]).any())
 
-    def to_initial_attitude(self, direction: Floats, when: Floats) -> Floats:
-        """Directions at the start of a ping that correspond to directions re the platform as it is turned later.
+    def to_initial_attitude(self, direction: Floats, time: Floats) -> Floats:
+        """Directions in the world that have, at the start of a ping, the same angles to the platform as others later.
 
         Args:
-            direction: Unit vectors in the world [1], shape (n, 3).
-            when: Times after the start [s], shape (n,).
+            direction: Unit vectors in the world at those later times [1], shape (n, 3).
+            time: Times after the start [s], shape (n,).
 
         Returns:
-            Unit vectors, shape (n, 3).
+            Unit vectors in the world at the start [1], shape (n, 3).
         """
         if not self.is_rotating:
             return direction
-        t = when[:, None]
-        rate, bend = self.rotation_rates
-        world = direction + t * (direction @ rate.T) + t**2 * (direction @ bend.T)
+        t = time[:, None]
+        linear, quadratic = self.rotation_rates
+        world = direction + t * (direction @ linear.T) + t**2 * (direction @ quadratic.T)
         return np.asarray(world / np.sqrt(np.einsum("ij,ij->i", world, world))[:, None])
 
     @property
     def rotation_rates(self) -> tuple[Floats, Floats]:
-        """Changes of a direction by `turned`, for each second and for its square [1/s, 1/s^2], (3, 3) each."""
-        first, middle, last = (turn.T for turn in self.rotation)  # world to body
-        rate, bend = 4 * (middle - first) - (last - first), 2 * ((last - first) - 2 * (middle - first))
-        return first.T @ rate / self.window, first.T @ bend / self.window**2
+        """Linear [1/s] and quadratic [1/s^2] coefficients of `to_initial_attitude` in time, shape (3, 3) each."""
+        first, middle, last = (rotation.T for rotation in self.rotation)  # world to body
+        linear, quadratic = 4 * (middle - first) - (last - first), 2 * ((last - first) - 2 * (middle - first))
+        return first.T @ linear / self.window, first.T @ quadratic / self.window**2
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -89,9 +89,9 @@ class TrackMotion:
     """The platform during each of its pings."""
 
     position: Floats
-    """See `PlatformMotion`, shape (pings, 3, 3)."""
+    """See `PlatformMotion.position`, shape (pings, 3, 3)."""
     rotation: Floats
-    """Likewise, shape (pings, 3, 3, 3)."""
+    """See `PlatformMotion.rotation`, shape (pings, 3, 3, 3)."""
     is_moving: NDArray[np.bool_]
     """True where the platform moves or turns during the ping, shape (pings,)."""
 
@@ -105,14 +105,14 @@ class TrackMotion:
         return PlatformMotion(window, self.position[ping], self.rotation[ping])
 
     def max_displacement(self, offset: Floats) -> Floats:
-        """Largest displacement of a point of the platform at the middle or the end of each ping [m], (pings,).
+        """Largest displacement of a point of the platform by the middle or the end of each window [m], shape (pings,).
 
         Args:
             offset: Its position from the reference point: forward, starboard, down [m], shape (3,).
         """
         position = self.position + self.rotation @ offset if offset.any() else self.position
-        moved = position[:, 1:] - position[:, :1]
-        return np.asarray(np.sqrt(np.einsum("pmi,pmi->pm", moved, moved).max(axis=1)))
+        displacement = position[:, 1:] - position[:, :1]
+        return np.asarray(np.sqrt(np.einsum("pmi,pmi->pm", displacement, displacement).max(axis=1)))
 
 
 def track_motion(start_poses: Poses, window_poses: tuple[Poses, Poses]) -> TrackMotion:
@@ -125,10 +125,10 @@ def track_motion(start_poses: Poses, window_poses: tuple[Poses, Poses]) -> Track
     moments = (start_poses, *window_poses)
     position = np.stack([poses.position for poses in moments], axis=1)
     rotation = np.stack([poses.rotations for poses in moments], axis=1)
-    moves = (position[:, 1:] != position[:, :1]).any(axis=(1, 2))
-    return TrackMotion(position, rotation, moves | (rotation[:, 1:] != rotation[:, :1]).any(axis=(1, 2, 3)))
+    is_translating = (position[:, 1:] != position[:, :1]).any(axis=(1, 2))
+    return TrackMotion(position, rotation, is_translating | (rotation[:, 1:] != rotation[:, :1]).any(axis=(1, 2, 3)))
 
 
 def _parabola(middle: Floats, last: Floats, window: float) -> tuple[Floats, Floats]:
-    """Velocity at the start [m/s] and acceleration [m/s^2] of what has moved so far at the middle and the end [m]."""
+    """Velocity at the start [m/s] and acceleration [m/s^2], from displacements at middle and end [m], each (m, 3)."""
     return (4 * middle - last) / window, 4 * (last - 2 * middle) / window**2

@@ -1,6 +1,6 @@
-"""Platforms of the two ends of a sonar: one for both, or one for each.
+"""Platforms of transmitter and receiver of a sonar: one for both, or one for each.
 
-A pair of platforms is bistatic: the receiver keeps the transmitter's clock, its poses are those of the same moments.
+With two platforms the sonar is bistatic; both have the same clock, and their poses are simultaneous.
 """
 
 from dataclasses import dataclass, replace
@@ -21,22 +21,22 @@ class Platforms:
 
     transmitter_poses: Poses
     """True poses of the transmitter's platform at the start of each ping."""
-    own_receiver_poses: Poses | None = None
-    """Those of the receiver's at the same moments; None: both ends ride the same platform."""
+    separate_receiver_poses: Poses | None = None
+    """True poses of a separate platform of the receiver, at the same times; None: one platform carries both ends."""
     transmitter_window_poses: tuple[Poses, Poses] | None = None
-    """Of the transmitter's at the middle and at the end of the window of every ping; None: stop and hop."""
+    """Poses of the transmitter's platform at the middle and the end of the window of every ping; None: stop and hop."""
     receiver_window_poses: tuple[Poses, Poses] | None = None
-    """Window poses of the receiver's platform, in the same form."""
+    """Poses of the receiver's separate platform at the middle and the end of every window; None: stop and hop."""
 
     @property
     def is_bistatic(self) -> bool:
-        """True where the receiver has a platform of its own."""
-        return self.own_receiver_poses is not None
+        """True if the receiver has a platform of its own."""
+        return self.separate_receiver_poses is not None
 
     @property
     def receiver_poses(self) -> Poses:
         """Poses of the receiver's platform."""
-        return self.transmitter_poses if self.own_receiver_poses is None else self.own_receiver_poses
+        return self.transmitter_poses if self.separate_receiver_poses is None else self.separate_receiver_poses
 
     @property
     def end_poses(self) -> tuple[Poses, Poses]:
@@ -45,10 +45,10 @@ class Platforms:
 
     @cached_property
     def positions(self) -> Floats:
-        """Places of every platform at all pings [m], shape (n, 3)."""
-        if self.own_receiver_poses is None:
+        """Positions of every platform at all pings [m], shape (n, 3)."""
+        if self.separate_receiver_poses is None:
             return self.transmitter_poses.position
-        return np.concatenate([self.transmitter_poses.position, self.own_receiver_poses.position])
+        return np.concatenate([self.transmitter_poses.position, self.separate_receiver_poses.position])
 
     @property
     def max_separation(self) -> float:
@@ -57,15 +57,15 @@ class Platforms:
 
     @property
     def window_poses(self) -> tuple[tuple[Poses, ...], tuple[Poses, ...]]:
-        """Poses of each platform at the start, middle and end of every window; of stop and hop, at the start alone."""
-        first = (self.transmitter_poses, *(self.transmitter_window_poses or ()))
-        return first, first if self.own_receiver_poses is None else (
-            self.own_receiver_poses,
+        """Poses of each platform at the start, middle and end of every window; for stop and hop at the start alone."""
+        transmitter = (self.transmitter_poses, *(self.transmitter_window_poses or ()))
+        return transmitter, transmitter if self.separate_receiver_poses is None else (
+            self.separate_receiver_poses,
             *(self.receiver_window_poses or ()),
         )
 
     def ping_motions(self, ping: int, window: float) -> tuple[PlatformMotion | None, PlatformMotion | None]:
-        """Motion of each platform from the start of a ping; None for both where neither moves.
+        """Motion of each platform from the start of a ping; None for both if neither moves.
 
         Args:
             ping: Number of the ping.
@@ -73,24 +73,28 @@ class Platforms:
         """
         if self.track_motions is None:
             return None, None
-        first, other = self.track_motions
-        if not (first.is_moving[ping] or other.is_moving[ping]):
+        transmitter, receiver = self.track_motions
+        if not (transmitter.is_moving[ping] or receiver.is_moving[ping]):
             return None, None
-        poses = first.at(ping, window)
-        return poses, poses if other is first else other.at(ping, window)
+        motion = transmitter.at(ping, window)
+        return motion, motion if receiver is transmitter else receiver.at(ping, window)
 
     def single_ping(self, ping: int) -> "Platforms":
-        """The platforms at one ping alone, as its number 0.
+        """The platforms at one ping alone, which becomes ping number 0.
 
         Args:
             ping: Number of the ping.
         """
         row = slice(ping, ping + 1)
-        own, first, other = self.own_receiver_poses, self.transmitter_window_poses, self.receiver_window_poses
+        separate, transmitter_window, receiver_window = (
+            self.separate_receiver_poses,
+            self.transmitter_window_poses,
+            self.receiver_window_poses,
+        )
         return Platforms(
-            self.transmitter_poses.take(row), None if own is None else own.take(row),
-            None if first is None else (first[0].take(row), first[1].take(row)),
-            None if other is None else (other[0].take(row), other[1].take(row)),
+            self.transmitter_poses.take(row), None if separate is None else separate.take(row),
+            None if transmitter_window is None else (transmitter_window[0].take(row), transmitter_window[1].take(row)),
+            None if receiver_window is None else (receiver_window[0].take(row), receiver_window[1].take(row)),
         )  # fmt: skip
 
     def turned(self, angle: float) -> "Platforms":
@@ -107,10 +111,10 @@ class Platforms:
 
     @cached_property
     def track_motions(self) -> tuple[TrackMotion, TrackMotion] | None:
-        """Motion of each platform from the start of every ping; None where they stop and hop."""
+        """Motion of each platform from the start of every ping; None for stop and hop."""
         if self.transmitter_window_poses is None:
             return None
-        first = track_motion(self.transmitter_poses, self.transmitter_window_poses)
-        if self.own_receiver_poses is None or self.receiver_window_poses is None:
-            return first, first
-        return first, track_motion(self.own_receiver_poses, self.receiver_window_poses)
+        transmitter = track_motion(self.transmitter_poses, self.transmitter_window_poses)
+        if self.separate_receiver_poses is None or self.receiver_window_poses is None:
+            return transmitter, transmitter
+        return transmitter, track_motion(self.separate_receiver_poses, self.receiver_window_poses)

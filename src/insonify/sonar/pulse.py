@@ -19,26 +19,26 @@ Floats = NDArray[np.float64]
 
 
 MIN_PLAUSIBLE_FREQUENCY = 2000.0
-"""Below this a frequency that does not fit its pulse was probably meant in kilohertz [Hz]."""
+"""Frequency below which a frequency that does not fit its pulse was probably meant in kilohertz [Hz]."""
 
 
 class Pulse(Model):
     """A burst of sound: a tone ("cw") or a linear sweep ("lfm"), with tapered ends."""
 
     kind: Literal["cw", "lfm"] = "cw"
-    """A continuous wave of one frequency, or a linear frequency sweep."""
+    """Kind: a tone burst of one frequency (cw), or a linear frequency sweep (lfm)."""
     frequency: Hertz = Field(gt=0, le=10e6)
     """Centre frequency [Hz]."""
     duration: Seconds = Field(gt=0, le=10)
-    """Time from the first sound to the last [s]."""
+    """Duration of the transmission [s]."""
     bandwidth: Hertz = Field(default=0.0, ge=0)
     """Width of the sweep [Hz]; zero for a tone."""
     sweep: Literal["up", "down"] = "up"
     """Direction of the sweep."""
     taper: Literal["none", "tukey", "hann"] = "tukey"
-    """Rise and fall of the ends: at once, over part of the pulse, or over all of it."""
+    """Taper of both ends: none, over a fraction of the pulse (tukey), or over all of it (hann)."""
     taper_fraction: float = Field(default=0.1, ge=1e-3, le=1)
-    """Share of the duration in which a Tukey pulse rises or falls, both ends together [1]."""
+    """Fraction of the duration in which a Tukey pulse rises or falls, both ends together [1]."""
 
     @model_validator(mode="after")
     def _check_kind_and_bandwidth(self) -> Self:
@@ -127,7 +127,7 @@ def spectrum(pulse: Pulse, offset: ArrayLike) -> Complexes:
     f = np.asarray(offset, dtype=float)
     if pulse.kind == "cw":
         return _window_spectrum(pulse, f)
-    centred = _sweep_closed(pulse, f) if _closed_form_holds(pulse, f) else _sweep_numeric(pulse, f)
+    centred = _sweep_spectrum_closed(pulse, f) if _closed_form_holds(pulse, f) else _sweep_spectrum_numeric(pulse, f)
     # a falling sweep is the conjugate of a rising one, and both are even about mid-pulse
     centred = centred if pulse.sweep == "up" else np.conj(centred)
     return np.asarray(centred * np.exp(-1j * np.pi * f * pulse.duration))
@@ -142,7 +142,7 @@ def energy_duration(pulse: Pulse) -> float:
 
 
 def tapered_fraction(pulse: Pulse) -> float:
-    """Share of the pulse's duration that rises or falls, both ends together [1]."""
+    """Fraction of the pulse's duration that rises or falls, both ends together [1]."""
     return {"none": 0.0, "tukey": pulse.taper_fraction, "hann": 1.0}[pulse.taper]
 
 
@@ -152,7 +152,7 @@ def _sweep_rate(pulse: Pulse) -> float:
 
 
 def _closed_form_holds(pulse: Pulse, f: Floats) -> bool:
-    """True where completing the square takes phases that double precision still resolves."""
+    """Return True if double precision resolves the phases of the closed form."""
     cycles = np.max(np.abs(f), initial=0.0) * pulse.duration + 1 / max(tapered_fraction(pulse), 1e-3)
     product = pulse.bandwidth * pulse.duration
     return bool(product >= 1 or (product >= 1e-2 and cycles**2 < 1e5 * product))
@@ -163,23 +163,23 @@ def _window_spectrum(pulse: Pulse, f: Floats) -> Complexes:
     rise = tapered_fraction(pulse) * pulse.duration / 2
     flat = pulse.duration - rise
     x = np.abs(2 * f * rise)
-    # cos(pi x / 2) / (1 - x^2), written so that x = 1 needs no care
+    # cos(pi x / 2) / (1 - x^2), in a form without the removable singularity at x = 1
     lobe = np.pi / 2 * np.sinc((x - 1) / 2) / (1 + x)
     return np.asarray(flat * np.sinc(f * flat) * lobe * np.exp(-1j * np.pi * f * pulse.duration))
 
 
-def _sweep_closed(pulse: Pulse, f: Floats) -> Complexes:
+def _sweep_spectrum_closed(pulse: Pulse, f: Floats) -> Complexes:
     """Spectrum [s] of a rising sweep about its middle at offsets f [Hz], in closed form: flat part and both tapers."""
     rate, half = pulse.bandwidth / pulse.duration, pulse.duration / 2
     rise = tapered_fraction(pulse) * half
     total = _chirp_integral(rate, f, rise - half, half - rise)
     if rise == 0:
         return total
-    turn, shift = np.exp(1j * np.pi * half / rise), 1 / (2 * rise)
+    phasor, shift = np.exp(1j * np.pi * half / rise), 1 / (2 * rise)
     # the chirp is even in time, so the falling end at f is the rising end at -f
     for g in (f, -f):
         ends = [_chirp_integral(rate, g + s, -half, rise - half) for s in (0.0, -shift, shift)]
-        total = total + 0.5 * ends[0] - 0.25 * (turn * ends[1] + np.conj(turn) * ends[2])
+        total = total + 0.5 * ends[0] - 0.25 * (phasor * ends[1] + np.conj(phasor) * ends[2])
     return total
 
 
@@ -194,16 +194,20 @@ def _chirp_integral(rate: float, f: Floats, start: float, stop: float) -> Comple
     return np.asarray(np.exp(-1j * np.pi * f**2 / rate) * span / scale)
 
 
-def _sweep_numeric(pulse: Pulse, f: Floats) -> Complexes:
+def _sweep_spectrum_numeric(pulse: Pulse, f: Floats) -> Complexes:
     """Spectrum [s] of a rising sweep at offsets f [Hz] by Gauss-Legendre quadrature, in panels of at most one cycle."""
     half = pulse.duration / 2
     corner = half - tapered_fraction(pulse) * half
     cycles = int((np.max(np.abs(f), initial=0.0) + pulse.bandwidth) * pulse.duration) + 1
     knots = np.unique(np.concatenate([np.linspace(-half, half, cycles + 1), [-corner, corner]]))
     node, weight = np.polynomial.legendre.leggauss(16)
-    s = (knots[:-1, None] + np.diff(knots)[:, None] * (node + 1) / 2).ravel()
-    value = (np.diff(knots)[:, None] * weight / 2).ravel() * envelope(pulse.unchecked_copy(sweep="up"), s + half)
-    flat = np.concatenate([np.exp(-2j * np.pi * np.outer(part, s)) @ value for part in _chunks(f.ravel())])
+    time = (knots[:-1, None] + np.diff(knots)[:, None] * (node + 1) / 2).ravel()
+    weighted_envelope = (np.diff(knots)[:, None] * weight / 2).ravel() * envelope(
+        pulse.unchecked_copy(sweep="up"), time + half
+    )
+    flat = np.concatenate(
+        [np.exp(-2j * np.pi * np.outer(chunk, time)) @ weighted_envelope for chunk in _chunks(f.ravel())]
+    )
     return np.asarray(flat.reshape(f.shape))
 
 

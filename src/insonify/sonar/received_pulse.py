@@ -1,7 +1,7 @@
-"""The pulse as the recording holds it: transmitted, filtered, perhaps compressed.
+"""Received pulse: the transmitted waveform after the receiver's filter and, if there is one, its matched filter.
 
-An echo of unit rms pressure at delay zero leaves this waveform in the recording. Both readings
-of a ping, the coherent and the incoherent, use this one object, so they cannot disagree on it.
+An echo of unit rms pressure and zero delay leaves this waveform in the recording. Coherent pressure and expected
+intensity of a ping use the same object.
 """
 
 from collections.abc import Callable
@@ -21,16 +21,16 @@ from insonify.sonar.sonar import Sonar
 OVERSAMPLING = 32
 """Points of the waveform's table per output sample; cubic Hermite error (pi / 32)^4 / 384 = 2.4e-7 of the peak."""
 RINGING = 400.0
-"""Time kept on each side of the pulse for the filter to ring down [1 / band]; the ringing falls as time^-3."""
+"""Duration on each side of the pulse for the filter's ringing [1 / bandwidth]; the ringing falls as time^-3."""
 TAIL_ENERGY = 1e-6
-"""Share of the energy left outside start..stop [1]."""
+"""Fraction of the energy outside start..stop [1]."""
 RINGING_ENERGY = 1e-10
-"""Share of the energy left outside ringing_start..ringing_stop [1]: where a window is cut out of a longer recording."""
+"""Fraction of the energy outside ringing_start..ringing_stop [1], for a window cut out of a longer recording."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ReceivedPulse:
-    """The waveform that an echo of unit rms pressure and zero delay leaves in the recording."""
+    """Waveform that an echo of unit rms pressure and zero delay leaves in the recording."""
 
     pulse: Pulse
     receiver: Receiver
@@ -39,13 +39,13 @@ class ReceivedPulse:
     stop: float
     """Time after which the waveform has less than half a millionth of its energy [s]."""
     ringing_start: float
-    """Time before which not even the filter's weak ringing is left [s]."""
+    """Time before which the filter's ringing has half of `RINGING_ENERGY` [s]."""
     ringing_stop: float
-    """Time after which not even the filter's weak ringing is left [s]."""
+    """Time after which the filter's ringing has half of `RINGING_ENERGY` [s]."""
     effective_duration: float
-    """Integral of the squared magnitude [s]: mean reverberation is scattering strength times this."""
+    """Integral of the squared magnitude [s], to which mean reverberation is proportional."""
     out_of_band_energy: float
-    """Share of the transmitted energy that the receiver's band does not pass [1]."""
+    """Fraction of the transmitted energy that the receiver's band does not pass [1]."""
     peak: float
     """Largest magnitude [1]."""
     table_start: float = field(repr=False)
@@ -63,7 +63,7 @@ class ReceivedPulse:
             doppler: Relative compression of the echo in time, d(emission time) / d(arrival time) - 1 [1].
 
         Returns:
-            P(f) H(f), or P(f) P0(f)* H(f) / E when the receiver compresses with the sent pulse P0, shape of offset.
+            P(f) H(f), or with a matched filter P(f) P0(f)* H(f) / E, P0 the transmitted pulse; shape of `offset`.
         """
         return _received_spectrum(self.pulse, self.receiver, np.asarray(offset, dtype=float), doppler)
 
@@ -85,17 +85,19 @@ class ReceivedPulse:
         cubic = p + t * (m + t * (3 * (q - p) - 2 * m - n + t * (2 * (p - q) + m + n)))
         return np.asarray(np.where(inside, cubic, 0.0))
 
-    def doppler_filtered(self, doppler: float, share: Callable[[NDArray[np.float64]], NDArray[Any]]) -> "ReceivedPulse":
+    def doppler_filtered(
+        self, doppler: float, weight: Callable[[NDArray[np.float64]], NDArray[Any]]
+    ) -> "ReceivedPulse":
         """Waveform of a Doppler-compressed echo, with a weighting of its spectrum; only for `samples`.
 
         Args:
             doppler: Relative increase of its frequencies [1].
-            share: Weight of the spectrum as a function of the offset from the carrier [Hz], shape of the offset [1].
+            weight: Weight of the spectrum as a function of the offset from the carrier [Hz], shape of the offset [1].
         """
         first, period = _span(self.pulse, self.receiver)
         bins = int(self.receiver.sample_rate / 2 * period)
         offset = np.arange(-bins, bins + 1) / period
-        return replace(self, table=_table(offset, self.spectrum(offset, doppler) * share(offset), first, period))
+        return replace(self, table=_table(offset, self.spectrum(offset, doppler) * weight(offset), first, period))
 
     @property
     def table_interval(self) -> tuple[float, float]:
@@ -112,19 +114,19 @@ class ReceivedPulse:
         return self.effective_duration / min(self.peak, 1.0) ** 2
 
     def finest_resolution(self, sound_speed: float) -> float:
-        """Depth of the finest resolution cell that can be made of the recording, by compressing it later [m].
+        """Range resolution of the recording after pulse compression, now or later [m].
 
         Args:
             sound_speed: Sound speed [m/s].
         """
-        # what the receiver's filter stops is in no recording
+        # frequencies outside the receiver's band are not in the recording
         band = min(self.pulse.bandwidth, self.receiver.sample_rate)
         compressed = 1 / band if band > 0 else np.inf
         return sound_speed / 2 * float(min(self.resolution_time, compressed))
 
 
 def received_pulse(sonar: Sonar) -> ReceivedPulse:
-    """The pulse that both readings of a ping use: what one unit echo leaves in the recording.
+    """Received pulse of a sonar: the waveform that an echo of unit rms pressure leaves in the recording.
 
     Args:
         sonar: The sonar; only its pulse and receiver matter.
@@ -135,14 +137,14 @@ def received_pulse(sonar: Sonar) -> ReceivedPulse:
     return receive_pulse(sonar.pulse, sonar.receiver)
 
 
-@lru_cache(maxsize=8)  # checks, warnings and the simulator request that of one sonar in turn
+@lru_cache(maxsize=8)  # checks, warnings and the simulator of one sonar use the same
 def receive_pulse(pulse: Pulse, receiver: Receiver) -> ReceivedPulse:
-    """The waveform that a receiver makes of a pulse."""
+    """Received pulse of a transmitted pulse and a receiver."""
     first, period = _span(pulse, receiver)
     bins = int(receiver.sample_rate / 2 * period)
     offset = np.arange(-bins, bins + 1) / period
     spectrum = _received_spectrum(pulse, receiver, offset)
-    passed = np.abs(pulse_spectrum(pulse, offset) * response(receiver, offset)) ** 2
+    passed_spectrum = np.abs(pulse_spectrum(pulse, offset) * response(receiver, offset)) ** 2
     table = _table(offset, spectrum, first, period)
     rate = len(table) / period
     magnitude = np.abs(table[:, 0])
@@ -152,7 +154,7 @@ def receive_pulse(pulse: Pulse, receiver: Receiver) -> ReceivedPulse:
         pulse=pulse, receiver=receiver, start=first + start / rate, stop=first + stop / rate,
         ringing_start=first + ringing_start / rate, ringing_stop=first + ringing_stop / rate,
         effective_duration=float(np.sum(np.abs(spectrum) ** 2) / period),
-        out_of_band_energy=max(0.0, 1 - float(np.sum(passed)) / period / energy_duration(pulse)),
+        out_of_band_energy=max(0.0, 1 - float(np.sum(passed_spectrum)) / period / energy_duration(pulse)),
         peak=float(magnitude.max()), table_start=first, table_rate=rate, table=table,
     )  # fmt: skip
 
@@ -175,18 +177,18 @@ def _span(pulse: Pulse, receiver: Receiver) -> tuple[float, float]:
 
 
 def _table(offset: NDArray[np.float64], spectrum: Complexes, first: float, period: float) -> Complexes:
-    """Waveform and slope on a fine grid: the inverse transform of a spectrum that ends at the band's edge."""
+    """Waveform and its slope per row [1], shape (rows, 2): inverse transform of a band-limited spectrum."""
     rows = fast_length(OVERSAMPLING * len(offset))
     bins = np.round(offset * period).astype(np.int64)
-    line = np.zeros((2, rows), dtype=complex)
-    line[0, bins] = spectrum * np.exp(2j * np.pi * offset * first) * rows / period
-    line[1, bins] = line[0, bins] * 2j * np.pi * offset * period / rows
-    return np.ascontiguousarray(np.fft.ifft(line, axis=1).T)
+    transform = np.zeros((2, rows), dtype=complex)
+    transform[0, bins] = spectrum * np.exp(2j * np.pi * offset * first) * rows / period
+    transform[1, bins] = transform[0, bins] * 2j * np.pi * offset * period / rows
+    return np.ascontiguousarray(np.fft.ifft(transform, axis=1).T)
 
 
 def _support(energy: NDArray[np.float64], tail: float) -> tuple[int, int]:
-    """First and last row around all but a small share of the energy, rounded outwards."""
-    # Summed from either end: a share of 1e-10 would be lost in the rounding of the whole.
+    """First and last row of the interval outside which a fraction `tail` of the energy lies, rounded outwards."""
+    # summed from either end: a fraction of 1e-10 would be lost in the rounding of the total
     before, after = np.cumsum(energy), np.cumsum(energy[::-1])
     first, last = (int(np.searchsorted(part, tail / 2 * before[-1])) for part in (before, after))
     return max(first - 1, 0), min(len(energy) - last, len(energy) - 1)

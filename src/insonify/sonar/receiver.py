@@ -1,7 +1,7 @@
-"""The receiver behind the hydrophones: the band it keeps, and whether it compresses the pulse.
+"""Receiver behind the hydrophones: its band, noise, gain, conversion and matched filter.
 
-The band is flat about the pulse's centre frequency and rolls off over an eighth of its width at
-each side, so that the recording's sample rate, 1.25 times the band, holds all that is kept.
+The band is flat about the pulse's centre frequency and rolls off over an eighth of its width at each side. The
+recording's sample rate, 1.25 times the band, therefore contains all frequencies that pass.
 """
 
 from typing import Annotated, Literal
@@ -28,29 +28,31 @@ class Receiver(Model):
     errors: ElementErrors = ElementErrors()
     """Errors of the elements, where they are recorded."""
     synthetic_aperture: Annotated[Metres, Field(gt=0, le=1000)] | None = None
-    """Length of track that pings will be focused over [m]: decides the sampling of the seabed; None: not focused."""
+    """Length of track over which pings will be focused [m]; determines the sampling of the seabed; None: not
+    focused."""
     sub_bands: Annotated[int, Field(ge=1, le=32)] | Literal["auto"] = "auto"
-    """Frequencies across the band at which beams and absorption are taken, for pressures; auto: as many as keep the
-    error of reverberation below -30 dB; 1: at its centre only, in less time. From 24 beams on that differ in horizontal
-    steering alone, their horizontal patterns are those of every frequency, unless this is 1; auto: -40 dB."""
+    """Number of frequencies across the band at which beams and absorption are evaluated, for pressures; auto: as many
+    as keep the error of reverberation below -30 dB; 1: the band's centre only, in less time. For 24 or more beams that
+    differ in horizontal steering alone, horizontal patterns are evaluated at every frequency, unless this is 1, and
+    auto keeps the error below -40 dB."""
     matched_filter: bool = False
     """True: the recording is the matched filter's output, with peaks at the echoes' delays."""
     self_noise: SelfNoise | None = None
-    """Noise of the receiver itself; None: it has none."""
+    """Noise of the receiver itself; None: no self-noise."""
     crosstalk: Crosstalk | None = None
-    """Signals that couple into channels from the transmitter and from each other; None: nothing."""
+    """Signals that couple into channels from the transmitter and from other channels; None: no crosstalk."""
     blanking: Annotated[Seconds, Field(ge=0, le=1e3)] | None = None
     """Time after the end of transmission until which the receiver is blanked [s]; None: never blanked."""
     gain: ReceiverGain | None = None
     """Gain before the converter; None: 0 dB at all times."""
     adc: AnalogToDigitalConverter | None = None
-    """Analog-to-digital converter, which clips and rounds; None: pressures are recorded as they are."""
+    """Analog-to-digital converter, which clips and rounds; None: pressures are recorded without either."""
 
     @property
     def stages(self) -> tuple[str, ...]:
         """Names of the stages behind the hydrophones that are present, in the order in which a signal passes them.
 
-        Gain alone is none of them: it is divided out again.
+        Gain is not among them, since it is divided out again.
         """
         chain = ("crosstalk", "blanking", "adc")
         return tuple(name for name in chain if getattr(self, name) is not None)
@@ -69,7 +71,7 @@ def response(receiver: Receiver, offset: ArrayLike) -> NDArray[np.float64]:
         offset: Frequency relative to the centre [Hz], any shape.
 
     Returns:
-        One to half the band, then half a cosine down to zero at 0.625 of the band, shape of offset.
+        1 up to half the band, then a raised cosine down to 0 at 0.625 of the band, shape of `offset`.
     """
     edge = (np.abs(np.asarray(offset, dtype=float)) / receiver.bandwidth - 0.5) / (ROLL_OFF / 2 - 0.5)
     return np.asarray(np.cos(np.pi / 2 * np.clip(edge, 0, 1)) ** 2)

@@ -1,7 +1,7 @@
-"""Recorder: what an instrument does between received pressure and its file, as stages in the order of the signal.
+"""Recorder: stages of an instrument between received pressure and its file, in the order of the signal.
 
-A stage works on the envelope: rms pressure [uPa] at first, decibels or counts after companding or quantisation. What a
-recorder leaves is what a reader of the instrument's file returns.
+A stage acts on the envelope: rms pressure [uPa] at first, decibels or counts after companding or quantisation. The
+recorder's output is the content of the instrument's file.
 """
 
 from typing import Annotated, Literal, Self
@@ -19,7 +19,7 @@ Keep = Literal["mean", "peak", "sample"]
 
 
 class RecorderGain(ReceiverGain):
-    """Gain of the recorder, left in the recording: X log R + 2 alpha R + offset, and a curve of its own."""
+    """Gain of the recorder, which remains in the recording: X log R + 2 alpha R + offset, and a curve over range."""
 
     kind: Literal["gain"] = "gain"
 
@@ -43,7 +43,7 @@ class Decimation(Model):
 
     kind: Literal["decimation"] = "decimation"
     samples: Annotated[int, Field(ge=1, le=10_000_000)]
-    """Samples of each line that are left."""
+    """Number of samples of each line after decimation."""
     keep: Keep = "mean"
     """Mean intensity of each part, its peak, or the sample in its middle."""
 
@@ -89,9 +89,9 @@ class Recorder(Model):
     stages: tuple[Stage, ...]
     """Stages, in the order in which the signal passes them."""
     full_scale_db: Annotated[Decibels, Field(ge=-300, le=500)] | None = None
-    """Rms level after the gain that fills the scale [dB re 1 uPa]; None: there is no full scale."""
+    """Rms level of full scale, after the gain [dB re 1 uPa]; None: there is no full scale."""
     keep: Literal["both", "recorded"] = "both"
-    """Recorded numbers beside the pressure that they are made of, or alone."""
+    """Content of the recording: the recorded numbers and the pressure before the recorder, or the numbers alone."""
 
     @model_validator(mode="after")
     def _check_order(self) -> Self:
@@ -106,8 +106,8 @@ class Recorder(Model):
             if isinstance(stage, Quantisation) and (stage.step_db is None) == (unit == "dB"):
                 raise field_error(f"{where}.step_db", None, "belongs to levels: give a step in dB after companding by "
                                   "log, and none elsewhere.")  # fmt: skip
-            needs = isinstance(stage, Clipping | Companding | Quantisation) and unit == "uPa"
-            if needs and getattr(stage, "law", "") != "log" and self.full_scale_db is None:
+            is_scaled = isinstance(stage, Clipping | Companding | Quantisation) and unit == "uPa"
+            if is_scaled and getattr(stage, "law", "") != "log" and self.full_scale_db is None:
                 raise field_error("full_scale_db", None, f"is missing, and {stage.kind} refers to it. Give the level "
                                   "that fills the scale.")  # fmt: skip
             if isinstance(stage, Companding):
@@ -118,7 +118,7 @@ class Recorder(Model):
 
     @property
     def pings_per_line(self) -> int:
-        """Pings that make one line of the recording."""
+        """Number of pings in one line of the recording."""
         count = 1
         for stage in self.stages:
             count *= stage.pings if isinstance(stage, Looks) else 1
@@ -137,8 +137,8 @@ class Recorder(Model):
 
         Args:
             time: Time after the start of transmission [s], any shape.
-            sound_speed: That ranges are taken with [m/s].
-            absorption_db_per_m: One-way absorption of the water where a gain has none of its own [dB/m].
+            sound_speed: Sound speed by which time is converted to range [m/s].
+            absorption_db_per_m: One-way absorption of the water, for gains without an absorption of their own [dB/m].
         """
         gains = [stage for stage in self.stages if isinstance(stage, RecorderGain)]
-        return sum((one.db(time, sound_speed, absorption_db_per_m) for one in gains), np.zeros(np.shape(time)))
+        return sum((gain.db(time, sound_speed, absorption_db_per_m) for gain in gains), np.zeros(np.shape(time)))

@@ -1,7 +1,8 @@
-"""Beams of one array that differ in horizontal steering alone: what they have in common, and what they do not.
+"""Beams of one array that differ in horizontal steering alone: their common pattern, and their horizontal patterns.
 
-The pattern of an aperture of L wavelengths is, as a function of the direction cosine, a sum of waves of at most L / 2
-cycles per unit. So rows of direction cosines 1 / (2 L) apart determine the sound of all such beams.
+The pattern of an aperture of L wavelengths, as a function of the direction cosine, is a sum of waves of at most L / 2
+cycles per unit. The field at rows of direction cosines 1 / (2 L) apart therefore determines the output of all such
+beams.
 """
 
 from collections.abc import Callable
@@ -15,7 +16,7 @@ from insonify.sonar.beam_kernels import OMNI
 
 Floats = NDArray[np.float64]
 MIN_BEAMS = 24
-"""Number of beams from which on rows of directions are faster than separate beams [1]."""
+"""Smallest number of beams for which rows of directions are faster than separate beams [1]."""
 ROW_OVERSAMPLING = 2.0
 """Rows per wavelength over the aperture [1]."""
 ROWS_PER_BEAM = 3.0
@@ -23,20 +24,20 @@ ROWS_PER_BEAM = 3.0
 MAX_TILT_DIFFERENCE = 1e-12
 """Largest difference of downward steering among beams that share rows [1]."""
 LEG_DIFFERENCE = 0.25
-"""Difference of the direction cosines of two different legs for which transmit beams are checked [1]."""
+"""Difference between the direction cosines of transmit and receive leg for which transmit beams are checked [1]."""
 TOLERANCE = 1e-2
-"""Largest error of the two-way pattern of different legs on the rows, re the beam's axis [1]."""
+"""Largest error of the two-way pattern on the rows where the legs differ, re the beam's axis [1]."""
 
 
 def share_directions(transmit_beams: Beams, receive_beams: Beams) -> bool:
-    """Return True for many beams that differ in horizontal steering alone, and have few rows of directions for it."""
+    """Return True for many beams that differ in horizontal steering alone and need few rows of directions."""
     if not differ_in_steering(transmit_beams, receive_beams):
         return False
     return 2 / row_step(transmit_beams, receive_beams) <= ROWS_PER_BEAM * receive_beams.channel_count
 
 
 def row_step(transmit_beams: Beams, receive_beams: Beams) -> float:
-    """Spacing of the rows of direction cosines from which such beams follow [1]."""
+    """Spacing of the rows of direction cosines that determine the output of such beams [1]."""
     extent = horizontal_extent(receive_beams)
     if transmit_beams.channel_count > 1:
         extent += horizontal_extent(transmit_beams)
@@ -44,7 +45,7 @@ def row_step(transmit_beams: Beams, receive_beams: Beams) -> float:
 
 
 def horizontal_extent(beams: Beams) -> float:
-    """Horizontal length of an aperture [wavelengths], at least 1; 0 for a point."""
+    """Horizontal length of the aperture of some beams [wavelengths], at least 1; 0 for a point."""
     return max(beams.across.extent, 1.0) if beams.across.extent else 0.0
 
 
@@ -83,19 +84,19 @@ def _is_wide(transmit_beams: Beams, receive_beams: Beams) -> bool:
 
 def common_pattern(beams: Beams) -> Beams:
     """Pattern common to all beams of an array: directivity of elements, vertical pattern."""
-    empty, rows = _no_tables()
+    majorant, table = _unit_pattern_tables()
     steer = np.array([[0.0, beams.steer[0, 1]]])
     return replace(
-        beams, steer=steer, scale=np.ones(1), tables=(rows, *beams.tables[1:]), majorants=(empty, *beams.majorants[1:]),
-        across=NO_SIDE,
+        beams, steer=steer, scale=np.ones(1), tables=(table, *beams.tables[1:]),
+        majorants=(majorant, *beams.majorants[1:]), across=NO_SIDE,
     )  # fmt: skip
 
 
 def horizontal_patterns(beams: Beams) -> Callable[[Floats], Floats]:
-    """Horizontal patterns of beams as a function of the direction cosine, shape (beams, n)."""
+    """Horizontal patterns of beams [1], shape (beams, n), as a function of direction cosines [1], shape (n,)."""
     steer = np.ascontiguousarray(beams.steer * [1.0, 0.0])
     horizontal = replace(beams, axes=np.eye(3), element=OMNI, steer=steer, scale=np.ones(len(steer)),
-                  tables=(beams.tables[0], *(_no_tables()[1],) * 3))  # fmt: skip
+                  tables=(beams.tables[0], *(_unit_pattern_tables()[1],) * 3))  # fmt: skip
 
     def gain(sine: Floats) -> Floats:
         return horizontal.gain(np.stack([np.sqrt(1 - sine**2), sine, np.zeros_like(sine)], axis=-1))
@@ -103,9 +104,9 @@ def horizontal_patterns(beams: Beams) -> Callable[[Floats], Floats]:
     return gain
 
 
-def _no_tables() -> tuple[Floats, Floats]:
-    """Majorants and table of a pattern of one everywhere; read-only, which kernels compile as one type."""
-    empty, rows = np.empty(0), np.empty((0, 4))
-    for table in (empty, rows):
-        table.setflags(write=False)
-    return empty, rows
+def _unit_pattern_tables() -> tuple[Floats, Floats]:
+    """Empty majorants and table, for a pattern of one everywhere; read-only, which kernels compile as one type."""
+    majorant, table = np.empty(0), np.empty((0, 4))
+    for array in (majorant, table):
+        array.setflags(write=False)
+    return majorant, table

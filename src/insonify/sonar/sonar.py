@@ -1,4 +1,4 @@
-"""The sonar: what it sends, through which arrays, and how it is fixed to its platform."""
+"""Sonar: pulse, arrays, receiver, recorder, and mounting on the platform."""
 
 from typing import Literal, Self
 
@@ -11,15 +11,15 @@ from insonify.model import Decibels, Model, Radians, field_error
 from insonify.sonar.array import LineArray, PlanarArray, PointTransducer
 from insonify.sonar.element_array import AnyArray, ArcArray, Array, ElementArray
 from insonify.sonar.hull import Hull
-from insonify.sonar.hydrophones import element_layout, one_element
+from insonify.sonar.hydrophones import element_layout, single_element
 from insonify.sonar.pulse import MIN_PLAUSIBLE_FREQUENCY, Pulse
 from insonify.sonar.receiver import ROLL_OFF, Receiver
 from insonify.sonar.recorder import Recorder
 
 STARBOARD = np.pi / 2
 """Bearing of a sidescan's starboard side, clockwise from the bow [rad]."""
-SIDEWAYS = 1e-6
-"""Least part of boresight that points to starboard, for a sonar with sides [1]."""
+MIN_STARBOARD_COMPONENT = 1e-6
+"""Smallest starboard component of the boresight of a sonar with sides [1]."""
 Side = Literal["port", "starboard"]
 
 
@@ -33,7 +33,7 @@ class Mounting(Model):
 
 
 class Sonar(Model):
-    """A source and its receiver, with the same mounting if on one platform; or a pair of them, one for each side."""
+    """A transmitter and its receiver, with the same mounting if on one platform; or a pair of these, one a side."""
 
     source_level_db: Decibels = Field(ge=0, le=300)
     """Rms level on the axis of the transmit beam [dB re 1 uPa at 1 m]."""
@@ -59,7 +59,7 @@ class Sonar(Model):
         if not self.sides or len(set(self.sides)) < len(self.sides):
             raise field_error("sides", None, f"[{', '.join(self.sides)}] is no choice of sides. Write [port, "
                           "starboard], one of them, or null.")  # fmt: skip
-        if np.sin(self.mounting.bearing) <= SIDEWAYS:
+        if np.sin(self.mounting.bearing) <= MIN_STARBOARD_COMPONENT:
             raise field_error(
                 "mounting.bearing", f"{np.degrees(self.mounting.bearing):g} deg",
                 "is not to starboard of the bow, and port is made its mirror image. Write the bearing of the "
@@ -95,10 +95,10 @@ class Sonar(Model):
                           "elements and steer afterwards, or give a line or planar array.")  # fmt: skip
         if self.receiver.record == "beams" and self.receiver.errors != type(self.receiver.errors)():
             raise field_error("receiver.errors", None, "are those of single elements. Write receiver.record: elements.")
-        beyond = [row for row in self.receiver.errors.dead if row >= self.beam_count]
-        if self.receiver.record == "elements" and beyond:
+        missing = [row for row in self.receiver.errors.dead if row >= self.beam_count]
+        if self.receiver.record == "elements" and missing:
             raise field_error(
-                "receiver.errors.dead", f"{beyond[0]}", f"is no element; there are 0 to {self.beam_count - 1}."
+                "receiver.errors.dead", f"{missing[0]}", f"is no element; there are 0 to {self.beam_count - 1}."
             )
         if self.receiver.record == "elements" and len(self.transmit.steers) > 1:
             raise field_error("transmit.steer", f"{len(self.transmit.steers)} angles", "send several beams at once, "
@@ -145,23 +145,23 @@ class Sonar(Model):
 
     @property
     def at_carrier(self) -> "Sonar":
-        """The sonar with beams and absorption of its carrier frequency alone, as intensities have them."""
+        """The sonar with beams and absorption at its carrier frequency alone, as expected intensities use them."""
         return self.unchecked_copy(receiver=self.receiver.unchecked_copy(sub_bands=1))
 
     @property
     def side_sonars(self) -> tuple["Sonar", ...]:
-        """The sonar of each side, in the order of the channels; itself where it has no sides."""
+        """The sonar of each side, in the order of the channels; the sonar itself if it has no sides."""
         if self.sides is None:
             return (self,)
-        alone = self.unchecked_copy(sides=None)
-        return tuple(alone if side == "starboard" else mirrored(alone) for side in self.sides)
+        starboard = self.unchecked_copy(sides=None)
+        return tuple(starboard if side == "starboard" else mirror_image(starboard) for side in self.sides)
 
     @property
     def _beam_steers(self) -> tuple[float, ...]:
         if self.receiver.record == "elements":
             return (0.0,) * self.beam_count
-        chosen = self.receive if len(self.receive.steers) == self.beam_count else self.transmit
-        return tuple(angle for angle, _ in chosen.steers)
+        steered = self.receive if len(self.receive.steers) == self.beam_count else self.transmit
+        return tuple(angle for angle, _ in steered.steers)
 
     @property
     def arrays(self) -> tuple[AnyArray, AnyArray]:
@@ -176,32 +176,32 @@ class Sonar(Model):
     def channel_arrays(self) -> tuple[LineArray | PlanarArray | PointTransducer, ...]:
         """Arrays of a channel: transmit array, and receive array or one element of it."""
         if self.receiver.record == "elements":
-            return *self.beam_arrays, one_element(self.receive)
+            return *self.beam_arrays, single_element(self.receive)
         return self.beam_arrays
 
     @property
     def beam_arrays(self) -> tuple[LineArray | PlanarArray | PointTransducer, ...]:
-        """Those of `arrays` that make beams: not a receive array whose elements are recorded."""
-        chosen = self.arrays[:1] if self.receiver.record == "elements" else self.arrays
-        return tuple(array for array in chosen if not isinstance(array, ElementArray | ArcArray))
+        """Those of `arrays` that form beams: all but a receive array whose elements are recorded."""
+        arrays = self.arrays[:1] if self.receiver.record == "elements" else self.arrays
+        return tuple(array for array in arrays if not isinstance(array, ElementArray | ArcArray))
 
 
-def mirrored(sonar: Sonar) -> Sonar:
-    """Mirror image of a sonar in the vertical plane through bow and keel: the other side of a sidescan."""
-    turned = sonar.mounting.unchecked_copy(bearing=-sonar.mounting.bearing)
-    ends = {"transmit": _mirrored(sonar.transmit), "receive": _mirrored(sonar.receive)}
-    return sonar.unchecked_copy(mounting=turned, **ends)
+def mirror_image(sonar: Sonar) -> Sonar:
+    """Mirror image of a sonar in the vertical plane through the fore-and-aft axis: the other side of a sidescan."""
+    mounting = sonar.mounting.unchecked_copy(bearing=-sonar.mounting.bearing)
+    ends = {"transmit": _mirror_image_of_array(sonar.transmit), "receive": _mirror_image_of_array(sonar.receive)}
+    return sonar.unchecked_copy(mounting=mounting, **ends)
 
 
-def _mirrored(array: AnyArray) -> AnyArray:
+def _mirror_image_of_array(array: AnyArray) -> AnyArray:
     """Mirror image of an array, with right and left exchanged."""
-    ahead, starboard, down = array.offset
-    change: dict[str, object] = {"offset": (ahead, -starboard, down)}
+    forward, starboard, down = array.offset
+    changes: dict[str, object] = {"offset": (forward, -starboard, down)}
     if isinstance(array, ElementArray | ArcArray):
-        change |= array.mirrored()
+        changes |= array.mirror_image_fields()
     elif not isinstance(array, PointTransducer) and array.steer is not None:
-        change["steer"] = tuple(-angle for angle in array.steer)
-    return array.unchecked_copy(**change)
+        changes["steer"] = tuple(-angle for angle in array.steer)
+    return array.unchecked_copy(**changes)
 
 
 def array_rotation(sonar: Sonar, body: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -224,8 +224,8 @@ def receiver_rotation(sonar: Sonar, body: NDArray[np.float64]) -> NDArray[np.flo
         sonar: The sonar; only its mounting matters.
         body: Axes of the receiver's platform in the world as columns, shape (3, 3).
     """
-    faces = receiver_mounting(sonar)
-    return array_axes(body, mounting_rotation(faces.bearing, faces.tilt))
+    mounting = receiver_mounting(sonar)
+    return array_axes(body, mounting_rotation(mounting.bearing, mounting.tilt))
 
 
 def receiver_mounting(sonar: Sonar) -> Mounting:
@@ -260,7 +260,7 @@ def channel_positions(sonar: Sonar) -> NDArray[np.float64]:
     for side in sonar.side_sonars:
         position = np.zeros((side.beam_count, 3))
         if side.receiver.record == "elements":
-            faces = receiver_mounting(side)
-            position = element_layout(side.receive)[0] @ mounting_rotation(faces.bearing, faces.tilt)
+            mounting = receiver_mounting(side)
+            position = element_layout(side.receive)[0] @ mounting_rotation(mounting.bearing, mounting.tilt)
         rows.append(position + np.asarray(side.receive.offset))
     return np.concatenate(rows)

@@ -1,8 +1,8 @@
-"""Frequency dependence within the band: a few frequencies at which beams and absorption are taken.
+"""Frequency dependence within the band: a few frequencies at which beams and absorption are evaluated.
 
-A beam is narrower at the top of the band than at its bottom, and water takes more there. What an echo loses is a smooth
-function of frequency; here it is the polynomial through its values at Chebyshev's nodes across the band that holds the
-pulse's energy. Beyond that band the polynomial stays as it is at the edge.
+At the top of the band a beam is narrower than at its bottom, and absorption is greater. Their effect on an echo is a
+smooth function of frequency, represented by the polynomial through its values at Chebyshev nodes across the band that
+contains the pulse's energy. Beyond that band the value at its edge is used.
 
 Source: interpolation at Chebyshev nodes, error of exp(j phi x) on -1..1 at most 2 (phi / 2)^n / n!; Trefethen (2013),
 Approximation Theory and Approximation Practice, ch. 2, 5 and 8 (from memory).
@@ -20,8 +20,8 @@ from insonify.sonar.received_pulse import ReceivedPulse
 
 Floats = NDArray[np.float64]
 
-ENERGY = 1e-4
-"""Share of the received pulse's energy that may lie outside the band that the nodes span [1]."""
+MAX_OUT_OF_BAND_ENERGY = 1e-4
+"""Fraction of the received pulse's energy outside the band that the nodes span [1]."""
 _POINTS = 4096
 
 
@@ -35,42 +35,42 @@ class SubBand:
     receive_beams: Beams
 
 
-@lru_cache(maxsize=4)  # one pulse is received in all pings
+@lru_cache(maxsize=4)  # all pings have the same pulse
 def half_bandwidth(pulse: ReceivedPulse) -> float:
-    """Half the width about the carrier that holds the received pulse's energy, but for `ENERGY` of it [Hz]."""
+    """Half the width of the band about the carrier with all of the pulse but `MAX_OUT_OF_BAND_ENERGY` [Hz]."""
     edge = pulse.receiver.sample_rate / 2
     offset = (np.arange(_POINTS) + 0.5) / _POINTS * edge
     energy = sum(np.abs(pulse.spectrum(sign * offset)) ** 2 for sign in (1, -1))
-    held = np.cumsum(energy)
-    return float(offset[int(np.searchsorted(held, (1 - ENERGY) * held[-1]))])
+    cumulative = np.cumsum(energy)
+    return float(offset[int(np.searchsorted(cumulative, (1 - MAX_OUT_OF_BAND_ENERGY) * cumulative[-1]))])
 
 
 def band_nodes(pulse: ReceivedPulse, count: int) -> Floats:
-    """Offsets from the carrier of the nodes [Hz], increasing, shape (count,).
+    """Offsets of the nodes from the carrier [Hz], increasing, shape (count,).
 
     Args:
         pulse: Pulse as received.
-        count: Number of nodes; one is the carrier.
+        count: Number of nodes; 1: the carrier alone.
     """
     return -half_bandwidth(pulse) * np.cos((np.arange(count) + 0.5) * np.pi / count) if count > 1 else np.zeros(1)
 
 
-def node_count(phase: float, error: float, most: int) -> int:
-    """Number of Chebyshev nodes on -1..1 for exp(j phase x); `most` where that is not enough.
+def node_count(phase: float, error: float, max_count: int) -> int:
+    """Number of Chebyshev nodes on -1..1 that interpolate exp(j phase x) within an error, at most `max_count`.
 
     Args:
         phase: Largest phase [rad].
         error: Largest error of the interpolation [1].
-        most: Largest number.
+        max_count: Largest number.
     """
-    count, half = 1, math.log(max(phase / 2, 1e-300))
-    while count < most and math.log(2) + count * half - math.lgamma(count + 1) > math.log(error):
+    count, log_half_phase = 1, math.log(max(phase / 2, 1e-300))
+    while count < max_count and math.log(2) + count * log_half_phase - math.lgamma(count + 1) > math.log(error):
         count += 1
     return count
 
 
 def barycentric_weights(node: Floats) -> Floats:
-    """One over the product of each node's distances from the others: Lagrange's polynomials, shape (nodes,).
+    """Barycentric weights of Lagrange's polynomials: one over the product of each node's distances from the others.
 
     Args:
         node: The nodes, none twice, shape (nodes,).
@@ -79,13 +79,13 @@ def barycentric_weights(node: Floats) -> Floats:
 
 
 def lagrange_weights(node: Floats, offset: Floats, low: float = -np.inf, high: float = np.inf) -> Floats:
-    """Weight of the value at each node elsewhere: Lagrange's polynomials [1], shape (nodes, n).
+    """Lagrange's polynomials [1], shape (nodes, n): weights of the values at the nodes in those at other offsets.
 
     Args:
         node: The nodes, shape (nodes,).
         offset: Frequency offsets of the weights [Hz], shape (n,).
-        low: Offset below which the polynomials stay as they are there [Hz].
-        high: Offset above which the polynomials stay as they are there [Hz].
+        low: Offset below which the polynomials are constant [Hz].
+        high: Offset above which the polynomials are constant [Hz].
     """
     scale = 2.0 ** np.ceil(np.log2(np.abs(node).max() or 1.0))  # products of many frequencies would overflow
     node, x = node / scale, np.clip(offset, low, high) / scale

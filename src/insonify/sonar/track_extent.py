@@ -1,7 +1,7 @@
 """Extent of a sonar's whole track, from which sampling densities follow.
 
-A position keeps its scatterers in every ping only where the fineness of their grid follows from the whole
-track. What matters is how near and how far the sonar ever gets, and how high above a boundary it ever is.
+A position has the same scatterers in every ping only if the pitch of their grid follows from the whole track: from the
+least and the greatest distance of the sonar, and from its least and greatest height above a boundary.
 """
 
 from dataclasses import dataclass
@@ -16,10 +16,10 @@ from insonify.sonar.track.poses import Poses
 
 Floats = NDArray[np.float64]
 
-STRAIGHT = 1e-6
-"""Deviation from a straight line up to which a track is treated as straight [m]."""
-ROUGHLY = 1.0
-"""Distance by which a bending track may differ from the polyline that stands for it [m]."""
+STRAIGHTNESS_TOLERANCE = 1e-6
+"""Largest deviation from a straight line of a track that is treated as straight [m]."""
+POLYLINE_TOLERANCE = 1.0
+"""Largest distance between a curved track and the polyline that represents it [m]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,24 +33,24 @@ class TrackExtent:
     polyline_error: float
     """Largest distance between the track and its polyline [m]; 0 for a straight one."""
     depths: tuple[float, float]
-    """Least and greatest depth of the ends on the platform [m]."""
+    """Least and greatest depth of the arrays on the platform [m]."""
 
     def nearest_segments(self, position: Floats, max_distance: float) -> Floats:
-        """The runs of the polyline that may be the nearest to points about a position.
+        """Segments of the polyline that may be the nearest to any point within a distance of a position.
 
         Args:
             position: North and east of the position, such as that of the sonar at one ping [m], shape (2,).
-            max_distance: Distance of the farthest point from it [m].
+            max_distance: Distance of the farthest point from the position [m].
 
         Returns:
-            Both ends of every run that may be the nearest to such a point [m], shape (runs, 2, 2).
+            Both ends of each of these segments [m], shape (segments, 2, 2).
         """
-        runs = np.stack([self.corners[:-1], self.corners[1:]], axis=1)
-        if len(runs) == 1:
-            return runs
-        # A point is no farther from the nearest run than by way of the position and the run that is nearest to that.
-        away = distance_to_segments(position[None], runs, each=True)[0]
-        return runs[away <= 2 * max_distance + away.min()]
+        segments = np.stack([self.corners[:-1], self.corners[1:]], axis=1)
+        if len(segments) == 1:
+            return segments
+        # triangle inequality: from the position, a point's nearest segment is at most this far
+        distance = distance_to_segments(position[None], segments, each=True)[0]
+        return segments[distance <= 2 * max_distance + distance.min()]
 
 
 Ends = tuple[Literal["transmit", "receive"], ...]
@@ -62,87 +62,87 @@ def track_extent(sonar: Sonar, poses: Poses, *, ends: Ends = ("transmit", "recei
     Args:
         sonar: The sonar, of one side or both.
         poses: True poses of its platform.
-        ends: Ends on the platform; their order does not matter.
+        ends: Arrays on the platform, in any order.
     """
     depth = np.concatenate(
         [poses.offset_positions(getattr(side, end).offset)[:, 2] for side in sonar.side_sonars for end in ends]
     )
-    corners, wander = simplified_polyline(poses.position[:, :2])
-    return TrackExtent(corners, _hull(corners), wander, (float(depth.min()), float(depth.max())))
+    corners, polyline_error = simplified_polyline(poses.position[:, :2])
+    return TrackExtent(corners, _hull(corners), polyline_error, (float(depth.min()), float(depth.max())))
 
 
 def simplified_polyline(positions: Floats) -> tuple[Floats, float]:
-    """A polyline of few corners that follows a row of positions.
+    """Polyline of few corners that follows a sequence of positions, by the algorithm of Douglas and Peucker.
 
     Args:
         positions: North and east [m], shape (n, 2).
 
     Returns:
-        Corners, some of the positions with the first and the last among them [m], shape (m, 2), m at least 2; and the
-        largest distance of any position from them [m], 0 where the row is straight.
+        Corners, a subset of the positions that includes the first and the last [m], shape (m, 2), m at least 2; and
+        the largest distance of any position from the polyline [m], 0 for a straight sequence.
 
     Source: Douglas & Peucker (1973), Cartographica 10(2), 112-122.
     """
     ends = positions[[0, -1]]
-    away, _ = _farthest(positions, 0, len(positions) - 1)
-    if away <= STRAIGHT:
+    distance, _ = _farthest_position(positions, 0, len(positions) - 1)
+    if distance <= STRAIGHTNESS_TOLERANCE:
         return ends, 0.0
-    kept, largest = {0, len(positions) - 1}, 0.0
-    open_runs = [(0, len(positions) - 1)]
-    while open_runs:
-        first, last = open_runs.pop()
-        away, row = _farthest(positions, first, last)
-        if away > ROUGHLY:
-            kept.add(row)
-            open_runs += [(first, row), (row, last)]
+    corners, largest = {0, len(positions) - 1}, 0.0
+    open_segments = [(0, len(positions) - 1)]
+    while open_segments:
+        first, last = open_segments.pop()
+        distance, row = _farthest_position(positions, first, last)
+        if distance > POLYLINE_TOLERANCE:
+            corners.add(row)
+            open_segments += [(first, row), (row, last)]
         else:
-            largest = max(largest, away)
-    return positions[sorted(kept)], largest
+            largest = max(largest, distance)
+    return positions[sorted(corners)], largest
 
 
 def _hull(corners: Floats) -> Floats:
-    """The corners of the convex hull of some positions; of two positions both.
+    """Corners of the convex hull of positions (n, 2) [m], shape (m, 2); two positions are their own hull.
 
     Source: monotone chain, Andrew (1979), Information Processing Letters 9(5), 216-219.
     """
     if len(corners) <= 2:
         return corners
-    order = np.unique(corners, axis=0)
+    sorted_corners = np.unique(corners, axis=0)
     chain: list[Floats] = []
-    for row in (order, order[::-1]):
-        side: list[Floats] = []
-        for position in row:
-            while len(side) > 1 and _turn(side[-2], side[-1], position) <= 0:
-                side.pop()
-            side.append(position)
-        chain += side[:-1]
-    return np.array(chain) if chain else order
+    for sequence in (sorted_corners, sorted_corners[::-1]):
+        half_chain: list[Floats] = []
+        for position in sequence:
+            while len(half_chain) > 1 and _signed_area(half_chain[-2], half_chain[-1], position) <= 0:
+                half_chain.pop()
+            half_chain.append(position)
+        chain += half_chain[:-1]
+    return np.array(chain) if chain else sorted_corners
 
 
-def _turn(a: Floats, b: Floats, c: Floats) -> float:
-    """Twice the area of a triangle, negative where its corners turn clockwise [m^2]."""
+def _signed_area(a: Floats, b: Floats, c: Floats) -> float:
+    """Twice the signed area of a triangle, negative for corners in clockwise order [m^2]."""
     return float((b[0] - a[0]) * (c[1] - b[1]) - (b[1] - a[1]) * (c[0] - b[0]))
 
 
-def _farthest(positions: Floats, first: int, last: int) -> tuple[float, int]:
-    """Distance and row of the position farthest from the run between two others; 0 where there is none between."""
+def _farthest_position(positions: Floats, first: int, last: int) -> tuple[float, int]:
+    """Distance [m] and row of the farthest position between two rows from the segment that joins these; 0 for none."""
     if last - first < 2:
         return 0.0, first
-    away = distance_to_segments(positions[first + 1 : last], positions[None, [first, last]])
-    row = int(np.argmax(away))
-    return float(away[row]), first + 1 + row
+    distance = distance_to_segments(positions[first + 1 : last], positions[None, [first, last]])
+    row = int(np.argmax(distance))
+    return float(distance[row]), first + 1 + row
 
 
 def distance_to_segments(position: Floats, segments: Floats, *, each: bool = False) -> Floats:
-    """Distance of positions from the nearest of some straight runs.
+    """Distance of positions from the nearest of some straight segments.
 
     Args:
         position: Coordinates in a plane [m], shape (n, 2).
-        segments: Both ends of each run [m], shape (runs, 2, 2).
-        each: True to return the distance from each run.
+        segments: Both ends of each segment [m], shape (segments, 2, 2).
+        each: True to return the distance from each segment.
 
     Returns:
-        Distances [m], shape (n,), or (n, runs) of each.
+        Distances [m], shape (n,), or (n, segments) from each segment.
     """
     if each:
         return np.stack([_distance_to_segment(position, *ends) for ends in segments], axis=-1)
@@ -152,7 +152,10 @@ def distance_to_segments(position: Floats, segments: Floats, *, each: bool = Fal
 
 
 def _distance_to_segment(position: Floats, start: Floats, stop: Floats) -> Floats:
+    """Distance of positions (n, 2) from the segment between two points (2,) [m], shape (n,)."""
     along = stop - start
-    square = float(along @ along)
-    part = np.clip((position - start) @ along / square, 0, 1) if square > 0 else np.zeros(len(position))
-    return np.asarray(np.linalg.norm(position - start - part[:, None] * along, axis=-1))
+    length_squared = float(along @ along)
+    fraction = (
+        np.clip((position - start) @ along / length_squared, 0, 1) if length_squared > 0 else np.zeros(len(position))
+    )
+    return np.asarray(np.linalg.norm(position - start - fraction[:, None] * along, axis=-1))

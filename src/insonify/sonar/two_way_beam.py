@@ -1,6 +1,6 @@
-"""Widths of a sonar's two-way beam: as energy, and between half-power points.
+"""Energy width of a sonar's two-way beam, and its width and height between half-power points.
 
-Both are taken in the array's plane of boresight and right, about the steered axis.
+Widths are measured in the array's plane of boresight and right, about the steered axis.
 """
 
 from collections.abc import Callable
@@ -13,8 +13,8 @@ from insonify.sonar.beam import POINTS_PER_LOBE, Beams
 
 Floats = NDArray[np.float64]
 
-WIDEST = 1.0
-"""Width given for beams that do not fall to half power, such as an omnidirectional one [rad]."""
+MAX_WIDTH = 1.0
+"""Width returned for beams that do not fall to half power, such as an omnidirectional one [rad]."""
 FIRST_SAMPLES = 64
 """Samples on each side of a beam's axis that are evaluated first: narrow beams fall to half power within them."""
 NODES = 16
@@ -38,7 +38,9 @@ def two_way_footprint(transmit: Beams, receive: Beams, *, within: float = np.pi)
 
     Source: integral of sinc^4 = 2 / 3; Urick (1983), Principles of Underwater Sound, ch. 8.
     """
-    panels = max(4, int(np.ceil(2 * within * _wavelengths(transmit, receive) / 4)) * 4)  # an edge where baffles end
+    panels = max(
+        4, int(np.ceil(2 * within * _aperture_wavelengths(transmit, receive) / 4)) * 4
+    )  # an edge where baffles end
     node, weight = np.polynomial.legendre.leggauss(NODES)
     edges = np.linspace(-within, within, panels + 1)
     span = np.diff(edges)[:, None] / 2
@@ -54,7 +56,7 @@ def two_way_width(transmit: Beams, receive: Beams) -> float:
         transmit: Transmit beams, one or as many as receive.
         receive: Receive beams, one or as many as transmit.
     """
-    return _cached(_measured_width, transmit, receive)
+    return _cached_extent(_min_width, transmit, receive)
 
 
 def two_way_height(transmit: Beams, receive: Beams) -> float:
@@ -64,69 +66,73 @@ def two_way_height(transmit: Beams, receive: Beams) -> float:
         transmit: Transmit beams, one or as many as receive.
         receive: Receive beams, one or as many as transmit.
     """
-    return _cached(_measured_height, transmit, receive)
+    return _cached_extent(_min_height, transmit, receive)
 
 
-def _measured_height(transmit: Beams, receive: Beams) -> float:
+def _min_height(transmit: Beams, receive: Beams) -> float:
     """Full height of the lowest two-way beam [rad]."""
     step, heights = 1e-3, []
-    away = np.arange(0, WIDEST, step)
+    angle = np.arange(0, MAX_WIDTH, step)
     for channel in range(max(transmit.channel_count, receive.channel_count)):
         ends = [end.single_beam(channel).rotated(np.eye(3)) for end in (transmit, receive)]
         right, down = max(ends, key=lambda end: float(end.per_unit[1])).steer[0]
         axis = float(np.arcsin(np.clip(down, -1, 1)))
-        turn = float(np.arctan2(right, np.sqrt(max(1 - right**2 - down**2, 0.0))))
+        azimuth = float(np.arctan2(right, np.sqrt(max(1 - right**2 - down**2, 0.0))))
         height = 0.0
         for side in (-1, 1):
-            up = axis + side * away
-            direction = np.stack([np.cos(up) * np.cos(turn), np.cos(up) * np.sin(turn), np.sin(up)], axis=-1)
-            height += _half_power(((ends[0].gain(direction) * ends[1].gain(direction)) ** 2)[0]) * step
-        heights.append(min(height, WIDEST))
+            elevation = axis + side * angle
+            direction = np.stack(
+                [np.cos(elevation) * np.cos(azimuth), np.cos(elevation) * np.sin(azimuth), np.sin(elevation)], axis=-1
+            )
+            height += _half_power_steps(((ends[0].gain(direction) * ends[1].gain(direction)) ** 2)[0]) * step
+        heights.append(min(height, MAX_WIDTH))
     return min(heights)
 
 
-def _cached(measured: Callable[[Beams, Beams], float], transmit: Beams, receive: Beams) -> float:
-    """Extent of the two-way beams, measured once: in their own frame it is the same at every ping."""
-    key = measured, transmit.pattern_key, receive.pattern_key
-    return _EXTENTS.get(key, lambda: measured(transmit, receive))
+def _cached_extent(measure: Callable[[Beams, Beams], float], transmit: Beams, receive: Beams) -> float:
+    """Width or height of the two-way beams by `measure` [rad], cached: it does not depend on the array's attitude."""
+    key = measure, transmit.pattern_key, receive.pattern_key
+    return _EXTENTS.get(key, lambda: measure(transmit, receive))
 
 
 _EXTENTS: RecentResults[float] = RecentResults(64)
 
 
-def _measured_width(transmit: Beams, receive: Beams) -> float:
+def _min_width(transmit: Beams, receive: Beams) -> float:
     """Full width of the narrowest two-way beam [rad]."""
     channels = range(max(transmit.channel_count, receive.channel_count))
-    return min(WIDEST, *(_beam_width(transmit.single_beam(one), receive.single_beam(one)) for one in channels))
+    return min(
+        MAX_WIDTH, *(_beam_width(transmit.single_beam(channel), receive.single_beam(channel)) for channel in channels)
+    )
 
 
 def _beam_width(transmit: Beams, receive: Beams) -> float:
     """Full width of one two-way beam [rad], measured outwards from the axis of the narrower end."""
     narrower = max(transmit, receive, key=lambda end: float(end.per_unit[0]))
     axis = float(np.arcsin(np.clip(narrower.steer[0, 0], -1, 1)))
-    step = 1 / (2 * POINTS_PER_LOBE * _wavelengths(transmit, receive))
-    away = np.arange(0, WIDEST, step)
+    step = 1 / (2 * POINTS_PER_LOBE * _aperture_wavelengths(transmit, receive))
+    angle = np.arange(0, MAX_WIDTH, step)
     transmit, receive = transmit.rotated(np.eye(3)), receive.rotated(np.eye(3))
-    for part in (away[:FIRST_SAMPLES], away):  # of a narrow beam the first are enough
-        left, right = _power(transmit, receive, axis + np.concatenate([-part, part]))[0].reshape(2, -1)
+    for angles in (angle[:FIRST_SAMPLES], angle):  # of a narrow beam the first are enough
+        left, right = _power(transmit, receive, axis + np.concatenate([-angles, angles]))[0].reshape(2, -1)
         if left.min() < left[0] / 2 and right.min() < right[0] / 2:
             break
-    return (_half_power(left) + _half_power(right)) * step
+    return (_half_power_steps(left) + _half_power_steps(right)) * step
 
 
-def _wavelengths(transmit: Beams, receive: Beams) -> float:
-    """Larger of the two apertures in wavelengths, at least one: how fast the patterns change with direction."""
+def _aperture_wavelengths(transmit: Beams, receive: Beams) -> float:
+    """Larger of the two apertures [wavelengths], at least one: the rate at which patterns vary with direction."""
     return float(max(transmit.per_unit[0], receive.per_unit[0], POINTS_PER_LOBE)) / POINTS_PER_LOBE
 
 
 def _power(transmit: Beams, receive: Beams, azimuth: Floats) -> Floats:
-    """Two-way power in the horizontal plane, shape (channels, n)."""
+    """Two-way power gain in the array's plane of boresight and right at azimuths [rad] (n,) [1], (channels, n)."""
     plane = np.stack([np.cos(azimuth), np.sin(azimuth), np.zeros_like(azimuth)], axis=-1)
     return np.asarray((transmit.gain(plane) * receive.gain(plane)) ** 2)
 
 
-def _half_power(power: Floats) -> float:
-    """Steps from the axis to where power first falls below half of its axial value, between samples."""
+def _half_power_steps(power: Floats) -> float:
+    """Steps from the axis to the first point of half the axial power, interpolated between samples [1]."""
     below = np.flatnonzero(power < power[0] / 2)
     if below.size == 0:
         return float(len(power))

@@ -14,7 +14,7 @@ from insonify.scenario.scenario import Scenario
 from insonify.sonar.aperture import pattern
 from insonify.sonar.array import LineArray, PlanarArray
 from insonify.sonar.beam import Beams, beams
-from insonify.sonar.hydrophones import element_layout, one_element
+from insonify.sonar.hydrophones import element_layout, single_element
 from insonify.sonar.sonar import Sonar, receiver_mounting
 from insonify.units import level_db
 
@@ -110,7 +110,7 @@ def swath_fan(scenario: Scenario, position: Floats, angle: Floats) -> Fan:
     nadir, ray = _across(sonar)
     elements: Floats = np.ones((1, nadir.size))
     if isinstance(sonar.receive, LineArray | PlanarArray):
-        elements = beams(one_element(sonar.receive), sonar.pulse.frequency, speed).gain(ray @ mounting_rotation(
+        elements = beams(single_element(sonar.receive), sonar.pulse.frequency, speed).gain(ray @ mounting_rotation(
             *_faces(sonar)).T)  # fmt: skip
     return Fan(
         "", slice(None), np.eye(3), position, np.stack([np.zeros(count), np.sin(angle), np.cos(angle)], axis=1),

@@ -18,7 +18,7 @@ from insonify.scenario.scenario import Scenario
 from insonify.scene.target import PointTarget
 from insonify.sonar.aperture import pattern, shading_weight
 from insonify.sonar.beam import beams
-from insonify.sonar.hydrophones import element_layout, one_element
+from insonify.sonar.hydrophones import element_layout, single_element
 from insonify.units import level_db
 
 Floats = NDArray[np.float64]
@@ -87,7 +87,7 @@ def field_of_view(scenario: Scenario) -> tuple[float, float]:
     sonar, speed = scenario.sonar, scenario.water.sound_speed
     bearing = np.linspace(-WIDEST, WIDEST, 1601)
     transmit = beams(sonar.beam_arrays[0], sonar.pulse.frequency, speed)
-    receive = beams(one_element(sonar.receive), sonar.pulse.frequency, speed)
+    receive = beams(single_element(sonar.receive), sonar.pulse.frequency, speed)
     orientations = np.unique(element_layout(sonar.receive)[1])
     gain = np.abs(transmit.gain(_ahead(bearing))).max(axis=0)
     gain *= np.max([np.abs(receive.gain(_ahead(bearing - angle))).max(axis=0) for angle in orientations], axis=0)

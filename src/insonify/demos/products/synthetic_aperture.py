@@ -24,7 +24,7 @@ from insonify.processing.synthetic_aperture import along_track_resolution, backp
 from insonify.scenario.scenario import Scenario
 from insonify.scene.solid import height
 from insonify.scene.target import PointTarget
-from insonify.sonar.hydrophones import one_element
+from insonify.sonar.hydrophones import single_element
 from insonify.units import level_db
 
 Floats = NDArray[np.float64]
@@ -146,7 +146,7 @@ def cells(scenario: Scenario) -> tuple[float, float]:
 
 def lengths(scenario: Scenario) -> tuple[float, float]:
     """Length along the track of the transmitter, and of one element [m]; 0 for points."""
-    ends = (scenario.sonar.transmit, one_element(scenario.sonar.receive))
+    ends = (scenario.sonar.transmit, single_element(scenario.sonar.receive))
     transmit, receive = (float(getattr(end, "width", getattr(end, "length", 0.0))) for end in ends)
     return transmit, receive
 

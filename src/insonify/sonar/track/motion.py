@@ -1,13 +1,12 @@
 """Random motion that waves and steering add to a platform's track, in six degrees of freedom.
 
-Each degree of freedom is a stationary random function with a spectrum: a sum of waves of equal energy, whose
-frequencies divide the spectrum into equal shares and whose phases are drawn. Its mean square over an ensemble of
-seeds is exactly the one given; that over one run comes near it as the run gets long. A wave
-belongs to the seed, the degree of freedom and its number, so a ping has the same pose in every run.
+Each degree of freedom is a stationary random function with a spectrum: a sum of waves of equal energy and random phase,
+one frequency from each of as many parts of equal energy of the spectrum. Its mean square over an ensemble of seeds is
+exactly the given one; that over one run converges to it as the run gets long. The random numbers of a wave depend on
+the seed, the degree of freedom and the wave's number alone, so a ping has the same pose in every run.
 
-The spectrum is a bell about one period, or a table of one's own. The bell is a convention of this
-file: half of its energy lies on either side of the period, and it falls as the fifth power of frequency
-far above, as that of wind waves does.
+The spectrum is a bell about one period, or a given table. The bell is a convention of this file: half of its energy
+lies on either side of the period, and far above it falls as the fifth power of frequency, as that of wind waves.
 Source: sums of waves with random phases, Rice (1944), Bell Syst. Tech. J. 23(3), 282-332.
 """
 
@@ -24,19 +23,19 @@ Floats = NDArray[np.float64]
 
 WAVES = 96
 """Waves in each degree of freedom [1]: kurtosis 3 - 1.5 / 96, so heights are practically Gaussian."""
-_GRID = 8192  # points on which a spectrum is integrated
-_SPAN = 30.0  # lowest and highest frequency of a bell, below and above its middle
+_DENSITY_POINTS = 8192  # points on which a spectrum is integrated
+_FREQUENCY_RATIO = 30.0  # highest frequency of a bell over its middle one, and middle over lowest
 
 
 class MotionSpectrum(Model):
     """Spectrum of a random motion: distribution of its energy over frequencies."""
 
     period: Seconds | None = Field(default=None, gt=0, le=1e5)
-    """Period about which the platform moves: half of the energy is faster [s]; None: a `spectrum` is given."""
+    """Median period: half of the energy is at shorter periods [s]; None: a `spectrum` is given."""
     bandwidth: Annotated[float, Field(gt=0, le=1)] = 0.15
-    """Width of the bell as a part of its frequency: about half of the energy lies within it [1]."""
+    """Width of the bell relative to its frequency: about half of the energy lies within it [1]."""
     spectrum: tuple[tuple[Hertz, float], ...] | None = None
-    """Rows of frequency [Hz] and relative spectral density [1], straight lines between them, nothing outside."""
+    """Rows of frequency [Hz] and relative spectral density [1], linear between the rows, 0 outside."""
 
     @model_validator(mode="after")
     def _check_spectrum(self) -> Self:
@@ -61,23 +60,23 @@ class MotionSpectrum(Model):
         return self
 
     def frequencies(self, share: Floats) -> Floats:
-        """Quantiles of the spectrum: frequencies below which given shares of the energy lie [Hz], shape of `share`.
+        """Quantiles of the spectrum: frequencies below which given fractions of the energy lie [Hz], shape of `share`.
 
         Args:
-            share: Share of the energy, between 0 and 1, any shape.
+            share: Fraction of the energy, 0 to 1, any shape.
         """
         frequency, density = self._density()
         step = np.diff(frequency)
-        below = np.concatenate([[0.0], np.cumsum(step * (density[1:] + density[:-1]) / 2)])
-        return np.interp(share, below / below[-1], frequency)
+        cumulative = np.concatenate([[0.0], np.cumsum(step * (density[1:] + density[:-1]) / 2)])
+        return np.interp(share, cumulative / cumulative[-1], frequency)
 
     def _density(self) -> tuple[Floats, Floats]:
-        """Frequencies [Hz] and relative densities [1], fine enough to be integrated by trapezia."""
+        """Frequencies [Hz] and relative densities [1], dense enough for the trapezoidal rule, shape (n,) each."""
         if self.spectrum is not None:
             row = np.array(self.spectrum, dtype=float)
-            frequency = np.unique(np.concatenate([row[:, 0], np.linspace(row[0, 0], row[-1, 0], _GRID)]))
+            frequency = np.unique(np.concatenate([row[:, 0], np.linspace(row[0, 0], row[-1, 0], _DENSITY_POINTS)]))
             return frequency, np.interp(frequency, *row.T)
-        ratio = np.geomspace(1 / _SPAN, _SPAN, _GRID)
+        ratio = np.geomspace(1 / _FREQUENCY_RATIO, _FREQUENCY_RATIO, _DENSITY_POINTS)
         resonance = ratio**2 / ((1 - ratio**2) ** 2 + (2 * self.bandwidth * ratio) ** 2)
         density = resonance**2 / ratio
         return ratio / (self.period or 1.0), density
@@ -98,24 +97,24 @@ class RandomRotation(MotionSpectrum):
 
 
 class Motion(Model):
-    """Motion that is added to the true poses: none where left out."""
+    """Random motion that is added to the planned poses; by default none."""
 
     surge: RandomTranslation = RandomTranslation()
-    """Ahead along the heading [m]."""
+    """Displacement forward along the heading [m]."""
     sway: RandomTranslation = RandomTranslation()
-    """Horizontal, to starboard [m]."""
+    """Horizontal displacement to starboard [m]."""
     heave: RandomTranslation = RandomTranslation()
-    """Down [m]."""
+    """Displacement down [m]."""
     yaw: RandomRotation = RandomRotation()
-    """Added to the heading [rad]."""
+    """Rotation added to the heading [rad]."""
     pitch: RandomRotation = RandomRotation()
-    """Bow up [rad]."""
+    """Rotation bow up [rad]."""
     roll: RandomRotation = RandomRotation()
-    """Starboard down [rad]."""
+    """Rotation starboard down [rad]."""
 
     @property
     def is_still(self) -> bool:
-        """True where nothing moves."""
+        """True if no degree of freedom moves."""
         return not any(getattr(self, name).rms for name in DEGREES_OF_FREEDOM)
 
 
@@ -134,10 +133,10 @@ def displacement(motion: Motion, time: Floats, seed: int) -> dict[str, Floats]:
     Returns:
         Displacement in each degree of freedom, translations [m] and rotations [rad], each of shape (n,), by name.
     """
-    return {name: _waves(getattr(motion, name), time, seed, row) for row, name in enumerate(DEGREES_OF_FREEDOM)}
+    return {name: _sum_of_waves(getattr(motion, name), time, seed, row) for row, name in enumerate(DEGREES_OF_FREEDOM)}
 
 
-def _waves(motion: RandomTranslation | RandomRotation, time: Floats, seed: int, row: int) -> Floats:
+def _sum_of_waves(motion: RandomTranslation | RandomRotation, time: Floats, seed: int, row: int) -> Floats:
     """Random function of one degree of freedom: a sum of waves, one from each of `WAVES` equal shares of the spectrum.
 
     Args:
@@ -153,8 +152,8 @@ def _waves(motion: RandomTranslation | RandomRotation, time: Floats, seed: int, 
     if motion.rms == 0:
         return total
     number = np.arange(WAVES)
-    draw = random_keys.uniforms(seed, random_keys.MOTION, number, row)
-    frequency = motion.frequencies((number + draw[:, 0]) / WAVES)
-    for f, phase in zip(frequency, draw[:, 1], strict=True):
+    uniforms = random_keys.uniforms(seed, random_keys.MOTION, number, row)
+    frequency = motion.frequencies((number + uniforms[:, 0]) / WAVES)
+    for f, phase in zip(frequency, uniforms[:, 1], strict=True):
         total += np.cos(2 * np.pi * (f * time + phase))
     return np.asarray(motion.rms * np.sqrt(2 / WAVES) * total)

@@ -22,14 +22,14 @@ MIN_GAP = 1.0
 
 
 class NavigationTrack(PingSchedule):
-    """Track from a navigation log; positions and angles are interpolated linearly between its rows."""
+    """Track from a navigation log, with linear interpolation of positions and angles between its rows."""
 
     kind: Literal["navigation"] = "navigation"
     file: DataFile
     """Table of comma-separated values with a header: time, north and east (or latitude and longitude), depth,
-    heading, and where it has them pitch and roll. Beside the scenario file, or with its path."""
+    heading, optionally pitch and roll. Path relative to the scenario file's folder, or absolute."""
     sha256: str = ""
-    """Digest of the file; filled in when it is read, so that a recording identifies its navigation log."""
+    """SHA-256 digest of the file, filled in when it is read, so that a recording identifies its navigation log."""
     origin: tuple[Annotated[float, Field(ge=-90, le=90)], Annotated[float, Field(ge=-360, le=360)]] | None = None
     """Latitude and longitude of north 0, east 0 [deg]; None: the first row. Only for logs in degrees."""
     start: Seconds = Field(default=0.0, ge=0, le=1e9)
@@ -37,8 +37,8 @@ class NavigationTrack(PingSchedule):
     pings: PingCount | None = None
     """Number of pings; None: as many as fit before the log ends."""
     longest_gap: Annotated[Seconds, Field(gt=0, le=1e9)] | None = None
-    """Longest pause between rows over which poses are interpolated [s]; None: ten of the log's usual steps, at
-    least 1 s."""
+    """Longest pause between rows over which poses are interpolated [s]; None: ten median steps of the log, at least
+    1 s."""
 
     @model_validator(mode="after")
     def _check_track(self) -> Self:
@@ -55,7 +55,7 @@ class NavigationTrack(PingSchedule):
         return self
 
     def log(self) -> NavigationLog:
-        """The rows of the log, as its file has them now.
+        """Content of the log's file.
 
         Raises:
             PydanticCustomError: The file cannot be read, or has changed.
@@ -80,23 +80,23 @@ class NavigationTrack(PingSchedule):
         return max(MIN_GAP, GAP_STEPS * float(np.median(np.diff(self.log().time))))
 
     def _max_pings(self, log: NavigationLog) -> int:
-        """Number of pings from the start on that the log lasts for."""
+        """Largest number of pings from the start to the end of the log."""
         return max_ping_count(float(log.time[-1]) - self.start, self.interval)
 
     def _require_log_coverage(self, log: NavigationLog) -> None:
         """Refuse pings in a gap of the log."""
         step = np.diff(log.time)
-        longest = self.longest_gap or self.default_longest_gap()
+        longest_gap = self.longest_gap or self.default_longest_gap()
         time = self.start + ping_times(self.ping_count, self.interval)
         row = np.clip(np.searchsorted(log.time, time, side="right") - 1, 0, len(step) - 1)
-        lost = np.flatnonzero((step[row] > longest) & (time > log.time[row]) & (time < log.time[row + 1]))
-        if lost.size:
-            ping, gap = int(lost[0]), int(row[lost[0]])
+        in_gap = np.flatnonzero((step[row] > longest_gap) & (time > log.time[row]) & (time < log.time[row + 1]))
+        if in_gap.size:
+            ping, gap = int(in_gap[0]), int(row[in_gap[0]])
             raise field_error(
                 "file", None, f"{self.file}, line {log.line[gap + 1]}: the log has a gap of {step[gap]:.4g} s before "
-                f"this line, and ping {ping} falls into it ({lost.size} ping{'s' * (lost.size > 1)} in gaps longer "
-                f"than {longest:.4g} s). End the track before it with `pings`, start after it with `start`, or allow "
-                "it with `longest_gap`.",
+                f"this line, and ping {ping} falls into it ({in_gap.size} ping{'s' * (in_gap.size > 1)} in gaps longer "
+                f"than {longest_gap:.4g} s). End the track before it with `pings`, start after it with `start`, or "
+                "allow it with `longest_gap`.",
             )  # fmt: skip
 
     @property
@@ -105,19 +105,21 @@ class NavigationTrack(PingSchedule):
         return self._max_pings(self.log()) if self.pings is None else self.pings
 
     def planned_poses(self, after: float = 0.0) -> Poses:
-        """Pose at a time `after` the start of each ping [s], without the motion that a scenario adds to the log."""
+        """Poses at a time `after` the start of each ping [s], without the motion that a scenario adds to the log."""
         log = self.log()
         time = ping_times(self.ping_count, self.interval) + after
-        when = np.minimum(self.start + time, log.time[-1])  # a rounding beyond the last row is on it
-        columns = [np.interp(when, log.time, column) for column in (*log.position.T, *log.attitude.T)]
+        log_time = np.minimum(self.start + time, log.time[-1])  # rounding may exceed the last row
+        columns = [np.interp(log_time, log.time, column) for column in (*log.position.T, *log.attitude.T)]
         if after > 0:  # a platform does not stop where its log ends
-            beyond = self.start + time - when
-            last = np.array([column[-1] - column[-2] for column in (*log.position.T, *log.attitude.T)])
-            columns = [c + beyond * rate for c, rate in zip(columns, last / (log.time[-1] - log.time[-2]), strict=True)]
+            overrun = self.start + time - log_time
+            last_step = np.array([column[-1] - column[-2] for column in (*log.position.T, *log.attitude.T)])
+            columns = [
+                c + overrun * rate for c, rate in zip(columns, last_step / (log.time[-1] - log.time[-2]), strict=True)
+            ]
         return Poses(time, np.stack(columns[:3], axis=-1), *columns[3:])
 
 
 @lru_cache(maxsize=4)
 def _read(file: str, digest: str, origin: tuple[float, float] | None) -> NavigationLog:
-    """The log in a file, cached by the digest of its content so that a changed file is read again."""
+    """Content of a log's file, cached by its digest, so that a changed file is read again."""
     return read_navigation(file, origin=origin)

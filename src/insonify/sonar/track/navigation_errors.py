@@ -1,7 +1,7 @@
-"""Logged navigation: what the navigation system writes down, which is not quite where the platform was.
+"""Errors of logged navigation: the difference between the poses that a navigation system logs and the true ones.
 
-An error is an offset, a rate that lets it grow, and noise: white, or with a memory (first-order Gauss-Markov:
-each value is the last one, faded, and something new). The recording keeps both, the truth and the log.
+An error is the sum of an offset, a drift and noise, which is white or a first-order Gauss-Markov process (each value is
+a decayed part of the one before and an independent innovation). A recording contains true and logged poses.
 """
 
 from typing import Annotated
@@ -15,7 +15,7 @@ from insonify.model import Metres, MetresPerSecond, Model, Radians, RadiansPerSe
 from insonify.sonar.track.poses import Poses
 
 Floats = NDArray[np.float64]
-Memory = Annotated[Seconds, Field(ge=0, le=1e7)]
+CorrelationTime = Annotated[Seconds, Field(ge=0, le=1e7)]
 
 
 class PositionError(Model):
@@ -27,7 +27,7 @@ class PositionError(Model):
     """Rate at which the error grows from the first ping on [m/s]."""
     noise: Annotated[Metres, Field(ge=0, le=1e5)] = 0.0
     """Root mean square of the noise [m]."""
-    correlation_time: Memory = 0.0
+    correlation_time: CorrelationTime = 0.0
     """Time in which the autocorrelation of the noise falls to 1/e [s]; 0: white noise."""
 
 
@@ -40,12 +40,12 @@ class AngleError(Model):
     """Rate at which the error grows from the first ping on [rad/s]."""
     noise: Annotated[Radians, Field(ge=0, le=7)] = 0.0
     """Root mean square of the noise [rad]."""
-    correlation_time: Memory = 0.0
+    correlation_time: CorrelationTime = 0.0
     """Time in which the autocorrelation of the noise falls to 1/e [s]; 0: white noise."""
 
 
 class NavigationErrors(Model):
-    """Errors of the navigation log: none where left out."""
+    """Errors of the navigation log; by default none."""
 
     north: PositionError = PositionError()
     east: PositionError = PositionError()
@@ -63,12 +63,12 @@ def logged_poses(errors: NavigationErrors, true: Poses, seed: int) -> Poses:
     """Poses that the navigation system logs.
 
     Args:
-        errors: Errors.
-        true: Where the platform was.
-        seed: Of the scenario.
+        errors: Errors of the navigation log.
+        true: True poses of the platform.
+        seed: Seed of the scenario.
 
     Returns:
-        Poses of the same pings; equal to the true ones, bit for bit, where nothing is wrong.
+        Poses of the same pings; bit-identical with the true ones where there are no errors.
     """
     step = float(true.time[1] - true.time[0]) if len(true) > 1 else 1.0  # the pings are evenly spaced
     return NavigationSystem(errors, step, seed).log(true)
@@ -78,44 +78,52 @@ class NavigationSystem:
     """Navigation system of one platform, which logs its pings in turn."""
 
     def __init__(self, errors: NavigationErrors, interval: float, seed: int) -> None:
-        """A system that has logged nothing yet.
+        """Create a navigation system before its first ping.
 
         Args:
-            errors: Errors.
-            interval: Time from ping to ping, in which its noise fades [s].
-            seed: Of the scenario.
+            errors: Errors of the navigation log.
+            interval: Time from ping to ping [s].
+            seed: Seed of the scenario.
         """
         self._errors, self._interval, self._seed = errors, interval, seed
-        self._logged = 0
-        self._faded = np.zeros(len(COLUMNS))
+        self._logged_count = 0
+        self._filter_state = np.zeros(len(COLUMNS))
 
     def log(self, true: Poses) -> Poses:
-        """Poses as logged, of the pings that follow those logged before.
+        """Logged poses of the next pings.
 
         Args:
-            true: Where the platform was.
+            true: True poses of the platform at these pings.
         """
-        wrong = [self._error(getattr(self._errors, name), true.time, row) for row, name in enumerate(COLUMNS)]
-        self._logged += len(true)
+        errors = [self._error(getattr(self._errors, name), true.time, row) for row, name in enumerate(COLUMNS)]
+        self._logged_count += len(true)
         return Poses(
-            time=true.time, position=true.position + np.stack(wrong[:3], axis=-1), heading=true.heading + wrong[3],
-            pitch=true.pitch + wrong[4], roll=true.roll + wrong[5],
+            time=true.time, position=true.position + np.stack(errors[:3], axis=-1), heading=true.heading + errors[3],
+            pitch=true.pitch + errors[4], roll=true.roll + errors[5],
         )  # fmt: skip
 
     def _error(self, error: PositionError | AngleError, time: Floats, row: int) -> Floats:
-        """Offset, growth and noise of one column at these pings, shape (pings,)."""
+        """Error of one column at some pings [m or rad], shape (pings,): offset, drift and noise.
+
+        Args:
+            error: Offset, drift and noise of the column.
+            time: Times of the pings [s], shape (pings,).
+            row: Number of the column in `COLUMNS`.
+        """
         from scipy.signal import lfilter
 
         total = np.asarray(error.offset + error.drift * time)
         if error.noise == 0:
             return total
-        draws = random_keys.complex_normals(self._seed, random_keys.NAVIGATION, 0, row, len(time), start=self._logged)
+        draws = random_keys.complex_normals(
+            self._seed, random_keys.NAVIGATION, 0, row, len(time), start=self._logged_count
+        )
         white = np.sqrt(2) * draws.real
-        # The first value of all is drawn from the process's own distribution.
-        kept = np.exp(-self._interval / error.correlation_time) if error.correlation_time > 0 else 0.0
-        new = np.sqrt(1 - kept**2) * white
-        if self._logged == 0:
-            new[0] = white[0]
-        noise, faded = lfilter([1.0], [1.0, -kept], new, zi=self._faded[row : row + 1])
-        self._faded[row] = faded[0]
+        # the first value has the stationary variance of the process
+        decay = np.exp(-self._interval / error.correlation_time) if error.correlation_time > 0 else 0.0
+        innovation = np.sqrt(1 - decay**2) * white
+        if self._logged_count == 0:
+            innovation[0] = white[0]
+        noise, filter_state = lfilter([1.0], [1.0, -decay], innovation, zi=self._filter_state[row : row + 1])
+        self._filter_state[row] = filter_state[0]
         return np.asarray(total + error.noise * noise)

@@ -15,7 +15,7 @@ from insonify.validity import PhysicsWarning
 MAX_WINDOW = 100.0
 """Latest stop of a recording [s]."""
 MAX_PINGS = 500_000
-"""More than any survey line has [1]."""
+"""Largest number of pings of a track [1]."""
 Coordinate = Annotated[Metres, Field(ge=-1e7, le=1e7)]
 Position = tuple[Coordinate, Coordinate, Coordinate]
 Floats = NDArray[np.float64]
@@ -38,12 +38,12 @@ class PingSchedule(Model):
     window: tuple[Seconds, Seconds] = (0.0, 0.24)
     """Start and stop of the recording after each transmission [s]."""
     motion: Motion = Motion()
-    """Waves in the platform's true position and attitude, about the path."""
+    """Random motion of the platform's true position and attitude about the path."""
     navigation_errors: NavigationErrors = NavigationErrors()
     """Errors of the logged navigation."""
     stop_and_hop: bool = False
-    """True: the platform stands still from each pulse to the end of its window. False: it moves on; pressures are
-    shifted in frequency, and pressures and expected intensities alike are received by beams that have moved."""
+    """True: the platform does not move from each pulse to the end of its window. False: it moves; pressures have
+    Doppler shifts, and the receive beams of pressures and expected intensities move during the window."""
 
     @property
     def ping_count(self) -> int:
@@ -88,7 +88,7 @@ class FixedHeading(Model):
 
 
 class FixedTilt(Model):
-    """Constant pitch and roll of a platform; waves in them are its motion."""
+    """Constant pitch and roll of a platform, to which its motion adds."""
 
     pitch: Radians = Field(default=0.0, ge=-np.pi / 2, le=np.pi / 2)
     """Bow up, positive [rad]."""
@@ -101,36 +101,36 @@ def ping_times(count: int, interval: float) -> Floats:
     return np.arange(count, dtype=np.float64) * interval
 
 
-def max_ping_count(longest: float, interval: float) -> int:
-    """Count the pings that fit into a time, the first at its start [1].
+def max_ping_count(duration: float, interval: float) -> int:
+    """Largest number of pings in a duration, the first at its start [1].
 
     Args:
-        longest: The time [s].
-        interval: From ping to ping [s].
+        duration: The duration [s].
+        interval: Time from ping to ping [s].
     """
-    # A path that is an even number of intervals long ends with a ping, whatever the rounding.
-    return int(np.floor(longest / interval * (1 + 1e-9) + 1e-9)) + 1
+    # a path of a whole number of intervals ends with a ping, whatever the rounding
+    return int(np.floor(duration / interval * (1 + 1e-9) + 1e-9)) + 1
 
 
-def checked_ping_count(requested: int | None, fit: int, path: str, **words: Any) -> int:
-    """The number of pings of a track that has an end.
+def checked_ping_count(requested: int | None, max_count: int, path: str, **words: Any) -> int:
+    """Number of pings of a track of limited length.
 
     Args:
-        requested: Number of pings requested; None: as many as fit.
-        fit: Pings that fit.
+        requested: Requested number of pings; None: `max_count`.
+        max_count: Largest number of pings on the track.
         path: Key of the requested number, for the message.
-        words: `end`: what the pings would run beyond.
+        words: `end`: description of the end of the track, for the message.
 
     Raises:
         PydanticCustomError: More pings than fit, or more than any track may have.
     """
-    if requested is None and fit > MAX_PINGS:
+    if requested is None and max_count > MAX_PINGS:
         raise field_error(
-            path, f"{fit}", f"pings would fit; {MAX_PINGS} is the most. Give a longer interval, or `pings`."
+            path, f"{max_count}", f"pings would fit; {MAX_PINGS} is the most. Give a longer interval, or `pings`."
         )
-    if requested is not None and requested > fit:
+    if requested is not None and requested > max_count:
         raise field_error(
             path, f"{requested}", f"pings run beyond {words['end']}, and nothing is extrapolated. "
-            f"Give {fit} or fewer, or null for all that fit, or a shorter interval.",
+            f"Give {max_count} or fewer, or null for all that fit, or a shorter interval.",
         )  # fmt: skip
-    return fit if requested is None else requested
+    return max_count if requested is None else requested

@@ -1,4 +1,4 @@
-"""Poses: where the platform is and how it leans, one row per ping."""
+"""Poses: position and attitude of the platform, one row per ping."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -27,7 +27,7 @@ class Poses:
     """Starboard down, positive [rad], shape (pings,)."""
 
     def __post_init__(self) -> None:
-        """Every column has a row per ping."""
+        """Refuse columns of unequal length."""
         for name in ("position", "heading", "pitch", "roll"):
             rows = len(getattr(self, name))
             if rows != len(self.time):
@@ -41,7 +41,7 @@ class Poses:
         """Poses of some of the pings.
 
         Args:
-            pings: Their numbers.
+            pings: Numbers of the pings.
         """
         return Poses(
             self.time[pings], self.position[pings], self.heading[pings], self.pitch[pings], self.roll[pings]
@@ -66,15 +66,15 @@ class Poses:
     @cached_property
     def rotations(self) -> Floats:
         """Rotation matrices of all pings [1], shape (pings, 3, 3), see `rotation`."""
-        turned = pose_rotation(self.heading, self.pitch, self.roll)
-        turned.flags.writeable = False  # every ping reads it
-        return turned
+        rotations = pose_rotation(self.heading, self.pitch, self.roll)
+        rotations.flags.writeable = False  # every ping reads it
+        return rotations
 
     def offset_depths(self, offset: tuple[float, float, float]) -> Floats:
         """Depth of a point that is fixed to the platform at every ping [m], shape (pings,).
 
         Args:
-            offset: Its position from the reference point: forward, starboard, down [m].
+            offset: Position of the point from the reference point: forward, starboard, down [m].
         """
         if not any(offset):
             return np.asarray(self.position[:, 2])
@@ -87,7 +87,7 @@ class Poses:
         """Positions of a point that is fixed to the platform.
 
         Args:
-            offset: Its position from the reference point: forward, starboard, down [m].
+            offset: Position of the point from the reference point: forward, starboard, down [m].
 
         Returns:
             North, east, down at every ping [m], shape (pings, 3).

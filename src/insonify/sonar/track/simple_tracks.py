@@ -1,4 +1,4 @@
-"""The plainest tracks: a platform that stays, and one that runs straight ahead."""
+"""Tracks of a platform that does not move, and of one that moves straight ahead."""
 
 from typing import Literal
 
@@ -11,11 +11,11 @@ from insonify.sonar.track.poses import Poses
 
 
 class StaticTrack(PingSchedule, FixedTilt, FixedHeading):
-    """A platform that stays where it is."""
+    """A platform that does not move."""
 
     kind: Literal["static"] = "static"
     position: Position
-    """Platform's reference point: north, east, depth [m]."""
+    """Position of the platform's reference point: north, east, depth [m]."""
     pings: PingCount = 1
     """Number of pings."""
 
@@ -28,7 +28,7 @@ class StaticTrack(PingSchedule, FixedTilt, FixedHeading):
         """Poses without the platform's motion, some time [s] after the start of each ping."""
         time = ping_times(self.pings, self.interval) + after
         position = np.tile(np.asarray(self.position, dtype=float), (self.pings, 1))
-        return Poses(time, position, *(np.full(self.pings, lean) for lean in (self.heading, self.pitch, self.roll)))
+        return Poses(time, position, *(np.full(self.pings, angle) for angle in (self.heading, self.pitch, self.roll)))
 
 
 class LineTrack(PingSchedule, FixedTilt, FixedHeading):
@@ -36,7 +36,7 @@ class LineTrack(PingSchedule, FixedTilt, FixedHeading):
 
     kind: Literal["line"] = "line"
     start: Position
-    """Reference point at the first ping: north, east, depth [m]."""
+    """Position of the reference point at the first ping: north, east, depth [m]."""
     speed: MetresPerSecond = Field(ge=0, le=100)
     """Speed along the heading [m/s]."""
     pings: PingCount = 1
@@ -52,4 +52,4 @@ class LineTrack(PingSchedule, FixedTilt, FixedHeading):
         time = ping_times(self.pings, self.interval) + after
         direction = np.array([np.cos(self.heading), np.sin(self.heading), 0.0])
         position = np.asarray(self.start) + self.speed * time[:, None] * direction
-        return Poses(time, position, *(np.full(self.pings, lean) for lean in (self.heading, self.pitch, self.roll)))
+        return Poses(time, position, *(np.full(self.pings, angle) for angle in (self.heading, self.pitch, self.roll)))

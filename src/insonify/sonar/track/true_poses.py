@@ -1,4 +1,4 @@
-"""The voyage: a track's planned path and the motion about it, as the true poses of every ping."""
+"""True poses of every ping: the planned path of a track and the platform's motion about it."""
 
 from dataclasses import replace
 
@@ -14,24 +14,24 @@ from insonify.sonar.track.waypoints import WaypointTrack
 def true_poses(
     track: StaticTrack | LineTrack | WaypointTrack | NavigationTrack, *, seed: int = 1, after: float = 0.0
 ) -> Poses:  # fmt: skip
-    """Every true pose of a track.
+    """True poses of a track at all pings.
 
     Args:
         track: The track.
-        seed: Seed of the scenario, for its motion. A track without motion does not use it.
-        after: How long after the start of each ping [s]; a path goes straight on from its end.
+        seed: Seed of the scenario, for the random motion.
+        after: Time after the start of each ping [s]; beyond its end a path continues straight.
 
     Returns:
-        One row per ping. Surge and sway are horizontal, along the planned heading.
+        One row per ping. Surge and sway are horizontal, along the planned heading and across it.
     """
     plan = track.planned_poses(after)
     if track.motion.is_still:
         return plan
-    moved = displacement(track.motion, plan.time, seed)
+    motion = displacement(track.motion, plan.time, seed)
     c, s = np.cos(plan.heading), np.sin(plan.heading)
-    surge, sway = moved["surge"], moved["sway"]
-    offset = np.stack([c * surge - s * sway, s * surge + c * sway, moved["heave"]], axis=-1)
+    surge, sway = motion["surge"], motion["sway"]
+    offset = np.stack([c * surge - s * sway, s * surge + c * sway, motion["heave"]], axis=-1)
     return replace(
-        plan, position=plan.position + offset, heading=plan.heading + moved["yaw"], pitch=plan.pitch + moved["pitch"],
-        roll=plan.roll + moved["roll"],
+        plan, position=plan.position + offset, heading=plan.heading + motion["yaw"], pitch=plan.pitch + motion["pitch"],
+        roll=plan.roll + motion["roll"],
     )  # fmt: skip

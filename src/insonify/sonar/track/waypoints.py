@@ -24,7 +24,7 @@ Floats = NDArray[np.float64]
 
 
 class WaypointTrack(PingSchedule, FixedTilt):
-    """A platform that runs from waypoint to waypoint at constant speed and faces where it goes."""
+    """A platform that moves from waypoint to waypoint at constant speed, heading along its path."""
 
     kind: Literal["waypoints"] = "waypoints"
     waypoints: tuple[Position, ...]
@@ -54,32 +54,32 @@ class WaypointTrack(PingSchedule, FixedTilt):
         except TurnRadiusError as fault:
             raise field_error(f"waypoints.{fault.waypoint}", None, _turning_advice(fault, self.turn_radius)) from None
         end = f"the last waypoint, {path.length.sum() / self.speed:.4g} s after the first"
-        checked_ping_count(self.pings, self._fit, "pings", end=end)
+        checked_ping_count(self.pings, self._max_pings, "pings", end=end)
         return self
 
     @property
     def _path(self) -> WaypointPath:
-        return _rounded(self.waypoints, self.turn_radius)
+        return _cached_path(self.waypoints, self.turn_radius)
 
     @property
-    def _fit(self) -> int:
+    def _max_pings(self) -> int:
         return max_ping_count(float(self._path.length.sum()) / self.speed, self.interval)
 
     @property
     def ping_count(self) -> int:
         """Number of pings."""
-        return self._fit if self.pings is None else self.pings
+        return self._max_pings if self.pings is None else self.pings
 
     def planned_poses(self, after: float = 0.0) -> Poses:
-        """Every pose, but for the platform's motion, some time [s] after the start of each ping."""
+        """Poses without the platform's motion, some time [s] after the start of each ping."""
         time = ping_times(self.ping_count, self.interval) + after
         position, heading = self._path.at(self.speed * time)
-        pitch, roll = (np.full(len(time), lean) for lean in (self.pitch, self.roll))
+        pitch, roll = (np.full(len(time), angle) for angle in (self.pitch, self.roll))
         return Poses(time, position, heading, pitch, roll)
 
 
 @lru_cache(maxsize=64)
-def _rounded(waypoints: tuple[Position, ...], radius: float) -> WaypointPath:
+def _cached_path(waypoints: tuple[Position, ...], radius: float) -> WaypointPath:
     return rounded_path(np.array(waypoints, dtype=float), radius)
 
 
