@@ -166,7 +166,7 @@ def test_the_map_is_the_ground() -> None:
     kept = TerrainMap(bed)
     tile = 2, -3
     (row,) = rows = kept.claim(np.array([tile]))
-    kept.draw(rows)
+    kept.synthesize(rows)
     node = np.arange(65)
     along, across = ((number * 64 + node) * kept.cell for number in tile)
     height, slope = bed.relief.resolved.sample_in_grid_axes(along[:, None], across[None, :])

@@ -69,7 +69,7 @@ def test_sorted_triangles_are_hit_where_each_of_them_is():
     """1000 rays at a ring and a sphere: nearest hit by the sorted boxes against the smallest over all triangles."""
     parts = [
         triangle_surfaces.torus(2.0, 0.4).transformed(np.eye(3), np.array([3.0, 0, 0])),
-        triangle_surfaces.sphere(1.5, around=24),
+        triangle_surfaces.sphere(1.5, steps=24),
     ]
     corners = np.concatenate([part.corners for part in parts])
     bodies = triangle_tree(corners, np.repeat([0, 1], [len(part.corners) for part in parts]))

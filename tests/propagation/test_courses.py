@@ -14,7 +14,7 @@ from insonify.propagation.local_planes import (
     paths_off_planes,
 )
 from insonify.scene.plane_fit_kernel import MAX_SAMPLES
-from insonify.scene.plane_fit_samples import FEW, PATTERN
+from insonify.scene.plane_fit_samples import COARSE_PATTERN, FINE_PATTERN
 from insonify.scene.seabed import Seabed
 
 SONAR = np.array([1.0, -2.0, 11.0])
@@ -160,7 +160,7 @@ def test_an_inclined_bed_is_its_own_plane(tmp_path):
 
 def test_the_samples_of_a_plane_weigh_as_a_disc():
     """Second moments of both patterns are those of the unit disc, a quarter; no more of them than there is room."""
-    for pattern in (PATTERN, FEW):
+    for pattern in (FINE_PATTERN, COARSE_PATTERN):
         samples = pattern[:-1]
         np.testing.assert_allclose(samples.T @ samples / len(samples), np.eye(2) / 4, atol=1e-12)
         assert len(samples) <= MAX_SAMPLES

@@ -5,7 +5,7 @@ import pytest
 
 from insonify.propagation.image_path_kernel import ImagePaths, TerrainFrame, paths_off_local_planes
 from insonify.propagation.local_planes import _PATTERNS
-from insonify.scene.plane_fit_samples import FEW, PATTERN
+from insonify.scene.plane_fit_samples import COARSE_PATTERN, FINE_PATTERN
 from oracles.maps import map_of, swell
 
 SONAR, DEPTH, WAVELENGTH, LEAST = np.array([3.0, -2.0, 11.0]), 20.0, 0.015, 0.2
@@ -87,7 +87,7 @@ def closed_form(family, ground, point):
     planes = [(np.array([0, 0, DEPTH]), np.array([0, 0, -1.0])) if letter == "B" else
               (np.zeros(3), np.array([0, 0, 1.0])) for letter in family]  # fmt: skip
     left = [0.0] * len(family)
-    for disc in (FEW, PATTERN):
+    for disc in (COARSE_PATTERN, FINE_PATTERN):
         length, _, _, bounces, parts, sines = unfolded(SONAR, point, planes)
         for k in (k for k, letter in enumerate(family) if letter == "B"):
             planes[k], left[k] = plane_about(ground, bounces[k], bearing, length, parts[k], sines[k], disc)

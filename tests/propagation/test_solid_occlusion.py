@@ -125,7 +125,7 @@ def test_the_tree_finds_what_every_triangle_one_by_one_finds(seed):
 
 def test_no_ray_slips_through_between_two_triangles():
     """From inside a closed surface every way out is stopped, also those aimed at its corners and edges."""
-    ball = sphere(2.0, around=24)
+    ball = sphere(2.0, steps=24)
     edges = (ball.corners + np.roll(ball.corners, 1, axis=1)).reshape(-1, 3) / 2
     aimed = 2 * np.concatenate([ball.vertices, edges])
     part, _ = cast_rays(tree(ball), np.full_like(aimed, 1e-3), aimed)

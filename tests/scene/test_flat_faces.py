@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from insonify.scene import flat_faces as module
-from insonify.scene.flat_faces import _merged, flat_faces
+from insonify.scene.flat_faces import _merge_strips, flat_faces
 from insonify.simulator import build_simulator, simulate
 from oracles.scenes import nominal
 
@@ -22,7 +22,7 @@ def outline(base: np.ndarray) -> np.ndarray:
 def test_merged_strips_cover_the_same_outline_within_a_step() -> None:
     """A random walk of the base: the same ends and area, no gap between strips, and no edge off by more than a step."""
     boxes = outline(5 + np.cumsum(np.random.default_rng(4).normal(0, 2e-3, 64)))
-    merged, gap, at_surface = _merged(boxes, np.zeros(64), np.zeros(64, bool), 4e-3)
+    merged, gap, at_surface = _merge_strips(boxes, np.zeros(64), np.zeros(64, bool), 4e-3)
     begin, end = merged[:, 1] - merged[:, 5], merged[:, 1] + merged[:, 5]
     assert 5 < len(merged) < 32 and not gap.any() and not at_surface.any()
     np.testing.assert_allclose([begin[0], end[-1]], [3.0, 6.2])
@@ -36,12 +36,12 @@ def test_merged_strips_cover_the_same_outline_within_a_step() -> None:
 def test_strips_that_stand_on_the_ground_do_not_join_those_above_it() -> None:
     """Nor do strips at the surface and below it, or strips with another between them; equal ones are one."""
     boxes, none = outline(np.full(10, 5.0)), np.zeros(10, bool)
-    merged, gap, _ = _merged(boxes, np.array([0, 0, 0, 1e-4, 1e-4, 0, 0, 0, 0, 0]), none, 1e-2)
+    merged, gap, _ = _merge_strips(boxes, np.array([0, 0, 0, 1e-4, 1e-4, 0, 0, 0, 0, 0]), none, 1e-2)
     assert len(merged) == 3 and gap.tolist() == [0.0, 1e-4, 0.0]
-    merged, _, at_surface = _merged(boxes, np.zeros(10), np.arange(10) < 4, 1e-2)
+    merged, _, at_surface = _merge_strips(boxes, np.zeros(10), np.arange(10) < 4, 1e-2)
     assert len(merged) == 2 and at_surface.tolist() == [True, False]
-    assert len(_merged(boxes[[0, 1, 3]], np.zeros(3), none[:3], 1e-2)[0]) == 2
-    assert len(_merged(boxes[:1], np.zeros(1), none[:1], 1e-2)[0]) == 1
+    assert len(_merge_strips(boxes[[0, 1, 3]], np.zeros(3), none[:3], 1e-2)[0]) == 2
+    assert len(_merge_strips(boxes[:1], np.zeros(1), none[:1], 1e-2)[0]) == 1
 
 
 @pytest.mark.parametrize("width", [0.7, 1.1, 1.2, 1.7, 2.0, 2.3])
@@ -49,9 +49,9 @@ def test_gaps_without_ground_stay_infinite(width: float) -> None:
     """Whatever the widths of the strips: a strip above unknown ground has no image in it."""
     boxes = outline(np.full(64, 5.0))
     boxes[:, 1], boxes[:, 5] = (np.arange(64) + 0.5) * width / 64, width / 128
-    merged, gap, _ = _merged(boxes, np.full(64, np.inf), np.zeros(64, bool), 4e-3)
+    merged, gap, _ = _merge_strips(boxes, np.full(64, np.inf), np.zeros(64, bool), 4e-3)
     assert len(merged) == 1 and np.isinf(gap).all()
-    mixed = _merged(boxes, np.where(np.arange(64) < 9, np.inf, 1.0), np.zeros(64, bool), 4e-3)[1]
+    mixed = _merge_strips(boxes, np.where(np.arange(64) < 9, np.inf, 1.0), np.zeros(64, bool), 4e-3)[1]
     np.testing.assert_allclose(mixed, [np.inf, 1.0])
 
 

@@ -24,7 +24,7 @@ def bed(relief=FRACTAL, seed=1, **more):
 def drawn(ground, *numbers):
     """Some tiles as the pen draws them together, heights and slopes, shape (n, 65, 65, 3)."""
     tiles = np.full((len(numbers), TILE_CELLS + 1, TILE_CELLS + 1, 3), np.nan, np.float32)
-    ground.heightmap_synthesizer.draw(np.arange(len(numbers)), np.array(numbers, np.int64), tiles)
+    ground.heightmap_synthesizer.synthesize(np.arange(len(numbers)), np.array(numbers, np.int64), tiles)
     return tiles
 
 
@@ -112,7 +112,7 @@ def test_two_pens_of_one_ground_draw_the_same(fractal):
 def test_only_the_rows_that_are_requested_are_written(fractal):
     """Other tiles in the same memory keep every bit: readers may be at them."""
     tiles = np.full((3, TILE_CELLS + 1, TILE_CELLS + 1, 3), 7.0, np.float32)
-    fractal.heightmap_synthesizer.draw(np.array([1]), np.array([[0, 0], [4, 5], [0, 0]]), tiles)
+    fractal.heightmap_synthesizer.synthesize(np.array([1]), np.array([[0, 0], [4, 5], [0, 0]]), tiles)
     assert (tiles[[0, 2]] == 7).all()
     np.testing.assert_array_equal(tiles[1], drawn(fractal, (4, 5))[0])
 

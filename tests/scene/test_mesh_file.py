@@ -107,7 +107,7 @@ def test_faces_without_an_area_are_left_out_and_counted():
 
 def test_corners_at_one_place_are_one_corner():
     """As STL writes it, each face with corners of its own: closed all the same."""
-    whole = sphere(2.0, around=24)
+    whole = sphere(2.0, steps=24)
     loose = Triangles(whole.corners.reshape(-1, 3), np.arange(3 * len(whole.faces)).reshape(-1, 3))
     assert edge_defects(loose.faces)[0] > 0
     found, _, remarks = repaired(loose)

@@ -13,7 +13,7 @@ from insonify.random_keys import TERRAIN, philox, stream_key
 from insonify.scattering.sediments import Sediment
 from insonify.scene.terrain import CompositeRelief, PowerLaw, Ripples, RoughnessCutoff, build_terrain, upward_normal
 from insonify.scene.terrain.octaves import SPLINE_ENERGY, Octaves, quantiles, spline_spectrum, unit_octave
-from insonify.scene.terrain.relief import FARTHEST
+from insonify.scene.terrain.relief import MAX_COORDINATE
 from oracles.roughness import roughness_rms, structure
 
 SEVENTH = BSpline.basis_element(np.arange(-4.0, 5.0), extrapolate=False)
@@ -40,7 +40,7 @@ def somewhere(count=500, reach=300.0, seed=1):
 
 def by_hand(one, north, east):
     """Height of one octave at a place: numbers on 16 nodes, each its own draw, times splines of scipy."""
-    turn, shift_a, shift_b, _ = one.placed()[0]
+    turn, shift_a, shift_b, _ = one.placement()[0]
     c, s = np.cos(2 * np.pi * turn), np.sin(2 * np.pi * turn)
     a, b = (c * north + s * east) / one.pitch[0] + shift_a, (c * east - s * north) / one.pitch[0] + shift_b
     height, spline = 0.0, BSpline.basis_element(np.arange(-2.0, 3.0), extrapolate=False)
@@ -253,7 +253,7 @@ def test_a_place_that_is_none_is_reported_with_its_name():
     """Too far for centimetres, or a word: the axis is named; a gap stays a gap and spoils no neighbour."""
     ground: CompositeRelief = build_terrain([PowerLaw(hurst=0.6, rms=0.1)], seed=1)
     with pytest.raises(ValueError, match="north"):
-        ground.height(2 * FARTHEST, 0.0)
+        ground.height(2 * MAX_COORDINATE, 0.0)
     with pytest.raises(ValueError, match="east"):
         ground.height(0.0, "far")
     found = ground.height([0.0, math.nan, 2.0], 1.0)

@@ -5,11 +5,11 @@ import pytest
 
 from insonify.propagation.local_planes import _PATTERNS
 from insonify.scene.plane_fit_kernel import EllipsePatches, fit_planes
-from insonify.scene.plane_fit_samples import FEW, PATTERN
+from insonify.scene.plane_fit_samples import COARSE_PATTERN, FINE_PATTERN
 from oracles.maps import map_of, swell
 
 CELL = 0.25
-SMALL, LARGE = zip((FEW, PATTERN), _PATTERNS, strict=True)
+SMALL, LARGE = zip((COARSE_PATTERN, FINE_PATTERN), _PATTERNS, strict=True)
 
 
 def ellipses(seed, count, *, within=20.0, longest=6.0):

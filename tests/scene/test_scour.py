@@ -79,7 +79,7 @@ def test_the_map_of_shadows_has_the_moat():
     np.testing.assert_allclose(bed.heightmap_synthesizer.heights(*tile), truth, atol=1e-6)
     kept = TerrainMap(bed)
     (row,) = rows = kept.claim(np.array([tile]))
-    kept.draw(rows)
+    kept.synthesize(rows)
     np.testing.assert_allclose(kept.nodes[row][..., 0], truth, atol=1e-3)
 
 

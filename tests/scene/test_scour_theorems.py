@@ -115,7 +115,7 @@ def test_the_quick_map_is_the_ground_wherever_it_lies(north, east, heading):
     there = np.array([c * away[0] + s * away[1], -s * away[0] + c * away[1]])  # of the moat, along the lattice
     tile = np.floor(there / (kept.cell * 64)).astype(int)
     (row,) = rows = kept.claim(tile[None])
-    kept.draw(rows)
+    kept.synthesize(rows)
     node = np.arange(65)
     along, across = ((number * 64 + node) * kept.cell for number in tile)
     expected = bed.relief.resolved.sample_in_grid_axes(along[:, None], across[None, :])

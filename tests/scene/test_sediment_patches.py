@@ -121,7 +121,7 @@ def test_patches_need_a_seed_to_be_themselves():
 
 def test_a_bed_of_one_sediment_is_that_everywhere():
     """No patches, nothing on top: row 0, whatever the seed and the lattice; shapes broadcast."""
-    cover = SedimentMap(base="fine sand").build_cover(seed=3, lattice=ScattererGrid(heading=1.0))
+    cover = SedimentMap(base="fine sand").build_cover(seed=3, scatterer_grid=ScattererGrid(heading=1.0))
     found = cover.lookup(np.zeros((3, 1)), np.arange(4.0))
     assert found.shape == (3, 4) and not found.any()
     assert [sediment.name for sediment in cover.sediments] == ["fine sand"]

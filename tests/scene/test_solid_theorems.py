@@ -88,13 +88,13 @@ def test_a_line_turned_about_the_axis_encloses_frusta(steps, around):
     polygon = around / 2 * np.sin(2 * PI / around) * radius**2
     expected = np.sum(np.diff(along) / 3 * (polygon[1:] + np.sqrt(polygon[1:] * polygon[:-1]) + polygon[:-1]))
     profile = [(along[0], 0.0), *zip(along, radius, strict=True), (along[-1], 0.0)]
-    assert triangle_surfaces.surface_of_revolution(profile, around=around).volume == pytest.approx(expected, rel=1e-9)
+    assert triangle_surfaces.surface_of_revolution(profile, steps=around).volume == pytest.approx(expected, rel=1e-9)
 
 
 def test_finer_steps_come_to_the_sphere_as_their_square():
     """Twice as many steps leave a quarter of the missing volume and surface."""
-    missing = [4 / 3 * PI - triangle_surfaces.sphere(2.0, around=n).volume for n in (24, 48, 96)]
-    bare = [4 * PI - triangle_surfaces.sphere(2.0, around=n).area.sum() for n in (24, 48, 96)]
+    missing = [4 / 3 * PI - triangle_surfaces.sphere(2.0, steps=n).volume for n in (24, 48, 96)]
+    bare = [4 * PI - triangle_surfaces.sphere(2.0, steps=n).area.sum() for n in (24, 48, 96)]
     for lost in (missing, bare):
         assert min(lost) > 0
         np.testing.assert_allclose(np.divide(lost[:-1], lost[1:]), 4, rtol=0.02)
@@ -160,7 +160,7 @@ def test_the_zone_of_a_sphere_above_the_bed_is_its_share_of_the_diameter(burial)
 def test_the_share_of_random_places_inside_is_the_volume(name):
     """Two methods: the divergence theorem, and 600 places in the bounding box within four standard errors."""
     others = {
-        "ball": triangle_surfaces.sphere(2.0, around=24),
+        "ball": triangle_surfaces.sphere(2.0, steps=24),
         "ring": triangle_surfaces.torus(1.0, 0.3),
         "pipe": triangle_surfaces.tube(1.0, 0.6, 0.1),
     }

@@ -7,12 +7,12 @@ from hypothesis import strategies as st
 
 from insonify.scene import triangle_surfaces
 from insonify.scene.surface_cells import (
-    LONGEST,
     MANY_PIECES,
+    MAX_PIECE_SIDE,
     MAX_PIECES,
     bisect_triangles,
-    pieces_about,
-    pieces_by_halving,
+    estimated_piece_count,
+    halved_piece_count,
     surface_cells,
 )
 
@@ -138,7 +138,7 @@ def test_pieces_are_at_most_a_cell_and_a_half_long():
     """So that a cell of a large face is compact."""
     cells = surface_cells(triangle_surfaces.block(3.0, 2.0, 1.0), 0.2)
     sides = np.linalg.norm(np.roll(cells.corners, -1, axis=1) - cells.corners, axis=2)
-    assert sides.max() <= LONGEST * 0.2
+    assert sides.max() <= MAX_PIECE_SIDE * 0.2
     assert cells.ends[-1] == 1.0 and np.all(np.diff(cells.ends) >= 0)
 
 
@@ -146,11 +146,11 @@ def test_pieces_are_at_most_a_cell_and_a_half_long():
 def test_pieces_of_a_long_body_grow_with_its_length(length):
     """A pile of 96 slivers a side: no more than twice as many pieces as cells of its length, and given beforehand."""
     pile, longest = triangle_surfaces.cylinder(length, 0.6), 0.045
-    assert pieces_by_halving(pile.corners, longest) > 2 * MANY_PIECES
+    assert halved_piece_count(pile.corners, longest) > 2 * MANY_PIECES
     pieces = bisect_triangles(pile.corners, longest)
     slivers = np.count_nonzero(np.ptp(pile.corners[..., 0], axis=1) > 0)
     assert len(pieces) < 2.1 * slivers * length / (longest - np.pi * 0.6 / 96) + 50_000
-    assert len(pieces) == pytest.approx(pieces_about(pile.corners, longest), rel=0.2)
+    assert len(pieces) == pytest.approx(estimated_piece_count(pile.corners, longest), rel=0.2)
     sides = np.linalg.norm(np.roll(pieces, -1, axis=1) - pieces, axis=2)
     assert sides.max() <= longest * (1 + 1e-9)
     assert area_of(pieces).sum() == pytest.approx(pile.area.sum(), rel=1e-12)

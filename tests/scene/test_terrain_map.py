@@ -72,7 +72,7 @@ def test_cubics_are_filled_in_exactly(margin, count):
 def test_an_octave_on_every_node_is_the_octave(tile, per_cell):
     """Vectors of single precision against place after place in double: 1e-5 of the largest, however fine or far."""
     cell, whole = 0.0625, unit_octave(per_cell * 0.0625, seed=3, layer=2)
-    turn, shift_a, shift_b, _ = whole.placed()[0]
+    turn, shift_a, shift_b, _ = whole.placement()[0]
     k0, k1 = random_keys.stream_key(3, random_keys.TERRAIN)
     octave = np.array([[whole.pitch[0], 2 * np.pi * turn, shift_a, shift_b, whole.amplitude[0]]])
     into = np.empty((TILE_CELLS + 1, TILE_CELLS + 1, 3), np.float32)
@@ -87,7 +87,7 @@ def test_slopes_of_a_tile_are_the_grounds():
     """Octaves filled in by cubics change slopes by 0.7 % in the mean square, and none by more than 5 %."""
     ground = bed()
     kept = TerrainMap(ground)
-    kept.draw(kept.claim(numbers((-2, 31))))
+    kept.synthesize(kept.claim(numbers((-2, 31))))
     along, across = ((number * TILE_CELLS + np.arange(TILE_CELLS + 1)) * kept.cell for number in (-2, 31))
     expected = ground.relief.resolved.sample_in_grid_axes(along[:, None], across[None]).slope
     off, size = kept.nodes[0, ..., 1:] - expected, expected.std()
@@ -101,7 +101,7 @@ def test_a_tile_is_the_ground_of_its_numbers(relief, tile):
     ground = bed(relief)
     kept = TerrainMap(ground)
     (row,) = rows = kept.claim(numbers(tile))
-    kept.draw(rows)
+    kept.synthesize(rows)
     expected = heightmap_tile(ground, *tile)
     off = kept.nodes[row, :, :, 0] - expected
     assert np.abs(off).max() < 0.03 * expected.std() and off.std() < 0.01 * expected.std()
@@ -110,7 +110,7 @@ def test_a_tile_is_the_ground_of_its_numbers(relief, tile):
 def test_slopes_of_a_tile_are_those_of_its_heights():
     """Trapezoid over the slopes along both axes gives the rise from node to node, to the step's square."""
     kept = TerrainMap(bed({**RIPPLES, "wavelength": 4.0}))
-    kept.draw(kept.claim(numbers((3, -2))))
+    kept.synthesize(kept.claim(numbers((3, -2))))
     tile = kept.nodes[0].astype(float)
     for axis in (0, 1):
         height, slope = np.moveaxis(tile[..., 0], axis, 0), np.moveaxis(tile[..., 1 + axis], axis, 0)
@@ -121,7 +121,7 @@ def test_slopes_of_a_tile_are_those_of_its_heights():
 def test_neighbouring_tiles_of_the_map_join():
     """The last nodes of one are the first of the next in height and slope, wherever they are kept."""
     kept = TerrainMap(bed())
-    kept.draw(kept.claim(numbers((0, 0), (1, 0), (0, 1))))
+    kept.synthesize(kept.claim(numbers((0, 0), (1, 0), (0, 1))))
     here, north, east = kept.nodes[:3]
     assert here.shape == (TILE_CELLS + 1, TILE_CELLS + 1, 3)
     np.testing.assert_allclose(here[-1], north[0], atol=2e-6)
@@ -132,9 +132,9 @@ def test_a_tile_is_synthesised_once():
     """What is there need not be drawn again, and keeps its row."""
     kept = TerrainMap(bed())
     first = kept.claim(numbers((0, 0), (0, 1)))
-    assert kept._held[first].tolist() == [[0, 0], [0, 1]]
+    assert kept._tiles[first].tolist() == [[0, 0], [0, 1]]
     second = kept.claim(numbers((0, 1), (5, 5)))
-    assert kept._held[second].tolist() == [[5, 5]]
+    assert kept._tiles[second].tolist() == [[5, 5]]
     assert where(kept, 0, 1) == first[1] and where(kept, 0, 0) == first[0]
 
 
@@ -196,7 +196,7 @@ def test_the_books_of_the_map_are_kept_straight(requested):
         used = kept.slot[kept.slot >= 0]
         assert len(np.unique(used)) == len(used) <= 5
         for i, j in zip(*np.nonzero(kept.slot >= 0), strict=True):
-            np.testing.assert_array_equal(kept._held[kept.slot[i, j]], kept.number[i, j])
+            np.testing.assert_array_equal(kept._tiles[kept.slot[i, j]], kept.number[i, j])
 
 
 def test_readers_at_the_same_time_find_their_ground(monkeypatch):
@@ -214,7 +214,7 @@ def test_readers_at_the_same_time_find_their_ground(monkeypatch):
         found = list(pool.map(read, requested))
     for tile_numbers, tiles in zip(requested, found, strict=True):
         for tile, got in zip(tile_numbers.tolist(), tiles, strict=True):
-            alone.draw(alone.claim(numbers(tile)))
+            alone.synthesize(alone.claim(numbers(tile)))
             np.testing.assert_array_equal(got, alone.nodes[where(alone, *tile)])
     assert not kept._readers.any()
 

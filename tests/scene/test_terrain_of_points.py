@@ -13,7 +13,7 @@ from insonify.scene import _scatterer_terrain_cache_kernel as held
 from insonify.scene.scatterer_grid import TILE, ScattererGrid, Tiles, next_positions, tile_prefixes
 from insonify.scene.seabed import Seabed
 from insonify.scene.seabed_scatterers import seabed_scatterers, tile_scatterers
-from insonify.scene.terrain._gradient_rotation_kernel import turned
+from insonify.scene.terrain._gradient_rotation_kernel import rotate
 from insonify.scene.terrain.relief import TerrainSample
 from oracles.jittered_points import jittered_points
 
@@ -94,7 +94,7 @@ def test_gradients_turned_are_those_of_the_turned_plane(count, heading):
     """Height goes along; along and across the lattice become north and east by the lattice's own frame."""
     rng, lattice = np.random.default_rng(count), ScattererGrid(heading=heading)
     height, slope, rows = rng.normal(size=count), rng.normal(size=(count, 2)), np.empty((count, 3))
-    turned(height, slope, *lattice.frame[2:], rows)
+    rotate(height, slope, *lattice.frame[2:], rows)
     np.testing.assert_allclose(rows[:, 1:], lattice.to_world(*slope.T).reshape(-1, 2), atol=1e-15)
     np.testing.assert_array_equal(rows[:, 0], height)
     np.testing.assert_allclose(np.linalg.norm(rows[:, 1:], axis=1), np.linalg.norm(slope, axis=1))

@@ -99,7 +99,9 @@ def test_patches_are_the_same_in_any_order_and_move_with_the_scene():
     place = np.random.default_rng(3).uniform(-40, 40, (2, 500))
     together = bed.build_cover(seed=1).lookup(*place)
     assert all(bed.build_cover(seed=1).lookup(*place[:, n]) == together[n] for n in range(0, 500, 50))
-    moved = bed.build_cover(seed=1, lattice=ScattererGrid(origin=(100.0, 5.0))).lookup(place[0] + 100.0, place[1] + 5.0)
+    moved = bed.build_cover(seed=1, scatterer_grid=ScattererGrid(origin=(100.0, 5.0))).lookup(
+        place[0] + 100.0, place[1] + 5.0
+    )
     assert np.array_equal(moved, together)
 
 

@@ -12,7 +12,7 @@ from insonify.fast_sincos import sincos_cycles
 from insonify.jit import njit
 from insonify.random_keys import philox_at, uniform_from_word
 from insonify.scene.scatterer_grid import BASE_PITCH, PARTS, SIDE, TILE, Tiles, priority_ordered_cells
-from insonify.scene.scatterers import KEY_ROW
+from insonify.scene.scatterers import ROW_KEY_STEP
 
 SQUARE = 2
 """Cells along the side of the squares into which a part with a gain peak is divided."""
@@ -100,7 +100,7 @@ def draw_and_keep(
                     continue
             x, y = (row[w] + x) * pitch, (column[w] + y) * pitch
             x, y = north + c * x - s * y, east + s * x + c * y
-            name = first_key[t] + np.uint64(a * KEY_ROW + b)
+            name = first_key[t] + np.uint64(a * ROW_KEY_STEP + b)
             if is_peaked[t, i, j]:
                 positions[waiting, 0], positions[waiting, 1], pending[waiting, 0], pending[waiting, 1] = (
                     x,

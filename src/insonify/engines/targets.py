@@ -24,13 +24,13 @@ from insonify.propagation.families import families_reaching
 from insonify.propagation.image_sources import StraightRays
 from insonify.propagation.path_settings import PathSettings
 from insonify.propagation.propagation_model import PropagationModel
-from insonify.scene.box import Reaches, box_body, box_cells, box_scatterers, box_section
+from insonify.scene.box import ReachTest, box_body, box_cells, box_scatterers, box_section
 from insonify.scene.scatterers import Scatterers
 from insonify.scene.scene import Scene, point_scatterer, seabed_depth_under
 from insonify.scene.seabed import Seabed
 from insonify.scene.solid import cell_side, seabed_depth_at, solid_scatterers, surface_area, world_triangles
 from insonify.scene.solid_section import solid_section
-from insonify.scene.surface_cells import LONGEST, even_points, pieces_about
+from insonify.scene.surface_cells import MAX_PIECE_SIDE, estimated_piece_count, even_points
 from insonify.scene.target import Box, PointTarget, Solid, solids_of_one_law, whole_solid
 from insonify.sonar.ping_geometry import PingGeometry
 from insonify.sonar.two_way_beam import two_way_footprint
@@ -202,8 +202,8 @@ def solid_pieces(scene: Scene, ping_geometry: PingGeometry, resolution: Resoluti
     """Approximate number of pieces into which each solid is divided before points are placed on it [1]."""
     pieces = []
     for solid in scene.solids:
-        longest = LONGEST * _solid_pitch(scene, solid, ping_geometry, resolution.slant_resolution, resolution)
-        pieces.append(pieces_about(world_triangles(solid, scene.seabed).corners, longest))
+        longest = MAX_PIECE_SIDE * _solid_pitch(scene, solid, ping_geometry, resolution.slant_resolution, resolution)
+        pieces.append(estimated_piece_count(world_triangles(solid, scene.seabed).corners, longest))
     return pieces
 
 
@@ -256,10 +256,10 @@ def _points_of(
 
 def _box_points(
     box: Box, seabed: Seabed, base: float, seed: int, pitch: float, rise: float, occluder: int, quadrature: bool,
-    reaches: Reaches | None = None,
+    reaches: ReachTest | None = None,
 ) -> Scatterers:  # fmt: skip
     """Points of an upright box above the seabed, of the parts of its faces that are in reach."""
-    points = box_scatterers(box, base, seed, pitch, occluder, rise=rise, quadrature=quadrature, reaches=reaches)
+    points = box_scatterers(box, base, seed, pitch, occluder, rise=rise, quadrature=quadrature, test=reaches)
     if not seabed.relief:
         return points
     position = points.position

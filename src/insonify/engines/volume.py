@@ -29,8 +29,8 @@ from insonify.scene.scatterers import Scatterers
 from insonify.scene.scene import Scene
 from insonify.scene.volume_scatterers import (
     CELLS,
-    EVENLY,
     LAYERS,
+    QUASIRANDOM_STEPS,
     WaterBlocks,
     layer_scatterers,
     max_water_depth,
@@ -393,7 +393,7 @@ class VolumeScatterers:
         position, volume, number = np.empty((count, 3)), np.empty(count), np.empty(count, np.uint64)
         tile, priority = np.empty(count, np.int64), np.empty(count)
         source = np.asarray(geometry.transmit_position, float)
-        grid = ShellGrid(SHELLS_PER_TILE, *self._steps, self._first_bearing, source, EVENLY)
+        grid = ShellGrid(SHELLS_PER_TILE, *self._steps, self._first_bearing, source, QUASIRANDOM_STEPS)
         n = tile_points(tiles, keep_probability, grid, position, volume, number, tile, priority)
         share = keep_probability[tile[:n]]
         paths = self._straight_paths

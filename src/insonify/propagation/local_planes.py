@@ -20,14 +20,14 @@ from insonify.propagation.image_path_kernel import (
     image_paths,
     paths_off_local_planes,
 )
-from insonify.scene.plane_fit_samples import FEW, PATTERN, min_half_axis
+from insonify.scene.plane_fit_samples import COARSE_PATTERN, FINE_PATTERN, min_half_axis
 from insonify.scene.seabed_terrain import SeabedTerrain
 
 Floats = NDArray[np.float64]
 
 _DOWN = np.array([0.0, 0.0, 1.0])
 _TINY = 1e-9
-_PATTERNS = tuple(np.ascontiguousarray(pattern.T, np.float32) for pattern in (FEW, PATTERN))
+_PATTERNS = tuple(np.ascontiguousarray(pattern.T, np.float32) for pattern in (COARSE_PATTERN, FINE_PATTERN))
 """Samples of the unit disc for the first and for the final planes."""
 
 

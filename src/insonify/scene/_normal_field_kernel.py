@@ -1,7 +1,7 @@
-"""A smooth normal field without end and without memory: numbers on a lattice, spread by cubic splines.
+"""A smooth, unbounded field of standard normal numbers: keyed numbers on a lattice, interpolated by cubic splines.
 
-At every position, the weights of its sixteen nodes are scaled to a mean square of one, so that the field is exactly
-normal everywhere, not only on average.
+At every position, the squares of the weights of its sixteen nodes are scaled to a sum of one, so that the field has
+unit variance everywhere.
 """
 
 import math
@@ -14,23 +14,23 @@ from insonify.jit import njit
 
 Floats = NDArray[np.float64]
 
-HELD = 1024
-"""Nodes that are cached along a row of positions, a power of two: neighbours need the same ones."""
+CACHE_SIZE = 1024
+"""Number of nodes that are cached, a power of two: neighbouring positions use the same ones."""
 
 
 @njit(cache=True, nogil=True)
 def normal_field(x: Floats, y: Floats, k0: int, k1: int, out: Floats) -> None:
-    """Values of the field.
+    """Fill values of the field.
 
     Args:
         x: First coordinate in units of the lattice [1], (n,).
         y: Second coordinate [1], (n,).
         k0: First word of the key.
-        k1: Second word.
+        k1: Second word of the key.
         out: Result, standard normal [1], (n,).
     """
-    held, number = np.zeros(HELD), np.full((HELD, 2), np.iinfo(np.int64).min)
-    across, along, near = np.empty(4), np.empty(4), np.empty((4, 4))
+    cached, number = np.zeros(CACHE_SIZE), np.full((CACHE_SIZE, 2), np.iinfo(np.int64).min)
+    across, along, node_values = np.empty(4), np.empty(4), np.empty((4, 4))
     last_a, last_b = 0, 0
     for n in range(x.size):
         a, b = math.floor(x[n]), math.floor(y[n])
@@ -38,22 +38,22 @@ def normal_field(x: Floats, y: Floats, k0: int, k1: int, out: Floats) -> None:
             last_a, last_b = a, b
             for i in range(4):
                 for j in range(4):
-                    near[i, j] = node(a + i - 1, b + j - 1, k0, k1, held, number)
-        spline(x[n] - a, along)
-        spline(y[n] - b, across)
-        total, one, other = 0.0, 0.0, 0.0
+                    node_values[i, j] = cached_node(a + i - 1, b + j - 1, k0, k1, cached, number)
+        spline_weights(x[n] - a, along)
+        spline_weights(y[n] - b, across)
+        total, squares_along, squares_across = 0.0, 0.0, 0.0
         for i in range(4):
             row = 0.0
             for j in range(4):
-                row += across[j] * near[i, j]
+                row += across[j] * node_values[i, j]
             total += along[i] * row
-            one += along[i] * along[i]
-            other += across[i] * across[i]
-        out[n] = total / math.sqrt(one * other)
+            squares_along += along[i] * along[i]
+            squares_across += across[i] * across[i]
+        out[n] = total / math.sqrt(squares_along * squares_across)
 
 
 @njit(cache=True, nogil=True)
-def spline(t: float, weight: Floats) -> None:
+def spline_weights(t: float, weight: Floats) -> None:
     """Weights of four consecutive nodes for the position at a fraction t from the second to the third [1], (4,)."""
     s = 1 - t
     weight[0] = s * s * s / 6
@@ -63,19 +63,19 @@ def spline(t: float, weight: Floats) -> None:
 
 
 @njit(cache=True, nogil=True)
-def node(a: int, b: int, k0: int, k1: int, held: Floats, number: NDArray[np.int64]) -> float:
-    """Standard normal number of a node [1], drawn unless it is held."""
-    slot = (a * 73856093 ^ b * 19349663) & (HELD - 1)
+def cached_node(a: int, b: int, k0: int, k1: int, cached: Floats, number: NDArray[np.int64]) -> float:
+    """Standard normal number of a node [1], from the cache or generated."""
+    slot = (a * 73856093 ^ b * 19349663) & (CACHE_SIZE - 1)
     if number[slot, 0] != a or number[slot, 1] != b:
         w0, w1, w2, w3 = random_keys.philox(a, b, 0, 0, k0, k1)
         number[slot, 0], number[slot, 1] = a, b
-        held[slot] = random_keys.complex_normal_pair(w0, w1, w2, w3)[0].real * math.sqrt(2.0)
-    return held[slot]
+        cached[slot] = random_keys.complex_normal_pair(w0, w1, w2, w3)[0].real * math.sqrt(2.0)
+    return cached[slot]
 
 
 @njit(cache=True, nogil=True)
 def interpolate_exp_table(x: Floats, low: float, per_unit: float, logarithm: Floats) -> None:
-    """Replace numbers by the exponential of a table, straight between its entries and held beyond its ends.
+    """Replace numbers by the exponential of a table, linear between its entries and constant beyond its ends.
 
     Args:
         x: Numbers, replaced [1], (n,).
@@ -85,7 +85,7 @@ def interpolate_exp_table(x: Floats, low: float, per_unit: float, logarithm: Flo
     """
     last = logarithm.size - 1.000001
     for n in range(x.size):
-        at = min(max((x[n] - low) * per_unit, 0.0), last)
-        row = int(at)
-        part = at - row
-        x[n] = math.exp(logarithm[row] * (1 - part) + logarithm[row + 1] * part)
+        index = min(max((x[n] - low) * per_unit, 0.0), last)
+        row = int(index)
+        fraction = index - row
+        x[n] = math.exp(logarithm[row] * (1 - fraction) + logarithm[row + 1] * fraction)

@@ -119,23 +119,24 @@ def _spline(builder: Any, data: Any, stride: Any, a: Any, b: Any) -> tuple[Any, 
     """Value and both slopes per pitch at positions a, b in a window of nodes."""
     row, f = _cell(builder, a)
     column, g = _cell(builder, b)
-    at = builder.add(builder.mul(row, _splat(builder, builder.trunc(stride, _INDEX), _CELLS)), column)
+    index = builder.add(builder.mul(row, _splat(builder, builder.trunc(stride, _INDEX), _CELLS)), column)
     four = ir.Constant(_ADDRESSES, [4] * LANES)
     addresses = builder.add(
-        _splat(builder, builder.ptrtoint(data, _ADDRESS), _ADDRESSES), builder.mul(builder.sext(at, _ADDRESSES), four)
+        _splat(builder, builder.ptrtoint(data, _ADDRESS), _ADDRESSES),
+        builder.mul(builder.sext(index, _ADDRESSES), four),
     )
     positions = [builder.extract_element(addresses, ir.Constant(_INDEX, k)) for k in range(LANES)]
     down = builder.mul(stride, ir.Constant(_ADDRESS, 4))
-    do = Arithmetic(builder)
-    across, across_slope = do.weights(g)
+    arithmetic = Arithmetic(builder)
+    across, across_slope = arithmetic.weights(g)
     heights, slopes = [], []
     for _ in range(4):
         nodes = _four_columns(builder, positions)
-        heights.append(do.dot(across, nodes))
-        slopes.append(do.dot(across_slope, nodes))
+        heights.append(arithmetic.dot(across, nodes))
+        slopes.append(arithmetic.dot(across_slope, nodes))
         positions = [builder.add(position, down) for position in positions]
-    along, along_slope = do.weights(f)
-    return do.dot(along, heights), do.dot(along_slope, heights), do.dot(along, slopes)
+    along, along_slope = arithmetic.weights(f)
+    return arithmetic.dot(along, heights), arithmetic.dot(along_slope, heights), arithmetic.dot(along, slopes)
 
 
 def _add_to(builder: Any, data: Any, at: Any, addend: Any) -> None:
@@ -177,17 +178,17 @@ def add_spline(
         )
         stride, a, b, per_a, per_b = arguments[1:6]
         number = ir.Constant(_ROW, [float(k) for k in range(LANES)])
-        do = Arithmetic(builder)
+        arithmetic = Arithmetic(builder)
         positions = [
-            do.plus(_splat(builder, first, _ROW), do.times(number, _splat(builder, per, _ROW)))
+            arithmetic.plus(_splat(builder, first, _ROW), arithmetic.times(number, _splat(builder, per, _ROW)))
             for first, per in ((a, per_a), (b, per_b))
         ]
         value, along, across = _spline(builder, window, stride, *positions)
         height, c, s = (_splat(builder, builder.extract_value(arguments[6], k), _ROW) for k in range(3))
         results = [
-            do.times(height, value),
-            do.minus(do.times(c, along), do.times(s, across)),
-            do.plus(do.times(s, along), do.times(c, across)),
+            arithmetic.times(height, value),
+            arithmetic.minus(arithmetic.times(c, along), arithmetic.times(s, across)),
+            arithmetic.plus(arithmetic.times(s, along), arithmetic.times(c, across)),
         ]
         position = arguments[8]
         for result in results:

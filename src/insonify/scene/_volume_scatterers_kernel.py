@@ -18,19 +18,19 @@ def draw_water_blocks(
     """Fill the columns of the scatterers of some blocks, block by block, cell by cell.
 
     Args:
-        scale: Of each block, (n,): each scale doubles one side of its cells, along, across and down in turn.
+        scale: Scale of each block, (n,): each scale doubles one side of its cells, along, across and down in turn.
         along: Number of each block along the lattice's first axis, (n,).
-        across: Along its second, (n,).
-        down: Along depth, (n,).
+        across: Number of each block along the lattice's second axis, (n,).
+        down: Number of each block in depth, (n,).
         cells: Cells along the side of a block.
         base: Side of a cell at scale 0 [m].
         k0: First word of the key.
-        k1: Second word.
+        k1: Second word of the key.
         position: Result, lattice coordinates and depth [m], (n cells^3, 3).
         phase: Result, unit phasors [1].
         key: Result, scale in 6 bits, then 18, 17 and 17 bits of the cell's numbers.
     """
-    n, wide, mask = 0, (1 << 18) - 1, (1 << 17) - 1
+    n, mask_a, mask_b = 0, (1 << 18) - 1, (1 << 17) - 1
     for t in range(scale.size):
         length = base * 2.0 ** ((scale[t] + 2) // 3)
         width = base * 2.0 ** ((scale[t] + 1) // 3)
@@ -44,5 +44,5 @@ def draw_water_blocks(
                     position[n, 2] = (c + random_keys.uniform_from_word(w2)) * height
                     angle = 2 * np.pi * random_keys.uniform_from_word(w3)
                     phase[n] = complex(np.cos(angle), np.sin(angle))
-                    key[n] = np.uint64((scale[t] & 63) << 52 | (a & wide) << 34 | (b & mask) << 17 | (c & mask))
+                    key[n] = np.uint64((scale[t] & 63) << 52 | (a & mask_a) << 34 | (b & mask_b) << 17 | (c & mask_b))
                     n += 1

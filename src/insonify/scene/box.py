@@ -1,4 +1,4 @@
-"""The faces of a box as drawn points, and its body as an occluder."""
+"""The faces of a box as random points, and its body as an occluder."""
 
 import zlib
 from collections.abc import Callable
@@ -13,12 +13,12 @@ from insonify.scene.target import Box
 
 Floats = NDArray[np.float64]
 FACES = ("fore", "aft", "starboard", "port", "top", "bottom")
-LEVEL = ("top", "bottom")
+FLAT = ("top", "bottom")
 TILE = 32
-"""Cells along a side of the squares of a face that are judged as one [1]."""
-Reaches = Callable[[Floats, Floats], NDArray[np.bool_]]
+"""Cells along a side of the squares of a face that are included or omitted as a whole [1]."""
+ReachTest = Callable[[Floats, Floats], NDArray[np.bool_]]
 _GOLDEN = 0.6180339887498949
-_STANDING = 1e-6  # a base this close to the seabed stands on it [m]
+_STANDING_TOLERANCE = 1e-6  # a base this close to the seabed stands on it [m]
 
 
 def box_axes(box: Box) -> NDArray[np.float64]:
@@ -48,9 +48,9 @@ def inside_box(body: NDArray[np.float64], position: NDArray[np.float64]) -> bool
 
 def box_scatterers(
     box: Box, seabed_depth: float, seed: int, pitch: float, occluder: int, *, rise: float = np.inf,
-    quadrature: bool = False, reaches: Reaches | None = None,
+    quadrature: bool = False, test: ReachTest | None = None,
 ) -> Scatterers:  # fmt: skip
-    """Points on the faces of a box that water can reach, one for each cell, jittered in it.
+    """Points on the faces of a box that are in contact with water, one jittered point in each cell.
 
     Args:
         box: The box.
@@ -59,12 +59,12 @@ def box_scatterers(
         pitch: Largest side of a cell [m].
         occluder: Row of this box among the scene's occluders.
         rise: Largest height of a cell on the upright faces [m]; by default the pitch.
-        quadrature: Evenly spaced points instead, for an expectation.
-        reaches: Test of spheres, given their middles (n, 3) and radii (n,) [m]: squares of `TILE` cells a side for
+        quadrature: True: evenly spaced points, for an expectation.
+        test: Test of spheres, given their middles (n, 3) and radii (n,) [m]: squares of `TILE` cells a side for
             which it is False have no points; by default all have.
 
     Returns:
-        Scatterers whose draws depend on the seed and the box's label, not on the other targets; none above the surface.
+        Scatterers whose random numbers depend on the seed and the box's label alone; none above the surface.
     """
     length, width = box.size[:2]
     top, base = box_body(box, seabed_depth)[6:]
@@ -80,15 +80,13 @@ def box_scatterers(
         "top": (up * height / 2, along * length, across * width),
         "bottom": (-up * height / 2, along * length, across * width),
     }
-    if base >= seabed_depth - _STANDING:
+    if base >= seabed_depth - _STANDING_TOLERANCE:
         del spans["bottom"]
-    if top <= _STANDING:
+    if top <= _STANDING_TOLERANCE:
         del spans["top"]
     upright = (pitch, min(pitch, rise))
     faces = [
-        _face(
-            f, centre, *spans[name], (pitch, pitch) if name in LEVEL else upright, seed, box.label, quadrature, reaches
-        )
+        _face(f, centre, *spans[name], (pitch, pitch) if name in FLAT else upright, seed, box.label, quadrature, test)
         for f, name in enumerate(FACES)
         if name in spans
     ]
@@ -100,7 +98,7 @@ def box_scatterers(
 
 
 def box_cells(box: Box, seabed_depth: float, pitch: float, rise: float) -> float:
-    """Number of cells on all faces of a box under water [1], about.
+    """Approximate number of cells on all faces of a box under water [1].
 
     Args:
         box: The box.
@@ -114,69 +112,73 @@ def box_cells(box: Box, seabed_depth: float, pitch: float, rise: float) -> float
 
 
 def box_section(
-    whole: Scatterers, box: Box, sonar_position: Floats, bearing: float, covered: Callable[[float], float]
+    scatterers: Scatterers, box: Box, sonar_position: Floats, bearing: float, width_in_beam: Callable[[float], float]
 ) -> Scatterers:
-    """Section of a box by a slice: its faces squeezed into the plane, standing for the part that the beam covers.
+    """Section of a box by a slice: its faces projected into the plane, representing the part within the beam.
 
     Args:
-        whole: Points on the faces of the box.
+        scatterers: Points on the faces of the box.
         box: The box.
         sonar_position: A point of the slice's vertical plane: north, east, ... [m].
         bearing: Bearing of that plane [rad].
-        covered: Width within the two-way beam [m] as a function of a width across the plane, centred on it [m].
+        width_in_beam: Width within the two-way beam [m] as a function of a width across the plane, centred on it [m].
 
     Returns:
-        The points of the faces that the plane cuts, moved into it; none where it misses the box.
-        Beam and box are taken as centred on each other.
+        The points of the faces that the plane cuts, moved into it; none if the plane misses the box.
+        Approximation: beam and box are centred on each other.
     """
-    aside = np.array([-np.sin(bearing), np.cos(bearing)])
+    plane_normal = np.array([-np.sin(bearing), np.cos(bearing)])
     axes = box_axes(box)[:2, :2]
-    side = int(np.argmax(np.abs(axes @ aside)))  # the edge that runs across the slice
+    side = int(np.argmax(np.abs(axes @ plane_normal)))  # the edge that runs across the slice
     axis, extent = axes[side], box.size[side]
-    slant = axis @ aside
-    shift = -((whole.position[:, :2] - sonar_position[:2]) @ aside) / slant
-    position = whole.position.copy()
+    cosine = axis @ plane_normal
+    shift = -((scatterers.position[:, :2] - sonar_position[:2]) @ plane_normal) / cosine
+    position = scatterers.position.copy()
     position[:, :2] += shift[:, None] * axis
-    missed = abs((np.array(box.position) - sonar_position[:2]) @ aside / slant) > extent / 2
-    across = np.abs(whole.normal[:, :2] @ axis) < 0.5
-    seen = np.zeros(len(whole), bool) if missed else across
-    width = extent * abs(slant)
-    return replace(whole, position=position, area=whole.area * covered(width) / width).take(seen)
+    is_missed = abs((np.array(box.position) - sonar_position[:2]) @ plane_normal / cosine) > extent / 2
+    across = np.abs(scatterers.normal[:, :2] @ axis) < 0.5
+    included = np.zeros(len(scatterers), bool) if is_missed else across
+    width = extent * abs(cosine)
+    return replace(scatterers, position=position, area=scatterers.area * width_in_beam(width) / width).take(included)
 
 
 def _face(
-    face: int, centre: Floats, out: Floats, first: Floats, second: Floats, pitch: tuple[float, float], seed: int,
-    label: str, even: bool, reaches: Reaches | None,
+    face: int, centre: Floats, outward: Floats, first: Floats, second: Floats, pitch: tuple[float, float], seed: int,
+    label: str, quadrature: bool, test: ReachTest | None,
 ) -> tuple[Floats, Floats, Floats, NDArray[np.complex128], NDArray[np.uint64]]:  # fmt: skip
-    """Jittered cells of one face spanned by two edge vectors about centre + out."""
+    """Jittered points of one face spanned by two edge vectors about centre + outward.
+
+    Returns:
+        Position [m] (n, 3), unit normal (n, 3), area [m^2] (n,), unit phasor [1] (n,) and key (n,) of each point.
+    """
     spans = [float(np.linalg.norm(first)), float(np.linalg.norm(second))]
     count = [int(np.ceil(span / max(side, span / 4095))) for span, side in zip(spans, pitch, strict=True)]
-    if reaches is None:
+    if test is None:
         i, j = (index.ravel() for index in np.indices(count))
     else:
-        i, j = _cells_in_reach((count[0], count[1]), centre + out, first, second, reaches)
-    name = zlib.crc32(label.encode())
-    u = random_keys.uniforms(seed, random_keys.TARGET, i, j, face, name)
-    if even:
+        i, j = _cells_in_reach((count[0], count[1]), centre + outward, first, second, test)
+    label_hash = zlib.crc32(label.encode())
+    u = random_keys.uniforms(seed, random_keys.TARGET, i, j, face, label_hash)
+    if quadrature:
         u[:, 0], u[:, 1] = np.mod((j + 0.5) * _GOLDEN, 1), np.mod((i + 0.5) * _GOLDEN, 1)
     s, t = (i + u[:, 0]) / count[0] - 0.5, (j + u[:, 1]) / count[1] - 0.5
-    position = centre + out + s[:, None] * first + t[:, None] * second
-    normal = np.broadcast_to(out / np.linalg.norm(out), position.shape)
+    position = centre + outward + s[:, None] * first + t[:, None] * second
+    normal = np.broadcast_to(outward / np.linalg.norm(outward), position.shape)
     area = np.full(i.size, spans[0] * spans[1] / (count[0] * count[1]))
     return position, normal, area, np.exp(2j * np.pi * u[:, 2]), target_scatterer_id(label, face, i, j)
 
 
 def _cells_in_reach(
-    count: tuple[int, int], middle: Floats, first: Floats, second: Floats, reaches: Reaches
+    count: tuple[int, int], middle: Floats, first: Floats, second: Floats, test: ReachTest
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Numbers of the cells of one face in tiles that are in reach, tile by tile, each of shape (n,).
+    """Numbers of the cells of one face along both edges, in tiles that pass a test, tile by tile, each of shape (n,).
 
     Args:
         count: Cells along both edges.
         middle: Middle of the face [m], shape (3,).
         first: Edge along which the first number counts [m], shape (3,).
         second: Edge along which the second number counts [m], shape (3,).
-        reaches: Test of spheres, as in `box_scatterers`.
+        test: Test of spheres, as in `box_scatterers`.
     """
     tiles = [np.arange(0, n, TILE) for n in count]
     low, start = (index.ravel() for index in np.meshgrid(*tiles, indexing="ij"))
@@ -184,8 +186,8 @@ def _cells_in_reach(
     s, t = (low + high) / 2 / count[0] - 0.5, (start + stop) / 2 / count[1] - 0.5
     half_s, half_t = (high - low) / 2 / count[0], (stop - start) / 2 / count[1]
     radius = np.hypot(half_s * np.linalg.norm(first), half_t * np.linalg.norm(second))
-    kept = np.flatnonzero(reaches(middle + s[:, None] * first + t[:, None] * second, radius))
-    i = (low[kept, None, None] + np.arange(TILE)[:, None]) + np.zeros(TILE, int)
-    j = (start[kept, None, None] + np.arange(TILE)) + np.zeros((TILE, 1), int)
+    rows = np.flatnonzero(test(middle + s[:, None] * first + t[:, None] * second, radius))
+    i = (low[rows, None, None] + np.arange(TILE)[:, None]) + np.zeros(TILE, int)
+    j = (start[rows, None, None] + np.arange(TILE)) + np.zeros((TILE, 1), int)
     inside = (i < count[0]) & (j < count[1])
     return i[inside], j[inside]

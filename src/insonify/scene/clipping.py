@@ -1,4 +1,4 @@
-"""Triangles cut along a level, and triangles that overlap a box."""
+"""Triangles clipped where a function of position changes sign, and triangles that overlap a box."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -6,34 +6,34 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 
 TOUCHING = 1e-6
-"""A face this close to the level lies on it, and is left out [m]."""
+"""Largest value of the function on a face that is left out [m]."""
 
 
 def clip_triangles(corners: Floats, value: Floats) -> Floats:
-    """The parts of triangles where a level function, linear on each, is positive.
+    """Parts of triangles where a function, linear on each, is positive.
 
     Args:
-        corners: Of the triangles [m], shape (t, 3, 3).
+        corners: Corners of the triangles [m], shape (t, 3, 3).
         value: The function at the corners [m], shape (t, 3).
 
     Returns:
         Triangles with the same normals, shape (..., 3, 3); those that nothing cuts come first and unchanged.
     """
-    reached = ~(value.max(axis=1) <= TOUCHING)
-    cut = reached & (value.min(axis=1) < -TOUCHING)
-    parts = [corners[reached & ~cut]]
+    is_kept = ~(value.max(axis=1) <= TOUCHING)
+    cut = is_kept & (value.min(axis=1) < -TOUCHING)
+    parts = [corners[is_kept & ~cut]]
     for count in (1, 2):
-        # corners turned so that those that stay come first, or the one that goes last
+        # corners in cyclic order with the positive ones first
         rows = np.flatnonzero(cut & ((value > 0).sum(axis=1) == count))
         first = (value[rows] > 0).argmax(axis=1) if count == 1 else ((value[rows] <= 0).argmax(axis=1) + 1) % 3
         order = (first[:, None] + np.arange(3)) % 3
         a, b, c = np.moveaxis(np.take_along_axis(corners[rows], order[:, :, None], axis=1), 1, 0)
-        at_a, at_b, at_c = np.take_along_axis(value[rows], order, axis=1).T[:, :, None]
+        value_a, value_b, value_c = np.take_along_axis(value[rows], order, axis=1).T[:, :, None]
         if count == 1:
-            parts.append(np.stack([a, _crossing(a, b, at_a, at_b), _crossing(a, c, at_a, at_c)], axis=1))
+            parts.append(np.stack([a, _crossing(a, b, value_a, value_b), _crossing(a, c, value_a, value_c)], axis=1))
         else:
-            one, other = _crossing(b, c, at_b, at_c), _crossing(a, c, at_a, at_c)
-            parts += [np.stack([a, b, one], axis=1), np.stack([a, one, other], axis=1)]
+            crossing_b, crossing_a = _crossing(b, c, value_b, value_c), _crossing(a, c, value_a, value_c)
+            parts += [np.stack([a, b, crossing_b], axis=1), np.stack([a, crossing_b, crossing_a], axis=1)]
     return np.concatenate(parts)
 
 
@@ -58,6 +58,6 @@ def overlap_box(corners: Floats, half_size: Floats) -> NDArray[np.bool_]:
     return overlap
 
 
-def _crossing(a: Floats, b: Floats, at_a: Floats, at_b: Floats) -> Floats:
-    """Intersections with a level of sides between positions on either side of it [m], shape (n, 3)."""
-    return np.asarray(a + (b - a) * at_a / (at_a - at_b))
+def _crossing(a: Floats, b: Floats, value_a: Floats, value_b: Floats) -> Floats:
+    """Zeros of the function on sides between positions of opposite sign [m], shape (n, 3)."""
+    return np.asarray(a + (b - a) * value_a / (value_a - value_b))

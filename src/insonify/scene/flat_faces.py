@@ -1,6 +1,6 @@
-"""Large flat smooth faces of targets: planes with an outline, off which the rest of the scene is reflected.
+"""Large flat smooth faces of targets: planes with an outline, which reflect legs to other scatterers.
 
-Sides of boxes and plates, and flat parts of meshes: neighbouring triangles in one plane. Round bodies have none.
+They are sides of boxes and plates, and flat parts of meshes: neighbouring triangles in one plane.
 """
 
 from functools import lru_cache
@@ -18,7 +18,7 @@ from insonify.scene.target import Box, LibraryTarget, Mesh, Plate, Solid, solids
 Floats = NDArray[np.float64]
 
 MIN_WAVELENGTHS = 10.0
-"""Least mean width of a face that reflects other echoes [wavelengths]."""
+"""Smallest mean width of a face that reflects legs [wavelengths]."""
 MAX_FACES = 64
 """Largest number of faces of one target, the largest first [1]."""
 COPLANAR, COPLANAR_SINE = 1e-4, 1e-6
@@ -30,7 +30,7 @@ STRIPS = 64
 STEP_WAVELENGTHS = 0.25
 """Largest difference among the edges of strips that are merged [wavelengths]."""
 FARTHEST_BED = 1e4
-"""Gap below a face beyond which there is no seabed [m]."""
+"""Gap below a face above which the seabed is ignored [m]."""
 HALF_THICKNESS = 1e-7
 """Half of the thickness of a strip [m]."""
 TOUCHING = 0.01
@@ -38,7 +38,7 @@ TOUCHING = 0.01
 
 
 class FlatFace(NamedTuple):
-    """A flat smooth face. In its own frame it is upright: north is its normal, the third axis points down along it."""
+    """A flat smooth face. In its own frame it is upright: first axis along its normal, third axis down along it."""
 
     occluder: int
     """Row of its target among the scene's occluders."""
@@ -61,7 +61,7 @@ class FlatFace(NamedTuple):
 
     @property
     def is_upright(self) -> bool:
-        """True for a vertical plane: the image of level boundaries in it is themselves."""
+        """True for a vertical plane, in which horizontal boundaries are their own images."""
         return bool(abs(self.axes[0, 2]) < UPRIGHT_SINE)
 
     def height_of(self, position: Floats) -> Floats:
@@ -98,28 +98,28 @@ def flat_faces(scene: Scene, wavelength: float) -> tuple[FlatFace, ...]:
 def _faces_of(scene: Scene, row: int, solid: Solid, wavelength: float) -> list[FlatFace]:
     """Faces of one target that are wide enough at a wavelength [m], the largest first."""
     corners, least = smooth_triangles(solid, scene.seabed), MIN_WAVELENGTHS * wavelength
-    if scene.seabed.terrain is None:  # over relief, strips are cut where they stand
+    if scene.seabed.terrain is None:  # over relief, strips are cut one by one
         corners = clip_at_seabed(corners, scene.seabed)
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     area = np.linalg.norm(normal, axis=1) / 2
-    kept = area > 1e-12
-    corners, normal, area = corners[kept], normal[kept] / (2 * area[kept, None]), area[kept]
-    left, flat_faces = np.ones(len(area), bool), list[tuple[float, FlatFace]]()
+    has_area = area > 1e-12
+    corners, normal, area = corners[has_area], normal[has_area] / (2 * area[has_area, None]), area[has_area]
+    is_free, flat_faces = np.ones(len(area), bool), list[tuple[float, FlatFace]]()
     parallel, low, high = _nearly_parallel(normal)
     total = np.concatenate([[0.0], np.cumsum(area[parallel])])
     is_wide = total[high] - total[low] >= least**2
     for first in np.argsort(-area, kind="stable"):
-        if not (left[first] and is_wide[first]):
+        if not (is_free[first] and is_wide[first]):
             continue
-        near = np.sort(parallel[low[first] : high[first]])
-        off = np.abs((corners[near] - corners[first, 0]) @ normal[first]).max(axis=1)
-        slope = np.linalg.norm(np.cross(normal[near], normal[first]), axis=1)
-        ahead = normal[near] @ normal[first] > 0
-        plane = near[left[near] & ahead & (off < COPLANAR) & (slope < COPLANAR_SINE)]
+        candidates = np.sort(parallel[low[first] : high[first]])
+        distance = np.abs((corners[candidates] - corners[first, 0]) @ normal[first]).max(axis=1)
+        slope = np.linalg.norm(np.cross(normal[candidates], normal[first]), axis=1)
+        is_parallel = normal[candidates] @ normal[first] > 0
+        plane = candidates[is_free[candidates] & is_parallel & (distance < COPLANAR) & (slope < COPLANAR_SINE)]
         if area[plane].sum() < least**2:  # smaller ones follow, but several of them may share a plane
-            left[first] = False
+            is_free[first] = False
             continue
-        left[plane] = False
+        is_free[plane] = False
         for part in _connected(corners[plane]):
             triangles = plane[part]
             face = _face(scene, row, solid, corners[triangles], normal[first], wavelength)
@@ -173,15 +173,15 @@ def _face(
     boxes[:, 4], boxes[:, 5], boxes[:, 6:] = HALF_THICKNESS, (strips[:, 1] - strips[:, 0]) / 2, strips[:, 2:]
     gap = _gap_below(boxes, axes, scene.seabed)
     boxes[:, 7] += np.minimum(gap, 0.0)
-    kept = boxes[:, 7] > boxes[:, 6]
-    boxes, gap = boxes[kept], np.maximum(gap[kept], 0.0)
+    is_exposed = boxes[:, 7] > boxes[:, 6]
+    boxes, gap = boxes[is_exposed], np.maximum(gap[is_exposed], 0.0)
     at_surface = (np.stack([boxes[:, 0], boxes[:, 1], boxes[:, 6]], -1) @ axes)[:, 2] < TOUCHING
-    boxes, gap, at_surface = _merged(boxes, gap, at_surface, STEP_WAVELENGTHS * wavelength)
+    boxes, gap, at_surface = _merge_strips(boxes, gap, at_surface, STEP_WAVELENGTHS * wavelength)
     assert solid.face_reflection_coefficient is not None
     return FlatFace(row, solid.label, axes, distance, boxes, gap, at_surface, plane, solid.face_reflection_coefficient)
 
 
-def _merged(
+def _merge_strips(
     boxes: Floats, gap: Floats, at_surface: NDArray[np.bool_], step: float
 ) -> tuple[Floats, Floats, NDArray[np.bool_]]:  # fmt: skip
     """Merge adjacent strips where neither edge nor gap varies by more than a step along them.
@@ -202,8 +202,8 @@ def _merged(
     kind = np.column_stack([gap > 0, np.isinf(gap), at_surface])
     for k in range(1, len(boxes)):
         low, high = np.minimum(low, edges[k]), np.maximum(high, edges[k])
-        apart = boxes[k, 1] - boxes[k, 5] > boxes[k - 1, 1] + boxes[k - 1, 5] + COPLANAR
-        if apart or np.any(high - low > step) or np.any(kind[k] != kind[k - 1]):
+        is_separate = boxes[k, 1] - boxes[k, 5] > boxes[k - 1, 1] + boxes[k - 1, 5] + COPLANAR
+        if is_separate or np.any(high - low > step) or np.any(kind[k] != kind[k - 1]):
             first.append(k)
             low = high = edges[k]
     last = [*(k - 1 for k in first[1:]), len(boxes) - 1]
@@ -243,10 +243,10 @@ def _strips(plane: Floats, *, divided: bool) -> Floats:
         return np.array([[low[0], high[0], low[1], high[1]]])
     borders = np.linspace(low[0], high[0], STRIPS + 1)
     middle = (borders[1:] + borders[:-1])[:, None, None] / 2
-    one, two = plane, np.roll(plane, -1, axis=1)
+    start, stop = plane, np.roll(plane, -1, axis=1)
     with np.errstate(divide="ignore", invalid="ignore"):
-        part = (middle - one[..., 0]) / (two[..., 0] - one[..., 0])
-        down = np.where((part >= 0) & (part <= 1), one[..., 1] + part * (two[..., 1] - one[..., 1]), np.nan)
+        part = (middle - start[..., 0]) / (stop[..., 0] - start[..., 0])
+        down = np.where((part >= 0) & (part <= 1), start[..., 1] + part * (stop[..., 1] - start[..., 1]), np.nan)
     down = down.reshape(STRIPS, -1)
     has_faces = np.isfinite(down).any(axis=1)
     top, base = np.nanmin(down[has_faces], axis=1), np.nanmax(down[has_faces], axis=1)

@@ -1,11 +1,10 @@
-"""Heightmap tiles as kernels read them: the recently used ones, side by side in memory.
+"""Cache of heightmap tiles in contiguous memory, which kernels read.
 
-A kernel reads the tiles that it needs. Where one is missing it marks the tile and continues with the next point; marked
-tiles are then synthesised and the remaining points evaluated again. So the positions of bounces need not be known
-beforehand.
+A kernel that finds a tile missing marks it and continues with the next point; marked tiles are then synthesised and the
+remaining points evaluated again. The positions of bounces are therefore not needed beforehand.
 
-Memory is used in two halves. When the current half is full a new one is begun; tiles of the previous half that are read
-again are copied into it, the others are deleted with that half.
+Memory has two halves. When the current half is full a new one is begun; tiles of the previous half that are read again
+are copied into it, the others are deleted with that half.
 """
 
 import math
@@ -23,7 +22,7 @@ CELLS = 1 << SHIFT
 """Cells along the side of one tile of the map."""
 NODES = CELLS + 1
 HALF_BYTES = 224 << 20
-"""Memory of 13 thousand tiles, which must hold those of a ping, or all are synthesised in every ping [bytes]."""
+"""Memory of a half, 13 thousand tiles [bytes]; if a ping needs more, all are synthesised in every ping."""
 
 
 class HeightmapTiles(NamedTuple):
@@ -36,9 +35,9 @@ class HeightmapTiles(NamedTuple):
     cell: float
     """Side of a cell [m]."""
     row_of: NDArray[np.int32]
-    """Row of each tile in `heights`, -1 for one that is missing, (rows x columns,); the border always is."""
+    """Row of each tile in `heights`, -1 for a missing one, as always at the border, (rows x columns,)."""
     heights: Singles
-    """On the nodes [m], (tiles x nodes x nodes,)."""
+    """Heights on the nodes [m], (tiles x nodes x nodes,)."""
 
 
 class HeightmapCache:
@@ -52,7 +51,7 @@ class HeightmapCache:
         """
         self.max_bytes, self._lock = max_bytes, Lock()
         self._start_new_half()
-        self._before = self._begin, self._row_of, self._heights
+        self._previous_half = self._begin, self._row_of, self._heights
 
     def __reduce__(self) -> tuple[type["HeightmapCache"], tuple[int]]:
         """Reduce to an empty cache: another process starts without tiles."""
@@ -80,24 +79,24 @@ class HeightmapCache:
             low: Least coordinates on the map that are likely to be read [m], shape (2,).
             high: Greatest coordinates, shape (2,).
             tile: Function that returns the tile of a row and a column, shape (nodes, nodes).
-            evaluate: Function that evaluates the remaining points and marks the tiles that it lacks; True when none is.
+            evaluate: Function that evaluates the remaining points and marks missing tiles; returns True if none is.
         """
         side = CELLS * cell
         begin = math.floor(low[0] / side) - 2, math.floor(low[1] / side) - 2
         end = math.floor(high[0] / side) + 3, math.floor(high[1] / side) + 3
         with self._lock:
             if self._used >= self._workspace:
-                self._before = self._begin, self._row_of, self._heights
+                self._previous_half = self._begin, self._row_of, self._heights
                 self._start_new_half()
-            before = self._before
-        drawn: dict[TileNumber, NDArray[np.floating]] = {}
+            previous = self._previous_half
+        new_tiles: dict[TileNumber, NDArray[np.floating]] = {}
         while True:
             with self._lock:
-                self._reach(begin, end)
-                if drawn:  # another thread may have begun a new half since
-                    rows, columns = zip(*drawn, strict=True)
-                    self._reach((min(rows) - 1, min(columns) - 1), (max(rows) + 2, max(columns) + 2))
-                    self._keep(drawn)
+                self._extend_table(begin, end)
+                if new_tiles:  # another thread may have begun a new half since
+                    rows, columns = zip(*new_tiles, strict=True)
+                    self._extend_table((min(rows) - 1, min(columns) - 1), (max(rows) + 2, max(columns) + 2))
+                    self._add_tiles(new_tiles)
                 corner, shape = self._begin, self._row_of.shape
                 tiles = HeightmapTiles(*corner, cell, self._row_of.ravel(), self._heights.ravel())
             missing = np.zeros(shape, bool)
@@ -107,12 +106,12 @@ class HeightmapCache:
                 begin = begin[0] - shape[0], begin[1] - shape[1]
                 end = end[0] + shape[0], end[1] + shape[1]
                 missing[0, 0] = False
-            drawn = {}
+            new_tiles = {}
             for a, b in (np.array(corner) + np.argwhere(missing)).tolist():
-                held = _held(before, a, b)
-                drawn[a, b] = tile(a, b) if held is None else held
+                cached = _find(previous, a, b)
+                new_tiles[a, b] = tile(a, b) if cached is None else cached
 
-    def _reach(self, begin: TileNumber, end: TileNumber) -> None:
+    def _extend_table(self, begin: TileNumber, end: TileNumber) -> None:
         """Extend the table of rows to a range of tile numbers; arrays that other threads read are not changed."""
         first, last = self._begin, self._end
         if not self._row_of.size:
@@ -126,10 +125,10 @@ class HeightmapCache:
         row_of[a : a + self._row_of.shape[0], b : b + self._row_of.shape[1]] = self._row_of
         self._begin, self._end, self._row_of = begin, end, row_of
 
-    def _keep(self, drawn: dict[tuple[int, int], NDArray[np.floating]]) -> None:
+    def _add_tiles(self, new_tiles: dict[tuple[int, int], NDArray[np.floating]]) -> None:
         """Add tiles; arrays that other threads read are not changed."""
         row_of, heights = self._row_of.copy(), self._heights
-        by_entry = {(a - self._begin[0], b - self._begin[1]): tile for (a, b), tile in drawn.items()}
+        by_entry = {(a - self._begin[0], b - self._begin[1]): tile for (a, b), tile in new_tiles.items()}
         new = {entry: tile for entry, tile in by_entry.items() if row_of[entry] < 0}
         if not new:
             return
@@ -142,8 +141,8 @@ class HeightmapCache:
         self._row_of, self._heights = row_of, heights
 
 
-def _held(half: tuple[TileNumber, NDArray[np.int32], Singles], along: int, across: int) -> NDArray[np.floating] | None:
-    """One tile of a half of the cache (first tile number, row of each tile, heights); None if it is not there."""
+def _find(half: tuple[TileNumber, NDArray[np.int32], Singles], along: int, across: int) -> NDArray[np.floating] | None:
+    """One tile of a half of the cache (first tile number, row of each tile, heights); None if it is not cached."""
     begin, row_of, heights = half
     i, j = along - begin[0], across - begin[1]
     if not (0 <= i < row_of.shape[0] and 0 <= j < row_of.shape[1]) or row_of[i, j] < 0:

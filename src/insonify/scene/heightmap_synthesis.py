@@ -28,11 +28,11 @@ class HeightmapSynthesizer:
     """Synthesiser of heightmap tiles of one terrain."""
 
     terrain: ReliefSum
-    """Its relief."""
+    """Relief that is synthesised."""
     cell: float
     """Side of a cell [m]."""
 
-    def draw(self, rows: NDArray[np.int64], numbers: NDArray[np.int64], tiles: Singles) -> None:
+    def synthesize(self, rows: NDArray[np.int64], numbers: NDArray[np.int64], tiles: Singles) -> None:
         """Synthesise tiles into their rows, from the coarsest octave to the finest.
 
         Args:
@@ -42,9 +42,9 @@ class HeightmapSynthesizer:
         """
         synthesize_tiles(np.ascontiguousarray(rows), numbers, self.cell, *self._octaves, quantiles(), tiles)
         node = np.arange(NODES)
-        for row in rows.tolist() if self._others else ():
+        for row in rows.tolist() if self._other_components else ():
             a, b = ((number * CELLS + node) * self.cell for number in numbers[row])
-            for relief in self._others:
+            for relief in self._other_components:
                 height, slope = relief.sample(np.repeat(a, len(b)), np.tile(b, len(a)))
                 tiles[row] += np.column_stack([height, slope]).reshape(tiles[row].shape)
 
@@ -53,43 +53,43 @@ class HeightmapSynthesizer:
 
         Args:
             along: Number of the tile along the lattice's first axis [1].
-            across: Along its second axis [1].
+            across: Number of the tile along the lattice's second axis [1].
         """
         tile = np.empty((1, NODES, NODES, 3), np.float32)
-        self.draw(np.zeros(1, np.int64), np.array([[along, across]]), tile)
+        self.synthesize(np.zeros(1, np.int64), np.array([[along, across]]), tile)
         return tile[0, :, :, 0]
 
     @cached_property
     def octave_node_counts(self) -> tuple[int, int]:
-        """Nodes of one tile at which octaves are evaluated, all octaves together: side by side, and one by one [1]."""
+        """Nodes of one tile at which octaves are evaluated, all octaves together: in rows, and one by one [1]."""
         pitch, steps = self._octaves[0][:, 0], self._octaves[1][:, 0]
         nodes = (CELLS // steps + 1 + np.where(steps > 1, 4, 0)) ** 2
-        apart = pitch < steps * self.cell / 4  # too far apart to share random numbers, about
-        return int(nodes[~apart].sum()), int(nodes[apart].sum())
+        is_pointwise = pitch < steps * self.cell / 4  # too far apart to share random numbers, about
+        return int(nodes[~is_pointwise].sum()), int(nodes[is_pointwise].sum())
 
     @property
     def other_part_count(self) -> int:
         """Components other than octaves, evaluated at each node [1]."""
-        return len(self._others)
+        return len(self._other_components)
 
     @cached_property
-    def _others(self) -> list[Relief]:
+    def _other_components(self) -> list[Relief]:
         """Components other than octaves, which are evaluated node by node."""
         return [part for part in self.terrain.parts if not isinstance(part, Octaves)]
 
     @cached_property
     def _octaves(self) -> tuple[Floats, NDArray[np.int64]]:
         """All octaves of the relief, coarsest first, as arguments of `synthesize_tiles`."""
-        numbers, names = [], []
+        parameters, keys = [], []
         for part in self.terrain.parts:
             if isinstance(part, Octaves):
                 steps = np.clip(np.floor(np.log2(part.pitch / MIN_NODES_PER_PITCH / self.cell + 1e-9)), 0, 4)
                 k0, k1 = random_keys.stream_key(part.seed, random_keys.TERRAIN)
-                for o, (turn, shift_a, shift_b, _) in enumerate(part.placed()):
-                    numbers.append((part.pitch[o], 2 * np.pi * turn, shift_a, shift_b, part.amplitude[o]))
-                    names.append((2 ** int(steps[o]), part.octave[o], 2 * part.layer, k0, k1))
-        order = sorted(range(len(names)), key=lambda o: -names[o][0])
+                for index, (turn, shift_a, shift_b, _) in enumerate(part.placement()):
+                    parameters.append((part.pitch[index], 2 * np.pi * turn, shift_a, shift_b, part.amplitude[index]))
+                    keys.append((2 ** int(steps[index]), part.octave[index], 2 * part.layer, k0, k1))
+        order = sorted(range(len(keys)), key=lambda index: -keys[index][0])
         return (
-            np.array([numbers[o] for o in order]).reshape(-1, 5),
-            np.array([names[o] for o in order], np.int64).reshape(-1, 5),
+            np.array([parameters[index] for index in order]).reshape(-1, 5),
+            np.array([keys[index] for index in order], np.int64).reshape(-1, 5),
         )

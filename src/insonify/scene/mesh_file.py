@@ -1,8 +1,7 @@
-"""Bodies from files: triangles as other people's programs write them, turned and checked once at the door.
+"""Meshes of targets from files, converted to body axes and metres, and checked.
 
-Reading is left to trimesh, which is only imported where a mesh is read (the extra `targets`).
-Faults of a file are reported with its name and the fix: what cannot be simulated is an error, what can but
-may not be what was meant is a warning.
+Files are read by trimesh, which is imported only when a mesh is read (the extra `targets`). A message has the name of
+the file and the fix: an error for a mesh that cannot be simulated, a warning for one that is probably unintended.
 """
 
 import io
@@ -24,16 +23,17 @@ from insonify.scene.triangle_surfaces import Triangles
 from insonify.validity import PhysicsWarning
 
 SUFFIXES = (".stl", ".obj", ".ply", ".glb", ".gltf")
-"""Kinds of file that are read."""
+"""File formats that are read."""
 Y_UP = (".glb", ".gltf")
-"""Kinds whose standard puts y up: Khronos, glTF 2.0 specification, section 3.4."""
+"""Formats whose standard has y up: Khronos, glTF 2.0 specification, section 3.4."""
 MAX_TRIANGLES = 5_000_000
 MAX_FILE_BYTES = 2 << 30
-"""Most bytes of a file: five million triangles in text."""
-LARGEST, LARGE, SMALL, SMALLEST = 1000.0, 300.0, 0.03, 1e-3
-"""Longest side of a body: more is refused, more is doubted, less is doubted, less is refused [m]."""
-_MERGED = 1e-7  # corners this close, as a part of the whole, are one
-_TURN = {
+"""Largest size of a file: five million triangles in text [bytes]."""
+MAX_SIZE, LARGE_SIZE, SMALL_SIZE, MIN_SIZE = 1000.0, 300.0, 0.03, 1e-3
+"""Longest side of a body [m]: above the first an error, above the second a warning, below the third a warning, below
+the last an error."""
+_MERGE_TOLERANCE = 1e-7  # distance of corners that are one, re the size of the body
+_BODY_AXES = {
     "z": np.array([[1.0, 0, 0], [0, -1, 0], [0, 0, -1]]),  # x forward, y to port, z up
     "y": np.array([[0.0, 0, 1], [-1, 0, 0], [0, -1, 0]]),  # z forward, x to port, y up
 }
@@ -49,7 +49,7 @@ class MeshError(ValueError):
 
 
 class MeshContent(NamedTuple):
-    """The surface in a file, remarks on it, and the names of its faces."""
+    """Surface in a file, remarks on it, and the names of its faces."""
 
     surface: Triangles
     remarks: tuple[str, ...]
@@ -60,16 +60,16 @@ class MeshContent(NamedTuple):
 
 
 def mesh_triangles(file: str, up: str | None, scale: float, sha256: str | None) -> Triangles:
-    """The surface in a file, in body axes and metres; faces of an open surface are there once for each side.
+    """Surface in a file, in body axes and metres; an open surface has every face once for each side.
 
     Args:
         file: Path of an STL, OBJ, PLY or GLB file.
         up: Axis that points up, "z" or "y"; None: that of the file format.
         scale: Metres in one unit of the file [m].
-        sha256: Fingerprint of the file: another content is read again.
+        sha256: SHA-256 digest of the file, by which its content is cached.
 
     Raises:
-        MeshError: It cannot be read, or holds no body; with the way out.
+        MeshError: The file cannot be read, or has no body; with the fix.
     """
     return _read(file, up, scale, sha256, False).surface
 
@@ -77,7 +77,7 @@ def mesh_triangles(file: str, up: str | None, scale: float, sha256: str | None) 
 def mesh_parts(
     file: str, up: str | None, scale: float, sha256: str | None, names: tuple[str, ...]
 ) -> tuple[Triangles, NDArray[np.int64]]:
-    """The surface in a file, and the last of some names that each of its triangles has there.
+    """Surface in a file, and for each of its triangles the last of some names that it has in the file.
 
     Args:
         file: Path of an OBJ or GLB file.
@@ -93,10 +93,10 @@ def mesh_parts(
         MeshError: A name is not in the file; with those that are.
     """
     content = _read(file, up, scale, sha256, True)
-    known, part_of_face = frozenset[str]().union(*content.names), np.full(len(content.row), -1)
+    names_in_file, part_of_face = frozenset[str]().union(*content.names), np.full(len(content.row), -1)
     for number, name in enumerate(names):
-        if name not in known:
-            listed = ", ".join(sorted(known)) or "none at all"
+        if name not in names_in_file:
+            listed = ", ".join(sorted(names_in_file)) or "none at all"
             raise MeshError(
                 f"{file} has no group, object or material {name!r}; it has {listed}.", f"parts.{number}.name"
             )
@@ -107,7 +107,7 @@ def mesh_parts(
 
 
 def mesh_warnings(file: str, up: str | None, scale: float, sha256: str | None) -> None:
-    """Warn of what is doubtful about a mesh: holes, faces without area, a size that few things have.
+    """Warn of doubtful properties of a mesh: holes, faces without area, an unusual size.
 
     Args:
         file: Path of the file.
@@ -121,9 +121,9 @@ def mesh_warnings(file: str, up: str | None, scale: float, sha256: str | None) -
 
 @lru_cache(maxsize=16)
 def _read(file: str, up: str | None, scale: float, sha256: str | None, named: bool) -> MeshContent:
-    """The surface, remarks on it, and with `named` the names of its faces."""
+    """Content of a mesh file, cached, with the names of faces if `named`; arguments see `mesh_triangles`."""
     path = Path(file)
-    vertices, faces, names, row = _loaded(path, file, named=named)
+    vertices, faces, names, row = _load(path, file, named=named)
     if not len(faces):
         raise MeshError(f"{file} holds no triangles. Export the body as a mesh of triangles.")
     if len(faces) > MAX_TRIANGLES:
@@ -133,21 +133,21 @@ def _read(file: str, up: str | None, scale: float, sha256: str | None, named: bo
         raise MeshError(f"{file}: triangle {first} has the corners {', '.join(map(str, faces[first]))}, and the file "
                         f"has corners 0 to {len(vertices) - 1}. It is damaged: export it again.")  # fmt: skip
     if not np.isfinite(vertices[faces]).all():
-        bad = int(np.argmin(np.isfinite(vertices).all(axis=1)))
-        raise MeshError(f"{file}: corner {bad} is {vertices[bad]}, not three finite numbers. Mend the mesh.")
-    turn = _TURN[up or ("y" if path.suffix.lower() in Y_UP else "z")]
-    surface = Triangles(vertices * scale @ turn.T, faces)
+        corner = int(np.argmin(np.isfinite(vertices).all(axis=1)))
+        raise MeshError(f"{file}: corner {corner} is {vertices[corner]}, not three finite numbers. Mend the mesh.")
+    body_axes = _BODY_AXES[up or ("y" if path.suffix.lower() in Y_UP else "z")]
+    surface = Triangles(vertices * scale @ body_axes.T, faces)
     surface = Triangles(surface.vertices[np.unique(faces)], np.unique(faces, return_inverse=True)[1].reshape(-1, 3))
-    remarks = _sizes(file, surface)
+    remarks = _size_remarks(file, surface)
     try:
-        surface, kept, more = repaired(surface)
+        surface, rows, further = repaired(surface)
     except MeshError as fault:
         raise MeshError(f"{file}: {fault}") from None
-    return MeshContent(surface.centred(), tuple(remarks + more), names, row[kept])
+    return MeshContent(surface.centred(), tuple(remarks + further), names, row[rows])
 
 
-def _loaded(path: Path, file: str, *, named: bool) -> NamedFaces:
-    """Corners and faces as they stand in the file, with `named` in the order of their names."""
+def _load(path: Path, file: str, *, named: bool) -> NamedFaces:
+    """Corners and faces in units of the file, sorted by their names if `named`."""
     if path.suffix.lower() not in SUFFIXES:
         raise MeshError(f"{file} is not a kind of mesh that is read; export it as one of {', '.join(SUFFIXES)}.")
     if not path.is_file():
@@ -177,18 +177,18 @@ def _loaded(path: Path, file: str, *, named: bool) -> NamedFaces:
 
 @contextmanager
 def _silence_trimesh() -> Iterator[None]:
-    """Keep trimesh's log to itself: the error reports what it could not read."""
+    """Context in which trimesh's log is off, since the error has the reason."""
     log = logging.getLogger("trimesh")
-    was = log.level
+    previous_level = log.level
     log.setLevel(logging.CRITICAL + 1)
     try:
         yield
     finally:
-        log.setLevel(was)
+        log.setLevel(previous_level)
 
 
 def _read_by(trimesh: Any, path: Path) -> Any:
-    """The mesh in a file; text whose names or comments are not in UTF-8 is read too, of which only numbers matter."""
+    """The mesh in a file; text with names or comments in another encoding than UTF-8 is read as Latin-1."""
     try:
         return trimesh.load_mesh(path, process=False)
     except ImportError:  # trimesh needs charset_normalizer, which may be missing, for the encoding of a text
@@ -196,53 +196,56 @@ def _read_by(trimesh: Any, path: Path) -> Any:
     return trimesh.load_mesh(io.BytesIO(text.encode()), file_type=path.suffix[1:].lower(), process=False)
 
 
-def _sizes(file: str, surface: Triangles) -> list[str]:
-    """Warning on a size that few things have; a size that no target has is refused."""
+def _size_remarks(file: str, surface: Triangles) -> list[str]:
+    """Warnings on an unusual size of a body; an impossible size is an error."""
     length, width, height = surface.high - surface.low
     longest = float(max(length, width, height))
     size = f"is {length:.4g} m long, {width:.4g} m wide and {height:.4g} m high"
-    if longest > LARGEST:
-        raise MeshError(f"{file} {size}; {LARGEST:g} m is the most. If it is drawn in millimetres, write scale: 0.001 "
+    if longest > MAX_SIZE:
+        raise MeshError(f"{file} {size}; {MAX_SIZE:g} m is the most. If it is drawn in millimetres, write scale: 0.001 "
                         "(in centimetres 0.01, in inches 0.0254).", "scale")  # fmt: skip
-    if longest < SMALLEST:
+    if longest < MIN_SIZE:
         raise MeshError(
             f"{file} {size}: too small to be seen. If it is drawn in kilometres, write scale: 1000.", "scale"
         )
-    if longest > LARGE:
+    if longest > LARGE_SIZE:
         return [f"the body {size}. If it is drawn in millimetres, write scale: 0.001"]
-    if longest < SMALL:
+    if longest < SMALL_SIZE:
         return [f"the body {size}. If it is drawn in metres times a thousand, write a larger scale, such as 1000"]
     return []
 
 
 def repaired(surface: Triangles) -> tuple[Triangles, NDArray[np.int64], list[str]]:
-    """A surface whose faces have an area and look outwards, their rows before, and remarks on what was not so.
+    """Repair a surface: outward faces with an area, their rows in the original surface, and remarks on the changes.
 
-    Corners at one position become one. A closed surface that looks inwards is turned inside out. An open surface, or
-    one whose faces disagree, gets every face once for each side: the side that faces the sonar scatters.
+    Corners at one position become one. A closed surface with inward normals is turned inside out. An open surface, or
+    one with inconsistent normals, gets every face once for each side: the side that faces the sonar scatters.
 
     Raises:
         MeshError: No face has an area.
     """
     extent = float(np.max(surface.high - surface.low))
-    grid = np.round((surface.vertices - surface.low) / (extent * _MERGED)).astype(np.int64)
+    grid = np.round((surface.vertices - surface.low) / (extent * _MERGE_TOLERANCE)).astype(np.int64)
     _, first, row = np.unique(grid, axis=0, return_index=True, return_inverse=True)
     merged = Triangles(surface.vertices[first], row.reshape(-1)[surface.faces])
-    flat = merged.area <= 1e-14 * extent**2
-    if flat.all():
+    no_area = merged.area <= 1e-14 * extent**2
+    if no_area.all():
         raise MeshError("no triangle of the mesh has an area. Export it again.")
-    solid, kept = Triangles(merged.vertices, merged.faces[~flat]), np.flatnonzero(~flat)
-    remarks = [f"{flat.sum()} of {flat.size} triangles have no area and are left out"] if flat.any() else []
-    open_edges, odd_edges = edge_defects(solid.faces)
+    valid, rows = Triangles(merged.vertices, merged.faces[~no_area]), np.flatnonzero(~no_area)
+    remarks = [f"{no_area.sum()} of {no_area.size} triangles have no area and are left out"] if no_area.any() else []
+    open_edges, odd_edges = edge_defects(valid.faces)
     if open_edges or odd_edges:
-        gaps, odd = f"{open_edges} edges belong to one face only", f"{odd_edges} edges join faces that disagree"
-        remarks.append(
-            f"the surface is not closed: {gaps if open_edges else odd}. Both sides of every face scatter, and what is "
-            "inside may echo through the gaps; close the mesh if it should be solid"
+        gaps, twisted = (
+            f"{open_edges} edges belong to one face only",
+            f"{odd_edges} edges join faces that disagree",
         )
-        both = np.concatenate([solid.faces, solid.faces[:, ::-1]])
-        return Triangles(solid.vertices, both), np.tile(kept, 2), remarks
-    return (solid if solid.volume > 0 else Triangles(solid.vertices, solid.faces[:, ::-1])), kept, remarks
+        remarks.append(
+            f"the surface is not closed: {gaps if open_edges else twisted}. Both sides of every face scatter, and "
+            "what is inside may echo through the gaps; close the mesh if it should be solid"
+        )
+        both = np.concatenate([valid.faces, valid.faces[:, ::-1]])
+        return Triangles(valid.vertices, both), np.tile(rows, 2), remarks
+    return (valid if valid.volume > 0 else Triangles(valid.vertices, valid.faces[:, ::-1])), rows, remarks
 
 
 def edge_defects(faces: NDArray[np.int64]) -> tuple[int, int]:
@@ -252,8 +255,8 @@ def edge_defects(faces: NDArray[np.int64]) -> tuple[int, int]:
         faces: Rows of the corners of each triangle, shape (t, 3).
     """
     start, stop = faces.reshape(-1), np.roll(faces, -1, axis=1).reshape(-1)
-    most = int(faces.max()) + 1
-    key = np.minimum(start, stop) * most + np.maximum(start, stop)
+    vertex_count = int(faces.max()) + 1
+    key = np.minimum(start, stop) * vertex_count + np.maximum(start, stop)
     _, row, count = np.unique(key, return_inverse=True, return_counts=True)
     sense = np.bincount(row, weights=np.where(start < stop, 1, -1))
     return int((count == 1).sum()), int(((count > 1) & (sense != 0)).sum())

@@ -1,7 +1,7 @@
-"""Headers of mesh files that promise more than the file holds: refused before memory is allocated.
+"""Check of the headers of mesh files, before memory is allocated for what they declare.
 
-A header may claim billions of vertices in some hundred bytes. Every vertex and every face of a PLY file takes a byte
-at least; the numbers of a binary glTF file are given by its description, which is JSON.
+The header of a file of some hundred bytes may declare billions of vertices. Every vertex and every face of a PLY file
+takes at least one byte; the number of values of a binary glTF file is in its description, which is JSON.
 """
 
 import json
@@ -11,19 +11,19 @@ from typing import Any
 
 GLB_HEAD, GLB_CHUNK = 12, 8
 MAX_NUMBERS = 60_000_000
-"""Most numbers in all the arrays of a glTF file: four for each triangle, of five million, and as many to spare."""
+"""Largest number of values in all arrays of a glTF file: 12 for each of five million triangles."""
 _PARTS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
 _BYTES = {5120: 1, 5121: 1, 5122: 2, 5123: 2, 5125: 4, 5126: 4}
 
 
 def require_declared_content(path: Path) -> None:
-    """Refuse a mesh file whose header promises more than the file can hold.
+    """Refuse a mesh file whose header declares more than the file can contain.
 
     Args:
-        path: The file; kinds without such a header pass.
+        path: The file; formats without such a header are accepted.
 
     Raises:
-        ValueError: It does; the file, the number and the limit are named.
+        ValueError: The header declares too much; with the file, the number and the limit.
     """
     kind = path.suffix.lower()
     if kind == ".ply":
@@ -67,7 +67,7 @@ def _glb(path: Path) -> None:
 def _gltf(path: Path, description: bytes) -> None:
     try:
         accessors = json.loads(description).get("accessors", [])
-        numbers = sum(_numbers(one) for one in accessors)
+        numbers = sum(_numbers(accessor) for accessor in accessors)
     except (ValueError, TypeError, AttributeError, KeyError, RecursionError):
         raise ValueError(f"{path}: its description is no glTF. It is damaged: export it again.") from None
     if not 0 <= numbers <= MAX_NUMBERS:
@@ -75,7 +75,7 @@ def _gltf(path: Path, description: bytes) -> None:
 
 
 def _numbers(accessor: dict[str, Any]) -> int:
-    """Numbers that an array of a glTF file claims; those it stores itself are counted, those it leaves out as well."""
+    """Number of values that the description of an array of a glTF file declares, stored or not."""
     count = accessor["count"]
     if not isinstance(count, int) or count < 0 or accessor["componentType"] not in _BYTES:
         raise ValueError

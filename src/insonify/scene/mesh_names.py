@@ -69,7 +69,7 @@ def _numbered_objects(text: str) -> tuple[str, dict[str, frozenset[str]]]:
         elif keyword.startswith("v"):
             lines.append(line)
     names = {
-        str(number): frozenset(name for name in (one, *group.split(), group, material) if name)
-        for (one, group, material), number in numbers.items()
+        str(number): frozenset(name for name in (object_name, *group.split(), group, material) if name)
+        for (object_name, group, material), number in numbers.items()
     }
     return "\n".join(lines), names

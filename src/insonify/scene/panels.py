@@ -1,7 +1,7 @@
 """Smooth bodies as panels: flat faces and surfaces of revolution in closed form, each over two parameters.
 
-A panel gives the position, and its derivatives to third order, at any pair of parameters; so that a patch of it may be
-as round as the body is, whatever its size. Meshes and shapes of the library have none: they are their triangles.
+A panel gives the position and its derivatives to third order at any pair of parameters, so that patches of any size
+have the curvature of the body. Meshes and shapes of the library have no panels, only triangles.
 """
 
 from dataclasses import dataclass
@@ -63,7 +63,7 @@ class FlatPanel:
 
 @dataclass(frozen=True, eq=False)
 class RevolvedPanel:
-    """A line, or a half circle, turned about an axis: t is the angle about it, from 0 to 2 pi."""
+    """A surface of revolution of a line or a half circle; t is the angle about the axis, 0 to 2 pi."""
 
     origin: Floats
     """Middle of the body [m], shape (3,)."""
@@ -82,25 +82,25 @@ class RevolvedPanel:
     def at(self, s: Floats, t: Floats) -> PanelDerivatives:
         """Point and derivatives at parameters of shape (n,)."""
         axis, right, down = self.axes
-        out = np.cos(t)[:, None] * right + np.sin(t)[:, None] * down
-        around = np.cos(t)[:, None] * down - np.sin(t)[:, None] * right
-        along, away = self._profile(s)
-        x, x1, x2, x3 = (part[:, None] * axis for part in along)
-        r, r1, r2, r3 = (part[:, None] for part in away)
+        radial = np.cos(t)[:, None] * right + np.sin(t)[:, None] * down
+        tangent = np.cos(t)[:, None] * down - np.sin(t)[:, None] * right
+        axial, radius = self._profile(s)
+        x, x1, x2, x3 = (part[:, None] * axis for part in axial)
+        r, r1, r2, r3 = (part[:, None] for part in radius)
         return PanelDerivatives(
-            self.origin + x + r * out, x1 + r1 * out, r * around, x2 + r2 * out, -r * out, r1 * around,
-            x3 + r3 * out, r2 * around, -r1 * out, -r * around,
+            self.origin + x + r * radial, x1 + r1 * radial, r * tangent, x2 + r2 * radial, -r * radial, r1 * tangent,
+            x3 + r3 * radial, r2 * tangent, -r1 * radial, -r * tangent,
         )  # fmt: skip
 
     def area(self, s: Floats, t: Floats, half_s: Floats, half_t: Floats) -> Floats:
         """Area of patches with these middles and half sides [m^2], shape (n,)."""
         if self.line is None:
             return np.asarray(4 * self.radius**2 * np.sin(s) * np.sin(half_s) * half_t)
-        (_, slope, *_), (away, widening, *_) = self._profile(s)
-        return np.asarray(4 * half_s * half_t * away * np.hypot(slope, widening))
+        (_, slope, *_), (radius, widening, *_) = self._profile(s)
+        return np.asarray(4 * half_s * half_t * radius * np.hypot(slope, widening))
 
     def _profile(self, s: Floats) -> tuple[tuple[Floats, ...], tuple[Floats, ...]]:
-        """Position along the axis, and distance from it, each with its first three derivatives along s."""
+        """Position along the axis and distance from it [m], each with its first three derivatives along s, (n,)."""
         none = np.zeros(len(s))
         if self.line is not None:
             x0, r0, x1, r1 = self.line
@@ -117,50 +117,50 @@ class RevolvedPanel:
 Panel = FlatPanel | RevolvedPanel
 
 
-def panels(solid: Solid, seabed: Seabed, viewer: Floats) -> list[Panel]:
-    """The surface of a solid where it lies, in closed form; none for meshes and shapes of the library.
+def panels(solid: Solid, seabed: Seabed, sonar_position: Floats) -> list[Panel]:
+    """Surface of a solid in the world in closed form; empty for meshes and shapes of the library.
 
     Args:
         solid: The target.
         seabed: Seabed that it lies on.
-        viewer: Its position: north, east, depth [m], shape (3,). The azimuth t of a sphere, about its vertical
-            axis, begins at the viewer's bearing, so that its patches look the same from every bearing.
+        sonar_position: North, east, depth of the sonar [m], shape (3,). The azimuth t of a sphere, about its vertical
+            axis, begins at the sonar's bearing, so that its patches do not depend on the bearing.
     """
     solid = submerged(solid, seabed)
     turn, middle = resting_pose(solid, seabed)
     body = turn.T  # its own forward, starboard and down in the world, as rows
     match solid:
         case Sphere(diameter=diameter):
-            # upright: what the seabed or the surface cuts off ends along a circle of equal s
-            bearing = np.arctan2(*(viewer - middle)[1::-1])
+            # vertical axis: seabed and surface cut the sphere along circles of equal s
+            bearing = np.arctan2(*(sonar_position - middle)[1::-1])
             c, s = np.cos(bearing), np.sin(bearing)
             return [RevolvedPanel(middle, np.array([[0.0, 0, -1], [c, s, 0], [s, -c, 0]]), None, diameter / 2)]
         case Cylinder(length=length, diameter=diameter):
-            return _turned(middle, body, length, diameter, diameter)
+            return _frustum_panels(middle, body, length, diameter, diameter)
         case Cone(height=height, diameter=diameter):
-            return _turned(middle, _UP @ body, height, diameter, 0.0)
+            return _frustum_panels(middle, _UP @ body, height, diameter, 0.0)
         case TruncatedCone(height=height, diameter=diameter, top_diameter=top):
-            return _turned(middle, _UP @ body, height, diameter, top)
+            return _frustum_panels(middle, _UP @ body, height, diameter, top)
         case Box(size=size):
-            return _block(middle, body, size)
+            return _block_panels(middle, body, size)
         case Plate(length=length, width=width, thickness=thickness):
-            return _block(middle, body, (length, width, thickness))
+            return _block_panels(middle, body, (length, width, thickness))
     return []
 
 
-def _turned(middle: Floats, axes: Floats, length: float, aft: float, fore: float) -> list[Panel]:
+def _frustum_panels(middle: Floats, axes: Floats, length: float, aft: float, fore: float) -> list[Panel]:
     """Ends and side of a frustum along the first axis: its length, and the diameters of its ends [m]."""
     half = length / 2
     lines = [(-half, 0.0, -half, aft / 2), (-half, aft / 2, half, fore / 2), (half, fore / 2, half, 0.0)]
     return [RevolvedPanel(middle, axes, line) for line in lines if line[1] or line[3]]
 
 
-def _block(middle: Floats, body: Floats, size: tuple[float, float, float]) -> list[Panel]:
+def _block_panels(middle: Floats, body: Floats, size: tuple[float, float, float]) -> list[Panel]:
     """The six faces of a block."""
     result: list[Panel] = []
-    for out, first, second in _FACES:
-        away, one, other = (body[axis] * size[axis] for axis in (out, first, second))
+    for axis_n, axis_s, axis_t in _FACES:
+        normal_edge, edge_s, edge_t = (body[axis] * size[axis] for axis in (axis_n, axis_s, axis_t))
         for side in (1, -1):
-            corner = middle + (side * away - one - other) / 2
-            result.append(FlatPanel(corner, *((other, one) if side > 0 else (one, other))))
+            corner = middle + (side * normal_edge - edge_s - edge_t) / 2
+            result.append(FlatPanel(corner, *((edge_t, edge_s) if side > 0 else (edge_s, edge_t))))
     return result

@@ -13,8 +13,8 @@ Floats = NDArray[np.floating[Any]]
 Singles = NDArray[np.float32]
 MAX_SAMPLES = 32
 _FAST = {"contract", "reassoc", "nsz", "arcp"}  # not "nnan": unknown terrain is NaN
-_TILE, _DOWN, _NEXT = np.uint64(NODES * NODES), np.uint64(NODES), np.uint64(MAX_SAMPLES)
-_INSIDE, _NODES = np.int32(CELLS - 1), np.int32(NODES)
+_TILE, _NEXT_ROW, _SECOND_AXIS = np.uint64(NODES * NODES), np.uint64(NODES), np.uint64(MAX_SAMPLES)
+_CELL_MASK, _NODES = np.int32(CELLS - 1), np.int32(NODES)
 
 
 class EllipsePatches(NamedTuple):
@@ -50,7 +50,7 @@ def fit_planes(
     """Least-squares planes of the heights at the samples of ellipses, linear between the nodes of the map.
 
     The pattern is symmetric about both axes, so that mean and slopes are independent. Samples without terrain count as
-    the mean of the others. With fewer than half of them known, the plane is scaled towards the mean plane of the bed.
+    the mean of the others. If fewer than half are known, the plane is scaled towards the mean plane of the seabed.
 
     Args:
         patches: The ellipses, and the result.
@@ -61,15 +61,15 @@ def fit_planes(
         missing: Result: True for the tiles that are needed and not loaded, (rows, columns) of tiles.
         known: Input: True for the ellipses to fit. Result: False for those of which a tile is missing, (n,).
     """
-    samples, per = pattern.shape[1] - 1, 1 / heightmap.cell
+    samples, cells_per_metre = pattern.shape[1] - 1, 1 / heightmap.cell
     u, v, squares_u, squares_v = (
         pattern[0],
         pattern[1],
         np.float64(pattern[0, samples]),
         np.float64(pattern[1, samples]),
     )
-    at, cells = np.empty(2 * MAX_SAMPLES, np.float32), np.empty(2 * MAX_SAMPLES, np.int32)
-    flat, rows, wide = heightmap.heights, heightmap.row_of, np.int32(missing.shape[1])
+    offsets, cells = np.empty(2 * MAX_SAMPLES, np.float32), np.empty(2 * MAX_SAMPLES, np.int32)
+    heights, rows, tile_columns = heightmap.heights, heightmap.row_of, np.int32(missing.shape[1])
     corner_a, corner_b = heightmap.corner_a * CELLS, heightmap.corner_b * CELLS
     begin_a, begin_b = corner_a + CELLS, corner_b + CELLS
     end_a, end_b = corner_a + (missing.shape[0] - 1) * CELLS, corner_b + (missing.shape[1] - 1) * CELLS
@@ -77,15 +77,15 @@ def fit_planes(
         if not known[q]:
             continue
         length, width = patches.half_length[q], patches.half_width[q]
-        # from the map's own corner: other cached tiles must change no bit
-        x0, y0 = patches.centre_a[q] * per, patches.centre_b[q] * per
+        # relative to the map's corner: results must not depend on the cached tiles
+        x0, y0 = patches.centre_a[q] * cells_per_metre, patches.centre_b[q] * cells_per_metre
         uc, us, vc, vs = (
-            length * per * patches.cosine[q],
-            length * per * patches.sine[q],
-            width * per * patches.cosine[q],
-            width * per * patches.sine[q],
+            length * cells_per_metre * patches.cosine[q],
+            length * cells_per_metre * patches.sine[q],
+            width * cells_per_metre * patches.cosine[q],
+            width * cells_per_metre * patches.sine[q],
         )
-        # not math.isfinite: it takes a number from itself, which is 0 where sums may be put in any order
+        # not math.isfinite: its difference of a number and itself is optimised to 0 under fastmath
         if not abs(x0) + abs(y0) + abs(uc) + abs(us) + abs(vc) + abs(vs) < np.inf:
             patches.height[q] = patches.along[q] = patches.across[q] = patches.residual_variance[q] = 0.0
             continue
@@ -101,21 +101,21 @@ def fit_planes(
         for k in range(np.uint64(samples)):
             from_x, from_y = x + u[k] * per_uc - v[k] * per_vs, y + u[k] * per_us + v[k] * per_vc
             whole_x, whole_y = np.floor(from_x), np.floor(from_y)
-            at[k], at[_NEXT + k] = from_x - whole_x, from_y - whole_y
+            offsets[k], offsets[_SECOND_AXIS + k] = from_x - whole_x, from_y - whole_y
             i, j = np.int32(low_i + np.int32(whole_x)), np.int32(low_j + np.int32(whole_y))
-            cells[k] = np.int32(np.int32(np.int32(i >> SHIFT) * wide) + np.int32(j >> SHIFT))
-            cells[_NEXT + k] = np.int32(np.int32(np.int32(i & _INSIDE) * _NODES) + np.int32(j & _INSIDE))
+            cells[k] = np.int32(np.int32(np.int32(i >> SHIFT) * tile_columns) + np.int32(j >> SHIFT))
+            cells[_SECOND_AXIS + k] = np.int32(np.int32(np.int32(i & _CELL_MASK) * _NODES) + np.int32(j & _CELL_MASK))
         total = squares = along = across = 0.0
-        for k in range(np.uint64(samples)):  # one by one: gathered, they take twice as long
+        for k in range(np.uint64(samples)):  # scalar loads: vector gathers take twice as long
             row = rows[np.uint32(cells[k])]
             if row < 0:
                 known[q] = False
                 break
-            # without a sign, for a number that might be negative is checked each time
-            first = np.uint64(np.uint32(row)) * _TILE + np.uint64(np.uint32(cells[_NEXT + k]))
-            f, g, corner, below = at[k], at[_NEXT + k], flat[first], flat[first + _DOWN]
-            low = corner + g * (flat[first + np.uint64(1)] - corner)
-            high = below + g * (flat[first + _DOWN + np.uint64(1)] - below)
+            # unsigned: a signed index costs a test
+            first = np.uint64(np.uint32(row)) * _TILE + np.uint64(np.uint32(cells[_SECOND_AXIS + k]))
+            f, g, corner, below = offsets[k], offsets[_SECOND_AXIS + k], heights[first], heights[first + _NEXT_ROW]
+            low = corner + g * (heights[first + np.uint64(1)] - corner)
+            high = below + g * (heights[first + _NEXT_ROW + np.uint64(1)] - below)
             height = np.float64(low + f * (high - low))
             total += height
             squares += height * height
@@ -124,27 +124,27 @@ def fit_planes(
         if not known[q]:
             for k in range(samples):
                 if rows[cells[k]] < 0:
-                    missing[cells[k] // wide, cells[k] % wide] = True
+                    missing[cells[k] // tile_columns, cells[k] % tile_columns] = True
             continue
-        mean, share, rest = total / samples, 1.0, squares / samples
+        mean, factor, mean_square = total / samples, 1.0, squares / samples
         along, across = along / squares_u, across / squares_v
         if total != total:
-            mean, along, across, rest, share = _partly_known(pattern, at, cells, heightmap)
+            mean, along, across, mean_square, factor = _partly_known(pattern, offsets, cells, heightmap)
         explained = mean * mean + (along * along * squares_u + across * across * squares_v) / samples
-        patches.height[q], patches.along[q] = share * mean, share * along / length
-        patches.across[q] = share * across / width
-        patches.residual_variance[q] = max(rest - explained, 0.0)
+        patches.height[q], patches.along[q] = factor * mean, factor * along / length
+        patches.across[q] = factor * across / width
+        patches.residual_variance[q] = max(mean_square - explained, 0.0)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _partly_known(
-    pattern: Singles, at: Singles, cells: NDArray[np.int32], heightmap: HeightmapTiles
+    pattern: Singles, offsets: Singles, cells: NDArray[np.int32], heightmap: HeightmapTiles
 ) -> tuple[float, float, float, float, float]:
     """Moments of the heights of one ellipse, some of which are NaN.
 
     Args:
         pattern: See `fit_planes`.
-        at: Position of each sample between nodes of its cell along both axes [1], first axis first, (2 MAX_SAMPLES,).
+        offsets: Fractional position of each sample in its cell along the first, then the second axis, (2 MAX_SAMPLES,).
         cells: Tile of each sample, then its node in the tile, (2 MAX_SAMPLES,).
         heightmap: Tiles of terrain heights.
 
@@ -153,21 +153,21 @@ def _partly_known(
         on the plane: 1, or twice the known part where that is less than half [1].
     """
     samples, known = pattern.shape[1] - 1, 0
-    total = squares = along = across = lean_u = lean_v = 0.0
+    total = squares = along = across = sum_u = sum_v = 0.0
     for k in range(samples):
         u, v, first = pattern[0, k], pattern[1, k], heightmap.row_of[cells[k]] * NODES * NODES + cells[MAX_SAMPLES + k]
         corner, below = heightmap.heights[first], heightmap.heights[first + NODES]
-        low = corner + at[MAX_SAMPLES + k] * (heightmap.heights[first + 1] - corner)
-        high = below + at[MAX_SAMPLES + k] * (heightmap.heights[first + NODES + 1] - below)
-        height = np.float64(low + at[k] * (high - low))
+        low = corner + offsets[MAX_SAMPLES + k] * (heightmap.heights[first + 1] - corner)
+        high = below + offsets[MAX_SAMPLES + k] * (heightmap.heights[first + NODES + 1] - below)
+        height = np.float64(low + offsets[k] * (high - low))
         if height == height:
             known += 1
             total += height
             squares += height * height
             along += u * height
             across += v * height
-            lean_u += u
-            lean_v += v
+            sum_u += u
+            sum_v += v
     mean = total / max(known, 1)
-    along, across = (along - mean * lean_u) / pattern[0, samples], (across - mean * lean_v) / pattern[1, samples]
+    along, across = (along - mean * sum_u) / pattern[0, samples], (across - mean * sum_v) / pattern[1, samples]
     return mean, along, across, squares / max(known, 1), min(1.0, 2.0 * known / samples)

@@ -1,7 +1,7 @@
 """Sample points of local planes: over an ellipse of the resolved terrain about a bounce.
 
-A bounce is a specular reflection off one plane, fitted over its first Fresnel zone. Waves of the relief longer than the
-zone shift and tilt the plane; shorter ones reduce the coherent reflection by
+A bounce is a specular reflection off one plane, fitted to the terrain over its first Fresnel zone. Waves of the relief
+longer than the zone shift and tilt the plane; shorter ones reduce the coherent reflection by
 `SeabedTerrain.roughness_reflection_factor`.
 """
 
@@ -28,10 +28,10 @@ def _pattern(count: int) -> Floats:
     return np.concatenate([disc, np.sum(disc**2, axis=0, keepdims=True)])
 
 
-PATTERN, FEW = _pattern(4), _pattern(1)
-"""Sample points of an ellipse, as parts of its half axes [1]: 32 points, and 8; then the sums of their squares."""
+FINE_PATTERN, COARSE_PATTERN = _pattern(4), _pattern(1)
+"""Sample points of an ellipse re its half axes [1]: 32 points and 8; the last row has the sums of their squares."""
 
 
-def min_half_axis(bed: SeabedTerrain) -> float:
+def min_half_axis(terrain: SeabedTerrain) -> float:
     """Half axis below which ellipses are not distinguished [m]: an eighth of the terrain's shortest wave."""
-    return bed.relief.shortest_wavelength / 8
+    return terrain.relief.shortest_wavelength / 8

@@ -1,9 +1,9 @@
-"""The lattice of drawn scatterers: one point per cell, jittered in it, the same in every ping.
+"""Grid of random scatterers: one jittered point in each cell, the same in every ping.
 
-Cells are squares of BASE_PITCH * 2**scale in the lattice's own frame, grouped in tiles of
-TILE x TILE cells. Position and phase come from the key (seed, stream, scale, cell) alone, so any
-cell can be drawn at any time by any worker, and a world moved as a whole keeps its scatterers. So does each cell's
-priority: a sonar with little gain towards a position keeps only those of low priority, the same in every ping.
+Cells are squares of side BASE_PITCH * 2**scale in the grid's own frame, grouped in tiles of TILE x TILE cells.
+Position, phase and priority of a scatterer depend on the key (seed, stream, scale, cell) alone, so any cell can be
+evaluated at any time, and a world moved as a whole keeps its scatterers. Where the gain is low, only scatterers of low
+priority are kept, the same in every ping.
 """
 
 from typing import Annotated, NamedTuple
@@ -26,20 +26,20 @@ FINEST_SCALE = -4
 TILE = 32
 """Cells along the side of a tile."""
 PARTS = 4
-"""Parts along the side of a tile, each with the largest gain at any of its positions."""
+"""Parts along the side of a tile, for each of which the largest gain is evaluated."""
 SIDE = TILE // PARTS
 """Cells along the side of a part."""
 CELLS = SIDE * SIDE
 """Cells of a part."""
 PART_ORDER, TILE_ORDER = 1, 2
-"""Last counters of the draws that put the cells of a part, and the parts of a tile, in order; 0 for a cell's own."""
+"""Last counters of the random numbers that order the cells of a part, and the parts of a tile; 0 for a cell's own."""
 
 
 Coordinate = Annotated[Metres, Field(ge=-1e7, le=1e7)]
 
 
 class ScattererGrid(Model):
-    """Frame in which scatterers are drawn; moving it together with the whole scene changes no echo."""
+    """Frame of the random scatterers; moving it together with the whole scene changes no echo."""
 
     origin: tuple[Coordinate, Coordinate] = (0.0, 0.0)
     """North and east of the lattice's origin [m]."""
@@ -119,52 +119,52 @@ def _next_positions(
     along: Floats, across: Floats,
 ) -> None:  # fmt: skip
     """Compiled loop of `next_positions`: fills `along` and `across` [m]."""
-    words, done = np.empty((4, TILE * TILE), np.uint32), 0
+    words, start = np.empty((4, TILE * TILE), np.uint32), 0
     row, column, rank = np.empty((3, TILE * TILE), np.int64)
     for t in range(scale.size):
         pitch, fraction = BASE_PITCH * 2.0 ** scale[t], np.full((PARTS, PARTS), end[t] / (TILE * TILE))
         count = priority_ordered_cells(scale[t], tile_along[t], tile_across[t], fraction, k0, k1, row, column, rank)
-        last = 0
+        size = 0
         for n in range(count):
             if rank[n] >= begin[t]:
-                row[last], column[last], rank[last], last = row[n], column[n], rank[n], last + 1
-        random_keys.philox_at(row[:last], column[:last], scale[t], 0, k0, k1, words)
-        for n in range(last):
-            at = done + rank[n] - begin[t]
-            along[at] = (row[n] + random_keys.uniform_from_word(words[0, n])) * pitch
-            across[at] = (column[n] + random_keys.uniform_from_word(words[1, n])) * pitch
-        done += end[t] - begin[t]
+                row[size], column[size], rank[size], size = row[n], column[n], rank[n], size + 1
+        random_keys.philox_at(row[:size], column[:size], scale[t], 0, k0, k1, words)
+        for n in range(size):
+            index = start + rank[n] - begin[t]
+            along[index] = (row[n] + random_keys.uniform_from_word(words[0, n])) * pitch
+            across[index] = (column[n] + random_keys.uniform_from_word(words[1, n])) * pitch
+        start += end[t] - begin[t]
 
 
 @njit(cache=True, nogil=True)
 def tile_prefixes(tile: NDArray[np.int32], rank: NDArray[np.int32], density: Floats) -> tuple[Integers, Integers]:
-    """Number of a tile's scatterers that are selected together, where its order reaches to some of them.
+    """Tiles of some scatterers, and for each a number of its first scatterers by rank that includes all of these.
 
     Args:
         tile: Row of the tile of each scatterer, shape (n,).
-        rank: Rank of each cell in the order of the tile's priorities, likewise.
-        density: The largest part of a tile's scatterers that anybody keeps, shape (tiles,).
+        rank: Rank of each scatterer in the order of priority in its tile, shape (n,).
+        density: Largest fraction of a tile's scatterers that is ever kept [1], shape (tiles,).
 
     Returns:
-        Rows of the tiles that have any; and of each of them the least of that part, a quarter of it, a quarter of that,
-        and so on, that holds all.
+        Rows of the tiles; and for each the least number with all its scatterers in the sequence of that fraction, a
+        quarter of it, a sixteenth and so on.
     """
-    count, chosen, n = np.zeros(density.size, np.int64), np.empty(density.size, np.int64), 0
+    count, tile_rows, tile_count = np.zeros(density.size, np.int64), np.empty(density.size, np.int64), 0
     for m in range(tile.size):
         count[tile[m]] = max(count[tile[m]], rank[m] + 1)
     for t in range(density.size):
         if count[t] == 0:
             continue
-        part = np.ceil(density[t] * (TILE * TILE))
-        while part >= 4 * count[t]:
-            part /= 4
-        chosen[n], count[n], n = t, int(np.ceil(part)), n + 1
-    return chosen[:n], count[:n]
+        size = np.ceil(density[t] * (TILE * TILE))
+        while size >= 4 * count[t]:
+            size /= 4
+        tile_rows[tile_count], count[tile_count], tile_count = t, int(np.ceil(size)), tile_count + 1
+    return tile_rows[:tile_count], count[:tile_count]
 
 
 @njit(cache=True, nogil=True)
 def max_point_count(fractions: Floats) -> int:
-    """No fewer cells than come before some priority in each part of some tiles, shape (n, PARTS, PARTS)."""
+    """Upper bound of the number of cells below given priorities in each part of some tiles (n, PARTS, PARTS)."""
     count = 0
     for part in fractions.flat:
         count += min(int(max(part, 0.0) * CELLS) + 1, CELLS)
@@ -172,7 +172,7 @@ def max_point_count(fractions: Floats) -> int:
 
 
 @njit(cache=True, nogil=True)
-def _digit(square: int, scramble: int) -> int:
+def _cell_rank(square: int, scramble: int) -> int:
     """Rank in the order of a square (two bits) of one of its four cells under a scramble (two bits)."""
     shuffled = square ^ scramble  # in the order 0, 3, 1, 2: the second lies across from the first
     return (0, 2, 3, 1)[shuffled]
@@ -180,13 +180,13 @@ def _digit(square: int, scramble: int) -> int:
 
 @njit(cache=True, nogil=True)
 def priority_ordered_cells(
-    scale: int, tile_along: int, tile_across: int, most: Floats, k0: int, k1: int, row: Integers, column: Integers,
+    scale: int, tile_along: int, tile_across: int, fractions: Floats, k0: int, k1: int, row: Integers, column: Integers,
     rank: Integers,
 ) -> int:  # fmt: skip
-    """Cells of one tile below a priority in each part: their row, column and rank.
+    """Fill row, column and rank of the cells of one tile below a priority in each part; return their number.
 
-    The order of a tile's cells is stratified: of any first 4**k one lies in each of 4**k equal squares, and the next
-    are spread over these, as far from the first as they can be. Few of them are still an even lattice.
+    The order is stratified: each of 4**k equal squares has one of the first 4**k cells, and the next cells are as far
+    from these as possible. A small number of them is therefore evenly distributed.
 
     Source: the order is a scrambled base-4 radical inverse, Owen (1995), "Randomly permuted (t,m,s)-nets and
     (t,s)-sequences", with the digits' order that keeps two of four on a diagonal.
@@ -194,9 +194,9 @@ def priority_ordered_cells(
     n = 0
     coarse, _, _, _ = random_keys.philox(tile_along & 0xFFFFFFFF, tile_across & 0xFFFFFFFF, scale, TILE_ORDER, k0, k1)
     for part in range(PARTS * PARTS):
-        fraction = most[part // PARTS, part % PARTS]
+        fraction = fractions[part // PARTS, part % PARTS]
         half, quarter = (part >> 3) * 2 + (part >> 1 & 1), (part >> 2 & 1) * 2 + (part & 1)
-        first = _digit(half, int(coarse) & 3) + 4 * _digit(quarter, int(coarse) >> (2 + 2 * half) & 3)
+        first = _cell_rank(half, int(coarse) & 3) + 4 * _cell_rank(quarter, int(coarse) >> (2 + 2 * half) & 3)
         if fraction <= 0 or first >= fraction * TILE * TILE:
             continue
         a0, b0 = tile_along * TILE + part // PARTS * SIDE, tile_across * TILE + part % PARTS * SIDE
@@ -206,21 +206,21 @@ def priority_ordered_cells(
             order = first + PARTS * PARTS * number
             if order >= fraction * TILE * TILE:
                 break
-            da, db = _cell(number, fine)
+            da, db = _cell_of_rank(number, fine)
             row[n], column[n], rank[n] = a0 + da, b0 + db, order
             n += 1
     return n
 
 
 @njit(cache=True, nogil=True)
-def _cell(number: int, scrambles: np.uint64) -> tuple[int, int]:
-    """Row and column, within a part, of the cell at some rank of the part's order."""
-    node, a, b, done = 0, 0, 0, 0
+def _cell_of_rank(number: int, scrambles: np.uint64) -> tuple[int, int]:
+    """Row and column, within a part, of the cell at a rank `number` of the part's order."""
+    node, a, b, level_start = 0, 0, 0, 0
     for _ in range(3):
-        scramble = int(scrambles >> np.uint64(2 * (done + node))) & 3
+        scramble = int(scrambles >> np.uint64(2 * (level_start + node))) & 3
         square = (0, 3, 1, 2)[number & 3] ^ scramble
         a, b = 2 * a + (square >> 1), 2 * b + (square & 1)
-        done = 4 * done + 1
+        level_start = 4 * level_start + 1
         node = 4 * node + square
         number >>= 2
     return a, b

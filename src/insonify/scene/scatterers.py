@@ -1,4 +1,4 @@
-"""Scatterers: points of the scene that return an echo, each with a phase that belongs to its position."""
+"""Scatterers: points of the scene that scatter sound, each with a phase that is fixed to its position."""
 
 import zlib
 from dataclasses import dataclass, replace
@@ -17,8 +17,8 @@ Law = ScatteringLaw | CompiledLaw
 Boundary = Literal["seabed", "surface", "target", "water", "boundary echo"]
 BOUNDARY_ECHO: Final = "boundary echo"
 """Contribution and object of the sound that reaches the receiver by reflections alone."""
-KEY_ROW = 1 << 27
-"""By how much the key of a lattice cell is larger than that of the cell a row before; than that a column before: 1."""
+ROW_KEY_STEP = 1 << 27
+"""Difference between the keys of a cell of the scatterer grid and of the cell one row before; one column before: 1."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,8 +28,8 @@ class Scatterers:
     object: str
     """Name of their object: "seabed", "surface", "water" or the label of a target or a patch."""
     boundary: Boundary
-    """Boundary that they lie on; bounces on that very boundary are not legs of theirs. "boundary echo": the transmitter
-    itself, see `insonify.engines.boundary_echoes`."""
+    """Boundary that they lie on; no leg has its last bounce off it. "boundary echo": the transmitter itself, see
+    `insonify.engines.boundary_echoes`."""
     law: Law | KirchhoffFacet | KirchhoffPatch
     """Scattering law."""
     position: NDArray[np.float64]
@@ -37,24 +37,25 @@ class Scatterers:
     normal: NDArray[np.float64]
     """Unit normal into the water, shape (n, 3)."""
     area: NDArray[np.float64]
-    """Share of the interface each stands for [m^2]; [m] along the terrain in a slice; 1 for a point target. (n,).
-    On a seabed with a texture, times its factor; in the water the volume [m^3], times its s_v [1/m]."""
+    """Area of the interface that each represents [m^2], shape (n,); length along the terrain in a slice [m]; 1 for a
+    point target. On a seabed with a texture, times its factor; in the water the volume [m^3] times s_v [1/m]."""
     phase: NDArray[np.complex128]
-    """Unit phasor of the position [1], shape (n,); 1 where nothing is drawn."""
+    """Unit phasor of the position [1], shape (n,); 1 without random phases."""
     scatterer_id: NDArray[np.uint64]
     """Key of the position, the same in every ping, shape (n,)."""
     has_random_phase: bool = True
-    """True: random phases, so that only paths of one scatterer interfere in the mean; False: all of the target."""
+    """True: random phases, so that only paths of one scatterer interfere in the mean; False: all paths of the target
+    do."""
     occluder: int = -1
-    """Row of the target these points lie on among the scene's occluders, -1 for none."""
+    """Row of their target among the scene's occluders, -1 for none."""
     corners: NDArray[np.float64] | None = None
-    """Corners of the smooth facet that each point is the middle of, from there [m], shape (n, 3, 3); of a curved patch
-    its terms, see `insonify.scattering.kirchhoff_patch`, shape (n, 8, 3)."""
+    """Corners of a smooth facet relative to its middle, which is the point [m], shape (n, 3, 3); terms of a curved
+    patch, see `insonify.scattering.kirchhoff_patch`, shape (n, 8, 3)."""
 
     relative_reflection: NDArray[np.float64] | None = None
     """Reflection coefficient of each smooth facet re that of the law [1], shape (n,); None: 1."""
     centre: NDArray[np.float64] | None = None
-    """Middle of the whole target for smooth faces, also where these are a part of it [m], shape (3,)."""
+    """Middle of the whole target, for smooth faces and parts of a mesh [m], shape (3,)."""
 
     def __post_init__(self) -> None:
         """Refuse columns of unequal length."""
@@ -77,15 +78,12 @@ class Scatterers:
 
 
 def grid_scatterer_id(
-    stream: int, level: NDArray[np.int64] | int, along: NDArray[np.int64], across: NDArray[np.int64]
+    stream: int, scale: NDArray[np.int64] | int, along: NDArray[np.int64], across: NDArray[np.int64]
 ) -> NDArray[np.uint64]:
-    """Keys of lattice cells: stream, level and the two cell numbers (each within +-2**26) packed in 64 bits.
-
-    Of the level, -16 to 15, five bits are kept.
-    """
+    """Keys of cells of the scatterer grid: stream, scale (-16 to 15) and cell numbers (+-2**26) packed in 64 bits."""
     half = 1 << 26
-    cell = ((along + half) * KEY_ROW | (across + half)).astype(np.uint64)
-    return cell | np.asarray((stream << 59) | ((np.asarray(level, np.int64) & 31) << 54)).astype(np.uint64)
+    cell = ((along + half) * ROW_KEY_STEP | (across + half)).astype(np.uint64)
+    return cell | np.asarray((stream << 59) | ((np.asarray(scale, np.int64) & 31) << 54)).astype(np.uint64)
 
 
 def whole_target_id(label: str, count: int) -> NDArray[np.uint64]:
@@ -95,6 +93,6 @@ def whole_target_id(label: str, count: int) -> NDArray[np.uint64]:
 
 def target_scatterer_id(label: str, face: int, row: NDArray[np.int64], column: NDArray[np.int64]) -> NDArray[np.uint64]:
     """Keys of points on a target: label, face (6 is a solid, 7 the whole), cell numbers (below 4096) in 64 bits."""
-    name = zlib.crc32(label.encode())
+    label_hash = zlib.crc32(label.encode())
     cell = ((row << 12) | column).astype(np.uint64)
-    return cell | np.uint64((random_keys.TARGET << 59) | (name << 27) | (face << 24))
+    return cell | np.uint64((random_keys.TARGET << 59) | (label_hash << 27) | (face << 24))

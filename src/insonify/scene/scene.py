@@ -21,7 +21,7 @@ from insonify.scene.surface import Surface
 from insonify.scene.target import Box, PointTarget, Solid, Target, is_solid, solids_of_one_law
 
 RESERVED = ("seabed", "surface", "target", "water", BOUNDARY_ECHO, "noise", "total")
-_ROUNDING = 1e-9  # what is left when a depth is summed up [m]
+_ROUNDING = 1e-9  # rounding of sums of depths [m]
 
 
 class Scene(Model):
@@ -76,15 +76,15 @@ class Scene(Model):
     def body_depths(self) -> tuple[float, float]:
         """Depths of the highest top and of the deepest base of all bodies in the water [m]; without any, of the seabed.
 
-        Where the water itself scatters, its points are anywhere.
+        If the water scatters, the least depth is 0 and the greatest that of the seabed.
         """
         seabed = self.seabed
         shallowest, deepest = (seabed.depth,) * 2 if seabed.terrain is None else seabed.terrain.span
         if self.water.scatters:
             return 0.0, deepest
         surfaces = [world_triangles(solid, seabed) for solid in self.solids]
-        tops = [*self.bodies[:, 6], *(float(one.low[2]) for one in surfaces)]
-        bases = [*self.bodies[:, 7], *(float(one.high[2]) for one in surfaces)]
+        tops = [*self.bodies[:, 6], *(float(surface.low[2]) for surface in surfaces)]
+        bases = [*self.bodies[:, 7], *(float(surface.high[2]) for surface in surfaces)]
         if not tops:
             return max(shallowest, 0.0), deepest
         return max(float(min(tops)), 0.0), min(float(max(bases)), deepest)
@@ -92,7 +92,7 @@ class Scene(Model):
 
 @lru_cache(maxsize=8)
 def open_scene(scene: Scene) -> Scene:
-    """A scene without its targets, its seabed the level mean plane."""
+    """The scene without targets and relief."""
     return scene.unchecked_copy(targets=(), seabed=scene.seabed.unchecked_copy(relief=()))
 
 
@@ -130,9 +130,9 @@ def _box_errors(path: str, box: Box, seabed_depth: float) -> Iterator[PydanticCu
 def _point_errors(
     path: str, point: PointTarget, seabed: Seabed, targets: tuple[Target, ...]
 ) -> Iterator[PydanticCustomError]:
-    depth, bed = point.position[2], float(seabed_depth_at(seabed, np.array(point.position[:2])))
-    if not 0 < depth <= bed + _ROUNDING:
-        yield _out_of_water_errors(f"{path}.position.2", depth, bed)
+    depth, bottom = point.position[2], float(seabed_depth_at(seabed, np.array(point.position[:2])))
+    if not 0 < depth <= bottom + _ROUNDING:
+        yield _out_of_water_errors(f"{path}.position.2", depth, bottom)
     for body in targets:
         if isinstance(body, PointTarget):
             continue
@@ -153,7 +153,7 @@ def seabed_depth_under(target: Solid, seabed: Seabed) -> float:
 def inside_body(
     body: Solid, seabed: Seabed, position: NDArray[np.float64], *, touching: bool = True
 ) -> NDArray[np.bool_]:
-    """Mask of positions inside a target, where no sound reaches them.
+    """Mask of positions inside a target, shape (n,).
 
     Args:
         body: Any target but a point.
@@ -164,12 +164,12 @@ def inside_body(
     if is_solid(body):
         return inside_solid(complete_triangles(body, seabed), position)
     assert isinstance(body, Box)
-    edge = 0.0 if touching else _ROUNDING
-    # a face that rests on the seabed is not an open face
-    prism = box_body(body, seabed_depth_under(body, seabed)) + np.array([0, 0, 0, 0, -edge, -edge, edge, 0])
-    near = np.hypot(*(position[:, :2] - prism[:2]).T) <= np.hypot(prism[4], prism[5])
-    near[near] = [inside_box(prism, row) for row in position[near]]
-    return near
+    margin = 0.0 if touching else _ROUNDING
+    # a face on the seabed is no face in the water
+    box = box_body(body, seabed_depth_under(body, seabed)) + np.array([0, 0, 0, 0, -margin, -margin, margin, 0])
+    is_inside = np.hypot(*(position[:, :2] - box[:2]).T) <= np.hypot(box[4], box[5])
+    is_inside[is_inside] = [inside_box(box, row) for row in position[is_inside]]
+    return is_inside
 
 
 def _out_of_water_errors(path: str, depth: float, seabed_depth: float) -> PydanticCustomError:

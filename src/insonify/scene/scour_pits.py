@@ -1,4 +1,4 @@
-"""The seabed that targets with a scour lie in."""
+"""Seabed with the scour pits of the targets that lie on it."""
 
 from collections.abc import Iterable
 
@@ -8,14 +8,14 @@ from insonify.scene.target import Cone, PointTarget, Solid, Sphere, Target, Trun
 from insonify.scene.terrain.scour import Scour
 
 ROUND = (Sphere, Cone, TruncatedCone)
-"""Shapes whose footprint is a disc, while they stand upright."""
+"""Shapes whose footprint is a disc if they are upright."""
 
 
 def with_scour_pits(seabed: Seabed, targets: Iterable[Target]) -> Seabed:
-    """A seabed with the scours of targets, added to its relief.
+    """A seabed with the scour pits of targets added to its relief.
 
     Args:
-        seabed: The seabed; scours that are part of it already are not dug twice.
+        seabed: The seabed; scour pits that it has already are not added again.
         targets: Targets on or in the seabed.
     """
     scours = [_scour(target) for target in targets if not isinstance(target, PointTarget) and target.scour is not None]

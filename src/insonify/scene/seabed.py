@@ -1,4 +1,4 @@
-"""The seabed: depth, relief, scattering law, texture and specular reflection."""
+"""Seabed: depth, relief, scattering law, texture and specular reflection."""
 
 from functools import lru_cache
 from typing import Annotated, Literal, Self
@@ -39,10 +39,10 @@ class Seabed(Model):
     depth: Annotated[Metres, Field(ge=0.1, le=12_000)] = 20.0
     """Depth of the flat seabed, or of the mean plane of its relief, below the mean surface, positive down [m].
 
-    Left out, a surveyed grid's own mean depth.
+    The default for a surveyed grid is its mean depth.
     """
     relief: Annotated[tuple[ReliefKind, ...], BeforeValidator(_as_list_of_reliefs)] = ()
-    """Relief on the mean plane, added up; none for a flat seabed."""
+    """Reliefs that are added to the mean plane; empty: a flat seabed."""
     cutoff_wavelength: Annotated[Metres, Field(ge=FINEST, le=COARSEST)] | None = None
     """Longest wavelength that is left to the scattering law [m]; None: that of the sediment of a law at the sonar's
     frequency (TR 9407), 0.5 m for laws without a sediment."""
@@ -61,11 +61,11 @@ class Seabed(Model):
     sediment under `scattering` is, with a coherent part and glints that carry what it scatters forward."""
 
     scatterer_grid: ScattererGrid = ScattererGrid()
-    """Frame of the drawn scatterers, of the seabed and of the surface alike."""
+    """Frame of the random scatterers of seabed and surface."""
 
     @property
     def grid(self) -> BathymetryGrid | None:
-        """The survey that the relief rests on, if any."""
+        """The surveyed grid of the relief; None: none."""
         return next((kind for kind in self.relief if isinstance(kind, BathymetryGrid)), None)
 
     @model_validator(mode="after")
@@ -109,23 +109,23 @@ class Seabed(Model):
         """
         if not (self.relief or self.texture) or (self.cutoff_wavelength is not None and self.seed is not None):
             return self
-        split = (
+        cutoff = (
             RoughnessCutoff() if self.cutoff_wavelength is None else RoughnessCutoff(wavelength=self.cutoff_wavelength)
         )
         if self.cutoff_wavelength is None and isinstance(self.scattering, SedimentLaw):
-            split = RoughnessCutoff.of_sediment(sediment(self.scattering.sediment), frequency, sound_speed=sound_speed)
-        own = seed if self.seed is None else self.seed
-        return self.unchecked_copy(cutoff_wavelength=split.wavelength, seed=own)
+            cutoff = RoughnessCutoff.of_sediment(sediment(self.scattering.sediment), frequency, sound_speed=sound_speed)
+        seabed_seed = seed if self.seed is None else self.seed
+        return self.unchecked_copy(cutoff_wavelength=cutoff.wavelength, seed=seabed_seed)
 
     @property
     def terrain(self) -> SeabedTerrain | None:
         """The terrain that the relief makes; None for a flat seabed."""
-        return _bed(self) if self.relief else None
+        return _cached_terrain(self) if self.relief else None
 
     def depth_at(self, north: float, east: float) -> float:
         """Depth of the seabed at a position [m]; NaN where it is unknown."""
-        bed = self.terrain
-        return self.depth if bed is None else float(bed.depth_at(north, east))
+        terrain = self.terrain
+        return self.depth if terrain is None else float(terrain.depth_at(north, east))
 
     def law(self, frequency: float, sound_speed: float) -> Lambert | CompiledLaw | None:
         """The law of diffuse scattering at one frequency [Hz], under water of one sound speed [m/s]."""
@@ -134,7 +134,7 @@ class Seabed(Model):
         return self.scattering
 
     def interface_law(self, frequency: float, sound_speed: float) -> CompiledLaw | None:
-        """The part of the law that the sediment's surface scatters, of a rough reflecting interface; None: no such."""
+        """Scattering law of the sediment's rough surface, for a rough reflecting interface; None: no such interface."""
         law = self.scattering
         if self.reflecting_interface == "smooth" or not isinstance(law, SedimentLaw) or law.law == "sediment-volume":
             return None
@@ -172,13 +172,13 @@ class Seabed(Model):
 
 
 @lru_cache(maxsize=4)
-def _bed(seabed: Seabed) -> SeabedTerrain:
+def _cached_terrain(seabed: Seabed) -> SeabedTerrain:
     """Terrain shared by all pings, with its caches."""
-    split = (
+    cutoff = (
         RoughnessCutoff() if seabed.cutoff_wavelength is None else RoughnessCutoff(wavelength=seabed.cutoff_wavelength)
     )
-    terrain = build_terrain(
-        seabed.relief, seed=1 if seabed.seed is None else seabed.seed, cutoff=split,
+    composite = build_terrain(
+        seabed.relief, seed=1 if seabed.seed is None else seabed.seed, cutoff=cutoff,
         scatterer_grid=seabed.scatterer_grid, mean_depth=seabed.depth,
     )  # fmt: skip
-    return SeabedTerrain(seabed.depth, terrain)
+    return SeabedTerrain(seabed.depth, composite)

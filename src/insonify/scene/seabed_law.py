@@ -1,4 +1,4 @@
-"""The seabed's own law, as a scenario names it: which law, of which sediment or of which table."""
+"""Scattering law of the seabed in a scenario: kind of law, and its sediment or table."""
 
 import math
 from functools import lru_cache
@@ -36,7 +36,7 @@ def sediment(name: str | float) -> Sediment:
 
 
 def infer_law_kind(value: object) -> object:
-    """A law without its name, recognised by its keys: a strength, a sediment, a table or a wind."""
+    """Add the kind of law to a mapping without it, from the keys: a strength, a sediment, a table or a wind."""
     if isinstance(value, dict) and "law" not in value:
         law_of_key = {"sediment": "jackson", "volume": "jackson", "file": "table", "wind_speed": "apl-surface"}
         return {**value, "law": next((law for key, law in law_of_key.items() if key in value), "lambert")}
@@ -44,7 +44,7 @@ def infer_law_kind(value: object) -> object:
 
 
 class SedimentLaw(Model):
-    """A law that follows from what the seabed is made of."""
+    """A law that follows from the sediment of the seabed."""
 
     law: Literal["jackson", "small-slope", "sediment-volume"] = "jackson"
     """Rough surface and volume together (Jackson's model), or one of the two alone."""
@@ -52,8 +52,8 @@ class SedimentLaw(Model):
     """Name of the sediment, or its grain size [phi]."""
 
     volume: VolumeSpectrum = "power-law"
-    """Spectrum of what scatters inside the sediment: a power law of density (Jackson), or the same cross section in
-    all directions (TR 9407)."""
+    """Spectrum of the inhomogeneities inside the sediment: a power law of density (Jackson), or an isotropic cross
+    section (TR 9407)."""
 
     @field_validator("sediment")
     @classmethod
@@ -71,7 +71,7 @@ class SedimentLaw(Model):
 
     def at(self, frequency: float, sound_speed: float) -> CompiledLaw:
         """The law at one frequency [Hz], over water of one sound speed [m/s], ready for the engine."""
-        return _of_sediment(self.law, self.volume, self.sediment, frequency, sound_speed)
+        return _sediment_law(self.law, self.volume, self.sediment, frequency, sound_speed)
 
 
 class TableLaw(Model):
@@ -103,34 +103,34 @@ class TableLaw(Model):
 
     def at(self, frequency: float, sound_speed: float) -> CompiledLaw:
         """The law, which is the same at every frequency [Hz] and sound speed [m/s], ready for the engine."""
-        return _of_table(self.file, self.sha256)
+        return _table_law(self.file, self.sha256)
 
 
 @lru_cache(maxsize=16)
-def _of_sediment(
-    law: str, volume: VolumeSpectrum, name: str | float, frequency: float, sound_speed: float
+def _sediment_law(
+    law: str, volume: VolumeSpectrum, sediment_name: str | float, frequency: float, sound_speed: float
 ) -> CompiledLaw:
     """Compiled law of a sediment, cached: its tables take a fraction of a second, and all pings use the same."""
-    bed = sediment(name)
+    interior = sediment(sediment_name)
     if law == SMALL_SLOPE:
-        return compile_law(SmallSlope(bed, frequency, sound_speed=sound_speed))
+        return compile_law(SmallSlope(interior, frequency, sound_speed=sound_speed))
     kind = Jackson if law == "jackson" else SedimentVolume
-    return compile_law(kind(bed, frequency, sound_speed=sound_speed, volume_spectrum=volume))
+    return compile_law(kind(interior, frequency, sound_speed=sound_speed, volume_spectrum=volume))
 
 
 @lru_cache(maxsize=16)
 def _table(file: str, sha256: str | None) -> TableScatteringLaw:
-    """The table in a file; another content has another fingerprint."""
+    """The table in a file, cached by the digest of its content."""
     return TableScatteringLaw.from_csv(file)
 
 
 @lru_cache(maxsize=16)
-def _of_table(file: str, sha256: str | None) -> CompiledLaw:
+def _table_law(file: str, sha256: str | None) -> CompiledLaw:
     """A table's law, ready for the engine."""
     return compile_law(_table(file, sha256))
 
 
 def _max_albedo(table: TableScatteringLaw) -> float:
-    """Largest share of the incident sound that a table's law sends out, over all angles [1]."""
+    """Largest albedo of a table's law over all angles [1]."""
     grazing = np.linspace(math.radians(2), math.pi / 2, 9)
     return float(albedo(table, grazing, points=32).max())

@@ -1,8 +1,8 @@
-"""Scatterers on relief: each lies on the terrain at its position and faces where the terrain faces there.
+"""Scatterers on relief: each lies on the terrain at its position, with the terrain's normal there.
 
-A point represents the cell of the mean plane in which it was drawn, and its facet the terrain over that cell. Its
-slope is the terrain's at the one point, whatever the size of the cell: the mean over many points is right for any
-density, but terrain that is finer than the cells is sampled at few points, and ripples the level more.
+A point represents the cell of the mean plane in which it lies, and its facet the terrain over that cell. The slope is
+that of the terrain at the point, whatever the size of the cell. The mean over many points is right for any density;
+terrain finer than the cells is sampled at few points, which increases the variance.
 """
 
 import numpy as np
@@ -17,53 +17,53 @@ Integers = NDArray[np.int64]
 
 
 def seabed_scatterers(
-    depth: float, terrain_sample: TerrainSample, law: Law, horizontal_position: Floats, area: Floats,
+    depth: float, sample: TerrainSample, law: Law, horizontal_position: Floats, area: Floats,
     phase: NDArray[np.complex128], scatterer_id: NDArray[np.uint64],
 ) -> Scatterers:  # fmt: skip
-    """The scatterers of some positions of the seabed; none where the terrain is not known, or stands out of the water.
+    """Scatterers at positions of the seabed; none where the terrain is unknown or above the water.
 
     Args:
-        depth: Of the mean plane [m].
-        terrain_sample: The terrain at the scatterers: height [m] (n,), gradient to the north and the east [1] (n, 2).
+        depth: Depth of the mean plane [m].
+        sample: The terrain at the scatterers: height [m] (n,), gradient to the north and the east [1] (n, 2).
         law: Scattering law.
         horizontal_position: North and east [m], shape (n, 2).
-        area: Area of the mean plane that each stands for [m^2], shape (n,).
+        area: Area of the mean plane that each represents [m^2], shape (n,).
         phase: Unit phasors [1], shape (n,).
         scatterer_id: Keys of the scatterers, shape (n,).
     """
-    known = terrain_sample.height < depth  # neither a hole nor land
-    if not known.all():
-        terrain_sample = TerrainSample(terrain_sample.height[known], terrain_sample.slope[known])
+    is_known = sample.height < depth  # neither a hole nor land
+    if not is_known.all():
+        sample = TerrainSample(sample.height[is_known], sample.slope[is_known])
         horizontal_position, area, phase, scatterer_id = (
-            horizontal_position[known],
-            area[known],
-            phase[known],
-            scatterer_id[known],
+            horizontal_position[is_known],
+            area[is_known],
+            phase[is_known],
+            scatterer_id[is_known],
         )
-    position, normal, wide = (
+    position, normal, facet_area = (
         np.empty((len(horizontal_position), 3)),
         np.empty((len(horizontal_position), 3)),
         np.empty(len(horizontal_position)),
     )
-    drape_points(depth, terrain_sample.height, terrain_sample.slope, horizontal_position, area, position, normal, wide)
-    return Scatterers("seabed", "seabed", law, position, normal, wide, phase, scatterer_id)
+    drape_points(depth, sample.height, sample.slope, horizontal_position, area, position, normal, facet_area)
+    return Scatterers("seabed", "seabed", law, position, normal, facet_area, phase, scatterer_id)
 
 
 def tile_scatterers(
     depth: float, terrain_rows: tuple[Floats, Integers], law: Law, tile: NDArray[np.int32], rank: NDArray[np.int32],
     position: Floats, area: Floats, phase: NDArray[np.complex128], scatterer_id: NDArray[np.uint64],
 ) -> Scatterers:  # fmt: skip
-    """Scatterers at points of tiles whose terrain is cached. Their columns are reused for the result.
+    """Scatterers at points of tiles whose terrain is cached; the columns of the arguments are overwritten.
 
     Args:
-        depth: Of the mean plane [m].
+        depth: Depth of the mean plane [m].
         terrain_rows: Height and gradient at the points of tiles, and first row of each tile; see
             `SeabedTerrain.sample_tiles`.
         law: Scattering law.
         tile: Row of the tile of each point, shape (n,).
-        rank: Which of its tile's points it is, likewise.
-        position: North, east and any depth [m], shape (n, 3).
-        area: Area of the mean plane that each stands for [m^2], shape (n,).
+        rank: Rank of each point among those of its tile, shape (n,).
+        position: North and east [m]; the depth is overwritten, shape (n, 3).
+        area: Area of the mean plane that each represents [m^2], shape (n,).
         phase: Unit phasors [1], shape (n,).
         scatterer_id: Keys of the scatterers, shape (n,).
     """

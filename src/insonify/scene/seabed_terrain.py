@@ -59,7 +59,7 @@ class SeabedTerrain:
         Args:
             seed: Seed with which the points were drawn.
             key: Keys of the tiles, each once, shape (tiles,); the same key must mean the same points.
-            size: Number of points of each tile, from its first on, shape (tiles,).
+            size: Number of points of each tile, in order of rank, shape (tiles,).
             positions: Function of rows of tiles and of the first missing point of each; returns the grid coordinates
                 [m] of their missing points, tile by tile.
 

@@ -31,7 +31,7 @@ PRESETS: tuple[str, ...] = get_args(Preset)
 """Names of the library's shapes."""
 
 ROCK_WAVES = 24
-"""Bumps that make a rock [1]."""
+"""Number of waves in the surface of a rock [1]."""
 
 
 @dataclass(frozen=True)
@@ -43,12 +43,12 @@ class LibraryShape:
     source: str
     """Source of its size."""
     make: Callable[[int], Triangles]
-    """Its surface in its own axes; the number picks one of many rocks."""
+    """Function of the number of a rock that returns the surface in its own axes."""
 
 
 @lru_cache(maxsize=1024)
 def preset_triangles(name: str, variant: int = 0) -> Triangles:
-    """The surface of one of the library's shapes, in its own axes: forward, starboard, down.
+    """Surface of one of the library's shapes in its own axes: forward, starboard, down.
 
     Args:
         name: One of `PRESETS`.
@@ -73,7 +73,7 @@ def _rock(variant: int) -> Triangles:
     return Triangles(ball.vertices * (1 + bump)[:, None] * radii, ball.faces)
 
 
-_ROCK = 5  # stands in a rock's keys where a face would
+_ROCK = 5  # number of the face in the keys of a rock
 
 
 def _shell(_: int) -> Triangles:
@@ -100,7 +100,7 @@ def _anchor(_: int) -> Triangles:
 
 
 def _wreck(_: int) -> Triangles:
-    """A hull with a deckhouse and a mast: three blocks on one another."""
+    """A hull with a deckhouse and a mast, as three blocks."""
     parts = [(block(60, 10, 6), (0, 0, -3.0)), (block(10, 8, 4), (-18, 0, -8.0)), (block(0.4, 0.4, 10), (10, 0, -11.0))]
     return merged_surfaces([part.transformed(np.eye(3), np.array(position, float)) for part, position in parts])
 

@@ -14,33 +14,35 @@ Floats = NDArray[np.float64]
 
 
 def smooth_triangles(solid: Solid, seabed: Seabed) -> Floats:
-    """Corners of the faces of a target under water where it lies, counter-clockwise from outside [m], (t, 3, 3)."""
+    """Corners of the submerged faces of a target in the world, counter-clockwise from outside [m], (t, 3, 3)."""
     return world_triangles(solid, seabed).corners
 
 
 def water_clearance(seabed: Seabed) -> Callable[[Floats], Floats]:
-    """Distance from the nearer of bed and mean surface, positive in the water [m], of positions (n, 3).
+    """Function that returns the vertical distance of positions (n, 3) from the nearer boundary [m], shape (n,).
+
+    The distance from seabed or mean surface is positive in the water.
 
     Args:
         seabed: The seabed; positions over unknown terrain are treated as far above it.
     """
 
-    def clear(position: Floats) -> Floats:
-        above = np.nan_to_num(seabed_depth_at(seabed, position[:, :2]) - position[:, 2], nan=np.inf)
-        return np.asarray(np.minimum(above, position[:, 2]))
+    def clearance(position: Floats) -> Floats:
+        height = np.nan_to_num(seabed_depth_at(seabed, position[:, :2]) - position[:, 2], nan=np.inf)
+        return np.asarray(np.minimum(height, position[:, 2]))
 
-    return clear
+    return clearance
 
 
 def clip_at_seabed(corners: Floats, seabed: Seabed) -> Floats:
-    """The parts of triangles that water can reach: cut along the terrain, which is taken as level under each.
+    """Parts of triangles above the seabed, which is approximated as horizontal under each triangle.
 
     Args:
-        corners: Of the triangles [m], shape (t, 3, 3).
-        seabed: Seabed that may occlude them.
+        corners: Corners of the triangles [m], shape (t, 3, 3).
+        seabed: The seabed.
 
     Returns:
         Triangles with the same normals, shape (..., 3, 3).
     """
-    bed = seabed_depth_at(seabed, corners[:, :, :2].mean(axis=1))
-    return clip_triangles(corners, bed[:, None] - corners[:, :, 2])
+    seabed_depth = seabed_depth_at(seabed, corners[:, :, :2].mean(axis=1))
+    return clip_triangles(corners, seabed_depth[:, None] - corners[:, :, 2])

@@ -1,7 +1,7 @@
-"""Solids in the world frame: positions of their triangles, interior points, and points drawn on their faces.
+"""Solids in the world frame: positions of their triangles, interior points, and random points on their faces.
 
-Solids above the water are cut off at the mean surface: sound in the water reaches neither that part nor its shadow. The
-cut is left open, for no sound comes from there.
+Solids that emerge are cut at the mean surface, since their upper part has no effect on sound in the water. The cut is
+left open, since no sound arrives there.
 """
 
 import zlib
@@ -42,13 +42,13 @@ from insonify.scene.triangle_surfaces import Triangles
 Floats = NDArray[np.float64]
 
 MAX_POINTS = 500_000
-"""Drawn points of one solid [1]."""
+"""Largest number of random points of one solid [1]."""
 MIN_POINTS = 400
-"""Points that a solid has at least, so that a small one is no handful of glints [1]."""
+"""Smallest number of points of one solid, so that the speckle of a small one is fully developed [1]."""
 STANDING = 1e-6  # a face this close to the seabed lies on it [m]
 UPRIGHT = 1e-9  # sine of the angle from upright below which a cylinder stands [1]
-SOLID_FACE = 6  # stands in a solid's keys where a box has its face
-ROW = 4096  # cells in a row of a solid's keys
+SOLID_FACE = 6  # number of the face in the keys of a solid
+PER_ROW = 4096  # cells in each row of the keys of a solid
 
 
 def seabed_depth_at(seabed: Seabed, position: Floats) -> Floats:
@@ -58,20 +58,22 @@ def seabed_depth_at(seabed: Seabed, position: Floats) -> Floats:
         seabed: The seabed.
         position: North and east [m], shape (..., 2).
     """
-    bed = seabed.terrain
+    terrain = seabed.terrain
     return (
-        np.full(position.shape[:-1], seabed.depth) if bed is None else bed.depth_at(position[..., 0], position[..., 1])
+        np.full(position.shape[:-1], seabed.depth)
+        if terrain is None
+        else terrain.depth_at(position[..., 0], position[..., 1])
     )
 
 
 @lru_cache(maxsize=1024)
 def body_triangles(solid: Solid) -> Triangles:
-    """The surface of a solid in its own axes (forward, starboard, down), its middle at the origin."""
-    return _made(solid)
+    """Surface of a solid in its own axes (forward, starboard, down), with its middle at the origin, cached."""
+    return _construct(solid)
 
 
-def _made(solid: Solid) -> Triangles:
-    """The surface of a solid in its own axes."""
+def _construct(solid: Solid) -> Triangles:
+    """Surface of a solid in its own axes, without the cache."""
     match solid:
         case Box(size=size):
             return triangle_surfaces.block(*size)
@@ -103,17 +105,17 @@ def height(solid: Solid) -> float:
 
 
 def footprint(solid: Solid) -> tuple[float, float, tuple[float, float]]:
-    """Length along the heading of a solid as it leans, width across it [m], and north and east of their middle [m]."""
+    """Length of a solid's footprint along its heading, width across it [m], and north and east of its middle [m]."""
     rotated = body_triangles(solid).transformed(pose_rotation(0.0, solid.pitch, solid.roll), np.zeros(3))
     length, width = (float(side) for side in (rotated.high - rotated.low)[:2])
-    ahead, aside = ((rotated.high + rotated.low) / 2)[:2]
+    forward, starboard = ((rotated.high + rotated.low) / 2)[:2]
     c, s = np.cos(solid.heading), np.sin(solid.heading)
     north, east = solid.position
-    return length, width, (float(north + c * ahead - s * aside), float(east + s * ahead + c * aside))
+    return length, width, (float(north + c * forward - s * starboard), float(east + s * forward + c * starboard))
 
 
 def _rotated_triangles(solid: Solid) -> Triangles:
-    """A solid turned into its attitude, its middle at the origin."""
+    """Surface of a solid in its attitude, with its middle at the origin."""
     return body_triangles(solid).transformed(pose_rotation(solid.heading, solid.pitch, solid.roll), np.zeros(3))
 
 
@@ -121,8 +123,7 @@ def _rotated_triangles(solid: Solid) -> Triangles:
 def resting_pose(solid: Solid, seabed: Seabed) -> tuple[Floats, Floats]:
     """Pose of a solid in the world: rotation from its own axes, (3, 3), and position of its middle [m], (3,).
 
-    Its middle stands over its position, whatever its attitude; its lowest point is at its base depth, or in the seabed
-    as deep as it has sunk.
+    The lowest point is at the base depth, or below the seabed by the depth of burial.
     """
     leaning = _rotated_triangles(whole_solid(solid))
     base = solid.base_depth
@@ -135,18 +136,18 @@ def resting_pose(solid: Solid, seabed: Seabed) -> tuple[Floats, Floats]:
 
 @lru_cache(maxsize=1024)
 def complete_triangles(solid: Solid, seabed: Seabed) -> Triangles:
-    """The surface of a solid where it lies, out of the water too: north, east, depth [m]; see `resting_pose`."""
+    """Surface of a solid in the world, including what is above the water: north, east, depth [m]."""
     return body_triangles(solid).transformed(*resting_pose(solid, seabed))
 
 
 def emerges(solid: Solid, seabed: Seabed) -> bool:
-    """Return True if the top of a solid reaches the mean surface of the water, or stands out of it."""
+    """Return True if the top of a solid is at the mean surface of the water or above it."""
     return bool(complete_triangles(solid, seabed).low[2] <= TOUCHING)
 
 
 @lru_cache(maxsize=1024)
 def submerged(solid: Solid, seabed: Seabed) -> Solid:
-    """A solid as high as the water: upright boxes and cylinders that emerge are shortened, others stay as they are."""
+    """A solid whose emerging part is cut off if it is an upright box or cylinder; other solids unchanged."""
     base = float(complete_triangles(whole_solid(solid), seabed).high[2])
     changes: dict[str, object] = {"base_depth": base, "burial": 0.0, "burial_depth": 0.0}
     if emerges(solid, seabed):
@@ -160,48 +161,48 @@ def submerged(solid: Solid, seabed: Seabed) -> Solid:
 
 @lru_cache(maxsize=1024)
 def world_triangles(solid: Solid, seabed: Seabed) -> Triangles:
-    """The surface of a solid under water where it lies: north, east, depth [m]; open where the surface cuts it."""
+    """Surface of the submerged part of a solid in the world: north, east, depth [m]; open at the mean surface."""
     whole = complete_triangles(submerged(solid, seabed), seabed)
     if not emerges(solid, seabed):
         return whole
-    left = clip_triangles(whole.corners, whole.corners[..., 2])
-    return Triangles(left.reshape(-1, 3), np.arange(3 * len(left)).reshape(-1, 3))
+    corners = clip_triangles(whole.corners, whole.corners[..., 2])
+    return Triangles(corners.reshape(-1, 3), np.arange(3 * len(corners)).reshape(-1, 3))
 
 
 def solid_scatterers(
     solid: Solid, seabed: Seabed, seed: int, pitch: float, occluder: int, *, quadrature: bool = False
 ) -> Scatterers:
-    """Points on the faces of a solid that water can reach, one for each cell of its surface.
+    """Points on the faces of a solid in the water, one for each cell of its surface.
 
-    Cells share the surface evenly. They are fixed to the body's own axes, so that position and phase stay with
-    the position on the body, however it lies and whatever else is there.
+    Cells have equal areas and are fixed to the body's own axes, so that points and phases on the body do not depend on
+    its pose or on other targets.
 
     Args:
         solid: The solid.
-        seabed: Seabed that it lies on; what has sunk in, or stands out of the water, is left out.
+        seabed: Seabed that it lies on; parts below the seabed and above the water are left out.
         seed: Seed of the scenario.
         pitch: Side of a cell [m].
         occluder: Row of this solid among the scene's occluders.
-        quadrature: Evenly spaced points instead, for an expectation.
+        quadrature: True: evenly spaced points, for an expectation.
     """
     turn, shift = resting_pose(solid, seabed)
     body = body_triangles(solid)
     if emerges(solid, seabed):
         turn, shift = resting_pose(submerged(solid, seabed), seabed)
         body = world_triangles(solid, seabed).transformed(turn.T, -shift @ turn)
-    whole = float(body.area.sum())
-    cells = _even_points(body, cell_side(whole, pitch)) if quadrature else surface_cells(body, cell_side(whole, pitch))
+    area = float(body.area.sum())
+    cells = _even_points(body, cell_side(area, pitch)) if quadrature else surface_cells(body, cell_side(area, pitch))
     n = np.arange(len(cells))
     u = random_keys.uniforms(
-        seed, random_keys.TARGET, n // ROW, n % ROW, SOLID_FACE, zlib.crc32(key_label(solid).encode())
+        seed, random_keys.TARGET, n // PER_ROW, n % PER_ROW, SOLID_FACE, zlib.crc32(key_label(solid).encode())
     )
     point, normal = cells.points(u[:, :3]) if isinstance(cells, SurfaceCells) else np.moveaxis(cells, 1, 0)
     position = point @ turn.T + shift
     points = Scatterers(
         object=solid.label, boundary="target", law=solid.scattering, position=position, normal=normal @ turn.T,
-        area=np.full(len(n), whole / len(n)), phase=np.exp(2j * np.pi * u[:, 3]),
-        scatterer_id=target_scatterer_id(key_label(solid), SOLID_FACE, n // ROW, n % ROW), has_random_phase=True,
-        occluder=occluder,
+        area=np.full(len(n), area / len(n)), phase=np.exp(2j * np.pi * u[:, 3]),
+        scatterer_id=target_scatterer_id(key_label(solid), SOLID_FACE, n // PER_ROW, n % PER_ROW),
+        has_random_phase=True, occluder=occluder,
     )  # fmt: skip
     return points.take(position[:, 2] < seabed_depth_at(seabed, position[:, :2]) - STANDING)
 
@@ -209,18 +210,18 @@ def solid_scatterers(
 def _even_points(body: Triangles, side: float) -> Floats:
     """Evenly spaced points on a surface in its own axes [m], and unit normals there, shape (n, 2, 3)."""
 
-    def placed() -> Floats:
+    def evaluate() -> Floats:
         cells = surface_cells(body, side)
         return np.stack(cells.points(np.empty((len(cells), 3)), quadrature=True), axis=1)
 
-    return _EVEN_POINTS.get((body.corners.tobytes(), side), placed)
+    return _EVEN_POINTS.get((body.corners.tobytes(), side), evaluate)
 
 
-_EVEN_POINTS: RecentResults[Floats] = RecentResults(16)  # one shape lies in many scenes of a data set
+_EVEN_POINTS: RecentResults[Floats] = RecentResults(16)  # many scenes of a data set have the same shape
 
 
 def surface_area(solid: Solid, seabed: Seabed) -> float:
-    """Area of a solid's surface under water [m^2]; the same bits wherever it lies without standing out of the water.
+    """Area of a solid's surface under water [m^2]; bit-identical for all poses of a submerged solid.
 
     Args:
         solid: The solid.
@@ -230,22 +231,22 @@ def surface_area(solid: Solid, seabed: Seabed) -> float:
     return float(surface.area.sum())
 
 
-def cell_side(whole: float, pitch: float) -> float:
-    """Side of the cells of a solid [m]: as requested, but limited by `MAX_POINTS` and `MIN_POINTS`.
+def cell_side(area: float, pitch: float) -> float:
+    """Side of the cells of a solid [m]: the requested one within the limits of `MAX_POINTS` and `MIN_POINTS`.
 
     Args:
-        whole: Area of its surface [m^2].
+        area: Area of the surface [m^2].
         pitch: Requested side [m].
     """
-    return float(np.clip(pitch, np.sqrt(whole / MAX_POINTS), np.sqrt(whole / MIN_POINTS)))
+    return float(np.clip(pitch, np.sqrt(area / MAX_POINTS), np.sqrt(area / MIN_POINTS)))
 
 
 def inside_solid(surface: Triangles, position: Floats) -> NDArray[np.bool_]:
-    """Mask of positions inside a surface: it is all around them, a solid angle of 4 pi.
+    """Mask of positions inside a surface, shape (n,): those at which its solid angle is more than 2 pi.
 
     Args:
-        surface: A surface; through the gaps of an open one a position may look out.
-        position: Places [m], shape (n, 3).
+        surface: A surface, open or closed.
+        position: North, east, depth [m], shape (n, 3).
 
     Source: van Oosterom & Strackee (1983), IEEE Trans. Biomed. Eng. 30, 125, eq. 8: solid angle of a triangle.
     """
@@ -272,17 +273,17 @@ def solid_errors(path: str, solid: Solid, seabed: Seabed) -> Iterator[PydanticCu
         Errors of `field_error`.
     """
     bed = float(seabed_depth_at(seabed, np.array(solid.position)))
-    base, tall = solid.base_depth, height(solid)
+    base, extent = solid.base_depth, height(solid)
     if base is not None and not 0 < base <= bed + STANDING:
         where = f"below the seabed (depth {bed:g} m)" if base > 0 else "at or above the sea surface (0 m)"
         sink = f" To sink it into the bed write burial_depth: {base - bed:g} m instead." if base > bed else ""
         yield field_error(f"{path}.base_depth", f"{base:g} m", f"is {where}. Depths are positive downwards; write a "
                       f"depth above 0 m and up to {bed:g} m.{sink}")  # fmt: skip
         return
-    if tall <= 0:
+    if extent <= 0:
         yield field_error(path, f"{solid.label}", "has no height as it lies: it is flat. Give it some, or turn it.")
         return
-    if solid.burial_depth >= tall:
-        yield field_error(f"{path}.burial_depth", f"{solid.burial_depth:g} m", f"buries all of it: it is {tall:.3g} m "
-                      f"high as it lies. Write less than {tall:.3g} m.")  # fmt: skip
+    if solid.burial_depth >= extent:
+        yield field_error(f"{path}.burial_depth", f"{solid.burial_depth:g} m", f"buries all of it: it is {extent:.3g} "
+                      f"m high as it lies. Write less than {extent:.3g} m.")  # fmt: skip
         return

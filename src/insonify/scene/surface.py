@@ -1,4 +1,4 @@
-"""The sea surface: what paths bounce off, still or moving, and a scatterer of its own."""
+"""Sea surface: model of its specular reflection, flat or moving, and its scattering law."""
 
 import math
 import warnings
@@ -17,7 +17,7 @@ from insonify.validity import PhysicsWarning
 
 
 class AplSurfaceLaw(Model):
-    """Echoes of the surface under a wind: facets, ripples and bubbles of APL-UW TR 9407."""
+    """Backscattering law of the surface at a wind speed: facets, ripples and bubbles of APL-UW TR 9407."""
 
     law: Literal["apl-surface"] = "apl-surface"
     """Name of the law."""
@@ -33,9 +33,9 @@ class Swell(Model):
     """One long-crested sinusoidal wave of unlimited duration and extent."""
 
     height: Annotated[Metres, Field(gt=0, le=30)]
-    """From trough to crest [m]."""
+    """Height from trough to crest [m]."""
     length: Annotated[Metres, Field(gt=0, le=1000)]
-    """From crest to crest [m]."""
+    """Wavelength, from crest to crest [m]."""
 
     @property
     def curvature(self) -> float:
@@ -54,7 +54,7 @@ class Surface(Model):
     wind_speed: Annotated[MetresPerSecond, Field(gt=0, le=30)] | None = None
     """Wind 10 m above the sea, for a statistical bounce or for waves [m/s]."""
     swell: Swell | None = None
-    """The wave that tilts the plane of a tilted bounce, or one of the waves."""
+    """Swell: the wave that tilts a tilted surface, or one of the waves of an explicit one."""
     cutoff_wavelength: Annotated[Metres, Field(ge=0.1, le=1000)] | None = None
     """Shortest wavelength of the wind sea that is realised [m]; None: half the dominant wavelength."""
     wave_direction: Radians = 0.0
@@ -105,21 +105,21 @@ class Surface(Model):
 
     @property
     def dominant_wavelength(self) -> float:
-        """Length of the wind's dominant waves [m]."""
+        """Wavelength of the dominant waves of the wind sea [m]."""
         assert self.wind_speed is not None
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore", PhysicsWarning)  # the sea itself warns
+            warnings.simplefilter("ignore", PhysicsWarning)  # given where the sea is realised
             return 2 * math.pi / Elfouhaily(self.wind_speed).peak
 
     @property
     def shortest_explicit_wavelength(self) -> float:
-        """Length of the shortest waves of the wind that are drawn [m]."""
+        """Wavelength of the shortest waves of the wind sea that are realised [m]."""
         return self.dominant_wavelength / 2 if self.cutoff_wavelength is None else self.cutoff_wavelength
 
     def law(self, frequency: float) -> Lambert | AplSurface | None:
-        """The law of the surface's own reverberation at one frequency [Hz]."""
+        """Scattering law of the surface at one frequency [Hz]; None: no scattering."""
         return self.scattering.at(frequency) if isinstance(self.scattering, AplSurfaceLaw) else self.scattering
 
     def reflection_coefficient(self, grazing: NDArray[np.float64]) -> NDArray[np.complex128]:
-        """Pressure reflection coefficient of one surface bounce: -1 at any grazing angle [rad]."""
+        """Pressure reflection coefficient of one surface bounce [1]: -1 at any grazing angle [rad], shape of these."""
         return np.full(np.shape(grazing), -1.0 + 0j)

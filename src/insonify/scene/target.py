@@ -1,7 +1,7 @@
-"""Targets: what lies in the scene and is looked for.
+"""Targets: objects in the scene.
 
-A box that stands upright, a point that only echoes, and solids: bodies made of triangles that may lean, lie in the
-mud or come from a file. All but points scatter from their faces and cast shadows.
+An upright box, a point, and solids: triangulated bodies that may lean, be buried, or come from a file. All but points
+scatter from their faces and cast shadows.
 """
 
 from typing import Annotated, Any, Literal, Self, TypeGuard
@@ -21,31 +21,31 @@ Dimensions = tuple[Size, Size, Size]
 
 
 class _Body(Model):
-    """Fields of every target but points: position, attitude, rough faces."""
+    """Fields of every target but points: position, attitude, burial, scattering."""
 
     position: tuple[Metres, Metres] = Field(
         json_schema_extra={"fix": "Write north and east; the depth of a body is its base_depth"}
     )
-    """North and east of its middle [m]."""
+    """North and east of the target's middle [m]."""
     base_depth: Metres | None = None
-    """Depth of its lowest point [m]; None: it lies on the seabed."""
+    """Depth of the lowest point [m]; None: the target lies on the seabed."""
     heading: Radians = 0.0
-    """Compass heading of its own forward axis [rad]."""
+    """Compass heading of the target's forward axis [rad]."""
     pitch: Annotated[Radians, Field(ge=-np.pi / 2, le=np.pi / 2)] = 0.0
-    """Its forward end up, positive [rad]: 90 degrees stands a cylinder on its end."""
+    """Pitch, forward end up positive [rad]: 90 degrees puts a cylinder on its end."""
     roll: Annotated[Radians, Field(ge=-np.pi, le=np.pi)] = 0.0
-    """Its starboard side down, positive [rad]."""
+    """Roll, starboard side down positive [rad]."""
     burial: Annotated[float, Field(ge=0, lt=1)] = 0.0
-    """Part of its height that has sunk into the seabed [1]."""
+    """Fraction of the target's height that is below the seabed [1]."""
     burial_depth: Annotated[Metres, Field(ge=0, le=1000)] = 0.0
-    """Alternatively, depth of its lowest point below the seabed [m]."""
+    """Depth of the lowest point below the seabed, instead of `burial` [m]."""
     scour: ScourDimensions | None = None
-    """Scour pit around it, as `{depth: 0.2 m, width: 0.5 m}`; None for none."""
+    """Scour pit around the target, such as `{depth: 0.2 m, width: 0.5 m}`; None: none."""
     scattering: Lambert = Lambert(strength_db=-10.0)
-    """Scattering law of its faces for their rough part."""
+    """Scattering law of the rough part of the faces."""
     face_reflection_coefficient: Annotated[float, Field(ge=-1, le=1)] | None = None
-    """Pressure reflection coefficient of the smooth part of its faces, which reflect specularly [1]: 1 for a rigid
-    body, -1 for one filled with air; None: they are rough only."""
+    """Pressure reflection coefficient of the smooth part of the faces, which reflects specularly [1]: 1 for a rigid
+    body, -1 for one filled with air; None: rough faces only."""
 
     @model_validator(mode="after")
     def _check_depth_or_burial(self) -> Self:
@@ -67,16 +67,16 @@ class Box(_Body):
     shape: Literal["box"] = "box"
     label: str = "box"
     size: Dimensions
-    """Length along its heading, width across it, height [m]."""
+    """Length along the heading, width across it, height [m]."""
 
     @property
     def is_upright(self) -> bool:
-        """True: it neither leans nor has sunk in, so that it needs no triangles."""
+        """True if the box neither leans nor is buried, so that it needs no triangles."""
         return not (self.pitch or self.roll or self.burial or self.burial_depth)
 
 
 class PointTarget(Model):
-    """A point that echoes alike in all directions and casts no shadow."""
+    """A point that scatters equally in all directions and casts no shadow."""
 
     shape: Literal["point"] = "point"
     label: str = "point"
@@ -96,7 +96,7 @@ class Sphere(_Body):
 
 
 class Cylinder(_Body):
-    """A round cylinder that lies along its heading; pitched by 90 degrees it stands."""
+    """A circular cylinder with its axis along the heading, or vertical at a pitch of 90 degrees."""
 
     shape: Literal["cylinder"] = "cylinder"
     label: str = "cylinder"
@@ -107,23 +107,23 @@ class Cylinder(_Body):
 
 
 class Cone(_Body):
-    """A round cone that stands on its base, point up."""
+    """A circular cone that stands on its base."""
 
     shape: Literal["cone"] = "cone"
     label: str = "cone"
     height: Size
-    """From base to point [m]."""
+    """Height from base to point [m]."""
     diameter: Size
     """Diameter of the base [m]."""
 
 
 class TruncatedCone(_Body):
-    """A round cone without its point, standing on its base."""
+    """A truncated circular cone that stands on its base."""
 
     shape: Literal["truncated_cone"] = "truncated_cone"
     label: str = "truncated_cone"
     height: Size
-    """From base to top [m]."""
+    """Height from base to top [m]."""
     diameter: Size
     """Diameter of the base [m]."""
     top_diameter: Size
@@ -131,16 +131,16 @@ class TruncatedCone(_Body):
 
 
 class Plate(_Body):
-    """A flat plate that lies level; pitched or rolled by 90 degrees it stands on an edge."""
+    """A horizontal plate; at a pitch or roll of 90 degrees it stands on an edge."""
 
     shape: Literal["plate"] = "plate"
     label: str = "plate"
     length: Size
-    """Along its heading [m]."""
+    """Length along the heading [m]."""
     width: Size
-    """Across its heading [m]."""
+    """Width across the heading [m]."""
     thickness: Size = 0.01
-    """From face to face [m]."""
+    """Thickness [m]."""
 
 
 class MeshPart(Model):
@@ -201,9 +201,9 @@ def solids_of_one_law(solid: "Solid") -> "tuple[Solid, ...]":
     _, row = mesh_parts(solid.file, solid.up, solid.scale, solid.sha256, tuple(part.name for part in solid.parts))
     values, solids = {name: getattr(solid, name) for name in Mesh.model_fields}, list[Solid]()
     for number in np.unique(row).tolist():
-        own = solid.parts[number] if number >= 0 else MeshPart(name=solid.label or "mesh")
+        entry = solid.parts[number] if number >= 0 else MeshPart(name=solid.label or "mesh")
         laws = {
-            name: getattr(solid, name) if getattr(own, name) is None else getattr(own, name)
+            name: getattr(solid, name) if getattr(entry, name) is None else getattr(entry, name)
             for name in ("scattering", "face_reflection_coefficient")
         }
         solids.append(MeshFaces.model_construct(**{**values, **laws, "whole": solid, "part": number}))
@@ -223,17 +223,17 @@ def key_label(solid: "Solid") -> str:
 
 
 class LibraryTarget(_Body):
-    """A shape from the library of typical things, see `insonify.scene.shape_library`."""
+    """A shape from the library of typical objects, see `insonify.scene.shape_library`."""
 
     shape: Literal["library"] = "library"
     label: str = ""
-    """Label of the target; left out, its name."""
+    """Label of the target; by default its name."""
     name: Literal[PRESETS]  # type: ignore[valid-type]
     """Name of a shape of the library."""
     size: Dimensions | None = None
     """Length, width and height to which the shape is scaled [m]; None: those of the library."""
     variant: Annotated[int, Field(ge=0, le=2**31)] = 0
-    """Number of the rock among many; all other shapes are one of a kind."""
+    """Number of the rock; other shapes have one variant, 0."""
 
     @model_validator(mode="before")
     @classmethod
@@ -250,14 +250,14 @@ class LibraryTarget(_Body):
 
 
 def _library_target_from_name(value: Any) -> Any:
-    """A library's shape given by its own name: `shape: drum`."""
+    """A library target given by its name as its shape: `shape: drum`."""
     if isinstance(value, dict) and value.get("shape") in PRESETS and "name" not in value:
         return {**value, "shape": "library", "name": value["shape"]}
     return value
 
 
 Solid = Sphere | Cylinder | Cone | TruncatedCone | Plate | Mesh | LibraryTarget | Box
-"""Targets that are made of triangles; a box only where it leans or has sunk in."""
+"""Targets that are made of triangles; a box only if it leans or is buried."""
 Target = Annotated[
     Annotated[
         Box | PointTarget | Sphere | Cylinder | Cone | TruncatedCone | Plate | Mesh | LibraryTarget,

@@ -19,19 +19,19 @@ from insonify.scene.seabed_terrain import TILE_CELLS, SeabedTerrain
 
 Floats = NDArray[np.float64]
 Singles = NDArray[np.float32]
-Mapped = Callable[[Callable[[Any], Any], Iterable[Any]], Iterable[Any]]
+MapFunction = Callable[[Callable[[Any], Any], Iterable[Any]], Iterable[Any]]
 
 CACHE_SIDE = 512
-"""Tiles along each side of a square area of terrain within which no two tiles share an entry of the table."""
+"""Tiles along each side of a square area of terrain within which no two tiles have the same entry of the table."""
 MAX_TILES = 3072
 """Number of cached tiles: about 150 MB."""
-FRESH = 512
-"""Number of tiles that always use new memory; beyond it, the least recently used are replaced first."""
+MIN_NEW_ROWS = 512
+"""Number of tiles for which new memory is always used; beyond it, the least recently used are replaced first."""
 RECENT_READS = 64
-"""Readings within which a tile is likely to be read again."""
+"""Number of latest readings whose tiles are likely to be read again."""
 PARTS = 2
 """Number of parts into which the synthesis of missing tiles is divided."""
-_BLANK, _BEGUN, _DRAWN = range(3)
+_UNFILLED, _IN_PROGRESS, _FILLED = range(3)
 
 
 @dataclass
@@ -51,15 +51,15 @@ class TerrainMap:
         """Row in `nodes` of each tile, -1 for none, by the tile's numbers modulo `CACHE_SIDE`."""
         self.number = np.full((CACHE_SIDE, CACHE_SIDE, 2), EMPTY, np.int64)
         """Numbers of the tile in each slot."""
-        self._held = np.full((MAX_TILES, 2), EMPTY, np.int64)
+        self._tiles = np.full((MAX_TILES, 2), EMPTY, np.int64)
         self._last_read = np.zeros(MAX_TILES, np.int64)
         self._readers = np.zeros(MAX_TILES, np.int64)
-        self._state = np.full(MAX_TILES, _BLANK, np.int8)
-        self._ticket, self._next = 0, 0
+        self._state = np.full(MAX_TILES, _UNFILLED, np.int8)
+        self._ticket, self._used = 0, 0
         self._synthesizer = self.terrain.heightmap_synthesizer
 
     @contextmanager
-    def reading(self, tiles: NDArray[np.int64], share: Mapped = map) -> Iterator[NDArray[np.int64]]:
+    def reading(self, tiles: NDArray[np.int64], map_function: MapFunction = map) -> Iterator[NDArray[np.int64]]:
         """Context within which tiles are synthesised and not replaced.
 
         Any number of threads may read at a time. A thread whose tiles do not fit beside those being read waits until
@@ -67,7 +67,7 @@ class TerrainMap:
 
         Args:
             tiles: Numbers of the tiles, each once, shape (n, 2), n up to `MAX_TILES`.
-            share: A function like `map`, which may use several threads.
+            map_function: A function like `map`, which may use several threads.
 
         Returns:
             Row in `nodes` of each, shape (n,).
@@ -79,34 +79,34 @@ class TerrainMap:
             rows = self.slot[tuple(tiles.T % CACHE_SIDE)]
             self._readers[rows] += 1
         try:
-            while not (self._state[rows] == _DRAWN).all():
-                self._synthesize_missing(rows, share)
+            while not (self._state[rows] == _FILLED).all():
+                self._synthesize_missing(rows, map_function)
             yield rows
         finally:
             with self._change:
                 self._readers[rows] -= 1
                 self._change.notify_all()
 
-    def _synthesize_missing(self, rows: NDArray[np.int64], mapped: Mapped) -> None:
+    def _synthesize_missing(self, rows: NDArray[np.int64], map_function: MapFunction) -> None:
         """Synthesise the tiles that no other thread synthesises, and wait for the others."""
         with self._change:
-            claimed = rows[self._state[rows] == _BLANK]
-            self._state[claimed] = _BEGUN
+            claimed = rows[self._state[rows] == _UNFILLED]
+            self._state[claimed] = _IN_PROGRESS
 
         def synthesize(part: NDArray[np.int64]) -> None:
-            self.draw(part)
-            self._state[part] = _DRAWN
+            self.synthesize(part)
+            self._state[part] = _FILLED
 
         try:
-            list(mapped(synthesize, [claimed[k::PARTS] for k in range(PARTS)]))
+            list(map_function(synthesize, [claimed[k::PARTS] for k in range(PARTS)]))
         finally:
             with self._change:
-                self._state[claimed[self._state[claimed] == _BEGUN]] = (
-                    _BLANK  # after an error another thread may synthesise them
+                self._state[claimed[self._state[claimed] == _IN_PROGRESS]] = (
+                    _UNFILLED  # after an error another thread may synthesise them
                 )
                 self._change.notify_all()
         with self._change:
-            self._change.wait_for(lambda: not (self._state[rows] == _BEGUN).any())
+            self._change.wait_for(lambda: not (self._state[rows] == _IN_PROGRESS).any())
 
     def _fits(self, tiles: NDArray[np.int64]) -> bool:
         """Return True if there are enough rows besides those that other threads read."""
@@ -123,31 +123,31 @@ class TerrainMap:
         """
         self._ticket += 1
         new_rows = np.empty(len(tiles), np.int64)
-        count, self._next = claim(
-            tiles, self.slot, self.number, self._held, self._last_read, self._readers, self._ticket, self._next, FRESH,
-            RECENT_READS, new_rows,
+        count, self._used = claim(
+            tiles, self.slot, self.number, self._tiles, self._last_read, self._readers, self._ticket, self._used,
+            MIN_NEW_ROWS, RECENT_READS, new_rows,
         )  # fmt: skip
-        self._state[new_rows[:count]] = _BLANK
+        self._state[new_rows[:count]] = _UNFILLED
         return new_rows[:count]
 
-    def draw(self, rows: NDArray[np.int64]) -> None:
+    def synthesize(self, rows: NDArray[np.int64]) -> None:
         """Synthesise tiles into their rows, from the coarsest octave to the finest.
 
         Args:
             rows: Rows of the tiles, from `claim`.
         """
-        self._synthesizer.draw(rows, self._held, self.nodes)
+        self._synthesizer.synthesize(rows, self._tiles, self.nodes)
 
 
-def terrain_map(bed: SeabedTerrain) -> TerrainMap:
+def terrain_map(terrain: SeabedTerrain) -> TerrainMap:
     """The map of a seabed, the same object for equal seabeds."""
     with _LOCK:
-        return _terrain_map(bed)
+        return _terrain_map(terrain)
 
 
 @lru_cache(maxsize=4)
-def _terrain_map(bed: SeabedTerrain) -> TerrainMap:
-    return TerrainMap(bed)
+def _terrain_map(terrain: SeabedTerrain) -> TerrainMap:
+    return TerrainMap(terrain)
 
 
 _LOCK = Lock()

@@ -1,8 +1,8 @@
-"""Texture: seabed that scatters more here and less there, so that its echoes are K-distributed and not Rayleigh.
+"""Texture: spatial variation of the seabed's scattering strength, which makes echoes K-distributed.
 
-A normal field on a lattice is mapped, quantile by quantile, to a gamma distribution of mean one. It multiplies the
-strength of each patch of the seabed, whatever the angle and the path: the mean level stays, and where the sonar
-resolves the texture, intensities spread more than speckle alone lets them.
+A normal field on a lattice is mapped by quantiles to a gamma distribution of mean one. It multiplies the scattering
+cross section of each patch of the seabed, for all angles and paths. The mean intensity does not change; where the sonar
+resolves the texture, the variance of the intensity is larger than that of speckle.
 """
 
 from functools import lru_cache
@@ -19,19 +19,19 @@ from insonify.scene.scatterer_grid import ScattererGrid
 
 Floats = NDArray[np.float64]
 
-FARTHEST = 8.0
-"""Standard deviations up to which the map from normal to gamma is tabled [1]."""
-PER_UNIT = 256.0
+MAX_DEVIATION = 8.0
+"""Largest normal number in the table of the map from normal to gamma [standard deviations]."""
+ENTRIES_PER_DEVIATION = 256.0
 """Entries of that table per standard deviation [1]."""
-ORDERS = 24
+HERMITE_ORDERS = 24
 """Hermite orders of the map that its correlation is summed over [1]."""
 
 
 class Texture(Model):
-    """Strength of the terrain about its mean: a gamma field of mean one, tied to the terrain."""
+    """Scattering strength relative to its mean: a gamma field of mean one, fixed to the terrain."""
 
     k_shape: Annotated[float, Field(ge=0.1, le=1000)]
-    """Shape of the gamma distribution, nu [1]: the smaller, the patchier; variance 1 / nu."""
+    """Shape parameter nu of the gamma distribution, whose variance is 1 / nu [1]."""
     correlation_length: Annotated[Metres, Field(ge=0.01, le=10_000)]
     """Distance at which the correlation of the texture has fallen to 1/e [m]."""
 
@@ -42,8 +42,8 @@ class Texture(Model):
 
         Args:
             north: Northing of the positions [m], shape (n,).
-            east: Likewise [m], shape (n,).
-            seed: Of the seabed.
+            east: Easting of the positions [m], shape (n,).
+            seed: Seed of the seabed.
             scatterer_grid: Frame of the seabed.
 
         Returns:
@@ -52,11 +52,11 @@ class Texture(Model):
         Source: Jakeman & Pusey (1976), IEEE Trans. Antennas Propag. 24, 806-814, for K-distributed amplitudes; that
         they are speckle on a gamma texture: Ward (1981), Electron. Lett. 17, 561-563 (both from memory).
         """
-        own = scatterer_grid.from_world(np.stack([north, east], axis=-1)) / self.pitch
-        out = np.empty(len(own))
-        normal_field(np.ascontiguousarray(own[:, 0]), np.ascontiguousarray(own[:, 1]),
+        lattice_position = scatterer_grid.from_world(np.stack([north, east], axis=-1)) / self.pitch
+        out = np.empty(len(lattice_position))
+        normal_field(np.ascontiguousarray(lattice_position[:, 0]), np.ascontiguousarray(lattice_position[:, 1]),
                      *random_keys.stream_key(seed, random_keys.TEXTURE), out)  # fmt: skip
-        interpolate_exp_table(out, -FARTHEST, PER_UNIT, _log_quantiles(self.k_shape))
+        interpolate_exp_table(out, -MAX_DEVIATION, ENTRIES_PER_DEVIATION, _log_quantiles(self.k_shape))
         return out
 
     @property
@@ -65,13 +65,14 @@ class Texture(Model):
 
         Its own correlation is nearly exp(-3 r^2 / (4 pitch^2)): along the lattice that of a cubic spline with itself.
         """
-        return self.correlation_length / _pitches(self.k_shape)
+        return self.correlation_length / _correlation_pitches(self.k_shape)
 
     def correlation(self, distance: ArrayLike) -> Floats:
-        """Correlation of the texture at positions so far apart along the lattice [m], mean over its shifts [1].
+        """Correlation of the texture along the lattice, mean over its shifts [1], shape of `distance`.
 
         Args:
-            distance: Any shape; along a diagonal it is lower by 0.002 at most.
+            distance: Distance of two positions [m], any shape; the correlation along a diagonal is lower by up to
+                0.002.
         """
         return _correlation(self.k_shape, np.asarray(distance, float) / self.pitch)
 
@@ -83,28 +84,28 @@ def _correlation(shape: float, distance: Floats) -> Floats:
     """
     from scipy.interpolate import BSpline
 
-    itself = BSpline.basis_element(np.arange(-4.0, 5.0), extrapolate=False)  # a cubic one against itself
-    normal = np.nan_to_num(itself(np.clip(np.abs(distance), 0, 4))) / float(itself(0.0))
-    return np.asarray(np.polynomial.polynomial.polyval(normal, np.array([0.0, *_shares(shape)])))
+    autocorrelation = BSpline.basis_element(np.arange(-4.0, 5.0), extrapolate=False)  # of the cubic spline
+    normal = np.nan_to_num(autocorrelation(np.clip(np.abs(distance), 0, 4))) / float(autocorrelation(0.0))
+    return np.asarray(np.polynomial.polynomial.polyval(normal, np.array([0.0, *_order_variances(shape)])))
 
 
 @lru_cache(maxsize=16)
-def _pitches(shape: float) -> float:
-    """Pitches after which the correlation of the texture has fallen to 1/e [1]."""
+def _correlation_pitches(shape: float) -> float:
+    """Distance at which the correlation of the texture falls to 1/e [pitches]."""
     distance = np.linspace(0, 4, 4001)
     return float(np.interp(-np.exp(-1.0), -_correlation(shape, distance), distance))
 
 
 @lru_cache(maxsize=16)
-def _shares(shape: float) -> tuple[float, ...]:
-    """Part of the texture's variance in each Hermite order of the normal field, from the first on [1]."""
-    x = np.linspace(-FARTHEST, FARTHEST, int(2 * FARTHEST * PER_UNIT) + 1)
-    gamma = np.exp(_log_quantiles(shape)) * np.exp(-(x**2) / 2) / np.sqrt(2 * np.pi) / PER_UNIT
-    before, now = np.zeros_like(x), np.ones_like(x)  # of unit mean square: He_n / sqrt(n!)
+def _order_variances(shape: float) -> tuple[float, ...]:
+    """Fraction of the texture's variance in each Hermite order of the normal field, from order 1 on [1]."""
+    x = np.linspace(-MAX_DEVIATION, MAX_DEVIATION, int(2 * MAX_DEVIATION * ENTRIES_PER_DEVIATION) + 1)
+    gamma = np.exp(_log_quantiles(shape)) * np.exp(-(x**2) / 2) / np.sqrt(2 * np.pi) / ENTRIES_PER_DEVIATION
+    previous, current = np.zeros_like(x), np.ones_like(x)  # of unit mean square: He_n / sqrt(n!)
     variances = []
-    for n in range(ORDERS):
-        before, now = now, (x * now - np.sqrt(n) * before) / np.sqrt(n + 1)
-        variances.append(float(np.sum(gamma * now) ** 2))
+    for n in range(HERMITE_ORDERS):
+        previous, current = current, (x * current - np.sqrt(n) * previous) / np.sqrt(n + 1)
+        variances.append(float(np.sum(gamma * current) ** 2))
     return tuple(np.array(variances) / sum(variances))
 
 
@@ -113,11 +114,11 @@ def _log_quantiles(shape: float) -> Floats:
     """Logarithm of the gamma quantile at each entry of a normal number [1]."""
     from scipy.special import gammainccinv, gammaincinv, gammaln, log_ndtr, ndtr
 
-    x = np.linspace(-FARTHEST, FARTHEST, int(2 * FARTHEST * PER_UNIT) + 1)
+    x = np.linspace(-MAX_DEVIATION, MAX_DEVIATION, int(2 * MAX_DEVIATION * ENTRIES_PER_DEVIATION) + 1)
     with np.errstate(divide="ignore"):
-        plain = np.log(np.where(x < 0, gammaincinv(shape, ndtr(x)), gammainccinv(shape, ndtr(-x))) / shape)
+        central = np.log(np.where(x < 0, gammaincinv(shape, ndtr(x)), gammainccinv(shape, ndtr(-x))) / shape)
     # far down the lower tail P = t^nu / Gamma(nu + 1)
     tail = (log_ndtr(x) + gammaln(shape + 1)) / shape - np.log(shape)
-    table = np.maximum(np.where(tail < -50, tail, plain), -700.0)
+    table = np.maximum(np.where(tail < -50, tail, central), -700.0)
     table.flags.writeable = False  # shared by all pings
     return table

@@ -1,7 +1,7 @@
-"""Surfaces made of triangles: what every solid comes down to.
+"""Triangulated surfaces, which represent every solid.
 
-Each shape is made in its own axes: forward, starboard, down, its middle at the origin. Round ones are turned in
-`CIRCLE_STEPS` steps, so that a circle lies within 0.05 % of its radius of the true one, and corners lie on it.
+Each shape is defined in its own axes, forward, starboard, down, with its middle at the origin. Circles are polygons
+with `CIRCLE_STEPS` corners on the true circle, from which their sides differ by at most 0.05 % of the radius.
 """
 
 from dataclasses import dataclass
@@ -19,7 +19,7 @@ CIRCLE_STEPS = 96
 
 @dataclass(frozen=True, eq=False)
 class Triangles:
-    """A surface; corners of each face are counter-clockwise as seen from outside."""
+    """A surface of triangles, whose corners are counter-clockwise as viewed from outside."""
 
     vertices: Floats
     """Corners [m], shape (v, 3)."""
@@ -28,12 +28,12 @@ class Triangles:
 
     @cached_property
     def corners(self) -> Floats:
-        """Places of the corners of every triangle [m], shape (t, 3, 3)."""
+        """Positions of the corners of every triangle [m], shape (t, 3, 3)."""
         return self.vertices[self.faces]
 
     @cached_property
     def normal(self) -> Floats:
-        """Normal of every triangle, outwards and twice its area long [m^2], shape (t, 3)."""
+        """Outward normal of every triangle, of twice its area in length [m^2], shape (t, 3)."""
         return np.cross(self.corners[:, 1] - self.corners[:, 0], self.corners[:, 2] - self.corners[:, 0])
 
     @cached_property
@@ -43,7 +43,7 @@ class Triangles:
 
     @property
     def volume(self) -> float:
-        """Volume inside, negative where the faces look inwards [m^3]: the divergence theorem."""
+        """Enclosed volume by the divergence theorem, negative if the normals point inwards [m^3]."""
         a, b, c = np.moveaxis(self.corners - self.vertices.mean(axis=0), 1, 0)
         return float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6)
 
@@ -58,20 +58,20 @@ class Triangles:
         return np.asarray(self.vertices.max(axis=0))
 
     def transformed(self, rotation: Floats, shift: Floats) -> "Triangles":
-        """Turned by a rotation (3, 3), then shifted [m] (3,)."""
+        """The surface after a rotation (3, 3) and a shift [m] (3,)."""
         return Triangles(self.vertices @ rotation.T + shift, self.faces)
 
     def scaled(self, factor: Floats | float) -> "Triangles":
-        """Stretched along its own axes by positive factors [1], shape (3,) or one."""
+        """The surface scaled along its own axes by positive factors [1], shape (3,) or one."""
         return Triangles(self.vertices * factor, self.faces)
 
     def part(self, selected: NDArray[np.bool_]) -> "Triangles":
-        """Some of the triangles, (t,), with no other corners than theirs."""
+        """Surface of the triangles that a mask (t,) selects, without unused corners."""
         used, faces = np.unique(self.faces[selected], return_inverse=True)
         return Triangles(self.vertices[used], np.asarray(faces).reshape(-1, 3))
 
     def centred(self) -> "Triangles":
-        """With the middle of its extent at the origin."""
+        """The surface shifted so that the middle of its extent is at the origin."""
         return Triangles(self.vertices - (self.low + self.high) / 2, self.faces)
 
 
@@ -86,87 +86,87 @@ def block(length: float, width: float, height: float) -> Triangles:
     """A block of twelve triangles.
 
     Args:
-        length: Forward [m].
-        width: Across [m].
-        height: Up [m].
+        length: Length forward [m].
+        width: Width across [m].
+        height: Height [m].
     """
     return wedge(length, length, width, height)
 
 
 def wedge(length: float, top_length: float, width: float, height: float) -> Triangles:
-    """A block whose top is shorter than its base, its aft face upright.
+    """A block whose top is shorter than its base, with an upright aft face.
 
     Args:
-        length: Of the base [m].
-        top_length: Of the top [m].
-        width: Across [m].
-        height: Up [m].
+        length: Length of the base [m].
+        top_length: Length of the top [m].
+        width: Width across [m].
+        height: Height [m].
     """
     aft, fore, top = -length / 2, length / 2, top_length - length / 2
-    base, lid = [(aft, -1), (fore, -1), (fore, 1), (aft, 1)], [(aft, -1), (top, -1), (top, 1), (aft, 1)]
-    vertices = [(x, y * width / 2, height / 2) for x, y in base] + [(x, y * width / 2, -height / 2) for x, y in lid]
+    lower, upper = [(aft, -1), (fore, -1), (fore, 1), (aft, 1)], [(aft, -1), (top, -1), (top, 1), (aft, 1)]
+    vertices = [(x, y * width / 2, height / 2) for x, y in lower] + [(x, y * width / 2, -height / 2) for x, y in upper]
     quads = [(0, 1, 2, 3), (4, 7, 6, 5), (0, 4, 5, 1), (1, 5, 6, 2), (2, 6, 7, 3), (3, 7, 4, 0)]
     faces = [face for a, b, c, d in quads for face in ((a, b, c), (a, c, d))]
     return Triangles(np.array(vertices, float), np.array(faces, np.int64))
 
 
 def surface_of_revolution(
-    profile: list[tuple[float, float]], *, around: int = CIRCLE_STEPS, closed: bool = False
+    profile: list[tuple[float, float]], *, steps: int = CIRCLE_STEPS, closed: bool = False
 ) -> Triangles:
-    """The surface that a line sweeps out when it is turned about the forward axis.
+    """Surface of revolution of a line about the forward axis.
 
     Args:
-        profile: Points of the line from aft to fore: position along the axis and distance from it [m]. Where it starts
-            or ends on the axis it closes there.
-        around: Steps about the axis.
-        closed: True if its last point goes on to its first, as in a ring; such a line goes fore outside, aft inside.
+        profile: Points of the line from aft to fore: position along the axis and distance from it [m]. The surface is
+            closed at an end of the line that lies on the axis.
+        steps: Number of steps about the axis.
+        closed: True if the line is closed, as for a ring: forward outside, aft inside.
     """
     along, radius = np.array(profile, float).T
-    turn = 2 * np.pi * np.arange(around) / around
-    ring = np.stack([0 * turn, np.cos(turn), np.sin(turn)], axis=-1)
+    azimuth = 2 * np.pi * np.arange(steps) / steps
+    ring = np.stack([0 * azimuth, np.cos(azimuth), np.sin(azimuth)], axis=-1)
     rings = [np.array([[x, 0, 0]]) if r == 0 else ring * r + [x, 0, 0] for x, r in zip(along, radius, strict=True)]
     starts = np.cumsum([0] + [len(part) for part in rings])
-    rows = [start + np.arange(around) % len(part) for start, part in zip(starts, rings, strict=False)]
+    rows = [start + np.arange(steps) % len(part) for start, part in zip(starts, rings, strict=False)]
     pairs = list(zip(rows, rows[1:] + rows[:1] if closed else rows[1:], strict=False))
     faces = np.concatenate([_band(aft, fore) for aft, fore in pairs])
     return Triangles(np.concatenate(rings), faces)
 
 
 def _band(aft: Integers, fore: Integers) -> Integers:
-    """Triangles between two rings of a turned surface; a ring on the axis is one corner over and over."""
+    """Triangles between two rings of a surface of revolution; a ring on the axis has the same corner throughout."""
     next_aft, next_fore = np.roll(aft, -1), np.roll(fore, -1)
     faces = np.concatenate([np.stack([aft, next_aft, next_fore], -1), np.stack([aft, next_fore, fore], -1)])
     a, b, c = faces.T
     return np.asarray(faces[(a != b) & (b != c) & (c != a)])
 
 
-def sphere(diameter: float, *, around: int = CIRCLE_STEPS) -> Triangles:
-    """A sphere of a diameter [m]."""
-    polar = np.linspace(0, np.pi, around // 2 + 1)
+def sphere(diameter: float, *, steps: int = CIRCLE_STEPS) -> Triangles:
+    """A sphere of a diameter [m] with a number of steps about its axis."""
+    polar = np.linspace(0, np.pi, steps // 2 + 1)
     profile = [(-np.cos(t) * diameter / 2, np.sin(t) * diameter / 2) for t in polar[1:-1]]
-    return surface_of_revolution([(-diameter / 2, 0.0), *profile, (diameter / 2, 0.0)], around=around)
+    return surface_of_revolution([(-diameter / 2, 0.0), *profile, (diameter / 2, 0.0)], steps=steps)
 
 
-def cylinder(length: float, diameter: float, *, around: int = CIRCLE_STEPS) -> Triangles:
+def cylinder(length: float, diameter: float, *, steps: int = CIRCLE_STEPS) -> Triangles:
     """A cylinder along the forward axis, of a length and a diameter [m]."""
-    return frustum(length, diameter, diameter, around=around)
+    return frustum(length, diameter, diameter, steps=steps)
 
 
-def frustum(length: float, diameter: float, end_diameter: float, *, around: int = CIRCLE_STEPS) -> Triangles:
-    """A cone along the forward axis, point forward.
+def frustum(length: float, diameter: float, end_diameter: float, *, steps: int = CIRCLE_STEPS) -> Triangles:
+    """A cone or truncated cone along the forward axis, base aft.
 
     Args:
-        length: From base to point [m].
-        diameter: Of its base, aft [m].
-        end_diameter: Of its forward end [m]; 0 for a point.
-        around: Steps about the axis.
+        length: Length from base to forward end [m].
+        diameter: Diameter of the base [m].
+        end_diameter: Diameter of the forward end [m]; 0 for a point.
+        steps: Number of steps about the axis.
     """
     ends = [(-length / 2, 0.0), (-length / 2, diameter / 2), (length / 2, end_diameter / 2), (length / 2, 0.0)]
-    return surface_of_revolution(ends if end_diameter > 0 else ends[:3], around=around)
+    return surface_of_revolution(ends if end_diameter > 0 else ends[:3], steps=steps)
 
 
 def with_axis_up(shape: Triangles) -> Triangles:
-    """A shape with its forward axis turned up, and its starboard side left where it is."""
+    """A shape rotated about its starboard axis so that its forward axis points up."""
     return shape.transformed(np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]]), np.zeros(3))
 
 
@@ -174,16 +174,16 @@ def torus(diameter: float, thickness: float, *, width: float | None = None) -> T
     """A ring about the forward axis.
 
     Args:
-        diameter: Outside [m].
-        thickness: Of the ring, radially [m].
-        width: Of the ring, along the axis [m]; None: as the thickness.
+        diameter: Outer diameter [m].
+        thickness: Radial thickness of the ring [m].
+        width: Width of the ring along the axis [m]; None: equal to the thickness.
     """
-    turn = 2 * np.pi * np.arange(CIRCLE_STEPS // 4) / (CIRCLE_STEPS // 4)
+    angle = 2 * np.pi * np.arange(CIRCLE_STEPS // 4) / (CIRCLE_STEPS // 4)
     half, middle = (thickness if width is None else width) / 2, (diameter - thickness) / 2
-    return surface_of_revolution([(-half * np.cos(t), middle + thickness / 2 * np.sin(t)) for t in turn], closed=True)
+    return surface_of_revolution([(-half * np.cos(t), middle + thickness / 2 * np.sin(t)) for t in angle], closed=True)
 
 
 def tube(length: float, diameter: float, wall: float) -> Triangles:
-    """An open pipe along the forward axis, of a length, an outer diameter and a wall [m]."""
+    """An open pipe along the forward axis, of a length, an outer diameter and a wall thickness [m]."""
     half, outer, inner = length / 2, diameter / 2, diameter / 2 - wall
     return surface_of_revolution([(-half, inner), (-half, outer), (half, outer), (half, inner)], closed=True)

@@ -1,7 +1,7 @@
-"""Scatterers in the water: one point per cell of a lattice in three dimensions, jittered in it, the same in every ping.
+"""Scatterers in the water: one jittered point per cell of a three-dimensional lattice, the same in every ping.
 
-Each stands for the water of its cell: its backscattering cross section is the cell's volume times s_v at its position,
-alike in all directions. Phases are drawn, so that echoes add as energies in the mean, as the sonar equation has it.
+Each represents the water of its cell: its backscattering cross section is the cell's volume times s_v at its position,
+equal in all directions. Phases are random, so that the mean intensities of echoes add, as in the sonar equation.
 """
 
 import zlib
@@ -38,7 +38,7 @@ LAYERS, PATCHES = (np.uint64(random_keys.VOLUME << 59 | kind << 58) for kind in 
 MAX_POINTS_IN_PATCH = 200_000
 """Points of one patch at most."""
 # Roberts (2018), "The unreasonable effectiveness of quasirandom sequences": powers of 1 / 1.2207..., from memory.
-EVENLY = np.array([0.8191725133961645, 0.6710436067037893, 0.5497004779019703])
+QUASIRANDOM_STEPS = np.array([0.8191725133961645, 0.6710436067037893, 0.5497004779019703])
 
 
 class WaterBlocks(NamedTuple):
@@ -76,29 +76,29 @@ class WaterBlocks(NamedTuple):
         return WaterBlocks(np.repeat(self.scale - 1, 2), *numbers)
 
 
-def water_scatterers(water: Water, seabed: Seabed, cubes: WaterBlocks, seed: int) -> Scatterers:
-    """The scatterers of some blocks of water, one for each cell; none under the terrain or where the water is clear.
+def water_scatterers(water: Water, seabed: Seabed, blocks: WaterBlocks, seed: int) -> Scatterers:
+    """Scatterers of some blocks of water, one for each cell; none below the terrain or where s_v is 0.
 
     Args:
         water: Water with its scattering layers.
         seabed: Lower end of the water; its scatterer grid is that of the blocks.
-        cubes: Numbers of the blocks.
-        seed: Of the scenario.
+        blocks: Numbers of the blocks.
+        seed: Seed of the scenario.
     """
-    n = len(cubes.scale) * CELLS**3
+    n = len(blocks.scale) * CELLS**3
     position, phase, key = np.empty((n, 3)), np.empty(n, complex), np.empty(n, np.uint64)
     draw_water_blocks(
-        *cubes, CELLS, BASE_PITCH, *random_keys.stream_key(seed, random_keys.VOLUME), position, phase, key
+        *blocks, CELLS, BASE_PITCH, *random_keys.stream_key(seed, random_keys.VOLUME), position, phase, key
     )
     position[:, :2] = seabed.scatterer_grid.to_world(position[:, 0], position[:, 1])
-    return layer_scatterers(water, seabed, position, cubes.cell.repeat(CELLS**3), phase, key | LAYERS)
+    return layer_scatterers(water, seabed, position, blocks.cell.repeat(CELLS**3), phase, key | LAYERS)
 
 
 def layer_scatterers(
     water: Water, seabed: Seabed, position: Floats, volume: Floats, phase: NDArray[np.complex128],
     key: NDArray[np.uint64],
 ) -> Scatterers:  # fmt: skip
-    """Points of the layers of the water, without those under the terrain or where the water is clear.
+    """Scatterers of the layers of the water, without those below the terrain or where s_v is 0.
 
     Args:
         water: Water with its scattering layers.
@@ -111,27 +111,27 @@ def layer_scatterers(
     strength = np.zeros(len(position))
     for top, bottom, s_v in water.layers(max_water_depth(seabed)):
         strength[(position[:, 2] > top) & (position[:, 2] <= bottom)] = s_v
-    wet = strength > 0
+    in_water = strength > 0
     if seabed.terrain is not None:
         # a survey may have gaps, over which there is no water
         uppermost = seabed.terrain.span[0] if seabed.terrain.relief.is_waves else -np.inf
-        low = wet & (position[:, 2] >= uppermost)
-        wet[low] = position[low, 2] < seabed_depth_at(seabed, position[low, :2])
-    return _points(WATER, position[wet], (volume * strength)[wet], phase[wet], key[wet])
+        near_seabed = in_water & (position[:, 2] >= uppermost)
+        in_water[near_seabed] = position[near_seabed, 2] < seabed_depth_at(seabed, position[near_seabed, :2])
+    return _points(WATER, position[in_water], (volume * strength)[in_water], phase[in_water], key[in_water])
 
 
 @lru_cache(maxsize=16)
 def patch_scatterers(
     patch: ScatteringPatch, seabed: Seabed, seed: int, pitch: float, *, quadrature: bool
 ) -> Scatterers:
-    """The scatterers of a patch, one for each cell of its own.
+    """Scatterers of a patch between seabed and sea surface, one for each cell of the patch.
 
     Args:
         patch: The patch.
-        seabed: What it ends at, as it does at the sea surface.
-        seed: Of the scenario.
-        pitch: Side of a cell, about [m].
-        quadrature: Evenly spaced points for an expectation, or random ones.
+        seabed: The seabed.
+        seed: Seed of the scenario.
+        pitch: Approximate side of a cell [m].
+        quadrature: True: evenly spaced points, for an expectation; False: random points.
     """
     size = np.array(patch.size)
     pitch = max(pitch, float(np.cbrt(size.prod() / MAX_POINTS_IN_PATCH)))
@@ -141,13 +141,13 @@ def patch_scatterers(
     u = random_keys.uniforms(seed, random_keys.VOLUME, a, b, c, zlib.crc32(patch.label.encode()))
     shift = u[:, :3]
     if quadrature:
-        shift = np.mod(0.5 + np.arange(1, len(cell) + 1)[:, None] * EVENLY, 1)
-    part = (cell + shift) / count - 0.5
-    inside = np.sum((2 * part) ** 2, axis=1) < 1 if patch.form == "ellipsoid" else np.ones(len(part), bool)
-    own = part * size
+        shift = np.mod(0.5 + np.arange(1, len(cell) + 1)[:, None] * QUASIRANDOM_STEPS, 1)
+    unit = (cell + shift) / count - 0.5
+    inside = np.sum((2 * unit) ** 2, axis=1) < 1 if patch.form == "ellipsoid" else np.ones(len(unit), bool)
+    offset = unit * size
     frame = ScattererGrid(origin=patch.position[:2], heading=patch.heading)
-    depth = patch.position[2] + own[:, 2]
-    position = np.column_stack([frame.to_world(own[:, 0], own[:, 1]), depth])
+    depth = patch.position[2] + offset[:, 2]
+    position = np.column_stack([frame.to_world(offset[:, 0], offset[:, 1]), depth])
     inside &= (depth > 0) & (depth < seabed_depth_at(seabed, position[:, :2]))
     area = np.full(len(position), size.prod() / count.prod() * float(intensity_ratio(patch.volume_strength_db)))
     number = np.uint64((zlib.crc32(patch.label.encode()) & 0xFFFFFFF) << 24) + np.arange(len(cell), dtype=np.uint64)
@@ -158,12 +158,12 @@ def patch_scatterers(
 def _points(
     label: str, position: Floats, area: Floats, phase: NDArray[np.complex128], key: NDArray[np.uint64]
 ) -> Scatterers:
-    """Points in the water, each of a backscattering cross section [m^2], that face everywhere."""
+    """Isotropic scatterers in the water, each of a backscattering cross section `area` [m^2]."""
     return Scatterers(label, "water", PointTargetLaw(0.0), position, np.zeros((len(position), 3)), area, phase, key)
 
 
 def max_water_depth(seabed: Seabed) -> float:
-    """Depth at which all water ends [m]."""
+    """Greatest depth of the seabed [m]."""
     return seabed.depth if seabed.terrain is None else seabed.terrain.span[1]
 
 
@@ -175,21 +175,21 @@ def patch_errors(
     Args:
         patches: The patches; paths of the faults begin with `water.patches`.
         seabed: The seabed below them.
-        targets: Whose labels are taken.
+        targets: Targets, whose labels are not available to patches.
 
     Yields:
         Errors of `field_error`.
     """
-    taken = {"seabed", "surface", "target", "noise", "total", WATER, *(target.label for target in targets)}
+    labels = {"seabed", "surface", "target", "noise", "total", WATER, *(target.label for target in targets)}
     for row, patch in enumerate(patches):
-        if patch.label in taken:
+        if patch.label in labels:
             yield field_error(
                 f"water.patches.{row}.label", repr(patch.label), "is taken. Give each patch a label of its own."
             )
-        taken.add(patch.label)
-        bed = float(seabed_depth_at(seabed, np.array(patch.position[:2])))
-        if not patch.position[2] < bed:
+        labels.add(patch.label)
+        bottom = float(seabed_depth_at(seabed, np.array(patch.position[:2])))
+        if not patch.position[2] < bottom:
             yield field_error(
-                f"water.patches.{row}.position.2", f"{patch.position[2]:g} m", f"is below the seabed ({bed:g} m). "
-                f"Write the depth of its middle, above 0 m and less than {bed:g} m.",
+                f"water.patches.{row}.position.2", f"{patch.position[2]:g} m", f"is below the seabed ({bottom:g} m). "
+                f"Write the depth of its middle, above 0 m and less than {bottom:g} m.",
             )  # fmt: skip

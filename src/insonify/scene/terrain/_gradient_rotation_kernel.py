@@ -1,4 +1,4 @@
-"""Gradients along the lattice's axes, turned to the north and the east. Plain numbers and arrays only."""
+"""Rotation of gradients from the lattice's axes to north and east. Plain numbers and arrays only."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,15 +9,15 @@ Floats = NDArray[np.float64]
 
 
 @njit(cache=True, nogil=True)
-def turned(height: Floats, slope: Floats, c: float, s: float, rows: Floats) -> None:
-    """Rows of height and gradient to the north and the east.
+def rotate(height: Floats, slope: Floats, c: float, s: float, rows: Floats) -> None:
+    """Fill rows of height and gradient to the north and the east.
 
     Args:
-        height: Shape (n,).
-        slope: Gradient along the lattice's axes, shape (n, 2).
-        c: Cosine of its heading.
-        s: Sine.
-        rows: Result, shape (n, 3).
+        height: Height [m], shape (n,).
+        slope: Gradient along the lattice's axes [1], shape (n, 2).
+        c: Cosine of the lattice's heading.
+        s: Sine of the lattice's heading.
+        rows: Result: height [m], gradient to the north and the east [1], shape (n, 3).
     """
     for n in range(height.size):
         along, across = slope[n, 0], slope[n, 1]

@@ -13,7 +13,7 @@ Floats = NDArray[np.float64]
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def node_slopes(height: NDArray[Any], along_rows: NDArray[Any], along_columns: NDArray[Any]) -> None:
-    """Slopes per cell at the nodes: central where both neighbours are known, else to the one that is, else 0.
+    """Fill slopes per cell at the nodes: central where both neighbours are known, one-sided where one is, else 0.
 
     Args:
         height: Heights [m], (n, m); NaN in holes.
@@ -32,7 +32,7 @@ def node_slopes(height: NDArray[Any], along_rows: NDArray[Any], along_columns: N
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _slope(before, middle, after, has_before, has_after):  # type: ignore[no-untyped-def]
-    """Slope per cell at a node from what is known of its neighbours."""
+    """Slope per cell at a node from its known neighbours [m]."""
     has_before, has_after = has_before and not math.isnan(before), has_after and not math.isnan(after)
     if has_before and has_after:
         return 0.5 * (after - before)
@@ -46,16 +46,16 @@ def hermite(
     height: NDArray[Any], along_rows: NDArray[Any], along_columns: NDArray[Any], row: Floats, column: Floats,
     out: Floats,
 ) -> None:  # fmt: skip
-    """Height and both slopes per cell of the surface; NaN outside and where one of a cell's corners is a hole.
+    """Fill height and both slopes per cell of the surface; NaN outside and where a cell's corner is a hole.
 
     The twist at the nodes is 0, so neighbouring patches share value and gradient along their whole common edge.
 
     Args:
         height: Heights at the nodes [m], (n, m).
         along_rows: Slopes of `node_slopes` [m], (n, m).
-        along_columns: Likewise, (n, m).
+        along_columns: Slopes of `node_slopes` [m], (n, m).
         row: Fractional row of each point [1], (p,).
-        column: Fractional column, (p,).
+        column: Fractional column of each point [1], (p,).
         out: Result, height [m], slope from row to row and from column to column [m], (p, 3).
     """
     n, m = height.shape

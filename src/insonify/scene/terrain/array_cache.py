@@ -1,4 +1,4 @@
-"""Cache of terrain samples for the next ping, up to a bound: results are bit-identical with it and without."""
+"""Cache of bounded size for terrain samples, which are needed again at the next ping; it changes no bit of a result."""
 
 from collections import OrderedDict
 from collections.abc import Callable, Hashable, Sequence
@@ -22,15 +22,15 @@ class ArrayCache:
         self._lock = Lock()
 
     def __reduce__(self) -> tuple[type["ArrayCache"], tuple[int]]:
-        """Another process begins with an empty store."""
+        """Reduce to an empty cache: another process starts without arrays."""
         return ArrayCache, (self.max_bytes,)
 
     def __len__(self) -> int:
-        """Number of arrays that are kept."""
+        """Number of cached arrays."""
         return len(self._arrays)
 
     def find(self, keys: Sequence[Hashable]) -> list[NDArray[np.floating] | None]:
-        """The arrays of some keys, None for those that are not kept.
+        """Cached arrays of some keys, None for those that are not cached.
 
         Args:
             keys: Keys of the arrays.
@@ -43,11 +43,11 @@ class ArrayCache:
         return arrays
 
     def get(self, key: Hashable, make: Callable[[], NDArray[np.floating]]) -> NDArray[np.floating]:
-        """The array of a key, made where it is not kept; two threads may both make it, and get the same values.
+        """Array of a key, from the cache or else evaluated; two threads may both evaluate it, with equal results.
 
         Args:
             key: Key of the array.
-            make: Makes it.
+            make: Function that returns the array.
         """
         with self._lock:
             if key in self._arrays:

@@ -1,7 +1,7 @@
-"""Bathymetry grids as surveys deliver them: GeoTIFF and BAG through rasterio, netCDF, and plain numpy files.
+"""Bathymetry grids of surveys: GeoTIFF and BAG through rasterio, netCDF, and numpy files.
 
-Grids are converted once, on reading: elevations in metres, positive up, rows to the north, columns to the east. Gaps
-stay gaps (NaN). What a file leaves open is an error that names the missing key, not a guess.
+Grids are converted on reading: elevations in metres, positive up, rows to the north, columns to the east, NaN in gaps.
+Ambiguous files are refused with the name of the key that resolves the ambiguity.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ METRES = {"": 1.0, "m": 1.0, "metre": 1.0, "metres": 1.0, "meter": 1.0, "meters"
           "km": 1000.0, "ft": 0.3048, "foot": 0.3048, "feet": 0.3048}  # fmt: skip
 """Length of one unit of a file [m]."""
 DEEPEST = 12_000.0
-"""No sea is deeper [m]."""
+"""Largest depth that is accepted [m]."""
 _UP = ("elevation", "topo", "topography", "height", "altitude", "bathymetry_elevation")
 _DOWN = ("depth", "deptho", "water_depth", "bathymetric_depth")
 _NORTH, _EAST = ("north", "northing", "y", "lat", "latitude"), ("east", "easting", "x", "lon", "longitude")
@@ -42,7 +42,7 @@ class ElevationGrid:
     """Elevations on a regular grid, rows to the north and columns to the east."""
 
     elevation: Singles
-    """Positive up [m], shape (rows to the north, columns to the east); NaN where nothing was measured."""
+    """Elevation, positive up [m], shape (rows to the north, columns to the east); NaN in gaps."""
     north: float
     """Coordinate of the first row, in the file's own system [m], or latitude [deg]."""
     east: float
@@ -68,7 +68,7 @@ def read_grid(path: str, *, variable: str | None = None, positive: Positive | No
         positive: Direction in which its values grow; None: from the file, or from the sign of all values.
 
     Raises:
-        GridError: The file is not there, no such grid, or leaves open what may not be guessed.
+        GridError: The file does not exist, has no such grid, or is ambiguous.
     """
     location = Path(path)
     if not location.is_file():
@@ -91,7 +91,7 @@ def _read(path: str, stamp: int, variable: str | None, positive: Positive | None
                         f"Give one of {', '.join(kinds)}.")  # fmt: skip
     with library_errors_as_grid_errors(path):
         position, stated_direction, values = kinds[suffix](path, variable)
-    values = np.where(np.isfinite(values), values, np.nan)  # an endless depth is a gap too
+    values = np.where(np.isfinite(values), values, np.nan)  # an infinite depth is a gap
     sense, source = _positive_direction(path, values, stated_direction, positive)
     elevation = values if sense == "up" else -values
     _refuse_wrong_units(path, elevation)
@@ -147,14 +147,14 @@ def _raster(path: str, variable: str | None) -> _GridContent:
         import rasterio
     except ImportError:
         raise GridError(f"{path}: reading it takes rasterio. Install it: {install_advice('io')}") from None
-    kind = "BAG" if path.lower().endswith(".bag") else "GTiff"  # no other kind may hide under that name
+    kind = "BAG" if path.lower().endswith(".bag") else "GTiff"  # no other format under this suffix
     with rasterio.open(path, driver=kind) as file:
         if not file.count:
             raise GridError(f"{path}: it holds no band.")
         require_grid_size(path, (file.height, file.width), file.block_shapes[0], file.dtypes[0])
-        band, turn, crs, units = file.read(1, masked=True), file.transform, file.crs, file.units[0]
+        band, transform, crs, units = file.read(1, masked=True), file.transform, file.crs, file.units[0]
         is_bag = file.driver == "BAG"
-    if turn.b or turn.d:
+    if transform.b or transform.d:
         raise GridError(f"{path}: its rows do not run from west to east. Turn it north up: gdalwarp IN OUT")
     geographic = bool(crs and crs.is_geographic)
     if crs and not geographic and crs.linear_units_factor[1] != 1.0:
@@ -162,14 +162,14 @@ def _raster(path: str, variable: str | None) -> _GridContent:
             f"{path}: its coordinates are in {crs.linear_units}. Project it to metres, such as UTM: "
             "gdalwarp -t_srs EPSG:326xx IN OUT"
         )
-    if not crs and abs(turn.a) < 0.005:
+    if not crs and abs(transform.a) < 0.005:
         raise GridError(
-            f"{path}: cells of {abs(turn.a):g} and no coordinate system: probably degrees. State it in the file: "
+            f"{path}: cells of {abs(transform.a):g} and no coordinate system: probably degrees. State it in the file: "
             "gdal_edit.py -a_srs EPSG:4326 FILE"
         )
     values = band.astype(float).filled(np.nan) * _scale(path, units)
     rows, columns = np.arange(values.shape[0]) + 0.5, np.arange(values.shape[1]) + 0.5  # rasters give corners
-    axes = {"north": turn.f + rows * turn.e, "east": turn.c + columns * turn.a}
+    axes = {"north": transform.f + rows * transform.e, "east": transform.c + columns * transform.a}
     frame, values = _north_up(path, values, axes)
     return frame | {"geographic": geographic, "crs": crs.to_wkt() if crs else ""}, "up" if is_bag else None, values
 
@@ -190,20 +190,21 @@ def _north_up(path: str, values: Floats, axes: dict[str, Floats]) -> tuple[dict[
         values, axes = values.T, dict(reversed(axes.items()))
     elif not (names[0] in _NORTH and names[1] in _EAST):
         raise GridError(f"{path}: dimensions {', '.join(axes)} are no directions known here. Name them north and east.")
-    frame: dict[str, Any] = {}
-    for axis, (word, (name, at)) in enumerate(zip(("north", "east"), axes.items(), strict=True)):
-        if at.ndim != 1 or len(at) != values.shape[axis] or len(at) < 2:
+    position: dict[str, Any] = {}
+    for axis, (direction, (name, points)) in enumerate(zip(("north", "east"), axes.items(), strict=True)):
+        if points.ndim != 1 or len(points) != values.shape[axis] or len(points) < 2:
             raise GridError(
-                f"{path}: {name} has {at.size} values for {values.shape[axis]} cells. Give one for each, two or more."
+                f"{path}: {name} has {points.size} values for {values.shape[axis]} cells. Give one for each, two or "
+                "more."
             )
-        steps = np.diff(at)
-        step = (at[-1] - at[0]) / (len(at) - 1)
+        steps = np.diff(points)
+        step = (points[-1] - points[0]) / (len(points) - 1)
         if step == 0 or np.max(np.abs(steps - step)) > 0.01 * abs(step):
             raise GridError(f"{path}: {name} is not evenly spaced. Resample it to a regular grid.")
         if step < 0:
-            values, at = np.flip(values, axis), at[::-1]
-        frame |= {word: float(at[0]), f"{word}_step": abs(float(step))}
-    return frame, values
+            values, points = np.flip(values, axis), points[::-1]
+        position |= {direction: float(points[0]), f"{direction}_step": abs(float(step))}
+    return position, values
 
 
 def _netcdf(path: str, variable: str | None) -> _GridContent:
@@ -237,11 +238,11 @@ def _netcdf(path: str, variable: str | None) -> _GridContent:
         wkt = str(getattr(mapping, "crs_wkt", getattr(mapping, "spatial_ref", "")))
         for axis in () if geographic else axes:
             axes[axis] = axes[axis] * _scale(path, getattr(file.variables[axis], "units", None))
-    frame, values = _north_up(path, values, axes)
+    position, values = _north_up(path, values, axes)
     stated: dict[str, Positive] = {"up": "up", "down": "down"}
     crs = "EPSG:4326" if geographic else wkt
     direction = stated.get(stated_direction, _positive_direction_by_name(name))
-    return frame | {"geographic": geographic, "crs": crs}, direction, values
+    return position | {"geographic": geographic, "crs": crs}, direction, values
 
 
 def _bathymetry_variable(path: str, names: list[str], variable: str | None) -> str:
@@ -284,8 +285,8 @@ def _numpy(path: str, variable: str | None) -> _GridContent:
             keys[shown] = key
     with np.load(path, allow_pickle=False) as arrays:
         grid = {shown: np.asarray(arrays[key], float) for shown, key in keys.items()}
-    frame, values = _north_up(path, grid.pop("depth"), grid)
-    return frame | {"geographic": False, "crs": ""}, _positive_direction_by_name(name), values
+    position, values = _north_up(path, grid.pop("depth"), grid)
+    return position | {"geographic": False, "crs": ""}, _positive_direction_by_name(name), values
 
 
 def projected_position(latitude: float, longitude: float, grid: ElevationGrid) -> tuple[float, float]:

@@ -1,4 +1,4 @@
-"""Files of bathymetry that are damaged or lie about their size: refused by name, before memory is allocated."""
+"""Checks of bathymetry files for damage and false sizes, before memory is allocated."""
 
 import os
 import zipfile
@@ -9,11 +9,11 @@ import numpy as np
 from numpy.typing import DTypeLike
 
 MAX_CELLS = 100_000_000
-"""Most cells of a grid, or of one of its compressed pieces: ten thousand a side, a gigabyte while it is read [1]."""
+"""Largest number of cells of a grid, or of one of its compressed pieces: a gigabyte while it is read [1]."""
 
 
 class GridError(ValueError):
-    """A file that is no bathymetry, with the field of the scenario that is wrong."""
+    """Error of a bathymetry file, with the key of the scenario at which it is reported."""
 
     def __init__(self, message: str, field: str = "file") -> None:
         """Store the message and the key that it belongs to."""
@@ -29,7 +29,7 @@ def library_errors_as_grid_errors(path: str) -> Iterator[None]:
         path: The file.
 
     Raises:
-        GridError: It cannot be read.
+        GridError: The file cannot be read.
     """
     try:
         yield
@@ -43,16 +43,16 @@ def library_errors_as_grid_errors(path: str) -> Iterator[None]:
 
 
 def require_grid_size(path: str, shape: Sequence[int], piece: Sequence[int], kind: DTypeLike) -> None:
-    """Refuse a grid that is no grid of numbers, or larger than memory should hold.
+    """Refuse a grid that has no real numbers, or too many.
 
     Args:
         path: The file, for the message.
         shape: Cells along each axis.
-        piece: Cells of what is unpacked at once, along each axis; empty where nothing is.
+        piece: Cells along each axis of a part that is decompressed at once; empty for an uncompressed file.
         kind: Data type of a cell.
 
     Raises:
-        GridError: It is; with its size, the limit and the fix.
+        GridError: The grid is no such grid; with its size, the limit and the fix.
     """
     for sides, what in ((shape, "it has"), (piece, "it is stored in pieces of")):
         cells = int(np.prod([int(side) for side in sides], dtype=object))
@@ -66,7 +66,7 @@ def require_grid_size(path: str, shape: Sequence[int], piece: Sequence[int], kin
 
 
 def array_shape(archive: zipfile.ZipFile, name: str, path: str) -> tuple[int, ...]:
-    """Shape of an array in a NumPy archive, of which no more than the header is read.
+    """Shape of an array in a NumPy archive, from its header alone.
 
     Args:
         archive: The archive.
@@ -74,20 +74,20 @@ def array_shape(archive: zipfile.ZipFile, name: str, path: str) -> tuple[int, ..
         path: The file, for the message.
 
     Raises:
-        GridError: The array is too large, or the archive holds fewer or more bytes than its header promises.
+        GridError: The array is too large, or the archive has fewer or more bytes than the header declares.
     """
-    about = archive.getinfo(name)
+    info = archive.getinfo(name)
     with archive.open(name) as file:
         version = np.lib.format.read_magic(file)
-        read = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
-        shape, _, kind = read(file)
+        read_header = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
+        shape, _, kind = read_header(file)
         start = file.seek(0, os.SEEK_CUR)
     if len(shape) not in (1, 2):
-        return shape  # of no use here, and never unpacked
+        return shape  # not used, hence never decompressed
     require_grid_size(path, shape, (), kind)
     promised = int(np.prod(shape, dtype=object)) * kind.itemsize
-    if promised != about.file_size - start:
+    if promised != info.file_size - start:
         raise GridError(
-            f"{path}: {name} promises {promised} bytes and has {about.file_size - start}. It is damaged: save it again."
+            f"{path}: {name} promises {promised} bytes and has {info.file_size - start}. It is damaged: save it again."
         )
     return shape

@@ -26,7 +26,7 @@ class CompositeRelief(Relief):
     """Resolved terrain, and the components from which the variance of the unresolved roughness follows."""
 
     resolved: ReliefSum
-    """The part with wavelengths above the cutoff."""
+    """Relief of wavelengths above the cutoff."""
     components: tuple[Kind, ...]
     """Reliefs of the scenario, at all wavelengths."""
     cutoff: RoughnessCutoff
@@ -67,14 +67,14 @@ class CompositeRelief(Relief):
         """Mean square height of the relief, resolved or not, between wavenumbers [m^2].
 
         Args:
-            low: Smaller wavenumbers [rad/m], any shape.
-            high: Larger one [rad/m].
+            low: Lower wavenumbers [rad/m], any shape.
+            high: Upper wavenumber [rad/m].
         """
         total = np.zeros(np.shape(low))
         for kind in self.components:
             if isinstance(kind, PowerLaw):
-                whole, rest = (kind.variance_beyond(bound) for bound in (np.minimum(low, high), np.array(high)))
-                total += whole - rest
+                beyond, excess = (kind.variance_beyond(bound) for bound in (np.minimum(low, high), np.array(high)))
+                total += beyond - excess
             elif isinstance(kind, Ripples):
                 total += np.where((low <= kind.wavenumber) & (kind.wavenumber < high), kind.variance, 0.0)
         return total

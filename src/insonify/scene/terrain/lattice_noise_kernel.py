@@ -1,8 +1,8 @@
-"""Smooth noise on an endless lattice: every node has a keyed number, and nothing is stored.
+"""Smooth noise on an unbounded lattice: every node has a keyed random number, and nothing is stored.
 
-A band of relief is a sum of cubic B-splines, one on each node of a square lattice. The numbers
-on the nodes come from their counters, so any point can be evaluated at any time. Points that
-follow one another share nodes where they can, which changes the time and not one bit.
+A band of relief is a sum of cubic B-splines, one on each node of a square lattice. The numbers on the nodes follow from
+their counters, so any point can be evaluated at any time. Nodes of consecutive points are evaluated once if they
+coincide, which changes the time but no bit of the result.
 """
 
 import math
@@ -18,8 +18,8 @@ from insonify.scene.terrain._simd_stencils import POINTS, splines
 Floats = NDArray[np.float64]
 
 _OUTSIDE = 1 << 50
-_WIDEST = 1024  # groups of four nodes in a window that only some points share: 32 kB
-_LARGEST = 1 << 16  # in one that all share
+_MAX_GROUPS = 1024  # groups of four nodes in a window of some of the points: 32 kB
+_MAX_COMMON_GROUPS = 1 << 16  # groups of four nodes in a window of all points
 _CHUNK = 256  # points that are evaluated together
 
 
@@ -27,15 +27,15 @@ class LatticeBand(NamedTuple):
     """One band of lattice noise."""
 
     pitch: float
-    """Distance of nodes [m]."""
+    """Spacing of the nodes [m]."""
     turn: float
-    """Heading of the lattice [rad]."""
+    """Rotation of the lattice [rad]."""
     offset_a: float
     """Shift along its first axis [pitches]."""
     offset_b: float
     """Shift along its second axis [pitches]."""
     amplitude: float
-    """Height of a node's unit [m]."""
+    """Height per unit of a node's number [m]."""
 
 
 class LatticeKey(NamedTuple):
@@ -56,8 +56,8 @@ def normal(word: np.uint32, quantiles: Floats) -> float:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _fill(row, group, key, quantiles, words, node):  # type: ignore[no-untyped-def]
-    """Numbers of groups of four neighbouring nodes, one after the other; node j belongs to group (j + 1) // 4."""
+def _fill_nodes(row, group, key, quantiles, words, node):  # type: ignore[no-untyped-def]
+    """Fill the random numbers of groups of four consecutive nodes of a row."""
     philox_at(row, group, key.octave, key.layer, key.k0, key.k1, words)
     for n in range(row.size):
         for lane in range(4):
@@ -65,12 +65,12 @@ def _fill(row, group, key, quantiles, words, node):  # type: ignore[no-untyped-d
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _together(x, y, first, most, frame):  # type: ignore[no-untyped-def]
-    """Consecutive points from the first on that share a window of groups of nodes: end of the points, and the window.
+def _shared_window(x, y, first, max_groups, frame):  # type: ignore[no-untyped-def]
+    """Consecutive points, from the first on, whose nodes lie in one window of at most `max_groups` groups.
 
     Returns:
-        Row after the last of them; first cell row, first group, rows and groups of the nodes that they reach; 0 rows
-        where that are more nodes than would be drawn for each point alone.
+        Row after the last of these points; first cell row, first group, and numbers of rows and groups of the window;
+        0 rows if the window has more nodes than the points need one by one.
     """
     c, s, per_pitch, offset_a, offset_b = frame
     first_i = first_j = _OUTSIDE
@@ -79,33 +79,33 @@ def _together(x, y, first, most, frame):  # type: ignore[no-untyped-def]
     end = first
     while end < x.size:
         a, b = (c * x[end] + s * y[end]) * per_pitch + offset_a, (c * y[end] - s * x[end]) * per_pitch + offset_b
-        if not (abs(a) < _OUTSIDE and abs(b) < _OUTSIDE):  # far outside: no node shares anything with it
+        if not (abs(a) < _OUTSIDE and abs(b) < _OUTSIDE):  # too far for a window
             end += end == first
             break
         i, j = math.floor(a), math.floor(b)
         if i < first_i or i > last_i or j < first_j or j > last_j:
             low_i, high_i, low_j, high_j = min(first_i, i), max(last_i, i), min(first_j, j), max(last_j, j)
-            tall, wide = high_i - low_i + 4, ((high_j + 3) >> 2) - (low_j >> 2) + 1
-            if end > first and (tall > most or wide > most or tall * wide > most):
+            new_rows, new_groups = high_i - low_i + 4, ((high_j + 3) >> 2) - (low_j >> 2) + 1
+            if end > first and (new_rows > max_groups or new_groups > max_groups or new_rows * new_groups > max_groups):
                 break
-            first_i, last_i, first_j, last_j, rows, groups = low_i, high_i, low_j, high_j, tall, wide
+            first_i, last_i, first_j, last_j, rows, groups = low_i, high_i, low_j, high_j, new_rows, new_groups
         end += 1
-    if rows * groups > 6 * (end - first):  # a point alone draws some six groups
+    if rows * groups > 6 * (end - first):  # a single point needs about six groups
         rows = 0
     return end, first_i, first_j >> 2, rows, groups
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _window(first_i, first_group, rows, groups, row, group):  # type: ignore[no-untyped-def]
-    """Names of the groups of a window, row by row; returns their number."""
+def _window_groups(first_i, first_group, rows, groups, row, group):  # type: ignore[no-untyped-def]
+    """Fill row and group numbers of a window, row by row; return the number of groups."""
     for n in range(rows * groups):
         row[n], group[n] = first_i - 1 + n // groups, first_group + n % groups
     return rows * groups
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _cells(x, y, first, end, frame, row, group):  # type: ignore[no-untyped-def]
-    """Names of the groups around the cell of each of some points, two to a row; returns their number."""
+def _cell_groups(x, y, first, end, frame, row, group):  # type: ignore[no-untyped-def]
+    """Fill row and group numbers around the cell of each point, two in each row; return the number of groups."""
     c, s, per_pitch, offset_a, offset_b = frame
     for n in range(first, end):
         i = math.floor((c * x[n] + s * y[n]) * per_pitch + offset_a)
@@ -122,27 +122,27 @@ def add_band(x: Floats, y: Floats, band: LatticeBand, key: LatticeKey, quantiles
     Points close together that follow one another share a window of nodes; others have 16 nodes of their own.
     """
     c, s, amplitude = math.cos(band.turn), math.sin(band.turn), band.amplitude
-    per_pitch, steep = 1.0 / band.pitch, amplitude / band.pitch
+    per_pitch, slope_amplitude = 1.0 / band.pitch, amplitude / band.pitch
     offset_a, offset_b = band.offset_a, band.offset_b
     frame = c, s, per_pitch, offset_a, offset_b
-    most, end = _WIDEST, 0
-    if _together(x, y, 0, most, frame)[3] == 0:
-        last, _, _, rows, groups = _together(x, y, 0, min(6 * x.size, _LARGEST), frame)
-        if last == x.size and rows > 0:  # in no order, but close to one another
-            most = max(most, rows * groups)
-    row, group = np.empty(most, np.int64), np.empty(most, np.int64)
-    words, node = np.empty((4, most), np.uint32), np.empty(4 * most)
-    at, f, g = np.zeros(_CHUNK, np.int64), np.zeros(_CHUNK), np.zeros(_CHUNK)
-    splined = np.empty(3 * _CHUNK)
+    max_groups, end = _MAX_GROUPS, 0
+    if _shared_window(x, y, 0, max_groups, frame)[3] == 0:
+        last, _, _, rows, groups = _shared_window(x, y, 0, min(6 * x.size, _MAX_COMMON_GROUPS), frame)
+        if last == x.size and rows > 0:  # not in sequence, but all in one window
+            max_groups = max(max_groups, rows * groups)
+    row, group = np.empty(max_groups, np.int64), np.empty(max_groups, np.int64)
+    words, node = np.empty((4, max_groups), np.uint32), np.empty(4 * max_groups)
+    first_node, f, g = np.zeros(_CHUNK, np.int64), np.zeros(_CHUNK), np.zeros(_CHUNK)
+    spline_values = np.empty(3 * _CHUNK)
     while end < x.size:
         first = end
-        end, first_i, first_group, rows, groups = _together(x, y, first, most, frame)
+        end, first_i, first_group, rows, groups = _shared_window(x, y, first, max_groups, frame)
         if rows > 0:
-            count, stride = _window(first_i, first_group, rows, groups, row, group), 4 * groups
+            count, stride = _window_groups(first_i, first_group, rows, groups, row, group), 4 * groups
         else:
-            end = min(end, first + most // 8)
-            count, stride = _cells(x, y, first, end, frame, row, group), 8
-        _fill(row[:count], group[:count], key, quantiles, words, node)
+            end = min(end, first + max_groups // 8)
+            count, stride = _cell_groups(x, y, first, end, frame, row, group), 8
+        _fill_nodes(row[:count], group[:count], key, quantiles, words, node)
         for begin in range(first, end, _CHUNK):
             size = min(end - begin, _CHUNK)
             for k in range(size):
@@ -150,12 +150,12 @@ def add_band(x: Floats, y: Floats, band: LatticeBand, key: LatticeKey, quantiles
                 a = (c * x[n] + s * y[n]) * per_pitch + offset_a
                 b = (c * y[n] - s * x[n]) * per_pitch + offset_b
                 i, j = math.floor(a), math.floor(b)
-                at[k] = (i - first_i) * stride + j - 4 * first_group if rows > 0 else 32 * (n - first) + (j & 3)
+                first_node[k] = (i - first_i) * stride + j - 4 * first_group if rows > 0 else 32 * (n - first) + (j & 3)
                 f[k], g[k] = a - i, b - j
-            for k in range(0, size, POINTS):  # the last with what others left there: all points have the same bits
-                splines(node, stride, at, f, g, k, splined, _CHUNK)
+            for k in range(0, size, POINTS):  # the last vector includes stale values, which are not used
+                splines(node, stride, first_node, f, g, k, spline_values, _CHUNK)
             for k in range(size):
-                along, across = splined[_CHUNK + k], splined[2 * _CHUNK + k]
-                out[begin + k, 0] += amplitude * splined[k]
-                out[begin + k, 1] += steep * (c * along - s * across)
-                out[begin + k, 2] += steep * (s * along + c * across)
+                along, across = spline_values[_CHUNK + k], spline_values[2 * _CHUNK + k]
+                out[begin + k, 0] += amplitude * spline_values[k]
+                out[begin + k, 1] += slope_amplitude * (c * along - s * across)
+                out[begin + k, 2] += slope_amplitude * (s * along + c * across)

@@ -1,4 +1,4 @@
-"""Relief as octaves of smooth noise, each on a lattice of its own, turned and shifted by key.
+"""Relief as octaves of smooth noise, each on a lattice of its own, with a random rotation and shift.
 
 One octave is h(x) = A sum over nodes of g B(a - i) B(b - j): g normal and independent, B the cubic
 B-spline, (a, b) the position in units of the pitch p on the turned lattice. Over all shifts of the
@@ -44,7 +44,7 @@ class Octaves(Relief):
     """Number of each octave in the keys of random numbers, shape (n,); below 2^31."""
 
     def __post_init__(self) -> None:
-        """Frozen means frozen."""
+        """Make the columns read-only."""
         for name in ("pitch", "amplitude", "octave"):
             column = np.array(getattr(self, name))
             column.setflags(write=False)
@@ -71,14 +71,14 @@ class Octaves(Relief):
         self.add_to(np.ascontiguousarray(x.ravel()), np.ascontiguousarray(y.ravel()), out)
         return TerrainSample(out[:, 0].reshape(x.shape), out[:, 1:].reshape(*x.shape, 2))
 
-    def placed(self) -> Floats:
+    def placement(self) -> Floats:
         """Rotation [turns], two shifts [pitches] and an unused number of each octave's lattice, shape (n, 4)."""
-        return _placed(self.seed, self.layer, tuple(self.octave.tolist()))
+        return _lattice_placement(self.seed, self.layer, tuple(self.octave.tolist()))
 
     def add_to(self, x: Floats, y: Floats, out: Floats) -> None:
         """Add height [m] and slopes [1] at positions [m] of shape (n,), without any check, to `out` of shape (n, 3)."""
         k0, k1 = random_keys.stream_key(self.seed, random_keys.TERRAIN)
-        for o, (turn, shift_a, shift_b, _) in enumerate(self.placed()):
+        for o, (turn, shift_a, shift_b, _) in enumerate(self.placement()):
             add_band(
                 x, y, LatticeBand(self.pitch[o], 2 * np.pi * turn, shift_a, shift_b, self.amplitude[o]),
                 LatticeKey(self.octave[o], 2 * self.layer, k0, k1), quantiles(), out,
@@ -111,8 +111,8 @@ class Octaves(Relief):
 
 
 @lru_cache(maxsize=64)
-def _placed(seed: int, layer: int, level: tuple[int, ...]) -> Floats:
-    uniforms = random_keys.uniforms(seed, random_keys.TERRAIN, 0, 0, np.array(level, np.int64), 2 * layer + _PLACEMENT)
+def _lattice_placement(seed: int, layer: int, octave: tuple[int, ...]) -> Floats:
+    uniforms = random_keys.uniforms(seed, random_keys.TERRAIN, 0, 0, np.array(octave, np.int64), 2 * layer + _PLACEMENT)
     uniforms.setflags(write=False)
     return uniforms
 
@@ -126,7 +126,7 @@ def spline_spectrum(s: Floats) -> Floats:
 
 
 def unit_octave(pitch: float, *, seed: int, layer: int) -> Octaves:
-    """One octave of unit variance, for smooth random displacements: crests and heights of ripples, borders.
+    """One octave of unit variance, for smooth random variation of crests and heights of ripples and of borders.
 
     Args:
         pitch: Spacing of the nodes [m]; the noise is uncorrelated beyond about two of them.
@@ -140,8 +140,7 @@ def unit_octave(pitch: float, *, seed: int, layer: int) -> Octaves:
 def quantiles() -> Floats:
     """Normal quantiles between which random words are interpolated [1], shape (1025,).
 
-    The two ends, infinite for a normal number, are set so that the variance is exactly 1
-    (about 3.8: no drawn number is larger).
+    The two ends, infinite for a normal number, are such that the variance is exactly 1 (about 3.8, the largest number).
     """
     from scipy.special import ndtri
 

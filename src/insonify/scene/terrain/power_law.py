@@ -1,4 +1,4 @@
-"""Fractal ground: a power law of wavenumber between an outer scale and the split.
+"""Fractal relief: a power law of wavenumber between an outer scale and the cutoff.
 
 The spectrum is W2(K) = w2 / (K^2 + K0^2)^(gamma/2), two-sided over the plane, its integral the mean
 square height. Since 1/x^n is a sum of exponentials of x, it is a sum of Gaussians of all widths; one per
@@ -21,9 +21,9 @@ from insonify.validity import require_numbers, warn_outside
 
 Floats = NDArray[np.float64]
 
-_OCTAVE_BIAS = 1 << 16  # octaves are named by log2(pitch / 1 m), which may be negative
-_VANISHED = 8.0  # in units of the split's wavenumber: nothing above it is ground
-_FADED = 7.0  # octaves with pitch^2 K0^2 / 3 above this would add less than 0.2 dB at K = 0, and nothing above K0
+_OCTAVE_BIAS = 1 << 16  # keys of octaves are log2(pitch / 1 m), which may be negative, plus this
+_MAX_WAVENUMBER = 8.0  # of resolved terrain [wavenumber of the cutoff]
+_MAX_PITCH = 7.0  # octaves with pitch^2 K0^2 / 3 above this would add less than 0.2 dB at K = 0, and nothing above K0
 
 
 class PowerLaw(Model):
@@ -62,7 +62,7 @@ class PowerLaw(Model):
             outer_scale: See the field [m]. Roughness measured at centimetres is too rough beyond
                 tens of metres.
 
-        Valid: with the split of `RoughnessCutoff.of_sediment`, and Jackson's law on the facets, the terrain has the
+        Valid: with the cutoff of `RoughnessCutoff.of_sediment`, and Jackson's law on the facets, the terrain has the
         composite level of APL-UW TR 9407 within 2 dB from 5 to 40 degrees, where rms slopes stay below some 20 degrees:
         every sediment with a grain size up to 100 kHz, rock and stones up to 30 kHz. The full handbook turns from its
         composite level to an empirical one beyond slopes of 7 degrees: there coarse sand and gravel come out up to
@@ -119,50 +119,50 @@ class PowerLaw(Model):
         Args:
             seed: Seed of the scene [1].
             layer: Number of this relief in the scene [1].
-            cutoff: Where the terrain ends.
+            cutoff: Cutoff wavelength of the terrain.
         """
         return self._octaves(cutoff.wavenumber, seed=seed, layer=layer)
 
     def resolved_fraction(self, wavenumber: ArrayLike, cutoff: RoughnessCutoff) -> Floats:
-        """Share of the spectrum that is ground [1], from 1 well below the split's wavenumber to 0 well above.
+        """Fraction of the spectrum that is resolved [1], from 1 well below the cutoff's wavenumber to 0 well above.
 
         Args:
             wavenumber: Magnitude [rad/m], any shape.
-            cutoff: Where the terrain ends. The cut is as soft as an octave, and leaves the mean square slope of a
-                sharp one.
+            cutoff: Cutoff wavelength of the terrain. The transition is as wide as an octave, with the mean square slope
+                of a sharp cutoff.
         """
         K = np.asarray(wavenumber, float)
-        beyond = _VANISHED * cutoff.wavenumber < K
+        beyond = _MAX_WAVENUMBER * cutoff.wavenumber < K
         inside = np.where(beyond, cutoff.wavenumber, K)
-        drawn, endless = (self._octaves(stop * cutoff.wavenumber, seed=0, layer=0) for stop in (1, 4 * _VANISHED))
-        return np.where(beyond, 0.0, np.minimum(drawn.spectrum(inside) / endless.spectrum(inside), 1.0))
+        cut, full = (self._octaves(stop * cutoff.wavenumber, seed=0, layer=0) for stop in (1, 4 * _MAX_WAVENUMBER))
+        return np.where(beyond, 0.0, np.minimum(cut.spectrum(inside) / full.spectrum(inside), 1.0))
 
     def _octaves(self, stop: float, *, seed: int, layer: int) -> Octaves:
         """Octaves from the outer scale down to a wavenumber [rad/m]."""
         target, K0 = self.slope_variance(stop), self.outer_wavenumber
-        level = math.floor(0.5 * math.log2(3 * _FADED / K0**2))
+        exponent = math.floor(0.5 * math.log2(3 * _MAX_PITCH / K0**2))
         octaves, amplitudes, slopes = [], [], 0.0
         while slopes < target * (1 - 1e-9):
-            amplitude, pitch = self._amplitude(level), 2.0**level
-            steep = (amplitude / pitch) ** 2 * 2 * SPLINE_ENERGY * SPLINE_SLOPE_ENERGY
-            share = min(1.0, (target - slopes) / steep)
-            octaves.append(level)
-            amplitudes.append(amplitude * math.sqrt(share))
-            slopes, level = slopes + share * steep, level - 1
+            amplitude, pitch = self._amplitude(exponent), 2.0**exponent
+            octave_slope = (amplitude / pitch) ** 2 * 2 * SPLINE_ENERGY * SPLINE_SLOPE_ENERGY
+            fraction = min(1.0, (target - slopes) / octave_slope)
+            octaves.append(exponent)
+            amplitudes.append(amplitude * math.sqrt(fraction))
+            slopes, exponent = slopes + fraction * octave_slope, exponent - 1
         pitches = 2.0 ** np.array(octaves, float)
         return Octaves(pitches, np.array(amplitudes), seed, layer, np.array(octaves, np.int64) + _OCTAVE_BIAS)
 
-    def _amplitude(self, level: int) -> float:
+    def _amplitude(self, exponent: int) -> float:
         """Amplitude of the octave whose pitch is 2^level metres [m].
 
         From w2 (K^2 + K0^2)^(-n) = w2 / Gamma(n) times the integral over ln t of t^n exp(-t K0^2) exp(-t K^2),
         n = gamma / 2, as a sum over t = pitch^2 / 3 in steps of ln 4.
         """
-        n, t = self.gamma / 2, 4.0**level / 3
-        # Splines are not quite Gaussians: the sum must be right in the power law and in its first term in K0^2.
+        n, t = self.gamma / 2, 4.0**exponent / 3
+        # splines differ from Gaussians: the sum must have the right power law and first term in K0^2
         bend = n * _spline_gamma(n) / _spline_gamma(n + 1)
         density = self.w2 / _spline_gamma(n) * math.log(4) * t**n * math.exp(-bend * t * self.outer_wavenumber**2)
-        return 2 * math.pi * math.sqrt(density) / 2.0**level
+        return 2 * math.pi * math.sqrt(density) / 2.0**exponent
 
 
 @cache

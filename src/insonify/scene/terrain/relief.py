@@ -14,12 +14,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from insonify.scene.scatterer_grid import ScattererGrid
-from insonify.scene.terrain._gradient_rotation_kernel import turned
+from insonify.scene.terrain._gradient_rotation_kernel import rotate
 from insonify.validity import require_numbers
 
 Floats = NDArray[np.float64]
 
-FARTHEST = 1e9
+MAX_COORDINATE = 1e9
 """Largest coordinate that float64 resolves well below a centimetre [m]."""
 
 
@@ -35,7 +35,7 @@ def broadcast_positions(north: ArrayLike, east: ArrayLike, *, allow_nan: bool = 
         ValueError: A coordinate is not a number within `FARTHEST`.
     """
     n, e = (
-        require_numbers(name, x, "m", -FARTHEST, FARTHEST, allow_nan=allow_nan)
+        require_numbers(name, x, "m", -MAX_COORDINATE, MAX_COORDINATE, allow_nan=allow_nan)
         for name, x in (("north", north), ("east", east))
     )
     n, e = np.broadcast_arrays(n, e)
@@ -46,9 +46,9 @@ class TerrainSample(NamedTuple):
     """The terrain at some points."""
 
     height: Floats
-    """Above the mean plane, positive up [m], shape (...)."""
+    """Height above the mean plane, positive up [m], shape (...)."""
     slope: Floats
-    """Exact gradient of the height, to the north and to the east [1], shape (..., 2)."""
+    """Exact gradient of the height to the north and the east [1], shape (..., 2)."""
 
 
 class Relief(Protocol):
@@ -92,8 +92,8 @@ class ReliefSum(Relief):
 
     def sample(self, north: ArrayLike, east: ArrayLike) -> TerrainSample:
         """Height and gradient of all parts together, see `Relief.sample`."""
-        own = self.scatterer_grid.from_world(np.stack(broadcast_positions(north, east), axis=-1))
-        return self.to_world(self.sample_in_grid_axes(own[..., 0], own[..., 1]))
+        position = self.scatterer_grid.from_world(np.stack(broadcast_positions(north, east), axis=-1))
+        return self.to_world(self.sample_in_grid_axes(position[..., 0], position[..., 1]))
 
     def sample_in_grid_axes(self, along: ArrayLike, across: ArrayLike) -> TerrainSample:
         """Height, and gradient along the grid's axes, at grid coordinates [m], any shape.
@@ -118,7 +118,7 @@ class ReliefSum(Relief):
     def gradient_rows_in_world(self, terrain_sample: TerrainSample) -> Floats:
         """Rows of height [m], slope to the north and slope to the east [1] of a terrain sample, shape (n, 3)."""
         rows = np.empty((terrain_sample.height.size, 3))
-        turned(terrain_sample.height.ravel(), terrain_sample.slope.reshape(-1, 2), *self.scatterer_grid.frame[2:], rows)
+        rotate(terrain_sample.height.ravel(), terrain_sample.slope.reshape(-1, 2), *self.scatterer_grid.frame[2:], rows)
         return rows
 
     @property

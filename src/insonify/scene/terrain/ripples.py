@@ -1,8 +1,8 @@
 """Sand ripples: a train of narrow, slightly irregular crests across the seabed.
 
-The terrain is (height / 2) a [cos(psi) + s cos(2 psi)]: the second harmonic is locked to the first, so
-that crests are narrow and troughs flat. The phase psi and the height a wander smoothly by key, which
-bends the crests and lets groups of ripples grow and fade.
+The terrain is (height / 2) a [cos(psi) + s cos(2 psi)]: the second harmonic is in phase with the first, so that crests
+are narrow and troughs flat. The phase psi and the relative height a vary randomly and smoothly, which bends the crests
+and makes groups of ripples.
 """
 
 from dataclasses import dataclass
@@ -24,23 +24,23 @@ Floats = NDArray[np.float64]
 class Ripples(Model):
     """A field of ripples of one direction and wavelength.
 
-    The shape is a model of the look of wave-made ripples, not of their growth: crests bend, but do not
-    fork. Heights of 0.1 to 0.2 wavelengths are typical of sand.
+    The shape resembles wave-made ripples, except that crests bend but do not fork. Heights of 0.1 to 0.2 wavelengths
+    are typical of sand.
     """
 
     kind: Literal["ripples"] = "ripples"
     wavelength: Annotated[Metres, Field(gt=0)] = 1.0
-    """From crest to crest [m]."""
+    """Wavelength, from crest to crest [m]."""
     height: Annotated[Metres, Field(ge=0)] = 0.05
-    """From trough to crest, root mean square over the field [m]."""
+    """Height from trough to crest, root mean square over the field [m]."""
     direction: Radians = 0.0
-    """Compass direction in which crest follows crest, across the crests; its opposite is the same field [rad]."""
+    """Compass direction across the crests; the opposite direction is equivalent [rad]."""
     sharpness: Annotated[float, Field(ge=0, le=0.25)] = 0.15
-    """Second harmonic over the first [1]: 0 a sine, 1/4 the flattest trough that is still one trough."""
+    """Ratio of the second harmonic to the first [1]: 0 a sine, 1/4 the flattest single trough."""
     irregularity: Annotated[float, Field(ge=0, le=0.5)] = 0.15
-    """Wander of the crests, rms in wavelengths, and of the height, rms as a fraction of it [1]."""
+    """Rms displacement of the crests re the wavelength, and rms variation of the height re the height [1]."""
     group: Annotated[float, Field(ge=2, le=1000)] = 6.0
-    """Size of a group of like ripples, in wavelengths [1]."""
+    """Size of a group of similar ripples [wavelengths]."""
 
     @model_validator(mode="after")
     def _check_steepness(self) -> Self:
@@ -99,14 +99,14 @@ class RippleRelief(Relief):
         r = self.ripples
         north, east = broadcast_positions(north, east)
         across = np.array([np.cos(self.bearing), np.sin(self.bearing)])
-        bend, growth = self.crest_wander.sample(north, east), self.height_variation.sample(north, east)
+        wander, growth = self.crest_wander.sample(north, east), self.height_variation.sample(north, east)
         # reduced to one cycle before the factor 2 pi, for accuracy far from the origin
-        cycles = (across[0] * north + across[1] * east) / r.wavelength + r.irregularity * bend.height
-        turn = across / r.wavelength + r.irregularity * bend.slope
+        cycles = (across[0] * north + across[1] * east) / r.wavelength + r.irregularity * wander.height
+        gradient = across / r.wavelength + r.irregularity * wander.slope
         psi = 2 * np.pi * (cycles - np.floor(cycles))
         profile = np.cos(psi) + r.sharpness * np.cos(2 * psi)
-        steep = -2 * np.pi * (np.sin(psi) + 2 * r.sharpness * np.sin(2 * psi))
+        derivative = -2 * np.pi * (np.sin(psi) + 2 * r.sharpness * np.sin(2 * psi))
         scale = r.height / 2 / np.sqrt(1 + r.irregularity**2)
-        tall = 1 + r.irregularity * growth.height
-        slope = (tall * steep)[..., None] * turn + (r.irregularity * profile)[..., None] * growth.slope
-        return TerrainSample(scale * tall * profile, scale * slope)
+        factor = 1 + r.irregularity * growth.height
+        slope = (factor * derivative)[..., None] * gradient + (r.irregularity * profile)[..., None] * growth.slope
+        return TerrainSample(scale * factor * profile, scale * slope)

@@ -1,8 +1,8 @@
-"""The wavelength that divides relief from roughness, set once for a scene.
+"""Wavelength between resolved terrain and roughness, one for a scene.
 
-What is longer is ground: it has slopes, it casts shadows. What is shorter is roughness: it belongs
-to the scattering law and to the loss of a coherent reflection. The division does not follow sampling
-density, range or beam, so no slope and no shadow is ever counted twice.
+Longer waves are terrain, which has slopes and casts shadows. Shorter waves are roughness, whose effect is in the
+scattering law and in the loss of a coherent reflection. The cutoff does not depend on sampling density, range or beam,
+so that no slope and no shadow counts twice.
 """
 
 import math
@@ -15,7 +15,7 @@ from insonify.model import Metres, Model
 from insonify.scattering.sediments import Sediment
 
 FINEST, COARSEST = 0.005, 1000.0
-"""Wavelengths between which a scene may be split [m]."""
+"""Limits of the cutoff wavelength [m]."""
 
 
 class RoughnessCutoff(Model):
@@ -26,20 +26,20 @@ class RoughnessCutoff(Model):
 
     @classmethod
     def of_sediment(cls, sediment: Sediment, frequency: float, *, sound_speed: float = 1500.0) -> Self:
-        """The split at which the handbook's composite seabed divides slopes from gratings.
+        """Cutoff at which the handbook's composite-roughness model divides large from small scales.
 
-        What is left below it has an rms height h with k h = 1 / sqrt(2), just low enough for small-slope scattering;
-        the slopes above it are those that the handbook averages over. Finer ground brings up to 4 dB more at low
-        grazing angles, coarser ground as much less. The split lies at some tens of wavelengths in mud, ten in medium
-        sand at 30 kHz, two to five in gravel.
+        The roughness below it has an rms height h with k h = 1 / sqrt(2), the limit of small-slope scattering; the
+        slopes above it are those that the handbook averages over. Finer terrain gives up to 4 dB more at low grazing
+        angles, coarser terrain as much less. The cutoff is some tens of acoustic wavelengths in mud, ten in medium sand
+        at 30 kHz, two to five in gravel.
 
         Args:
-            sediment: Its spectral exponent and strength are used.
-            frequency: Highest frequency of the scene that matters [Hz].
-            sound_speed: In the water [m/s].
+            sediment: Sediment, whose spectral exponent and strength are used.
+            frequency: Highest frequency of the scene [Hz].
+            sound_speed: Sound speed in the water [m/s].
 
         Returns:
-            RoughnessCutoff at 2 pi / K, K = (2 pi w2 k^2 / alpha)^(1 / (2 alpha)), held between 5 mm and 1 km.
+            RoughnessCutoff at 2 pi / K, K = (2 pi w2 k^2 / alpha)^(1 / (2 alpha)), limited to 5 mm to 1 km.
 
         Source: APL-UW TR 9407 (1994), rms slope of the large scales, within eqs. 41-52; K is where the slope of
         the spectrum below it is that rms slope.
@@ -55,5 +55,5 @@ class RoughnessCutoff(Model):
 
     @property
     def wavenumber(self) -> float:
-        """Its wavenumber [rad/m]."""
+        """Wavenumber of the cutoff wavelength [rad/m]."""
         return 2 * np.pi / self.wavelength

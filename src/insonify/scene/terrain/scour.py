@@ -30,9 +30,9 @@ class ScourDimensions(Model):
     """Depth and width of a scour pit around a target's footprint."""
 
     depth: ScourDepth = 0.2
-    """Below the seabed, along the edge of the footprint [m]."""
+    """Depth below the seabed, along the edge of the footprint [m]."""
     width: ScourWidth = 0.5
-    """Distance from that edge to the undisturbed seabed [m]."""
+    """Distance from the edge of the footprint to the undisturbed seabed [m]."""
 
     @model_validator(mode="after")
     def _check_slope(self) -> Self:
@@ -52,16 +52,16 @@ class Scour(ScourDimensions):
     corner: Annotated[Metres, Field(ge=0, le=500)] = 0.0
     """Radius of the footprint's corners [m]: half of a side for a round footprint."""
     heading: Radians = 0.0
-    """Compass heading of its length [rad]."""
+    """Compass heading of the footprint's length [rad]."""
 
-    def build_relief(self, lattice: ScattererGrid) -> "ScourRelief":
+    def build_relief(self, scatterer_grid: ScattererGrid) -> "ScourRelief":
         """The scour pit as relief.
 
         Args:
-            lattice: Frame in which it is evaluated.
+            scatterer_grid: Frame in which the relief is evaluated.
         """
-        along, across = lattice.from_world(np.array(self.position))
-        return ScourRelief(self, (float(along), float(across)), self.heading - lattice.heading)
+        along, across = scatterer_grid.from_world(np.array(self.position))
+        return ScourRelief(self, (float(along), float(across)), self.heading - scatterer_grid.heading)
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,13 +70,13 @@ class ScourRelief(Relief):
 
     scour: Scour
     middle: tuple[float, float]
-    """Middle in the frame in which it is evaluated [m]."""
+    """Middle of the footprint in the frame of the relief [m]."""
     heading: float
     """Heading of the footprint's length in that frame [rad]."""
 
     @property
     def span(self) -> tuple[float, float]:
-        """Heights of its bottom and of the undisturbed seabed [m], see `Relief.span`."""
+        """Heights of the bottom of the pit and of the undisturbed seabed [m], see `Relief.span`."""
         return -self.scour.depth, 0.0
 
     def sample(self, north: ArrayLike, east: ArrayLike) -> TerrainSample:
@@ -84,23 +84,21 @@ class ScourRelief(Relief):
         n, e = broadcast_positions(north, east)
         c, s = np.cos(self.heading), np.sin(self.heading)
         x, y = c * (n - self.middle[0]) + s * (e - self.middle[1]), c * (e - self.middle[1]) - s * (n - self.middle[0])
-        away, ahead, aside = self._from_edge(x, y)
+        distance, da, db = self._from_edge(x, y)
         half = min(self.scour.size) / 2
-        reach = np.where(away < 0, min(self.scour.width, half), self.scour.width)
-        turn = np.pi * np.clip(away / reach, -1, 1)
-        height = -self.scour.depth / 2 * (1 + np.cos(turn))
-        rate = self.scour.depth / 2 * np.pi / reach * np.sin(turn)
-        return TerrainSample(
-            height, np.stack([rate * (c * ahead - s * aside), rate * (s * ahead + c * aside)], axis=-1)
-        )
+        reach = np.where(distance < 0, min(self.scour.width, half), self.scour.width)
+        phase = np.pi * np.clip(distance / reach, -1, 1)
+        height = -self.scour.depth / 2 * (1 + np.cos(phase))
+        rate = self.scour.depth / 2 * np.pi / reach * np.sin(phase)
+        return TerrainSample(height, np.stack([rate * (c * da - s * db), rate * (s * da + c * db)], axis=-1))
 
     def _from_edge(self, x: Floats, y: Floats) -> tuple[Floats, Floats, Floats]:
-        """Distance from the footprint's edge, negative inside [m], and its gradient along and across."""
+        """Distance from the footprint's edge, negative inside [m], and its gradient along and across [1]."""
         length, width = self.scour.size
         corner = min(self.scour.corner, length / 2, width / 2)
         p, q = np.abs(x) - length / 2 + corner, np.abs(y) - width / 2 + corner
-        out = np.hypot(np.maximum(p, 0), np.maximum(q, 0))
-        inside, along = out == 0, p >= q
-        ahead = np.where(inside, along, np.maximum(p, 0) / np.where(inside, 1, out)) * np.sign(x)
-        aside = np.where(inside, ~along, np.maximum(q, 0) / np.where(inside, 1, out)) * np.sign(y)
-        return out + np.minimum(np.maximum(p, q), 0) - corner, ahead, aside
+        outside = np.hypot(np.maximum(p, 0), np.maximum(q, 0))
+        inside, is_along = outside == 0, p >= q
+        da = np.where(inside, is_along, np.maximum(p, 0) / np.where(inside, 1, outside)) * np.sign(x)
+        db = np.where(inside, ~is_along, np.maximum(q, 0) / np.where(inside, 1, outside)) * np.sign(y)
+        return outside + np.minimum(np.maximum(p, q), 0) - corner, da, db

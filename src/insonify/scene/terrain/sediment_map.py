@@ -22,13 +22,13 @@ _LAYER = 1 << 20  # above every layer of relief
 
 
 class SedimentPatches(Model):
-    """Sediments that grade into one another, in the order given: each borders on the next only."""
+    """Patches of several sediments; in the given order, each borders on the one before and the next only."""
 
     kind: Literal["patches"] = "patches"
     sediments: Annotated[tuple[SedimentName, ...], Field(min_length=2)]
-    """Names, as many as fractions, none twice."""
+    """Names of the sediments, as many as fractions, none twice."""
     fractions: tuple[Annotated[float, Field(gt=0)], ...]
-    """Shares of the area; they are scaled to a sum of 1 [1]."""
+    """Fractions of the area, scaled to a sum of 1 [1]."""
     size: Annotated[Metres, Field(gt=0)] = 20.0
     """Typical size of a patch [m]."""
 
@@ -76,7 +76,7 @@ class SedimentStrip(Model):
     start: Position
     """North and east of one end of its middle line [m]."""
     end: Position
-    """North and east of the other [m]."""
+    """North and east of the other end of its middle line [m]."""
     width: Annotated[Metres, Field(gt=0)]
     """Width across [m]."""
 
@@ -108,25 +108,25 @@ class SedimentMap(Model):
         base = (self.base,) if isinstance(self.base, str) else self.base.sediments
         return tuple(dict.fromkeys([*base, *(piece.sediment for piece in self.on_top)]))
 
-    def build_cover(self, *, seed: int, lattice: ScattererGrid | None = None) -> "SedimentCover":
+    def build_cover(self, *, seed: int, scatterer_grid: ScattererGrid | None = None) -> "SedimentCover":
         """The map as a field over positions.
 
         Args:
             seed: Seed of the scene [1].
-            lattice: Frame in which patches are drawn; the scene's origin and north if None.
+            scatterer_grid: Frame of the patches; the scene's origin and north if None.
         """
         fields: Sequence[Octaves] = ()
         if isinstance(self.base, SedimentPatches):
             fields = tuple(
-                unit_octave(self.base.size / step, seed=seed, layer=_LAYER + row) for row, step in enumerate(_STEPS)
+                unit_octave(self.base.size / step, seed=seed, layer=_LAYER + row) for row, step in enumerate(_RATIOS)
             )
-        return SedimentCover(self, lattice or ScattererGrid(), tuple(fields))
+        return SedimentCover(self, scatterer_grid or ScattererGrid(), tuple(fields))
 
 
-_STEPS = (2.0, 4.4, 9.3)
-"""Patch size over pitch for the three octaves of a patch's outline: the finer ones fray it."""
-_SHARES = (0.8, 0.16, 0.04)
-"""Their shares of the variance."""
+_RATIOS = (2.0, 4.4, 9.3)
+"""Ratio of patch size to pitch of the three octaves whose sum determines the outlines of patches."""
+_VARIANCE_FRACTIONS = (0.8, 0.16, 0.04)
+"""Fractions of the variance of these octaves."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -135,14 +135,14 @@ class SedimentCover:
 
     map: SedimentMap
     """The map that it is made of."""
-    lattice: ScattererGrid
+    scatterer_grid: ScattererGrid
     """Frame of the patches."""
     fields: tuple[Octaves, ...]
-    """Noise whose level decides between the sediments of patches."""
+    """Octaves of noise; the quantile of their sum determines the sediment of a patch."""
 
     @property
     def sediments(self) -> tuple[Sediment, ...]:
-        """The sediments that `lookup` counts."""
+        """Sediments, in the order of the rows that `lookup` returns."""
         return tuple(Sediment.named(name) for name in self.map.sediments)
 
     def lookup(self, north: ArrayLike, east: ArrayLike) -> NDArray[np.intp]:
@@ -158,8 +158,8 @@ class SedimentCover:
         n, e = broadcast_positions(north, east, allow_nan=False)
         rows = np.zeros(n.shape, np.intp)
         if isinstance(self.map.base, SedimentPatches):
-            bed = self._patches(self.map.base, n, e)
-            rows = np.array([self.map.sediments.index(name) for name in self.map.base.sediments])[bed]
+            patch_row = self._patches(self.map.base, n, e)
+            rows = np.array([self.map.sediments.index(name) for name in self.map.base.sediments])[patch_row]
         for piece in self.map.on_top:
             rows = np.where(piece.covers(n, e), self.map.sediments.index(piece.sediment), rows)
         return rows
@@ -167,9 +167,9 @@ class SedimentCover:
     def _patches(self, patches: SedimentPatches, north: Floats, east: Floats) -> NDArray[np.intp]:
         from scipy.special import ndtri
 
-        own = self.lattice.from_world(np.stack([north, east], axis=-1))
+        position = self.scatterer_grid.from_world(np.stack([north, east], axis=-1))
         field_sum = np.zeros(north.shape)
-        for share, field in zip(_SHARES, self.fields, strict=True):
-            field_sum += np.sqrt(share) * field.height(own[..., 0], own[..., 1])
+        for fraction, field in zip(_VARIANCE_FRACTIONS, self.fields, strict=True):
+            field_sum += np.sqrt(fraction) * field.height(position[..., 0], position[..., 1])
         shares = np.cumsum(patches.fractions) / np.sum(patches.fractions)
         return np.searchsorted(ndtri(shares[:-1]), field_sum)
