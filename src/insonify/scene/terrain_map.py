@@ -19,7 +19,7 @@ from insonify.scene.seabed_terrain import TILE_CELLS, SeabedTerrain
 
 Floats = NDArray[np.float64]
 Singles = NDArray[np.float32]
-MapFunction = Callable[[Callable[[Any], Any], Iterable[Any]], Iterable[Any]]
+Mapper = Callable[[Callable[[Any], Any], Iterable[Any]], Iterable[Any]]
 
 CACHE_SIDE = 512
 """Tiles along each side of a square area of terrain within which no two tiles have the same entry of the table."""
@@ -59,7 +59,7 @@ class TerrainMap:
         self._synthesizer = self.terrain.heightmap_synthesizer
 
     @contextmanager
-    def reading(self, tiles: NDArray[np.int64], map_function: MapFunction = map) -> Iterator[NDArray[np.int64]]:
+    def reading(self, tiles: NDArray[np.int64], map_function: Mapper = map) -> Iterator[NDArray[np.int64]]:
         """Context within which tiles are synthesised and not replaced.
 
         Any number of threads may read at a time. A thread whose tiles do not fit beside those being read waits until
@@ -87,7 +87,7 @@ class TerrainMap:
                 self._readers[rows] -= 1
                 self._change.notify_all()
 
-    def _synthesize_missing(self, rows: NDArray[np.int64], map_function: MapFunction) -> None:
+    def _synthesize_missing(self, rows: NDArray[np.int64], map_function: Mapper) -> None:
         """Synthesise the tiles that no other thread synthesises, and wait for the others."""
         with self._change:
             claimed = rows[self._state[rows] == _UNFILLED]

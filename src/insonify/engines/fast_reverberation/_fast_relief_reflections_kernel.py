@@ -1,4 +1,4 @@
-"""Legs of fast reverberation off local planes, as columns of its points. Plain numbers and arrays only."""
+"""Legs of fast reverberation off local planes, as columns of its samples. Plain numbers and arrays only."""
 
 import math
 from typing import Any
@@ -19,7 +19,7 @@ def write_image_paths(
     """Overwrite some legs of one family.
 
     Args:
-        points: Numbers of the points that the legs reach, (m,).
+        points: Numbers of the samples that the legs reach, (m,).
         paths: The paths off local planes, m of them.
         reflection: Product of the reflection coefficients of each path [1], (m,).
         slowness: One over the speed of sound [s/m].
@@ -32,17 +32,17 @@ def write_image_paths(
     last: Any = factor.size - 1
     for m in range(points.size):
         n, length = points[m], paths.length[m]
-        off = 0.0
+        facing = 0.0
         for i in range(3):
             departure[i, n], arrival[i, n] = paths.departure[m, i], paths.arrival[m, i]
-            off += paths.arrival[m, i] * normal[i, n]
+            facing += paths.arrival[m, i] * normal[i, n]
         delay[n] = length * slowness
-        if off >= 0 or not paths.is_valid[m]:
+        if facing >= 0 or not paths.is_valid[m]:
             amplitude[n] = 0
             continue
         size = 2.0 ** (-loss * length) / length
         if last > 0:
-            at = math.sqrt(min(max(1 + off, 0.0), 1.0)) * last
-            cell = min(int(at), last - 1)
-            size *= math.sqrt(factor[cell] + (at - cell) * (factor[cell + 1] - factor[cell]))
+            index = math.sqrt(min(max(1 + facing, 0.0), 1.0)) * last
+            cell = min(int(index), last - 1)
+            size *= math.sqrt(factor[cell] + (index - cell) * (factor[cell + 1] - factor[cell]))
         amplitude[n] = reflection[m] * size

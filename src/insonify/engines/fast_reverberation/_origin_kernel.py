@@ -1,4 +1,4 @@
-"""Positions and grazing angles of the points of a swath. Plain numbers and arrays only."""
+"""Positions and grazing angles of the samples of radials. Plain numbers and arrays only."""
 
 import math
 from typing import Any
@@ -19,9 +19,9 @@ _A = (
 
 @njit(inline="always")
 def arcsine(x: float) -> float:
-    """Arcsine of a number from 0 to 1, to 3e-8 rad: no call, so that eight are computed at once.
+    """Arcsine of a number from 0 to 1, to 3e-8 rad [rad]; without a function call, so that loops are vectorised.
 
-    Source: Abramowitz & Stegun (1964), 4.4.46; from memory, and held against the library's.
+    Source: Abramowitz & Stegun (1964), 4.4.46; from memory, and compared with the library's.
     """
     a0, a1, a2, a3, a4, a5, a6, a7 = _A
     series = a0 + x * (a1 + x * (a2 + x * (a3 + x * (a4 + x * (a5 + x * (a6 + x * a7))))))
@@ -30,59 +30,59 @@ def arcsine(x: float) -> float:
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "reassoc", "nsz", "arcp"})
 def grazing_angles(arrival: Singles, normal: Singles, grazing: Singles) -> None:
-    """Fill the grazing angles of some legs at their points.
+    """Fill the grazing angles of legs at their samples.
 
     Args:
-        arrival: Direction of travel at the points [1], (f, 3, n).
+        arrival: Direction of travel at the samples [1], (f, 3, n).
         normal: Unit normals into the water, (3, n).
         grazing: Result [rad], (f, n).
     """
     for f in range(arrival.shape[0]):
-        one, two, three, own = arrival[f, 0], arrival[f, 1], arrival[f, 2], grazing[f]
-        for i in range(own.size):
-            sine = one[i] * normal[0, i] + two[i] * normal[1, i] + three[i] * normal[2, i]
-            own[i] = arcsine(min(np.float64(abs(sine)), 1.0))
+        north, east, down, result = arrival[f, 0], arrival[f, 1], arrival[f, 2], grazing[f]
+        for i in range(result.size):
+            sine = north[i] * normal[0, i] + east[i] * normal[1, i] + down[i] * normal[2, i]
+            result[i] = arcsine(min(np.float64(abs(sine)), 1.0))
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def positions(
+def fill_positions(
     north: float, east: float, first: Integers, begin: Integers, ahead: Singles, point: Floats, position: Floats
 ) -> None:
-    """Fill the positions of the points of some lines.
+    """Fill the positions of the samples of some radials.
 
     Args:
         north: North of the sonar [m].
         east: East of the sonar [m].
-        first: First point of each line, (s + 1,).
-        begin: First point of each line in `ahead`, (s,).
-        ahead: North and east of the bearing of listed points [1], (2, any).
-        point: Horizontal distance and depth of each point [m], (2, n).
+        first: First sample of each radial, (s + 1,).
+        begin: First sample of each radial in `ahead`, (s,).
+        ahead: North and east component of the bearing of listed samples [1], (2, any).
+        point: Horizontal distance and depth of each sample [m], (2, n).
         position: Result, north, east, depth [m], (3, n).
     """
     for s in range(begin.size):
         line = slice(first[s], first[s + 1])
-        there, distance, depth = position[:, line], point[0, line], point[1, line]
-        listed = ahead[:, begin[s] : begin[s] + distance.size]
+        columns, distance, depth = position[:, line], point[0, line], point[1, line]
+        bearing = ahead[:, begin[s] : begin[s] + distance.size]
         for i in range(distance.size):
-            there[0, i] = north + distance[i] * listed[0, i]
-            there[1, i] = east + distance[i] * listed[1, i]
-            there[2, i] = depth[i]
+            columns[0, i] = north + distance[i] * bearing[0, i]
+            columns[1, i] = east + distance[i] * bearing[1, i]
+            columns[2, i] = depth[i]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def unlit_points(amplitude: NDArray[np.complex64], points: Integers, unlit: Integers) -> int:
-    """Find points that no direct leg reaches; return their number.
+def unlit_points(amplitude: NDArray[np.complex64], points: Integers, unlit_rows: Integers) -> int:
+    """Find samples that no direct leg reaches; return their number.
 
     Args:
         amplitude: Amplitude of the direct legs [1], (n,).
-        points: Indices of some points, (m,).
-        unlit: Result: positions of those points in `points`, (m,).
+        points: Indices of some samples, (m,).
+        unlit_rows: Result: positions in `points` of the samples without a direct leg, (m,).
     """
     count = 0
     for k in range(points.size):
         leg = amplitude[points[k]]
         if leg.real == 0 and leg.imag == 0:
-            unlit[count] = k
+            unlit_rows[count] = k
             count += 1
     return count
 
@@ -90,30 +90,31 @@ def unlit_points(amplitude: NDArray[np.complex64], points: Integers, unlit: Inte
 @njit(cache=True, nogil=True, error_model="numpy")
 def unoccluded_amplitudes(
     points: Integers, point: Floats, depth: float, arrival: Singles, normal: Singles, loss: float, factor: Floats,
-    free: NDArray[np.complex64],
+    unoccluded: NDArray[np.complex64],
 ) -> None:  # fmt: skip
-    """Fill the amplitudes of direct legs to some points without occlusion, 0 for a point that faces away.
+    """Fill the amplitudes of direct legs to some samples without occlusion, 0 for a facet that faces away.
 
     Args:
-        points: Indices of the points, (m,).
-        point: Horizontal distance and depth of each point [m], (2, n).
+        points: Indices of the samples, (m,).
+        point: Horizontal distance and depth of each sample [m], (2, n).
         depth: Depth of the sonar [m].
-        arrival: Direction of travel of the direct legs at the points [1], (3, n).
+        arrival: Direction of travel of the direct legs at the samples [1], (3, n).
         normal: Unit normals into the water, (3, n).
         loss: Absorption [octaves of pressure per m].
-        factor: Factor of one direction in the cross section, by the root of 1 less the sine of grazing; or none, (k,).
-        free: Result [1], (m,).
+        factor: Factor of one direction in the cross section, by the root of 1 less the sine of the grazing angle, (k,);
+            empty: none.
+        unoccluded: Result [1], (m,).
     """
     last = factor.size - 1
     for k in range(points.size):
         n = points[k]
         facing = -(arrival[0, n] * normal[0, n] + arrival[1, n] * normal[1, n] + arrival[2, n] * normal[2, n])
-        free[k] = 0
+        unoccluded[k] = 0
         if facing > 0 and point[1, n] > 0:
             slant = math.hypot(point[0, n], point[1, n] - depth)
             size = 2.0 ** (-loss * slant) / slant
             if last > 0:
-                at = math.sqrt(max(1.0 - facing, 0.0)) * last
-                row = min(int(at), last - 1)
-                size *= math.sqrt(factor[row] + (at - row) * (factor[row + 1] - factor[row]))
-            free[k] = size
+                index = math.sqrt(max(1.0 - facing, 0.0)) * last
+                row = min(int(index), last - 1)
+                size *= math.sqrt(factor[row] + (index - row) * (factor[row + 1] - factor[row]))
+            unoccluded[k] = size

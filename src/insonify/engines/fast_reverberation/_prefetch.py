@@ -15,7 +15,7 @@ _READ, _SOON, _DATA = (ir.Constant(_FLAG, n) for n in (0, 3, 1))
 
 @intrinsic
 def prefetch(typing_context: Any, array: Any, at: Any) -> Any:
-    """Have one element of a contiguous array brought near without waiting for it.
+    """Start loading one element of a contiguous array into the processor's cache.
 
     Args:
         typing_context: Typing context of the compiler.

@@ -1,4 +1,4 @@
-"""Straight legs to the points of one line: delay, directions, pressure, facets. Plain numbers and arrays only."""
+"""Straight legs to the samples of one radial: delay, directions, pressure, facets. Plain numbers and arrays only."""
 
 import math
 from typing import Any, NamedTuple
@@ -70,17 +70,17 @@ class FamilyLegs(NamedTuple):
     delay: Floats
     """Travel time [s]."""
     into_n: Singles
-    """Direction of travel at the sample, north."""
+    """Direction of travel at the sample, north component [1]."""
     into_e: Singles
-    """East."""
+    """East component [1]."""
     into_d: Singles
-    """Down."""
+    """Down component [1]."""
     out_n: Singles
-    """Direction of travel at the sonar, north."""
+    """Direction of travel at the sonar, north component [1]."""
     out_e: Singles
-    """East."""
+    """East component [1]."""
     out_d: Singles
-    """Down."""
+    """Down component [1]."""
     size: Singles
     """Pressure re 1 m but for bounces, 0 where there is no leg [1]."""
     root_slant: Singles
@@ -88,7 +88,7 @@ class FamilyLegs(NamedTuple):
 
 
 class RadialScratch(NamedTuple):
-    """Columns of the points of one radial that are used again for the next."""
+    """Working arrays for the samples of one radial, reused for the next."""
 
     facet: Singles
     """Two slopes [1]; pressure of a leg [1]; area [m^2]; see `FamilyLegs.root_slant`; (5, at least m)."""
@@ -100,24 +100,24 @@ class RadialScratch(NamedTuple):
 
 @njit(inline="always")
 def exp2_of(x: Any) -> Any:
-    """2^x for x up to 0, within 1e-6 of itself; 0 below 2^-100."""
-    y: Any = max(x, np.float32(-100.0))
-    whole = np.int32(y - np.float32(0.5))  # towards 0: nearest, for all that is not above 0
-    part = y - np.float32(whole)
+    """2^x for x up to 0, to a relative error of 1e-6; 2^-100 below x = -100."""
+    clipped: Any = max(x, np.float32(-100.0))
+    whole = np.int32(clipped - np.float32(0.5))  # towards 0: nearest, for all that is not above 0
+    part = clipped - np.float32(whole)
     scale = np.int32((whole + np.int32(127)) << 23).view(np.float32)
     e0, e1, e2, e3, e4, e5, e6 = _E
     return scale * (e0 + part * (e1 + part * (e2 + part * (e3 + part * (e4 + part * (e5 + part * e6))))))
 
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath=_FAST)
-def facet_normals(facets: Facets, cos_h: float, sin_h: float, share: float) -> None:
+def facet_normals(facets: Facets, cos_h: float, sin_h: float, cell_width: float) -> None:
     """Fill unit normals into the water, and areas, of facets.
 
     Args:
         facets: Reach and slopes; its normals and areas are the result.
         cos_h: Cosine of the frame's heading.
         sin_h: Sine of the frame's heading.
-        share: Step times width of the line's cell [m].
+        cell_width: Step [m] times angular width [rad] of the radial's cell.
     """
     reach, along, across, north, east, down, area = facets
     c, s = np.float32(cos_h), np.float32(sin_h)
@@ -126,103 +126,103 @@ def facet_normals(facets: Facets, cos_h: float, sin_h: float, share: float) -> N
         stretch = math.sqrt(np.float32(1) + a * a + b * b)
         up = np.float32(1) / stretch
         north[i], east[i], down[i] = -a * up, -b * up, -up
-        area[i] = np.float32(reach[i] * share) * stretch
+        area[i] = np.float32(reach[i] * cell_width) * stretch
 
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath=_FAST)
 def straight_legs(
     facets: Facets, depth: Floats, image: FamilyImage, bearing: RadialBearing, bits: Integers, legs: FamilyLegs
 ) -> None:
-    """Fill straight legs of one family to points of one line: delay, directions, spreading with absorption.
+    """Fill straight legs of one family to samples of one radial: delay, directions, spreading with absorption.
 
     Args:
-        facets: Facets at the points, (n,).
-        depth: Depths of the points [m], (n,).
+        facets: Facets at the samples, (n,).
+        depth: Depths of the samples [m], (n,).
         image: Image source of the family.
-        bearing: Bearing of the line.
-        bits: Families that reach each point, (n,); cleared where its facet faces away.
+        bearing: Bearing of the radial.
+        bits: Families that reach each sample, (n,); the family's bit is cleared where the facet faces away.
         legs: Result.
     """
     reach, _, _, normal_n, normal_e, normal_d, _ = facets
     delay, into_n, into_e, into_d, out_n, out_e, out_d, size, root_slant = legs
     ahead_n, ahead_e, slowness = bearing.ahead_n, bearing.ahead_e, image.slowness
-    c, s, t = np.float32(bearing.cosine), np.float32(bearing.sine), np.float32(image.turned)
-    mask, least = np.int32(1 << image.bit), np.float32(image.loss)
+    c, s, sign = np.float32(bearing.cosine), np.float32(bearing.sine), np.float32(image.turned)
+    mask, loss = np.int32(1 << image.bit), np.float32(image.loss)
     for i in range(reach.size):
         dz = depth[i] - image.depth
         length = math.sqrt(reach[i] * reach[i] + dz * dz)
         inverse = np.float32(1) / np.float32(length)
         delay[i] = length * slowness
-        cosine, fall = np.float32(reach[i]) * inverse, np.float32(dz) * inverse
+        cosine, vertical = np.float32(reach[i]) * inverse, np.float32(dz) * inverse
         x, y = cosine * c, cosine * s
         out_n[i], out_e[i] = cosine * ahead_n[i], cosine * ahead_e[i]
-        into_n[i], into_e[i], into_d[i], out_d[i] = x, y, fall, fall * t
-        off = x * normal_n[i] + y * normal_e[i] + fall * normal_d[i]
-        exists = ((bits[i] & mask) != 0) & (off < np.float32(0))
-        root_slant[i] = math.sqrt(max(np.float32(1) + off, np.float32(0)))
-        value = inverse * exp2_of(-least * np.float32(length))
+        into_n[i], into_e[i], into_d[i], out_d[i] = x, y, vertical, vertical * sign
+        facing = x * normal_n[i] + y * normal_e[i] + vertical * normal_d[i]
+        exists = ((bits[i] & mask) != 0) & (facing < np.float32(0))
+        root_slant[i] = math.sqrt(max(np.float32(1) + facing, np.float32(0)))
+        value = inverse * exp2_of(-loss * np.float32(length))
         size[i] = value if exists else np.float32(0)
         bits[i] &= np.int32(-1) if exists else ~mask
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def apply_direction_factor(factor: Singles, root_slant: Singles, size: Singles) -> None:
-    """Multiply pressures by the root of what their directions contribute to a law that is a product.
+    """Multiply pressures by the root of the direction's factor of a separable scattering law.
 
     Args:
         factor: See `FamilyTable`.
         root_slant: See `FamilyLegs`, (n,).
-        size: Result, see `amplitude`, (n,).
+        size: Result, see `FamilyLegs`, (n,).
     """
-    rate, last = np.float32(factor.size - 1), np.uint32(factor.size - 2)
+    intervals, last = np.float32(factor.size - 1), np.uint32(factor.size - 2)
     for i in range(size.size):
-        index = min(root_slant[i], np.float32(1)) * rate
+        index = min(root_slant[i], np.float32(1)) * intervals
         cell = min(np.uint32(index), last)
-        part = index - np.float32(cell)
-        size[i] *= math.sqrt(factor[cell] + part * (factor[cell + np.uint32(1)] - factor[cell]))
+        fraction = index - np.float32(cell)
+        size[i] *= math.sqrt(factor[cell] + fraction * (factor[cell + np.uint32(1)] - factor[cell]))
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def legs_along_radial(
-    line: Floats, frame: RadialFrame, channel: IsovelocityChannel, table: FamilyTable, families: int, ahead: Singles,
-    scratch: RadialScratch, legs: RadialLegs,
+    radial: Floats, frame: RadialFrame, channel: IsovelocityChannel, table: FamilyTable, families: int,
+    bearings: Singles, scratch: RadialScratch, legs: RadialLegs,
 ) -> None:  # fmt: skip
-    """Fill the legs to the m points of one line, as rows from `scratch.begin` on.
+    """Fill the legs to the m samples of one radial, as rows from `scratch.begin` on.
 
     Args:
-        line: One row of `RadialSet.radials`, (9,).
+        radial: One row of `RadialSet.radials`, (9,).
         frame: Frame of the radials.
         channel: Water of the straight rays.
         table: Tables of the families.
-        families: Families requested at any of the points, a bit for each.
-        ahead: Bearings at which the beams are evaluated [1], (2, m).
-        scratch: Slopes of the facets, and families that reach each point; areas go into the fourth row.
+        families: Families requested at any of the samples, a bit for each.
+        bearings: Bearings at which the beams are evaluated [1], (2, m).
+        scratch: Slopes of the facets, and families that reach each sample; the fourth row of `facet` becomes the areas.
         legs: Result.
     """
-    n, m, facet, bits = scratch.begin, ahead.shape[1], scratch.facet, scratch.bits
+    n, m, facet, bits = scratch.begin, bearings.shape[1], scratch.facet, scratch.bits
     index, normal, delay, departure, arrival = legs.point, legs.normal, legs.delay, legs.departure, legs.arrival
     amplitude, reflection_products, bounce_codes = legs.amplitude, table.reflection_products, table.bounce_codes
     stop = n + m
     cos_h, sin_h = math.cos(frame.heading), math.sin(frame.heading)
-    cosine, sine = cos_h * line[0] - sin_h * line[1], sin_h * line[0] + cos_h * line[1]
-    # rows of whole arrays: the compiler must see that they lie concurrently
+    cosine, sine = cos_h * radial[0] - sin_h * radial[1], sin_h * radial[0] + cos_h * radial[1]
+    # rows of whole arrays: the compiler must see that they are contiguous
     depth, size, area, root_slant = index[1, n:stop], facet[2, :m], facet[3, :m], facet[4, :m]
     facets = Facets(index[0, n:stop], facet[0, :m], facet[1, :m], normal[0, n:stop], normal[1, n:stop],
                     normal[2, n:stop], area)  # fmt: skip
-    facet_normals(facets, cos_h, sin_h, frame.step * line[8] * line[2])
-    bearing, nodes = RadialBearing(cosine, sine, ahead[0], ahead[1]), reflection_products.shape[1] - 1
+    facet_normals(facets, cos_h, sin_h, frame.step * radial[8] * radial[2])
+    bearing, nodes = RadialBearing(cosine, sine, bearings[0], bearings[1]), reflection_products.shape[1] - 1
     for f in range(table.images.size):
         if families & (1 << f) == 0:
             amplitude[f, n:stop] = 0
             continue
-        odd, bounces = 1.0, 0
+        sign, bounces = 1.0, 0
         for q in range(bounce_codes.shape[1]):
             if bounce_codes[f, q] > 0:
-                odd, bounces = -odd, bounces + 1
+                sign, bounces = -sign, bounces + 1
         columns = FamilyLegs(delay[f, n:stop], arrival[f, 0, n:stop], arrival[f, 1, n:stop], arrival[f, 2, n:stop],
                              departure[f, 0, n:stop], departure[f, 1, n:stop], departure[f, 2, n:stop], size,
                              root_slant)  # fmt: skip
-        image = FamilyImage(table.images[f], 1 / channel.speed, table.loss, odd, f)
+        image = FamilyImage(table.images[f], 1 / channel.speed, table.loss, sign, f)
         straight_legs(facets, depth, image, bearing, bits[:m], columns)
         if table.factor.size > 0:
             apply_direction_factor(table.factor, root_slant, size)
@@ -231,8 +231,8 @@ def legs_along_radial(
                 amplitude[f, n + i] = np.complex64(size[i])
             continue
         for i in range(m):
-            at = min(abs(arrival[f, 2, n + i]), np.float32(1)) * np.float32(nodes)
-            cell = np.uint64(min(int(at), nodes - 1))  # unsigned, for no index is then looked at twice
-            part = np.float32(at - cell)
+            position = min(abs(arrival[f, 2, n + i]), np.float32(1)) * np.float32(nodes)
+            cell = np.uint64(min(int(position), nodes - 1))  # unsigned: a signed index costs a test
+            fraction = np.float32(position - cell)
             low, high = reflection_products[f, cell], reflection_products[f, cell + np.uint64(1)]
-            amplitude[f, n + i] = size[i] * (low + part * (high - low))
+            amplitude[f, n + i] = size[i] * (low + fraction * (high - low))

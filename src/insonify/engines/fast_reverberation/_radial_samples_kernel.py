@@ -1,7 +1,7 @@
 """Lists of the samples of each radial, and of those at which each pair of families is evaluated.
 
-Both follow from the radials and the keep probabilities of all pairs alone: they are listed once, and every ping uses
-the same lists. Plain numbers and arrays only.
+Both depend on the radials and the keep probabilities of all pairs alone, so all pings use the same lists. Plain numbers
+and arrays only.
 """
 
 import math
@@ -19,8 +19,8 @@ Integers = NDArray[Any]
 Singles = NDArray[np.float32]
 
 FULL_PROBABILITY = 32
-"""Keep probabilities are counted in parts of this."""
-_SAMPLE_PACE, _LINE_PACE = 3242174889, 2447445414  # of 2^32: the inverse of the plastic number, and its square
+"""Number that represents a keep probability of 1 [1]."""
+_SAMPLE_PACE, _RADIAL_PACE = 3242174889, 2447445414  # of 2^32: the inverse of the plastic number, and its square
 
 
 class RangeBins(NamedTuple):
@@ -31,7 +31,7 @@ class RangeBins(NamedTuple):
     pair: Integers
     """Rows of two families, (p, 2)."""
     close: NDArray[np.bool_]
-    """True if pairs of a bin may arrive within one pulse, (b,)."""
+    """True if several pairs of a bin may arrive within one pulse, (b,)."""
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -39,18 +39,18 @@ def list_samples(
     radials: Floats, heading: float, step: float, bins: RangeBins, keep_probability: Integers, families: FamilyTable,
     lists: SampleLists, fill: bool,
 ) -> None:  # fmt: skip
-    """Fill one list for each line, or only count: `first`, `pair_first` and `close_first` are given in either case.
+    """Fill one list for each radial, or only count: `first`, `pair_first` and `close_first` are set in either case.
 
     Args:
         radials: See `RadialSet`, (s, 9).
         heading: Heading of their frame [rad].
         step: Distance of samples [m].
         bins: The range bins.
-        keep_probability: Part of the points of each line and range bin that every pair takes, in parts of
-            `FULL_PROBABILITY`, (s, b, p).
+        keep_probability: Keep probability of samples by radial, range bin and pair, in units of
+            1 / `FULL_PROBABILITY`, (s, b, p).
         families: Tables of the families.
         lists: Result.
-        fill: True to fill the lists, False to count their rows only.
+        fill: True to fill the lists, False to count their rows.
     """
     edges, pair, close = bins
     family_count = families.bounce_codes.shape[0]
@@ -58,13 +58,13 @@ def list_samples(
     n, ranges, row = 0, 0, 0
     lists.first[0], lists.close_first[0] = 0, 0
     for s in range(radials.shape[0]):
-        own = step * radials[s, 8]
-        count = range_bins_of(radials[s], own, edges, pair, keep_probability[s], range_bin, requested)
+        pitch = step * radials[s, 8]
+        count = range_bins_of(radials[s], pitch, edges, pair, keep_probability[s], range_bin, requested)
         lists.samples[s] = count
         mark_needed_launches(requested, families, lists.passed[s])
         priority, number = np.empty(count, np.int32), np.full(count, -1, np.int32)
         priorities(radials[s, 7], count, priority)
-        begin, every = n, np.int32(0)
+        begin, all_families = n, np.int32(0)
         for b in range(edges.size - 1):
             start = n
             for k in range(range_bin[b], range_bin[b + 1]):
@@ -74,7 +74,7 @@ def list_samples(
                 if bits == 0:
                     continue
                 number[k] = n - begin
-                every |= bits
+                all_families |= bits
                 if fill:
                     lists.sample[n], lists.requested[n] = k, bits
                 n += 1
@@ -82,9 +82,9 @@ def list_samples(
                 if fill:
                     lists.close[ranges, 0], lists.close[ranges, 1] = start - begin, n - begin
                 ranges += 1
-        lists.families[s] = every
+        lists.families[s] = all_families
         if fill:
-            _positions(radials[s], heading, own, lists.sample[begin:n], lists.reach[begin:n], lists.ahead[:, begin:n])
+            _positions(radials[s], heading, pitch, lists.sample[begin:n], lists.reach[begin:n], lists.ahead[:, begin:n])
         for p in range(pair.shape[0]):
             lists.pair_first[s, p] = row
             for b in range(edges.size - 1):
@@ -98,46 +98,46 @@ def list_samples(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _positions(line: Floats, heading: float, step: float, sample: Integers, reach: Floats, ahead: Singles) -> None:
-    """Distances of points, and the bearings within the width of the radial at which the beams are evaluated there.
+def _positions(radial: Floats, heading: float, step: float, sample: Integers, reach: Floats, bearing: Singles) -> None:
+    """Fill distances of samples, and bearings at which the beams are evaluated for them.
 
-    It is another part of that width for each sample, and the middle of a line that is one cell wide.
+    The bearing is at another part of the radial's width for each sample, or in the middle of a radial of one cell.
     """
-    cosine = math.cos(heading) * line[0] - math.sin(heading) * line[1]
-    sine = math.sin(heading) * line[0] + math.cos(heading) * line[1]
+    cosine = math.cos(heading) * radial[0] - math.sin(heading) * radial[1]
+    sine = math.sin(heading) * radial[0] + math.cos(heading) * radial[1]
     for i in range(sample.size):
-        reach[i] = (sample[i] + line[6]) * step
-        fraction = line[7] * GOLDEN + (sample[i] + 0.5) * GOLDEN
-        priority = (fraction - math.floor(fraction) - 0.5) * line[3]
+        reach[i] = (sample[i] + radial[6]) * step
+        fraction = radial[7] * GOLDEN + (sample[i] + 0.5) * GOLDEN
+        priority = (fraction - math.floor(fraction) - 0.5) * radial[3]
         middle = 1 - 0.5 * priority * priority
-        ahead[0, i], ahead[1, i] = cosine * middle - sine * priority, sine * middle + cosine * priority
+        bearing[0, i], bearing[1, i] = cosine * middle - sine * priority, sine * middle + cosine * priority
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def range_bins_of(
-    line: Floats, step: float, edges: Floats, pair: Integers, keep_probability: Integers, range_bin: Integers,
+    radial: Floats, step: float, edges: Floats, pair: Integers, keep_probability: Integers, range_bin: Integers,
     requested: Integers
 ) -> int:  # fmt: skip
-    """First sample of each range bin of a line, and the largest keep probability of each family there.
+    """Fill the first sample of each range bin of a radial, and the largest keep probability of each family there.
 
     Args:
-        line: One row of `radials`, (9,).
-        step: Distance of the line's own samples [m].
+        radial: One row of `radials`, (9,).
+        step: Distance of the radial's samples [m].
         edges: See `RangeBins`.
         pair: See `RangeBins`.
-        keep_probability: Keep probability of the line, (b, p).
-        range_bin: Result, (b + 1,).
-        requested: Result, (f, b).
+        keep_probability: Keep probability of the radial, (b, p).
+        range_bin: Result, first sample of each range bin, (b + 1,).
+        requested: Result, largest keep probability, (f, b).
 
     Returns:
         Number of samples of the radial up to the last that any family uses.
     """
-    last = max(math.ceil(line[5] / step - line[6]), 0)
-    begin = max(math.ceil(line[4] / step - line[6]), 0)
+    last = max(math.ceil(radial[5] / step - radial[6]), 0)
+    begin = max(math.ceil(radial[4] / step - radial[6]), 0)
     requested[:] = 0
     count = 0
     for b in range(edges.size):
-        range_bin[b] = min(max(math.ceil(edges[b] / step - line[6]), begin), last)
+        range_bin[b] = min(max(math.ceil(edges[b] / step - radial[6]), begin), last)
     range_bin[edges.size - 1] = max(last, begin)  # rounding must not lose the last sample
     for b in range(edges.size - 1):
         for p in range(pair.shape[0]):
@@ -153,24 +153,24 @@ def range_bins_of(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def priorities(number: float, count: int, priority: Integers) -> None:
-    """Priorities of the samples of one line, 0..31, spread evenly along it and from line to line.
+    """Fill priorities of the samples of one radial, 0..31, evenly distributed along and across radials.
 
     Source: Roberts (2018), "The unreasonable effectiveness of quasirandom sequences", the sequence R2; from memory.
 
     Args:
-        number: Number of the line.
-        count: Samples.
+        number: Number of the radial.
+        count: Number of samples.
         priority: Result, (at least count,).
     """
-    now = int(number) * _LINE_PACE
+    word = int(number) * _RADIAL_PACE
     for k in range(count):
-        now += _SAMPLE_PACE
-        priority[k] = np.int32((now >> 27) & 31)
+        word += _SAMPLE_PACE
+        priority[k] = np.int32((word >> 27) & 31)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def mark_needed_launches(requested: Integers, families: FamilyTable, passed: NDArray[np.bool_]) -> None:
-    """Mark the rows of launches that any requested family passes by, (f, b) of `requested` being above 0."""
+    """Mark the rows of launches of families that are requested anywhere (`requested` (f, b) above 0)."""
     bounce_codes, horizon_row = families.bounce_codes, families.horizon_row
     passed[:] = False
     for f in range(bounce_codes.shape[0]):

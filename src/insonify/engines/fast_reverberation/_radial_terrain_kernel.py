@@ -1,4 +1,4 @@
-"""The seabed along lines, read off its map, and the tiles of the map that this takes. Numbers and arrays only."""
+"""Terrain along radials, from its map, and the tiles of the map that it needs. Plain numbers and arrays only."""
 
 from typing import Any
 
@@ -23,36 +23,36 @@ _NONE, _FIRST, _SECOND, _EAST, _NORTH, _BOTH = (np.uint64(n) for n in (0, 1, 2, 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def tiles_under_radials(
-    frame: RadialFrame, radials: Floats, samples: Integers, chosen: Integers, cell: float, mark: Integers,
+    frame: RadialFrame, radials: Floats, samples: Integers, entries: Integers, cell: float, scratch: Integers,
     tiles: Integers,
 ) -> int:  # fmt: skip
-    """Numbers in a window of the tiles of the map that samples of some lines lie in.
+    """Numbers in a window of the tiles of the map in which samples of some radials lie.
 
     Args:
         frame: Frame of the radials.
         radials: See `RadialSet`.
         samples: Number of samples of each list of points, (lists,).
-        chosen: Row of the list of each radial, (s,).
+        entries: Row of each radial's list in `samples`, (s,).
         cell: Side of a cell of the map [m].
-        mark: Scratch, zeros on entry and on exit, (any, any).
+        scratch: Scratch, zeros on entry and on exit, (any, any).
         tiles: Result, (most, 2).
 
     Returns:
-        How many there are, `most` at the most.
+        Number of these tiles, at most `most`.
     """
     for s in range(radials.shape[0]):
-        own = frame.step * radials[s, 8]
+        spacing = frame.step * radials[s, 8]
         a, b, step_a, step_b = (
-            frame.along / cell, frame.across / cell, radials[s, 0] * own / cell, radials[s, 1] * own / cell
+            frame.along / cell, frame.across / cell, radials[s, 0] * spacing / cell, radials[s, 1] * spacing / cell
         )  # fmt: skip
-        for k in range(samples[chosen[s]]):
+        for k in range(samples[entries[s]]):
             distance_steps = k + radials[s, 6]
-            mark[np.uint32(a + distance_steps * step_a) >> _SIX, np.uint32(b + distance_steps * step_b) >> _SIX] = 1
+            scratch[np.uint32(a + distance_steps * step_a) >> _SIX, np.uint32(b + distance_steps * step_b) >> _SIX] = 1
     count = 0
-    for i in range(mark.shape[0]):
-        for j in range(mark.shape[1]):
-            if mark[i, j] != 0:
-                mark[i, j] = 0
+    for i in range(scratch.shape[0]):
+        for j in range(scratch.shape[1]):
+            if scratch[i, j] != 0:
+                scratch[i, j] = 0
                 if count < tiles.shape[0]:
                     tiles[count, 0], tiles[count, 1] = i, j
                     count += 1
@@ -61,18 +61,18 @@ def tiles_under_radials(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def sample_radial_terrain(
-    frame: RadialFrame, line: Floats, count: int, mean_depth: float, tiles: MapTiles, where: Integers, depth: Singles,
-    slope: Singles,
+    frame: RadialFrame, radial: Floats, count: int, mean_depth: float, tiles: MapTiles, node_index: Integers,
+    depth: Singles, slope: Singles,
 ) -> None:  # fmt: skip
-    """Ground along one line: heights linear between nodes, slopes of the nearest node, so that none gets gentler.
+    """Fill the terrain along one radial: depths linear between nodes, slopes of the nearest node without smoothing.
 
     Args:
         frame: Frame of the radials.
-        line: One row of `RadialSet.radials`, (9,).
+        radial: One row of `RadialSet.radials`, (9,).
         count: Number of samples.
         mean_depth: Depth of the mean plane [m].
         tiles: Tiles of the seabed's map.
-        where: Scratch, unsigned, (at least count,).
+        node_index: Scratch, unsigned, (at least count,).
         depth: Result [m], (at least count,).
         slope: Result, along the frame's axes [1], (2, at least count).
     """
@@ -81,21 +81,23 @@ def sample_radial_terrain(
         depth[:count] = mean
         slope[:, :count] = 0
         return
-    step, cell, slot, nodes = frame.step * line[8], tiles.cell, tiles.slot, tiles.nodes
-    a, b, step_a, step_b = frame.along / cell, frame.across / cell, line[0] * step / cell, line[1] * step / cell
+    step, cell, slot, nodes = frame.step * radial[8], tiles.cell, tiles.slot, tiles.nodes
+    a, b, step_a, step_b = (
+        frame.along / cell, frame.across / cell, radial[0] * step / cell, radial[1] * step / cell
+    )  # fmt: skip
     node, half = nodes.reshape(nodes.size), np.float32(0.5)
     slope_a, slope_b = slope[0], slope[1]
-    for k in range(count):  # each sample for itself, and first all positions: the map is far larger than any cache
-        distance_steps = k + line[6]
+    for k in range(count):  # first all positions, with prefetches: the map is larger than the processor's caches
+        distance_steps = k + radial[6]
         x, y = a + distance_steps * step_a, b + distance_steps * step_b
         i, j = np.uint32(x), np.uint32(y)
         at = np.uint32(slot[i >> _SIX, j >> _SIX]) * np.uint32(VALUES_PER_TILE)
         at += (i & _INSIDE) * np.uint32(NODE_ROW) + (j & _INSIDE) * _THREE
         prefetch(node, np.uint64(at))
         prefetch(node, np.uint64(at) + _NORTH)
-        where[k], slope_a[k], slope_b[k] = at, np.float32(x - i), np.float32(y - j)
+        node_index[k], slope_a[k], slope_b[k] = at, np.float32(x - i), np.float32(y - j)
     for k in range(count):
-        first_node, f, g = np.uint64(where[k]), slope_a[k], slope_b[k]
+        first_node, f, g = np.uint64(node_index[k]), slope_a[k], slope_b[k]
         one, two, three, four = (
             node[first_node],
             node[first_node + _EAST],

@@ -13,7 +13,7 @@ Floats = NDArray[np.float64]
 Singles = NDArray[np.float32]
 
 POINTS_NARROW, POINTS_WIDE = 2, 5
-"""Positions in a range bin of a line at which the beams are evaluated, for lines of one cell and for wide ones."""
+"""Positions in a range bin of a radial at which the beams are evaluated, for radials of one cell and for wide ones."""
 GOLDEN = 0.6180339887498949
 
 
@@ -34,13 +34,13 @@ def pair_energies(
     radials: Floats, heading: float, edges: Floats, verticals: Floats, odd: NDArray[np.bool_], pair: NDArray[np.int64],
     strength: Floats, transmit_beam: BeamTables, receive_beam: BeamTables, same_beams: bool, energy: Singles,
 ) -> None:  # fmt: skip
-    """Energy of every pair from each range bin of each line [m^-2], both orders of a pair together.
+    """Fill the energy of every pair from each range bin of each radial [m^-2], both orders of a pair together.
 
     Args:
         radials: See `RadialSet`.
         heading: Heading of their frame in the world [rad].
         edges: Edges of the range bins, horizontal distances [m], increasing, (b + 1,).
-        verticals: From each image source down to the seabed [m], (f,).
+        verticals: Vertical distance from each image source down to the seabed [m], (f,).
         odd: True if the family has an odd number of bounces, (f,).
         pair: Rows of two legs, (p, 2).
         strength: Cross section of each pair times the squares of both legs' pressures, in each range bin [m^-4], (p,
@@ -50,7 +50,7 @@ def pair_energies(
         same_beams: True if both are the same.
         energy: Result, (s, b, p).
     """
-    one, two = np.empty(verticals.size), np.empty(verticals.size)
+    transmit, receive = np.empty(verticals.size), np.empty(verticals.size)
     c0, s0 = math.cos(heading), math.sin(heading)
     for s in range(radials.shape[0]):
         c, d = c0 * radials[s, 0] - s0 * radials[s, 1], s0 * radials[s, 0] + c0 * radials[s, 1]
@@ -62,95 +62,95 @@ def pair_energies(
                 continue
             area = 0.5 * (far * far - near * near) * radials[s, 2] / samples
             for k in range(samples):
-                turn = radials[s, 3] * ((k + 0.5) / samples - 0.5)
-                x, y = c - d * turn, d + c * turn
+                angle = radials[s, 3] * ((k + 0.5) / samples - 0.5)
+                x, y = c - d * angle, d + c * angle
                 reach = near + (far - near) * (((2 * k + 1) * samples // 2 + k) % samples + 0.5) / samples
                 for f in range(verticals.size):
                     inverse = 1 / math.sqrt(reach * reach + verticals[f] * verticals[f])
-                    cosine, fall = reach * inverse, verticals[f] * inverse
-                    fall = -fall if odd[f] else fall
-                    one[f] = gain_towards(x * cosine, y * cosine, fall, transmit_beam)
-                    two[f] = one[f] if same_beams else gain_towards(x * cosine, y * cosine, fall, receive_beam)
+                    cosine, down = reach * inverse, verticals[f] * inverse
+                    down = -down if odd[f] else down
+                    transmit[f] = gain_towards(x * cosine, y * cosine, down, transmit_beam)
+                    receive[f] = transmit[f] if same_beams else gain_towards(x * cosine, y * cosine, down, receive_beam)
                 for p in range(pair.shape[0]):
                     i, j = pair[p, 0], pair[p, 1]
-                    both = one[i] * two[j] + (one[j] * two[i] if i != j else 0.0)
-                    energy[s, b, p] += np.float32(area * strength[p, b] * both * both)
+                    product = transmit[i] * receive[j] + (transmit[j] * receive[i] if i != j else 0.0)
+                    energy[s, b, p] += np.float32(area * strength[p, b] * product * product)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def pair_keep_probabilities(
-    energy: Singles, points: Floats, least: Floats, needed: Any, pair_group: NDArray[np.int64],
-    keep_probability: NDArray[np.uint8], whole: int, fewest: int,
+    energy: Singles, points: Floats, full_energy: Floats, received: Any, pair_group: NDArray[np.int64],
+    keep_probability: NDArray[np.uint8], full: int, minimum: int,
 ) -> None:  # fmt: skip
-    """Fraction of the points of each range bin of each line that every pair needs.
+    """Fill the keep probability of every pair in each range bin of each radial.
 
     Args:
-        energy: Of `pair_energies`, (s, b, p).
-        points: Points that each line has in each range bin, (s, b).
-        least: Energy of a point from which on every point is needed, (b, p).
-        needed: True if the pair is received at all there, (b, p).
-        pair_group: First of the pairs that may arrive together with each one there, itself for none, (b, p).
-        keep_probability: Result, parts of `whole`, (s, b, p).
-        whole: Value that represents all points.
-        fewest: Smallest part of a pair that is received.
+        energy: Energy of pairs from `pair_energies` [m^-2], (s, b, p).
+        points: Number of samples by radial and range bin, (s, b).
+        full_energy: Energy of one sample for which the keep probability is 1 [m^-2], (b, p).
+        received: True if the pair is not negligible in the range bin, (b, p).
+        pair_group: First of the pairs that may arrive at the same time in the range bin, (b, p).
+        keep_probability: Result, in units of 1 / `full`, (s, b, p).
+        full: Number that represents a probability of 1.
+        minimum: Smallest value for a pair that is received.
     """
     count = energy.shape[2]
     for b in range(energy.shape[1]):
-        alone = True
+        separate = True
         for p in range(count):
-            alone &= pair_group[b, p] == p
+            separate &= pair_group[b, p] == p
         for s in range(energy.shape[0]):
-            known = np.float32(whole / max(points[s, b], 1.0))
+            scale = np.float32(full / max(points[s, b], 1.0))
             for p in range(count):
-                part = energy[s, b, p] * known / np.float32(least[b, p])
-                most = np.uint8(min(max(math.ceil(min(part, np.float32(255))), fewest), whole))
-                keep_probability[s, b, p] = most if needed[b, p] and part > 0 else 0
-            if alone:
+                parts = energy[s, b, p] * scale / np.float32(full_energy[b, p])
+                steps = np.uint8(min(max(math.ceil(min(parts, np.float32(255))), minimum), full))
+                keep_probability[s, b, p] = steps if received[b, p] and parts > 0 else 0
+            if separate:
                 continue
-            # pairs that interfere are evaluated at the same points: the largest gain of them leads
+            # pairs that interfere are evaluated at the same samples: all have the largest keep probability
             for p in range(count):
                 keep_probability[s, b, pair_group[b, p]] = max(
                     keep_probability[s, b, pair_group[b, p]], keep_probability[s, b, p]
                 )
             for p in range(count):
-                keep_probability[s, b, p] = keep_probability[s, b, pair_group[b, p]] if needed[b, p] else 0
+                keep_probability[s, b, p] = keep_probability[s, b, pair_group[b, p]] if received[b, p] else 0
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def lengthen_steps(
-    radials: Floats, edges: Floats, keep_probability: NDArray[np.uint8], whole: int, longest: int, result: Floats,
+    radials: Floats, edges: Floats, keep_probability: NDArray[np.uint8], full: int, longest: int, result: Floats,
     row: NDArray[np.int64],
 ) -> int:  # fmt: skip
-    """Cut lines from where on few of their points are evaluated, and sample them more coarsely from there.
+    """Split radials where keep probabilities beyond are low, with longer steps in the farther part.
 
-    Half of the samples that are left are still passed over, evenly.
+    In longer steps at most half of the samples are evaluated.
 
     Args:
-        radials: As they are, (s, 9).
+        radials: See `RadialSet`, (s, 9).
         edges: Edges of the range bins [m], (b + 1,).
-        keep_probability: Keep probability of each line and range bin, (s, b, p).
-        whole: Value that represents all points.
+        keep_probability: Keep probability by radial, range bin and pair, (s, b, p).
+        full: Number that represents a probability of 1.
         longest: Longest step [steps], a power of 2.
-        result: Result, lines, (2 s, 9).
-        row: Result, which one of those before each is a part of, (2 s,).
+        result: Result, new radials, (2 s, 9).
+        row: Result, row in `radials` of which each new one is a part, (2 s,).
 
     Returns:
-        How many there are.
+        Number of new radials.
     """
     n = 0
     for s in range(radials.shape[0]):
         start, stop = radials[s, 4], radials[s, 5]
-        best, saved, cut = 0, 0.1, start
+        best, saving, cut = 0, 0.1, start
         stride = longest
         while stride > max(radials[s, 8], 1):
             last = 0.0
             for b in range(edges.size - 1):
-                if edges[b] < stop and edges[b + 1] > start and 2 * stride * keep_probability[s, b].max() > whole:
+                if edges[b] < stop and edges[b + 1] > start and 2 * stride * keep_probability[s, b].max() > full:
                     last = edges[b + 1]
             last = max(last, start)
             gain = (stop - last) / stop * (1 - radials[s, 8] / stride)
-            if gain > saved:
-                best, saved, cut = stride, gain, last
+            if gain > saving:
+                best, saving, cut = stride, gain, last
             stride //= 2
         if best == 0 or cut > start:
             result[n], row[n] = radials[s], s

@@ -1,7 +1,7 @@
 """Seabed legs along radials: line of sight, delays and amplitudes of all samples of a radial in one pass.
 
-A radial is a line of one azimuth. Its depths are read from the map, sample after sample outwards; shadows of every
-family follow by the rules of `insonify.engines.terrain_occlusion`. The results are columns of the points on its list.
+A radial is a line of one azimuth. Its depths are read from the map, sample by sample outwards; shadows of every family
+follow by the rules of `insonify.engines.terrain_occlusion`. The results are columns of its listed samples.
 """
 
 from typing import Any
@@ -38,12 +38,12 @@ def walk_radials(
     frame: RadialFrame, channel: IsovelocityChannel, part: RadialSet, tiles: MapTiles, families: FamilyTable,
     legs: RadialLegs, pairs: PairSamples, interference_ranges: Integers,
 ) -> int:  # fmt: skip
-    """Fill the points of the seabed along some radials that any pair of families uses, and their legs.
+    """Fill the listed samples of some radials, their legs, and the samples of each pair of families.
 
     Args:
         frame: Frame of the radials.
         channel: Water of the straight rays.
-        part: The radials, with the lists of their points.
+        part: The radials, with the lists of their samples.
         tiles: Tiles of the seabed's map.
         families: Tables of the families.
         legs: Result.
@@ -54,39 +54,39 @@ def walk_radials(
     Returns:
         Number of these ranges.
     """
-    radials, lists, chosen, _ = part
+    radials, lists, entries, _ = part
     longest, most = 0, 0
-    for line in chosen:
-        longest, most = max(longest, lists.samples[line]), max(most, lists.first[line + 1] - lists.first[line])
+    for entry in entries:
+        longest, most = max(longest, lists.samples[entry]), max(most, lists.first[entry + 1] - lists.first[entry])
     line_depth, slope = np.empty(longest, np.float32), np.empty((2, longest), np.float32)
     rows = families.launch_image_depths.size
     launch, bound = np.empty((2, rows, longest), np.float32)
     facet, bits = np.empty((5, most), np.float32), np.empty(most, np.int32)
-    where = np.empty(longest, np.uint32)
+    node_index = np.empty(longest, np.uint32)
     n, ranges = 0, 0
     pairs.sample_count[:] = 0
     for s in range(radials.shape[0]):
-        legs.first[s], line = n, chosen[s]
-        begin, stop = lists.first[line], lists.first[line + 1]
+        legs.first[s], entry = n, entries[s]
+        begin, stop = lists.first[entry], lists.first[entry + 1]
         if stop == begin:
             continue
-        own, first, count, m = frame.step * radials[s, 8], radials[s, 6], lists.samples[line], stop - begin
-        sample_radial_terrain(frame, radials[s], count, channel.water_depth, tiles, where, line_depth, slope)
+        spacing, first, count, m = frame.step * radials[s, 8], radials[s, 6], lists.samples[entry], stop - begin
+        sample_radial_terrain(frame, radials[s], count, channel.water_depth, tiles, node_index, line_depth, slope)
         for w in range(rows):
-            if lists.passed[line, w]:
-                running_horizon(line_depth, families.launch_image_depths[w], families.launch_rising[w], own, first,
+            if lists.passed[entry, w]:
+                running_horizon(line_depth, families.launch_image_depths[w], families.launch_rising[w], spacing, first,
                                 count, launch[w], bound[w])  # fmt: skip
         legs.point[0, n : n + m] = lists.reach[begin:stop]
         gather_samples(lists.sample[begin:stop], line_depth, slope, legs.point[1, n : n + m], facet, bits)
-        profile = RadialProfile(line_depth, count, first, own, launch, bound)
+        profile = RadialProfile(line_depth, count, first, spacing, launch, bound)
         for f in range(families.images.size):
             mark_reached_samples(
                 f, bits, lists.sample[begin:stop], lists.requested[begin:stop], profile, channel, families
             )
-        legs_along_radial(radials[s], frame, channel, families, lists.families[line], lists.ahead[:, begin:stop],
+        legs_along_radial(radials[s], frame, channel, families, lists.families[entry], lists.ahead[:, begin:stop],
                           RadialScratch(facet, bits, n), legs)  # fmt: skip
-        append_pair_samples(lists, line, facet[3], n, pairs.rows, pairs.weight, pairs.sample_count)
-        ranges = append_interference_ranges(lists, line, n, interference_ranges, ranges)
+        append_pair_samples(lists, entry, facet[3], n, pairs.rows, pairs.weight, pairs.sample_count)
+        ranges = append_interference_ranges(lists, entry, n, interference_ranges, ranges)
         n += m
     legs.first[radials.shape[0]] = n
     return ranges
@@ -96,39 +96,39 @@ def walk_radials(
 def gather_samples(
     sample: Integers, line_depth: Singles, slope: Singles, depth: Floats, facet: Singles, bits: Integers
 ) -> None:
-    """Gather the seabed at the points of one line.
+    """Gather the terrain at the listed samples of one radial.
 
     Args:
-        sample: Number of each point along the line, (m,).
-        line_depth: Depth [m], (samples,).
-        slope: Along the axes of the map [1], (2, samples).
+        sample: Number of each listed sample along the radial, (m,).
+        line_depth: Depth at all samples [m], (samples,).
+        slope: Slopes along the axes of the map at all samples [1], (2, samples).
         depth: Result [m], (m,).
         facet: Result, slopes [1] in the first two rows, (5, at least m).
-        bits: Result, no family yet, (at least m,).
+        bits: Result, set to 0 (no family), (at least m,).
     """
-    one, two, to_one, to_two = slope[0], slope[1], facet[0], facet[1]
+    slope_a, slope_b, facet_a, facet_b = slope[0], slope[1], facet[0], facet[1]
     for i in range(sample.size):
         k = np.uint32(sample[i])
-        depth[i], to_one[i], to_two[i], bits[i] = line_depth[k], one[k], two[k], 0
+        depth[i], facet_a[i], facet_b[i], bits[i] = line_depth[k], slope_a[k], slope_b[k], 0
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def append_pair_samples(
-    lists: SampleLists, line: int, area: Singles, n: int, rows: Integers, weight: Singles, sample_rows: Integers
+    lists: SampleLists, entry: int, area: Singles, n: int, rows: Integers, weight: Singles, sample_rows: Integers
 ) -> None:
-    """Append the points of one line to those of each pair.
+    """Append the samples of one radial to those of each pair.
 
     Args:
-        lists: See `walk_radials`.
-        line: Row of the list of the radial.
-        area: Areas of the points [m^2], (points,).
-        n: Number of the line's first point.
+        lists: Lists of samples.
+        entry: Row of the radial's list.
+        area: Areas of the listed samples [m^2], (at least m,).
+        n: Number of the radial's first sample.
         rows: See `PairSamples`.
         weight: See `PairSamples`.
         sample_rows: See `PairSamples`, added to.
     """
     for p in range(sample_rows.size):
-        begin, stop = lists.pair_first[line, p], lists.pair_first[line, p + 1]
+        begin, stop = lists.pair_first[entry, p], lists.pair_first[entry, p + 1]
         row, more = lists.row[begin:stop], lists.more[begin:stop]
         to_row, to_weight = (
             rows[p, sample_rows[p] : sample_rows[p] + row.size],
@@ -141,10 +141,10 @@ def append_pair_samples(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def append_interference_ranges(
-    lists: SampleLists, line: int, n: int, interference_ranges: Integers, ranges: int
+    lists: SampleLists, entry: int, n: int, interference_ranges: Integers, ranges: int
 ) -> int:
-    """Append the ranges of one line where pairs may interfere to those before; arguments see `append_pair_samples`."""
-    for c in range(lists.close_first[line], lists.close_first[line + 1]):
+    """Append ranges of one radial where pairs may interfere; return their number. Arguments as in `walk_radials`."""
+    for c in range(lists.close_first[entry], lists.close_first[entry + 1]):
         if ranges == 0 or interference_ranges[ranges - 1, 1] != n + lists.close[c, 0]:
             interference_ranges[ranges, 0] = n + lists.close[c, 0]
             ranges += 1
@@ -156,18 +156,18 @@ def append_interference_ranges(
 def gather_directions(
     incoming: Singles, outgoing: Singles, normal: Singles, rows: Integers, into: Singles, out: Singles, up: Singles
 ) -> None:
-    """Arguments of the scattering law for all points of a pair.
+    """Fill the arguments of the scattering law for all samples of a pair.
 
     Args:
-        incoming: Directions of travel at the points by the transmit leg, (3, n).
-        outgoing: By the receive leg, (3, n).
-        normal: Normals of the points, (3, n).
-        rows: Points of the pair, (m,).
-        into: Result, directions of travel towards the points, (3, m).
-        out: Result, directions of travel from the points, (3, m).
+        incoming: Directions of travel of transmit legs at the samples [1], (3, n).
+        outgoing: Directions of travel of receive legs at the samples, from the sonar [1], (3, n).
+        normal: Unit normals at the samples, (3, n).
+        rows: Samples of the pair, (m,).
+        into: Result, directions of travel towards the samples, (3, m).
+        out: Result, directions of travel from the samples, (3, m).
         up: Result, unit normals, (3, m).
     """
     for c in range(3):
-        one, two, three = incoming[c], outgoing[c], normal[c]
+        incoming_row, outgoing_row, normal_row = incoming[c], outgoing[c], normal[c]
         for k in range(rows.size):
-            into[c, k], out[c, k], up[c, k] = one[rows[k]], -two[rows[k]], three[rows[k]]
+            into[c, k], out[c, k], up[c, k] = incoming_row[rows[k]], -outgoing_row[rows[k]], normal_row[rows[k]]

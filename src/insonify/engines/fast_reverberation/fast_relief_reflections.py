@@ -1,7 +1,7 @@
 """Bottom bounces over relief in fast reverberation: legs reflected by planes fitted to the terrain at their bounces.
 
 Along radials, every bounce is a reflection at the mean plane, as in the keep probabilities of pairs. Over relief, legs
-with bottom bounces are replaced by those of `local_plane_paths` at the points where any pair requests them. Occlusion
+with bottom bounces are replaced by those of `local_plane_paths` at the samples where any pair requests them. Occlusion
 by terrain and targets remains that over the mean plane.
 """
 
@@ -27,29 +27,29 @@ def bounce_off_relief(
 
     Args:
         scene: The scene.
-        terrain: Its ground, which has relief.
+        terrain: Terrain of the seabed, which has relief.
         ping_geometry: The sonar at this ping.
-        plan: Tables that all such pings share.
-        part: The lines, s of them.
-        legs: Changed, the legs to their points.
-        pairs: Points of each pair.
+        plan: The reverberation plan.
+        part: The radials, s of them.
+        legs: Legs to the samples of the radials, changed in place.
+        pairs: Samples of each pair.
     """
     first = legs.first
-    bounced = [f for f, name in enumerate(plan.families) if "B" in name]
-    listed: Any = None
-    for f in bounced:
+    families = [f for f, name in enumerate(plan.families) if "B" in name]
+    index: Any = None
+    for f in families:
         requested = np.zeros(int(first[-1]), bool)
         for k in np.flatnonzero((plan.allocation.pair == f).any(axis=1)):
             requested[pairs.rows[k, : pairs.sample_count[k]]] = True
         rows = np.flatnonzero(requested & (np.abs(legs.amplitude[f, : len(requested)]) > 0))
         if not len(rows):
             continue
-        if listed is None:
-            many = np.diff(first)
-            listed = np.repeat(part.lists.first[part.taken] - first[:-1], many) + np.arange(first[-1])
-        ahead = part.lists.ahead[:, listed[rows]]
+        if index is None:
+            counts = np.diff(first)
+            index = np.repeat(part.lists.first[part.taken] - first[:-1], counts) + np.arange(first[-1])
+        bearing = part.lists.ahead[:, index[rows]]
         position, (reach, depth) = ping_geometry.transmit_position, legs.point[:, rows]
-        points = np.stack([position[0] + reach * ahead[0], position[1] + reach * ahead[1], depth], axis=-1)
+        points = np.stack([position[0] + reach * bearing[0], position[1] + reach * bearing[1], depth], axis=-1)
         paths = local_plane_paths(plan.families[f], position, points, terrain, ping_geometry.wavelength)
-        left = reflection_product(plan.families[f], paths, terrain, ping_geometry.wavelength, scene)
-        write_image_paths(rows, paths, left.astype(np.complex64), 1 / scene.water.sound_speed, f, plan.table, legs)
+        product = reflection_product(plan.families[f], paths, terrain, ping_geometry.wavelength, scene)
+        write_image_paths(rows, paths, product.astype(np.complex64), 1 / scene.water.sound_speed, f, plan.table, legs)

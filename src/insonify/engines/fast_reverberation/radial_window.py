@@ -1,4 +1,4 @@
-"""Window of the seabed's map that the radials of one ping cross, and the targets beside them."""
+"""Window of the seabed's map that the radials of one ping cross, and radials that pass targets."""
 
 import math
 from dataclasses import dataclass, field
@@ -28,34 +28,34 @@ class TerrainWindow:
     corner: NDArray[np.int64] = field(default_factory=lambda: np.zeros(2, np.int64))
     """Numbers of its first tile."""
     crossed: NDArray[np.int64] = field(default_factory=lambda: np.zeros((0, 2), np.int64))
-    """Numbers in the window of the tiles that the lines cross, (n, 2)."""
+    """Numbers in the window of the tiles that the radials cross, (n, 2)."""
 
 
 def terrain_window(
     terrain: SeabedTerrain | None, ping_geometry: PingGeometry, step: float, parts: list[RadialSet], farthest: float
 ) -> TerrainWindow | None:
-    """The window of one ping, or None where its lines cross more tiles than are kept.
+    """The window of one ping; None if its radials cross more tiles than the map can cache.
 
     Args:
-        terrain: The seabed; None for a flat bed.
+        terrain: Terrain of the seabed; None for a flat seabed.
         ping_geometry: The sonar at this ping.
-        step: Distance of samples along the lines [m].
-        parts: All its lines with their points.
-        farthest: Distance that is received [m].
+        step: Distance of samples along the radials [m].
+        parts: All radials of the ping with their samples.
+        farthest: Largest horizontal distance that is received [m].
     """
     if terrain is None:
         return TerrainWindow()
-    lattice, tile = terrain.relief.resolved.scatterer_grid, terrain.heightmap_cell_size * CELLS
-    own = lattice.from_world(ping_geometry.transmit_position[:2]).tolist()
-    reach = math.ceil(farthest / tile) + 1
-    first = [math.floor(position / tile) - reach for position in own]
-    start = own[0] - first[0] * tile, own[1] - first[1] * tile
-    frame, side = RadialFrame(*start, lattice.heading, step), 2 * reach + 1
-    mark, radial_tiles = np.zeros((side, side), np.int8), np.empty((MAX_TILES + 1, 2), np.int64)
+    scatterer_grid, tile = terrain.relief.resolved.scatterer_grid, terrain.heightmap_cell_size * CELLS
+    grid_position = scatterer_grid.from_world(ping_geometry.transmit_position[:2]).tolist()
+    tile_reach = math.ceil(farthest / tile) + 1
+    first = [math.floor(position / tile) - tile_reach for position in grid_position]
+    start = grid_position[0] - first[0] * tile, grid_position[1] - first[1] * tile
+    frame, side = RadialFrame(*start, scatterer_grid.heading, step), 2 * tile_reach + 1
+    scratch, radial_tiles = np.zeros((side, side), np.int8), np.empty((MAX_TILES + 1, 2), np.int64)
     crossed = np.zeros((side, side), bool)
     for part in parts:
         count = tiles_under_radials(
-            frame, part.radials, part.lists.samples, part.taken, terrain.heightmap_cell_size, mark, radial_tiles
+            frame, part.radials, part.lists.samples, part.taken, terrain.heightmap_cell_size, scratch, radial_tiles
         )
         crossed[tuple(radial_tiles[:count].T)] = True
     tiles = np.argwhere(crossed)
@@ -65,33 +65,33 @@ def terrain_window(
 def radials_past_targets(
     plan: ReverberationPlan, ping_geometry: PingGeometry, heading: float, edges: str
 ) -> NDArray[np.bool_]:
-    """Lines that reach each target and pass it, or come so near that its soft edge is looked at, (t, s).
+    """Mask of radials that reach each target's distance and pass it or its zone of edge diffraction, (t, s).
 
     Args:
-        plan: The plan of the lines.
+        plan: The plan of the radials.
         ping_geometry: The sonar at this ping.
-        heading: Heading of the frame of the lines [rad].
-        edges: Hard or soft edges.
+        heading: Heading of the frame of the radials [rad].
+        edges: Edge diffraction: "none" or "knife-edge".
     """
-    passed = np.zeros((len(plan.bounding_cylinders), len(plan.radials)), bool)
+    passes = np.zeros((len(plan.bounding_cylinders), len(plan.radials)), bool)
     if not len(plan.bounding_cylinders):
-        return passed
+        return passes
     bearing, position = np.arctan2(plan.radials[:, 1], plan.radials[:, 0]) + heading, ping_geometry.transmit_position
     for t, (north, east, radius) in enumerate(plan.bounding_cylinders[:, :3].tolist()):
-        distance, towards = (
+        distance, target_bearing = (
             math.hypot(north - position[0], east - position[1]),
             math.atan2(east - position[1], north - position[0]),
         )
-        off = np.abs(np.mod(bearing - towards + np.pi, 2 * np.pi) - np.pi) - plan.radials[:, 2] / 2
-        half = math.asin(min(1.0, radius / max(distance, 1e-9))) + _diffraction_margin(
+        angle = np.abs(np.mod(bearing - target_bearing + np.pi, 2 * np.pi) - np.pi) - plan.radials[:, 2] / 2
+        half_angle = math.asin(min(1.0, radius / max(distance, 1e-9))) + _diffraction_margin(
             distance, ping_geometry.wavelength, edges
         )
-        passed[t] = (distance <= radius) | (off <= half) & (plan.radials[:, 5] > distance - radius)
-    return passed
+        passes[t] = (distance <= radius) | (angle <= half_angle) & (plan.radials[:, 5] > distance - radius)
+    return passes
 
 
 def _diffraction_margin(distance: float, wavelength: float, edges: str) -> float:
-    """Bearing beside a target's rim up to which its soft edge is looked at [rad]."""
+    """Largest angle beside a target's edge at which its edge diffraction is evaluated [rad]."""
     if edges == "none":
         return 0.0
     return ROUGH_RIPPLES * math.sqrt(wavelength / (2 * max(distance, wavelength)))

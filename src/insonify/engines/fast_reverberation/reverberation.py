@@ -1,9 +1,9 @@
 """Fast reverberation: the expected intensity of the seabed at one ping, evaluated along radials.
 
 `engines.eigenray_engine` evaluates any block of scatterers; an expectation over a whole seabed needs the same few
-quantities at every point. Here each radial is evaluated in one pass (`_walk_kernel`), and all sample lists and
-tables are kept for the next ping. `prepare_fast_reverberation` checks the conditions: straight rays, a monostatic
-sonar, one beam a side. All other scenes are left to the general engine.
+quantities at every sample. Here each radial is evaluated in one pass (`_walk_kernel`), and all sample lists and tables
+are cached for the next ping. `prepare_fast_reverberation` checks the conditions: straight rays, a monostatic sonar, one
+beam a side. The general engine evaluates all other scenes.
 """
 
 import math
@@ -24,7 +24,7 @@ from insonify.engines.fast_reverberation.fast_relief_reflections import bounce_o
 from insonify.engines.fast_reverberation.radial_window import TerrainWindow, radials_past_targets, terrain_window
 from insonify.engines.fast_reverberation.reverberation_plan import ReverberationPlan, plan_reverberation
 from insonify.engines.fast_reverberation.shadow_radials import shaded_legs, shadow_radials
-from insonify.engines.fast_reverberation.swath_origins import Shaded, origins, unlit
+from insonify.engines.fast_reverberation.swath_origins import ShadedLegs, sample_origins, unlit_rows
 from insonify.engines.ping_scatterers import ping_scatterers
 from insonify.engines.radial_tables import (
     IsovelocityChannel,
@@ -52,28 +52,28 @@ from insonify.sonar.ping_geometry import PingGeometry
 from insonify.units import amplitude_ratio
 
 Floats = NDArray[np.float64]
-Mapped = Callable[[Callable[[Any], Any], Iterable[Any]], Iterable[Any]]
+Mapper = Callable[[Callable[[Any], Any], Iterable[Any]], Iterable[Any]]
 
 DIRECTIONS_PER_BATCH = 8192
 """Directions at which a law is evaluated in one call."""
 MAX_RADIAL_STEP = 0.5
-"""Longest step along a line over a flat bed [m]."""
+"""Longest step along a radial over a flat seabed [m]."""
 RECHECK_DISTANCE = 4.0
-"""Displacement of the sonar within which the reach of its beams to targets is not evaluated again [m]."""
+"""Displacement of the sonar within which beam gains towards targets are not bounded again [m]."""
 
 
 class _Scratch(local):
-    """Arrays of one thread that are used again: new memory would cost more than the writing."""
+    """Working arrays of one thread, reused since first use of new memory takes longer than the evaluation."""
 
     def __init__(self) -> None:
-        self._held: dict[str, NDArray[Any]] = {}
+        self._arrays: dict[str, NDArray[Any]] = {}
 
     def of(self, name: str, shape: tuple[int, ...], kind: Any) -> NDArray[Any]:
-        """A column, with whatever was written there before."""
+        """Array of a name, shape and data type, with undefined contents."""
         size = prod(shape)
-        if name not in self._held or self._held[name].size < size:
-            self._held[name] = np.empty(size + size // 4, kind)
-        return self._held[name][:size].reshape(shape)
+        if name not in self._arrays or self._arrays[name].size < size:
+            self._arrays[name] = np.empty(size + size // 4, kind)
+        return self._arrays[name][:size].reshape(shape)
 
 
 _SCRATCH = _Scratch()
@@ -87,14 +87,13 @@ class PreparedReverberation:
     heading: float
     """Heading of the frame of the radials [rad]."""
     farthest: float
-    """Distance that is received [m]."""
+    """Largest horizontal distance that is received [m]."""
     remaining_choice: PathSettings
-    """The path settings without the seabed."""
+    """Path settings without the seabed."""
     choice_without_targets: PathSettings
-    """Without targets, too."""
+    """Path settings without seabed and targets."""
     last_check: list[tuple[Floats, bool]] = field(default_factory=list)
-    """Last position about which beams were checked [m]; True: from `RECHECK_DISTANCE` about it none reaches a target.
-    """
+    """Last position at which beams were checked [m]; True: within `RECHECK_DISTANCE` of it no beam reaches a target."""
 
 
 @dataclass(frozen=True)
@@ -106,13 +105,13 @@ class FastReverberation:
     ping_geometry: PingGeometry
     known: PreparedReverberation
     parts: list[RadialSet]
-    """Its lines: the plan's own, and those in shadows of targets."""
+    """Radials of the ping: those of the plan, and those in shadows of targets."""
     window: TerrainWindow
-    """Position of the radials' start on the seabed's map."""
+    """Window of the seabed's map that the radials cross."""
 
     @property
     def plan(self) -> ReverberationPlan:
-        """Tables that all such pings share."""
+        """The reverberation plan."""
         return self.known.plan
 
     @cached_property
@@ -122,27 +121,27 @@ class FastReverberation:
         return self.known.remaining_choice if near else self.known.choice_without_targets
 
     def _near_a_target(self) -> bool:
-        """Return True if any beam is above the floor towards any target; points are always received."""
+        """Return True if any beam's gain towards any target is above the cutoff, or there is a point target."""
         scene = self.scene
         if len(scene.targets) > len(scene.occluders):
             return True
         if not scene.occluders:
             return False
         origin = self.ping_geometry.transmit_position[:2]
-        for position, is_off in self.known.last_check:
+        for position, is_clear in self.known.last_check:
             distance = math.dist(origin, position)
-            if is_off and distance <= RECHECK_DISTANCE:
+            if is_clear and distance <= RECHECK_DISTANCE:
                 return False
-            if not is_off and distance <= RECHECK_DISTANCE / 4:
+            if not is_clear and distance <= RECHECK_DISTANCE / 4:
                 return self._may_reach_target_from(0.0)
-        is_off = not self._may_reach_target_from(RECHECK_DISTANCE)
-        self.known.last_check[:] = [(origin, is_off)]
-        return not is_off and self._may_reach_target_from(0.0)
+        is_clear = not self._may_reach_target_from(RECHECK_DISTANCE)
+        self.known.last_check[:] = [(origin, is_clear)]
+        return not is_clear and self._may_reach_target_from(0.0)
 
     def _may_reach_target_from(self, away: float) -> bool:
-        """Return True if any beam may exceed the floor at any target, within a displacement of the sonar [m]."""
+        """Return True if, within a displacement of the sonar [m], any beam may exceed the cutoff at any target."""
         bounding_cylinders = self.plan.bounding_cylinders[:, :3]
-        top, base = _depths(self.scene)
+        top, base = _target_depths(self.scene)
         floor = float(amplitude_ratio(self.choice.beam_cutoff_db))
         bound = two_way_gain_bound(
             bounding_cylinders[:, :2], bounding_cylinders[:, 2] + away, self.ping_geometry, (top + base) / 2,
@@ -152,14 +151,14 @@ class FastReverberation:
         return bool((bound >= floor).any())
 
     def accumulate(
-        self, map_function: Mapped, accumulate_samples: Callable[[ReverberationSamples], Any], *, labelled: bool = False
+        self, map_function: Mapper, accumulate_samples: Callable[[ReverberationSamples], Any], *, labelled: bool = False
     ) -> list[Any]:
         """Evaluate the seabed, part by part.
 
         Args:
             map_function: A function like `map`, which may use several threads.
             accumulate_samples: Function of the samples of each part, whose columns are overwritten afterwards.
-            labelled: True: samples have the `Origins` of their points.
+            labelled: True: the result includes `Origins` of the samples.
 
         Returns:
             Results of `accumulate_samples`.
@@ -169,15 +168,15 @@ class FastReverberation:
             nodes, slot = empty_terrain_map()
             tiles = MapTiles(1.0, slot, nodes, flat=True)
             return [accumulate_samples(self._walk(part, tiles, labelled)) for part in self.parts]
-        kept = terrain_map(terrain)
+        heightmap = terrain_map(terrain)
         slot = np.zeros((window.side, window.side), np.uint32)
-        with kept.reading(window.corner + window.crossed, map_function) as rows:
+        with heightmap.reading(window.corner + window.crossed, map_function) as rows:
             slot[tuple(window.crossed.T)] = rows
-            tiles = MapTiles(kept.cell, slot, kept.nodes, flat=False)
+            tiles = MapTiles(heightmap.cell, slot, heightmap.nodes, flat=False)
             return [accumulate_samples(self._walk(part, tiles, labelled)) for part in self.parts]
 
     def _walk(self, part: RadialSet, tiles: MapTiles, labelled: bool) -> ReverberationSamples:
-        """The points of some lines, with the strength of each pair of legs."""
+        """Samples of some radials, with their legs and the weight of each pair of families."""
         seabed, ping_geometry, plan = self.scene.seabed, self.ping_geometry, self.plan
         frame = RadialFrame(*self.window.start, self.known.heading, plan.step)
         channel = IsovelocityChannel(
@@ -189,7 +188,7 @@ class FastReverberation:
         terrain = seabed.terrain
         if terrain is not None and terrain.span[0] < terrain.span[1]:
             bounce_off_relief(self.scene, terrain, ping_geometry, plan, part, legs, pairs)
-        dark = unlit(plan, legs, pairs) if labelled else None
+        unlit = unlit_rows(plan, legs, pairs) if labelled else None
         shaded = self._apply_target_shadows(part, legs) if part.passes_target.any() else None
         if seabed.texture is not None:
             factor = self._texture(part.radials, legs).astype(np.float32)
@@ -200,68 +199,76 @@ class FastReverberation:
             self._apply_law(
                 legs.arrival[i], legs.arrival[j], legs.normal, pairs.rows[k, :count], pairs.weight[k, :count]
             )
-        held = None if dark is None else origins(plan, ping_geometry, part, legs, pairs, dark, shaded)
+        origins = None if unlit is None else sample_origins(plan, ping_geometry, part, legs, pairs, unlit, shaded)
         return ReverberationSamples(
             legs.delay, legs.amplitude, legs.departure, plan.allocation.pair, pairs.sample_count, pairs.rows,
-            pairs.weight, interference_ranges[:ranges], held,
+            pairs.weight, interference_ranges[:ranges], origins,
         )  # fmt: skip
 
     def _texture(self, radials: Floats, legs: RadialLegs) -> Floats:
-        """Factor of the seabed's texture on the area of points of some radials [1], shape (n,)."""
+        """Factor of the seabed's texture on the area of the samples of some radials [1], shape (n,)."""
         bearing = np.repeat(np.arctan2(radials[:, 1], radials[:, 0]) + self.known.heading, np.diff(legs.first))
-        ahead = np.stack([np.cos(bearing), np.sin(bearing)], axis=-1)
+        direction = np.stack([np.cos(bearing), np.sin(bearing)], axis=-1)
         origin = self.ping_geometry.transmit_position[:2]
-        return self.scene.seabed.texture_factor(origin + legs.point[0, : len(bearing), None] * ahead)
+        return self.scene.seabed.texture_factor(origin + legs.point[0, : len(bearing), None] * direction)
 
     def _apply_law(
-        self, into: NDArray[np.float32], out: NDArray[np.float32], normal: NDArray[np.float32],
-        rows: NDArray[np.int32], section: NDArray[np.float32],
+        self, incoming: NDArray[np.float32], outgoing: NDArray[np.float32], normal: NDArray[np.float32],
+        rows: NDArray[np.int32], weight: NDArray[np.float32],
     ) -> None:  # fmt: skip
-        """Multiply the seabed that points represent by the law's cross section for one pair."""
-        held = _SCRATCH.of("law directions", (9 * DIRECTIONS_PER_BATCH,), np.float32)
+        """Multiply the area that samples represent by the law's cross section for one pair.
+
+        Args:
+            incoming: Directions of travel of the transmit legs at all samples [1], (3, n).
+            outgoing: Directions of travel of the receive legs at all samples, from the sonar [1], (3, n).
+            normal: Unit normals at all samples, (3, n).
+            rows: Samples of the pair, (m,).
+            weight: Area of each sample of the pair [m^2], changed in place, (m,).
+        """
+        directions = _SCRATCH.of("law directions", (9 * DIRECTIONS_PER_BATCH,), np.float32)
         values = _SCRATCH.of("law", (DIRECTIONS_PER_BATCH,), np.float32)
         for begin in range(0, len(rows), DIRECTIONS_PER_BATCH):
             batch = rows[begin : begin + DIRECTIONS_PER_BATCH]
-            incident, scattered, up = held[: 9 * len(batch)].reshape(3, 3, len(batch))
-            kernel.gather_directions(into, out, normal, batch, incident, scattered, up)
-            self.plan.law.fill(incident, scattered, up, values[: len(batch)])
-            section[begin : begin + DIRECTIONS_PER_BATCH] *= values[: len(batch)]
+            incident, scattered, normals = directions[: 9 * len(batch)].reshape(3, 3, len(batch))
+            kernel.gather_directions(incoming, outgoing, normal, batch, incident, scattered, normals)
+            self.plan.law.fill(incident, scattered, normals, values[: len(batch)])
+            weight[begin : begin + DIRECTIONS_PER_BATCH] *= values[: len(batch)]
 
-    def _apply_target_shadows(self, part: RadialSet, legs: RadialLegs) -> Shaded | None:
-        """Reduce legs by the occlusion of targets, on radials that pass one; returns these legs, if any."""
-        position, ahead, first = self.ping_geometry.transmit_position, part.lists.ahead, legs.first
+    def _apply_target_shadows(self, part: RadialSet, legs: RadialLegs) -> ShadedLegs | None:
+        """Multiply legs on radials that pass a target by their visibility past targets; return these legs, if any."""
+        position, bearing, first = self.ping_geometry.transmit_position, part.lists.ahead, legs.first
         nearest = min(
             np.hypot(north - position[0], east - position[1]) - radius
             for north, east, radius in self.plan.bounding_cylinders[:, :3]
         )
-        line = np.repeat(np.arange(len(first) - 1), np.diff(first))
-        row = np.flatnonzero(part.passes_target[line] & (legs.point[0, : len(line)] > nearest))
-        point = part.lists.first[part.taken][line[row]] + row - first[line[row]]
+        radial = np.repeat(np.arange(len(first) - 1), np.diff(first))
+        row = np.flatnonzero(part.passes_target[radial] & (legs.point[0, : len(radial)] > nearest))
+        listed = part.lists.first[part.taken][radial[row]] + row - first[radial[row]]
         if not len(row):
             return None
         reach, depth = legs.point[:, row]
         points = np.stack(
-            [position[0] + reach * ahead[0, point], position[1] + reach * ahead[1, point], depth], axis=-1
+            [position[0] + reach * bearing[0, listed], position[1] + reach * bearing[1, listed], depth], axis=-1
         )
         up = np.ascontiguousarray(legs.normal[:, row].T, float)
-        left, shaded = shaded_legs(self.scene, self.ping_geometry, self.plan, self.choice.edge_diffraction, points, up)
-        legs.amplitude[:, row] *= left
-        return Shaded(row, left, shaded)
+        ratio, shaded = shaded_legs(self.scene, self.ping_geometry, self.plan, self.choice.edge_diffraction, points, up)
+        legs.amplitude[:, row] *= ratio
+        return ShadedLegs(row, ratio, shaded)
 
 
 def _columns(part: RadialSet, f: int, p: int) -> tuple[RadialLegs, PairSamples, NDArray[np.int64]]:
-    """Empty columns for the points of some radials by f families, for those of p pairs, and for interference ranges."""
-    lists, taken = part.lists, part.taken
-    takes = int(np.diff(lists.pair_first, axis=1)[taken].sum(axis=0).max())
-    most, ranges = (int((many[taken + 1] - many[taken]).sum()) for many in (lists.first, lists.close_first))
+    """Columns to be filled: legs of f families to samples, samples of p pairs, and interference ranges."""
+    lists, entries = part.lists, part.taken
+    size = int(np.diff(lists.pair_first, axis=1)[entries].sum(axis=0).max())
+    points, ranges = (int((many[entries + 1] - many[entries]).sum()) for many in (lists.first, lists.close_first))
     legs = RadialLegs(
-        np.empty(len(part.radials) + 1, np.int64), _SCRATCH.of("point", (2, most), np.float64),
-        _SCRATCH.of("normal", (3, most), np.float32), _SCRATCH.of("delay", (f, most), np.float64),
-        _SCRATCH.of("amplitude", (f, most), np.complex64), _SCRATCH.of("departure", (f, 3, most), np.float32),
-        _SCRATCH.of("arrival", (f, 3, most), np.float32),
+        np.empty(len(part.radials) + 1, np.int64), _SCRATCH.of("point", (2, points), np.float64),
+        _SCRATCH.of("normal", (3, points), np.float32), _SCRATCH.of("delay", (f, points), np.float64),
+        _SCRATCH.of("amplitude", (f, points), np.complex64), _SCRATCH.of("departure", (f, 3, points), np.float32),
+        _SCRATCH.of("arrival", (f, 3, points), np.float32),
     )  # fmt: skip
     pairs = PairSamples(
-        _SCRATCH.of("rows", (p, takes), np.int32), _SCRATCH.of("weight", (p, takes), np.float32), np.empty(p, np.int64)
+        _SCRATCH.of("rows", (p, size), np.int32), _SCRATCH.of("weight", (p, size), np.float32), np.empty(p, np.int64)
     )
     return legs, pairs, _SCRATCH.of("meeting", (ranges, 2), np.int64)
 
@@ -284,7 +291,7 @@ def prepare_fast_reverberation(
         return None
     if reflecting_faces(scene, choice, ping_geometry.frequency):
         return None
-    # a sonar that only moves on, its attitude kept in the very same beams, requests the same again
+    # a sonar that only moves horizontally has the same objects at the next ping
     objects = (
         scene, choice, rays, ping_geometry.transmit_beams, ping_geometry.receive_beams, ping_geometry.track_extent,
         ping_geometry.pulse,
@@ -293,31 +300,31 @@ def prepare_fast_reverberation(
         *map(Identity, objects), float(ping_geometry.transmit_position[2]), ping_geometry.max_displacement,
         ping_geometry.window,
     )  # fmt: skip
-    known = _PREPARED.get(key, lambda: _prepare(scene, choice, ping_geometry, rays))
-    if known is None:
+    prepared = _PREPARED.get(key, lambda: _prepare(scene, choice, ping_geometry, rays))
+    if prepared is None:
         return None
-    parts = _radial_sets(scene, choice, ping_geometry, known)
-    window = terrain_window(scene.seabed.terrain, ping_geometry, known.plan.step, parts, known.farthest)
-    return None if window is None else FastReverberation(scene, choice, ping_geometry, known, parts, window)
+    parts = _radial_sets(scene, choice, ping_geometry, prepared)
+    window = terrain_window(scene.seabed.terrain, ping_geometry, prepared.plan.step, parts, prepared.farthest)
+    return None if window is None else FastReverberation(scene, choice, ping_geometry, prepared, parts, window)
 
 
 def _radial_sets(
-    scene: Scene, choice: PathSettings, ping_geometry: PingGeometry, known: PreparedReverberation
+    scene: Scene, choice: PathSettings, ping_geometry: PingGeometry, prepared: PreparedReverberation
 ) -> list[RadialSet]:
-    """The lines of one ping: those of its plan, and others in place of those that targets cut."""
-    plan = known.plan
-    passing = radials_past_targets(plan, ping_geometry, known.heading, choice.edge_diffraction)
-    own = np.asarray(passing.any(axis=0), bool)
-    whole = RadialSet(plan.radials, plan.lists, np.arange(len(own)), own)
-    shaded = shadow_radials(plan, scene, ping_geometry, choice, known.heading, passing) if own.any() else None
+    """Radials of one ping: those of its plan, and narrow ones in place of those that targets shade."""
+    plan = prepared.plan
+    passing = radials_past_targets(plan, ping_geometry, prepared.heading, choice.edge_diffraction)
+    passes = np.asarray(passing.any(axis=0), bool)
+    complete = RadialSet(plan.radials, plan.lists, np.arange(len(passes)), passes)
+    shaded = shadow_radials(plan, scene, ping_geometry, choice, prepared.heading, passing) if passes.any() else None
     if shaded is None or not shaded.replaced.any():
-        return [whole]
-    kept, lists = (
+        return [complete]
+    unreplaced, lists = (
         np.flatnonzero(~shaded.replaced),
-        plan.sample_lists(shaded.radials, known.heading, shaded.keep_probability),
+        plan.sample_lists(shaded.radials, prepared.heading, shaded.keep_probability),
     )
     return [
-        RadialSet(plan.radials[kept], plan.lists, kept, own[kept]),
+        RadialSet(plan.radials[unreplaced], plan.lists, unreplaced, passes[unreplaced]),
         RadialSet(shaded.radials, lists, np.arange(len(shaded.radials)), shaded.passes_target),
     ]
 
@@ -361,10 +368,10 @@ def _prepare(
 
 
 def _reduced_choice(
-    choice: PathSettings, scene: Scene, ping_geometry: PingGeometry, more: tuple[str, ...]
+    choice: PathSettings, scene: Scene, ping_geometry: PingGeometry, further: tuple[str, ...]
 ) -> PathSettings:
     """The path settings without the seabed, contributions that do not scatter, and some further ones."""
-    omitted = ["seabed", *more]
+    omitted = ["seabed", *further]
     omitted += ["surface"] if scene.surface.law(ping_geometry.frequency) is None else []
     omitted += [] if scene.water.scatters else ["water"]
     remaining = tuple(contribution for contribution in choice.contributions if contribution not in omitted)
@@ -372,19 +379,20 @@ def _reduced_choice(
 
 
 @lru_cache(maxsize=16)
-def _fast(law: Lambert) -> CompiledLaw:
+def _compiled_lambert(law: Lambert) -> CompiledLaw:
+    """Compiled form of Lambert's law, cached."""
     return compile_law(law)
 
 
 def _compiled_law(law: Law | None) -> CompiledLaw | None:
-    """A law in the form of fast reverberation; None where it has no such form."""
+    """The compiled form of a law; None: there is no law or no such form."""
     if isinstance(law, Lambert):
-        return _fast(law)
+        return _compiled_lambert(law)
     return law if isinstance(law, CompiledLaw) else None
 
 
 @lru_cache(maxsize=8)
-def _depths(scene: Scene) -> tuple[float, float]:
+def _target_depths(scene: Scene) -> tuple[float, float]:
     """Depths of the highest top and of the deepest base of all targets that cast shadows [m]."""
     surfaces = [world_triangles(solid, scene.seabed) for solid in scene.solids]
     tops = [*scene.bodies[:, 6], *(float(surface.low[2]) for surface in surfaces)]

@@ -1,7 +1,7 @@
-"""Reverberation plan: all that pings from one depth in one attitude share.
+"""Reverberation plan: tables for all pings from one depth in one attitude.
 
-It holds the radials about the sonar, the keep probability of each pair of families along them, and tables of bounces. A
-sonar that keeps its depth and attitude uses the same plan at every ping.
+It has the radials about the sonar, the keep probability of each pair of families along them, and tables of bounces. A
+sonar at constant depth and attitude uses the same plan at every ping.
 """
 
 from dataclasses import dataclass
@@ -24,9 +24,9 @@ from insonify.sonar.ping_geometry import PingGeometry
 Floats = NDArray[np.float64]
 
 REFLECTION_NODES = 2049
-"""Sines of the grazing angle at which the bounces of a family are tabled."""
+"""Number of sines of the grazing angle in the table of reflection products."""
 ASSUMED_SLOPE = 0.05
-"""Slope assumed for rough terrain when weak pairs are selected [1]."""
+"""Slope of terrain with relief that is assumed in the sample allocation [1]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,7 +38,7 @@ class ReverberationPlan:
     radials: Floats
     """See `RadialSet`, (s, 9)."""
     step: float
-    """Distance of samples along the lines [m]."""
+    """Distance of samples along the radials [m]."""
     allocation: SampleAllocation
     table: FamilyTable
     """Tables of the families."""
@@ -46,18 +46,18 @@ class ReverberationPlan:
     """Middle, north and east, radius, depths of top and base of an upright cylinder about each target that casts a
     shadow [m], (t, 5)."""
     lists: SampleLists
-    """Points of each line where it passes no target."""
+    """Samples of each radial if it passes no target."""
 
     @property
     def steps(self) -> int:
-        """Samples of the seabed that a ping looks at whose lines pass no target."""
+        """Number of samples of the seabed of a ping whose radials pass no target."""
         return int(self.lists.samples.sum())
 
     @cached_property
     def energy(self) -> NDArray[np.float32]:
-        """Energy of every pair from each range bin of each line without targets, all across the line [m^-2], (s, b, p).
+        """Energy of every pair from each range bin of each radial without targets [m^-2], (s, b, p).
 
-        A radial beside a null of the beam has a larger gain across its width than in its middle.
+        Beams are evaluated across the width of each radial: near a null the gain in its middle is too small.
         """
         across = self.radials.copy()
         across[:, 3] = across[:, 2]
@@ -69,8 +69,8 @@ class ReverberationPlan:
         Args:
             radials: See `RadialSet`, (m, 9).
             heading: Heading of their frame [rad].
-            keep_probability: Keep probability of the points of each radial, range bin and pair, as a count of parts of
-                `sample_allocation.FULL_PROBABILITY`, (m, b, p).
+            keep_probability: Keep probability of samples by radial, range bin and pair, in units of
+                1 / `sample_allocation.FULL_PROBABILITY`, (m, b, p).
         """
         return _sample_lists(radials, heading, self.step, self.allocation, keep_probability, self.table)
 
@@ -80,14 +80,14 @@ def plan_reverberation(
     step: float, heading: float,
     rise: float,
 ) -> ReverberationPlan:  # fmt: skip
-    """The plan of a ping, kept for all that `radials_in_view` gives the same lines.
+    """Reverberation plan of a ping, cached for all pings with the same radials of `radials_in_view`.
 
     Args:
         scene: The scene.
         ping_geometry: The sonar.
         families: Families that reach the seabed.
         law: Scattering law of the seabed.
-        radials: Of `radials_in_view`.
+        radials: Result of `radials_in_view`.
         step: Distance of samples along them [m].
         heading: Heading of their frame [rad].
         rise: Largest height of the seabed above or below its mean depth [m].
@@ -106,80 +106,80 @@ def _plan(
     rise: float,
 ) -> ReverberationPlan:  # fmt: skip
     """Build the plan without the cache."""
-    source, depth, rough = (
+    source, depth, is_rough = (
         float(ping_geometry.transmit_position[2]),
         scene.seabed.depth,
         scene.seabed.terrain is not None,
     )
-    reflection_products = _reflection_table(scene, families, round(source, 2), ping_geometry.wavelength, rough)
+    reflection_products = _reflection_table(scene, families, round(source, 2), ping_geometry.wavelength, is_rough)
     absorption_db = float(scene.water.absorption(ping_geometry.frequency))
-    thin = allocate_samples(
+    sampling = allocate_samples(
         ping_geometry, depth, rise, families, radials, step, heading, law, reflection_products, absorption_db,
-        ASSUMED_SLOPE if rough else 0.0,
+        ASSUMED_SLOPE if is_rough else 0.0,
     )  # fmt: skip
-    bounce_codes, horizon_row, launches = _bounce_tables(families)
+    bounce_codes, horizon_row, launch_rows = _bounce_tables(families)
     table = FamilyTable(
         np.array([image_depth(name, source, depth) for name in families]), bounce_codes, horizon_row,
-        launch_image_depths=np.array([image_depth(name, source, depth) for name in launches]),
-        launch_rising=np.array([launch.endswith("B") for launch in launches]),
+        launch_image_depths=np.array([image_depth(name, source, depth) for name in launch_rows]),
+        launch_rising=np.array([launch.endswith("B") for launch in launch_rows]),
         reflection_products=reflection_products,
         factor=np.zeros(0, np.float32) if law.factor is None else law.factor,
         loss=absorption_db / 20 * float(np.log2(10)),
     )  # fmt: skip
-    lists = _sample_lists(thin.radials, heading, step, thin, thin.keep_probability, table)
-    return ReverberationPlan(families, law, thin.radials, step, thin, table, bounding_cylinders(scene), lists)
+    lists = _sample_lists(sampling.radials, heading, step, sampling, sampling.keep_probability, table)
+    return ReverberationPlan(families, law, sampling.radials, step, sampling, table, bounding_cylinders(scene), lists)
 
 
 def _sample_lists(
-    radials: Floats, heading: float, step: float, thin: SampleAllocation, keep_probability: NDArray[np.uint8],
+    radials: Floats, heading: float, step: float, sampling: SampleAllocation, keep_probability: NDArray[np.uint8],
     families: FamilyTable,
 ) -> SampleLists:  # fmt: skip
-    """Points of some lines with some keep probabilities: counted first, then filled in."""
+    """Lists of samples of radials with given keep probabilities, which are counted first and then filled."""
     launches = families.launch_rising.size
 
-    def room(points: int, rows: int, ranges: int) -> SampleLists:
+    def empty_lists(points: int, rows: int, ranges: int) -> SampleLists:
         count = len(radials)
         return SampleLists(
             np.zeros(count + 1, np.int64), np.zeros(count, np.int64), np.zeros(count, np.int64),
             np.zeros((count, launches), bool), np.empty(points, np.int32), np.empty(points, np.int32), np.empty(points),
-            np.empty((2, points), np.float32), np.zeros((count, len(thin.pair) + 1), np.int64),
+            np.empty((2, points), np.float32), np.zeros((count, len(sampling.pair) + 1), np.int64),
             np.empty(rows, np.int32), np.empty(rows, np.float32), np.zeros(count + 1, np.int64),
             np.empty((ranges, 2), np.int64),
         )  # fmt: skip
 
-    requested = radials, heading, step, RangeBins(thin.edges, thin.pair, thin.close), keep_probability, families
-    counted = room(0, 0, 0)
-    list_samples(*requested, counted, False)
-    rows = int(counted.pair_first[-1, -1]) if len(radials) else 0
-    lists = room(int(counted.first[-1]), rows, int(counted.close_first[-1]))
-    list_samples(*requested, lists, True)
+    args = radials, heading, step, RangeBins(sampling.edges, sampling.pair, sampling.close), keep_probability, families
+    counts = empty_lists(0, 0, 0)
+    list_samples(*args, counts, False)
+    rows = int(counts.pair_first[-1, -1]) if len(radials) else 0
+    lists = empty_lists(int(counts.first[-1]), rows, int(counts.close_first[-1]))
+    list_samples(*args, lists, True)
     return lists
 
 
 def _bounce_tables(families: tuple[str, ...]) -> tuple[NDArray[np.int64], NDArray[np.int64], tuple[str, ...]]:
-    """Bounces of each family as numbers, its rows of launches, and the names of these."""
+    """Codes of the bounces of each family (f, most), its rows of launches (f, most + 1), and names of the launches."""
     strings = [bounce_sequence(name) for name in families]
     longest = max(1, *(len(string) for string in strings))
     bounce_codes = np.zeros((len(families), longest), np.int64)
     horizon_row = np.zeros((len(families), longest + 1), np.int64)
-    launches: list[str] = []
+    launch_names: list[str] = []
     for f, string in enumerate(strings):
         bounce_codes[f, : len(string)] = [1 + (letter == "B") for letter in string]
         for k in range(len(string) + 1):
             if k == 0 and string.startswith("S"):
-                continue  # as it rises it clears the seabed
+                continue  # a rising ray clears the seabed
             name = string[:k] or "D"
-            if name not in launches:
-                launches.append(name)
-            horizon_row[f, k] = launches.index(name)
-    return bounce_codes, horizon_row, tuple(launches)
+            if name not in launch_names:
+                launch_names.append(name)
+            horizon_row[f, k] = launch_names.index(name)
+    return bounce_codes, horizon_row, tuple(launch_names)
 
 
 @lru_cache(maxsize=32)
 def _reflection_table(
-    scene: Scene, families: tuple[str, ...], source: float, wavelength: float, rough: bool
+    scene: Scene, families: tuple[str, ...], source: float, wavelength: float, is_rough: bool
 ) -> NDArray[np.complex64]:
-    """All bounces of each family over evenly spaced sines, on ground at the mean depth, (f, nodes)."""
+    """Product of the bounces of each family over evenly spaced sines, for the mean seabed depth [1], (f, nodes)."""
     sine = np.linspace(0, 1, REFLECTION_NODES)
     grazing, depth, terrain = np.arcsin(sine), scene.seabed.depth, scene.seabed.terrain
     tangent = np.maximum(sine, 1e-6) / np.sqrt(np.maximum(1 - sine**2, 1e-12))
@@ -192,8 +192,8 @@ def _reflection_table(
                 table[row] *= scene.surface.reflection_coefficient(grazing)
                 continue
             table[row] *= scene.seabed.reflection_coefficient(grazing)
-            if rough and terrain is not None:
-                half = fresnel_half_length((first + k * depth) / tangent, distance, tangent, wavelength)
-                zone = np.maximum(2 * half * np.sqrt(np.maximum(sine, 1e-6)), 1e-6)
+            if is_rough and terrain is not None:
+                half_length = fresnel_half_length((first + k * depth) / tangent, distance, tangent, wavelength)
+                zone = np.maximum(2 * half_length * np.sqrt(np.maximum(sine, 1e-6)), 1e-6)
                 table[row] *= terrain.roughness_reflection_factor(sine, wavelength, np.asarray(zone, float))
     return table.astype(np.complex64)

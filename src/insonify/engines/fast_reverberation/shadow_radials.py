@@ -1,10 +1,10 @@
 """Narrow radials in the shadows of targets, so that an expectation converges at shadow edges.
 
-A target that hides most of the beam leaves a few bearings at the shadow's edges and side lobes. Radials as wide as a
-cell of the beam are too few there: each is one terrain profile, and an edge falls on either side of it. Where a shadow
-removes part of the energy at some distance, every radial is divided into as many narrower ones as its fraction of the
-remaining energy requires. The remaining energy is that over a flat seabed, radial by radial, times the visibility at a
-few probes.
+Behind a target that occludes most of the beam, the remaining energy is from a few bearings, at the shadow's edges and
+in side lobes. Radials as wide as a cell of the beam are too few there, since each has one terrain profile. Where a
+shadow removes part of the energy at some distance, every radial is divided into as many narrower ones as its fraction
+of the remaining energy requires. The remaining energy is that over a flat seabed, radial by radial, times the
+visibility at a few probes.
 """
 
 from dataclasses import dataclass, replace
@@ -28,7 +28,7 @@ from insonify.sonar.ping_geometry import PingGeometry
 Floats = NDArray[np.float64]
 
 MIN_HIDDEN_FRACTION = 0.05
-"""Fraction of the energy of one distance that targets must hide for radials to be divided there [1]."""
+"""Smallest fraction of the energy at one distance, occluded by targets, for which radials are divided there [1]."""
 NARROW_RADIALS_PER_POINT = 10.0
 """Number of narrow radials with equal parts of the remaining energy, for each point in a resolution cell [1]."""
 MIN_SPLIT_FRACTION = 0.05
@@ -71,7 +71,7 @@ def shaded_legs(
         scene: The scene.
         ping_geometry: The sonar, both ends at one position.
         plan: The plan of its radials, with f families.
-        edges: Edges of targets: "none" for hard ones, "knife-edge" for diffraction.
+        edges: Edge diffraction of targets: "none" or "knife-edge".
         points: North, east, depth of points of the seabed [m], (n, 3).
         normal: Unit normals of the seabed at the points [1], (n, 3).
 
@@ -80,17 +80,17 @@ def shaded_legs(
         own visibility has hard edges.
     """
     count = len(points)
-    probes = Scatterers(
+    scatterers = Scatterers(
         "seabed", "seabed", plan.law, points, normal, np.ones(count), np.ones(count, complex),
         np.zeros(count, np.uint64),
     )  # fmt: skip
-    legs = StraightRays(scene).legs(ping_geometry.transmit_position, probes, plan.families, ping_geometry.frequency)
+    legs = StraightRays(scene).legs(ping_geometry.transmit_position, scatterers, plan.families, ping_geometry.frequency)
     if edges == "none":
         return legs.visibility, legs
     faces_sonar = legs.status != LegStatus.FACING_AWAY
     unshaded = replace(legs, visibility=faces_sonar.astype(float))
     diffracted = diffract_at_edges(
-        unshaded, probes, ping_geometry.transmit_position, scene, ping_geometry.wavelength, approximate=True
+        unshaded, scatterers, ping_geometry.transmit_position, scene, ping_geometry.wavelength, approximate=True
     )
     return np.asarray(faces_sonar * diffracted.visibility), legs
 
@@ -107,9 +107,9 @@ def shadow_radials(
         plan: The plan of the ping's s radials.
         scene: The scene.
         ping_geometry: The sonar at this ping.
-        choice: The paths that are followed.
+        choice: The path settings.
         heading: Heading of the radials' frame [rad].
-        passing: True for radials that pass each of t targets, or come near its soft edge, (t, s).
+        passing: Mask of radials that pass each of t targets, see `radials_past_targets`, (t, s).
     """
     any_target = np.asarray(passing.any(axis=0), bool)
     runs = _shadow_runs(plan, scene, ping_geometry, choice, heading, passing)
@@ -129,13 +129,13 @@ def shadow_radials(
             outside += [_clip_radials(row, radials, 0.0, run.near), _clip_radials(row, radials, run.far, np.inf)]
         rest = outside
     row, radials = (np.concatenate(column) for column in zip(*rest, *narrow, strict=True))
-    keep_probability, whole = plan.allocation.keep_probability[row], sum(len(own) for own, _ in rest)
-    # in a shadow only weak pairs remain: all are included
-    keep_probability[whole:][keep_probability[whole:] > 0] = FULL_PROBABILITY
+    keep_probability, remainder = plan.allocation.keep_probability[row], sum(len(rows) for rows, _ in rest)
+    # in a shadow only weak pairs remain: all samples are evaluated
+    keep_probability[remainder:][keep_probability[remainder:] > 0] = FULL_PROBABILITY
     if scene.seabed.terrain is not None:
-        # nor of what other uneven ground, before and behind it, sends back at the same time
-        keep_probability[:whole][
-            (keep_probability[:whole] > 0) & _arrives_with_shadow(plan, scene, ping_geometry, runs)
+        # also of terrain before and behind the shadow whose echoes arrive at the same time
+        keep_probability[:remainder][
+            (keep_probability[:remainder] > 0) & _arrives_with_shadow(plan, scene, ping_geometry, runs)
         ] = FULL_PROBABILITY
     return ShadowRadials(replaced, radials, keep_probability, any_target[row])
 
@@ -180,8 +180,8 @@ def _clip_radials(row: NDArray[np.int64], radials: Floats, near: float, far: flo
     """Parts of radials between two distances [m], each with the row of its radial in the plan; empty ones left out."""
     clipped = radials.copy()
     clipped[:, 4], clipped[:, 5] = np.maximum(radials[:, 4], near), np.minimum(radials[:, 5], far)
-    kept = clipped[:, 5] > clipped[:, 4]
-    return row[kept], clipped[kept]
+    nonempty = clipped[:, 5] > clipped[:, 4]
+    return row[nonempty], clipped[nonempty]
 
 
 def _split_radials(
@@ -200,11 +200,11 @@ def _split_radials(
     """
     count = parts[row]
     count[:, 0] = np.maximum(count[:, 0], 1)
-    line, strip = np.nonzero(count)
-    many = count[line, strip]
-    width = np.repeat(1 / ((count > 0).sum(axis=1)[line] * many), many)
-    piece = np.arange(many.sum()) - np.repeat(np.cumsum(many) - many, many)
-    narrow, middle = radials[np.repeat(line, many)], (np.repeat(strip * many, many) + piece + 0.5) * width - 0.5
+    parent, strip = np.nonzero(count)
+    counts = count[parent, strip]
+    width = np.repeat(1 / ((count > 0).sum(axis=1)[parent] * counts), counts)
+    index = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
+    narrow, middle = radials[np.repeat(parent, counts)], (np.repeat(strip * counts, counts) + index + 0.5) * width - 0.5
     cosine, sine = np.cos(narrow[:, 2] * middle), np.sin(narrow[:, 2] * middle)
     narrow[:, 0], narrow[:, 1] = (
         narrow[:, 0] * cosine - narrow[:, 1] * sine,
@@ -213,7 +213,7 @@ def _split_radials(
     narrow[:, 2] *= width
     narrow[:, 3], narrow[:, 7], narrow[:, 8] = narrow[:, 2], first + np.arange(len(narrow)), 1
     narrow[:, 6] = 1 - np.mod((narrow[:, 7] + 0.5) * GOLDEN, 1.0)
-    return row[np.repeat(line, many)], narrow
+    return row[np.repeat(parent, counts)], narrow
 
 
 def _shadow_runs(
@@ -234,14 +234,14 @@ def _shadow_runs(
     remaining[row] = _remaining_energy(plan, scene, ping_geometry, choice, heading, row, range_bin, distance) / STRIPS
     total = ((remaining[:, 1:] + remaining[:, :-1]) / 2).sum(axis=(0, 1))
     in_shadow = total < (1 - MIN_HIDDEN_FRACTION) * unshaded.sum(axis=0)
-    needed = NARROW_RADIALS_PER_POINT * choice.scatterers_per_cell / np.maximum(total, 1e-6 * unshaded.sum(axis=0))
+    density = NARROW_RADIALS_PER_POINT * choice.scatterers_per_cell / np.maximum(total, 1e-6 * unshaded.sum(axis=0))
     runs, shadow_bins = [], np.unique(range_bin[in_shadow])
     for run in np.split(shadow_bins, np.flatnonzero(np.diff(shadow_bins) > 1) + 1) if len(shadow_bins) else []:
         inside = in_shadow & (range_bin >= run[0]) & (range_bin <= run[-1])
         near, far = zone[inside, 0].min(), zone[inside, 1].max()
         strips = np.maximum(remaining[:, 1:, inside], remaining[:, :-1, inside])
         parts = _parts_of_strips(
-            (unshaded[:, inside] * needed[inside]).max(axis=1), (strips * needed[inside]).max(axis=2)
+            (unshaded[:, inside] * density[inside]).max(axis=1), (strips * density[inside]).max(axis=2)
         )
         runs.append(ShadowRun(max(near, float(edges[run[0]])), min(far, float(edges[run[-1] + 1])), parts))
     return runs
@@ -256,10 +256,10 @@ def _parts_of_strips(unshaded: Floats, remaining: Floats) -> NDArray[np.int64]:
     """
     strips = np.minimum(2 ** np.ceil(np.log2(np.maximum(unshaded, 1.0))).astype(np.int64), STRIPS)
     parts = np.zeros(remaining.shape, np.int64)
-    for many in np.unique(strips[unshaded > MIN_SPLIT_FRACTION]):
-        rows = np.flatnonzero((strips == many) & (unshaded > MIN_SPLIT_FRACTION))
-        sums = remaining[rows].reshape(len(rows), many, -1).sum(axis=2)
-        parts[rows, :many] = np.clip(np.ceil(sums), 1, MAX_NARROW_RADIALS * STRIPS // many)
+    for number in np.unique(strips[unshaded > MIN_SPLIT_FRACTION]):
+        rows = np.flatnonzero((strips == number) & (unshaded > MIN_SPLIT_FRACTION))
+        sums = remaining[rows].reshape(len(rows), number, -1).sum(axis=2)
+        parts[rows, :number] = np.clip(np.ceil(sums), 1, MAX_NARROW_RADIALS * STRIPS // number)
     return parts
 
 
@@ -268,22 +268,22 @@ def _probe_distances(
 ) -> tuple[NDArray[np.int64], Floats, Floats]:
     """Probes of visibility: range bins (j,), distances [m] (j,), and near and far end of their shadow [m] (j, 2)."""
     energy, edges = plan.energy.sum(axis=2), plan.allocation.edges
-    unshaded, rays, soft = energy.sum(axis=0), StraightRays(scene), choice.edge_diffraction == "knife-edge"
+    unshaded, rays, diffracts = energy.sum(axis=0), StraightRays(scene), choice.edge_diffraction == "knife-edge"
     zones: dict[int, tuple[float, float]] = {}
     for row in np.flatnonzero(passing.any(axis=1)):
-        hidden = energy[passing[row]].sum(axis=0) >= MIN_HIDDEN_FRACTION * np.maximum(unshaded, 1e-300)
-        if not hidden.any():
+        is_hidden = energy[passing[row]].sum(axis=0) >= MIN_HIDDEN_FRACTION * np.maximum(unshaded, 1e-300)
+        if not is_hidden.any():
             continue
-        zone = shadow_sector(scene, rays, ping_geometry, plan.families, int(row), float(edges[-1]), soft=soft)
-        for b in np.flatnonzero(hidden & (edges[1:] > zone.near) & (edges[:-1] < zone.far)).tolist():
+        zone = shadow_sector(scene, rays, ping_geometry, plan.families, int(row), float(edges[-1]), soft=diffracts)
+        for b in np.flatnonzero(is_hidden & (edges[1:] > zone.near) & (edges[:-1] < zone.far)).tolist():
             near, far = zones.get(b, (zone.near, zone.far))
             zones[b] = min(near, zone.near), max(far, zone.far)
     # where shadows of several targets overlap, one probe at a distance gives the visibility past all of them
-    probes, probed = max(1, min(PROBES, MAX_PROBES // max(len(zones), 1))), []
+    probes, table = max(1, min(PROBES, MAX_PROBES // max(len(zones), 1))), []
     for b, (near, far) in sorted(zones.items()):
         first, last = max(edges[b], near), min(edges[b + 1], far)
-        probed += [(b, first + (last - first) * (k + 0.5) / probes, near, far) for k in range(probes)]
-    rows = np.array(probed, float).reshape(-1, 4)
+        table += [(b, first + (last - first) * (k + 0.5) / probes, near, far) for k in range(probes)]
+    rows = np.array(table, float).reshape(-1, 4)
     return rows[:, 0].astype(np.int64), rows[:, 1], rows[:, 2:]
 
 

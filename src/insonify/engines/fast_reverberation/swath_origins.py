@@ -1,4 +1,4 @@
-"""Origins of fast reverberation for labels: positions of its points, and direct legs that are occluded, by object."""
+"""Origins of fast reverberation for labels: positions of its samples, and occluded direct legs by occluder."""
 
 from typing import Any, NamedTuple
 
@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from insonify.engines.fast_reverberation._origin_kernel import (
+    fill_positions,
     grazing_angles,
-    positions,
     unlit_points,
     unoccluded_amplitudes,
 )
@@ -23,54 +23,54 @@ Singles = NDArray[np.float32]
 Rows = NDArray[np.int64]
 
 
-class Shaded(NamedTuple):
-    """Legs to points in reach of targets, and what targets leave of them."""
+class ShadedLegs(NamedTuple):
+    """Legs to samples on radials that may pass a target, and their visibility past targets."""
 
     points: Rows
-    """Rows of the points, (k,)."""
+    """Rows of the samples, (k,)."""
     visibility: NDArray[Any]
-    """Pressure ratio [1], (f, k)."""
+    """Pressure re that without targets [1], (f, k)."""
     legs: Legs
-    """The same legs with their status and the row of the target that occludes them."""
+    """The legs with their status and the row of the target that occludes them."""
 
 
-def unlit(plan: ReverberationPlan, legs: RadialLegs, pairs: PairSamples) -> Rows:
-    """Positions in the row of the direct pair of points that no direct leg reaches, before targets are evaluated."""
-    straight, direct = straight_rows(plan)
-    if straight < 0:
+def unlit_rows(plan: ReverberationPlan, legs: RadialLegs, pairs: PairSamples) -> Rows:
+    """Positions, in the direct pair's list, of samples without a direct leg before occlusion by targets, (m,)."""
+    direct_pair, direct = direct_rows(plan)
+    if direct_pair < 0:
         return np.zeros(0, np.int64)
-    points = pairs.rows[straight, : pairs.sample_count[straight]]
-    dark = np.empty(len(points), np.int64)
-    return dark[: unlit_points(legs.amplitude[direct], points, dark)]
+    points = pairs.rows[direct_pair, : pairs.sample_count[direct_pair]]
+    unlit = np.empty(len(points), np.int64)
+    return unlit[: unlit_points(legs.amplitude[direct], points, unlit)]
 
 
-def straight_rows(plan: ReverberationPlan) -> tuple[int, int]:
-    """Row of the pair of two direct legs, and of the direct leg; -1 for none."""
+def direct_rows(plan: ReverberationPlan) -> tuple[int, int]:
+    """Row of the pair of two direct legs, and row of the direct family; -1 for none."""
     if DIRECT not in plan.families:
         return -1, -1
     direct = plan.families.index(DIRECT)
-    pair = np.flatnonzero((plan.allocation.pair == direct).all(axis=1))
-    return (int(pair[0]) if len(pair) else -1), direct
+    matches = np.flatnonzero((plan.allocation.pair == direct).all(axis=1))
+    return (int(matches[0]) if len(matches) else -1), direct
 
 
-def origins(
+def sample_origins(
     plan: ReverberationPlan, ping_geometry: PingGeometry, part: RadialSet, legs: RadialLegs, pairs: PairSamples,
-    dark: Rows, shaded: Shaded | None,
+    unlit: Rows, shaded: ShadedLegs | None,
 ) -> Origins:  # fmt: skip
-    """Positions of the points of some lines, and their cut direct legs.
+    """Positions of the samples of some radials, and their occluded direct legs.
 
     Args:
-        plan: Tables that all such pings share.
+        plan: The reverberation plan.
         ping_geometry: The sonar at this ping.
-        part: The lines.
-        legs: Their points.
-        pairs: Points of each pair.
-        dark: As from `unlit`.
+        part: The radials.
+        legs: Legs to the samples of the radials.
+        pairs: Samples of each pair.
+        unlit: Result of `unlit_rows`.
         shaded: Occlusion by targets; None: none.
     """
     count, sonar_position = int(legs.first[-1]), ping_geometry.transmit_position
     position = np.empty((3, count))
-    positions(
+    fill_positions(
         sonar_position[0],
         sonar_position[1],
         legs.first,
@@ -81,39 +81,45 @@ def origins(
     )
     grazing = np.empty((len(plan.families), count), np.float32)
     grazing_angles(legs.arrival[:, :, :count], legs.normal[:, :count], grazing)
-    straight, direct = straight_rows(plan)
-    cut, lost, occluder_row = _cut(legs, pairs, dark, shaded, straight, direct)
-    free = np.zeros(0, np.complex64)
-    if len(cut):
-        free = np.empty(len(cut), np.complex64)
+    direct_pair, direct = direct_rows(plan)
+    occluded, lost, occluder = _occluded_points(legs, pairs, unlit, shaded, direct_pair, direct)
+    unoccluded = np.zeros(0, np.complex64)
+    if len(occluded):
+        unoccluded = np.empty(len(occluded), np.complex64)
         unoccluded_amplitudes(
-            pairs.rows[straight, cut], legs.point, plan.table.images[direct], legs.arrival[direct], legs.normal,
-            plan.table.loss, plan.table.factor, free,
+            pairs.rows[direct_pair, occluded], legs.point, plan.table.images[direct], legs.arrival[direct], legs.normal,
+            plan.table.loss, plan.table.factor, unoccluded,
         )  # fmt: skip
-        nonzero = np.flatnonzero(free)
-        cut, free, lost, occluder_row = cut[nonzero], free[nonzero], lost[nonzero], occluder_row[nonzero]
-    return Origins(plan.families, position, grazing, direct, straight, cut, free, lost, occluder_row)
+        nonzero = np.flatnonzero(unoccluded)
+        occluded, unoccluded, lost, occluder = occluded[nonzero], unoccluded[nonzero], lost[nonzero], occluder[nonzero]
+    return Origins(plan.families, position, grazing, direct, direct_pair, occluded, unoccluded, lost, occluder)
 
 
-def _cut(
-    legs: RadialLegs, pairs: PairSamples, dark: Rows, shaded: Shaded | None, straight: int, direct: int
+def _occluded_points(
+    legs: RadialLegs, pairs: PairSamples, unlit: Rows, shaded: ShadedLegs | None, direct_pair: int, direct: int
 ) -> tuple[Rows, Floats, NDArray[np.int16]]:
-    """Points of the direct pair whose leg the seabed or a target cuts, the part that is lost, and what cuts."""
-    lost, occluder_row = np.ones(len(dark)), np.full(len(dark), SEABED_OCCLUDER, np.int16)
-    if shaded is None or straight < 0:
-        return dark, lost, occluder_row
-    count = int(pairs.sample_count[straight])
+    """Samples of the direct pair whose leg is occluded, the fraction of the energy that is lost [1], and the occluders.
+
+    Arguments see `sample_origins`.
+
+    Returns:
+        Positions in the direct pair's list, fractions, and rows of the occluders, each of shape (k,).
+    """
+    lost_fraction, occluder_row = np.ones(len(unlit)), np.full(len(unlit), SEABED_OCCLUDER, np.int16)
+    if shaded is None or direct_pair < 0:
+        return unlit, lost_fraction, occluder_row
+    count = int(pairs.sample_count[direct_pair])
     position = np.full(int(legs.first[-1]), -1, np.int64)
-    position[pairs.rows[straight, :count]] = np.arange(count)
-    mine = np.flatnonzero(shaded.legs.status[direct] == LegStatus.OCCLUDED)
-    mine = mine[position[shaded.points[mine]] >= 0]
-    behind, unlit_too = position[shaded.points[mine]], np.zeros(count, bool)
-    unlit_too[dark] = True
-    left = np.abs(shaded.visibility[direct, mine]) ** 4
-    taken = np.where(unlit_too[behind], 1.0, np.maximum(1 - left, 0.0))
-    unlit_too[behind] = False
-    rest = unlit_too[dark]
+    position[pairs.rows[direct_pair, :count]] = np.arange(count)
+    columns = np.flatnonzero(shaded.legs.status[direct] == LegStatus.OCCLUDED)
+    columns = columns[position[shaded.points[columns]] >= 0]
+    rows, is_unlit = position[shaded.points[columns]], np.zeros(count, bool)
+    is_unlit[unlit] = True
+    remaining = np.abs(shaded.visibility[direct, columns]) ** 4
+    shaded_loss = np.where(is_unlit[rows], 1.0, np.maximum(1 - remaining, 0.0))
+    is_unlit[rows] = False
+    others = is_unlit[unlit]
     return (
-        np.concatenate([dark[rest], behind]), np.concatenate([lost[rest], taken]),
-        np.concatenate([occluder_row[rest], shaded.legs.occluder[direct, mine]]).astype(np.int16),
+        np.concatenate([unlit[others], rows]), np.concatenate([lost_fraction[others], shaded_loss]),
+        np.concatenate([occluder_row[others], shaded.legs.occluder[direct, columns]]).astype(np.int16),
     )  # fmt: skip
