@@ -97,7 +97,7 @@ def flat_faces(scene: Scene, wavelength: float) -> tuple[FlatFace, ...]:
 
 def _faces_of(scene: Scene, row: int, solid: Solid, wavelength: float) -> list[FlatFace]:
     """Faces of one target that are wide enough at a wavelength [m], the largest first."""
-    corners, least = smooth_triangles(solid, scene.seabed), MIN_WAVELENGTHS * wavelength
+    corners, min_width = smooth_triangles(solid, scene.seabed), MIN_WAVELENGTHS * wavelength
     if scene.seabed.terrain is None:  # over relief, strips are cut one by one
         corners = clip_at_seabed(corners, scene.seabed)
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
@@ -107,7 +107,7 @@ def _faces_of(scene: Scene, row: int, solid: Solid, wavelength: float) -> list[F
     is_free, flat_faces = np.ones(len(area), bool), list[tuple[float, FlatFace]]()
     parallel, low, high = _nearly_parallel(normal)
     total = np.concatenate([[0.0], np.cumsum(area[parallel])])
-    is_wide = total[high] - total[low] >= least**2
+    is_wide = total[high] - total[low] >= min_width**2
     for first in np.argsort(-area, kind="stable"):
         if not (is_free[first] and is_wide[first]):
             continue
@@ -116,7 +116,7 @@ def _faces_of(scene: Scene, row: int, solid: Solid, wavelength: float) -> list[F
         slope = np.linalg.norm(np.cross(normal[candidates], normal[first]), axis=1)
         is_parallel = normal[candidates] @ normal[first] > 0
         plane = candidates[is_free[candidates] & is_parallel & (distance < COPLANAR) & (slope < COPLANAR_SINE)]
-        if area[plane].sum() < least**2:  # smaller ones follow, but several of them may share a plane
+        if area[plane].sum() < min_width**2:  # smaller ones follow, but several of them may share a plane
             is_free[first] = False
             continue
         is_free[plane] = False
@@ -124,9 +124,9 @@ def _faces_of(scene: Scene, row: int, solid: Solid, wavelength: float) -> list[F
             triangles = plane[part]
             face = _face(scene, row, solid, corners[triangles], normal[first], wavelength)
             size = np.ptp(face.triangles.reshape(-1, 2), axis=0)
-            if len(face.strips) and area[triangles].sum() >= least * size.max():
+            if len(face.strips) and area[triangles].sum() >= min_width * size.max():
                 flat_faces.append((float(area[triangles].sum()), face))
-    flat_faces.sort(key=lambda one: -one[0])
+    flat_faces.sort(key=lambda item: -item[0])
     return [face for _, face in flat_faces[:MAX_FACES]]
 
 
@@ -225,7 +225,7 @@ def _gap_below(boxes: Floats, axes: Floats, seabed: Seabed) -> Floats:
     """
     lower = np.stack([boxes[:, 0], boxes[:, 1], boxes[:, 7]], -1) @ axes
     gap = (seabed_depth_at(seabed, lower[:, :2]) - lower[:, 2]) / max(float(axes[2, 2]), UPRIGHT_SINE)
-    gap = np.where(gap > FARTHEST_BED, np.inf, gap)  # along a level face, or where the ground is unknown
+    gap = np.where(gap > FARTHEST_BED, np.inf, gap)  # horizontal face, or unknown terrain
     return np.nan_to_num(np.where(np.abs(gap) < STANDING, 0.0, gap), nan=np.inf)
 
 

@@ -85,8 +85,8 @@ class HeightmapSynthesizer:
             if isinstance(part, Octaves):
                 steps = np.clip(np.floor(np.log2(part.pitch / MIN_NODES_PER_PITCH / self.cell + 1e-9)), 0, 4)
                 k0, k1 = random_keys.stream_key(part.seed, random_keys.TERRAIN)
-                for index, (turn, shift_a, shift_b, _) in enumerate(part.placement()):
-                    parameters.append((part.pitch[index], 2 * np.pi * turn, shift_a, shift_b, part.amplitude[index]))
+                for index, (angle, shift_a, shift_b, _) in enumerate(part.placement()):
+                    parameters.append((part.pitch[index], 2 * np.pi * angle, shift_a, shift_b, part.amplitude[index]))
                     keys.append((2 ** int(steps[index]), part.octave[index], 2 * part.layer, k0, k1))
         order = sorted(range(len(keys)), key=lambda index: -keys[index][0])
         return (

@@ -50,7 +50,7 @@ def named_faces(trimesh: Any, path: Path) -> NamedFaces:
         count += len(mesh.vertices)
         material = getattr(getattr(mesh.visual, "material", None), "name", None)
         face_names.append(names.get(key) or frozenset(name for name in (node, key, material) if name))
-    row = np.repeat(np.arange(len(faces)), [len(one) for one in faces])
+    row = np.repeat(np.arange(len(faces)), [len(part) for part in faces])
     return NamedFaces(np.concatenate(vertices), np.concatenate(faces).astype(np.int64), tuple(face_names), row)
 
 

@@ -127,8 +127,8 @@ def panels(solid: Solid, seabed: Seabed, sonar_position: Floats) -> list[Panel]:
             axis, begins at the sonar's bearing, so that its patches do not depend on the bearing.
     """
     solid = submerged(solid, seabed)
-    turn, middle = resting_pose(solid, seabed)
-    body = turn.T  # its own forward, starboard and down in the world, as rows
+    rotation, middle = resting_pose(solid, seabed)
+    body = rotation.T  # its own forward, starboard and down in the world, as rows
     match solid:
         case Sphere(diameter=diameter):
             # vertical axis: seabed and surface cut the sphere along circles of equal s

@@ -57,7 +57,7 @@ class SeabedTerrain:
         """Terrain samples at the points of tiles, cached under the tiles' keys.
 
         Args:
-            seed: Seed with which the points were drawn.
+            seed: Seed of the random points.
             key: Keys of the tiles, each once, shape (tiles,); the same key must mean the same points.
             size: Number of points of each tile, in order of rank, shape (tiles,).
             positions: Function of rows of tiles and of the first missing point of each; returns the grid coordinates

@@ -162,10 +162,10 @@ def submerged(solid: Solid, seabed: Seabed) -> Solid:
 @lru_cache(maxsize=1024)
 def world_triangles(solid: Solid, seabed: Seabed) -> Triangles:
     """Surface of the submerged part of a solid in the world: north, east, depth [m]; open at the mean surface."""
-    whole = complete_triangles(submerged(solid, seabed), seabed)
+    surface = complete_triangles(submerged(solid, seabed), seabed)
     if not emerges(solid, seabed):
-        return whole
-    corners = clip_triangles(whole.corners, whole.corners[..., 2])
+        return surface
+    corners = clip_triangles(surface.corners, surface.corners[..., 2])
     return Triangles(corners.reshape(-1, 3), np.arange(3 * len(corners)).reshape(-1, 3))
 
 
@@ -185,11 +185,11 @@ def solid_scatterers(
         occluder: Row of this solid among the scene's occluders.
         quadrature: True: evenly spaced points, for an expectation.
     """
-    turn, shift = resting_pose(solid, seabed)
+    rotation, shift = resting_pose(solid, seabed)
     body = body_triangles(solid)
     if emerges(solid, seabed):
-        turn, shift = resting_pose(submerged(solid, seabed), seabed)
-        body = world_triangles(solid, seabed).transformed(turn.T, -shift @ turn)
+        rotation, shift = resting_pose(submerged(solid, seabed), seabed)
+        body = world_triangles(solid, seabed).transformed(rotation.T, -shift @ rotation)
     area = float(body.area.sum())
     cells = _even_points(body, cell_side(area, pitch)) if quadrature else surface_cells(body, cell_side(area, pitch))
     n = np.arange(len(cells))
@@ -197,9 +197,9 @@ def solid_scatterers(
         seed, random_keys.TARGET, n // PER_ROW, n % PER_ROW, SOLID_FACE, zlib.crc32(key_label(solid).encode())
     )
     point, normal = cells.points(u[:, :3]) if isinstance(cells, SurfaceCells) else np.moveaxis(cells, 1, 0)
-    position = point @ turn.T + shift
+    position = point @ rotation.T + shift
     points = Scatterers(
-        object=solid.label, boundary="target", law=solid.scattering, position=position, normal=normal @ turn.T,
+        object=solid.label, boundary="target", law=solid.scattering, position=position, normal=normal @ rotation.T,
         area=np.full(len(n), area / len(n)), phase=np.exp(2j * np.pi * u[:, 3]),
         scatterer_id=target_scatterer_id(key_label(solid), SOLID_FACE, n // PER_ROW, n % PER_ROW),
         has_random_phase=True, occluder=occluder,
@@ -272,13 +272,13 @@ def solid_errors(path: str, solid: Solid, seabed: Seabed) -> Iterator[PydanticCu
     Yields:
         Errors of `field_error`.
     """
-    bed = float(seabed_depth_at(seabed, np.array(solid.position)))
+    bottom = float(seabed_depth_at(seabed, np.array(solid.position)))
     base, extent = solid.base_depth, height(solid)
-    if base is not None and not 0 < base <= bed + STANDING:
-        where = f"below the seabed (depth {bed:g} m)" if base > 0 else "at or above the sea surface (0 m)"
-        sink = f" To sink it into the bed write burial_depth: {base - bed:g} m instead." if base > bed else ""
+    if base is not None and not 0 < base <= bottom + STANDING:
+        where = f"below the seabed (depth {bottom:g} m)" if base > 0 else "at or above the sea surface (0 m)"
+        sink = f" To sink it into the bed write burial_depth: {base - bottom:g} m instead." if base > bottom else ""
         yield field_error(f"{path}.base_depth", f"{base:g} m", f"is {where}. Depths are positive downwards; write a "
-                      f"depth above 0 m and up to {bed:g} m.{sink}")  # fmt: skip
+                      f"depth above 0 m and up to {bottom:g} m.{sink}")  # fmt: skip
         return
     if extent <= 0:
         yield field_error(path, f"{solid.label}", "has no height as it lies: it is flat. Give it some, or turn it.")

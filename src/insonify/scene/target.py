@@ -162,7 +162,7 @@ class Mesh(_Body):
     file: DataFile
     """Path of the file; beside the scenario file, unless it starts from the root."""
     up: Literal["z", "y"] | None = None
-    """Its axis that points up; None: y in GLB and glTF files, as their standard has it, z in all others."""
+    """Axis of the file that points up; None: y in GLB and glTF files, by their standard, z in all others."""
     scale: Annotated[float, Field(gt=0, le=1e6)] = 1.0
     """Metres in one unit of the file [m]: 0.001 for a drawing in millimetres."""
     parts: tuple[MeshPart, ...] = ()

@@ -65,7 +65,7 @@ class ReceiverGain(Model):
 
     @model_validator(mode="after")
     def _check_curve(self) -> Self:
-        ranges = [slant for slant, _ in self.curve]
+        ranges = [slant_range for slant_range, _ in self.curve]
         if any(after <= before for before, after in itertools.pairwise(ranges)):
             raise field_error("curve", None, "has ranges that do not increase. Sort its rows by range.")
         return self

@@ -124,7 +124,7 @@ def read_navigation(path: str | Path, *, origin: tuple[float, float] | None = No
             )
     if len(table) < 2:
         raise ValueError(f"{path}, line {line}: the file ends after {len(table)} row(s) of values; give at least two.")
-    values = {column.name: np.array(part) for column, part in zip(columns, zip(*table, strict=True), strict=True)}
+    values = {column.name: np.array(cells) for column, cells in zip(columns, zip(*table, strict=True), strict=True)}
     return _log(values, np.array(lines), origin, path)
 
 

@@ -35,7 +35,7 @@ class PlatformMotion:
         """Position, velocity and acceleration of points that are fixed to the platform.
 
         Args:
-            offset: Their positions from the reference point: forward, starboard, down [m], shape (m, 3).
+            offset: Positions of the points from the reference point: forward, starboard, down [m], shape (m, 3).
 
         Returns:
             Position at the start [m], velocity there [m/s] and acceleration [m/s^2], each of shape (m, 3).
@@ -108,7 +108,7 @@ class TrackMotion:
         """Largest displacement of a point of the platform by the middle or the end of each window [m], shape (pings,).
 
         Args:
-            offset: Its position from the reference point: forward, starboard, down [m], shape (3,).
+            offset: Position of the point from the reference point: forward, starboard, down [m], shape (3,).
         """
         position = self.position + self.rotation @ offset if offset.any() else self.position
         displacement = position[:, 1:] - position[:, :1]

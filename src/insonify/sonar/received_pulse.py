@@ -164,8 +164,8 @@ def _received_spectrum(
 ) -> Complexes:  # fmt: skip
     echo = pulse_spectrum(pulse, (offset - doppler * pulse.frequency) / (1 + doppler)) / (1 + doppler)
     if receiver.matched_filter:
-        sent = echo if doppler == 0 else pulse_spectrum(pulse, offset)
-        echo = np.asarray(echo * np.conj(sent) / energy_duration(pulse) + 0j)
+        replica = echo if doppler == 0 else pulse_spectrum(pulse, offset)
+        echo = np.asarray(echo * np.conj(replica) / energy_duration(pulse) + 0j)
     return np.asarray(echo * response(receiver, offset))
 
 

@@ -72,7 +72,7 @@ class Quantisation(Model):
 
     kind: Literal["quantisation"] = "quantisation"
     bits: Annotated[int, Field(ge=1, le=32)]
-    """Of each number: 2^bits - 1 is full scale; of steps of decibels: -2^(bits - 1) to 2^(bits - 1) - 1 steps."""
+    """Bits of each number: full scale is 2^bits - 1; levels have -2^(bits - 1) to 2^(bits - 1) - 1 steps."""
     step_db: Annotated[Decibels, Field(gt=0, le=100)] | None = None
     """Step of levels [dB]; None: counts."""
     signed: bool = True

@@ -254,7 +254,7 @@ def channel_positions(sonar: Sonar) -> NDArray[np.float64]:
         sonar: The sonar, with all its sides.
 
     Returns:
-        Forward, starboard, down from the platform's reference point [m], shape (channels, 3); as drawn, without errors.
+        Forward, starboard, down from the platform's reference point [m], shape (channels, 3); nominal, without errors.
     """
     rows = []
     for side in sonar.side_sonars:

@@ -60,8 +60,8 @@ def fill_positions(
         position: Result, north, east, depth [m], (3, n).
     """
     for s in range(begin.size):
-        line = slice(first[s], first[s + 1])
-        columns, distance, depth = position[:, line], point[0, line], point[1, line]
+        span = slice(first[s], first[s + 1])
+        columns, distance, depth = position[:, span], point[0, span], point[1, span]
         bearing = ahead[:, begin[s] : begin[s] + distance.size]
         for i in range(distance.size):
             columns[0, i] = north + distance[i] * bearing[0, i]
@@ -111,8 +111,8 @@ def unoccluded_amplitudes(
         facing = -(arrival[0, n] * normal[0, n] + arrival[1, n] * normal[1, n] + arrival[2, n] * normal[2, n])
         unoccluded[k] = 0
         if facing > 0 and point[1, n] > 0:
-            slant = math.hypot(point[0, n], point[1, n] - depth)
-            size = 2.0 ** (-loss * slant) / slant
+            slant_range = math.hypot(point[0, n], point[1, n] - depth)
+            size = 2.0 ** (-loss * slant_range) / slant_range
             if last > 0:
                 index = math.sqrt(max(1.0 - facing, 0.0)) * last
                 row = min(int(index), last - 1)

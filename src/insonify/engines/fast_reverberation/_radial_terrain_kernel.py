@@ -98,13 +98,13 @@ def sample_radial_terrain(
         node_index[k], slope_a[k], slope_b[k] = at, np.float32(x - i), np.float32(y - j)
     for k in range(count):
         first_node, f, g = np.uint64(node_index[k]), slope_a[k], slope_b[k]
-        one, two, three, four = (
+        h00, h01, h10, h11 = (
             node[first_node],
             node[first_node + _EAST],
             node[first_node + _NORTH],
             node[first_node + _BOTH],
         )
-        low, high = one + g * (two - one), three + g * (four - three)
+        low, high = h00 + g * (h01 - h00), h10 + g * (h11 - h10)
         depth[k] = mean - (low + f * (high - low))
-        near = first_node + (_NORTH if f >= half else _NONE) + (_EAST if g >= half else _NONE)
-        slope_a[k], slope_b[k] = node[near + _FIRST], node[near + _SECOND]
+        nearest = first_node + (_NORTH if f >= half else _NONE) + (_EAST if g >= half else _NONE)
+        slope_a[k], slope_b[k] = node[nearest + _FIRST], node[nearest + _SECOND]

@@ -140,7 +140,7 @@ def lengthen_steps(
     n = 0
     for s in range(radials.shape[0]):
         start, stop = radials[s, 4], radials[s, 5]
-        best, saving, cut = 0, 0.1, start
+        best, saving, split = 0, 0.1, start
         stride = longest
         while stride > max(radials[s, 8], 1):
             last = 0.0
@@ -150,14 +150,14 @@ def lengthen_steps(
             last = max(last, start)
             gain = (stop - last) / stop * (1 - radials[s, 8] / stride)
             if gain > saving:
-                best, saving, cut = stride, gain, last
+                best, saving, split = stride, gain, last
             stride //= 2
-        if best == 0 or cut > start:
+        if best == 0 or split > start:
             result[n], row[n] = radials[s], s
-            result[n, 5] = cut if best > 0 else stop
+            result[n, 5] = split if best > 0 else stop
             n += 1
         if best > 0:
             result[n], row[n] = radials[s], s
-            result[n, 4], result[n, 8] = cut, best
+            result[n, 4], result[n, 8] = split, best
             n += 1
     return n

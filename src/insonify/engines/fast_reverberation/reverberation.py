@@ -117,8 +117,8 @@ class FastReverberation:
     @cached_property
     def remaining_choice(self) -> PathSettings:
         """The path settings without the seabed, and without targets that no beam reaches."""
-        near = "target" in self.choice.contributions and self._near_a_target()
-        return self.known.remaining_choice if near else self.known.choice_without_targets
+        reaches_target = "target" in self.choice.contributions and self._near_a_target()
+        return self.known.remaining_choice if reaches_target else self.known.choice_without_targets
 
     def _near_a_target(self) -> bool:
         """Return True if any beam's gain towards any target is above the cutoff, or there is a point target."""
@@ -138,13 +138,13 @@ class FastReverberation:
         self.known.last_check[:] = [(origin, is_clear)]
         return not is_clear and self._may_reach_target_from(0.0)
 
-    def _may_reach_target_from(self, away: float) -> bool:
+    def _may_reach_target_from(self, displacement: float) -> bool:
         """Return True if, within a displacement of the sonar [m], any beam may exceed the cutoff at any target."""
         bounding_cylinders = self.plan.bounding_cylinders[:, :3]
         top, base = _target_depths(self.scene)
         floor = float(amplitude_ratio(self.choice.beam_cutoff_db))
         bound = two_way_gain_bound(
-            bounding_cylinders[:, :2], bounding_cylinders[:, 2] + away, self.ping_geometry, (top + base) / 2,
+            bounding_cylinders[:, :2], bounding_cylinders[:, 2] + displacement, self.ping_geometry, (top + base) / 2,
             StraightRays(self.scene),
             self.choice.followed_families, rise=(base - top) / 2,
         )  # fmt: skip

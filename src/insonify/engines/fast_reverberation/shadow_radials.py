@@ -120,16 +120,16 @@ def shadow_radials(
         replaced[run.parts.any(axis=1)] = True
     narrow: list[tuple[NDArray[np.int64], Floats]] = []
     number = len(plan.radials)
-    rest = [(np.flatnonzero(replaced), plan.radials[replaced])]
+    undivided = [(np.flatnonzero(replaced), plan.radials[replaced])]
     for run in runs:
         outside: list[tuple[NDArray[np.int64], Floats]] = []
-        for row, radials in rest:
+        for row, radials in undivided:
             narrow.append(_split_radials(*_clip_radials(row, radials, run.near, run.far), run.parts, number))
             number += len(narrow[-1][0])
             outside += [_clip_radials(row, radials, 0.0, run.near), _clip_radials(row, radials, run.far, np.inf)]
-        rest = outside
-    row, radials = (np.concatenate(column) for column in zip(*rest, *narrow, strict=True))
-    keep_probability, remainder = plan.allocation.keep_probability[row], sum(len(rows) for rows, _ in rest)
+        undivided = outside
+    row, radials = (np.concatenate(column) for column in zip(*undivided, *narrow, strict=True))
+    keep_probability, remainder = plan.allocation.keep_probability[row], sum(len(rows) for rows, _ in undivided)
     # in a shadow only weak pairs remain: all samples are evaluated
     keep_probability[remainder:][keep_probability[remainder:] > 0] = FULL_PROBABILITY
     if scene.seabed.terrain is not None:

@@ -69,14 +69,14 @@ def hermite(
         value = down = right = 0.0
         for a in range(2):
             x = f if a == 0 else 1 - f
-            sign = 1.0 if a == 0 else -1.0
-            h, dh = (1 + 2 * x) * (1 - x) * (1 - x), -6 * x * (1 - x) * sign
-            t, dt = sign * x * (1 - x) * (1 - x), (1 - x) * (1 - 3 * x)
+            row_sign = 1.0 if a == 0 else -1.0
+            h, dh = (1 + 2 * x) * (1 - x) * (1 - x), -6 * x * (1 - x) * row_sign
+            t, dt = row_sign * x * (1 - x) * (1 - x), (1 - x) * (1 - 3 * x)
             for b in range(2):
                 y = g if b == 0 else 1 - g
-                other = 1.0 if b == 0 else -1.0
-                k, dk = (1 + 2 * y) * (1 - y) * (1 - y), -6 * y * (1 - y) * other
-                u, du = other * y * (1 - y) * (1 - y), (1 - y) * (1 - 3 * y)
+                column_sign = 1.0 if b == 0 else -1.0
+                k, dk = (1 + 2 * y) * (1 - y) * (1 - y), -6 * y * (1 - y) * column_sign
+                u, du = column_sign * y * (1 - y) * (1 - y), (1 - y) * (1 - 3 * y)
                 z, zr, zc = height[i + a, j + b], along_rows[i + a, j + b], along_columns[i + a, j + b]
                 value += h * k * z + t * k * zr + h * u * zc
                 down += dh * k * z + dt * k * zr + dh * u * zc

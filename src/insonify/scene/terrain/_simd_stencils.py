@@ -56,7 +56,7 @@ def splines(
         stride: Length of the rows.
         at: Index in `node` of the first of the 16 nodes of each point, int64, (n,).
         along: Fractional position of each point in its cell, from row to row, 0 to 1, float64, (n,).
-        across: Likewise from column to column.
+        across: Fractional position from column to column, 0 to 1, float64, (n,).
         first: Index of the first of the four points.
         result_list: Result: values, slopes along, slopes across, one block after the other, float64, (3 * plane,).
         plane: Length of one of these blocks.

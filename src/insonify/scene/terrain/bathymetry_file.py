@@ -54,7 +54,7 @@ class ElevationGrid:
     geographic: bool
     """True: the coordinates are latitude and longitude."""
     crs: str
-    """Its coordinate system as well-known text; empty where the file has none."""
+    """Coordinate system as well-known text; empty if the file has none."""
     description: str
     """Direction of the values, how it is known, and their range, in words."""
 

@@ -47,9 +47,9 @@ class PowerLaw(Model):
 
     @model_validator(mode="after")
     def _check_spectrum_parameters(self) -> Self:
-        for one, other in (("exponent", "hurst"), ("strength", "rms")):
-            if (getattr(self, one) is None) == (getattr(self, other) is None):
-                raise field_error(one, None, f"Give exactly one of {one} and {other}.")
+        for first, second in (("exponent", "hurst"), ("strength", "rms")):
+            if (getattr(self, first) is None) == (getattr(self, second) is None):
+                raise field_error(first, None, f"Give exactly one of {first} and {second}.")
         warn_outside("Power-law relief of a seabed (APL-UW TR 9407)", "spectral exponent", self.gamma, 2.4, 3.9, "")
         return self
 
@@ -58,7 +58,7 @@ class PowerLaw(Model):
         """The relief that continues a sediment's own roughness to longer wavelengths.
 
         Args:
-            sediment: Its spectral exponent and strength are used.
+            sediment: Sediment, whose spectral exponent and strength are used.
             outer_scale: See the field [m]. Roughness measured at centimetres is too rough beyond
                 tens of metres.
 
@@ -107,8 +107,8 @@ class PowerLaw(Model):
         """Mean square gradient, both directions together [1], of wavenumbers below `high` [rad/m]."""
         n, start = self.gamma / 2, self.outer_wavenumber**2
         stop = high**2 + start
-        steep = (stop ** (2 - n) - start ** (2 - n)) / (2 - n) - start * (stop ** (1 - n) - start ** (1 - n)) / (1 - n)
-        return math.pi * self.w2 * steep
+        total = (stop ** (2 - n) - start ** (2 - n)) / (2 - n) - start * (stop ** (1 - n) - start ** (1 - n)) / (1 - n)
+        return math.pi * self.w2 * total
 
     def build_relief(self, *, seed: int, layer: int, cutoff: RoughnessCutoff) -> Octaves:
         """Realisation of the resolved part as a sum of octaves.
@@ -160,8 +160,8 @@ class PowerLaw(Model):
         """
         n, t = self.gamma / 2, 4.0**exponent / 3
         # splines differ from Gaussians: the sum must have the right power law and first term in K0^2
-        bend = n * _spline_gamma(n) / _spline_gamma(n + 1)
-        density = self.w2 / _spline_gamma(n) * math.log(4) * t**n * math.exp(-bend * t * self.outer_wavenumber**2)
+        correction = n * _spline_gamma(n) / _spline_gamma(n + 1)
+        density = self.w2 / _spline_gamma(n) * math.log(4) * t**n * math.exp(-correction * t * self.outer_wavenumber**2)
         return 2 * math.pi * math.sqrt(density) / 2.0**exponent
 
 

@@ -71,8 +71,8 @@ class Ripples(Model):
         if self.wavenumber >= cutoff.wavenumber:
             return None
         pitch = self.group * self.wavelength / 2
-        bend, grow = (unit_octave(pitch, seed=seed, layer=layer + n) for n in (0, 1))
-        return RippleRelief(self, self.direction - heading, bend, grow)
+        wander, growth = (unit_octave(pitch, seed=seed, layer=layer + n) for n in (0, 1))
+        return RippleRelief(self, self.direction - heading, wander, growth)
 
 
 @dataclass(frozen=True, slots=True)

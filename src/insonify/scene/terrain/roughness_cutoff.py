@@ -50,8 +50,8 @@ class RoughnessCutoff(Model):
             if not (math.isfinite(value) and value > 0):
                 raise ValueError(f"RoughnessCutoff.of_sediment: {quantity} is {value}; give a finite number above 0")
         alpha, k = sediment.spectral_exponent / 2 - 1, 2 * math.pi * frequency / sound_speed
-        cut = (2 * math.pi * sediment.spectral_strength * k**2 / alpha) ** (1 / (2 * alpha))
-        return cls(wavelength=min(max(2 * math.pi / cut, FINEST), COARSEST))
+        wavenumber = (2 * math.pi * sediment.spectral_strength * k**2 / alpha) ** (1 / (2 * alpha))
+        return cls(wavelength=min(max(2 * math.pi / wavenumber, FINEST), COARSEST))
 
     @property
     def wavenumber(self) -> float:

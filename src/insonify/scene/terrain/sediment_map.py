@@ -50,7 +50,7 @@ class SedimentRegion(Model):
 
     kind: Literal["region"] = "region"
     sediment: SedimentName
-    """Its name."""
+    """Name of the sediment."""
     corners: Annotated[tuple[Position, ...], Field(min_length=3)]
     """North and east of the corners, in order; the last is joined to the first [m]."""
 
@@ -72,7 +72,7 @@ class SedimentStrip(Model):
 
     kind: Literal["strip"] = "strip"
     sediment: SedimentName
-    """Its name."""
+    """Name of the sediment."""
     start: Position
     """North and east of one end of its middle line [m]."""
     end: Position
