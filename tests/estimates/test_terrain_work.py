@@ -41,11 +41,13 @@ def rough(seed, **changes):
 )
 def test_tiles_of_the_height_map_are_counted_before_they_are_synthesised(monkeypatch, request, changes):
     """To a factor of two, for narrow and wide beams, one and two platforms, and rays."""
-    drawn, draw = [], HeightmapSynthesizer.draw
+    drawn, draw = [], HeightmapSynthesizer.synthesize
     scenario = rough(1000 + len(request.node.name), **changes)
     estimated = ping_work(build_simulator(scenario)).terrain_tiles
     monkeypatch.setattr(
-        HeightmapSynthesizer, "draw", lambda own, rows, *others: drawn.append(len(rows)) or draw(own, rows, *others)
+        HeightmapSynthesizer,
+        "synthesize",
+        lambda own, rows, *others: drawn.append(len(rows)) or draw(own, rows, *others),
     )
     insonify.simulate(scenario, pings=0)
     assert sum(drawn) > 10 and 0.5 < estimated / sum(drawn) < 2

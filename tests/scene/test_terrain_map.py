@@ -151,7 +151,7 @@ def test_the_least_recently_read_tile_is_replaced(monkeypatch):
 
 def test_tiles_not_read_lately_are_replaced_before_new_memory_is_used(monkeypatch):
     """On a straight survey memory stops growing, though there would be room."""
-    monkeypatch.setattr(module, "FRESH", 2)
+    monkeypatch.setattr(module, "MIN_NEW_ROWS", 2)
     kept = small(monkeypatch)
     for n in range(2):
         kept.claim(numbers((n, 0)))
@@ -221,11 +221,11 @@ def test_readers_at_the_same_time_find_their_ground(monkeypatch):
 
 def test_a_tile_that_could_not_be_drawn_is_drawn_by_the_next(monkeypatch):
     """A reader that fails leaves no blank tile behind, and no reader waits for it."""
-    kept, draw = TerrainMap(bed()), TerrainMap.draw
-    monkeypatch.setattr(TerrainMap, "draw", lambda *_: 1 / 0)
+    kept, draw = TerrainMap(bed()), TerrainMap.synthesize
+    monkeypatch.setattr(TerrainMap, "synthesize", lambda *_: 1 / 0)
     with pytest.raises(ZeroDivisionError), kept.reading(numbers((0, 0))):
         pass
-    monkeypatch.setattr(TerrainMap, "draw", draw)
+    monkeypatch.setattr(TerrainMap, "synthesize", draw)
     with kept.reading(numbers((0, 0))):
         assert kept.nodes[where(kept, 0, 0)].std() > 0
 

@@ -13,7 +13,7 @@ from insonify.scene.target import Box
 
 Floats = NDArray[np.float64]
 FACES = ("fore", "aft", "starboard", "port", "top", "bottom")
-FLAT = ("top", "bottom")
+FLAT = ("top", "bottom")  # horizontal faces
 TILE = 32
 """Cells along a side of the squares of a face that are included or omitted as a whole [1]."""
 ReachTest = Callable[[Floats, Floats], NDArray[np.bool_]]

@@ -211,7 +211,7 @@ def ping_geometry(
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class AttitudeBeams:
+class _AttitudeBeams:
     """Fields of a ping geometry that depend on the attitudes of the ends and the sound speeds there alone."""
 
     transmit_beams: Beams
@@ -296,7 +296,7 @@ class MountedSonar:
             receive_track_extent=self.track_extents[1] if len(self.track_extents) > 1 else None,
         )  # fmt: skip
 
-    def _attitude_beams(self, bodies: list[Floats], speeds: tuple[float, ...]) -> AttitudeBeams:
+    def _attitude_beams(self, bodies: list[Floats], speeds: tuple[float, ...]) -> _AttitudeBeams:
         """Beams of one attitude, the same object for consecutive pings of equal attitude."""
         key: tuple[object, ...] = (*(body.tobytes() for body in bodies), *speeds)
         cached = self._attitude_cache.get(key)
@@ -305,7 +305,7 @@ class MountedSonar:
             cached = self._attitude_cache[key] = self._beams_of_attitude(bodies, speeds)
         return cached
 
-    def _beams_of_attitude(self, bodies: list[Floats], speeds: tuple[float, ...]) -> AttitudeBeams:
+    def _beams_of_attitude(self, bodies: list[Floats], speeds: tuple[float, ...]) -> _AttitudeBeams:
         """Beams at one attitude and sound speed, without the cache."""
         sonar, frequency = self.sonar, self.sonar.pulse.frequency
         rotation, receive_rotation = array_rotation(sonar, bodies[0]), receiver_rotation(sonar, bodies[1])
@@ -323,7 +323,7 @@ class MountedSonar:
         count, horizontal_count = self._band_counts(shared)
         bands = beams_at(ends, self.pulse, count) if count else ()
         horizontal = partial(beams_at, ends, self.pulse, horizontal_count) if bands and shared else None
-        return AttitudeBeams(transmit_beams, receive_beams, full_aperture, bands, horizontal, rotation[0], bearing)
+        return _AttitudeBeams(transmit_beams, receive_beams, full_aperture, bands, horizontal, rotation[0], bearing)
 
     def _band_counts(self, shared: bool) -> tuple[int, int]:
         """Numbers of sub-bands, 0 for none, and of `horizontal_bands`, the same for all pings with such beams.
@@ -353,7 +353,7 @@ class MountedSonar:
         return {}
 
     @cached_property
-    def _attitude_cache(self) -> dict[tuple[object, ...], AttitudeBeams]:
+    def _attitude_cache(self) -> dict[tuple[object, ...], _AttitudeBeams]:
         return {}
 
     @cached_property
