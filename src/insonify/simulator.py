@@ -418,9 +418,7 @@ def accumulate_ping(
     else:
         reverberation = simulator.fast_reverberation(geometry) if accumulator.requirements.fast_reverberation else None
         sums = _sums(simulator, accumulator, geometry, pool, reverberation)
-    if isinstance(accumulator, IncoherentAccumulator):
-        return accumulator.time_series(sums, pool.map)
-    return accumulator.time_series(sums)
+    return accumulator.time_series(sums, pool.map)
 
 
 def _sums(
@@ -548,9 +546,11 @@ def arrivals(scenario: Scenario, ping: int = 0, *, window: DelayInterval | None 
     simulator = build_simulator(scenario)
     geometry = simulator.ping_geometry(ping, channel=channel)
     first, last = delay_interval(geometry, window)
-    expected, jitter = scenario.field == "incoherent", replica_jitter(scenario.seed, ping, scenario.paths)
+    expected = scenario.field == "incoherent"
+    jitter = replica_jitter(scenario.seed, ping, scenario.paths)
     is_near_field = not expected and not simulator.coherent_accumulator(geometry).uses_far_field
-    beam, group, tables = channel % scenario.sonar.beam_count, 0, list[Arrivals]()
+    beam, group = channel % scenario.sonar.beam_count, 0
+    tables: list[Arrivals] = []
     for block in simulator.engine.blocks(geometry, quadrature=expected):
         points = block()
         if window is not None:

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from insonify.engines.tracer.family_legs import TracedLegs, nearest_delay
 from insonify.simulator import build_simulator
 from oracles.scenes import point
 from oracles.traced import BOX, FRACTAL, apart_db, curves, scene
@@ -96,3 +97,12 @@ def test_relief_in_layered_water_sounds_the_same():
     ours, theirs = both(water=WARM_TOP, seabed=bed, paths=paths, window=(0.09, 0.105))
     for pair in ("D-D", "D-S", "S-S", "all"):
         assert apart_db(ours["seabed", pair], theirs["seabed", pair]) == pytest.approx(0, abs=0.05), pair
+
+
+def test_a_point_without_a_ray_has_an_infinite_delay_to_any_other():
+    """Two rays of a family, each missing at some points: the nearer one, and infinity where both are missing."""
+    none = np.full(3, np.inf)
+    legs = [TracedLegs(np.array(delay), *np.zeros((5, 3))) for delay in ([0.1, np.inf, np.inf], [0.3, 0.2, np.inf])]
+    for given, expected in (([0.12, 0.2, 0.2], [0.1, 0.2, np.inf]), ([0.29, np.inf, np.inf], [0.3, 0.2, np.inf])):
+        np.testing.assert_array_equal(nearest_delay(legs, np.array(given)), expected)
+    np.testing.assert_array_equal(nearest_delay([], none), none)

@@ -153,15 +153,9 @@ def test_nothing_but_a_recording_is_ever_replaced(tmp_path: Path) -> None:
         open_recording(album)
 
 
-@pytest.mark.parametrize("moment", range(1, 4))
-def test_a_run_replaced_between_two_pings_leaves_nothing_in_the_new_recording(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, moment: int
-) -> None:
-    """As below, where the folders are there already: no check but before the files are created and renamed."""
-    path, check = tmp_path / "a.zarr", zarr_store.require_own_recording
-    mine = create_recording(path, layout(), SAME)
-    write_ping(path, 1, sound(1), into=mine)
-    calls = list[int]()
+def replace_recording(monkeypatch: pytest.MonkeyPatch, path: Path, moment: int) -> None:
+    """Let another recording take the place before (even moments) or after (odd ones) one of the identity checks."""
+    calls, check = list[int](), zarr_store.require_own_recording
 
     def replaced(where: Path, into: str | None) -> str:
         calls.append(len(calls))
@@ -174,6 +168,17 @@ def test_a_run_replaced_between_two_pings_leaves_nothing_in_the_new_recording(
         return found
 
     monkeypatch.setattr(zarr_store, "require_own_recording", replaced)
+
+
+@pytest.mark.parametrize("moment", range(1, 4))
+def test_a_run_replaced_between_two_pings_leaves_nothing_in_the_new_recording(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, moment: int
+) -> None:
+    """As below, where the folders are there already: no check but before the files are created and renamed."""
+    path = tmp_path / "a.zarr"
+    mine = create_recording(path, layout(), SAME)
+    write_ping(path, 1, sound(1), into=mine)
+    replace_recording(monkeypatch, path, moment)
     with pytest.raises(StoreError, match="replaced by another run"):
         write_ping(path, 3, sound(3), into=mine)
     assert not recorded_pings(path).any() and not list(path.rglob("*.partial"))
@@ -184,19 +189,9 @@ def test_a_run_replaced_at_any_moment_of_a_write_leaves_nothing_in_the_new_recor
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, moment: int
 ) -> None:
     """Before and after each check of its identity, a ping's chunk and its entry stay out of what took its place."""
-    path, calls = tmp_path / "a.zarr", list[int]()
-    mine, check = create_recording(path, layout(), SAME), zarr_store.require_own_recording
-
-    def replaced(where: Path, into: str | None) -> str:
-        calls.append(len(calls))
-        if 2 * calls[-1] == moment:
-            create_recording(path, layout(), {**SAME, "seed": 2}, overwrite=True)
-        found = check(where, into)
-        if 2 * calls[-1] + 1 == moment:
-            create_recording(path, layout(), {**SAME, "seed": 2}, overwrite=True)
-        return found
-
-    monkeypatch.setattr(zarr_store, "require_own_recording", replaced)
+    path = tmp_path / "a.zarr"
+    mine = create_recording(path, layout(), SAME)
+    replace_recording(monkeypatch, path, moment)
     with pytest.raises(StoreError, match="replaced by another run"):
         write_ping(path, 3, sound(3), into=mine)
     assert not recorded_pings(path).any()

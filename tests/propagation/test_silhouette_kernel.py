@@ -1,4 +1,4 @@
-"""Bounds by which solids beside or below a ray are left out, and the field past many edges at once."""
+"""Bounds by which solids on either side of a ray, or below it are left out, and the field past many edges at once."""
 
 import numpy as np
 

@@ -14,7 +14,7 @@ EMPTY = -(2**63)
 
 @njit(cache=True, nogil=True)
 def fits(tiles: Integers, slot: Integers, number: Integers, readers: Integers) -> bool:
-    """Return True if some tiles fit beside those that other threads read; for the arguments see `claim`."""
+    """Return True if some tiles fit in addition to those that other threads read; for the arguments see `claim`."""
     table_size, is_occupied, missing, available = slot.shape[0], False, 0, 0
     for w in range(tiles.shape[0]):
         a, b = tiles[w, 0] % table_size, tiles[w, 1] % table_size

@@ -1,8 +1,12 @@
 """Interface of the sums over a ping's path pairs: pressures, intensities, labels or levels."""
 
 import math
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Any, Protocol
+
+Mapper = Callable[..., Iterable[Any]]
+"""Function that maps as `map` does, possibly by several threads."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,5 +42,5 @@ class Accumulator(Protocol):
     def add(self, buffer: Any, pairs: Any, /) -> None:
         """Add the path pairs of one block of scatterers to a buffer."""
 
-    def time_series(self, buffer: Any, /) -> Any:
-        """The result over time of all that a buffer holds."""
+    def time_series(self, buffer: Any, run: Mapper = map, /) -> Any:
+        """The result over time of all that a buffer holds; `run` maps as `map` does, possibly by several threads."""

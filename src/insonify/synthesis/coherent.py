@@ -15,7 +15,7 @@ from insonify.records.pairs import Pairs
 from insonify.sonar.ping_geometry import PingGeometry
 from insonify.synthesis._gridding import deposit_pressure
 from insonify.synthesis._waveform_basis_kernel import group_layout
-from insonify.synthesis.accumulator import Requirements
+from insonify.synthesis.accumulator import Mapper, Requirements
 from insonify.synthesis.direction_grid import DirectionGrid, direction_grid
 from insonify.synthesis.element_arrivals import (
     PingReception,
@@ -133,7 +133,7 @@ class CoherentAccumulator:
                     (weight * strength).astype(np.complex64),
                 )  # fmt: skip
 
-    def time_series(self, cells: Cells) -> NDArray[np.complex64]:
+    def time_series(self, cells: Cells, _run: Mapper = map) -> NDArray[np.complex64]:
         """Complex envelope at the grid's times [uPa], shape (channels, samples)."""
         pulse = self.ping_geometry.pulse
         if self.uses_far_field:

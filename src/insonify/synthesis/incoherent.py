@@ -6,10 +6,9 @@ pulse add as energies from the start.
 """
 
 from collections import deque
-from collections.abc import Callable, Hashable, Iterable
+from collections.abc import Hashable
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
-from typing import Any
 
 import numpy as np
 import scipy
@@ -31,7 +30,7 @@ from insonify.synthesis._fast_reverberation_energies import (
     leg_amplitudes,
 )
 from insonify.synthesis._gridding import deposit_energy, deposit_energy_on_rows
-from insonify.synthesis.accumulator import Requirements
+from insonify.synthesis.accumulator import Mapper, Requirements
 from insonify.synthesis.coherence_factors import split_by_coherence
 from insonify.synthesis.coherent_groups import PulseTable, add_groups
 from insonify.synthesis.coherent_subsets import coherent_subsets
@@ -289,7 +288,7 @@ class IncoherentAccumulator:
                 cells,
             )  # fmt: skip
 
-    def time_series(self, energies: IntensityBuffer, run: Callable[..., Iterable[Any]] = map) -> Floats:
+    def time_series(self, energies: IntensityBuffer, run: Mapper = map) -> Floats:
         """Expected intensity at the grid's times [uPa^2], shape (channels, samples).
 
         Args:

@@ -30,7 +30,7 @@ from insonify.synthesis._label_kernel import (
     deposit_label_positions,
     deposit_labels,
 )
-from insonify.synthesis.accumulator import Requirements
+from insonify.synthesis.accumulator import Mapper, Requirements
 from insonify.synthesis.coherent_groups import add_groups
 from insonify.synthesis.direction_powers import DirectionPowers, direction_powers
 from insonify.synthesis.incoherent import IncoherentAccumulator, contains_reversed_pairs
@@ -317,7 +317,7 @@ class LabelAccumulator:
             return bin_grid(self.accumulator)
         return bin_grid(self.accumulator, *(BINS_OF_CHANNELS if self._directions is None else BINS_OF_ROWS))
 
-    def time_series(self, buffer: LabelBuffer) -> Labels:
+    def time_series(self, buffer: LabelBuffer, _run: Mapper = map) -> Labels:
         """Labels of the ping."""
         for (object_name, pair_names), added in buffer.cells.items():
             if self._directions is not None:

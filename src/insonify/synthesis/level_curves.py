@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from insonify.propagation.families import DIRECT
 from insonify.records.pairs import Pairs
 from insonify.scene.scatterers import BOUNDARY_ECHO
-from insonify.synthesis.accumulator import Requirements
+from insonify.synthesis.accumulator import Mapper, Requirements
 from insonify.synthesis.incoherent import IncoherentAccumulator, IntensityBuffer
 from insonify.synthesis.time_grid import TimeGrid
 from insonify.units import level_db
@@ -80,9 +80,9 @@ class LevelAccumulator:
                 curves[contribution, name] = self.accumulator.empty()
             self.accumulator.add_weighted(curves[contribution, name], named_pairs, transmit_weights, receive_weights)
 
-    def time_series(self, curves: LevelBuffers) -> dict[tuple[str, str], NDArray[np.float64]]:
+    def time_series(self, curves: LevelBuffers, run: Mapper = map) -> dict[tuple[str, str], NDArray[np.float64]]:
         """Expected intensity of each curve [uPa^2], shape (channels, samples)."""
-        return {key: self.accumulator.time_series(energies) for key, energies in curves.items()}
+        return {key: self.accumulator.time_series(energies, run) for key, energies in curves.items()}
 
 
 def level_curves(

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from insonify.records.echo_energies import EchoEnergies
 from insonify.sonar.ping_geometry import PingGeometry
 from insonify.synthesis._gridding import deposit_energy
-from insonify.synthesis.accumulator import Requirements
+from insonify.synthesis.accumulator import Mapper, Requirements
 from insonify.synthesis.level_curves import ALL, pair_name
 from insonify.synthesis.replica_jitter import ReplicaJitter
 from insonify.synthesis.time_grid import TimeGrid, convolve_energy
@@ -45,7 +45,7 @@ class TracedAccumulator:
             weight = np.asarray(energy * factor)
             deposit_energy(cells[channel], self.grid.first_time, self.grid.energy_rate, echoes.delay, weight)
 
-    def time_series(self, cells: Floats) -> Floats:
+    def time_series(self, cells: Floats, _run: Mapper = map) -> Floats:
         """Expected intensity at the grid's times [uPa^2], shape (channels, samples)."""
         return convolve_energy(cells, self.grid, self.ping_geometry.pulse.spectrum(self.grid.frequencies))
 
@@ -87,6 +87,6 @@ class TracedLevelAccumulator:
                     curves[key] = self.accumulator.empty()
                 self.accumulator.deposit(curves[key], part)
 
-    def time_series(self, curves: TracedLevelBuffers) -> dict[tuple[str, str], Floats]:
+    def time_series(self, curves: TracedLevelBuffers, run: Mapper = map) -> dict[tuple[str, str], Floats]:
         """Expected intensity of each curve [uPa^2], shape (channels, samples)."""
-        return {key: self.accumulator.time_series(cells) for key, cells in curves.items()}
+        return {key: self.accumulator.time_series(cells, run) for key, cells in curves.items()}

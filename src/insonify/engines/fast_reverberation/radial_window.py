@@ -91,7 +91,7 @@ def radials_past_targets(
 
 
 def _diffraction_margin(distance: float, wavelength: float, edges: str) -> float:
-    """Largest angle beside a target's edge at which its edge diffraction is evaluated [rad]."""
+    """Largest angle from a target's edge at which its edge diffraction is evaluated [rad]."""
     if edges == "none":
         return 0.0
     return ROUGH_RIPPLES * math.sqrt(wavelength / (2 * max(distance, wavelength)))

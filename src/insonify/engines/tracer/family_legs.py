@@ -89,7 +89,8 @@ def nearest_delay(legs: list[TracedLegs], delay: Floats) -> Floats:
     if not legs:
         return np.full(len(delay), np.inf)
     delays = np.array([family_legs.delay for family_legs in legs])
-    return np.asarray(delays[np.nanargmin(np.abs(delays - delay), axis=0), np.arange(len(delay))])
+    given = np.where(np.isfinite(delay), delay, 0.0)  # no ray to be near to: any will do
+    return np.asarray(delays[np.argmin(np.abs(delays - given), axis=0), np.arange(len(delay))])
 
 
 def is_clear(
