@@ -17,8 +17,8 @@ class AlikeLines:
         self._lines: set[str] = set()
         self._counts = Counter[str]()
 
-    def is_shown(self, line: str) -> bool:
-        """True for a new line that is among the first `MOST_ALIKE` of its kind; it is counted."""
+    def add(self, line: str) -> bool:
+        """Count a line; return True for a new one among the first `MOST_ALIKE` of its kind, which is to be printed."""
         if line in self._lines:
             return False
         self._lines.add(line)
@@ -44,5 +44,5 @@ def shortened(text: str) -> str:
         and 95 more lines like these
     """
     alike = AlikeLines()
-    lines = [line for line in text.split("\n") if alike.is_shown(line)]
+    lines = [line for line in text.split("\n") if alike.add(line)]
     return "\n".join([*lines, *[f"and {alike.left_out()} more lines like these"] * bool(alike.left_out())])

@@ -94,7 +94,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def _warn(alike: AlikeLines, message: Warning | str, *_: Any, **__: Any) -> None:
     """A warning as text: one line, once in a run, without its position in the code; few of many alike."""
     line = " ".join(str(message).split())
-    if alike.is_shown(line):
+    if alike.add(line):
         typer.echo(f"warning: {line}", err=True)
 
 

@@ -273,16 +273,16 @@ def edge_fields(numbers: Floats, polynomials: Floats, real: Floats, imag: Floats
         x = 2 * t - 1
         a, b = t * polynomial(p, x), t * polynomial(q, x)
         quarter_turns = size * size
-        nearest = np.floor(quarter_turns + 0.5)
-        angle = math.pi / 2 * (quarter_turns - nearest)
+        whole_turns = np.floor(quarter_turns + 0.5)
+        angle = math.pi / 2 * (quarter_turns - whole_turns)
         y = angle * angle
-        s = angle * (1 + y * (-1 / 6 + y * (1 / 120 + y * (-1 / 5040 + y * (1 / 362880)))))
-        c = 1 + y * (-1 / 2 + y * (1 / 24 + y * (-1 / 720 + y * (1 / 40320 - y * (1 / 3628800)))))
-        side = nearest - 4 * np.floor(nearest / 4)
-        is_odd = (side == 1) | (side == 3)
-        cosine, sine = (s if is_odd else c), (c if is_odd else s)
-        cosine = -cosine if (side == 1) | (side == 2) else cosine
-        sine = -sine if side >= 2 else sine
+        sine_part = angle * (1 + y * (-1 / 6 + y * (1 / 120 + y * (-1 / 5040 + y * (1 / 362880)))))
+        cosine_part = 1 + y * (-1 / 2 + y * (1 / 24 + y * (-1 / 720 + y * (1 / 40320 - y * (1 / 3628800)))))
+        quadrant = whole_turns - 4 * np.floor(whole_turns / 4)
+        is_odd = (quadrant == 1) | (quadrant == 3)
+        cosine, sine = (sine_part if is_odd else cosine_part), (cosine_part if is_odd else sine_part)
+        cosine = -cosine if (quadrant == 1) | (quadrant == 2) else cosine
+        sine = -sine if quadrant >= 2 else sine
         field_real, field_imag = a * cosine + b * sine, b * cosine - a * sine
         real[k] = field_real if numbers[k] >= 0 else 1 - field_real
         imag[k] = field_imag if numbers[k] >= 0 else -field_imag
