@@ -41,7 +41,7 @@ def estimated(file: Path) -> RunCost:
     """The estimate of a scenario file."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        return estimate_cost(load_scenario(file))
+        return estimate_cost(load_scenario(file)).on_this_machine()
 
 
 def measured(file: Path, out: Path) -> Taken:

@@ -60,7 +60,7 @@ def scene(seed: int) -> dict[str, Any]:
             scenario = load_scenario(file)
         except ScenarioError as fault:
             return {"seed": seed, "outcome": "invalid", "words": str(fault).partition(": ")[2]}
-        estimate = estimate_cost(scenario, threads=1)
+        estimate = estimate_cost(scenario, threads=1).on_this_machine()
         refused = run_refusal(scenario, estimate)
         found = {"seed": seed, "check": time.process_time() - begin,
                  "estimated": {name: getattr(estimate, name) for name in QUANTITIES}}  # fmt: skip

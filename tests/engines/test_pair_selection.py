@@ -5,6 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from insonify.engines.eigenray_engine import MANY_CHANNELS
 from insonify.engines.pair_importance import (
     MIN_KEEP_PROBABILITY,
     RANGE_BINS,
@@ -145,9 +146,48 @@ def test_a_family_that_is_negligible_has_no_keep_probability():
     assert not keep_probability[1].any() and not keep_probability[:, 1].any() and (keep_probability[0, 2] == 1).all()
 
 
+ELEMENTS = {"kind": "planar", "width": 0.24, "length": None, "height": 0.1}
+BEAMS = {"steer": {"from": -0.5, "to": 0.5, "step": 1 / (MANY_CHANNELS - 1)}}
+
+
+@pytest.mark.parametrize("channels", ["elements", "beams"])
+def test_weak_pairs_over_a_flat_bed_are_sampled_for_many_channels(monkeypatch, channels):
+    """Of the same scatterers, fewer echoes of weak pairs, of the same energy: 4 standard errors; direct ones all."""
+    receive = {**ELEMENTS, "columns": MANY_CHANNELS, **(BEAMS if channels == "beams" else {})}
+    wide = scene(
+        seabed={"depth": 20.0}, transmit=ELEMENTS, receive=receive, track={"window": (0.04, 0.06)},
+        sonar={"receiver": {"record": channels, "sub_bands": 1}, "mounting": {"tilt": 0.3}},
+    )  # fmt: skip
+    simulator = build_simulator(wide)
+
+    def energies():
+        """Energies of the direct and of each other pair, at the scatterers where they are not zero."""
+        here, found = simulator.ping_geometry(0), {}
+        for block in simulator.engine.blocks(here):
+            pairs = simulator.engine.pairs(here, block, include_negligible=False)
+            if pairs.scatterers.boundary != "seabed":
+                continue
+            for row, (name, (i, j)) in enumerate(zip(pairs.names(), pairs.pair, strict=True)):
+                amplitude = pairs.strength[row] * pairs.out.amplitude[i] * pairs.back.amplitude[j]
+                found.setdefault(name, []).append(np.abs(amplitude[amplitude != 0]) ** 2)
+        return {name: np.concatenate(parts) for name, parts in found.items()}
+
+    some, sampled = energies(), 0
+    monkeypatch.setattr("insonify.engines.eigenray_engine.MANY_CHANNELS", 1000)
+    for name, every in energies().items():
+        kept, fraction = some[name], len(some[name]) / len(every)
+        if fraction == 1:
+            np.testing.assert_array_equal(kept, every)
+            continue
+        error = np.sqrt(np.sum(every**2) * (1 / fraction - 1))
+        assert name != ("D", "D") and abs(kept.sum() - every.sum()) < 4 * error < every.sum()
+        sampled += 1
+    assert sampled >= 4
+
+
 @pytest.mark.parametrize("changes", [{"seabed": {"depth": 20.0}}, {"paths": {"geometry": "slice"}}])
 def test_without_energy_fractions_all_pairs_are_evaluated(changes):
-    """Over a flat bed, and in a slice: no keep probabilities."""
+    """Over a flat bed in few channels, and in a slice: no keep probabilities."""
     simulator = build_simulator(scene(**changes))
     assert simulator.engine.family_keep_probabilities(simulator.ping_geometry(0), np.array([50.0])) is None
 

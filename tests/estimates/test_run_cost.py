@@ -3,6 +3,7 @@
 Right to a factor of two before anything is drawn, and stated before it is too much.
 """
 
+from dataclasses import replace
 from importlib import import_module
 
 import numpy as np
@@ -21,7 +22,7 @@ from insonify.engines.memory_budget import (
 from insonify.engines.parts import parts_of
 from insonify.engines.ping_scatterers import ping_scatterers
 from insonify.engines.targets import target_count
-from insonify.estimates import boundary_points, compile_time, ping_work, unit_costs
+from insonify.estimates import boundary_points, compile_time, machine_pace, ping_work, unit_costs
 from insonify.estimates.compile_time import FeatureKernels
 from insonify.estimates.diffraction_work import diffraction_seconds_on_targets
 from insonify.estimates.run_cost import RunCost, estimate_cost, size_refusal
@@ -110,6 +111,30 @@ def test_fast_reverberation_is_counted_as_it_is_walked():
     assert estimate_cost(quick).seconds - unit_costs.START_SECONDS < 0.15
     once, again = (ping_work.ping_work(build_simulator(scenario)).seconds for scenario in (quick, drawn))
     assert once < again / 2
+
+
+def test_processor_times_follow_the_pace_of_the_machine(monkeypatch):
+    """Transforms that take three times as long: three times the time told, compilation too; nothing else changes."""
+    cost = estimate_cost(nominal(track={"window": (0.02, 0.03)}))
+    now = iter(np.arange(1000) * 3 * 4 * machine_pace.TRANSFORM_SECONDS)
+    monkeypatch.setattr(machine_pace.time, "thread_time", lambda: next(now))
+    machine_pace.machine_pace.cache_clear()
+    slow = cost.on_this_machine()
+    machine_pace.machine_pace.cache_clear()
+    assert (slow.seconds, slow.compiling) == pytest.approx((3 * cost.seconds, 3 * cost.compiling))
+    assert replace(slow, seconds=cost.seconds, compiling=cost.compiling) == cost
+
+
+def test_the_pace_of_a_machine_is_measured_well(monkeypatch):
+    """Measured twice: the same within a half; a clock that stands still is not believed."""
+    machine_pace.machine_pace.cache_clear()
+    first = machine_pace.machine_pace()
+    machine_pace.machine_pace.cache_clear()
+    assert machine_pace.machine_pace() == pytest.approx(first, rel=0.5)
+    machine_pace.machine_pace.cache_clear()
+    monkeypatch.setattr(machine_pace.time, "thread_time", lambda: 0.0)
+    assert machine_pace.machine_pace() == 0.25
+    machine_pace.machine_pace.cache_clear()
 
 
 def test_the_program_itself_takes_memory():

@@ -40,14 +40,14 @@ def plan(
     if tasks > pings:
         raise InputError(f"--tasks {tasks}: the track has {pings} pings. Give {pings} at most")
     whole = estimate_cost(scenario, labels=labels, threads=1)
-    task = whole.of_task(tasks)
+    task = whole.of_task(tasks).on_this_machine()
     target = out or file.with_suffix(".zarr")
     words = ["insonify", "run", str(file), "-o", str(target), *["--labels"] * labels]
     command = shlex.join([*words, "--threads", "1", "--quiet", "--part"])
     first = shlex.join([*words, "--pings", "0"])
     head = [
         "#!/bin/bash",
-        f"# all: {whole.summary()}",
+        f"# all: {whole.on_this_machine().summary()}",
         f"# each of {tasks} tasks, on one core: {task.summary()}",
         f"# once before, to create the recording and compile: {first}",
         f"# afterwards, what is missing: insonify status {shlex.quote(str(target))} --tasks {tasks}",

@@ -156,7 +156,7 @@ def check(
         raise InputError(f"{file}: {trouble}")
     but = "" if not shown else " but the warning above" if len(shown) == 1 else f" but the {len(shown)} warnings above"
     typer.echo(f"{file}: nothing wrong{but}")
-    typer.echo(whole.summary())
+    typer.echo(whole.on_this_machine().summary())
     if scenario.field == "coherent":
         from insonify.estimates.sub_band_error import estimate_sub_band_error
 

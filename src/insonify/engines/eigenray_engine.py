@@ -64,6 +64,8 @@ Floats = NDArray[np.float64]
 
 FACE_SEED = 0x9E3779B1
 """Multiple of the number of a face that its random bounces have in their seed, so that each face has its own."""
+MANY_CHANNELS = 24
+"""Channels from which an echo costs more than the legs of its pair over a flat seabed: weak pairs are sampled [1]."""
 BOUNDARY_ECHO_PROFILE_WIDTH = 1e-3
 """Least width of the azimuth slices in which the seabed occludes boundary echoes, whatever the beams [rad]."""
 
@@ -374,8 +376,7 @@ class EigenrayEngine:
         terrain = self.scene.seabed.terrain
         is_straight, is_bistatic = isinstance(self.rays, StraightRays), ping_geometry.receive_track_extent is not None
         if (
-            terrain is None
-            or terrain.span[0] == terrain.span[1]
+            ((terrain is None or terrain.span[0] == terrain.span[1]) and ping_geometry.channel_count < MANY_CHANNELS)
             or is_bistatic
             or not is_straight
             or not self.choice.importance_sampling

@@ -1,6 +1,7 @@
-"""Selection of path pairs over terrain: pairs weak against simultaneous arrivals are evaluated at few scatterers.
+"""Selection of path pairs: pairs weak against simultaneous arrivals are evaluated at few scatterers.
 
-Roughness reduces a leg that bounces steeply or often, and such legs cost most. The importance of a pair is estimated by
+Roughness reduces a leg that bounces steeply or often, and such legs cost most; in many channels each echo costs as
+much, over a flat seabed too. The importance of a pair is estimated by
 the sonar equation over the mean plane: its energy re all energy that arrives at the same time, by distance and channel.
 A family of which all pairs are negligible is not followed. A weak pair is evaluated at some of the scatterers: each
 scatterer has a priority that belongs to its position, and the pair is kept where the priority lies below the pair's
@@ -193,13 +194,13 @@ def significant_families(
 
 
 def pair_energy_fractions(
-    scene: Scene, terrain: SeabedTerrain, ping_geometry: PingGeometry, families: tuple[str, ...], law: Law
+    scene: Scene, terrain: SeabedTerrain | None, ping_geometry: PingGeometry, families: tuple[str, ...], law: Law
 ) -> Floats:
     """Energy of each pair re all that arrives with it, the largest of any channel [1], (f, f, RANGE_BINS).
 
     Args:
         scene: The scene; its water has one sound speed.
-        terrain: Its terrain.
+        terrain: Its terrain; None: the bed is flat.
         ping_geometry: The sonar, both ends on one platform.
         families: Families that reach the seabed.
         law: Scattering law of the seabed.
@@ -212,7 +213,7 @@ def pair_energy_fractions(
         _legs(scene, terrain, ping_geometry, families, middle, depth) for depth in depths
     )
     sea = glint_spread(scene, ping_geometry.frequency)
-    spread = [_elevation_spreads(sea, families, depth, middle, terrain.depth) for depth in depths]
+    spread = [_elevation_spreads(sea, families, depth, middle, scene.seabed.depth) for depth in depths]
     gains = _gains(
         ping_geometry, transmit_arrival, receive_arrival, np.array([name.startswith("S") for name in families]), spread
     )
@@ -245,19 +246,19 @@ def _edges(ping_geometry: PingGeometry) -> Floats:
 
 
 def _legs(
-    scene: Scene, terrain: SeabedTerrain, ping_geometry: PingGeometry, families: tuple[str, ...], distance: Floats,
-    depth: float,
+    scene: Scene, terrain: SeabedTerrain | None, ping_geometry: PingGeometry, families: tuple[str, ...],
+    distance: Floats, depth: float,
 ) -> tuple[Floats, Floats, Floats]:  # fmt: skip
     """Lengths [m], directions of arrival to the north, powers re 1 m [m^-2] of level legs from a depth, (f, n), 3.
 
     Powers are those over a seabed that reflects all, but for what its roughness takes.
     """
     position = np.array([0.0, 0.0, depth])
-    points = np.stack([distance, 0 * distance, np.full_like(distance, terrain.depth)], axis=-1)
-    paths = [flat_image_paths(name, position, points, terrain.depth) for name in families]
+    points = np.stack([distance, 0 * distance, np.full_like(distance, scene.seabed.depth)], axis=-1)
+    paths = [flat_image_paths(name, position, points, scene.seabed.depth) for name in families]
     length = np.array([path.length for path in paths])
     factors = [np.ones_like(distance)] * len(families)
-    if scene.seabed.reflecting_interface == "smooth":
+    if terrain is not None and scene.seabed.reflecting_interface == "smooth":
         factors = [
             coherent_bounce_factor(name, path, terrain, ping_geometry.wavelength)
             for name, path in zip(families, paths, strict=True)
@@ -321,14 +322,14 @@ def _gains(
         return np.stack([horizontal * np.cos(bearing), horizontal * np.sin(bearing), down], axis=-1)
 
     def energy(beams: Beams, into: Floats, rows: NDArray[np.intp], rise: Floats) -> Floats:
-        path = leaving(into)
-        mean = beams.gain(path)[rows] ** 2
+        path, chosen = leaving(into), beams.subset(rows)
+        mean = chosen.gain(path) ** 2
         if rise.any():
             horizontal, down = np.hypot(path[..., 0], path[..., 1]), np.arcsin(np.clip(path[..., 2], -1, 1))
             for off in ELEVATION_DEVIATIONS:
                 turned = down + off * rise
                 flat = path[..., :2] * (np.cos(turned) / np.maximum(horizontal, 1e-12))[..., None]
-                mean += beams.gain(np.concatenate([flat, np.sin(turned)[..., None]], axis=-1))[rows] ** 2
+                mean += chosen.gain(np.concatenate([flat, np.sin(turned)[..., None]], axis=-1)) ** 2
             mean /= 1 + len(ELEVATION_DEVIATIONS)
         return np.asarray(mean)
 

@@ -13,6 +13,7 @@ from insonify.engines.parts import SCATTERERS_PER_BLOCK, parts_of
 from insonify.engines.volume import TOO_MANY
 from insonify.estimates import unit_costs
 from insonify.estimates.compile_time import estimate_compile_seconds
+from insonify.estimates.machine_pace import machine_pace
 from insonify.estimates.ping_work import PingWork, ping_work, waveform_count
 from insonify.estimates.terrain_work import terrain_bytes, terrain_seconds
 from insonify.machine_memory import installed_memory
@@ -36,7 +37,7 @@ class RunCost:
     scatterers: float
     """In one ping, all sides [1]."""
     seconds: float
-    """Processor time, start of the program included, compilation not [s]."""
+    """Processor time on the reference machine, start of the program included, compilation not [s]."""
     memory: float
     """Largest resident set [bytes]."""
     disk: float
@@ -51,6 +52,11 @@ class RunCost:
         start_seconds = unit_costs.START_SECONDS
         seconds = start_seconds + max(self.seconds - start_seconds, 0.0) / tasks
         return replace(self, pings=-(-self.pings // tasks), seconds=seconds, disk=self.disk / tasks)
+
+    def on_this_machine(self) -> "RunCost":
+        """Cost with the processor times of this machine."""
+        pace = machine_pace()
+        return replace(self, seconds=pace * self.seconds, compiling=pace * self.compiling)
 
     def summary(self) -> str:
         """The cost in one line."""
@@ -74,7 +80,7 @@ def estimate_cost(scenario: Scenario, *, labels: bool = False, threads: int | No
         threads: Threads of the run; None: one for each core.
 
     Returns:
-        The cost of all its pings, evaluated by the first of them, and for targets by a few.
+        The cost of all its pings on the reference machine, evaluated by the first of them, and for targets by a few.
     """
     simulator = build_simulator(scenario)
     labelled = (labels or scenario.output.labels) and scenario.sonar.receiver.record != "elements"

@@ -1,10 +1,11 @@
 """Processor time and memory of single operations, by which `insonify.estimates.run_cost` prices a run.
 
-Measured on a plain x86 core of the 2020s; `python benchmarks/run.py estimate` compares the sums with runs.
+Measured on a fast x86 core of the 2020s, and scaled by `insonify.estimates.machine_pace`; `python benchmarks/run.py
+estimate` compares the sums with runs.
 """
 
-START_SECONDS = 3.4
-"""Start of a run: libraries, validation, kernels read from their cache [s]; 2.6 on a fast core, 4.5 on a slow one."""
+START_SECONDS = 2.6
+"""Start of a run: libraries, validation, kernels read from their cache [s]."""
 PING_SECONDS = 4e-3
 """Share of each ping and side that does not depend on its scatterers [s]."""
 WRITE_SECONDS, LABEL_WRITE_SECONDS = 1.5e-3, 1.8e-3

@@ -109,8 +109,15 @@ class Beams:
         Args:
             channel: Number of the channel, from 0.
         """
-        row = slice(channel, channel + 1) if self.channel_count > 1 else slice(0, 1)
-        return replace(self, steer=self.steer[row], scale=self.scale[row])
+        return self.subset(np.array([channel if self.channel_count > 1 else 0]))
+
+    def subset(self, channels: NDArray[np.intp]) -> "Beams":
+        """The beams of some channels.
+
+        Args:
+            channels: Numbers of the channels, from 0, shape (n,).
+        """
+        return replace(self, steer=self.steer[channels], scale=self.scale[channels])
 
     def rotated(self, rotation: Floats) -> "Beams":
         """The beams with the array rotated.
