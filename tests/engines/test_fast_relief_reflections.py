@@ -48,13 +48,15 @@ def test_each_leg_is_that_of_the_general_engine(monkeypatch: pytest.MonkeyPatch)
 
     def spied(*expected: Any) -> None:
         part, legs = expected[4], expected[5]
-        first, delay, departure = legs.first, legs.delay, legs.departure
+        first, delay, departure = legs.radial_offsets, legs.delay, legs.departure
         level = delay[:, : first[-1]].copy(), departure[:, :, : first[-1]].copy()
         bounce_off_relief(*expected)
-        listed = np.concatenate([part.lists.first[one] + np.arange(n) for one, n in
-                                 zip(part.taken, np.diff(first), strict=True)])  # fmt: skip
-        reach, depth = legs.point[:, : first[-1]]
-        points = np.stack([*(here.transmit_position[:2, None] + reach * part.lists.ahead[:, listed]), depth], axis=-1)
+        listed = np.concatenate([part.lists.list_offsets[one] + np.arange(n) for one, n in
+                                 zip(part.list_rows, np.diff(first), strict=True)])  # fmt: skip
+        reach, depth = legs.range_depth[:, : first[-1]]
+        points = np.stack(
+            [*(here.transmit_position[:2, None] + reach * part.lists.beam_bearing[:, listed]), depth], axis=-1
+        )
         kept.append((points, delay[:, : first[-1]].copy(), departure[:, :, : first[-1]].copy(), *level))
 
     monkeypatch.setattr(reverberation, "bounce_off_relief", spied)

@@ -1,4 +1,4 @@
-"""Tables of fast reverberation that its compiled functions read and write: tuples of arrays."""
+"""Tables of fast reverberation that its kernels read and write: radials, their samples, legs and pairs of legs."""
 
 from typing import Any, NamedTuple
 
@@ -11,12 +11,12 @@ Singles = NDArray[np.float32]
 
 
 class RadialFrame(NamedTuple):
-    """Start of the radials of one ping, in the frame of the seabed's map."""
+    """Start of the radials of one ping, in the frame of the seabed's height map."""
 
-    along: float
-    """Distance along the frame's first axis from the first node of the map's window [m]."""
-    across: float
-    """Distance along its second axis [m]."""
+    origin_along: float
+    """Distance of the sonar along the frame's first axis from the first node of the map's window [m]."""
+    origin_across: float
+    """Distance of the sonar along its second axis [m]."""
     heading: float
     """Heading of the first axis [rad]."""
     step: float
@@ -24,115 +24,120 @@ class RadialFrame(NamedTuple):
 
 
 class SampleLists(NamedTuple):
-    """Lists of samples, each of one line, and of those of them that each pair takes."""
+    """Samples at which any pair of families is evaluated: one list of points for each radial, in columns of n points.
 
-    first: Integers
-    """First point of each list, (lists + 1,)."""
-    samples: Integers
-    """Samples of the line from the sonar up to the last point of each list, (lists,)."""
-    families: Integers
+    Each pair of families is evaluated at some points of a list, the rows of its columns.
+    """
+
+    list_offsets: Integers
+    """First point of each list, and n, (lists + 1,)."""
+    sample_counts: Integers
+    """Samples of the radial from the sonar up to the last point of each list, (lists,)."""
+    family_bits: Integers
     """Families requested at any point of each list, a bit for each, (lists,)."""
-    passed: NDArray[np.bool_]
-    """Rows of launches that any of these passes by, (lists, paths)."""
-    sample: Integers
-    """Number of each point along its line, (n,)."""
-    requested: Integers
+    needed_horizons: NDArray[np.bool_]
+    """True for the launch horizons that the families of each list need, (lists, horizons)."""
+    sample_number: Integers
+    """Number of each point along its radial, (n,)."""
+    requested_families: Integers
     """Families requested at each point, a bit for each, (n,)."""
-    reach: Floats
-    """Horizontal distance of each point [m], (n,)."""
-    ahead: Singles
-    """North and east of the bearing at which the beams are evaluated there [1], (2, n)."""
-    pair_first: Integers
-    """First row of each pair in each list, (lists, p + 1)."""
-    row: Integers
-    """Number of the point in its list, (rows,)."""
-    more: Singles
-    """Number of points that each row represents [1], (rows,)."""
-    close_first: Integers
-    """First range of each list, (lists + 1,)."""
-    close: Integers
-    """First point and after the last, in the list, of ranges where pairs may arrive within one pulse, (any, 2)."""
+    distance: Floats
+    """Horizontal distance of each point from the sonar [m], (n,)."""
+    beam_bearing: Singles
+    """North and east component of the bearing at which the beams are evaluated for each point [1], (2, n)."""
+    pair_offsets: Integers
+    """First row of each pair of each list, and the end of the last, (lists, p + 1)."""
+    pair_points: Integers
+    """Number of a point in its list, for each row, (rows,)."""
+    inverse_probability: Singles
+    """One over the keep probability of the point, for each row [1], (rows,)."""
+    interference_offsets: Integers
+    """First range of points of each list in `interference_ranges`, and their number, (lists + 1,)."""
+    interference_ranges: Integers
+    """First point, and that after the last, in the list, where pairs may arrive within one pulse, (ranges, 2)."""
 
 
 class RadialSet(NamedTuple):
     """Radials of one ping with the lists of their samples."""
 
     radials: Floats
-    """One row each, (s, 9): cosine and sine in the frame of the map; width of its cell [rad]; width over which the beam
-    is evaluated in turn, 0 for its middle alone [rad]; start and stop of what is received [m]; position of its first
-    sample in its own steps; its number; its own step in steps of the frame."""
+    """Columns of `radial_columns`, (s, 9)."""
     lists: SampleLists
     """Lists of points."""
-    taken: NDArray[np.int64]
+    list_rows: NDArray[np.int64]
     """Row in `lists` of each radial, (s,)."""
     passes_target: NDArray[np.bool_]
-    """Radials that may pass a target, (s,)."""
+    """True for radials that may pass a target, (s,)."""
 
 
 class IsovelocityChannel(NamedTuple):
     """Water of one sound speed between a flat surface and the mean seabed."""
 
-    source: float
+    sonar_depth: float
     """Depth of the sonar [m]."""
     water_depth: float
     """Depth of the mean seabed [m]."""
-    speed: float
+    sound_speed: float
     """Sound speed [m/s]."""
     wavelength: float
     """Acoustic wavelength [m]."""
 
 
 class FamilyTable(NamedTuple):
-    """Bounces of the f families that reach the seabed, and the image sources of their segments."""
+    """Bounces of the f families that reach the seabed, their image sources and their launch horizons.
 
-    images: Floats
+    A leg is cut by terrain where a ray of one of its segments would reach the seabed before the segment's end. So each
+    segment, with the bounces before it, has a launch horizon; families with the same first bounces share it.
+    """
+
+    image_depths: Floats
     """Depth of the image source of each family [m], (f,)."""
     bounce_codes: Integers
     """Bounces of each family, 1 surface, 2 bottom, 0 no more, (f, most)."""
     horizon_row: Integers
-    """Row of launches of what has been passed up to each segment, (f, most + 1)."""
-    launch_image_depths: Floats
-    """Depth of the image source of each row of launches [m], (rows,)."""
-    launch_rising: NDArray[np.bool_]
-    """True if its last bounce is off the bottom, (rows,)."""
+    """Launch horizon of each segment of each family, (f, most + 1)."""
+    horizon_image_depths: Floats
+    """Depth of the image source of each launch horizon [m], (horizons,)."""
+    horizon_rising: NDArray[np.bool_]
+    """True for launch horizons of segments that begin at the bottom, (horizons,)."""
     reflection_products: NDArray[np.complex64]
     """Product of all bounces of a family, over evenly spaced sines of the grazing angle [1], (f, nodes)."""
-    factor: Singles
+    direction_factor: Singles
     """Direction factor of a law that is a product of two, see `CompiledLaw.factor`; empty for any other."""
-    loss: float
+    absorption_octaves: float
     """Absorption [octaves of pressure/m]."""
 
 
 class MapTiles(NamedTuple):
-    """Tiles of the seabed's map in the window of one ping."""
+    """Tiles of the seabed's height map in the window of one ping."""
 
-    cell: float
+    cell_size: float
     """Side of a cell [m]."""
-    slot: Integers
-    """Row in `nodes` of each tile of the window, (any, any)."""
+    tile_row: Integers
+    """Row in `nodes` of each tile of the window, (along, across)."""
     nodes: Singles
     """Height [m] and slopes [1] on nodes, (tiles, 65, 65, 3)."""
-    flat: bool
+    is_flat: bool
     """True for a flat seabed, which has no map."""
 
 
 class RadialLegs(NamedTuple):
     """Columns of the n samples of some radials, and of their legs by f families."""
 
-    first: NDArray[np.int64]
-    """First sample of each radial, and the number of all, (s + 1,)."""
-    point: Floats
+    radial_offsets: NDArray[np.int64]
+    """First sample of each radial, and n, (s + 1,)."""
+    range_depth: Floats
     """Horizontal distance and depth of each sample [m], (2, n)."""
     normal: Singles
     """Unit normal into the water, (3, n)."""
     delay: Floats
     """One-way travel time [s], (f, n)."""
     amplitude: NDArray[np.complex64]
-    """Pressure re 1 m, times the root of the direction's factor if there is one [1]; 0 without a path, (f, n)."""
+    """Pressure re 1 m, times the root of the direction factor if there is one [1]; 0 without a path, (f, n)."""
     departure: Singles
-    """Direction of travel at the sonar, in the world, (f, 3, n)."""
+    """Direction of travel at the sonar, in the world [1], (f, 3, n)."""
     arrival: Singles
-    """Direction of travel at the sample, (f, 3, n)."""
+    """Direction of travel at the sample, in the world [1], (f, 3, n)."""
 
 
 class PairSamples(NamedTuple):
@@ -141,6 +146,6 @@ class PairSamples(NamedTuple):
     rows: NDArray[np.int32]
     """Samples of each pair, (p, most)."""
     weight: Singles
-    """Area of seabed that each stands for [m^2], (p, most)."""
+    """Area of seabed that each sample represents [m^2], later times the cross section, (p, most)."""
     sample_count: NDArray[np.int64]
     """Number of samples, (p,)."""

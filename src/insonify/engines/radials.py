@@ -11,6 +11,7 @@ Low gains need few points: there radials are wider, and their samples farther ap
 import numpy as np
 from numpy.typing import NDArray
 
+from insonify.engines import radial_columns as column
 from insonify.engines._radial_gain_kernel import patch_gain_bounds
 from insonify.engines.polar_grid import GOLDEN, MAX_CELL_WIDTH
 from insonify.engines.resolution import Resolution
@@ -24,24 +25,24 @@ from insonify.sonar.ping_geometry import PingGeometry
 Floats = NDArray[np.float64]
 
 CELLS_PER_SECTOR = 128
-"""Cells looked at together, before each is."""
+"""Cells whose gain is bounded together, before that of each."""
 LOW_GAIN = 10 ** (-25 / 20)
-"""Two-way gain below which lines represent several cells each [1]."""
+"""Two-way gain below which a radial represents several cells [1]."""
 SIDE_LOBE = 10 ** (-20 / 20)
 """Largest two-way gain at a distance below which `LOW_GAIN` is lowered in proportion: all gains are low there [1]."""
 CELLS_PER_LOW_GAIN_RADIAL = (16, 4)
-"""Largest number of cells of a radial where all gains are low."""
+"""Numbers of cells of a radial where all gains are low: the largest, and one to which it is divided."""
 MAX_PATCH_WIDTH = 0.5
 """Width of a patch of the seabed above which the gain towards it is not bounded [rad]."""
 LOW_GAIN_STRIDE = 2
-"""Steps between the samples of the widest of these radials."""
+"""Steps of the frame between the samples of the widest of these radials."""
 
 
 def radials_in_view(
     ping_geometry: PingGeometry, depth: float, window_range: ReachableRange, resolution: Resolution,
     families: tuple[str, ...], floor: float, heading: float, rise: float = 0.0,
 ) -> Floats:  # fmt: skip
-    """The lines of a boundary that one ping can receive.
+    """Radials of a boundary that one ping can receive.
 
     Args:
         ping_geometry: The sonar, both ends at one position.
@@ -54,7 +55,7 @@ def radials_in_view(
         rise: Largest height of the boundary above or below its depth [m], less than the sonar's height above it.
 
     Returns:
-        Radials as the rows of `RadialSet.radials`, shape (n, 9).
+        Radials as rows of `radial_columns`, shape (n, 9).
     """
     key = (
         ping_geometry.transmit_beams.axes.tobytes(), ping_geometry.receive_beams.axes.tobytes(),
@@ -78,45 +79,43 @@ def _radials(
     cell = min(resolution.beam_width, MAX_CELL_WIDTH) / np.sqrt(resolution.scatterers_per_cell)
     cell_count = int(np.ceil(2 * np.pi / cell / CELLS_PER_SECTOR)) * CELLS_PER_SECTOR
     source, height = float(ping_geometry.transmit_position[2]), window_range.vertical_distance
-    images = _image_verticals(families, source, depth)
+    image_verticals = _image_verticals(families, source, depth)
     boresight = float(np.arctan2(ping_geometry.boresight[1], ping_geometry.boresight[0]))
-    keys: list[tuple[int, int]] = []
+    first_and_count: list[tuple[int, int]] = []
     zones: list[list[float]] = []
-    last: dict[tuple[int, int], list[float]] = {}
+    last_zone: dict[tuple[int, int], list[float]] = {}
     outer = window_range.farthest
     while outer > window_range.nearest and outer > 0:
         merged = 1 << int(np.clip(np.log2(np.hypot(outer, height) / outer), 0, 4))
         inner = outer / 2 if merged < 16 else 0.0
         zone = inner, outer
+        zone_over_relief = _zone_over_relief(zone, image_verticals[0], rise)
         for first, count in _cells(
-            ping_geometry, boresight, cell_count, merged, zone, _zone_over_relief(zone, images[0], rise), images, floor
+            ping_geometry, boresight, cell_count, merged, zone, zone_over_relief, image_verticals, floor
         ):
-            zone_distances = last.get((first, count))
+            zone_distances = last_zone.get((first, count))
             if zone_distances is None or zone_distances[0] != outer:  # after a zone of finer radials a new one begins
-                zone_distances = last[first, count] = [inner, outer]
-                keys.append((first, count))
+                zone_distances = last_zone[first, count] = [inner, outer]
+                first_and_count.append((first, count))
                 zones.append(zone_distances)
             zone_distances[0] = inner
         outer = inner
-    number = np.arange(len(keys))
-    lines = np.empty((len(keys), 9))
-    if not keys:
-        return lines
-    first, count = np.array(keys).T
+    number = np.arange(len(first_and_count))
+    radials = np.empty((len(first_and_count), 9))
+    if not first_and_count:
+        return radials
+    first, count = np.array(first_and_count).T
     width = count * (2 * np.pi / cell_count)
     bearing = boresight + (first + count / 2) * (2 * np.pi / cell_count) - heading
-    lines[:, 0], lines[:, 1], lines[:, 2] = np.cos(bearing), np.sin(bearing), width
-    is_merged = np.array([_is_weak(key) for key in keys])
-    lines[:, 3] = np.where(is_merged, width, 0.0)
-    lines[:, 4:6] = np.array(zones)
-    lines[:, 4] = np.maximum(lines[:, 4], window_range.nearest)
-    lines[:, 6], lines[:, 7] = 1 - np.mod((number + 0.5) * GOLDEN, 1.0), number
-    lines[:, 8] = np.where(count >= CELLS_PER_LOW_GAIN_RADIAL[0], LOW_GAIN_STRIDE, 1)
-    return lines
-
-
-def _is_weak(key: tuple[int, int]) -> bool:
-    return key[1] >= CELLS_PER_LOW_GAIN_RADIAL[-1]
+    radials[:, column.COSINE], radials[:, column.SINE] = np.cos(bearing), np.sin(bearing)
+    radials[:, column.CELL_WIDTH] = width
+    is_merged = count >= CELLS_PER_LOW_GAIN_RADIAL[-1]
+    radials[:, column.BEAM_SPREAD] = np.where(is_merged, width, 0.0)
+    radials[:, [column.START, column.STOP]] = np.array(zones)
+    radials[:, column.START] = np.maximum(radials[:, column.START], window_range.nearest)
+    radials[:, column.FIRST_SAMPLE], radials[:, column.NUMBER] = 1 - np.mod((number + 0.5) * GOLDEN, 1.0), number
+    radials[:, column.STRIDE] = np.where(count >= CELLS_PER_LOW_GAIN_RADIAL[0], LOW_GAIN_STRIDE, 1)
+    return radials
 
 
 def _zone_over_relief(zone: tuple[float, float], vertical_distances: Floats, rise: float) -> tuple[float, float]:
@@ -129,28 +128,28 @@ def _zone_over_relief(zone: tuple[float, float], vertical_distances: Floats, ris
 
 def _cells(
     ping_geometry: PingGeometry, boresight: float, cell_count: int, merged: int, zone: tuple[float, float],
-    over_relief: tuple[float, float], images: tuple[Floats, NDArray[np.bool_]], floor: float,
+    zone_over_relief: tuple[float, float], image_verticals: tuple[Floats, NDArray[np.bool_]], floor: float,
 ) -> list[tuple[int, int]]:  # fmt: skip
-    """First cell and number of cells of each radial of one zone: cells count from boresight in steps of the finest."""
+    """First cell and number of cells of each radial of one zone; cells are numbered from boresight."""
     angle = 2 * np.pi / cell_count
 
     def gain_bound(first: NDArray[np.int64], count: int, zone: tuple[float, float]) -> Floats:
         bearing = np.asarray(boresight + (first + count / 2) * angle, float)
-        return radial_gain_bound(ping_geometry, bearing, count * angle, zone, *images)
+        return radial_gain_bound(ping_geometry, bearing, count * angle, zone, *image_verticals)
 
     first = np.arange(-cell_count // 2, cell_count // 2, CELLS_PER_SECTOR)
-    is_high = gain_bound(first, CELLS_PER_SECTOR, zone)
+    gain = gain_bound(first, CELLS_PER_SECTOR, zone)
     # near the sonar even the largest gain may be a side lobe of the vertical beam
-    low_gain = LOW_GAIN * min(float(is_high.max(initial=0.0)) / SIDE_LOBE, 1.0)
-    first, cells = first[gain_bound(first, CELLS_PER_SECTOR, over_relief) >= floor], []
+    low_gain = LOW_GAIN * min(float(gain.max(initial=0.0)) / SIDE_LOBE, 1.0)
+    first, cells = first[gain_bound(first, CELLS_PER_SECTOR, zone_over_relief) >= floor], []
     coarser = CELLS_PER_SECTOR
     for width in sorted({*(max(count, merged) for count in CELLS_PER_LOW_GAIN_RADIAL), merged}, reverse=True):
         first = (first[:, None] + np.arange(0, coarser, width)).ravel()
-        is_high = gain_bound(first, width, zone)
-        is_split = (is_high >= low_gain) if width > merged else np.zeros(len(first), bool)
+        gain = gain_bound(first, width, zone)
+        is_split = (gain >= low_gain) if width > merged else np.zeros(len(first), bool)
         if width >= CELLS_PER_LOW_GAIN_RADIAL[-1]:
             cells += [
-                (int(cell), width) for cell in first[(gain_bound(first, width, over_relief) >= floor) & ~is_split]
+                (int(cell), width) for cell in first[(gain_bound(first, width, zone_over_relief) >= floor) & ~is_split]
             ]
         else:
             cells += [(int(cell), width) for cell in first]
@@ -159,32 +158,32 @@ def _cells(
 
 
 def radial_gain_bound(
-    ping_geometry: PingGeometry, bearing: Floats, width: float, zone: tuple[float, float], climbs: Floats,
-    odd: NDArray[np.bool_],
+    ping_geometry: PingGeometry, bearing: Floats, width: float, zone: tuple[float, float], vertical_distances: Floats,
+    is_odd: NDArray[np.bool_],
 ) -> Floats:  # fmt: skip
-    """Two-way gain that no patch of a boundary exceeds, about some bearings [1], shape (n,).
+    """Upper bound of the two-way gain towards patches of a boundary about some bearings [1], shape (n,).
 
     Args:
         ping_geometry: The sonar, both ends at one position.
         bearing: Middle of each patch [rad], shape (n,).
         width: Width of the patches [rad].
         zone: Nearest and farthest distance of them [m].
-        climbs: From the image source of each family down to the boundary [m], shape (f,).
-        odd: True if it has an odd number of bounces, shape (f,).
+        vertical_distances: Vertical distance from the image source of each family down to the boundary [m], shape (f,).
+        is_odd: True for families with an odd number of bounces, shape (f,).
     """
     ends = (
         (ping_geometry.transmit_beams,)
         if ping_geometry.same_beams
         else (ping_geometry.transmit_beams, ping_geometry.bounding_receive_beams)
     )
-    gains = [_patch_gain_bounds(beams, bearing, width, zone, climbs, odd) for beams in ends]
+    gains = [_patch_gain_bounds(beams, bearing, width, zone, vertical_distances, is_odd) for beams in ends]
     return np.asarray(gains[0] * gains[-1])
 
 
 def _image_verticals(families: tuple[str, ...], source: float, depth: float) -> tuple[Floats, NDArray[np.bool_]]:
     """Height of each family's image source above the seabed [m], and True if it has an odd number of bounces."""
-    climbs = np.array([depth - image_depth(name, source, depth) for name in families])
-    return climbs, np.array([len(bounce_sequence(name)) % 2 == 1 for name in families])
+    vertical_distances = np.array([depth - image_depth(name, source, depth) for name in families])
+    return vertical_distances, np.array([len(bounce_sequence(name)) % 2 == 1 for name in families])
 
 
 def straight_gain_bound(ping_geometry: PingGeometry, depth: float, families: tuple[str, ...]) -> GainBound | None:
@@ -198,24 +197,28 @@ def straight_gain_bound(ping_geometry: PingGeometry, depth: float, families: tup
     if ping_geometry.receive_track_extent is not None or not families:
         return None
     ends = {float(position[2]) for position in (ping_geometry.transmit_position, ping_geometry.receive_position)}
-    climbs, odd = (
-        np.concatenate(part)
-        for part in zip(*(_image_verticals(families, end, depth) for end in sorted(ends)), strict=True)
+    vertical_distances, is_odd = (
+        np.concatenate(columns)
+        for columns in zip(*(_image_verticals(families, end, depth) for end in sorted(ends)), strict=True)
     )
     end_distance = float(np.linalg.norm(ping_geometry.transmit_position - ping_geometry.receive_position))
 
     def gain_bound(bearing: Floats, width: float, zone: tuple[float, float]) -> Floats:
-        turned = 2 * float(np.arctan2(end_distance, zone[0])) if end_distance > 0 else 0.0  # parallax of the other end
-        if width + turned > MAX_PATCH_WIDTH:
+        parallax = 2 * float(np.arctan2(end_distance, zone[0])) if end_distance > 0 else 0.0  # of the other end
+        if width + parallax > MAX_PATCH_WIDTH:
             return np.full(len(bearing), np.inf)
-        return radial_gain_bound(ping_geometry, np.asarray(bearing, float), width + turned, zone, climbs, odd)
+        return radial_gain_bound(
+            ping_geometry, np.asarray(bearing, float), width + parallax, zone, vertical_distances, is_odd
+        )
 
     return gain_bound
 
 
 def _patch_gain_bounds(
-    beams: Beams, bearing: Floats, width: float, zone: tuple[float, float], climbs: Floats, odd: NDArray[np.bool_]
-) -> Floats:
-    out = np.empty(len(bearing))
-    patch_gain_bounds(bearing, width, zone, climbs, odd, beams.kernel_majorants, out)
-    return out
+    beams: Beams, bearing: Floats, width: float, zone: tuple[float, float], vertical_distances: Floats,
+    is_odd: NDArray[np.bool_]
+) -> Floats:  # fmt: skip
+    """Upper bound of the gain of one end's beams, arguments as of `radial_gain_bound` [1], shape (n,)."""
+    gain = np.empty(len(bearing))
+    patch_gain_bounds(bearing, width, zone, vertical_distances, is_odd, beams.kernel_majorants, gain)
+    return gain

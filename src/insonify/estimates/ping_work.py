@@ -305,7 +305,7 @@ def _label_swath(simulator: Simulator, ping_geometry: PingGeometry) -> PingWork 
     labels = simulator.label_reverberation(ping_geometry)
     if labels is None:
         return None
-    steps = float(labels.plan.steps)
+    steps = float(labels.plan.sample_count)
     seconds = unit_costs.LABEL_SWATH_SECONDS + steps * len(kept) * unit_costs.SECONDS_PER_LABEL_STEP_LEG
     return PingWork(steps, seconds + (0.0 if simulator.shares_reverberation else _swath_seconds(steps, len(kept))))
 
@@ -513,7 +513,7 @@ def _fast_reverberation_steps(simulator: Simulator, ping_geometry: PingGeometry)
     if simulator.scenario.field == "coherent" or not simulator.incoherent_accumulator(ping_geometry).is_short_pulse:
         return None
     reverberation = simulator.fast_reverberation(ping_geometry)
-    return None if reverberation is None else float(reverberation.plan.steps)
+    return None if reverberation is None else float(reverberation.plan.sample_count)
 
 
 def waveform_count(ping_geometry: PingGeometry) -> int:

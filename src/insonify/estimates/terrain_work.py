@@ -7,6 +7,7 @@ sectors that the beams reach, near or far, though scatterers may lie in a small 
 import numpy as np
 from numpy.typing import NDArray
 
+from insonify.engines import radial_columns as column
 from insonify.engines.terrain_profiles import PROFILES_PER_WAVE, azimuth_zones
 from insonify.engines.tracer.tracing_scene import CELL_PARTS
 from insonify.estimates import unit_costs
@@ -58,9 +59,9 @@ def tiles_under_radials(terrain: SeabedTerrain, radials: Floats) -> float:
 
     Args:
         terrain: The seabed.
-        radials: The lines, see `RadialSet`, shape (s, 9).
+        radials: The lines, see `radial_columns`, shape (s, 9).
     """
-    width, stop = radials[:, 2], radials[:, 5]
+    width, stop = radials[:, column.CELL_WIDTH], radials[:, column.STOP]
     perimeter = 2 * float(stop.max(initial=0.0)) + float(width @ stop)
     return _tiles_of(float(width @ stop**2) / 2, perimeter, CELLS * terrain.heightmap_cell_size) + 1.0
 

@@ -27,9 +27,15 @@ def write_image_paths(
         table: Tables of the families.
         legs: Result, in row f of its columns.
     """
-    normal, factor, loss, delay, amplitude = legs.normal, table.factor, table.loss, legs.delay[f], legs.amplitude[f]
+    normal, direction_factor, absorption, delay, amplitude = (
+        legs.normal,
+        table.direction_factor,
+        table.absorption_octaves,
+        legs.delay[f],
+        legs.amplitude[f],
+    )
     departure, arrival = legs.departure[f], legs.arrival[f]
-    last: Any = factor.size - 1
+    last: Any = direction_factor.size - 1
     for m in range(points.size):
         n, length = points[m], paths.length[m]
         facing = 0.0
@@ -40,9 +46,11 @@ def write_image_paths(
         if facing >= 0 or not paths.is_valid[m]:
             amplitude[n] = 0
             continue
-        size = 2.0 ** (-loss * length) / length
+        pressure = 2.0 ** (-absorption * length) / length
         if last > 0:
             index = math.sqrt(min(max(1 + facing, 0.0), 1.0)) * last
             cell = min(int(index), last - 1)
-            size *= math.sqrt(factor[cell] + (index - cell) * (factor[cell + 1] - factor[cell]))
-        amplitude[n] = reflection[m] * size
+            pressure *= math.sqrt(
+                direction_factor[cell] + (index - cell) * (direction_factor[cell + 1] - direction_factor[cell])
+            )
+        amplitude[n] = reflection[m] * pressure

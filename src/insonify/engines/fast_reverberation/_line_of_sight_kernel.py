@@ -21,19 +21,19 @@ class RadialProfile(NamedTuple):
     """Depth of the terrain [m], (at least sample_count,)."""
     sample_count: int
     """Number of samples of the radial."""
-    first: float
+    start_steps: float
     """Distance of the first sample [steps]."""
     step: float
     """Distance of samples [m]."""
-    launch: Singles
-    """Tangents of `running_horizon`, (rows, samples)."""
-    bound: Singles
-    """Horizons of `running_horizon`, (rows, samples)."""
+    launch_slope: Singles
+    """Launch slopes of `running_horizon` [1], (horizons, samples)."""
+    horizon: Singles
+    """Launch horizons of `running_horizon` [1], (horizons, samples)."""
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def running_horizon(terrain: Singles, image: float, rising: bool, step: float, first: float, count: int,
-              launch: Singles, bound: Singles) -> None:  # fmt: skip
+def running_horizon(terrain: Singles, image: float, rising: bool, step: float, start_steps: float, count: int,
+              launch_slope: Singles, horizon: Singles) -> None:  # fmt: skip
     """Fill launch slopes to the terrain at each sample of a radial, and launch horizons, as in `terrain_profiles`.
 
     Args:
@@ -41,40 +41,40 @@ def running_horizon(terrain: Singles, image: float, rising: bool, step: float, f
         image: Depth of the image source of a family [m].
         rising: True if the family's last bounce is off the bottom.
         step: Distance of samples [m].
-        first: Distance of the first sample [steps].
+        start_steps: Distance of the first sample [steps].
         count: Number of samples of the radial.
-        launch: Result, tangents [1], (at least count,).
-        bound: Result, smallest tangent up to each sample, or largest from it on if `rising` [1], (at least count,).
+        launch_slope: Result, tangents [1], (at least count,).
+        horizon: Result, smallest tangent up to each sample, or largest from it on if `rising` [1], (at least count,).
     """
     sign = np.float32(-1.0 if rising else 1.0)
     image_depth = np.float32(image)
     for k in range(count):
-        x = sign * (terrain[k] - image_depth) / np.float32((k + first) * step)
-        launch[k] = x if x == x else sign * np.float32(np.inf)
+        x = sign * (terrain[k] - image_depth) / np.float32((k + start_steps) * step)
+        launch_slope[k] = x if x == x else sign * np.float32(np.inf)
     if rising:
         most = np.float32(-np.inf)
         for k in range(count - 1, -1, -1):
-            most = max(most, launch[k])
-            bound[k] = most
+            most = max(most, launch_slope[k])
+            horizon[k] = most
     else:
         least = np.float32(np.inf)
         for k in range(count):
-            least = min(least, launch[k])
-            bound[k] = least
+            least = min(least, launch_slope[k])
+            horizon[k] = least
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def mark_reached_samples(
-    family: int, reached: Integers, sample: Integers, requested: Integers, profile: RadialProfile,
-    channel: IsovelocityChannel, families: FamilyTable,
+    family: int, reached_families: Integers, sample_number: Integers, requested_families: Integers,
+    profile: RadialProfile, channel: IsovelocityChannel, families: FamilyTable,
 ) -> None:  # fmt: skip
     """Mark the listed samples of a radial that one family reaches; only for terrain below the sonar.
 
     Args:
         family: Row of the family, and the bit that is set.
-        reached: Result, families that reach each listed sample, a bit for each, (at least m,).
-        sample: Number of each listed sample along the radial, (m,).
-        requested: Families requested at each listed sample, a bit for each, (m,).
+        reached_families: Result, families that reach each listed sample, a bit for each, (at least m,).
+        sample_number: Number of each listed sample along the radial, (m,).
+        requested_families: Families requested at each listed sample, a bit for each, (m,).
         profile: Terrain and launch horizons along the radial.
         channel: Water of the straight rays.
         families: Tables of the families.
@@ -85,24 +85,24 @@ def mark_reached_samples(
         bounces += 1
     bit, none = np.int32(1 << family), np.int32(0)
     direct = bounces == 0 or (bounces == 1 and bounce_codes[family, 0] == 1)  # a rising ray clears the seabed
-    horizon = families.horizon_row[family, bounces]
-    launch, bound = profile.launch[horizon], profile.bound[horizon]
-    for i in range(sample.size if direct else 0):
-        k = np.uint32(sample[i])
-        unobstructed = (launch[k] <= bound[k]) & (terrain[k] > 0)
-        reached[i] |= requested[i] & (bit if unobstructed else none)
-    for i in range(0 if direct else sample.size):
-        index = sample[i]
-        if (requested[i] & bit) != 0 and launch[index] <= bound[index] and terrain[index] > 0:
-            reach = (index + profile.first) * profile.step
-            tangent = abs(terrain[index] - families.images[family]) / reach
-            if _clears_terrain(family, bounces, reach, tangent, profile, channel, families):
-                reached[i] |= bit
+    horizon_row = families.horizon_row[family, bounces]
+    launch_slope, horizon = profile.launch_slope[horizon_row], profile.horizon[horizon_row]
+    for i in range(sample_number.size if direct else 0):
+        k = np.uint32(sample_number[i])
+        unobstructed = (launch_slope[k] <= horizon[k]) & (terrain[k] > 0)
+        reached_families[i] |= requested_families[i] & (bit if unobstructed else none)
+    for i in range(0 if direct else sample_number.size):
+        index = sample_number[i]
+        if (requested_families[i] & bit) != 0 and launch_slope[index] <= horizon[index] and terrain[index] > 0:
+            distance = (index + profile.start_steps) * profile.step
+            tangent = abs(terrain[index] - families.image_depths[family]) / distance
+            if _clears_terrain(family, bounces, distance, tangent, profile, channel, families):
+                reached_families[i] |= bit
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _clears_terrain(
-    family: int, bounces: int, reach: float, tangent: float, profile: RadialProfile, channel: IsovelocityChannel,
+    family: int, bounces: int, distance: float, tangent: float, profile: RadialProfile, channel: IsovelocityChannel,
     families: FamilyTable,
 ) -> bool:  # fmt: skip
     """Return True if a ray clears the seabed before its last bounce.
@@ -110,33 +110,33 @@ def _clears_terrain(
     Args:
         family: Row of the family.
         bounces: Number of its bounces.
-        reach: Horizontal distance of the end of the ray [m].
+        distance: Horizontal distance of the end of the ray [m].
         tangent: Tangent of its grazing angle [1].
         profile: See `mark_reached_samples`.
         channel: Water of the straight rays.
         families: Tables of the families.
     """
-    codes, launch, bound = families.bounce_codes[family], profile.launch, profile.bound
+    codes, launch_slope, horizon = families.bounce_codes[family], profile.launch_slope, profile.horizon
     stretch = math.sqrt(1 + tangent * tangent)
-    begin = channel.water_depth - channel.source if codes[0] == 2 else channel.source
-    before, before_half = 0.0, 0.0
+    begin = channel.water_depth - channel.sonar_depth if codes[0] == 2 else channel.sonar_depth
+    previous, previous_half = 0.0, 0.0
     for s in range(bounces):
         stop, half = (begin + s * channel.water_depth) / tangent, 0.0
         if codes[s] == 2:
-            fraction = min(max(stop / reach, 0.0), 1.0)
-            half = math.sqrt(channel.wavelength * reach * stretch * fraction * (1 - fraction)) * stretch / tangent
-        horizon = families.horizon_row[family, s]
+            fraction = min(max(stop / distance, 0.0), 1.0)
+            half = math.sqrt(channel.wavelength * distance * stretch * fraction * (1 - fraction)) * stretch / tangent
+        horizon_row = families.horizon_row[family, s]
         if s > 0 and codes[s - 1] == 2:
-            m = max(math.ceil((before + before_half) / profile.step - profile.first), 0)
-            end = min(math.floor((stop - half) / profile.step - profile.first) + 1, profile.sample_count)
-            if m < end and bound[horizon, m] > tangent:
+            m = max(math.ceil((previous + previous_half) / profile.step - profile.start_steps), 0)
+            end = min(math.floor((stop - half) / profile.step - profile.start_steps) + 1, profile.sample_count)
+            if m < end and horizon[horizon_row, m] > tangent:
                 while m < end:
-                    if launch[horizon, m] > tangent:
+                    if launch_slope[horizon_row, m] > tangent:
                         return False
                     m += 1
         elif s > 0 or codes[0] == 2:
-            m = min(math.floor((stop - half) / profile.step - profile.first), profile.sample_count - 1)
-            if m >= 0 and tangent > bound[horizon, m]:
+            m = min(math.floor((stop - half) / profile.step - profile.start_steps), profile.sample_count - 1)
+            if m >= 0 and tangent > horizon[horizon_row, m]:
                 return False
-        before, before_half = stop, half
+        previous, previous_half = stop, half
     return True

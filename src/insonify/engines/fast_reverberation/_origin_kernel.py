@@ -12,7 +12,7 @@ Floats = NDArray[np.float64]
 Integers = NDArray[Any]
 Singles = NDArray[np.float32]
 
-_A = (
+_ARCSINE_COEFFICIENTS = (
     1.5707963050, -0.2145988016, 0.0889789874, -0.0501743046, 0.0308918810, -0.0170881256, 0.0066700901, -0.0012624911,
 )  # fmt: skip
 
@@ -23,7 +23,7 @@ def arcsine(x: float) -> float:
 
     Source: Abramowitz & Stegun (1964), 4.4.46; from memory, and compared with the library's.
     """
-    a0, a1, a2, a3, a4, a5, a6, a7 = _A
+    a0, a1, a2, a3, a4, a5, a6, a7 = _ARCSINE_COEFFICIENTS
     series = a0 + x * (a1 + x * (a2 + x * (a3 + x * (a4 + x * (a5 + x * (a6 + x * a7))))))
     return math.pi / 2 - math.sqrt(max(1.0 - x, 0.0)) * series
 
@@ -46,23 +46,24 @@ def grazing_angles(arrival: Singles, normal: Singles, grazing: Singles) -> None:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def fill_positions(
-    north: float, east: float, first: Integers, begin: Integers, ahead: Singles, point: Floats, position: Floats
-) -> None:
+    north: float, east: float, radial_offsets: Integers, list_starts: Integers, beam_bearing: Singles,
+    range_depth: Floats, position: Floats,
+) -> None:  # fmt: skip
     """Fill the positions of the samples of some radials.
 
     Args:
         north: North of the sonar [m].
         east: East of the sonar [m].
-        first: First sample of each radial, (s + 1,).
-        begin: First sample of each radial in `ahead`, (s,).
-        ahead: North and east component of the bearing of listed samples [1], (2, any).
-        point: Horizontal distance and depth of each sample [m], (2, n).
+        radial_offsets: First sample of each radial, (s + 1,).
+        list_starts: First sample of each radial in `beam_bearing`, (s,).
+        beam_bearing: North and east component of the bearing of each listed point [1], (2, any).
+        range_depth: Horizontal distance and depth of each sample [m], (2, n).
         position: Result, north, east, depth [m], (3, n).
     """
-    for s in range(begin.size):
-        span = slice(first[s], first[s + 1])
-        columns, distance, depth = position[:, span], point[0, span], point[1, span]
-        bearing = ahead[:, begin[s] : begin[s] + distance.size]
+    for s in range(list_starts.size):
+        span = slice(radial_offsets[s], radial_offsets[s + 1])
+        columns, distance, depth = position[:, span], range_depth[0, span], range_depth[1, span]
+        bearing = beam_bearing[:, list_starts[s] : list_starts[s] + distance.size]
         for i in range(distance.size):
             columns[0, i] = north + distance[i] * bearing[0, i]
             columns[1, i] = east + distance[i] * bearing[1, i]
@@ -70,51 +71,53 @@ def fill_positions(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def unlit_points(amplitude: NDArray[np.complex64], points: Integers, unlit_rows: Integers) -> int:
+def unlit_points(amplitude: NDArray[np.complex64], points: Integers, unlit: Integers) -> int:
     """Find samples that no direct leg reaches; return their number.
 
     Args:
         amplitude: Amplitude of the direct legs [1], (n,).
         points: Indices of some samples, (m,).
-        unlit_rows: Result: positions in `points` of the samples without a direct leg, (m,).
+        unlit: Result: positions in `points` of the samples without a direct leg, (m,).
     """
     count = 0
     for k in range(points.size):
         leg = amplitude[points[k]]
         if leg.real == 0 and leg.imag == 0:
-            unlit_rows[count] = k
+            unlit[count] = k
             count += 1
     return count
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def unoccluded_amplitudes(
-    points: Integers, point: Floats, depth: float, arrival: Singles, normal: Singles, loss: float, factor: Floats,
-    unoccluded: NDArray[np.complex64],
+    points: Integers, range_depth: Floats, depth: float, arrival: Singles, normal: Singles, absorption: float,
+    direction_factor: Floats, unoccluded: NDArray[np.complex64],
 ) -> None:  # fmt: skip
     """Fill the amplitudes of direct legs to some samples without occlusion, 0 for a facet that faces away.
 
     Args:
         points: Indices of the samples, (m,).
-        point: Horizontal distance and depth of each sample [m], (2, n).
+        range_depth: Horizontal distance and depth of each sample [m], (2, n).
         depth: Depth of the sonar [m].
         arrival: Direction of travel of the direct legs at the samples [1], (3, n).
         normal: Unit normals into the water, (3, n).
-        loss: Absorption [octaves of pressure per m].
-        factor: Factor of one direction in the cross section, by the root of 1 less the sine of the grazing angle, (k,);
-            empty: none.
+        absorption: Absorption [octaves of pressure per m].
+        direction_factor: Factor of one direction in the cross section, by the root of 1 less the sine of the grazing
+            angle, (k,); empty: none.
         unoccluded: Result [1], (m,).
     """
-    last = factor.size - 1
+    last = direction_factor.size - 1
     for k in range(points.size):
         n = points[k]
         facing = -(arrival[0, n] * normal[0, n] + arrival[1, n] * normal[1, n] + arrival[2, n] * normal[2, n])
         unoccluded[k] = 0
-        if facing > 0 and point[1, n] > 0:
-            slant_range = math.hypot(point[0, n], point[1, n] - depth)
-            size = 2.0 ** (-loss * slant_range) / slant_range
+        if facing > 0 and range_depth[1, n] > 0:
+            slant_range = math.hypot(range_depth[0, n], range_depth[1, n] - depth)
+            pressure = 2.0 ** (-absorption * slant_range) / slant_range
             if last > 0:
                 index = math.sqrt(max(1.0 - facing, 0.0)) * last
                 row = min(int(index), last - 1)
-                size *= math.sqrt(factor[row] + (index - row) * (factor[row + 1] - factor[row]))
-            unoccluded[k] = size
+                pressure *= math.sqrt(
+                    direction_factor[row] + (index - row) * (direction_factor[row + 1] - direction_factor[row])
+                )
+            unoccluded[k] = pressure

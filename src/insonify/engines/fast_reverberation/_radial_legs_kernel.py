@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from insonify.engines import radial_columns as column
 from insonify.engines.radial_tables import FamilyTable, IsovelocityChannel, RadialFrame, RadialLegs
 from insonify.jit import njit
 
@@ -20,7 +21,7 @@ _E = tuple(np.float32(c) for c in (1.0, 0.69314718, 0.24022651, 0.05550411, 0.00
 class Facets(NamedTuple):
     """Facets at the n samples of one radial."""
 
-    reach: Floats
+    distance: Floats
     """Horizontal distance [m]."""
     along: Singles
     """Slope along the frame's first axis [1]."""
@@ -43,12 +44,12 @@ class FamilyImage(NamedTuple):
     """Depth of the image source [m]."""
     slowness: float
     """One over the speed of sound [s/m]."""
-    loss: float
+    absorption_octaves: float
     """Absorption [octaves of pressure/m]."""
-    turned: float
-    """-1 for an odd number of bounces, else 1."""
-    bit: int
-    """Bit of the family in the columns of bits."""
+    vertical_sign: float
+    """Sign of the vertical direction at the sonar re that at the sample: -1 for an odd number of bounces, else 1."""
+    family: int
+    """Row of the family, and its bit in columns of families."""
 
 
 class RadialBearing(NamedTuple):
@@ -58,9 +59,9 @@ class RadialBearing(NamedTuple):
     """Cosine of the bearing."""
     sine: float
     """Sine of the bearing."""
-    ahead_n: Singles
+    beam_n: Singles
     """North component of the bearing for the beams [1], (n,)."""
-    ahead_e: Singles
+    beam_e: Singles
     """East component [1], (n,)."""
 
 
@@ -69,19 +70,19 @@ class FamilyLegs(NamedTuple):
 
     delay: Floats
     """Travel time [s]."""
-    into_n: Singles
+    arrival_n: Singles
     """Direction of travel at the sample, north component [1]."""
-    into_e: Singles
+    arrival_e: Singles
     """East component [1]."""
-    into_d: Singles
+    arrival_d: Singles
     """Down component [1]."""
-    out_n: Singles
+    departure_n: Singles
     """Direction of travel at the sonar, north component [1]."""
-    out_e: Singles
+    departure_e: Singles
     """East component [1]."""
-    out_d: Singles
+    departure_d: Singles
     """Down component [1]."""
-    size: Singles
+    pressure: Singles
     """Pressure re 1 m but for bounces, 0 where there is no leg [1]."""
     root_slant: Singles
     """Root of one less the sine of the facet's grazing angle [1]."""
@@ -92,14 +93,14 @@ class RadialScratch(NamedTuple):
 
     facet: Singles
     """Two slopes [1]; pressure of a leg [1]; area [m^2]; see `FamilyLegs.root_slant`; (5, at least m)."""
-    bits: Integers
+    reached_families: Integers
     """Families that reach each point, a bit for each, (at least m,)."""
     begin: int
     """Number of the radial's first point."""
 
 
 @njit(inline="always")
-def exp2_of(x: Any) -> Any:
+def exp2_nonpositive(x: Any) -> Any:
     """2^x for x up to 0, to a relative error of 1e-6; 2^-100 below x = -100."""
     clipped: Any = max(x, np.float32(-100.0))
     whole = np.int32(clipped - np.float32(0.5))  # towards 0: nearest, for all that is not above 0
@@ -119,20 +120,21 @@ def facet_normals(facets: Facets, cos_h: float, sin_h: float, cell_width: float)
         sin_h: Sine of the frame's heading.
         cell_width: Step [m] times angular width [rad] of the radial's cell.
     """
-    reach, along, across, north, east, down, area = facets
+    distance, along, across, north, east, down, area = facets
     c, s = np.float32(cos_h), np.float32(sin_h)
-    for i in range(reach.size):
+    for i in range(distance.size):
         a, b = c * along[i] - s * across[i], s * along[i] + c * across[i]
         stretch = math.sqrt(np.float32(1) + a * a + b * b)
         up = np.float32(1) / stretch
         north[i], east[i], down[i] = -a * up, -b * up, -up
-        area[i] = np.float32(reach[i] * cell_width) * stretch
+        area[i] = np.float32(distance[i] * cell_width) * stretch
 
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath=_FAST)
 def straight_legs(
-    facets: Facets, depth: Floats, image: FamilyImage, bearing: RadialBearing, bits: Integers, legs: FamilyLegs
-) -> None:
+    facets: Facets, depth: Floats, image: FamilyImage, bearing: RadialBearing, reached_families: Integers,
+    legs: FamilyLegs,
+) -> None:  # fmt: skip
     """Fill straight legs of one family to samples of one radial: delay, directions, spreading with absorption.
 
     Args:
@@ -140,52 +142,52 @@ def straight_legs(
         depth: Depths of the samples [m], (n,).
         image: Image source of the family.
         bearing: Bearing of the radial.
-        bits: Families that reach each sample, (n,); the family's bit is cleared where the facet faces away.
+        reached_families: Families that reach each sample, (n,); the family's bit is cleared where the facet faces away.
         legs: Result.
     """
-    reach, _, _, normal_n, normal_e, normal_d, _ = facets
-    delay, into_n, into_e, into_d, out_n, out_e, out_d, size, root_slant = legs
-    ahead_n, ahead_e, slowness = bearing.ahead_n, bearing.ahead_e, image.slowness
-    c, s, sign = np.float32(bearing.cosine), np.float32(bearing.sine), np.float32(image.turned)
-    mask, loss = np.int32(1 << image.bit), np.float32(image.loss)
-    for i in range(reach.size):
+    distance, _, _, normal_n, normal_e, normal_d, _ = facets
+    delay, arrival_n, arrival_e, arrival_d, departure_n, departure_e, departure_d, pressure, root_slant = legs
+    beam_n, beam_e, slowness = bearing.beam_n, bearing.beam_e, image.slowness
+    c, s, sign = np.float32(bearing.cosine), np.float32(bearing.sine), np.float32(image.vertical_sign)
+    mask, absorption = np.int32(1 << image.family), np.float32(image.absorption_octaves)
+    for i in range(distance.size):
         dz = depth[i] - image.depth
-        length = math.sqrt(reach[i] * reach[i] + dz * dz)
+        length = math.sqrt(distance[i] * distance[i] + dz * dz)
         inverse = np.float32(1) / np.float32(length)
         delay[i] = length * slowness
-        cosine, vertical = np.float32(reach[i]) * inverse, np.float32(dz) * inverse
+        cosine, vertical = np.float32(distance[i]) * inverse, np.float32(dz) * inverse
         x, y = cosine * c, cosine * s
-        out_n[i], out_e[i] = cosine * ahead_n[i], cosine * ahead_e[i]
-        into_n[i], into_e[i], into_d[i], out_d[i] = x, y, vertical, vertical * sign
+        departure_n[i], departure_e[i] = cosine * beam_n[i], cosine * beam_e[i]
+        arrival_n[i], arrival_e[i], arrival_d[i], departure_d[i] = x, y, vertical, vertical * sign
         facing = x * normal_n[i] + y * normal_e[i] + vertical * normal_d[i]
-        exists = ((bits[i] & mask) != 0) & (facing < np.float32(0))
+        exists = ((reached_families[i] & mask) != 0) & (facing < np.float32(0))
         root_slant[i] = math.sqrt(max(np.float32(1) + facing, np.float32(0)))
-        value = inverse * exp2_of(-loss * np.float32(length))
-        size[i] = value if exists else np.float32(0)
-        bits[i] &= np.int32(-1) if exists else ~mask
+        value = inverse * exp2_nonpositive(-absorption * np.float32(length))
+        pressure[i] = value if exists else np.float32(0)
+        reached_families[i] &= np.int32(-1) if exists else ~mask
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def apply_direction_factor(factor: Singles, root_slant: Singles, size: Singles) -> None:
+def apply_direction_factor(factor: Singles, root_slant: Singles, pressure: Singles) -> None:
     """Multiply pressures by the root of the direction's factor of a separable scattering law.
 
     Args:
         factor: See `FamilyTable`.
         root_slant: See `FamilyLegs`, (n,).
-        size: Result, see `FamilyLegs`, (n,).
+        pressure: Result, see `FamilyLegs`, (n,).
     """
     intervals, last = np.float32(factor.size - 1), np.uint32(factor.size - 2)
-    for i in range(size.size):
+    for i in range(pressure.size):
         index = min(root_slant[i], np.float32(1)) * intervals
         cell = min(np.uint32(index), last)
         fraction = index - np.float32(cell)
-        size[i] *= math.sqrt(factor[cell] + fraction * (factor[cell + np.uint32(1)] - factor[cell]))
+        pressure[i] *= math.sqrt(factor[cell] + fraction * (factor[cell + np.uint32(1)] - factor[cell]))
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def legs_along_radial(
-    radial: Floats, frame: RadialFrame, channel: IsovelocityChannel, table: FamilyTable, families: int,
-    bearings: Singles, scratch: RadialScratch, legs: RadialLegs,
+    radial: Floats, frame: RadialFrame, channel: IsovelocityChannel, table: FamilyTable, family_bits: int,
+    beam_bearing: Singles, scratch: RadialScratch, legs: RadialLegs,
 ) -> None:  # fmt: skip
     """Fill the legs to the m samples of one radial, as rows from `scratch.begin` on.
 
@@ -194,25 +196,27 @@ def legs_along_radial(
         frame: Frame of the radials.
         channel: Water of the straight rays.
         table: Tables of the families.
-        families: Families requested at any of the samples, a bit for each.
-        bearings: Bearings at which the beams are evaluated [1], (2, m).
+        family_bits: Families requested at any of the samples, a bit for each.
+        beam_bearing: Bearings at which the beams are evaluated [1], (2, m).
         scratch: Slopes of the facets, and families that reach each sample; the fourth row of `facet` becomes the areas.
         legs: Result.
     """
-    n, m, facet, bits = scratch.begin, bearings.shape[1], scratch.facet, scratch.bits
-    index, normal, delay, departure, arrival = legs.point, legs.normal, legs.delay, legs.departure, legs.arrival
+    n, m, facet, reached_families = scratch.begin, beam_bearing.shape[1], scratch.facet, scratch.reached_families
+    range_depth, normal, delay = legs.range_depth, legs.normal, legs.delay
+    departure, arrival = legs.departure, legs.arrival
     amplitude, reflection_products, bounce_codes = legs.amplitude, table.reflection_products, table.bounce_codes
     stop = n + m
     cos_h, sin_h = math.cos(frame.heading), math.sin(frame.heading)
-    cosine, sine = cos_h * radial[0] - sin_h * radial[1], sin_h * radial[0] + cos_h * radial[1]
+    bearing_cosine, bearing_sine = radial[column.COSINE], radial[column.SINE]
+    cosine, sine = cos_h * bearing_cosine - sin_h * bearing_sine, sin_h * bearing_cosine + cos_h * bearing_sine
     # rows of whole arrays: the compiler must see that they are contiguous
-    depth, size, area, root_slant = index[1, n:stop], facet[2, :m], facet[3, :m], facet[4, :m]
-    facets = Facets(index[0, n:stop], facet[0, :m], facet[1, :m], normal[0, n:stop], normal[1, n:stop],
+    depth, pressure, area, root_slant = range_depth[1, n:stop], facet[2, :m], facet[3, :m], facet[4, :m]
+    facets = Facets(range_depth[0, n:stop], facet[0, :m], facet[1, :m], normal[0, n:stop], normal[1, n:stop],
                     normal[2, n:stop], area)  # fmt: skip
-    facet_normals(facets, cos_h, sin_h, frame.step * radial[8] * radial[2])
-    bearing, nodes = RadialBearing(cosine, sine, bearings[0], bearings[1]), reflection_products.shape[1] - 1
-    for f in range(table.images.size):
-        if families & (1 << f) == 0:
+    facet_normals(facets, cos_h, sin_h, frame.step * radial[column.STRIDE] * radial[column.CELL_WIDTH])
+    bearing, nodes = RadialBearing(cosine, sine, beam_bearing[0], beam_bearing[1]), reflection_products.shape[1] - 1
+    for f in range(table.image_depths.size):
+        if family_bits & (1 << f) == 0:
             amplitude[f, n:stop] = 0
             continue
         sign, bounces = 1.0, 0
@@ -220,19 +224,19 @@ def legs_along_radial(
             if bounce_codes[f, q] > 0:
                 sign, bounces = -sign, bounces + 1
         columns = FamilyLegs(delay[f, n:stop], arrival[f, 0, n:stop], arrival[f, 1, n:stop], arrival[f, 2, n:stop],
-                             departure[f, 0, n:stop], departure[f, 1, n:stop], departure[f, 2, n:stop], size,
+                             departure[f, 0, n:stop], departure[f, 1, n:stop], departure[f, 2, n:stop], pressure,
                              root_slant)  # fmt: skip
-        image = FamilyImage(table.images[f], 1 / channel.speed, table.loss, sign, f)
-        straight_legs(facets, depth, image, bearing, bits[:m], columns)
-        if table.factor.size > 0:
-            apply_direction_factor(table.factor, root_slant, size)
+        image = FamilyImage(table.image_depths[f], 1 / channel.sound_speed, table.absorption_octaves, sign, f)
+        straight_legs(facets, depth, image, bearing, reached_families[:m], columns)
+        if table.direction_factor.size > 0:
+            apply_direction_factor(table.direction_factor, root_slant, pressure)
         if bounces == 0:
             for i in range(m):
-                amplitude[f, n + i] = np.complex64(size[i])
+                amplitude[f, n + i] = np.complex64(pressure[i])
             continue
         for i in range(m):
             position = min(abs(arrival[f, 2, n + i]), np.float32(1)) * np.float32(nodes)
             cell = np.uint64(min(int(position), nodes - 1))  # unsigned: a signed index costs a test
             fraction = np.float32(position - cell)
             low, high = reflection_products[f, cell], reflection_products[f, cell + np.uint64(1)]
-            amplitude[f, n + i] = size[i] * (low + fraction * (high - low))
+            amplitude[f, n + i] = pressure[i] * (low + fraction * (high - low))

@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from insonify.engines import radial_columns as column
 from insonify.engines.fast_reverberation._sample_allocation_kernel import GOLDEN
 from insonify.engines.radial_tables import FamilyTable, SampleLists
 from insonify.jit import njit
@@ -20,7 +21,8 @@ Singles = NDArray[np.float32]
 
 FULL_PROBABILITY = 32
 """Number that represents a keep probability of 1 [1]."""
-_SAMPLE_PACE, _RADIAL_PACE = 3242174889, 2447445414  # of 2^32: the inverse of the plastic number, and its square
+_SAMPLE_INCREMENT = 3242174889  # of 2^32: the inverse of the plastic number
+_RADIAL_INCREMENT = 2447445414  # of 2^32: its square
 
 
 class RangeBins(NamedTuple):
@@ -30,7 +32,7 @@ class RangeBins(NamedTuple):
     """Edges of the bins, horizontal distances [m], (b + 1,)."""
     pair: Integers
     """Rows of two families, (p, 2)."""
-    close: NDArray[np.bool_]
+    interferes: NDArray[np.bool_]
     """True if several pairs of a bin may arrive within one pulse, (b,)."""
 
 
@@ -42,7 +44,7 @@ def list_samples(
     """Fill one list for each radial, or only count: `first`, `pair_first` and `close_first` are set in either case.
 
     Args:
-        radials: See `RadialSet`, (s, 9).
+        radials: See `radial_columns`, (s, 9).
         heading: Heading of their frame [rad].
         step: Distance of samples [m].
         bins: The range bins.
@@ -52,71 +54,81 @@ def list_samples(
         lists: Result.
         fill: True to fill the lists, False to count their rows.
     """
-    edges, pair, close = bins
+    edges, pair, interferes = bins
     family_count = families.bounce_codes.shape[0]
-    range_bin, requested = np.empty(edges.size, np.int64), np.empty((family_count, edges.size - 1), np.uint8)
+    first_sample = np.empty(edges.size, np.int64)
+    family_probability = np.empty((family_count, edges.size - 1), np.uint8)
     n, ranges, row = 0, 0, 0
-    lists.first[0], lists.close_first[0] = 0, 0
+    lists.list_offsets[0], lists.interference_offsets[0] = 0, 0
     for s in range(radials.shape[0]):
-        pitch = step * radials[s, 8]
-        count = range_bins_of(radials[s], pitch, edges, pair, keep_probability[s], range_bin, requested)
-        lists.samples[s] = count
-        mark_needed_launches(requested, families, lists.passed[s])
-        priority, number = np.empty(count, np.int32), np.full(count, -1, np.int32)
-        priorities(radials[s, 7], count, priority)
-        begin, all_families = n, np.int32(0)
+        sample_spacing = step * radials[s, column.STRIDE]
+        count = range_bins_of(
+            radials[s], sample_spacing, edges, pair, keep_probability[s], first_sample, family_probability
+        )
+        lists.sample_counts[s] = count
+        mark_needed_horizons(family_probability, families, lists.needed_horizons[s])
+        priority, point_of_sample = np.empty(count, np.int32), np.full(count, -1, np.int32)
+        priorities(radials[s, column.NUMBER], count, priority)
+        list_start, all_families = n, np.int32(0)
         for b in range(edges.size - 1):
-            start = n
-            for k in range(range_bin[b], range_bin[b + 1]):
-                bits = np.int32(0)
+            bin_start = n
+            for k in range(first_sample[b], first_sample[b + 1]):
+                family_bits = np.int32(0)
                 for f in range(family_count):
-                    bits |= np.int32(1 << f) if priority[k] < requested[f, b] else np.int32(0)
-                if bits == 0:
+                    family_bits |= np.int32(1 << f) if priority[k] < family_probability[f, b] else np.int32(0)
+                if family_bits == 0:
                     continue
-                number[k] = n - begin
-                all_families |= bits
+                point_of_sample[k] = n - list_start
+                all_families |= family_bits
                 if fill:
-                    lists.sample[n], lists.requested[n] = k, bits
+                    lists.sample_number[n], lists.requested_families[n] = k, family_bits
                 n += 1
-            if close[b] and n > start:
+            if interferes[b] and n > bin_start:
                 if fill:
-                    lists.close[ranges, 0], lists.close[ranges, 1] = start - begin, n - begin
+                    lists.interference_ranges[ranges, 0] = bin_start - list_start
+                    lists.interference_ranges[ranges, 1] = n - list_start
                 ranges += 1
-        lists.families[s] = all_families
+        lists.family_bits[s] = all_families
         if fill:
-            _positions(radials[s], heading, pitch, lists.sample[begin:n], lists.reach[begin:n], lists.ahead[:, begin:n])
+            listed = slice(list_start, n)
+            _place_samples(radials[s], heading, sample_spacing, lists.sample_number[listed], lists.distance[listed],
+                           lists.beam_bearing[:, listed])  # fmt: skip
         for p in range(pair.shape[0]):
-            lists.pair_first[s, p] = row
+            lists.pair_offsets[s, p] = row
             for b in range(edges.size - 1):
-                for k in range(range_bin[b], range_bin[b + 1] if keep_probability[s, b, p] > 0 else 0):
+                for k in range(first_sample[b], first_sample[b + 1] if keep_probability[s, b, p] > 0 else 0):
                     if priority[k] < keep_probability[s, b, p]:
                         if fill:
-                            lists.row[row], lists.more[row] = number[k], FULL_PROBABILITY / keep_probability[s, b, p]
+                            lists.pair_points[row] = point_of_sample[k]
+                            lists.inverse_probability[row] = FULL_PROBABILITY / keep_probability[s, b, p]
                         row += 1
-        lists.pair_first[s, pair.shape[0]] = row
-        lists.first[s + 1], lists.close_first[s + 1] = n, ranges
+        lists.pair_offsets[s, pair.shape[0]] = row
+        lists.list_offsets[s + 1], lists.interference_offsets[s + 1] = n, ranges
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _positions(radial: Floats, heading: float, step: float, sample: Integers, reach: Floats, bearing: Singles) -> None:
+def _place_samples(
+    radial: Floats, heading: float, step: float, sample_number: Integers, distance: Floats, beam_bearing: Singles
+) -> None:
     """Fill distances of samples, and bearings at which the beams are evaluated for them.
 
     The bearing is at another part of the radial's width for each sample, or in the middle of a radial of one cell.
     """
-    cosine = math.cos(heading) * radial[0] - math.sin(heading) * radial[1]
-    sine = math.sin(heading) * radial[0] + math.cos(heading) * radial[1]
-    for i in range(sample.size):
-        reach[i] = (sample[i] + radial[6]) * step
-        fraction = radial[7] * GOLDEN + (sample[i] + 0.5) * GOLDEN
-        priority = (fraction - math.floor(fraction) - 0.5) * radial[3]
-        middle = 1 - 0.5 * priority * priority
-        bearing[0, i], bearing[1, i] = cosine * middle - sine * priority, sine * middle + cosine * priority
+    cosine = math.cos(heading) * radial[column.COSINE] - math.sin(heading) * radial[column.SINE]
+    sine = math.sin(heading) * radial[column.COSINE] + math.cos(heading) * radial[column.SINE]
+    for i in range(sample_number.size):
+        distance[i] = (sample_number[i] + radial[column.FIRST_SAMPLE]) * step
+        fraction = radial[column.NUMBER] * GOLDEN + (sample_number[i] + 0.5) * GOLDEN
+        angle = (fraction - math.floor(fraction) - 0.5) * radial[column.BEAM_SPREAD]
+        cosine_of_angle = 1 - 0.5 * angle * angle  # small angles
+        beam_bearing[0, i] = cosine * cosine_of_angle - sine * angle
+        beam_bearing[1, i] = sine * cosine_of_angle + cosine * angle
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def range_bins_of(
-    radial: Floats, step: float, edges: Floats, pair: Integers, keep_probability: Integers, range_bin: Integers,
-    requested: Integers
+    radial: Floats, step: float, edges: Floats, pair: Integers, keep_probability: Integers, first_sample: Integers,
+    family_probability: Integers
 ) -> int:  # fmt: skip
     """Fill the first sample of each range bin of a radial, and the largest keep probability of each family there.
 
@@ -126,28 +138,28 @@ def range_bins_of(
         edges: See `RangeBins`.
         pair: See `RangeBins`.
         keep_probability: Keep probability of the radial, (b, p).
-        range_bin: Result, first sample of each range bin, (b + 1,).
-        requested: Result, largest keep probability, (f, b).
+        first_sample: Result, first sample of each range bin, (b + 1,).
+        family_probability: Result, largest keep probability of each family, (f, b).
 
     Returns:
         Number of samples of the radial up to the last that any family uses.
     """
-    last = max(math.ceil(radial[5] / step - radial[6]), 0)
-    begin = max(math.ceil(radial[4] / step - radial[6]), 0)
-    requested[:] = 0
+    last = max(math.ceil(radial[column.STOP] / step - radial[column.FIRST_SAMPLE]), 0)
+    begin = max(math.ceil(radial[column.START] / step - radial[column.FIRST_SAMPLE]), 0)
+    family_probability[:] = 0
     count = 0
     for b in range(edges.size):
-        range_bin[b] = min(max(math.ceil(edges[b] / step - radial[6]), begin), last)
-    range_bin[edges.size - 1] = max(last, begin)  # rounding must not lose the last sample
+        first_sample[b] = min(max(math.ceil(edges[b] / step - radial[column.FIRST_SAMPLE]), begin), last)
+    first_sample[edges.size - 1] = max(last, begin)  # rounding must not lose the last sample
     for b in range(edges.size - 1):
         for p in range(pair.shape[0]):
             if keep_probability[b, p] > 0:
                 i, j = pair[p, 0], pair[p, 1]
-                requested[i, b] = max(requested[i, b], keep_probability[b, p])
-                requested[j, b] = max(requested[j, b], keep_probability[b, p])
-                count = max(count, range_bin[b + 1]) if range_bin[b + 1] > range_bin[b] else count
+                family_probability[i, b] = max(family_probability[i, b], keep_probability[b, p])
+                family_probability[j, b] = max(family_probability[j, b], keep_probability[b, p])
+                count = max(count, first_sample[b + 1]) if first_sample[b + 1] > first_sample[b] else count
     for b in range(edges.size):
-        range_bin[b] = min(range_bin[b], count)
+        first_sample[b] = min(first_sample[b], count)
     return count
 
 
@@ -162,19 +174,19 @@ def priorities(number: float, count: int, priority: Integers) -> None:
         count: Number of samples.
         priority: Result, (at least count,).
     """
-    word = int(number) * _RADIAL_PACE
+    word = int(number) * _RADIAL_INCREMENT
     for k in range(count):
-        word += _SAMPLE_PACE
+        word += _SAMPLE_INCREMENT
         priority[k] = np.int32((word >> 27) & 31)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def mark_needed_launches(requested: Integers, families: FamilyTable, passed: NDArray[np.bool_]) -> None:
-    """Mark the rows of launches of families that are requested anywhere (`requested` (f, b) above 0)."""
+def mark_needed_horizons(family_probability: Integers, families: FamilyTable, needed: NDArray[np.bool_]) -> None:
+    """Mark the launch horizons of families that are requested anywhere (`family_probability` (f, b) above 0)."""
     bounce_codes, horizon_row = families.bounce_codes, families.horizon_row
-    passed[:] = False
+    needed[:] = False
     for f in range(bounce_codes.shape[0]):
-        if requested[f].max() > 0:
+        if family_probability[f].max() > 0:
             for k in range(horizon_row.shape[1]):
                 if k == 0 or bounce_codes[f, k - 1] > 0:
-                    passed[horizon_row[f, k]] = True
+                    needed[horizon_row[f, k]] = True

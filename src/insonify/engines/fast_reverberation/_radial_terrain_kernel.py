@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from insonify.engines import radial_columns as column
 from insonify.engines.fast_reverberation._prefetch import prefetch
 from insonify.engines.radial_tables import MapTiles, RadialFrame
 from insonify.jit import njit
@@ -23,17 +24,17 @@ _NONE, _FIRST, _SECOND, _EAST, _NORTH, _BOTH = (np.uint64(n) for n in (0, 1, 2, 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def tiles_under_radials(
-    frame: RadialFrame, radials: Floats, samples: Integers, entries: Integers, cell: float, scratch: Integers,
-    tiles: Integers,
+    frame: RadialFrame, radials: Floats, sample_counts: Integers, list_rows: Integers, cell_size: float,
+    scratch: Integers, tiles: Integers,
 ) -> int:  # fmt: skip
     """Numbers in a window of the tiles of the map in which samples of some radials lie.
 
     Args:
         frame: Frame of the radials.
-        radials: See `RadialSet`.
-        samples: Number of samples of each list of points, (lists,).
-        entries: Row of each radial's list in `samples`, (s,).
-        cell: Side of a cell of the map [m].
+        radials: See `radial_columns`.
+        sample_counts: Number of samples of each list of points, (lists,).
+        list_rows: Row of each radial's list in `sample_counts`, (s,).
+        cell_size: Side of a cell of the map [m].
         scratch: Scratch, zeros on entry and on exit, (any, any).
         tiles: Result, (most, 2).
 
@@ -41,12 +42,11 @@ def tiles_under_radials(
         Number of these tiles, at most `most`.
     """
     for s in range(radials.shape[0]):
-        spacing = frame.step * radials[s, 8]
-        a, b, step_a, step_b = (
-            frame.along / cell, frame.across / cell, radials[s, 0] * spacing / cell, radials[s, 1] * spacing / cell
-        )  # fmt: skip
-        for k in range(samples[entries[s]]):
-            distance_steps = k + radials[s, 6]
+        spacing = frame.step * radials[s, column.STRIDE]
+        a, b = frame.origin_along / cell_size, frame.origin_across / cell_size
+        step_a, step_b = radials[s, column.COSINE] * spacing / cell_size, radials[s, column.SINE] * spacing / cell_size
+        for k in range(sample_counts[list_rows[s]]):
+            distance_steps = k + radials[s, column.FIRST_SAMPLE]
             scratch[np.uint32(a + distance_steps * step_a) >> _SIX, np.uint32(b + distance_steps * step_b) >> _SIX] = 1
     count = 0
     for i in range(scratch.shape[0]):
@@ -77,34 +77,33 @@ def sample_radial_terrain(
         slope: Result, along the frame's axes [1], (2, at least count).
     """
     mean = np.float32(mean_depth)
-    if tiles.flat:
+    if tiles.is_flat:
         depth[:count] = mean
         slope[:, :count] = 0
         return
-    step, cell, slot, nodes = frame.step * radial[8], tiles.cell, tiles.slot, tiles.nodes
-    a, b, step_a, step_b = (
-        frame.along / cell, frame.across / cell, radial[0] * step / cell, radial[1] * step / cell
-    )  # fmt: skip
-    node, half = nodes.reshape(nodes.size), np.float32(0.5)
+    step, cell_size, tile_row, nodes = frame.step * radial[column.STRIDE], tiles.cell_size, tiles.tile_row, tiles.nodes
+    a, b = frame.origin_along / cell_size, frame.origin_across / cell_size
+    step_a, step_b = radial[column.COSINE] * step / cell_size, radial[column.SINE] * step / cell_size
+    node_values, half = nodes.reshape(nodes.size), np.float32(0.5)
     slope_a, slope_b = slope[0], slope[1]
     for k in range(count):  # first all positions, with prefetches: the map is larger than the processor's caches
-        distance_steps = k + radial[6]
+        distance_steps = k + radial[column.FIRST_SAMPLE]
         x, y = a + distance_steps * step_a, b + distance_steps * step_b
         i, j = np.uint32(x), np.uint32(y)
-        at = np.uint32(slot[i >> _SIX, j >> _SIX]) * np.uint32(VALUES_PER_TILE)
-        at += (i & _INSIDE) * np.uint32(NODE_ROW) + (j & _INSIDE) * _THREE
-        prefetch(node, np.uint64(at))
-        prefetch(node, np.uint64(at) + _NORTH)
-        node_index[k], slope_a[k], slope_b[k] = at, np.float32(x - i), np.float32(y - j)
+        node_start = np.uint32(tile_row[i >> _SIX, j >> _SIX]) * np.uint32(VALUES_PER_TILE)
+        node_start += (i & _INSIDE) * np.uint32(NODE_ROW) + (j & _INSIDE) * _THREE
+        prefetch(node_values, np.uint64(node_start))
+        prefetch(node_values, np.uint64(node_start) + _NORTH)
+        node_index[k], slope_a[k], slope_b[k] = node_start, np.float32(x - i), np.float32(y - j)
     for k in range(count):
         first_node, f, g = np.uint64(node_index[k]), slope_a[k], slope_b[k]
         h00, h01, h10, h11 = (
-            node[first_node],
-            node[first_node + _EAST],
-            node[first_node + _NORTH],
-            node[first_node + _BOTH],
+            node_values[first_node],
+            node_values[first_node + _EAST],
+            node_values[first_node + _NORTH],
+            node_values[first_node + _BOTH],
         )
         low, high = h00 + g * (h01 - h00), h10 + g * (h11 - h10)
         depth[k] = mean - (low + f * (high - low))
         nearest = first_node + (_NORTH if f >= half else _NONE) + (_EAST if g >= half else _NONE)
-        slope_a[k], slope_b[k] = node[nearest + _FIRST], node[nearest + _SECOND]
+        slope_a[k], slope_b[k] = node_values[nearest + _FIRST], node_values[nearest + _SECOND]

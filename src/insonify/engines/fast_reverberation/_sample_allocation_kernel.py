@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from insonify.engines import radial_columns as column
 from insonify.jit import njit
 from insonify.sonar.beam_kernels import BeamTables, array_cosines, element_gain, interpolate_pattern
 
@@ -31,17 +32,18 @@ def gain_towards(x: float, y: float, z: float, beams: BeamTables) -> float:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def pair_energies(
-    radials: Floats, heading: float, edges: Floats, verticals: Floats, odd: NDArray[np.bool_], pair: NDArray[np.int64],
-    strength: Floats, transmit_beam: BeamTables, receive_beam: BeamTables, same_beams: bool, energy: Singles,
+    radials: Floats, heading: float, edges: Floats, verticals: Floats, is_odd: NDArray[np.bool_],
+    pair: NDArray[np.int64], strength: Floats, transmit_beam: BeamTables, receive_beam: BeamTables, same_beams: bool,
+    energy: Singles,
 ) -> None:  # fmt: skip
     """Fill the energy of every pair from each range bin of each radial [m^-2], both orders of a pair together.
 
     Args:
-        radials: See `RadialSet`.
+        radials: See `radial_columns`.
         heading: Heading of their frame in the world [rad].
         edges: Edges of the range bins, horizontal distances [m], increasing, (b + 1,).
         verticals: Vertical distance from each image source down to the seabed [m], (f,).
-        odd: True if the family has an odd number of bounces, (f,).
+        is_odd: True if the family has an odd number of bounces, (f,).
         pair: Rows of two legs, (p, 2).
         strength: Cross section of each pair times the squares of both legs' pressures, in each range bin [m^-4], (p,
             b).
@@ -53,22 +55,25 @@ def pair_energies(
     transmit, receive = np.empty(verticals.size), np.empty(verticals.size)
     c0, s0 = math.cos(heading), math.sin(heading)
     for s in range(radials.shape[0]):
-        c, d = c0 * radials[s, 0] - s0 * radials[s, 1], s0 * radials[s, 0] + c0 * radials[s, 1]
-        samples = POINTS_WIDE if radials[s, 3] > 0 else POINTS_NARROW
+        cosine_in_frame, sine_in_frame = radials[s, column.COSINE], radials[s, column.SINE]
+        c, d = c0 * cosine_in_frame - s0 * sine_in_frame, s0 * cosine_in_frame + c0 * sine_in_frame
+        samples = POINTS_WIDE if radials[s, column.BEAM_SPREAD] > 0 else POINTS_NARROW
         for b in range(edges.size - 1):
-            near, far = max(edges[b], radials[s, 4]), min(edges[b + 1], radials[s, 5])
+            bin_near, bin_far = max(edges[b], radials[s, column.START]), min(edges[b + 1], radials[s, column.STOP])
             energy[s, b] = 0
-            if far <= near:
+            if bin_far <= bin_near:
                 continue
-            area = 0.5 * (far * far - near * near) * radials[s, 2] / samples
+            area = 0.5 * (bin_far * bin_far - bin_near * bin_near) * radials[s, column.CELL_WIDTH] / samples
             for k in range(samples):
-                angle = radials[s, 3] * ((k + 0.5) / samples - 0.5)
+                angle = radials[s, column.BEAM_SPREAD] * ((k + 0.5) / samples - 0.5)
                 x, y = c - d * angle, d + c * angle
-                reach = near + (far - near) * (((2 * k + 1) * samples // 2 + k) % samples + 0.5) / samples
+                distance = (
+                    bin_near + (bin_far - bin_near) * (((2 * k + 1) * samples // 2 + k) % samples + 0.5) / samples
+                )
                 for f in range(verticals.size):
-                    inverse = 1 / math.sqrt(reach * reach + verticals[f] * verticals[f])
-                    cosine, down = reach * inverse, verticals[f] * inverse
-                    down = -down if odd[f] else down
+                    inverse = 1 / math.sqrt(distance * distance + verticals[f] * verticals[f])
+                    cosine, down = distance * inverse, verticals[f] * inverse
+                    down = -down if is_odd[f] else down
                     transmit[f] = gain_towards(x * cosine, y * cosine, down, transmit_beam)
                     receive[f] = transmit[f] if same_beams else gain_towards(x * cosine, y * cosine, down, receive_beam)
                 for p in range(pair.shape[0]):
@@ -102,9 +107,9 @@ def pair_keep_probabilities(
         for s in range(energy.shape[0]):
             scale = np.float32(full / max(points[s, b], 1.0))
             for p in range(count):
-                parts = energy[s, b, p] * scale / np.float32(full_energy[b, p])
-                steps = np.uint8(min(max(math.ceil(min(parts, np.float32(255))), minimum), full))
-                keep_probability[s, b, p] = steps if received[b, p] and parts > 0 else 0
+                ratio = energy[s, b, p] * scale / np.float32(full_energy[b, p])
+                steps = np.uint8(min(max(math.ceil(min(ratio, np.float32(255))), minimum), full))
+                keep_probability[s, b, p] = steps if received[b, p] and ratio > 0 else 0
             if separate:
                 continue
             # pairs that interfere are evaluated at the same samples: all have the largest keep probability
@@ -126,7 +131,7 @@ def lengthen_steps(
     In longer steps at most half of the samples are evaluated.
 
     Args:
-        radials: See `RadialSet`, (s, 9).
+        radials: See `radial_columns`, (s, 9).
         edges: Edges of the range bins [m], (b + 1,).
         keep_probability: Keep probability by radial, range bin and pair, (s, b, p).
         full: Number that represents a probability of 1.
@@ -139,25 +144,25 @@ def lengthen_steps(
     """
     n = 0
     for s in range(radials.shape[0]):
-        start, stop = radials[s, 4], radials[s, 5]
+        start, stop = radials[s, column.START], radials[s, column.STOP]
         best, saving, split = 0, 0.1, start
         stride = longest
-        while stride > max(radials[s, 8], 1):
-            last = 0.0
+        while stride > max(radials[s, column.STRIDE], 1):
+            last_needed = 0.0
             for b in range(edges.size - 1):
                 if edges[b] < stop and edges[b + 1] > start and 2 * stride * keep_probability[s, b].max() > full:
-                    last = edges[b + 1]
-            last = max(last, start)
-            gain = (stop - last) / stop * (1 - radials[s, 8] / stride)
+                    last_needed = edges[b + 1]
+            last_needed = max(last_needed, start)
+            gain = (stop - last_needed) / stop * (1 - radials[s, column.STRIDE] / stride)
             if gain > saving:
-                best, saving, split = stride, gain, last
+                best, saving, split = stride, gain, last_needed
             stride //= 2
         if best == 0 or split > start:
             result[n], row[n] = radials[s], s
-            result[n, 5] = split if best > 0 else stop
+            result[n, column.STOP] = split if best > 0 else stop
             n += 1
         if best > 0:
             result[n], row[n] = radials[s], s
-            result[n, 4], result[n, 8] = split, best
+            result[n, column.START], result[n, column.STRIDE] = split, best
             n += 1
     return n

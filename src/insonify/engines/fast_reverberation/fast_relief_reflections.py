@@ -34,22 +34,26 @@ def bounce_off_relief(
         legs: Legs to the samples of the radials, changed in place.
         pairs: Samples of each pair.
     """
-    first = legs.first
+    radial_offsets = legs.radial_offsets
     families = [f for f, name in enumerate(plan.families) if "B" in name]
-    index: Any = None
+    point: Any = None
     for f in families:
-        requested = np.zeros(int(first[-1]), bool)
+        requested = np.zeros(int(radial_offsets[-1]), bool)
         for k in np.flatnonzero((plan.allocation.pair == f).any(axis=1)):
             requested[pairs.rows[k, : pairs.sample_count[k]]] = True
         rows = np.flatnonzero(requested & (np.abs(legs.amplitude[f, : len(requested)]) > 0))
         if not len(rows):
             continue
-        if index is None:
-            counts = np.diff(first)
-            index = np.repeat(part.lists.first[part.taken] - first[:-1], counts) + np.arange(first[-1])
-        bearing = part.lists.ahead[:, index[rows]]
-        position, (reach, depth) = ping_geometry.transmit_position, legs.point[:, rows]
-        points = np.stack([position[0] + reach * bearing[0], position[1] + reach * bearing[1], depth], axis=-1)
+        if point is None:
+            counts = np.diff(radial_offsets)
+            point = np.repeat(part.lists.list_offsets[part.list_rows] - radial_offsets[:-1], counts) + np.arange(
+                radial_offsets[-1]
+            )
+        beam_bearing = part.lists.beam_bearing[:, point[rows]]
+        position, (distance, depth) = ping_geometry.transmit_position, legs.range_depth[:, rows]
+        points = np.stack(
+            [position[0] + distance * beam_bearing[0], position[1] + distance * beam_bearing[1], depth], axis=-1
+        )
         paths = local_plane_paths(plan.families[f], position, points, terrain, ping_geometry.wavelength)
         product = reflection_product(plan.families[f], paths, terrain, ping_geometry.wavelength, scene)
         write_image_paths(rows, paths, product.astype(np.complex64), 1 / scene.water.sound_speed, f, plan.table, legs)

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from insonify.engines import radial_columns as column
 from insonify.engines.fast_reverberation._radial_terrain_kernel import CELLS, tiles_under_radials
 from insonify.engines.fast_reverberation.reverberation_plan import ReverberationPlan
 from insonify.engines.radial_tables import RadialFrame, RadialSet
@@ -55,7 +56,13 @@ def terrain_window(
     crossed = np.zeros((side, side), bool)
     for part in parts:
         count = tiles_under_radials(
-            frame, part.radials, part.lists.samples, part.taken, terrain.heightmap_cell_size, scratch, radial_tiles
+            frame,
+            part.radials,
+            part.lists.sample_counts,
+            part.list_rows,
+            terrain.heightmap_cell_size,
+            scratch,
+            radial_tiles,
         )
         crossed[tuple(radial_tiles[:count].T)] = True
     tiles = np.argwhere(crossed)
@@ -76,17 +83,19 @@ def radials_past_targets(
     passes = np.zeros((len(plan.bounding_cylinders), len(plan.radials)), bool)
     if not len(plan.bounding_cylinders):
         return passes
-    bearing, position = np.arctan2(plan.radials[:, 1], plan.radials[:, 0]) + heading, ping_geometry.transmit_position
+    bearing = np.arctan2(plan.radials[:, column.SINE], plan.radials[:, column.COSINE]) + heading
+    position = ping_geometry.transmit_position
     for t, (north, east, radius) in enumerate(plan.bounding_cylinders[:, :3].tolist()):
         distance, target_bearing = (
             math.hypot(north - position[0], east - position[1]),
             math.atan2(east - position[1], north - position[0]),
         )
-        angle = np.abs(np.mod(bearing - target_bearing + np.pi, 2 * np.pi) - np.pi) - plan.radials[:, 2] / 2
+        from_axis = np.abs(np.mod(bearing - target_bearing + np.pi, 2 * np.pi) - np.pi)
+        angle = from_axis - plan.radials[:, column.CELL_WIDTH] / 2
         half_angle = math.asin(min(1.0, radius / max(distance, 1e-9))) + _diffraction_margin(
             distance, ping_geometry.wavelength, edges
         )
-        passes[t] = (distance <= radius) | (angle <= half_angle) & (plan.radials[:, 5] > distance - radius)
+        passes[t] = (distance <= radius) | (angle <= half_angle) & (plan.radials[:, column.STOP] > distance - radius)
     return passes
 
 

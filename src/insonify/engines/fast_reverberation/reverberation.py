@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from insonify.engines import radial_columns as column
 from insonify.engines.face_reflection import reflecting_faces
 from insonify.engines.fast_reverberation import _walk_kernel as kernel
 from insonify.engines.fast_reverberation._radial_terrain_kernel import CELLS
@@ -165,14 +166,14 @@ class FastReverberation:
         """
         terrain, window = self.scene.seabed.terrain, self.window
         if terrain is None:
-            nodes, slot = empty_terrain_map()
-            tiles = MapTiles(1.0, slot, nodes, flat=True)
+            nodes, tile_row = empty_terrain_map()
+            tiles = MapTiles(1.0, tile_row, nodes, is_flat=True)
             return [accumulate_samples(self._walk(part, tiles, labelled)) for part in self.parts]
         heightmap = terrain_map(terrain)
-        slot = np.zeros((window.side, window.side), np.uint32)
+        tile_row = np.zeros((window.side, window.side), np.uint32)
         with heightmap.reading(window.corner + window.crossed, map_function) as rows:
-            slot[tuple(window.crossed.T)] = rows
-            tiles = MapTiles(heightmap.cell, slot, heightmap.nodes, flat=False)
+            tile_row[tuple(window.crossed.T)] = rows
+            tiles = MapTiles(heightmap.cell, tile_row, heightmap.nodes, is_flat=False)
             return [accumulate_samples(self._walk(part, tiles, labelled)) for part in self.parts]
 
     def _walk(self, part: RadialSet, tiles: MapTiles, labelled: bool) -> ReverberationSamples:
@@ -194,7 +195,7 @@ class FastReverberation:
             factor = self._texture(part.radials, legs).astype(np.float32)
             for k, many in enumerate(pairs.sample_count):
                 pairs.weight[k, :many] *= factor[pairs.rows[k, :many]]
-        for k, (i, j) in enumerate(plan.allocation.pair if not plan.table.factor.size else ()):
+        for k, (i, j) in enumerate(plan.allocation.pair if not plan.table.direction_factor.size else ()):
             count = pairs.sample_count[k]
             self._apply_law(
                 legs.arrival[i], legs.arrival[j], legs.normal, pairs.rows[k, :count], pairs.weight[k, :count]
@@ -207,10 +208,11 @@ class FastReverberation:
 
     def _texture(self, radials: Floats, legs: RadialLegs) -> Floats:
         """Factor of the seabed's texture on the area of the samples of some radials [1], shape (n,)."""
-        bearing = np.repeat(np.arctan2(radials[:, 1], radials[:, 0]) + self.known.heading, np.diff(legs.first))
+        bearing = np.arctan2(radials[:, column.SINE], radials[:, column.COSINE]) + self.known.heading
+        bearing = np.repeat(bearing, np.diff(legs.radial_offsets))
         direction = np.stack([np.cos(bearing), np.sin(bearing)], axis=-1)
         origin = self.ping_geometry.transmit_position[:2]
-        return self.scene.seabed.texture_factor(origin + legs.point[0, : len(bearing), None] * direction)
+        return self.scene.seabed.texture_factor(origin + legs.range_depth[0, : len(bearing), None] * direction)
 
     def _apply_law(
         self, incoming: NDArray[np.float32], outgoing: NDArray[np.float32], normal: NDArray[np.float32],
@@ -236,19 +238,21 @@ class FastReverberation:
 
     def _apply_target_shadows(self, part: RadialSet, legs: RadialLegs) -> ShadedLegs | None:
         """Multiply legs on radials that pass a target by their visibility past targets; return these legs, if any."""
-        position, bearing, first = self.ping_geometry.transmit_position, part.lists.ahead, legs.first
+        position, beam_bearing = self.ping_geometry.transmit_position, part.lists.beam_bearing
+        radial_offsets = legs.radial_offsets
         nearest = min(
             np.hypot(north - position[0], east - position[1]) - radius
             for north, east, radius in self.plan.bounding_cylinders[:, :3]
         )
-        radial = np.repeat(np.arange(len(first) - 1), np.diff(first))
-        row = np.flatnonzero(part.passes_target[radial] & (legs.point[0, : len(radial)] > nearest))
-        listed = part.lists.first[part.taken][radial[row]] + row - first[radial[row]]
+        radial = np.repeat(np.arange(len(radial_offsets) - 1), np.diff(radial_offsets))
+        row = np.flatnonzero(part.passes_target[radial] & (legs.range_depth[0, : len(radial)] > nearest))
+        point = part.lists.list_offsets[part.list_rows][radial[row]] + row - radial_offsets[radial[row]]
         if not len(row):
             return None
-        reach, depth = legs.point[:, row]
+        distance, depth = legs.range_depth[:, row]
         points = np.stack(
-            [position[0] + reach * bearing[0, listed], position[1] + reach * bearing[1, listed], depth], axis=-1
+            [position[0] + distance * beam_bearing[0, point], position[1] + distance * beam_bearing[1, point], depth],
+            axis=-1,
         )
         up = np.ascontiguousarray(legs.normal[:, row].T, float)
         ratio, shaded = shaded_legs(self.scene, self.ping_geometry, self.plan, self.choice.edge_diffraction, points, up)
@@ -258,9 +262,12 @@ class FastReverberation:
 
 def _columns(part: RadialSet, f: int, p: int) -> tuple[RadialLegs, PairSamples, NDArray[np.int64]]:
     """Columns to be filled: legs of f families to samples, samples of p pairs, and interference ranges."""
-    lists, entries = part.lists, part.taken
-    size = int(np.diff(lists.pair_first, axis=1)[entries].sum(axis=0).max())
-    points, ranges = (int((many[entries + 1] - many[entries]).sum()) for many in (lists.first, lists.close_first))
+    lists, list_rows = part.lists, part.list_rows
+    size = int(np.diff(lists.pair_offsets, axis=1)[list_rows].sum(axis=0).max())
+    points, ranges = (
+        int((offsets[list_rows + 1] - offsets[list_rows]).sum())
+        for offsets in (lists.list_offsets, lists.interference_offsets)
+    )
     legs = RadialLegs(
         np.empty(len(part.radials) + 1, np.int64), _SCRATCH.of("point", (2, points), np.float64),
         _SCRATCH.of("normal", (3, points), np.float32), _SCRATCH.of("delay", (f, points), np.float64),

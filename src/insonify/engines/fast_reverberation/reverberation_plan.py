@@ -10,6 +10,7 @@ from functools import cached_property, lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from insonify.engines import radial_columns as column
 from insonify.engines.fast_reverberation._radial_samples_kernel import RangeBins, list_samples
 from insonify.engines.fast_reverberation.sample_allocation import SampleAllocation, allocate_samples
 from insonify.engines.radial_tables import FamilyTable, SampleLists
@@ -36,7 +37,7 @@ class ReverberationPlan:
     families: tuple[str, ...]
     law: CompiledLaw
     radials: Floats
-    """See `RadialSet`, (s, 9)."""
+    """See `radial_columns`, (s, 9)."""
     step: float
     """Distance of samples along the radials [m]."""
     allocation: SampleAllocation
@@ -49,9 +50,9 @@ class ReverberationPlan:
     """Samples of each radial if it passes no target."""
 
     @property
-    def steps(self) -> int:
+    def sample_count(self) -> int:
         """Number of samples of the seabed of a ping whose radials pass no target."""
-        return int(self.lists.samples.sum())
+        return int(self.lists.sample_counts.sum())
 
     @cached_property
     def energy(self) -> NDArray[np.float32]:
@@ -60,14 +61,14 @@ class ReverberationPlan:
         Beams are evaluated across the width of each radial: near a null the gain in its middle is too small.
         """
         across = self.radials.copy()
-        across[:, 3] = across[:, 2]
+        across[:, column.BEAM_SPREAD] = across[:, column.CELL_WIDTH]
         return self.allocation.energies(across)
 
     def sample_lists(self, radials: Floats, heading: float, keep_probability: NDArray[np.uint8]) -> SampleLists:
         """Samples of radials other than those of the plan.
 
         Args:
-            radials: See `RadialSet`, (m, 9).
+            radials: See `radial_columns`, (m, 9).
             heading: Heading of their frame [rad].
             keep_probability: Keep probability of samples by radial, range bin and pair, in units of
                 1 / `sample_allocation.FULL_PROBABILITY`, (m, b, p).
@@ -117,14 +118,14 @@ def _plan(
         ping_geometry, depth, rise, families, radials, step, heading, law, reflection_products, absorption_db,
         ASSUMED_SLOPE if is_rough else 0.0,
     )  # fmt: skip
-    bounce_codes, horizon_row, launch_rows = _bounce_tables(families)
+    bounce_codes, horizon_row, horizon_names = _bounce_tables(families)
     table = FamilyTable(
         np.array([image_depth(name, source, depth) for name in families]), bounce_codes, horizon_row,
-        launch_image_depths=np.array([image_depth(name, source, depth) for name in launch_rows]),
-        launch_rising=np.array([launch.endswith("B") for launch in launch_rows]),
+        horizon_image_depths=np.array([image_depth(name, source, depth) for name in horizon_names]),
+        horizon_rising=np.array([name.endswith("B") for name in horizon_names]),
         reflection_products=reflection_products,
-        factor=np.zeros(0, np.float32) if law.factor is None else law.factor,
-        loss=absorption_db / 20 * float(np.log2(10)),
+        direction_factor=np.zeros(0, np.float32) if law.factor is None else law.factor,
+        absorption_octaves=absorption_db / 20 * float(np.log2(10)),
     )  # fmt: skip
     lists = _sample_lists(sampling.radials, heading, step, sampling, sampling.keep_probability, table)
     return ReverberationPlan(families, law, sampling.radials, step, sampling, table, bounding_cylinders(scene), lists)
@@ -135,23 +136,30 @@ def _sample_lists(
     families: FamilyTable,
 ) -> SampleLists:  # fmt: skip
     """Lists of samples of radials with given keep probabilities, which are counted first and then filled."""
-    launches = families.launch_rising.size
+    horizon_count = families.horizon_rising.size
 
     def empty_lists(points: int, rows: int, ranges: int) -> SampleLists:
         count = len(radials)
         return SampleLists(
             np.zeros(count + 1, np.int64), np.zeros(count, np.int64), np.zeros(count, np.int64),
-            np.zeros((count, launches), bool), np.empty(points, np.int32), np.empty(points, np.int32), np.empty(points),
-            np.empty((2, points), np.float32), np.zeros((count, len(sampling.pair) + 1), np.int64),
+            np.zeros((count, horizon_count), bool), np.empty(points, np.int32), np.empty(points, np.int32),
+            np.empty(points), np.empty((2, points), np.float32), np.zeros((count, len(sampling.pair) + 1), np.int64),
             np.empty(rows, np.int32), np.empty(rows, np.float32), np.zeros(count + 1, np.int64),
             np.empty((ranges, 2), np.int64),
         )  # fmt: skip
 
-    args = radials, heading, step, RangeBins(sampling.edges, sampling.pair, sampling.close), keep_probability, families
+    args = (
+        radials,
+        heading,
+        step,
+        RangeBins(sampling.edges, sampling.pair, sampling.interferes),
+        keep_probability,
+        families,
+    )
     counts = empty_lists(0, 0, 0)
     list_samples(*args, counts, False)
-    rows = int(counts.pair_first[-1, -1]) if len(radials) else 0
-    lists = empty_lists(int(counts.first[-1]), rows, int(counts.close_first[-1]))
+    rows = int(counts.pair_offsets[-1, -1]) if len(radials) else 0
+    lists = empty_lists(int(counts.list_offsets[-1]), rows, int(counts.interference_offsets[-1]))
     list_samples(*args, lists, True)
     return lists
 
@@ -162,17 +170,17 @@ def _bounce_tables(families: tuple[str, ...]) -> tuple[NDArray[np.int64], NDArra
     longest = max(1, *(len(string) for string in strings))
     bounce_codes = np.zeros((len(families), longest), np.int64)
     horizon_row = np.zeros((len(families), longest + 1), np.int64)
-    launch_names: list[str] = []
+    horizon_names: list[str] = []
     for f, string in enumerate(strings):
         bounce_codes[f, : len(string)] = [1 + (letter == "B") for letter in string]
         for k in range(len(string) + 1):
             if k == 0 and string.startswith("S"):
                 continue  # a rising ray clears the seabed
             name = string[:k] or "D"
-            if name not in launch_names:
-                launch_names.append(name)
-            horizon_row[f, k] = launch_names.index(name)
-    return bounce_codes, horizon_row, tuple(launch_names)
+            if name not in horizon_names:
+                horizon_names.append(name)
+            horizon_row[f, k] = horizon_names.index(name)
+    return bounce_codes, horizon_row, tuple(horizon_names)
 
 
 @lru_cache(maxsize=32)

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from insonify.engines import radial_columns as column
 from insonify.engines.arrived_energy import NEGLIGIBLE, arrived_energy
 from insonify.engines.fast_reverberation._radial_samples_kernel import FULL_PROBABILITY
 from insonify.engines.fast_reverberation._sample_allocation_kernel import (
@@ -47,14 +48,14 @@ class SampleAllocation:
     """Keep probabilities of the samples of each radial."""
 
     radials: Floats
-    """See `RadialSet`: the given radials, some of them split, with longer steps in the farther part, (s, 9)."""
+    """See `radial_columns`: the given radials, some of them split, with longer steps in the farther part, (s, 9)."""
     pair: NDArray[np.int64]
     """Rows of two families in ascending order, (p, 2)."""
     edges: Floats
     """Edges of the range bins, horizontal distances [m], (b + 1,)."""
     keep_probability: NDArray[np.uint8]
     """Keep probability by radial, range bin and pair, in units of 1 / `FULL_PROBABILITY`, (s, b, p)."""
-    close: NDArray[np.bool_]
+    interferes: NDArray[np.bool_]
     """True: several pairs of the range bin may arrive within one pulse, (b,)."""
     energies: Callable[[Floats], NDArray[np.float32]]
     """Function of radials (s, 9) that returns the energy of every pair from each range bin over a flat seabed without
@@ -73,7 +74,7 @@ def allocate_samples(
         depth: Depth of the mean seabed [m].
         rise: Largest height of the seabed above or below it [m].
         families: Families that reach the seabed.
-        radials: See `RadialSet`.
+        radials: See `radial_columns`.
         step: Distance of samples along them [m].
         heading: Heading of their frame [rad].
         law: Scattering law of the seabed.
@@ -86,7 +87,7 @@ def allocate_samples(
     if not len(radials):
         return SampleAllocation(radials, pair, np.zeros(2), np.zeros((0, 1, len(pair)), np.uint8), np.zeros(1, bool),
                         lambda _: np.zeros((0, 1, len(pair)), np.float32))  # fmt: skip
-    nearest, farthest = float(radials[:, 4].min()), float(radials[:, 5].max())
+    nearest, farthest = float(radials[:, column.START].min()), float(radials[:, column.STOP].max())
     edges = nearest + (farthest - nearest) * np.linspace(0, 1, RANGE_BINS + 1) ** 1.5
     source, speed = float(ping_geometry.transmit_position[2]), ping_geometry.sound_speed
     heights = np.array([depth - image_depth(name, source, depth) for name in families])
@@ -119,10 +120,12 @@ def allocate_samples(
     )
 
     def keep_probabilities(subset: Floats, pair_energy: NDArray[np.float32]) -> NDArray[np.uint8]:
-        length = np.clip(np.minimum(edges[1:], subset[:, 5:6]) - np.maximum(edges[:-1], subset[:, 4:5]), 0, None)
+        start, stop = subset[:, [column.START]], subset[:, [column.STOP]]
+        length = np.clip(np.minimum(edges[1:], stop) - np.maximum(edges[:-1], start), 0, None)
+        step_length = step * subset[:, [column.STRIDE]]
         keep_probability = np.empty(pair_energy.shape, np.uint8)
         pair_keep_probabilities(
-            pair_energy, length / (step * subset[:, 8:9]), full_energy, received, pair_group, keep_probability,
+            pair_energy, length / step_length, full_energy, received, pair_group, keep_probability,
             FULL_PROBABILITY, MIN_PROBABILITY_STEPS,
         )  # fmt: skip
         return keep_probability
@@ -133,7 +136,7 @@ def allocate_samples(
     )
     radials, row = lengthened[:count], row[:count]
     energy = energy[row]
-    energy[(edges[1:] <= radials[:, 4:5]) | (edges[:-1] >= radials[:, 5:6])] = 0
+    energy[(edges[1:] <= radials[:, [column.START]]) | (edges[:-1] >= radials[:, [column.STOP]])] = 0
     return SampleAllocation(
         radials, pair, edges, keep_probabilities(radials, energy), (pair_group != np.arange(len(pair))).any(axis=1),
         energies,

@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from insonify.engines import radial_columns as column
 from insonify.engines.fast_reverberation._radial_samples_kernel import FULL_PROBABILITY
 from insonify.engines.fast_reverberation.reverberation_plan import ReverberationPlan
 from insonify.engines.polar_grid import GOLDEN
@@ -48,7 +49,7 @@ class ShadowRadials:
     replaced: NDArray[np.bool_]
     """True for the radials of the plan that these replace, (s,)."""
     radials: Floats
-    """Columns of `RadialSet`, (m, 9)."""
+    """Columns of `radial_columns`, (m, 9)."""
     keep_probability: NDArray[np.uint8]
     """Keep probability of each pair by radial and range bin, in units of 1 / `FULL_PROBABILITY`, (m, b, p)."""
     passes_target: NDArray[np.bool_]
@@ -161,7 +162,7 @@ def _arrives_with_shadow(
 
     Delays are those of the mean plane of the seabed.
     """
-    vertical_distance = (scene.seabed.depth - plan.table.images)[:, None]
+    vertical_distance = (scene.seabed.depth - plan.table.image_depths)[:, None]
 
     def pair_delay(distance: Floats) -> Floats:
         return np.asarray(
@@ -179,8 +180,9 @@ def _arrives_with_shadow(
 def _clip_radials(row: NDArray[np.int64], radials: Floats, near: float, far: float) -> tuple[NDArray[np.int64], Floats]:
     """Parts of radials between two distances [m], each with the row of its radial in the plan; empty ones left out."""
     clipped = radials.copy()
-    clipped[:, 4], clipped[:, 5] = np.maximum(radials[:, 4], near), np.minimum(radials[:, 5], far)
-    nonempty = clipped[:, 5] > clipped[:, 4]
+    clipped[:, column.START] = np.maximum(radials[:, column.START], near)
+    clipped[:, column.STOP] = np.minimum(radials[:, column.STOP], far)
+    nonempty = clipped[:, column.STOP] > clipped[:, column.START]
     return row[nonempty], clipped[nonempty]
 
 
@@ -191,7 +193,7 @@ def _split_radials(
 
     Args:
         row: Row in the plan of the radial that each is a part of, (n,).
-        radials: Columns of `RadialSet`, (n, 9).
+        radials: Columns of `radial_columns`, (n, 9).
         parts: Number of narrow radials in each strip of the plan's radials, see `ShadowRun`, (s, STRIPS).
         first: Number of the first new radial, from which random numbers follow.
 
@@ -205,14 +207,15 @@ def _split_radials(
     width = np.repeat(1 / ((count > 0).sum(axis=1)[parent] * counts), counts)
     index = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
     narrow, middle = radials[np.repeat(parent, counts)], (np.repeat(strip * counts, counts) + index + 0.5) * width - 0.5
-    cosine, sine = np.cos(narrow[:, 2] * middle), np.sin(narrow[:, 2] * middle)
-    narrow[:, 0], narrow[:, 1] = (
-        narrow[:, 0] * cosine - narrow[:, 1] * sine,
-        narrow[:, 1] * cosine + narrow[:, 0] * sine,
+    cosine, sine = np.cos(narrow[:, column.CELL_WIDTH] * middle), np.sin(narrow[:, column.CELL_WIDTH] * middle)
+    narrow[:, column.COSINE], narrow[:, column.SINE] = (
+        narrow[:, column.COSINE] * cosine - narrow[:, column.SINE] * sine,
+        narrow[:, column.SINE] * cosine + narrow[:, column.COSINE] * sine,
     )
-    narrow[:, 2] *= width
-    narrow[:, 3], narrow[:, 7], narrow[:, 8] = narrow[:, 2], first + np.arange(len(narrow)), 1
-    narrow[:, 6] = 1 - np.mod((narrow[:, 7] + 0.5) * GOLDEN, 1.0)
+    narrow[:, column.CELL_WIDTH] *= width
+    narrow[:, column.BEAM_SPREAD], narrow[:, column.STRIDE] = narrow[:, column.CELL_WIDTH], 1
+    narrow[:, column.NUMBER] = first + np.arange(len(narrow))
+    narrow[:, column.FIRST_SAMPLE] = 1 - np.mod((narrow[:, column.NUMBER] + 0.5) * GOLDEN, 1.0)
     return row[np.repeat(parent, counts)], narrow
 
 
@@ -308,7 +311,8 @@ def _remaining_energy(
         Energy that the whole radial would have if all of it had the visibility of one border, (rows, STRIPS + 1, j).
     """
     radials, across = plan.radials[row], np.arange(STRIPS + 1) / STRIPS - 0.5
-    bearing = np.arctan2(radials[:, 1], radials[:, 0])[:, None] + heading + radials[:, 2:3] * across
+    bearing = np.arctan2(radials[:, column.SINE], radials[:, column.COSINE])[:, None] + heading
+    bearing = bearing + radials[:, [column.CELL_WIDTH]] * across
     shape = len(row), len(across), len(distance)
     points = np.empty((*shape, 3))
     points[..., 0] = ping_geometry.transmit_position[0] + distance * np.cos(bearing)[:, :, None]

@@ -68,15 +68,15 @@ def sample_origins(
         unlit: Result of `unlit_rows`.
         shaded: Occlusion by targets; None: none.
     """
-    count, sonar_position = int(legs.first[-1]), ping_geometry.transmit_position
+    count, sonar_position = int(legs.radial_offsets[-1]), ping_geometry.transmit_position
     position = np.empty((3, count))
     fill_positions(
         sonar_position[0],
         sonar_position[1],
-        legs.first,
-        part.lists.first[part.taken],
-        part.lists.ahead,
-        legs.point,
+        legs.radial_offsets,
+        part.lists.list_offsets[part.list_rows],
+        part.lists.beam_bearing,
+        legs.range_depth,
         position,
     )
     grazing = np.empty((len(plan.families), count), np.float32)
@@ -87,8 +87,8 @@ def sample_origins(
     if len(occluded):
         unoccluded = np.empty(len(occluded), np.complex64)
         unoccluded_amplitudes(
-            pairs.rows[direct_pair, occluded], legs.point, plan.table.images[direct], legs.arrival[direct], legs.normal,
-            plan.table.loss, plan.table.factor, unoccluded,
+            pairs.rows[direct_pair, occluded], legs.range_depth, plan.table.image_depths[direct], legs.arrival[direct],
+            legs.normal, plan.table.absorption_octaves, plan.table.direction_factor, unoccluded,
         )  # fmt: skip
         nonzero = np.flatnonzero(unoccluded)
         occluded, unoccluded, lost, occluder = occluded[nonzero], unoccluded[nonzero], lost[nonzero], occluder[nonzero]
@@ -109,7 +109,7 @@ def _occluded_points(
     if shaded is None or direct_pair < 0:
         return unlit, lost_fraction, occluder_row
     count = int(pairs.sample_count[direct_pair])
-    position = np.full(int(legs.first[-1]), -1, np.int64)
+    position = np.full(int(legs.radial_offsets[-1]), -1, np.int64)
     position[pairs.rows[direct_pair, :count]] = np.arange(count)
     columns = np.flatnonzero(shaded.legs.status[direct] == LegStatus.OCCLUDED)
     columns = columns[position[shaded.points[columns]] >= 0]
