@@ -35,7 +35,7 @@ def test_slopes_of_facets_are_those_of_the_sea(row):
     """Density of slopes at three grazing angles: integral 1 to 1e-4, variances of the waves both ways to 3 %."""
     facets = facets_of(3.0)
     table = facet_scattering.slope_densities(3.0, facets.wavenumber, facets.waves.wavenumber[-1])[row]
-    step = 2 * facet_scattering.STEEPEST / facet_scattering.CELLS
+    step = 2 * facet_scattering.MAX_SLOPE / facet_scattering.CELLS
     slope = (np.arange(facet_scattering.CELLS) - facet_scattering.CELLS // 2) * step
     assert table.sum() * step**2 == pytest.approx(1, abs=1e-4)
     for axis in (0, 1):

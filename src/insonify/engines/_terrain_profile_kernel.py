@@ -95,12 +95,8 @@ def _sample_line(
     Cells, shape (SAMPLES_PER_RUN,), and positions in them, shape (2, SAMPLES_PER_RUN + 1), are computed first, in
     vectors, into the work arrays `cells`. Other arguments see `sample_profiles`.
     """
-    x0, y0, dx, dy = (
-        lines.start[0] / heightmap.cell,
-        lines.start[1] / heightmap.cell,
-        ray[0] * lines.step / heightmap.cell,
-        ray[1] * lines.step / heightmap.cell,
-    )
+    x0, y0 = lines.start[0] / heightmap.cell, lines.start[1] / heightmap.cell
+    dx, dy = ray[0] * lines.step / heightmap.cell, ray[1] * lines.step / heightmap.cell
     node_offset, cell_fraction = cells
     heights, slot_of_tile, height, width = heightmap.heights, heightmap.row_of, missing.shape[0], missing.shape[1]
     is_complete, k, stop = True, first, first + depth.size

@@ -39,10 +39,8 @@ def facet_count(
 def _patch_count(scene: Scene, panel: Panel, insonification: TargetInsonification) -> float:
     """Number of patches of a panel, each counted once for every side whose delay it has [1]."""
     count, split, weight, open_ones = 0.0, 0.0, 1.0, patch_subdivision.initial_patches(panel)
-    clear, finest = (
-        water_clearance(scene.seabed),
-        facet_subdivision.CUT_RESOLUTION * 2 * np.pi / insonification.wavenumber,
-    )
+    clear = water_clearance(scene.seabed)
+    finest = facet_subdivision.CUT_RESOLUTION * 2 * np.pi / insonification.wavenumber
     while len(open_ones.s):
         small, large, longer = patch_subdivision.by_size(panel, open_ones, insonification)
         rows = _sample(len(small.s))

@@ -100,10 +100,8 @@ class Patches(NamedTuple):
 
     def halved(self, along_s: Mask) -> "Patches":
         """Each as two, halved along s, or else along t."""
-        half_s, half_t = (
-            np.where(along_s, self.half_s / 2, self.half_s),
-            np.where(along_s, self.half_t, self.half_t / 2),
-        )
+        half_s = np.where(along_s, self.half_s / 2, self.half_s)
+        half_t = np.where(along_s, self.half_t, self.half_t / 2)
         step_s, step_t = np.where(along_s, half_s, 0), np.where(along_s, 0, half_t)
         parts = [(self.s + side * step_s, self.t + side * step_t, half_s, half_t) for side in (-1, 1)]
         return concatenate_patches([Patches(*part) for part in parts])

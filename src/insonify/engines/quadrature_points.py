@@ -176,10 +176,8 @@ class QuadraturePoints:
     @property
     def _key(self) -> Any:
         """Key of a layout: all that it depends on, except what is constant in a scenario."""
-        geometry, beams = (
-            self._at_origin,
-            (self.ping_geometry.transmit_beams, self.ping_geometry.bounding_receive_beams),
-        )
+        geometry = self._at_origin
+        beams = (self.ping_geometry.transmit_beams, self.ping_geometry.bounding_receive_beams)
         return (
             self.depth, self.families, self.reach, self.resolution, self.rise, self.floor, self.importance_sampling,
             geometry.transmit_position.tobytes(), geometry.receive_position.tobytes(), geometry.boresight.tobytes(),

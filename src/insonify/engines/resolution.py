@@ -282,10 +282,8 @@ class _TrackResolution:
         self.resolution = resolution
         self.coarsest = resolution.coarsest(reach, min_track_height(ping_geometry.track_extents[0], boundary_depth))
         """No cell within reach is larger [m^2]."""
-        transmit_position, separation = (
-            ping_geometry.transmit_position[:2],
-            float(np.linalg.norm(ping_geometry.transmit_position - ping_geometry.receive_position)),
-        )
+        transmit_position = ping_geometry.transmit_position[:2]
+        separation = float(np.linalg.norm(ping_geometry.transmit_position - ping_geometry.receive_position))
         self.ends = [
             (
                 lattice.from_world(extent.nearest_segments(position, reach + margin)),

@@ -46,10 +46,8 @@ def shadow_sector(
         soft: True if its edges are soft.
     """
     position, (north, east, radius, *_) = ping_geometry.transmit_position, bounding_cylinders(scene)[row]
-    target_distance, bearing = (
-        float(np.hypot(north - position[0], east - position[1])),
-        np.arctan2(east - position[1], north - position[0]),
-    )
+    target_distance = float(np.hypot(north - position[0], east - position[1]))
+    bearing = np.arctan2(east - position[1], north - position[0])
     if target_distance <= radius:
         return ShadowSector(float(bearing), np.pi, 0.0, farthest)
     half, nearest = float(np.arcsin(radius / target_distance)), target_distance - radius

@@ -166,10 +166,8 @@ def target_count(
                 solid_insonification(scene, target, choice, ping_geometry, slant, rays),
                 float(points.sum()),
             )
-            points_reached, facing = (
-                points_reached + float(points.sum()) * part,
-                facing + min(towards, float(points.sum()) * part),
-            )
+            points_reached = points_reached + float(points.sum()) * part
+            facing = facing + min(towards, float(points.sum()) * part)
             continue
         points_reached, facing = points_reached + float(points.sum()), facing + towards
     return TargetPointCount(points_reached, facing)

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from insonify.engines import radial_columns as column
 from insonify.engines.terrain_profiles import PROFILES_PER_WAVE, azimuth_zones
-from insonify.engines.tracer.tracing_scene import CELL_PARTS
+from insonify.engines.tracer.tracing_scene import CELL_DIVISIONS
 from insonify.estimates import unit_costs
 from insonify.scene.heightmap_cache import CELLS, HALF_BYTES, NODES
 from insonify.scene.heightmap_synthesis import HeightmapSynthesizer
@@ -83,7 +83,7 @@ def map_synthesizer(simulator: Simulator) -> HeightmapSynthesizer | None:
     terrain = simulator.engine.scene.seabed.terrain
     if terrain is None or simulator.tracer is None:
         return None if terrain is None else terrain.heightmap_synthesizer
-    return HeightmapSynthesizer(terrain.relief.resolved, terrain.heightmap_cell_size / CELL_PARTS)
+    return HeightmapSynthesizer(terrain.relief.resolved, terrain.heightmap_cell_size / CELL_DIVISIONS)
 
 
 def terrain_seconds(simulator: Simulator, tiles: float) -> float:

@@ -51,10 +51,8 @@ def bounce_offset(
     linear, constant = height + h2 + tangent * horizontal_distance, horizontal_distance - tangent * h2
     root = math.sqrt(max(linear * linear - 4 * tangent * height * constant, 0.0))
     x = 2 * height * constant / max(linear + root, 1e-12)
-    r1, r2 = (
-        math.sqrt(x * x + height * height),
-        math.sqrt((horizontal_distance - x) * (horizontal_distance - x) + h2 * h2),
-    )
+    r1 = math.sqrt(x * x + height * height)
+    r2 = math.sqrt((horizontal_distance - x) * (horizontal_distance - x) + h2 * h2)
     limit = WIDEST * min(r1, r2)
     # to first order, and away from where the surface rises: offset = -2 slope sin(grazing) / (1 / r1 + 1 / r2)
     right = -across * (height / r1 + h2 / r2) / (1 / r1 + 1 / r2)

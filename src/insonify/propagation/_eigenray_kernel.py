@@ -146,11 +146,8 @@ def direct_rays(ray_branch: Floats, bounces: int, first_up: bool, workspace: Any
     """
     point_span, ranges, rays, count = out
     block, pick = workspace[0], workspace[1]
-    s, r, wall = (
-        int(ray_branch[LAYER_SEQUENCE, SOURCE]),
-        int(ray_branch[LAYER_SEQUENCE, POINT]),
-        int(ray_branch[LAYER_SEQUENCE, WALL]),
-    )
+    s, r = int(ray_branch[LAYER_SEQUENCE, SOURCE]), int(ray_branch[LAYER_SEQUENCE, POINT])
+    wall = int(ray_branch[LAYER_SEQUENCE, WALL])
     if bounces and first_up == (bounces % 2 == 0) and r > wall:
         return 0.0  # rays that rise from the plane never get below it
     start_layer_sequence(ray_branch)
@@ -245,11 +242,8 @@ def ducted_rays(
     Returns:
         Greatest distance of rays of the family [m], unless more turns than needed here occur.
     """
-    s, r, nodes = (
-        int(ray_branch[LAYER_SEQUENCE, SOURCE]),
-        int(ray_branch[LAYER_SEQUENCE, POINT]),
-        int(ray_branch[LAYER_SEQUENCE, NODES]),
-    )
+    s, r = int(ray_branch[LAYER_SEQUENCE, SOURCE]), int(ray_branch[LAYER_SEQUENCE, POINT])
+    nodes = int(ray_branch[LAYER_SEQUENCE, NODES])
     so_far = highest_speed(ray_branch, min(s, r), max(s, r))
     above = turning_slabs(ray_branch, min(s, r), 0, so_far, slabs[0])
     below = turning_slabs(ray_branch, max(s, r), nodes - 1, so_far, slabs[1])
@@ -343,11 +337,8 @@ def bounced_rays(
     Returns:
         Greatest distance of rays of the family [m].
     """
-    s, r, nodes = (
-        int(ray_branch[LAYER_SEQUENCE, SOURCE]),
-        int(ray_branch[LAYER_SEQUENCE, POINT]),
-        int(ray_branch[LAYER_SEQUENCE, NODES]),
-    )
+    s, r = int(ray_branch[LAYER_SEQUENCE, SOURCE]), int(ray_branch[LAYER_SEQUENCE, POINT])
+    nodes = int(ray_branch[LAYER_SEQUENCE, NODES])
     floor = int(ray_branch[LAYER_SEQUENCE, WALL])
     if not first_up and r > floor:
         return limit

@@ -189,11 +189,8 @@ def complete_rays(ray_branch: Floats, block: Floats, count: int) -> None:
         block: The rays, changed.
         count: Number of rays.
     """
-    first, last, top = (
-        int(ray_branch[LAYER_SEQUENCE, FIRST]),
-        int(ray_branch[LAYER_SEQUENCE, LAST]),
-        ray_branch[LAYER_SEQUENCE, TOP],
-    )
+    first, last = int(ray_branch[LAYER_SEQUENCE, FIRST]), int(ray_branch[LAYER_SEQUENCE, LAST])
+    top = ray_branch[LAYER_SEQUENCE, TOP]
     kappa = ray_branch[KAPPA, first]
     for i in range(count):
         block[B_COSINE, i] = 1 / math.sqrt(1 + block[B_V, i] * block[B_V, i])
@@ -292,12 +289,8 @@ def write_ray_properties(
     """
     top = ray_branch[LAYER_SEQUENCE, TOP]
     at_source, at_point = int(ray_branch[LAYER_SEQUENCE, SOURCE]), int(ray_branch[LAYER_SEQUENCE, POINT])
-    k0, kr, c0, cr = (
-        ray_branch[KAPPA, at_source],
-        ray_branch[KAPPA, at_point],
-        ray_branch[SPEED, at_source],
-        ray_branch[SPEED, at_point],
-    )
+    k0, kr, c0 = ray_branch[KAPPA, at_source], ray_branch[KAPPA, at_point], ray_branch[SPEED, at_source]
+    cr = ray_branch[SPEED, at_point]
     v, sine, cosine, tube = block[B_V, i], block[B_SINE, i], block[B_COSINE, i], block[B_SLOPE, i]
     s0, sr = math.sqrt(sine * sine + cosine * cosine * k0), math.sqrt(sine * sine + cosine * cosine * kr)
     width = block[B_X, i] * abs(s0 * sr * tube) / (c0 * cr)

@@ -158,12 +158,8 @@ def occlude_row_by_boxes(
         row: The row.
     """
     source, points, distance, depth = geometry.source, geometry.points, geometry.distance, geometry.depth
-    slowness, departure, status, occluder = (
-        legs.slowness[row],
-        legs.departure[row],
-        legs.status[row],
-        legs.occluder[row],
-    )
+    slowness, departure, status = legs.slowness[row], legs.departure[row], legs.status[row]
+    occluder = legs.occluder[row]
     for n in range(status.size):
         if status[n] != CLEAR:
             continue

@@ -123,10 +123,8 @@ def _roughness(
         terrain: Terrain of the seabed; None for a flat one.
         scatters: True if the interface scatters, so that its law takes energy.
     """
-    wavenumber, cutoff = (
-        2 * math.pi / wavelength,
-        MIN_WAVENUMBER if terrain is None else terrain.relief.cutoff.wavenumber,
-    )
+    wavenumber = 2 * math.pi / wavelength
+    cutoff = MIN_WAVENUMBER if terrain is None else terrain.relief.cutoff.wavenumber
     finest = min(max(wavenumber / SLOPE_CUT, 1.01 * cutoff), wavenumber)
     has_waves = terrain is not None and terrain.relief.is_waves
     low = min(MIN_WAVENUMBER, 0.5 * cutoff) if has_waves else cutoff

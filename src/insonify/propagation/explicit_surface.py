@@ -357,11 +357,8 @@ def _refracted_directions(
 ) -> tuple[tuple[Floats, Floats], tuple[Floats, Floats]]:  # fmt: skip
     """Directions at the sonar by the bounce and off a calm surface, and both at the points; bottoms unfolded."""
     assert surface_points.refracted is not None
-    ends, bed, at_surface = (
-        surface_points.point_positions[has_bounce],
-        scene.seabed.depth,
-        surface_points.refracted.speed,
-    )
+    ends, bed = surface_points.point_positions[has_bounce], scene.seabed.depth
+    at_surface = surface_points.refracted.speed
     directions = []
     for side, position, count in ((0, surface_points.sonar_position, bottoms[0]), (1, ends, bottoms[1])):
         depth = np.asarray(position)[..., 2]

@@ -282,9 +282,7 @@ def _fill_weights(
     for k in range(count):
         n = np.uintp(indices[k])
         transmit_weight, receive_weight = transmit_legs[n], receive_legs[n]
-        real, imaginary = (
-            transmit_weight.real * receive_weight.real - transmit_weight.imag * receive_weight.imag,
-            transmit_weight.real * receive_weight.imag + transmit_weight.imag * receive_weight.real,
-        )
+        real = transmit_weight.real * receive_weight.real - transmit_weight.imag * receive_weight.imag
+        imaginary = transmit_weight.real * receive_weight.imag + transmit_weight.imag * receive_weight.real
         source_weight[2 * k] = real * strength[k].real - imaginary * strength[k].imag
         source_weight[2 * k + 1] = real * strength[k].imag + imaginary * strength[k].real

@@ -271,19 +271,14 @@ def arrival_refracted(
             spreading = (1 + root) * inverse
             excess_delay = (b * square - 2 * along) * root * inverse * slowness
             excess_delay += half_gradient * (w * along * along + 2 * cosine * along * across)
-            along_term, across_term = (
-                2 * half_gradient * (w * along + cosine * across),
-                2 * half_gradient * cosine * along,
-            )
+            along_term = 2 * half_gradient * (w * along + cosine * across)
+            across_term = 2 * half_gradient * cosine * along
             slope_x = (b * closer - cosine) * spreading * slowness + along_term * cosine - across_term * w
             slope_z = (b * z - w) * spreading * slowness + along_term * w + across_term * cosine
             if expansion.shape[0]:
                 expansion_delay, expansion_slope_x, expansion_slope_z = _expansion_delay(expansion, i, closer, z)
-                excess_delay, slope_x, slope_z = (
-                    excess_delay + expansion_delay,
-                    slope_x + expansion_slope_x,
-                    slope_z + expansion_slope_z,
-                )
+                excess_delay, slope_x = excess_delay + expansion_delay, slope_x + expansion_slope_x
+                slope_z = slope_z + expansion_slope_z
                 log_gain = closer * (expansion[9, i] + closer * expansion[11, i]) + z * (
                     expansion[10, i] + z * expansion[12, i]
                 )

@@ -173,11 +173,8 @@ def _fill_leg(
         leg.scatterer[np.uintp(count)] = k
         count += (visibility[k] != 0) & (boundary[k] != 0)
     spreading, absorption = legs.spreading[f, part_start:end], legs.absorption[f, part_start:end]
-    length, grazing, departure = (
-        legs.length[f, part_start:end],
-        legs.grazing[f, part_start:end],
-        legs.departure[f, part_start:end],
-    )
+    length, grazing = legs.length[f, part_start:end], legs.grazing[f, part_start:end]
+    departure = legs.departure[f, part_start:end]
     c = leg.column
     for k in range(count):
         n = np.uintp(leg.scatterer[k])
@@ -424,11 +421,8 @@ def _echoes_of_pair(
             buffer.scatterer[np.uintp(count)], buffer.strength[np.uintp(count)] = scatterer[k], given[n]
             count += flag[n] & np.uint8(given[n] != 0)
     elif strengths.keep_probability.shape[0]:
-        keep_probability, priority, range_bin = (
-            strengths.keep_probability[p],
-            strengths.scatterer_number[part_start:],
-            strengths.stretch[part_start:],
-        )
+        keep_probability, priority = strengths.keep_probability[p], strengths.scatterer_number[part_start:]
+        range_bin = strengths.stretch[part_start:]
         for k in range(scatterer.size):
             n = np.uintp(scatterer[k])
             buffer.scatterer[np.uintp(count)] = scatterer[k]

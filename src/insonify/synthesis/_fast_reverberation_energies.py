@@ -108,11 +108,8 @@ def leg_amplitudes(
                 x = np.float64(north[k]) - displacement[0, 0] - t * displacement[1, 0]
                 y = np.float64(east[k]) - displacement[0, 1] - t * displacement[1, 1]
                 z = np.float64(depth[k]) - displacement[0, 2] - t * displacement[1, 2]
-                a, r, b = (
-                    _rotated_component(axes, 0, t, x, y, z),
-                    _rotated_component(axes, 1, t, x, y, z),
-                    _rotated_component(axes, 2, t, x, y, z),
-                )
+                a, r = _rotated_component(axes, 0, t, x, y, z), _rotated_component(axes, 1, t, x, y, z)
+                b = _rotated_component(axes, 2, t, x, y, z)
                 size = 1 / math.sqrt(a * a + r * r + b * b)
                 forward[k], right[k], below[k] = a * size, r * size, b * size
             for k in range(m):

@@ -50,11 +50,8 @@ def deposit_label_positions(
     last = bins.shape[1] - 1
     moments = np.empty(MOMENTS)
     for n in range(scatterer_position.shape[0]):
-        north, east, down = (
-            scatterer_position[n, 0] - receiver[0],
-            scatterer_position[n, 1] - receiver[1],
-            scatterer_position[n, 2] - receiver[2],
-        )
+        north, east = scatterer_position[n, 0] - receiver[0], scatterer_position[n, 1] - receiver[1]
+        down = scatterer_position[n, 2] - receiver[2]
         moments[0], moments[1], moments[2], moments[3] = 1.0, north, east, down
         for p in range(pair.shape[0]):
             i, j = pair[p, 0], pair[p, 1]

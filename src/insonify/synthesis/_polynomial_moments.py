@@ -62,12 +62,8 @@ def gather_moments(
         basis: Waveform basis.
         count: Number of echoes.
     """
-    flat, coefficients, row, lanes = (
-        cells.reshape(-1).view(np.float32),
-        basis.coefficients,
-        cells.shape[2],
-        cells.shape[3],
-    )
+    flat, coefficients, row = cells.reshape(-1).view(np.float32), basis.coefficients, cells.shape[2]
+    lanes = cells.shape[3]
     for i in range(count):
         for e in range(elements):
             k = np.uintp(e * channel_stride + i)

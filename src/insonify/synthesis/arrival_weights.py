@@ -28,18 +28,13 @@ def beam_gains(
     sub_band = bands[band or 0] if bands else SubBand(0.0, ping_geometry.transmit_beams, ping_geometry.receive_beams)
     pulse_middle = 0.0 if ping_geometry.is_static else ping_geometry.pulse.pulse.duration / 2
     direction = directions_at_reception(ping_geometry, arrivals.arrival, arrivals.delay + pulse_middle)
-    transmit_beam, receive_beam, response = (
-        sub_band.transmit_beams.single_beam(channel),
-        sub_band.receive_beams,
-        1.0 + 0j,
-    )
+    transmit_beam, receive_beam = sub_band.transmit_beams.single_beam(channel), sub_band.receive_beams
+    response = 1.0 + 0j
     if ping_geometry.elements is None:
         receive_beam = receive_beam.single_beam(channel)
     else:
-        receive_beam, response = (
-            rotated_beams(receive_beam, float(ping_geometry.elements.orientations[channel])),
-            complex(ping_geometry.elements.response[channel]),
-        )
+        receive_beam = rotated_beams(receive_beam, float(ping_geometry.elements.orientations[channel]))
+        response = complex(ping_geometry.elements.response[channel])
     return transmit_beam.gain(arrivals.departure)[0], response * receive_beam.gain(direction)[0]
 
 

@@ -70,10 +70,8 @@ def channel_arrivals(pairs: Pairs, ping_geometry: PingGeometry, channel: int, wa
         channel: Index of the element; of beams, any.
         water: Water between sonar and scatterers.
     """
-    points, emission_delay = (
-        receive_points(ping_geometry),
-        transmitter_motion(pairs.out.departure, pairs.out.length, ping_geometry)[0],
-    )
+    points = receive_points(ping_geometry)
+    emission_delay = transmitter_motion(pairs.out.departure, pairs.out.length, ping_geometry)[0]
     rows, direction, _ = echo_directions(pairs, ping_geometry, emission_delay, points)
     channel_direction = direction[channel if len(direction) > 1 else 0][rows]
     return ChannelBlockArrivals(

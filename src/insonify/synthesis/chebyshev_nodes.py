@@ -54,10 +54,8 @@ def aperture_nodes(
                 else np.concatenate([element_coordinate, extra_positions]),
             )
             node_motion = ends[0] + node[:, None] * ends[1]
-            node_velocity, node_acceleration = (
-                node_motion[:, 3:6] / latest_arrival,
-                node_motion[:, 6:] / latest_arrival**2,
-            )
+            node_velocity = node_motion[:, 3:6] / latest_arrival
+            node_acceleration = node_motion[:, 6:] / latest_arrival**2
             return ApertureNodes(
                 *(
                     np.ascontiguousarray(part)

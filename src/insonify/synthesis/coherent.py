@@ -123,10 +123,8 @@ class CoherentAccumulator:
                 )
             delay = pairs.out.delay[i] + pairs.back.delay[j]
             for channel, row_of_cells in enumerate(cells):
-                t, r = (
-                    transmit_weights[channel % len(transmit_weights)],
-                    receive_weights[channel % len(receive_weights)],
-                )
+                t = transmit_weights[channel % len(transmit_weights)]
+                r = receive_weights[channel % len(receive_weights)]
                 weight = t[i] * r[j] + t[j] * r[i] if reciprocal else t[i] * r[j]
                 deposit_pressure(
                     row_of_cells, self.grid.first_time, self.grid.cell_rate, delay,

@@ -164,10 +164,8 @@ def deposit(cells: Cells, pairs: Pairs, ping: PingReception, interpolation: Sect
         strength = strength * np.array(factors)
     emission_delay, mach, amplitude_factor = transmitter_motion(out.departure, out.length, ping_geometry)
     amplitude = out.amplitude
-    source_pressure, phase = (
-        float(amplitude_ratio(ping_geometry.source_level_db)),
-        np.ascontiguousarray(pairs.scatterers.phase),
-    )
+    source_pressure = float(amplitude_ratio(ping_geometry.source_level_db))
+    phase = np.ascontiguousarray(pairs.scatterers.phase)
     receive_amplitude = amplitude if back is out else back.amplitude
     curvature, distance, gradient, expansion = wavefront_columns(pairs, ping_geometry, water)
     rows, directions = _directions(pairs, ping_geometry, emission_delay, receive_points)
@@ -176,10 +174,8 @@ def deposit(cells: Cells, pairs: Pairs, ping: PingReception, interpolation: Sect
     min_radius = 1 / float(np.fmax.reduce(np.abs(curvature), axis=None, initial=1e-9))
     if water.layered:
         min_radius = float(np.fmin.reduce(distance, axis=None, initial=min_radius))
-    latest_arrival, wavelength = (
-        grid.start + grid.sample_count / grid.sample_rate,
-        ping_geometry.receive_sound_speed / ping_geometry.frequency,
-    )
+    latest_arrival = grid.start + grid.sample_count / grid.sample_rate
+    wavelength = ping_geometry.receive_sound_speed / ping_geometry.frequency
     extra_positions = None if interpolation is None else interpolation.point_position
     nodes = aperture_nodes(
         receive_points.position, receive_points.velocity, receive_points.acceleration, min_radius, latest_arrival,
@@ -262,11 +258,8 @@ def echo_directions(
     arrival_time = out.delay[0] + pulse_middle_delay[0] + back.delay  # nearly the same by other transmit legs
     if ping_geometry.receive_motion is not None and ping_geometry.receive_motion.is_rotating:
         (i, j), rows = pairs.pair.T, np.arange(len(pairs.pair))
-        direction, path_length, arrival_time = (
-            direction[j],
-            path_length[j],
-            out.delay[i] + pulse_middle_delay[i] + back.delay[j],
-        )
+        direction, path_length = direction[j], path_length[j]
+        arrival_time = out.delay[i] + pulse_middle_delay[i] + back.delay[j]
     if not has_parallax(
         ping_geometry,
         receive_points,
@@ -381,11 +374,8 @@ def transmitter_motion(
         Emission delay [s], radial speed of the transmitter over that of sound [1], pressure ratio [1], each of shape
         (...).
     """
-    emission_delay, mach, amplitude_factor = (
-        np.zeros(wavefront_radius.shape),
-        np.zeros(wavefront_radius.shape),
-        np.ones(wavefront_radius.shape),
-    )
+    emission_delay, mach = np.zeros(wavefront_radius.shape), np.zeros(wavefront_radius.shape)
+    amplitude_factor = np.ones(wavefront_radius.shape)
     if ping_geometry.receive_motion is not None:
         transmit_moving(
             np.ascontiguousarray(departure).reshape(-1, 3), np.ascontiguousarray(wavefront_radius).ravel(),

@@ -122,10 +122,8 @@ class LabelAccumulator:
         """Add one block of scatterers to its object."""
         object_name = pairs.scatterers.object
         names = tuple(pair_name(power_out, power_back) for power_out, power_back in pairs.names())
-        workspace, directions = (
-            self._workspace(buffer, object_name, pairs, names),
-            receive_directions(pairs, self.geometry),
-        )
+        workspace = self._workspace(buffer, object_name, pairs, names)
+        directions = receive_directions(pairs, self.geometry)
         if workspace is not None:
             self._deposit_all_pairs(buffer, object_name, workspace, pairs, directions)
             if pairs.scatterers.boundary == "seabed" and STRAIGHT in names:

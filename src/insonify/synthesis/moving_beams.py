@@ -105,19 +105,12 @@ def _min_length(legs: Legs) -> float:
 
 def _kernel_strengths(pairs: Pairs, replica_jitter: ReplicaJitter) -> ScatteringStrengths:
     """Strengths in the form of the kernel: separable where possible, with replica jitter as an array."""
-    stored, priority, range_bin, keep_probability = (
-        pairs.stored_strengths,
-        np.empty(0, np.float32),
-        np.empty(0, np.uint8),
-        _NOTHING,
-    )
+    stored, priority, range_bin = pairs.stored_strengths, np.empty(0, np.float32), np.empty(0, np.uint8)
+    keep_probability = _NOTHING
     if isinstance(stored, SeparableStrengths) and replica_jitter.is_zero:
         if stored.sampling is not None:
-            priority, range_bin, keep_probability = (
-                stored.sampling.priority,
-                stored.sampling.range_bin,
-                stored.sampling.keep_probability,
-            )
+            priority, range_bin = stored.sampling.priority, stored.sampling.range_bin
+            keep_probability = stored.sampling.keep_probability
         no_strengths = np.empty((0, 0), np.complex64)
         return ScatteringStrengths(
             no_strengths, stored.direction_factor, stored.root_area, stored.weight, priority, range_bin,
@@ -146,10 +139,8 @@ def _receive_beams(receive_points: ReceivePoints, channels: int, ping_geometry: 
 
 
 def _transmitter(ping_geometry: PingGeometry, beams: Beams, pulse_middle: float) -> Transmitter:
-    source_pressure, velocity = (
-        float(amplitude_ratio(ping_geometry.source_level_db)),
-        np.ascontiguousarray(ping_geometry.transmit_velocity),
-    )
+    source_pressure = float(amplitude_ratio(ping_geometry.source_level_db))
+    velocity = np.ascontiguousarray(ping_geometry.transmit_velocity)
     return Transmitter(source_pressure, velocity, pulse_middle, 1 / ping_geometry.sound_speed, beams.kernel_tables)
 
 

@@ -27,13 +27,8 @@ def write_image_paths(
         table: Tables of the families.
         legs: Result, in row f of its columns.
     """
-    normal, direction_factor, absorption, delay, amplitude = (
-        legs.normal,
-        table.direction_factor,
-        table.absorption_octaves,
-        legs.delay[f],
-        legs.amplitude[f],
-    )
+    normal, direction_factor, absorption = legs.normal, table.direction_factor, table.absorption_octaves
+    delay, amplitude = legs.delay[f], legs.amplitude[f]
     departure, arrival = legs.departure[f], legs.arrival[f]
     last: Any = direction_factor.size - 1
     for m in range(points.size):

@@ -91,7 +91,7 @@ def list_samples(
         lists.family_bits[s] = all_families
         if fill:
             listed = slice(list_start, n)
-            _place_samples(radials[s], heading, sample_spacing, lists.sample_number[listed], lists.distance[listed],
+            _fill_positions(radials[s], heading, sample_spacing, lists.sample_number[listed], lists.distance[listed],
                            lists.beam_bearing[:, listed])  # fmt: skip
         for p in range(pair.shape[0]):
             lists.pair_offsets[s, p] = row
@@ -107,7 +107,7 @@ def list_samples(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _place_samples(
+def _fill_positions(
     radial: Floats, heading: float, step: float, sample_number: Integers, distance: Floats, beam_bearing: Singles
 ) -> None:
     """Fill distances of samples, and bearings at which the beams are evaluated for them.

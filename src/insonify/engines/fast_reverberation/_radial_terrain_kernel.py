@@ -97,12 +97,8 @@ def sample_radial_terrain(
         node_index[k], slope_a[k], slope_b[k] = node_start, np.float32(x - i), np.float32(y - j)
     for k in range(count):
         first_node, f, g = np.uint64(node_index[k]), slope_a[k], slope_b[k]
-        h00, h01, h10, h11 = (
-            node_values[first_node],
-            node_values[first_node + _EAST],
-            node_values[first_node + _NORTH],
-            node_values[first_node + _BOTH],
-        )
+        h00, h01 = node_values[first_node], node_values[first_node + _EAST]
+        h10, h11 = node_values[first_node + _NORTH], node_values[first_node + _BOTH]
         low, high = h00 + g * (h01 - h00), h10 + g * (h11 - h10)
         depth[k] = mean - (low + f * (high - low))
         nearest = first_node + (_NORTH if f >= half else _NONE) + (_EAST if g >= half else _NONE)

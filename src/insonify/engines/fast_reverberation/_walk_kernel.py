@@ -135,10 +135,8 @@ def append_pair_samples(
     for p in range(sample_count.size):
         begin, stop = lists.pair_offsets[list_row, p], lists.pair_offsets[list_row, p + 1]
         points, inverse = lists.pair_points[begin:stop], lists.inverse_probability[begin:stop]
-        rows_out, weight_out = (
-            rows[p, sample_count[p] : sample_count[p] + points.size],
-            weight[p, sample_count[p] : sample_count[p] + points.size],
-        )
+        rows_out = rows[p, sample_count[p] : sample_count[p] + points.size]
+        weight_out = weight[p, sample_count[p] : sample_count[p] + points.size]
         for q in range(points.size):
             rows_out[q], weight_out[q] = n + points[q], area[np.uint32(points[q])] * inverse[q]
         sample_count[p] += points.size

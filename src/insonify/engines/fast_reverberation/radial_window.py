@@ -86,10 +86,8 @@ def radials_past_targets(
     bearing = np.arctan2(plan.radials[:, column.SINE], plan.radials[:, column.COSINE]) + heading
     position = ping_geometry.transmit_position
     for t, (north, east, radius) in enumerate(plan.bounding_cylinders[:, :3].tolist()):
-        distance, target_bearing = (
-            math.hypot(north - position[0], east - position[1]),
-            math.atan2(east - position[1], north - position[0]),
-        )
+        distance = math.hypot(north - position[0], east - position[1])
+        target_bearing = math.atan2(east - position[1], north - position[0])
         from_axis = np.abs(np.mod(bearing - target_bearing + np.pi, 2 * np.pi) - np.pi)
         angle = from_axis - plan.radials[:, column.CELL_WIDTH] / 2
         half_angle = math.asin(min(1.0, radius / max(distance, 1e-9))) + _diffraction_margin(

@@ -326,10 +326,8 @@ def _radial_sets(
     shaded = shadow_radials(plan, scene, ping_geometry, choice, prepared.heading, passing) if passes.any() else None
     if shaded is None or not shaded.replaced.any():
         return [complete]
-    unreplaced, lists = (
-        np.flatnonzero(~shaded.replaced),
-        plan.sample_lists(shaded.radials, prepared.heading, shaded.keep_probability),
-    )
+    unreplaced = np.flatnonzero(~shaded.replaced)
+    lists = plan.sample_lists(shaded.radials, prepared.heading, shaded.keep_probability)
     return [
         RadialSet(plan.radials[unreplaced], plan.lists, unreplaced, passes[unreplaced]),
         RadialSet(shaded.radials, lists, np.arange(len(shaded.radials)), shaded.passes_target),

@@ -107,11 +107,8 @@ def _plan(
     rise: float,
 ) -> ReverberationPlan:  # fmt: skip
     """Build the plan without the cache."""
-    source, depth, is_rough = (
-        float(ping_geometry.transmit_position[2]),
-        scene.seabed.depth,
-        scene.seabed.terrain is not None,
-    )
+    source, depth = float(ping_geometry.transmit_position[2]), scene.seabed.depth
+    is_rough = scene.seabed.terrain is not None
     reflection_products = _reflection_table(scene, families, round(source, 2), ping_geometry.wavelength, is_rough)
     absorption_db = float(scene.water.absorption(ping_geometry.frequency))
     sampling = allocate_samples(

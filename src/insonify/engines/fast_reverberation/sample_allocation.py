@@ -94,11 +94,8 @@ def allocate_samples(
     middle = (edges[1:] + edges[:-1]) / 2
     strength = _strengths(middle, heights, pair, law, reflection_products, absorption_db, slope)
     odd = np.array([len(bounce_sequence(name)) % 2 == 1 for name in families])
-    transmit, receive, same_beams = (
-        ping_geometry.transmit_beams.kernel_tables,
-        ping_geometry.receive_beams.kernel_tables,
-        ping_geometry.same_beams,
-    )
+    transmit, receive = ping_geometry.transmit_beams.kernel_tables, ping_geometry.receive_beams.kernel_tables
+    same_beams = ping_geometry.same_beams
 
     def energies(subset: Floats) -> NDArray[np.float32]:
         line_energy = np.empty((len(subset), RANGE_BINS, len(pair)), np.float32)

@@ -18,15 +18,15 @@ from insonify.propagation.sound_speed_layers import SoundSpeedLayers
 from insonify.propagation.triangle_tree import TriangleTree, nearest_hit
 
 Floats = NDArray[np.float64]
-Marks = NDArray[np.bool_]
+Mask = NDArray[np.bool_]
 
 MAX_SAGITTA = 1e-3
 """Largest distance of an arc from its chord [m]."""
-STRAIGHT = 1e-9
+MIN_CURVATURE = 1e-9
 """Curvature below which a ray is straight within a layer [1/m]."""
 MAX_ARCS = 1_000_000
 """Number of arcs after which a ray is given up [1]."""
-TOUCHING = 1e-9
+OMITTED_FRACTION = 1e-9
 """Part of the way to the receiver that is left out, so that it does not end on the other side of a boundary [1]."""
 
 
@@ -72,24 +72,25 @@ def next_arc(
     """
     depth, speed = water.depth, water.speed
     gradient = (speed[layer + 1] - speed[layer]) / (depth[layer + 1] - depth[layer])
-    bend = slowness * gradient
+    curvature = slowness * gradient
     down = angle > 0 or (angle == 0 and gradient < 0)
-    node, leaving = (layer + 1 if down else layer), angle
-    if abs(bend) < STRAIGHT:
+    knot, end_angle = (layer + 1 if down else layer), angle
+    if abs(curvature) < MIN_CURVATURE:
         sine = math.sin(angle)
-        length = (depth[node] - z) / sine if abs(sine) > 1e-12 else math.inf
-        bend = 0.0
+        length = (depth[knot] - z) / sine if abs(sine) > 1e-12 else math.inf
+        curvature = 0.0
     else:
-        cosine, sense = slowness * speed[node], (1.0 if down else -1.0)
+        cosine, sign = slowness * speed[knot], (1.0 if down else -1.0)
         if cosine >= 1:  # the ray turns before it reaches that border
-            node, sense = (layer if down else layer + 1), -sense
-            cosine = min(slowness * speed[node], 1.0)
-        leaving = sense * math.atan2(math.sqrt((1 - cosine) * (1 + cosine)), cosine)
-        length = (angle - leaving) / bend
+            knot, sign = (layer if down else layer + 1), -sign
+            cosine = min(slowness * speed[knot], 1.0)
+        end_angle = sign * math.atan2(math.sqrt((1 - cosine) * (1 + cosine)), cosine)
+        length = (angle - end_angle) / curvature
     if length > longest:
-        half = bend * longest / 2
-        return longest, bend, z + longest * _sinc(half) * math.sin(angle - half), angle - 2 * half, layer
-    return max(length, 0.0), bend, depth[node], leaving, (layer - 1 if node == layer else layer + 1)
+        half_angle = curvature * longest / 2
+        end_depth = z + longest * _sinc(half_angle) * math.sin(angle - half_angle)
+        return longest, curvature, end_depth, angle - 2 * half_angle, layer
+    return max(length, 0.0), curvature, depth[knot], end_angle, (layer - 1 if knot == layer else layer + 1)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -99,17 +100,17 @@ def _sinc(x: float) -> float:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _arc_delay(z: float, angle: float, bend: float, length: float, layer: int, water: SoundSpeedLayers) -> float:
+def _arc_delay(z: float, angle: float, curvature: float, length: float, layer: int, water: SoundSpeedLayers) -> float:
     """Travel time along an arc [s], by Gauss-Legendre quadrature with four nodes."""
     depth, speed = water.depth, water.speed
     gradient, total = (speed[layer + 1] - speed[layer]) / (depth[layer + 1] - depth[layer]), 0.0
-    here = speed[layer] + gradient * (z - depth[layer])
+    start_speed = speed[layer] + gradient * (z - depth[layer])
     for node, weight in (
         (0.06943184420297371, 0.17392742256872692), (0.33000947820757187, 0.3260725774312731),
         (0.6699905217924281, 0.3260725774312731), (0.9305681557970263, 0.17392742256872692),
     ):  # fmt: skip
-        half = bend * node * length / 2
-        total += weight / (here + gradient * node * length * _sinc(half) * math.sin(angle - half))
+        half_angle = curvature * node * length / 2
+        total += weight / (start_speed + gradient * node * length * _sinc(half_angle) * math.sin(angle - half_angle))
     return total * length
 
 
@@ -122,7 +123,7 @@ def _longest_chord(slowness: float, layer: int, water: SoundSpeedLayers) -> floa
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def refracted_hits(
-    origin: Floats, direction: Floats, farthest: Floats, scene: RefractingScene, missing: Marks, hits: FirstHits
+    origin: Floats, direction: Floats, farthest: Floats, scene: RefractingScene, missing: Mask, hits: FirstHits
 ) -> None:
     """First hits of rays.
 
@@ -135,7 +136,7 @@ def refracted_hits(
         hits: Result.
     """
     terrain, bodies, water = scene.terrain, scene.bodies, scene.water
-    obstacles, layers = bodies.normal.shape[0] > 0 or terrain.cell > 0, water.depth.size - 1
+    has_obstacles, layer_count = bodies.normal.shape[0] > 0 or terrain.cell > 0, water.depth.size - 1
     for n in range(farthest.size):
         x, y, z = origin[n]
         horizontal = math.hypot(direction[n, 0], direction[n, 1])
@@ -143,38 +144,40 @@ def refracted_hits(
         angle = math.atan2(direction[n, 2], horizontal)
         layer, kind, row, clearance = layer_of(z, angle, water), NOTHING, -1, CLEARANCE
         slowness = math.cos(angle) / np.interp(z, water.depth, water.speed)
-        done, delay = 0.0, 0.0
+        path_length, delay = 0.0, 0.0
         for _ in range(MAX_ARCS):
-            longest = farthest[n] - done
+            longest = farthest[n] - path_length
             if longest <= 0:
                 break
-            if obstacles:
+            if has_obstacles:
                 longest = min(longest, _longest_chord(slowness, layer, water))
-            length, bend, z_end, leaving, entered = next_arc(z, angle, slowness, layer, longest, water)
-            half = bend * length / 2
-            chord = length * _sinc(half)
-            u, v, w = math.cos(angle - half) * north, math.cos(angle - half) * east, math.sin(angle - half)
-            far, row = chord, -1
-            if obstacles:
-                far, row = nearest_hit(bodies, (x, y, z), (u, v, w), clearance, chord)
+            length, curvature, z_end, end_angle, next_layer = next_arc(z, angle, slowness, layer, longest, water)
+            half_angle = curvature * length / 2
+            chord = length * _sinc(half_angle)
+            cosine = math.cos(angle - half_angle)
+            u, v, w = cosine * north, cosine * east, math.sin(angle - half_angle)
+            hit_distance, row = chord, -1
+            if has_obstacles:
+                hit_distance, row = nearest_hit(bodies, (x, y, z), (u, v, w), clearance, chord)
                 kind = BODY if row >= 0 else NOTHING
                 if terrain.cell > 0:
-                    bed = terrain_hit((x, y, z), (u, v, w), 0.0, far, terrain, missing)
-                    if bed < far:
-                        far, kind, row = bed, BED, -1
+                    terrain_distance = terrain_hit((x, y, z), (u, v, w), 0.0, hit_distance, terrain, missing)
+                    if terrain_distance < hit_distance:
+                        hit_distance, kind, row = terrain_distance, BED, -1
             if kind != NOTHING:
-                length *= far / chord
-                z_end, leaving = z + far * w, angle - bend * length
-            delay += _arc_delay(z, angle, bend, length, layer, water)
-            x, y, z, angle, done, clearance = x + far * u, y + far * v, z_end, leaving, done + length, 0.0
-            if kind == NOTHING and entered < 0:
+                length *= hit_distance / chord
+                z_end, end_angle = z + hit_distance * w, angle - curvature * length
+            delay += _arc_delay(z, angle, curvature, length, layer, water)
+            x, y, z, angle = x + hit_distance * u, y + hit_distance * v, z_end, end_angle
+            path_length, clearance = path_length + length, 0.0
+            if kind == NOTHING and next_layer < 0:
                 kind = SURFACE
-            elif kind == NOTHING and entered >= layers:
+            elif kind == NOTHING and next_layer >= layer_count:
                 kind = BED
             if kind != NOTHING:
                 break
-            layer = entered
-        hits.distance[n], hits.delay[n], hits.kind[n], hits.body_row[n] = done, delay, kind, -1
+            layer = next_layer
+        hits.distance[n], hits.delay[n], hits.kind[n], hits.body_row[n] = path_length, delay, kind, -1
         hits.position[n, 0], hits.position[n, 1], hits.position[n, 2] = x, y, z
         u, v, w = math.cos(angle) * north, math.cos(angle) * east, math.sin(angle)
         hits.direction[n, 0], hits.direction[n, 1], hits.direction[n, 2] = u, v, w
@@ -190,8 +193,8 @@ def refracted_hits(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def clear_refracted_paths(
-    position: Floats, leaving: Floats, length: Floats, bottom: Marks, wavelength: float, scene: RefractingScene,
-    missing: Marks, clear: Marks,
+    position: Floats, departure: Floats, length: Floats, bottom: Mask, wavelength: float, scene: RefractingScene,
+    missing: Mask, is_clear: Mask,
 ) -> None:  # fmt: skip
     """Test reflected paths from some positions to one end of the sonar for occlusion, chord by chord.
 
@@ -199,62 +202,65 @@ def clear_refracted_paths(
 
     Args:
         position: The positions [m], (n, 3).
-        leaving: Directions in which the paths leave them [1], (n, 3).
+        departure: Directions in which the paths leave them [1], (n, 3).
         length: Path lengths [m], (n,).
         bottom: For each bounce from the position on, whether it is off the seabed or off the surface, (bounces,).
         wavelength: Acoustic wavelength [m].
         scene: Water and obstacles.
         missing: Result, True for tiles of the seabed that are not loaded.
-        clear: In: positions to test. Result: False where terrain or a body blocks the path, (n,).
+        is_clear: In: positions to test. Result: False where terrain or a body blocks the path, (n,).
     """
     terrain, bodies, water = scene.terrain, scene.bodies, scene.water
     for n in range(length.size):
-        if not clear[n]:
+        if not is_clear[n]:
             continue
         x, y, z = position[n]
-        horizontal = math.hypot(leaving[n, 0], leaving[n, 1])
-        north, east = (leaving[n, 0] / horizontal, leaving[n, 1] / horizontal) if horizontal > 1e-12 else (1.0, 0.0)
-        angle = math.atan2(leaving[n, 2], horizontal)
+        horizontal = math.hypot(departure[n, 0], departure[n, 1])
+        north, east = (departure[n, 0] / horizontal, departure[n, 1] / horizontal) if horizontal > 1e-12 else (1.0, 0.0)
+        angle = math.atan2(departure[n, 2], horizontal)
         layer, slowness = layer_of(z, angle, water), math.cos(angle) / np.interp(z, water.depth, water.speed)
-        done, bounce, clearance, since, free = 0.0, 0, CLEARANCE, 0.0, 0.0
+        path_length, bounce, clearance, since_bounce, reflecting_length = 0.0, 0, CLEARANCE, 0.0, 0.0
         for _ in range(MAX_ARCS):
-            left = length[n] * (1 - TOUCHING) - done
-            if left <= 0:
+            remaining = length[n] * (1 - OMITTED_FRACTION) - path_length
+            if remaining <= 0:
                 break
-            longest = min(left, _longest_chord(slowness, layer, water))
-            arc, bend, z_end, gone, entered = next_arc(z, angle, slowness, layer, longest, water)
-            half = bend * arc / 2
-            chord = arc * _sinc(half)
-            u, v, w = math.cos(angle - half) * north, math.cos(angle - half) * east, math.sin(angle - half)
-            off_seabed = bounce < bottom.size and bottom[bounce]
+            longest = min(remaining, _longest_chord(slowness, layer, water))
+            arc, curvature, z_end, end_angle, next_layer = next_arc(z, angle, slowness, layer, longest, water)
+            half_angle = curvature * arc / 2
+            chord = arc * _sinc(half_angle)
+            cosine = math.cos(angle - half_angle)
+            u, v, w = cosine * north, cosine * east, math.sin(angle - half_angle)
+            at_seabed = bounce < bottom.size and bottom[bounce]
             stop = chord
-            if off_seabed and w > 0:
+            if at_seabed and w > 0:
                 to_bounce = (terrain.depth - z) / w
-                stop = min(chord, to_bounce - _half_zone(done + to_bounce, length[n], w, wavelength))
+                stop = min(chord, to_bounce - _half_fresnel_zone(path_length + to_bounce, length[n], w, wavelength))
             hit = nearest_hit(bodies, (x, y, z), (u, v, w), clearance, chord)[1] >= 0
-            if terrain.cell > 0 and stop > max(free - since, 0.0) and not hit:
-                hit = terrain_hit((x, y, z), (u, v, w), max(free - since, 0.0), stop, terrain, missing) < stop
+            start = max(reflecting_length - since_bounce, 0.0)
+            if terrain.cell > 0 and stop > start and not hit:
+                hit = terrain_hit((x, y, z), (u, v, w), start, stop, terrain, missing) < stop
             if hit:
-                clear[n] = False
+                is_clear[n] = False
                 break
-            x, y, z, angle, done, since, clearance = (
-                x + chord * u, y + chord * v, z_end, gone, done + arc, since + arc, 0.0
+            x, y, z, angle, path_length, since_bounce, clearance = (
+                x + chord * u, y + chord * v, z_end, end_angle, path_length + arc, since_bounce + arc, 0.0
             )  # fmt: skip
             # the reflecting plane is a knot, so that no arc crosses it
-            at_boundary = bounce < bottom.size and (z == terrain.depth and w > 0 if off_seabed else entered < 0)
+            at_boundary = bounce < bottom.size and (z == terrain.depth and w > 0 if at_seabed else next_layer < 0)
             if at_boundary:
-                free = _half_zone(done, length[n], abs(math.sin(angle)), wavelength) if off_seabed else 0.0
-                angle, bounce, since = -angle, bounce + 1, 0.0
+                half_zone = _half_fresnel_zone(path_length, length[n], abs(math.sin(angle)), wavelength)
+                reflecting_length = half_zone if at_seabed else 0.0
+                angle, bounce, since_bounce = -angle, bounce + 1, 0.0
                 layer = layer_of(z, angle, water)
-            elif entered < 0 or entered >= water.depth.size - 1:
+            elif next_layer < 0 or next_layer >= water.depth.size - 1:
                 break
             else:
-                layer = entered
+                layer = next_layer
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _half_zone(done: float, length: float, sine: float, wavelength: float) -> float:
+def _half_fresnel_zone(path_length: float, length: float, sine: float, wavelength: float) -> float:
     """Half the first Fresnel zone along a path about a bounce on the seabed after some of its length [m]."""
-    part = min(max(done / length, 0.0), 1.0)
+    fraction = min(max(path_length / length, 0.0), 1.0)
     cosine = math.sqrt(max(1 - sine * sine, 1e-18))
-    return math.sqrt(wavelength * length * part * (1 - part)) / max(sine * cosine, 1e-9)
+    return math.sqrt(wavelength * length * fraction * (1 - fraction)) / max(sine * cosine, 1e-9)

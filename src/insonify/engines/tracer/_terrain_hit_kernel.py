@@ -19,7 +19,7 @@ Vector = tuple[float, float, float]
 
 BLOCK = 8
 """Cells along the side of a block."""
-NUDGE = 1e-7
+BORDER_STEP = 1e-7
 """Distance by which a ray is moved over the border of a square [m]."""
 MAX_START_DEPTH = 1e-4
 """Depth below the seabed up to which a ray's origin counts as on the seabed [m]."""
@@ -38,10 +38,10 @@ class TerrainTiles(NamedTuple):
     high: float
     """Upper bound of the heights [m above the mean plane]."""
     corner_a: int
-    """Number of the first row of tiles in `row_of`."""
+    """Number of the first row of tiles in `row_of_tile`."""
     corner_b: int
     """Number of the first column."""
-    row_of: NDArray[np.int32]
+    row_of_tile: NDArray[np.int32]
     """Row of each tile in `tiles`, -1 where it is not loaded, (rows, columns)."""
     tiles: Singles
     """Heights on the nodes [m], (tiles, cells + 1, cells + 1)."""
@@ -53,7 +53,7 @@ class TerrainTiles(NamedTuple):
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def terrain_hit(
-    origin: Vector, direction: Vector, start: float, stop: float, ground: TerrainTiles, missing: NDArray[np.bool_]
+    origin: Vector, direction: Vector, start: float, stop: float, terrain: TerrainTiles, missing: NDArray[np.bool_]
 ) -> float:  # fmt: skip
     """Distance along a ray at which it first reaches the seabed, infinite where it does not before `stop` [m].
 
@@ -62,52 +62,54 @@ def terrain_hit(
         direction: The ray's unit vector, the third component positive down [1].
         start: Distance from which the ray is tested [m].
         stop: Distance up to which the ray is tested [m].
-        ground: The seabed.
-        missing: Result, True for tiles that the ray crosses and that are not loaded, shape of `ground.row_of`.
+        terrain: The seabed.
+        missing: Result, True for tiles that the ray crosses and that are not loaded, shape of `ground.row_of_tile`.
     """
     x, y, z = origin
     u, v, w = direction
-    if ground.cell == 0.0:
-        return _plane_hit(z, w, start, stop, ground.depth)
+    if terrain.cell == 0.0:
+        return _plane_hit(z, w, start, stop, terrain.depth)
     if w > 0:
-        start = max(start, (ground.depth - ground.high - z) / w)
-        stop = min(stop, (ground.depth - ground.low - z) / w + ground.cell)
+        start = max(start, (terrain.depth - terrain.high - z) / w)
+        stop = min(stop, (terrain.depth - terrain.low - z) / w + terrain.cell)
     elif w < 0:
-        stop = min(stop, (ground.depth - ground.high - z) / w)
-    elif z < ground.depth - ground.high:
+        stop = min(stop, (terrain.depth - terrain.high - z) / w)
+    elif z < terrain.depth - terrain.high:
         return math.inf
-    cells = ground.tiles.shape[1] - 1
-    at, first, blocks = start, True, cells // BLOCK
-    while at < stop:
-        a, b = (x + u * (at + NUDGE)) / ground.cell, (y + v * (at + NUDGE)) / ground.cell
+    cells = terrain.tiles.shape[1] - 1
+    distance, is_start, blocks = start, True, cells // BLOCK
+    while distance < stop:
+        a, b = (x + u * (distance + BORDER_STEP)) / terrain.cell, (y + v * (distance + BORDER_STEP)) / terrain.cell
         i, j = math.floor(a), math.floor(b)
         p, q = i // cells, j // cells
-        row_p, row_q = p - ground.corner_a, q - ground.corner_b
-        if row_p < 0 or row_q < 0 or row_p >= ground.row_of.shape[0] or row_q >= ground.row_of.shape[1]:
+        row_p, row_q = p - terrain.corner_a, q - terrain.corner_b
+        if row_p < 0 or row_q < 0 or row_p >= terrain.row_of_tile.shape[0] or row_q >= terrain.row_of_tile.shape[1]:
             return math.inf
-        row = ground.row_of[row_p, row_q]
+        row = terrain.row_of_tile[row_p, row_q]
         if row < 0:
             missing[row_p, row_q] = True
-            at, first = _cell_exit(x, y, u, v, at, p, q, cells * ground.cell), False
+            distance, is_start = _cell_exit(x, y, u, v, distance, p, q, cells * terrain.cell), False
             continue
-        if ground.depth - z - w * at > ground.tile_maxima[row]:
-            out = min(stop, _cell_exit(x, y, u, v, at, p, q, cells * ground.cell))
-            if ground.depth - z - w * (at if w < 0 else out) > ground.tile_maxima[row]:
-                at, first = out, False
+        if terrain.depth - z - w * distance > terrain.tile_maxima[row]:
+            exit_distance = min(stop, _cell_exit(x, y, u, v, distance, p, q, cells * terrain.cell))
+            if terrain.depth - z - w * (distance if w < 0 else exit_distance) > terrain.tile_maxima[row]:
+                distance, is_start = exit_distance, False
                 continue
         m, n = (i - p * cells) // BLOCK, (j - q * cells) // BLOCK
-        out = min(stop, _cell_exit(x, y, u, v, at, p * blocks + m, q * blocks + n, BLOCK * ground.cell))
-        if ground.depth - z - w * (at if w < 0 else out) > ground.block_maxima[row, m, n]:
-            at, first = out, False
+        exit_distance = min(
+            stop, _cell_exit(x, y, u, v, distance, p * blocks + m, q * blocks + n, BLOCK * terrain.cell)
+        )
+        if terrain.depth - z - w * (distance if w < 0 else exit_distance) > terrain.block_maxima[row, m, n]:
+            distance, is_start = exit_distance, False
             continue
-        out = min(stop, _cell_exit(x, y, u, v, at, i, j, ground.cell))
-        before = _height_above(origin, direction, at, i, j, row, ground)
-        after = _height_above(origin, direction, out, i, j, row, ground)
-        if before <= 0 and (not first or before < -MAX_START_DEPTH or after <= before):
-            return at
-        if after <= 0 < before:
-            return _bisect_hit(origin, direction, (at, out), i, j, row, ground)
-        at, first = out, first and after <= 0
+        exit_distance = min(stop, _cell_exit(x, y, u, v, distance, i, j, terrain.cell))
+        height_before = _height_above(origin, direction, distance, i, j, row, terrain)
+        height_after = _height_above(origin, direction, exit_distance, i, j, row, terrain)
+        if height_before <= 0 and (not is_start or height_before < -MAX_START_DEPTH or height_after <= height_before):
+            return distance
+        if height_after <= 0 < height_before:
+            return _bisect_hit(origin, direction, (distance, exit_distance), i, j, row, terrain)
+        distance, is_start = exit_distance, is_start and height_after <= 0
     return math.inf
 
 
@@ -122,42 +124,42 @@ def _plane_hit(z: float, w: float, start: float, stop: float, depth: float) -> f
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _cell_exit(  # type: ignore[no-untyped-def]
-    x, y, u, v, at, i, j, side
+    x, y, u, v, distance, i, j, side
 ):
-    """Distance along a ray at which it leaves square (i, j) of a grid of given side, always beyond `at` [m]."""
-    out = math.inf
+    """Distance along a ray at which it leaves square (i, j) of a grid of given side, always beyond `distance` [m]."""
+    exit_distance = math.inf
     if u != 0:
-        out = ((i + 1 if u > 0 else i) * side - x) / u
+        exit_distance = ((i + 1 if u > 0 else i) * side - x) / u
     if v != 0:
-        out = min(out, ((j + 1 if v > 0 else j) * side - y) / v)
-    return max(out, at + NUDGE)
+        exit_distance = min(exit_distance, ((j + 1 if v > 0 else j) * side - y) / v)
+    return max(exit_distance, distance + BORDER_STEP)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _height_above(  # type: ignore[no-untyped-def]
-    origin, direction, at, i, j, row, ground
+    origin, direction, distance, i, j, row, terrain
 ):
     """Height of a ray above the bilinear terrain of one cell [m]; NaN over a gap in the terrain."""
     x, y, z = origin
     u, v, w = direction
-    f, g = (x + u * at) / ground.cell - i, (y + v * at) / ground.cell - j
-    cells = ground.tiles.shape[1] - 1
+    f, g = (x + u * distance) / terrain.cell - i, (y + v * distance) / terrain.cell - j
+    cells = terrain.tiles.shape[1] - 1
     m, n = i % cells, j % cells
-    tile = ground.tiles[row]
+    tile = terrain.tiles[row]
     near = tile[m, n] + g * (tile[m, n + 1] - tile[m, n])
     far = tile[m + 1, n] + g * (tile[m + 1, n + 1] - tile[m + 1, n])
-    return ground.depth - z - w * at - near - f * (far - near)
+    return terrain.depth - z - w * distance - near - f * (far - near)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _bisect_hit(  # type: ignore[no-untyped-def]
-    origin, direction, distances, i, j, row, ground
+    origin, direction, distances, i, j, row, terrain
 ):
     """Distance at which a ray enters the seabed in one cell [m], by bisection between distances above and below it."""
     above, below = distances
     for _ in range(BISECTIONS):
         middle = (above + below) / 2
-        if _height_above(origin, direction, middle, i, j, row, ground) > 0:
+        if _height_above(origin, direction, middle, i, j, row, terrain) > 0:
             above = middle
         else:
             below = middle
@@ -165,22 +167,22 @@ def _bisect_hit(  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def terrain_normal(x: float, y: float, ground: TerrainTiles, missing: NDArray[np.bool_]) -> tuple[float, float, float]:
+def terrain_normal(x: float, y: float, terrain: TerrainTiles, missing: NDArray[np.bool_]) -> tuple[float, float, float]:
     """Unit normal of the seabed at a position, in the frame of the map, depth downwards [1]."""
-    if ground.cell == 0.0:
+    if terrain.cell == 0.0:
         return 0.0, 0.0, -1.0
-    cells = ground.tiles.shape[1] - 1
-    a, b = x / ground.cell, y / ground.cell
+    cells = terrain.tiles.shape[1] - 1
+    a, b = x / terrain.cell, y / terrain.cell
     i, j = math.floor(a), math.floor(b)
-    row_p, row_q = i // cells - ground.corner_a, j // cells - ground.corner_b
-    row = ground.row_of[row_p, row_q]
+    row_p, row_q = i // cells - terrain.corner_a, j // cells - terrain.corner_b
+    row = terrain.row_of_tile[row_p, row_q]
     if row < 0:  # position rounded across the tile's border
         missing[row_p, row_q] = True
         return 0.0, 0.0, -1.0
-    tile = ground.tiles[row]
+    tile = terrain.tiles[row]
     f, g, m, n = a - i, b - j, i % cells, j % cells
     along = (1 - g) * (tile[m + 1, n] - tile[m, n]) + g * (tile[m + 1, n + 1] - tile[m, n + 1])
     across = (1 - f) * (tile[m, n + 1] - tile[m, n]) + f * (tile[m + 1, n + 1] - tile[m + 1, n])
-    p, q = along / ground.cell, across / ground.cell
+    p, q = along / terrain.cell, across / terrain.cell
     length = math.sqrt(1 + p * p + q * q)
     return -p / length, -q / length, -1 / length

@@ -38,8 +38,8 @@ class FirstHits(NamedTuple):
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def first_hits(
-    origin: Floats, direction: Floats, farthest: Floats, ground: TerrainTiles, bodies: TriangleTree,
-    missing: NDArray[np.bool_], found: FirstHits,
+    origin: Floats, direction: Floats, farthest: Floats, terrain: TerrainTiles, bodies: TriangleTree,
+    missing: NDArray[np.bool_], hits: FirstHits,
 ) -> None:  # fmt: skip
     """First hits of rays.
 
@@ -47,38 +47,39 @@ def first_hits(
         origin: Starting points [m], (n, 3).
         direction: Unit vectors [1], (n, 3).
         farthest: Distance beyond which no hit is searched [m], (n,).
-        ground: The seabed.
+        terrain: The seabed.
         bodies: Triangles of all bodies.
         missing: Result, True for tiles of the seabed that are not loaded.
-        found: Result: distance, kind, row of the body and normal.
+        hits: Result: distance, kind, row of the body and normal.
     """
-    distance, hit_kind, body_row, normal = found.distance, found.kind, found.body_row, found.normal
+    distance, hit_kind, body_row, normal = hits.distance, hits.kind, hits.body_row, hits.normal
     for n in range(farthest.size):
         x, y, z = origin[n]
         u, v, w = direction[n]
-        far, kind, row = farthest[n], NOTHING, -1
-        if w < 0 and -z / w < far:
-            far, kind = -z / w, SURFACE
-        far, row = nearest_hit(bodies, (x, y, z), (u, v, w), CLEARANCE, far)
+        hit_distance, kind, row = farthest[n], NOTHING, -1
+        if w < 0 and -z / w < hit_distance:
+            hit_distance, kind = -z / w, SURFACE
+        hit_distance, row = nearest_hit(bodies, (x, y, z), (u, v, w), CLEARANCE, hit_distance)
         if row >= 0:
             kind = BODY
-        bed = terrain_hit((x, y, z), (u, v, w), 0.0, far, ground, missing)
-        if bed < far:
-            far, kind, row = bed, BED, -1
-        distance[n], hit_kind[n], body_row[n] = far, kind, -1
+        terrain_distance = terrain_hit((x, y, z), (u, v, w), 0.0, hit_distance, terrain, missing)
+        if terrain_distance < hit_distance:
+            hit_distance, kind, row = terrain_distance, BED, -1
+        distance[n], hit_kind[n], body_row[n] = hit_distance, kind, -1
         if kind == BODY:
             body_row[n] = bodies.solid_row[row]
             normal[n] = bodies.normal[row]
         elif kind == BED:
-            normal[n, 0], normal[n, 1], normal[n, 2] = terrain_normal(x + u * far, y + v * far, ground, missing)
+            north, east = x + u * hit_distance, y + v * hit_distance
+            normal[n, 0], normal[n, 1], normal[n, 2] = terrain_normal(north, east, terrain, missing)
         else:
             normal[n, 0], normal[n, 1], normal[n, 2] = 0.0, 0.0, 1.0
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def clear_image_paths(
-    end: Floats, position: Floats, bottom: NDArray[np.bool_], wavelength: float, ground: TerrainTiles,
-    bodies: TriangleTree, missing: NDArray[np.bool_], clear: NDArray[np.bool_],
+    end: Floats, position: Floats, bottom: NDArray[np.bool_], wavelength: float, terrain: TerrainTiles,
+    bodies: TriangleTree, missing: NDArray[np.bool_], is_clear: NDArray[np.bool_],
 ) -> None:  # fmt: skip
     """Test reflected paths between some ends and some positions for occlusion, segment by segment.
 
@@ -89,50 +90,50 @@ def clear_image_paths(
         position: The positions [m], (n, 3).
         bottom: For each bounce from those ends on, whether it is off the seabed or off the surface, (bounces,).
         wavelength: Acoustic wavelength [m].
-        ground: The seabed.
+        terrain: The seabed.
         bodies: Triangles of all bodies.
         missing: Result, True for tiles of the seabed that are not loaded.
-        clear: In: positions to test. Result: False where terrain or a body blocks the path, (n,).
+        is_clear: In: positions to test. Result: False where terrain or a body blocks the path, (n,).
     """
     bounces = bottom.size
     for n in range(position.shape[0]):
-        if not clear[n]:
+        if not is_clear[n]:
             continue
         dx, dy = position[n, 0] - end[n, 0], position[n, 1] - end[n, 1]
-        climb = _vertical_path(end[n, 2], position[n, 2], bottom, ground.depth)
-        length = math.sqrt(dx * dx + dy * dy + climb * climb)
-        done, z, skip = 0.0, end[n, 2], 0.0
-        for part in range(bounces + 1):
-            goal, passed, margin = position[n, 2], 1.0, 0.0
-            if part < bounces:
-                goal = ground.depth if bottom[part] else 0.0
-                passed = done + abs(goal - z) / max(climb, 1e-12)
-                if bottom[part]:
-                    sine = climb / length
-                    zone = math.sqrt(wavelength * length * max(passed * (1 - passed), 0.0)) / sine
-                    margin = zone / max(math.sqrt(1 - sine * sine), 1e-9)
-            start = end[n, 0] + done * dx, end[n, 1] + done * dy, z
-            stop = end[n, 0] + passed * dx, end[n, 1] + passed * dy, goal
-            if not _segment_clear(start, stop, skip, margin, ground, bodies, missing):
-                clear[n] = False
+        vertical_path = _vertical_path(end[n, 2], position[n, 2], bottom, terrain.depth)
+        length = math.sqrt(dx * dx + dy * dy + vertical_path * vertical_path)
+        start_fraction, z, start_margin = 0.0, end[n, 2], 0.0
+        for segment in range(bounces + 1):
+            end_depth, end_fraction, end_margin = position[n, 2], 1.0, 0.0
+            if segment < bounces:
+                end_depth = terrain.depth if bottom[segment] else 0.0
+                end_fraction = start_fraction + abs(end_depth - z) / max(vertical_path, 1e-12)
+                if bottom[segment]:
+                    sine = vertical_path / length
+                    zone = math.sqrt(wavelength * length * max(end_fraction * (1 - end_fraction), 0.0)) / sine
+                    end_margin = zone / max(math.sqrt(1 - sine * sine), 1e-9)
+            start = end[n, 0] + start_fraction * dx, end[n, 1] + start_fraction * dy, z
+            stop = end[n, 0] + end_fraction * dx, end[n, 1] + end_fraction * dy, end_depth
+            if not _segment_clear(start, stop, start_margin, end_margin, terrain, bodies, missing):
+                is_clear[n] = False
                 break
-            done, z, skip = passed, goal, margin
+            start_fraction, z, start_margin = end_fraction, end_depth, end_margin
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _vertical_path(start: float, stop: float, bottom: NDArray[np.bool_], depth: float) -> float:
     """Vertical distance travelled with all bounces [m]."""
-    z, climb = start, 0.0
+    z, vertical_path = start, 0.0
     for is_seabed_bounce in bottom:
-        goal = depth if is_seabed_bounce else 0.0
-        climb += abs(goal - z)
-        z = goal
-    return climb + abs(stop - z)
+        end_depth = depth if is_seabed_bounce else 0.0
+        vertical_path += abs(end_depth - z)
+        z = end_depth
+    return vertical_path + abs(stop - z)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _segment_clear(  # type: ignore[no-untyped-def]
-    start, stop, skip, margin, ground, bodies, missing
+    start, stop, start_margin, end_margin, terrain, bodies, missing
 ):
     """Return True if no terrain or body is between two points; terrain within a margin [m] of either end is ignored."""
     u, v, w = stop[0] - start[0], stop[1] - start[1], stop[2] - start[2]
@@ -142,8 +143,8 @@ def _segment_clear(  # type: ignore[no-untyped-def]
     u, v, w = u / length, v / length, w / length
     if nearest_hit(bodies, start, (u, v, w), CLEARANCE, length - CLEARANCE)[1] >= 0:
         return False
-    if ground.cell == 0.0:
+    if terrain.cell == 0.0:
         return True
     # Traced from the position to the sonar: a ray may touch the seabed only at its start.
-    hit = terrain_hit(stop, (-u, -v, -w), margin, length - skip, ground, missing)
+    hit = terrain_hit(stop, (-u, -v, -w), end_margin, length - start_margin, terrain, missing)
     return hit == math.inf

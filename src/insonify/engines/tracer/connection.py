@@ -28,7 +28,7 @@ from insonify.units import intensity_ratio
 Floats = NDArray[np.float64]
 
 
-SAME_DELAY = 1e-7
+MAX_DELAY_DIFFERENCE = 1e-7
 """Difference of delays below which two refracted rays of one chain are one [s]."""
 
 
@@ -52,8 +52,8 @@ def echoes(ping: TracedPing, hits: RayHits, vertices: list[SurfaceVertices]) -> 
         return
     if not by_target and rays.family not in ping.choice.followed_families:
         return
-    sent = transmitted_energy(ping, rays)
-    yield from facet_echoes(ping, hits, sent, vertices)
+    transmitted = transmitted_energy(ping, rays)
+    yield from facet_echoes(ping, hits, transmitted, vertices)
     if "s" in rays.chain or (ping.is_reversed and not by_target):
         return
     for family in ping.choice.followed_families:
@@ -62,64 +62,66 @@ def echoes(ping: TracedPing, hits: RayHits, vertices: list[SurfaceVertices]) -> 
         rows = np.flatnonzero(_may_arrive(ping, rays))
         part, normal = rays.take(rows), hits.normal[rows]
         legs = family_legs(ping, ping.receive, part.origin, family, hits.contribution)
-        for back in legs:
-            returned = scattered_per_steradian(law, part.direction, -back.arrival, normal)
-            returned *= back.intensity(ping.attenuation)
-            delay = part.delay + back.delay
-            clear = np.flatnonzero(is_clear(ping, part.origin, family, back, (returned > 0) & in_window(ping, delay)))
+        for receive_leg in legs:
+            returned = scattered_per_steradian(law, part.direction, -receive_leg.arrival, normal)
+            returned *= receive_leg.intensity(ping.attenuation)
+            delay = part.delay + receive_leg.delay
+            requested = (returned > 0) & in_window(ping, delay)
+            clear = np.flatnonzero(is_clear(ping, part.origin, family, receive_leg, requested))
             if not clear.size:
                 continue
-            gain = ping.receive_beams.gain(back.departure[clear]) ** 2
-            energy = channel_energies(ping, sent[:, rows[clear]], gain * returned[clear])
+            gain = ping.receive_beams.gain(receive_leg.departure[clear]) ** 2
+            energy = channel_energies(ping, transmitted[:, rows[clear]], gain * returned[clear])
             if by_target:
                 energy *= 2 if ping.ping_geometry.is_monostatic else 1
-            reciprocal = _other_order(ping, part, family, back, legs)[clear]
+            reciprocal = _reverse_interference(ping, part, family, receive_leg, legs)[clear]
             chains = (family, rays.family) if ping.is_reversed else (rays.family, family)
             yield EchoEnergies(hits.contribution, hits.object, *chains, delay[clear], energy, reciprocal)
-    if by_target and rays.flat and not ping.is_reversed:
-        yield from _retraced_echoes(ping, hits, sent)
+    if by_target and rays.is_flat and not ping.is_reversed:
+        yield from _face_chain_echoes(ping, hits, transmitted)
 
 
-def _retraced_echoes(ping: TracedPing, hits: RayHits, sent: Floats) -> Iterator[EchoEnergies]:
-    """Echoes that return by flat faces of targets: in water of one sound speed, first those along the transmit path."""
+def _face_chain_echoes(ping: TracedPing, hits: RayHits, transmitted: Floats) -> Iterator[EchoEnergies]:
+    """Echoes that return by flat faces of targets: in water of one sound speed, those along the transmit path first."""
     rays, own_bounce = hits.rays, OWN_BOUNCE[hits.contribution]
-    straight, is_monostatic = ping.rays is None, ping.ping_geometry.is_monostatic
-    if straight:
+    is_isovelocity, is_monostatic = ping.rays is None, ping.ping_geometry.is_monostatic
+    if is_isovelocity:
         n = len(rays.length)
-        same = [ReceiverPaths(-rays.direction, rays.launch, rays.length, rays.delay, 1 / rays.length**2,
+        retraced_paths = [ReceiverPaths(-rays.direction, rays.launch, rays.length, rays.delay, 1 / rays.length**2,
                               rays.energy_fraction, np.ones(n, bool))]  # fmt: skip
         if not is_monostatic:
-            same = receiver_paths(ping, rays.origin, rays.receiver_image, rays.chain)
-        for receiver_path in same:
+            retraced_paths = receiver_paths(ping, rays.origin, rays.receiver_image, rays.chain)
+        for receiver_path in retraced_paths:
             paths = receiver_path._replace(energy_fraction=rays.energy_fraction)
-            yield from _face_echoes(ping, hits, sent, rays.chain, paths, np.zeros(n))
-    dimensions = 3 if straight else 2
+            yield from _face_echoes(ping, hits, transmitted, rays.chain, paths, np.zeros(n))
+    dimensions = 3 if is_isovelocity else 2
     for chain, transmit_image, image in face_chains(ping):
         is_other_path = np.linalg.norm((rays.receiver_image - image)[:, :dimensions], axis=1) > MAX_MISS_DISTANCE
         is_other_path |= chain != rays.chain
-        if chain.endswith(own_bounce) or (straight and not is_other_path.any()):
+        if chain.endswith(own_bounce) or (is_isovelocity and not is_other_path.any()):
             continue
         for paths in receiver_paths(ping, rays.origin, image, chain):
             reciprocal = is_other_path.astype(float)
-            if straight:
+            if is_isovelocity:
                 paths = paths._replace(is_clear=paths.is_clear & is_other_path)
             elif is_monostatic:  # another ray of the same chain
-                reciprocal[np.abs(paths.delay - rays.delay) > SAME_DELAY] = 1.0
+                reciprocal[np.abs(paths.delay - rays.delay) > MAX_DELAY_DIFFERENCE] = 1.0
             if not is_monostatic:
-                out = _face_delay(ping, rays.origin, transmit_image, ping.transmit[2], chain, paths.delay)
-                reciprocal *= interference(ping, rays.delay + paths.delay - out - _own_delay(ping, rays))
-            yield from _face_echoes(ping, hits, sent, chain, paths, reciprocal)
+                transmit_delay = _face_delay(ping, rays.origin, transmit_image, ping.transmit[2], chain, paths.delay)
+                lag = rays.delay + paths.delay - transmit_delay - _reverse_receive_delay(ping, rays)
+                reciprocal *= interference(ping, lag)
+            yield from _face_echoes(ping, hits, transmitted, chain, paths, reciprocal)
 
 
 def _face_echoes(
-    ping: TracedPing, hits: RayHits, sent: Floats, chain: str, paths: ReceiverPaths, reciprocal: Floats
+    ping: TracedPing, hits: RayHits, transmitted: Floats, chain: str, paths: ReceiverPaths, reciprocal: Floats
 ) -> Iterator[EchoEnergies]:
     """Echoes that return by one chain of flat faces and boundaries.
 
     Args:
         ping: The ping.
         hits: Hits of rays by flat faces.
-        sent: Their energies from `transmitted_energy`.
+        transmitted: Their energies from `transmitted_energy`.
         chain: Reflections of the receive legs, from the receiver outwards.
         paths: The receive legs.
         reciprocal: Interference with the path travelled backwards [1], (n,).
@@ -127,18 +129,20 @@ def _face_echoes(
     rays, delay = hits.rays, hits.rays.delay + paths.delay
     if hits.law is None:
         return
-    returned = scattered_per_steradian(hits.law, rays.direction, paths.leaving, hits.normal)
+    returned = scattered_per_steradian(hits.law, rays.direction, paths.leaving_hit, hits.normal)
     returned = returned * paths.energy_fraction * np.exp(-ping.attenuation * paths.length) * paths.spreading
     rows = np.flatnonzero(paths.is_clear & (returned > 0) & in_window(ping, delay))
     if rows.size:
-        gain = ping.receive_beams.gain(paths.departure[rows]) ** 2
-        energy = channel_energies(ping, sent[:, rows], gain * returned[rows])
+        gain = ping.receive_beams.gain(paths.receiver_direction[rows]) ** 2
+        energy = channel_energies(ping, transmitted[:, rows], gain * returned[rows])
         yield EchoEnergies(
             hits.contribution, hits.object, rays.family, chain, delay[rows], energy, reciprocal[rows]
         )  # fmt: skip
 
 
-def _face_delay(ping: TracedPing, position: Floats, image: Floats, depth: float, chain: str, near: Floats) -> Floats:
+def _face_delay(
+    ping: TracedPing, position: Floats, image: Floats, depth: float, chain: str, expected_delay: Floats
+) -> Floats:
     """Delays of legs between one end of the sonar and positions by a chain with flat faces [s], shape (n,).
 
     Args:
@@ -147,16 +151,16 @@ def _face_delay(ping: TracedPing, position: Floats, image: Floats, depth: float,
         image: Images of that end in the planes of the chain [m], (n, 3) or (3,).
         depth: Depth of that end [m].
         chain: Letters of the reflections.
-        near: Delays near which those of refracted rays are sought [s], (n,).
+        expected_delay: Delays near which those of refracted rays are sought [s], (n,).
     """
     if ping.rays is None:
         return np.asarray(np.linalg.norm(position - image, axis=1) / ping.scene.water.sound_speed)
-    total, image = np.full(len(position), np.inf), np.broadcast_to(image, position.shape)[:, :2]
+    delay, image = np.full(len(position), np.inf), np.broadcast_to(image, position.shape)[:, :2]
     for xy in np.unique(np.round(image, 3), axis=0):  # rays of one chain have few faces
         rows = np.flatnonzero(np.linalg.norm(image - xy, axis=1) < 2 * MAX_MISS_DISTANCE)
         end, family = np.array([*image[rows[0]], depth]), chain.replace("T", "") or "D"
-        total[rows] = nearest_delay(family_legs(ping, end, position[rows], family), near[rows])
-    return total
+        delay[rows] = nearest_delay(family_legs(ping, end, position[rows], family), expected_delay[rows])
+    return delay
 
 
 def point_echoes(ping: TracedPing, target: PointTarget, position: Floats) -> Iterator[EchoEnergies]:
@@ -171,24 +175,28 @@ def point_echoes(ping: TracedPing, target: PointTarget, position: Floats) -> Ite
     source_intensity = float(intensity_ratio(ping.ping_geometry.source_level_db))
     ends: list[list[tuple[str, int, Floats, Floats]]] = []
     for end, beams in ((ping.transmit, ping.transmit_beams), (ping.receive, ping.receive_beams)):
-        paths_of_ends = []
+        end_paths = []
         for family in ping.choice.followed_families:
             for ray, legs in enumerate(family_legs(ping, end, position, family)):
                 clear = is_clear(ping, position, family, legs, legs.reflected > 0, end=end)
                 gain = beams.gain(legs.departure) ** 2 * legs.intensity(ping.attenuation) * clear
-                paths_of_ends.append((family, ray, legs.delay, gain))
-        ends.append(paths_of_ends)
-    delays = [{(family, ray): delay for family, ray, delay, _ in paths_of_ends} for paths_of_ends in ends]
-    for (out, ray_out, delay_out, sent), (back, ray_back, delay_back, channels) in product(*ends):
-        delay, energy = delay_out + delay_back, channel_energies(ping, source_intensity * sent, strength * channels)
+                end_paths.append((family, ray, legs.delay, gain))
+        ends.append(end_paths)
+    delays = [{(family, ray): delay for family, ray, delay, _ in end_paths} for end_paths in ends]
+    for transmit_leg, receive_leg in product(*ends):
+        transmit_family, transmit_ray, transmit_delay, transmitted = transmit_leg
+        receive_family, receive_ray, receive_delay, received = receive_leg
+        delay = transmit_delay + receive_delay
+        energy = channel_energies(ping, source_intensity * transmitted, strength * received)
         if not in_window(ping, delay)[0] or not energy.any():
             continue
-        same = np.zeros(1)
-        if (out, ray_out) != (back, ray_back):
-            none = np.full(1, np.inf)
-            exchanged = delays[0].get((back, ray_back), none) + delays[1].get((out, ray_out), none)
-            same = interference(ping, delay - exchanged)
-        yield EchoEnergies("target", target.label, out, back, delay, energy, same)
+        reciprocal = np.zeros(1)
+        if (transmit_family, transmit_ray) != (receive_family, receive_ray):
+            infinite = np.full(1, np.inf)
+            reverse_delay = delays[0].get((receive_family, receive_ray), infinite)
+            reverse_delay = reverse_delay + delays[1].get((transmit_family, transmit_ray), infinite)
+            reciprocal = interference(ping, delay - reverse_delay)
+        yield EchoEnergies("target", target.label, transmit_family, receive_family, delay, energy, reciprocal)
 
 
 def boundary_echo_energies(ping: TracedPing) -> Iterator[EchoEnergies]:
@@ -205,28 +213,31 @@ def boundary_echo_energies(ping: TracedPing) -> Iterator[EchoEnergies]:
     for family in families:
         legs = family_legs(ping, ping.receive, position, family, BOUNDARY_ECHO)
         reverse = family[::-1]
-        for back in legs:
-            clear = is_clear(ping, position, family, back, (back.reflected > 0) & in_window(ping, back.delay))
-            sine = np.abs(back.departure[:, 2])
-            rough = sediment_bounce_factor(family, depth, back.length, sine, ping.scene.seabed, geometry.wavelength)
-            sent = (
+        for receive_leg in legs:
+            requested = (receive_leg.reflected > 0) & in_window(ping, receive_leg.delay)
+            clear = is_clear(ping, position, family, receive_leg, requested)
+            sine = np.abs(receive_leg.departure[:, 2])
+            rough = sediment_bounce_factor(
+                family, depth, receive_leg.length, sine, ping.scene.seabed, geometry.wavelength
+            )
+            transmitted = (
                 source_intensity
                 * rough**2
-                * back.intensity(ping.attenuation)
-                * ping.transmit_beams.gain(-back.arrival) ** 2
+                * receive_leg.intensity(ping.attenuation)
+                * ping.transmit_beams.gain(-receive_leg.arrival) ** 2
             )
-            energy = channel_energies(ping, sent, ping.receive_beams.gain(back.departure) ** 2)
+            energy = channel_energies(ping, transmitted, ping.receive_beams.gain(receive_leg.departure) ** 2)
             if not clear[0] or not energy.any():
                 continue
-            same = np.zeros(1)
+            reciprocal = np.zeros(1)
             if reverse != family and reverse in families:
                 others = family_legs(ping, ping.receive, position, reverse, BOUNDARY_ECHO)
-                same = interference(ping, back.delay - nearest_delay(others, back.delay))
-            yield EchoEnergies(BOUNDARY_ECHO, BOUNDARY_ECHO, reverse, "", back.delay, energy, same)
+                reciprocal = interference(ping, receive_leg.delay - nearest_delay(others, receive_leg.delay))
+            yield EchoEnergies(BOUNDARY_ECHO, BOUNDARY_ECHO, reverse, "", receive_leg.delay, energy, reciprocal)
 
 
-def _other_order(
-    ping: TracedPing, rays: RayBundle, family: str, back: TracedLegs, legs: list[TracedLegs]
+def _reverse_interference(
+    ping: TracedPing, rays: RayBundle, family: str, receive_leg: TracedLegs, all_legs: list[TracedLegs]
 ) -> Floats:  # fmt: skip
     """Interference of paths back by a family with the same travelled backwards [1], shape (n,).
 
@@ -236,20 +247,21 @@ def _other_order(
         ping: The ping.
         rays: Rays at their hits, n of them.
         family: Family of the receive legs.
-        back: The receive legs.
-        legs: Receive legs of all rays of the family.
+        receive_leg: The receive legs.
+        all_legs: Receive legs of all rays of the family.
     """
     if family == rays.family and ping.rays is None:
         return np.zeros(len(rays.delay))
-    is_other_path = nearest_delay(legs, rays.delay) != back.delay if family == rays.family else True
+    is_other_path = nearest_delay(all_legs, rays.delay) != receive_leg.delay if family == rays.family else True
     if ping.ping_geometry.is_monostatic:
         return np.ones(len(rays.delay)) * is_other_path
-    sent = nearest_delay(family_legs(ping, ping.transmit, rays.origin, family), back.delay)
-    return interference(ping, rays.delay + back.delay - sent - _own_delay(ping, rays)) * is_other_path
+    transmit_delay = nearest_delay(family_legs(ping, ping.transmit, rays.origin, family), receive_leg.delay)
+    lag = rays.delay + receive_leg.delay - transmit_delay - _reverse_receive_delay(ping, rays)
+    return interference(ping, lag) * is_other_path
 
 
-def _own_delay(ping: TracedPing, rays: RayBundle) -> Floats:
-    """Delays of legs from the receiver to the hits of rays by the same reflections [s], shape (n,)."""
+def _reverse_receive_delay(ping: TracedPing, rays: RayBundle) -> Floats:
+    """Delays of the receive legs of the reversed paths, by the reflections of the rays [s], shape (n,)."""
     if "T" in rays.chain:
         return _face_delay(ping, rays.origin, rays.receiver_image, ping.receive[2], rays.chain, rays.delay)
     return nearest_delay(family_legs(ping, ping.receive, rays.origin, rays.family), rays.delay)

@@ -20,11 +20,11 @@ from insonify.engines.tracer.connection import boundary_echo_energies, echoes, p
 from insonify.engines.tracer.facet_echoes import facet_boundary_echoes
 from insonify.engines.tracer.facet_scattering import facet_surface
 from insonify.engines.tracer.image_legs import bounce_letters, image_source_depth
-from insonify.engines.tracer.launch_sampling import LaunchSampler, Reach, launch_sampler
+from insonify.engines.tracer.launch_sampling import LaunchSampler, PathLength, launch_sampler
 from insonify.engines.tracer.ray_bundle import RayBundle, TracedPing
 from insonify.engines.tracer.ray_tracing import is_followed, trace_hits
 from insonify.engines.tracer.surface_vertices import SurfaceVertices, surface_vertices
-from insonify.engines.tracer.tracing_scene import TracingScene, lattice_rotation, open_water_hits
+from insonify.engines.tracer.tracing_scene import TracingScene, grid_rotation, open_water_hits
 from insonify.propagation.path_settings import PathSettings
 from insonify.propagation.propagation_model import PropagationModel
 from insonify.propagation.sound_speed_layers import SoundSpeedLayers
@@ -44,7 +44,7 @@ PARTS = 16
 """Number of parts of the rays of a ping: fixed, so that sums do not depend on the number of threads."""
 MAX_WINDOWS = 64
 """Largest number of combinations of a body and a family at which rays are aimed [1]."""
-ZENITH = 0.5
+MAX_OVERHEAD_TANGENT = 0.5
 """Tangent of the angle from the vertical within which rays are aimed at a moving surface overhead [1]."""
 AIM_FREQUENCY = 1e5
 """Frequency of the legs along which rays are aimed, of which their directions are independent [Hz]."""
@@ -54,7 +54,7 @@ Block = Callable[[], list[EchoEnergies]]
 
 
 class Tracer:
-    """The engine for one scene and one choice of paths."""
+    """The tracer for one scene and one set of path settings."""
 
     def __init__(
         self, scene: Scene, choice: PathSettings, seed: int, propagation_model: PropagationModel | None = None
@@ -73,7 +73,7 @@ class Tracer:
         if scene.water.layered and propagation_model is None:
             raise ValueError("water.profile refracts, and there is no propagation_model. Give that of the scene.")
         self.scene, self.choice, self.seed = scene, choice, seed
-        self.world, self.rays = TracingScene(scene), propagation_model if scene.water.layered else None
+        self.tracing_scene, self.rays = TracingScene(scene), propagation_model if scene.water.layered else None
 
     def blocks(self, ping_geometry: PingGeometry, *, quadrature: bool = True) -> list[Block]:
         """The rays of one ping, in parts that are traced when they are called.
@@ -92,7 +92,7 @@ class Tracer:
         if not ping_geometry.is_monostatic and (
             (self.scene.occluders and is_followed(ping, "T")) or ping.facets is not None
         ):
-            traced.append(self._exchanged(ping))
+            traced.append(self._exchanged_ping(ping))
         rays = [partial(self._trace, traced_ping, part) for traced_ping in traced for part in range(PARTS)]
         return [*rays, partial(self._exact_paths, ping)]
 
@@ -122,13 +122,14 @@ class Tracer:
         Args:
             ping_geometry: The sonar at this ping.
         """
-        scene, turn = self.scene, lattice_rotation(self.world.lattice).T
+        scene, world_from_grid = self.scene, grid_rotation(self.tracing_scene.scatterer_grid).T
         transmit, receive = (
-            self.world.to_lattice_frame(position)
+            self.tracing_scene.to_grid_frame(position)
             for position in (ping_geometry.transmit_position, ping_geometry.receive_position)
         )
         transmit_beams, receive_beams = (
-            beams.rotated(beams.axes @ turn) for beams in (ping_geometry.transmit_beams, ping_geometry.receive_beams)
+            beams.rotated(beams.axes @ world_from_grid)
+            for beams in (ping_geometry.transmit_beams, ping_geometry.receive_beams)
         )
         laws = {
             BED: scene.seabed.law(ping_geometry.frequency, float(scene.water.sound_speed_at(scene.seabed.depth))),
@@ -137,31 +138,31 @@ class Tracer:
         one_way_range = scene.water.max_sound_speed * max(ping_geometry.recorded_delays[1], 0.0) / 2 + float(
             np.linalg.norm(transmit - receive)
         )
-        sampler = self._launch_sampler(ping_geometry, transmit, transmit_beams, receive_beams, laws)
-        intersector = self.world.intersector(transmit, 2 * one_way_range)
+        launch_sampler = self._launch_sampler(ping_geometry, transmit, transmit_beams, receive_beams, laws)
+        intersector = self.tracing_scene.intersector(transmit, 2 * one_way_range)
         attenuation = float(scene.water.absorption(ping_geometry.frequency)) * DB_TO_NEPER
         return TracedPing(
-            scene, self.choice, ping_geometry, intersector, sampler, transmit, receive, transmit_beams, receive_beams,
-            laws, attenuation, self.rays, facet_surface(scene, self.seed, ping_geometry.frequency),
+            scene, self.choice, ping_geometry, intersector, launch_sampler, transmit, receive, transmit_beams,
+            receive_beams, laws, attenuation, self.rays, facet_surface(scene, self.seed, ping_geometry.frequency),
         )  # fmt: skip
 
-    def _exchanged(self, ping: TracedPing) -> TracedPing:
+    def _exchanged_ping(self, ping: TracedPing) -> TracedPing:
         """The ping with rays from the receiver."""
         beams = ping.receive_beams, ping.transmit_beams
         return ping.exchanged(self._launch_sampler(ping.ping_geometry, ping.receive, *beams, ping.laws))
 
     def _trace(self, ping: TracedPing, part: int) -> list[EchoEnergies]:
         """Echoes of one part of the rays."""
-        points, energies = self._surface_points(ping, part), list[EchoEnergies]()
+        vertices, energies = self._surface_vertices(ping, part), list[EchoEnergies]()
         for hits in trace_hits(ping, self._rays(ping, part, self.seed)):
-            energies += [*echoes(ping, hits, points), *facet_boundary_echoes(ping, hits)]
+            energies += [*echoes(ping, hits, vertices), *facet_boundary_echoes(ping, hits)]
         return energies
 
-    def _surface_points(self, ping: TracedPing, part: int) -> list[SurfaceVertices]:
+    def _surface_vertices(self, ping: TracedPing, part: int) -> list[SurfaceVertices]:
         """Points of a moving surface that one part of the rays from the receiver reaches."""
         if ping.facets is None:
             return []
-        exchanged = self._exchanged(ping)
+        exchanged = self._exchanged_ping(ping)
         rays = self._rays(exchanged, part, self.seed + 1)
         # one part of the rays stands for all of them
         return surface_vertices(exchanged, replace(rays, solid_angle=PARTS * rays.solid_angle), self.seed)
@@ -170,9 +171,11 @@ class Tracer:
         """One part of the rays that leave the transmitter."""
         direction, solid_angle = ping.launch_sampler.rays(seed, ping.ping_geometry.ping, self.choice.rays, part, PARTS)
         n = len(direction)
-        start, image = np.tile(ping.transmit, (n, 1)), np.tile(ping.receive, (n, 1))
-        none = np.zeros(n)
-        rays = RayBundle("", start, direction, none, none, direction, solid_angle, np.ones(n), image, np.zeros((n, 6)))
+        start, receiver = np.tile(ping.transmit, (n, 1)), np.tile(ping.receive, (n, 1))
+        zeros = np.zeros(n)
+        rays = RayBundle(
+            "", start, direction, zeros, zeros, direction, solid_angle, np.ones(n), receiver, np.zeros((n, 6))
+        )
         return rays.take((ping.transmit_beams.gain(direction) ** 2).max(axis=0) > 0)
 
     def _exact_paths(self, ping: TracedPing) -> list[EchoEnergies]:
@@ -180,8 +183,12 @@ class Tracer:
         points = [target for target in self.scene.targets if isinstance(target, PointTarget)]
         if "target" not in self.choice.contributions:
             points = []
-        positions = [self.world.to_lattice_frame(np.array([target.position])) for target in points]
-        exact = [echo for point, at in zip(points, positions, strict=True) for echo in point_echoes(ping, point, at)]
+        positions = [self.tracing_scene.to_grid_frame(np.array([target.position])) for target in points]
+        exact = [
+            echo
+            for point, position in zip(points, positions, strict=True)
+            for echo in point_echoes(ping, point, position)
+        ]
         return [*exact, *boundary_echo_energies(ping)]
 
     def _launch_sampler(
@@ -191,39 +198,45 @@ class Tracer:
         """Sampler of launch directions towards scattering boundaries within the recorded window, and towards bodies."""
         bed = self.scene.seabed.depth
         first, last = (self.scene.water.sound_speed * max(delay, 0.0) / 2 for delay in ping_geometry.recorded_delays)
-        reaches: list[tuple[Reach, float, float]] = []
+        boundary_paths: list[tuple[PathLength, float, float]] = []
         for kind, letter, contribution, depth in ((BED, "B", "seabed", bed), (SURFACE, "S", "surface", 0.0)):
             if laws[kind] is None or contribution not in self.choice.contributions:
                 continue
             families = [family for family in self.choice.followed_families if not family.endswith(letter)]
-            climbs = {family: abs(depth - image_source_depth(family, position[2], bed)) for family in families}
-            for family, climb in climbs.items():
+            vertical_distances = {
+                family: abs(depth - image_source_depth(family, position[2], bed)) for family in families
+            }
+            for family, vertical_distance in vertical_distances.items():
                 # The receive leg may be of another family, longer or shorter than the transmit leg.
-                near = first - (max(climbs.values()) ** 2 - climb**2) / (4 * max(first, 1.0))
-                far = last + (climb**2 - min(climbs.values()) ** 2) / (4 * max(last, 1.0))
-                reach: Reach = partial(_reach, climb, _vertical_sense(family, float(depth - position[2])))
+                near = first - (max(vertical_distances.values()) ** 2 - vertical_distance**2) / (4 * max(first, 1.0))
+                far = last + (vertical_distance**2 - min(vertical_distances.values()) ** 2) / (4 * max(last, 1.0))
+                vertical_sign = _vertical_sign(family, float(depth - position[2]))
+                path_length: PathLength = partial(_straight_path_length, vertical_distance, vertical_sign)
                 if self.rays is not None:
-                    reach = partial(self._refracted_reach, position, bounce_letters(family) + letter, far)
-                reaches.append((reach, max(near, 0.0), far))
-        windows = [*self._body_windows(position, last, transmit, receive), *self._zenith(position, first, last)]
-        return launch_sampler(transmit, receive, reaches, windows)
+                    path_length = partial(self._refracted_path_length, position, bounce_letters(family) + letter, far)
+                boundary_paths.append((path_length, max(near, 0.0), far))
+        windows = [*self._body_windows(position, last, transmit, receive)]
+        windows += self._overhead_window(position, first, last)
+        return launch_sampler(transmit, receive, boundary_paths, windows)
 
-    def _zenith(self, position: Floats, first: float, last: float) -> Iterator[tuple[Floats, bool]]:
+    def _overhead_window(self, position: Floats, first: float, last: float) -> Iterator[tuple[Floats, bool]]:
         """Vectors to the corners of the surface overhead whose facets return boundary echoes within slant ranges."""
-        depth, moving = float(position[2]), self.scene.surface.reflection == "statistical"
-        if moving and BOUNDARY_ECHO in self.choice.contributions and first < (1 + ZENITH) * depth and last > depth:
-            corners = np.array(np.meshgrid((-ZENITH, ZENITH), (-ZENITH, ZENITH), (-1.0, -1.0))).reshape(3, 8).T
+        depth, is_moving = float(position[2]), self.scene.surface.reflection == "statistical"
+        is_recorded = first < (1 + MAX_OVERHEAD_TANGENT) * depth and last > depth
+        if is_moving and BOUNDARY_ECHO in self.choice.contributions and is_recorded:
+            sides = -MAX_OVERHEAD_TANGENT, MAX_OVERHEAD_TANGENT
+            corners = np.array(np.meshgrid(sides, sides, (-1.0, -1.0))).reshape(3, 8).T
             yield corners, False
 
-    def _refracted_reach(self, position: Floats, chain: str, farthest: float, directions: Floats) -> Floats:
+    def _refracted_path_length(self, position: Floats, chain: str, farthest: float, directions: Floats) -> Floats:
         """Path length of refracted rays over a flat seabed to the last reflection of a chain [m], shape (n,)."""
-        water, bed = self.world.water, self.scene.seabed.depth
-        assert water is not None  # straight rays have `_reach`
-        kept = int(np.searchsorted(water.depth, bed, side="right"))
+        water, bed = self.tracing_scene.water, self.scene.seabed.depth
+        assert water is not None  # straight rays have `_straight_path_length`
+        knot_count = int(np.searchsorted(water.depth, bed, side="right"))
         origin, length = np.tile(position, (len(directions), 1)), np.zeros(len(directions))
         reaches_all = np.ones(len(directions), bool)
         for letter in chain:
-            layers = SoundSpeedLayers(water.depth[:kept], water.speed[:kept])
+            layers = SoundSpeedLayers(water.depth[:knot_count], water.speed[:knot_count])
             hits = open_water_hits(origin, directions, farthest, bed, layers)
             reaches_all &= hits.kind == (BED if letter == "B" else SURFACE)
             origin, length = hits.position, length + hits.distance
@@ -233,31 +246,32 @@ class Tracer:
     def _body_windows(
         self, position: Floats, last: float, transmit: Beams, receive: Beams
     ) -> Iterator[tuple[Floats, bool]]:
-        """Vectors from each family's image of the sonar to a body's bounding box, and True if they are reversed."""
-        floor, left = 10 ** (self.choice.beam_cutoff_db / 10), MAX_WINDOWS
+        """Vectors from each family's image of the sonar to a body's bounding box, and True where z is reversed."""
+        min_gain, remaining = 10 ** (self.choice.beam_cutoff_db / 10), MAX_WINDOWS
         for body in self.scene.occluders if "target" in self.choice.contributions else ():
-            surface = self.world.to_lattice_frame(world_triangles(body, self.scene.seabed).vertices)
+            surface = self.tracing_scene.to_grid_frame(world_triangles(body, self.scene.seabed).vertices)
             corners = np.array(np.meshgrid(*zip(surface.min(axis=0), surface.max(axis=0), strict=True)))
             for family in self.choice.followed_families:
                 image = np.array(
                     [position[0], position[1], image_source_depth(family, position[2], self.scene.seabed.depth)]
                 )
-                rays = corners.reshape(3, 8).T - image
-                turned = len(bounce_letters(family)) % 2 == 1
-                directions = np.vstack([rays, rays.mean(axis=0)]) * np.array([1, 1, -1 if turned else 1])
-                reach = np.linalg.norm(directions, axis=1)
-                directions /= np.maximum(reach, 1e-9)[:, None]
+                corner_rays = corners.reshape(3, 8).T - image
+                is_flipped = len(bounce_letters(family)) % 2 == 1
+                directions = np.vstack([corner_rays, corner_rays.mean(axis=0)])
+                directions *= np.array([1, 1, -1 if is_flipped else 1])
+                slant_range = np.linalg.norm(directions, axis=1)
+                directions /= np.maximum(slant_range, 1e-9)[:, None]
                 gain = np.max(transmit.gain(directions) ** 2 * np.max(receive.gain(directions) ** 2, axis=0))
-                if reach.min() <= last and gain > floor and left:
-                    left -= 1
-                    yield from self._refracted_windows(position, family, corners, rays, turned)
+                if slant_range.min() <= last and gain > min_gain and remaining:
+                    remaining -= 1
+                    yield from self._refracted_windows(position, family, corners, corner_rays, is_flipped)
 
     def _refracted_windows(
-        self, position: Floats, family: str, corners: Floats, straight: Floats, turned: bool
+        self, position: Floats, family: str, corners: Floats, corner_rays: Floats, is_flipped: bool
     ) -> Iterator[tuple[Floats, bool]]:
         """Departures of rays of a family towards the corners of a bounding box; straight ones in water of one speed."""
         if self.rays is None:
-            yield straight, turned
+            yield corner_rays, is_flipped
             return
         ends = corners.reshape(3, 8).T.copy()
         ends[:, 2] = np.clip(ends[:, 2], 0.0, self.scene.seabed.depth)
@@ -272,21 +286,21 @@ class Tracer:
                 yield reached, False
 
 
-def _reach(climb: float, sense: float, directions: Floats) -> Floats:
+def _straight_path_length(vertical_distance: float, vertical_sign: float, directions: Floats) -> Floats:
     """Slant range at which straight rays have risen or fallen by a vertical distance [m], shape (n,).
 
     Args:
-        climb: The vertical distance [m].
-        sense: Sense in which they leave: 1 downwards, -1 upwards.
+        vertical_distance: The vertical distance [m].
+        vertical_sign: Sign of their vertical direction at the sonar: 1 downwards, -1 upwards.
         directions: Their directions [1], shape (n, 3).
     """
     down = directions[:, 2]
     with np.errstate(divide="ignore"):
-        return np.asarray(np.where(sense * down > 0, climb / (sense * down), np.inf))
+        return np.asarray(np.where(vertical_sign * down > 0, vertical_distance / (vertical_sign * down), np.inf))
 
 
-def _vertical_sense(family: str, below: float) -> float:
-    """Sense in which rays of a family leave: 1 downwards, -1 upwards."""
+def _vertical_sign(family: str, vertical_offset: float) -> float:
+    """Sign of the vertical direction in which rays of a family leave: 1 downwards, -1 upwards."""
     if bounce_letters(family):
         return 1.0 if bounce_letters(family)[0] == "B" else -1.0
-    return 1.0 if below > 0 else -1.0
+    return 1.0 if vertical_offset > 0 else -1.0

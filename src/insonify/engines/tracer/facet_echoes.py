@@ -32,7 +32,7 @@ FIRST_COUNTER = 1 << 16
 
 
 def facet_echoes(
-    ping: TracedPing, hits: RayHits, sent: Floats, vertices: list[SurfaceVertices]
+    ping: TracedPing, hits: RayHits, transmitted: Floats, vertices: list[SurfaceVertices]
 ) -> Iterator[EchoEnergies]:  # fmt: skip
     """Echoes back by facets of a moving surface, each hit connected with `CONNECTIONS` random points of the surface.
 
@@ -41,39 +41,41 @@ def facet_echoes(
     Args:
         ping: The ping.
         hits: Hits of rays on one interface.
-        sent: Their energies from `transmitted_energy`.
+        transmitted: Their energies from `transmitted_energy`.
         vertices: Points of the surface.
     """
     by_facet, own_bounce = "s" in hits.rays.chain, OWN_BOUNCE[hits.contribution]
     if by_facet and ping.is_reversed:
         return
-    for group, group_vertices in enumerate(vertices):
+    for vertex_group, group_vertices in enumerate(vertices):
         for family in ping.choice.followed_families:
-            head = group_vertices.chain + "S"
-            if family.startswith(head) and not family.endswith(own_bounce):
-                yield from _connected_echoes(ping, hits, sent, group_vertices, (family, group))
+            bounces_to_facet = group_vertices.chain + "S"
+            if family.startswith(bounces_to_facet) and not family.endswith(own_bounce):
+                yield from _connected_echoes(ping, hits, transmitted, group_vertices, (family, vertex_group))
 
 
 def _connected_echoes(
-    ping: TracedPing, hits: RayHits, sent: Floats, vertices: SurfaceVertices, leg: tuple[str, int]
+    ping: TracedPing, hits: RayHits, transmitted: Floats, vertices: SurfaceVertices, leg: tuple[str, int]
 ) -> Iterator[EchoEnergies]:  # fmt: skip
     """Echoes back by one family, whose bounce off a facet is the last bounce of the chain of some surface points."""
-    (family, group), n, facets = leg, len(hits.rays.delay), ping.facets
-    tail = family[len(vertices.chain) + 1 :] or "D"
+    (family, vertex_group), n, facets = leg, len(hits.rays.delay), ping.facets
+    remaining_family = family[len(vertices.chain) + 1 :] or "D"
     assert hits.law is not None and facets is not None
-    counter = FIRST_COUNTER + (group << 8) + (len(hits.rays.chain) << 4) + len(tail)
+    counter = FIRST_COUNTER + (vertex_group << 8) + (len(hits.rays.chain) << 4) + len(remaining_family)
     uniform = random_keys.uniforms(
         vertices.seed, random_keys.TRACER, np.arange(n), counter, ping.ping_geometry.ping, 2 + ping.is_reversed
     )[:, :CONNECTIONS]
-    ray = hits.rays.origin - ping.receive
-    ray[:, 2] = hits.rays.origin[:, 2] - image_source_depth(family, ping.receive[2], ping.scene.seabed.depth)
-    calm = np.arctan2(np.abs(ray[:, 2]), np.hypot(ray[:, 0], ray[:, 1]))
-    at, chance = vertices.drawn(np.repeat(calm, CONNECTIONS), uniform.ravel(), facets.spread)
-    hit = np.repeat(np.arange(n), CONNECTIONS)
-    connected = _Connections(hits.rays.take(hit), hits.normal[hit], at, hit, chance * CONNECTIONS)
-    from_point = connected.rays.origin - vertices.position[at]  # the boundaries are level: only the distance counts
-    for legs in family_legs(ping, np.zeros(3), from_point, tail):
-        yield from _echoes_by_legs(ping, hits, sent, vertices, connected, legs, (family, tail))
+    image_ray = hits.rays.origin - ping.receive
+    image_ray[:, 2] = hits.rays.origin[:, 2] - image_source_depth(family, ping.receive[2], ping.scene.seabed.depth)
+    flat_grazing = np.arctan2(np.abs(image_ray[:, 2]), np.hypot(image_ray[:, 0], image_ray[:, 1]))
+    vertex_row, probability = vertices.draw(np.repeat(flat_grazing, CONNECTIONS), uniform.ravel(), facets.spread)
+    hit_row = np.repeat(np.arange(n), CONNECTIONS)
+    mean_count = probability * CONNECTIONS
+    connected = _Connections(hits.rays.take(hit_row), hits.normal[hit_row], vertex_row, hit_row, mean_count)
+    # the boundaries are level: only the distance counts
+    from_point = connected.rays.origin - vertices.position[vertex_row]
+    for legs in family_legs(ping, np.zeros(3), from_point, remaining_family):
+        yield from _echoes_by_legs(ping, hits, transmitted, vertices, connected, legs, (family, remaining_family))
 
 
 class _Connections(NamedTuple):
@@ -83,54 +85,58 @@ class _Connections(NamedTuple):
     """Rays at their hits."""
     normal: Floats
     """Unit normals there [1], (m, 3)."""
-    at: NDArray[np.int64]
-    """Points of the surface, (m,)."""
-    hit: NDArray[np.int64]
-    """Hits, (m,)."""
+    vertex_row: NDArray[np.int64]
+    """Row of each point of the surface among the vertices, (m,)."""
+    hit_row: NDArray[np.int64]
+    """Row of each hit, (m,)."""
     mean_count: Floats
     """Mean number of such connections [1], (m,)."""
 
 
 def _echoes_by_legs(
-    ping: TracedPing, hits: RayHits, sent: Floats, vertices: SurfaceVertices, connected: _Connections, legs: TracedLegs,
-    names: tuple[str, str],
+    ping: TracedPing, hits: RayHits, transmitted: Floats, vertices: SurfaceVertices, connected: _Connections,
+    legs: TracedLegs, names: tuple[str, str],
 ) -> Iterator[EchoEnergies]:  # fmt: skip
     """Echoes of connections by one ray of each from the surface to the hit.
 
     Args:
         ping: The ping.
         hits: Hits of rays on one interface.
-        sent: Their energies from `transmitted_energy`.
+        transmitted: Their energies from `transmitted_energy`.
         vertices: Points of the surface.
         connected: The connections.
         legs: Their legs from the surface.
         names: Family of the receive legs, and its reflections after the facet.
     """
-    (family, tail), facets = names, ping.facets
+    (family, remaining_family), facets = names, ping.facets
     assert hits.law is not None and facets is not None
-    rays, normal, at, hit, mean_count = connected
-    delay = rays.delay + legs.delay + vertices.delay[at]
+    rays, normal, vertex_row, hit_row, mean_count = connected
+    delay = rays.delay + legs.delay + vertices.delay[vertex_row]
     returned = scattered_per_steradian(hits.law, rays.direction, -legs.arrival, normal)
-    returned *= facets.scattered_per_steradian(vertices.direction[at], legs.departure)
+    returned *= facets.scattered_per_steradian(vertices.direction[vertex_row], legs.departure)
     returned *= legs.intensity(ping.attenuation) / mean_count
     requested = (returned > 0) & in_window(ping, delay)
-    clear = np.flatnonzero(is_clear(ping, rays.origin, tail, legs, requested, end=vertices.position[at]))
+    vertex = vertices.position[vertex_row]
+    clear = np.flatnonzero(is_clear(ping, rays.origin, remaining_family, legs, requested, end=vertex))
     if not clear.size:
         return
-    rays, at, hit = rays.take(clear), at[clear], hit[clear]
-    back = legs.delay[clear] + vertices.delay[at]
-    energy = channel_energies(ping, sent[:, hit], vertices.weight[:, at] * returned[clear])
-    rate, variance = facets.turning(vertices.direction[at], legs.departure[clear])
-    lag = rays.delay + back - 2 * vertices.delay[at]
-    phase, spread = rate * lag, variance * lag**2
+    rays, vertex_row, hit_row = rays.take(clear), vertex_row[clear], hit_row[clear]
+    receive_delay = legs.delay[clear] + vertices.delay[vertex_row]
+    energy = channel_energies(ping, transmitted[:, hit_row], vertices.weight[:, vertex_row] * returned[clear])
+    rate, variance = facets.phase_rate(vertices.direction[vertex_row], legs.departure[clear])
+    lag = rays.delay + receive_delay - 2 * vertices.delay[vertex_row]
+    phase, phase_variance = rate * lag, variance * lag**2
     if "s" in rays.chain:
-        later = rays.delay + back - 2 * rays.facets[:, 0]
-        phase, spread = phase - rays.facets[:, 1] * later, spread + rays.facets[:, 2] * later**2
+        lag_of_transmit_facet = rays.delay + receive_delay - 2 * rays.facets[:, 0]
+        phase = phase - rays.facets[:, 1] * lag_of_transmit_facet
+        phase_variance = phase_variance + rays.facets[:, 2] * lag_of_transmit_facet**2
     elif ping.ping_geometry.is_monostatic:
         energy *= 2
-    reciprocal = np.cos(phase) * np.exp(-spread / 2)
+    reciprocal = np.cos(phase) * np.exp(-phase_variance / 2)
     if not ping.ping_geometry.is_monostatic:
-        delay_difference = _excess_delay(ping, vertices.chain, vertices.position[at], vertices.delay[at])
+        delay_difference = _excess_delay(
+            ping, vertices.chain, vertices.position[vertex_row], vertices.delay[vertex_row]
+        )
         if "s" in rays.chain:
             delay_difference = delay_difference - _excess_delay(
                 ping, rays.chain[: rays.chain.rindex("s")].upper(), rays.facets[:, 3:], rays.facets[:, 0]
@@ -144,17 +150,18 @@ def _echoes_by_legs(
     yield EchoEnergies(hits.contribution, hits.object, *chains, delay[clear], energy, reciprocal)
 
 
-def _excess_delay(ping: TracedPing, chain: str, position: Floats, near: Floats) -> Floats:
-    """Delay of legs of a chain from positions to the receiver less that to the transmitter [s], (n,).
+def _excess_delay(ping: TracedPing, chain: str, position: Floats, expected_delay: Floats) -> Floats:
+    """Delay of legs of a chain from positions to the receiver, less that to the transmitter [s], (n,).
 
     Args:
         ping: The ping.
         chain: Letters of the reflections; empty for none.
         position: The positions [m], (n, 3).
-        near: Delays near which those of refracted rays are sought [s], (n,).
+        expected_delay: Delays near which those of refracted rays are sought [s], (n,).
     """
     from_receiver, from_transmitter = (
-        nearest_delay(family_legs(ping, end, position, chain or "D"), near) for end in (ping.receive, ping.transmit)
+        nearest_delay(family_legs(ping, end, position, chain or "D"), expected_delay)
+        for end in (ping.receive, ping.transmit)
     )
     return np.asarray(from_receiver - from_transmitter)
 
@@ -176,13 +183,14 @@ def facet_boundary_echoes(ping: TracedPing, hits: RayHits) -> Iterator[EchoEnerg
         name = bounce_letters(rays.family) + "S" + bounce_letters(family)[::-1]
         if name not in echoes:
             continue
-        for back in family_legs(ping, ping.receive, rays.origin, family, "surface"):
-            returned = facets.scattered_per_steradian(rays.direction, -back.arrival) * back.intensity(ping.attenuation)
-            delay = rays.delay + back.delay
+        for receive_leg in family_legs(ping, ping.receive, rays.origin, family, "surface"):
+            returned = facets.scattered_per_steradian(rays.direction, -receive_leg.arrival)
+            returned = returned * receive_leg.intensity(ping.attenuation)
+            delay = rays.delay + receive_leg.delay
             requested = (returned > 0) & in_window(ping, delay)
-            clear = np.flatnonzero(is_clear(ping, rays.origin, family, back, requested))
+            clear = np.flatnonzero(is_clear(ping, rays.origin, family, receive_leg, requested))
             if clear.size:
-                sent = transmitted_energy(ping, rays.take(clear))
-                gain = ping.receive_beams.gain(back.departure[clear]) ** 2
-                energy = channel_energies(ping, sent, gain * returned[clear])
+                transmitted = transmitted_energy(ping, rays.take(clear))
+                gain = ping.receive_beams.gain(receive_leg.departure[clear]) ** 2
+                energy = channel_energies(ping, transmitted, gain * returned[clear])
                 yield EchoEnergies(BOUNDARY_ECHO, BOUNDARY_ECHO, name, "", delay[clear], energy, np.zeros(clear.size))

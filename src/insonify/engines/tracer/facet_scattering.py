@@ -23,9 +23,9 @@ from insonify.scene.scene import Scene
 
 Floats = NDArray[np.float64]
 
-STEEPEST, CELLS = 1.2, 512
+MAX_SLOPE, CELLS = 1.2, 512
 """Largest slope of the tables along each axis, and cells of a table along it [1]."""
-LEAST_SINE, NODES = 0.02, 24
+MIN_SINE, NODES = 0.02, 24
 """Least sine of the grazing angle of the tables, and number of tables in equal ratios from there to 1 [1]."""
 
 
@@ -52,7 +52,7 @@ class FacetSurface:
 
     def coherent_intensity(self, sine: Floats) -> Floats:
         """Coherent part of the intensity of a bounce, less bubble loss [1], by the sine of its grazing angle."""
-        return np.exp(-self._quanta(2 * self.wavenumber * sine)) * self._bubbles(sine)
+        return np.exp(-self._mean_quanta(2 * self.wavenumber * sine)) * self._bubble_factor(sine)
 
     def scattered_per_steradian(self, incoming: Floats, outgoing: Floats) -> Floats:
         """Cross section of the facets per unit area over the sine of the incident grazing angle [1/sr], shape (n,).
@@ -61,11 +61,11 @@ class FacetSurface:
             incoming: Directions of the incident rays [1], shape (n, 3).
             outgoing: Directions of the reflected rays [1], shape (n, 3).
         """
-        slope, change = self._slopes(incoming, outgoing)
+        slope, vertical_change = self._slopes(incoming, outgoing)
         sine_in, sine_out = -incoming[:, 2], outgoing[:, 2]
-        density = self._density(slope, change) * -np.expm1(-self._quanta(change))
-        steep = 1 + np.sum(slope**2, axis=1)
-        section = density * steep**2 / 4 * self._bubbles((sine_in + sine_out) / 2)
+        density = self._density(slope, vertical_change) * -np.expm1(-self._mean_quanta(vertical_change))
+        squared_secant = 1 + np.sum(slope**2, axis=1)
+        section = density * squared_secant**2 / 4 * self._bubble_factor((sine_in + sine_out) / 2)
         return np.where((sine_in > 0) & (sine_out > 0), section / np.maximum(sine_in, 1e-12), 0.0)
 
     def reflected(
@@ -80,58 +80,60 @@ class FacetSurface:
             code: Number of the bounce.
         """
         sine = np.clip(-direction[:, 2], 1e-6, 1.0)
-        phase, wavenumber = 2 * self.wavenumber * sine, np.empty((len(direction), 2))
+        phase_per_height, wavenumber = 2 * self.wavenumber * sine, np.empty((len(direction), 2))
         bits = np.ascontiguousarray(launch).view(np.uint64)
         ray_id = bits[:, 0] ^ (bits[:, 1] << np.uint64(1)) ^ (bits[:, 2] << np.uint64(2))
         ray_id = ray_id ^ (number.astype(np.uint64) << np.uint64(32))
-        sample_wavenumbers(ray_id, code, self.key, phase, self.waves, wavenumber)
-        normal = np.column_stack([wavenumber @ self.axes / phase[:, None], np.ones(len(direction))])
-        tilt = 1 / np.linalg.norm(normal, axis=1)
-        normal *= tilt[:, None]
+        sample_wavenumbers(ray_id, code, self.key, phase_per_height, self.waves, wavenumber)
+        normal = np.column_stack([wavenumber @ self.axes / phase_per_height[:, None], np.ones(len(direction))])
+        cosine_of_tilt = 1 / np.linalg.norm(normal, axis=1)
+        normal *= cosine_of_tilt[:, None]
         facing = -np.einsum("ij,ij->i", direction, normal)
-        out = direction + 2 * facing[:, None] * normal
-        # facets are seen in proportion to the cosine of the angle of incidence
-        fraction = facing / (tilt * sine) * -np.expm1(-self._quanta(phase)) * self._bubbles(sine)
-        return out, np.where((facing > 0) & (out[:, 2] > 0), fraction, 0.0)
+        reflected_direction = direction + 2 * facing[:, None] * normal
+        # facets are insonified in proportion to the cosine of the angle of incidence
+        incoherent = -np.expm1(-self._mean_quanta(phase_per_height))
+        fraction = facing / (cosine_of_tilt * sine) * incoherent * self._bubble_factor(sine)
+        return reflected_direction, np.where((facing > 0) & (reflected_direction[:, 2] > 0), fraction, 0.0)
 
-    def turning(self, incoming: Floats, outgoing: Floats) -> tuple[Floats, Floats]:
-        """Mean rate of the phase of bounces by facets [rad/s], and its variance [rad^2/s^2], shapes (n,).
+    def phase_rate(self, incoming: Floats, outgoing: Floats) -> tuple[Floats, Floats]:
+        """Mean rate of change of the phase of reflections off facets [rad/s], its variance [rad^2/s^2], shapes (n,).
 
         Args:
             incoming: Directions towards the surface, outwards from the sonar [1], shape (n, 3).
             outgoing: Directions from the surface [1], shape (n, 3).
         """
-        slope, change = self._slopes(incoming, outgoing)
-        ahead, _, speed, both = self.waves.slope_moments[:, -1]
-        return change * slope[:, 0] * both / ahead, change**2 * (speed - both**2 / ahead)
+        slope, vertical_change = self._slopes(incoming, outgoing)
+        along_variance, _, rate_variance, covariance = self.waves.slope_moments[:, -1]
+        mean = vertical_change * slope[:, 0] * covariance / along_variance
+        return mean, vertical_change**2 * (rate_variance - covariance**2 / along_variance)
 
     def _slopes(self, incoming: Floats, outgoing: Floats) -> tuple[Floats, Floats]:
         """Slopes of facets along and across the wind [1] (n, 2), vertical change of the wave vector [rad/m] (n,)."""
-        change = outgoing - incoming
-        down = np.maximum(change[:, 2], 1e-9)
-        return change[:, :2] @ self.axes.T / down[:, None], self.wavenumber * down
+        direction_change = outgoing - incoming
+        down = np.maximum(direction_change[:, 2], 1e-9)
+        return direction_change[:, :2] @ self.axes.T / down[:, None], self.wavenumber * down
 
-    def _quanta(self, change: Floats) -> Floats:
-        """Mean number of quanta of a bounce [1]; `change` as in `_slopes`."""
-        return np.asarray(change**2 * self.waves.variance[-1])
+    def _mean_quanta(self, vertical_change: Floats) -> Floats:
+        """Mean number of quanta of a bounce [1]; by the vertical change of the wave vector [rad/m]."""
+        return np.asarray(vertical_change**2 * self.waves.variance[-1])
 
-    def _bubbles(self, sine: Floats) -> Floats:
+    def _bubble_factor(self, sine: Floats) -> Floats:
         """Factor of bubbles on the intensity [1]."""
         loss = bubble_loss_db(self.wind_speed, self.frequency, np.arcsin(np.clip(sine, 1e-6, 1.0)))
         return np.asarray(10 ** (-loss / 10))
 
-    def _density(self, slope: Floats, change: Floats) -> Floats:
+    def _density(self, slope: Floats, vertical_change: Floats) -> Floats:
         """Density of slopes [1], shape (n,): interpolated in the tables."""
         tables = slope_densities(self.wind_speed, self.wavenumber, self.waves.wavenumber[-1])
-        row = np.log(np.maximum(change / (2 * self.wavenumber), LEAST_SINE) / LEAST_SINE) / -math.log(LEAST_SINE)
+        row = np.log(np.maximum(vertical_change / (2 * self.wavenumber), MIN_SINE) / MIN_SINE) / -math.log(MIN_SINE)
         row = np.clip(row * (NODES - 1), 0.0, NODES - 1.000001)
-        cells = np.clip((slope / STEEPEST + 1) * CELLS / 2, 0.0, CELLS - 1.000001)
+        cells = np.clip((slope / MAX_SLOPE + 1) * CELLS / 2, 0.0, CELLS - 1.000001)
         (k, i, j), total = (index.astype(np.int64) for index in (row, *cells.T)), np.zeros(len(row))
         r, u, v = row - k, cells[:, 0] - i, cells[:, 1] - j
         for a, b, c in np.ndindex(2, 2, 2):
             weight = (r if a else 1 - r) * (u if b else 1 - u) * (v if c else 1 - v)
             total += weight * tables[k + a, i + b, j + c]
-        return np.where(np.abs(slope).max(axis=1) < STEEPEST * (1 - 2 / CELLS), total, 0.0)
+        return np.where(np.abs(slope).max(axis=1) < MAX_SLOPE * (1 - 2 / CELLS), total, 0.0)
 
 
 def facet_surface(scene: Scene, seed: int, frequency: float) -> FacetSurface | None:
@@ -154,55 +156,57 @@ def facet_surface(scene: Scene, seed: int, frequency: float) -> FacetSurface | N
 
 
 @lru_cache(maxsize=2)
-def slope_densities(wind_speed: float, wavenumber: float, shortest: float) -> NDArray[np.float32]:
+def slope_densities(wind_speed: float, wavenumber: float, shortest_wavenumber: float) -> NDArray[np.float32]:
     """Densities of the slopes of facets along and across the wind, at `NODES` grazing angles, (NODES, CELLS, CELLS).
 
     Args:
         wind_speed: Wind 10 m above the sea [m/s].
         wavenumber: Wavenumber of the sound [rad/m].
-        shortest: Wavenumber of the shortest waves [rad/m].
+        shortest_wavenumber: Wavenumber of the shortest waves [rad/m].
     """
-    waves = wind_waves(wind_speed, shortest)
-    sines = np.geomspace(LEAST_SINE, 1.0, NODES)
+    waves = wind_waves(wind_speed, shortest_wavenumber)
+    sines = np.geomspace(MIN_SINE, 1.0, NODES)
     densities = [_slope_density(waves, 2 * wavenumber * float(sine)) for sine in sines]
     return np.array(densities, np.float32)
 
 
-def _slope_density(waves: WindWaves, phase: float) -> Floats:
+def _slope_density(waves: WindWaves, phase_per_height: float) -> Floats:
     """Density of the slopes of glints with a phase per height [rad/m], given at least one quantum, (CELLS, CELLS)."""
-    whole, step = float(waves.variance[-1]), 2 * STEEPEST / CELLS
-    mean = phase**2 * whole
-    longer = whole - min(mean, MOST) / phase**2
-    ahead, aside = (np.interp(longer, waves.variance, moment) for moment in waves.slope_moments[:2])
-    jumps = _jump_density(waves, phase, longer)
+    total_variance, step = float(waves.variance[-1]), 2 * MAX_SLOPE / CELLS
+    mean_quanta = phase_per_height**2 * total_variance
+    longer_variance = total_variance - min(mean_quanta, MOST) / phase_per_height**2
+    along_variance, across_variance = (
+        np.interp(longer_variance, waves.variance, moment) for moment in waves.slope_moments[:2]
+    )
+    quantum_density = _quantum_slope_density(waves, phase_per_height, longer_variance)
     frequency = 2 * np.pi * np.fft.fftfreq(CELLS, step)
-    normal = np.exp(-0.5 * (ahead * frequency[:, None] ** 2 + aside * frequency**2))
-    spectrum = normal * np.exp(min(mean, MOST) * (np.fft.fft2(jumps).real - 1))
-    if mean <= MOST:
-        spectrum = (spectrum - math.exp(-mean)) / -math.expm1(-mean)
+    normal_spectrum = np.exp(-0.5 * (along_variance * frequency[:, None] ** 2 + across_variance * frequency**2))
+    spectrum = normal_spectrum * np.exp(min(mean_quanta, MOST) * (np.fft.fft2(quantum_density).real - 1))
+    if mean_quanta <= MOST:
+        spectrum = (spectrum - math.exp(-mean_quanta)) / -math.expm1(-mean_quanta)
     density = np.fft.fftshift(np.fft.ifft2(spectrum).real) / step**2
     return np.maximum(density, 0.0)
 
 
-def _jump_density(waves: WindWaves, phase: float, longer: float) -> Floats:
-    """Probability of the slopes that one quantum adds, of waves beyond a variance [m^2], (CELLS, CELLS), 0 first."""
+def _quantum_slope_density(waves: WindWaves, phase_per_height: float, longer_variance: float) -> Floats:
+    """Probability of slopes that a quantum adds, of waves beyond a variance [m^2], (CELLS, CELLS); slope 0 first."""
     wavenumber = np.sqrt(waves.wavenumber[1:] * waves.wavenumber[:-1])
-    share = np.diff(np.maximum(waves.variance, longer))
-    table = waves.direction_quantiles
-    row = np.linspace(0, len(table) - 1, len(waves.wavenumber))
-    row = np.minimum((row[1:] + row[:-1]) / 2, len(table) - 1.000001)
-    part, low = (row % 1)[:, None], row.astype(np.int64)
-    turns = table[low] + part * (table[low + 1] - table[low])
-    turns = (turns[:, 1:] + turns[:, :-1]) / 2
-    weight = np.repeat(share / share.sum() / turns.shape[1], turns.shape[1])
-    slope = (wavenumber / phase)[:, None] * np.array([np.cos(turns), np.sin(turns)])
+    variance_step = np.diff(np.maximum(waves.variance, longer_variance))
+    direction_quantiles = waves.direction_quantiles
+    row = np.linspace(0, len(direction_quantiles) - 1, len(waves.wavenumber))
+    row = np.minimum((row[1:] + row[:-1]) / 2, len(direction_quantiles) - 1.000001)
+    fraction, low = (row % 1)[:, None], row.astype(np.int64)
+    direction = direction_quantiles[low] + fraction * (direction_quantiles[low + 1] - direction_quantiles[low])
+    direction = (direction[:, 1:] + direction[:, :-1]) / 2
+    weight = np.repeat(variance_step / variance_step.sum() / direction.shape[1], direction.shape[1])
+    slope = (wavenumber / phase_per_height)[:, None] * np.array([np.cos(direction), np.sin(direction)])
     density = np.zeros(CELLS * CELLS)
-    limit = STEEPEST * (1 - 2 / CELLS)
-    for sense in (1, -1):
-        x, y = (np.clip(sense * slope_axis.ravel(), -limit, limit) * CELLS / (2 * STEEPEST) for slope_axis in slope)
+    limit = MAX_SLOPE * (1 - 2 / CELLS)
+    for sign in (1, -1):
+        x, y = (np.clip(sign * slope_axis.ravel(), -limit, limit) * CELLS / (2 * MAX_SLOPE) for slope_axis in slope)
         i, j = np.floor(x).astype(np.int64), np.floor(y).astype(np.int64)
         u, v = x - i, y - j
         for a, b in np.ndindex(2, 2):
-            at = (i + a) % CELLS * CELLS + (j + b) % CELLS
-            density += np.bincount(at, weight / 2 * (u if a else 1 - u) * (v if b else 1 - v), CELLS * CELLS)
+            cell = (i + a) % CELLS * CELLS + (j + b) % CELLS
+            density += np.bincount(cell, weight / 2 * (u if a else 1 - u) * (v if b else 1 - v), CELLS * CELLS)
     return density.reshape(CELLS, CELLS)

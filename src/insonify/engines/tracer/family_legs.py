@@ -109,5 +109,6 @@ def is_clear(
     """
     wavelength = ping.ping_geometry.wavelength
     if ping.rays is None:
-        return ping.intersector.clear(ping.receive if end is None else end, position, family, wavelength, requested)
-    return ping.intersector.clear_refracted(position, -legs.arrival, legs.length, family, wavelength, requested)
+        other_end = ping.receive if end is None else end
+        return ping.intersector.is_clear_straight(other_end, position, family, wavelength, requested)
+    return ping.intersector.is_clear_refracted(position, -legs.arrival, legs.length, family, wavelength, requested)

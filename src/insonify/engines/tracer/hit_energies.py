@@ -46,10 +46,10 @@ def ray_energy(ping: TracedPing, rays: RayBundle, source_intensity: float = 1.0)
     return np.asarray(source_intensity * factor * ping.transmit_beams.gain(rays.launch) ** 2)
 
 
-def channel_energies(ping: TracedPing, sent: Floats, gains: Floats) -> Floats:
+def channel_energies(ping: TracedPing, transmitted: Floats, gains: Floats) -> Floats:
     """Energy in every channel from its transmit and receive beams, (channels, n)."""
     channel = np.arange(ping.ping_geometry.channel_count)
-    return np.asarray(sent[channel % len(sent)] * gains[channel % len(gains)])
+    return np.asarray(transmitted[channel % len(transmitted)] * gains[channel % len(gains)])
 
 
 def in_window(ping: TracedPing, delay: Floats) -> NDArray[np.bool_]:

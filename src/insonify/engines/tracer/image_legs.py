@@ -50,11 +50,11 @@ def image_legs(scene: Scene, end: Floats, position: Floats, family: str, wavelen
     ray = position - np.array([end[0], end[1], image_source_depth(family, end[2], bed)])
     length = np.maximum(np.linalg.norm(ray, axis=1), 1e-6)
     arrival = ray / length[:, None]
-    sense = np.array([1, 1, -1 if len(bounce_letters(family)) % 2 else 1])
+    vertical_sign = np.array([1, 1, -1 if len(bounce_letters(family)) % 2 else 1])
     sine = np.abs(arrival[:, 2])
     intensity = reflected_intensity(scene, family, np.arcsin(np.minimum(sine, 1.0)))
     intensity = intensity * coherent_intensity_factor(scene, family, float(end[2]), length, sine, wavelength)
-    return ImageLegs(length, arrival * sense, arrival, intensity)
+    return ImageLegs(length, arrival * vertical_sign, arrival, intensity)
 
 
 def refracted_sine(cosine: Floats) -> Floats:
@@ -84,22 +84,24 @@ def coherent_intensity_factor(
         sine: Sines of their grazing angles at the boundaries [1].
         wavelength: Acoustic wavelength [m].
     """
-    factor, climb, z = np.ones(np.shape(length)), 0.0, depth
+    factor, vertical_path, z = np.ones(np.shape(length)), 0.0, depth
     for letter in bounce_letters(family) if scene.seabed.terrain is not None else "":
-        goal = scene.seabed.depth if letter == "B" else 0.0
-        climb, z = climb + abs(goal - z), goal
+        boundary_depth = scene.seabed.depth if letter == "B" else 0.0
+        vertical_path, z = vertical_path + abs(boundary_depth - z), boundary_depth
         if letter == "B":
-            part = np.clip(climb / np.maximum(sine * length, 1e-12), 0, 1)
-            factor = factor * bounce_roughness_factor(scene, part, length, sine, wavelength)
+            path_fraction = np.clip(vertical_path / np.maximum(sine * length, 1e-12), 0, 1)
+            factor = factor * bounce_roughness_factor(scene, path_fraction, length, sine, wavelength)
     return factor
 
 
-def bounce_roughness_factor(scene: Scene, part: Floats, length: Floats, sine: Floats, wavelength: float) -> Floats:
+def bounce_roughness_factor(
+    scene: Scene, path_fraction: Floats, length: Floats, sine: Floats, wavelength: float
+) -> Floats:
     """Factor of the seabed's roughness on the specular intensity of one bounce [1], shape of `length`.
 
     Args:
         scene: The scene; 1 over a flat bed.
-        part: Fraction of the path before the bounce [1].
+        path_fraction: Fraction of the path before the bounce [1].
         length: Lengths of the paths [m].
         sine: Sines of their grazing angles at the bounce [1].
         wavelength: Acoustic wavelength [m].
@@ -108,5 +110,5 @@ def bounce_roughness_factor(scene: Scene, part: Floats, length: Floats, sine: Fl
     if terrain is None:
         return np.ones(np.shape(length))
     # geometric mean of the axes of the first Fresnel zone
-    zone = 2 * np.sqrt(wavelength * length * part * (1 - part) / np.maximum(sine, 1e-9))
+    zone = 2 * np.sqrt(wavelength * length * path_fraction * (1 - path_fraction) / np.maximum(sine, 1e-9))
     return np.asarray(terrain.roughness_reflection_factor(sine, wavelength, np.maximum(zone, 1e-6)) ** 2)

@@ -23,13 +23,13 @@ def scattered_per_steradian(law: Law, incoming: Floats, outgoing: Floats, normal
         normal: Unit normals into the water [1], shape (n, 3).
     """
     sine_in, sine_out = -_dot(incoming, normal), _dot(outgoing, normal)
-    lit = (sine_in > 0) & (sine_out > 0)
+    is_insonified = (sine_in > 0) & (sine_out > 0)
     if isinstance(law, CompiledLaw):
         section = np.asarray(law.cross_section(incoming.T, outgoing.T, normal.T), float)
     else:
         grazing_in, grazing_out = (np.arcsin(np.clip(sine, -1, 1)) for sine in (sine_in, sine_out))
         section = law.cross_section(grazing_in, grazing_out, _bistatic_azimuth(incoming, outgoing, normal))
-    return np.asarray(np.where(lit, section / np.maximum(sine_in, 1e-12), 0.0))
+    return np.asarray(np.where(is_insonified, section / np.maximum(sine_in, 1e-12), 0.0))
 
 
 def specular_direction(direction: Floats, normal: Floats) -> Floats:

@@ -18,12 +18,12 @@ from insonify import random_keys
 from insonify.sonar.beam import Beams
 
 Floats = NDArray[np.float64]
-Reach = Callable[[Floats], Floats]
+PathLength = Callable[[Floats], Floats]
 
 U_STEPS, PSI_STEPS = 8192, 16384
 """Steps of the tables over u and psi."""
-UNIFORM_ACROSS, UNIFORM_AROUND = 0.05, 0.1
-"""Fraction of the rays that are uniform over u, and over psi, independent of the beams [1]."""
+UNIFORM_OVER_U, UNIFORM_OVER_PSI = 0.05, 0.1
+"""Fractions of the rays that are uniform over u, and over psi, independent of the beams [1]."""
 MIN_RELATIVE_GAIN = 0.02
 """Relative gain added to that of the beam, so that the density of rays does not vanish outside the beam [1]."""
 AIMED_FRACTION = 0.35
@@ -31,7 +31,7 @@ AIMED_FRACTION = 0.35
 WINDOW_MARGIN = 0.1
 """Margin of a window on each side of a body, re the body's size [1]."""
 _GOLDEN = 0.6180339887498949
-_LEAST_WINDOW = 1e-4  # of u, and of psi [rad]
+_MIN_WINDOW = 1e-4  # of u, and of psi [rad]
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,10 +55,10 @@ class TabulatedDensity:
             np.where(inside, self.probability[np.clip(row, 0, len(self.probability) - 1)] / self.step, 0.0)
         )
 
-    def quantile(self, part: Floats) -> Floats:
-        """Value below which a probability lies, the inverse of the cumulative probability, shape of `part`."""
+    def quantile(self, probability: Floats) -> Floats:
+        """Value below which a probability lies, the inverse of the cumulative probability, shape of `probability`."""
         borders = self.low + self.step * np.arange(len(self.cumulative))
-        return np.interp(part, self.cumulative, borders)
+        return np.interp(probability, self.cumulative, borders)
 
 
 def tabulated_density(low: float, high: float, weight: Floats) -> TabulatedDensity:
@@ -80,16 +80,16 @@ class AimWindow:
 
     u: tuple[float, float]
     """Least and greatest direction cosine u [1]."""
-    part: tuple[float, float]
+    u_probability: tuple[float, float]
     """Cumulative probabilities of the density over u at these two [1]."""
     psi: tuple[float, float]
     """Least and greatest angle psi [rad]."""
 
-    def density(self, u: Floats, psi: Floats, across: TabulatedDensity) -> Floats:
+    def density(self, u: Floats, psi: Floats, u_density: TabulatedDensity) -> Floats:
         """Probability density of the rays aimed through the window, per solid angle [1/sr]."""
-        low, tall = self.psi[0], self.psi[1] - self.psi[0]
-        inside = (u >= self.u[0]) & (u < self.u[1]) & (np.mod(psi - low, 2 * np.pi) < tall)
-        return np.asarray(inside * across.density(u) / ((self.part[1] - self.part[0]) * tall))
+        low, psi_width = self.psi[0], self.psi[1] - self.psi[0]
+        inside = (u >= self.u[0]) & (u < self.u[1]) & (np.mod(psi - low, 2 * np.pi) < psi_width)
+        return np.asarray(inside * u_density.density(u) / ((self.u_probability[1] - self.u_probability[0]) * psi_width))
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,9 +98,9 @@ class LaunchSampler:
 
     axes: Floats
     """Boresight, right and down of the array as rows [1], shape (3, 3)."""
-    across: TabulatedDensity
+    u_density: TabulatedDensity
     """Density over u."""
-    around: TabulatedDensity
+    psi_density: TabulatedDensity
     """Density over psi."""
     windows: tuple[AimWindow, ...]
 
@@ -117,31 +117,30 @@ class LaunchSampler:
         Returns:
             Unit vectors (n, 3), and the solid angle that each represents [sr] (n,).
         """
-        aimed = int(AIMED_FRACTION * count / len(self.windows)) if self.windows else 0
-        general = count - aimed * len(self.windows)
-        drawn: list[tuple[Floats, Floats]] = []
-        for group, size in enumerate([general] + [aimed] * len(self.windows)):
+        rays_per_window = int(AIMED_FRACTION * count / len(self.windows)) if self.windows else 0
+        unaimed_rays = count - rays_per_window * len(self.windows)
+        u_and_psi: list[tuple[Floats, Floats]] = []
+        for group, size in enumerate([unaimed_rays] + [rays_per_window] * len(self.windows)):
             n = np.arange(part, size, parts)
             first = random_keys.uniforms(seed, random_keys.TRACER, 0, group, ping, 1)
             u = random_keys.uniforms(seed, random_keys.TRACER, n, group, ping, 0)
             first_uniform, second_uniform = (n + u[:, 0]) / max(size, 1), np.mod(n * _GOLDEN + first[0], 1.0)
             if group == 0:
-                drawn.append((self.across.quantile(second_uniform), self.around.quantile(first_uniform)))
+                u_and_psi.append((self.u_density.quantile(second_uniform), self.psi_density.quantile(first_uniform)))
             else:
-                (left, right), (low, high) = self.windows[group - 1].part, self.windows[group - 1].psi
-                drawn.append(
-                    (self.across.quantile(left + second_uniform * (right - left)), low + first_uniform * (high - low))
-                )
-        cosine, turn = (np.concatenate(column) for column in zip(*drawn, strict=True))
-        density = general * self.across.density(cosine) * self.around.density(_wrapped(turn))
+                (left, right), (low, high) = self.windows[group - 1].u_probability, self.windows[group - 1].psi
+                u_in_window = self.u_density.quantile(left + second_uniform * (right - left))
+                u_and_psi.append((u_in_window, low + first_uniform * (high - low)))
+        all_u, all_psi = (np.concatenate(column) for column in zip(*u_and_psi, strict=True))
+        density = unaimed_rays * self.u_density.density(all_u) * self.psi_density.density(_wrapped(all_psi))
         for window in self.windows:
-            density += aimed * window.density(cosine, turn, self.across)
-        return self.direction(cosine, turn), 1 / density
+            density += rays_per_window * window.density(all_u, all_psi, self.u_density)
+        return self.direction(all_u, all_psi), 1 / density
 
     def direction(self, u: Floats, psi: Floats) -> Floats:
         """Unit vectors of direction cosines u and angles psi, shape (n, 3)."""
-        ahead = np.sqrt(np.maximum(1 - u**2, 0.0))
-        return np.asarray(np.stack([ahead * np.cos(psi), u, ahead * np.sin(psi)], axis=-1) @ self.axes)
+        transverse = np.sqrt(np.maximum(1 - u**2, 0.0))
+        return np.asarray(np.stack([transverse * np.cos(psi), u, transverse * np.sin(psi)], axis=-1) @ self.axes)
 
 
 def _wrapped(psi: Floats) -> Floats:
@@ -150,58 +149,59 @@ def _wrapped(psi: Floats) -> Floats:
 
 
 def launch_sampler(
-    transmit: Beams, receive: Beams, reaches: list[tuple[Reach, float, float]], sights: list[tuple[Floats, bool]]
-) -> LaunchSampler:
+    transmit: Beams, receive: Beams, boundary_paths: list[tuple[PathLength, float, float]],
+    body_corners: list[tuple[Floats, bool]],
+) -> LaunchSampler:  # fmt: skip
     """Sampler of the launch directions of one ping.
 
     Args:
         transmit: Transmit beams, in the frame of the rays.
         receive: Receive beams, shape (channels,).
-        reaches: For each family to a scattering boundary: its path length [m] as a function of launch directions
+        boundary_paths: For each family to a scattering boundary: its path length [m] as a function of launch directions
             (n, 3), infinite where it does not exist, and the least and greatest path length that is recorded [m].
-        sights: For each body and family, vectors from the image of the sonar to the corners of the body's bounding box
-            [m] (8, 3), and True if the vertical component of its launch directions is reversed.
+        body_corners: For each body and family, vectors from the image of the sonar to the corners of the body's
+            bounding box [m] (8, 3), and True if the vertical component of its launch directions is reversed.
     """
-    plain = LaunchSampler(transmit.axes, _uniform_density(-1, 1), _uniform_density(-np.pi, np.pi), ())
+    unaimed = LaunchSampler(transmit.axes, _uniform_density(-1, 1), _uniform_density(-np.pi, np.pi), ())
     psi = np.linspace(-np.pi, np.pi, PSI_STEPS + 1)
     middle = (psi[:-1] + psi[1:]) / 2
     steer = float(np.mean(transmit.steer[:, 0]))
-    sent = _max_power(transmit, plain.direction(np.full(PSI_STEPS, steer), middle))
-    around = _slant_range_density(plain.direction(np.zeros(PSI_STEPS + 1), psi), sent, reaches)
+    power = _max_power(transmit, unaimed.direction(np.full(PSI_STEPS, steer), middle))
+    psi_density = _slant_range_density(unaimed.direction(np.zeros(PSI_STEPS + 1), psi), power, boundary_paths)
     u = -1 + 2 * (np.arange(U_STEPS) + 0.5) / U_STEPS
-    gain_of = np.zeros(U_STEPS)
-    for turn in (0.0, float(middle[np.argmax(sent)])):
-        directions = plain.direction(u, np.full(U_STEPS, turn))
-        gain_of += _max_power(transmit, directions) * _max_power(receive, directions)
-    across = tabulated_density(
-        -1, 1, UNIFORM_ACROSS / U_STEPS + (1 - UNIFORM_ACROSS) * gain_of / max(gain_of.sum(), 1e-300)
+    u_weight = np.zeros(U_STEPS)
+    for psi_of_beam in (0.0, float(middle[np.argmax(power)])):
+        directions = unaimed.direction(u, np.full(U_STEPS, psi_of_beam))
+        u_weight += _max_power(transmit, directions) * _max_power(receive, directions)
+    u_density = tabulated_density(
+        -1, 1, UNIFORM_OVER_U / U_STEPS + (1 - UNIFORM_OVER_U) * u_weight / max(u_weight.sum(), 1e-300)
     )
-    return LaunchSampler(
-        transmit.axes, across, around, tuple(_aim_window(transmit.axes, across, *sight) for sight in sights)
-    )
+    windows = tuple(_aim_window(transmit.axes, u_density, *corners) for corners in body_corners)
+    return LaunchSampler(transmit.axes, u_density, psi_density, windows)
 
 
 def _slant_range_density(
-    directions: Floats, sent: Floats, reaches: list[tuple[Reach, float, float]]
+    directions: Floats, power: Floats, boundary_paths: list[tuple[PathLength, float, float]]
 ) -> TabulatedDensity:
     """Density over psi for which rays are uniform over slant range, family by family.
 
     Args:
         directions: Launch directions at the borders of the steps [1], shape (PSI_STEPS + 1, 3).
-        sent: Transmitted power in each step [1], shape (PSI_STEPS,).
-        reaches: See `launch_sampler`.
+        power: Transmitted power in each step [1], shape (PSI_STEPS,).
+        boundary_paths: See `launch_sampler`.
     """
     weight, density = np.full(PSI_STEPS, 1.0 / PSI_STEPS), np.zeros(PSI_STEPS)
-    for path_length, near, far in reaches:
-        reach = np.clip(path_length(directions), near, far)
-        fill = np.abs(np.diff(reach)) * (MIN_RELATIVE_GAIN + sent / max(sent.max(), 1e-300))
-        density += fill / max(fill.sum(), 1e-300)
+    for path_length, near, far in boundary_paths:
+        slant_range = np.clip(path_length(directions), near, far)
+        step_weight = np.abs(np.diff(slant_range)) * (MIN_RELATIVE_GAIN + power / max(power.max(), 1e-300))
+        density += step_weight / max(step_weight.sum(), 1e-300)
     if density.sum() > 0:
-        weight = UNIFORM_AROUND * weight + (1 - UNIFORM_AROUND) * density / density.sum()
+        weight = UNIFORM_OVER_PSI * weight + (1 - UNIFORM_OVER_PSI) * density / density.sum()
     return tabulated_density(-np.pi, np.pi, weight)
 
 
 def _uniform_density(low: float, high: float) -> TabulatedDensity:
+    """Uniform density between two values."""
     return tabulated_density(low, high, np.ones(1))
 
 
@@ -210,16 +210,18 @@ def _max_power(beams: Beams, directions: Floats) -> Floats:
     return np.asarray((beams.gain(directions) ** 2).max(axis=0))
 
 
-def _aim_window(axes: Floats, across: TabulatedDensity, corners: Floats, turned: bool) -> AimWindow:
+def _aim_window(axes: Floats, u_density: TabulatedDensity, corners: Floats, is_flipped: bool) -> AimWindow:
     """Window of launch directions about a body as seen from an image of the sonar."""
-    ray = corners * np.array([1, 1, -1 if turned else 1])
-    ahead, u, under = ((ray / np.maximum(np.linalg.norm(ray, axis=1, keepdims=True), 1e-9)) @ axes.T).T
-    psi = np.arctan2(under, ahead)
+    corner_ray = corners * np.array([1, 1, -1 if is_flipped else 1])
+    forward, u, down = ((corner_ray / np.maximum(np.linalg.norm(corner_ray, axis=1, keepdims=True), 1e-9)) @ axes.T).T
+    psi = np.arctan2(down, forward)
     middle = float(np.arctan2(np.sin(psi).mean(), np.cos(psi).mean()))
-    aside = _wrapped(psi - middle)
-    tall = min((1 + 2 * WINDOW_MARGIN) * float(np.ptp(aside)) + _LEAST_WINDOW, 2 * np.pi)
-    wide = (1 + 2 * WINDOW_MARGIN) * float(np.ptp(u)) + _LEAST_WINDOW
-    low, left = middle + float(aside.min() + aside.max()) / 2 - tall / 2, float(u.min() + u.max()) / 2 - wide / 2
-    ends = max(left, -1.0), min(left + wide, 1.0)
-    below = np.interp(ends, across.low + across.step * np.arange(len(across.cumulative)), across.cumulative)
-    return AimWindow(ends, (float(below[0]), float(below[1])), (low, low + tall))
+    psi_offset = _wrapped(psi - middle)
+    psi_width = min((1 + 2 * WINDOW_MARGIN) * float(np.ptp(psi_offset)) + _MIN_WINDOW, 2 * np.pi)
+    u_width = (1 + 2 * WINDOW_MARGIN) * float(np.ptp(u)) + _MIN_WINDOW
+    psi_low = middle + float(psi_offset.min() + psi_offset.max()) / 2 - psi_width / 2
+    u_low = float(u.min() + u.max()) / 2 - u_width / 2
+    ends = max(u_low, -1.0), min(u_low + u_width, 1.0)
+    borders = u_density.low + u_density.step * np.arange(len(u_density.cumulative))
+    probability = np.interp(ends, borders, u_density.cumulative)
+    return AimWindow(ends, (float(probability[0]), float(probability[1])), (psi_low, psi_low + psi_width))

@@ -48,7 +48,7 @@ class TracedPing:
     """True: transmitter and receiver are exchanged, so that rays from the receiver reach targets' faces on its side."""
 
     @property
-    def farthest(self) -> float:
+    def longest_path(self) -> float:
         """Length of the longest two-direction path that is received [m]."""
         return self.scene.water.max_sound_speed * max(self.ping_geometry.recorded_delays[1], 0.0)
 
@@ -90,7 +90,7 @@ class RayBundle:
     facets: Floats
     """Of the last facet of a moving surface: travel time to it [s], mean rate of its phase [rad/s] and the variance of
     that [rad^2/s^2], and its position [m], (n, 6)."""
-    flat: bool = True
+    is_flat: bool = True
     """True: all reflections so far are off flat faces, so that spreading is that of a straight path."""
 
     def take(self, rows: Rows) -> "RayBundle":
@@ -98,7 +98,7 @@ class RayBundle:
         return RayBundle(
             self.chain, self.origin[rows], self.direction[rows], self.length[rows], self.delay[rows],
             self.launch[rows], self.solid_angle[rows], self.energy_fraction[rows], self.receiver_image[rows],
-            self.facets[rows], self.flat,
+            self.facets[rows], self.is_flat,
         )  # fmt: skip
 
     @property
@@ -110,9 +110,9 @@ class RayBundle:
 class ReceiverPaths(NamedTuple):
     """Paths from n positions to the receiver by a chain of flat faces and boundaries."""
 
-    leaving: Floats
+    leaving_hit: Floats
     """Directions in which they leave the positions [1], (n, 3)."""
-    departure: Floats
+    receiver_direction: Floats
     """Directions of their ends at the receiver, outwards [1], (n, 3)."""
     length: Floats
     """Lengths [m], (n,)."""
@@ -144,5 +144,5 @@ class RayHits:
     """Scattering law of the interface."""
     specular_fraction: float
     """Fraction of the energy that a target's face reflects specularly [1]; 0 for seabed and surface."""
-    flat: bool = True
+    is_flat: bool = True
     """True: the reflecting face is flat, see `tracing_scene.has_flat_faces`."""

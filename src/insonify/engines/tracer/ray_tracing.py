@@ -31,9 +31,9 @@ MAX_MISS_DISTANCE = 1e-3
 faces of the same kind."""
 MAX_REFRACTED_MISS_DISTANCE = 0.1
 """That of a refracted path, which chords follow [m]."""
-SPLIT, MAX_PARTS = 2.0, 256
-"""Rays that one of mean energy is split into at a facet, and the largest number [1]."""
-UPRIGHT = 1e-6
+SPLIT_FACTOR, MAX_PARTS = 2.0, 256
+"""Number of rays into which a ray of mean energy is split at a facet, and the largest number for any ray [1]."""
+MAX_UPRIGHT_COMPONENT = 1e-6
 """Vertical component of a face's normal below which it is upright [1]."""
 BOUNCE_LETTERS = {BED: "B", SURFACE: "S", BODY: "T"}
 CONTRIBUTIONS = {BED: "seabed", SURFACE: "surface", BODY: "target"}
@@ -82,7 +82,7 @@ def is_followed(ping: TracedPing, chain: str) -> bool:
 def _first_hits(ping: TracedPing, rays: RayBundle) -> list[RayHits]:
     """First hits of the rays of one chain, one interface after another."""
     bodies = ping.scene.solids_of_one_law
-    hits = ping.intersector.hits(rays.origin, rays.direction, ping.farthest - rays.length)
+    hits = ping.intersector.hits(rays.origin, rays.direction, ping.longest_path - rays.length)
     interface, body_row, normal = hits.kind, hits.body_row, hits.normal
     arrived = replace(
         rays, origin=hits.position, direction=hits.direction, length=rays.length + hits.distance,
@@ -93,9 +93,9 @@ def _first_hits(ping: TracedPing, rays: RayBundle) -> list[RayHits]:
         selected = np.flatnonzero((interface == kind) & (body_row == row))
         if not selected.size:
             continue
-        law, fraction, flat = ping.laws.get(kind), 0.0, True
+        law, fraction, is_flat = ping.laws.get(kind), 0.0, True
         if kind == BODY:
-            law, flat = bodies[row].scattering, has_flat_faces(bodies[row])
+            law, is_flat = bodies[row].scattering, has_flat_faces(bodies[row])
             fraction = _face_specular_fraction(ping, bodies[row])
         part = arrived.take(selected)
         if kind == SURFACE:
@@ -104,7 +104,7 @@ def _first_hits(ping: TracedPing, rays: RayBundle) -> list[RayHits]:
             part.origin[:, 2] = ping.scene.seabed.depth
         name = bodies[row].label if kind == BODY else CONTRIBUTIONS[kind]
         parts.append(
-            RayHits(part, normal[selected], CONTRIBUTIONS[kind], name, BOUNCE_LETTERS[kind], law, fraction, flat)
+            RayHits(part, normal[selected], CONTRIBUTIONS[kind], name, BOUNCE_LETTERS[kind], law, fraction, is_flat)
         )
     return parts
 
@@ -115,13 +115,13 @@ def _face_specular_fraction(ping: TracedPing, body: Solid) -> float:
     The scattering law of a face has no specular lobe, so that no energy is counted twice. A face reflection coefficient
     of the scenario replaces the requested fraction; the albedo of the scattering law limits both.
     """
-    specular = (
+    requested = (
         ping.choice.target_specular_fraction
         if body.face_reflection_coefficient is None
         else body.face_reflection_coefficient**2
     )
     largest = specular_fraction(body.scattering)
-    return largest if specular is None else min(specular, largest)
+    return largest if requested is None else min(requested, largest)
 
 
 def _reflected_rays(ping: TracedPing, hits: RayHits) -> RayBundle:
@@ -129,26 +129,26 @@ def _reflected_rays(ping: TracedPing, hits: RayHits) -> RayBundle:
     rays = hits.rays
     normal = hits.normal if hits.letter == "T" else np.broadcast_to(UP, rays.direction.shape)
     energy_fraction = rays.energy_fraction * _reflected_fraction(ping, hits)
-    direction, flat = specular_direction(rays.direction, normal), rays.flat and hits.flat
+    direction, is_flat = specular_direction(rays.direction, normal), rays.is_flat and hits.is_flat
     image = rays.origin + specular_direction(rays.receiver_image - rays.origin, normal)
     return replace(
         rays, chain=rays.chain + hits.letter, direction=direction, energy_fraction=energy_fraction,
-        receiver_image=image, flat=flat,
+        receiver_image=image, is_flat=is_flat,
     )  # fmt: skip
 
 
 def _facet_rays(ping: TracedPing, facets: FacetSurface, hits: RayHits) -> RayBundle:
     """Rays after the reflection off random facets of a moving surface; strong rays are split into several."""
-    strength = hits.rays.solid_angle * hits.rays.energy_fraction
-    strength = strength * (ping.transmit_beams.gain(hits.rays.launch) ** 2).max(axis=0)
-    parts = np.clip(np.ceil(SPLIT * strength / max(strength.mean(), 1e-300)), 1, MAX_PARTS).astype(np.int64)
-    row = np.repeat(np.arange(len(parts)), parts)
-    rays, number = hits.rays.take(row), np.arange(len(row)) - np.repeat(np.cumsum(parts) - parts, parts)
+    energy = hits.rays.solid_angle * hits.rays.energy_fraction
+    energy = energy * (ping.transmit_beams.gain(hits.rays.launch) ** 2).max(axis=0)
+    splits = np.clip(np.ceil(SPLIT_FACTOR * energy / max(energy.mean(), 1e-300)), 1, MAX_PARTS).astype(np.int64)
+    row = np.repeat(np.arange(len(splits)), splits)
+    rays, number = hits.rays.take(row), np.arange(len(row)) - np.repeat(np.cumsum(splits) - splits, splits)
     direction, fraction = facets.reflected(rays.direction, rays.launch, number, len(rays.chain))
-    bounce = np.column_stack([rays.delay, *facets.turning(rays.direction, direction), rays.origin])
+    bounce = np.column_stack([rays.delay, *facets.phase_rate(rays.direction, direction), rays.origin])
     return replace(
-        rays, chain=rays.chain + "s", direction=direction, energy_fraction=rays.energy_fraction * fraction / parts[row],
-        facets=bounce,
+        rays, chain=rays.chain + "s", direction=direction,
+        energy_fraction=rays.energy_fraction * fraction / splits[row], facets=bounce,
     )  # fmt: skip
 
 
@@ -162,33 +162,35 @@ def receiver_paths(ping: TracedPing, position: Floats, image: Floats, chain: str
         chain: Letters of the reflections, from the receiver outwards.
     """
     if ping.rays is None:
-        straight = image - position
-        length = np.linalg.norm(straight, axis=1)
-        leaving = straight / np.maximum(length, 1e-9)[:, None]
-        return [_walked(ping, position, leaving, length, chain)]
+        image_vector = image - position
+        length = np.linalg.norm(image_vector, axis=1)
+        leaving_hit = image_vector / np.maximum(length, 1e-9)[:, None]
+        return [_trace_to_receiver(ping, position, leaving_hit, length, chain)]
     # level boundaries are their own images in an upright face
     end, family = np.array([*image[:2], ping.receive[2]]), chain.replace("T", "") or "D"
     path_parts = []
     for legs in family_legs(ping, end, position, family):
-        paths = _walked(ping, position, -legs.arrival, legs.length, chain)
-        clear = paths.is_clear & (legs.reflected > 0)
-        path_parts.append(paths._replace(delay=legs.delay, spreading=legs.spreading, is_clear=clear))
+        paths = _trace_to_receiver(ping, position, -legs.arrival, legs.length, chain)
+        is_clear = paths.is_clear & (legs.reflected > 0)
+        path_parts.append(paths._replace(delay=legs.delay, spreading=legs.spreading, is_clear=is_clear))
     return path_parts
 
 
-def _walked(ping: TracedPing, position: Floats, leaving: Floats, length: Floats, chain: str) -> ReceiverPaths:
+def _trace_to_receiver(
+    ping: TracedPing, position: Floats, leaving_hit: Floats, length: Floats, chain: str
+) -> ReceiverPaths:
     """Paths from positions that leave in some directions for the receiver, with spherical spreading."""
-    origin, direction, remaining, clear = position, leaving, length, np.ones(len(length), bool)
+    origin, direction, remaining, is_clear = position, leaving_hit, length, np.ones(len(length), bool)
     fraction, delay, wavelength = np.ones(len(length)), np.zeros(len(length)), ping.ping_geometry.wavelength
-    of_body = np.array([*(_face_specular_fraction(ping, body) for body in ping.scene.solids_of_one_law), 0.0])
+    body_fractions = np.array([*(_face_specular_fraction(ping, body) for body in ping.scene.solids_of_one_law), 0.0])
     for letter in (*reversed(chain), ""):
         hits = ping.intersector.hits(origin, direction, remaining)
         origin, direction, remaining = hits.position, hits.direction, remaining - hits.distance
         delay = delay + hits.delay
         normal = hits.normal
-        clear &= np.array([BOUNCE_LETTERS.get(int(kind), "") == letter for kind in hits.kind], bool)
+        is_clear &= np.array([BOUNCE_LETTERS.get(int(kind), "") == letter for kind in hits.kind], bool)
         if letter == "T":
-            fraction *= np.where(np.einsum("ij,ij->i", direction, normal) < 0, of_body[hits.body_row], 0.0)
+            fraction *= np.where(np.einsum("ij,ij->i", direction, normal) < 0, body_fractions[hits.body_row], 0.0)
         elif letter:
             sine, normal = np.minimum(np.abs(direction[:, 2]), 1.0), np.broadcast_to(UP, direction.shape)
             fraction *= reflected_intensity(ping.scene, letter, np.arcsin(sine))
@@ -199,25 +201,27 @@ def _walked(ping: TracedPing, position: Floats, leaving: Floats, length: Floats,
         if letter:
             direction = specular_direction(direction, normal)
     miss = MAX_MISS_DISTANCE if ping.rays is None else MAX_REFRACTED_MISS_DISTANCE
-    clear &= np.linalg.norm(origin - ping.receive, axis=1) < miss
-    return ReceiverPaths(leaving, -direction, length, delay, 1 / length**2, fraction, clear)
+    is_clear &= np.linalg.norm(origin - ping.receive, axis=1) < miss
+    return ReceiverPaths(leaving_hit, -direction, length, delay, 1 / length**2, fraction, is_clear)
 
 
 def face_chains(ping: TracedPing) -> list[tuple[str, Floats, Floats]]:
     """Chains of reflections with one flat face, each with the images of transmitter and receiver in its planes [m]."""
     boundaries = "".join(sorted(set("".join(map(bounce_letters, ping.choice.followed_families)))))
-    words, chains = [""], list[str]()
+    sequences, chains = [""], list[str]()
     for _ in range(ping.choice.max_reflections):
-        words = [word + letter for word in words for letter in "T" + boundaries if not word.endswith(letter)]
-        words = [word for word in words if word.count("T") < 2]
-        chains += [word for word in words if "T" in word and is_followed(ping, word)]
+        sequences = [
+            sequence + letter for sequence in sequences for letter in "T" + boundaries if not sequence.endswith(letter)
+        ]
+        sequences = [sequence for sequence in sequences if sequence.count("T") < 2]
+        chains += [sequence for sequence in sequences if "T" in sequence and is_followed(ping, sequence)]
     images: list[tuple[str, Floats, Floats]] = []
     for chain, plane in product(chains, face_planes(ping.scene)):
         transmit, receive = (
             _chain_image(chain, plane, position, ping.scene.seabed.depth) for position in (ping.transmit, ping.receive)
         )
-        followed = ping.rays is None or abs(plane.normal[2]) < UPRIGHT
-        if followed and transmit is not None and receive is not None:
+        is_reflected = ping.rays is None or abs(plane.normal[2]) < MAX_UPRIGHT_COMPONENT
+        if is_reflected and transmit is not None and receive is not None:
             images.append((chain, transmit, receive))
     return images
 

@@ -35,22 +35,22 @@ class SurfaceVertices(NamedTuple):
     seed: int
     """Seed of the random connections."""
 
-    def drawn(self, calm: Floats, uniform: Floats, spread: float) -> tuple[NDArray[np.int64], Floats]:
+    def draw(self, flat_grazing: Floats, uniform: Floats, spread: float) -> tuple[NDArray[np.int64], Floats]:
         """Points drawn about the grazing angles of calm bounces, and the probability of each, shapes (n,).
 
         Points are in the order of their grazing angles. Angles are drawn from Cauchy's distribution; the probability
         of a point is that of the interval halfway to its neighbours.
 
         Args:
-            calm: Grazing angles [rad], (n,).
+            flat_grazing: Grazing angles [rad], (n,).
             uniform: Uniform numbers [1], (n,).
             spread: Half width of the distribution at half of its maximum [rad].
         """
         angle = np.arcsin(np.minimum(np.abs(self.direction[:, 2]), 1.0))
         borders = np.concatenate([[-np.inf], (angle[1:] + angle[:-1]) / 2, [np.inf]])
-        row = np.searchsorted(borders, calm + spread * np.tan(np.pi * (uniform - 0.5))) - 1
+        row = np.searchsorted(borders, flat_grazing + spread * np.tan(np.pi * (uniform - 0.5))) - 1
         row = np.clip(row, 0, len(angle) - 1)
-        low, high = (np.arctan((borders[row + step] - calm) / spread) / np.pi for step in (0, 1))
+        low, high = (np.arctan((borders[row + step] - flat_grazing) / spread) / np.pi for step in (0, 1))
         return row, np.maximum(high - low, 1e-12)
 
 

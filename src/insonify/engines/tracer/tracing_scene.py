@@ -28,18 +28,18 @@ from insonify.scene.solid import body_triangles, world_triangles
 from insonify.scene.target import Solid
 
 Floats = NDArray[np.float64]
-Marks = NDArray[np.bool_]
+Mask = NDArray[np.bool_]
 
 MAX_TILES = 8192
 """Number of terrain tiles that are cached: about 140 MB [1]."""
-CELL_PARTS = 2
+CELL_DIVISIONS = 2
 """Divisions of the side of the map's cells. Bilinear facets of undivided cells, an eighth of the shortest wavelength,
 are less steep than the relief: at 5 cm rms it scatters 0.1 dB too little at 4 degrees, with half cells 0.02 dB [1]."""
 MAX_FLAT_ANGLE, MIN_EDGE_ANGLE = 2e-3, 0.5
 """Angles between neighbouring triangles: those of one flat face are below the first, edges between faces above the
 second [rad]."""
 
-COPLANAR = 1e-4
+COPLANAR_LIMIT = 1e-4
 """Distance between planes [m], and angle [rad], below which they are one."""
 MAX_PLANES = 64
 """Largest number of planes of faces by which receive legs are searched [1]."""
@@ -50,26 +50,26 @@ class TracingScene:
 
     def __init__(self, scene: Scene) -> None:
         """Build the tree of the bodies; terrain tiles are loaded when rays reach them."""
-        self.scene, self.lattice, self.bed = scene, scene.seabed.scatterer_grid, scene.seabed.terrain
+        self.scene, self.scatterer_grid, self.terrain = scene, scene.seabed.scatterer_grid, scene.seabed.terrain
         self.solids: tuple[Solid, ...] = scene.solids_of_one_law
         self.bodies = _scene_tree(scene)
-        self.store = None if self.bed is None else TerrainTileCache(self.bed)
+        self.tile_cache = None if self.terrain is None else TerrainTileCache(self.terrain)
         self.water: SoundSpeedLayers | None = None
         if scene.water.layered:
             self.water = scene_layers(scene)
 
-    def turned(self, vector: Floats) -> Floats:
+    def to_grid_axes(self, vector: Floats) -> Floats:
         """Vectors rotated from north, east, down to the scatterer grid's frame, shape (..., 3)."""
-        return np.asarray(vector @ lattice_rotation(self.lattice).T)
+        return np.asarray(vector @ grid_rotation(self.scatterer_grid).T)
 
-    def to_lattice_frame(self, position: Floats) -> Floats:
+    def to_grid_frame(self, position: Floats) -> Floats:
         """Positions transformed from north, east, down to the scatterer grid's frame [m], shape (..., 3)."""
-        return np.concatenate([self.lattice.from_world(position[..., :2]), position[..., 2:]], axis=-1)
+        return np.concatenate([self.scatterer_grid.from_world(position[..., :2]), position[..., 2:]], axis=-1)
 
     def intersector(self, origin: Floats, farthest: float) -> "RayIntersector":
         """Intersector of rays within a distance [m] of a position in the scatterer grid's frame [m]."""
-        if self.bed is not None and self.store is not None and len(self.store.rows) > MAX_TILES:
-            self.store = TerrainTileCache(self.bed)  # intersectors in use keep the old cache
+        if self.terrain is not None and self.tile_cache is not None and len(self.tile_cache.rows) > MAX_TILES:
+            self.tile_cache = TerrainTileCache(self.terrain)  # intersectors in use keep the old cache
         return RayIntersector(self, origin, farthest)
 
 
@@ -78,8 +78,8 @@ class TerrainTileCache:
 
     def __init__(self, terrain: SeabedTerrain) -> None:
         """Create an empty cache."""
-        self.bed, self.lock = terrain, Lock()
-        self.synthesizer = HeightmapSynthesizer(terrain.relief.resolved, terrain.heightmap_cell_size / CELL_PARTS)
+        self.terrain, self.lock = terrain, Lock()
+        self.synthesizer = HeightmapSynthesizer(terrain.relief.resolved, terrain.heightmap_cell_size / CELL_DIVISIONS)
         self.rows: dict[tuple[int, int], int] = {}
         blocks = TILE_CELLS // BLOCK
         self.tiles = np.empty((64, TILE_CELLS + 1, TILE_CELLS + 1), np.float32)
@@ -93,13 +93,13 @@ class TerrainTileCache:
             row = len(self.rows)
             if row == len(self.tiles):
                 self.tiles, self.block_maxima, self.tile_maxima = (
-                    np.concatenate([kept, np.empty_like(kept)])
-                    for kept in (self.tiles, self.block_maxima, self.tile_maxima)
+                    np.concatenate([rows_so_far, np.empty_like(rows_so_far)])
+                    for rows_so_far in (self.tiles, self.block_maxima, self.tile_maxima)
                 )
             tile = self.synthesizer.heights(along, across)
             self.tiles[row] = tile
-            known = np.where(np.isnan(tile), -np.inf, tile)
-            corners = (known[:-1, :-1], known[1:, :-1], known[:-1, 1:], known[1:, 1:])
+            heights = np.where(np.isnan(tile), -np.inf, tile)
+            corners = (heights[:-1, :-1], heights[1:, :-1], heights[:-1, 1:], heights[1:, 1:])
             cells = np.maximum.reduce(corners)
             side = TILE_CELLS // BLOCK
             self.block_maxima[row] = cells.reshape(side, BLOCK, side, BLOCK).max(axis=(1, 3))
@@ -111,48 +111,50 @@ class TerrainTileCache:
 class RayIntersector:
     """Intersection of rays with the seabed, the surface and bodies of one ping."""
 
-    def __init__(self, world: TracingScene, origin: Floats, farthest: float) -> None:
+    def __init__(self, tracing_scene: TracingScene, origin: Floats, farthest: float) -> None:
         """Set up the table of tiles about a position, with those that are loaded already.
 
         Args:
-            world: Bodies and terrain tiles of the scene.
+            tracing_scene: Bodies and terrain tiles of the scene.
             origin: Middle of the table, in the scatterer grid's frame [m], shape (>= 2,).
             farthest: Horizontal distance that the table covers [m].
         """
-        self._scene_tree, self._store = world.bodies, world.store
-        self.water, self._speed = world.water, world.scene.water.sound_speed
-        if world.store is None:
-            self.terrain = _flat_tiles(world.scene.seabed.depth)
+        tile_cache = tracing_scene.tile_cache
+        self._scene_tree, self._tile_cache = tracing_scene.bodies, tile_cache
+        self.water, self._speed = tracing_scene.water, tracing_scene.scene.water.sound_speed
+        if tile_cache is None:
+            self.terrain = _flat_tiles(tracing_scene.scene.seabed.depth)
             return
-        bed = world.store.bed
-        cell = world.store.synthesizer.cell
+        terrain = tile_cache.terrain
+        cell = tile_cache.synthesizer.cell
         side = cell * TILE_CELLS
         corner = np.floor((origin[:2] - farthest) / side).astype(int) - 1
         size = np.floor((origin[:2] + farthest) / side).astype(int) + 2 - corner
-        low, high = bed.relief.span
-        row_of = np.full(size, -1, np.int32)
-        with world.store.lock:
-            for (along, across), row in world.store.rows.items():
+        low, high = terrain.relief.span
+        row_of_tile = np.full(size, -1, np.int32)
+        with tile_cache.lock:
+            for (along, across), row in tile_cache.rows.items():
                 p, q = along - corner[0], across - corner[1]
                 if 0 <= p < size[0] and 0 <= q < size[1]:
-                    row_of[p, q] = row
+                    row_of_tile[p, q] = row
         self.terrain = TerrainTiles(
-            float(bed.depth), cell, float(low), float(high), int(corner[0]), int(corner[1]),
-            row_of, world.store.tiles, world.store.block_maxima, world.store.tile_maxima,
+            float(terrain.depth), cell, float(low), float(high), int(corner[0]), int(corner[1]),
+            row_of_tile, tile_cache.tiles, tile_cache.block_maxima, tile_cache.tile_maxima,
         )  # fmt: skip
 
-    def _fetch_missing(self, missing: Marks) -> bool:
+    def _fetch_missing(self, missing: Mask) -> bool:
         """Load the tiles that rays have marked as missing; False if there are none."""
-        store = self._store
-        if store is None or not missing.any():
+        tile_cache = self._tile_cache
+        if tile_cache is None or not missing.any():
             return False
-        with store.lock:
-            row_of = self.terrain.row_of.copy()
+        with tile_cache.lock:
+            row_of_tile = self.terrain.row_of_tile.copy()
             for p, q in np.argwhere(missing):
-                row_of[p, q] = store.fetch(int(p) + self.terrain.corner_a, int(q) + self.terrain.corner_b)
+                row_of_tile[p, q] = tile_cache.fetch(int(p) + self.terrain.corner_a, int(q) + self.terrain.corner_b)
             self.terrain = self.terrain._replace(
-                row_of=row_of, tiles=store.tiles, block_maxima=store.block_maxima, tile_maxima=store.tile_maxima
-            )
+                row_of_tile=row_of_tile, tiles=tile_cache.tiles, block_maxima=tile_cache.block_maxima,
+                tile_maxima=tile_cache.tile_maxima,
+            )  # fmt: skip
         return True
 
     def _refracting(self, water: SoundSpeedLayers) -> RefractingScene:
@@ -163,7 +165,7 @@ class RayIntersector:
         """First hits of rays within a path length, see `first_hits` and `refracted_hits`."""
         water, hits = self.water, _no_hits(len(origin))
         while True:
-            missing = np.zeros(self.terrain.row_of.shape, bool)
+            missing = np.zeros(self.terrain.row_of_tile.shape, bool)
             if water is None:
                 first_hits(origin, direction, farthest, self.terrain, self._scene_tree, missing, hits)
             else:
@@ -175,7 +177,7 @@ class RayIntersector:
         position = origin + hits.distance[:, None] * direction
         return hits._replace(delay=hits.distance / self._speed, position=position, direction=direction)
 
-    def clear(self, end: Floats, position: Floats, family: str, wavelength: float, requested: Marks) -> Marks:
+    def is_clear_straight(self, end: Floats, position: Floats, family: str, wavelength: float, requested: Mask) -> Mask:
         """Return True for positions that a straight reflected path reaches, see `clear_image_paths`.
 
         Args:
@@ -188,30 +190,30 @@ class RayIntersector:
         bottom = np.array([letter == "B" for letter in family if letter != "D"], bool)
         ends = np.ascontiguousarray(np.broadcast_to(end, position.shape))
         while True:
-            is_clear, missing = requested.copy(), np.zeros(self.terrain.row_of.shape, bool)
+            is_clear, missing = requested.copy(), np.zeros(self.terrain.row_of_tile.shape, bool)
             clear_image_paths(ends, position, bottom, wavelength, self.terrain, self._scene_tree, missing, is_clear)
             if not self._fetch_missing(missing):
                 return is_clear
 
-    def clear_refracted(
-        self, position: Floats, leaving: Floats, length: Floats, family: str, wavelength: float, requested: Marks
-    ) -> Marks:
+    def is_clear_refracted(
+        self, position: Floats, departure: Floats, length: Floats, family: str, wavelength: float, requested: Mask
+    ) -> Mask:
         """Return True for positions that a refracted reflected path reaches, see `clear_refracted_paths`.
 
         Args:
             position: The positions, in the scatterer grid's frame [m], shape (n, 3).
-            leaving: Directions in which the paths leave them for the sonar [1], shape (n, 3).
+            departure: Directions in which the paths leave them for the sonar [1], shape (n, 3).
             length: Path lengths [m], shape (n,).
             family: Letters of the reflections from the sonar outwards, D for none.
             wavelength: Acoustic wavelength [m].
             requested: Positions to test, shape (n,).
         """
         bottom, water = np.array([letter == "B" for letter in reversed(family) if letter != "D"], bool), self.water
-        assert water is not None  # straight rays have `clear`
+        assert water is not None  # straight rays have `is_clear_straight`
         while True:
-            is_clear, missing = requested.copy(), np.zeros(self.terrain.row_of.shape, bool)
+            is_clear, missing = requested.copy(), np.zeros(self.terrain.row_of_tile.shape, bool)
             scene = self._refracting(water)
-            clear_refracted_paths(position, leaving, length, bottom, wavelength, scene, missing, is_clear)
+            clear_refracted_paths(position, departure, length, bottom, wavelength, scene, missing, is_clear)
             if not self._fetch_missing(missing):
                 return is_clear
 
@@ -227,7 +229,7 @@ class FacePlane(NamedTuple):
     def image(self, position: Floats) -> Floats | None:
         """Image of a position (3,) in the plane [m]; None for one behind it."""
         height = float(position @ self.normal) - self.offset
-        return None if height <= COPLANAR else position - 2 * height * self.normal
+        return None if height <= COPLANAR_LIMIT else position - 2 * height * self.normal
 
 
 @lru_cache(maxsize=8)
@@ -237,17 +239,18 @@ def face_planes(scene: Scene) -> tuple[FacePlane, ...]:
     flat = np.array([has_flat_faces(solids[row]) for row in tree.solid_row], bool)
     corner, normal = tree.corner_and_sides[flat], tree.normal[flat]
     area = np.linalg.norm(np.cross(corner[:, 3:6], corner[:, 6:]), axis=1)
-    offset, left, planes = np.einsum("ij,ij->i", corner[:, :3], normal), area > 0, list[FacePlane]()
+    offset, remaining, planes = np.einsum("ij,ij->i", corner[:, :3], normal), area > 0, list[FacePlane]()
     for row in np.argsort(-area, kind="stable"):
-        if left[row] and len(planes) < MAX_PLANES:
-            same = (normal @ normal[row] > 1 - COPLANAR**2 / 2) & (np.abs(offset - offset[row]) < COPLANAR)
-            left &= ~same
+        if remaining[row] and len(planes) < MAX_PLANES:
+            is_parallel = normal @ normal[row] > 1 - COPLANAR_LIMIT**2 / 2
+            is_same_plane = is_parallel & (np.abs(offset - offset[row]) < COPLANAR_LIMIT)
+            remaining &= ~is_same_plane
             planes.append(FacePlane(normal[row], float(offset[row])))
     return tuple(planes)
 
 
 def open_water_hits(
-    origin: Floats, direction: Floats, farthest: float, bed: float, water: SoundSpeedLayers
+    origin: Floats, direction: Floats, farthest: float, water_depth: float, water: SoundSpeedLayers
 ) -> FirstHits:  # fmt: skip
     """First hits of refracted rays on the surface and on a flat seabed.
 
@@ -255,13 +258,13 @@ def open_water_hits(
         origin: Starting points [m], shape (n, 3).
         direction: Unit vectors [1], shape (n, 3).
         farthest: Path length beyond which no hit is searched [m].
-        bed: Depth of the seabed [m].
+        water_depth: Depth of the seabed [m].
         water: Sound speed, down to the seabed.
     """
     n = len(origin)
     hits = _no_hits(n)
-    none = triangle_tree(np.zeros((0, 3, 3)), np.zeros(0, np.int64))
-    scene = RefractingScene(_flat_tiles(bed), none, water)
+    no_bodies = triangle_tree(np.zeros((0, 3, 3)), np.zeros(0, np.int64))
+    scene = RefractingScene(_flat_tiles(water_depth), no_bodies, water)
     refracted_hits(origin, direction, np.full(n, farthest), scene, np.zeros((1, 1), bool), hits)
     return hits
 
@@ -282,31 +285,32 @@ def has_flat_faces(solid: Solid) -> bool:
     start, stop = surface.faces.reshape(-1), np.roll(surface.faces, -1, axis=1).reshape(-1)
     key = np.minimum(start, stop) * (int(surface.faces.max()) + 1) + np.maximum(start, stop)
     order = np.argsort(key, kind="stable")
-    same = np.flatnonzero(key[order][1:] == key[order][:-1])
-    one, other = (order[same + step] // 3 for step in (0, 1))
+    shared_edge = np.flatnonzero(key[order][1:] == key[order][:-1])
+    one, other = (order[shared_edge + step] // 3 for step in (0, 1))
     angle = np.arccos(np.clip(np.einsum("ij,ij->i", normal[one], normal[other]), -1, 1))
     return bool(not np.any((angle > MAX_FLAT_ANGLE) & (angle < MIN_EDGE_ANGLE)))
 
 
-def lattice_rotation(lattice: ScattererGrid) -> Floats:
+def grid_rotation(scatterer_grid: ScattererGrid) -> Floats:
     """The scatterer grid's axes in the world as rows: along, across, down [1], shape (3, 3)."""
-    c, s = np.cos(lattice.heading), np.sin(lattice.heading)
+    c, s = np.cos(scatterer_grid.heading), np.sin(scatterer_grid.heading)
     return np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
 
 
 def _flat_tiles(depth: float) -> TerrainTiles:
     """Terrain tiles of a flat seabed."""
-    none, map_of = np.zeros((0, 1, 1), np.float32), np.full((1, 1), -1, np.int32)
-    return TerrainTiles(float(depth), 0.0, 0.0, 0.0, 0, 0, map_of, none, none, none[:, 0, 0])
+    no_tiles, row_of_tile = np.zeros((0, 1, 1), np.float32), np.full((1, 1), -1, np.int32)
+    return TerrainTiles(float(depth), 0.0, 0.0, 0.0, 0, 0, row_of_tile, no_tiles, no_tiles, no_tiles[:, 0, 0])
 
 
 @lru_cache(maxsize=8)
 def _scene_tree(scene: Scene) -> TriangleTree:
     """Triangles of all occluders, in the scatterer grid's frame."""
     corners, body_rows = [np.zeros((0, 3, 3))], [np.zeros(0, np.int64)]
-    lattice = scene.seabed.scatterer_grid
+    scatterer_grid = scene.seabed.scatterer_grid
     for row, solid in enumerate(scene.solids_of_one_law):
         solid_corners = world_triangles(solid, scene.seabed).corners
-        corners.append(np.concatenate([lattice.from_world(solid_corners[..., :2]), solid_corners[..., 2:]], axis=-1))
+        horizontal = scatterer_grid.from_world(solid_corners[..., :2])
+        corners.append(np.concatenate([horizontal, solid_corners[..., 2:]], axis=-1))
         body_rows.append(np.full(len(solid_corners), row))
     return triangle_tree(np.concatenate(corners), np.concatenate(body_rows))
