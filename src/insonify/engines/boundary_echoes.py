@@ -33,18 +33,18 @@ from insonify.sonar.ping_geometry import PingGeometry
 Floats = NDArray[np.float64]
 
 
-def boundary_echo_families(choice: PathSettings, *, two_platforms: bool) -> tuple[str, ...]:
+def boundary_echo_families(path_settings: PathSettings, *, two_platforms: bool) -> tuple[str, ...]:
     """Families that reach the receiver without a scatterer: all with a reflection, and D between two platforms.
 
     On one platform the straight path between its own arrays is left out: baffles and blanking suppress it.
 
     Args:
-        choice: Families followed, and contributions.
+        path_settings: Path settings.
         two_platforms: True: transmitter and receiver are on platforms of their own.
     """
-    if BOUNDARY_ECHO not in choice.contributions:
+    if BOUNDARY_ECHO not in path_settings.contributions:
         return ()
-    followed = choice.followed_families
+    followed = path_settings.followed_families
     return followed if two_platforms else tuple(name for name in followed if name != DIRECT)
 
 
@@ -63,22 +63,23 @@ def from_receiver(families: tuple[str, ...]) -> tuple[str, ...]:
 
 
 def recorded_families(
-    choice: PathSettings, *, two_platforms: bool, under_hull: bool, faces: bool
+    path_settings: PathSettings, *, two_platforms: bool, under_hull: bool, faces: bool
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Families of the legs to scatterers and of the boundary echoes, with those off a hull and targets' faces.
 
     Args:
-        choice: Families followed, and contributions.
+        path_settings: Path settings.
         two_platforms: True: transmitter and receiver are on platforms of their own.
         under_hull: True: a hull reflects sound too.
         faces: True: large smooth faces of targets do.
     """
-    families, echoes = choice.followed_families, boundary_echo_families(choice, two_platforms=two_platforms)
+    families = path_settings.followed_families
+    echoes = boundary_echo_families(path_settings, two_platforms=two_platforms)
     if faces:
-        families += tuple(map(face_family, face_families(choice)))
+        families += tuple(map(face_family, face_families(path_settings)))
     if not under_hull:
         return families, echoes
-    return families + hull_families(choice.followed_families), echoes + hull_families(echoes, echoes=True)
+    return families + hull_families(path_settings.followed_families), echoes + hull_families(echoes, echoes=True)
 
 
 def transmitter_point(ping_geometry: PingGeometry) -> Scatterers:
@@ -89,12 +90,12 @@ def transmitter_point(ping_geometry: PingGeometry) -> Scatterers:
     )  # fmt: skip
 
 
-def scatters_facets(scene: Scene, choice: PathSettings) -> bool:
+def scatters_facets(scene: Scene, path_settings: PathSettings) -> bool:
     """Return True if the scattering law of the surface includes the energy that waves take from its specular echo.
 
     The facets of that law scatter about the specular direction; integrated, they have the energy of a flat surface.
     """
-    return isinstance(scene.surface.scattering, AplSurfaceLaw) and "surface" in choice.contributions
+    return isinstance(scene.surface.scattering, AplSurfaceLaw) and "surface" in path_settings.contributions
 
 
 def without_glints(legs: Legs) -> Legs:

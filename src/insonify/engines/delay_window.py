@@ -45,7 +45,7 @@ def delay_interval(ping_geometry: PingGeometry, window: DelayInterval | None) ->
 
 
 def in_delay_window(
-    scatterers: Scatterers, ping_geometry: PingGeometry, scene: Scene, choice: PathSettings,
+    scatterers: Scatterers, ping_geometry: PingGeometry, scene: Scene, path_settings: PathSettings,
     window: tuple[float, float],
 ) -> NDArray[np.bool_]:  # fmt: skip
     """Scatterers of which some pair of paths may fall into an interval of delays, none of those that do left out.
@@ -54,7 +54,7 @@ def in_delay_window(
         scatterers: The points, n of them.
         ping_geometry: The sonar at this ping.
         scene: Water and boundaries.
-        choice: Paths followed.
+        path_settings: Path settings.
         window: First and last delay [s].
 
     Returns:
@@ -64,12 +64,12 @@ def in_delay_window(
         return np.ones(len(scatterers), bool)
     terrain = scene.seabed.terrain
     rise = 0.0 if terrain is None else max(terrain.depth - terrain.span[0], terrain.span[1] - terrain.depth)
-    faces = faces_in_reach(scene, choice, ping_geometry)
+    faces = faces_in_reach(scene, path_settings, ping_geometry)
     nearest, farthest = np.zeros((2, len(scatterers)))
     for position in (ping_geometry.transmit_position, ping_geometry.receive_position):
         flat = np.linalg.norm(scatterers.position[:, :2] - position[:2], axis=1)
         longest = np.zeros(len(scatterers))
-        for family in choice.followed_families:
+        for family in path_settings.followed_families:
             down = scatterers.position[:, 2] - image_depth(family, float(position[2]), scene.seabed.depth)
             bounces = 0 if family == "D" else len(family)
             np.maximum(longest, np.hypot(flat, down) + 2 * bounces * (rise + BOUNCE_EXCESS_LENGTH), out=longest)

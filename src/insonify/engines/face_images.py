@@ -72,18 +72,18 @@ class FaceImage:
 
 
 def face_images(
-    scene: Scene, choice: PathSettings, ping_geometry: PingGeometry, boundary: Boundary
+    scene: Scene, path_settings: PathSettings, ping_geometry: PingGeometry, boundary: Boundary
 ) -> tuple[FaceImage, ...]:
     """Images of the sonar in all faces that reflect its sound to a boundary.
 
     Args:
         scene: The scene.
-        choice: Paths followed.
+        path_settings: Path settings.
         ping_geometry: The sonar at this ping.
         boundary: Boundary of the scatterers.
     """
-    reached, images = families_reaching(boundary, face_families(choice)), list[FaceImage]()
-    for face in faces_in_reach(scene, choice, ping_geometry):
+    reached, images = families_reaching(boundary, face_families(path_settings)), list[FaceImage]()
+    for face in faces_in_reach(scene, path_settings, ping_geometry):
         families = reached if face.is_upright else tuple(name for name in reached if name == DIRECT)
         mirror = np.eye(3) - 2 * np.outer(face.axes[0], face.axes[0])
         boresight = ping_geometry.boresight @ mirror
@@ -95,6 +95,6 @@ def face_images(
             first_beam_bearing=float(np.arctan2(boresight[1], boresight[0])),
         )  # fmt: skip
         if families:
-            tall = scene.seabed.depth * choice.max_reflections
+            tall = scene.seabed.depth * path_settings.max_reflections
             images.append(FaceImage(face, sonar, families, tall, np.zeros(2)))
     return tuple(images)

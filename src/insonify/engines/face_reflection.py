@@ -41,21 +41,22 @@ LABEL_BITS = 24
 """Bits of the labels of random bounces, above which the number of a face is put."""
 
 
-def face_families(choice: PathSettings) -> tuple[str, ...]:
+def face_families(path_settings: PathSettings) -> tuple[str, ...]:
     """Families of the image: those followed that leave one of `max_reflections` for the face; F is put before them."""
-    if not choice.face_reflections or choice.geometry == "slice":
+    if not path_settings.face_reflections or path_settings.geometry == "slice":
         return ()
-    return tuple(name for name in choice.followed_families if len(bounce_sequence(name)) < choice.max_reflections)
+    limit = path_settings.max_reflections
+    return tuple(name for name in path_settings.followed_families if len(bounce_sequence(name)) < limit)
 
 
-def reflecting_faces(scene: Scene, choice: PathSettings, frequency: float) -> tuple[FlatFace, ...]:
+def reflecting_faces(scene: Scene, path_settings: PathSettings, frequency: float) -> tuple[FlatFace, ...]:
     """Faces of targets off which sound is reflected on its way to other scatterers, at one frequency [Hz]."""
-    return flat_faces(scene, scene.water.max_sound_speed / frequency) if face_families(choice) else ()
+    return flat_faces(scene, scene.water.max_sound_speed / frequency) if face_families(path_settings) else ()
 
 
-def faces_in_reach(scene: Scene, choice: PathSettings, ping_geometry: PingGeometry) -> tuple[FlatFace, ...]:
+def faces_in_reach(scene: Scene, path_settings: PathSettings, ping_geometry: PingGeometry) -> tuple[FlatFace, ...]:
     """Those of `reflecting_faces` by way of which echoes may be received within a ping's window."""
-    faces = reflecting_faces(scene, choice, ping_geometry.frequency)
+    faces = reflecting_faces(scene, path_settings, ping_geometry.frequency)
     return tuple(face for face in faces if is_in_reach(face, scene, ping_geometry))
 
 

@@ -24,11 +24,11 @@ SAMPLE = 500
 
 
 def facet_count(
-    scene: Scene, solid: Solid, choice: PathSettings, ping_geometry: PingGeometry, slant: float,
+    scene: Scene, solid: Solid, path_settings: PathSettings, ping_geometry: PingGeometry, slant: float,
     rays: PropagationModel | None = None,
 ) -> float:  # fmt: skip
     """Estimated number of patches or facets of a target at one ping [1]; arguments see `smooth_facets`."""
-    insonification = facet_subdivision.solid_insonification(scene, solid, choice, ping_geometry, slant, rays)
+    insonification = facet_subdivision.solid_insonification(scene, solid, path_settings, ping_geometry, slant, rays)
     closed = panels(solid, scene.seabed, ping_geometry.transmit_position)
     if closed:
         return sum(_patch_count(scene, panel, insonification) for panel in closed)

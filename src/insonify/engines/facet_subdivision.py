@@ -53,7 +53,7 @@ MAX_FACETS = 300_000
 
 
 def smooth_facets(
-    scene: Scene, solid: Solid, choice: PathSettings, ping_geometry: PingGeometry, slant: float,
+    scene: Scene, solid: Solid, path_settings: PathSettings, ping_geometry: PingGeometry, slant: float,
     rays: PropagationModel | None = None,
 ) -> Scatterers:  # fmt: skip
     """The smooth faces of a target that one ping may receive, piece by piece.
@@ -61,12 +61,12 @@ def smooth_facets(
     Args:
         scene: The scene.
         solid: One of its targets, with smooth faces.
-        choice: Paths followed, and the floor of the beams.
+        path_settings: Path settings.
         ping_geometry: The sonar at this ping.
         slant: Resolution along the slant range [m].
         rays: Propagation model of the scene; None: unknown, and no piece is dropped by its beam gain.
     """
-    insonification = solid_insonification(scene, solid, choice, ping_geometry, slant, rays)
+    insonification = solid_insonification(scene, solid, path_settings, ping_geometry, slant, rays)
     closed = panels(solid, scene.seabed, ping_geometry.transmit_position)
     facets, whole = (
         _patches(scene, solid, closed, insonification) if closed else _triangles(scene, solid, insonification)
@@ -119,14 +119,14 @@ def legs_at_sides(out: Legs, back: Legs, scatterers: Scatterers, scene: Scene) -
 
 
 def solid_insonification(
-    scene: Scene, solid: Solid, choice: PathSettings, ping_geometry: PingGeometry, slant: float,
+    scene: Scene, solid: Solid, path_settings: PathSettings, ping_geometry: PingGeometry, slant: float,
     rays: PropagationModel | None,
 ) -> TargetInsonification:  # fmt: skip
     """Insonification of a solid by one ping; arguments see `smooth_facets`."""
     surface = world_triangles(solid, scene.seabed)
     ends = ping_geometry.transmit_position, ping_geometry.receive_position
     distance = min(float(np.linalg.norm(np.clip(end, surface.low, surface.high) - end)) for end in ends)
-    return target_insonification(scene, choice, ping_geometry, slant, distance, rays)
+    return target_insonification(scene, path_settings, ping_geometry, slant, distance, rays)
 
 
 def _patches(

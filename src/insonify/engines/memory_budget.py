@@ -17,7 +17,9 @@ MIN_POINTS = 16
 """Points that are held at least."""
 
 
-def legs_per_point(scene: Scene, choice: PathSettings, boundary: Boundary, *, drawn: bool, further: int = 0) -> int:
+def legs_per_point(
+    scene: Scene, path_settings: PathSettings, boundary: Boundary, *, drawn: bool, further: int = 0
+) -> int:
     """Number of legs between one end and one point: one for each family; more for those off rough boundaries.
 
     A moving surface and a rough seabed add glints; explicit waves have several bounce points, each with its own glints.
@@ -25,12 +27,12 @@ def legs_per_point(scene: Scene, choice: PathSettings, boundary: Boundary, *, dr
 
     Args:
         scene: The scene.
-        choice: Paths followed.
+        path_settings: Path settings.
         boundary: Boundary that the point lies on.
         drawn: True for a random scatterer; False for point targets and smooth faces, which have more glints.
         further: Legs off a hull and off faces that light the point.
     """
-    kept = families_reaching(boundary, choice.followed_families)
+    kept = families_reaching(boundary, path_settings.followed_families)
     if scene.surface.reflection == "explicit":
         moving = sum("S" in bounce_sequence(name) for name in kept)
         return len(kept) + moving * (BOUNCES * (1 + FEW * (scene.surface.wind_speed is not None)) - 1) + further
@@ -39,24 +41,26 @@ def legs_per_point(scene: Scene, choice: PathSettings, boundary: Boundary, *, dr
     return len(kept) + random * (FEW if drawn else SEVERAL) + further
 
 
-def bytes_per_point(scene: Scene, choice: PathSettings, boundary: Boundary, *, drawn: bool, further: int = 0) -> float:
+def bytes_per_point(
+    scene: Scene, path_settings: PathSettings, boundary: Boundary, *, drawn: bool, further: int = 0
+) -> float:
     """Memory that the legs and pairs of one point take [bytes]: arguments see `legs_per_point`."""
-    return _bytes_of_legs(legs_per_point(scene, choice, boundary, drawn=drawn, further=further), drawn)
+    return _bytes_of_legs(legs_per_point(scene, path_settings, boundary, drawn=drawn, further=further), drawn)
 
 
-def points_at_once(scene: Scene, choice: PathSettings, scatterers: Scatterers, further: int = 0) -> int:
+def points_at_once(scene: Scene, path_settings: PathSettings, scatterers: Scatterers, further: int = 0) -> int:
     """Points of a block whose legs are made at once, with further legs to each off a hull and off faces.
 
     Off explicit waves the number of legs is not yet known: of so many points that the most legs, three times, fit.
     """
     drawn, most = scatterers.has_random_phase, 0
     if scene.surface.reflection == "explicit":
-        kept = families_reaching(scatterers.boundary, choice.followed_families)
+        kept = families_reaching(scatterers.boundary, path_settings.followed_families)
         moving = sum("S" in bounce_sequence(name) for name in kept)
         glints = 0 if scene.surface.wind_speed is None else FEW if drawn else SEVERAL
         most = len(kept) + moving * MOST * (1 + glints) + further
     count = points_of_legs(
-        legs_per_point(scene, choice, scatterers.boundary, drawn=drawn, further=further), drawn=drawn
+        legs_per_point(scene, path_settings, scatterers.boundary, drawn=drawn, further=further), drawn=drawn
     )
     return max(min(count, int(_share(drawn) / 3 / max(most * BYTES_PER_LEG, 1.0))), MIN_POINTS)
 

@@ -59,7 +59,7 @@ class PingScatterers:
     """Scatterers of the scene in reach of one ping."""
 
     scene: Scene
-    choice: PathSettings
+    path_settings: PathSettings
     seed: int
     ping_geometry: PingGeometry
     rays: PropagationModel
@@ -71,33 +71,33 @@ class PingScatterers:
     @cached_property
     def resolution(self) -> Resolution:
         """Resolution cells of the ping."""
-        return resolution_of(self.scene, self.choice, self.ping_geometry, quadrature=self.quadrature)
+        return resolution_of(self.scene, self.path_settings, self.ping_geometry, quadrature=self.quadrature)
 
     def blocks(self) -> list[Block]:
         """Blocks of every scatterer in reach of this ping, in a fixed order."""
         seabed, surface = self.scene.seabed, self.scene.surface
         blocks: list[Block] = []
-        if "target" in self.choice.contributions:
+        if "target" in self.path_settings.contributions:
             blocks += self._targets()
         bed_law = seabed.law(self.ping_geometry.frequency, float(self.scene.water.sound_speed_at(seabed.depth)))
-        if "seabed" in self.choice.contributions and bed_law is not None:
+        if "seabed" in self.path_settings.contributions and bed_law is not None:
             blocks += self._boundary("seabed", seabed.depth, bed_law)
         surface_law = surface.law(self.ping_geometry.frequency)
-        if "surface" in self.choice.contributions and surface_law is not None:
+        if "surface" in self.path_settings.contributions and surface_law is not None:
             blocks += self._boundary("surface", 0.0, surface_law)
-        if "water" in self.choice.contributions and self.scene.water.scatters:
-            suspended = VolumeScatterers(self.scene, self.choice, self.seed, self.ping_geometry, self.resolution)
+        if "water" in self.path_settings.contributions and self.scene.water.scatters:
+            suspended = VolumeScatterers(self.scene, self.path_settings, self.seed, self.ping_geometry, self.resolution)
             blocks += suspended.blocks(quadrature=self.quadrature)
         two_platforms = self.ping_geometry.receive_track_extent is not None
-        if boundary_echo_families(self.choice, two_platforms=two_platforms):
+        if boundary_echo_families(self.path_settings, two_platforms=two_platforms):
             blocks.append(partial(transmitter_point, self.ping_geometry))
         return blocks
 
     def _boundary(self, boundary: Boundary, depth: float, law: Law) -> list[Block]:
-        families = families_reaching(boundary, self.choice.followed_families)
+        families = families_reaching(boundary, self.path_settings.followed_families)
         if not families:
             return []
-        if self.choice.geometry == "slice":
+        if self.path_settings.geometry == "slice":
             return self._slice_points(boundary, depth, law, families)
         # rings follow what one position resolves; between two the cells of the scatterer grid do
         by_rings = self.quadrature and self.ping_geometry.receive_track_extent is None
@@ -106,8 +106,8 @@ class PingScatterers:
     def _grid_points(self, boundary: Boundary, depth: float, law: Law, kept: tuple[str, ...]) -> list[Block]:
         """Jittered cells of all tiles in reach of window and beams."""
         lattice = self.scene.seabed.scatterer_grid
-        floor = float(amplitude_ratio(self.choice.beam_cutoff_db))
-        images = face_images(self.scene, self.choice, self.ping_geometry, boundary)
+        floor = float(amplitude_ratio(self.path_settings.beam_cutoff_db))
+        images = face_images(self.scene, self.path_settings, self.ping_geometry, boundary)
         # without random phases, squares much longer than a range cell would show as ripple
         cells = replace(self.resolution, elongation=QUADRATURE_ELONGATION) if self.quadrature else self.resolution
         tiles, density = tiles_in_view(
@@ -122,7 +122,7 @@ class PingScatterers:
         stream = random_keys.SEABED if boundary == "seabed" else random_keys.SURFACE
         farthest = max(self._reach(boundary, depth, kept).farthest, 1.0)
         beam_importance = BeamImportance(self.ping_geometry, depth, self.rays, kept, lattice, farthest,
-        self.choice.importance_sampling,
+        self.path_settings.importance_sampling,
                             self.glints, images)  # fmt: skip
         own = density
         if (
@@ -153,9 +153,9 @@ class PingScatterers:
             return []
         quadrature_points = QuadraturePoints(
             self.scene, self.ping_geometry, self.rays, depth, families, reach, self.resolution, self.rise(boundary),
-            float(amplitude_ratio(self.choice.beam_cutoff_db)), self.choice.importance_sampling, self.caches.layouts,
-            self.choice.edge_diffraction == "knife-edge",
-            face_images(self.scene, self.choice, self.ping_geometry, boundary),
+            float(amplitude_ratio(self.path_settings.beam_cutoff_db)), self.path_settings.importance_sampling,
+            self.caches.layouts, self.path_settings.edge_diffraction == "knife-edge",
+            face_images(self.scene, self.path_settings, self.ping_geometry, boundary),
         )  # fmt: skip
 
         def lie(lay: Callable[[], Columns]) -> Scatterers:
@@ -235,10 +235,10 @@ class PingScatterers:
         blocks: list[Block] = []
         received = self.caches.received_targets.get(
             Identity(self.ping_geometry),
-            partial(received_targets, self.scene, self.choice, self.ping_geometry, self.rays),
+            partial(received_targets, self.scene, self.path_settings, self.ping_geometry, self.rays),
         )
         for points in target_points(
-            self.scene, self.choice, self.seed, self.ping_geometry, self.resolution.slant_resolution,
+            self.scene, self.path_settings, self.seed, self.ping_geometry, self.resolution.slant_resolution,
             quadrature=self.quadrature, rays=self.rays, resolution=self.resolution, received=received,
         ):  # fmt: skip
             size = (
@@ -249,17 +249,17 @@ class PingScatterers:
 
 
 def ping_scatterers(
-    scene: Scene, choice: PathSettings, seed: int, ping_geometry: PingGeometry, rays: PropagationModel, *,
+    scene: Scene, path_settings: PathSettings, seed: int, ping_geometry: PingGeometry, rays: PropagationModel, *,
     quadrature: bool = False, caches: EngineCaches | None = None,
 ) -> PingScatterers:  # fmt: skip
     """Scatterers of the scene in reach of one ping, with the finest resolution that processing can attain."""
-    if faces_in_reach(scene, choice, ping_geometry):  # by way of a face, echoes of near ground arrive late
+    if faces_in_reach(scene, path_settings, ping_geometry):  # by way of a face, echoes of near ground arrive late
         ping_geometry = replace(ping_geometry, window=(0.0, ping_geometry.window[1]))
-    return PingScatterers(scene, choice, seed, ping_geometry, rays, quadrature, caches or EngineCaches())
+    return PingScatterers(scene, path_settings, seed, ping_geometry, rays, quadrature, caches or EngineCaches())
 
 
 def resolution_of(
-    scene: Scene, choice: PathSettings, ping_geometry: PingGeometry, *, quadrature: bool = False
+    scene: Scene, path_settings: PathSettings, ping_geometry: PingGeometry, *, quadrature: bool = False
 ) -> Resolution:
     """Resolution cells of one ping: the finest that processing of the recording can attain.
 
@@ -270,7 +270,7 @@ def resolution_of(
     height = max(0.1, min(shallowest, scene.seabed.depth - deepest))
     speed = track_sound_speed(scene, ping_geometry)
     pulse = ping_geometry.pulse.finest_resolution(speed)
-    if quadrature and choice.scatterers_per_cell < SPARSE_LIMIT:
+    if quadrature and path_settings.scatterers_per_cell < SPARSE_LIMIT:
         pulse = max(pulse, speed / 4 * ping_geometry.pulse.resolution_time)
     slant = min(pulse, MAX_CELL_LENGTH_RATIO * height)
     width = two_way_width(
@@ -281,7 +281,7 @@ def resolution_of(
         width = round(width * speed / sound_speed, ndigits=9)
     if ping_geometry.pulse.receiver.synthetic_aperture is not None:
         width = min(width, speed / ping_geometry.frequency / 2 / ping_geometry.pulse.receiver.synthetic_aperture)
-    return Resolution(slant, width, choice.scatterers_per_cell, pulse)
+    return Resolution(slant, width, path_settings.scatterers_per_cell, pulse)
 
 
 def slice_footprint(ping_geometry: PingGeometry, within: float = np.pi) -> float:

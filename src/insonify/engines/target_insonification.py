@@ -32,20 +32,20 @@ NEAREST_WAVES = 4.0
 
 
 def target_insonification(
-    scene: Scene, choice: PathSettings, ping_geometry: PingGeometry, slant: float, distance: float,
+    scene: Scene, path_settings: PathSettings, ping_geometry: PingGeometry, slant: float, distance: float,
     rays: PropagationModel | None,
 ) -> TargetInsonification:  # fmt: skip
     """Insonification of a target by one ping.
 
     Args:
         scene: The scene.
-        choice: Paths followed, and the floor of the beams.
+        path_settings: Path settings.
         ping_geometry: The sonar at this ping.
         slant: Resolution along the slant range [m].
         distance: Distance from the nearer end to the target [m].
         rays: Propagation model of the scene; None: unknown, and nothing is dropped by its beam gain.
     """
-    families = families_reaching("target", choice.followed_families)
+    families = families_reaching("target", path_settings.followed_families)
     straight = isinstance(rays, StraightRays) and not scene.is_rough(families)
     terrain = scene.seabed.terrain
     is_flat = terrain is None or terrain.span[0] == terrain.span[1]
@@ -61,14 +61,14 @@ def target_insonification(
             face_image,
             np.array([[*end[:2], image_depth(name, end[2], scene.seabed.depth)] for name in face_image.families]),
         )
-        for face_image in face_images(scene, choice, ping_geometry, "target")
+        for face_image in face_images(scene, path_settings, ping_geometry, "target")
         for end in (face_image.sonar.transmit_position, face_image.sonar.receive_position)
     ]
     shaded = len(scene.occluders) > 1 or not is_flat or scene.surface.reflection == "explicit"
     zone = FRESNEL_FRACTION * np.sqrt(wavelength * max(distance, wavelength))
     largest = max(zone, NEAREST_WAVES * wavelength) if shaded else np.inf
     first, last = (max(delay, 0.0) for delay in ping_geometry.recorded_delays)
-    floor = float(amplitude_ratio(choice.beam_cutoff_db))
+    floor = float(amplitude_ratio(path_settings.beam_cutoff_db))
 
     def may_receive(middle: Floats, radius: Floats) -> NDArray[np.bool_]:
         if not isinstance(rays, StraightRays):

@@ -57,15 +57,15 @@ MIN_TRAVEL_TIME_RATIO = 0.95
 
 
 def target_points(
-    scene: Scene, choice: PathSettings, seed: int, ping_geometry: PingGeometry, slant: float, *, quadrature: bool,
-    rays: PropagationModel | None = None, resolution: Resolution | None = None,
+    scene: Scene, path_settings: PathSettings, seed: int, ping_geometry: PingGeometry, slant: float, *,
+    quadrature: bool, rays: PropagationModel | None = None, resolution: Resolution | None = None,
     received: Sequence[bool] | None = None,
 ) -> list[Scatterers]:  # fmt: skip
     """The points of all targets that one ping can receive, target by target.
 
     Args:
         scene: The scene.
-        choice: Path settings: all of the scene, or a slice.
+        path_settings: Path settings: all of the scene, or a slice.
         seed: Seed of the scenario.
         ping_geometry: The sonar at this ping.
         slant: Resolution along the slant range [m].
@@ -76,17 +76,17 @@ def target_points(
         received: From `received_targets`; None: evaluated.
     """
     fully = quadrature and not (resolution is not None and resolution.sparse)
-    cells = None if fully or choice.geometry == "slice" else resolution
+    cells = None if fully or path_settings.geometry == "slice" else resolution
     blocks = []
-    received = received or received_targets(scene, choice, ping_geometry, rays)
+    received = received or received_targets(scene, path_settings, ping_geometry, rays)
     for target in [candidate for candidate, is_received in zip(scene.targets, received, strict=True) if is_received]:
         if isinstance(target, PointTarget):
             blocks.append(point_scatterer(target))
             continue
-        is_slice = choice.geometry == "slice"
+        is_slice = path_settings.geometry == "slice"
         smooth: list[Scatterers] = []
         for faces in solids_of_one_law(target):
-            insonification = partial(solid_insonification, scene, faces, choice, ping_geometry, slant, rays)
+            insonification = partial(solid_insonification, scene, faces, path_settings, ping_geometry, slant, rays)
             points = (
                 _section(scene, seed, ping_geometry, slant, faces, quadrature=quadrature)
                 if is_slice
@@ -94,19 +94,19 @@ def target_points(
             )
             blocks.append(points)
             if faces.face_reflection_coefficient and len(points):
-                smooth.append(smooth_facets(scene, faces, choice, ping_geometry, slant, rays))
+                smooth.append(smooth_facets(scene, faces, path_settings, ping_geometry, slant, rays))
         blocks += [joined_facets(smooth)] if smooth else []
     return blocks
 
 
 def received_targets(
-    scene: Scene, choice: PathSettings, ping_geometry: PingGeometry, rays: PropagationModel | None = None
+    scene: Scene, path_settings: PathSettings, ping_geometry: PingGeometry, rays: PropagationModel | None = None
 ) -> tuple[bool, ...]:
     """Targets, in their order, of which an echo may fall into beams and window of a ping.
 
     Args:
         scene: The scene.
-        choice: Path settings: all of the scene, or a slice.
+        path_settings: Path settings: all of the scene, or a slice.
         ping_geometry: The sonar at this ping.
         rays: See `target_points`.
     """
@@ -114,7 +114,7 @@ def received_targets(
         isinstance(target, PointTarget)
         or (
             _may_fall_in_window(target, scene, ping_geometry)
-            and (choice.geometry == "slice" or _within_beams(scene, target, choice, ping_geometry, rays))
+            and (path_settings.geometry == "slice" or _within_beams(scene, target, path_settings, ping_geometry, rays))
         )
         for target in scene.targets
     )
@@ -130,14 +130,14 @@ class TargetPointCount(NamedTuple):
 
 
 def target_count(
-    scene: Scene, choice: PathSettings, ping_geometry: PingGeometry, slant: float, rays: PropagationModel | None = None,
-    resolution: Resolution | None = None,
+    scene: Scene, path_settings: PathSettings, ping_geometry: PingGeometry, slant: float,
+    rays: PropagationModel | None = None, resolution: Resolution | None = None,
 ) -> TargetPointCount:  # fmt: skip
     """Points on the targets of a scene that one ping can receive, about: by the area of their faces, none is drawn.
 
     Args:
         scene: The scene.
-        choice: Paths that are followed, and the floor of the beams.
+        path_settings: Path settings.
         ping_geometry: The sonar.
         slant: Resolution along the slant range [m].
         rays: See `target_points`.
@@ -151,7 +151,7 @@ def target_count(
         surface = world_triangles(target, scene.seabed)
         if not (
             _may_fall_in_window(target, scene, ping_geometry)
-            and _within_beams(scene, target, choice, ping_geometry, rays)
+            and _within_beams(scene, target, path_settings, ping_geometry, rays)
         ):
             continue
         middle, down = surface.corners.mean(axis=1), surface.corners[..., 2]
@@ -159,11 +159,11 @@ def target_count(
         free = np.clip((seabed_depth_at(scene.seabed, middle[:, :2]) - low) / np.maximum(high - low, 1e-9), 0, 1)
         points = np.nan_to_num(free) * surface.area / _cells(scene, target, ping_geometry, slant, resolution)
         towards = float(points[np.sum((ping_geometry.transmit_position - middle) * surface.normal, axis=1) > 0].sum())
-        if choice.geometry != "slice" and points.sum() > MAX_UNCULLED:
+        if path_settings.geometry != "slice" and points.sum() > MAX_UNCULLED:
             part = _part_in_reach(
                 target,
                 scene,
-                solid_insonification(scene, target, choice, ping_geometry, slant, rays),
+                solid_insonification(scene, target, path_settings, ping_geometry, slant, rays),
                 float(points.sum()),
             )
             points_reached = points_reached + float(points.sum()) * part
@@ -387,16 +387,17 @@ def _may_fall_in_window(solid: Solid, scene: Scene, ping_geometry: PingGeometry)
 
 
 def _within_beams(
-    scene: Scene, target: Solid, choice: PathSettings, ping_geometry: PingGeometry, rays: PropagationModel | None
+    scene: Scene, target: Solid, path_settings: PathSettings, ping_geometry: PingGeometry, rays: PropagationModel | None
 ) -> bool:
     """Return True if beams receive a target at all; where it is known how sound travels, above their floor."""
     if isinstance(rays, StraightRays):
-        return not _below_beam_floor(scene, target, choice, ping_geometry, rays)
-    return bool(face_images(scene, choice, ping_geometry, "target")) or not _outside_beams(scene, target, ping_geometry)
+        return not _below_beam_floor(scene, target, path_settings, ping_geometry, rays)
+    by_face = bool(face_images(scene, path_settings, ping_geometry, "target"))
+    return by_face or not _outside_beams(scene, target, ping_geometry)
 
 
 def _below_beam_floor(
-    scene: Scene, target: Solid, choice: PathSettings, ping_geometry: PingGeometry, rays: PropagationModel
+    scene: Scene, target: Solid, path_settings: PathSettings, ping_geometry: PingGeometry, rays: PropagationModel
 ) -> bool:
     """Return True if no two paths reach a target above the floor of the beams, in water of one sound speed.
 
@@ -409,10 +410,10 @@ def _below_beam_floor(
     rise = (base - top) / 2 + (0.0 if terrain is None else (terrain.span[1] - terrain.span[0]) / 2)
     bound = two_way_gain_bound(
         np.array([[north, east]]), np.array([radius]), ping_geometry, (top + base) / 2, rays,
-        families_reaching("target", choice.followed_families), rise=rise, glints=glint_spread(scene,
-        ping_geometry.frequency), images=face_images(scene, choice, ping_geometry, "target"),
+        families_reaching("target", path_settings.followed_families), rise=rise, glints=glint_spread(scene,
+        ping_geometry.frequency), images=face_images(scene, path_settings, ping_geometry, "target"),
     )  # fmt: skip
-    return float(bound[0]) < float(amplitude_ratio(choice.beam_cutoff_db))
+    return float(bound[0]) < float(amplitude_ratio(path_settings.beam_cutoff_db))
 
 
 def _outside_beams(scene: Scene, target: Solid, ping_geometry: PingGeometry) -> bool:

@@ -83,7 +83,7 @@ class VolumeScatterers:
     """Volume scatterers in reach of one ping."""
 
     scene: Scene
-    choice: PathSettings
+    path_settings: PathSettings
     seed: int
     ping_geometry: PingGeometry
     resolution: Resolution
@@ -214,7 +214,7 @@ class VolumeScatterers:
 
     def _receivable(self, centre: Floats, radius: Floats) -> NDArray[np.bool_]:
         """Return True if window and beams let some balls of water be received by any pair of families, (n,)."""
-        floor = float(amplitude_ratio(self.choice.beam_cutoff_db))
+        floor = float(amplitude_ratio(self.path_settings.beam_cutoff_db))
         return self._gain_bound(centre, radius, floor) >= floor
 
     def _gain_bound(self, centre: Floats, radius: Floats, sufficient: float) -> Floats:
@@ -225,7 +225,7 @@ class VolumeScatterers:
             radius: Their radii [m], (n,).
             sufficient: Families are left out where those before give a bound as large as this.
         """
-        geometry, water, choice = self.ping_geometry, self.scene.water, self.choice
+        geometry, water, path_settings = self.ping_geometry, self.scene.water, self.path_settings
         ends = [
             (geometry.transmit_position, geometry.transmit_beams),
             (geometry.receive_position, geometry.bounding_receive_beams),
@@ -234,7 +234,7 @@ class VolumeScatterers:
             ends.pop()
         times = 3 - len(ends)
         closest, farthest = np.full((len(ends), len(centre)), np.inf), np.zeros((len(ends), len(centre)))
-        for family in choice.followed_families:
+        for family in path_settings.followed_families:
             for row, (position, _) in enumerate(ends):
                 length, around, _ = self._rays(family, position, centre, radius)
                 np.minimum(closest[row], length - around, out=closest[row])
@@ -244,8 +244,8 @@ class VolumeScatterers:
         in_time = times * closest.sum(axis=0) / water.max_sound_speed <= latest_recorded
         received = in_time & (latest * (MAX_TRAVEL_TIME_RATIO if water.layered else 1.0) >= earliest)
         rows, gain, bound = np.flatnonzero(received), np.zeros((len(ends), len(centre))), np.zeros(len(centre))
-        sources = [(family, ends) for family in choice.followed_families]
-        for face_image in face_images(self.scene, choice, geometry, "water"):
+        sources = [(family, ends) for family in path_settings.followed_families]
+        for face_image in face_images(self.scene, path_settings, geometry, "water"):
             pair = (face_image.sonar.transmit_position, face_image.sonar.transmit_beams), (
                 face_image.sonar.receive_position, face_image.sonar.bounding_receive_beams)  # fmt: skip
             sources += [(family, list(pair[: len(ends)])) for family in face_image.families]
@@ -322,7 +322,7 @@ class VolumeScatterers:
     def _keep_probability(self, gain: Floats, full_gain: Floats) -> Floats:
         """Keep probability of even points by their two-way gains, and those from which on all are kept [1], (n,)."""
         probability = np.ones(len(gain))
-        if self.choice.importance_sampling:
+        if self.path_settings.importance_sampling:
             keep_probabilities(gain / full_gain, LINEAR_BELOW, MIN_KEEP_PROBABILITY, probability)
         return probability
 
@@ -357,7 +357,7 @@ class VolumeScatterers:
             radius = np.sqrt(((farthest - nearest) / 2 + farthest * angle / 2) ** 2 + (thick / 2) ** 2) + beyond
             return self._gain_bound(centre, radius, sufficient)
 
-        floor = float(amplitude_ratio(self.choice.beam_cutoff_db))
+        floor = float(amplitude_ratio(self.path_settings.beam_cutoff_db))
         group, top = (part.ravel() for part in np.meshgrid(np.arange(groups_around), strata))
         in_reach = largest_gain(group, top, SECTORS_PER_GROUP, floor) >= floor
         sector = (group[in_reach, None] * SECTORS_PER_GROUP + np.arange(SECTORS_PER_GROUP)).ravel()
@@ -409,10 +409,10 @@ class VolumeScatterers:
     def _straight_paths(self) -> StraightPaths:
         """Paths by whose two-way gain points are kept: none where they are refracted, or all points are kept."""
         geometry, bed = self.ping_geometry, self.scene.seabed.depth
-        families = self.choice.followed_families
-        if self.scene.water.layered or face_images(self.scene, self.choice, geometry, "water"):
+        families = self.path_settings.followed_families
+        if self.scene.water.layered or face_images(self.scene, self.path_settings, geometry, "water"):
             families = ()
-        families = families if self.choice.importance_sampling else ()
+        families = families if self.path_settings.importance_sampling else ()
         ends = np.array([geometry.transmit_position, geometry.receive_position], float)
         depth = np.array([[image_depth(name, float(end[2]), bed) for name in families] for end in ends])
         vertical_sign = np.array([(-1.0) ** len(bounce_sequence(name)) for name in families])

@@ -107,9 +107,11 @@ class ReplicaJitter:
                 yield replace(pairs, stored_strengths=pairs.strength * factor[:, None]), interfering, 1 - interfering
 
 
-def replica_jitter(seed: int, ping: int, choice: PathSettings) -> ReplicaJitter:
+def replica_jitter(seed: int, ping: int, path_settings: PathSettings) -> ReplicaJitter:
     """Replica jitter of one ping, as set by the path settings."""
-    return ReplicaJitter(seed, ping, choice.jitter, choice.amplitude_perturbation, choice.replica_perturbations)
+    return ReplicaJitter(
+        seed, ping, path_settings.jitter, path_settings.amplitude_perturbation, path_settings.replica_perturbations
+    )
 
 
 def _code(ray: str) -> int:

@@ -91,7 +91,7 @@ class PreparedReverberation:
     """Largest horizontal distance that is received [m]."""
     remaining_choice: PathSettings
     """Path settings without the seabed."""
-    choice_without_targets: PathSettings
+    path_settings_without_targets: PathSettings
     """Path settings without seabed and targets."""
     last_check: list[tuple[Floats, bool]] = field(default_factory=list)
     """Last position at which beams were checked [m]; True: within `RECHECK_DISTANCE` of it no beam reaches a target."""
@@ -102,7 +102,7 @@ class FastReverberation:
     """Fast reverberation of one ping."""
 
     scene: Scene
-    choice: PathSettings
+    path_settings: PathSettings
     ping_geometry: PingGeometry
     known: PreparedReverberation
     parts: list[RadialSet]
@@ -118,8 +118,8 @@ class FastReverberation:
     @cached_property
     def remaining_choice(self) -> PathSettings:
         """The path settings without the seabed, and without targets that no beam reaches."""
-        reaches_target = "target" in self.choice.contributions and self._near_a_target()
-        return self.known.remaining_choice if reaches_target else self.known.choice_without_targets
+        reaches_target = "target" in self.path_settings.contributions and self._near_a_target()
+        return self.known.remaining_choice if reaches_target else self.known.path_settings_without_targets
 
     def _near_a_target(self) -> bool:
         """Return True if any beam's gain towards any target is above the cutoff, or there is a point target."""
@@ -143,11 +143,11 @@ class FastReverberation:
         """Return True if, within a displacement of the sonar [m], any beam may exceed the cutoff at any target."""
         bounding_cylinders = self.plan.bounding_cylinders[:, :3]
         top, base = _target_depths(self.scene)
-        floor = float(amplitude_ratio(self.choice.beam_cutoff_db))
+        floor = float(amplitude_ratio(self.path_settings.beam_cutoff_db))
         bound = two_way_gain_bound(
             bounding_cylinders[:, :2], bounding_cylinders[:, 2] + displacement, self.ping_geometry, (top + base) / 2,
             StraightRays(self.scene),
-            self.choice.followed_families, rise=(base - top) / 2,
+            self.path_settings.followed_families, rise=(base - top) / 2,
         )  # fmt: skip
         return bool((bound >= floor).any())
 
@@ -255,7 +255,8 @@ class FastReverberation:
             axis=-1,
         )
         up = np.ascontiguousarray(legs.normal[:, row].T, float)
-        ratio, shaded = shaded_legs(self.scene, self.ping_geometry, self.plan, self.choice.edge_diffraction, points, up)
+        edges = self.path_settings.edge_diffraction
+        ratio, shaded = shaded_legs(self.scene, self.ping_geometry, self.plan, edges, points, up)
         legs.amplitude[:, row] *= ratio
         return ShadedLegs(row, ratio, shaded)
 
@@ -281,7 +282,7 @@ def _columns(part: RadialSet, f: int, p: int) -> tuple[RadialLegs, PairSamples, 
 
 
 def prepare_fast_reverberation(
-    scene: Scene, choice: PathSettings, ping_geometry: PingGeometry, rays: PropagationModel
+    scene: Scene, path_settings: PathSettings, ping_geometry: PingGeometry, rays: PropagationModel
 ) -> FastReverberation | None:
     """Prepare fast reverberation of one ping; None where the scene does not meet its conditions.
 
@@ -290,40 +291,42 @@ def prepare_fast_reverberation(
 
     Args:
         scene: The scene.
-        choice: Paths that are followed.
+        path_settings: Path settings.
         ping_geometry: The sonar at this ping.
         rays: Propagation model of the scene.
     """
     if not ping_geometry.is_monostatic or ping_geometry.hull is not None:
         return None
-    if reflecting_faces(scene, choice, ping_geometry.frequency):
+    if reflecting_faces(scene, path_settings, ping_geometry.frequency):
         return None
     # a sonar that only moves horizontally has the same objects at the next ping
     objects = (
-        scene, choice, rays, ping_geometry.transmit_beams, ping_geometry.receive_beams, ping_geometry.track_extent,
-        ping_geometry.pulse,
+        scene, path_settings, rays, ping_geometry.transmit_beams, ping_geometry.receive_beams,
+        ping_geometry.track_extent, ping_geometry.pulse,
     )  # fmt: skip
     key = (
         *map(Identity, objects), float(ping_geometry.transmit_position[2]), ping_geometry.max_displacement,
         ping_geometry.window,
     )  # fmt: skip
-    prepared = _PREPARED.get(key, lambda: _prepare(scene, choice, ping_geometry, rays))
+    prepared = _PREPARED.get(key, lambda: _prepare(scene, path_settings, ping_geometry, rays))
     if prepared is None:
         return None
-    parts = _radial_sets(scene, choice, ping_geometry, prepared)
+    parts = _radial_sets(scene, path_settings, ping_geometry, prepared)
     window = terrain_window(scene.seabed.terrain, ping_geometry, prepared.plan.step, parts, prepared.farthest)
-    return None if window is None else FastReverberation(scene, choice, ping_geometry, prepared, parts, window)
+    return None if window is None else FastReverberation(scene, path_settings, ping_geometry, prepared, parts, window)
 
 
 def _radial_sets(
-    scene: Scene, choice: PathSettings, ping_geometry: PingGeometry, prepared: PreparedReverberation
+    scene: Scene, path_settings: PathSettings, ping_geometry: PingGeometry, prepared: PreparedReverberation
 ) -> list[RadialSet]:
     """Radials of one ping: those of its plan, and narrow ones in place of those that targets shade."""
     plan = prepared.plan
-    passing = radials_past_targets(plan, ping_geometry, prepared.heading, choice.edge_diffraction)
+    passing = radials_past_targets(plan, ping_geometry, prepared.heading, path_settings.edge_diffraction)
     passes = np.asarray(passing.any(axis=0), bool)
     complete = RadialSet(plan.radials, plan.lists, np.arange(len(passes)), passes)
-    shaded = shadow_radials(plan, scene, ping_geometry, choice, prepared.heading, passing) if passes.any() else None
+    shaded = None
+    if passes.any():
+        shaded = shadow_radials(plan, scene, ping_geometry, path_settings, prepared.heading, passing)
     if shaded is None or not shaded.replaced.any():
         return [complete]
     unreplaced = np.flatnonzero(~shaded.replaced)
@@ -338,13 +341,15 @@ _PREPARED: RecentResults[PreparedReverberation | None] = RecentResults(8)
 
 
 def _prepare(
-    scene: Scene, choice: PathSettings, ping_geometry: PingGeometry, rays: PropagationModel
+    scene: Scene, path_settings: PathSettings, ping_geometry: PingGeometry, rays: PropagationModel
 ) -> PreparedReverberation | None:
     """Tables of a sonar that only moves horizontally; None where the scene does not meet the conditions."""
     seabed, terrain = scene.seabed, scene.seabed.terrain
     law = _compiled_law(seabed.law(ping_geometry.frequency, float(scene.water.sound_speed_at(seabed.depth))))
-    families = families_reaching("seabed", choice.followed_families)
-    if not isinstance(rays, StraightRays) or choice.geometry != "3d" or "seabed" not in choice.contributions:
+    families = families_reaching("seabed", path_settings.followed_families)
+    if path_settings.geometry != "3d" or "seabed" not in path_settings.contributions:
+        return None
+    if not isinstance(rays, StraightRays):
         return None
     if scene.is_rough(families):
         return None
@@ -356,31 +361,31 @@ def _prepare(
             return None
         rise = max(terrain.depth - terrain.span[0], terrain.span[1] - terrain.depth)
     window_range = receivable_range(ping_geometry, seabed.depth, rays, families, rise=rise)
-    sampling = ping_scatterers(scene, choice, 0, ping_geometry, rays, quadrature=True).resolution
+    sampling = ping_scatterers(scene, path_settings, 0, ping_geometry, rays, quadrature=True).resolution
     step = min(sampling.slant_resolution, MAX_RADIAL_STEP)
     if terrain is not None:
         step = terrain.heightmap_cell_size / int(np.ceil(terrain.heightmap_cell_size / sampling.slant_resolution))
         if 2 * window_range.farthest / (terrain.heightmap_cell_size * CELLS) > CACHE_SIDE - 4:
             return None
-    floor = float(amplitude_ratio(choice.beam_cutoff_db))
+    floor = float(amplitude_ratio(path_settings.beam_cutoff_db))
     heading = 0.0 if terrain is None else terrain.relief.resolved.scatterer_grid.heading
     radials = radials_in_view(ping_geometry, seabed.depth, window_range, sampling, families, floor, heading, rise)
     plan = plan_reverberation(scene, ping_geometry, families, law, radials, step, heading, rise)
     return PreparedReverberation(
-        plan, heading, window_range.farthest, _reduced_choice(choice, scene, ping_geometry, ()),
-        _reduced_choice(choice, scene, ping_geometry, ("target",)),
+        plan, heading, window_range.farthest, _reduced_path_settings(path_settings, scene, ping_geometry, ()),
+        _reduced_path_settings(path_settings, scene, ping_geometry, ("target",)),
     )  # fmt: skip
 
 
-def _reduced_choice(
-    choice: PathSettings, scene: Scene, ping_geometry: PingGeometry, further: tuple[str, ...]
+def _reduced_path_settings(
+    path_settings: PathSettings, scene: Scene, ping_geometry: PingGeometry, further: tuple[str, ...]
 ) -> PathSettings:
     """The path settings without the seabed, contributions that do not scatter, and some further ones."""
     omitted = ["seabed", *further]
     omitted += ["surface"] if scene.surface.law(ping_geometry.frequency) is None else []
     omitted += [] if scene.water.scatters else ["water"]
-    remaining = tuple(contribution for contribution in choice.contributions if contribution not in omitted)
-    return choice.unchecked_copy(contributions=remaining)
+    remaining = tuple(contribution for contribution in path_settings.contributions if contribution not in omitted)
+    return path_settings.unchecked_copy(contributions=remaining)
 
 
 @lru_cache(maxsize=16)

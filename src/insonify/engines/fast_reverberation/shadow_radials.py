@@ -97,7 +97,7 @@ def shaded_legs(
 
 
 def shadow_radials(
-    plan: ReverberationPlan, scene: Scene, ping_geometry: PingGeometry, choice: PathSettings, heading: float,
+    plan: ReverberationPlan, scene: Scene, ping_geometry: PingGeometry, path_settings: PathSettings, heading: float,
     passing: NDArray[np.bool_],
 ) -> ShadowRadials | None:  # fmt: skip
     """Narrow radials in the shadows of one ping, and the remainder of the radials that they replace.
@@ -108,12 +108,12 @@ def shadow_radials(
         plan: The plan of the ping's s radials.
         scene: The scene.
         ping_geometry: The sonar at this ping.
-        choice: The path settings.
+        path_settings: Path settings.
         heading: Heading of the radials' frame [rad].
         passing: Mask of radials that pass each of t targets, see `radials_past_targets`, (t, s).
     """
     any_target = np.asarray(passing.any(axis=0), bool)
-    runs = _shadow_runs(plan, scene, ping_geometry, choice, heading, passing)
+    runs = _shadow_runs(plan, scene, ping_geometry, path_settings, heading, passing)
     if not runs:
         return None
     replaced = np.zeros(len(plan.radials), bool)
@@ -220,7 +220,7 @@ def _split_radials(
 
 
 def _shadow_runs(
-    plan: ReverberationPlan, scene: Scene, ping_geometry: PingGeometry, choice: PathSettings, heading: float,
+    plan: ReverberationPlan, scene: Scene, ping_geometry: PingGeometry, path_settings: PathSettings, heading: float,
     passing: NDArray[np.bool_],
 ) -> list[ShadowRun]:  # fmt: skip
     """Intervals of distances at which radials are divided, each with the numbers of their parts.
@@ -228,16 +228,18 @@ def _shadow_runs(
     Arguments see `shadow_radials`.
     """
     edges = plan.allocation.edges
-    range_bin, distance, zone = _probe_distances(plan, scene, ping_geometry, choice, passing)
+    range_bin, distance, zone = _probe_distances(plan, scene, ping_geometry, path_settings, passing)
     if not len(range_bin):
         return []
     row = np.flatnonzero(passing.any(axis=0))
     unshaded = plan.energy[:, range_bin].sum(axis=2).astype(float)
     remaining = np.repeat(unshaded[:, None] / STRIPS, STRIPS + 1, axis=1)
-    remaining[row] = _remaining_energy(plan, scene, ping_geometry, choice, heading, row, range_bin, distance) / STRIPS
+    energy = _remaining_energy(plan, scene, ping_geometry, path_settings, heading, row, range_bin, distance)
+    remaining[row] = energy / STRIPS
     total = ((remaining[:, 1:] + remaining[:, :-1]) / 2).sum(axis=(0, 1))
     in_shadow = total < (1 - MIN_HIDDEN_FRACTION) * unshaded.sum(axis=0)
-    density = NARROW_RADIALS_PER_POINT * choice.scatterers_per_cell / np.maximum(total, 1e-6 * unshaded.sum(axis=0))
+    energy_per_radial = np.maximum(total, 1e-6 * unshaded.sum(axis=0))
+    density = NARROW_RADIALS_PER_POINT * path_settings.scatterers_per_cell / energy_per_radial
     runs, shadow_bins = [], np.unique(range_bin[in_shadow])
     for run in np.split(shadow_bins, np.flatnonzero(np.diff(shadow_bins) > 1) + 1) if len(shadow_bins) else []:
         inside = in_shadow & (range_bin >= run[0]) & (range_bin <= run[-1])
@@ -267,11 +269,12 @@ def _parts_of_strips(unshaded: Floats, remaining: Floats) -> NDArray[np.int64]:
 
 
 def _probe_distances(
-    plan: ReverberationPlan, scene: Scene, ping_geometry: PingGeometry, choice: PathSettings, passing: NDArray[np.bool_]
-) -> tuple[NDArray[np.int64], Floats, Floats]:
+    plan: ReverberationPlan, scene: Scene, ping_geometry: PingGeometry, path_settings: PathSettings,
+    passing: NDArray[np.bool_]
+) -> tuple[NDArray[np.int64], Floats, Floats]:  # fmt: skip
     """Probes of visibility: range bins (j,), distances [m] (j,), and near and far end of their shadow [m] (j, 2)."""
     energy, edges = plan.energy.sum(axis=2), plan.allocation.edges
-    unshaded, rays, diffracts = energy.sum(axis=0), StraightRays(scene), choice.edge_diffraction == "knife-edge"
+    unshaded, rays, diffracts = energy.sum(axis=0), StraightRays(scene), path_settings.edge_diffraction == "knife-edge"
     zones: dict[int, tuple[float, float]] = {}
     for row in np.flatnonzero(passing.any(axis=1)):
         is_hidden = energy[passing[row]].sum(axis=0) >= MIN_HIDDEN_FRACTION * np.maximum(unshaded, 1e-300)
@@ -291,7 +294,7 @@ def _probe_distances(
 
 
 def _remaining_energy(
-    plan: ReverberationPlan, scene: Scene, ping_geometry: PingGeometry, choice: PathSettings, heading: float,
+    plan: ReverberationPlan, scene: Scene, ping_geometry: PingGeometry, path_settings: PathSettings, heading: float,
     row: NDArray[np.int64],
     range_bin: NDArray[np.int64], distance: Floats,
 ) -> Floats:  # fmt: skip
@@ -301,7 +304,7 @@ def _remaining_energy(
         plan: The plan of the ping's radials.
         scene: The scene.
         ping_geometry: The sonar at this ping.
-        choice: The paths that are followed.
+        path_settings: Path settings.
         heading: Heading of the radials' frame [rad].
         row: Rows of the radials in the plan, (rows,).
         range_bin: Range bin of each distance, (j,).
@@ -320,9 +323,8 @@ def _remaining_energy(
     points[..., 2] = scene.seabed.depth
     up = np.zeros((points.size // 3, 3))
     up[:, 2] = -1.0
-    power = (
-        np.abs(target_visibility(scene, ping_geometry, plan, choice.edge_diffraction, points.reshape(-1, 3), up)) ** 2
-    )
+    edges, rows = path_settings.edge_diffraction, points.reshape(-1, 3)
+    power = np.abs(target_visibility(scene, ping_geometry, plan, edges, rows, up)) ** 2
     power = power.reshape(-1, *shape)
     energy = plan.energy[row][:, range_bin]
     remaining = np.zeros(shape)

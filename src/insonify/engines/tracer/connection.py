@@ -48,15 +48,15 @@ def echoes(ping: TracedPing, hits: RayHits, vertices: list[SurfaceVertices]) -> 
     """
     rays, law, own_bounce = hits.rays, hits.law, OWN_BOUNCE[hits.contribution]
     by_target = "T" in rays.chain
-    if law is None or hits.contribution not in ping.choice.contributions or rays.chain.endswith(own_bounce):
+    if law is None or hits.contribution not in ping.path_settings.contributions or rays.chain.endswith(own_bounce):
         return
-    if not by_target and rays.family not in ping.choice.followed_families:
+    if not by_target and rays.family not in ping.path_settings.followed_families:
         return
     transmitted = transmitted_energy(ping, rays)
     yield from facet_echoes(ping, hits, transmitted, vertices)
     if "s" in rays.chain or (ping.is_reversed and not by_target):
         return
-    for family in ping.choice.followed_families:
+    for family in ping.path_settings.followed_families:
         if family.endswith(own_bounce):
             continue
         rows = np.flatnonzero(_may_arrive(ping, rays))
@@ -176,7 +176,7 @@ def point_echoes(ping: TracedPing, target: PointTarget, position: Floats) -> Ite
     ends: list[list[tuple[str, int, Floats, Floats]]] = []
     for end, beams in ((ping.transmit, ping.transmit_beams), (ping.receive, ping.receive_beams)):
         end_paths = []
-        for family in ping.choice.followed_families:
+        for family in ping.path_settings.followed_families:
             for ray, legs in enumerate(family_legs(ping, end, position, family)):
                 clear = is_clear(ping, position, family, legs, legs.reflected > 0, end=end)
                 gain = beams.gain(legs.departure) ** 2 * legs.intensity(ping.attenuation) * clear
@@ -208,7 +208,7 @@ def boundary_echo_energies(ping: TracedPing) -> Iterator[EchoEnergies]:
         ping: The ping.
     """
     geometry, position = ping.ping_geometry, ping.transmit[None]
-    families = boundary_echo_families(ping.choice, two_platforms=False)
+    families = boundary_echo_families(ping.path_settings, two_platforms=False)
     source_intensity, depth = float(intensity_ratio(geometry.source_level_db)), float(ping.receive[2])
     for family in families:
         legs = family_legs(ping, ping.receive, position, family, BOUNDARY_ECHO)

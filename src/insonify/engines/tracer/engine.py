@@ -57,13 +57,13 @@ class Tracer:
     """The tracer for one scene and one set of path settings."""
 
     def __init__(
-        self, scene: Scene, choice: PathSettings, seed: int, propagation_model: PropagationModel | None = None
+        self, scene: Scene, path_settings: PathSettings, seed: int, propagation_model: PropagationModel | None = None
     ) -> None:
         """Prepare a scene for tracing.
 
         Args:
             scene: The scene.
-            choice: Families, number of rays, specular fraction of targets.
+            path_settings: Families, number of rays, specular fraction of targets.
             seed: Seed of the scenario.
             propagation_model: Eigenrays of layered water, for connections; not used in water of one sound speed.
 
@@ -72,7 +72,7 @@ class Tracer:
         """
         if scene.water.layered and propagation_model is None:
             raise ValueError("water.profile refracts, and there is no propagation_model. Give that of the scene.")
-        self.scene, self.choice, self.seed = scene, choice, seed
+        self.scene, self.path_settings, self.seed = scene, path_settings, seed
         self.tracing_scene, self.rays = TracingScene(scene), propagation_model if scene.water.layered else None
 
     def blocks(self, ping_geometry: PingGeometry, *, quadrature: bool = True) -> list[Block]:
@@ -142,7 +142,7 @@ class Tracer:
         intersector = self.tracing_scene.intersector(transmit, 2 * one_way_range)
         attenuation = float(scene.water.absorption(ping_geometry.frequency)) * DB_TO_NEPER
         return TracedPing(
-            scene, self.choice, ping_geometry, intersector, launch_sampler, transmit, receive, transmit_beams,
+            scene, self.path_settings, ping_geometry, intersector, launch_sampler, transmit, receive, transmit_beams,
             receive_beams, laws, attenuation, self.rays, facet_surface(scene, self.seed, ping_geometry.frequency),
         )  # fmt: skip
 
@@ -169,7 +169,8 @@ class Tracer:
 
     def _rays(self, ping: TracedPing, part: int, seed: int) -> RayBundle:
         """One part of the rays that leave the transmitter."""
-        direction, solid_angle = ping.launch_sampler.rays(seed, ping.ping_geometry.ping, self.choice.rays, part, PARTS)
+        number, count = ping.ping_geometry.ping, self.path_settings.rays
+        direction, solid_angle = ping.launch_sampler.rays(seed, number, count, part, PARTS)
         n = len(direction)
         start, receiver = np.tile(ping.transmit, (n, 1)), np.tile(ping.receive, (n, 1))
         zeros = np.zeros(n)
@@ -181,7 +182,7 @@ class Tracer:
     def _exact_paths(self, ping: TracedPing) -> list[EchoEnergies]:
         """Echoes of point targets, and boundary echoes."""
         points = [target for target in self.scene.targets if isinstance(target, PointTarget)]
-        if "target" not in self.choice.contributions:
+        if "target" not in self.path_settings.contributions:
             points = []
         positions = [self.tracing_scene.to_grid_frame(np.array([target.position])) for target in points]
         exact = [
@@ -200,9 +201,9 @@ class Tracer:
         first, last = (self.scene.water.sound_speed * max(delay, 0.0) / 2 for delay in ping_geometry.recorded_delays)
         boundary_paths: list[tuple[PathLength, float, float]] = []
         for kind, letter, contribution, depth in ((BED, "B", "seabed", bed), (SURFACE, "S", "surface", 0.0)):
-            if laws[kind] is None or contribution not in self.choice.contributions:
+            if laws[kind] is None or contribution not in self.path_settings.contributions:
                 continue
-            families = [family for family in self.choice.followed_families if not family.endswith(letter)]
+            families = [family for family in self.path_settings.followed_families if not family.endswith(letter)]
             vertical_distances = {
                 family: abs(depth - image_source_depth(family, position[2], bed)) for family in families
             }
@@ -223,7 +224,7 @@ class Tracer:
         """Vectors to the corners of the surface overhead whose facets return boundary echoes within slant ranges."""
         depth, is_moving = float(position[2]), self.scene.surface.reflection == "statistical"
         is_recorded = first < (1 + MAX_OVERHEAD_TANGENT) * depth and last > depth
-        if is_moving and BOUNDARY_ECHO in self.choice.contributions and is_recorded:
+        if is_moving and BOUNDARY_ECHO in self.path_settings.contributions and is_recorded:
             sides = -MAX_OVERHEAD_TANGENT, MAX_OVERHEAD_TANGENT
             corners = np.array(np.meshgrid(sides, sides, (-1.0, -1.0))).reshape(3, 8).T
             yield corners, False
@@ -247,11 +248,11 @@ class Tracer:
         self, position: Floats, last: float, transmit: Beams, receive: Beams
     ) -> Iterator[tuple[Floats, bool]]:
         """Vectors from each family's image of the sonar to a body's bounding box, and True where z is reversed."""
-        min_gain, remaining = 10 ** (self.choice.beam_cutoff_db / 10), MAX_WINDOWS
-        for body in self.scene.occluders if "target" in self.choice.contributions else ():
+        min_gain, remaining = 10 ** (self.path_settings.beam_cutoff_db / 10), MAX_WINDOWS
+        for body in self.scene.occluders if "target" in self.path_settings.contributions else ():
             surface = self.tracing_scene.to_grid_frame(world_triangles(body, self.scene.seabed).vertices)
             corners = np.array(np.meshgrid(*zip(surface.min(axis=0), surface.max(axis=0), strict=True)))
-            for family in self.choice.followed_families:
+            for family in self.path_settings.followed_families:
                 image = np.array(
                     [position[0], position[1], image_source_depth(family, position[2], self.scene.seabed.depth)]
                 )

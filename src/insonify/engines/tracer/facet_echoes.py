@@ -48,7 +48,7 @@ def facet_echoes(
     if by_facet and ping.is_reversed:
         return
     for vertex_group, group_vertices in enumerate(vertices):
-        for family in ping.choice.followed_families:
+        for family in ping.path_settings.followed_families:
             bounces_to_facet = group_vertices.chain + "S"
             if family.startswith(bounces_to_facet) and not family.endswith(own_bounce):
                 yield from _connected_echoes(ping, hits, transmitted, group_vertices, (family, vertex_group))
@@ -176,10 +176,10 @@ def facet_boundary_echoes(ping: TracedPing, hits: RayHits) -> Iterator[EchoEnerg
     rays, facets = hits.rays, ping.facets
     if facets is None or hits.letter != "S" or "T" in rays.chain or ping.is_reversed:
         return
-    if scatters_facets(ping.scene, ping.choice):
+    if scatters_facets(ping.scene, ping.path_settings):
         return
-    echoes = boundary_echo_families(ping.choice, two_platforms=False)
-    for family in ping.choice.followed_families:
+    echoes = boundary_echo_families(ping.path_settings, two_platforms=False)
+    for family in ping.path_settings.followed_families:
         name = bounce_letters(rays.family) + "S" + bounce_letters(family)[::-1]
         if name not in echoes:
             continue

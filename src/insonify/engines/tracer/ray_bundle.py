@@ -26,7 +26,7 @@ class TracedPing:
     """One ping in the scatterer grid's frame: scene, beams, laws and sampler common to all its rays."""
 
     scene: Scene
-    choice: PathSettings
+    path_settings: PathSettings
     ping_geometry: PingGeometry
     intersector: RayIntersector
     launch_sampler: LaunchSampler

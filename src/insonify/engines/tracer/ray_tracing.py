@@ -68,14 +68,14 @@ def is_followed(ping: TracedPing, chain: str) -> bool:
     `max_reflections`, by the boundaries of the requested families; if the scenario names families, it must also give
     `target_specular_fraction`.
     """
-    choice = ping.choice
+    path_settings = ping.path_settings
     if "T" not in chain:
-        return any(bounce_letters(family).startswith(chain) for family in choice.followed_families)
-    faces_reflect = choice.families is None or choice.target_specular_fraction is not None
+        return any(bounce_letters(family).startswith(chain) for family in path_settings.followed_families)
+    faces_reflect = path_settings.families is None or path_settings.target_specular_fraction is not None
     return (
         faces_reflect
-        and len(chain) <= choice.max_reflections
-        and set(chain) <= {"T", *"".join(map(bounce_letters, choice.followed_families))}
+        and len(chain) <= path_settings.max_reflections
+        and set(chain) <= {"T", *"".join(map(bounce_letters, path_settings.followed_families))}
     )
 
 
@@ -116,7 +116,7 @@ def _face_specular_fraction(ping: TracedPing, body: Solid) -> float:
     of the scenario replaces the requested fraction; the albedo of the scattering law limits both.
     """
     requested = (
-        ping.choice.target_specular_fraction
+        ping.path_settings.target_specular_fraction
         if body.face_reflection_coefficient is None
         else body.face_reflection_coefficient**2
     )
@@ -207,9 +207,9 @@ def _trace_to_receiver(
 
 def face_chains(ping: TracedPing) -> list[tuple[str, Floats, Floats]]:
     """Chains of reflections with one flat face, each with the images of transmitter and receiver in its planes [m]."""
-    boundaries = "".join(sorted(set("".join(map(bounce_letters, ping.choice.followed_families)))))
+    boundaries = "".join(sorted(set("".join(map(bounce_letters, ping.path_settings.followed_families)))))
     sequences, chains = [""], list[str]()
-    for _ in range(ping.choice.max_reflections):
+    for _ in range(ping.path_settings.max_reflections):
         sequences = [
             sequence + letter for sequence in sequences for letter in "T" + boundaries if not sequence.endswith(letter)
         ]
