@@ -91,8 +91,8 @@ class Intrinsic:
         return types.Function(make_intrinsic_template(self, self.definition, self.definition.__name__))
 
     def __call__(self, *arguments: Any) -> Any:
-        """Refuse: there are instructions in compiled kernels only."""
-        raise NotImplementedError(f"{self.definition.__name__} can be called by compiled kernels only")
+        """Refuse a call from Python: only the compiler can write the instructions, into the kernel that calls it."""
+        raise TypeError(f"{self.definition.__name__} can be called by compiled kernels only")
 
 
 def njit(**options: Any) -> Any:

@@ -7,6 +7,7 @@ import pytest
 from pydantic import ValidationError
 
 from insonify.sonar import LineTrack, Poses, StaticTrack, true_poses
+from insonify.sonar.track.ping_schedule import PingSchedule
 from insonify.validity import PhysicsWarning
 
 HERE = ("1 m", "2 m", "11 m")
@@ -83,3 +84,9 @@ def test_columns_of_poses_have_a_row_per_ping():
             pitch=np.zeros(2),
             roll=np.zeros(2),
         )
+
+
+def test_a_schedule_of_pings_is_no_track():
+    """The fields that all tracks share make no track: a kind of track has to say how many pings it has."""
+    with pytest.raises(TypeError, match="ping_count"):
+        PingSchedule()

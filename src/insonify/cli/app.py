@@ -53,12 +53,11 @@ def _version(requested: bool) -> None:
 
 @app.callback()
 def _options(
-    # Acts while it is parsed: no command is needed then.
     version: Annotated[
         bool, typer.Option("--version", help="Print the version and stop.", callback=_version, is_eager=True)
     ] = False,
 ) -> None:
-    pass
+    """Options before any command. The parser itself prints the version and stops, so there is nothing left to do."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -1,6 +1,7 @@
 """Fields of every track: ping interval, recording window, motion of the platform about its path."""
 
 import warnings
+from abc import abstractmethod
 from typing import Annotated, Any, Self
 
 import numpy as np
@@ -46,9 +47,9 @@ class PingSchedule(Model):
     Doppler shifts, and the receive beams of pressures and expected intensities move during the window."""
 
     @property
+    @abstractmethod
     def ping_count(self) -> int:
-        """Number of pings."""
-        raise NotImplementedError
+        """Number of pings: each kind of track has it from other fields."""
 
     @model_validator(mode="after")
     def _check_window(self) -> Self:
