@@ -19,7 +19,11 @@ def direct(reflection, seabed):
     here, keys, strengths = simulator.ping_geometry(0), [], []
     for block in simulator.engine.blocks(here):
         pairs = simulator.engine.pairs(here, block, include_negligible=False)
-        (row,) = (n for n, (i, j) in enumerate(pairs.pair) if pairs.out.families[i] == pairs.back.families[j] == "D")
+        (row,) = (
+            n
+            for n, (i, j) in enumerate(pairs.pair)
+            if pairs.transmit_legs.families[i] == pairs.receive_legs.families[j] == "D"
+        )
         keys.append(pairs.scatterers.scatterer_id)
         strengths.append(np.asarray(pairs.strength)[row])
     return np.concatenate(keys), np.concatenate(strengths)

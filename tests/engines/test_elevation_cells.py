@@ -75,8 +75,8 @@ def evaluate(places):
         if block().boundary != "seabed":
             continue
         pairs = simulator.engine.pairs(here, block, include_negligible=False)
-        for row, family in enumerate(pairs.out.families):
-            found.setdefault(family, []).append(pairs.out.amplitude[row] != 0)
+        for row, family in enumerate(pairs.transmit_legs.families):
+            found.setdefault(family, []).append(pairs.transmit_legs.amplitude[row] != 0)
     return {family: float(np.concatenate(there).mean()) for family, there in found.items()}
 
 

@@ -104,7 +104,7 @@ def evaluate(scenario, points):
         "any", "target", Lambert(), np.array(points, float), np.zeros((count, 3)), ones, ones.astype(complex),
         np.arange(count).astype(np.uint64),
     )  # fmt: skip
-    return simulator.engine.path_pairs(simulator.ping_geometry(0), points).out
+    return simulator.engine.path_pairs(simulator.ping_geometry(0), points).transmit_legs
 
 
 @pytest.mark.filterwarnings(BEYOND)

@@ -40,7 +40,7 @@ def legs_to(scatterers, *, position=(0.0, 0.0, 11.0), targets=(WALL,), frequency
         transmit={"kind": "point", "length": None}, receive={"kind": "point", "length": None}, sonar={"pulse": pulse},
         **top,
     ))  # fmt: skip
-    legs = simulator.engine.path_pairs(simulator.ping_geometry(0), scatterers).out
+    legs = simulator.engine.path_pairs(simulator.ping_geometry(0), scatterers).transmit_legs
     return dict(zip(legs.ray_names, zip(legs.delay, legs.amplitude, legs.departure, legs.status, strict=True),
                     strict=True))  # fmt: skip
 

@@ -68,7 +68,7 @@ def test_each_leg_is_that_of_the_general_engine(monkeypatch: pytest.MonkeyPatch)
     up = np.tile([0.0, 0.0, -1.0], (count, 1))
     ground = Scatterers("seabed", "seabed", law, points, up, np.ones(count), np.ones(count, complex),
                         np.zeros(count, np.uint64))  # fmt: skip
-    legs = simulator.engine.path_pairs(here, ground).out
+    legs = simulator.engine.path_pairs(here, ground).transmit_legs
     for row, name in enumerate(legs.families):
         moved = np.flatnonzero((delay[row] != level[row]) & (legs.reflection_coefficient[row] != 0))
         assert len(moved) > 100 if name == "BS" else "B" in name or not len(moved)

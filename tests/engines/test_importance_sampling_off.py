@@ -69,8 +69,12 @@ def test_all_pairs_are_evaluated_everywhere():
         pairs = simulator.engine.pairs(here, block, include_negligible=False)
         assert isinstance(pairs.stored_strengths, SeparableStrengths) and pairs.stored_strengths.sampling is None
         i, j = pairs.pair.T
-        there = (pairs.out.amplitude[i] != 0) & (pairs.back.amplitude[j] != 0) & (pairs.out.grazing[i] != 0)
-        assert (pairs.strength[there & (pairs.back.grazing[j] != 0)] > 0).all()
+        there = (
+            (pairs.transmit_legs.amplitude[i] != 0)
+            & (pairs.receive_legs.amplitude[j] != 0)
+            & (pairs.transmit_legs.grazing[i] != 0)
+        )
+        assert (pairs.strength[there & (pairs.receive_legs.grazing[j] != 0)] > 0).all()
 
 
 @pytest.mark.parametrize("importance_sampling", [True, False])

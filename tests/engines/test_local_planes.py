@@ -41,7 +41,7 @@ def legs_to(points, seabed, *, normal=(0.0, 0.0, 0.0), boundary="target", famili
     facing = np.tile(np.array(normal, float), (count, 1))
     law = scenario.seabed.law(1e5, 1500.0)
     scatterers = Scatterers("any", boundary, law, points, facing, ones, ones.astype(complex), keys)
-    return simulator.engine.path_pairs(here, scatterers).out, scenario
+    return simulator.engine.path_pairs(here, scatterers).transmit_legs, scenario
 
 
 def unfolded(family, points):
@@ -209,7 +209,7 @@ def test_waves_of_a_survey_that_are_shorter_than_the_zone_roughen_the_mirror(tmp
     ones = np.ones(40)
     scatterers = Scatterers("any", "target", scenario.seabed.law(1e5, 1500.0), points, np.zeros((40, 3)), ones,
                      ones.astype(complex), np.arange(40).astype(np.uint64))  # fmt: skip
-    legs = simulator.engine.path_pairs(simulator.ping_geometry(0), scatterers).out
+    legs = simulator.engine.path_pairs(simulator.ping_geometry(0), scatterers).transmit_legs
     sine = 4 / np.hypot(4, np.hypot(points[:, 0], 70))
     exponent = -np.log(np.abs(legs.reflection_coefficient[0]) / 0.35)
     assert np.mean(exponent / (2 * (2 * np.pi / 0.015 * 0.01 * sine) ** 2)) == pytest.approx(1.0, abs=0.12)

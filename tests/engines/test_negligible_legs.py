@@ -27,7 +27,7 @@ def amplitudes(seabed, points, families):
     ones, keys = np.ones(len(points)), np.arange(len(points)).astype(np.uint64)
     law = scenario.seabed.law(1e5, 1500.0)
     scatterers = Scatterers("any", "target", law, points, np.zeros(points.shape), ones, ones.astype(complex), keys)
-    legs = simulator.engine.path_pairs(simulator.ping_geometry(0), scatterers).out
+    legs = simulator.engine.path_pairs(simulator.ping_geometry(0), scatterers).transmit_legs
     return np.abs(legs.amplitude) / legs.spreading
 
 
@@ -41,13 +41,13 @@ def test_requested_legs_do_not_depend_on_which_others_are():
     scatterers = Scatterers(
         "any", "target", scenario.seabed.law(1e5, 1500.0), points, normal, ones, ones.astype(complex), keys
     )
-    every = simulator.engine.path_pairs(simulator.ping_geometry(0), scatterers).out
+    every = simulator.engine.path_pairs(simulator.ping_geometry(0), scatterers).transmit_legs
     needed = np.ones((len(every.families), 300), bool)
     bounces = [row for row, family in enumerate(every.families) if "B" in family]
     needed[bounces] = np.arange(300) % 3 == 0
     some = simulator.engine.path_pairs(
         simulator.ping_geometry(0), scatterers, pair_importance.PairSelection(every.families, needed, None)
-    ).out
+    ).transmit_legs
     for name in ("delay", "amplitude", "arrival", "departure", "grazing", "status", "visibility"):
         np.testing.assert_array_equal(getattr(some, name)[needed], getattr(every, name)[needed])
     assert not some.amplitude[~needed].any() and np.mean(every.amplitude[~needed] != 0) > 0.3
@@ -76,7 +76,9 @@ def test_families_left_out_are_negligible_beside_simultaneous_arrivals(monkeypat
     simulator = build_simulator(scenario)
     here = simulator.ping_geometry(0)
     ground = [block for block in simulator.engine.blocks(here) if block().boundary == "seabed"]
-    legs = [len(simulator.engine.pairs(here, block, include_negligible=False).out.families) for block in ground]
+    legs = [
+        len(simulator.engine.pairs(here, block, include_negligible=False).transmit_legs.families) for block in ground
+    ]
     assert max(legs) < 5  # of 5
     fewer = dict(simulate_pings(simulator, [0], 2))[0]
     monkeypatch.setattr(pair_importance, "NEGLIGIBLE", 0.0)

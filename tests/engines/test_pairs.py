@@ -116,9 +116,9 @@ def test_legs_off_a_moving_surface_are_diffracted_once(monkeypatch):
     monkeypatch.setattr(eigenray_engine, "diffract_at_edges", counted)
     shared = simulator.engine.path_pairs(simulator.ping_geometry(0), points)
     assert len(calls) == 1
-    assert (shared.out.visibility != 1).any()
-    assert not np.array_equal(shared.out.glints.phasor, shared.back.glints.phasor)
+    assert (shared.transmit_legs.visibility != 1).any()
+    assert not np.array_equal(shared.transmit_legs.glints.phasor, shared.receive_legs.glints.phasor)
     monkeypatch.setattr(eigenray_engine, "have_same_geometry", lambda *_: False)
     apart = simulator.engine.path_pairs(simulator.ping_geometry(0), points)
     assert len(calls) == 3
-    np.testing.assert_array_equal(shared.back.visibility, apart.back.visibility)
+    np.testing.assert_array_equal(shared.receive_legs.visibility, apart.receive_legs.visibility)

@@ -72,8 +72,8 @@ def test_points_scatter_alone_as_they_do_in_company():
     bed = bed_points(90)
     (_, whole), (_, part) = evaluate(bed), evaluate(bed.take(slice(0, 90, 3)))
     np.testing.assert_array_equal(part.strength, whole.strength[:, ::3])
-    np.testing.assert_array_equal(part.out.delay, whole.out.delay[:, ::3])
-    np.testing.assert_array_equal(part.out.amplitude, whole.out.amplitude[:, ::3])
+    np.testing.assert_array_equal(part.transmit_legs.delay, whole.transmit_legs.delay[:, ::3])
+    np.testing.assert_array_equal(part.transmit_legs.amplitude, whole.transmit_legs.amplitude[:, ::3])
 
 
 def test_more_families_leave_the_others_alone():
@@ -88,7 +88,7 @@ def test_four_times_the_area_scatters_twice_the_pressure():
     """Strength is a root of the area; legs do not depend on it."""
     one, four = evaluate(bed_points(area=0.01))[1], evaluate(bed_points(area=0.04))[1]
     np.testing.assert_allclose(four.strength, 2 * one.strength, rtol=1e-12)
-    np.testing.assert_array_equal(four.out.delay, one.out.delay)
+    np.testing.assert_array_equal(four.transmit_legs.delay, one.transmit_legs.delay)
 
 
 families_requested = st.sampled_from(families_up_to(4))

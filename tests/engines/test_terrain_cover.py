@@ -36,7 +36,7 @@ def test_the_part_that_terrain_hides_is_that_of_the_legs(rms):
     hidden = whole = 0.0
     for block in simulator.engine.blocks(here, quadrature=True):
         points = block()
-        out = simulator.engine.path_pairs(here, points).out
+        out = simulator.engine.path_pairs(here, points).transmit_legs
         way = points.position - here.transmit_position
         ahead = np.abs(way[:, 0]) < 0.1 * way[:, 1]
         weight = points.area / np.hypot(way[:, 0], way[:, 1]) * ahead

@@ -81,13 +81,13 @@ def test_a_recording_is_the_sum_of_its_arrivals():
 def test_a_leg_is_followed_where_any_of_its_pairs_is_evaluated():
     """Legs off the bottom are zero at more than half of the positions; where a pair is evaluated, its legs exist."""
     for pairs in ground(build_simulator(scene())):
-        if "BS" not in pairs.out.families:
+        if "BS" not in pairs.transmit_legs.families:
             continue
-        row = pairs.out.families.index("BS")
+        row = pairs.transmit_legs.families.index("BS")
         computed = (pairs.strength[(pairs.pair == row).any(axis=1)] > 0).any(axis=0)
         assert computed.mean() < 0.5
-        assert (pairs.out.amplitude[row][~computed] == 0).all()
-        assert (pairs.out.amplitude[row][computed] != 0).mean() > 0.5
+        assert (pairs.transmit_legs.amplitude[row][~computed] == 0).all()
+        assert (pairs.transmit_legs.amplitude[row][computed] != 0).mean() > 0.5
 
 
 @pytest.mark.slow

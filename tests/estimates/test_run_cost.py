@@ -403,7 +403,7 @@ def test_legs_off_explicit_waves_are_counted_with_their_bounces_and_glints():
                        paths={"families": ["D", "S"], "contributions": ["seabed"]})  # fmt: skip
     simulator = build_simulator(scenario)
     here = simulator.ping_geometry(0)
-    drawn = len(simulator.engine.pairs(here, simulator.engine.blocks(here)[0]).out.families)
+    drawn = len(simulator.engine.pairs(here, simulator.engine.blocks(here)[0]).transmit_legs.families)
     assert 2 / 3 < legs_per_point(scenario.scene, scenario.paths, "seabed", drawn=True) / drawn < 1.5
 
 
@@ -510,7 +510,7 @@ def test_a_hull_and_faces_leave_the_memory_of_a_block_bounded(hull):
         assert held * (legs * BYTES_PER_LEG + legs**2 * BYTES_PER_PAIR) <= BYTES_AT_ONCE
     pairs = next(simulator.engine.pair_batches(simulator.ping_geometry(0), lambda: scatterers))
     drawn = legs_per_point(plain.scene, plain.paths, scatterers.boundary, drawn=True)
-    assert (len(pairs.out.families) > drawn) == bool(hull)
+    assert (len(pairs.transmit_legs.families) > drawn) == bool(hull)
 
 
 def test_each_sub_band_of_beams_is_a_pass_over_the_pairs():

@@ -27,9 +27,9 @@ def test_in_one_speed_of_sound_wavefronts_are_spheres():
     """Curvature: one over the length of the way, bounces included; no gradient."""
     scenario, here, found = legs_of(PROFILES["even"], some_targets(3))
     for pairs in found:
-        for row in range(len(pairs.back.families)):
-            front = wavefront(pairs.back, row, here.receive_position, pairs.scatterers.position, scenario.water)
-            np.testing.assert_allclose(1 / front.vertical_curvature, pairs.back.length[row])
+        for row in range(len(pairs.receive_legs.families)):
+            front = wavefront(pairs.receive_legs, row, here.receive_position, pairs.scatterers.position, scenario.water)
+            np.testing.assert_allclose(1 / front.vertical_curvature, pairs.receive_legs.length[row])
             assert front.sound_speed_gradient == 0
 
 
@@ -46,15 +46,15 @@ def test_a_leg_to_the_centre_gives_the_legs_beside_it(name, bar):
         simulator = build_simulator(scenario.model_copy(update={"track": moved}))
         there = list(simulator.engine.all_pairs(simulator.ping_geometry(0)))
         for one, other in zip(found, there, strict=True):
-            assert one.back.families == other.back.families
-            for row in range(len(one.back.families)):
-                clear = (one.back.visibility[row] != 0) & (other.back.visibility[row] != 0)
-                front = wavefront(one.back, row, here.receive_position, one.scatterers.position, scenario.water)
+            assert one.receive_legs.families == other.receive_legs.families
+            for row in range(len(one.receive_legs.families)):
+                clear = (one.receive_legs.visibility[row] != 0) & (other.receive_legs.visibility[row] != 0)
+                front = wavefront(one.receive_legs, row, here.receive_position, one.scatterers.position, scenario.water)
                 when, fade, doppler = np.empty(clear.size), np.empty(clear.size, np.float32), np.empty(clear.size)
-                way = np.ascontiguousarray(one.back.departure[row].T)
+                way = np.ascontiguousarray(one.receive_legs.departure[row].T)
                 curvature, still = front.vertical_curvature, ElementMotion(offset, np.zeros(3), np.zeros(3))
-                echoes = ArrivalColumns(one.back.delay[row], curvature, 1 / curvature, front.horizontal_distance, *way,
-                                        np.ones(clear.size), front.expansion)  # fmt: skip
+                echoes = ArrivalColumns(one.receive_legs.delay[row], curvature, 1 / curvature,
+                                        front.horizontal_distance, *way, np.ones(clear.size), front.expansion)  # fmt: skip
                 water = ArrayWater(1 / here.sound_speed, front.sound_speed_gradient, 0.0, True, 0.0)
                 arrival_refracted(echoes, clear.size, still, water, when, fade, doppler)
-                np.testing.assert_allclose(when[clear], other.back.delay[row][clear], rtol=0, atol=bar)
+                np.testing.assert_allclose(when[clear], other.receive_legs.delay[row][clear], rtol=0, atol=bar)

@@ -18,7 +18,7 @@ def legs(depth=19.5):
     """The five legs of the nominal scene to one point."""
     scenario = nominal(targets=[point(0, 150, depth)], paths={"contributions": ["target"]})
     simulator = build_simulator(scenario)
-    return next(iter(simulator.engine.all_pairs(simulator.ping_geometry(0)))).out
+    return next(iter(simulator.engine.all_pairs(simulator.ping_geometry(0)))).transmit_legs
 
 
 def layout(pings=3, channels=2, samples=4, **changes):

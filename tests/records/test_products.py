@@ -51,7 +51,7 @@ def written(one):
         for n in range(len(one.root_area)):
             parts = [
                 np.interp(np.sin(abs(end.grazing[k, n])), sines, one.direction_factor)
-                for end, k in ((one.out, i), (one.back, j))
+                for end, k in ((one.transmit_legs, i), (one.receive_legs, j))
             ]
             made[p, n] = np.sqrt(parts[0] * parts[1]) * one.root_area[n] * one.weight[p]
             if one.sampling is not None:
@@ -88,7 +88,12 @@ def test_some_of_the_pairs_are_those_rows_of_all(seed, rows, some):
 def test_out_and_back_of_a_product_may_be_exchanged(some):
     """A law of two factors is reciprocal: the pair turned round is as strong, to 1e-12."""
     one = product(1, some=some)
-    other = replace(one, out=one.back, back=one.out, pair=np.ascontiguousarray(one.pair[:, ::-1]))
+    other = replace(
+        one,
+        transmit_legs=one.receive_legs,
+        receive_legs=one.transmit_legs,
+        pair=np.ascontiguousarray(one.pair[:, ::-1]),
+    )
     np.testing.assert_allclose(other.strengths, one.strengths, rtol=1e-12)
 
 
@@ -112,8 +117,11 @@ def test_the_mean_of_squares_over_all_numbers_is_that_of_all_scatterers(keep_pro
     """Numbers k / 4096, each once: the sum of squares is as of no thinning; off by one number at most, and 1e-6."""
     count = 4096
     one = replace(product(4, count=count, some=False), root_area=np.ones(count))
-    level = replace(one.out, grazing=np.full((2, count), 0.7)), replace(one.back, grazing=np.full((3, count), 0.4))
-    one = replace(one, out=level[0], back=level[1])
+    level = (
+        replace(one.transmit_legs, grazing=np.full((2, count), 0.7)),
+        replace(one.receive_legs, grazing=np.full((3, count), 0.4)),
+    )
+    one = replace(one, transmit_legs=level[0], receive_legs=level[1])
     number = np.random.default_rng(1).permutation(count).astype(np.float32) / count
     some = PairSampling(number, np.zeros(count, np.uint8), np.full((6, 1), keep_probability, np.float32))
     energy, whole = ((part.strengths**2).sum(axis=1) for part in (replace(one, sampling=some), one))
@@ -148,7 +156,7 @@ def block(strength, one):
         "seabed", "seabed", Lambert(-27.0), np.zeros((count, 3)), np.tile([0.0, 0.0, -1.0], (count, 1)),
         np.ones(count), np.ones(count, complex), np.arange(count, dtype=np.uint64),
     )  # fmt: skip
-    return Pairs(points, one.out, one.back, one.pair, strength)
+    return Pairs(points, one.transmit_legs, one.receive_legs, one.pair, strength)
 
 
 def test_pairs_do_not_care_whether_their_strengths_are_written():

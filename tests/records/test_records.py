@@ -53,7 +53,7 @@ def test_records_refuse_columns_of_unequal_length():
         Arrivals(**{**columns, "object": found.object[:2]})
     simulator = build_simulator(nominal(**SETTINGS))
     here = simulator.ping_geometry(0)
-    legs = next(iter(simulator.engine.all_pairs(here))).out
+    legs = next(iter(simulator.engine.all_pairs(here))).transmit_legs
     with pytest.raises(ValueError, match="grazing"):
         replace(legs, grazing=legs.grazing[:, :0])
 

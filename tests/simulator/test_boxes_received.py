@@ -119,10 +119,10 @@ def test_what_a_box_hides_from_each_family_is_what_a_walked_path_cannot_reach(he
             place = pairs.scatterers.position[n]
             if np.abs(plain.within(place)).max() < 1.3:
                 continue
-            for f, family in enumerate(pairs.out.families):
+            for f, family in enumerate(pairs.transmit_legs.families):
                 path = fold(here.transmit_position, place, family, 20.0)
                 if cut(path, small) == cut(path, large):
-                    assert (pairs.out.visibility[f, n] == 0) == cut(path, plain), (family, place)
+                    assert (pairs.transmit_legs.visibility[f, n] == 0) == cut(path, plain), (family, place)
                     checked, hidden = checked + 1, hidden + cut(path, plain)
     assert checked > 300 and 0.02 * checked < hidden < 0.98 * checked
 

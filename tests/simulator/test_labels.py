@@ -142,10 +142,10 @@ def test_ground_that_the_ground_hides_lies_in_the_shadow_of_the_seabed():
         far = np.hypot(*pairs.scatterers.position[:, :2].T)
         dark = ((far > 100) & (far < 101))[None]
         cut = replace(
-            pairs.out, status=np.where(dark, LegStatus.OCCLUDED, pairs.out.status).astype(np.uint8),
+            pairs.transmit_legs, status=np.where(dark, LegStatus.OCCLUDED, pairs.transmit_legs.status).astype(np.uint8),
             occluder=np.where(dark, SEABED_OCCLUDER, -1).astype(np.int16), visibility=np.where(dark, 0.0, 1.0),
         )  # fmt: skip
-        reading.add(kept, replace(pairs, out=cut, back=cut))
+        reading.add(kept, replace(pairs, transmit_legs=cut, receive_legs=cut))
     masks, time = reading.time_series(kept), simulator.grid.time
     ((first, last),) = runs(masks.shadow[0], time)
     assert first == pytest.approx(2 * np.hypot(100, HEIGHT) / SPEED + PULSE / 2, abs=PULSE / 2)

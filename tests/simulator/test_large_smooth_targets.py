@@ -101,7 +101,7 @@ def test_legs_and_pairs_of_one_part_stay_within_their_memory(reflections):
     pairs = next(iter(simulator.engine.pair_batches(here, lambda: points)))
     held = sum(
         getattr(legs, name).nbytes
-        for legs in (pairs.out, pairs.back)
+        for legs in (pairs.transmit_legs, pairs.receive_legs)
         for name in (
             "delay",
             "length",

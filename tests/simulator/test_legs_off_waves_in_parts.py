@@ -37,7 +37,7 @@ def test_points_with_many_bounces_are_bounded_in_memory(monkeypatch):
         list(simulator.engine.pair_batches(here, lambda: points.take(slice(3))))  # noqa: B023
         tracemalloc.start()
         for pairs in simulator.engine.pair_batches(here, lambda: points):  # noqa: B023
-            legs = max(legs, len(pairs.out.families))
+            legs = max(legs, len(pairs.transmit_legs.families))
         peak = tracemalloc.get_traced_memory()[1]
         tracemalloc.stop()
         assert peak < BUDGET

@@ -107,7 +107,7 @@ def test_a_surface_point_counts_no_bounce_on_its_own_face(order: int, ordered: i
                      np.ones(1, complex), np.ones(1, np.uint64))  # fmt: skip
     pairs = simulator.engine.path_pairs(simulator.ping_geometry(0), one)
     assert len(pairs.pair) == ordered
-    assert {name[-1] for name in pairs.out.families} <= {"D", "B"}
+    assert {name[-1] for name in pairs.transmit_legs.families} <= {"D", "B"}
     assert np.all(pairs.strength > 0)
 
 

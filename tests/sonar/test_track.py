@@ -87,6 +87,6 @@ def test_columns_of_poses_have_a_row_per_ping():
 
 
 def test_a_schedule_of_pings_is_no_track():
-    """The fields that all tracks share make no track: a kind of track has to say how many pings it has."""
+    """The fields that all tracks share make no track: a kind of track has to define how many pings it has."""
     with pytest.raises(TypeError, match="ping_count"):
         PingSchedule()

@@ -68,24 +68,31 @@ def test_pairs_add_up(world):
 def test_what_a_caustic_turns_is_turned(world):
     """A quarter turn given as a caustic of each leg, or of its mirrors: the same; both legs by one make a half turn."""
     reading, pairs = world
-    quarter = 1j * np.ones_like(pairs.out.reflection_coefficient)
-    out = pairs.out.caustic if pairs.out.caustic is not None else 1
+    quarter = 1j * np.ones_like(pairs.transmit_legs.reflection_coefficient)
+    out = pairs.transmit_legs.caustic if pairs.transmit_legs.caustic is not None else 1
     turned, mirrored = (
-        replace(pairs, out=legs, back=legs) if pairs.back is pairs.out else replace(pairs, out=legs)
+        replace(pairs, transmit_legs=legs, receive_legs=legs)
+        if pairs.receive_legs is pairs.transmit_legs
+        else replace(pairs, transmit_legs=legs)
         for legs in (
-            replace(pairs.out, caustic=quarter * out),
-            replace(pairs.out, reflection_coefficient=quarter * pairs.out.reflection_coefficient),
+            replace(pairs.transmit_legs, caustic=quarter * out),
+            replace(pairs.transmit_legs, reflection_coefficient=quarter * pairs.transmit_legs.reflection_coefficient),
         )
     )
     assert relative_rms(received(reading, turned), received(reading, mirrored)) < 1e-6
-    if pairs.back is pairs.out:
+    if pairs.receive_legs is pairs.transmit_legs:
         assert relative_rms(received(reading, turned), -received(reading, pairs)) < 1e-6
 
 
 def test_a_leg_may_be_given_twice(world):
     """The legs back as a copy of those out: the same cells to 1e-6."""
     reading, pairs = world
-    assert relative_rms(received(reading, replace(pairs, back=replace(pairs.back))), received(reading, pairs)) < 1e-6
+    assert (
+        relative_rms(
+            received(reading, replace(pairs, receive_legs=replace(pairs.receive_legs))), received(reading, pairs)
+        )
+        < 1e-6
+    )
 
 
 @pytest.mark.parametrize("water", ["even", "layered"])

@@ -67,7 +67,7 @@ def received(reading, *blocks):
 def test_a_leg_weighs_amplitude_beam_and_carrier(pairs):
     """Against numpy's own exponential; levels multiply; a whole cycle more of delay changes nothing."""
     fan = beams(LineArray(length=0.1, steer=[1.4, 1.5], element="omni"), 100e3, 1500.0)
-    legs = pairs.out
+    legs = pairs.transmit_legs
     expected = fan.gain(legs.departure) * legs.amplitude * np.exp(-2j * np.pi * 100e3 * legs.delay)
     np.testing.assert_allclose(leg_weights(legs, fan, 100e3), expected, atol=4e-7 * np.abs(expected).max())
     np.testing.assert_allclose(leg_weights(legs, fan, 100e3, 7.0), 7 * leg_weights(legs, fan, 100e3), rtol=1e-12)
@@ -137,13 +137,17 @@ def test_amplitude_changes_add_their_mean_energy(pairs, simulator):
 
 def test_pairs_by_other_glints_are_apart(pairs):
     """The parts share the pairs out; a pair and its reverse stay together; labels out and back alike make one part."""
-    labelled = replace(pairs.out, glints=GlintPhasors((-1, 0, 1), np.ones_like(pairs.out.reflection_coefficient)))
-    parts = coherent_subsets(replace(pairs, out=labelled, back=labelled))
+    labelled = replace(
+        pairs.transmit_legs, glints=GlintPhasors((-1, 0, 1), np.ones_like(pairs.transmit_legs.reflection_coefficient))
+    )
+    parts = coherent_subsets(replace(pairs, transmit_legs=labelled, receive_legs=labelled))
     rows = [tuple(map(tuple, part.pair)) for part in parts]
     assert sorted(pair for part in rows for pair in part) == sorted(map(tuple, pairs.pair))
     assert len(parts) == 6 and all({(j, i) for i, j in part} == set(part) for part in rows)
-    same = replace(pairs.out, glints=GlintPhasors((0, 0, 0), np.ones_like(pairs.out.reflection_coefficient)))
-    assert len(coherent_subsets(replace(pairs, out=same, back=same))) == 1
+    same = replace(
+        pairs.transmit_legs, glints=GlintPhasors((0, 0, 0), np.ones_like(pairs.transmit_legs.reflection_coefficient))
+    )
+    assert len(coherent_subsets(replace(pairs, transmit_legs=same, receive_legs=same))) == 1
     assert coherent_subsets(pairs) == [pairs]
 
 

@@ -129,16 +129,18 @@ def _glint_pattern(table: Floats, unspread: Floats, per_unit: float, x: Floats, 
     return np.where(times <= 1.0, unspread + times * (low - unspread), low + (octave - i) * (high - low))
 
 
-def _two_way_gain(out: EnvelopeEnd, back: EnvelopeEnd, same_beams: bool, position: Floats, radius: Floats) -> Floats:
+def _two_way_gain(
+    transmit: EnvelopeEnd, receive: EnvelopeEnd, same_beams: bool, position: Floats, radius: Floats
+) -> Floats:
     """Largest envelope of the two-way gain within a radius [m] of each position [1], shape (n,)."""
-    once = _Neighbourhoods(out, position, radius).envelope()
-    return np.asarray(once * (once if same_beams else _Neighbourhoods(back, position, radius).envelope()))
+    once = _Neighbourhoods(transmit, position, radius).envelope()
+    return np.asarray(once * (once if same_beams else _Neighbourhoods(receive, position, radius).envelope()))
 
 
 @gain_re_threshold.stand_in
 def _gain_over_threshold(gains: EnvelopeArguments, position: Floats, radius: Floats, gain: Floats) -> None:
     """Envelope of the two-way gain re that above which all scatterers are kept, into gain (n,) [1]."""
-    out, back, same_beams, threshold_at_nodes, last, middle, weakest = gains
+    transmit, receive, same_beams, threshold_at_nodes, last, middle, weakest = gains
     for first in range(0, len(gain), BATCH):
         part = slice(first, first + BATCH)
         distance = np.hypot(*(position[part] - middle).T)
@@ -146,12 +148,13 @@ def _gain_over_threshold(gains: EnvelopeArguments, position: Floats, radius: Flo
         threshold = np.minimum(
             *(_between_nodes(threshold_at_nodes, *_node_below(end, last, len(threshold_at_nodes))) for end in ends)
         )
-        gain[part] = _two_way_gain(out, back, same_beams, position[part], radius[part]) / np.maximum(threshold, weakest)
+        two_way = _two_way_gain(transmit, receive, same_beams, position[part], radius[part])
+        gain[part] = two_way / np.maximum(threshold, weakest)
 
 
 @max_two_way_gain.stand_in
 def _max_gain_at(
-    out: EnvelopeEnd, back: EnvelopeEnd, same_beams: bool, distance: Floats, middle: Floats, axes: Floats,
+    transmit: EnvelopeEnd, receive: EnvelopeEnd, same_beams: bool, distance: Floats, middle: Floats, axes: Floats,
     sectors: Floats, halvings: int, close: float, best: Floats,
 ) -> None:  # fmt: skip
     """Envelope of the largest two-way gain at some distances, over all bearings, into best (n,) [1]."""
@@ -160,7 +163,7 @@ def _max_gain_at(
         return np.asarray(middle + distance[node, None] * np.stack([np.cos(bearing), np.sin(bearing)], axis=-1))
 
     def raise_best(node: Integers, position: Floats) -> None:
-        np.maximum.at(best, node, _two_way_gain(out, back, same_beams, position, np.zeros(len(node))))
+        np.maximum.at(best, node, _two_way_gain(transmit, receive, same_beams, position, np.zeros(len(node))))
 
     best[:], bearing_step = 0.0, np.pi / len(sectors)
     node, bearing = np.arange(len(distance)).repeat(len(axes)), np.tile(axes, len(distance))
@@ -169,7 +172,7 @@ def _max_gain_at(
     for _ in range(halvings):
         position = positions(node, bearing)
         raise_best(node, position)
-        gain = _two_way_gain(out, back, same_beams, position, bearing_step * distance[node])
+        gain = _two_way_gain(transmit, receive, same_beams, position, bearing_step * distance[node])
         bearing_step /= 2
         hopeful = gain > best[node] * close
         if not hopeful.any():

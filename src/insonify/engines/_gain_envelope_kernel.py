@@ -228,21 +228,21 @@ def _one_way_envelope(end: EnvelopeEnd, workspace: Floats, has_radius: bool, siz
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _two_way(
-    out: EnvelopeEnd, back: EnvelopeEnd, same_beams: bool, workspace: Floats, has_radius: bool, size: int
+    transmit: EnvelopeEnd, receive: EnvelopeEnd, same_beams: bool, workspace: Floats, has_radius: bool, size: int
 ) -> None:
     """Envelope of the two-way gain near the positions of a batch, as `_one_way_envelope` has that of one way."""
     sufficient, result, once = _row(workspace, _SUFFICIENT), _row(workspace, _RESULT), _row(workspace, _ROWS)
     if same_beams:
         for n in range(size):
             sufficient[n] = math.sqrt(sufficient[n])
-        _one_way_envelope(out, workspace, has_radius, size)
+        _one_way_envelope(transmit, workspace, has_radius, size)
         for n in range(size):
             result[n] *= result[n]
         return
     sufficient[:size] = np.inf  # so that the result does not depend on the order of the ends
-    _one_way_envelope(out, workspace, has_radius, size)
+    _one_way_envelope(transmit, workspace, has_radius, size)
     once[:size] = result[:size]
-    _one_way_envelope(back, workspace, has_radius, size)
+    _one_way_envelope(receive, workspace, has_radius, size)
     for n in range(size):
         result[n] *= once[n]
 
@@ -260,13 +260,13 @@ def _load_batch(position: Floats, radius: Floats, first: int, workspace: Floats)
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def two_way_envelope(
-    out: EnvelopeEnd, back: EnvelopeEnd, same_beams: bool, position: Floats, radius: Floats, result: Floats
+    transmit: EnvelopeEnd, receive: EnvelopeEnd, same_beams: bool, position: Floats, radius: Floats, result: Floats
 ) -> None:
     """Largest envelope of the two-way gain within a radius of each position, into result (n,) [1].
 
     Args:
-        out: Transmitting end.
-        back: Receiving end.
+        transmit: Transmitting end.
+        receive: Receiving end.
         same_beams: True if these are the same.
         position: Positions (north, east) [m], shape (n, 2).
         radius: Radius around each position within which the largest value is given [m], shape (n,).
@@ -276,7 +276,7 @@ def two_way_envelope(
     for first in range(0, result.size, BATCH):
         has_radius, size = _load_batch(position, radius, first, workspace)
         _row(workspace, _SUFFICIENT)[:] = np.inf
-        _two_way(out, back, same_beams, workspace, has_radius, size)
+        _two_way(transmit, receive, same_beams, workspace, has_radius, size)
         result[first : first + size] = _row(workspace, _RESULT)[:size]
 
 
@@ -292,7 +292,7 @@ def gain_re_threshold(gains: EnvelopeArguments, position: Floats, radius: Floats
         radius: See `two_way_envelope`.
         result: Result.
     """
-    out, back, same_beams, threshold_at_nodes, last, midpoint, weakest = gains
+    transmit, receive, same_beams, threshold_at_nodes, last, midpoint, weakest = gains
     workspace, threshold = np.empty((_ROWS + 1) * BATCH), np.empty(BATCH)
     for first in range(0, result.size, BATCH):
         has_radius, size = _load_batch(position, radius, first, workspace)
@@ -305,7 +305,7 @@ def gain_re_threshold(gains: EnvelopeArguments, position: Floats, radius: Floats
                     threshold[n], _interpolate_nodes(threshold_at_nodes, last, distance + radius[first + n])
                 )
             workspace[_SUFFICIENT * BATCH + n] = threshold[n]
-        _two_way(out, back, same_beams, workspace, has_radius, size)
+        _two_way(transmit, receive, same_beams, workspace, has_radius, size)
         for n in range(size):
             result[first + n] = workspace[_RESULT * BATCH + n] / max(threshold[n], weakest)
 
@@ -320,7 +320,7 @@ def _interpolate_nodes(value: Floats, last: float, distance: float) -> float:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def max_two_way_gain(
-    out: EnvelopeEnd, back: EnvelopeEnd, same_beams: bool, distance: Floats, midpoint: Floats, axes: Floats,
+    transmit: EnvelopeEnd, receive: EnvelopeEnd, same_beams: bool, distance: Floats, midpoint: Floats, axes: Floats,
     sectors: Floats, halvings: int, close: float, best: Floats,
 ) -> None:  # fmt: skip
     """Envelope of the largest two-way gain at some distances, over all bearings, into best (n,) [1].
@@ -328,8 +328,8 @@ def max_two_way_gain(
     Sectors that may hold a stronger position than was found are halved.
 
     Args:
-        out: See `two_way_envelope`.
-        back: See `two_way_envelope`.
+        transmit: See `two_way_envelope`.
+        receive: See `two_way_envelope`.
         same_beams: See `two_way_envelope`.
         distance: Distances [m], shape (n,).
         midpoint: North and east of where they are counted from [m], shape (2,).
@@ -343,15 +343,15 @@ def max_two_way_gain(
     for n in range(bearing.size):
         bearing[n] = axes[n % axes.size]
     best[:] = 0.0
-    _raise_best(out, back, same_beams, distance, midpoint, node, bearing, best)
+    _raise_best(transmit, receive, same_beams, distance, midpoint, node, bearing, best)
     half_sector = math.pi / sectors.size
     node, bearing = np.arange(distance.size).repeat(sectors.size), np.empty(distance.size * sectors.size)
     for n in range(bearing.size):
         bearing[n] = sectors[n % sectors.size]
     for _ in range(halvings):
-        position = _raise_best(out, back, same_beams, distance, midpoint, node, bearing, best)
+        position = _raise_best(transmit, receive, same_beams, distance, midpoint, node, bearing, best)
         result = np.empty(node.size)
-        two_way_envelope(out, back, same_beams, position, half_sector * distance[node], result)
+        two_way_envelope(transmit, receive, same_beams, position, half_sector * distance[node], result)
         half_sector /= 2
         hopeful = np.flatnonzero(result > best[node] * close)
         if hopeful.size == 0:
@@ -367,7 +367,7 @@ def max_two_way_gain(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _raise_best(
-    out: EnvelopeEnd, back: EnvelopeEnd, same_beams: bool, distance: Floats, midpoint: Floats, node: Integers,
+    transmit: EnvelopeEnd, receive: EnvelopeEnd, same_beams: bool, distance: Floats, midpoint: Floats, node: Integers,
     bearing: Floats, best: Floats,
 ) -> Floats:  # fmt: skip
     """Raise the best at some nodes to the gain in some bearings there; returns these positions."""
@@ -375,7 +375,7 @@ def _raise_best(
     for n in range(node.size):
         position[n, 0] = midpoint[0] + distance[node[n]] * math.cos(bearing[n])
         position[n, 1] = midpoint[1] + distance[node[n]] * math.sin(bearing[n])
-    two_way_envelope(out, back, same_beams, position, np.zeros(node.size), result)
+    two_way_envelope(transmit, receive, same_beams, position, np.zeros(node.size), result)
     for n in range(node.size):
         best[node[n]] = max(best[node[n]], result[n])
     return position

@@ -301,11 +301,11 @@ class BeamImportance:
     @cached_property
     def _gains(self) -> kernel.EnvelopeArguments:
         """First argument of `gain_re_threshold`."""
-        out, back = self._ends
+        transmit, receive = self._ends
         return (
-            out,
-            back,
-            out is back,
+            transmit,
+            receive,
+            transmit is receive,
             self._threshold_gain,
             float(_nodes(self.farthest)[-1]),
             self.ping_geometry.midpoint,
@@ -330,12 +330,12 @@ class BeamImportance:
 
         Sectors that may hold a stronger one than was found are halved.
         """
-        distance, (out, back) = _nodes(self.farthest), self._ends
+        distance, (transmit, receive) = _nodes(self.farthest), self._ends
         sectors = self.ping_geometry.first_beam_bearing + (2 * np.arange(SECTORS) + 1) * (np.pi / SECTORS)
         best = np.empty(len(distance))
         kernel.max_two_way_gain(
-            out, back, out is back, distance, self.ping_geometry.midpoint, np.array(self._axes), sectors, HALVINGS,
-            GAIN_TOLERANCE, best,
+            transmit, receive, transmit is receive, distance, self.ping_geometry.midpoint, np.array(self._axes),
+            sectors, HALVINGS, GAIN_TOLERANCE, best,
         )  # fmt: skip
         return best
 
@@ -354,10 +354,11 @@ class BeamImportance:
     def _ends(self) -> tuple[kernel.EnvelopeEnd, kernel.EnvelopeEnd]:
         geometry = self.ping_geometry
         separation = float(np.linalg.norm(geometry.transmit_position - geometry.receive_position))
-        out = self._end(geometry.transmit_position, geometry.transmit_beams, self.farthest + separation)
+        transmit = self._end(geometry.transmit_position, geometry.transmit_beams, self.farthest + separation)
         if geometry.is_monostatic and geometry.same_beams:
-            return out, out
-        return out, self._end(geometry.receive_position, geometry.bounding_receive_beams, self.farthest + separation)
+            return transmit, transmit
+        farthest = self.farthest + separation
+        return transmit, self._end(geometry.receive_position, geometry.bounding_receive_beams, farthest)
 
     def _end(self, position: Floats, beams: Beams, farthest: float) -> kernel.EnvelopeEnd:
         distance = np.maximum(_nodes(farthest), 1e-6)

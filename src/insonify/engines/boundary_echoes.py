@@ -162,25 +162,25 @@ def sediment_bounce_factor(
     return factor
 
 
-def boundary_echo_pairs(transmitter: Scatterers, back: Legs) -> Pairs:
+def boundary_echo_pairs(transmitter: Scatterers, receive: Legs) -> Pairs:
     """Boundary echoes as pairs of a transmit leg without length and a receive leg.
 
     Args:
         transmitter: Point from `transmitter_point`.
-        back: Legs from the receiver to that point.
+        receive: Legs from the receiver to that point.
 
     Returns:
         One pair for each row of the legs, of strength 1: pressure at the receiver re 1 m from the source.
     """
-    rows = len(back.families)
-    zeros, ones = np.zeros_like(back.delay), np.ones_like(back.delay)
-    out = replace(
-        back, families=tuple(name[::-1] for name in back.families), delay=zeros, length=zeros, spreading=ones,
-        absorption=ones, reflection_coefficient=ones.astype(complex), visibility=ones, caustics=0 * back.caustics,
-        departure=-back.arrival, arrival=-back.arrival, grazing=zeros,
-        status=np.full_like(back.status, LegStatus.CLEAR), occluder=np.full_like(back.occluder, -1), caustic=None,
-        glints=None if back.glints is None else GlintPhasors(back.glints.bounce_id, ones.astype(complex)),
+    rows = len(receive.families)
+    zeros, ones = np.zeros_like(receive.delay), np.ones_like(receive.delay)
+    transmit = replace(
+        receive, families=tuple(name[::-1] for name in receive.families), delay=zeros, length=zeros, spreading=ones,
+        absorption=ones, reflection_coefficient=ones.astype(complex), visibility=ones, caustics=0 * receive.caustics,
+        departure=-receive.arrival, arrival=-receive.arrival, grazing=zeros,
+        status=np.full_like(receive.status, LegStatus.CLEAR), occluder=np.full_like(receive.occluder, -1), caustic=None,
+        glints=None if receive.glints is None else GlintPhasors(receive.glints.bounce_id, ones.astype(complex)),
         aperture_expansion=None,
     )  # fmt: skip
-    back = replace(back, families=("",) * rows, branch=(0,) * rows)
-    return Pairs(transmitter, out, back, np.repeat(np.arange(rows), 2).reshape(-1, 2), ones.copy())
+    receive = replace(receive, families=("",) * rows, branch=(0,) * rows)
+    return Pairs(transmitter, transmit, receive, np.repeat(np.arange(rows), 2).reshape(-1, 2), ones.copy())

@@ -142,14 +142,14 @@ class EigenrayEngine:
         if scatterers.boundary == BOUNDARY_ECHO:
             yield self.path_pairs(ping_geometry, scatterers, selection)
             return
-        out, back = self._legs(ping_geometry, scatterers, selection)
-        size = points_of_legs(max(len(out.families), len(back.families)), drawn=scatterers.has_random_phase)
+        transmit, receive = self._legs(ping_geometry, scatterers, selection)
+        size = points_of_legs(max(len(transmit.families), len(receive.families)), drawn=scatterers.has_random_phase)
         if len(scatterers) <= size:
-            yield self._pairs(ping_geometry, scatterers, out, back, selection)
+            yield self._pairs(ping_geometry, scatterers, transmit, receive, selection)
             return
         for start in range(0, len(scatterers), size):
             part = slice(start, start + size)
-            points, legs = scatterers.take(part), legs_to_points((out, back), part)
+            points, legs = scatterers.take(part), legs_to_points((transmit, receive), part)
             selection = None if include_negligible else self._pair_selection(ping_geometry, points)
             yield self._pairs(ping_geometry, points, *legs, selection)
 
@@ -173,47 +173,48 @@ class EigenrayEngine:
         self, ping_geometry: PingGeometry, scatterers: Scatterers, selection: PairSelection | None
     ) -> tuple[Legs, Legs]:
         """Transmit and receive legs of scatterers; arguments see `path_pairs`."""
-        out = self._end_legs(
+        transmit = self._end_legs(
             ping_geometry.transmit_position, scatterers, ping_geometry, selection, elements=ping_geometry.is_monostatic
         )
-        back = out
+        receive = transmit
         if not ping_geometry.is_monostatic:
-            back = self._end_legs(ping_geometry.receive_position, scatterers, ping_geometry, selection, elements=True)
+            end = ping_geometry.receive_position
+            receive = self._end_legs(end, scatterers, ping_geometry, selection, elements=True)
         ends = ping_geometry.transmit_position, ping_geometry.receive_position
-        if self.scene.is_rough(out.families):
-            sent, received = self._reflected(out, ends[0], scatterers, ping_geometry)
-            if out is not back:
-                _, received = self._reflected(back, ends[1], scatterers, ping_geometry)
-            out, back = sent, received
+        if self.scene.is_rough(transmit.families):
+            sent, received = self._reflected(transmit, ends[0], scatterers, ping_geometry)
+            if transmit is not receive:
+                _, received = self._reflected(receive, ends[1], scatterers, ping_geometry)
+            transmit, receive = sent, received
         if self.choice.edge_diffraction == "knife-edge":
-            sent = self._diffracted(out, ends[0], scatterers, ping_geometry)
-            if ping_geometry.is_monostatic and have_same_geometry(out, back):
-                back = sent if out is back else replace(back, visibility=sent.visibility)
+            sent = self._diffracted(transmit, ends[0], scatterers, ping_geometry)
+            if ping_geometry.is_monostatic and have_same_geometry(transmit, receive):
+                receive = sent if transmit is receive else replace(receive, visibility=sent.visibility)
             else:
-                back = self._diffracted(back, ends[1], scatterers, ping_geometry)
-            out = sent
+                receive = self._diffracted(receive, ends[1], scatterers, ping_geometry)
+            transmit = sent
         if ping_geometry.hull is not None:
             families = hull_families(self.choice.followed_families)
-            out, back = self._with_hull(out, back, families, scatterers, ping_geometry, self.seed)
-        return self._with_faces(out, back, scatterers, ping_geometry)
+            transmit, receive = self._with_hull(transmit, receive, families, scatterers, ping_geometry, self.seed)
+        return self._with_faces(transmit, receive, scatterers, ping_geometry)
 
     def _pairs(
-        self, ping_geometry: PingGeometry, scatterers: Scatterers, out: Legs, back: Legs,
+        self, ping_geometry: PingGeometry, scatterers: Scatterers, transmit: Legs, receive: Legs,
         selection: PairSelection | None,
     ) -> Pairs:  # fmt: skip
         """Pairs of all legs of scatterers; arguments see `path_pairs`."""
-        pair = np.array([(i, j) for i in range(len(out.families)) for j in range(len(back.families))], np.int64)
+        pair = np.array([(i, j) for i in range(len(transmit.families)) for j in range(len(receive.families))], np.int64)
         pair = pair.reshape(-1, 2)
-        weight = repeated_glint_weight(out, back, pair)
+        weight = repeated_glint_weight(transmit, receive, pair)
         pair, weight = pair[weight > 0], weight[weight > 0]
-        sampling = None if selection is None else selection.sampling_of(*_names(out, back, pair))
+        sampling = None if selection is None else selection.sampling_of(*_names(transmit, receive, pair))
         is_slice = self.choice.geometry == "slice" and scatterers.boundary != "target"
-        strengths = self._pair_strengths(scatterers, out, back, pair, weight, ping_geometry.frequency, sampling)
-        out, back = legs_at_sides(out, back, scatterers, self.scene)
+        strengths = self._pair_strengths(scatterers, transmit, receive, pair, weight, ping_geometry.frequency, sampling)
+        transmit, receive = legs_at_sides(transmit, receive, scatterers, self.scene)
         if is_slice:
-            width = _slice_width(ping_geometry, out, back, pair)
-            strengths = Pairs(scatterers, out, back, pair, strengths).strength * width
-        return Pairs(scatterers, out, back, pair, strengths)
+            width = _slice_width(ping_geometry, transmit, receive, pair)
+            strengths = Pairs(scatterers, transmit, receive, pair, strengths).strength * width
+        return Pairs(scatterers, transmit, receive, pair, strengths)
 
     def _boundary_echo_key(self, ping_geometry: PingGeometry) -> tuple[Hashable, ...]:
         """Key of the boundary echoes of a ping; sides with arrays at the same positions share them."""
@@ -229,46 +230,46 @@ class EigenrayEngine:
         end, hull = ping_geometry.receive_position, ping_geometry.hull
         families = boundary_echo_families(self.choice, two_platforms=ping_geometry.receive_track_extent is not None)
         families = from_receiver(families)
-        back = self._end_legs(end, transmitter, ping_geometry, None, elements=True, families=families)
+        receive = self._end_legs(end, transmitter, ping_geometry, None, elements=True, families=families)
         wavelength, terrain = self._wavelength(ping_geometry, end), self.scene.seabed.terrain
         if terrain is not None and terrain.relief.is_waves and self.scene.seabed.reflecting_interface == "rough":
-            factor = relief_roughness_factor(back, end, terrain, wavelength, terrain.depth)
-            back = replace(back, reflection_coefficient=back.reflection_coefficient * factor)
+            factor = relief_roughness_factor(receive, end, terrain, wavelength, terrain.depth)
+            receive = replace(receive, reflection_coefficient=receive.reflection_coefficient * factor)
         if terrain is not None and terrain.span[0] < terrain.span[1]:
-            back = with_specular_points(
-                back, end, ping_geometry.transmit_position, self.scene, wavelength, self.caches.specular_points
+            receive = with_specular_points(
+                receive, end, ping_geometry.transmit_position, self.scene, wavelength, self.caches.specular_points
             )
         if self.scene.surface.reflection != "flat":
-            _, back = self._reflected(back, end, transmitter, ping_geometry, follow_bed=False)
+            _, receive = self._reflected(receive, end, transmitter, ping_geometry, follow_bed=False)
             if scatters_facets(self.scene, self.choice):
-                back = without_glints(back)
+                receive = without_glints(receive)
         if self.choice.edge_diffraction == "knife-edge":
             exact = replace(self, approximate_edges=False)
-            back = exact._diffracted(back, end, transmitter, ping_geometry)
+            receive = exact._diffracted(receive, end, transmitter, ping_geometry)
         if hull is not None:
             echoes = hull_families(families, echoes=True)
-            _, back = self._with_hull(back, back, echoes, transmitter, ping_geometry, None)
+            _, receive = self._with_hull(receive, receive, echoes, transmitter, ping_geometry, None)
         top = 0.0 if hull is None else float(hull.centre[2])
-        roughness = sediment_roughness_factor(back, end, self.scene.seabed, wavelength, hull_depth=top)
-        back = replace(back, reflection_coefficient=back.reflection_coefficient * roughness)
-        return boundary_echo_pairs(transmitter, back)
+        roughness = sediment_roughness_factor(receive, end, self.scene.seabed, wavelength, hull_depth=top)
+        receive = replace(receive, reflection_coefficient=receive.reflection_coefficient * roughness)
+        return boundary_echo_pairs(transmitter, receive)
 
     def _with_hull(
-        self, out: Legs, back: Legs, families: tuple[str, ...], scatterers: Scatterers, ping_geometry: PingGeometry,
-        seed: int | None,
+        self, transmit: Legs, receive: Legs, families: tuple[str, ...], scatterers: Scatterers,
+        ping_geometry: PingGeometry, seed: int | None,
     ) -> tuple[Legs, Legs]:  # fmt: skip
         """Transmit and receive legs under the hull, see `insonify.engines.hull_reflection`."""
 
-        def under(out: Legs, back: Legs, position: Floats) -> tuple[Legs, Legs]:
+        def under(transmit: Legs, receive: Legs, position: Floats) -> tuple[Legs, Legs]:
             assert ping_geometry.hull is not None
             end = SonarEnd(position, ping_geometry.time, ping_geometry.transmit_position)
             plate, frequency = ping_geometry.hull, ping_geometry.frequency
-            return with_hull((out, back), families, self.rays, plate, end, scatterers, frequency, seed)
+            return with_hull((transmit, receive), families, self.rays, plate, end, scatterers, frequency, seed)
 
-        first = under(out, back, ping_geometry.transmit_position)
+        first = under(transmit, receive, ping_geometry.transmit_position)
         if ping_geometry.is_monostatic:
             return first
-        return first[0], under(back, back, ping_geometry.receive_position)[1]
+        return first[0], under(receive, receive, ping_geometry.receive_position)[1]
 
     def faces(self, ping_geometry: PingGeometry) -> tuple[FlatFace, ...]:
         """Faces of targets off which sound is reflected on its way to other scatterers."""
@@ -298,11 +299,11 @@ class EigenrayEngine:
         return lit_points(face, position, scatterers.position, self._wavelength(ping_geometry, position), tall=tall)
 
     def _with_faces(
-        self, out: Legs, back: Legs, scatterers: Scatterers, ping_geometry: PingGeometry
+        self, transmit: Legs, receive: Legs, scatterers: Scatterers, ping_geometry: PingGeometry
     ) -> tuple[Legs, Legs]:
         """Transmit and receive legs with those by way of faces, see `insonify.engines.face_reflection`."""
         faces, families = self.faces(ping_geometry), face_families(self.choice)
-        same_end = out is back
+        same_end = transmit is receive
         for number, face in enumerate(faces):
 
             def reflected(position: Floats, face: FlatFace = face, number: int = number) -> tuple[Legs, Legs] | None:
@@ -331,13 +332,13 @@ class EigenrayEngine:
             sent = reflected(ping_geometry.transmit_position)
             received = sent if ping_geometry.is_monostatic else reflected(ping_geometry.receive_position)
             if sent is not None:
-                out = joined_legs(out, sent[0])
+                transmit = joined_legs(transmit, sent[0])
             if received is not None:
-                back = joined_legs(back, received[1])
+                receive = joined_legs(receive, received[1])
             same_end = same_end and (sent is None or (received is sent and sent[0] is sent[1]))
             if same_end:
-                back = out
-        return out, back
+                receive = transmit
+        return transmit, receive
 
     def family_keep_probabilities(
         self, ping_geometry: PingGeometry, distance: Floats
@@ -422,43 +423,43 @@ class EigenrayEngine:
         )
 
     def _pair_strengths(
-        self, scatterers: Scatterers, out: Legs, back: Legs, pair: NDArray[np.int64], weight: Floats, frequency: float,
-        sampling: PairSampling | None,
+        self, scatterers: Scatterers, transmit: Legs, receive: Legs, pair: NDArray[np.int64], weight: Floats,
+        frequency: float, sampling: PairSampling | None,
     ) -> Strengths | SeparableStrengths:  # fmt: skip
         """Scattering amplitude of each ordered pair, 0 where it is not evaluated [m], shape (p, n)."""
         if isinstance(scatterers.law, KirchhoffFacet | KirchhoffPatch):
-            return np.asarray(self._specular(scatterers, out, back, pair, frequency) * weight[:, None])
+            return np.asarray(self._specular(scatterers, transmit, receive, pair, frequency) * weight[:, None])
         root = np.sqrt(scatterers.area)
         if isinstance(scatterers.law, Lambert):
-            return SeparableStrengths(out, back, pair, _contributions(scatterers.law), root, weight, sampling)
+            return SeparableStrengths(transmit, receive, pair, _contributions(scatterers.law), root, weight, sampling)
         amplitude_weight = None if sampling is None else sampling.amplitude_weight
-        section = cross_sections(scatterers, scatterers.law, out, back, pair, amplitude_weight)
+        section = cross_sections(scatterers, scatterers.law, transmit, receive, pair, amplitude_weight)
         interface = self.scene.seabed.interface_law(
             frequency, float(self.scene.water.sound_speed_at(self.scene.seabed.depth))
         )
         if scatterers.boundary == "seabed" and interface is not None:
             by_targets = self.choice.followed_families if "target" in self.choice.contributions else ()
-            section = counted_once(section, out, back, pair, scatterers.normal, interface)
-            section = without_face_echoes(section, out, back, pair, scatterers.normal, interface, by_targets)
+            section = counted_once(section, transmit, receive, pair, scatterers.normal, interface)
+            section = without_face_echoes(section, transmit, receive, pair, scatterers.normal, interface, by_targets)
         strength = np.sqrt(section) * root
         if amplitude_weight is not None:
             strength *= amplitude_weight
         return np.asarray(strength if (weight == 1).all() else strength * weight[:, None])
 
     def _specular(
-        self, scatterers: Scatterers, out: Legs, back: Legs, pair: NDArray[np.int64], frequency: float
+        self, scatterers: Scatterers, transmit: Legs, receive: Legs, pair: NDArray[np.int64], frequency: float
     ) -> NDArray[np.complex128]:
         """Scattering amplitude of smooth faces [m], shape (p, n)."""
         assert scatterers.corners is not None
-        if out.arrival is back.arrival and out.length is back.length:
+        if transmit.arrival is receive.arrival and transmit.length is receive.length:
             # reciprocal: the two orders of a pair are evaluated once
             unique, inverse = np.unique(np.sort(pair, axis=1), axis=0, return_inverse=True)
             if len(unique) < len(pair):
-                return self._specular(scatterers, out, back, unique, frequency)[inverse.ravel()]
+                return self._specular(scatterers, transmit, receive, unique, frequency)[inverse.ravel()]
         wavenumber = 2 * np.pi * frequency / self.scene.water.sound_speed_at(scatterers.position[:, 2])
         legs = (
-            scatterers.normal, out.arrival[pair[:, 0]], back.arrival[pair[:, 1]], out.length[pair[:, 0]],
-            back.length[pair[:, 1]], wavenumber,
+            scatterers.normal, transmit.arrival[pair[:, 0]], receive.arrival[pair[:, 1]], transmit.length[pair[:, 0]],
+            receive.length[pair[:, 1]], wavenumber,
         )  # fmt: skip
         if isinstance(scatterers.law, KirchhoffFacet):
             echo = scatterers.law.echoes(scatterers.corners, *legs)
@@ -539,17 +540,17 @@ class EigenrayEngine:
             yield self.pairs(ping_geometry, block, include_negligible=quadrature)
 
 
-def _names(out: Legs, back: Legs, pair: NDArray[np.int64]) -> tuple[tuple[str, ...], tuple[str, ...]]:
+def _names(transmit: Legs, receive: Legs, pair: NDArray[np.int64]) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Transmit and receive families of each ordered pair."""
-    return tuple(out.families[i] for i in pair[:, 0]), tuple(back.families[j] for j in pair[:, 1])
+    return tuple(transmit.families[i] for i in pair[:, 0]), tuple(receive.families[j] for j in pair[:, 1])
 
 
-def _slice_width(ping_geometry: PingGeometry, out: Legs, back: Legs, pair: NDArray[np.int64]) -> Floats:
+def _slice_width(ping_geometry: PingGeometry, transmit: Legs, receive: Legs, pair: NDArray[np.int64]) -> Floats:
     """Root of the beam width that each point of a boundary represents in a slice [m^0.5], shape (p, n).
 
     The footprint at the geometric mean of both legs' lengths: exact for equal lengths.
     """
-    product = out.length[pair[:, 0]] * back.length[pair[:, 1]]
+    product = transmit.length[pair[:, 0]] * receive.length[pair[:, 1]]
     return np.asarray(np.sqrt(slice_footprint(ping_geometry)) * product**0.25)
 
 

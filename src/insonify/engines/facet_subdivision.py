@@ -97,25 +97,25 @@ def joined_facets(parts: list[Scatterers]) -> Scatterers:
     return replace(parts[0], law=KirchhoffFacet(), relative_reflection=np.concatenate(reflection), **columns)
 
 
-def legs_at_sides(out: Legs, back: Legs, scatterers: Scatterers, scene: Scene) -> tuple[Legs, Legs]:
+def legs_at_sides(transmit_legs: Legs, receive_legs: Legs, scatterers: Scatterers, scene: Scene) -> tuple[Legs, Legs]:
     """Transmit and receive legs to smooth patches and facets, with the delays of the sides whose part they have.
 
     Args:
-        out: Legs from the transmitter to the centres of n patches or facets.
-        back: Legs from the receiver to them.
+        transmit_legs: Legs from the transmitter to the centres of n patches or facets.
+        receive_legs: Legs from the receiver to them.
         scatterers: The patches or facets; legs to other scatterers are returned unchanged.
         scene: The scene.
     """
     if scatterers.corners is None or scatterers.has_random_phase:
-        return out, back
+        return transmit_legs, receive_legs
     offset = side_offset(scatterers.corners) if isinstance(scatterers.law, KirchhoffPatch) else scatterers.corners[:, 3]
     delay_offset = offset / scene.water.sound_speed_at(scatterers.position[:, 2])[:, None]
 
     def at_sides(legs: Legs) -> Legs:
         return replace(legs, delay=legs.delay + np.einsum("fnk,nk->fn", legs.arrival, delay_offset))
 
-    sent = at_sides(out)
-    return sent, (sent if back is out else at_sides(back))
+    sent = at_sides(transmit_legs)
+    return sent, (sent if receive_legs is transmit_legs else at_sides(receive_legs))
 
 
 def solid_insonification(

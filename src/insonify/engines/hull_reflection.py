@@ -62,10 +62,12 @@ def with_hull(
     Returns:
         Transmit legs and receive legs.
     """
-    (out, back), scene, position = legs, rays.scene, sonar_end.position
-    shadow = plate_factors(out, plate, position, scatterers.position, scene, frequency)
-    dimmed = replace(out, reflection_coefficient=out.reflection_coefficient * shadow)
-    both = dimmed, dimmed if back is out else replace(back, reflection_coefficient=dimmed.reflection_coefficient)
+    (transmit, receive), scene, position = legs, rays.scene, sonar_end.position
+    shadow = plate_factors(transmit, plate, position, scatterers.position, scene, frequency)
+    dimmed = replace(transmit, reflection_coefficient=transmit.reflection_coefficient * shadow)
+    both = dimmed, dimmed
+    if receive is not transmit:
+        both = dimmed, replace(receive, reflection_coefficient=dimmed.reflection_coefficient)
     if not families or scatterers.boundary == "surface":
         return both
     under = _legs_off_hull(families, rays, plate, sonar_end, scatterers, frequency, seed)
@@ -75,7 +77,7 @@ def with_hull(
     hull_legs = [replace(off_hull, reflection_coefficient=off_hull.reflection_coefficient * factor,
                     visibility=off_hull.visibility * below) for off_hull in under]  # fmt: skip
     first = joined_legs(both[0], hull_legs[0])
-    return first, first if back is out and under[0] is under[1] else joined_legs(both[1], hull_legs[1])
+    return first, first if receive is transmit and under[0] is under[1] else joined_legs(both[1], hull_legs[1])
 
 
 def _legs_off_hull(

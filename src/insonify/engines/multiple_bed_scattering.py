@@ -25,46 +25,50 @@ Floats = NDArray[np.float64]
 
 
 def counted_once(
-    section: Floats, out: Legs, back: Legs, pair: NDArray[np.int64], normal: Floats, interface: CompiledLaw
+    section: Floats, transmit: Legs, receive: Legs, pair: NDArray[np.int64], normal: Floats, interface: CompiledLaw
 ) -> Floats:
     """Cross sections of pairs at the seabed, so that each path scattered several times counts once [1], shape (p, n).
 
     Args:
         section: Cross sections by the whole law [1], shape (p, n).
-        out: Transmit legs, some of them off glints of the seabed.
-        back: Receive legs.
+        transmit: Transmit legs, some of them off glints of the seabed.
+        receive: Receive legs.
         pair: Row of the transmit and of the receive leg of each ordered pair, shape (p, 2).
         normal: Normals of the seabed at the scatterers, shape (n, 3).
         interface: Law of the sediment's surface alone.
     """
-    if out.glints is None or back.glints is None or out.glints.bed_quanta is None or back.glints.bed_quanta is None:
+    if transmit.glints is None or transmit.glints.bed_quanta is None:
         return section
-    followed = {bounce_sequence(name) for name in out.families}
+    if receive.glints is None or receive.glints.bed_quanta is None:
+        return section
+    followed = {bounce_sequence(name) for name in transmit.families}
     result = section.copy()
     for row, (i, j) in enumerate(pair):
         first, second = (
-            legs.glints is not None and legs.glints.bounce_id[at] >= 0 for legs, at in ((out, i), (back, j))
+            legs.glints is not None and legs.glints.bounce_id[at] >= 0 for legs, at in ((transmit, i), (receive, j))
         )
-        scatterer_counts = other_scatterers(out.families[i], back.families[j], followed)
+        scatterer_counts = other_scatterers(transmit.families[i], receive.families[j], followed)
         if not (first and scatterer_counts[0]) and not (second and scatterer_counts[1]):
             continue
-        points = _near_specular(out, back, i, j)
+        points = _near_specular(transmit, receive, i, j)
         if not len(points):
             continue
         counts = [
             incoherent_bounces(legs, at, number, points)
-            for legs, at, number in zip((out, back), (i, j), scatterer_counts, strict=True)
+            for legs, at, number in zip((transmit, receive), (i, j), scatterer_counts, strict=True)
         ]
         repeated = sum(
             sent * received / (1 + m + k) for m, sent in enumerate(counts[0]) for k, received in enumerate(counts[1])
         )
-        surface = interface.cross_section(out.arrival[i, points].T, -back.arrival[j, points].T, normal[points].T)
+        surface = interface.cross_section(
+            transmit.arrival[i, points].T, -receive.arrival[j, points].T, normal[points].T
+        )
         result[row, points] -= np.minimum(surface, section[row, points]) * (1 - repeated)
     return result
 
 
 def without_face_echoes(
-    section: Floats, out: Legs, back: Legs, pair: NDArray[np.int64], normal: Floats, interface: CompiledLaw,
+    section: Floats, transmit: Legs, receive: Legs, pair: NDArray[np.int64], normal: Floats, interface: CompiledLaw,
     target_families: Iterable[str],
 ) -> Floats:  # fmt: skip
     """Cross sections of pairs at the seabed less what smooth faces have in their own echoes [1], shape (p, n).
@@ -74,8 +78,8 @@ def without_face_echoes(
 
     Args:
         section: Cross sections [1], shape (p, n).
-        out: Transmit legs, some of them by way of faces.
-        back: Receive legs.
+        transmit: Transmit legs, some of them by way of faces.
+        receive: Receive legs.
         pair: Row of the transmit and of the receive leg of each ordered pair, shape (p, 2).
         normal: Normals of the seabed at the scatterers, shape (n, 3).
         interface: Law of the sediment's surface alone.
@@ -83,26 +87,28 @@ def without_face_echoes(
     """
     followed, result = {bounce_sequence(name) for name in target_families}, section.copy()
     for row, (i, j) in enumerate(pair):
-        if is_face_echo(out.families[i], back.families[j], followed):
-            points = _near_specular(out, back, i, j)
-            surface = interface.cross_section(out.arrival[i, points].T, -back.arrival[j, points].T, normal[points].T)
+        if is_face_echo(transmit.families[i], receive.families[j], followed):
+            points = _near_specular(transmit, receive, i, j)
+            surface = interface.cross_section(
+                transmit.arrival[i, points].T, -receive.arrival[j, points].T, normal[points].T
+            )
             result[row, points] -= np.minimum(surface, section[row, points])
     return result
 
 
-def is_face_echo(out: str, back: str, followed: set[str]) -> bool:
+def is_face_echo(transmit: str, receive: str, followed: set[str]) -> bool:
     """True for a pair at the seabed whose path is also the echo of a face, by two families that reach it.
 
     Args:
-        out: Family of the transmit leg.
-        back: Family of the receive leg.
+        transmit: Family of the transmit leg.
+        receive: Family of the receive leg.
         followed: Families that reach targets, as letters of their bounces.
 
     Example:
         >>> is_face_echo("D", "F", {"", "B"}), is_face_echo("D", "F", {""}), is_face_echo("D", "FS", {"", "B"})
         (True, False, False)
     """
-    legs = bounce_sequence(out), bounce_sequence(back)
+    legs = bounce_sequence(transmit), bounce_sequence(receive)
     for leg, other in (legs, legs[::-1]):
         before, face, after = leg.partition("F")
         if face and before in followed and other + "B" + after[::-1] in followed:
@@ -110,18 +116,18 @@ def is_face_echo(out: str, back: str, followed: set[str]) -> bool:
     return False
 
 
-def _near_specular(out: Legs, back: Legs, i: int, j: int) -> NDArray[np.int64]:
+def _near_specular(transmit: Legs, receive: Legs, i: int, j: int) -> NDArray[np.int64]:
     """Points at which a pair of legs is near the specular direction of the level seabed: within what glints have."""
-    change = np.hypot(*(out.arrival[i, :, :2] + back.arrival[j, :, :2]).T)
+    change = np.hypot(*(transmit.arrival[i, :, :2] + receive.arrival[j, :, :2]).T)
     return np.flatnonzero(change < 1 / SLOPE_CUT)
 
 
-def other_scatterers(out: str, back: str, followed: Iterable[str]) -> tuple[int, int]:
+def other_scatterers(transmit: str, receive: str, followed: Iterable[str]) -> tuple[int, int]:
     """Bottom bounces of a pair's legs at which the same path has its scatterer in another pair.
 
     Args:
-        out: Family of the transmit leg.
-        back: Family of the receive leg.
+        transmit: Family of the transmit leg.
+        receive: Family of the receive leg.
         followed: Families that reach the seabed, as legs of bounces.
 
     Example:
@@ -133,7 +139,7 @@ def other_scatterers(out: str, back: str, followed: Iterable[str]) -> tuple[int,
         bounces = (at for at, letter in enumerate(leg) if letter == "B")
         return sum(leg[:at] in families and other_leg + "B" + leg[:at:-1] in families for at in bounces)
 
-    families, legs = set(followed), (bounce_sequence(out), bounce_sequence(back))
+    families, legs = set(followed), (bounce_sequence(transmit), bounce_sequence(receive))
     return count(*legs), count(*legs[::-1])
 
 

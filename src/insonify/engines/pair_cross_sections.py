@@ -12,35 +12,35 @@ Floats = NDArray[np.float64]
 
 
 def cross_sections(
-    scatterers: Scatterers, law: Law, out: Legs, back: Legs, pair: NDArray[np.int64],
+    scatterers: Scatterers, law: Law, transmit_legs: Legs, receive_legs: Legs, pair: NDArray[np.int64],
     amplitude_weight: NDArray[np.float32] | None = None,
 ) -> Floats:  # fmt: skip
     """Cross section of each ordered pair [1], shape (p, n); missing legs and pairs get zero weight later."""
     i, j = pair.T
-    if out.arrival is back.arrival:
+    if transmit_legs.arrival is receive_legs.arrival:
         # every law is reciprocal: the two orders of a pair are evaluated once
         unique, inverse = np.unique(np.sort(pair, axis=1), axis=0, return_inverse=True)
         if len(unique) < len(pair):
             unique_weight = (
                 None if amplitude_weight is None else amplitude_weight[np.unique(inverse.ravel(), return_index=True)[1]]
             )
-            return cross_sections(scatterers, law, out, back, unique, unique_weight)[inverse.ravel()]
+            return cross_sections(scatterers, law, transmit_legs, receive_legs, unique, unique_weight)[inverse.ravel()]
     if isinstance(law, CompiledLaw):
-        return _compiled_sections(law, scatterers.normal, out, back, pair, amplitude_weight)
+        return _compiled_sections(law, scatterers.normal, transmit_legs, receive_legs, pair, amplitude_weight)
     if isinstance(law, PointTargetLaw):
         return np.broadcast_to(law.cross_section(*np.zeros((3, 1))), (len(pair), len(scatterers)))
     # On a flat boundary all legs to and from one position share one bearing.
     is_flat = scatterers.boundary != "target" and bool(np.all(scatterers.normal[:, :2] == 0))
-    if out is back and is_flat:
+    if transmit_legs is receive_legs and is_flat:
         azimuth = np.array(np.pi)
     else:  # pair by pair, which saves the memory of vectors for all
-        azimuths = [_azimuth(scatterers.normal, out.arrival[a], back.arrival[b]) for a, b in pair]
+        azimuths = [_azimuth(scatterers.normal, transmit_legs.arrival[a], receive_legs.arrival[b]) for a, b in pair]
         azimuth = np.array(azimuths).reshape(len(pair), len(scatterers))
-    return np.asarray(law.cross_section(np.abs(out.grazing[i]), np.abs(back.grazing[j]), azimuth))
+    return np.asarray(law.cross_section(np.abs(transmit_legs.grazing[i]), np.abs(receive_legs.grazing[j]), azimuth))
 
 
 def _compiled_sections(
-    law: CompiledLaw, normal: Floats, out: Legs, back: Legs, pair: NDArray[np.int64],
+    law: CompiledLaw, normal: Floats, transmit_legs: Legs, receive_legs: Legs, pair: NDArray[np.int64],
     amplitude_weight: NDArray[np.float32] | None,
 ) -> Floats:  # fmt: skip
     """Cross sections by a compiled law, 0 where a pair is not evaluated [1], shape (p, n)."""
@@ -52,7 +52,7 @@ def _compiled_sections(
             else np.flatnonzero(amplitude_weight[row])
         )
         sections[row, columns] = law.cross_section(
-            out.arrival[i, columns].T, -back.arrival[j, columns].T, normal[columns].T
+            transmit_legs.arrival[i, columns].T, -receive_legs.arrival[j, columns].T, normal[columns].T
         )
     return sections
 

@@ -66,17 +66,20 @@ class PairSelection:
     sampling: PairSampling | None
     """Sampling of each ordered pair of families, f * f of them; None: all are evaluated everywhere."""
 
-    def sampling_of(self, out: tuple[str, ...], back: tuple[str, ...]) -> PairSampling | None:
+    def sampling_of(self, transmit_families: tuple[str, ...], receive_families: tuple[str, ...]) -> PairSampling | None:
         """Sampling of p pairs; None: all are evaluated everywhere.
 
         Args:
-            out: Family of the transmit leg of each pair.
-            back: The same of the receive leg.
+            transmit_families: Family of the transmit leg of each pair.
+            receive_families: The same of the receive leg.
         """
         if self.sampling is None:
             return None
         number = {name: k for k, name in enumerate(self.families)}
-        row = [number[sent] * len(number) + number[received] for sent, received in zip(out, back, strict=True)]
+        row = [
+            number[sent] * len(number) + number[received]
+            for sent, received in zip(transmit_families, receive_families, strict=True)
+        ]
         keep_probability = self.sampling.keep_probability
         every = row == list(range(len(keep_probability)))
         return self.sampling if every else replace(self.sampling, keep_probability=keep_probability[np.array(row, int)])
@@ -220,10 +223,10 @@ def pair_energy_fractions(
     section = np.array([_cross_section(law, transmit_arrival[i], receive_arrival[j]) for i, j in pair])
     area = middle * np.diff(edges)
     own = (section * transmit_power[pair[:, 0]] * receive_power[pair[:, 1]] * area) * gains[:, pair[:, 0], pair[:, 1]]
-    out, back = (
+    transmit_delay, receive_delay = (
         _legs(scene, terrain, ping_geometry, families, edges, depth)[0] / ping_geometry.sound_speed for depth in depths
     )
-    pair_delay = out[pair[:, 0]] + back[pair[:, 1]]
+    pair_delay = transmit_delay[pair[:, 0]] + receive_delay[pair[:, 1]]
     own *= pair_delay[:, :-1] < ping_geometry.recorded_delays[1]
     bounced = _bottom_bounces(families)[pair].sum(axis=1)
     energy_fraction = np.zeros((len(pair), RANGE_BINS))
@@ -333,9 +336,9 @@ def _gains(
             mean /= 1 + len(ELEVATION_DEVIATIONS)
         return np.asarray(mean)
 
-    out = energy(transmit_beams, transmit_arrival, outwards[0], rises[0])
-    back = energy(receive_beams, receive_arrival, outwards[1], rises[1])
-    return np.asarray(np.einsum("cbin,cbjn->cijn", out, back))
+    transmit_energy = energy(transmit_beams, transmit_arrival, outwards[0], rises[0])
+    receive_energy = energy(receive_beams, receive_arrival, outwards[1], rises[1])
+    return np.asarray(np.einsum("cbin,cbjn->cijn", transmit_energy, receive_energy))
 
 
 def _axis(beams: Beams, rows: NDArray[np.intp]) -> Floats:

@@ -87,8 +87,8 @@ class Arrivals:
 
     def ray_names(self, row: int) -> tuple[str, str]:
         """Names of the transmit and receive ray of one path: families, with numbers where a family has several rays."""
-        out = ray_name(str(self.transmit_family[row]), int(self.transmit_branch[row]))
-        return out, ray_name(str(self.receive_family[row]), int(self.receive_branch[row]))
+        transmit = ray_name(str(self.transmit_family[row]), int(self.transmit_branch[row]))
+        return transmit, ray_name(str(self.receive_family[row]), int(self.receive_branch[row]))
 
     def take(self, rows: NDArray[np.bool_] | NDArray[np.int64] | slice) -> "Arrivals":
         """The arrivals of some rows."""
@@ -120,10 +120,10 @@ class Arrivals:
         level, phase = self._level(), np.degrees(np.angle(self.amplitude))
         lines = ["  row       delay      level    phase  object         out    back"]
         for rank, row in zip(ranks, order[ranks], strict=True):
-            out, back = self.ray_names(row)
+            transmit_ray, receive_ray = self.ray_names(row)
             lines.append(
                 f"{rank + 1:5d} {self.delay[row] * 1e3:9.3f} ms {level[row]:7.1f} dB {phase[row]:5.0f} deg  "
-                f"{self.object[row]:<14s} {out:<6s} {back}"
+                f"{self.object[row]:<14s} {transmit_ray:<6s} {receive_ray}"
             )
         return lines
 
@@ -183,26 +183,28 @@ def expand_arrivals(
 def _rows(pairs: Pairs, row: int, i: int, j: int, group: NDArray[np.int64],
           factor: NDArray[np.complex128] | None, channel_arrivals: ChannelArrivals | None) -> Arrivals:  # fmt: skip
     """Paths of one ordered pair of families."""
-    out, back, points = pairs.out, pairs.back, pairs.scatterers
-    amplitude = out.amplitude[i] * back.amplitude[j] * pairs.strength[row] * points.phase
+    transmit, receive, points = pairs.transmit_legs, pairs.receive_legs, pairs.scatterers
+    amplitude = transmit.amplitude[i] * receive.amplitude[j] * pairs.strength[row] * points.phase
     if factor is not None:
         amplitude = amplitude * factor
     n = len(points)
     delay, channel_factor, band_absorption, doppler, direction = (
-        (out.delay[i] + back.delay[j], np.ones(n), np.ones((n, 1)), np.zeros(n), back.departure[j])
+        (transmit.delay[i] + receive.delay[j], np.ones(n), np.ones((n, 1)), np.zeros(n), receive.departure[j])
         if channel_arrivals is None
         else channel_arrivals(row)
     )
     return Arrivals(
         delay=delay, amplitude=(amplitude * channel_factor).astype(np.complex64),
         band_absorption=band_absorption.astype(np.float32),
-        spreading=out.spreading[i] * back.spreading[j], absorption=out.absorption[i] * back.absorption[j],
-        reflection_coefficient=out.reflection_coefficient[i] * back.reflection_coefficient[j],
-        scattering_amplitude=np.abs(pairs.strength[row]), group=group, transmit_family=np.full(n, out.families[i]),
-        receive_family=np.full(n, back.families[j]), transmit_branch=np.full(n, out.branch[i], np.uint8),
-        receive_branch=np.full(n, back.branch[j], np.uint8), caustics=out.caustics[i] + back.caustics[j],
-        object=np.full(n, points.object), position=pairs.positions(row), departure=out.departure[i], arrival=direction,
-        transmit_grazing=out.grazing[i], receive_grazing=back.grazing[j], doppler=doppler,
+        spreading=transmit.spreading[i] * receive.spreading[j],
+        absorption=transmit.absorption[i] * receive.absorption[j],
+        reflection_coefficient=transmit.reflection_coefficient[i] * receive.reflection_coefficient[j],
+        scattering_amplitude=np.abs(pairs.strength[row]), group=group, transmit_family=np.full(n, transmit.families[i]),
+        receive_family=np.full(n, receive.families[j]), transmit_branch=np.full(n, transmit.branch[i], np.uint8),
+        receive_branch=np.full(n, receive.branch[j], np.uint8), caustics=transmit.caustics[i] + receive.caustics[j],
+        object=np.full(n, points.object), position=pairs.positions(row), departure=transmit.departure[i],
+        arrival=direction,
+        transmit_grazing=transmit.grazing[i], receive_grazing=receive.grazing[j], doppler=doppler,
     )  # fmt: skip
 
 

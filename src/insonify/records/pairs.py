@@ -42,9 +42,9 @@ class PairSampling:
 class SeparableStrengths:
     """Strengths of p pairs at n scatterers whose cross section is a product of one factor for each direction."""
 
-    out: Legs
+    transmit_legs: Legs
     """Legs from the transmitter to the scatterers."""
-    back: Legs
+    receive_legs: Legs
     """Legs from the receiver to the scatterers, travelled in the opposite direction."""
     pair: NDArray[np.int64]
     """Row of the transmit leg and of the receive leg of each ordered pair, shape (p, 2)."""
@@ -61,9 +61,9 @@ class SeparableStrengths:
     @cached_property
     def strengths(self) -> Floats:
         """Strengths, written out [m], shape (p, n)."""
-        transmit_factor = self._direction_factors(self.out)
+        transmit_factor = self._direction_factors(self.transmit_legs)
         receive_factor = (
-            transmit_factor if self.back is self.out else self._direction_factors(self.back)
+            transmit_factor if self.receive_legs is self.transmit_legs else self._direction_factors(self.receive_legs)
         ) * self.root_area
         strengths = np.empty((len(self.pair), len(self.root_area)))
         amplitude_weight = (
@@ -97,9 +97,9 @@ class Pairs:
     """Transmit and receive legs of n scatterers, and the scattering strength of each ordered pair of them."""
 
     scatterers: Scatterers
-    out: Legs
+    transmit_legs: Legs
     """Legs from the transmitter to the scatterers."""
-    back: Legs
+    receive_legs: Legs
     """Legs from the receiver to the scatterers, travelled in the opposite direction."""
     pair: NDArray[np.int64]
     """Row of the transmit leg and of the receive leg of each ordered pair, shape (p, 2)."""
@@ -125,15 +125,15 @@ class Pairs:
 
     def names(self) -> list[tuple[str, str]]:
         """Transmit and receive family of each ordered pair."""
-        return [(self.out.families[i], self.back.families[j]) for i, j in self.pair]
+        return [(self.transmit_legs.families[i], self.receive_legs.families[j]) for i, j in self.pair]
 
     def rays(self) -> list[tuple[str, str]]:
         """Transmit and receive ray of each ordered pair: its family, with a number where a family has several rays."""
-        out, back = (
+        transmit_legs, receive_legs = (
             {row: ray_name(legs.families[row], legs.branch[row]) for row in set(column.tolist())}
-            for legs, column in zip((self.out, self.back), self.pair.T, strict=True)
+            for legs, column in zip((self.transmit_legs, self.receive_legs), self.pair.T, strict=True)
         )
-        return [(out[i], back[j]) for i, j in self.pair.tolist()]
+        return [(transmit_legs[i], receive_legs[j]) for i, j in self.pair.tolist()]
 
     def positions(self, row: int) -> Floats:
         """Positions from which one ordered pair returns its echoes: those of the scatterers [m], shape (n, 3).
@@ -144,7 +144,7 @@ class Pairs:
         if points.boundary != BOUNDARY_ECHO:
             return points.position
         i, j = self.pair[row]
-        return np.asarray(points.position + self.out.departure[i] * self.back.length[j, :, None] / 2)
+        return np.asarray(points.position + self.transmit_legs.departure[i] * self.receive_legs.length[j, :, None] / 2)
 
     def select(self, pairs: NDArray[np.int64]) -> "Pairs":
         """The same block with strengths of its ordered pairs, given by their rows."""
@@ -153,4 +153,4 @@ class Pairs:
             if isinstance(self.stored_strengths, SeparableStrengths)
             else self.stored_strengths[pairs]
         )
-        return Pairs(self.scatterers, self.out, self.back, self.pair[pairs], strengths)
+        return Pairs(self.scatterers, self.transmit_legs, self.receive_legs, self.pair[pairs], strengths)

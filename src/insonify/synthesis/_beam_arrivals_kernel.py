@@ -121,9 +121,9 @@ class ScattererBlock(NamedTuple):
 
     pair: Integers
     """Rows of the transmit and the receive leg of each pair, (p, 2)."""
-    out: LegColumns
+    transmit_legs: LegColumns
     """Transmit legs."""
-    back: LegColumns
+    receive_legs: LegColumns
     """Receive legs."""
     same_legs: bool
     """True if both are the same."""
@@ -231,7 +231,7 @@ def _transmit_leg(
         for k in range(count):
             transmit_cosine[f, np.uintp(scatterer[k])] = c[_RIGHT + k]
     leg_delay, leg_doppler = transmit_legs.delay[f], transmit_legs.transmit_doppler[f]
-    transmit_delay, phasor = block.out.delay[f, part_start:], block.phase[part_start:]
+    transmit_delay, phasor = block.transmit_legs.delay[f, part_start:], block.phase[part_start:]
     for k in range(count):
         n = np.uintp(scatterer[k])
         leg_delay[n], leg_doppler[n] = transmit_delay[n] + c[_TIME + k], c[_DOPPLER + k]
@@ -341,7 +341,8 @@ def _receive_leg(
     """
     part_start, end = part
     # delays of the first transmit leg: other legs give nearly the same direction of arrival
-    c, delay, first_delay = leg.column, block.back.delay[j, part_start:end], block.out.delay[0, part_start:end]
+    c, delay = leg.column, block.receive_legs.delay[j, part_start:end]
+    first_delay = block.transmit_legs.delay[0, part_start:end]
     middle, wavefronts, root_area = receiving_array.pulse_middle, block.wavefronts, block.strengths.root_area
     leg_delay, curvature, direction, weight = (
         receive_legs.delay[j], receive_legs.vertical_curvature[j], receive_legs.direction[j], receive_legs.weight[j],
@@ -471,7 +472,8 @@ def deposit_block(
         reception: Time grid, carrier and water.
         grid: Direction grid, whose rows replace the channels; of step 0: channels are beams.
     """
-    f, g, scatterer_count, strengths = len(block.out.delay), len(block.back.delay), block.phase.size, block.strengths
+    f, g = len(block.transmit_legs.delay), len(block.receive_legs.delay)
+    scatterer_count, strengths = block.phase.size, block.strengths
     terms, patterns = block.wavefronts.expansion.shape[1], len(receiving_array.beams.steer)
     beams, gain_rows = len(transmitter.beams.steer), 1 if receiving_array.is_rotating else g
     transmit_legs = TransmitLegs(np.zeros((f, _PART)), np.ones((f, _PART)), np.zeros((beams, f, _PART), np.complex64))
@@ -488,7 +490,7 @@ def deposit_block(
     for begin in range(0, scatterer_count, _PART):
         end = min(begin + _PART, scatterer_count)
         for i in range(f):
-            count = _fill_leg(block.out, i, begin, end, extra_attenuation, strengths, leg)
+            count = _fill_leg(block.transmit_legs, i, begin, end, extra_attenuation, strengths, leg)
             _transmit_leg(i, begin, count, transmitter, block, leg, transmit_legs, transmit_cosine)
             _record_reached(reached_out, i, count, leg)
             if block.same_legs:
@@ -496,7 +498,7 @@ def deposit_block(
                 _record_reached(reached_back, i, count, leg)
         if not block.same_legs:
             for j in range(g):
-                count = _fill_leg(block.back, j, begin, end, extra_attenuation, strengths, leg)
+                count = _fill_leg(block.receive_legs, j, begin, end, extra_attenuation, strengths, leg)
                 _receive_leg(j, (begin, end), count, block, receiving_array, leg, receive_legs, right_cosine)
                 _record_reached(reached_back, j, count, leg)
         for p in range(len(block.pair)):
@@ -505,7 +507,7 @@ def deposit_block(
             if count == 0:
                 continue
             if receiving_array.is_rotating:
-                length = block.back.length[j, begin:]
+                length = block.receive_legs.length[j, begin:]
                 _receive_gain_by_pair((i, j), count, buffer, legs, length, receiving_array, leg, right_cosine)
             row = 0 if receiving_array.is_rotating else j
             if by_direction:

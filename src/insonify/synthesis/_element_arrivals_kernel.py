@@ -112,10 +112,10 @@ def _sort_echoes(
             0, strength[p, part_start:end], outs[i, part_start:end], backs[j, part_start:end],
             gain_flags[row, part_start:end], echo,
         )  # fmt: skip
-        out, back = legs.transmit.delay[i, part_start:end], legs.receive.delay[j, part_start:end]
+        transmit_delay, receive_delay = legs.transmit.delay[i, part_start:end], legs.receive.delay[j, part_start:end]
         for k in range(count):
             n = np.uintp(echo[k])
-            position = (out[n] + back[n] - first_time) * cell_rate
+            position = (transmit_delay[n] + receive_delay[n] - first_time) * cell_rate
             key[k] = int(min(position, float(last))) if position > 0 else 0
             echo[k] += p * _PART
             low, high = min(low, int(key[k])), max(high, int(key[k]))

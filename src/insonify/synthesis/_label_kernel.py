@@ -32,15 +32,15 @@ class PoweredLegs(NamedTuple):
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def deposit_label_positions(
-    grid: DelayCells, out: PoweredLegs, back: PoweredLegs, pair: NDArray[np.int64], strength: Floats,
+    grid: DelayCells, transmit: PoweredLegs, receive: PoweredLegs, pair: NDArray[np.int64], strength: Floats,
     scatterer_position: Floats, receiver: Floats,
 ) -> None:  # fmt: skip
     """Add energy, and energy times position, of every path to the two bins beside its delay.
 
     Args:
         grid: Bins, (channels, bins, MOMENTS).
-        out: Transmit legs.
-        back: Receive legs.
+        transmit: Transmit legs.
+        receive: Receive legs.
         pair: Rows of the transmit and the receive leg, (p, 2).
         strength: Pressure scattered re incident [m], (p, n).
         scatterer_position: North, east, depth of each point [m], (n, 3).
@@ -55,15 +55,15 @@ def deposit_label_positions(
         moments[0], moments[1], moments[2], moments[3] = 1.0, north, east, down
         for p in range(pair.shape[0]):
             i, j = pair[p, 0], pair[p, 1]
-            position = (out.delay[i, n] + back.delay[j, n] - start) * rate
+            position = (transmit.delay[i, n] + receive.delay[j, n] - start) * rate
             if not 0 <= position < last:
                 continue
             k = math.floor(position)
             fraction = position - k
-            moments[4] = (abs(out.grazing[i, n]) + abs(back.grazing[j, n])) / 2
+            moments[4] = (abs(transmit.grazing[i, n]) + abs(receive.grazing[j, n])) / 2
             for channel in range(bins.shape[0]):
-                sent = out.power[channel % out.power.shape[0], i, n]
-                energy = sent * back.power[channel % back.power.shape[0], j, n] * strength[p, n] ** 2
+                sent = transmit.power[channel % transmit.power.shape[0], i, n]
+                energy = sent * receive.power[channel % receive.power.shape[0], j, n] * strength[p, n] ** 2
                 if energy > 0:
                     for m in range(MOMENTS):
                         bins[channel, k, m] += (1 - fraction) * energy * moments[m]

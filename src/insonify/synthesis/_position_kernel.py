@@ -35,8 +35,8 @@ class SamplePositions(NamedTuple):
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def deposit_positions(
-    grid: DelayCells, delay: Floats, energy: Floats, points: Integers, position: Floats, out: Singles, back: Singles,
-    receiver: Floats,
+    grid: DelayCells, delay: Floats, energy: Floats, points: Integers, position: Floats, transmit_grazing: Singles,
+    receive_grazing: Singles, receiver: Floats,
 ) -> None:  # fmt: skip
     """Add energies, and energies times positions, to the two bins beside each delay.
 
@@ -46,8 +46,8 @@ def deposit_positions(
         energy: Energies [uPa^2], (m,).
         points: Index of the point of each, (m,).
         position: North, east, depth of the points [m], (3, n).
-        out: Grazing angle of the transmit legs at the points [rad], (n,).
-        back: Grazing angle of the receive legs at the points [rad], (n,).
+        transmit_grazing: Grazing angle of the transmit legs at the points [rad], (n,).
+        receive_grazing: Grazing angle of the receive legs at the points [rad], (n,).
         receiver: North, east, depth of the receiver [m], (3,).
     """
     bins, start, rate = grid
@@ -58,7 +58,7 @@ def deposit_positions(
             continue
         n, b = points[k], np.uintp(at)
         north, east = np.float32(position[0, n] - receiver[0]), np.float32(position[1, n] - receiver[1])
-        down, grazing = np.float32(position[2, n] - receiver[2]), half * (out[n] + back[n])
+        down, grazing = np.float32(position[2, n] - receiver[2]), half * (transmit_grazing[n] + receive_grazing[n])
         part = (at - b) * energy[k]
         one, two, less, more = b, b + np.uintp(1), np.float32(energy[k] - part), np.float32(part)
         bins[one, 0] += less

@@ -55,7 +55,8 @@ class ChannelBlockArrivals:
         delay, factor, doppler = arrivals_at_channel(
             self.echoes[row], self.ping_geometry, self.ends, self.channel, self.water
         )
-        path_length, carrier = self.pairs.out.length[i] + self.pairs.back.length[j], self.ping_geometry.frequency
+        path_length = self.pairs.transmit_legs.length[i] + self.pairs.receive_legs.length[j]
+        carrier = self.ping_geometry.frequency
         offsets = [band.offset for band in self.ping_geometry.interpolated_bands] or [0.0]
         bands = [self.water.relative_absorption(path_length, offset, carrier) for offset in offsets]
         return delay, factor, np.stack(bands, axis=1), doppler, self.directions[row]
@@ -71,7 +72,7 @@ def channel_arrivals(pairs: Pairs, ping_geometry: PingGeometry, channel: int, wa
         water: Water between sonar and scatterers.
     """
     points = receive_points(ping_geometry)
-    emission_delay = transmitter_motion(pairs.out.departure, pairs.out.length, ping_geometry)[0]
+    emission_delay = transmitter_motion(pairs.transmit_legs.departure, pairs.transmit_legs.length, ping_geometry)[0]
     rows, direction, _ = echo_directions(pairs, ping_geometry, emission_delay, points)
     channel_direction = direction[channel if len(direction) > 1 else 0][rows]
     return ChannelBlockArrivals(

@@ -62,13 +62,14 @@ class _CoherenceFactors:
             field: Random delays in the water.
             ping_geometry: The sonar at this ping.
         """
-        self.frequency, self.is_monostatic = ping_geometry.frequency, pairs.out is pairs.back
+        self.frequency, self.is_monostatic = ping_geometry.frequency, pairs.transmit_legs is pairs.receive_legs
         count = len(pairs.scatterers)
         # consecutive points are neighbours and share the water
         self.sample_points = np.arange(0, count, max(1, count // SAMPLE_POINTS))
         self.represented = np.diff(np.append(self.sample_points, count))
         # legs of one family share their random delay, as do the two orders of a pair
-        ends = [(pairs.out, ping_geometry.transmit_position), (pairs.back, ping_geometry.receive_position)]
+        transmit_end = pairs.transmit_legs, ping_geometry.transmit_position
+        ends = [transmit_end, (pairs.receive_legs, ping_geometry.receive_position)]
         sides, self.family_rows = list[tuple[Legs, Floats, Integers]](), list[Integers]()
         for legs, position in ends[:1] if self.is_monostatic else ends:
             first = np.array([legs.families.index(name) for name in legs.families])

@@ -105,11 +105,13 @@ class CoherentAccumulator:
             return
         source_pressure = float(amplitude_ratio(self.ping_geometry.source_level_db))
         transmit_weights = leg_weights(
-            pairs.out, self.ping_geometry.transmit_beams, self.ping_geometry.frequency, source_pressure
+            pairs.transmit_legs, self.ping_geometry.transmit_beams, self.ping_geometry.frequency, source_pressure
         )
-        receive_weights = leg_weights(pairs.back, self.ping_geometry.receive_beams, self.ping_geometry.frequency)
+        receive_weights = leg_weights(
+            pairs.receive_legs, self.ping_geometry.receive_beams, self.ping_geometry.frequency
+        )
         # equal delays in both orders: two pairs are one arrival, also where a moving sea gives them different phases
-        merges_reciprocal = pairs.out.delay is pairs.back.delay and self.replica_jitter.is_zero
+        merges_reciprocal = pairs.transmit_legs.delay is pairs.receive_legs.delay and self.replica_jitter.is_zero
         rows = {(int(i), int(j)): row for row, (i, j) in enumerate(pairs.pair)}
         names = pairs.rays()
         for (i, j), row in rows.items():
@@ -121,7 +123,7 @@ class CoherentAccumulator:
                 strength = strength * self.replica_jitter.factor(
                     pairs.scatterers.scatterer_id, *names[row], pairs.scatterers.object
                 )
-            delay = pairs.out.delay[i] + pairs.back.delay[j]
+            delay = pairs.transmit_legs.delay[i] + pairs.receive_legs.delay[j]
             for channel, row_of_cells in enumerate(cells):
                 t = transmit_weights[channel % len(transmit_weights)]
                 r = receive_weights[channel % len(receive_weights)]

@@ -21,11 +21,11 @@ def coherent_subsets(pairs: Pairs) -> list[Pairs]:
     Returns:
         Parts whose intensities add; the pairs themselves where nothing is random.
     """
-    out, back = pairs.out.glints, pairs.back.glints
-    if out is None or back is None:
+    transmit_legs, receive_legs = pairs.transmit_legs.glints, pairs.receive_legs.glints
+    if transmit_legs is None or receive_legs is None:
         return [pairs]
     parts: dict[tuple[int, int], list[int]] = {}
     for row, (i, j) in enumerate(pairs.pair):
-        lower_id, higher_id = sorted((out.bounce_id[i], back.bounce_id[j]))
+        lower_id, higher_id = sorted((transmit_legs.bounce_id[i], receive_legs.bounce_id[j]))
         parts.setdefault((lower_id, higher_id), []).append(row)
     return [pairs.select(np.array(rows)) for rows in parts.values()]

@@ -100,17 +100,18 @@ def pair_echoes(pairs: Pairs, ping_geometry: PingGeometry, water: Water) -> Iter
         ping_geometry: The sonar at this ping.
         water: Water between sonar and scatterers.
     """
-    out, back, positions = pairs.out, pairs.back, pairs.scatterers.position
+    transmit, receive, positions = pairs.transmit_legs, pairs.receive_legs, pairs.scatterers.position
     transmit_motion = {
-        i: transmitter_motion(out.departure[i], out.length[i], ping_geometry) for i in np.unique(pairs.pair[:, 0])
+        i: transmitter_motion(transmit.departure[i], transmit.length[i], ping_geometry)
+        for i in np.unique(pairs.pair[:, 0])
     }
     wavefronts = {
-        j: wavefront(back, j, ping_geometry.receive_position, positions, water) for j in np.unique(pairs.pair[:, 1])
+        j: wavefront(receive, j, ping_geometry.receive_position, positions, water) for j in np.unique(pairs.pair[:, 1])
     }
     for i, j in pairs.pair:
         emission_delay, mach, amplitude_factor = transmit_motion[i]
-        delay = out.delay[i] + back.delay[j] + emission_delay
-        yield PairEchoes(delay, back.departure[j], mach, amplitude_factor, wavefronts[j])
+        delay = transmit.delay[i] + receive.delay[j] + emission_delay
+        yield PairEchoes(delay, receive.departure[j], mach, amplitude_factor, wavefronts[j])
 
 
 @dataclass(frozen=True)
@@ -155,18 +156,18 @@ def deposit(cells: Cells, pairs: Pairs, ping: PingReception, interpolation: Sect
         interpolation: Sector interpolation, whose points are channels after the elements.
     """
     ping_geometry, grid, receive_points, water = ping.ping_geometry, ping.grid, ping.receive_points, ping.water
-    out, back, strength = pairs.out, pairs.back, pairs.strength
+    transmit, receive, strength = pairs.transmit_legs, pairs.receive_legs, pairs.strength
     if not ping.replica_jitter.is_zero:
         factors = [
             ping.replica_jitter.factor(pairs.scatterers.scatterer_id, *names, pairs.scatterers.object)
             for names in pairs.rays()
         ]
         strength = strength * np.array(factors)
-    emission_delay, mach, amplitude_factor = transmitter_motion(out.departure, out.length, ping_geometry)
-    amplitude = out.amplitude
+    emission_delay, mach, amplitude_factor = transmitter_motion(transmit.departure, transmit.length, ping_geometry)
+    amplitude = transmit.amplitude
     source_pressure = float(amplitude_ratio(ping_geometry.source_level_db))
     phase = np.ascontiguousarray(pairs.scatterers.phase)
-    receive_amplitude = amplitude if back is out else back.amplitude
+    receive_amplitude = amplitude if receive is transmit else receive.amplitude
     curvature, distance, gradient, expansion = wavefront_columns(pairs, ping_geometry, water)
     rows, directions = _directions(pairs, ping_geometry, emission_delay, receive_points)
     receive_beams = _receive_beams(receive_points, ping_geometry.channel_count, len(directions))
@@ -189,11 +190,11 @@ def deposit(cells: Cells, pairs: Pairs, ping: PingReception, interpolation: Sect
     for band, sub_band in enumerate(ping_geometry.sub_bands or (carrier_band(ping_geometry),)):
         absorption_factor, receive_pressure = np.empty((0, 0)), receive_amplitude
         if sub_band.offset != 0:
-            absorption_factor = water.relative_absorption(out.length, sub_band.offset, ping_geometry.frequency)
+            absorption_factor = water.relative_absorption(transmit.length, sub_band.offset, ping_geometry.frequency)
             receive_pressure = receive_amplitude * water.relative_absorption(
-                back.length, sub_band.offset, ping_geometry.frequency
+                receive.length, sub_band.offset, ping_geometry.frequency
             )
-        beams = sub_band.transmit_beams.gain(out.departure)
+        beams = sub_band.transmit_beams.gain(transmit.departure)
         transmit_pressure = np.empty(beams.shape, np.complex64)
         transmitted_pressure(
             amplitude, amplitude_factor, phase, source_pressure, absorption_factor, beams, transmit_pressure
@@ -201,8 +202,8 @@ def deposit(cells: Cells, pairs: Pairs, ping: PingReception, interpolation: Sect
         gain = element_gains(ping_geometry, sub_band.receive_beams, receive_points, directions)
         legs = PairedLegs(
             np.column_stack([pairs.pair, rows]),
-            TransmitLegs(out.delay + emission_delay, 1 / (1 - mach), transmit_pressure),
-            ReceiveLegs(back.delay, curvature, distance, expansion, back.departure,
+            TransmitLegs(transmit.delay + emission_delay, 1 / (1 - mach), transmit_pressure),
+            ReceiveLegs(receive.delay, curvature, distance, expansion, receive.departure,
                         receive_pressure.astype(np.complex64), np.ascontiguousarray(np.moveaxis(gain, 1, 0))),
             strength,
         )  # fmt: skip
@@ -211,12 +212,12 @@ def deposit(cells: Cells, pairs: Pairs, ping: PingReception, interpolation: Sect
 
 def wavefront_columns(pairs: Pairs, ping_geometry: PingGeometry, water: Water) -> tuple[Floats, Floats, float, Floats]:
     """Wavefronts of all receive legs, as in `Wavefront`; horizontal distances in layered water only."""
-    back = pairs.back
+    receive = pairs.receive_legs
     if not water.layered:
-        curvature = 1 / np.maximum(back.length, CLOSEST_SOURCE)
+        curvature = 1 / np.maximum(receive.length, CLOSEST_SOURCE)
         return curvature, curvature, 0.0, np.zeros((len(curvature), 0, curvature.shape[1]))
     receiver_position, points = ping_geometry.receive_position, pairs.scatterers.position
-    wavefronts = [wavefront(back, j, receiver_position, points, water) for j in range(len(back.length))]
+    wavefronts = [wavefront(receive, j, receiver_position, points, water) for j in range(len(receive.length))]
     curvature, distance, expansion = (
         np.array([getattr(front, name) for front in wavefronts])
         for name in ("vertical_curvature", "horizontal_distance", "expansion")
@@ -253,13 +254,13 @@ def echo_directions(
         Row of each pair among the receive legs, or among the pairs; directions of shape (legs or pairs, n, 3), one for
         the whole array or one for each of its elements; times [s], shape (legs or pairs, n).
     """
-    out, back = pairs.out, pairs.back
-    rows, direction, path_length = pairs.pair[:, 1], back.departure, back.length
-    arrival_time = out.delay[0] + pulse_middle_delay[0] + back.delay  # nearly the same by other transmit legs
+    transmit, receive = pairs.transmit_legs, pairs.receive_legs
+    rows, direction, path_length = pairs.pair[:, 1], receive.departure, receive.length
+    arrival_time = transmit.delay[0] + pulse_middle_delay[0] + receive.delay  # nearly the same by other transmit legs
     if ping_geometry.receive_motion is not None and ping_geometry.receive_motion.is_rotating:
         (i, j), rows = pairs.pair.T, np.arange(len(pairs.pair))
         direction, path_length = direction[j], path_length[j]
-        arrival_time = out.delay[i] + pulse_middle_delay[i] + back.delay[j]
+        arrival_time = transmit.delay[i] + pulse_middle_delay[i] + receive.delay[j]
     if not has_parallax(
         ping_geometry,
         receive_points,

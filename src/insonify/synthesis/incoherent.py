@@ -127,7 +127,7 @@ class IncoherentAccumulator:
         direction = receive_directions(pairs, self.ping_geometry)
         transmit, receive = self.weights(pairs, direction, self.directions.common)
         i, j = pairs.pair[0]
-        delay, row = pairs.out.delay[i] + pairs.back.delay[j], self.directions.rows(direction[j])
+        delay, row = pairs.transmit_legs.delay[i] + pairs.receive_legs.delay[j], self.directions.rows(direction[j])
         for one, *shares in self.replica_jitter.expected_parts(pairs):
             energy = sum(shares) * np.abs(transmit[0, i] * receive[0, j] * one.strength[0]) ** 2
             deposit_energy_on_rows(rows, self.grid.first_time, self.grid.energy_rate, delay, energy, row)
@@ -146,14 +146,14 @@ class IncoherentAccumulator:
         if receive_direction is None:
             receive_direction = receive_directions(pairs, geometry)
         receive_gain = (receive_beams or geometry.receive_beams).gain(receive_direction)
-        if pairs.out is not pairs.back:
-            receive_weight = weights_from_gain(receive_gain, pairs.back, geometry.frequency)
-            return leg_weights(pairs.out, geometry.transmit_beams, geometry.frequency, level), receive_weight
-        if receive_beams is None and geometry.same_beams and receive_direction is pairs.back.departure:
-            receive_weight = weights_from_gain(receive_gain, pairs.back, geometry.frequency)
+        if pairs.transmit_legs is not pairs.receive_legs:
+            receive_weight = weights_from_gain(receive_gain, pairs.receive_legs, geometry.frequency)
+            return leg_weights(pairs.transmit_legs, geometry.transmit_beams, geometry.frequency, level), receive_weight
+        if receive_beams is None and geometry.same_beams and receive_direction is pairs.receive_legs.departure:
+            receive_weight = weights_from_gain(receive_gain, pairs.receive_legs, geometry.frequency)
             return level * receive_weight, receive_weight
-        transmit_gain = geometry.transmit_beams.gain(pairs.out.departure)
-        return weights_from_two_gains(transmit_gain, receive_gain, pairs.out, geometry.frequency, level)
+        transmit_gain = geometry.transmit_beams.gain(pairs.transmit_legs.departure)
+        return weights_from_two_gains(transmit_gain, receive_gain, pairs.transmit_legs, geometry.frequency, level)
 
     def add_weighted(
         self, energies: IntensityBuffer, pairs: Pairs, transmit_weights: Complexes, receive_weights: Complexes
@@ -181,11 +181,13 @@ class IncoherentAccumulator:
             self._add_coherent_facets(energies, pairs, transmit_weights, receive_weights, shares)
             return
         # A pair and its reverse arrive together; without jitter they are one arrival.
-        reciprocal = pairs.out is pairs.back and independent == 0 and contains_reversed_pairs(pairs.pair)
+        reciprocal = (
+            pairs.transmit_legs is pairs.receive_legs and independent == 0 and contains_reversed_pairs(pairs.pair)
+        )
         rows = np.flatnonzero(pairs.pair[:, 0] <= pairs.pair[:, 1]) if reciprocal else np.arange(len(pairs.pair))
         for channel in range(self.ping_geometry.channel_count):
             delay, energy, first, grouped_delay, weight = _sort(
-                pairs.out.delay, pairs.back.delay, transmit_weights[channel % len(transmit_weights)],
+                pairs.transmit_legs.delay, pairs.receive_legs.delay, transmit_weights[channel % len(transmit_weights)],
                 receive_weights[channel % len(receive_weights)], pairs.pair, rows, reciprocal, pairs.strength, support,
                 interference_factor, independent,
             )  # fmt: skip
@@ -217,7 +219,7 @@ class IncoherentAccumulator:
                     for c in channels
                 ]
             )
-            delay = pairs.out.delay[i] + pairs.back.delay[j]
+            delay = pairs.transmit_legs.delay[i] + pairs.receive_legs.delay[j]
             for key, power_fraction in zip((group, (group, names)), shares, strict=True):
                 if power_fraction:
                     sums.add(key, power_fraction, delay, weight)
@@ -329,11 +331,11 @@ def _leg_amplitudes(
     beams: Beams, swath: ReverberationSamples, moving_axes: tuple[Floats, Floats] | None = None
 ) -> NDArray[np.float32]:
     """Amplitude of every leg times the gain of one beam [1], shape (f, n); moving_axes: from `moving_array_axes`."""
-    out = np.empty(swath.delay.shape, np.float32)
+    amplitude = np.empty(swath.delay.shape, np.float32)
     axes, drift = moving_axes or (np.array([beams.axes] * 3), np.zeros((2, 3)))
     array = MovingArray(axes, drift, moving_axes is not None)
-    leg_amplitudes(swath.departure, swath.amplitude, swath.delay, beams.kernel_tables, array, out)
-    return out
+    leg_amplitudes(swath.departure, swath.amplitude, swath.delay, beams.kernel_tables, array, amplitude)
+    return amplitude
 
 
 @lru_cache(maxsize=4)
@@ -357,10 +359,10 @@ def _autocorrelation(table: PulseTable) -> tuple[NDArray[np.complex64], float]:
 
 def _random_bounces(pairs: Pairs) -> tuple[int, int] | None:
     """Identities of the two random bounces of pairs of one part; None where nothing is random."""
-    out, back = pairs.out.glints, pairs.back.glints
-    if out is None or back is None:
+    transmit_glints, receive_glints = pairs.transmit_legs.glints, pairs.receive_legs.glints
+    if transmit_glints is None or receive_glints is None:
         return None
-    one, other = sorted((out.bounce_id[pairs.pair[0, 0]], back.bounce_id[pairs.pair[0, 1]]))
+    one, other = sorted((transmit_glints.bounce_id[pairs.pair[0, 0]], receive_glints.bounce_id[pairs.pair[0, 1]]))
     return one, other
 
 

@@ -75,7 +75,7 @@ def label_names(
         for contribution in contributions
         if contribution != "target" or targets
     ]
-    pair_names = {pair_name(out, back) for names in families for out in names for back in names}
+    pair_names = {pair_name(transmit, receive) for names in families for transmit in names for receive in names}
     pair_names |= set(boundary_echoes)
     pairs = sorted(pair_names, key=lambda name: (name.count("S") + name.count("B"), len(name), name))
     return LabelNames(("seabed", "surface", *((BOUNDARY_ECHO,) if boundary_echoes else ()), *targets), tuple(pairs))
@@ -121,7 +121,7 @@ class LabelAccumulator:
     def add(self, buffer: LabelBuffer, pairs: Pairs) -> None:
         """Add one block of scatterers to its object."""
         object_name = pairs.scatterers.object
-        names = tuple(pair_name(power_out, power_back) for power_out, power_back in pairs.names())
+        names = tuple(pair_name(transmit_power, receive_power) for transmit_power, receive_power in pairs.names())
         workspace = self._workspace(buffer, object_name, pairs, names)
         directions = receive_directions(pairs, self.geometry)
         if workspace is not None:
@@ -135,11 +135,11 @@ class LabelAccumulator:
             received = np.flatnonzero(np.any(weights != 0, axis=(0, 2)))
             pairs, names = pairs.select(received), tuple(names[row] for row in received)
         pairs_by_name = {name: pairs.select(np.flatnonzero(np.array(names) == name)) for name in dict.fromkeys(names)}
-        power_out, power_back = _power(transmit_weights), _power(receive_weights)
+        transmit_power, receive_power = _power(transmit_weights), _power(receive_weights)
         if not self.is_fine and self._are_apart(pairs):
             for name, named_pairs in pairs_by_name.items():
                 self._deposit_positions(
-                    buffer, (object_name, name), named_pairs, power_out, power_back, bins_by_key=buffer.sampled
+                    buffer, (object_name, name), named_pairs, transmit_power, receive_power, bins_by_key=buffer.sampled
                 )
             return
         if len(pairs_by_name) > 1:
@@ -149,7 +149,7 @@ class LabelAccumulator:
                 buffer, (object_name, PAIR_ONLY + name if len(pairs_by_name) > 1 else name), named_pairs,
                 transmit_weights, receive_weights,
             )  # fmt: skip
-            self._deposit_positions(buffer, (object_name, name), named_pairs, power_out, power_back)
+            self._deposit_positions(buffer, (object_name, name), named_pairs, transmit_power, receive_power)
         if pairs.scatterers.boundary == "seabed" and STRAIGHT in pairs_by_name:
             self._add_occluded(buffer, pairs_by_name[STRAIGHT])
 
@@ -157,9 +157,11 @@ class LabelAccumulator:
         """Return True for boundary echoes that are further apart than a pulse lasts, and not random."""
         if pairs.scatterers.boundary != BOUNDARY_ECHO or self.accumulator.has_random_paths:
             return False
-        delay = (pairs.out.delay[pairs.pair[:, 0]] + pairs.back.delay[pairs.pair[:, 1]])[(pairs.strength != 0)]
+        delay = (pairs.transmit_legs.delay[pairs.pair[:, 0]] + pairs.receive_legs.delay[pairs.pair[:, 1]])[
+            (pairs.strength != 0)
+        ]
         apart = np.diff(np.sort(delay)) >= significant_duration(self.accumulator, self._bins)
-        return bool(pairs.out.glints is None and pairs.back.glints is None and apart.all())
+        return bool(pairs.transmit_legs.glints is None and pairs.receive_legs.glints is None and apart.all())
 
     def add_fast_reverberation(self, buffer: LabelBuffer, swath: ReverberationSamples) -> None:
         """Add the seabed from a block of reverberation samples, and its occluded echoes."""
@@ -176,13 +178,14 @@ class LabelAccumulator:
         """
         accumulator = self.accumulator
         if (
-            pairs.out is not pairs.back
+            pairs.transmit_legs is not pairs.receive_legs
             or pairs.interferes
-            or pairs.out.glints is not None
+            or pairs.transmit_legs.glints is not None
             or accumulator.has_random_paths
         ):
             return None
-        if len(set(pairs.out.families)) < len(pairs.out.families) or not contains_reversed_pairs(pairs.pair):
+        families = pairs.transmit_legs.families
+        if len(set(families)) < len(families) or not contains_reversed_pairs(pairs.pair):
             return None
         if np.iscomplexobj(pairs.strength):
             return None
@@ -208,8 +211,8 @@ class LabelAccumulator:
         self, buffer: LabelBuffer, object_name: str, label_cells: LabelCells, pairs: Pairs, directions: Floats
     ) -> None:
         """Add all pairs of a block to their cells, and the interference between pairs to their object."""
-        accumulator, table, legs, powers = self.accumulator, self.accumulator.table, pairs.out, self._directions
-        grid, bins = accumulator.grid, self._bins
+        accumulator, legs, powers = self.accumulator, pairs.transmit_legs, self._directions
+        table, grid, bins = accumulator.table, accumulator.grid, self._bins
         half = _half(pairs)
         pair, strength = pairs.pair[half], np.abs(pairs.strength[half])
         lags, lag_rate = accumulator.pulse_lags
@@ -247,7 +250,7 @@ class LabelAccumulator:
         self.accumulator.add_weighted(buffer.curves[key], pairs, transmit_weights, receive_weights)
 
     def _deposit_positions(
-        self, buffer: LabelBuffer, key: Key, pairs: Pairs, power_out: Floats, power_back: Floats,
+        self, buffer: LabelBuffer, key: Key, pairs: Pairs, transmit_power: Floats, receive_power: Floats,
         point_rows: Rows | None = None, bins_by_key: dict[Key, Singles] | None = None,
     ) -> None:  # fmt: skip
         """Add the positions of some paths, given the powers of their legs, to the bins of a key.
@@ -256,8 +259,8 @@ class LabelAccumulator:
             buffer: Buffer, added to in place.
             key: Object and pair of families of the paths.
             pairs: The paths.
-            power_out: Power of the transmit legs in each beam [uPa^2], (beams, f, points).
-            power_back: Power of the receive legs in each beam [1], (beams, f, points).
+            transmit_power: Power of the transmit legs in each beam [uPa^2], (beams, f, points).
+            receive_power: Power of the receive legs in each beam [1], (beams, f, points).
             point_rows: Points to which the powers belong; None: all of them.
             bins_by_key: Bins by key, added to in place; None: those of the buffer whose energies are in curves.
         """
@@ -273,39 +276,40 @@ class LabelAccumulator:
         if pairs.scatterers.boundary == BOUNDARY_ECHO and len(pairs.pair) > 1:  # each from a position of its own
             for row in range(len(pairs.pair)):
                 one = pairs.select(np.array([row]))
-                self._deposit_positions(buffer, key, one, power_out, power_back, bins_by_key=bins_by_key)
+                self._deposit_positions(buffer, key, one, transmit_power, receive_power, bins_by_key=bins_by_key)
             return
         rows: Any = slice(None) if point_rows is None else point_rows
         position, strength = pairs.positions(0)[rows], np.abs(pairs.strength[:, rows])
-        out, back = (
+        transmit, receive = (
             PoweredLegs(legs.delay[:, rows], power, legs.grazing[:, rows])
-            for legs, power in ((pairs.out, power_out), (pairs.back, power_back))
+            for legs, power in ((pairs.transmit_legs, transmit_power), (pairs.receive_legs, receive_power))
         )
         by_delay = DelayCells(bins_by_key[key], grid.start, grid.rate)
-        deposit_label_positions(by_delay, out, back, pairs.pair, strength, position, geometry.receive_position)
+        deposit_label_positions(by_delay, transmit, receive, pairs.pair, strength, position, geometry.receive_position)
 
     def _add_occluded(self, buffer: LabelBuffer, pairs: Pairs) -> None:
         """Add the energies that occluded direct paths to the seabed would have without occlusion."""
         occluded = np.zeros(len(pairs.scatterers), bool)
-        ends = (pairs.out, pairs.pair[:, 0]), (pairs.back, pairs.pair[:, 1])
+        ends = (pairs.transmit_legs, pairs.pair[:, 0]), (pairs.receive_legs, pairs.pair[:, 1])
         for legs, rows in ends:
             occluded |= (legs.status[rows] == LegStatus.OCCLUDED).any(axis=0)
         point_rows = np.flatnonzero(occluded)
         if not len(point_rows):
             return
         geometry = self.accumulator.ping_geometry
-        power_out = _unoccluded_power(pairs.out, geometry.transmit_beams, point_rows) * intensity_ratio(
+        transmit_power = _unoccluded_power(pairs.transmit_legs, geometry.transmit_beams, point_rows) * intensity_ratio(
             geometry.source_level_db
         )
-        power_back = _unoccluded_power(pairs.back, geometry.receive_beams, point_rows)
+        receive_power = _unoccluded_power(pairs.receive_legs, geometry.receive_beams, point_rows)
         occluders = [legs.occluder[rows][:, point_rows] for legs, rows in ends]
         for occluder_row in sorted(set(np.concatenate(occluders, axis=None).tolist()) - {-1}):
             object_name = "seabed" if occluder_row == SEABED_OCCLUDER else self.occluder_names[occluder_row]
             for row, (i, j) in enumerate(pairs.pair):
-                removed_fraction = _removed_fraction(pairs.out, pairs.back, int(i), int(j), occluder_row)[point_rows]
+                leg_pair = pairs.transmit_legs, pairs.receive_legs
+                removed_fraction = _removed_fraction(*leg_pair, int(i), int(j), occluder_row)[point_rows]
                 self._deposit_positions(
-                    buffer, (object_name, HIDDEN), pairs.select(np.array([row])), power_out * removed_fraction,
-                    power_back, point_rows,
+                    buffer, (object_name, HIDDEN), pairs.select(np.array([row])), transmit_power * removed_fraction,
+                    receive_power, point_rows,
                 )  # fmt: skip
 
     @cached_property
@@ -345,12 +349,12 @@ def _unoccluded_power(legs: Legs, beams: Beams, point_rows: Rows) -> Floats:
     return np.asarray((beams.gain(legs.departure[:, point_rows]) * amplitude) ** 2)
 
 
-def _removed_fraction(out: Legs, back: Legs, i: int, j: int, occluder_row: int) -> Floats:
+def _removed_fraction(transmit: Legs, receive: Legs, i: int, j: int, occluder_row: int) -> Floats:
     """Fraction of each echo by transmit leg i and receive leg j that one occluder removes [1], (n,)."""
-    ends = ((out, i), (back, j))
+    ends = ((transmit, i), (receive, j))
     occluded = [legs.status[row] == LegStatus.OCCLUDED for legs, row in ends]
     exists = [cut | (legs.status[row] == LegStatus.CLEAR) for (legs, row), cut in zip(ends, occluded, strict=True)]
-    occluder = np.where(occluded[0], out.occluder[i], back.occluder[j])
+    occluder = np.where(occluded[0], transmit.occluder[i], receive.occluder[j])
     affected = exists[0] & exists[1] & (occluded[0] | occluded[1]) & (occluder == occluder_row)
-    transmitted = np.abs(out.visibility[i] * back.visibility[j]) ** 2
+    transmitted = np.abs(transmit.visibility[i] * receive.visibility[j]) ** 2
     return np.where(affected, np.maximum(1 - transmitted, 0.0), 0.0)

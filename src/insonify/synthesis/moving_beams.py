@@ -53,9 +53,9 @@ def deposit_beams(
     if not len(pairs.scatterers) or not len(pairs.pair):
         return
     ping_geometry, grid, receive_points, water = ping.ping_geometry, ping.grid, ping.receive_points, ping.water
-    out, back = pairs.out, pairs.back
-    transmit_columns = _leg_columns(out)
-    receive_columns = transmit_columns if back is out else _leg_columns(back)
+    transmit_legs, receive_legs = pairs.transmit_legs, pairs.receive_legs
+    transmit_columns = _leg_columns(transmit_legs)
+    receive_columns = transmit_columns if receive_legs is transmit_legs else _leg_columns(receive_legs)
     gradient, wavefronts = 0.0, WavefrontColumns(np.empty((0, 0)), np.empty((0, 0)), np.empty((0, 0, 0)))
     if water.layered:
         curvature, distance, gradient, expansion = wavefront_columns(pairs, ping_geometry, water)
@@ -64,11 +64,11 @@ def deposit_beams(
     pulse_middle = reception.water.pulse_middle
     channels = _receive_beams(receive_points, cells.shape[1] if grid_rows is None else 1, ping_geometry)
     block = ScattererBlock(
-        np.ascontiguousarray(pairs.pair), transmit_columns, receive_columns, back is out,
+        np.ascontiguousarray(pairs.pair), transmit_columns, receive_columns, receive_legs is transmit_legs,
         np.ascontiguousarray(pairs.scatterers.phase), _kernel_strengths(pairs, ping.replica_jitter), wavefronts,
     )  # fmt: skip
     parallax = has_parallax(
-        ping_geometry, receive_points, _min_length(back), grid.start + grid.sample_count / grid.sample_rate
+        ping_geometry, receive_points, _min_length(receive_legs), grid.start + grid.sample_count / grid.sample_rate
     )
     sub_bands = ping_geometry.sub_bands or (carrier_band(ping_geometry),)
     for band, sub_band in enumerate(sub_bands if grid_rows is None else grid_rows.bands):

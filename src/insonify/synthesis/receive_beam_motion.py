@@ -25,12 +25,13 @@ def receive_directions(pairs: Pairs, ping_geometry: PingGeometry) -> Floats:
         Unit vectors from the receiver to the scatterers [1], shape (legs, n, 3), in the world turned so that the beams
         of the start of the ping apply; the legs' own departures where the motion is negligible for the beams.
     """
-    motion, directions = ping_geometry.receive_motion, pairs.back.departure
+    motion, directions = ping_geometry.receive_motion, pairs.receive_legs.departure
     if motion is None:
         return directions
     points = receive_points(ping_geometry)
-    arrival_time = pairs.out.delay[0] + pairs.back.delay  # other transmit legs differ by too little to matter
-    length = pairs.back.length
+    # other transmit legs differ by too little to matter
+    arrival_time = pairs.transmit_legs.delay[0] + pairs.receive_legs.delay
+    length = pairs.receive_legs.length
     if arrival_time.size and has_parallax(
         ping_geometry, points, float(np.fmin.reduce(length, axis=None)), float(np.fmax.reduce(arrival_time, axis=None))
     ):

@@ -64,12 +64,13 @@ def deposit_specular_labels(
     """
     i, j = pairs.pair.T
     count = sums.pressure.shape[1]
-    bin_number = np.rint((pairs.out.delay[i] + pairs.back.delay[j] - start) * rate)
+    bin_number = np.rint((pairs.transmit_legs.delay[i] + pairs.receive_legs.delay[j] - start) * rate)
     source_amplitude = float(amplitude_ratio(ping_geometry.source_level_db))
-    transmit_weights = leg_weights(pairs.out, ping_geometry.transmit_beams, ping_geometry.frequency, source_amplitude)
-    receive_weights = leg_weights(pairs.back, ping_geometry.receive_beams, ping_geometry.frequency)
+    transmit_legs, frequency = pairs.transmit_legs, ping_geometry.frequency
+    transmit_weights = leg_weights(transmit_legs, ping_geometry.transmit_beams, frequency, source_amplitude)
+    receive_weights = leg_weights(pairs.receive_legs, ping_geometry.receive_beams, ping_geometry.frequency)
     position = pairs.scatterers.position - ping_geometry.receive_position
-    grazing = (np.abs(pairs.out.grazing[i]) + np.abs(pairs.back.grazing[j])) / 2
+    grazing = (np.abs(pairs.transmit_legs.grazing[i]) + np.abs(pairs.receive_legs.grazing[j])) / 2
     columns = [*np.broadcast_to(position.T[:, None], (3, *bin_number.shape)), grazing]
     for channel, (pressure, incoherent) in enumerate(zip(sums.pressure, sums.incoherent, strict=True)):
         weight = (
