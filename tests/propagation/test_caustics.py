@@ -12,7 +12,7 @@ from insonify.propagation._eigenray_kernel import (
     FOLD,
     FOLD_CURVATURE,
     FOLD_SIDE,
-    MOST,
+    MAX_RAYS,
     TURNS,
 )  # fmt: skip
 from insonify.propagation.caustic import fold_distance, fold_factor
@@ -31,7 +31,7 @@ def turned_rays(ranges, depth=SOURCE):
     """The rays that turn once, (n, 2, COLUMNS), for points that have two."""
     ranges = np.asarray(ranges, float)
     rays, count, _ = exact_solutions(WATER, "D", SOURCE, np.full(ranges.size, depth), ranges)
-    there = np.arange(MOST) < count[:, None]
+    there = np.arange(MAX_RAYS) < count[:, None]
     return np.stack([point[is_ray & (point[:, TURNS] == 1)] for point, is_ray in zip(rays, there, strict=True)])
 
 

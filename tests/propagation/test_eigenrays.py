@@ -13,7 +13,7 @@ from insonify.propagation._eigenray_kernel import (
     FOLD,
     FOLD_CURVATURE,
     FOLD_SIDE,
-    MOST,
+    MAX_RAYS,
     SLOWNESS,
 )
 from insonify.propagation.eigenray_record import exact_solutions
@@ -199,7 +199,7 @@ def test_in_a_channel_the_rays_with_the_fewest_turns_are_given():
     """From axis to axis of a channel any number of turns leads; eight rays are kept, no ray left out turns less."""
     channel = SoundSpeedProfile([0, 10, 20], [1510, 1490, 1510])
     rows = found(channel, 10.0, 10.0, 100.0, ["D"])
-    assert len(rows) == MOST
+    assert len(rows) == MAX_RAYS
     least = rows.turning_points.min()
     assert set(rows.turning_points) == set(range(least, rows.turning_points.max() + 1))
 

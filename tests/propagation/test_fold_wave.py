@@ -18,7 +18,7 @@ ONE_DB = 10 ** (1 / 20) - 1
 
 
 def rays(profile, distance):
-    """The direct family to each distance: rays (n, MOST, COLUMNS), silent beyond the count."""
+    """The direct family to each distance: rays (n, MAX_RAYS, COLUMNS), silent beyond the count."""
     water = SoundSpeedLayers(np.array(profile.depth), np.array(profile.speed))
     found, count, _ = exact_solutions(water, "D", SOURCE, np.full(distance.size, POINT), distance)
     for row, n in zip(found, count, strict=True):

@@ -54,7 +54,8 @@ def test_a_leg_to_the_centre_gives_the_legs_beside_it(name, bar):
                 way = np.ascontiguousarray(one.receive_legs.departure[row].T)
                 curvature, still = front.vertical_curvature, ElementMotion(offset, np.zeros(3), np.zeros(3))
                 echoes = ArrivalColumns(one.receive_legs.delay[row], curvature, 1 / curvature,
-                                        front.horizontal_distance, *way, np.ones(clear.size), front.expansion)  # fmt: skip
+                                        front.horizontal_distance, *way, np.ones(clear.size),
+                                        front.expansion)  # fmt: skip
                 water = ArrayWater(1 / here.sound_speed, front.sound_speed_gradient, 0.0, True, 0.0)
                 arrival_refracted(echoes, clear.size, still, water, when, fade, doppler)
                 np.testing.assert_allclose(when[clear], other.receive_legs.delay[row][clear], rtol=0, atol=bar)

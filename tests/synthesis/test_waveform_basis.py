@@ -6,7 +6,13 @@ import pytest
 from insonify.simulator import build_simulator
 from insonify.sonar.pulse import Pulse
 from insonify.synthesis.time_grid import convolve_pulse, convolve_waveforms, time_grid
-from insonify.synthesis.waveform_basis import MOST, WaveformBasis, doppler_node_count, doppler_range, waveform_basis
+from insonify.synthesis.waveform_basis import (
+    MAX_WAVEFORMS,
+    WaveformBasis,
+    doppler_node_count,
+    doppler_range,
+    waveform_basis,
+)
 from oracles.arrays import elements_scenario
 from synthesis.oracle import pulse_spectrum, spikes
 
@@ -78,7 +84,7 @@ def test_as_many_nodes_as_the_phase_needs(width):
 
 def test_there_is_an_end_to_it():
     """A second of tone at any speed would take hundreds: the count stops, and such scenarios are refused."""
-    assert doppler_node_count(TONE.model_copy(update={"duration": 1.0}), 0.05) == MOST
+    assert doppler_node_count(TONE.model_copy(update={"duration": 1.0}), 0.05) == MAX_WAVEFORMS
 
 
 def test_shapes_are_finished_together_as_they_are_one_by_one():

@@ -1,8 +1,8 @@
 """Points whose legs and pairs are held at once: what bounds the memory of a ping, whatever is in the scene."""
 
-from insonify.propagation.explicit_surface import MOST
+from insonify.propagation.explicit_surface import MAX_BOUNCE_POINTS
 from insonify.propagation.families import bounce_sequence, families_reaching
-from insonify.propagation.glints import FEW, SEVERAL
+from insonify.propagation.glints import FIXED_PHASE_GLINTS, RANDOM_PHASE_GLINTS
 from insonify.propagation.path_settings import PathSettings
 from insonify.scene.scatterers import Boundary, Scatterers
 from insonify.scene.scene import Scene
@@ -35,10 +35,11 @@ def legs_per_point(
     kept = families_reaching(boundary, path_settings.followed_families)
     if scene.surface.reflection == "explicit":
         moving = sum("S" in bounce_sequence(name) for name in kept)
-        return len(kept) + moving * (BOUNCES * (1 + FEW * (scene.surface.wind_speed is not None)) - 1) + further
+        glints = RANDOM_PHASE_GLINTS * (scene.surface.wind_speed is not None)
+        return len(kept) + moving * (BOUNCES * (1 + glints) - 1) + further
     rough = "S" * (scene.surface.reflection == "statistical") + "B" * (scene.seabed.reflecting_interface == "rough")
     random = sum(bool(set(rough) & set(bounce_sequence(name))) for name in kept)
-    return len(kept) + random * (FEW if drawn else SEVERAL) + further
+    return len(kept) + random * (RANDOM_PHASE_GLINTS if drawn else FIXED_PHASE_GLINTS) + further
 
 
 def bytes_per_point(
@@ -57,8 +58,8 @@ def points_at_once(scene: Scene, path_settings: PathSettings, scatterers: Scatte
     if scene.surface.reflection == "explicit":
         kept = families_reaching(scatterers.boundary, path_settings.followed_families)
         moving = sum("S" in bounce_sequence(name) for name in kept)
-        glints = 0 if scene.surface.wind_speed is None else FEW if drawn else SEVERAL
-        most = len(kept) + moving * MOST * (1 + glints) + further
+        glints = 0 if scene.surface.wind_speed is None else RANDOM_PHASE_GLINTS if drawn else FIXED_PHASE_GLINTS
+        most = len(kept) + moving * MAX_BOUNCE_POINTS * (1 + glints) + further
     count = points_of_legs(
         legs_per_point(scene, path_settings, scatterers.boundary, drawn=drawn, further=further), drawn=drawn
     )

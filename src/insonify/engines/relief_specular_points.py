@@ -49,7 +49,7 @@ HALF_RESPONSE = 0.249
 """Standard deviation of the Gaussian of `_long_waves` whose half of a wave of length 1 stays [1]."""
 SIGN_NODES = 2
 """Nodes to either side among which the gradient changes sign about a stationary point [1]."""
-MOST = 64
+MAX_SPECULAR_POINTS = 64
 """Points of one path that are kept, the strongest [1]."""
 AIRY = 0.795
 """Curvature at a caustic whose stationary phase equals Airy's Ai(0), over k^(-1/3) c^(2/3), c the third derivative of
@@ -327,7 +327,7 @@ def _at(
             / (spreading_distance[0] * spreading_distance[1] * np.sqrt(np.linalg.det(plane)))
         )
         sine = sine * np.interp(depth, water.depth, water.speed) / water.speed[0]
-    order = np.argsort(-focusing / length, kind="stable")[:MOST]
+    order = np.argsort(-focusing / length, kind="stable")[:MAX_SPECULAR_POINTS]
     return SpecularPoints(
         points[order], length[order], focusing[order], np.sum(value[order] < 0, axis=1).astype(np.uint8), sine[order],
         scale, residual,

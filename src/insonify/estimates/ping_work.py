@@ -27,7 +27,7 @@ from insonify.estimates.facet_work import facet_work
 from insonify.estimates.terrain_work import distinct, tiles_in_reach, tiles_under_radials, tiles_under_rings
 from insonify.estimates.wave_work import wave_leg_seconds
 from insonify.propagation.families import DIRECT, bounce_sequence, families_reaching
-from insonify.propagation.glints import WEAK, glint_surface
+from insonify.propagation.glints import MIN_COHERENT_FACTOR, glint_surface
 from insonify.propagation.image_sources import StraightRays
 from insonify.scattering.lambert import Lambert
 from insonify.scenario.scenario import Scenario
@@ -380,7 +380,7 @@ def _pairs_of_glints(
         height = float(ping_geometry.transmit_position[2]) + depth
         phase_per_height = 4 * np.pi * frequency / ping_geometry.sound_speed * height / np.hypot(distance, height)
         coherent_factor = np.exp(-(phase_per_height**2) * float(waves.variance[-1]) / 2)
-        legs -= np.where(coherent_factor > WEAK, 0, sum("S" in bounce_sequence(name) for name in kept))
+        legs -= np.where(coherent_factor > MIN_COHERENT_FACTOR, 0, sum("S" in bounce_sequence(name) for name in kept))
     return np.asarray((legs**2 - glints) / len(kept) ** 2)  # no pairs of one glint with itself
 
 

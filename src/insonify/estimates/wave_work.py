@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from insonify.estimates import unit_costs
 from insonify.propagation.explicit_surface import (
-    MOST,
+    MAX_BOUNCE_POINTS,
     MOST_NODES,
     NODES,
     SHARED,
@@ -48,7 +48,7 @@ def wave_leg_seconds(
     neighbours = np.maximum((sea.shortest_wavelength / SHARED) ** 2 / cell, 1e-9)
     searches = -np.expm1(-neighbours) / neighbours
     each = sea.waves.shape[1] * unit_costs.SECONDS_PER_WAVE + unit_costs.SECONDS_PER_WAVE_NODE
-    rows = np.minimum(SPREAD * np.sqrt(np.maximum(bounces - 1, 0.0)), MOST - 1)
+    rows = np.minimum(SPREAD * np.sqrt(np.maximum(bounces - 1, 0.0)), MAX_BOUNCE_POINTS - 1)
     return np.asarray(
         2 * (each * (searches * nodes + NEWTON_STEPS * bounces) + rows * unit_costs.SECONDS_PER_BOUNCE_ROW)
     )

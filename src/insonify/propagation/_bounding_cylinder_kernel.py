@@ -17,7 +17,7 @@ def points_behind_cylinder(
     position: Floats, points: Floats, directions: Floats, cylinder: Floats, clearance: float, direct: bool,
     rows: Integers,
 ) -> int:  # fmt: skip
-    """Find points whose path passes a cylinder, seen from above; return their number.
+    """Find points whose path passes a cylinder in plan view; return their number.
 
     Args:
         position: Start of the paths [m], (3,).
@@ -36,19 +36,21 @@ def points_behind_cylinder(
     for n in range(points.shape[0]):
         dx, dy = points[n, 0] - cylinder[0], points[n, 1] - cylinder[1]
         north, east = points[n, 0] - position[0], points[n, 1] - position[1]
-        square = north * north + east * east
+        squared_distance = north * north + east * east
         for f in range(max(directions.shape[0], 1)):
             if directions.shape[0] > 0:
                 north, east = directions[f, n, 0], directions[f, n, 1]
-            along = north * north + east * east
-            off = dy * north - dx * east
-            if off * off > max_offset_squared * along or (along == 0 and dx * dx + dy * dy > max_offset_squared):
+            squared_length = north * north + east * east
+            offset = dy * north - dx * east
+            if offset * offset > max_offset_squared * squared_length or (
+                squared_length == 0 and dx * dx + dy * dy > max_offset_squared
+            ):
                 continue
-            back, length = dx * north + dy * east, math.sqrt(along)
-            if back >= -radius * length and back <= (math.sqrt(square) + radius) * length:
+            projection, length = dx * north + dy * east, math.sqrt(squared_length)
+            if projection >= -radius * length and projection <= (math.sqrt(squared_distance) + radius) * length:
                 if direct and length > 0 and points[n, 2] > position[2]:
-                    leaves = min((length - back / length + radius + clearance) / length, 1.0)
-                    if position[2] + leaves * (points[n, 2] - position[2]) < cylinder[3] - clearance:
+                    leaving_fraction = min((length - projection / length + radius + clearance) / length, 1.0)
+                    if position[2] + leaving_fraction * (points[n, 2] - position[2]) < cylinder[3] - clearance:
                         break
                 rows[hit_count] = n
                 hit_count += 1

@@ -35,8 +35,8 @@ from insonify.propagation._layer_sequence_kernel import (
     start_layer_sequence,
     turning_slabs,
 )
-from insonify.propagation._monotone_segment_kernel import GUESSES, MOST, ROUNDING, branch_rays
-from insonify.propagation._ray_branch_kernel import LEVEL, ray_distance, ray_to_distance
+from insonify.propagation._monotone_segment_kernel import GUESSES, MAX_RAYS, ROUNDING, branch_rays
+from insonify.propagation._ray_branch_kernel import HORIZONTAL, ray_distance, ray_to_distance
 from insonify.propagation._ray_properties_kernel import (
     AMPLITUDE,
     AT_END,
@@ -69,7 +69,7 @@ Floats = NDArray[np.float64]
 Integers = NDArray[Any]
 
 __all__ = [
-    "AMPLITUDE", "AT_END", "CAUSTICS", "COLUMNS", "DELAY", "FOLD", "FOLD_CURVATURE", "FOLD_SIDE", "LENGTH", "MOST",
+    "AMPLITUDE", "AT_END", "CAUSTICS", "COLUMNS", "DELAY", "FOLD", "FOLD_CURVATURE", "FOLD_SIDE", "LENGTH", "MAX_RAYS",
     "SIN_ARRIVAL", "SIN_LAUNCH", "SLOWNESS", "TURNS", "RaySolutions", "solve_eigenrays",
 ]  # fmt: skip
 
@@ -161,7 +161,7 @@ def direct_rays(ray_branch: Floats, bounces: int, first_up: bool, workspace: Any
     if first == last:
         return horizontal_rays(ray_branch, s, out)
     finish_layer_sequence(ray_branch, first, last)
-    limit = ray_distance(LEVEL, ray_branch)[0]
+    limit = ray_distance(HORIZONTAL, ray_branch)[0]
     vertical_distance, slower = 0.0, 0.0
     for j in range(first, last):
         vertical_distance += 0.5 * ray_branch[STRETCH, j]
@@ -175,16 +175,16 @@ def direct_rays(ray_branch: Floats, bounces: int, first_up: bool, workspace: Any
         block[B_FAR, ray_count], block[B_PINNED, ray_count] = ranges[i], 0.0
         block[B_V, ray_count] = math.sqrt(max(ratio * ratio - slower, 0.05 * ratio * ratio))
         if ranges[i] >= limit * (1 - ROUNDING):
-            block[B_V, ray_count], block[B_PINNED, ray_count] = LEVEL, 1.0
+            block[B_V, ray_count], block[B_PINNED, ray_count] = HORIZONTAL, 1.0
         elif ratio > 1e9:
             block[B_V, ray_count], block[B_PINNED, ray_count] = min(ratio, 1e300), 2.0
         pick[ray_count] = i
         ray_count += 1
-    newton_steps(ray_branch, block, ray_count, LEVEL, math.inf, True)
+    newton_steps(ray_branch, block, ray_count, HORIZONTAL, math.inf, True)
     for i in range(ray_count):
         if block[B_PINNED, i] == 0:
             block[B_V, i] = ray_to_distance(
-                block[B_FAR, i], LEVEL, 2 * vertical_distance / block[B_FAR, i], True, ray_branch
+                block[B_FAR, i], HORIZONTAL, 2 * vertical_distance / block[B_FAR, i], True, ray_branch
             )
     complete_rays(ray_branch, block, ray_count)
     for i in range(ray_count):
@@ -269,10 +269,10 @@ def ducted_rays(
 def is_full(out: Any) -> bool:
     """Return True if no point can take another ray; `out` as in `direct_rays`."""
     point_span, _, _, count = out
-    fewest = MOST
+    fewest = MAX_RAYS
     for i in range(point_span[0], point_span[1]):
         fewest = min(fewest, count[i])
-    return fewest >= MOST
+    return fewest >= MAX_RAYS
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -27,7 +27,7 @@ from insonify.propagation._eigenray_kernel import (
     FOLD_CURVATURE,
     FOLD_SIDE,
     LENGTH,
-    MOST,
+    MAX_RAYS,
     SIN_ARRIVAL,
     SIN_LAUNCH,
     SLOWNESS,
@@ -96,7 +96,7 @@ def solve_nodes(
     """
     depth, speed, n = water.depth, water.speed, node_ranges.size
     nodes, mean_speed, sheet, count, status = node_rays
-    rays, ray_count, why = np.zeros((n, MOST, COLUMNS)), np.zeros(n, np.int64), np.zeros(n, np.uint8)
+    rays, ray_count, why = np.zeros((n, MAX_RAYS, COLUMNS)), np.zeros(n, np.int64), np.zeros(n, np.uint8)
     solutions = RaySolutions(rays, ray_count, why)
     at_depth = np.empty(n)
     step = node_ranges[1] - node_ranges[0]
@@ -276,7 +276,7 @@ def compare_points(
         errors: Result: error of the delay [s] and relative one of amplitude, inf where the paths differ, (2, n).
     """
     n, cell, paths = points.ranges.size, points.cell, points.paths
-    solutions = RaySolutions(np.zeros((n, MOST, COLUMNS)), np.zeros(n, np.int64), np.zeros(n, np.uint8))
+    solutions = RaySolutions(np.zeros((n, MAX_RAYS, COLUMNS)), np.zeros(n, np.int64), np.zeros(n, np.uint8))
     solve_eigenrays(water, source_depth, bounces, points.depth, points.ranges, solutions)
     rays, path_count = solutions.rays, solutions.ray_count
     for i in range(n):

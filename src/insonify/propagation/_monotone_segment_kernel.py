@@ -13,8 +13,8 @@ from insonify.jit import njit
 from insonify.propagation._layer_sequence_kernel import HALF_TURNS, LAYER_SEQUENCE, TOP
 from insonify.propagation._ray_branch_kernel import (
     EDGE,
+    HORIZONTAL,
     IS_FOLD,
-    LEVEL,
     curvature_at_fold,
     monotone_segments,
     ray_distance,
@@ -39,7 +39,7 @@ from insonify.propagation._ray_properties_kernel import (
 
 Floats = NDArray[np.float64]
 
-MOST = 8  # rays of one family to one point; those with the fewest turns are kept
+MAX_RAYS = 8  # rays of one family to one point; those with the fewest turns are kept
 GUESSES = 17  # rays of a segment from which those to many points are interpolated
 ROUNDING = 2e-13  # of a distance, at the end of a branch
 
@@ -47,7 +47,7 @@ ROUNDING = 2e-13  # of a distance, at the end of a branch
 @njit(cache=True, nogil=True, error_model="numpy")
 def branch_rays(
     ray_branch: Floats, max_turning_speed: float, launch_sign: float, arrival_sign: float, low: float, high: float,
-    workspace: Any, out: Any,
+    workspace: Any, result: Any,
 ) -> tuple[float, float]:  # fmt: skip
     """Rays of a ray branch with turns, to points of one depth.
 
@@ -59,21 +59,21 @@ def branch_rays(
         low: Distance of the nearest point [m].
         high: Distance of the farthest point [m].
         workspace: See `direct_rays`.
-        out: See `direct_rays`.
+        result: See `direct_rays`.
 
     Returns:
         Bounds of the ray branch's distances [m].
     """
     edges, slow = workspace[3], ray_branch[LAYER_SEQUENCE, TOP]
     end = math.sqrt((max_turning_speed - slow) / slow * ((max_turning_speed + slow) / slow))
-    pieces = monotone_segments(end, high, ray_branch, edges)
-    x_left = ray_distance(LEVEL, ray_branch)[0]
+    segment_count = monotone_segments(end, high, ray_branch, edges)
+    x_left = ray_distance(HORIZONTAL, ray_branch)[0]
     x_end = ray_distance(end, ray_branch)[0]
     shortest, longest = min(x_left, x_end), max(x_left, x_end)
-    for piece in range(pieces):
-        x_right = ray_distance(edges[EDGE, piece + 1], ray_branch)[0]
+    for segment in range(segment_count):
+        x_right = ray_distance(edges[EDGE, segment + 1], ray_branch)[0]
         if min(x_left, x_right) <= high * (1 + ROUNDING) and max(x_left, x_right) >= low * (1 - ROUNDING):
-            segment_rays(ray_branch, piece, x_left, x_right, launch_sign, arrival_sign, workspace, out)
+            segment_rays(ray_branch, segment, x_left, x_right, launch_sign, arrival_sign, workspace, result)
         shortest, longest = min(shortest, x_right), max(longest, x_right)
         x_left = x_right
     return shortest, longest
@@ -82,7 +82,7 @@ def branch_rays(
 @njit(cache=True, nogil=True, error_model="numpy")
 def segment_rays(
     ray_branch: Floats, segment: int, x_left: float, x_right: float, launch_sign: float, arrival_sign: float,
-    workspace: Any, out: Any,
+    workspace: Any, result: Any,
 ) -> None:  # fmt: skip
     """Rays of one monotone segment of a ray branch.
 
@@ -94,21 +94,21 @@ def segment_rays(
         launch_sign: See `branch_rays`.
         arrival_sign: See `branch_rays`.
         workspace: See `direct_rays`.
-        out: See `direct_rays`.
+        result: See `direct_rays`.
     """
-    point_span, ranges, rays, count = out
-    block, pick, guesses, edges = workspace
+    point_span, ranges, rays, count = result
+    block, point_index, guesses, edges = workspace
     a, b, falls = edges[EDGE, segment], edges[EDGE, segment + 1], x_right < x_left
-    close, away = min(x_left, x_right), max(x_left, x_right)
+    nearest, farthest = min(x_left, x_right), max(x_left, x_right)
     ray_count = 0
     for i in range(point_span[0], point_span[1]):
-        distance, slack = ranges[i], ROUNDING * (ranges[i] + 1)
-        if distance < close - slack or distance > away + slack or count[i] >= MOST:
+        distance, tolerance = ranges[i], ROUNDING * (ranges[i] + 1)
+        if distance < nearest - tolerance or distance > farthest + tolerance or count[i] >= MAX_RAYS:
             continue
-        at_close, at_away = distance <= close + slack, distance >= away - slack
-        block[B_FAR, ray_count], block[B_PINNED, ray_count] = distance, (1.0 if at_close or at_away else 0.0)
-        block[B_V, ray_count] = b if at_close == falls else a
-        pick[ray_count] = i
+        is_nearest, is_farthest = distance <= nearest + tolerance, distance >= farthest - tolerance
+        block[B_FAR, ray_count], block[B_PINNED, ray_count] = distance, (1.0 if is_nearest or is_farthest else 0.0)
+        block[B_V, ray_count] = b if is_nearest == falls else a
+        point_index[ray_count] = i
         ray_count += 1
     if ray_count == 0:
         return
@@ -121,11 +121,11 @@ def segment_rays(
     complete_rays(ray_branch, block, ray_count)
     turns = int(ray_branch[LAYER_SEQUENCE, HALF_TURNS] + ray_branch[LAYER_SEQUENCE, HALF_TURNS + 1]) // 2
     for i in range(ray_count):
-        k = pick[i]
+        k = point_index[i]
         write_ray_properties(ray_branch, block, i, launch_sign, arrival_sign, turns, rays, k, count[k])
-        for inner in range(segment, segment + 2):
-            if edges[IS_FOLD, inner] > 0:
-                record_fold(rays[k, count[k]], block[B_FAR, i], edges[EDGE, inner], block[B_SLOPE, i], ray_branch)
+        for edge in range(segment, segment + 2):
+            if edges[IS_FOLD, edge] > 0:
+                record_fold(rays[k, count[k]], block[B_FAR, i], edges[EDGE, edge], block[B_SLOPE, i], ray_branch)
         if not (rays[k, count[k], AT_END] == 1 and is_duplicate_ray(rays[k], count[k])):
             count[k] += 1
 

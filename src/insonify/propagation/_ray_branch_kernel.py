@@ -22,7 +22,7 @@ from insonify.propagation._layer_sequence_kernel import BEND, FIRST, KAPPA, LAST
 
 Floats = NDArray[np.float64]
 
-LEVEL = 1e-100  # v of a ray that is horizontal at its fastest node: its cube and the inverse of that are finite
+HORIZONTAL = 1e-100  # v of a ray that is horizontal at its fastest node: its cube and the inverse of that are finite
 EDGE, IS_FOLD = 0, 1  # rows of the ends of a ray branch's segments
 _HALVINGS = 12
 
@@ -134,11 +134,11 @@ def monotone_segments(end: float, high: float, ray_branch: Floats, edges: Floats
     Returns:
         Number of segments; 0 if all rays of the ray branch go beyond `high`, by the same bounds.
     """
-    pieces, left, width = 0, 0, 1 << _HALVINGS  # the part, in steps of sqrt(v): graded towards v = 0
-    a, at_a, at_end = LEVEL, distance_derivatives(LEVEL, ray_branch), distance_derivatives(end, ray_branch)
+    segment_count, left, width = 0, 0, 1 << _HALVINGS  # the part, in steps of sqrt(v): graded towards v = 0
+    a, at_a, at_end = HORIZONTAL, distance_derivatives(HORIZONTAL, ray_branch), distance_derivatives(end, ray_branch)
     if at_end[2] + at_a[0] > high:
         return 0
-    edges[EDGE, 0], edges[IS_FOLD, 0] = LEVEL, 0.0
+    edges[EDGE, 0], edges[IS_FOLD, 0] = HORIZONTAL, 0.0
     while left < 1 << _HALVINGS:
         b = end * ((left + width) / (1 << _HALVINGS)) ** 2
         at_b = at_end if left + width == 1 << _HALVINGS else distance_derivatives(b, ray_branch)
@@ -149,15 +149,16 @@ def monotone_segments(end: float, high: float, ray_branch: Floats, edges: Floats
             continue
         slope_a = at_a[1] - at_a[3] + a * (at_a[4] - at_a[5])
         slope_b = at_b[1] - at_b[3] + b * (at_b[4] - at_b[5])
-        if slope_a * slope_b < 0 and pieces + 2 < edges.shape[1]:
-            pieces += 1
-            edges[EDGE, pieces], edges[IS_FOLD, pieces] = distance_extremum(a, b, slope_a, ray_branch), 1.0
+        if slope_a * slope_b < 0 and segment_count + 2 < edges.shape[1]:
+            segment_count += 1
+            edges[EDGE, segment_count] = distance_extremum(a, b, slope_a, ray_branch)
+            edges[IS_FOLD, segment_count] = 1.0
         a, at_a = b, at_b
         left += width
         while width < 1 << _HALVINGS and left % (2 * width) == 0:
             width *= 2
-    edges[EDGE, pieces + 1], edges[IS_FOLD, pieces + 1] = end, 0.0
-    return pieces + 1
+    edges[EDGE, segment_count + 1], edges[IS_FOLD, segment_count + 1] = end, 0.0
+    return segment_count + 1
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -196,7 +197,7 @@ def distance_extremum(a: float, b: float, slope_a: float, ray_branch: Floats) ->
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def ray_to_distance(distance: float, a: float, b: float, falls: bool, ray_branch: Floats) -> float:
+def ray_to_distance(distance: float, a: float, b: float, is_falling: bool, ray_branch: Floats) -> float:
     """Parameter v between a and b of the ray to a given distance, to rounding, on a monotone segment.
 
     Newton steps while they stay inside and shrink, halvings otherwise.
@@ -205,14 +206,14 @@ def ray_to_distance(distance: float, a: float, b: float, falls: bool, ray_branch
         distance: Horizontal distance [m].
         a: Lower end.
         b: Upper end.
-        falls: True if distance falls with v.
+        is_falling: True if distance falls with v.
         ray_branch: The ray branch.
     """
     v, last_step = 0.5 * (a + b), b - a
     for _ in range(400):
         x, slope = ray_distance(v, ray_branch)
         error = distance - x
-        if (error > 0) == falls:
+        if (error > 0) == is_falling:
             b = v
         else:
             a = v

@@ -55,7 +55,7 @@ class RaySolutions(NamedTuple):
     """Rays of one family to n points."""
 
     rays: Floats
-    """Columns of the rays of each point, by launch angle, upward first; as many as `ray_count`, (n, MOST, COLUMNS)."""
+    """Columns of the rays of each point, by launch angle, upward first; `ray_count` of them, (n, MAX_RAYS, COLUMNS)."""
     ray_count: NDArray[np.int64]
     """Number of rays to each point, (n,)."""
     status: NDArray[np.uint8]

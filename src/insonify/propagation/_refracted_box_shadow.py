@@ -17,7 +17,7 @@ from insonify.propagation.sound_speed_layers import SoundSpeedLayers
 
 Floats = NDArray[np.float64]
 
-MAX_PIECES = 100_000
+MAX_ARCS = 100_000
 """Arcs of a ray after which the trace is given up: more than any contributing ray has."""
 
 
@@ -53,7 +53,7 @@ def ray_hits_box(water: SoundSpeedLayers, bounces: Bounces, ray: LaunchedRay, bo
     enter, leave, top, base = box.enter * ray.distance, box.leave * ray.distance, box.top, box.base
     x, z, s, bounce_count = 0.0, ray.source_depth, ray.sine, 0
     layer = _layer(knots, z, s, speeds)
-    for _ in range(MAX_PIECES):
+    for _ in range(MAX_ARCS):
         if x > leave or x > horizontal_distance or (box.is_own and bounce_count == bounces.number):
             return False
         if s == 0:
@@ -64,18 +64,18 @@ def ray_hits_box(water: SoundSpeedLayers, bounces: Bounces, ray: LaunchedRay, bo
         if horizontal_distance < 1e-9 and bounce_count == bounces.number:
             # Vertical: the range does not determine its end, but the depth does.
             return min(z, ray.end_depth) <= base and max(z, ray.end_depth) >= top
-        step, goal, s_end = _piece(z, s, c, g, slowness, knots[layer], knots[layer + 1], down)
-        if x + step >= enter:
+        arc_range, border, s_end = _arc_end(z, s, c, g, slowness, knots[layer], knots[layer + 1], down)
+        if x + arc_range >= enter:
             first = z if x >= enter else z + _depth_change(enter - x, s, c, g, slowness)
-            last = goal if x + step <= leave else z + _depth_change(leave - x, s, c, g, slowness)
+            last = border if x + arc_range <= leave else z + _depth_change(leave - x, s, c, g, slowness)
             low, high = min(first, last), max(first, last)
-            turn = s / (g * slowness) if s * s_end < 0 else -1.0
-            if max(enter - x, 0.0) < turn < leave - x:
-                deep = z + _depth_change(turn, s, c, g, slowness)
-                low, high = min(low, deep), max(high, deep)
+            range_to_turn = s / (g * slowness) if s * s_end < 0 else -1.0
+            if max(enter - x, 0.0) < range_to_turn < leave - x:
+                turning_depth = z + _depth_change(range_to_turn, s, c, g, slowness)
+                low, high = min(low, turning_depth), max(high, turning_depth)
             if high >= top and low <= base:
                 return True
-        x, z, s = x + step, goal, s_end
+        x, z, s = x + arc_range, border, s_end
         if is_at_boundary(knots, plane, layer, z, s, bounce_count, bounces):
             if bounce_count == bounces.number:
                 return False
@@ -125,7 +125,7 @@ def ray_depths_along_range(
         x, z, s, bounce_count, row = 0.0, source_depth, sines[n], 0, 0
         layer = _layer(knots, z, s, speeds)
         p = slowness[n]
-        for _ in range(MAX_PIECES):
+        for _ in range(MAX_ARCS):
             if row == count:
                 break
             if s == 0:
@@ -133,14 +133,14 @@ def ray_depths_along_range(
             g = (speeds[layer + 1] - speeds[layer]) / (knots[layer + 1] - knots[layer])
             c = speeds[layer] + g * (z - knots[layer])
             down = s > 0 or (s == 0 and g < 0)
-            step, goal, s_end = _piece(z, s, c, g, p, knots[layer], knots[layer + 1], down)
+            arc_range, border, s_end = _arc_end(z, s, c, g, p, knots[layer], knots[layer + 1], down)
             while row < count:
                 distance = start[n] + (stop[n] - start[n]) * row / max(count - 1, 1)
-                if distance > x + step:
+                if distance > x + arc_range:
                     break
                 depths[n, row] = z + _depth_change(distance - x, s, c, g, p)
                 row += 1
-            x, z, s = x + step, goal, s_end
+            x, z, s = x + arc_range, border, s_end
             if is_at_boundary(knots, plane, layer, z, s, bounce_count, bounces):
                 if bounce_count == bounces.number:
                     break
@@ -155,23 +155,23 @@ def ray_depths_along_range(
 
 
 @njit(inline="always")
-def _piece(
+def _arc_end(
     z: float, s: float, c: float, g: float, p: float, above: float, below: float, down: bool
 ) -> tuple[float, float, float]:
     """Range [m] to the end of a ray's arc in one layer, depth [m] and signed sine [1]; infinite if horizontal."""
-    goal = below if down else above
-    slack = 1 - p * (c + g * (goal - z))
-    if slack >= 0:
-        s_end = math.sqrt(slack * (2 - slack))
-        both = abs(s) + s_end
-        if both == 0:
+    border = below if down else above
+    versine = 1 - p * (c + g * (border - z))
+    if versine >= 0:
+        s_end = math.sqrt(versine * (2 - versine))
+        sine_sum = abs(s) + s_end
+        if sine_sum == 0:
             return math.inf, z, 0.0
-        return p * (2 * c + g * (goal - z)) * abs(goal - z) / both, goal, s_end if down else -s_end
+        return p * (2 * c + g * (border - z)) * abs(border - z) / sine_sum, border, s_end if down else -s_end
     # The ray turns in this layer, and leaves it on the side of entry.
-    back = above if down else below
-    slack = max(1 - p * (c + g * (back - z)), 0.0)
-    s_end = -math.sqrt(slack * (2 - slack)) if down else math.sqrt(slack * (2 - slack))
-    return (s - s_end) / (g * p), back, s_end
+    entry_depth = above if down else below
+    versine = max(1 - p * (c + g * (entry_depth - z)), 0.0)
+    s_end = -math.sqrt(versine * (2 - versine)) if down else math.sqrt(versine * (2 - versine))
+    return (s - s_end) / (g * p), entry_depth, s_end
 
 
 @njit(inline="always")

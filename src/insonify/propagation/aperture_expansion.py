@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from insonify.ocean.water import Water
-from insonify.propagation._eigenray_kernel import AMPLITUDE, DELAY, FOLD_SIDE, MOST, SIN_LAUNCH, SLOWNESS
+from insonify.propagation._eigenray_kernel import AMPLITUDE, DELAY, FOLD_SIDE, MAX_RAYS, SIN_LAUNCH, SLOWNESS
 from insonify.propagation.eigenray_tables import FamilyRays
 from insonify.propagation.wavefront import wavefront
 from insonify.records.legs import Legs
@@ -70,9 +70,9 @@ def aperture_expansion(
                 ray_source(family, depth + side * down, front.horizontal_distance) for side in (1, -1) if down > 1e-3
             ]
         expansion = _RayExpansion(legs, row, position, front.vertical_curvature, front.sound_speed_gradient, water)
-        horizontal = [expansion.excess(rays_at[family][k], side * offset, 0.0) for k, side in ((0, 1), (1, -1))]
+        horizontal = [expansion.deviation_of(rays_at[family][k], side * offset, 0.0) for k, side in ((0, 1), (1, -1))]
         vertical = [
-            expansion.excess(family_rays, 0.0, side * down)
+            expansion.deviation_of(family_rays, 0.0, side * down)
             for family_rays, side in zip(rays_at[family][2:], (1, -1), strict=False)
         ]
         _fill_terms(terms[row], horizontal, vertical, offset, down)
@@ -85,14 +85,14 @@ class _RayExpansion:
     def __init__(
         self, legs: Legs, row: int, position: Floats, vertical_curvature: Floats, gradient: float, water: Water
     ) -> None:
-        self.delay, self.bend, self.gradient = legs.delay[row], vertical_curvature, gradient
+        self.delay, self.vertical_curvature, self.gradient = legs.delay[row], vertical_curvature, gradient
         self.water, self.depth = water, float(position[2])
         self.speed = float(water.sound_speed_at(self.depth))
         self.sine = legs.departure[row, :, 2]
         self.cosine = np.hypot(legs.departure[row, :, 0], legs.departure[row, :, 1])
         self.amplitude = np.where(legs.spreading[row] > 0, legs.spreading[row], np.nan)
 
-    def sphere(self, x: Floats | float, z: float) -> tuple[Floats, Floats, Floats, Floats]:
+    def spherical_field(self, x: Floats | float, z: float) -> tuple[Floats, Floats, Floats, Floats]:
         """Field of a spherical wavefront at an offset from the centre, with the gradient of sound speed there.
 
         The gradient g adds the integral of g z / c^2 along the ray: the eikonal equation to first order in g.
@@ -105,25 +105,25 @@ class _RayExpansion:
             Delay less that of the centre [s], its derivatives by x and by z [s/m], and logarithm of the pressure re
             that at the centre [1], each (n,).
         """
-        c, s, b = self.cosine, self.sine, self.bend
-        along, aside = x * c + z * s, z * c - x * s
+        c, s, b = self.cosine, self.sine, self.vertical_curvature
+        along, across = x * c + z * s, z * c - x * s
         root = np.sqrt(np.maximum(1 - 2 * b * along + b**2 * (x**2 + z**2), 1e-6))
-        turn = self.gradient / (2 * self.speed**2)
-        delay_change = (b * (x**2 + z**2) - 2 * along) / (1 + root) / self.speed + turn * (
-            s * along + 2 * c * aside
+        gradient_factor = self.gradient / (2 * self.speed**2)
+        delay_change = (b * (x**2 + z**2) - 2 * along) / (1 + root) / self.speed + gradient_factor * (
+            s * along + 2 * c * across
         ) * along
-        slope = turn * 2 * (s * along + c * aside), turn * 2 * c * along  # along, and aside
-        to_x = (b * x - c) / root / self.speed + slope[0] * c - slope[1] * s
-        to_z = (b * z - s) / root / self.speed + slope[0] * s + slope[1] * c
-        return delay_change, to_x, to_z, -np.log(root)
+        slope = gradient_factor * 2 * (s * along + c * across), gradient_factor * 2 * c * along  # along, and aside
+        delay_slope_x = (b * x - c) / root / self.speed + slope[0] * c - slope[1] * s
+        delay_slope_z = (b * z - s) / root / self.speed + slope[0] * s + slope[1] * c
+        return delay_change, delay_slope_x, delay_slope_z, -np.log(root)
 
-    def excess(self, family_rays: FamilyRays, x: Floats | float, z: float) -> Floats:
-        """Deviation of rays at an offset from the spherical field of `sphere`, (4, n); NaN for rays of another branch.
+    def deviation_of(self, family_rays: FamilyRays, x: Floats | float, z: float) -> Floats:
+        """Deviation of rays at an offset from `spherical_field`, (4, n); NaN for rays of another branch.
 
         Rows: delay [s], its derivatives by x and by z [s/m], logarithm of the pressure [1].
         """
-        delay_change, to_x, to_z, log_reference = self.sphere(x, z)
-        exists = np.arange(family_rays.rays.shape[1]) < np.minimum(family_rays.count, MOST)[:, None]
+        delay_change, delay_slope_x, delay_slope_z, log_reference = self.spherical_field(x, z)
+        exists = np.arange(family_rays.rays.shape[1]) < np.minimum(family_rays.count, MAX_RAYS)[:, None]
         deviation = np.where(
             exists, np.abs(family_rays.rays[:, :, DELAY] - (self.delay + delay_change)[:, None]), np.inf
         )
@@ -136,8 +136,8 @@ class _RayExpansion:
         terms = np.array(
             [
                 ray[:, DELAY] - self.delay - delay_change,
-                -ray[:, SLOWNESS] - to_x,
-                -ray[:, SIN_LAUNCH] / speed - to_z,
+                -ray[:, SLOWNESS] - delay_slope_x,
+                -ray[:, SIN_LAUNCH] / speed - delay_slope_z,
                 log_ratio,
             ]
         )
@@ -153,7 +153,7 @@ def _fill_terms(
 
     Args:
         coefficients: Result, in the order of `DELAY_TERMS` and `TERMS`, (TERMS, n).
-        horizontal: Rows of `_RayExpansion.excess` at offsets +x and -x.
+        horizontal: Rows of `_RayExpansion.deviation_of` at offsets +x and -x.
         vertical: Rows at offsets +z and -z; empty for an aperture without height.
         offset: Horizontal offset x [m], (n,).
         depth_offset: Downward offset z [m].

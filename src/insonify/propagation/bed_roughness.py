@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from insonify.propagation.families import bounce_sequence
 from insonify.propagation.local_planes import flat_bounces, fresnel_zone
-from insonify.propagation.wind_waves import LENGTHS, SLOPE_CUT, TURNS, WindWaves, row_guide
+from insonify.propagation.wind_waves import QUANTILE_COUNT, SLOPE_CUT, WAVENUMBER_COUNT, WindWaves, row_guide
 from insonify.scattering.albedo import albedo
 from insonify.scattering.reflection import reflection_coefficient_at_sine
 from insonify.scattering.roughness import band_variance
@@ -128,7 +128,7 @@ def _roughness(
     finest = min(max(wavenumber / SLOPE_CUT, 1.01 * cutoff), wavenumber)
     has_waves = terrain is not None and terrain.relief.is_waves
     low = min(MIN_WAVENUMBER, 0.5 * cutoff) if has_waves else cutoff
-    k = np.geomspace(low, max(wavenumber, 1.01 * low), LENGTHS)
+    k = np.geomspace(low, max(wavenumber, 1.01 * low), WAVENUMBER_COUNT)
     variance = np.asarray(band_variance(material, cutoff, np.maximum(k, cutoff)))
     if terrain is not None and has_waves:
         resolved = np.minimum(k, cutoff)
@@ -169,5 +169,5 @@ def static_waves(wavenumber: Floats, variance: Floats) -> WindWaves:
     """
     per_axis = np.diff(variance) * wavenumber[1:] * wavenumber[:-1] / 2
     slope, zeros = np.concatenate(([0.0], np.cumsum(per_axis))), np.zeros_like(variance)
-    turn = np.tile(np.linspace(-math.pi, math.pi, TURNS), (2, 1))
+    turn = np.tile(np.linspace(-math.pi, math.pi, QUANTILE_COUNT), (2, 1))
     return WindWaves(wavenumber, variance, zeros, turn, np.stack([slope, slope, zeros, zeros]), row_guide(variance))

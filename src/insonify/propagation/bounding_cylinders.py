@@ -11,7 +11,7 @@ from insonify.scene.solid import world_triangles
 
 Floats = NDArray[np.float64]
 
-TOUCH = 1e-3
+MARGIN = 1e-3
 """Margin added to each cylinder: a leg that ends a rounding error before its point ends elsewhere [m]."""
 
 
@@ -43,7 +43,7 @@ def points_near_cylinders(
     direct: bool = False,
     targets: slice = slice(None),
 ) -> list[NDArray[np.int64]]:
-    """Points whose straight path passes a target, seen from above, or with the depth of its top.
+    """Points whose straight path passes a target, in plan view, or with the depth of its top.
 
     Args:
         scene: The scene with its targets.
@@ -57,16 +57,16 @@ def points_near_cylinders(
     Returns:
         Increasing rows of such points, for each of those targets in their order.
     """
-    selected = bounding_cylinders(scene)[targets]
+    selected, margin = bounding_cylinders(scene)[targets], clearance + MARGIN
     row = np.empty(len(points), np.int64)
-    directions_to_solid = np.empty((0, len(points), 3)) if directions is None else directions
+    arrival_directions = np.empty((0, len(points), 3)) if directions is None else directions
     return [  # copies: most targets are near few points
-        row[: points_behind_cylinder(position, points, directions_to_solid, rim, clearance + TOUCH, direct, row)].copy()
-        for rim in selected
+        row[: points_behind_cylinder(position, points, arrival_directions, cylinder, margin, direct, row)].copy()
+        for cylinder in selected
     ]
 
 
-def edge_clearance(longest: float, wavelength: float, number: float) -> float:
+def edge_clearance(longest: float, wavelength: float, fresnel_number: float) -> float:
     """Distance from the straight path at which an edge has at least a given Fresnel number, at any position [m].
 
     The path around an edge is longer than the straight one by number^2 wavelength / 4, see
@@ -76,10 +76,10 @@ def edge_clearance(longest: float, wavelength: float, number: float) -> float:
     Args:
         longest: Length of the longest leg [m].
         wavelength: Wavelength of the sound [m].
-        number: Fresnel number.
+        fresnel_number: Fresnel number.
     """
-    longer = 1.0001 * number**2 * wavelength / 4
-    return float(np.sqrt(2 * max(longest, wavelength) * longer + longer**2))
+    excess_length = 1.0001 * fresnel_number**2 * wavelength / 4
+    return float(np.sqrt(2 * max(longest, wavelength) * excess_length + excess_length**2))
 
 
 def union(parts: list[NDArray[np.int64]], count: int) -> NDArray[np.int64]:

@@ -74,13 +74,14 @@ def unfold_paths(
         water_depth: Depth of the bottom [m].
         boundaries: Letters of the boundaries whose bounces count.
     """
-    string = bounce_sequence(family)
-    across = points[:, :2] - position[:2]
-    distance = np.linalg.norm(across, axis=1)
-    direction = np.where(distance[:, None] > 1e-6, across / np.maximum(distance, 1e-6)[:, None], [1.0, 0.0])
-    climb = np.maximum(np.abs(points[:, 2] - image_depth(family, position[2], water_depth)), 1e-6)
-    surface = vertical_travel_to_bounces(family, float(position[2]), water_depth, boundaries)
-    return UnfoldedPaths(position[:2], direction, distance, climb, surface, string[0] == "S", len(string) % 2 == 1)
+    bounces = bounce_sequence(family)
+    horizontal_offset = points[:, :2] - position[:2]
+    distance = np.linalg.norm(horizontal_offset, axis=1)
+    direction = np.where(distance[:, None] > 1e-6, horizontal_offset / np.maximum(distance, 1e-6)[:, None], [1.0, 0.0])
+    vertical_travel = np.maximum(np.abs(points[:, 2] - image_depth(family, position[2], water_depth)), 1e-6)
+    travel_to_bounces = vertical_travel_to_bounces(family, float(position[2]), water_depth, boundaries)
+    starts_upward, is_odd = bounces[0] == "S", len(bounces) % 2 == 1
+    return UnfoldedPaths(position[:2], direction, distance, vertical_travel, travel_to_bounces, starts_upward, is_odd)
 
 
 def vertical_travel_to_bounces(
@@ -94,9 +95,9 @@ def vertical_travel_to_bounces(
         water_depth: Depth of the bottom [m].
         boundaries: Letters of the boundaries.
     """
-    string = bounce_sequence(family)
-    first = depth if string[0] == "S" else water_depth - depth
-    return tuple(float(first + row * water_depth) for row, letter in enumerate(string) if letter in boundaries)
+    bounces = bounce_sequence(family)
+    first = depth if bounces[0] == "S" else water_depth - depth
+    return tuple(float(first + row * water_depth) for row, letter in enumerate(bounces) if letter in boundaries)
 
 
 def displace_bounces(paths: UnfoldedPaths, slopes: Floats) -> DisplacedBounce:
@@ -114,6 +115,7 @@ def displace_bounces(paths: UnfoldedPaths, slopes: Floats) -> DisplacedBounce:
     count = len(paths.horizontal_distance)
     change, slope_rows = np.empty((count, 7)), np.ascontiguousarray(np.moveaxis(np.asarray(slopes, float), 2, 0))
     bounces = SurfaceBounces(paths.starts_upward, paths.reverses_vertically, np.array(paths.vertical_travel_to_bounces))
-    climb = paths.vertical_travel * np.ones(count)
-    displaced_bounce_paths(paths.horizontal_distance, climb, paths.horizontal_direction, bounces, slope_rows, change)
+    vertical_travel = paths.vertical_travel * np.ones(count)
+    distance, direction = paths.horizontal_distance, paths.horizontal_direction
+    displaced_bounce_paths(distance, vertical_travel, direction, bounces, slope_rows, change)
     return DisplacedBounce(change[:, 0], change[:, 1:4], change[:, 4:7])

@@ -12,7 +12,7 @@ from insonify.propagation._eigenray_kernel import (
     COLUMNS,
     DELAY,
     LENGTH,
-    MOST,
+    MAX_RAYS,
     SIN_ARRIVAL,
     SIN_LAUNCH,
     TURNS,
@@ -26,14 +26,14 @@ from insonify.records.legs import LegStatus
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
-_WORDS = {
+_STATUS_NAMES = {
     LegStatus.CLEAR: "ok",
     LegStatus.SHADOW: "shadow",
     LegStatus.TURNED: "turned",
     LegStatus.BEYOND_CRITICAL: "beyond_critical",
 }
-_SHOWN = 12
-_KEYS = ("point", "family", "branch")
+_PRINTED_ROWS = 12
+_INDEX_COLUMNS = ("point", "family", "branch")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -75,9 +75,9 @@ class Eigenrays:
     def __repr__(self) -> str:
         exists = self.status == "ok"
         lines = [f"Eigenrays: {exists.sum()} paths to {np.unique(self.point).size} points"]
-        lines += [f"  {self.point[i]:>5}  {self._line(i)}" for i in range(min(len(self), _SHOWN))]
-        if len(self) > _SHOWN:
-            lines.append(f"  ... and {len(self) - _SHOWN} rows more")
+        lines += [f"  {self.point[i]:>5}  {self._line(i)}" for i in range(min(len(self), _PRINTED_ROWS))]
+        if len(self) > _PRINTED_ROWS:
+            lines.append(f"  ... and {len(self) - _PRINTED_ROWS} rows more")
         return "\n".join(lines)
 
     def _line(self, i: int) -> str:
@@ -100,7 +100,7 @@ class _RecordRows:
     ray: Floats
 
 
-def no_rays(n: int, max_rays: int = MOST) -> RaySolutions:
+def no_rays(n: int, max_rays: int = MAX_RAYS) -> RaySolutions:
     """Solutions for n points without a ray, with room for `max_rays` to each."""
     return RaySolutions(np.zeros((n, max_rays, COLUMNS)), np.zeros(n, np.int64), np.zeros(n, np.uint8))
 
@@ -133,12 +133,12 @@ def eigenray_record(families: tuple[str, ...], solutions: Iterable[tuple[int, In
         Rows in order of point, family as given, launch angle.
     """
     parts = [_rows(*part) for part in solutions]
-    point, family, branch = (np.concatenate([getattr(part, key) for part in parts]) for key in _KEYS)
+    point, family, branch = (np.concatenate([getattr(part, key) for part in parts]) for key in _INDEX_COLUMNS)
     order = np.lexsort((branch, family, point))
     status = np.concatenate([part.status for part in parts])[order]
     ray = np.concatenate([part.ray for part in parts])[order]
     exists = status == LegStatus.CLEAR
-    words = np.array([_WORDS.get(code, "ok") for code in LegStatus])  # by its number
+    status_names = np.array([_STATUS_NAMES.get(code, "ok") for code in LegStatus])  # by its number
 
     def real(values: Floats) -> Floats:
         return np.where(exists, values, np.nan)
@@ -151,12 +151,13 @@ def eigenray_record(families: tuple[str, ...], solutions: Iterable[tuple[int, In
         launch_angle=real(np.arcsin(np.clip(ray[:, SIN_LAUNCH], -1, 1))),
         arrival_angle=real(np.arcsin(np.clip(ray[:, SIN_ARRIVAL], -1, 1))), amplitude=real(ray[:, AMPLITUDE]),
         caustics=whole(ray[:, CAUSTICS]), path_length=real(ray[:, LENGTH]), turning_points=whole(ray[:, TURNS]),
-        status=words[status],
+        status=status_names[status],
     )  # fmt: skip
 
 
 def _rows(family: int, points: Integers, solutions: RaySolutions) -> _RecordRows:
+    """Rows of one family: all rays to each point, or one row without a ray."""
     rays, count, status = solutions
-    takes = np.arange(MOST) < np.maximum(count, 1)[:, None]
-    which, branch = np.nonzero(takes)
-    return _RecordRows(points[which], np.full(which.size, family), branch, status[which], rays[takes])
+    is_row = np.arange(MAX_RAYS) < np.maximum(count, 1)[:, None]
+    row, branch = np.nonzero(is_row)
+    return _RecordRows(points[row], np.full(row.size, family), branch, status[row], rays[is_row])

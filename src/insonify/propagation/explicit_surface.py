@@ -50,7 +50,7 @@ from insonify.scene.surface import Surface
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
-MOST = 16
+MAX_BOUNCE_POINTS = 16
 """Largest number of bounce points of one leg: the weakest beyond that are left out [1]."""
 BANDS, SECTORS = 24, 8
 """Number of wavelengths and directions of the wind waves."""
@@ -144,7 +144,7 @@ class SurfaceBouncePoints(NamedTuple):
 
 def find_bounce_points(
     sea: ExplicitWaves, family: str, scatterers: Scatterers, sonar_end: SonarEnd, scene: Scene, frequency: float, *,
-    is_transmit_leg: bool, max_count: int = MOST,
+    is_transmit_leg: bool, max_count: int = MAX_BOUNCE_POINTS,
 ) -> SurfaceBouncePoints:  # fmt: skip
     """Find all points of a surface that reflect the legs of a family with one surface bounce.
 

@@ -33,8 +33,9 @@ PRESENCE = STAGGER + 3
 """Fourth counter of the random number by which a bounce off the seabed is incoherent."""
 ATTEMPTS, ATTEMPT = 64, 128
 """Glints of the seabed that are drawn until one changes the wavenumber little, and counters that each of them takes."""
-MOST = 4.0  # mean number of quanta that are drawn one by one; those of longer waves, beyond it, as one Gaussian
-NONE_OF_MOST = math.exp(-MOST)
+MAX_SINGLE_QUANTA = 4.0
+"""Mean number of quanta that are drawn one by one; those of longer waves, beyond it, are one Gaussian [1]."""
+NO_QUANTUM_PROBABILITY = math.exp(-MAX_SINGLE_QUANTA)
 """Probability of no quantum: used by most glints of a rough sea."""
 _FACING_AWAY = int(LegStatus.FACING_AWAY)
 
@@ -184,9 +185,9 @@ def sample_glint(
     along, across, turning = 0.0, 0.0, 0.0
     q2 = phase * phase
     mean, from_variance = q2 * (total_variance - long_variance), long_variance
-    if mean > MOST:
-        from_variance = total_variance - MOST / q2
-        mean = MOST
+    if mean > MAX_SINGLE_QUANTA:
+        from_variance = total_variance - MAX_SINGLE_QUANTA / q2
+        mean = MAX_SINGLE_QUANTA
         v0, v1, _, _ = philox(low, high, code, first_counter + 1, k0, k1)
         along, across, turning = _gaussian((w2, w3, v0, v1), phase, long_variance, from_variance, waves)
     count = _poisson(uniform_from_word(w0), mean, at_least_one and from_variance == long_variance)
@@ -279,7 +280,7 @@ def _moments_below(upto: float, waves: WindWaves) -> tuple[float, float, float, 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _poisson(u: float, mean: float, at_least_one: bool) -> int:
     """Poisson number from a uniform one, optionally conditioned on at least one."""
-    chance = NONE_OF_MOST if mean == MOST else math.exp(-mean)
+    chance = NO_QUANTUM_PROBABILITY if mean == MAX_SINGLE_QUANTA else math.exp(-mean)
     if at_least_one:
         u = chance + u * -math.expm1(-mean)
     count, total = 0, chance

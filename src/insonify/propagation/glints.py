@@ -48,21 +48,21 @@ from insonify.scene.scene import Scene
 
 Floats = NDArray[np.float64]
 
-FEW, SEVERAL = 2, 6
+RANDOM_PHASE_GLINTS, FIXED_PHASE_GLINTS = 2, 6
 """Glints of one leg to a scatterer with a random phase, and to one without."""
 GLINT_BITS = 4
 """Bits of a glint's identifier that number it among those of its ray."""
-UNDER_HULL = 32
+HULL_FAMILY_OFFSET = 32
 """Families off a hull in a glint's identifier are numbered from here: above those of twelve bounces."""
-LASTING, SLANT = 32.0, 0.2
+LIFETIME_FACTOR, REFERENCE_SINE = 32.0, 0.2
 """Lifetime of a glint, in times in which the sea changes its phase by 1 rad at a bounce; sine of that grazing [1]."""
-ABIDING = 16.0
+CELL_FACTOR = 16.0
 """Side of the cell of a glint off the seabed, in distances over which its phase changes by 1 rad; as above [1]."""
-LONGER = 2.0
+EXPLICIT_LIFETIME_FACTOR = 2.0
 """Lifetime of a glint off explicit waves, over it: these decorrelate a leg before its glints do [1]."""
-WEAK = 1e-3
+MIN_COHERENT_FACTOR = 1e-3
 """Coherent part of a leg below which it is neglected [1]."""
-RAMP = STAGGER + 1
+GRADIENT_COUNTER = STAGGER + 1
 """Fourth counter of the random numbers for a glint's phase gradient over the surface."""
 LEG_COLUMNS = (
     "delay", "length", "spreading", "absorption", "reflection_coefficient", "caustics", "visibility", "departure",
@@ -78,13 +78,13 @@ class SonarEnd(NamedTuple):
     """Position: north, east, depth [m], shape (3,)."""
     ping_time: float
     """Start of the ping [s]."""
-    sent_from: Floats | None = None
+    transmitter: Floats | None = None
     """Position of the transmitter of the received sound [m], shape (3,); None: the same position."""
 
     @property
     def transmit_position(self) -> Floats:
         """Position of the transmitter of the received sound [m], shape (3,)."""
-        return self.position if self.sent_from is None else self.sent_from
+        return self.position if self.transmitter is None else self.transmitter
 
 
 class CoherentReflection(NamedTuple):
@@ -154,8 +154,8 @@ class GlintSurface:
         """Lifetime of a glint [s]: long compared with the coherence time of its phase."""
         if self.waves is None:
             return math.inf
-        per_height = 4 * math.pi * self.frequency / float(self.scene.water.sound_speed_at(0.0)) * SLANT
-        lasting = LASTING if self.bounce_points is None else LONGER * LASTING
+        per_height = 4 * math.pi * self.frequency / float(self.scene.water.sound_speed_at(0.0)) * REFERENCE_SINE
+        lasting = LIFETIME_FACTOR if self.bounce_points is None else EXPLICIT_LIFETIME_FACTOR * LIFETIME_FACTOR
         return lasting / max(per_height * math.sqrt(self.waves.slope_moments[2, -1]), 1e-9)
 
     @property
@@ -169,7 +169,7 @@ class GlintSurface:
         if self.bed is None:
             return math.inf
         speed = float(self.scene.water.sound_speed_at(self.scene.seabed.depth))
-        return ABIDING / max(4 * math.pi * self.frequency / speed * SLANT * self.bed.slope, 1e-9)
+        return CELL_FACTOR / max(4 * math.pi * self.frequency / speed * REFERENCE_SINE * self.bed.slope, 1e-9)
 
     def legs(self, legs: Legs, scatterers: Scatterers, sonar_end: SonarEnd) -> tuple[Legs, Legs]:
         """Legs off rough boundaries: rows of the coherent part, followed by rows of glints.
@@ -190,9 +190,13 @@ class GlintSurface:
             return legs, legs
         means = {row: self.coherent_reflection(legs, row, sonar_end) for row in rough_rows}
         coherent_rows = [
-            r for r in range(len(legs.families)) if r not in means or means[r].coherent_factor.max(initial=0.0) > WEAK
+            r
+            for r in range(len(legs.families))
+            if r not in means or means[r].coherent_factor.max(initial=0.0) > MIN_COHERENT_FACTOR
         ]
-        glint_count = FEW if scatterers.has_random_phase else max(FEW, SEVERAL // (1 + max(legs.branch)))
+        glint_count = RANDOM_PHASE_GLINTS
+        if not scatterers.has_random_phase:
+            glint_count = max(RANDOM_PHASE_GLINTS, FIXED_PHASE_GLINTS // (1 + max(legs.branch)))
         glints = [(row, number) for row in rough_rows for number in range(glint_count)]
         result = leg_rows(legs, coherent_rows + [row for row, _ in glints])
         n = len(scatterers)
@@ -257,7 +261,7 @@ class GlintSurface:
         order.
         """
         string, branch = bounce_sequence(legs.families[row]), 0 if self.bounce_points is not None else legs.branch[row]
-        family = 2 * len(string) + string.startswith("B") + UNDER_HULL * self.under_hull
+        family = 2 * len(string) + string.startswith("B") + HULL_FAMILY_OFFSET * self.under_hull
         return (family << 8 | branch << GLINT_BITS) | number
 
     def _surface_phasor(
@@ -268,7 +272,7 @@ class GlintSurface:
         Each scatterer and glint has its own wavenumber, so small that a slowly moving bounce keeps its phase.
         """
         low, high = (position & np.uint64(0xFFFFFFFF)).astype(np.int64), (position >> np.uint64(32)).astype(np.int64)
-        drawn = random_keys.uniforms(self.seed, random_keys.GLINT, low, high, code, RAMP)[:, :2]
+        drawn = random_keys.uniforms(self.seed, random_keys.GLINT, low, high, code, GRADIENT_COUNTER)[:, :2]
         wavenumber = math.pi / bounced.decorrelation_distance * math.sqrt(3) * (2 * drawn - 1) @ self.axes
         return np.asarray(np.exp(1j * np.sum(wavenumber * bounced.position[row], axis=1)))
 

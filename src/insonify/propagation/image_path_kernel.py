@@ -19,18 +19,19 @@ Singles = NDArray[np.float32]
 _TINY = 1e-9
 _CHUNK = 128
 _C, _C2, _C3, _C4, _C5 = (np.uint64(_CHUNK * row) for row in (1, 2, 3, 4, 5))
-_END, _TRAVEL, _ARRIVAL, _LEFT, _THERE, _LENGTH = (np.uint64(_CHUNK * row) for row in (0, 3, 6, 9, 10, 11))
+_END, _TRAVEL, _ARRIVAL, _REMAINING, _VALID, _LENGTH = (np.uint64(_CHUNK * row) for row in (0, 3, 6, 9, 10, 11))
 """Current ends of the back-traced paths; direction of travel there, and at the point; remaining fraction of the path,
 validity, length.
 """
-_AHEAD, _ASIDE, _X, _Y, _LONG, _WIDE = (np.uint64(_CHUNK * row) for row in (12, 13, 14, 15, 16, 17))
+_BEARING_NORTH, _BEARING_EAST = (np.uint64(_CHUNK * row) for row in (12, 13))
+_X, _Y, _HALF_LENGTH, _HALF_WIDTH = (np.uint64(_CHUNK * row) for row in (14, 15, 16, 17))
 """Bearing of each point, north and east; centre of a zone on the grid, and its half axes."""
-_HEIGHT, _ALONG, _ACROSS, _LOST = (np.uint64(_CHUNK * row) for row in (18, 19, 20, 21))
+_HEIGHT, _ALONG, _ACROSS, _RESIDUAL = (np.uint64(_CHUNK * row) for row in (18, 19, 20, 21))
 """Fitted planes: height [m], slopes [1], and residual mean square [m^2]."""
-_COSINE, _TURN = (np.uint64(_CHUNK * row) for row in (22, 23))
+_COSINE_ON_GRID, _SINE_ON_GRID = (np.uint64(_CHUNK * row) for row in (22, 23))
 """Bearing of each point on the grid: cosine and sine."""
 _FIRST = 24
-_ANCHOR, _FACING, _IMAGE, _BOUNCE, _PART, _SINE, _REST, _EACH = 0, 3, 6, 9, 12, 13, 14, 15
+_ANCHOR, _NORMAL, _IMAGE, _BOUNCE, _FRACTION, _SINE, _PLANE_RESIDUAL, _ROWS_PER_PLANE = 0, 3, 6, 9, 12, 13, 14, 15
 """Rows of each plane: a point of it, its normal, the image before it, the bounce, the fraction of the path before that,
 the sine of the grazing angle, and the residual of the fit; after the last plane comes the last image.
 """
@@ -78,47 +79,47 @@ class TerrainFrame(NamedTuple):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _workspace(mirrors: int) -> Floats:
+def _workspace(plane_count: int) -> Floats:
     """Work array for points off a number of planes, row by row: one array, so that loops over points are vectorised."""
-    return np.empty(_CHUNK * (_FIRST + _EACH * (mirrors + 1)))
+    return np.empty(_CHUNK * (_FIRST + _ROWS_PER_PLANE * (plane_count + 1)))
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _row(mirror: int, column_number: int) -> np.uint64:
+def _row(plane: int, column_number: int) -> np.uint64:
     """Start of a plane's row."""
-    return np.uint64(_CHUNK * (_FIRST + _EACH * mirror + column_number))
+    return np.uint64(_CHUNK * (_FIRST + _ROWS_PER_PLANE * plane + column_number))
 
 
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
-def _mirror(workspace: Floats, count: int, image: np.uint64, plane: np.uint64, behind: np.uint64) -> None:
+def _reflect_in_plane(workspace: Floats, count: int, image: np.uint64, plane: np.uint64, behind: np.uint64) -> None:
     """Images of positions in planes."""
     for n in range(np.uint64(count)):
         x, y, z = workspace[image + n], workspace[image + _C + n], workspace[image + _C2 + n]
         f, g, h = workspace[plane + _C3 + n], workspace[plane + _C4 + n], workspace[plane + _C5 + n]
         a, b, c = x - workspace[plane + n], y - workspace[plane + _C + n], z - workspace[plane + _C2 + n]
-        twice = 2 * (a * f + b * g + c * h)
-        workspace[behind + n] = x - twice * f
-        workspace[behind + _C + n] = y - twice * g
-        workspace[behind + _C2 + n] = z - twice * h
+        twice_height = 2 * (a * f + b * g + c * h)
+        workspace[behind + n] = x - twice_height * f
+        workspace[behind + _C + n] = y - twice_height * g
+        workspace[behind + _C2 + n] = z - twice_height * h
 
 
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
-def _straight(workspace: Floats, count: int, image: np.uint64) -> None:
+def _image_lines(workspace: Floats, count: int, image: np.uint64) -> None:
     """Direction and length of the line from an image to its end."""
     for n in range(np.uint64(count)):
         u, v = workspace[_END + n] - workspace[image + n], workspace[_END + _C + n] - workspace[image + _C + n]
         w = workspace[_END + _C2 + n] - workspace[image + _C2 + n]
         length = max(math.sqrt(u * u + v * v + w * w), 1e-6)
-        once = 1 / length
+        inverse_length = 1 / length
         workspace[_LENGTH + n] = length
-        workspace[_TRAVEL + n] = workspace[_ARRIVAL + n] = u * once
-        workspace[_TRAVEL + _C + n] = workspace[_ARRIVAL + _C + n] = v * once
-        workspace[_TRAVEL + _C2 + n] = workspace[_ARRIVAL + _C2 + n] = w * once
+        workspace[_TRAVEL + n] = workspace[_ARRIVAL + n] = u * inverse_length
+        workspace[_TRAVEL + _C + n] = workspace[_ARRIVAL + _C + n] = v * inverse_length
+        workspace[_TRAVEL + _C2 + n] = workspace[_ARRIVAL + _C2 + n] = w * inverse_length
 
 
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
 def _intersect_plane(
-    workspace: Floats, count: int, image: np.uint64, plane: np.uint64, bounce: np.uint64, part: np.uint64
+    workspace: Floats, count: int, image: np.uint64, plane: np.uint64, bounce: np.uint64, fraction: np.uint64
 ) -> None:
     """Move ends along the line from the image to its intersection with the plane; fraction of the path to there.
 
@@ -131,14 +132,14 @@ def _intersect_plane(
         f, g, h = workspace[plane + _C3 + n], workspace[plane + _C4 + n], workspace[plane + _C5 + n]
         above = (ex - a) * f + (ey - b) * g + (ez - c) * h
         below = -((x - a) * f + (y - b) * g + (z - c) * h)
-        is_valid = workspace[_THERE + n]
-        workspace[_THERE + n] = is_valid if min(above, below) > 0 else 0.0
-        behind = min(max(above / max(above + below, _TINY), 0.0), 1.0)
-        workspace[_END + n] = workspace[bounce + n] = ex + behind * (x - ex)
-        workspace[_END + _C + n] = workspace[bounce + _C + n] = ey + behind * (y - ey)
-        workspace[_END + _C2 + n] = workspace[bounce + _C2 + n] = ez + behind * (z - ez)
-        left = workspace[_LEFT + n] * (1 - behind)
-        workspace[_LEFT + n] = workspace[part + n] = left
+        is_valid = workspace[_VALID + n]
+        workspace[_VALID + n] = is_valid if min(above, below) > 0 else 0.0
+        fraction_to_plane = min(max(above / max(above + below, _TINY), 0.0), 1.0)
+        workspace[_END + n] = workspace[bounce + n] = ex + fraction_to_plane * (x - ex)
+        workspace[_END + _C + n] = workspace[bounce + _C + n] = ey + fraction_to_plane * (y - ey)
+        workspace[_END + _C2 + n] = workspace[bounce + _C2 + n] = ez + fraction_to_plane * (z - ez)
+        remaining = workspace[_REMAINING + n] * (1 - fraction_to_plane)
+        workspace[_REMAINING + n] = workspace[fraction + n] = remaining
 
 
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
@@ -147,22 +148,22 @@ def _reflect_direction(workspace: Floats, count: int, plane: np.uint64, sine: np
     for n in range(np.uint64(count)):
         u, v, w = workspace[_TRAVEL + n], workspace[_TRAVEL + _C + n], workspace[_TRAVEL + _C2 + n]
         f, g, h = workspace[plane + _C3 + n], workspace[plane + _C4 + n], workspace[plane + _C5 + n]
-        turned = u * f + v * g + w * h
-        workspace[_TRAVEL + n] = u - 2 * turned * f
-        workspace[_TRAVEL + _C + n] = v - 2 * turned * g
-        workspace[_TRAVEL + _C2 + n] = w - 2 * turned * h
-        workspace[sine + n] = min(abs(turned), 1.0)
+        normal_component = u * f + v * g + w * h
+        workspace[_TRAVEL + n] = u - 2 * normal_component * f
+        workspace[_TRAVEL + _C + n] = v - 2 * normal_component * g
+        workspace[_TRAVEL + _C2 + n] = w - 2 * normal_component * h
+        workspace[sine + n] = min(abs(normal_component), 1.0)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _unfold(position: Floats, points: Floats, indices: NDArray[np.int64], mirrors: int, workspace: Floats) -> None:
+def _unfold(position: Floats, points: Floats, indices: NDArray[np.int64], plane_count: int, workspace: Floats) -> None:
     """Paths of some points off the planes in the work array.
 
     Args:
         position: North, east, depth of the sonar [m], (3,).
         points: North, east, depth of the points [m], (n, 3).
         indices: Indices of the points to process, at most `_CHUNK`.
-        mirrors: Number of planes.
+        plane_count: Number of planes.
         workspace: Planes, and the result.
     """
     count, first = indices.size, _row(0, _IMAGE)
@@ -170,31 +171,31 @@ def _unfold(position: Floats, points: Floats, indices: NDArray[np.int64], mirror
         for i in range(np.uint64(3)):
             workspace[_END + i * _C + q] = points[indices[q], i]
             workspace[first + i * _C + q] = position[i]
-        workspace[_LEFT + q] = workspace[_THERE + q] = 1.0
-    for k in range(mirrors):
-        _mirror(workspace, count, _row(k, _IMAGE), _row(k, _ANCHOR), _row(k + 1, _IMAGE))
-    _straight(workspace, count, _row(mirrors, _IMAGE))
-    for k in range(mirrors - 1, -1, -1):
-        _intersect_plane(workspace, count, _row(k + 1, _IMAGE), _row(k, _ANCHOR), _row(k, _BOUNCE), _row(k, _PART))
+        workspace[_REMAINING + q] = workspace[_VALID + q] = 1.0
+    for k in range(plane_count):
+        _reflect_in_plane(workspace, count, _row(k, _IMAGE), _row(k, _ANCHOR), _row(k + 1, _IMAGE))
+    _image_lines(workspace, count, _row(plane_count, _IMAGE))
+    for k in range(plane_count - 1, -1, -1):
+        _intersect_plane(workspace, count, _row(k + 1, _IMAGE), _row(k, _ANCHOR), _row(k, _BOUNCE), _row(k, _FRACTION))
         _reflect_direction(workspace, count, _row(k, _ANCHOR), _row(k, _SINE))
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _write_columns(workspace: Floats, indices: NDArray[np.int64], mirrors: int, paths: ImagePaths) -> None:
+def _write_columns(workspace: Floats, indices: NDArray[np.int64], plane_count: int, paths: ImagePaths) -> None:
     """Write the paths in the work array to their columns."""
     for q in range(np.uint64(indices.size)):
         n = indices[q]
-        paths.length[n], paths.is_valid[n] = workspace[_LENGTH + q], workspace[_THERE + q] > 0
+        paths.length[n], paths.is_valid[n] = workspace[_LENGTH + q], workspace[_VALID + q] > 0
         for i in range(np.uint64(3)):
             paths.departure[n, i], paths.arrival[n, i] = (
                 workspace[_TRAVEL + i * _C + q],
                 workspace[_ARRIVAL + i * _C + q],
             )
-    for k in range(mirrors):
-        bounce, part, sine = _row(k, _BOUNCE), _row(k, _PART), _row(k, _SINE)
+    for k in range(plane_count):
+        bounce, fraction, sine = _row(k, _BOUNCE), _row(k, _FRACTION), _row(k, _SINE)
         for q in range(np.uint64(indices.size)):
             n = indices[q]
-            paths.fraction[k, n], paths.grazing_sine[k, n] = workspace[part + q], workspace[sine + q]
+            paths.fraction[k, n], paths.grazing_sine[k, n] = workspace[fraction + q], workspace[sine + q]
             for i in range(np.uint64(3)):
                 paths.bounce_position[k, n, i] = workspace[bounce + i * _C + q]
 
@@ -210,33 +211,33 @@ def image_paths(position: Floats, points: Floats, plane_point: Floats, plane_nor
         plane_normal: Unit normal of each plane, into the water, (m, n, 3).
         paths: Result.
     """
-    mirrors = plane_point.shape[0]
-    room, every = _workspace(mirrors), np.arange(points.shape[0])
+    plane_count = plane_point.shape[0]
+    workspace, all_indices = _workspace(plane_count), np.arange(points.shape[0])
     for begin in range(0, points.shape[0], _CHUNK):
-        which = every[begin : begin + _CHUNK]
-        for k in range(mirrors):
+        indices = all_indices[begin : begin + _CHUNK]
+        for k in range(plane_count):
             plane = _row(k, _ANCHOR)
-            for q in range(np.uint64(which.size)):
+            for q in range(np.uint64(indices.size)):
                 for i in range(np.uint64(3)):
-                    room[plane + i * _C + q] = plane_point[k, which[q], i]
-                    room[plane + (i + np.uint64(3)) * _C + q] = plane_normal[k, which[q], i]
-        _unfold(position, points, which, mirrors, room)
-        _write_columns(room, which, mirrors, paths)
+                    workspace[plane + i * _C + q] = plane_point[k, indices[q], i]
+                    workspace[plane + (i + np.uint64(3)) * _C + q] = plane_normal[k, indices[q], i]
+        _unfold(position, points, indices, plane_count, workspace)
+        _write_columns(workspace, indices, plane_count, paths)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def bounce_fresnel_zone(length: float, part: float, sine: float, wavelength: float) -> tuple[float, float]:
+def bounce_fresnel_zone(length: float, fraction: float, sine: float, wavelength: float) -> tuple[float, float]:
     """Half length and half width of the first Fresnel zone of one bounce, see `local_planes.fresnel_zone` [m]."""
-    width = math.sqrt(max(wavelength * length * part * (1 - part), 0.0))
-    longest = length * min(part, 1 - part)
+    width = math.sqrt(max(wavelength * length * fraction * (1 - fraction), 0.0))
+    longest = length * min(fraction, 1 - fraction)
     return max(min(width / max(sine, _TINY), longest), width), width
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def bounce_fresnel_zones(length: Floats, part: Floats, sine: Floats, wavelength: float, half_axes: Floats) -> None:
+def bounce_fresnel_zones(length: Floats, fraction: Floats, sine: Floats, wavelength: float, half_axes: Floats) -> None:
     """Half lengths and half widths of some zones; columns of shape (n,), the result of shape (2, n)."""
     for n in range(length.size):
-        half_axes[0, n], half_axes[1, n] = bounce_fresnel_zone(length[n], part[n], sine[n], wavelength)
+        half_axes[0, n], half_axes[1, n] = bounce_fresnel_zone(length[n], fraction[n], sine[n], wavelength)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -274,30 +275,30 @@ def paths_off_local_planes(
     Returns:
         True if all points have a path.
     """
-    mirrors, left = is_seabed_bounce.size, np.flatnonzero(~is_done)
-    room, is_known = _workspace(mirrors), np.empty(_CHUNK, np.bool_)
-    zone_rows = _zone_rows(room)
-    for begin in range(0, left.size, _CHUNK):
-        which = left[begin : begin + _CHUNK]
-        _level(position, points, which, is_seabed_bounce, frame.depth, room)
-        _unfold(position, points, which, mirrors, room)
+    plane_count, remaining_points = is_seabed_bounce.size, np.flatnonzero(~is_done)
+    workspace, is_known = _workspace(plane_count), np.empty(_CHUNK, np.bool_)
+    zone_rows = _zone_rows(workspace)
+    for begin in range(0, remaining_points.size, _CHUNK):
+        indices = remaining_points[begin : begin + _CHUNK]
+        _set_flat_planes(position, points, indices, is_seabed_bounce, frame.depth, workspace)
+        _unfold(position, points, indices, plane_count, workspace)
         is_known[:] = True
         for pattern in disc_samples:
-            for k in range(mirrors):
+            for k in range(plane_count):
                 if is_seabed_bounce[k]:
-                    _zone_ellipses(which.size, k, frame, room)
+                    _zone_ellipses(indices.size, k, frame, workspace)
                     if bounce_shift.shape[1] > 0:
-                        _shift_zones(which, bounce_shift[k], frame, room)
-                    fit_planes(zone_rows, which.size, pattern, heightmap, missing, is_known)
-                    _set_planes(which.size, k, frame.depth, room)
-            _unfold(position, points, which, mirrors, room)
-        _write_columns(room, which, mirrors, paths)
-        for q in range(which.size):
-            for k in range(mirrors):
-                paths.residual_variance[k, which[q]] = (
-                    room[_row(k, _REST) + np.uint64(q)] if is_seabed_bounce[k] else 0.0
+                        _shift_zones(indices, bounce_shift[k], frame, workspace)
+                    fit_planes(zone_rows, indices.size, pattern, heightmap, missing, is_known)
+                    _set_planes(indices.size, k, frame.depth, workspace)
+            _unfold(position, points, indices, plane_count, workspace)
+        _write_columns(workspace, indices, plane_count, paths)
+        for q in range(indices.size):
+            for k in range(plane_count):
+                paths.residual_variance[k, indices[q]] = (
+                    workspace[_row(k, _PLANE_RESIDUAL) + np.uint64(q)] if is_seabed_bounce[k] else 0.0
                 )
-            is_done[which[q]] = is_known[q]
+            is_done[indices[q]] = is_known[q]
     return bool(np.all(is_done))
 
 
@@ -305,15 +306,16 @@ def paths_off_local_planes(
 def _zone_rows(workspace: Floats) -> EllipsePatches:
     """Rows of the work array with the sampled zones and the fitted planes."""
     return EllipsePatches(
-        workspace[_X : _X + _C], workspace[_Y : _Y + _C], workspace[_COSINE : _COSINE + _C],
-        workspace[_TURN : _TURN + _C],
-        workspace[_LONG : _LONG + _C], workspace[_WIDE : _WIDE + _C], workspace[_HEIGHT : _HEIGHT + _C],
-        workspace[_ALONG : _ALONG + _C], workspace[_ACROSS : _ACROSS + _C], workspace[_LOST : _LOST + _C],
+        workspace[_X : _X + _C], workspace[_Y : _Y + _C], workspace[_COSINE_ON_GRID : _COSINE_ON_GRID + _C],
+        workspace[_SINE_ON_GRID : _SINE_ON_GRID + _C],
+        workspace[_HALF_LENGTH : _HALF_LENGTH + _C], workspace[_HALF_WIDTH : _HALF_WIDTH + _C],
+        workspace[_HEIGHT : _HEIGHT + _C], workspace[_ALONG : _ALONG + _C],
+        workspace[_ACROSS : _ACROSS + _C], workspace[_RESIDUAL : _RESIDUAL + _C],
     )  # fmt: skip
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _level(
+def _set_flat_planes(
     position: Floats, points: Floats, indices: NDArray[np.int64], is_seabed_bounce: NDArray[np.bool_], depth: float,
     workspace: Floats,
 ) -> None:  # fmt: skip
@@ -328,7 +330,7 @@ def _level(
     for q in range(np.uint64(indices.size)):
         north, east = points[indices[q], 0] - position[0], points[indices[q], 1] - position[1]
         horizontal = math.sqrt(north * north + east * east)
-        workspace[_AHEAD + q], workspace[_ASIDE + q] = (
+        workspace[_BEARING_NORTH + q], workspace[_BEARING_EAST + q] = (
             (north / horizontal, east / horizontal) if horizontal > 0 else (1.0, 0.0)
         )
 
@@ -336,20 +338,21 @@ def _level(
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
 def _zone_ellipses(count: int, k: int, frame: TerrainFrame, workspace: Floats) -> None:
     """Centres and half axes of the zones about the bounces off one plane, on the grid."""
-    bounce, part, sine = _row(k, _BOUNCE), _row(k, _PART), _row(k, _SINE)
+    bounce, fraction, sine = _row(k, _BOUNCE), _row(k, _FRACTION), _row(k, _SINE)
     for q in range(np.uint64(count)):
-        before, length = workspace[part + q], workspace[_LENGTH + q]
-        width = math.sqrt(max(frame.wavelength * length * before * (1 - before), 0.0))
-        longest = length * min(before, 1 - before)
-        long = max(min(width / max(workspace[sine + q], _TINY), longest), width)
+        fraction_before, length = workspace[fraction + q], workspace[_LENGTH + q]
+        width = math.sqrt(max(frame.wavelength * length * fraction_before * (1 - fraction_before), 0.0))
+        longest = length * min(fraction_before, 1 - fraction_before)
+        half_length = max(min(width / max(workspace[sine + q], _TINY), longest), width)
         x, y = workspace[bounce + q] - frame.north, workspace[bounce + _C + q] - frame.east
         workspace[_X + q], workspace[_Y + q] = frame.cosine * x + frame.sine * y, frame.cosine * y - frame.sine * x
-        workspace[_LONG + q], workspace[_WIDE + q] = (
-            max(long, frame.shortest_half_axis),
+        workspace[_HALF_LENGTH + q], workspace[_HALF_WIDTH + q] = (
+            max(half_length, frame.shortest_half_axis),
             max(width, frame.shortest_half_axis),
         )
-        workspace[_COSINE + q] = frame.cosine * workspace[_AHEAD + q] + frame.sine * workspace[_ASIDE + q]
-        workspace[_TURN + q] = frame.cosine * workspace[_ASIDE + q] - frame.sine * workspace[_AHEAD + q]
+        north, east = workspace[_BEARING_NORTH + q], workspace[_BEARING_EAST + q]
+        workspace[_COSINE_ON_GRID + q] = frame.cosine * north + frame.sine * east
+        workspace[_SINE_ON_GRID + q] = frame.cosine * east - frame.sine * north
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -364,15 +367,16 @@ def _shift_zones(indices: NDArray[np.int64], bounce_shift: Floats, frame: Terrai
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
 def _set_planes(count: int, k: int, depth: float, workspace: Floats) -> None:
     """Set one plane from the fits about its bounces."""
-    plane, bounce, residual = _row(k, _ANCHOR), _row(k, _BOUNCE), _row(k, _REST)
+    plane, bounce, residual = _row(k, _ANCHOR), _row(k, _BOUNCE), _row(k, _PLANE_RESIDUAL)
     for q in range(np.uint64(count)):
         ray_north, ray_east, along, across = (
-            workspace[_AHEAD + q], workspace[_ASIDE + q], workspace[_ALONG + q], workspace[_ACROSS + q],
+            workspace[_BEARING_NORTH + q], workspace[_BEARING_EAST + q], workspace[_ALONG + q], workspace[_ACROSS + q],
         )  # fmt: skip
-        lean_n, lean_e = ray_north * along - ray_east * across, ray_east * along + ray_north * across
-        workspace[residual + q] = workspace[_LOST + q]
-        size = 1 / math.sqrt(lean_n * lean_n + lean_e * lean_e + 1)
+        slope_north, slope_east = ray_north * along - ray_east * across, ray_east * along + ray_north * across
+        workspace[residual + q] = workspace[_RESIDUAL + q]
+        vertical_component = 1 / math.sqrt(slope_north * slope_north + slope_east * slope_east + 1)
         workspace[plane + q], workspace[plane + _C + q] = workspace[bounce + q], workspace[bounce + _C + q]
         workspace[plane + _C2 + q] = depth - workspace[_HEIGHT + q]
-        workspace[plane + _C3 + q], workspace[plane + _C4 + q] = -lean_n * size, -lean_e * size
-        workspace[plane + _C5 + q] = -size
+        workspace[plane + _C3 + q] = -slope_north * vertical_component
+        workspace[plane + _C4 + q] = -slope_east * vertical_component
+        workspace[plane + _C5 + q] = -vertical_component

@@ -20,7 +20,7 @@ from insonify.validity import require_number, require_numbers
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
-MOST_BOUNCES = 1000
+MAX_BOUNCES = 1000
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -100,11 +100,11 @@ def trace_fan(
     bottom = float(column.depth[-1])
     source = require_number("source_depth", source_depth, "m", 0.0, bottom)
     end = require_number("max_range", max_range, "m", 0.0, exclude_low=True, example="200")
-    if not 0 <= max_bounces <= MOST_BOUNCES:
-        raise ValueError(f"max_bounces is {max_bounces}; give 0 to {MOST_BOUNCES}.")
+    if not 0 <= max_bounces <= MAX_BOUNCES:
+        raise ValueError(f"max_bounces is {max_bounces}; give 0 to {MAX_BOUNCES}.")
     if not step > 0:
         raise ValueError(f"step is {step:g} m; give a length above 0, such as 1.")
-    first, vertices = _traced(column, source, np.sin(angles), end, max_bounces)
+    first, vertices = _trace_vertices(column, source, np.sin(angles), end, max_bounces)
     slowness = np.cos(angles) / np.interp(source, column.depth, column.speed)
     names = _boundaries(first, vertices, bottom)
     return _refined_rays(angles, slowness, first, vertices, names, step, column)
@@ -127,14 +127,14 @@ def bounce_ranges(
     """
     ranges = np.full((max_bounces, sines.size), np.nan)
     finite_rows = np.flatnonzero(np.isfinite(sines))
-    first, vertices = _traced(column, source_depth, sines[finite_rows], max_range, max_bounces)
+    first, vertices = _trace_vertices(column, source_depth, sines[finite_rows], max_range, max_bounces)
     ray = np.repeat(finite_rows, np.diff(first))
     row = np.flatnonzero((np.diff(vertices.bounces) > 0) & (np.diff(ray) == 0)) + 1
     ranges[vertices.bounces[row] - 1, ray[row]] = vertices.distance[row]
     return ranges
 
 
-def _traced(
+def _trace_vertices(
     column: SoundSpeedLayers, source: float, sines: Floats, max_range: float, bounces: int
 ) -> tuple[Integers, RayVertices]:
     """First rows and vertices of all rays; the kernel runs again where rays turn so often that there is no room."""
@@ -168,21 +168,21 @@ def _refined_rays(
     is_subdivided = (vertices.gradient != 0) & (length > step)
     count = np.where(is_subdivided, np.ceil(length / step), 1).astype(np.int64)
     row = np.repeat(np.arange(vertices.depth.size), count)
-    inside = np.arange(row.size) - np.repeat(np.cumsum(count) - count, count)
-    dx = length[row] * inside / count[row]
+    number_in_arc = np.arange(row.size) - np.repeat(np.cumsum(count) - count, count)
+    dx = length[row] * number_in_arc / count[row]
     x, z, t, sine, gradient = (values[row] for values in vertices[:5])
     p = slowness[ray[row]]
-    leaning = np.clip(sine - p * gradient * dx, -1.0, 1.0)
-    fall = dx * (sine + leaning) / np.maximum(_cosine(sine) + _cosine(leaning), 1e-300)
-    depth = np.where(inside > 0, z + fall, z)
+    sine_inside = np.clip(sine - p * gradient * dx, -1.0, 1.0)
+    depth_change = dx * (sine + sine_inside) / np.maximum(_cosine(sine) + _cosine(sine_inside), 1e-300)
+    depth = np.where(number_in_arc > 0, z + depth_change, z)
     speed = np.interp(z, column.depth, column.speed)
-    mean = np.sqrt(speed * (speed + gradient * fall))
-    chord = np.hypot(dx, fall)
+    mean = np.sqrt(speed * (speed + gradient * depth_change))
+    chord = np.hypot(dx, depth_change)
     u = np.abs(gradient) * chord / (2 * mean)
     time = chord / mean * np.where(u > 1e-8, np.arcsinh(u) / np.maximum(u, 1e-8), 1.0)
     return RayFan(
         angles, np.concatenate([[0], np.cumsum(count)])[first], x + dx, depth, t + time,
-        np.where(inside > 0, leaning, sine), vertices.bounces[row], vertices.turns[row], names,
+        np.where(number_in_arc > 0, sine_inside, sine), vertices.bounces[row], vertices.turns[row], names,
     )  # fmt: skip
 
 

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from insonify.propagation._eigenray_kernel import CAUSTICS, MOST, SIN_LAUNCH, SLOWNESS, TURNS
+from insonify.propagation._eigenray_kernel import CAUSTICS, MAX_RAYS, SIN_LAUNCH, SLOWNESS, TURNS
 from insonify.propagation._launch_angle_kernel import interpolate_launch_slope, unturned_distances
 from insonify.propagation._refracted_box_shadow import ray_depths_along_range
 from insonify.propagation.eigenray_record import exact_solutions
@@ -135,7 +135,7 @@ class RefractedLaunchAngles:
         depth, ranges = np.repeat(lines, len(self._stations)), np.tile(np.maximum(self._stations, AT_ZERO), len(lines))
         rays, count, _ = exact_solutions(water, family, self._source, np.maximum(depth, 0.0), ranges)
         turns = np.where(rays[:, :, CAUSTICS] == 0, rays[:, :, TURNS], np.inf)
-        turns[np.arange(MOST) >= count[:, None]] = np.inf
+        turns[np.arange(MAX_RAYS) >= count[:, None]] = np.inf
         if string:
             turns[turns > 0] = np.inf  # rays that turn about a bounce have another order
         row, first = np.arange(ranges.size), np.argmin(turns, axis=1)

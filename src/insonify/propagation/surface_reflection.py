@@ -39,24 +39,25 @@ def apply_surface_reflection(
     return glint_surface(scene, seed, frequency, follow_bed=follow_bed).legs(legs, scatterers, sonar_end)
 
 
-def repeated_glint_weight(legs_out: Legs, legs_back: Legs, pair: NDArray[np.int64]) -> NDArray[np.float64]:
+def repeated_glint_weight(transmit_legs: Legs, receive_legs: Legs, pair: NDArray[np.int64]) -> NDArray[np.float64]:
     """Weight of pairs of two glints of one ray [1], shape (p,): 1 for all other pairs.
 
     M glints stand for very many, hardly any of which reflects both legs: pairs of the same glint are left out,
     and the M (M - 1) others carry the power of M^2. Each two of them are reciprocal and interfere while they keep their
-    phases, so that E|rho_out rho_back|^2 is 1 + |E[rho_out rho_back*]|^2, as for a circular Gaussian rho.
+    phases, so that E|rho_t rho_r|^2 is 1 + |E[rho_t rho_r*]|^2, as for a circular Gaussian rho.
 
     Args:
-        legs_out: Transmit legs.
-        legs_back: Receive legs.
+        transmit_legs: Transmit legs.
+        receive_legs: Receive legs.
         pair: Row of the transmit and the receive leg of each ordered pair, shape (p, 2).
     """
     weight = np.ones(len(pair))
-    if legs_out.glints is None or legs_back.glints is None:
+    if transmit_legs.glints is None or receive_legs.glints is None:
         return weight
     for row, (i, j) in enumerate(pair):
-        sent, received = legs_out.glints.bounce_id[i], legs_back.glints.bounce_id[j]
-        if sent >= 0 and sent >> GLINT_BITS == received >> GLINT_BITS:
-            count = len({label for label in legs_out.glints.bounce_id if label >> GLINT_BITS == sent >> GLINT_BITS})
-            weight[row] = 0.0 if sent == received else np.sqrt(count / (count - 1))
+        transmit_bounce, receive_bounce = transmit_legs.glints.bounce_id[i], receive_legs.glints.bounce_id[j]
+        if transmit_bounce >= 0 and transmit_bounce >> GLINT_BITS == receive_bounce >> GLINT_BITS:
+            ray = transmit_bounce >> GLINT_BITS
+            count = len({label for label in transmit_legs.glints.bounce_id if label >> GLINT_BITS == ray})
+            weight[row] = 0.0 if transmit_bounce == receive_bounce else np.sqrt(count / (count - 1))
     return weight

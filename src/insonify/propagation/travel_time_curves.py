@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from insonify.propagation._eigenray_kernel import DELAY, MOST, SIN_LAUNCH
+from insonify.propagation._eigenray_kernel import DELAY, MAX_RAYS, SIN_LAUNCH
 from insonify.propagation.eigenray_record import exact_solutions
 from insonify.propagation.propagation_model import DepartureCones
 from insonify.propagation.sound_speed_layers import SoundSpeedLayers
@@ -98,7 +98,7 @@ def travel_time_curve(
     step = max(max_range / MOST_STEPS, STEP)
     ranges = np.asarray(step * np.arange(steps), np.float64)
     rays, count, _ = exact_solutions(water, family, depth, np.full(steps, boundary_depth), ranges)
-    exists = np.arange(MOST) < count[:, None]
+    exists = np.arange(MAX_RAYS) < count[:, None]
     angle = np.arcsin(np.clip(rays[:, :, SIN_LAUNCH], -1, 1))
     return TravelTimeCurve(
         step,

@@ -15,8 +15,8 @@ Integers = NDArray[Any]
 Vector = tuple[float, float, float]
 
 BINS = 16
-LEAF = 4
-EDGE = 1e-9
+MAX_LEAF_TRIANGLES = 4
+EDGE_MARGIN = 1e-9
 """Margin outside its edges at which a triangle still stops a ray, as a fraction of its sides [1]: no gaps."""
 
 
@@ -59,8 +59,8 @@ def triangle_tree(corners: Floats, solid_row: Integers) -> TriangleTree:
     sorted_solid_row, lowest_below = solid_row[order].astype(np.int32), np.empty(nodes, np.int32)
     _lowest_solid_below(skip, first, count, sorted_solid_row, lowest_below)
     a, b, c = np.moveaxis(corners[order], 1, 0)
-    across = np.cross(b - a, c - a)
-    normal = across / np.maximum(np.linalg.norm(across, axis=1, keepdims=True), 1e-300)
+    cross_product = np.cross(b - a, c - a)
+    normal = cross_product / np.maximum(np.linalg.norm(cross_product, axis=1, keepdims=True), 1e-300)
     corner = np.concatenate([a, b - a, c - a], axis=1)
     return TriangleTree(bounds, skip, first, count, lowest_below, corner, normal, sorted_solid_row, order)
 
@@ -96,7 +96,7 @@ def _build_nodes(
         nodes += 1
         parent[node] = parents[waiting]
         bounding_box(low, high, order, start, stop, bounds[node])
-        middle = start if stop - start <= LEAF else split_node(low, high, order, start, stop)
+        middle = start if stop - start <= MAX_LEAF_TRIANGLES else split_node(low, high, order, start, stop)
         first[node], count[node] = (-1, 0) if middle > start else (start, stop - start)
         if middle > start:
             # the first half is popped next, so that it follows its parent
@@ -157,37 +157,37 @@ def cheapest_split(
     """Bin of the best split: least sum of surface times triangles. First and last bin are filled."""
     box = np.empty((BINS, 6))
     box[:, :3], box[:, 3:] = np.inf, -np.inf
-    number = np.zeros(BINS, np.int64)
+    bin_count = np.zeros(BINS, np.int64)
     for n in range(start, stop):
         row = order[n]
         b = int((low[row, axis] + high[row, axis] - low_edge) * scale)
-        number[b] += 1
+        bin_count[b] += 1
         for a in range(3):
             box[b, a] = min(box[b, a], low[row, a])
             box[b, 3 + a] = max(box[b, 3 + a], high[row, a])
-    after = np.zeros(BINS)
-    grown = np.array([np.inf, np.inf, np.inf, -np.inf, -np.inf, -np.inf])
+    cost_after = np.zeros(BINS)
+    merged_box = np.array([np.inf, np.inf, np.inf, -np.inf, -np.inf, -np.inf])
     total = 0
     for b in range(BINS - 1, 0, -1):
-        total += number[b]
-        after[b] = total * merged_half_area(grown, box[b])
+        total += bin_count[b]
+        cost_after[b] = total * merged_half_area(merged_box, box[b])
     best, border, total = np.inf, 1, 0
-    grown[:3], grown[3:] = np.inf, -np.inf
+    merged_box[:3], merged_box[3:] = np.inf, -np.inf
     for b in range(BINS - 1):
-        total += number[b]
-        cost = total * merged_half_area(grown, box[b]) + after[b + 1]
+        total += bin_count[b]
+        cost = total * merged_half_area(merged_box, box[b]) + cost_after[b + 1]
         if cost < best:
             best, border = cost, b + 1
     return border
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def merged_half_area(grown: Floats, box: Floats) -> float:
+def merged_half_area(merged_box: Floats, box: Floats) -> float:
     """Half the surface of a box (6,) merged with another."""
     for a in range(3):
-        grown[a] = min(grown[a], box[a])
-        grown[3 + a] = max(grown[3 + a], box[3 + a])
-    x, y, z = grown[3] - grown[0], grown[4] - grown[1], grown[5] - grown[2]
+        merged_box[a] = min(merged_box[a], box[a])
+        merged_box[3 + a] = max(merged_box[3 + a], box[3 + a])
+    x, y, z = merged_box[3] - merged_box[0], merged_box[4] - merged_box[1], merged_box[5] - merged_box[2]
     return x * y + y * z + z * x
 
 
@@ -235,11 +235,11 @@ def _triangle_hit(corner: Floats, start: Vector, step: Vector) -> float:
         return np.inf
     sx, sy, sz = start[0] - corner[0], start[1] - corner[1], start[2] - corner[2]
     u = (sx * px + sy * py + sz * pz) / det
-    if u < -EDGE or u > 1 + EDGE:
+    if u < -EDGE_MARGIN or u > 1 + EDGE_MARGIN:
         return np.inf
     qx, qy, qz = sy * az - sz * ay, sz * ax - sx * az, sx * ay - sy * ax
     v = (dx * qx + dy * qy + dz * qz) / det
-    if v < -EDGE or u + v > 1 + EDGE:
+    if v < -EDGE_MARGIN or u + v > 1 + EDGE_MARGIN:
         return np.inf
     return (bx * qx + by * qy + bz * qz) / det
 

@@ -14,11 +14,11 @@ from insonify.propagation.families import bounce_sequence
 from insonify.records.legs import Legs
 
 Floats = NDArray[np.float64]
-STEP = 0.01
+GRADIENT_HALF_STEP = 0.01
 """Half the depth interval over which a profile's gradient is taken [m]."""
-CLOSEST_SOURCE = 1e-9
+MIN_RADIUS = 1e-9
 """Least radius of a sphere about a point [m]."""
-LEVEL = 1e-6
+MIN_SINE = 1e-6
 """Sine below which a ray counts as horizontal: its tube does not determine the wavefront [1]."""
 
 
@@ -52,22 +52,26 @@ def wavefront(legs: Legs, row: int, position: Floats, points: Floats, water: Wat
     Source: Cerveny (2001), Seismic Ray Theory, ch. 4 (from memory); checked against exact rays to every element.
     """
     length = legs.length[row]
-    away = np.hypot(points[:, 0] - position[0], points[:, 1] - position[1])
+    distance = np.hypot(points[:, 0] - position[0], points[:, 1] - position[1])
     if not water.layered:
-        return Wavefront(1 / np.maximum(length, CLOSEST_SOURCE), away, 0.0, np.zeros((0, len(away))))
+        return Wavefront(1 / np.maximum(length, MIN_RADIUS), distance, 0.0, np.zeros((0, len(distance))))
     depth = float(position[2])
-    above, below = max(depth - STEP, 0.0), depth + STEP
-    gradient = float(water.sound_speed_at(below) - water.sound_speed_at(above)) / (below - above)
+    upper_depth, lower_depth = max(depth - GRADIENT_HALF_STEP, 0.0), depth + GRADIENT_HALF_STEP
+    gradient = float(water.sound_speed_at(lower_depth) - water.sound_speed_at(upper_depth)) / (
+        lower_depth - upper_depth
+    )
     speed, point_speed = float(water.sound_speed_at(depth)), np.asarray(water.sound_speed_at(points[:, 2]), float)
     sine, arrival_sine = legs.departure[row, :, 2], legs.arrival[row, :, 2]
-    is_horizontal = (np.abs(sine) < LEVEL) | (np.abs(arrival_sine) < LEVEL) | (away < 1e-9)
+    is_horizontal = (np.abs(sine) < MIN_SINE) | (np.abs(arrival_sine) < MIN_SINE) | (distance < 1e-9)
     cosine = np.sqrt(np.clip(1 - sine**2, 0, 1))
     # Each bounce, and each turning point, reverses a ray's vertical direction: their number is even or odd.
-    odd = len(bounce_sequence(legs.families[row])) % 2 == 1
-    turned = ((sine * arrival_sine < 0) != odd).astype(int)
-    sense = np.where((legs.caustics[row] - turned) % 2 == 0, 1.0, -1.0)
-    tube = legs.spreading[row] ** 2 * away * np.abs(arrival_sine)
-    rate = sense * tube / np.where(is_horizontal, 1.0, point_speed * cosine)
-    across = (rate + gradient * np.sign(sine) * cosine**2 / speed**2) / np.where(is_horizontal, 1.0, np.abs(sine))
-    expansion = np.zeros((0, len(away))) if legs.aperture_expansion is None else legs.aperture_expansion[row]
-    return Wavefront(np.where(is_horizontal, 1 / np.maximum(length, 1e-9), speed * across), away, gradient, expansion)
+    is_odd = len(bounce_sequence(legs.families[row])) % 2 == 1
+    is_turned = ((sine * arrival_sine < 0) != is_odd).astype(int)
+    caustic_sign = np.where((legs.caustics[row] - is_turned) % 2 == 0, 1.0, -1.0)
+    tube_area = legs.spreading[row] ** 2 * distance * np.abs(arrival_sine)
+    ray_tube = caustic_sign * tube_area / np.where(is_horizontal, 1.0, point_speed * cosine)
+    curvature_over_speed = ray_tube + gradient * np.sign(sine) * cosine**2 / speed**2
+    curvature_over_speed = curvature_over_speed / np.where(is_horizontal, 1.0, np.abs(sine))
+    expansion = np.zeros((0, len(distance))) if legs.aperture_expansion is None else legs.aperture_expansion[row]
+    curvature = np.where(is_horizontal, 1 / np.maximum(length, 1e-9), speed * curvature_over_speed)
+    return Wavefront(curvature, distance, gradient, expansion)

@@ -16,9 +16,9 @@ from insonify.ocean.wave_spectrum import angular_frequency
 
 Floats = NDArray[np.float64]
 
-LENGTHS, DIRECTIONS, TURNS = 1024, 48, 65
-"""Wavenumbers of the table; wavenumbers with direction tables; probabilities of a direction."""
-GUIDES = 4096
+WAVENUMBER_COUNT, DIRECTION_TABLE_COUNT, QUANTILE_COUNT = 1024, 48, 65
+"""Number of wavenumbers of the tables, of those with quantiles of direction, and of these quantiles."""
+GUIDE_STEPS = 4096
 """Steps of the guide table to the rows."""
 SLOPE_CUT = 3.0
 """Wavenumber of the sound over that of the shortest waves that count as slope [1]."""
@@ -44,50 +44,53 @@ class WindWaves(NamedTuple):
     row_guide: NDArray[np.int32]
     """Guide to the row of a variance fraction, shape (g + 1,).
 
-    Entry i + 1 is a row not above it, entry i one not below, for i = floor(`GUIDES` times the root of the variance
+    Entry i + 1 is a row not above it, entry i one not below, for i = floor(`GUIDE_STEPS` times the root of the variance
     fraction beyond it).
     """
 
 
 @lru_cache(maxsize=8)
-def wind_waves(wind_speed: float, shortest: float, longest: float = 0.0) -> WindWaves:
+def wind_waves(wind_speed: float, max_wavenumber: float, min_wavenumber: float = 0.0) -> WindWaves:
     """Tables of the wind waves of an open sea.
 
     Args:
         wind_speed: Wind speed at 10 m height [m/s].
-        shortest: Wavenumber of the shortest waves to include [rad/m].
-        longest: Wavenumber of the longest waves to include [rad/m].
+        max_wavenumber: Wavenumber of the shortest waves that are included [rad/m].
+        min_wavenumber: Wavenumber of the longest waves that are included [rad/m].
 
     Source: spectrum and directions of Elfouhaily et al. (1997), see `insonify.ocean`.
     """
     sea = Elfouhaily(wind_speed)
     spreading = ElfouhailySpreading(sea)
-    low = max(sea.peak / 8, longest)
-    k = np.geomspace(low, max(shortest, 2 * sea.peak, 1.01 * low), LENGTHS)
-    wavenumbers = np.geomspace(k[0], k[-1], DIRECTIONS)
-    chance = np.linspace(0, 1, TURNS)
-    turn = np.stack([spreading.quantile(chance, np.full(TURNS, wavenumber)) for wavenumber in wavenumbers])
-    middle = np.stack(
+    lowest_wavenumber = max(sea.peak / 8, min_wavenumber)
+    k = np.geomspace(lowest_wavenumber, max(max_wavenumber, 2 * sea.peak, 1.01 * lowest_wavenumber), WAVENUMBER_COUNT)
+    wavenumbers = np.geomspace(k[0], k[-1], DIRECTION_TABLE_COUNT)
+    probability = np.linspace(0, 1, QUANTILE_COUNT)
+    quantiles = np.stack(
+        [spreading.quantile(probability, np.full(QUANTILE_COUNT, wavenumber)) for wavenumber in wavenumbers]
+    )
+    step_direction = np.stack(
         [
-            spreading.quantile((chance[1:] + chance[:-1]) / 2, np.full(TURNS - 1, wavenumber))
+            spreading.quantile((probability[1:] + probability[:-1]) / 2, np.full(QUANTILE_COUNT - 1, wavenumber))
             for wavenumber in wavenumbers
         ]
     )
     mean_cosine, mean_square_cosine = (
         np.interp(np.log(k), np.log(wavenumbers), column.mean(axis=1))
-        for column in (np.cos(middle), np.cos(middle) ** 2)
+        for column in (np.cos(step_direction), np.cos(step_direction) ** 2)
     )
     density, omega = sea.density(k), angular_frequency(k)
     columns = (k**2 * mean_square_cosine, k**2 * (1 - mean_square_cosine), omega**2, k * omega * mean_cosine)
-    moment = np.stack([_running(k, density * column) for column in columns])
-    variance = _running(k, density)
-    return WindWaves(k, variance, omega, turn, moment, row_guide(variance))
+    slope_moments = np.stack([_cumulative_integral(k, density * column) for column in columns])
+    variance = _cumulative_integral(k, density)
+    return WindWaves(k, variance, omega, quantiles, slope_moments, row_guide(variance))
 
 
 def row_guide(variance: Floats) -> NDArray[np.int32]:
     """Guide to the rows of an increasing variance, see `WindWaves.row_guide`."""
-    share = variance[-1] * (1 - (np.arange(GUIDES + 1) / GUIDES) ** 2)
-    return np.clip(np.searchsorted(variance, share, side="right") - 1, 0, len(variance) - 2).astype(np.int32)
+    remaining_variance = variance[-1] * (1 - (np.arange(GUIDE_STEPS + 1) / GUIDE_STEPS) ** 2)
+    row = np.searchsorted(variance, remaining_variance, side="right") - 1
+    return np.clip(row, 0, len(variance) - 2).astype(np.int32)
 
 
 def shortest_wavenumber(frequency: float, sound_speed: float) -> float:
@@ -100,7 +103,7 @@ def shortest_wavenumber(frequency: float, sound_speed: float) -> float:
     return 2 * math.pi * frequency / sound_speed / SLOPE_CUT
 
 
-def _running(k: Floats, density: Floats) -> Floats:
+def _cumulative_integral(k: Floats, density: Floats) -> Floats:
     """Integral of a density over wavenumber up to each k; trapezoids in log k follow power laws."""
     per_log = density * k
     return np.concatenate(([0.0], np.cumsum((per_log[1:] + per_log[:-1]) / 2 * np.diff(np.log(k)))))

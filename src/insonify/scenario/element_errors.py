@@ -19,7 +19,7 @@ from insonify.sonar.received_pulse import received_pulse
 from insonify.sonar.receiver import Receiver, response
 from insonify.sonar.sonar import Sonar, receiver_rotation
 from insonify.sonar.track import Poses
-from insonify.synthesis.waveform_basis import MOST, doppler_node_count, doppler_range
+from insonify.synthesis.waveform_basis import MAX_WAVEFORMS, doppler_node_count, doppler_range
 
 if TYPE_CHECKING:
     from insonify.scenario.scenario import Scenario
@@ -101,7 +101,7 @@ def _out_of_band_errors(scenario: Scenario) -> Iterator[PydanticCustomError]:
         return
     pulse, receiver = scenario.sonar.pulse, scenario.sonar.receiver
     turned = pulse.frequency * pulse.duration * (dopplers[1] - dopplers[0])
-    if doppler_node_count(pulse, dopplers[1] - dopplers[0]) >= MOST:
+    if doppler_node_count(pulse, dopplers[1] - dopplers[0]) >= MAX_WAVEFORMS:
         yield field_error(
             "sonar.pulse.duration", f"{pulse.duration * 1e3:g} ms", "is long for a sonar that moves at "
             f"{speed.max():.3g} m/s: Doppler turns it by {turned:.0f} cycles between one direction and another. "

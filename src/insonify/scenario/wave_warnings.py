@@ -27,7 +27,8 @@ def wave_warnings(scenario: Scenario, shallowest: float) -> Iterator[str]:
         scenario: A scenario whose surface is of waves.
         shallowest: Least depth of the sonar [m].
     """
-    from insonify.propagation.explicit_surface import MOST, explicit_waves  # kernels, which few scenarios need
+    # kernels, which few scenarios need
+    from insonify.propagation.explicit_surface import MAX_BOUNCE_POINTS, explicit_waves
 
     sea = explicit_waves(scenario.surface, scenario.seed, scenario.seabed.depth)
     high = 2 * math.sqrt(2) * float(np.linalg.norm(sea.waves[4]))  # four times the rms height
@@ -37,11 +38,11 @@ def wave_warnings(scenario: Scenario, shallowest: float) -> Iterator[str]:
             "troughs reach down to it, and bounces near it mean little. Give a deeper track, or lower waves."
         )
     across, count = wave_focusing(sea, scenario, shallowest)
-    if across > CROWDED or count > MOST:
+    if across > CROWDED or count > MAX_BOUNCE_POINTS:
         yield (
             f"surface: the waves drawn are so curved that the farthest paths meet about {count:.0f} bounce points each "
-            f"({MOST} are followed), with a curvature across the path of {across:.2g} of what makes several side by "
-            "side (of which one is). Surface echoes are too weak by decibels. "
+            f"({MAX_BOUNCE_POINTS} are followed), with a curvature across the path of {across:.2g} of what makes "
+            "several side by side (of which one is). Surface echoes are too weak by decibels. "
             + (
                 "Give a longer surface.cutoff_wavelength, or reflection: statistical."
                 if scenario.surface.wind_speed

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from insonify.fast_sincos import sincos_cycles
 from insonify.jit import njit
-from insonify.propagation.wavefront import CLOSEST_SOURCE
+from insonify.propagation.wavefront import MIN_RADIUS
 from insonify.sonar.beam_kernels import BeamTables, array_cosines, beam_amplitude, element_amplitude
 from insonify.synthesis._arrival_kernel import (
     ArrivalBuffer,
@@ -351,7 +351,7 @@ def _receive_leg(
         for k in range(count):
             c[_FACTOR + k] *= root_area[np.uintp(part_start + leg.scatterer[k])]
     for k in range(count):
-        c[_AHEAD + k] = 1 / max(c[_LENGTH + k], CLOSEST_SOURCE)
+        c[_AHEAD + k] = 1 / max(c[_LENGTH + k], MIN_RADIUS)
     for k in range(count):
         n, weight_factor = np.uintp(leg.scatterer[k]), c[_FACTOR + k]
         weight[n] = complex(c[_REAL + k] * weight_factor, c[_IMAGINARY + k] * weight_factor)

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from insonify.jit import njit
 
 _FAST = {"contract", "reassoc", "nsz", "arcp"}
-_SHORT = 64
+_MAX_INSERTION_SORT = 64  # arrivals: more are sorted by NumPy
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -66,7 +66,7 @@ def _cubic(fraction: float) -> tuple[float, float, float, float]:
 @njit(inline="always")
 def _sort_by_delay(delay: NDArray[np.float64], order: NDArray[np.int64]) -> None:
     """Fill `order` with the numbers 0..n-1 by increasing delay; equal delays keep their order."""
-    if delay.size > _SHORT:
+    if delay.size > _MAX_INSERTION_SORT:
         order[: delay.size] = np.argsort(delay, kind="mergesort")
         return
     for i in range(delay.size):

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from insonify.ocean.water import Water
-from insonify.propagation.wavefront import CLOSEST_SOURCE, Wavefront, wavefront
+from insonify.propagation.wavefront import MIN_RADIUS, Wavefront, wavefront
 from insonify.records.pairs import Pairs
 from insonify.sonar.beam import POINTS_PER_LOBE, Beams
 from insonify.sonar.ping_geometry import PingGeometry
@@ -214,7 +214,7 @@ def wavefront_columns(pairs: Pairs, ping_geometry: PingGeometry, water: Water) -
     """Wavefronts of all receive legs, as in `Wavefront`; horizontal distances in layered water only."""
     receive = pairs.receive_legs
     if not water.layered:
-        curvature = 1 / np.maximum(receive.length, CLOSEST_SOURCE)
+        curvature = 1 / np.maximum(receive.length, MIN_RADIUS)
         return curvature, curvature, 0.0, np.zeros((len(curvature), 0, curvature.shape[1]))
     receiver_position, points = ping_geometry.receive_position, pairs.scatterers.position
     wavefronts = [wavefront(receive, j, receiver_position, points, water) for j in range(len(receive.length))]

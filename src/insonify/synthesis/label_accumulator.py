@@ -121,7 +121,7 @@ class LabelAccumulator:
     def add(self, buffer: LabelBuffer, pairs: Pairs) -> None:
         """Add one block of scatterers to its object."""
         object_name = pairs.scatterers.object
-        names = tuple(pair_name(transmit_power, receive_power) for transmit_power, receive_power in pairs.names())
+        names = tuple(pair_name(transmit_family, receive_family) for transmit_family, receive_family in pairs.names())
         workspace = self._workspace(buffer, object_name, pairs, names)
         directions = receive_directions(pairs, self.geometry)
         if workspace is not None:

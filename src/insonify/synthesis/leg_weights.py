@@ -45,7 +45,7 @@ def weights_from_gain(gain: Floats, legs: Legs, frequency: float, scale: float =
 def weights_from_two_gains(
     transmit_gain: Floats, receive_gain: Floats, legs: Legs, frequency: float, scale: float
 ) -> tuple[Complexes, Complexes]:
-    """Complex weights of legs that are the same out and back; see `weights_from_gain`.
+    """Complex weights of legs for transmission and for reception, where both are the same; see `weights_from_gain`.
 
     Args:
         transmit_gain: Gain of the transmit beams towards the legs [1], shape (beams, f, n).

@@ -67,13 +67,14 @@ class ReceiverChain:
         return np.where(self.blanked, 0, signal).astype(np.complex64)
 
     def _digitised(self, amplified: Complexes) -> Complexes:
+        """Pressures before the converter, limited to full scale and rounded [uPa], shape kept."""
         magnitude = np.abs(amplified)
         # values within full scale stay unchanged: a quotient by zero would overflow
         limited = amplified * (self.full_scale / np.maximum(magnitude, self.full_scale))
         if self.quantisation_step == 0:
             return limited
         top = self.full_scale / self.quantisation_step  # codes from -top to top - 1
-        rounded = _code(limited.real / self.quantisation_step, top) + 1j * _code(
+        rounded = _quantised_code(limited.real / self.quantisation_step, top) + 1j * _quantised_code(
             limited.imag / self.quantisation_step, top
         )
         return np.asarray(self.quantisation_step * rounded, complex)
@@ -106,14 +107,15 @@ class ReceiverChain:
             return power
         deviation = np.sqrt(power / 2) / self.quantisation_step
         rounded = power + self.quantisation_step**2 / 6
-        fine = deviation < MAX_STEPWISE_DEVIATION
+        is_fine = deviation < MAX_STEPWISE_DEVIATION
         edges = np.arange(STEPS) + 0.5
-        beyond = erfc(edges / (np.sqrt(2) * np.maximum(deviation[fine], 1e-12)[:, None]))
-        rounded[fine] = 2 * self.quantisation_step**2 * (beyond @ (2 * np.arange(STEPS) + 1.0))
+        tail_probability = erfc(edges / (np.sqrt(2) * np.maximum(deviation[is_fine], 1e-12)[:, None]))
+        rounded[is_fine] = 2 * self.quantisation_step**2 * (tail_probability @ (2 * np.arange(STEPS) + 1.0))
         return rounded
 
 
-def _code(value: Floats, top: float) -> Floats:
+def _quantised_code(value: Floats, top: float) -> Floats:
+    """Codes of the converter nearest to values in its steps [1], from -top to top - 1."""
     return np.asarray(np.clip(np.round(value), -top, top - 1))
 
 

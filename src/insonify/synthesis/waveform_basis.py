@@ -27,7 +27,7 @@ Floats = NDArray[np.float64]
 
 ERROR = 1e-6
 """Error of the weighted sum, re the pulse's peak [1]."""
-MOST = 48
+MAX_WAVEFORMS = 48
 """Largest number of waveforms [1]."""
 NEGLIGIBLE_GAIN = 10 ** (-45 / 20)
 """Two-way gain below which a direction's Doppler factor is neglected, re the largest gain [1]."""
@@ -135,7 +135,7 @@ def waveform_basis(
 
 
 def doppler_node_count(pulse: Pulse, width: float, error: float = ERROR) -> int:
-    """Number of waveforms for a range of Doppler factors; `MOST` where that is not enough.
+    """Number of waveforms for a range of Doppler factors; `MAX_WAVEFORMS` where that is not enough.
 
     Args:
         pulse: The transmitted pulse.
@@ -143,7 +143,7 @@ def doppler_node_count(pulse: Pulse, width: float, error: float = ERROR) -> int:
         error: Largest error of the weighted sum, re the pulse's peak [1].
     """
     phase = math.pi * (pulse.frequency + pulse.bandwidth / 2) * pulse.duration * width / 2
-    return node_count(phase, error, MOST)
+    return node_count(phase, error, MAX_WAVEFORMS)
 
 
 def doppler_range(ping_geometry: PingGeometry) -> tuple[float, float]:

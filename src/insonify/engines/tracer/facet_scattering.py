@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from insonify import random_keys
 from insonify.engines.tracer._facet_kernel import sample_wavenumbers
-from insonify.propagation.glint_kernel import MOST
+from insonify.propagation.glint_kernel import MAX_SINGLE_QUANTA
 from insonify.propagation.wind_waves import WindWaves, shortest_wavenumber, wind_waves
 from insonify.scattering.bubbles import bubble_loss_db
 from insonify.scene.scene import Scene
@@ -174,15 +174,15 @@ def _slope_density(waves: WindWaves, phase_per_height: float) -> Floats:
     """Density of the slopes of glints with a phase per height [rad/m], given at least one quantum, (CELLS, CELLS)."""
     total_variance, step = float(waves.variance[-1]), 2 * MAX_SLOPE / CELLS
     mean_quanta = phase_per_height**2 * total_variance
-    longer_variance = total_variance - min(mean_quanta, MOST) / phase_per_height**2
+    longer_variance = total_variance - min(mean_quanta, MAX_SINGLE_QUANTA) / phase_per_height**2
     along_variance, across_variance = (
         np.interp(longer_variance, waves.variance, moment) for moment in waves.slope_moments[:2]
     )
     quantum_density = _quantum_slope_density(waves, phase_per_height, longer_variance)
     frequency = 2 * np.pi * np.fft.fftfreq(CELLS, step)
     normal_spectrum = np.exp(-0.5 * (along_variance * frequency[:, None] ** 2 + across_variance * frequency**2))
-    spectrum = normal_spectrum * np.exp(min(mean_quanta, MOST) * (np.fft.fft2(quantum_density).real - 1))
-    if mean_quanta <= MOST:
+    spectrum = normal_spectrum * np.exp(min(mean_quanta, MAX_SINGLE_QUANTA) * (np.fft.fft2(quantum_density).real - 1))
+    if mean_quanta <= MAX_SINGLE_QUANTA:
         spectrum = (spectrum - math.exp(-mean_quanta)) / -math.expm1(-mean_quanta)
     density = np.fft.fftshift(np.fft.ifft2(spectrum).real) / step**2
     return np.maximum(density, 0.0)
