@@ -61,7 +61,7 @@ def reference_kept(strong, tiles, bounds, *, wide=False):
     between = (1 - x) * ((1 - y) * corner[t, i, j] + y * corner[t, i, j + 1])
     between += x * ((1 - y) * corner[t, i + 1, j] + y * corner[t, i + 1, j + 1])
     own = np.empty(len(t))
-    place = strong.lattice.to_world(drawn.along, drawn.across)
+    place = strong.scatterer_grid.to_world(drawn.along, drawn.across)
     _gain_envelope_kernel.gain_re_threshold(strong._gains, place, np.zeros(len(t)), own)
     gain = np.where(keep_probabilities.is_peaked[t, i, j], own, between)
     share = np.minimum(bounds.density[t] * keep_probability_of(gain, wide), keep_probabilities.max_probability[t, i, j])
@@ -255,7 +255,7 @@ def test_positions_in_tiles_are_those_of_the_scatterer_grid():
     side = TILE * BASE_PITCH * 2.0 ** tiles.scale[rows, None, None]
     a, b = (side * (at + way) for at, way in zip((tiles.along[rows, None, None], tiles.across[rows, None, None]),
                                                  (part[:, None], part[None, :]), strict=True))  # fmt: skip
-    want = importance.lattice.to_world(*(x.ravel() for x in np.broadcast_arrays(a, b)))
+    want = importance.scatterer_grid.to_world(*(x.ravel() for x in np.broadcast_arrays(a, b)))
     np.testing.assert_allclose(importance._positions(tiles, rows, part), want, atol=1e-9)
 
 

@@ -482,7 +482,7 @@ def test_legs_off_faces_are_counted_to_a_factor_of_two(changes):
     made = np.zeros(2)
     for block in simulator.engine.blocks(here):
         scatterers = block()
-        lit = sum(simulator.engine._lit(one, here.transmit_position, scatterers, here) for one in
+        lit = sum(simulator.engine._insonified_by_face(one, here.transmit_position, scatterers, here) for one in
                   simulator.engine.faces(here))  # fmt: skip
         made += np.sum(lit), np.sum((len(families) + lit) ** 2) / len(families) ** 2
     found = boundary_points.points_on_boundary(

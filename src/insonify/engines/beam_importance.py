@@ -105,7 +105,7 @@ class BeamImportance:
     rays: PropagationModel
     families: tuple[str, ...]
     """Families that reach it."""
-    lattice: ScattererGrid
+    scatterer_grid: ScattererGrid
     farthest: float
     """Distance from the middle between both ends that is evaluated at most [m]."""
     importance_sampling: bool = True
@@ -235,7 +235,7 @@ class BeamImportance:
             MIN_KEEP_PROBABILITY,
         )
         count = draw_and_keep(
-            tiles, first, random_keys.stream_key(seed, stream), probabilities, self._gains, self.lattice.frame,
+            tiles, first, random_keys.stream_key(seed, stream), probabilities, self._gains, self.scatterer_grid.frame,
             depth, columns,
         )  # fmt: skip
         return KeptScatterers(*(column[:count] for column in columns))
@@ -284,7 +284,7 @@ class BeamImportance:
     def _positions(self, tiles: Tiles, rows: Integers, part: Floats) -> Floats:
         """North and east at the same parts of the sides of some tiles [m], shape (rows * parts * parts, 2)."""
         position = np.empty((len(rows) * len(part) ** 2, 2))
-        share_kernel.grid_positions(*tiles, rows, part, self.lattice.frame, position)
+        share_kernel.grid_positions(*tiles, rows, part, self.scatterer_grid.frame, position)
         return position
 
     def _keep_probability(self, gain: Floats) -> Floats:

@@ -182,17 +182,17 @@ class EigenrayEngine:
             receive = self._end_legs(end, scatterers, ping_geometry, selection, elements=True)
         ends = ping_geometry.transmit_position, ping_geometry.receive_position
         if self.scene.is_rough(transmit.families):
-            sent, received = self._reflected(transmit, ends[0], scatterers, ping_geometry)
+            new_transmit, new_receive = self._reflected(transmit, ends[0], scatterers, ping_geometry)
             if transmit is not receive:
-                _, received = self._reflected(receive, ends[1], scatterers, ping_geometry)
-            transmit, receive = sent, received
+                _, new_receive = self._reflected(receive, ends[1], scatterers, ping_geometry)
+            transmit, receive = new_transmit, new_receive
         if self.choice.edge_diffraction == "knife-edge":
-            sent = self._diffracted(transmit, ends[0], scatterers, ping_geometry)
+            new_transmit = self._diffracted(transmit, ends[0], scatterers, ping_geometry)
             if ping_geometry.is_monostatic and have_same_geometry(transmit, receive):
-                receive = sent if transmit is receive else replace(receive, visibility=sent.visibility)
+                receive = new_transmit if transmit is receive else replace(receive, visibility=new_transmit.visibility)
             else:
                 receive = self._diffracted(receive, ends[1], scatterers, ping_geometry)
-            transmit = sent
+            transmit = new_transmit
         if ping_geometry.hull is not None:
             families = hull_families(self.choice.followed_families)
             transmit, receive = self._with_hull(transmit, receive, families, scatterers, ping_geometry, self.seed)
@@ -279,24 +279,27 @@ class EigenrayEngine:
         """Scatterers of a block and the number of faces that light any, apart those that none does."""
         by_faces, count = np.zeros(len(scatterers), bool), 0
         for face in self.faces(ping_geometry):
-            reached = self._lit(face, ping_geometry.transmit_position, scatterers, ping_geometry)
+            insonified = self._insonified_by_face(face, ping_geometry.transmit_position, scatterers, ping_geometry)
             if not ping_geometry.is_monostatic:
-                reached |= self._lit(face, ping_geometry.receive_position, scatterers, ping_geometry)
-            by_faces, count = by_faces | reached, count + bool(reached.any())
+                insonified |= self._insonified_by_face(face, ping_geometry.receive_position, scatterers, ping_geometry)
+            by_faces, count = by_faces | insonified, count + bool(insonified.any())
         if by_faces.all() or not by_faces.any():
             yield scatterers, count
             return
         yield scatterers.take(~by_faces), 0
         yield scatterers.take(by_faces), count
 
-    def _lit(
+    def _insonified_by_face(
         self, face: FlatFace, position: Floats, scatterers: Scatterers, ping_geometry: PingGeometry
     ) -> NDArray[np.bool_]:
         """Scatterers that a face may light from one end of the sonar, shape (n,)."""
         if not reflects_to(face, scatterers) or not is_in_reach(face, self.scene, ping_geometry):
             return np.zeros(len(scatterers), bool)
-        tall = self.scene.seabed.depth * self.choice.max_reflections
-        return lit_points(face, position, scatterers.position, self._wavelength(ping_geometry, position), tall=tall)
+        tall, wavelength = (
+            self.scene.seabed.depth * self.choice.max_reflections,
+            self._wavelength(ping_geometry, position),
+        )
+        return lit_points(face, position, scatterers.position, wavelength, tall=tall)
 
     def _with_faces(
         self, transmit: Legs, receive: Legs, scatterers: Scatterers, ping_geometry: PingGeometry
@@ -307,27 +310,29 @@ class EigenrayEngine:
         for number, face in enumerate(faces):
 
             def reflected(position: Floats, face: FlatFace = face, number: int = number) -> tuple[Legs, Legs] | None:
-                reached = self._lit(face, position, scatterers, ping_geometry)
-                if not reached.any():
+                insonified = self._insonified_by_face(face, position, scatterers, ping_geometry)
+                if not insonified.any():
                     return None
-                points, image = scatterers.take(reached), face.image(position)
+                points, image = scatterers.take(insonified), face.image(position)
                 legs = legs_off_face(face, self.rays, position, points, families, ping_geometry.frequency)
                 legs = self._with_water_delays(legs, points, ping_geometry, image)
                 terrain = self.scene.seabed.terrain
                 if terrain is not None and (
                     self.scene.seabed.reflecting_interface == "smooth" or not terrain.relief.is_waves
                 ):
-                    left = relief_roughness_factor(
+                    roughness_factor = relief_roughness_factor(
                         legs, image, terrain, self._wavelength(ping_geometry, position), terrain.depth
                     )
-                    legs = replace(legs, reflection_coefficient=legs.reflection_coefficient * left)
+                    legs = replace(legs, reflection_coefficient=legs.reflection_coefficient * roughness_factor)
                 both = legs, legs
                 if self.scene.is_rough(legs.families):
                     end = SonarEnd(image, ping_geometry.time, face.image(ping_geometry.transmit_position))
                     seed = self.seed ^ (FACE_SEED * (number + 1))
                     both = apply_surface_reflection(legs, self.scene, seed, points, ping_geometry.frequency, end)
-                first = face_rows(both[0], face, number, len(faces), reached)
-                return first, (first if both[1] is both[0] else face_rows(both[1], face, number, len(faces), reached))
+                transmit_rows = face_rows(both[0], face, number, len(faces), insonified)
+                if both[1] is both[0]:
+                    return transmit_rows, transmit_rows
+                return transmit_rows, face_rows(both[1], face, number, len(faces), insonified)
 
             sent = reflected(ping_geometry.transmit_position)
             received = sent if ping_geometry.is_monostatic else reflected(ping_geometry.receive_position)

@@ -64,7 +64,7 @@ class PingScatterers:
     ping_geometry: PingGeometry
     rays: PropagationModel
     quadrature: bool
-    """Even points for an expectation, or drawn ones that belong to their positions."""
+    """True: quadrature points for an expectation. False: random scatterers fixed to the world."""
     caches: EngineCaches = field(default_factory=EngineCaches)
     """Results of the last pings."""
 
@@ -100,18 +100,18 @@ class PingScatterers:
         if self.path_settings.geometry == "slice":
             return self._slice_points(boundary, depth, law, families)
         # rings follow what one position resolves; between two the cells of the scatterer grid do
-        by_rings = self.quadrature and self.ping_geometry.receive_track_extent is None
-        return (self._polar_points if by_rings else self._grid_points)(boundary, depth, law, families)
+        is_polar = self.quadrature and self.ping_geometry.receive_track_extent is None
+        return (self._polar_points if is_polar else self._grid_points)(boundary, depth, law, families)
 
-    def _grid_points(self, boundary: Boundary, depth: float, law: Law, kept: tuple[str, ...]) -> list[Block]:
+    def _grid_points(self, boundary: Boundary, depth: float, law: Law, families: tuple[str, ...]) -> list[Block]:
         """Jittered cells of all tiles in reach of window and beams."""
-        lattice = self.scene.seabed.scatterer_grid
+        scatterer_grid = self.scene.seabed.scatterer_grid
         floor = float(amplitude_ratio(self.path_settings.beam_cutoff_db))
         images = face_images(self.scene, self.path_settings, self.ping_geometry, boundary)
         # without random phases, squares much longer than a range cell would show as ripple
         cells = replace(self.resolution, elongation=QUADRATURE_ELONGATION) if self.quadrature else self.resolution
         tiles, density = tiles_in_view(
-            self.ping_geometry, lattice, depth, self.rays, kept, cells, floor, rise=self.rise(boundary),
+            self.ping_geometry, scatterer_grid, depth, self.rays, families, cells, floor, rise=self.rise(boundary),
             widest=max_path_length(self.ping_geometry, self.scene.water.max_sound_speed), glints=self.glints,
             images=images,
         )  # fmt: skip
@@ -120,79 +120,81 @@ class PingScatterers:
         if self.quadrature:
             density = np.ones_like(density)
         stream = random_keys.SEABED if boundary == "seabed" else random_keys.SURFACE
-        farthest = max(self._reach(boundary, depth, kept).farthest, 1.0)
-        beam_importance = BeamImportance(self.ping_geometry, depth, self.rays, kept, lattice, farthest,
-        self.path_settings.importance_sampling,
-                            self.glints, images)  # fmt: skip
-        own = density
+        farthest = max(self._window_range(boundary, depth, families).farthest, 1.0)
+        beam_importance = BeamImportance(
+            self.ping_geometry, depth, self.rays, families, scatterer_grid, farthest,
+            self.path_settings.importance_sampling, self.glints, images,
+        )  # fmt: skip
+        ping_density = density
         if (
             not self.quadrature and self.ping_geometry.pulse.receiver.synthetic_aperture is None
         ):  # its pings are received as one
-            own = fill_fraction(self.ping_geometry, lattice, depth, self.resolution, tiles, density)
-        bounds = beam_importance.bounds(tiles, own)
-        bed = self.bed
+            ping_density = fill_fraction(self.ping_geometry, scatterer_grid, depth, self.resolution, tiles, density)
+        bounds = beam_importance.bounds(tiles, ping_density)
+        terrain = self.terrain
 
-        def drawn(rows: slice) -> Scatterers:
-            part = tiles.take(rows)
+        def block_scatterers(rows: slice) -> Scatterers:
+            block_tiles = tiles.take(rows)
             kept = beam_importance.kept_scatterers(
-                part, bounds.take(rows), QUADRATURE_SEED if self.quadrature else self.seed, stream, depth
+                block_tiles, bounds.take(rows), QUADRATURE_SEED if self.quadrature else self.seed, stream, depth
             )
             if self.quadrature:
                 phase = np.ones(len(kept.area), complex)
                 return self._points_on_boundary(boundary, depth, law, kept.position[:, :2], kept.area, phase, kept.key)
-            if boundary == "seabed" and bed is not None:
-                return self._textured(lay_on_terrain(bed, law, part, density[rows], self.seed, stream, kept))
+            if boundary == "seabed" and terrain is not None:
+                return self._textured(lay_on_terrain(terrain, law, block_tiles, density[rows], self.seed, stream, kept))
             return self._textured(_horizontal_points(boundary, law, kept.position, kept.area, kept.phase, kept.key))
 
-        return [partial(drawn, rows) for rows in cut_into_blocks(beam_importance.expected(bounds))]
+        return [partial(block_scatterers, rows) for rows in cut_into_blocks(beam_importance.expected(bounds))]
 
     def _polar_points(self, boundary: Boundary, depth: float, law: Law, families: tuple[str, ...]) -> list[Block]:
         """Even cells of slant range and azimuth about the sonar."""
-        reach = self._reach(boundary, depth, families)
-        if reach.farthest < 0:
+        window_range = self._window_range(boundary, depth, families)
+        if window_range.farthest < 0:
             return []
         quadrature_points = QuadraturePoints(
-            self.scene, self.ping_geometry, self.rays, depth, families, reach, self.resolution, self.rise(boundary),
-            float(amplitude_ratio(self.path_settings.beam_cutoff_db)), self.path_settings.importance_sampling,
-            self.caches.layouts, self.path_settings.edge_diffraction == "knife-edge",
+            self.scene, self.ping_geometry, self.rays, depth, families, window_range, self.resolution,
+            self.rise(boundary), float(amplitude_ratio(self.path_settings.beam_cutoff_db)),
+            self.path_settings.importance_sampling, self.caches.layouts,
+            self.path_settings.edge_diffraction == "knife-edge",
             face_images(self.scene, self.path_settings, self.ping_geometry, boundary),
         )  # fmt: skip
 
-        def lie(lay: Callable[[], Columns]) -> Scatterers:
+        def block_scatterers(lay: Callable[[], Columns]) -> Scatterers:
             position, area, key = lay()
             return self._points_on_boundary(boundary, depth, law, position, area, np.ones(len(area), complex), key)
 
-        return [partial(lie, lay) for lay in quadrature_points.blocks(cut_into_blocks)]
+        return [partial(block_scatterers, lay) for lay in quadrature_points.blocks(cut_into_blocks)]
 
     def _slice_points(self, boundary: Boundary, depth: float, law: Law, families: tuple[str, ...]) -> list[Block]:
         """Cells along the beam's plane, a few to each cell of slant range, as fine as the farthest one needs."""
-        reach = self._reach(boundary, depth, families)
-        if reach.farthest < 0:
+        window_range = self._window_range(boundary, depth, families)
+        if window_range.farthest < 0:
             return []
         pitch = self.resolution.slant_resolution / self.resolution.scatterers_per_cell
-        first, last = int(reach.nearest / pitch), int(np.ceil(reach.farthest / pitch))
+        first, last = int(window_range.nearest / pitch), int(np.ceil(window_range.farthest / pitch))
         forward = np.array(
             [np.cos(self.ping_geometry.first_beam_bearing), np.sin(self.ping_geometry.first_beam_bearing)]
         )
         origin = self.ping_geometry.transmit_position[:2]
         # A position in a slice is a distance along one line of the scatterer grid: another line has other scatterers.
-        lattice = self.scene.seabed.scatterer_grid
-        along, across = np.round(lattice.from_world(origin) * 100).astype(int)
-        line = round(float(np.mod(self.ping_geometry.first_beam_bearing - lattice.heading, 2 * np.pi)) * 1e6) * 2 + (
-            boundary == "surface"
-        )
+        scatterer_grid = self.scene.seabed.scatterer_grid
+        along, across = np.round(scatterer_grid.from_world(origin) * 100).astype(int)
+        bearing = float(np.mod(self.ping_geometry.first_beam_bearing - scatterer_grid.heading, 2 * np.pi))
+        line_number = round(bearing * 1e6) * 2 + (boundary == "surface")
 
-        def drawn(start: int, stop: int) -> Scatterers:
+        def block_scatterers(start: int, stop: int) -> Scatterers:
             cell = np.arange(start, stop)
-            u = random_keys.uniforms(self.seed, random_keys.SLICE, cell, along, across, line)
-            shift = 0.5 if self.quadrature else u[:, 0]
+            uniform = random_keys.uniforms(self.seed, random_keys.SLICE, cell, along, across, line_number)
+            shift = 0.5 if self.quadrature else uniform[:, 0]
             position = origin + ((cell + shift) * pitch)[:, None] * forward
             key = np.uint64(random_keys.SLICE << 59 | int(boundary == "surface") << 58) | cell.astype(np.uint64)
             area = np.full(len(cell), pitch)
-            return self._points_on_boundary(boundary, depth, law, position, area, np.exp(2j * np.pi * u[:, 1]), key)
+            phase = np.exp(2j * np.pi * uniform[:, 1])
+            return self._points_on_boundary(boundary, depth, law, position, area, phase, key)
 
         starts = range(first, last, SCATTERERS_PER_BLOCK)
-        return [partial(drawn, s, min(s + SCATTERERS_PER_BLOCK, last)) for s in starts]
+        return [partial(block_scatterers, s, min(s + SCATTERERS_PER_BLOCK, last)) for s in starts]
 
     @property
     def glints(self) -> GlintSpread | None:
@@ -200,27 +202,27 @@ class PingScatterers:
         return glint_spread(self.scene, self.ping_geometry.frequency)
 
     @property
-    def bed(self) -> SeabedTerrain | None:
-        """The seabed under the mean plane's points; None for a flat bed."""
+    def terrain(self) -> SeabedTerrain | None:
+        """Terrain of the seabed; None for a flat seabed."""
         return self.scene.seabed.terrain
 
-    def _reach(self, boundary: Boundary, depth: float, families: tuple[str, ...]) -> ReachableRange:
+    def _window_range(self, boundary: Boundary, depth: float, families: tuple[str, ...]) -> ReachableRange:
         """Distances of a boundary that are received."""
         return receivable_range(self.ping_geometry, depth, self.rays, families, rise=self.rise(boundary))
 
     def rise(self, boundary: Boundary) -> float:
         """Largest height of a boundary above its mean plane, or depth below it [m]."""
-        if boundary != "seabed" or self.bed is None:
+        if boundary != "seabed" or self.terrain is None:
             return 0.0
-        return max(self.bed.depth - self.bed.span[0], self.bed.span[1] - self.bed.depth)
+        return max(self.terrain.depth - self.terrain.span[0], self.terrain.span[1] - self.terrain.depth)
 
     def _points_on_boundary(
         self, boundary: Boundary, depth: float, law: Law, position: NDArray[np.float64], area: NDArray[np.float64],
         phase: NDArray[np.complex128], key: NDArray[np.uint64],
     ) -> Scatterers:  # fmt: skip
         """Points of a boundary at positions that do not come again: on the seabed, or on the plane."""
-        if boundary == "seabed" and self.bed is not None:
-            terrain = self.bed.relief.sample(position[:, 0], position[:, 1])
+        if boundary == "seabed" and self.terrain is not None:
+            terrain = self.terrain.relief.sample(position[:, 0], position[:, 1])
             return self._textured(seabed_scatterers(depth, terrain, law, position, area, phase, key))
         return self._textured(_on_boundary(boundary, depth, law, position, area, phase, key))
 

@@ -47,10 +47,10 @@ MAX_CELL_WIDTH = 0.02
 
 
 class PolarGrid:
-    """The cells about one ping_geometry on one flat boundary."""
+    """Cells of equal slant range and azimuth about the sonar of one ping, on one flat boundary."""
 
     def __init__(
-        self, ping_geometry: PingGeometry, depth: float, reach: ReachableRange, resolution: Resolution, *,
+        self, ping_geometry: PingGeometry, depth: float, window_range: ReachableRange, resolution: Resolution, *,
         rise: float = 0.0,
     ) -> None:  # fmt: skip
         """Lay out the cells.
@@ -58,24 +58,25 @@ class PolarGrid:
         Args:
             ping_geometry: The sonar.
             depth: Depth of the boundary [m].
-            reach: Distances received in the window.
+            window_range: Distances received in the window.
             resolution: Resolution cells of the sonar.
             rise: Largest height of the boundary above or below its depth [m].
         """
-        self.ping_geometry, self.depth, self.height, self.rise = ping_geometry, depth, reach.vertical_distance, rise
+        self.ping_geometry, self.depth, self.rise = ping_geometry, depth, rise
+        self.height = window_range.vertical_distance
         # rings as far apart as a pulse is long leave no ripple behind, and rings a little closer do
         root = float(np.sqrt(resolution.scatterers_per_cell))
         along, across = (1.0, resolution.scatterers_per_cell) if resolution.sparse else (root, root)
-        self.evenness = SPARSE_GAIN_MARGIN if resolution.sparse else GAIN_MARGIN
+        self.gain_margin = SPARSE_GAIN_MARGIN if resolution.sparse else GAIN_MARGIN
         self.slant: float = resolution.slant_resolution / along
         # the point below the sonar has the largest gain in all sectors: it counts for no sparse points about it
-        self.nearest_gain = reach.vertical_distance + self.slant / 2 if resolution.sparse else 0.0
+        self.nearest_gain = window_range.vertical_distance + self.slant / 2 if resolution.sparse else 0.0
         sectors = (
             np.ceil(2 * np.pi * across / min(resolution.beam_width, MAX_CELL_WIDTH) / RINGS_PER_TILE) * RINGS_PER_TILE
         )
         self.azimuth = 2 * np.pi / float(sectors)
-        first = int(np.hypot(reach.nearest, reach.vertical_distance) / self.slant) // RINGS_PER_TILE
-        last = int(np.hypot(reach.farthest, reach.vertical_distance) / self.slant) // RINGS_PER_TILE
+        first = int(np.hypot(window_range.nearest, window_range.vertical_distance) / self.slant) // RINGS_PER_TILE
+        last = int(np.hypot(window_range.farthest, window_range.vertical_distance) / self.slant) // RINGS_PER_TILE
         self.rows = first, last
         rows, columns = np.mgrid[first : last + 1, 0 : int(sectors) // SECTORS_PER_TILE]
         self.tiles = np.stack([rows.ravel(), columns.ravel()], axis=-1)
@@ -107,8 +108,9 @@ class PolarGrid:
             return np.asarray(tiles[(bound >= floor) & (far > 0)])
 
         factor = RINGS_PER_TILE // SECTORS_PER_TILE
-        wide = within_beams(self.tiles[self.tiles[:, 1] % factor == 0] // (1, factor), RINGS_PER_TILE)
-        strips = np.stack([np.repeat(wide[:, 0], factor), (wide[:, 1, None] * factor + np.arange(factor)).ravel()], -1)
+        wide_tiles = within_beams(self.tiles[self.tiles[:, 1] % factor == 0] // (1, factor), RINGS_PER_TILE)
+        strip_sectors = (wide_tiles[:, 1, None] * factor + np.arange(factor)).ravel()
+        strips = np.stack([np.repeat(wide_tiles[:, 0], factor), strip_sectors], -1)
         return within_beams(strips, SECTORS_PER_TILE)
 
     def gains(self, tiles: NDArray[np.int64], beam_importance: BeamImportance) -> Floats:
@@ -124,7 +126,7 @@ class PolarGrid:
             self.azimuth, self._origin, position,
         )  # fmt: skip
         gain = beam_importance.gain_at(position).reshape(-1, PIECES_PER_TILE + 1, SECTORS_PER_TILE)
-        return np.asarray(self.evenness * np.maximum(gain[:, 1:], gain[:, :-1]))
+        return np.asarray(self.gain_margin * np.maximum(gain[:, 1:], gain[:, :-1]))
 
     def keep_probabilities(
         self, tiles: NDArray[np.int64], gain: Floats, beam_importance: BeamImportance, gain_factor: Floats | None = None
@@ -163,8 +165,9 @@ class PolarGrid:
         """
         near, far = (self._horizontal_distance((tiles[:, 0] + side) * RINGS_PER_TILE * self.slant) for side in (0, 1))
         width = SECTORS_PER_TILE * self.azimuth
-        off = np.mod(self._origin[2] + (tiles[:, 1] + 0.5) * width - zone.bearing + np.pi, 2 * np.pi) - np.pi
-        return np.asarray((far > zone.near) & (near < zone.far) & (np.abs(off) < zone.half + margin + width / 2))
+        bearing_offset = np.mod(self._origin[2] + (tiles[:, 1] + 0.5) * width - zone.bearing + np.pi, 2 * np.pi) - np.pi
+        is_in_sector = np.abs(bearing_offset) < zone.half + margin + width / 2
+        return np.asarray((far > zone.near) & (near < zone.far) & is_in_sector)
 
     def points(
         self, tiles: NDArray[np.int64], keep_probability: Floats | None = None, strips: int = 1
@@ -176,14 +179,14 @@ class PolarGrid:
             keep_probability: Of `keep_probabilities`; None: all points are kept.
             strips: Narrower cells that each cell is cut into across.
         """
-        share = np.ones((len(tiles), 1, SECTORS_PER_TILE)) if keep_probability is None else keep_probability
-        share, count = (
-            np.repeat(share, strips, axis=2), len(tiles) * RINGS_PER_TILE * SECTORS_PER_TILE * strips,
+        keep = np.ones((len(tiles), 1, SECTORS_PER_TILE)) if keep_probability is None else keep_probability
+        keep, count = (
+            np.repeat(keep, strips, axis=2), len(tiles) * RINGS_PER_TILE * SECTORS_PER_TILE * strips,
         )  # fmt: skip
         position, area, key = np.empty((count, 2)), np.empty(count), np.empty(count, np.uint64)
         across = self.azimuth / strips
         n = kernel.kept_points(
-            tiles, share, RINGS_PER_TILE, self.slant, self.height, across, self._origin, position, area,
+            tiles, keep, RINGS_PER_TILE, self.slant, self.height, across, self._origin, position, area,
             key,
         )  # fmt: skip
         return position[:n], area[:n], key[:n] + np.uint64(strips - 1 << STRIP_BIT)

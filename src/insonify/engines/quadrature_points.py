@@ -103,7 +103,7 @@ class QuadraturePoints:
     """Depth of the boundary [m]."""
     families: tuple[str, ...]
     """Families that reach it."""
-    reach: ReachableRange
+    window_range: ReachableRange
     """Distances received in the window."""
     resolution: Resolution
     rise: float
@@ -160,7 +160,7 @@ class QuadraturePoints:
         offset = cylinders[:, :2] - self.ping_geometry.midpoint
         faced = np.flatnonzero(layout.beam_importance.gain_at(offset, cylinders[:, 2]) >= MIN_SHADOWED_GAIN)
         for row in faced:
-            targets = self.scene, self.rays, self.ping_geometry, self.families, int(row), self.reach.farthest
+            targets = self.scene, self.rays, self.ping_geometry, self.families, int(row), self.window_range.farthest
             zone = shadow_sector(*targets, soft=soft)
             shaded |= layout.cells.in_zone(layout.tiles, zone, EDGE_WIDTHS * self.resolution.beam_width)
         return shaded
@@ -179,7 +179,8 @@ class QuadraturePoints:
         geometry = self._at_origin
         beams = (self.ping_geometry.transmit_beams, self.ping_geometry.bounding_receive_beams)
         return (
-            self.depth, self.families, self.reach, self.resolution, self.rise, self.floor, self.importance_sampling,
+            self.depth, self.families, self.window_range, self.resolution, self.rise, self.floor,
+            self.importance_sampling,
             geometry.transmit_position.tobytes(), geometry.receive_position.tobytes(), geometry.boresight.tobytes(),
             geometry.first_beam_bearing,
             *(part.tobytes() for beam in beams for part in (beam.axes, beam.steer, beam.scale)), geometry.channel_count,
@@ -187,15 +188,17 @@ class QuadraturePoints:
         )  # fmt: skip
 
     def _layout(self) -> QuadratureLayout:
-        geometry, lattice = self._at_origin, ScattererGrid()
-        cells = polar_grid.PolarGrid(geometry, self.depth, self.reach, self.resolution, rise=self.rise)
+        geometry, scatterer_grid = self._at_origin, ScattererGrid()
+        cells = polar_grid.PolarGrid(geometry, self.depth, self.window_range, self.resolution, rise=self.rise)
         glints = glint_spread(self.scene, geometry.frequency)
         images = tuple(face_image.about(self.ping_geometry.midpoint) for face_image in self.images)
         tiles = cells.tiles_above_floor(self.rays, self.families, self.floor, glints, images)
-        farthest = max(self.reach.farthest, 1.0)
-        return QuadratureLayout(cells, tiles, BeamImportance(geometry, self.depth, self.rays, self.families, lattice,
-        farthest,
-                                             self.importance_sampling, glints, images))  # fmt: skip
+        farthest = max(self.window_range.farthest, 1.0)
+        beam_importance = BeamImportance(
+            geometry, self.depth, self.rays, self.families, scatterer_grid, farthest, self.importance_sampling, glints,
+            images,
+        )  # fmt: skip
+        return QuadratureLayout(cells, tiles, beam_importance)
 
     def _shadow_gain_factor(self, layout: QuadratureLayout) -> Floats | None:
         """Factor on the gain in each piece of each row of tiles [1], shape (rows, PIECES_PER_TILE); None: 1."""
@@ -218,7 +221,7 @@ class QuadraturePoints:
 
     def _shadow(self, distance: float, radius: float, top: float) -> tuple[float, float]:
         """Slant ranges of the seabed from a target to the end of its shadow, on the mean plane [m]."""
-        height = self.reach.vertical_distance
+        height = self.window_range.vertical_distance
         shallowest = min(self.ping_geometry.transmit_position[2], self.ping_geometry.receive_position[2])
         below = min(top, self.depth) - shallowest
         back = distance + radius

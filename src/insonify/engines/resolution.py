@@ -164,7 +164,7 @@ def receivable_range(
 
 
 def tiles_in_view(
-    ping_geometry: PingGeometry, lattice: ScattererGrid, boundary_depth: float, rays: PropagationModel,
+    ping_geometry: PingGeometry, scatterer_grid: ScattererGrid, boundary_depth: float, rays: PropagationModel,
     families: tuple[str, ...], resolution: Resolution, beam_floor: float, *, rise: float = 0.0, widest: float = np.inf,
     glints: GlintSpread | None = None, images: tuple[FaceImage, ...] = (),
 ) -> tuple[Tiles, Floats]:  # fmt: skip
@@ -172,7 +172,7 @@ def tiles_in_view(
 
     Args:
         ping_geometry: The sonar at this ping.
-        lattice: Frame of the tiles.
+        scatterer_grid: Frame of the tiles.
         boundary_depth: Depth of the boundary [m].
         rays: Propagation model of the scene.
         families: Families that reach the boundary.
@@ -190,12 +190,13 @@ def tiles_in_view(
     window_range = receivable_range(ping_geometry, boundary_depth, rays, families, rise=rise)
     if window_range.farthest < 0:
         return Tiles(*np.empty((3, 0), np.int64)), np.zeros(0)
-    transmitter, receiver = (
-        lattice.from_world(ping_geometry.transmit_position[:2]), lattice.from_world(ping_geometry.receive_position[:2]),
-    )  # fmt: skip
+    transmitter = scatterer_grid.from_world(ping_geometry.transmit_position[:2])
+    receiver = scatterer_grid.from_world(ping_geometry.receive_position[:2])
     scale = max(FINEST_SCALE, int(np.ceil(np.log2(window_range.farthest / (TILE * BASE_PITCH)))) + 1)
     side = TILE * BASE_PITCH * 2.0**scale
-    track_cells = _TrackResolution(ping_geometry, lattice, boundary_depth, resolution, window_range.farthest + side)
+    track_cells = _TrackResolution(
+        ping_geometry, scatterer_grid, boundary_depth, resolution, window_range.farthest + side
+    )
     # from tiles that are all too coarse, few enough to be looked at one by one
     while (
         scale > FINEST_SCALE
@@ -213,7 +214,7 @@ def tiles_in_view(
     while len(along):
         pitch, (centre, position) = float(np.ldexp(BASE_PITCH, scale)), np.empty((2, len(along), 2))
         half = TILE * pitch / np.sqrt(2)
-        n = kernel.tiles_in_reach(pitch, along, across, area, lattice.frame, centre, position)
+        n = kernel.tiles_in_reach(pitch, along, across, area, scatterer_grid.frame, centre, position)
         bound = two_way_gain_bound(
             position[:n], np.full(n, half), ping_geometry, boundary_depth, rays, families, rise=rise,
             sufficient_gain=beam_floor, glints=glints, images=images,
@@ -228,8 +229,8 @@ def tiles_in_view(
 
 
 def fill_fraction(
-    ping_geometry: PingGeometry, lattice: ScattererGrid, boundary_depth: float, resolution: Resolution, tiles: Tiles,
-    max_fraction: Floats
+    ping_geometry: PingGeometry, scatterer_grid: ScattererGrid, boundary_depth: float, resolution: Resolution,
+    tiles: Tiles, max_fraction: Floats
 ) -> Floats:  # fmt: skip
     """Part of the scatterers of some tiles that fills the cells of one ping, from where it is: shape (n,).
 
@@ -238,7 +239,7 @@ def fill_fraction(
 
     Args:
         ping_geometry: The sonar at this ping.
-        lattice: Frame of the tiles.
+        scatterer_grid: Frame of the tiles.
         boundary_depth: Depth of the boundary [m].
         resolution: Resolution cells of the sonar.
         tiles: The tiles.
@@ -248,7 +249,7 @@ def fill_fraction(
     for position in (ping_geometry.transmit_position, ping_geometry.receive_position)[
         : 1 if ping_geometry.is_monostatic else 2
     ]:
-        distance = np.linalg.norm(tiles.centre - lattice.from_world(position[:2]), axis=-1)
+        distance = np.linalg.norm(tiles.centre - scatterer_grid.from_world(position[:2]), axis=-1)
         spans.append((np.maximum(distance - half, 0), distance + half, abs(boundary_depth - float(position[2]))))
     area = resolution.finest(*spans[0]) if ping_geometry.is_monostatic else resolution.finest_bistatic(spans)
     return np.minimum(tiles.pitch**2 / area, max_fraction)
@@ -267,14 +268,14 @@ class _TrackResolution:
     """Scatterer density of a boundary, from the whole track of each platform."""
 
     def __init__(
-        self, ping_geometry: PingGeometry, lattice: ScattererGrid, boundary_depth: float, resolution: Resolution,
+        self, ping_geometry: PingGeometry, scatterer_grid: ScattererGrid, boundary_depth: float, resolution: Resolution,
         reach: float,
     ) -> None:  # fmt: skip
         """Look up what of each track can matter to one ping.
 
         Args:
             ping_geometry: The sonar at this ping.
-            lattice: Frame of the tiles.
+            scatterer_grid: Frame of the tiles.
             boundary_depth: Depth of the boundary [m].
             resolution: Resolution cells of the sonar.
             reach: Distance of the farthest tile from the transmitter [m].
@@ -286,8 +287,8 @@ class _TrackResolution:
         separation = float(np.linalg.norm(ping_geometry.transmit_position - ping_geometry.receive_position))
         self.ends = [
             (
-                lattice.from_world(extent.nearest_segments(position, reach + margin)),
-                lattice.from_world(extent.hull_corners),
+                scatterer_grid.from_world(extent.nearest_segments(position, reach + margin)),
+                scatterer_grid.from_world(extent.hull_corners),
                 extent.polyline_error,
                 min_track_height(extent, boundary_depth),
             )

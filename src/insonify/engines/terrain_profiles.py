@@ -118,8 +118,8 @@ class AzimuthProfiles:
     ) -> None:  # fmt: skip
         """Prepare without walking any line; arguments see `terrain_occlusion.TerrainOcclusion`."""
         self._bed, self._launches, self._wavelength = terrain, launches, wavelength
-        self._lattice, self.step = terrain.relief.resolved.scatterer_grid, terrain.heightmap_cell_size
-        self._here = self._lattice.from_world(np.asarray(position, float)[:2])
+        self._scatterer_grid, self.step = terrain.relief.resolved.scatterer_grid, terrain.heightmap_cell_size
+        self._here = self._scatterer_grid.from_world(np.asarray(position, float)[:2])
         self.edges, self.counts = azimuth_zones(
             max(terrain.relief.shortest_wavelength / PROFILES_PER_WAVE, self.step), farthest, min_profile_width
         )
@@ -141,7 +141,7 @@ class AzimuthProfiles:
 
             def is_high(first: Integers, slices: int, width: float = width, zone: tuple[float, float] = zone) -> Floats:
                 return gain_bound(
-                    np.asarray((first + slices / 2) * width + self._lattice.heading), slices * width, zone
+                    np.asarray((first + slices / 2) * width + self._scatterer_grid.heading), slices * width, zone
                 )
 
             gain, merged = is_high(sectors, PROFILES_PER_SECTOR), np.zeros(count // MERGE_GROUP)
@@ -167,7 +167,7 @@ class AzimuthProfiles:
         missing = kernel.profiles_of(
             sonar, position,
             kernel.AzimuthSlices(
-                self._lattice.heading, self.edges, self.counts, self.starts, self.merged, self._home
+                self._scatterer_grid.heading, self.edges, self.counts, self.starts, self.merged, self._home
             ),
             distance, own, slices,
         )  # fmt: skip

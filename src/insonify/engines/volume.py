@@ -153,9 +153,9 @@ class VolumeScatterers:
         Args:
             counted: Largest number of cubes that are divided further, at random; None: all are.
         """
-        ping_geometry, lattice = self.ping_geometry, self.scene.seabed.scatterer_grid
+        ping_geometry, scatterer_grid = self.ping_geometry, self.scene.seabed.scatterer_grid
         farthest = self._farthest
-        grid_position = lattice.from_world(ping_geometry.transmit_position[:2])
+        grid_position = scatterer_grid.from_world(ping_geometry.transmit_position[:2])
         scale = 3 * max(0, int(np.ceil(np.log2(max(farthest, 1.0) / (CELLS * BASE_PITCH)))))
         side = CELLS * BASE_PITCH * 2.0 ** (scale // 3)
         first, last = (np.floor((grid_position + sign * farthest) / side).astype(np.int64) for sign in (-1, 1))
@@ -176,12 +176,13 @@ class VolumeScatterers:
 
     def _refine(self, cubes: WaterBlocks) -> tuple[WaterBlocks, NDArray[np.bool_]]:
         """Cubes in reach, and True for those that are fine enough, (n,)."""
-        lattice, bottom, layers = self.scene.seabed.scatterer_grid, max_water_depth(self.scene.seabed), self._layers
+        scatterer_grid, layers = self.scene.seabed.scatterer_grid, self._layers
+        bottom = max_water_depth(self.scene.seabed)
         length, width, height = CELLS * cubes.pitch
         top, low = cubes.down * height, np.minimum((cubes.down + 1) * height, bottom)
         overlaps = (layers[:, 0] < low[:, None]) & (layers[:, 1] > top[:, None])
         thin = np.where(overlaps, layers[:, 1] - layers[:, 0], np.inf).min(axis=1)
-        centre = np.column_stack([lattice.to_world((cubes.along + 0.5) * length, (cubes.across + 0.5) * width),
+        centre = np.column_stack([scatterer_grid.to_world((cubes.along + 0.5) * length, (cubes.across + 0.5) * width),
                                   (top + low) / 2])  # fmt: skip
         flat = np.hypot(length, width) / 2
         in_reach = overlaps.any(axis=1)

@@ -37,7 +37,7 @@ class DelayField:
     """Seed of the scenario."""
     water_depth: float
     """Depth of the bottom's mean plane [m]."""
-    lattice: ScattererGrid
+    scatterer_grid: ScattererGrid
     """Frame of the field, which moves with the scene."""
 
     def with_delays(self, legs: Legs, position: Floats, points: Floats, time: float) -> Legs:
@@ -50,8 +50,8 @@ class DelayField:
             time: Time of the ping [s].
         """
         part, wave, turn, beat = _waves(self.seed, self.inhomogeneity)
-        start = np.array([*self.lattice.from_world(position[:2]), position[2]])
-        along, across = np.ascontiguousarray(self.lattice.from_world(points[:, :2]).T)
+        start = np.array([*self.scatterer_grid.from_world(position[:2]), position[2]])
+        along, across = np.ascontiguousarray(self.scatterer_grid.from_world(points[:, :2]).T)
         total = np.zeros(legs.delay.shape)
         for row, family in enumerate(legs.families):
             if legs.branch[row]:

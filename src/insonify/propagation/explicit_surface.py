@@ -508,9 +508,9 @@ class PointGroups(NamedTuple):
     """North, east, depth of each cell's centre [m], shape (cells, 3)."""
 
 
-def _cells(positions: Floats, lattice: ScattererGrid, size: float) -> PointGroups:
+def _cells(positions: Floats, scatterer_grid: ScattererGrid, size: float) -> PointGroups:
     """Group points by grid cells; a group depends on its cell alone."""
-    grid_position = lattice.from_world(positions[:, :2])
+    grid_position = scatterer_grid.from_world(positions[:, :2])
     cell = np.floor(np.column_stack([grid_position / size, positions[:, 2] / (size / 4)])).astype(np.int64)
     order = np.lexsort(cell.T).astype(np.int64)
     ordered = cell[order]
@@ -518,4 +518,5 @@ def _cells(positions: Floats, lattice: ScattererGrid, size: float) -> PointGroup
     first = np.append(np.flatnonzero(is_first), len(cell)).astype(np.int64)
     cell_numbers = ordered[first[:-1]]
     centre: Floats = (cell_numbers.astype(float) + 0.5) * size
-    return PointGroups(first, order, np.column_stack([lattice.to_world(centre[:, 0], centre[:, 1]), centre[:, 2] / 4]))
+    horizontal = scatterer_grid.to_world(centre[:, 0], centre[:, 1])
+    return PointGroups(first, order, np.column_stack([horizontal, centre[:, 2] / 4]))

@@ -118,10 +118,10 @@ def local_plane_paths(
             + terrain_bounce_ranges[..., None] * direction
             - flat_image_paths(family, position, points, terrain.depth).bounce_position[..., :2]
         )
-    lattice, done = terrain.relief.resolved.scatterer_grid, np.zeros(len(points), bool)
+    scatterer_grid, done = terrain.relief.resolved.scatterer_grid, np.zeros(len(points), bool)
     frame = TerrainFrame(
-        *lattice.origin, np.cos(lattice.heading), np.sin(lattice.heading), terrain.depth, wavelength,
-        min_half_axis(terrain),
+        *scatterer_grid.origin, np.cos(scatterer_grid.heading), np.sin(scatterer_grid.heading), terrain.depth,
+        wavelength, min_half_axis(terrain),
     )  # fmt: skip
     is_seabed_bounce = np.array([letter == "B" for letter in string])
     source = np.asarray(position, float)
