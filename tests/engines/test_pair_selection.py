@@ -168,7 +168,7 @@ def test_weak_pairs_over_a_flat_bed_are_sampled_for_many_channels(monkeypatch, c
             if pairs.scatterers.boundary != "seabed":
                 continue
             for row, (name, (i, j)) in enumerate(zip(pairs.names(), pairs.pair, strict=True)):
-                amplitude = pairs.strength[row] * pairs.out.amplitude[i] * pairs.back.amplitude[j]
+                amplitude = pairs.strength[row] * pairs.transmit_legs.amplitude[i] * pairs.receive_legs.amplitude[j]
                 found.setdefault(name, []).append(np.abs(amplitude[amplitude != 0]) ** 2)
         return {name: np.concatenate(parts) for name, parts in found.items()}
 

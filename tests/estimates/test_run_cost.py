@@ -114,7 +114,7 @@ def test_fast_reverberation_is_counted_as_it_is_walked():
 
 
 def test_processor_times_follow_the_pace_of_the_machine(monkeypatch):
-    """Transforms that take three times as long: three times the estimated time, compilation too; nothing else changes."""
+    """Transforms that take three times as long: three times the estimated time, compilation too; no other change."""
     cost = estimate_cost(nominal(track={"window": (0.02, 0.03)}))
     now = iter(np.arange(1000) * 3 * 4 * machine_pace.TRANSFORM_SECONDS)
     monkeypatch.setattr(machine_pace.time, "thread_time", lambda: next(now))
