@@ -142,6 +142,7 @@ def _digest(file: str, changed: int, size: int) -> str:
 
 EXTRAS = {
     "io": ("netCDF4", "rasterio", "h5py"), "targets": ("trimesh",), "ros": ("rosbags",), "cluster": ("distributed",),
+    "remote": ("fsspec",),
 }  # fmt: skip
 """Packages of each extra of the installation."""
 

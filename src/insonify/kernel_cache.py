@@ -73,7 +73,7 @@ def cache_folder(package: Path) -> Callable[[Path], Path]:
     for location in locations.values():
         if _is_writable(location(package)):
             return location
-    return partial(_cache_subfolder, _user_cache())
+    return partial(_cache_subfolder, user_cache("numba"))
 
 
 def _numba_cache_settings() -> tuple[str, list[str]]:
@@ -97,15 +97,21 @@ def _cache_subfolder(root: Path, folder: Path) -> Path:
     return root / f"{os.path.basename(path)}_{hashlib.sha1(path.encode(), usedforsecurity=False).hexdigest()}"
 
 
-def _user_cache() -> Path:
-    """The user's folder of numba's files, by the module of numba that determines it, loaded without importing numba."""
+def user_cache(program: str) -> Path:
+    """The user's folder of a program's files that can be made again.
+
+    It is determined by the module of numba that has its own, loaded without importing numba.
+
+    Args:
+        program: Name of the program.
+    """
     numba = importlib.util.find_spec("numba")
     assert numba is not None and numba.origin is not None
     spec = importlib.util.spec_from_file_location("_appdirs", Path(numba.origin).parent / "misc" / "appdirs.py")
     assert spec is not None and spec.loader is not None
     appdirs = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(appdirs)
-    return Path(appdirs.AppDirs(appname="numba", appauthor=False).user_cache_dir)
+    return Path(appdirs.AppDirs(appname=program, appauthor=False).user_cache_dir)
 
 
 def _is_writable(folder: Path) -> bool:

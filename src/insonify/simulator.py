@@ -264,12 +264,12 @@ def record(
     scenario: Scenario, path: str | Path, *, pings: int | Iterable[int] | None = None, threads: int | None = None,
     overwrite: bool = False, on_ping: Callable[[int, int], None] | None = None, with_labels: bool | None = None,
     part: Part | None = None,
-) -> Path:  # fmt: skip
+) -> str | Path:  # fmt: skip
     """Simulate to disk, ping by ping; an interrupted run resumes.
 
     Args:
         scenario: The scenario.
-        path: Folder of the recording.
+        path: Folder of the recording, or its URL in an object store, such as "s3://bucket/harbour.zarr".
         pings: Numbers of the pings; all by default.
         threads: Number of threads; all cores by default.
         overwrite: True: replace another recording at that path.
@@ -280,15 +280,15 @@ def record(
     Returns:
         The path.
     """
-    from insonify.formats.recording_writer import RecordingWriter
+    from insonify.formats.store_writer import writer_class
 
     requested = selected_pings(scenario, pings)
     simulator = build_simulator(scenario)
     lines = simulator.recorded_lines()
     layout = recording_layout(scenario, simulator.platforms, simulator.grid.time, lines)
     labelled = scenario.output.labels if with_labels is None else with_labels
-    writer = RecordingWriter(
-        Path(path), layout, attributes(scenario), lines=lines, overwrite=overwrite,
+    writer = writer_class(path)(
+        path, layout, attributes(scenario), lines=lines, overwrite=overwrite,
         label_names=simulator.label_names if labelled else None,
     )  # fmt: skip
     missing, count = writer.missing(writer.of_part(part, requested))
@@ -298,8 +298,8 @@ def record(
     for number, (job, series, labelling) in enumerate(jobs, done + 1):
         writer.write(job.ping, series, labelling)
         report(number, count)
-    writer.pack()
-    return Path(path)
+    writer.finish()
+    return writer.location
 
 
 SeriesAndLabels = tuple[NDArray[np.generic] | None, Labels | None]

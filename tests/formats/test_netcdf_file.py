@@ -185,7 +185,9 @@ def test_a_picture_is_a_figure_or_a_file(sound, tmp_path):
         drawn(tmp_path / "none.zarr")
 
 
-@pytest.mark.parametrize(("package", "extra"), [("trimesh", "targets"), ("netCDF4", "io"), ("rasterio", "io")])
+@pytest.mark.parametrize(
+    ("package", "extra"), [("trimesh", "targets"), ("netCDF4", "io"), ("rasterio", "io"), ("fsspec", "remote")]
+)
 def test_a_missing_package_is_reported_with_a_command_that_works(package, extra):
     """From a checkout: its own extra, by its place; nothing that an index would have to know of this project."""
     from insonify.data_file import EXTRAS, install_advice

@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+import fsspec
 import numpy as np
 import pytest
 import xarray as xr
@@ -9,6 +10,7 @@ import xarray as xr
 from insonify.cli import main
 from insonify.formats import shards
 from insonify.formats.label_store import open_labels
+from insonify.formats.object_store import CLAIM
 from insonify.formats.zarr_store import open_recording
 from insonify.part import Part
 from insonify.scenario.write import to_yaml
@@ -62,6 +64,48 @@ def test_parts_are_the_serial_run(serial: dict[str, bytes], tmp_path: Path, orde
         np.testing.assert_array_equal(found.intensity, held.intensity)
         np.testing.assert_array_equal(found.recorded, held.recorded)
     assert open_labels(path).done.values.all()
+
+
+def objects(url: str) -> dict[str, bytes]:
+    """All objects but those with the identity of the recording."""
+    files, root = fsspec.url_to_fs(url)
+    names = {name.removeprefix(f"{root}/"): name for name in files.find(root)}
+    with_identity = ("zarr.json", "labels/zarr.json", CLAIM)
+    return {name: files.cat_file(path) for name, path in names.items() if name not in with_identity}
+
+
+@pytest.mark.parametrize("order", [(2, 1), (3, 1, 2, 1)])
+@pytest.mark.parametrize("kind", ["memory", "file"])
+def test_parts_in_a_store_are_the_serial_run(
+    serial: dict[str, bytes], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, order: tuple[int, ...], kind: str
+) -> None:
+    """Sound, recorded lines and labels, which are made by a run of their own: the same bytes, and the same numbers."""
+    monkeypatch.setenv("INSONIFY_SPOOL", str(tmp_path / "spool"))
+    url = f"{kind}://{tmp_path}/{order}/a.zarr/"
+    for number in order:
+        record(scene(), url, part=Part(number, max(order)), threads=1 + number % 2, with_labels=number > 1)
+    assert open_recording(url).done.values.all() and open_labels(url).done.values.sum() < 9
+    assert record(scene(), url) == url
+    assert objects(url) == serial and list((tmp_path / "spool").iterdir()) == []
+    np.testing.assert_array_equal(open_recording(url).recorded, simulate(scene()).recorded)
+    assert open_labels(url).load().equals(open_labels(record(scene(), tmp_path / "a.zarr")).load())
+
+
+def test_few_pings_in_a_store_and_on_the_command_line(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Without shards, each ping and each line of the recorder is put once: as on disk; run, status, show of a URL."""
+    monkeypatch.undo()
+    monkeypatch.setenv("INSONIFY_SPOOL", str(tmp_path / "spool"))
+    file, url = tmp_path / "a.yaml", f"file://{tmp_path}/store/a.zarr"
+    file.write_text(to_yaml(scene()), encoding="utf-8")
+    assert main(["run", str(file), "-o", url, "--part", "2/2"]) == 0
+    capsys.readouterr()
+    assert main(["status", url]) == 0
+    assert "5 of 9 pings recorded\n  5 of 9 pings labelled\n  missing: 0:4" in capsys.readouterr().out
+    assert main(["run", str(file), "-o", url, "--pings", "0:7"]) == 0
+    assert objects(url) == contents(record(scene(), tmp_path / "a.zarr"))
+    assert main(["show", url, "-o", str(tmp_path / "a.png")]) == 0 and (tmp_path / "a.png").is_file()
 
 
 def test_a_part_of_the_command_line(serial: dict[str, bytes], tmp_path: Path, capsys: pytest.CaptureFixture) -> None:

@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from insonify.cli.arguments import InputError
+from insonify.formats.locations import location
 from insonify.part import Part
 
 TIME_MARGIN, MEMORY_MARGIN = 2.0, 1.5
@@ -21,7 +22,8 @@ def plan(
     file: Annotated[Path, typer.Argument(metavar="FILE", help="Scenario file (YAML).")],
     tasks: Annotated[int, typer.Option(metavar="N", min=1, help="Number of tasks that share the pings.")],
     out: Annotated[
-        Path | None, typer.Option("-o", "--out", metavar="OUT", help="Folder of the recording. [default: FILE.zarr]")
+        str | None,
+        typer.Option("-o", "--out", metavar="OUT", help="Folder or URL of the recording. [default: FILE.zarr]"),
     ] = None,
     sbatch: Annotated[bool, typer.Option("--sbatch", help="For SLURM: sbatch script.sh.")] = False,
     labels: Annotated[bool, typer.Option("--labels", help="With labels.")] = False,
@@ -67,7 +69,7 @@ def plan(
 
 
 def status(
-    recording: Annotated[Path, typer.Argument(metavar="OUT", help="Recording made by `insonify run`.")],
+    recording: Annotated[str, typer.Argument(metavar="OUT", help="Recording made by `insonify run`: folder or URL.")],
     tasks: Annotated[
         int | None, typer.Option(metavar="N", min=1, help="Number of tasks of the plan: list the unfinished parts.")
     ] = None,
@@ -76,20 +78,17 @@ def status(
 
     Example: insonify status harbour.zarr --tasks 64
     """
-    from insonify.formats.label_store import labelled_pings
-    from insonify.formats.shards import row_array
-    from insonify.formats.zarr_store import loose_pings, pings_of_part, recorded_pings, require_recording
+    from insonify.formats.recording_state import recording_state
 
-    require_recording(recording)
-    recorded = recorded_pings(recording)
-    lines = [f"{recording}: {_of(recorded.sum(), recorded.size)} pings recorded"]
-    if row_array(recording, "done").per_shard > 1:
-        lines.append(f"  {loose_pings(recording):,} of them loose, the others in shards")
-    complete = recorded
-    if (recording / "labels" / "zarr.json").is_file():
-        labelled = labelled_pings(recording)
-        lines.append(f"  {_of(labelled.sum(), labelled.size)} pings labelled")
-        complete = recorded & labelled
+    state = recording_state(location(recording))
+    complete = state.recorded
+    lines = [f"{state.location}: {_of(complete.sum(), complete.size)} pings recorded"]
+    if state.per_shard > 1:
+        where = f" in {state.folder}, on this machine only" if state.loose and state.folder != state.location else ""
+        lines.append(f"  {state.loose:,} of them loose{where}, the others in shards")
+    if state.labelled is not None:
+        lines.append(f"  {_of(state.labelled.sum(), state.labelled.size)} pings labelled")
+        complete = complete & state.labelled
     if missing := _ranges((~complete).nonzero()[0].tolist()):
         more = f" and {len(missing) - MOST_RANGES:,} more ranges" if len(missing) > MOST_RANGES else ""
         lines.append(f"  missing: {', '.join(missing[:MOST_RANGES])}{more}, by --pings of insonify run")
@@ -97,7 +96,7 @@ def status(
         unfinished = [
             number
             for number in range(1, tasks + 1)
-            if not all(complete[ping] for ping in pings_of_part(recording, Part(number, tasks)))
+            if not all(complete[ping] for ping in state.pings_of_part(Part(number, tasks)))
         ]
         array = ",".join(part.replace(":", "-") for part in _ranges(unfinished, inclusive=True))
         lines.append(f"  unfinished parts of {tasks}: {array or 'none'}" + f" (sbatch --array={array})" * bool(array))

@@ -11,18 +11,20 @@ import typer
 from insonify.cli import arguments
 from insonify.cli.arguments import InputError
 from insonify.cli.pictures import start_drawing
+from insonify.formats.locations import location
 
 if TYPE_CHECKING:
     import xarray as xr
 
-Recording = Annotated[Path, typer.Argument(metavar="OUT", help="Recording made by `insonify run`.")]
+Recording = Annotated[str, typer.Argument(metavar="OUT", help="Recording made by `insonify run`: folder or URL.")]
 Beam = Annotated[int | None, typer.Option(metavar="B", min=0, help="Which beam, from 0.")]
 
 
 def run(
     file: Annotated[Path, typer.Argument(metavar="FILE", help="Scenario file (YAML).")],
     out: Annotated[
-        Path, typer.Option("-o", "--out", metavar="OUT", help="Folder of the recording, such as harbour.zarr.")
+        str,
+        typer.Option("-o", "--out", metavar="OUT", help="Folder of the recording, such as harbour.zarr, or a URL."),
     ],
     pings: Annotated[
         str | None,
@@ -52,10 +54,12 @@ def run(
     Example: insonify run harbour.yaml -o harbour.zarr --part 3/64
 
     Example: insonify run harbour.yaml -o harbour.zarr --cluster local:2
+
+    Example: insonify run harbour.yaml -o s3://bucket/harbour.zarr --part 3/64
     """
-    mine = arguments.parse_part(part)
+    mine, target = arguments.parse_part(part), location(out)
     if mine is not None and overwrite:
-        raise InputError(f"--part {part}: with --overwrite, each part would delete the others. Delete {out} first")
+        raise InputError(f"--part {part}: with --overwrite, each part would delete the others. Delete {target} first")
     from insonify.cli.progress import progress
     from insonify.scenario.load import load_scenario
 
@@ -71,9 +75,8 @@ def run(
     cost = estimate_cost(scenario, labels=labels, threads=threads)
     if trouble := run_refusal(scenario, cost, labels=labels):
         raise InputError(f"{file}: {trouble}")
-    simulate = partial(
-        record, path=out.absolute(), pings=requested, threads=threads, with_labels=True if labels else None
-    )  # fmt: skip
+    path = target.absolute() if isinstance(target, Path) else target
+    simulate = partial(record, path=path, pings=requested, threads=threads, with_labels=True if labels else None)
     if cluster is None:
         with progress(quiet) as on_ping:
             simulate(scenario, overwrite=overwrite, on_ping=on_ping, part=mine)
@@ -83,7 +86,7 @@ def run(
         simulate(scenario, overwrite=overwrite, pings=[])  # the recording is there when the parts begin
         with progress(quiet, "part") as on_part:
             run_parts(simulate, scenario, cluster, len(requested), memory=1.5 * cost.memory, on_part=on_part)
-    typer.echo(out)
+    typer.echo(target)
 
 
 def show(
@@ -164,10 +167,11 @@ def show(
         arguments.parse_quantity(frequency, "frequency", "--frequency"),
         arguments.parse_quantity(wind, "speed", "--wind"),
     )
+    recording = location(what)
     if labels:
-        _show_labels(Path(what), out, ping, beam, ground, gain)
-    elif not show_physics(what, out, frequency=quantities[0], wind=quantities[1]):
-        _show_recording(Path(what), out, ping, beam, ground, gain)
+        _show_labels(recording, out, ping, beam, ground, gain)
+    elif isinstance(recording, str) or not show_physics(what, out, frequency=quantities[0], wind=quantities[1]):
+        _show_recording(recording, out, ping, beam, ground, gain)
     typer.echo(out)
 
 
@@ -185,7 +189,7 @@ def _show_scenario(file: Path, out: Path, ping: int | None, of_a_recording: bool
 
 
 def _show_recording(
-    recording: Path, out: Path, ping: int | None, beam: int | None, ground: bool, gain: str | None
+    recording: str | Path, out: Path, ping: int | None, beam: int | None, ground: bool, gain: str | None
 ) -> None:
     from insonify.formats.zarr_store import open_recording
 
@@ -224,7 +228,7 @@ def _check_image(ping: int | None, ground: bool, gain: str | None) -> None:
 
 
 def _show_labels(
-    recording: Path, out: Path, ping: int | None, beam: int | None, ground: bool, gain: str | None
+    recording: str | Path, out: Path, ping: int | None, beam: int | None, ground: bool, gain: str | None
 ) -> None:
     from insonify.formats.label_store import open_labels
     from insonify.formats.zarr_store import open_recording
@@ -268,7 +272,7 @@ def explain(
     from insonify.formats.zarr_store import open_recording
 
     when = arguments.parse_quantity(time, "time", "--time")
-    dataset = open_recording(recording)
+    dataset = open_recording(location(recording))
     if not {"pressure", "intensity"} & set(dataset.variables):
         raise InputError(f"{recording} keeps recorded numbers only. Simulate with sonar.recorder.keep: both")
     _check_ping(dataset, recording, ping)
@@ -283,7 +287,7 @@ def explain(
 
 
 @contextmanager
-def _reading(recording: Path) -> Iterator[None]:
+def _reading(recording: str | Path) -> Iterator[None]:
     """Errors in a recording are reported with its name."""
     from insonify.scenario.diagnostic import ScenarioError
 
@@ -293,7 +297,7 @@ def _reading(recording: Path) -> Iterator[None]:
         raise InputError(f"{recording}, the scenario in zarr.json: {error}") from None
 
 
-def _check_ping(dataset: "xr.Dataset", recording: Path, ping: int) -> None:
+def _check_ping(dataset: "xr.Dataset", recording: str | Path, ping: int) -> None:
     """Refuse a ping that the recording does not have, or not yet."""
     pings = dataset.sizes["ping"]
     if ping >= pings:

@@ -22,17 +22,18 @@ from zarr.core.common import JSON
 from zarr.errors import ZarrUserWarning
 
 from insonify.formats.chunk_sizes import require_declared_axes
+from insonify.formats.locations import is_url
 from insonify.formats.named_chunks import with_named_chunks
+from insonify.formats.object_store import ObjectStore
 from insonify.formats.shards import pack_shards, put_chunks, recorded_rows, row_array
-from insonify.formats.store_description import errors_as_store_errors, require_consistent_sizes
-from insonify.formats.zarr_store import (
+from insonify.formats.store_description import (
     IDENTITY,
-    PACKED,
     StoreError,
-    identity,
-    ping_entry,
-    require_own_recording,
-)  # fmt: skip
+    errors_as_store_errors,
+    read_description,
+    require_consistent_sizes,
+)
+from insonify.formats.zarr_store import PACKED, identity, ping_entry, require_own_recording
 from insonify.ocean.profile import FASTEST
 from insonify.records.labels import COLUMNS, LabelNames, Labels, with_names
 from insonify.records.recording import RecordingLayout
@@ -50,6 +51,8 @@ LABEL_CODECS = (BloscCodec(cname="lz4", clevel=5, shuffle="shuffle"),)
 _TYPES = (np.float32, np.uint8, np.bool_)
 POSITION = "position"
 """The variable with an array of its own."""
+ARRAYS = (POSITION, *(np.dtype(dtype).name for dtype in _TYPES))
+"""Names of the arrays over pings."""
 
 
 class TypeArray(NamedTuple):
@@ -211,8 +214,7 @@ def pack_labels(path: str | Path, into: str, shards: Iterable[int] | None = None
 
 def _array_names(folder: Path) -> list[str]:
     """Names of the arrays of labels."""
-    names = (POSITION, *(np.dtype(dtype).name for dtype in _TYPES))
-    return [name for name in names if (folder / name).is_dir()]
+    return [name for name in ARRAYS if (folder / name).is_dir()]
 
 
 def _fill(dtype: type) -> Any:
@@ -230,7 +232,7 @@ def open_labels(path: str | Path) -> xr.Dataset:
     """Open the labels of a recording, which are read from disk on access.
 
     Args:
-        path: Folder of the recording.
+        path: Folder of the recording, or its URL in an object store.
 
     Returns:
         The variables of `insonify.records.labels.COLUMNS`; `labelled_pings` is the mask of labelled pings.
@@ -238,10 +240,19 @@ def open_labels(path: str | Path) -> xr.Dataset:
     Raises:
         StoreError: The recording has no labels.
     """
-    folder = Path(path) / FOLDER
+    dataset = ObjectStore(str(path)).open_group(FOLDER) if is_url(path) else _open_on_disk(Path(path))
+    with errors_as_store_errors(path):
+        dataset["done"].load()
+        names = LabelNames(tuple(dataset.attrs["owners"]), tuple(dataset.attrs["pairs"]))
+        return with_names(_taken_apart(dataset, names), names)
+
+
+def _open_on_disk(path: Path) -> xr.Dataset:
+    """Arrays of the labels of a recording on disk."""
+    folder = path / FOLDER
     if not (folder / "zarr.json").is_file():
         raise StoreError(f"{path} has no labels. Make them: insonify run FILE -o {path} --labels")
-    require_consistent_sizes(folder)
+    require_consistent_sizes(read_description(folder), folder / "zarr.json")
     with errors_as_store_errors(folder):
         if _labelled_identity(folder) != identity(path):
             raise StoreError(
@@ -252,10 +263,7 @@ def open_labels(path: str | Path) -> xr.Dataset:
             folder, chunks=None, consolidated=True, decode_times=False, mask_and_scale=False
         )
         again = f"Delete {folder} and label again: insonify run FILE -o {path} --labels"
-        dataset = with_named_chunks(dataset, folder, dict.fromkeys(map(str, dataset.variables), again))
-        dataset["done"].load()
-        names = LabelNames(tuple(dataset.attrs["owners"]), tuple(dataset.attrs["pairs"]))
-        return with_names(_taken_apart(dataset, names), names)
+        return with_named_chunks(dataset, folder, dict.fromkeys(map(str, dataset.variables), again))
 
 
 def _taken_apart(dataset: xr.Dataset, names: LabelNames) -> xr.Dataset:

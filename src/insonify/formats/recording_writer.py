@@ -24,8 +24,8 @@ class RecordingWriter:
     """Writer of one process into a recording; it determines missing pings, and packs shards that are complete."""
 
     def __init__(
-        self, path: Path, layout: RecordingLayout, attributes: Mapping[str, Any], *, lines: RecordedLines | None = None,
-        label_names: LabelNames | None = None, overwrite: bool = False,
+        self, path: str | Path, layout: RecordingLayout, attributes: Mapping[str, Any], *,
+        lines: RecordedLines | None = None, label_names: LabelNames | None = None, overwrite: bool = False,
     ) -> None:  # fmt: skip
         """Create the recording, or open that of an earlier run or of another process.
 
@@ -37,8 +37,10 @@ class RecordingWriter:
             label_names: Axes of the labels; None: none are written.
             overwrite: True: replace another recording at that path.
         """
-        self.path, self._lines, self._labelled = path, lines, label_names is not None
-        with writing(path):
+        self.location: str | Path = Path(path)
+        """Location of the recording as given."""
+        self.path, self._lines, self._labelled = Path(path), lines, label_names is not None
+        with writing(self.path):
             self._identity = zarr_store.create_recording(path, layout, attributes, overwrite=overwrite)
             if label_names is not None:
                 label_store.create_labels(path, label_names, layout, attributes, into=self._identity)
@@ -56,14 +58,20 @@ class RecordingWriter:
         Args:
             pings: Numbers of the pings.
         """
-        recorded = zarr_store.recorded_pings(self.path)
+        recorded, lines, whole = self.masks()
         if self._lines is not None:
-            pings = self._lines.plan(pings, recorded, zarr_store.recorded_lines(self.path))
-        whole = label_store.labelled_pings(self.path) if self._labelled else np.ones(len(recorded), bool)
+            pings = self._lines.plan(pings, recorded, lines)
         jobs = [(ping, False, True) for ping in pings if recorded[ping] and not whole[ping]]
         jobs += [(ping, True, not whole[ping]) for ping in pings if not recorded[ping]]
         self._left = Counter(ping // self._per_shard for ping, *_ in jobs)
         return jobs, len(pings)
+
+    def masks(self) -> tuple[NDArray[np.bool_], NDArray[np.bool_], NDArray[np.bool_]]:
+        """Masks of recorded pings, of recorded lines, and of pings that are labelled or need no labels."""
+        recorded = zarr_store.recorded_pings(self.path)
+        lines = zarr_store.recorded_lines(self.path) if self._lines is not None else np.zeros(0, bool)
+        whole = label_store.labelled_pings(self.path) if self._labelled else np.ones(len(recorded), bool)
+        return recorded, lines, whole
 
     def write(self, ping: int, series: NDArray[np.generic] | None, labels: Labels | None) -> None:
         """Write one ping, and pack its shard if it was the last.
@@ -97,6 +105,10 @@ class RecordingWriter:
             pack_shards(self.path, zarr_store.sound_arrays(self.path), shards, confirm)
             if self._labelled:
                 label_store.pack_labels(self.path, self._identity, shards)
+
+    def finish(self) -> None:
+        """Pack all shards of which all pings are there, at the end of a run."""
+        self.pack()
 
 
 @contextmanager

@@ -12,7 +12,7 @@ import os
 import time as clock
 import uuid
 from collections import deque
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from functools import lru_cache
 from pathlib import Path
@@ -96,7 +96,7 @@ class RowArray(NamedTuple):
 
     def loose_rows(self) -> list[int]:
         """Rows that have a loose file."""
-        return [] if self.per_shard == 1 else _numbered(self.group / LOOSE / self.name)
+        return [] if self.per_shard == 1 else numbered(self.group / LOOSE / self.name)
 
     def read_loose(self, row: int) -> NDArray[Any] | None:
         """One row of its loose file, shape (1, ...); None without."""
@@ -123,14 +123,26 @@ def row_array(group: str | Path, name: str) -> RowArray:
 @lru_cache(maxsize=64)
 def _row_array(group: str, name: str, number: int, changed: int) -> RowArray:
     """Description by inode and time of change, cached because every ping needs it."""
-    described = json.loads((Path(group) / name / "zarr.json").read_text(encoding="utf-8"))
+    return described_array(
+        Path(group), name, json.loads((Path(group) / name / "zarr.json").read_text(encoding="utf-8"))
+    )
+
+
+def described_array(group: Path, name: str, described: Mapping[str, Any]) -> RowArray:
+    """Array of a recording by its description.
+
+    Args:
+        group: Folder of the recording, or of its labels.
+        name: Name of the array.
+        described: Content of its zarr.json.
+    """
     codecs, shape = described["codecs"], tuple(described["shape"])
     chunk = described["chunk_grid"]["configuration"]["chunk_shape"]
     if codecs[0]["name"] == "sharding_indexed":
         codecs = codecs[0]["configuration"]["codecs"]
     separator = described["chunk_key_encoding"].get("configuration", {}).get("separator", "/")
     dtype = np.dtype(described["data_type"]).newbyteorder("<")
-    return RowArray(Path(group), name, shape, dtype, chunk[0], separator, _CODECS[codecs[-1]["name"]])
+    return RowArray(group, name, shape, dtype, chunk[0], separator, _CODECS[codecs[-1]["name"]])
 
 
 def put_chunks(chunks: Iterable[tuple[str, bytes]], confirm: Confirm = _confirmed) -> None:
@@ -194,7 +206,7 @@ def recorded_rows(group: Path, arrays: list[RowArray]) -> NDArray[np.bool_]:
     """
     done = row_array(group, "done")
     mask = np.zeros(done.shape, bool)
-    for shard in _numbered(group / "done" / "c"):
+    for shard in numbered(group / "done" / "c"):
         rows = done.rows(shard)
         entered = _entries(done, done.shard_file(shard))[: len(rows)]
         there = all(array.shard_file(shard).is_file() for array in arrays)
@@ -301,8 +313,12 @@ def _entries(done: RowArray, file: Path) -> NDArray[np.bool_]:
         return np.zeros(0, bool)
 
 
-def _numbered(folder: Path) -> list[int]:
-    """Numbers that are names of files in a folder."""
+def numbered(folder: Path) -> list[int]:
+    """Numbers that are names of files in a folder.
+
+    Args:
+        folder: The folder; none where it is not there.
+    """
     try:
         return [int(name) for name in os.listdir(folder) if name.isdigit()]
     except FileNotFoundError:

@@ -6,13 +6,18 @@ so the declared sizes are compared with one another, and with limits, before any
 
 import json
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from itertools import zip_longest
 from pathlib import Path
 from typing import Any
 
 from insonify.formats.shards import MOST_PINGS
 
+IDENTITY = "insonify_recording"
+"""Attribute with the unique identity of a recording."""
+MUST_AGREE = ("scenario", "seed", "version")
+"""Attributes that all writers of a recording share."""
 REPAIR_ADVICE = "Restore it from a copy, or delete the folder and simulate again"
 MOST_IN_PING = 1 << 28
 """Largest size of one chunk, which is a ping with all its channels [1]."""
@@ -42,7 +47,25 @@ def read_description(folder: Path) -> dict[str, Any]:
     """
     file = folder / "zarr.json"
     try:
-        content = json.loads(file.read_text(encoding="utf-8"))
+        return parse_description(file.read_bytes(), file)
+    except FileNotFoundError:
+        raise StoreError(f"{file} is missing from the recording. {REPAIR_ADVICE}") from None
+    except OSError as fault:
+        raise StoreError(f"{file} cannot be read: {fault.strerror}. {REPAIR_ADVICE}") from None
+
+
+def parse_description(text: bytes, file: str | Path) -> dict[str, Any]:
+    """Description of a group or an array.
+
+    Args:
+        text: Content of its file.
+        file: Name of the file, or of the object.
+
+    Raises:
+        StoreError: It is damaged; the message names it.
+    """
+    try:
+        content = json.loads(text)
     except UnicodeDecodeError:
         raise StoreError(f"{file} is damaged: not text. {REPAIR_ADVICE}") from None
     except json.JSONDecodeError as fault:
@@ -50,27 +73,23 @@ def read_description(folder: Path) -> dict[str, Any]:
         raise StoreError(f"{file}, {where}: damaged, not JSON ({fault.msg}). {REPAIR_ADVICE}") from None
     except (ValueError, RecursionError) as fault:
         raise StoreError(f"{file}: damaged, not JSON ({fault}). {REPAIR_ADVICE}") from None
-    except FileNotFoundError:
-        raise StoreError(f"{file} is missing from the recording. {REPAIR_ADVICE}") from None
-    except OSError as fault:
-        raise StoreError(f"{file} cannot be read: {fault.strerror}. {REPAIR_ADVICE}") from None
     if not isinstance(content, dict):
         raise StoreError(f"{file} is damaged: it describes nothing. {REPAIR_ADVICE}")
     return content
 
 
-def require_consistent_sizes(folder: Path) -> None:
+def require_consistent_sizes(description: Mapping[str, Any], file: str | Path) -> None:
     """Refuse a group whose arrays declare contradictory or impossible sizes.
 
     Args:
-        folder: Folder of the group, whose description lists its arrays.
+        description: Description of the group, with those of its arrays.
+        file: Name of its file, or of its object.
 
     Raises:
         StoreError: The sizes are inconsistent; the message names the array.
     """
-    file = folder / "zarr.json"
     try:
-        arrays = dict(read_description(folder)["consolidated_metadata"]["metadata"])
+        arrays = dict(description["consolidated_metadata"]["metadata"])
         sizes: dict[str, int] = {}
         for name, array in arrays.items():
             shape, names = array["shape"], array["dimension_names"]
@@ -101,8 +120,42 @@ def require_consistent_sizes(folder: Path) -> None:
         raise StoreError(f"{file} is damaged: it describes no arrays of a recording. {REPAIR_ADVICE}") from None
 
 
+def require_same_scenario(
+    where: str | Path, stored: Mapping[str, Any], attributes: Mapping[str, Any], advice: str
+) -> None:  # fmt: skip
+    """Refuse a recording of another scenario.
+
+    Args:
+        where: Folder of the recording, or its URL.
+        stored: Attributes of the recording.
+        attributes: Attributes of the run.
+        advice: Remedy.
+
+    Raises:
+        StoreError: The scenario, the seed or the version is another.
+    """
+    differ = [name for name in MUST_AGREE if stored.get(name) != attributes.get(name)]
+    if differ:
+        raise StoreError(
+            f"{where} holds a recording of another {' and '.join(differ)}{_first_difference(stored, attributes)}. "
+            f"{advice}"
+        )
+
+
+def _first_difference(stored: Mapping[str, Any], attributes: Mapping[str, Any]) -> str:
+    """First difference of the texts of two scenarios, in brackets; empty without texts or a difference."""
+    texts = [attrs.get("scenario") for attrs in (stored, attributes)]
+    if not all(isinstance(text, str) for text in texts):
+        return ""
+    for old_line, new_line in zip_longest(*(str(text).splitlines() for text in texts), fillvalue=""):
+        if old_line != new_line:
+            old, new = (" ".join(line.split()[:6]) or "nothing" for line in (old_line, new_line))
+            return f" (the first line that differs: there {old!r}, now {new!r})"
+    return ""
+
+
 @contextmanager
-def errors_as_store_errors(folder: Path) -> Iterator[None]:
+def errors_as_store_errors(folder: str | Path) -> Iterator[None]:
     """Convert all errors of the library while a recording is opened into `StoreError`.
 
     Raises:

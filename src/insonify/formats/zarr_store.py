@@ -17,7 +17,6 @@ import warnings
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from functools import lru_cache, partial
-from itertools import zip_longest
 from pathlib import Path
 from typing import Any
 
@@ -30,13 +29,17 @@ from zarr.core.common import JSON
 from zarr.errors import ZarrUserWarning
 
 from insonify.formats.chunk_sizes import require_declared_axes
+from insonify.formats.locations import is_url
 from insonify.formats.named_chunks import with_named_chunks
+from insonify.formats.object_store import ObjectStore
 from insonify.formats.shards import STALE, RowArray, pings_per_shard, put_chunks, recorded_rows, row_array
 from insonify.formats.store_description import (
+    IDENTITY,
     REPAIR_ADVICE,
     errors_as_store_errors,
     read_description,
     require_consistent_sizes,
+    require_same_scenario,
 )
 from insonify.formats.store_description import StoreError as StoreError
 from insonify.part import Part
@@ -51,12 +54,10 @@ from insonify.records.recording import (
     coordinates_of,
 )
 
-_MUST_AGREE = ("scenario", "seed", "version")
-IDENTITY = "insonify_recording"
-"""Attribute with the unique identity of a recording."""
 PACKED = (ZstdCodec(level=0),)  # zarr's own
 """Codec of sound and masks."""
-_SOUND = (*FIELDS, "recorded")  # a recording has one at least
+SOUND = (*FIELDS, "recorded")
+"""Arrays with results; a recording has one at least."""
 _FAILURES = (
     errno.ENOSPC,
     errno.EDQUOT,
@@ -209,7 +210,7 @@ def require_own_recording(path: str | Path, into: str | None) -> str:
 @lru_cache(maxsize=8)
 def _sound_array(path: str, mine: str) -> str:
     """Name of the sound in the recording of one identity."""
-    return next(name for name in _SOUND if (Path(path) / name).is_dir())
+    return next(name for name in SOUND if (Path(path) / name).is_dir())
 
 
 def recorded_pings(path: str | Path) -> NDArray[np.bool_]:
@@ -250,7 +251,7 @@ def _pings_per_line(line_ping: NDArray[np.generic], pings: int) -> int:
 
 def sound_arrays(path: str | Path) -> list[str]:
     """Names of the arrays of a recording with the sound of its pings or its lines."""
-    return [name for name in _SOUND if (Path(path) / name).is_dir()]
+    return [name for name in SOUND if (Path(path) / name).is_dir()]
 
 
 def require_recording(path: str | Path) -> None:
@@ -265,7 +266,7 @@ def require_recording(path: str | Path) -> None:
     if not _is_recording(Path(path)):
         raise StoreError(f"{path} is not a recording. Make one with: insonify run FILE -o {path}")
     _require_complete(Path(path))
-    require_consistent_sizes(Path(path))
+    require_consistent_sizes(read_description(Path(path)), Path(path) / "zarr.json")
 
 
 def loose_pings(path: str | Path) -> int:
@@ -277,7 +278,7 @@ def open_recording(path: str | Path) -> xr.Dataset:
     """Open a recording as a labelled dataset, which is read from disk on access.
 
     Args:
-        path: Folder of the recording.
+        path: Folder of the recording, or its URL in an object store.
 
     Returns:
         `pressure` complex64 [uPa] or `intensity` [uPa^2] over (ping, channel, time), NaN where a ping is not recorded;
@@ -287,23 +288,30 @@ def open_recording(path: str | Path) -> xr.Dataset:
     Raises:
         StoreError: The folder is not a recording, or is damaged.
     """
-    require_recording(path)
-    with errors_as_store_errors(Path(path)):
-        require_declared_axes(Path(path))
-        dataset: xr.Dataset = xr.open_zarr(path, chunks=None, consolidated=True, decode_times=False)
-        again = f"Delete this file and simulate its ping again: insonify run FILE -o {path}"
-        dataset = with_named_chunks(dataset, Path(path), dict.fromkeys((*_SOUND, "done"), again))
+    dataset = ObjectStore(str(path)).open_group() if is_url(path) else _open_on_disk(Path(path))
+    with errors_as_store_errors(path):
         dataset["done"].load()
-        if "scenario" not in dataset.attrs or not set(_SOUND) & set(dataset.variables):
+        if "scenario" not in dataset.attrs or not set(SOUND) & set(dataset.variables):
             raise StoreError(f"{path} is damaged: its scenario or its sound is not described. {REPAIR_ADVICE}")
         for axis in {"ping", "time"} & set(dataset.indexes):
             if not np.all(np.diff(dataset[axis].values) > 0):  # a lost chunk is read as zeros
-                raise StoreError(f"{Path(path) / axis} is damaged: its numbers do not increase. {REPAIR_ADVICE}")
+                raise StoreError(f"{path}/{axis} is damaged: its numbers do not increase. {REPAIR_ADVICE}")
     return as_recording(dataset)
 
 
+def _open_on_disk(path: Path) -> xr.Dataset:
+    """Arrays of a recording on disk."""
+    require_recording(path)
+    with errors_as_store_errors(path):
+        require_declared_axes(path)
+        dataset: xr.Dataset = xr.open_zarr(path, chunks=None, consolidated=True, decode_times=False)
+        again = f"Delete this file and simulate its ping again: insonify run FILE -o {path}"
+        return with_named_chunks(dataset, path, dict.fromkeys((*SOUND, "done"), again))
+
+
 def _build(path: Path, layout: RecordingLayout, attributes: Mapping[str, Any]) -> None:
-    group = zarr.open_group(path, mode="w", zarr_format=3, attributes={**attributes, IDENTITY: uuid.uuid4().hex})
+    mine = attributes.get(IDENTITY, uuid.uuid4().hex)
+    group = zarr.open_group(path, mode="w", zarr_format=3, attributes={**attributes, IDENTITY: mine})
     pings, channels, samples = layout.ping_time.size, layout.steer.size, layout.time.size
     names = ("recorded",) * bool(layout.bin_time.size)
     line = _pings_per_line(layout.line_ping, pings)
@@ -347,9 +355,9 @@ def _is_recording(path: Path) -> bool:
 
 def _require_complete(path: Path) -> None:
     """Refuse a recording with a missing file, and name the first."""
-    fields = [name for name in _SOUND if (path / name).is_dir()]
+    fields = [name for name in SOUND if (path / name).is_dir()]
     if not fields:
-        raise StoreError(f"{path} is damaged: it has neither {' nor '.join(_SOUND)}. {REPAIR_ADVICE}")
+        raise StoreError(f"{path} is damaged: it has neither {' nor '.join(SOUND)}. {REPAIR_ADVICE}")
     for name in (*fields, "done", "ping", *COLUMNS):
         if name not in OPTIONAL_COLUMNS or (path / name).is_dir():
             read_description(path / name)
@@ -373,25 +381,8 @@ def _require_same_scenario(target: Path, attributes: Mapping[str, Any]) -> str:
     """Refuse a recording of another scenario; return the identity of the recording."""
     _require_complete(target)
     stored = zarr.open_group(target, mode="r").attrs.asdict()
-    differ = [name for name in _MUST_AGREE if stored.get(name) != attributes.get(name)]
-    if differ:
-        raise StoreError(
-            f"{target} holds a recording of another {' and '.join(differ)}{_first_difference(stored, attributes)}. "
-            "Choose another name, or replace it with --overwrite"
-        )
+    require_same_scenario(target, stored, attributes, "Choose another name, or replace it with --overwrite")
     return str(stored[IDENTITY])
-
-
-def _first_difference(stored: Mapping[str, Any], attributes: Mapping[str, Any]) -> str:
-    """First difference of the texts of two scenarios, in brackets; empty without texts or a difference."""
-    texts = [attrs.get("scenario") for attrs in (stored, attributes)]
-    if not all(isinstance(text, str) for text in texts):
-        return ""
-    for old_line, new_line in zip_longest(*(str(text).splitlines() for text in texts), fillvalue=""):
-        if old_line != new_line:
-            old, new = (" ".join(line.split()[:6]) or "nothing" for line in (old_line, new_line))
-            return f" (the first line that differs: there {old!r}, now {new!r})"
-    return ""
 
 
 def _move(aside: Path, target: Path, *, overwrite: bool) -> None:
@@ -411,6 +402,18 @@ def _move(aside: Path, target: Path, *, overwrite: bool) -> None:
 def _aside(target: Path) -> Path:
     """Unique temporary name in the folder of the target."""
     return target.parent / f".{target.name}.{uuid.uuid4().hex}.partial"
+
+
+def delete_recording(path: Path) -> None:
+    """Delete a recording; its folder is renamed first, so that no process writes into the rest of it.
+
+    Args:
+        path: Folder of the recording.
+    """
+    with suppress(FileNotFoundError):  # deleted by another process
+        old = _aside(path)
+        os.replace(path, old)
+        shutil.rmtree(old, ignore_errors=True)
 
 
 def _sweep(target: Path) -> None:

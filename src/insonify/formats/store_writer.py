@@ -1,0 +1,201 @@
+"""Writing of pings and labels into a recording in an object store, by way of a recording on disk.
+
+The pings of an incomplete shard are loose in a local recording, the spool, which all processes on the machine share.
+Each shard that is packed there is put into the store as one object and deleted from the spool.
+"""
+
+import warnings
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insonify.formats import label_store, zarr_store
+from insonify.formats.locations import is_url
+from insonify.formats.object_store import SPOOL, ObjectStore, StoredGroup, spooled_recording, stored_group
+from insonify.formats.recording_writer import RecordingWriter, writing
+from insonify.formats.shards import numbered, recorded_rows, row_array
+from insonify.formats.store_description import IDENTITY, StoreError, WriteError, read_description
+from insonify.part import Part
+from insonify.processing.recorded_lines import RecordedLines
+from insonify.records.labels import LabelNames
+from insonify.records.recording import FIELDS, RecordingLayout
+
+
+def writer_class(path: str | Path) -> type[RecordingWriter]:
+    """Class of the writers into a recording.
+
+    Args:
+        path: Folder of the recording, or its URL.
+    """
+    return StoreWriter if is_url(path) else RecordingWriter
+
+
+def groups_of(description: Mapping[str, Any], labels: Mapping[str, Any] | None) -> list[StoredGroup]:
+    """Groups of a recording, its labels first, if it has any.
+
+    Args:
+        description: Description of the recording.
+        labels: Description of its labels; None without.
+    """
+    sound = stored_group(description, "", zarr_store.SOUND, tuple(FIELDS))
+    if labels is None:
+        return [sound]
+    return [stored_group(labels, label_store.FOLDER, label_store.ARRAYS, (label_store.POSITION,)), sound]
+
+
+class StoreWriter(RecordingWriter):
+    """Writer of one process into a recording in an object store; parts are whole shards."""
+
+    def __init__(
+        self, path: str | Path, layout: RecordingLayout, attributes: Mapping[str, Any], *,
+        lines: RecordedLines | None = None, label_names: LabelNames | None = None, overwrite: bool = False,
+    ) -> None:  # fmt: skip
+        """Create the recording, or open that of an earlier run or of another process.
+
+        Args:
+            path: URL of the recording.
+            layout: Layout of the recording.
+            attributes: Attributes of the recording.
+            lines: Lines of the recorder; None: none.
+            label_names: Axes of the labels; None: none are written.
+            overwrite: True: refused, since objects cannot be replaced all at once.
+        """
+        self._store = ObjectStore(str(path))
+        if overwrite:
+            raise StoreError(f"{path}: a store cannot replace a recording while others may write into it. Delete it "
+                             "first, or choose another name")  # fmt: skip
+        mine = self._store.claim(attributes)
+        spool = spooled_recording(self._store.url, mine)
+        try:
+            spool.parent.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise StoreError(f"{spool.parent}, in which pings wait for the others of their shard, cannot be made: "
+                             f"{error.strerror}. Set {SPOOL} to a folder that can") from None  # fmt: skip
+        super().__init__(spool, layout, {**attributes, IDENTITY: mine}, lines=lines, label_names=label_names)
+        self.location = str(path)
+        self._groups = self._groups_on_disk()
+        self._shards = set[int]()
+        with writing(self.path, mine):
+            for group in reversed(self._groups):  # labels belong to a recording that is there
+                self._store.create(group, self.path)
+        self._store.require_own(mine)
+        self._store.is_created = True
+        self.pack()
+
+    def _groups_on_disk(self) -> list[StoredGroup]:
+        """Groups of the spool, whose labels may be those of another process."""
+        labels = self.path / label_store.FOLDER
+        return groups_of(read_description(self.path), read_description(labels) if labels.is_dir() else None)
+
+    def of_part(self, part: Part | None, pings: list[int]) -> list[int]:
+        """Those of some pings that belong to a part, which is whole shards; None: all."""
+        if part is not None:
+            count = row_array(self.path, "done").shape[0]
+            share = part.share(count, self._per_shard)
+            if not share:
+                warnings.warn(
+                    f"part {part} has no pings: {self.location} has {-(-count // self._per_shard)} shards of "
+                    f"{self._per_shard} pings, and a part in an object store is whole shards", stacklevel=3
+                )  # fmt: skip
+            pings = [ping for ping in pings if ping in share]
+        self._shards = {ping // self._per_shard for ping in pings}
+        return pings
+
+    def masks(self) -> tuple[NDArray[np.bool_], NDArray[np.bool_], NDArray[np.bool_]]:
+        """Masks of `RecordingWriter.masks`, true of pings in the store too."""
+        recorded, lines, whole = super().masks()
+        names = self._store.names()
+        *labels, sound = self._groups
+        if self._labelled:
+            whole |= labels[0].rows(names)
+        for array in sound.arrays if self._lines is not None else ():
+            if array.name == "recorded":
+                there = [array.shard_file(row // array.per_shard).as_posix() in names for row in range(lines.size)]
+                lines |= np.array(there, bool)
+        return recorded | sound.rows(names), lines, whole
+
+    def write(self, ping: int, series: NDArray[np.generic] | None, labels: Any) -> None:
+        """Write one ping, and put its shard into the store if it was the last."""
+        try:
+            super().write(ping, series, labels)
+        except WriteError:
+            if self.path.exists() or not self._in_store(ping):  # another process has completed the recording
+                raise
+
+    def pack(self, shards: list[int] | None = None) -> None:
+        """Pack shards of which all pings are there, of any writer on this machine, and put them into the store."""
+        super().pack(shards)
+        with writing(self.path, self._identity):
+            for group in self._groups:
+                self._put_shards(group)
+
+    def _put_shards(self, group: StoredGroup) -> None:
+        """Put the shards that are packed on disk, each with its entry in the mask last, and delete them there."""
+        local = group.below(self.path)
+        packed = numbered(local.done.group / "done" / "c")
+        complete = recorded_rows(local.done.group, local.needed) if packed else np.zeros(0, bool)
+        for shard in packed:
+            if complete[list(local.done.rows(shard))].all():
+                files = [array.shard_file(shard) for array in local.arrays if array.rows(shard)]
+                if local.done.per_shard == 1:  # a line of a recorder is of some pings
+                    files += [array.shard_file(row) for array in local.arrays if array.name == "recorded"
+                              for row in range(array.shape[0])]  # fmt: skip
+                self._store.require_own(self._identity)
+                for file in (*files, local.done.shard_file(shard)):
+                    self._put(file)
+                for file in (local.done.shard_file(shard), *files):
+                    file.unlink(missing_ok=True)
+
+    def _put(self, file: Path) -> None:
+        """Put one file, if it is there: a row of False has none, nor has a shard that another process has put."""
+        try:
+            if file.is_file():
+                self._store.put(file.relative_to(self.path).as_posix(), file)
+        except WriteError:
+            if file.is_file():
+                raise
+
+    def _in_store(self, ping: int) -> bool:
+        """True where the store has the ping, and its labels if they are written."""
+        names = self._store.names()
+        return all(group.rows(names)[ping] for group in self._groups)
+
+    def finish(self) -> None:
+        """Put all shards that are complete; delete what the store has, and state what is left on disk."""
+        if not self.path.exists() and self._is_complete(self._store.names()):
+            return
+        self._groups = self._groups_on_disk()
+        self.pack()
+        names = self._store.names()
+        for group in self._groups:
+            self._delete_stored(group, group.rows(names))
+        if self._is_complete(names):
+            zarr_store.delete_recording(self.path)
+            return
+        loose = row_array(self.path, "done").loose_rows()
+        waiting = [ping for ping in loose if ping // self._per_shard in self._shards]
+        if waiting:
+            first = min(waiting) // self._per_shard * self._per_shard
+            warnings.warn(
+                f"{len(waiting)} pings wait in {self.path} for the others of their shards, and are not in "
+                f"{self.location} yet. Simulate whole shards on this machine, such as --pings "
+                f"{first}:{min(first + self._per_shard, row_array(self.path, 'done').shape[0])}", stacklevel=3
+            )  # fmt: skip
+
+    def _is_complete(self, names: set[str]) -> bool:
+        """True where all pings are in the store, and labels if there are any."""
+        return all(group.rows(names).all() for group in self._groups)
+
+    def _delete_stored(self, group: StoredGroup, stored: NDArray[np.bool_]) -> None:
+        """Delete the files of a spool whose pings are in the store: those of a killed process, or of a second one."""
+        local = group.below(self.path)
+        for array in (local.done, *local.arrays):
+            for row in array.loose_rows():
+                if stored[min(row // array.per_shard * self._per_shard, stored.size - 1)]:
+                    array.row_file(row).unlink(missing_ok=True)
+            if array.shape[0] == stored.size or self._per_shard > 1:  # else a line of a recorder, put with any ping
+                for shard in np.unique(np.flatnonzero(stored) // self._per_shard).tolist():
+                    array.shard_file(shard).unlink(missing_ok=True)
