@@ -4,8 +4,10 @@ The pings of an incomplete shard are loose in a local recording, the spool, whic
 Each shard that is packed there is put into the store as one object and deleted from the spool.
 """
 
+import time as clock
 import warnings
 from collections.abc import Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -16,12 +18,15 @@ from insonify.formats import label_store, zarr_store
 from insonify.formats.locations import is_url
 from insonify.formats.object_store import SPOOL, ObjectStore, StoredGroup, spooled_recording, stored_group
 from insonify.formats.recording_writer import RecordingWriter, writing
-from insonify.formats.shards import numbered, recorded_rows, row_array
+from insonify.formats.shards import STALE, numbered, recorded_rows, row_array
 from insonify.formats.store_description import IDENTITY, StoreError, WriteError, read_description
 from insonify.part import Part
 from insonify.processing.recorded_lines import RecordedLines
 from insonify.records.labels import LabelNames
 from insonify.records.recording import FIELDS, RecordingLayout
+
+COMPLETE = ".complete"
+"""File in a spool whose recording is complete in the store."""
 
 
 def writer_class(path: str | Path) -> type[RecordingWriter]:
@@ -44,6 +49,19 @@ def groups_of(description: Mapping[str, Any], labels: Mapping[str, Any] | None) 
     if labels is None:
         return [sound]
     return [stored_group(labels, label_store.FOLDER, label_store.ARRAYS, (label_store.POSITION,)), sound]
+
+
+def _tidy(spool: Path) -> None:
+    """Delete the spools of other recordings that are complete, and what killed processes have left of them.
+
+    They are kept for a while, since a process that simulates the same part may be about to open them.
+    """
+    zarr_store.sweep(spool.parent / "*")
+    (spool / COMPLETE).unlink(missing_ok=True)
+    for mark in spool.parent.glob(f"*/{COMPLETE}"):
+        with suppress(FileNotFoundError):
+            if clock.time() - mark.stat().st_mtime > STALE:
+                zarr_store.delete_recording(mark.parent)
 
 
 class StoreWriter(RecordingWriter):
@@ -74,6 +92,7 @@ class StoreWriter(RecordingWriter):
         except OSError as error:
             raise StoreError(f"{spool.parent}, in which pings wait for the others of their shard, cannot be made: "
                              f"{error.strerror}. Set {SPOOL} to a folder that can") from None  # fmt: skip
+        _tidy(spool)
         super().__init__(spool, layout, {**attributes, IDENTITY: mine}, lines=lines, label_names=label_names)
         self.location = str(path)
         self._groups = self._groups_on_disk()
@@ -173,7 +192,7 @@ class StoreWriter(RecordingWriter):
         for group in self._groups:
             self._delete_stored(group, group.rows(names))
         if self._is_complete(names):
-            zarr_store.delete_recording(self.path)
+            (self.path / COMPLETE).touch()
             return
         loose = row_array(self.path, "done").loose_rows()
         waiting = [ping for ping in loose if ping // self._per_shard in self._shards]

@@ -87,7 +87,7 @@ def create_recording(
     """
     target = Path(path)
     with _placing(target):
-        _sweep(target)
+        sweep(target)
         if _is_taken(target) and not overwrite:
             return _require_same_scenario(target, attributes)
         target.parent.mkdir(parents=True, exist_ok=True)
@@ -416,8 +416,12 @@ def delete_recording(path: Path) -> None:
         shutil.rmtree(old, ignore_errors=True)
 
 
-def _sweep(target: Path) -> None:
-    """Remove temporary folders of interrupted runs in the folder of the target."""
+def sweep(target: Path) -> None:
+    """Remove temporary folders of interrupted runs in the folder of the target.
+
+    Args:
+        target: Folder of a recording, whose name may be a pattern.
+    """
     for stale in target.parent.glob(f".{target.name}.*.partial"):
         with suppress(FileNotFoundError):  # another process has renamed its folder meanwhile
             if clock.time() - stale.stat().st_mtime > STALE:
