@@ -177,7 +177,7 @@ def test_what_is_no_recording_is_not_written_into(url: str, tmp_path: Path) -> N
     assert (tmp_path / "file").read_text() == "mine" and spooled() == []
 
 
-@pytest.mark.parametrize("step", [0, 1, 2, 5, 20, 40, 41, 42, 43, 44, 45])
+@pytest.mark.parametrize("step", [0, 1, 12, 20, 21, 22, 23, 24, 25, 26])
 def test_a_store_that_fails_loses_nothing(url: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, step: int) -> None:
     """Whichever put fails, nothing is half there: no recording, or one of complete shards; the next run completes it.
 
@@ -199,10 +199,11 @@ def test_a_store_that_fails_loses_nothing(url: str, tmp_path: Path, monkeypatch:
         with suppress(WriteError, StoreError):
             write_part(url)
     complete = ObjectStore(url).description() is not None
-    assert complete == (step > 35)
+    assert complete == (step > 20)  # objects of a recording without pings, and the claim
     if complete:
-        done = open_recording(url).done.values
-        np.testing.assert_array_equal(open_recording(url).pressure[done], [sound(k) for k in np.flatnonzero(done)])
+        held = open_recording(url)
+        for ping in np.flatnonzero(held.done):
+            np.testing.assert_array_equal(held.pressure[ping], sound(int(ping)))
     assert write_part(url) == PINGS - len(written)
     assert objects(url) == on_disk(tmp_path) and spooled() == []
 

@@ -86,6 +86,9 @@ def test_parts_in_a_store_are_the_serial_run(
         record(scene(), url, part=Part(number, max(order)), threads=1 + number % 2, with_labels=number > 1)
     assert open_recording(url).done.values.all() and open_labels(url).done.values.sum() < 9
     assert record(scene(), url) == url
+    reports: list[tuple[int, int]] = []
+    record(scene(), url, on_ping=lambda done, count: reports.append((done, count)))
+    assert reports == [(9, 9)]  # sound, lines and labels are known to be there
     assert objects(url) == serial and not list((tmp_path / "spool").rglob(".loose/*/*"))
     np.testing.assert_array_equal(open_recording(url).recorded, simulate(scene()).recorded)
     assert open_labels(url).load().equals(open_labels(record(scene(), tmp_path / "a.zarr")).load())
