@@ -7,14 +7,13 @@ from numpy.typing import NDArray
 
 from insonify.jit import njit
 from insonify.propagation._image_source_kernel import FoldedLegs
+from insonify.propagation._light_buffer_kernel import OFF
 from insonify.propagation.triangle_tree import TriangleTree, Vector, inverse_step, lowest_solid
 from insonify.records.legs import LegStatus
 
 Floats = NDArray[np.float64]
 Integers = NDArray[Any]
 
-OFF = 1e-6
-"""Distance before a face at which segments to it end [m]: less than any wavelength, more than any rounding."""
 NONE = np.iinfo(np.int64).max
 _CLEAR, _OCCLUDED = int(LegStatus.CLEAR), int(LegStatus.OCCLUDED)
 

@@ -6,11 +6,13 @@ tree, built once. Both fill the same columns.
 
 from functools import lru_cache
 from threading import Lock
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from insonify.propagation._image_source_kernel import FoldedLegs
+from insonify.propagation._light_buffer_kernel import LightBuffer, light_buffer, occlude_direct_legs
 from insonify.propagation._solid_shadow_kernel import occlude_legs, solids_along
 from insonify.propagation.bounding_cylinders import points_near_cylinders, union
 from insonify.propagation.triangle_tree import TriangleTree, triangle_tree
@@ -22,21 +24,44 @@ from insonify.scene.target import Solid
 
 Floats = NDArray[np.float64]
 
+MIN_LEGS_PER_TRIANGLE = 1.0
+"""Number of direct legs past a solid, for each of its triangles, from which a light buffer is worth making [1]."""
+MIN_DISTANCE = 0.75
+"""Least distance of a sonar from the middle of a solid with a light buffer, over the solid's diagonal [1]."""
 _TREE_LOCK = Lock()
 
 
+class SceneTriangles(NamedTuple):
+    """Triangles of all solids of a scene, together and solid by solid."""
+
+    tree: TriangleTree
+    """Tree of all."""
+    first_row: int
+    """Row of the first solid among the occluders: that after the boxes."""
+    of_solid: list[Floats]
+    """One corner and the two sides from it of the triangles of each solid [m], (t, 9) each."""
+    extent: Floats
+    """Middle and diagonal of each solid's extent [m], shape (solids, 4)."""
+
+
 @lru_cache(maxsize=8)
-def _built_tree(solids: tuple[Solid, ...], seabed: Seabed, before: int) -> TriangleTree:
-    """Tree of all solids of a scene, whose rows among the occluders follow those of the boxes."""
-    corners = [world_triangles(solid, seabed).corners for solid in solids]
-    solid_row = np.repeat(np.arange(before, before + len(solids)), [len(part) for part in corners])
-    return triangle_tree(np.concatenate(corners), solid_row)
+def _built_triangles(solids: tuple[Solid, ...], seabed: Seabed, before: int) -> SceneTriangles:
+    """Triangles of all solids of a scene, whose rows among the occluders follow those of the boxes."""
+    surfaces = [world_triangles(solid, seabed) for solid in solids]
+    solid_row = np.repeat(np.arange(before, before + len(solids)), [len(surface.faces) for surface in surfaces])
+    tree = triangle_tree(np.concatenate([surface.corners for surface in surfaces]), solid_row)
+    of_solid = [tree.corner_and_sides[tree.solid_row == before + k] for k in range(len(solids))]
+    extent = np.zeros((len(solids), 4))
+    for row, surface in zip(extent, surfaces, strict=True):
+        if len(surface.faces):
+            row[:3], row[3] = (surface.low + surface.high) / 2, np.linalg.norm(surface.high - surface.low)
+    return SceneTriangles(tree, before, of_solid, extent)
 
 
-def _scene_tree(solids: tuple[Solid, ...], seabed: Seabed, before: int) -> TriangleTree:
-    """Tree of all solids of a scene, see `_built_tree`; threads that need it at once share one."""
+def _scene_triangles(solids: tuple[Solid, ...], seabed: Seabed, before: int) -> SceneTriangles:
+    """Triangles of all solids of a scene, see `_built_triangles`; threads that need them at once share them."""
     with _TREE_LOCK:
-        return _built_tree(solids, seabed, before)
+        return _built_triangles(solids, seabed, before)
 
 
 def occlude_by_solids(
@@ -60,8 +85,34 @@ def occlude_by_solids(
     rows = union(behind, len(scatterers))
     if not len(rows):
         return
-    tree = _scene_tree(solids, scene.seabed, len(scene.boxes))
-    occlude_legs(legs, tree, rows, scatterers.position, scatterers.normal, status, occluder)
+    built, end = _scene_triangles(solids, scene.seabed, len(scene.boxes)), (scatterers.position, scatterers.normal)
+    buffers = _light_buffers(built, legs.source, behind) if direct and legs.bounces.size == 1 else None
+    if buffers is None:
+        occlude_legs(legs, built.tree, rows, *end, status, occluder)
+    for solid_row, hidden, buffer in buffers or ():  # the lowest solid first
+        occlude_direct_legs(buffer, legs.source, solid_row, hidden, *end, status[0], occluder[0])
+
+
+def _light_buffers(
+    built: SceneTriangles, source: Floats, behind: list[NDArray[np.int64]]
+) -> list[tuple[int, NDArray[np.int64], LightBuffer]] | None:
+    """Light buffers of the solids on direct legs; None where legs are too few, or the sonar is too near.
+
+    Args:
+        built: Triangles of all solids.
+        source: Position of the sonar [m], (3,).
+        behind: Points that each solid may hide, solid by solid.
+
+    Returns:
+        Row of each solid on any leg, the points that it may hide, and its light buffer.
+    """
+    near = [k for k, rows in enumerate(behind) if len(rows) and len(built.of_solid[k])]
+    if sum(len(behind[k]) for k in near) < MIN_LEGS_PER_TRIANGLE * sum(len(built.of_solid[k]) for k in near):
+        return None
+    middle, size = built.extent[:, :3], built.extent[:, 3]
+    if (np.linalg.norm(middle[near] - source, axis=1) < MIN_DISTANCE * size[near]).any():
+        return None
+    return [(built.first_row + k, behind[k], light_buffer(source, middle[k], built.of_solid[k])) for k in near]
 
 
 def occluders_of_paths(scene: Scene, polylines: Floats, *, with_boxes: bool = False) -> NDArray[np.int16]:
@@ -78,6 +129,5 @@ def occluders_of_paths(scene: Scene, polylines: Floats, *, with_boxes: bool = Fa
     occluders = np.full(len(polylines), -1, np.int16)
     bodies, before = (scene.occluders, 0) if with_boxes else (scene.solids, len(scene.boxes))
     if bodies:
-        tree = _scene_tree(bodies, scene.seabed, before)
-        solids_along(polylines, tree, occluders)
+        solids_along(polylines, _scene_triangles(bodies, scene.seabed, before).tree, occluders)
     return occluders

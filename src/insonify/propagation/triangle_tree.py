@@ -222,7 +222,7 @@ def _misses_box(box: Floats, start: Vector, inverse: Vector, max_multiple: float
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _triangle_hit(corner: Floats, start: Vector, step: Vector) -> float:
+def triangle_hit(corner: Floats, start: Vector, step: Vector) -> float:
     """Multiple of a step at which it hits a triangle, corner and two sides (9,); infinite for a miss.
 
     Source: Moller & Trumbore (1997), J. Graphics Tools 2(1), 21.
@@ -255,7 +255,7 @@ def nearest_hit(tree: TriangleTree, start: Vector, step: Vector, low: float, hig
             continue
         if tree.first_triangle[node] >= 0:
             for t in range(tree.first_triangle[node], tree.first_triangle[node] + tree.triangle_count[node]):
-                hit_distance = _triangle_hit(tree.corner_and_sides[t], start, step)
+                hit_distance = triangle_hit(tree.corner_and_sides[t], start, step)
                 if low < hit_distance < high:
                     high, triangle = hit_distance, t
         node += 1
@@ -279,7 +279,7 @@ def lowest_solid(
     inverse = inverse_step(step[0]), inverse_step(step[1]), inverse_step(step[2])
     node = 0
     is_lower = likely >= 0 and tree.solid_row[likely] < lowest_so_far
-    if is_lower and 0 <= _triangle_hit(tree.corner_and_sides[likely], start, step) <= 1:
+    if is_lower and 0 <= triangle_hit(tree.corner_and_sides[likely], start, step) <= 1:
         lowest_so_far = tree.solid_row[likely]
     while node < tree.next_on_miss.size:
         if tree.lowest_solid[node] >= lowest_so_far or _misses_box(tree.bounds[node], start, inverse, 1.0):
@@ -287,7 +287,7 @@ def lowest_solid(
             continue
         if tree.first_triangle[node] >= 0:
             for t in range(tree.first_triangle[node], tree.first_triangle[node] + tree.triangle_count[node]):
-                if tree.solid_row[t] < lowest_so_far and 0 <= _triangle_hit(tree.corner_and_sides[t], start, step) <= 1:
+                if tree.solid_row[t] < lowest_so_far and 0 <= triangle_hit(tree.corner_and_sides[t], start, step) <= 1:
                     lowest_so_far, likely = tree.solid_row[t], t
         node += 1
     return lowest_so_far, likely
