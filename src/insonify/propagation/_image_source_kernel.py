@@ -81,7 +81,7 @@ def straight_legs(
         own_box: Row of the box that the points lie on, or -1.
         legs: Result.
     """
-    (source, image_depths, bounces, first_up, water_depth), slowness = folded, 1 / speed
+    (source, image_depths, bounces, _, _), slowness = folded, 1 / speed
     delay, length, spreading, departure, arrival, grazing_sine, status, occluder = legs
     for f in range(image_depths.size):
         sign = 1.0 if bounces[f] % 2 == 0 else -1.0
@@ -103,14 +103,40 @@ def straight_legs(
             free = normals[n, 0] == 0 and normals[n, 1] == 0 and normals[n, 2] == 0
             status[f, n] = CLEAR if sine > 0 or free else FACING_AWAY
         if boxes.shape[0] > 0:
-            for n in range(points.shape[0]):
-                if status[f, n] != CLEAR:
-                    continue
-                dx, dy, dz = points[n, 0] - source[0], points[n, 1] - source[1], points[n, 2] - image_depths[f]
-                leg_bounces = Bounces(bounces[f], first_up[f] if bounces[f] > 0 else dz < 0)
-                cut = first_occluder(source, dx, dy, abs(dz), leg_bounces, water_depth, boxes, own_box)
-                if cut >= 0:
-                    status[f, n], occluder[f, n] = OCCLUDED, cut
+            _occlude_by_boxes(folded, f, points, boxes, own_box, status[f], occluder[f])
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def mark_legs(
+    folded: FoldedLegs, points: Floats, normals: Floats, boxes: Floats, own_box: int, status: Integers,
+    occluder: Integers,
+) -> None:  # fmt: skip
+    """Status and occluder of every leg alone, as from `straight_legs`, for its arguments."""
+    source, image_depths = folded.source, folded.image_depths
+    for f in range(image_depths.size):
+        for n in range(points.shape[0]):
+            dx, dy, dz = points[n, 0] - source[0], points[n, 1] - source[1], points[n, 2] - image_depths[f]
+            facing = -(dx * normals[n, 0] + dy * normals[n, 1] + dz * normals[n, 2])
+            free = normals[n, 0] == 0 and normals[n, 1] == 0 and normals[n, 2] == 0
+            status[f, n], occluder[f, n] = CLEAR if facing > 0 or free else FACING_AWAY, -1
+        if boxes.shape[0] > 0:
+            _occlude_by_boxes(folded, f, points, boxes, own_box, status[f], occluder[f])
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _occlude_by_boxes(
+    folded: FoldedLegs, f: int, points: Floats, boxes: Floats, own_box: int, status: Integers, occluder: Integers
+) -> None:
+    """Mark the clear legs of family f that boxes cut, see `straight_legs`."""
+    (source, image_depths, bounces, first_up, water_depth) = folded
+    for n in range(points.shape[0]):
+        if status[n] != CLEAR:
+            continue
+        dx, dy, dz = points[n, 0] - source[0], points[n, 1] - source[1], points[n, 2] - image_depths[f]
+        leg_bounces = Bounces(bounces[f], first_up[f] if bounces[f] > 0 else dz < 0)
+        cut = first_occluder(source, dx, dy, abs(dz), leg_bounces, water_depth, boxes, own_box)
+        if cut >= 0:
+            status[n], occluder[n] = OCCLUDED, cut
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from insonify.ocean.water import Water
 from insonify.propagation._departure_cone_kernel import departure_cones
-from insonify.propagation._image_source_kernel import FoldedLegs, StraightLegs, straight_legs
+from insonify.propagation._image_source_kernel import FoldedLegs, StraightLegs, mark_legs, straight_legs
 from insonify.propagation.families import bounce_sequence, families_reaching, family_bounces, image_depth
 from insonify.propagation.launch_angles import StraightLaunchAngles
 from insonify.propagation.propagation_model import DepartureCones, ReachableRange
@@ -49,10 +49,7 @@ def image_legs(
     delay, length, spreading, absorption, grazing_sine = np.empty((5, f, n))
     departure, arrival = np.empty((2, f, n, 3))
     status, occluder = np.empty((f, n), np.uint8), np.empty((f, n), np.int16)
-    depth = scene.seabed.depth
-    images = np.array([image_depth(name, position[2], depth) for name in reaching])
-    strings = [bounce_sequence(name) for name in reaching]
-    folded = FoldedLegs(position, images, *_bounces(reaching), depth)
+    strings, folded = [bounce_sequence(name) for name in reaching], _folded_legs(scene, position, reaching)
     straight_legs(
         folded, scene.water.sound_speed, np.ascontiguousarray(scatterers.position),
         np.ascontiguousarray(scatterers.normal), scene.bodies, scatterers.occluder,
@@ -67,6 +64,39 @@ def image_legs(
         caustics=np.zeros((f, n), np.uint8), visibility=(status == LegStatus.CLEAR).astype(float), departure=departure,
         arrival=arrival, grazing=np.arcsin(grazing_sine, out=grazing_sine), status=status, occluder=occluder,
     )  # fmt: skip
+
+
+def leg_occlusion(
+    scene: Scene, position: Floats, scatterers: Scatterers, families: tuple[str, ...]
+) -> tuple[NDArray[np.uint8], NDArray[np.int16]]:
+    """Status and occluder of legs alone, those of `image_legs`, in half the time of all their columns.
+
+    Args:
+        scene: Water, boundaries and occluders.
+        position: North, east, depth of the sonar [m], shape (3,).
+        scatterers: Ends of the legs, n of them.
+        families: Families to follow; those that would count a scatterer twice are left out.
+
+    Returns:
+        `LegStatus` and row of the occluder, -1 for none, shape (selected families, n) each.
+    """
+    reaching = families_reaching(scatterers.boundary, families)
+    folded, shape = _folded_legs(scene, position, reaching), (len(reaching), len(scatterers))
+    status, occluder = np.empty(shape, np.uint8), np.empty(shape, np.int16)
+    mark_legs(
+        folded, np.ascontiguousarray(scatterers.position), np.ascontiguousarray(scatterers.normal), scene.bodies,
+        scatterers.occluder, status, occluder,
+    )  # fmt: skip
+    occlude_by_solids(scene, folded, scatterers, status, occluder)
+    return status, occluder
+
+
+def _folded_legs(scene: Scene, position: Floats, families: tuple[str, ...]) -> FoldedLegs:
+    """Image sources of some families."""
+    depth = scene.seabed.depth
+    return FoldedLegs(
+        position, np.array([image_depth(name, position[2], depth) for name in families]), *_bounces(families), depth
+    )
 
 
 @lru_cache(maxsize=64)

@@ -46,12 +46,12 @@ class Scene(Model):
     @property
     def boxes(self) -> tuple[Box, ...]:
         """The upright boxes, in the order of `bodies`."""
-        return tuple(target for target in self.targets if isinstance(target, Box) and target.is_upright)
+        return _boxes_and_solids(self)[0]
 
     @property
     def solids(self) -> tuple[Solid, ...]:
         """The targets that are made of triangles: all but points and upright boxes."""
-        return tuple(target for target in self.targets if is_solid(target))
+        return _boxes_and_solids(self)[1]
 
     @property
     def occluders(self) -> tuple[Solid, ...]:
@@ -88,6 +88,13 @@ class Scene(Model):
         if not tops:
             return max(shallowest, 0.0), deepest
         return max(float(min(tops)), 0.0), min(float(max(bases)), deepest)
+
+
+@lru_cache(maxsize=16)
+def _boxes_and_solids(scene: Scene) -> tuple[tuple[Box, ...], tuple[Solid, ...]]:
+    """Upright boxes, and all other targets that are made of triangles, of one scene."""
+    boxes = tuple(target for target in scene.targets if isinstance(target, Box) and target.is_upright)
+    return boxes, tuple(target for target in scene.targets if is_solid(target))
 
 
 @lru_cache(maxsize=8)

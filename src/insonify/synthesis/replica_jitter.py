@@ -11,6 +11,7 @@ exp(-j pi J), so that E |sum f A|^2 = |sum mu A|^2 + sum (1 + e^2 / 3 - |mu|^2) 
 import zlib
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +21,12 @@ from insonify.jit import njit
 from insonify.propagation.families import bounce_sequence
 from insonify.propagation.path_settings import PathSettings, ReplicaPerturbation
 from insonify.records.pairs import Pairs
+
+
+@lru_cache(maxsize=4)
+def _squared_sinc(jitter: float) -> float:
+    """Mean product of two replicas with a largest random phase [wavelengths], re that without [1]."""
+    return float(np.sinc(jitter) ** 2)
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,7 +51,7 @@ class ReplicaJitter:
     @property
     def interference_factor(self) -> float:
         """Mean product of two replicas re that without jitter, but for perturbed families and objects [1]."""
-        return float(np.sinc(self.jitter) ** 2)
+        return _squared_sinc(self.jitter)
 
     @property
     def mean_energy(self) -> float:

@@ -23,11 +23,11 @@ _NONE, _FIRST, _SECOND, _EAST, _NORTH, _BOTH = (np.uint64(n) for n in (0, 1, 2, 
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def tiles_under_radials(
+def mark_tiles(
     frame: RadialFrame, radials: Floats, sample_counts: Integers, list_rows: Integers, cell_size: float,
-    scratch: Integers, tiles: Integers,
-) -> int:  # fmt: skip
-    """Numbers in a window of the tiles of the map in which samples of some radials lie.
+    crossed: NDArray[np.bool_],
+) -> None:  # fmt: skip
+    """Mark the tiles of the map, in a window, in which samples of some radials lie.
 
     Args:
         frame: Frame of the radials.
@@ -35,11 +35,7 @@ def tiles_under_radials(
         sample_counts: Number of samples of each list of points, (lists,).
         list_rows: Row of each radial's list in `sample_counts`, (s,).
         cell_size: Side of a cell of the map [m].
-        scratch: Scratch, zeros on entry and on exit, (any, any).
-        tiles: Result, (most, 2).
-
-    Returns:
-        Number of these tiles, at most `most`.
+        crossed: Result, set to True for such tiles, (any, any).
     """
     for s in range(radials.shape[0]):
         spacing = frame.step * radials[s, column.STRIDE]
@@ -47,16 +43,8 @@ def tiles_under_radials(
         step_a, step_b = radials[s, column.COSINE] * spacing / cell_size, radials[s, column.SINE] * spacing / cell_size
         for k in range(sample_counts[list_rows[s]]):
             distance_steps = k + radials[s, column.FIRST_SAMPLE]
-            scratch[np.uint32(a + distance_steps * step_a) >> _SIX, np.uint32(b + distance_steps * step_b) >> _SIX] = 1
-    count = 0
-    for i in range(scratch.shape[0]):
-        for j in range(scratch.shape[1]):
-            if scratch[i, j] != 0:
-                scratch[i, j] = 0
-                if count < tiles.shape[0]:
-                    tiles[count, 0], tiles[count, 1] = i, j
-                    count += 1
-    return count
+            tile_a, tile_b = np.uint32(a + distance_steps * step_a) >> _SIX, np.uint32(b + distance_steps * step_b) >> _SIX
+            crossed[tile_a, tile_b] = True
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

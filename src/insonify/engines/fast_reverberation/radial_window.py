@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from insonify.engines import radial_columns as column
-from insonify.engines.fast_reverberation._radial_terrain_kernel import CELLS, tiles_under_radials
+from insonify.engines.fast_reverberation._radial_terrain_kernel import CELLS, mark_tiles
 from insonify.engines.fast_reverberation.reverberation_plan import ReverberationPlan
 from insonify.engines.radial_tables import RadialFrame, RadialSet
 from insonify.propagation.knife_edge import ROUGH_RIPPLES
@@ -52,19 +52,11 @@ def terrain_window(
     first = [math.floor(position / tile) - tile_reach for position in grid_position]
     start = grid_position[0] - first[0] * tile, grid_position[1] - first[1] * tile
     frame, side = RadialFrame(*start, scatterer_grid.heading, step), 2 * tile_reach + 1
-    scratch, radial_tiles = np.zeros((side, side), np.int8), np.empty((MAX_TILES + 1, 2), np.int64)
-    crossed = np.zeros((side, side), bool)
+    crossed = np.zeros((side, side), np.bool_)
     for part in parts:
-        count = tiles_under_radials(
-            frame,
-            part.radials,
-            part.lists.sample_counts,
-            part.list_rows,
-            terrain.heightmap_cell_size,
-            scratch,
-            radial_tiles,
-        )
-        crossed[tuple(radial_tiles[:count].T)] = True
+        mark_tiles(
+            frame, part.radials, part.lists.sample_counts, part.list_rows, terrain.heightmap_cell_size, crossed
+        )  # fmt: skip
     tiles = np.argwhere(crossed)
     return None if len(tiles) > MAX_TILES else TerrainWindow(start, side, np.array(first), tiles)
 
@@ -80,25 +72,19 @@ def radials_past_targets(
         heading: Heading of the frame of the radials [rad].
         edges: Edge diffraction: "none" or "knife-edge".
     """
-    passes = np.zeros((len(plan.bounding_cylinders), len(plan.radials)), bool)
-    if not len(plan.bounding_cylinders):
-        return passes
-    bearing = np.arctan2(plan.radials[:, column.SINE], plan.radials[:, column.COSINE]) + heading
-    position = ping_geometry.transmit_position
-    for t, (north, east, radius) in enumerate(plan.bounding_cylinders[:, :3].tolist()):
-        distance = math.hypot(north - position[0], east - position[1])
-        target_bearing = math.atan2(east - position[1], north - position[0])
-        from_axis = np.abs(np.mod(bearing - target_bearing + np.pi, 2 * np.pi) - np.pi)
-        angle = from_axis - plan.radials[:, column.CELL_WIDTH] / 2
-        half_angle = math.asin(min(1.0, radius / max(distance, 1e-9))) + _diffraction_margin(
-            distance, ping_geometry.wavelength, edges
-        )
-        passes[t] = (distance <= radius) | (angle <= half_angle) & (plan.radials[:, column.STOP] > distance - radius)
-    return passes
+    (north, east, radius), position = plan.bounding_cylinders[:, :3].T[..., None], ping_geometry.transmit_position
+    distance = np.hypot(north - position[0], east - position[1])
+    target_bearing = np.arctan2(east - position[1], north - position[0])
+    half_angle = np.arcsin(np.minimum(radius / np.maximum(distance, 1e-9), 1.0))
+    half_angle += _diffraction_margin(distance, ping_geometry.wavelength, edges)
+    angle = np.abs(np.mod(plan.bearings + (heading + np.pi - target_bearing), 2 * np.pi) - np.pi)
+    is_ahead = angle <= half_angle + plan.radials[:, column.CELL_WIDTH] / 2
+    is_ahead &= plan.radials[:, column.STOP] > distance - radius
+    return np.asarray(is_ahead | (distance <= radius))
 
 
-def _diffraction_margin(distance: float, wavelength: float, edges: str) -> float:
+def _diffraction_margin(distance: Floats, wavelength: float, edges: str) -> Floats | float:
     """Largest angle from a target's edge at which its edge diffraction is evaluated [rad]."""
     if edges == "none":
         return 0.0
-    return ROUGH_RIPPLES * math.sqrt(wavelength / (2 * max(distance, wavelength)))
+    return np.asarray(ROUGH_RIPPLES * np.sqrt(wavelength / (2 * np.maximum(distance, wavelength))))

@@ -25,7 +25,12 @@ from insonify.engines.fast_reverberation.fast_relief_reflections import bounce_o
 from insonify.engines.fast_reverberation.radial_window import TerrainWindow, radials_past_targets, terrain_window
 from insonify.engines.fast_reverberation.reverberation_plan import ReverberationPlan, plan_reverberation
 from insonify.engines.fast_reverberation.shadow_radials import shaded_legs, shadow_radials
-from insonify.engines.fast_reverberation.swath_origins import ShadedLegs, sample_origins, unlit_rows
+from insonify.engines.fast_reverberation.swath_origins import (
+    ShadedSamples,
+    sample_origins,
+    sample_positions,
+    unlit_rows,
+)
 from insonify.engines.ping_scatterers import ping_scatterers
 from insonify.engines.radial_tables import (
     IsovelocityChannel,
@@ -190,7 +195,8 @@ class FastReverberation:
         if terrain is not None and terrain.span[0] < terrain.span[1]:
             bounce_off_relief(self.scene, terrain, ping_geometry, plan, part, legs, pairs)
         unlit = unlit_rows(plan, legs, pairs) if labelled else None
-        shaded = self._apply_target_shadows(part, legs) if part.passes_target.any() else None
+        positions = sample_positions(ping_geometry, part, legs)
+        shaded = self._apply_target_shadows(part, legs, positions) if part.passes_target.any() else None
         if seabed.texture is not None:
             factor = self._texture(part.radials, legs).astype(np.float32)
             for k, many in enumerate(pairs.sample_count):
@@ -200,7 +206,7 @@ class FastReverberation:
             self._apply_law(
                 legs.arrival[i], legs.arrival[j], legs.normal, pairs.rows[k, :count], pairs.weight[k, :count]
             )
-        origins = None if unlit is None else sample_origins(plan, ping_geometry, part, legs, pairs, unlit, shaded)
+        origins = None if unlit is None else sample_origins(plan, positions, legs, pairs, unlit, shaded)
         return ReverberationSamples(
             legs.delay, legs.amplitude, legs.departure, plan.allocation.pair, pairs.sample_count, pairs.rows,
             pairs.weight, interference_ranges[:ranges], origins,
@@ -236,29 +242,28 @@ class FastReverberation:
             self.plan.law.fill(incident, scattered, normals, values[: len(batch)])
             weight[begin : begin + DIRECTIONS_PER_BATCH] *= values[: len(batch)]
 
-    def _apply_target_shadows(self, part: RadialSet, legs: RadialLegs) -> ShadedLegs | None:
-        """Multiply legs on radials that pass a target by their visibility past targets; return these legs, if any."""
-        position, beam_bearing = self.ping_geometry.transmit_position, part.lists.beam_bearing
-        radial_offsets = legs.radial_offsets
+    def _apply_target_shadows(self, part: RadialSet, legs: RadialLegs, positions: Floats) -> ShadedSamples | None:
+        """Multiply legs on radials that pass a target by their visibility past targets; return these legs, if any.
+
+        Args:
+            part: The radials.
+            legs: Legs to their samples, changed in place.
+            positions: North, east, depth of the samples [m], shape (3, n).
+        """
+        position = self.ping_geometry.transmit_position
         nearest = min(
             np.hypot(north - position[0], east - position[1]) - radius
             for north, east, radius in self.plan.bounding_cylinders[:, :3]
         )
-        radial = np.repeat(np.arange(len(radial_offsets) - 1), np.diff(radial_offsets))
-        row = np.flatnonzero(part.passes_target[radial] & (legs.range_depth[0, : len(radial)] > nearest))
-        point = part.lists.list_offsets[part.list_rows][radial[row]] + row - radial_offsets[radial[row]]
+        passes = np.repeat(part.passes_target, np.diff(legs.radial_offsets))
+        row = np.flatnonzero(passes & (legs.range_depth[0, : len(passes)] > nearest))
         if not len(row):
             return None
-        distance, depth = legs.range_depth[:, row]
-        points = np.stack(
-            [position[0] + distance * beam_bearing[0, point], position[1] + distance * beam_bearing[1, point], depth],
-            axis=-1,
-        )
-        up = np.ascontiguousarray(legs.normal[:, row].T, float)
+        points, up = (np.ascontiguousarray(columns[:, row].T, float) for columns in (positions, legs.normal))
         edges = self.path_settings.edge_diffraction
-        ratio, shaded = shaded_legs(self.scene, self.ping_geometry, self.plan, edges, points, up)
-        legs.amplitude[:, row] *= ratio
-        return ShadedLegs(row, ratio, shaded)
+        shaded = shaded_legs(self.scene, self.ping_geometry, self.plan, edges, points, up)
+        legs.amplitude[:, row] *= shaded.visibility
+        return ShadedSamples(row, shaded)
 
 
 def _columns(part: RadialSet, f: int, p: int) -> tuple[RadialLegs, PairSamples, NDArray[np.int64]]:

@@ -16,7 +16,7 @@ from insonify.engines.fast_reverberation.sample_allocation import SampleAllocati
 from insonify.engines.radial_tables import FamilyTable, SampleLists
 from insonify.engines.terrain_occlusion import fresnel_half_length
 from insonify.propagation.bounding_cylinders import bounding_cylinders
-from insonify.propagation.families import bounce_sequence, image_depth
+from insonify.propagation.families import DIRECT, bounce_sequence, image_depth
 from insonify.recent_results import Identity, RecentResults
 from insonify.scattering.compiled_law import CompiledLaw
 from insonify.scene.scene import Scene
@@ -63,6 +63,20 @@ class ReverberationPlan:
         across = self.radials.copy()
         across[:, column.BEAM_SPREAD] = across[:, column.CELL_WIDTH]
         return self.allocation.energies(across)
+
+    @cached_property
+    def direct_rows(self) -> tuple[int, int]:
+        """Row of the pair of two direct legs, and row of the direct family; -1 for none."""
+        if DIRECT not in self.families:
+            return -1, -1
+        direct = self.families.index(DIRECT)
+        matches = np.flatnonzero((self.allocation.pair == direct).all(axis=1))
+        return (int(matches[0]) if len(matches) else -1), direct
+
+    @cached_property
+    def bearings(self) -> Floats:
+        """Bearing of each radial in the frame of the map [rad], (s,)."""
+        return np.arctan2(self.radials[:, 1], self.radials[:, 0])
 
     def sample_lists(self, radials: Floats, heading: float, keep_probability: NDArray[np.uint8]) -> SampleLists:
         """Samples of radials other than those of the plan.

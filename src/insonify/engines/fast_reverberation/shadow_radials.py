@@ -18,10 +18,10 @@ from insonify.engines.fast_reverberation._radial_samples_kernel import FULL_PROB
 from insonify.engines.fast_reverberation.reverberation_plan import ReverberationPlan
 from insonify.engines.polar_grid import GOLDEN
 from insonify.engines.target_shadows import shadow_sector
-from insonify.propagation.image_sources import StraightRays
+from insonify.propagation.image_sources import StraightRays, leg_occlusion
 from insonify.propagation.knife_edge import diffract_at_edges
 from insonify.propagation.path_settings import PathSettings
-from insonify.records.legs import Legs, LegStatus
+from insonify.records.legs import LegStatus
 from insonify.scene.scatterers import Scatterers
 from insonify.scene.scene import Scene
 from insonify.sonar.ping_geometry import PingGeometry
@@ -56,17 +56,21 @@ class ShadowRadials:
     """True for radials that may pass a target, (m,)."""
 
 
-def target_visibility(
-    scene: Scene, ping_geometry: PingGeometry, plan: ReverberationPlan, edges: str, points: Floats, normal: Floats
-) -> NDArray[np.complex128] | Floats:
-    """Pressure of straight one-way legs re that without targets [1], shape (f, n); arguments see `shaded_legs`."""
-    return shaded_legs(scene, ping_geometry, plan, edges, points, normal)[0]
+class ShadedLegs(NamedTuple):
+    """Legs of f families to n points of the seabed, past targets."""
+
+    visibility: NDArray[np.complex128] | Floats
+    """Pressure re that without targets [1], 0 where the facet of the seabed faces away, shape (f, n)."""
+    status: NDArray[np.uint8]
+    """`LegStatus` with hard edges, shape (f, n)."""
+    occluder: NDArray[np.int16]
+    """Row of the target that occludes each leg, -1 for none, shape (f, n)."""
 
 
 def shaded_legs(
     scene: Scene, ping_geometry: PingGeometry, plan: ReverberationPlan, edges: str, points: Floats, normal: Floats
-) -> tuple[NDArray[np.complex128] | Floats, Legs]:
-    """Pressure of straight one-way legs past targets re that without targets, and the legs; relief has hard edges.
+) -> ShadedLegs:
+    """Straight one-way legs past targets, without occlusion by relief.
 
     Args:
         scene: The scene.
@@ -75,25 +79,21 @@ def shaded_legs(
         edges: Edge diffraction of targets: "none" or "knife-edge".
         points: North, east, depth of points of the seabed [m], (n, 3).
         normal: Unit normals of the seabed at the points [1], (n, 3).
-
-    Returns:
-        Pressure ratio [1], shape (f, n), 0 where the facet of the seabed faces away; and the legs, shape (f, n), whose
-        own visibility has hard edges.
     """
     count = len(points)
     scatterers = Scatterers(
         "seabed", "seabed", plan.law, points, normal, np.ones(count), np.ones(count, complex),
         np.zeros(count, np.uint64),
     )  # fmt: skip
-    legs = StraightRays(scene).legs(ping_geometry.transmit_position, scatterers, plan.families, ping_geometry.frequency)
+    position = ping_geometry.transmit_position
     if edges == "none":
-        return legs.visibility, legs
+        status, occluder = leg_occlusion(scene, position, scatterers, plan.families)
+        return ShadedLegs((status == LegStatus.CLEAR).astype(float), status, occluder)
+    legs = StraightRays(scene).legs(position, scatterers, plan.families, ping_geometry.frequency)
     faces_sonar = legs.status != LegStatus.FACING_AWAY
     unshaded = replace(legs, visibility=faces_sonar.astype(float))
-    diffracted = diffract_at_edges(
-        unshaded, scatterers, ping_geometry.transmit_position, scene, ping_geometry.wavelength, approximate=True
-    )
-    return np.asarray(faces_sonar * diffracted.visibility), legs
+    diffracted = diffract_at_edges(unshaded, scatterers, position, scene, ping_geometry.wavelength, approximate=True)
+    return ShadedLegs(np.asarray(faces_sonar * diffracted.visibility), legs.status, legs.occluder)
 
 
 def shadow_radials(
@@ -324,7 +324,7 @@ def _remaining_energy(
     up = np.zeros((points.size // 3, 3))
     up[:, 2] = -1.0
     edges, rows = path_settings.edge_diffraction, points.reshape(-1, 3)
-    power = np.abs(target_visibility(scene, ping_geometry, plan, edges, rows, up)) ** 2
+    power = np.abs(shaded_legs(scene, ping_geometry, plan, edges, rows, up).visibility) ** 2
     power = power.reshape(-1, *shape)
     energy = plan.energy[row][:, range_bin]
     remaining = np.zeros(shape)

@@ -1,6 +1,6 @@
 """Origins of fast reverberation for labels: positions of its samples, and occluded direct legs by occluder."""
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,9 +12,9 @@ from insonify.engines.fast_reverberation._origin_kernel import (
     unoccluded_amplitudes,
 )
 from insonify.engines.fast_reverberation.reverberation_plan import ReverberationPlan
+from insonify.engines.fast_reverberation.shadow_radials import ShadedLegs
 from insonify.engines.radial_tables import PairSamples, RadialLegs, RadialSet
-from insonify.propagation.families import DIRECT
-from insonify.records.legs import SEABED_OCCLUDER, Legs, LegStatus
+from insonify.records.legs import SEABED_OCCLUDER, LegStatus
 from insonify.records.reverberation_samples import Origins
 from insonify.sonar.ping_geometry import PingGeometry
 
@@ -23,20 +23,18 @@ Singles = NDArray[np.float32]
 Rows = NDArray[np.int64]
 
 
-class ShadedLegs(NamedTuple):
-    """Legs to samples on radials that may pass a target, and their visibility past targets."""
+class ShadedSamples(NamedTuple):
+    """Samples on radials that may pass a target."""
 
     points: Rows
     """Rows of the samples, (k,)."""
-    visibility: NDArray[Any]
-    """Pressure re that without targets [1], (f, k)."""
-    legs: Legs
-    """The legs with their status and the row of the target that occludes them."""
+    legs: ShadedLegs
+    """Their legs past targets, (f, k)."""
 
 
 def unlit_rows(plan: ReverberationPlan, legs: RadialLegs, pairs: PairSamples) -> Rows:
     """Positions, in the direct pair's list, of samples without a direct leg before occlusion by targets, (m,)."""
-    direct_pair, direct = direct_rows(plan)
+    direct_pair, direct = plan.direct_rows
     if direct_pair < 0:
         return np.zeros(0, np.int64)
     points = pairs.rows[direct_pair, : pairs.sample_count[direct_pair]]
@@ -44,44 +42,38 @@ def unlit_rows(plan: ReverberationPlan, legs: RadialLegs, pairs: PairSamples) ->
     return unlit[: unlit_points(legs.amplitude[direct], points, unlit)]
 
 
-def direct_rows(plan: ReverberationPlan) -> tuple[int, int]:
-    """Row of the pair of two direct legs, and row of the direct family; -1 for none."""
-    if DIRECT not in plan.families:
-        return -1, -1
-    direct = plan.families.index(DIRECT)
-    matches = np.flatnonzero((plan.allocation.pair == direct).all(axis=1))
-    return (int(matches[0]) if len(matches) else -1), direct
+def sample_positions(ping_geometry: PingGeometry, part: RadialSet, legs: RadialLegs) -> Floats:
+    """North, east, depth of the samples of some radials [m], shape (3, n).
+
+    Args:
+        ping_geometry: The sonar at this ping.
+        part: The radials.
+        legs: Legs to the samples of the radials.
+    """
+    (north, east, _), position = ping_geometry.transmit_position, np.empty((3, int(legs.radial_offsets[-1])))
+    list_starts, bearing = part.lists.list_offsets[part.list_rows], part.lists.beam_bearing
+    fill_positions(north, east, legs.radial_offsets, list_starts, bearing, legs.range_depth, position)
+    return position
 
 
 def sample_origins(
-    plan: ReverberationPlan, ping_geometry: PingGeometry, part: RadialSet, legs: RadialLegs, pairs: PairSamples,
-    unlit: Rows, shaded: ShadedLegs | None,
+    plan: ReverberationPlan, position: Floats, legs: RadialLegs, pairs: PairSamples, unlit: Rows,
+    shaded: ShadedSamples | None,
 ) -> Origins:  # fmt: skip
     """Positions of the samples of some radials, and their occluded direct legs.
 
     Args:
         plan: The reverberation plan.
-        ping_geometry: The sonar at this ping.
-        part: The radials.
+        position: Result of `sample_positions`.
         legs: Legs to the samples of the radials.
         pairs: Samples of each pair.
         unlit: Result of `unlit_rows`.
         shaded: Occlusion by targets; None: none.
     """
-    count, sonar_position = int(legs.radial_offsets[-1]), ping_geometry.transmit_position
-    position = np.empty((3, count))
-    fill_positions(
-        sonar_position[0],
-        sonar_position[1],
-        legs.radial_offsets,
-        part.lists.list_offsets[part.list_rows],
-        part.lists.beam_bearing,
-        legs.range_depth,
-        position,
-    )
+    count = int(legs.radial_offsets[-1])
     grazing = np.empty((len(plan.families), count), np.float32)
     grazing_angles(legs.arrival[:, :, :count], legs.normal[:, :count], grazing)
-    direct_pair, direct = direct_rows(plan)
+    direct_pair, direct = plan.direct_rows
     occluded, lost, occluder = _occluded_points(legs, pairs, unlit, shaded, direct_pair, direct)
     unoccluded = np.zeros(0, np.complex64)
     if len(occluded):
@@ -96,7 +88,7 @@ def sample_origins(
 
 
 def _occluded_points(
-    legs: RadialLegs, pairs: PairSamples, unlit: Rows, shaded: ShadedLegs | None, direct_pair: int, direct: int
+    legs: RadialLegs, pairs: PairSamples, unlit: Rows, shaded: ShadedSamples | None, direct_pair: int, direct: int
 ) -> tuple[Rows, Floats, NDArray[np.int16]]:
     """Samples of the direct pair whose leg is occluded, the fraction of the energy that is lost [1], and the occluders.
 
@@ -115,7 +107,7 @@ def _occluded_points(
     columns = columns[position[shaded.points[columns]] >= 0]
     rows, is_unlit = position[shaded.points[columns]], np.zeros(count, bool)
     is_unlit[unlit] = True
-    remaining = np.abs(shaded.visibility[direct, columns]) ** 4
+    remaining = np.abs(shaded.legs.visibility[direct, columns]) ** 4
     shaded_loss = np.where(is_unlit[rows], 1.0, np.maximum(1 - remaining, 0.0))
     is_unlit[rows] = False
     others = is_unlit[unlit]
