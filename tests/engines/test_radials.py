@@ -213,6 +213,20 @@ def test_the_gain_in_a_patch_is_at_most_its_bound(simulator, zone, family, climb
     assert expected.max() < 1.5 * gain.max()
 
 
+def test_pings_of_one_depth_share_the_bound_and_others_do_not(simulator):
+    """A sonar that moves ahead has the same bound, and merges the same slices; one that dives another."""
+    here = simulator.ping_geometry(0)
+    ahead, down = (
+        replace(here, transmit_position=position, receive_position=position)
+        for position in here.transmit_position + np.array([[3.0, 1.0, 0.0], [0.0, 0.0, 0.5]])
+    )
+    first, second, third = (straight_gain_bound(one, DEPTH, ("D",)) for one in (here, ahead, down))
+    assert second is first and third is not first
+    bearing = np.linspace(1.4, 1.7, 40)
+    bounds = [bound(bearing, 0.01, (10.0, 20.0)) for bound in (first, third)]
+    assert not np.array_equal(*bounds)
+
+
 def test_bistatic_parallax_widens_patches_and_wide_patches_have_no_bound(simulator):
     """Ends 2 m apart: at 20 m a patch is 0.2 rad wider for the other end, never less strong; near by nothing is given.
 

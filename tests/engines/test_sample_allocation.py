@@ -14,8 +14,11 @@ from insonify.engines.fast_reverberation import (
     reverberation_plan,
     sample_allocation,
 )
+from insonify.engines.fast_reverberation._line_of_sight_kernel import first_occluding_sample, running_horizon
 from insonify.engines.fast_reverberation._sample_allocation_kernel import lengthen_steps, pair_keep_probabilities
-from insonify.engines.radial_tables import MapTiles, RadialFrame
+from insonify.engines.fast_reverberation.reverberation_plan import _bounce_tables
+from insonify.engines.radial_tables import FamilyTable, IsovelocityChannel, MapTiles, RadialFrame
+from insonify.propagation.families import image_depth
 from insonify.recent_results import RecentResults
 from insonify.scattering.compiled_law import CompiledLaw
 from insonify.simulator import build_simulator
@@ -166,7 +169,7 @@ def test_ground_along_a_line_is_that_of_the_map():
     frame, tiles = RadialFrame(65.3, 61.9, 0.0, 0.2), MapTiles(0.5, slot, nodes, False)
     for bearing in np.linspace(0, 2 * np.pi, 17):
         line = np.array([np.cos(bearing), np.sin(bearing), 0, 0, 0, 60.0, 0.37, 0, 1])
-        _radial_terrain_kernel.sample_radial_terrain(frame, line, 300, 0.0, tiles, where, depth, slope)
+        _radial_terrain_kernel.sample_radial_terrain(frame, line, (0, 300), 0.0, tiles, where, depth, slope)
         x = (1.3 + (np.arange(300) + 0.37) * 0.2 * line[0]) / 0.5
         y = (-2.1 + (np.arange(300) + 0.37) * 0.2 * line[1]) / 0.5
         np.testing.assert_allclose(-depth[:300], 0.01 * x - 0.03 * y, atol=2e-5)
@@ -288,3 +291,39 @@ def test_what_is_stronger_than_a_hundredth_takes_every_point():
     leads = np.array([[0, 0, 2, 3]])
     pair_keep_probabilities(energy, np.full((1, 1), 10.0), ones, ones > 0, leads, share, 32, 1)
     np.testing.assert_array_equal(share[0, 0], [32, 32, 1, 0])
+
+
+@pytest.mark.parametrize("families", [("D",), ("D", "S")])
+def test_terrain_left_out_before_the_first_evaluated_sample_hides_nothing(families):
+    """A peak as high as terrain gets hides a hole as deep as it gets, if and only if it is not left out."""
+    channel = IsovelocityChannel(10.0, 20.0, 1500.0, 0.01, (19.0, 21.0))
+    bounce_codes, horizon_row, launches = _bounce_tables(families)
+    images = np.array([image_depth(name, channel.source, channel.water_depth) for name in launches])
+    table = FamilyTable(images, bounce_codes, horizon_row, images, np.zeros(len(images), bool), np.zeros((1, 2)),
+                        np.zeros(0), 0.0)  # fmt: skip
+    listed, count = 1000, 1200
+    begin = first_occluding_sample(listed, channel, table)
+    assert 0.7 * listed < begin < listed
+    seen = []
+    for peak in range(begin - 10, listed):
+        terrain = np.full(count, 21.0, np.float32)
+        terrain[peak] = 19.0
+        for image in images:
+            launch, bound = np.empty((2, 2, count), np.float32)
+            for start, row in ((0, 0), (begin, 1)):
+                running_horizon(terrain, image, False, 0.02, 0.3, (start, count), launch[row], bound[row])
+            clear = launch[:, listed:] <= bound[:, listed:]
+            np.testing.assert_array_equal(*clear)
+            seen.append((peak, bool(clear[0].all())))
+    hiding = [peak for peak, clear in seen if not clear]
+    assert begin <= min(hiding) < begin + 0.05 * listed
+
+
+def test_no_terrain_is_left_out_where_rays_rise_off_the_seabed():
+    """A ray that rises off the seabed may be hidden by any terrain on its path."""
+    channel = IsovelocityChannel(10.0, 20.0, 1500.0, 0.01, (19.0, 21.0))
+    bounce_codes, horizon_row, launches = _bounce_tables(("D", "BS"))
+    images = np.array([image_depth(name, channel.source, channel.water_depth) for name in launches])
+    rising = np.array([name.endswith("B") for name in launches])
+    table = FamilyTable(images, bounce_codes, horizon_row, images, rising, np.zeros((1, 2)), np.zeros(0), 0.0)
+    assert first_occluding_sample(1000, channel, table) == 0

@@ -7,7 +7,8 @@ from hypothesis import strategies as st
 
 from insonify.propagation import solid_shadows
 from insonify.propagation._light_buffer_kernel import light_buffer
-from insonify.propagation.image_sources import image_legs
+from insonify.propagation.families import families_up_to
+from insonify.propagation.image_sources import image_legs, leg_occlusion
 from insonify.records.legs import LegStatus
 from insonify.scattering.point_target import PointTargetLaw
 from insonify.scene.scatterers import Scatterers
@@ -19,12 +20,16 @@ ROCK = {"shape": "rock", "label": "rock", "position": (1, 48), "size": (3, 3, 5)
 SCENE = Scene(seabed={"depth": 20.0}, targets=[DRUM, CONE, ROCK])
 
 
+def scatterers(places, normals):
+    """Scatterers of a target at some places."""
+    n = len(places)
+    return Scatterers("target", "target", PointTargetLaw(), places, normals, np.ones(n), np.ones(n, complex),
+                      np.arange(n, dtype=np.uint64))  # fmt: skip
+
+
 def direct_legs(position, places, normals):
     """Status and occluder of direct legs to some places."""
-    n = len(places)
-    ends = Scatterers("target", "target", PointTargetLaw(), places, normals, np.ones(n), np.ones(n, complex),
-                      np.arange(n, dtype=np.uint64))  # fmt: skip
-    legs = image_legs(SCENE, np.asarray(position, float), ends, ("D",), 100e3)
+    legs = image_legs(SCENE, np.asarray(position, float), scatterers(places, normals), ("D",), 100e3)
     return legs.status, legs.occluder
 
 
@@ -68,3 +73,17 @@ def test_cells_of_a_light_buffer_hold_few_triangles():
     assert len(built.of_solid[0]) > 300
     assert np.median(count[count > 0]) <= 8
     assert (count == 0).mean() > 0.05
+
+
+def test_occlusion_alone_is_that_of_whole_legs():
+    """Status and occluder without other columns: those of the legs, in every family, past solids and upright boxes."""
+    box = {"shape": "box", "label": "box", "position": (-3, 40), "size": (3, 3, 5), "heading": 0.5}
+    scene = Scene(seabed={"depth": 20.0}, targets=[DRUM, box, CONE])
+    ends = scatterers(*places_about(3, 3000))
+    position = np.array([0.0, 0.0, 8.0])
+    for families in (("D",), families_up_to(2)):
+        legs = image_legs(scene, position, ends, families, 100e3)
+        status, occluder = leg_occlusion(scene, position, ends, families)
+        np.testing.assert_array_equal(status, legs.status)
+        np.testing.assert_array_equal(occluder, legs.occluder)
+        assert set(np.unique(occluder)) == {-1, 0, 1, 2} and set(np.unique(status)) >= {0, 1, 2}

@@ -81,6 +81,8 @@ class IsovelocityChannel(NamedTuple):
     """Sound speed [m/s]."""
     wavelength: float
     """Acoustic wavelength [m]."""
+    terrain_span: tuple[float, float]
+    """Least and greatest depth of the seabed [m]."""
 
 
 class FamilyTable(NamedTuple):

@@ -18,7 +18,7 @@ from insonify.engines.resolution import Resolution
 from insonify.engines.terrain_profiles import GainBound
 from insonify.propagation.families import bounce_sequence, image_depth
 from insonify.propagation.propagation_model import ReachableRange
-from insonify.recent_results import RecentResults
+from insonify.recent_results import Identity, RecentResults
 from insonify.sonar.beam import Beams
 from insonify.sonar.ping_geometry import PingGeometry
 
@@ -189,6 +189,8 @@ def _image_verticals(families: tuple[str, ...], source: float, depth: float) -> 
 def straight_gain_bound(ping_geometry: PingGeometry, depth: float, families: tuple[str, ...]) -> GainBound | None:
     """Bound of the two-way gain by straight rays over intervals of bearing at one ping; None if bistatic.
 
+    Pings with the same beams and depths have the same function.
+
     Args:
         ping_geometry: The sonar.
         depth: Depth of the seabed [m].
@@ -196,12 +198,24 @@ def straight_gain_bound(ping_geometry: PingGeometry, depth: float, families: tup
     """
     if ping_geometry.receive_track_extent is not None or not families:
         return None
-    ends = {float(position[2]) for position in (ping_geometry.transmit_position, ping_geometry.receive_position)}
+    positions = ping_geometry.transmit_position, ping_geometry.receive_position
+    ends = tuple(sorted({float(position[2]) for position in positions}))
+    end_distance = float(np.linalg.norm(positions[0] - positions[1]))
+    objects = map(Identity, (ping_geometry.transmit_beams, ping_geometry.receive_beams, ping_geometry.elements))
+    key = (*objects, ends, end_distance, depth, families)
+    return _GAIN_BOUNDS.get(key, lambda: _straight_gain_bound(ping_geometry, depth, families, ends, end_distance))
+
+
+_GAIN_BOUNDS: RecentResults[GainBound] = RecentResults(8)
+
+
+def _straight_gain_bound(
+    ping_geometry: PingGeometry, depth: float, families: tuple[str, ...], ends: tuple[float, ...], end_distance: float
+) -> GainBound:
+    """Bound of the two-way gain, without the cache, for ends at some depths and a distance from each other [m]."""
     vertical_distances, is_odd = (
-        np.concatenate(columns)
-        for columns in zip(*(_image_verticals(families, end, depth) for end in sorted(ends)), strict=True)
+        np.concatenate(part) for part in zip(*(_image_verticals(families, end, depth) for end in ends), strict=True)
     )
-    end_distance = float(np.linalg.norm(ping_geometry.transmit_position - ping_geometry.receive_position))
 
     def gain_bound(bearing: Floats, width: float, zone: tuple[float, float]) -> Floats:
         parallax = 2 * float(np.arctan2(end_distance, zone[0])) if end_distance > 0 else 0.0  # of the other end

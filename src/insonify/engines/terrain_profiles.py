@@ -20,6 +20,7 @@ from insonify.engines import _terrain_diffraction_kernel as crests
 from insonify.engines import _terrain_profile_kernel as kernel
 from insonify.propagation.families import image_depth
 from insonify.propagation.launch_angles import LaunchAngles, StraightLaunchAngles
+from insonify.recent_results import Identity, RecentResults
 from insonify.scene.heightmap_cache import HeightmapTiles
 from insonify.scene.seabed_terrain import SeabedTerrain
 
@@ -108,6 +109,9 @@ ProfileGroup = tuple[TerrainProfiles, Integers, Integers]
 """Lines, the points that they pass, and the row of the line of each of these."""
 
 
+_MERGED: RecentResults[NDArray[np.uint8]] = RecentResults(8)
+
+
 class AzimuthProfiles:
     """Terrain profiles about one end of the sonar at one ping, sampled when they are needed."""
 
@@ -126,16 +130,17 @@ class AzimuthProfiles:
         self.starts = np.concatenate([[0], np.cumsum(self.counts)])
         self.merged = np.zeros(int(self.starts[-1]) // MERGE_GROUP, np.uint8)
         if gain_bound is not None:
-            self._merge_low_gain(gain_bound)
+            key = Identity(gain_bound), self._lattice.heading, self.edges.tobytes(), self.counts.tobytes()
+            self.merged = _MERGED.get(key, lambda: self._low_gain_groups(gain_bound))
         self._home, self._row = np.full((2, int(self.starts[-1])), -1, np.int32)
         self._firsts = np.concatenate([[0], np.ceil(self.edges / self.step).astype(np.int64) + 1])
         self._distance = ((np.arange(self._firsts[-1]) + 1) * self.step).astype(np.float32)
         self._lines: list[TerrainProfiles] = []
         self._lock = Lock()
 
-    def _merge_low_gain(self, gain_bound: GainBound) -> None:
-        """Find the groups of eight slices with gains so low that they are merged."""
-        inner = 0.0
+    def _low_gain_groups(self, gain_bound: GainBound) -> NDArray[np.uint8]:
+        """Power of two of the slices that are merged in each group of eight, more than 0 where gains are low."""
+        result, inner = np.zeros_like(self.merged), 0.0
         for start, count, outer in zip(self.starts, self.counts, self.edges, strict=False):
             width, zone, sectors = 2 * np.pi / count, (inner, float(outer)), np.arange(0, count, PROFILES_PER_SECTOR)
 
@@ -149,8 +154,9 @@ class AzimuthProfiles:
             eights = (strongest[:, None] + np.arange(0, PROFILES_PER_SECTOR, MERGE_GROUP)).ravel()
             merged[eights // MERGE_GROUP] = is_high(eights, MERGE_GROUP)
             first = int(start) // MERGE_GROUP
-            self.merged[first : first + len(merged)] = np.where(merged < LOW_GAIN * merged.max(), MERGE_POWER, 0)
+            result[first : first + len(merged)] = np.where(merged < LOW_GAIN * merged.max(), MERGE_POWER, 0)
             inner = float(outer)
+        return result
 
     def group_points(self, sonar: Floats, position: Floats) -> tuple[Floats, list[ProfileGroup]]:
         """Points by the lines that pass them.

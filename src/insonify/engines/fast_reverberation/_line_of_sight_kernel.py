@@ -12,6 +12,8 @@ from insonify.jit import njit
 Floats = NDArray[np.float64]
 Integers = NDArray[Any]
 Singles = NDArray[np.float32]
+OCCLUDING_MARGIN = 0.98
+"""Part of the distance from which seabed may occlude, for the rounding of heights between nodes of the map [1]."""
 
 
 class RadialProfile(NamedTuple):
@@ -32,8 +34,10 @@ class RadialProfile(NamedTuple):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def running_horizon(terrain: Singles, image: float, rising: bool, step: float, start_steps: float, count: int,
-              launch_slope: Singles, horizon: Singles) -> None:  # fmt: skip
+def running_horizon(
+    terrain: Singles, image: float, rising: bool, step: float, start_steps: float, samples: tuple[int, int],
+    launch_slope: Singles, horizon: Singles,
+) -> None:  # fmt: skip
     """Fill launch slopes to the terrain at each sample of a radial, and launch horizons, as in `terrain_profiles`.
 
     Args:
@@ -42,25 +46,47 @@ def running_horizon(terrain: Singles, image: float, rising: bool, step: float, s
         rising: True if the family's last bounce is off the bottom.
         step: Distance of samples [m].
         start_steps: Distance of the first sample [steps].
-        count: Number of samples of the radial.
+        samples: First sample of the radial that is needed, and count, the number after the last.
         launch_slope: Result, tangents [1], (at least count,).
         horizon: Result, smallest tangent up to each sample, or largest from it on if `rising` [1], (at least count,).
     """
     sign = np.float32(-1.0 if rising else 1.0)
-    image_depth = np.float32(image)
-    for k in range(count):
+    image_depth, (begin, count) = np.float32(image), samples
+    for k in range(begin, count):
         x = sign * (terrain[k] - image_depth) / np.float32((k + start_steps) * step)
         launch_slope[k] = x if x == x else sign * np.float32(np.inf)
     if rising:
         most = np.float32(-np.inf)
-        for k in range(count - 1, -1, -1):
+        for k in range(count - 1, begin - 1, -1):
             most = max(most, launch_slope[k])
             horizon[k] = most
     else:
         least = np.float32(np.inf)
-        for k in range(count):
+        for k in range(begin, count):
             least = min(least, launch_slope[k])
             horizon[k] = least
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def first_occluding_sample(listed: int, channel: IsovelocityChannel, families: FamilyTable) -> int:
+    """First sample of a radial that may occlude one from a given one on, in rays that do not rise off the seabed.
+
+    A ray to the seabed is steeper than any to the deepest seabed as far away; no nearer seabed occludes it than that
+    whose highest terrain would be launched at less.
+
+    Args:
+        listed: Number of the first sample that is evaluated.
+        channel: Water of the straight rays, with the span of the seabed.
+        families: Tables of the families.
+    """
+    highest, lowest = channel.terrain_span
+    ratio = 1.0
+    for row in range(families.horizon_image_depths.size):
+        above, below = highest - families.horizon_image_depths[row], lowest - families.horizon_image_depths[row]
+        if families.horizon_rising[row] or above <= 0:
+            return 0
+        ratio = min(ratio, above / below)
+    return max(int(OCCLUDING_MARGIN * ratio * listed) - 1, 0)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -49,32 +49,32 @@ def mark_tiles(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def sample_radial_terrain(
-    frame: RadialFrame, radial: Floats, count: int, mean_depth: float, tiles: MapTiles, node_index: Integers,
-    depth: Singles, slope: Singles,
+    frame: RadialFrame, radial: Floats, samples: tuple[int, int], mean_depth: float, tiles: MapTiles,
+    node_index: Integers, depth: Singles, slope: Singles,
 ) -> None:  # fmt: skip
     """Fill the terrain along one radial: depths linear between nodes, slopes of the nearest node without smoothing.
 
     Args:
         frame: Frame of the radials.
         radial: One row of `RadialSet.radials`, (9,).
-        count: Number of samples.
+        samples: First sample, and count, the number after the last.
         mean_depth: Depth of the mean plane [m].
         tiles: Tiles of the seabed's map.
         node_index: Scratch, unsigned, (at least count,).
         depth: Result [m], (at least count,).
         slope: Result, along the frame's axes [1], (2, at least count).
     """
-    mean = np.float32(mean_depth)
+    mean, (begin, count) = np.float32(mean_depth), samples
     if tiles.is_flat:
-        depth[:count] = mean
-        slope[:, :count] = 0
+        depth[begin:count] = mean
+        slope[:, begin:count] = 0
         return
     step, cell_size, tile_row, nodes = frame.step * radial[column.STRIDE], tiles.cell_size, tiles.tile_row, tiles.nodes
     a, b = frame.origin_along / cell_size, frame.origin_across / cell_size
     step_a, step_b = radial[column.COSINE] * step / cell_size, radial[column.SINE] * step / cell_size
     node_values, half = nodes.reshape(nodes.size), np.float32(0.5)
     slope_a, slope_b = slope[0], slope[1]
-    for k in range(count):  # first all positions, with prefetches: the map is larger than the processor's caches
+    for k in range(begin, count):  # first all positions, with prefetches: the map is larger than the processor's caches
         distance_steps = k + radial[column.FIRST_SAMPLE]
         x, y = a + distance_steps * step_a, b + distance_steps * step_b
         i, j = np.uint32(x), np.uint32(y)
@@ -83,7 +83,7 @@ def sample_radial_terrain(
         prefetch(node_values, np.uint64(node_start))
         prefetch(node_values, np.uint64(node_start) + _NORTH)
         node_index[k], slope_a[k], slope_b[k] = node_start, np.float32(x - i), np.float32(y - j)
-    for k in range(count):
+    for k in range(begin, count):
         first_node, f, g = np.uint64(node_index[k]), slope_a[k], slope_b[k]
         h00, h01 = node_values[first_node], node_values[first_node + _EAST]
         h10, h11 = node_values[first_node + _NORTH], node_values[first_node + _BOTH]

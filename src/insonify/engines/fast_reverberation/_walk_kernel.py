@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from insonify.engines import radial_columns as column
 from insonify.engines.fast_reverberation._line_of_sight_kernel import (
     RadialProfile,
+    first_occluding_sample,
     mark_reached_samples,
     running_horizon,
 )
@@ -74,11 +75,12 @@ def walk_radials(
             continue
         spacing, start_steps = frame.step * radials[s, column.STRIDE], radials[s, column.FIRST_SAMPLE]
         count, list_length = lists.sample_counts[list_row], stop - begin
-        sample_radial_terrain(frame, radials[s], count, channel.water_depth, tiles, node_index, line_depth, slope)
+        span = first_occluding_sample(lists.sample_number[begin], channel, families), count
+        sample_radial_terrain(frame, radials[s], span, channel.water_depth, tiles, node_index, line_depth, slope)
         for w in range(horizon_count):
             if lists.needed_horizons[list_row, w]:
                 running_horizon(line_depth, families.horizon_image_depths[w], families.horizon_rising[w], spacing,
-                                start_steps, count, launch_slope[w], horizon[w])  # fmt: skip
+                                start_steps, span, launch_slope[w], horizon[w])  # fmt: skip
         legs.range_depth[0, n : n + list_length] = lists.distance[begin:stop]
         gather_samples(lists.sample_number[begin:stop], line_depth, slope, legs.range_depth[1, n : n + list_length],
                        facet, reached_families)  # fmt: skip

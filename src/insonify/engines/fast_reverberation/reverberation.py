@@ -187,7 +187,7 @@ class FastReverberation:
         frame = RadialFrame(*self.window.start, self.known.heading, plan.step)
         channel = IsovelocityChannel(
             float(ping_geometry.transmit_position[2]), seabed.depth, self.scene.water.sound_speed,
-            ping_geometry.wavelength,
+            ping_geometry.wavelength, (seabed.depth, seabed.depth) if seabed.terrain is None else seabed.terrain.span,
         )  # fmt: skip
         legs, pairs, interference_ranges = _columns(part, len(plan.families), len(plan.allocation.pair))
         ranges = kernel.walk_radials(frame, channel, part, tiles, plan.table, legs, pairs, interference_ranges)
