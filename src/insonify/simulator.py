@@ -157,7 +157,7 @@ class Simulator:
         if not is_fine:  # without the filter's weak ringing
             grid = time_grid(*self.scenario.track.window, grid.sample_rate, self.pulse.start, self.pulse.stop)
         expectation = replace(self.incoherent_accumulator(geometry), grid=grid, directions=None)
-        return LabelAccumulator(expectation, self.label_names, occluder_names, self._mean_noise_power, is_fine)
+        return LabelAccumulator(expectation, self.label_names, occluder_names, self.noise.mean_power, is_fine)
 
     @cached_property
     def label_names(self) -> LabelNames:
@@ -174,11 +174,6 @@ class Simulator:
         """The noise of all channels."""
         scenario = self.scenario
         return channel_noise(scenario.sonar, scenario.water, self.ping_geometries(0), self.pulse, scenario.seed)
-
-    @cached_property
-    def _mean_noise_power(self) -> float:
-        """Mean-square noise pressure over all channels [uPa^2]."""
-        return float(np.mean(self.noise.power))
 
     @cached_property
     def electronics(self) -> ReceiverChain | None:

@@ -9,7 +9,7 @@ from insonify.engines.targets import FACE_CELLS, FRINGE_POINTS, target_points
 from insonify.scene import solid
 from insonify.scene.scene import Scene
 from insonify.scene.solid import MIN_POINTS, body_triangles
-from insonify.simulator import build_simulator
+from insonify.simulator import build_simulator, simulate
 from oracles.scenes import nominal
 
 TRIO = (
@@ -153,3 +153,38 @@ def test_all_errors_of_a_scene_are_reported_at_once():
     message = str(scenario.value)
     assert all(word in message for word in ("targets.0.position.2: 30 m", "targets.1.position.2: -1 m",
                                             "targets.1.label", "targets.2.label"))  # fmt: skip
+
+
+DIRECT_ALONE = {"paths.max_reflections": 0, "paths.edge_diffraction": "none", "field": "incoherent"}
+
+
+def test_of_direct_paths_points_turned_away_are_left_out_and_nothing_is_lost(monkeypatch):
+    """Half of the points of a drum and a box face the sonar; the expected intensity is the same bit for bit."""
+    scenario = nominal(targets=TRIO).with_(DIRECT_ALONE)
+    everything = []
+    for is_direct in (True, False):
+        if not is_direct:
+            monkeypatch.setattr(target_engine, "_follows_direct_paths_alone", lambda *_: False)
+        simulator = build_simulator(scenario)
+        here, rays = simulator.ping_geometry(0), simulator.engine.rays
+        found = target_points(scenario.scene, scenario.paths, 1, here, 0.15, quadrature=True, rays=rays)
+        intensity = simulate(scenario, pings=[0])["intensity"].values
+        everything.append(({points.object: points for points in found}, intensity))
+    (facing, intensity), (all_points, expected) = everything
+    assert len(facing["buoy"]) == 1
+    for name in ("drum", "box"):
+        assert 0.2 < len(facing[name]) / len(all_points[name]) < 0.6
+        ray = here.transmit_position - facing[name].position
+        assert (np.sum(ray * facing[name].normal, axis=1) > -1e-5).all()
+    np.testing.assert_array_equal(intensity, expected)
+
+
+@pytest.mark.parametrize("change", [{"paths.max_reflections": 1}, {"paths.edge_diffraction": "knife-edge"}])
+def test_where_sound_bends_or_bounces_points_turned_away_stay(change):
+    """A bounce may reach a face turned away from the sonar, and edge diffraction is evaluated for all points."""
+    scenario = nominal(targets=TRIO).with_(DIRECT_ALONE | change)
+    simulator = build_simulator(scenario)
+    here, rays = simulator.ping_geometry(0), simulator.engine.rays
+    found = target_points(scenario.scene, scenario.paths, 1, here, 0.15, quadrature=True, rays=rays)
+    away = [np.sum((here.transmit_position - points.position) * points.normal, axis=1) < -1e-3 for points in found[1:]]
+    assert all(part.any() for part in away)

@@ -87,3 +87,15 @@ def test_occlusion_alone_is_that_of_whole_legs():
         np.testing.assert_array_equal(status, legs.status)
         np.testing.assert_array_equal(occluder, legs.occluder)
         assert set(np.unique(occluder)) == {-1, 0, 1, 2} and set(np.unique(status)) >= {0, 1, 2}
+
+
+@pytest.mark.parametrize("position", [(1, 45, 0.5), (0, 46, 1), (-40, 46, 0.2), (2, 30, 19.5)])
+def test_light_buffers_hold_from_above_and_from_the_ground(monkeypatch, position):
+    """From above three solids, and from beside them at the seabed, legs end as by the triangle tree."""
+    places, normals = places_about(5, 6000)
+    status, occluder = direct_legs(position, places, normals)
+    monkeypatch.setattr(solid_shadows, "MIN_LEGS_PER_TRIANGLE", np.inf)
+    expected, solid = direct_legs(position, places, normals)
+    assert (expected == LegStatus.OCCLUDED).sum() > 20
+    np.testing.assert_array_equal(status, expected)
+    np.testing.assert_array_equal(occluder, solid)

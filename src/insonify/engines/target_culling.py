@@ -9,11 +9,14 @@ from numpy.typing import NDArray
 
 from insonify.engines.patch_subdivision import TargetInsonification
 from insonify.scene.scatterers import Scatterers
+from insonify.sonar.ping_geometry import PingGeometry
 
 Floats = NDArray[np.float64]
 
 MAX_UNCULLED = 20_000
 """Points of a target up to which all are kept [1]."""
+GRAZING = 1e-6
+"""Distance of an end below a point's face up to which the point counts as facing it: more than any rounding [m]."""
 POINTS_PER_SPHERE = 128
 """Points in a run [1]."""
 
@@ -48,6 +51,20 @@ def rows_in_reach(
     radius = np.maximum.reduceat(away, starts)
     rows = np.flatnonzero(np.repeat(insonification.reaches(middle, radius), count))
     return rows[facing(position[rows], normal[rows], insonification)]
+
+
+def facing_both_ends(points: Scatterers, ping_geometry: PingGeometry) -> Scatterers:
+    """The points of a target that face both ends of the sonar, where direct paths alone are followed.
+
+    Args:
+        points: Points on the faces of one target.
+        ping_geometry: The sonar at this ping.
+    """
+    is_facing = np.ones(len(points), bool)
+    ends = ping_geometry.transmit_position, ping_geometry.receive_position
+    for end in ends[: 1 if ping_geometry.is_monostatic else 2]:
+        is_facing &= np.einsum("nk,nk->n", end - points.position, points.normal) > -GRAZING
+    return points.take(np.flatnonzero(is_facing))
 
 
 def facing(position: Floats, normal: Floats, insonification: TargetInsonification) -> NDArray[np.bool_]:

@@ -14,13 +14,21 @@ from numpy.typing import NDArray
 from insonify.engines._resolution_kernel import MAX_ELONGATION
 from insonify.engines.drawn_bodies import DrawnBodies
 from insonify.engines.face_images import face_images
+from insonify.engines.face_reflection import reflecting_faces
 from insonify.engines.facet_subdivision import joined_facets, smooth_facets, solid_insonification
 from insonify.engines.glint_spread import glint_spread
 from insonify.engines.patch_subdivision import TargetInsonification
 from insonify.engines.resolution import Resolution, track_sound_speed, two_way_gain_bound
-from insonify.engines.target_culling import MAX_UNCULLED, POINTS_PER_SPHERE, cull_points, facing, rows_in_reach
+from insonify.engines.target_culling import (
+    MAX_UNCULLED,
+    POINTS_PER_SPHERE,
+    cull_points,
+    facing,
+    facing_both_ends,
+    rows_in_reach,
+)
 from insonify.propagation.bounding_cylinders import bounding_cylinders
-from insonify.propagation.families import families_reaching
+from insonify.propagation.families import DIRECT, families_reaching
 from insonify.propagation.image_sources import StraightRays
 from insonify.propagation.path_settings import PathSettings
 from insonify.propagation.propagation_model import PropagationModel
@@ -78,6 +86,7 @@ def target_points(
     fully = quadrature and not (resolution is not None and resolution.sparse)
     cells = None if fully or path_settings.geometry == "slice" else resolution
     blocks = []
+    is_direct = _follows_direct_paths_alone(scene, path_settings, ping_geometry, rays)
     received = received or received_targets(scene, path_settings, ping_geometry, rays)
     for target in [candidate for candidate, is_received in zip(scene.targets, received, strict=True) if is_received]:
         if isinstance(target, PointTarget):
@@ -92,11 +101,20 @@ def target_points(
                 if is_slice
                 else _points_of(scene, seed, ping_geometry, slant, faces, cells, insonification, quadrature=quadrature)
             )
-            blocks.append(points)
+            blocks.append(facing_both_ends(points, ping_geometry) if is_direct else points)
             if faces.face_reflection_coefficient and len(points):
                 smooth.append(smooth_facets(scene, faces, path_settings, ping_geometry, slant, rays))
         blocks += [joined_facets(smooth)] if smooth else []
     return blocks
+
+
+def _follows_direct_paths_alone(
+    scene: Scene, path_settings: PathSettings, ping_geometry: PingGeometry, rays: PropagationModel | None
+) -> bool:
+    """True where legs to targets are straight lines from the ends of the sonar, with hard edges."""
+    is_direct = path_settings.followed_families == (DIRECT,) and path_settings.edge_diffraction == "none"
+    is_plain = ping_geometry.hull is None and not reflecting_faces(scene, path_settings, ping_geometry.frequency)
+    return is_direct and is_plain and isinstance(rays, StraightRays)
 
 
 def received_targets(

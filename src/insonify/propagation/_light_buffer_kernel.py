@@ -57,7 +57,7 @@ def light_buffer(source: Floats, middle: Floats, corners: Floats) -> LightBuffer
         corners: One corner and the two sides from it of each triangle [m], (t, 9).
     """
     axes, count = _projection_axes(source, middle), corners.shape[0]
-    place, low, high = np.empty((count, 3, 3)), np.full(3, np.inf), np.full(3, -np.inf)
+    projected, low, high = np.empty((count, 3, 3)), np.full(3, np.inf), np.full(3, -np.inf)
     for t in range(count):
         for k in range(3):
             for a in range(3):
@@ -65,8 +65,8 @@ def light_buffer(source: Floats, middle: Floats, corners: Floats) -> LightBuffer
                 for c in range(3):
                     side = corners[t, 3 * k + c] if k > 0 else 0.0
                     offset += axes[a, c] * (corners[t, c] + side - source[c])
-                place[t, k, a] = offset if a == 0 else offset / place[t, k, 0]
-                low[a], high[a] = min(low[a], place[t, k, a]), max(high[a], place[t, k, a])
+                projected[t, k, a] = offset if a == 0 else offset / projected[t, k, 0]
+                low[a], high[a] = min(low[a], projected[t, k, a]), max(high[a], projected[t, k, a])
     margin = _MARGIN * (high[0] - low[0] + high[0] * max(high[1] - low[1], high[2] - low[2])) / low[0]
     low[0] -= margin * low[0]
     per_unit = np.empty(2)
@@ -76,8 +76,8 @@ def light_buffer(source: Floats, middle: Floats, corners: Floats) -> LightBuffer
     first, nearest = np.zeros(SIDE * SIDE + 1, np.int64), np.full(SIDE * SIDE, np.inf)
     spans, rows = np.empty((count, SIDE, 2), np.int16), np.empty((count, 2), np.int16)
     for t in range(count):
-        _cells_of_triangle(place[t], low, per_unit, margin, spans[t], rows[t])
-        distance = min(place[t, 0, 0], place[t, 1, 0], place[t, 2, 0]) * (1 - margin)
+        _cells_of_triangle(projected[t], low, per_unit, margin, spans[t], rows[t])
+        distance = min(projected[t, 0, 0], projected[t, 1, 0], projected[t, 2, 0]) * (1 - margin)
         for row in range(rows[t, 0], rows[t, 1]):
             for cell in range(row * SIDE + spans[t, row, 0], row * SIDE + spans[t, row, 1]):
                 first[cell + 1] += 1
@@ -110,27 +110,30 @@ def _projection_axes(source: Floats, middle: Floats) -> Floats:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _cells_of_triangle(
-    place: Floats, low: Floats, per_unit: Floats, margin: float, spans: Integers, rows: Integers
+    projected: Floats, low: Floats, per_unit: Floats, margin: float, spans: Integers, rows: Integers
 ) -> None:
     """Cells that one triangle may cover, row by row.
 
     Args:
-        place: Its projected corners, distance first, (3, 3).
+        projected: Its projected corners, distance first, (3, 3).
         low: See `LightBuffer`.
         per_unit: See `LightBuffer`.
         margin: Margin about the triangle [1].
         spans: Result, first cell and after the last in each of its rows, (SIDE, 2).
         rows: Result, its first row and after the last, (2,).
     """
-    bottom, top = min(place[0, 2], place[1, 2], place[2, 2]), max(place[0, 2], place[1, 2], place[2, 2])
+    bottom, top = (
+        min(projected[0, 2], projected[1, 2], projected[2, 2]),
+        max(projected[0, 2], projected[1, 2], projected[2, 2]),
+    )
     rows[0] = int((bottom - margin - low[2]) * per_unit[1])
     rows[1] = min(int((top + margin - low[2]) * per_unit[1]) + 1, SIDE)
     for row in range(rows[0], rows[1]):
         begin, stop = low[2] + row / per_unit[1] - margin, low[2] + (row + 1) / per_unit[1] + margin
         left, right = np.inf, -np.inf
         for k in range(3):
-            x, y = place[k, 1], place[k, 2]
-            dx, dy = place[(k + 1) % 3, 1] - x, place[(k + 1) % 3, 2] - y
+            x, y = projected[k, 1], projected[k, 2]
+            dx, dy = projected[(k + 1) % 3, 1] - x, projected[(k + 1) % 3, 2] - y
             enter, leave = 0.0, 1.0
             if abs(dy) > margin:
                 a, b = (begin - y) / dy, (stop - y) / dy

@@ -7,9 +7,9 @@ body an arc is replaced by chords, to fractions of a millimetre.
 import numpy as np
 from numpy.typing import NDArray
 
+from insonify.propagation._light_buffer_kernel import OFF
 from insonify.propagation._refracted_box_shadow import ray_depths_along_range
 from insonify.propagation._refracted_legs_kernel import HorizontalGeometry, RefractedLegs, bodies_passed_over
-from insonify.propagation._solid_shadow_kernel import OFF
 from insonify.propagation.families import bounce_sequence, family_bounces
 from insonify.propagation.solid_shadows import occluders_of_paths
 from insonify.propagation.sound_speed_layers import SoundSpeedLayers

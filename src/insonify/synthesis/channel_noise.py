@@ -75,6 +75,11 @@ class ChannelNoise:
     tones: ReceiverTones | None
 
     @cached_property
+    def mean_power(self) -> float:
+        """Mean-square pressure of the noise over all channels [uPa^2]."""
+        return float(np.mean(self.power))
+
+    @cached_property
     def power(self) -> Floats:
         """Mean-square pressure of the noise in each channel [uPa^2], shape (channels,)."""
         power = self.self_noise_gain**2 * noise_intensity(self.pulse, self.self_noise_level_db)
