@@ -130,7 +130,7 @@ class AzimuthProfiles:
         self.starts = np.concatenate([[0], np.cumsum(self.counts)])
         self.merged = np.zeros(int(self.starts[-1]) // MERGE_GROUP, np.uint8)
         if gain_bound is not None:
-            key = Identity(gain_bound), self._lattice.heading, self.edges.tobytes(), self.counts.tobytes()
+            key = Identity(gain_bound), self._scatterer_grid.heading, self.edges.tobytes(), self.counts.tobytes()
             self.merged = _MERGED.get(key, lambda: self._low_gain_groups(gain_bound))
         self._home, self._row = np.full((2, int(self.starts[-1])), -1, np.int32)
         self._firsts = np.concatenate([[0], np.ceil(self.edges / self.step).astype(np.int64) + 1])

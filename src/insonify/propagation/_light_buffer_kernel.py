@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from insonify.jit import njit
-from insonify.propagation.triangle_tree import EDGE, triangle_hit
+from insonify.propagation.triangle_tree import EDGE_MARGIN, triangle_hit
 from insonify.records.legs import LegStatus
 
 Floats = NDArray[np.float64]
@@ -24,7 +24,7 @@ OFF = 1e-6
 """Distance before a face at which legs to it end [m]: less than any wavelength, more than any rounding."""
 SIDE = 32
 """Cells along each side of a light buffer."""
-_MARGIN = 8 * EDGE  # margin about each triangle, as a fraction of the solid's size: more than triangles are enlarged by
+_MARGIN = 8 * EDGE_MARGIN  # about each triangle, as a fraction of the solid's size: more than triangles are enlarged by
 _CLEAR, _OCCLUDED = int(LegStatus.CLEAR), int(LegStatus.OCCLUDED)
 
 

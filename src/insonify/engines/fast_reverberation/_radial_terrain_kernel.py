@@ -43,8 +43,8 @@ def mark_tiles(
         step_a, step_b = radials[s, column.COSINE] * spacing / cell_size, radials[s, column.SINE] * spacing / cell_size
         for k in range(sample_counts[list_rows[s]]):
             distance_steps = k + radials[s, column.FIRST_SAMPLE]
-            tile_a, tile_b = np.uint32(a + distance_steps * step_a) >> _SIX, np.uint32(b + distance_steps * step_b) >> _SIX
-            crossed[tile_a, tile_b] = True
+            tile_a, tile_b = np.uint32(a + distance_steps * step_a), np.uint32(b + distance_steps * step_b)
+            crossed[tile_a >> _SIX, tile_b >> _SIX] = True
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
