@@ -111,35 +111,35 @@ class Simulator:
 
     def fast_reverberation(self, geometry: PingGeometry) -> FastReverberation | None:
         """Fast reverberation of one ping, where it applies."""
-        return None if self.tracer is not None else self._reverberation(geometry, self.engine.choice)
+        return None if self.tracer is not None else self._reverberation(geometry, self.engine.path_settings)
 
     def label_reverberation(self, geometry: PingGeometry) -> FastReverberation | None:
         """Fast reverberation of one ping for its labels, whatever engine is recorded."""
         return self._reverberation(geometry, self._label_paths)
 
-    def _reverberation(self, geometry: PingGeometry, choice: PathSettings) -> FastReverberation | None:
+    def _reverberation(self, geometry: PingGeometry, path_settings: PathSettings) -> FastReverberation | None:
         terrain = self.engine.scene.seabed.terrain
-        uneven = delay_field(self.scenario) is not None or choice.replica_perturbations  # unlike pairs
+        uneven = delay_field(self.scenario) is not None or path_settings.replica_perturbations  # unlike pairs
         if terrain is None or terrain.span[0] == terrain.span[1] or uneven:
             return None
         # its radials follow the mean plane: off relief alone, sound comes from elsewhere
-        if all("B" in name for name in families_reaching("seabed", choice.followed_families)):
+        if all("B" in name for name in families_reaching("seabed", path_settings.followed_families)):
             return None
-        reverberation = prepare_fast_reverberation(self.engine.scene, choice, geometry, self.engine.rays)
+        reverberation = prepare_fast_reverberation(self.engine.scene, path_settings, geometry, self.engine.rays)
         return None if reverberation is None or self._terrain_hides_much else reverberation
 
     @property
     def shares_reverberation(self) -> bool:
         """True where labels and sound are expectations of the same points of the seabed."""
-        return self._label_paths is self.engine.choice
+        return self._label_paths is self.engine.path_settings
 
     @cached_property
     def _label_paths(self) -> PathSettings:
         """Path settings of the labels' seabed: those of the sound where they may be shared, else with fewer points."""
-        choice = self.engine.choice
+        path_settings = self.engine.path_settings
         if self.scenario.field == "incoherent" and self.tracer is None:
-            return choice
-        return choice.unchecked_copy(scatterers_per_cell=min(choice.scatterers_per_cell, SEABED_POINTS))
+            return path_settings
+        return path_settings.unchecked_copy(scatterers_per_cell=min(path_settings.scatterers_per_cell, SEABED_POINTS))
 
     @cached_property
     def _terrain_hides_much(self) -> bool:
@@ -463,10 +463,10 @@ def _engine(
     engine: EigenrayEngine, required: Requirements, pool: WorkerPool, reverberation: FastReverberation | None
 ) -> EigenrayEngine:
     """The eigenray engine for one sum: its contributions, its density of scatterers, its caches."""
-    changes: dict[str, Any] = {} if reverberation is None else {"choice": reverberation.remaining_choice}
-    choice = changes.get("choice", engine.choice)
-    if required.max_scatterers_per_cell < choice.scatterers_per_cell:
-        changes["choice"] = choice.unchecked_copy(scatterers_per_cell=required.max_scatterers_per_cell)
+    changes: dict[str, Any] = {} if reverberation is None else {"path_settings": reverberation.remaining_path_settings}
+    path_settings = changes.get("path_settings", engine.path_settings)
+    if required.max_scatterers_per_cell < path_settings.scatterers_per_cell:
+        changes["path_settings"] = path_settings.unchecked_copy(scatterers_per_cell=required.max_scatterers_per_cell)
     if required.quadrature:
         changes["delay_field"] = None  # an expectation is a mean over random delays
     changes |= {"approximate_edges": True} if required.approximate_edges else {}
@@ -493,7 +493,7 @@ def _labels(
         results.append(accumulator.time_series(sums))
         known = None
         if reverberation is not None and simulator.shares_reverberation:
-            remaining = reverberation.remaining_choice.contributions
+            remaining = reverberation.remaining_path_settings.contributions
             known = reverberation, recorded_sums(sums, results[-1].object_intensity[:, 0], remaining)
         seabeds.append(known)
     return concatenate_channels(results), seabeds

@@ -47,11 +47,11 @@ def quickly(simulator: Simulator, ping: int = 0) -> Floats:
     """One ping, its ground by fast reverberation, all else by the general one."""
     here, engine = simulator.ping_geometry(ping), simulator.engine
     reading = simulator.incoherent_accumulator(here)
-    ground = prepare_fast_reverberation(engine.scene, engine.choice, here, engine.rays)
+    ground = prepare_fast_reverberation(engine.scene, engine.path_settings, here, engine.rays)
     assert ground is not None
     received = reading.empty()
     ground.accumulate(map, lambda swath: reading.add_fast_reverberation(received, swath))
-    for pairs in replace(engine, choice=ground.remaining_choice).all_pairs(here, quadrature=True):
+    for pairs in replace(engine, path_settings=ground.remaining_path_settings).all_pairs(here, quadrature=True):
         reading.add(received, pairs)
     return np.asarray(reading.time_series(received))
 
@@ -199,7 +199,7 @@ def test_what_is_kept_from_ping_to_ping_follows_the_pulse() -> None:
     engine = high.engine
     plans = []
     for scene, simulator in ((engine.scene, high), (engine.scene, low), (low.engine.scene, low)):
-        ground = prepare_fast_reverberation(scene, engine.choice, simulator.ping_geometry(0), engine.rays)
+        ground = prepare_fast_reverberation(scene, engine.path_settings, simulator.ping_geometry(0), engine.rays)
         assert ground is not None
         plans.append(ground.plan)
     assert plans[1].table.absorption_octaves == plans[2].table.absorption_octaves < plans[0].table.absorption_octaves

@@ -43,7 +43,7 @@ def points_of(*targets, slant=0.15, even=False, seed=1, **changes):
     """Points of the targets of a scene at its first ping."""
     simulator = build_simulator(nominal(targets=targets, **changes))
     engine = simulator.engine
-    return target_points(engine.scene, engine.choice, seed, simulator.ping_geometry(0), slant, quadrature=even)
+    return target_points(engine.scene, engine.path_settings, seed, simulator.ping_geometry(0), slant, quadrature=even)
 
 
 def test_a_pair_off_a_lambert_bed_has_its_closed_form():

@@ -22,7 +22,9 @@ def points(importance_sampling=True, caches=None, ping=0, box=None, **changes):
     }
     ready = build_simulator(nominal(box=box, **made))
     here, engine = ready.ping_geometry(ping), ready.engine
-    blocks = ping_scatterers(engine.scene, engine.choice, 1, here, engine.rays, quadrature=True, caches=caches).blocks()
+    blocks = ping_scatterers(
+        engine.scene, engine.path_settings, 1, here, engine.rays, quadrature=True, caches=caches
+    ).blocks()
     found = [block() for block in blocks]
     place, area = (np.concatenate([getattr(one, name) for one in found]) for name in ("position", "area"))
     return place, area, here, ready
@@ -64,11 +66,11 @@ def test_points_do_not_depend_on_what_was_kept_of_other_pings():
     engine, held = ready.engine, EngineCaches()
     for ping in range(3):
         blocks = ping_scatterers(
-            engine.scene, engine.choice, 1, ready.ping_geometry(ping), engine.rays, quadrature=True, caches=held
+            engine.scene, engine.path_settings, 1, ready.ping_geometry(ping), engine.rays, quadrature=True, caches=held
         ).blocks()
         after = [block().position for block in blocks]
     fresh = ping_scatterers(
-        engine.scene, engine.choice, 1, ready.ping_geometry(2), engine.rays, quadrature=True
+        engine.scene, engine.path_settings, 1, ready.ping_geometry(2), engine.rays, quadrature=True
     ).blocks()
     for one, other in zip(after, fresh, strict=True):
         np.testing.assert_array_equal(one, other().position)
@@ -106,7 +108,7 @@ def test_a_sonar_elsewhere_reaches_the_same_points_moved():
     engine = one[3].engine
     moved = [
         block()
-        for block in ping_scatterers(engine.scene, engine.choice, 1, here, engine.rays, quadrature=True).blocks()
+        for block in ping_scatterers(engine.scene, engine.path_settings, 1, here, engine.rays, quadrature=True).blocks()
     ]
     np.testing.assert_allclose(np.concatenate([each.position for each in moved]), one[0] + way, atol=1e-9)
 

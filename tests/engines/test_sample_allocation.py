@@ -106,7 +106,7 @@ def test_pairs_that_may_interfere_share_their_points():
                 changes.setdefault(k, []).append(there[(there >= first) & (there < last)])
 
     here, engine = simulator.ping_geometry(0), simulator.engine
-    prepare_fast_reverberation(engine.scene, engine.choice, here, engine.rays).accumulate(map, add)
+    prepare_fast_reverberation(engine.scene, engine.path_settings, here, engine.rays).accumulate(map, add)
     direct, mixed, surface = (np.concatenate(changes[k]) for k in range(3))
     assert len(direct) > 1000
     np.testing.assert_array_equal(direct, mixed)

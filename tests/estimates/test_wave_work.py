@@ -112,7 +112,7 @@ def test_scatterers_between_two_platforms_have_the_area_of_the_engines():
         paths={"max_reflections": 0, "contributions": ["seabed"]},
     ))  # fmt: skip
     here, engine, scenario = simulator.ping_geometry(0), simulator.engine, simulator.scenario
-    resolution = ping_scatterers(engine.scene, engine.choice, 1, here, engine.rays).resolution
+    resolution = ping_scatterers(engine.scene, engine.path_settings, 1, here, engine.rays).resolution
     counted = points_on_boundary(here, 20.0, engine.rays, ("D",), resolution, scenario, 0.0, ())
     area = np.concatenate([block().area for block in engine.blocks(here)])
     assert counted.number @ counted.cell / counted.number.sum() == pytest.approx(area.mean(), rel=1 / 3)

@@ -34,12 +34,12 @@ def quickly(simulator):
     here, engine = simulator.ping_geometry(0), simulator.engine
     reading, ground = (
         simulator.incoherent_accumulator(here),
-        prepare_fast_reverberation(engine.scene, engine.choice, here, engine.rays),
+        prepare_fast_reverberation(engine.scene, engine.path_settings, here, engine.rays),
     )
     assert ground is not None
     received = reading.empty()
     ground.accumulate(map, lambda swath: reading.add_fast_reverberation(received, swath))
-    for pairs in replace(engine, choice=ground.remaining_choice).all_pairs(here, quadrature=True):
+    for pairs in replace(engine, path_settings=ground.remaining_path_settings).all_pairs(here, quadrature=True):
         reading.add(received, pairs)
     return reading.time_series(received)[0]
 

@@ -49,11 +49,11 @@ def test_the_engine_of_a_sum_has_its_density_and_delays(simulator):
         assert engine.delay_field is not None
         assert _engine(engine, Requirements(quadrature=False), pool, None) is engine
         expected = _engine(engine, Requirements(), pool, None)
-        assert expected.delay_field is None and expected.choice is engine.choice
+        assert expected.delay_field is None and expected.path_settings is engine.path_settings
         sparse = _engine(engine, Requirements(max_scatterers_per_cell=1.5), pool, None)
-        assert sparse.choice.scatterers_per_cell == 1.5 and engine.choice.scatterers_per_cell == 4.0
+        assert sparse.path_settings.scatterers_per_cell == 1.5 and engine.path_settings.scatterers_per_cell == 4.0
         dense = _engine(engine, Requirements(max_scatterers_per_cell=40.0), pool, None)
-        assert dense.choice is engine.choice
+        assert dense.path_settings is engine.path_settings
 
 
 def test_pings_on_one_thread_keep_their_terrain_occlusion_apart(simulator):

@@ -36,8 +36,8 @@ def made(order=0, **changes):
 def by_blocks(scenario, per_cell=8.0):
     """Labels of the first ping by the general path, from many points."""
     simulator = build_simulator(scenario)
-    paths = simulator.engine.choice.unchecked_copy(scatterers_per_cell=per_cell)
-    dense = replace(simulator, engine=replace(simulator.engine, choice=paths),
+    paths = simulator.engine.path_settings.unchecked_copy(scatterers_per_cell=per_cell)
+    dense = replace(simulator, engine=replace(simulator.engine, path_settings=paths),
                     scenario=scenario.model_copy(update={"paths": paths}))  # fmt: skip
     reading = dense.label_accumulator(dense.ping_geometry(0))
     return reading.time_series(_sums(dense, reading, dense.ping_geometry(0), SerialPool(), None))

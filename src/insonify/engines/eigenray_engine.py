@@ -72,10 +72,10 @@ BOUNDARY_ECHO_PROFILE_WIDTH = 1e-3
 
 @dataclass(frozen=True, slots=True)
 class EigenrayEngine:
-    """Eigenrays of one scene with one choice of paths."""
+    """Eigenrays of one scene with one set of path settings."""
 
     scene: Scene
-    choice: PathSettings
+    path_settings: PathSettings
     seed: int
     rays: PropagationModel
     """Propagation model of the scene."""
@@ -96,10 +96,16 @@ class EigenrayEngine:
         Returns:
             Blocks, in an order that does not depend on the number of threads.
         """
-        if not self.choice.contributions:
+        if not self.path_settings.contributions:
             return []
         sampler = ping_scatterers(
-            self.scene, self.choice, self.seed, ping_geometry, self.rays, quadrature=quadrature, caches=self.caches
+            self.scene,
+            self.path_settings,
+            self.seed,
+            ping_geometry,
+            self.rays,
+            quadrature=quadrature,
+            caches=self.caches,
         )
         return sampler.blocks()
 
@@ -126,10 +132,10 @@ class EigenrayEngine:
             block: One of `blocks(ping_geometry)`.
             include_negligible: See `pairs`.
         """
-        hull = len(hull_families(self.choice.followed_families)) if ping_geometry.hull is not None else 0
+        hull = len(hull_families(self.path_settings.followed_families)) if ping_geometry.hull is not None else 0
         for scatterers, face_count in self._by_faces(ping_geometry, block()):
-            further = hull + face_count * len(face_families(self.choice))
-            size = points_at_once(self.scene, self.choice, scatterers, further)
+            further = hull + face_count * len(face_families(self.path_settings))
+            size = points_at_once(self.scene, self.path_settings, scatterers, further)
             for start in range(0, max(len(scatterers), 1), size):
                 batch = scatterers if len(scatterers) <= size else scatterers.take(slice(start, start + size))
                 yield from self._pairs_within_budget(ping_geometry, batch, include_negligible)
@@ -186,7 +192,7 @@ class EigenrayEngine:
             if transmit is not receive:
                 _, new_receive = self._reflected(receive, ends[1], scatterers, ping_geometry)
             transmit, receive = new_transmit, new_receive
-        if self.choice.edge_diffraction == "knife-edge":
+        if self.path_settings.edge_diffraction == "knife-edge":
             new_transmit = self._diffracted(transmit, ends[0], scatterers, ping_geometry)
             if ping_geometry.is_monostatic and have_same_geometry(transmit, receive):
                 receive = new_transmit if transmit is receive else replace(receive, visibility=new_transmit.visibility)
@@ -194,7 +200,7 @@ class EigenrayEngine:
                 receive = self._diffracted(receive, ends[1], scatterers, ping_geometry)
             transmit = new_transmit
         if ping_geometry.hull is not None:
-            families = hull_families(self.choice.followed_families)
+            families = hull_families(self.path_settings.followed_families)
             transmit, receive = self._with_hull(transmit, receive, families, scatterers, ping_geometry, self.seed)
         return self._with_faces(transmit, receive, scatterers, ping_geometry)
 
@@ -208,7 +214,7 @@ class EigenrayEngine:
         weight = repeated_glint_weight(transmit, receive, pair)
         pair, weight = pair[weight > 0], weight[weight > 0]
         sampling = None if selection is None else selection.sampling_of(*_names(transmit, receive, pair))
-        is_slice = self.choice.geometry == "slice" and scatterers.boundary != "target"
+        is_slice = self.path_settings.geometry == "slice" and scatterers.boundary != "target"
         strengths = self._pair_strengths(scatterers, transmit, receive, pair, weight, ping_geometry.frequency, sampling)
         transmit, receive = legs_at_sides(transmit, receive, scatterers, self.scene)
         if is_slice:
@@ -228,7 +234,9 @@ class EigenrayEngine:
     def _boundary_echoes(self, ping_geometry: PingGeometry, transmitter: Scatterers) -> Pairs:
         """Paths from the transmitter to the receiver by reflections alone, see `insonify.engines.boundary_echoes`."""
         end, hull = ping_geometry.receive_position, ping_geometry.hull
-        families = boundary_echo_families(self.choice, two_platforms=ping_geometry.receive_track_extent is not None)
+        families = boundary_echo_families(
+            self.path_settings, two_platforms=ping_geometry.receive_track_extent is not None
+        )
         families = from_receiver(families)
         receive = self._end_legs(end, transmitter, ping_geometry, None, elements=True, families=families)
         wavelength, terrain = self._wavelength(ping_geometry, end), self.scene.seabed.terrain
@@ -241,9 +249,9 @@ class EigenrayEngine:
             )
         if self.scene.surface.reflection != "flat":
             _, receive = self._reflected(receive, end, transmitter, ping_geometry, follow_bed=False)
-            if scatters_facets(self.scene, self.choice):
+            if scatters_facets(self.scene, self.path_settings):
                 receive = without_glints(receive)
-        if self.choice.edge_diffraction == "knife-edge":
+        if self.path_settings.edge_diffraction == "knife-edge":
             exact = replace(self, approximate_edges=False)
             receive = exact._diffracted(receive, end, transmitter, ping_geometry)
         if hull is not None:
@@ -273,7 +281,7 @@ class EigenrayEngine:
 
     def faces(self, ping_geometry: PingGeometry) -> tuple[FlatFace, ...]:
         """Faces of targets off which sound is reflected on its way to other scatterers."""
-        return reflecting_faces(self.scene, self.choice, ping_geometry.frequency)
+        return reflecting_faces(self.scene, self.path_settings, ping_geometry.frequency)
 
     def _by_faces(self, ping_geometry: PingGeometry, scatterers: Scatterers) -> Iterator[tuple[Scatterers, int]]:
         """Scatterers of a block and the number of faces that light any, apart those that none does."""
@@ -296,7 +304,7 @@ class EigenrayEngine:
         if not reflects_to(face, scatterers) or not is_in_reach(face, self.scene, ping_geometry):
             return np.zeros(len(scatterers), bool)
         tall, wavelength = (
-            self.scene.seabed.depth * self.choice.max_reflections,
+            self.scene.seabed.depth * self.path_settings.max_reflections,
             self._wavelength(ping_geometry, position),
         )
         return lit_points(face, position, scatterers.position, wavelength, tall=tall)
@@ -305,7 +313,7 @@ class EigenrayEngine:
         self, transmit: Legs, receive: Legs, scatterers: Scatterers, ping_geometry: PingGeometry
     ) -> tuple[Legs, Legs]:
         """Transmit and receive legs with those by way of faces, see `insonify.engines.face_reflection`."""
-        faces, families = self.faces(ping_geometry), face_families(self.choice)
+        faces, families = self.faces(ping_geometry), face_families(self.path_settings)
         same_end = transmit is receive
         for number, face in enumerate(faces):
 
@@ -385,13 +393,13 @@ class EigenrayEngine:
             ((terrain is None or terrain.span[0] == terrain.span[1]) and ping_geometry.channel_count < MANY_CHANNELS)
             or is_bistatic
             or not is_straight
-            or not self.choice.importance_sampling
+            or not self.path_settings.importance_sampling
             or ping_geometry.hull is not None
             or self.faces(ping_geometry)
         ):
             return None
-        families = families_reaching("seabed", self.choice.followed_families)
-        if families[:1] != (DIRECT,) or self.choice.geometry == "slice":
+        families = families_reaching("seabed", self.path_settings.followed_families)
+        if families[:1] != (DIRECT,) or self.path_settings.geometry == "slice":
             return None
         beams = ping_geometry.transmit_beams, ping_geometry.receive_beams
         depths = ping_geometry.transmit_position[2], ping_geometry.receive_position[2]
@@ -418,7 +426,7 @@ class EigenrayEngine:
         if selection is not None:
             families = selection.families
         elif families is None:
-            families = self.choice.followed_families
+            families = self.path_settings.followed_families
         legs = self.rays.legs(position, scatterers, families, ping_geometry.frequency)
         if elements and ping_geometry.elements is not None:
             legs = self.rays.with_aperture_expansion(legs, position, scatterers, ping_geometry.element_extent)
@@ -443,7 +451,7 @@ class EigenrayEngine:
             frequency, float(self.scene.water.sound_speed_at(self.scene.seabed.depth))
         )
         if scatterers.boundary == "seabed" and interface is not None:
-            by_targets = self.choice.followed_families if "target" in self.choice.contributions else ()
+            by_targets = self.path_settings.followed_families if "target" in self.path_settings.contributions else ()
             section = counted_once(section, transmit, receive, pair, scatterers.normal, interface)
             section = without_face_echoes(section, transmit, receive, pair, scatterers.normal, interface, by_targets)
         strength = np.sqrt(section) * root
@@ -496,7 +504,7 @@ class EigenrayEngine:
         """Legs from one end, diffracted at the edges of targets; diffraction at terrain crests is included already."""
         return diffract_at_edges(
             legs, scatterers, position, self.scene, self._wavelength(ping_geometry, position),
-            infinitely_wide=self.choice.geometry == "slice", approximate=self.approximate_edges,
+            infinitely_wide=self.path_settings.geometry == "slice", approximate=self.approximate_edges,
         )  # fmt: skip
 
     def _with_terrain(
@@ -520,9 +528,9 @@ class EigenrayEngine:
             farthest = self.scene.water.max_sound_speed * ping_geometry.recorded_delays[1] / 2 + separation
             width = min(two_way_width(ping_geometry.transmit_beams, ping_geometry.receive_beams), MAX_CELL_WIDTH)
             gain_bound = None
-            if isinstance(self.rays, StraightRays) and self.choice.importance_sampling:
+            if isinstance(self.rays, StraightRays) and self.path_settings.importance_sampling:
                 gain_bound = straight_gain_bound(
-                    ping_geometry, terrain.depth, families_reaching("seabed", self.choice.followed_families)
+                    ping_geometry, terrain.depth, families_reaching("seabed", self.path_settings.followed_families)
                 )
             return TerrainOcclusion(
                 terrain, position, launches, farthest=farthest, wavelength=wavelength, min_profile_width=width / 3,
@@ -532,7 +540,10 @@ class EigenrayEngine:
         is_boundary_echo = scatterers.boundary == BOUNDARY_ECHO
         bearing = None if is_boundary_echo else ping_geometry.first_beam_bearing
         key = (ping_geometry.ping, position.tobytes(), bearing)
-        soft, occlusion = self.choice.edge_diffraction == "knife-edge", self.caches.terrain_occlusion.get(key, occlude)
+        soft, occlusion = (
+            self.path_settings.edge_diffraction == "knife-edge",
+            self.caches.terrain_occlusion.get(key, occlude),
+        )
         return reflect_off_relief(legs, scatterers, position, occlusion, self.scene, soft=soft, needed=needed)
 
     def _wavelength(self, ping_geometry: PingGeometry, position: Floats) -> float:

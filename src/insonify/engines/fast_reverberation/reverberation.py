@@ -94,7 +94,7 @@ class PreparedReverberation:
     """Heading of the frame of the radials [rad]."""
     farthest: float
     """Largest horizontal distance that is received [m]."""
-    remaining_choice: PathSettings
+    remaining_path_settings: PathSettings
     """Path settings without the seabed."""
     path_settings_without_targets: PathSettings
     """Path settings without seabed and targets."""
@@ -121,10 +121,10 @@ class FastReverberation:
         return self.known.plan
 
     @cached_property
-    def remaining_choice(self) -> PathSettings:
+    def remaining_path_settings(self) -> PathSettings:
         """The path settings without the seabed, and without targets that no beam reaches."""
         reaches_target = "target" in self.path_settings.contributions and self._near_a_target()
-        return self.known.remaining_choice if reaches_target else self.known.path_settings_without_targets
+        return self.known.remaining_path_settings if reaches_target else self.known.path_settings_without_targets
 
     def _near_a_target(self) -> bool:
         """Return True if any beam's gain towards any target is above the cutoff, or there is a point target."""
