@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from insonify.cli import main
+from insonify.estimates import run_cost
 from insonify.formats import shards
 from insonify.formats.zarr_store import create_recording, write_ping
 from insonify.records.recording import RecordingLayout
@@ -44,6 +45,22 @@ def test_a_plan_is_a_script(harbour: Path, capsys: pytest.CaptureFixture[str], o
         assert "run our harbour.yaml -o our harbour.zarr" in output
     assert main(["plan", str(harbour), "--tasks", "31"]) == 2
     assert "--tasks 31: the track has 30 pings. Give 30 at most" in capsys.readouterr().err
+
+
+def test_a_plan_on_a_slow_machine_gives_tasks_more_time(
+    harbour: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Ten times the pace, ten times the minutes of each task, to the minute; memory is the same."""
+    harbour.write_text(harbour.read_text().replace("pings: 1", "pings: 20000"))
+    limits = []
+    for pace in (1.0, 10.0):
+        monkeypatch.setattr(run_cost, "machine_pace", lambda pace=pace: pace)
+        assert main(["plan", str(harbour), "--tasks", "2", "--sbatch"]) == 0
+        lines = capsys.readouterr().out.splitlines()
+        hours, minutes, _ = next(line for line in lines if "--time=" in line).split("=")[1].split(":")
+        memory = next(line for line in lines if "--mem=" in line)
+        limits.append((60 * int(hours) + int(minutes), memory))
+    assert limits[1][0] == pytest.approx(10 * limits[0][0], abs=10) and limits[0][1] == limits[1][1]
 
 
 def test_a_status_names_what_is_missing(

@@ -133,6 +133,18 @@ def parts(simulator, here, families):
     )
 
 
+@pytest.mark.parametrize("sea", [{}, {"reflection": "statistical", "wind_speed": 4.0}])
+def test_a_flat_bed_has_the_fractions_of_relief_without_height(sea):
+    """Three families, two depths, smooth sea or waves: relief a nanometre high changes no fraction by 1e-6."""
+    families = ("D", "S", "B")
+    flat, level = (
+        parts(*sonar(-6.0, 5.0, seabed={"depth": 20.0, **relief}, surface=sea), families)
+        for relief in ({}, {"relief": {"kind": "power-law", "hurst": 0.8, "rms": 1e-9}})
+    )
+    assert flat.shape == (3, 3, RANGE_BINS) and (flat[..., 20:40] > 0).all()
+    np.testing.assert_allclose(flat, level, rtol=1e-6)
+
+
 @pytest.mark.parametrize(("sent", "received"), [(0.0, 0.0), (-6.0, 5.0), (7.0, -9.0)])
 def test_parts_are_those_of_the_sonar_equation(sent, received):
     """Direct and by the surface, Lambert's law, all directions, two depths: images and overlaps in time, to 3 %."""

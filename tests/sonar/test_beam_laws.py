@@ -125,6 +125,17 @@ def test_one_beam_of_a_fan_is_that_beam_alone():
         assert two_way_footprint(fan, fan)[channel] == pytest.approx(two_way_footprint(alone, alone)[0], rel=1e-5)
 
 
+@given(st.lists(st.integers(0, 36), min_size=1, max_size=12))
+def test_a_subset_has_the_gains_of_its_channels(channels):
+    """Any channels of a fan of 37, in any order, some more than once: bit for bit the rows of the whole fan."""
+    steer = tuple(np.linspace(-1.0, 1.0, 37))
+    fan = beams(PlanarArray(width=0.3, height=0.02, steer=steer, shading="hann"), FREQUENCY, SPEED)
+    some, way = fan.subset(np.array(channels)), everywhere()
+    assert some.channel_count == len(channels)
+    np.testing.assert_array_equal(some.gain(way), fan.gain(way)[channels])
+    assert some.pattern_key == fan.subset(np.array(channels)).pattern_key
+
+
 def test_a_single_beam_serves_every_channel():
     """Beside a fan, the one transmit beam is requested by any number."""
     one = line(3)
