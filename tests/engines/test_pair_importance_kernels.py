@@ -136,12 +136,12 @@ def parts(simulator, here, families):
 @pytest.mark.parametrize("sea", [{}, {"reflection": "statistical", "wind_speed": 4.0}])
 def test_a_flat_bed_has_the_fractions_of_relief_without_height(sea):
     """Three families, two depths, smooth sea or waves: relief a nanometre high changes no fraction by 1e-6."""
-    families = ("D", "S", "B")
+    families = ("D", "S", "BS")
     flat, level = (
         parts(*sonar(-6.0, 5.0, seabed={"depth": 20.0, **relief}, surface=sea), families)
         for relief in ({}, {"relief": {"kind": "power-law", "hurst": 0.8, "rms": 1e-9}})
     )
-    assert flat.shape == (3, 3, RANGE_BINS) and (flat[..., 20:40] > 0).all()
+    assert flat.shape == (3, 3, RANGE_BINS) and (flat[0, :2, 20:40] > 0).all()
     np.testing.assert_allclose(flat, level, rtol=1e-6)
 
 
