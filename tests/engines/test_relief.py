@@ -85,7 +85,7 @@ def test_the_mean_over_gentle_relief_is_that_of_its_lit_facets():
     for pairs in simulator.engine.all_pairs(here, quadrature=True):
         place = pairs.scatterers.position
         inside = (np.abs(place[:, 0]) < 4.0 * place[:, 1] / 112.0) & (place[:, 1] > 100.0) & (place[:, 1] < 112.0)
-        computed += np.sum((np.abs(pairs.out.amplitude[0]) ** 2 * pairs.strength[0])[inside] ** 2)
+        computed += np.sum((np.abs(pairs.transmit_legs.amplitude[0]) ** 2 * pairs.strength[0])[inside] ** 2)
     assert 10 * np.log10(computed / expected) == pytest.approx(0.0, abs=0.2)
 
 

@@ -298,7 +298,7 @@ def test_terrain_left_out_before_the_first_evaluated_sample_hides_nothing(famili
     """A peak as high as terrain gets hides a hole as deep as it gets, if and only if it is not left out."""
     channel = IsovelocityChannel(10.0, 20.0, 1500.0, 0.01, (19.0, 21.0))
     bounce_codes, horizon_row, launches = _bounce_tables(families)
-    images = np.array([image_depth(name, channel.source, channel.water_depth) for name in launches])
+    images = np.array([image_depth(name, channel.sonar_depth, channel.water_depth) for name in launches])
     table = FamilyTable(images, bounce_codes, horizon_row, images, np.zeros(len(images), bool), np.zeros((1, 2)),
                         np.zeros(0), 0.0)  # fmt: skip
     listed, count = 1000, 1200
@@ -323,7 +323,7 @@ def test_no_terrain_is_left_out_where_rays_rise_off_the_seabed():
     """A ray that rises off the seabed may be hidden by any terrain on its path."""
     channel = IsovelocityChannel(10.0, 20.0, 1500.0, 0.01, (19.0, 21.0))
     bounce_codes, horizon_row, launches = _bounce_tables(("D", "BS"))
-    images = np.array([image_depth(name, channel.source, channel.water_depth) for name in launches])
+    images = np.array([image_depth(name, channel.sonar_depth, channel.water_depth) for name in launches])
     rising = np.array([name.endswith("B") for name in launches])
     table = FamilyTable(images, bounce_codes, horizon_row, images, rising, np.zeros((1, 2)), np.zeros(0), 0.0)
     assert first_occluding_sample(1000, channel, table) == 0

@@ -15,7 +15,7 @@ import pytest
 import xarray as xr
 
 import insonify
-from insonify.propagation.solid_shadows import _built_tree
+from insonify.propagation.solid_shadows import _built_triangles
 from insonify.real_time import PlatformPose
 from insonify.scenario.scenario import Scenario
 from insonify.validity import PhysicsWarning
@@ -175,9 +175,9 @@ def test_layered_water_requires_depths_that_have_rays() -> None:
 def test_a_warm_up_prepares_targets_all_around() -> None:
     """A tyre abeam of a sonar that first faces north: its triangles are sorted before the first ping."""
     scenario = survey(field="incoherent", sonar={"mounting": {"bearing": 0.0, "tilt": "20 deg"}, "sides": None})
-    _built_tree.cache_clear()
+    _built_triangles.cache_clear()
     with insonify.live(scenario):
-        assert _built_tree.cache_info().currsize == 1
+        assert _built_triangles.cache_info().currsize == 1
 
 
 def test_objects_from_before_the_first_ping_are_left_out_of_garbage_collection() -> None:

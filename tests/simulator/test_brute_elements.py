@@ -64,7 +64,7 @@ def off_glints(scenario, targets):
     here = simulator.ping_geometry(0)
     legs = [simulator.engine.path_pairs(here, block()) for block in simulator.engine.blocks(here)]
     columns = {end: _images([getattr(pairs, end) for pairs in legs], place) for end, place in (
-        ("out", here.transmit_position), ("back", here.receive_position))}  # fmt: skip
+        ("transmit_legs", here.transmit_position), ("receive_legs", here.receive_position))}  # fmt: skip
     assert all(np.array_equal(one.pair, legs[0].pair) for one in legs) and len(legs) == len(targets)
     weight = [np.abs(pairs.strength[:, 0]) for pairs in legs]
     assert np.ptp(weight, axis=0).max() < 1e-12

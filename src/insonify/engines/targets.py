@@ -188,6 +188,8 @@ def target_count(
             facing = facing + min(towards, float(points.sum()) * part)
             continue
         points_reached, facing = points_reached + float(points.sum()), facing + towards
+    if _follows_direct_paths_alone(scene, path_settings, ping_geometry, rays):
+        points_reached = facing
     return TargetPointCount(points_reached, facing)
 
 
