@@ -1,6 +1,6 @@
 """Processor time and memory of single operations, by which `insonify.estimates.run_cost` prices a run.
 
-Measured on a fast x86 core of the 2020s, and scaled by `insonify.estimates.machine_pace`; `python benchmarks/run.py
+Measured on an x86 core of the 2020s, and scaled by `insonify.estimates.machine_pace`; `python benchmarks/run.py
 estimate` compares the sums with runs.
 """
 
