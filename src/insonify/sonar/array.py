@@ -5,6 +5,7 @@ equally sensitive at all elevations; a planar array also extends along `down`.
 """
 
 import math
+from functools import lru_cache
 from typing import Annotated, Literal, Self
 
 from pydantic import AfterValidator, BeforeValidator, Field
@@ -124,12 +125,18 @@ class PlanarArray(Model):
     @property
     def steers(self) -> tuple[tuple[float, float], ...]:
         """Steering directions: angle to the right of boresight and angle down [rad], one pair per beam."""
-        return tuple((angle, self.steer_down or 0.0) for angle in self.steer or (0.0,))
+        return _with_elevation(self.steer or (0.0,), self.steer_down or 0.0)
 
     def steered(self, steers: tuple[tuple[float, float], ...]) -> Self:
         """The same array with its beams at the given angles to the right and down [rad]."""
         down = steers[0][1] if self.steer_down is None else self.steer_down
         return self.unchecked_copy(steer=tuple(angle for angle, _ in steers), steer_down=down)
+
+
+@lru_cache(maxsize=16)
+def _with_elevation(angles: tuple[float, ...], down: float) -> tuple[tuple[float, float], ...]:
+    """Pairs of an angle to the right and one angle down [rad], cached because beams are many and often requested."""
+    return tuple((angle, down) for angle in angles)
 
 
 def _cone(right: float, down: float) -> float:
