@@ -3,13 +3,16 @@
 import math
 import shlex
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from insonify.cli.arguments import InputError
-from insonify.formats.locations import location
+from insonify.formats.locations import is_url, location
 from insonify.part import Part
+
+if TYPE_CHECKING:
+    from insonify.scenario.scenario import Scenario
 
 TIME_MARGIN, MEMORY_MARGIN = 2.0, 1.5
 """Requested time and memory of a task over the estimate, which is right within a factor of two [1]."""
@@ -41,6 +44,8 @@ def plan(
     pings = scenario.track.ping_count
     if tasks > pings:
         raise InputError(f"--tasks {tasks}: the track has {pings} pings. Give {pings} at most")
+    if out is not None and is_url(out):
+        _require_whole_shards(scenario, out, tasks)
     whole = estimate_cost(scenario, labels=labels, threads=1)
     task = whole.of_task(tasks).on_this_machine()
     target = out or file.with_suffix(".zarr")
@@ -66,6 +71,22 @@ def plan(
     else:
         lines = [*head, f'seq {tasks} | xargs -P "$(nproc)" -I {{}} {command} {{}}/{tasks}']
     typer.echo("\n".join(lines))
+
+
+def _require_whole_shards(scenario: "Scenario", url: str, tasks: int) -> None:
+    """Refuse more tasks than there are shards in an object store."""
+    from insonify.formats.zarr_store import shard_length
+    from insonify.scenario.recording_layout import recording_layout
+    from insonify.simulator import build_simulator
+
+    simulator = build_simulator(scenario)
+    pings = shard_length(recording_layout(scenario, simulator.platforms, simulator.grid.time))
+    shards = math.ceil(scenario.track.ping_count / pings)
+    if tasks > shards:
+        raise InputError(
+            f"--tasks {tasks}: {url} will have {shards} shard{'s' * (shards > 1)} of {pings} pings, and a task in an "
+            f"object store is whole shards. Give {shards} at most, or a folder on a common disk"
+        )
 
 
 def status(

@@ -309,13 +309,23 @@ def _open_on_disk(path: Path) -> xr.Dataset:
         return with_named_chunks(dataset, path, dict.fromkeys((*SOUND, "done"), again))
 
 
+def shard_length(layout: RecordingLayout) -> int:
+    """Pings of one shard of a recording; 1 where each ping has a file of its own.
+
+    Args:
+        layout: Layout of the recording.
+    """
+    pings, ping_samples = layout.ping_time.size, layout.steer.size * layout.time.size
+    ping_bytes = ping_samples * np.dtype(FIELDS[layout.field][0]).itemsize
+    return pings_per_shard(pings, ping_bytes, _pings_per_line(layout.line_ping, pings))
+
+
 def _build(path: Path, layout: RecordingLayout, attributes: Mapping[str, Any]) -> None:
     mine = attributes.get(IDENTITY, uuid.uuid4().hex)
     group = zarr.open_group(path, mode="w", zarr_format=3, attributes={**attributes, IDENTITY: mine})
     pings, channels, samples = layout.ping_time.size, layout.steer.size, layout.time.size
     names = ("recorded",) * bool(layout.bin_time.size)
-    line = _pings_per_line(layout.line_ping, pings)
-    shard = pings_per_shard(pings, channels * samples * np.dtype(FIELDS[layout.field][0]).itemsize, line)
+    line, shard = _pings_per_line(layout.line_ping, pings), shard_length(layout)
     for field in (layout.field, *names) if layout.keeps_field else names:
         dtype, units, long_name = FIELDS.get(field, (np.float32, layout.recorded_units, ""))
         lines, bins = layout.line_ping.size, layout.bin_time.size
