@@ -82,6 +82,30 @@ def test_points_on_targets_are_counted_before_they_are_drawn(body):
     assert estimate_cost(scenario).scatterers == pytest.approx(drawn, rel=0.2)
 
 
+@pytest.mark.parametrize("paths", [
+    {"max_reflections": 1}, {"max_reflections": 0, "edge_diffraction": "knife-edge"}, {"max_reflections": 0},
+])  # fmt: skip
+def test_points_that_face_away_are_counted_where_they_may_be_reached(paths):
+    """A box: with reflections or diffraction all of its points are followed, by direct paths those that face the sonar.
+
+    The estimate has as many, to a tenth.
+    """
+    box = {"shape": "box", "size": (2, 1, 1), "position": (0, 40)}
+    changes = {"contributions": ["target"], **paths}
+    scenario = nominal(targets=[box], track={"window": (0.02, 0.1)}, paths=changes)
+    simulator = build_simulator(scenario)
+    here = simulator.ping_geometry(0)
+    blocks = [block() for block in simulator.engine.blocks(here)]
+    towards = [np.sum((here.transmit_position - block.position) * block.normal, axis=1) > 0 for block in blocks]
+    facing = np.concatenate(towards)
+    assert facing.all() == (paths == {"max_reflections": 0})
+    resolution = ping_scatterers(scenario.scene, scenario.paths, 1, here, simulator.engine.rays).resolution
+    found = target_count(
+        scenario.scene, scenario.paths, here, resolution.slant_resolution, simulator.engine.rays, resolution
+    )
+    assert found == pytest.approx((len(facing), facing.sum()), rel=0.1)
+
+
 @pytest.mark.parametrize(("east", "received"), [(-50.0, False), (50.0, True), (400.0, False)])
 def test_targets_out_of_beams_and_window_cost_nothing(east, received):
     """A cylinder behind the baffle of a sonar that looks east, before it, and beyond the window."""
