@@ -69,7 +69,7 @@ def test_cells_of_a_light_buffer_hold_few_triangles():
     """Most cells of a drum's light buffer list no more than 8 of its several hundred triangles."""
     built = solid_shadows._scene_triangles(SCENE.solids, SCENE.seabed, 0)
     buffer = light_buffer(np.array([0.0, 0.0, 8.0]), built.extent[0, :3], built.of_solid[0])
-    count = np.diff(buffer.first)
+    count = np.diff(buffer.cell_offsets)
     assert len(built.of_solid[0]) > 300
     assert np.median(count[count > 0]) <= 8
     assert (count == 0).mean() > 0.05

@@ -20,7 +20,7 @@ from insonify.records.legs import LegStatus
 Floats = NDArray[np.float64]
 Integers = NDArray[Any]
 
-OFF = 1e-6
+LEG_END_OFFSET = 1e-6
 """Distance before a face at which legs to it end [m]: less than any wavelength, more than any rounding."""
 SIDE = 32
 """Cells along each side of a light buffer."""
@@ -41,9 +41,9 @@ class LightBuffer(NamedTuple):
     """Cells per unit of both coordinates, (2,)."""
     nearest: Floats
     """Least distance along the first axis of the triangles of each cell [m], (SIDE^2,)."""
-    first: Integers
-    """First triangle of each cell in the list, and their number, (SIDE^2 + 1,)."""
-    listed: Integers
+    cell_offsets: Integers
+    """Offset of each cell in `cell_triangles`, and their number, (SIDE^2 + 1,)."""
+    cell_triangles: Integers
     """Triangles of one cell after another, (any,)."""
 
 
@@ -73,24 +73,24 @@ def light_buffer(source: Floats, middle: Floats, corners: Floats) -> LightBuffer
     for a in range(2):
         low[1 + a] -= 2 * margin
         per_unit[a] = SIDE / (high[1 + a] + 2 * margin - low[1 + a])
-    first, nearest = np.zeros(SIDE * SIDE + 1, np.int64), np.full(SIDE * SIDE, np.inf)
+    cell_offsets, nearest = np.zeros(SIDE * SIDE + 1, np.int64), np.full(SIDE * SIDE, np.inf)
     spans, rows = np.empty((count, SIDE, 2), np.int16), np.empty((count, 2), np.int16)
     for t in range(count):
         _cells_of_triangle(projected[t], low, per_unit, margin, spans[t], rows[t])
         distance = min(projected[t, 0, 0], projected[t, 1, 0], projected[t, 2, 0]) * (1 - margin)
         for row in range(rows[t, 0], rows[t, 1]):
             for cell in range(row * SIDE + spans[t, row, 0], row * SIDE + spans[t, row, 1]):
-                first[cell + 1] += 1
+                cell_offsets[cell + 1] += 1
                 nearest[cell] = min(nearest[cell], distance)
     for cell in range(SIDE * SIDE):
-        first[cell + 1] += first[cell]
-    listed, following = np.empty(first[-1], np.int32), first[:-1].copy()
+        cell_offsets[cell + 1] += cell_offsets[cell]
+    cell_triangles, following = np.empty(cell_offsets[-1], np.int32), cell_offsets[:-1].copy()
     for t in range(count):
         for row in range(rows[t, 0], rows[t, 1]):
             for cell in range(row * SIDE + spans[t, row, 0], row * SIDE + spans[t, row, 1]):
-                listed[following[cell]] = t
+                cell_triangles[following[cell]] = t
                 following[cell] += 1
-    return LightBuffer(corners, axes, low, per_unit, nearest, first, listed)
+    return LightBuffer(corners, axes, low, per_unit, nearest, cell_offsets, cell_triangles)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -158,7 +158,7 @@ def occlude_direct_legs(
         solid_row: Row of the solid.
         rows: Indices of the points to process, (r,).
         points: Scatterers [m], (n, 3).
-        normals: Unit normals, (n, 3); legs end `OFF` before a point, on the side that its normal faces.
+        normals: Unit normals, (n, 3); legs end `LEG_END_OFFSET` before a point, on the side that its normal faces.
         status: `LegStatus`, changed for occluded legs, (n,).
         occluder: Set to the solid for occluded legs, (n,).
     """
@@ -167,9 +167,9 @@ def occlude_direct_legs(
     for n in rows:
         if status[n] != _CLEAR:
             continue
-        north = points[n, 0] + OFF * normals[n, 0] - source[0]
-        east = points[n, 1] + OFF * normals[n, 1] - source[1]
-        down = points[n, 2] + OFF * normals[n, 2] - source[2]
+        north = points[n, 0] + LEG_END_OFFSET * normals[n, 0] - source[0]
+        east = points[n, 1] + LEG_END_OFFSET * normals[n, 1] - source[1]
+        down = points[n, 2] + LEG_END_OFFSET * normals[n, 2] - source[2]
         distance = axes[0, 0] * north + axes[0, 1] * east + axes[0, 2] * down
         if distance < low[0]:
             continue
@@ -181,9 +181,9 @@ def occlude_direct_legs(
         if distance < buffer.nearest[cell]:
             continue
         is_hit = 0 <= triangle_hit(corners[likely], start, step) <= 1
-        for k in range(buffer.first[cell], buffer.first[cell + 1] if not is_hit else 0):
-            if 0 <= triangle_hit(corners[buffer.listed[k]], start, step) <= 1:
-                is_hit, likely = True, buffer.listed[k]
+        for k in range(buffer.cell_offsets[cell], buffer.cell_offsets[cell + 1] if not is_hit else 0):
+            if 0 <= triangle_hit(corners[buffer.cell_triangles[k]], start, step) <= 1:
+                is_hit, likely = True, buffer.cell_triangles[k]
                 break
         if is_hit:
             status[n], occluder[n] = _OCCLUDED, solid_row

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from insonify.jit import njit
 from insonify.propagation._image_source_kernel import FoldedLegs
-from insonify.propagation._light_buffer_kernel import OFF
+from insonify.propagation._light_buffer_kernel import LEG_END_OFFSET
 from insonify.propagation.triangle_tree import TriangleTree, Vector, inverse_step, lowest_solid
 from insonify.records.legs import LegStatus
 
@@ -48,15 +48,15 @@ def occlude_legs(
         tree: Triangles of the solids.
         rows: Indices of the points to process, (r,).
         points: Scatterers [m], (n, 3).
-        normals: Unit normals, (n, 3); segments end `OFF` before a point, on the side that its normal faces.
+        normals: Unit normals, (n, 3); segments end `LEG_END_OFFSET` before a point, on the side that its normal faces.
         status: `LegStatus`, changed for occluded legs, (f, n).
         occluder: Set to the lowest solid for occluded legs, (f, n).
     """
     likely = -1  # neighbouring legs mostly hit the same triangle
     for n in rows:
-        x = points[n, 0] + OFF * normals[n, 0]
-        y = points[n, 1] + OFF * normals[n, 1]
-        z = points[n, 2] + OFF * normals[n, 2]
+        x = points[n, 0] + LEG_END_OFFSET * normals[n, 0]
+        y = points[n, 1] + LEG_END_OFFSET * normals[n, 1]
+        z = points[n, 2] + LEG_END_OFFSET * normals[n, 2]
         # Seen from above legs of all families follow one line: most points end here; a single leg is tested once.
         if legs.image_depths.size > 1 and _misses_all_leaves(tree, legs.source, x, y):
             continue

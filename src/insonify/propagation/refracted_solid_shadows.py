@@ -7,7 +7,7 @@ body an arc is replaced by chords, to fractions of a millimetre.
 import numpy as np
 from numpy.typing import NDArray
 
-from insonify.propagation._light_buffer_kernel import OFF
+from insonify.propagation._light_buffer_kernel import LEG_END_OFFSET
 from insonify.propagation._refracted_box_shadow import ray_depths_along_range
 from insonify.propagation._refracted_legs_kernel import HorizontalGeometry, RefractedLegs, bodies_passed_over
 from insonify.propagation.families import bounce_sequence, family_bounces
@@ -51,7 +51,7 @@ def occlude_refracted_row(
     position, distance = geometry.source, geometry.distance
     slowness, departure = legs.slowness[row], legs.departure[row]
     status, occluder = legs.status[row], legs.occluder[row]
-    ends = scatterers.position + OFF * scatterers.normal
+    ends = scatterers.position + LEG_END_OFFSET * scatterers.normal
     points, bodies, enter, leave = bodies_passed_over(position, ends, bounds, status)
     for body in np.unique(bodies):
         mine = bodies == body
