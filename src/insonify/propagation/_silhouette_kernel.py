@@ -18,10 +18,17 @@ from insonify.propagation.knife_edge_kernel import (
 )
 
 Floats = NDArray[np.float64]
+Singles = NDArray[np.float32]
 Integers = NDArray[Any]
 
 NARROWING = 0.7
 """Factor of the Fresnel number in the variable of `edge_fields`: degree 12 is then within 3e-6 [1]."""
+LANES = 8
+"""Single-precision numbers in a vector register; loops over fewer are evaluated one by one [1]."""
+_SINE = tuple(np.float32(c) for c in (1.5707963, -0.64596410, 0.079692626, -4.6817541e-3, 1.6044118e-4, -3.5988432e-6))
+_COSINE = tuple(
+    np.float32(c) for c in (-1.2337006, 0.25366951, -0.020863481, 9.1926027e-4, -2.5202042e-5, 4.7108748e-7)
+)
 
 
 class Silhouette(NamedTuple):
@@ -53,16 +60,34 @@ class SolidScreen(NamedTuple):
 
 
 class Outline(NamedTuple):
-    """Silhouette as `blocked_part` reads it, c columns."""
+    """Silhouette as `blocked_part` reads it: c columns, of which b have a base above the seabed.
 
-    x: Floats
-    """Borders of the columns along the bearing of its middle [m], shape (c + 1,)."""
-    y: Floats
-    """Borders across that bearing [m], shape (c + 1,)."""
+    Arrays of edges are filled up to a multiple of `LANES` with their last value: m borders and tops, q bases.
+    """
+
+    borders: Floats
+    """Borders of the columns along and across the bearing of its middle [m], shape (2, m)."""
     bearings: Floats
     """Bearings of the borders re that [rad], shape (c + 1,)."""
     columns: Floats
-    """Its columns as in `Silhouette`, transposed, shape (6, c)."""
+    """Its columns as in `Silhouette`, shape (c, 6)."""
+    tops: Floats
+    """Distance and depth of the top of each column [m], shape (2, m)."""
+    bases: Floats
+    """Distance and depth of the bases above the seabed [m], shape (2, q)."""
+    base_row: Integers
+    """Row of the base of each column in `bases`; -1 for a column that stands on the seabed, shape (c,)."""
+
+
+class EdgeScratch(NamedTuple):
+    """Fresnel numbers of the edges of an `Outline`, and the fields past them, to overwrite for each leg."""
+
+    numbers: Singles
+    """Fresnel numbers of m sides, m tops and q bases [1], shape (2 m + q,)."""
+    real: Singles
+    """Real parts of the fields [1], shape (2 m + q,)."""
+    imag: Singles
+    """Imaginary parts [1], shape (2 m + q,)."""
 
 
 class RayEnd(NamedTuple):
@@ -134,7 +159,7 @@ def silhouette_columns(corners: Floats, bearing: Floats, borders: Floats, column
 @njit(cache=True, nogil=True, error_model="numpy")
 def diffract_around_solid(
     rows: Integers, legs: DiffractedLegs, f: int, water_depth: float, wavelength: float, screen: SolidScreen,
-    polynomials: Floats,
+    polynomials: Singles,
 ) -> None:  # fmt: skip
     """Multiply the diffraction factor of one solid into the visibility of the legs of one family.
 
@@ -145,16 +170,17 @@ def diffract_around_solid(
         water_depth: Depth of the bottom [m].
         wavelength: Wavelength of the sound [m].
         screen: The solid.
-        polynomials: Polynomials of `edge_fields`.
+        polynomials: Polynomials of `edge_fields`, (2, 13).
     """
     position, points, arrival, length = legs.position, legs.points, legs.arrival[f], legs.length[f]
     status, visibility, max_fresnel_number = legs.status[f], legs.visibility[f], screen.max_fresnel_number
-    centre_bearing, borders, border_ranges, columns = screen.silhouette
+    centre_bearing, borders, _, columns = screen.silhouette
     nearest, axis_n, axis_e = np.min(columns[:, 4]), math.cos(centre_bearing), math.sin(centre_bearing)
     farthest, highest = max(np.max(columns[:, 0]), np.max(columns[:, 5])), np.min(columns[:, 1])
-    border_x, border_y = border_ranges * np.cos(borders), border_ranges * np.sin(borders)
-    outline = Outline(border_x, border_y, borders, np.ascontiguousarray(columns.T))
-    numbers, fields = np.empty((4, borders.size)), np.empty((6, borders.size))
+    outline = outline_of(screen.silhouette, screen.bed_depth)
+    border_x, border_y = outline.borders[0, : borders.size], outline.borders[1, : borders.size]
+    size = 2 * outline.tops.shape[1] + outline.bases.shape[1]
+    scratch = EdgeScratch(np.empty(size, np.float32), np.empty(size, np.float32), np.empty(size, np.float32))
     for n in rows:
         is_cut_here = status[n] == OCCLUDED and legs.occluder[f, n] == screen.row
         horizontal = math.sqrt(arrival[n, 0] ** 2 + arrival[n, 1] ** 2)
@@ -186,19 +212,40 @@ def diffract_around_solid(
         ):
             continue
         blocked, is_visible = blocked_part(
-            end, PlanView(reach, segment_length, cosine, sine), wavelength, screen, outline, polynomials,
-            (numbers, fields),
-        )  # fmt: skip
+            end, PlanView(reach, segment_length, cosine, sine), wavelength, screen, outline, polynomials, scratch
+        )
         if is_cut_here:
             visibility[n] = 1 - blocked if is_visible else 0j
         else:
             visibility[n] *= 1 - blocked
 
 
+@njit(cache=True, nogil=True, error_model="numpy")
+def outline_of(silhouette: Silhouette, bed_depth: float) -> Outline:
+    """Silhouette as `blocked_part` reads it; a base counts as standing on the seabed from a depth on [m]."""
+    _, bearings, border_ranges, columns = silhouette
+    count = columns.shape[0]
+    base_row, rows, filled = np.full(count, -1, np.int64), np.zeros(count + LANES, np.int64), 0
+    for k in range(count):
+        if columns[k, 3] < bed_depth:
+            base_row[k], rows[filled:] = filled, k
+            filled += 1
+    size, base_size = (count // LANES + 1) * LANES, (filled + LANES - 1) // LANES * LANES
+    borders, tops, bases = np.empty((2, size)), np.empty((2, size)), np.empty((2, base_size))
+    for k in range(size):
+        border, column = min(k, count), min(k, count - 1)
+        borders[0, k] = border_ranges[border] * math.cos(bearings[border])
+        borders[1, k] = border_ranges[border] * math.sin(bearings[border])
+        tops[0, k], tops[1, k] = columns[column, 0], columns[column, 1]
+    for k in range(base_size):
+        bases[0, k], bases[1, k] = columns[rows[k], 2], columns[rows[k], 3]
+    return Outline(borders, bearings, columns, tops, bases, base_row)
+
+
 @njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
 def blocked_part(
-    end: RayEnd, view: PlanView, wavelength: float, screen: SolidScreen, outline: Outline, polynomials: Floats,
-    scratch: tuple[Floats, Floats],
+    end: RayEnd, view: PlanView, wavelength: float, screen: SolidScreen, outline: Outline, polynomials: Singles,
+    scratch: EdgeScratch,
 ) -> tuple[complex, bool]:  # fmt: skip
     """Part of a ray's pressure that a silhouette takes away, and True where its last segment crosses a column.
 
@@ -209,56 +256,73 @@ def blocked_part(
         screen: The solid.
         outline: Its silhouette.
         polynomials: Polynomials of `edge_fields`.
-        scratch: Two arrays to overwrite, (4, c + 1) and (6, c + 1).
+        scratch: Arrays to overwrite.
     """
     reach, segment_length, cosine, sine = view
     c, bearings, turn = outline.columns, outline.bearings, math.atan2(sine, cosine)
-    count, (side, top, base, behind), fields = c.shape[1], scratch[0], scratch[1]
-    for k in range(count + 1):
-        behind[k] = reach - (outline.x[k] * cosine + outline.y[k] * sine)
-        off = outline.y[k] * cosine - outline.x[k] * sine
-        number = edge_fresnel_number(off, behind[k] / end.horizontal_component, end.length, wavelength)
-        side[k] = number if behind[k] > 0 else math.copysign(ENDLESS, off)
-    screen_fresnel_numbers(end, reach, wavelength, c[0], c[1], top)
-    edge_fields(side, polynomials, fields[0], fields[1])
-    edge_fields(top[:count], polynomials, fields[2], fields[3])
-    if np.min(c[3]) < screen.bed_depth:
-        screen_fresnel_numbers(end, reach, wavelength, c[2], c[3], base)
-        edge_fields(base[:count], polynomials, fields[4], fields[5])
+    (numbers, real, imag), top = scratch, outline.tops.shape[1]
+    side_fresnel_numbers(end, view, wavelength, outline.borders, numbers[:top])
+    screen_fresnel_numbers(end, reach, wavelength, outline.tops, numbers[top : 2 * top])
+    screen_fresnel_numbers(end, reach, wavelength, outline.bases, numbers[2 * top :])
+    edge_fields(numbers, polynomials, real, imag)
     blocked, is_visible = 0j, False
-    for k in range(count):
+    for k in range(c.shape[0]):
         crosses = bearings[k] <= turn <= bearings[k + 1]
-        is_inside = crosses and c[4, k] < reach < c[5, k]
-        if is_inside or behind[k + 1] >= segment_length:
+        is_inside = crosses and c[k, 4] < reach < c[k, 5]
+        behind = reach - (outline.borders[0, k + 1] * cosine + outline.borders[1, k + 1] * sine)
+        if is_inside or behind >= segment_length:
             is_visible = is_visible and not is_inside
-        elif reach > c[0, k]:
-            if top[k] > -FAR:
-                across = complex(fields[0, k] - fields[0, k + 1], fields[1, k] - fields[1, k + 1])
+        elif reach > c[k, 0]:
+            if numbers[top + k] > -FAR:
+                across = complex(real[k] - real[k + 1], imag[k] - imag[k + 1])
                 if screen.infinitely_wide:
                     across = 1 + 0j if bearings[k] <= turn < bearings[k + 1] else 0j
-                below = (
-                    complex(fields[4, k], fields[5, k]) if c[3, k] < screen.bed_depth and reach > c[2, k] else 1 + 0j
-                )
-                blocked += across * (below - complex(fields[2, k], fields[3, k]))
+                base = 2 * top + outline.base_row[k]
+                passes_below = outline.base_row[k] >= 0 and reach > c[k, 2]
+                below = complex(real[base], imag[base]) if passes_below else 1 + 0j
+                blocked += across * (below - complex(real[top + k], imag[top + k]))
             is_visible = is_visible or crosses
     return blocked, is_visible
 
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
-def screen_fresnel_numbers(
-    end: RayEnd, reach: float, wavelength: float, distances: Floats, depths: Floats, numbers: Floats
-) -> None:
-    """Write the `screen_fresnel_number` of edges at horizontal distances from the sonar [m] and depths [m], (n,)."""
-    depth, slope, horizontal, length = end
-    for k in range(distances.size):
-        numbers[k] = screen_fresnel_number(
-            depth, slope, horizontal, reach - distances[k], depths[k], length, wavelength
-        )
+def side_fresnel_numbers(end: RayEnd, view: PlanView, wavelength: float, borders: Floats, numbers: Singles) -> None:
+    """Write Fresnel numbers of upright sides at the borders of an `Outline`; `ENDLESS` beyond the end of the ray."""
+    reach, _, cosine, sine = view
+    for k in range(borders.shape[1]):
+        behind = reach - (borders[0, k] * cosine + borders[1, k] * sine)
+        off = np.float32(borders[1, k] * cosine - borders[0, k] * sine)
+        size = fresnel_number_size(off, np.float32(behind / end.horizontal_component), end.length, wavelength)
+        size = size if behind > 0 else np.float32(ENDLESS)
+        numbers[k] = size if off >= 0 else -size
 
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
-def edge_fields(numbers: Floats, polynomials: Floats, real: Floats, imag: Floats) -> None:
+def screen_fresnel_numbers(end: RayEnd, reach: float, wavelength: float, edges: Floats, numbers: Singles) -> None:
+    """Write the `screen_fresnel_number` of edges at horizontal distances from the sonar and depths [m], (2, n)."""
+    for k in range(edges.shape[1]):
+        behind = reach - edges[0, k]
+        off = np.float32((end.depth - behind * end.slope - edges[1, k]) * end.horizontal_component)
+        size = fresnel_number_size(off, np.float32(behind / end.horizontal_component), end.length, wavelength)
+        numbers[k] = size if off >= 0 else -size
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def fresnel_number_size(edge_offset: float, distance_behind: float, length: float, wavelength: float) -> float:
+    """Size of `knife_edge_kernel.edge_fresnel_number` in single precision, in a form that compilers vectorise."""
+    shortest = np.float32(wavelength)
+    behind = max(distance_behind, shortest)
+    before = max(np.float32(length) - behind, shortest)
+    square = edge_offset * edge_offset
+    first_sum, second_sum = math.sqrt(square + behind * behind) + behind, math.sqrt(square + before * before) + before
+    return math.sqrt(np.float32(4 / wavelength) * square * (first_sum + second_sum) / (first_sum * second_sum))
+
+
+@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
+def edge_fields(numbers: Singles, polynomials: Singles, real: Singles, imag: Singles) -> None:
     """Fields past half planes, as `knife_edge_kernel.edge_diffraction` to 3e-6, in a loop that compilers vectorise.
+
+    Sine and cosine are Taylor's series of the quarter turns from the nearest even number, at most one.
 
     Args:
         numbers: Fresnel numbers, (n,).
@@ -267,29 +331,29 @@ def edge_fields(numbers: Floats, polynomials: Floats, real: Floats, imag: Floats
         imag: Result: imaginary parts [1], (n or more,).
     """
     p, q = polynomials
+    one, two, half = np.float32(1), np.float32(2), np.float32(0.5)
+    s0, s1, s2, s3, s4, s5 = _SINE
+    c0, c1, c2, c3, c4, c5 = _COSINE
     for k in range(numbers.size):
         size = abs(numbers[k])
-        t = 1 / (1 + NARROWING * size)
-        x = 2 * t - 1
+        t = one / (one + np.float32(NARROWING) * size)
+        x = two * t - one
         a, b = t * polynomial(p, x), t * polynomial(q, x)
-        quarter_turns = size * size
-        whole_turns = np.floor(quarter_turns + 0.5)
-        angle = math.pi / 2 * (quarter_turns - whole_turns)
+        half_turns = half * size * size
+        whole = np.floor(half_turns + half)
+        angle = two * (half_turns - whole)
         y = angle * angle
-        sine_part = angle * (1 + y * (-1 / 6 + y * (1 / 120 + y * (-1 / 5040 + y * (1 / 362880)))))
-        cosine_part = 1 + y * (-1 / 2 + y * (1 / 24 + y * (-1 / 720 + y * (1 / 40320 - y * (1 / 3628800)))))
-        quadrant = whole_turns - 4 * np.floor(whole_turns / 4)
-        is_odd = (quadrant == 1) | (quadrant == 3)
-        cosine, sine = (sine_part if is_odd else cosine_part), (cosine_part if is_odd else sine_part)
-        cosine = -cosine if (quadrant == 1) | (quadrant == 2) else cosine
-        sine = -sine if quadrant >= 2 else sine
+        sine = angle * (s0 + y * (s1 + y * (s2 + y * (s3 + y * (s4 + y * s5)))))
+        cosine = one + y * (c0 + y * (c1 + y * (c2 + y * (c3 + y * (c4 + y * c5)))))
+        sign = one - two * two * (half * whole - np.floor(half * whole))  # -1 after an odd number of half turns
+        a, b = sign * a, sign * b
         field_real, field_imag = a * cosine + b * sine, b * cosine - a * sine
-        real[k] = field_real if numbers[k] >= 0 else 1 - field_real
+        real[k] = field_real if numbers[k] >= 0 else one - field_real
         imag[k] = field_imag if numbers[k] >= 0 else -field_imag
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def polynomial(p: Floats, x: float) -> float:
+def polynomial(p: Singles, x: float) -> float:
     """Polynomial of degree 12 with coefficients from the constant on."""
     high = p[7] + x * (p[8] + x * (p[9] + x * (p[10] + x * (p[11] + x * p[12]))))
     return p[0] + x * (p[1] + x * (p[2] + x * (p[3] + x * (p[4] + x * (p[5] + x * (p[6] + x * high))))))

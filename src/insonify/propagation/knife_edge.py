@@ -70,14 +70,14 @@ def edge_diffraction_table() -> NDArray[np.complex128]:
 
 
 @lru_cache(maxsize=1)
-def edge_polynomials() -> NDArray[np.float64]:
+def edge_polynomials() -> NDArray[np.float32]:
     """Polynomials in 2 t - 1 of its real and imaginary part over t = 1 / (1 + `NARROWING` number), shape (2, 13)."""
     x = np.polynomial.chebyshev.chebpts1(13)
     t = (x + 1) / 2
     number = (1 / t - 1) / NARROWING
     field = knife_edge(number) * np.exp(1j * np.pi / 2 * number**2) / t
     fits = (np.polynomial.chebyshev.chebfit(x, part, 12) for part in (field.real, field.imag))
-    rows = np.array([np.polynomial.chebyshev.cheb2poly(fit) for fit in fits])
+    rows = np.array([np.polynomial.chebyshev.cheb2poly(fit) for fit in fits], np.float32)
     rows.flags.writeable = False  # shared by all pings
     return rows
 
