@@ -111,8 +111,8 @@ def target_points(
 def _follows_direct_paths_alone(
     scene: Scene, path_settings: PathSettings, ping_geometry: PingGeometry, rays: PropagationModel | None
 ) -> bool:
-    """True where legs to targets are straight lines from the ends of the sonar, with hard edges."""
-    is_direct = path_settings.followed_families == (DIRECT,) and path_settings.edge_diffraction == "none"
+    """True where legs to targets are straight lines from the ends of the sonar; edges change only their visibility."""
+    is_direct = path_settings.followed_families == (DIRECT,)
     is_plain = ping_geometry.hull is None and not reflecting_faces(scene, path_settings, ping_geometry.frequency)
     return is_direct and is_plain and isinstance(rays, StraightRays)
 
