@@ -9,6 +9,7 @@ from insonify.propagation import solid_shadows
 from insonify.propagation._light_buffer_kernel import light_buffer
 from insonify.propagation.families import families_up_to
 from insonify.propagation.image_sources import image_legs, leg_occlusion
+from insonify.recent_results import RecentResults
 from insonify.records.legs import LegStatus
 from insonify.scattering.point_target import PointTargetLaw
 from insonify.scene.scatterers import Scatterers
@@ -60,9 +61,24 @@ def test_light_buffers_find_the_shadows_of_the_triangle_tree(seed, north, depth)
 def test_a_sonar_beside_a_solid_has_no_light_buffer(monkeypatch, position, uses):
     """A central projection needs all of a solid ahead of the sonar; one beside a drum, or in it, takes the tree."""
     made = []
+    monkeypatch.setattr(solid_shadows, "_BUFFERS", RecentResults(8))
     monkeypatch.setattr(solid_shadows, "light_buffer", lambda *a: made.append(light_buffer(*a)) or made[-1])
     direct_legs(position, *places_about(1, 4000))
     assert len(made) == uses
+    direct_legs(position, *places_about(2, 4000))  # other points: the same light buffers
+    assert len(made) == uses
+
+
+def test_triangles_beyond_a_point_are_not_tested():
+    """Of legs to the near side of a rock, none hits a triangle farther than its end; the least distances are exact."""
+    source = np.array([0.0, 0.0, 8.0])
+    built = solid_shadows._scene_triangles(SCENE.solids, SCENE.seabed, 0)
+    buffer = light_buffer(source, built.extent[2, :3], built.of_solid[2])
+    sides = built.of_solid[2].reshape(-1, 3, 3)
+    corners = sides[:, :1] + np.concatenate([np.zeros_like(sides[:, :1]), sides[:, 1:]], axis=1)
+    distance = ((corners - source) @ buffer.axes[0]).min(axis=1)
+    assert (buffer.triangle_nearest <= distance).all()
+    np.testing.assert_allclose(buffer.triangle_nearest, distance, rtol=1e-4)
 
 
 def test_cells_of_a_light_buffer_hold_few_triangles():

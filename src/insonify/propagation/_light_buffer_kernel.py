@@ -41,6 +41,8 @@ class LightBuffer(NamedTuple):
     """Cells per unit of both coordinates, (2,)."""
     nearest: Floats
     """Least distance along the first axis of the triangles of each cell [m], (SIDE^2,)."""
+    triangle_nearest: Floats
+    """Least distance along the first axis of each triangle [m], (t,)."""
     cell_offsets: Integers
     """Offset of each cell in `cell_triangles`, and their number, (SIDE^2 + 1,)."""
     cell_triangles: Integers
@@ -75,9 +77,11 @@ def light_buffer(source: Floats, middle: Floats, corners: Floats) -> LightBuffer
         per_unit[a] = SIDE / (high[1 + a] + 2 * margin - low[1 + a])
     cell_offsets, nearest = np.zeros(SIDE * SIDE + 1, np.int64), np.full(SIDE * SIDE, np.inf)
     spans, rows = np.empty((count, SIDE, 2), np.int16), np.empty((count, 2), np.int16)
+    triangle_nearest = np.empty(count)
     for t in range(count):
         _cells_of_triangle(projected[t], low, per_unit, margin, spans[t], rows[t])
         distance = min(projected[t, 0, 0], projected[t, 1, 0], projected[t, 2, 0]) * (1 - margin)
+        triangle_nearest[t] = distance
         for row in range(rows[t, 0], rows[t, 1]):
             for cell in range(row * SIDE + spans[t, row, 0], row * SIDE + spans[t, row, 1]):
                 cell_offsets[cell + 1] += 1
@@ -90,7 +94,7 @@ def light_buffer(source: Floats, middle: Floats, corners: Floats) -> LightBuffer
             for cell in range(row * SIDE + spans[t, row, 0], row * SIDE + spans[t, row, 1]):
                 cell_triangles[following[cell]] = t
                 following[cell] += 1
-    return LightBuffer(corners, axes, low, per_unit, nearest, cell_offsets, cell_triangles)
+    return LightBuffer(corners, axes, low, per_unit, nearest, triangle_nearest, cell_offsets, cell_triangles)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -182,8 +186,9 @@ def occlude_direct_legs(
             continue
         is_hit = 0 <= triangle_hit(corners[likely], start, step) <= 1
         for k in range(buffer.cell_offsets[cell], buffer.cell_offsets[cell + 1] if not is_hit else 0):
-            if 0 <= triangle_hit(corners[buffer.cell_triangles[k]], start, step) <= 1:
-                is_hit, likely = True, buffer.cell_triangles[k]
+            triangle = buffer.cell_triangles[k]
+            if buffer.triangle_nearest[triangle] <= distance and 0 <= triangle_hit(corners[triangle], start, step) <= 1:
+                is_hit, likely = True, triangle
                 break
         if is_hit:
             status[n], occluder[n] = _OCCLUDED, solid_row

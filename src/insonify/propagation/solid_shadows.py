@@ -16,6 +16,7 @@ from insonify.propagation._light_buffer_kernel import LightBuffer, light_buffer,
 from insonify.propagation._solid_shadow_kernel import occlude_legs, solids_along
 from insonify.propagation.bounding_cylinders import points_near_cylinders, union
 from insonify.propagation.triangle_tree import TriangleTree, triangle_tree
+from insonify.recent_results import Identity, RecentResults
 from insonify.scene.scatterers import Scatterers
 from insonify.scene.scene import Scene
 from insonify.scene.seabed import Seabed
@@ -29,6 +30,8 @@ MIN_LEGS_PER_TRIANGLE = 1.0
 MIN_DISTANCE = 0.75
 """Least distance of a sonar from the middle of a solid with a light buffer, over the solid's diagonal [1]."""
 _TREE_LOCK = Lock()
+_BUFFERS: RecentResults[LightBuffer] = RecentResults(64)
+"""Light buffers of the last few positions: the seabed and a solid's own points use the same."""
 
 
 class SceneTriangles(NamedTuple):
@@ -112,7 +115,12 @@ def _light_buffers(
     middle, size = built.extent[:, :3], built.extent[:, 3]
     if (np.linalg.norm(middle[near] - source, axis=1) < MIN_DISTANCE * size[near]).any():
         return None
-    return [(built.first_row + k, behind[k], light_buffer(source, middle[k], built.of_solid[k])) for k in near]
+
+    def buffer_of(k: int) -> LightBuffer:
+        key = Identity(built.of_solid[k]), tuple(source.tolist())
+        return _BUFFERS.get(key, lambda: light_buffer(source, middle[k], built.of_solid[k]))
+
+    return [(built.first_row + k, behind[k], buffer_of(k)) for k in near]
 
 
 def occluders_of_paths(scene: Scene, polylines: Floats, *, with_boxes: bool = False) -> NDArray[np.int16]:
