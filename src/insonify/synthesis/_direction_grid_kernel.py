@@ -4,7 +4,7 @@ Along the direction cosine to an array's right an echo is spread over a few rows
 few cells in time. So an echo costs the same for any number of beams. Plain numbers and arrays.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,6 +27,7 @@ from insonify.synthesis._waveform_basis_kernel import basis_weights, deposit_wav
 
 Floats = NDArray[np.float64]
 Singles = NDArray[np.float32]
+Reals = NDArray[np.floating[Any]]
 _TAPS = tap_coefficients()
 _FAST = {"contract", "reassoc", "nsz", "arcp"}
 _CELLS = 256
@@ -208,47 +209,50 @@ def _deposit_rows(cells: NDArray[np.complex64], sort_buffer: RowSortBuffer, buff
 
 
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
-def combine_rows(rows_in: Singles, weights: Singles, beams: Singles) -> None:
+def combine_rows(rows_in: Reals, weights: Singles, beams: Singles) -> None:
     """Weighted sums of rows: a matrix product, without the blocks that hold nothing or have no weight.
 
-    Rows outside the received sector, and times before the first echo and after the last, are empty.
+    Rows outside the received sector, and times before the first echo and after the last, are empty. The filled rows of
+    a block of times are copied next to each other: at the stride of a whole row most of the cache would stay unused.
 
     Args:
         rows_in: Rows of the grid, (rows, n); rows are a multiple of 4.
         weights: Weight of each row in each beam, (beams, rows).
         beams: Result, (beams, n).
     """
-    filled = np.empty(rows_in.shape[0] // 4, np.int64)
+    filled, block = np.empty(rows_in.shape[0] // 4, np.int64), np.empty((rows_in.shape[0], _CELLS), np.float32)
     has_weight = np.empty(((weights.shape[0] + 3) // 4, rows_in.shape[0] // 4), np.bool_)
     for group in range(has_weight.shape[0]):
-        for block in range(has_weight.shape[1]):
-            has_weight[group, block] = weights[4 * group : 4 * group + 4, 4 * block : 4 * block + 4].any()
+        for r in range(has_weight.shape[1]):
+            has_weight[group, r] = weights[4 * group : 4 * group + 4, 4 * r : 4 * r + 4].any()
+    grouped_beams = weights.shape[0] // 4 * 4
     for begin in range(0, rows_in.shape[1], _CELLS):
         end = min(begin + _CELLS, rows_in.shape[1])
         count = 0
         for r in range(0, weights.shape[1], 4):
-            if rows_in[r : r + 4, begin:end].any():
+            block[4 * count : 4 * count + 4, : end - begin] = rows_in[r : r + 4, begin:end]
+            if block[4 * count : 4 * count + 4, : end - begin].any():
                 filled[count] = r
                 count += 1
         beams[:, begin:end] = 0
-        grouped_beams = weights.shape[0] // 4 * 4
         for beam in range(0, grouped_beams, 4):
-            for r in filled[:count]:
-                if has_weight[beam // 4, r // 4]:
-                    _add_to_four_beams(rows_in, r, weights, beam, beams, begin, end)
+            for k in range(count):
+                if has_weight[beam // 4, filled[k] // 4]:
+                    _add_to_four_beams(block[4 * k : 4 * k + 4], filled[k], weights, beam, beams, begin, end)
         for beam in range(grouped_beams, weights.shape[0]):
-            for r in filled[:count]:
-                if has_weight[beam // 4, r // 4]:
-                    _add_to_beam(rows_in, r, weights, beam, beams, begin, end)
+            for k in range(count):
+                if has_weight[beam // 4, filled[k] // 4]:
+                    _add_to_beam(block[4 * k : 4 * k + 4], filled[k], weights, beam, beams, begin, end)
 
 
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
 def _add_to_four_beams(
-    rows_in: Singles, r: int, weights: Singles, beam: int, beams: Singles, begin: int, end: int
+    four_rows: Singles, r: int, weights: Singles, beam: int, beams: Singles, begin: int, end: int
 ) -> None:
     """Add four rows from row r on to four beams: each is read a quarter as often as for one beam after the other."""
-    row_a, row_b = rows_in[r, begin:end], rows_in[r + 1, begin:end]
-    row_c, row_d = rows_in[r + 2, begin:end], rows_in[r + 3, begin:end]
+    count = end - begin
+    row_a, row_b = four_rows[0, :count], four_rows[1, :count]
+    row_c, row_d = four_rows[2, :count], four_rows[3, :count]
     w0, w1 = weights[beam, r : r + 4], weights[beam + 1, r : r + 4]
     w2, w3 = weights[beam + 2, r : r + 4], weights[beam + 3, r : r + 4]
     a0, b0, c0, d0 = w0[0], w0[1], w0[2], w0[3]
@@ -257,7 +261,7 @@ def _add_to_four_beams(
     a3, b3, c3, d3 = w3[0], w3[1], w3[2], w3[3]
     beam_0, beam_1 = beams[beam, begin:end], beams[beam + 1, begin:end]
     beam_2, beam_3 = beams[beam + 2, begin:end], beams[beam + 3, begin:end]
-    for k in range(end - begin):
+    for k in range(count):
         a, b, c, d = row_a[k], row_b[k], row_c[k], row_d[k]
         beam_0[k] += a0 * a + b0 * b + c0 * c + d0 * d
         beam_1[k] += a1 * a + b1 * b + c1 * c + d1 * d
@@ -266,11 +270,14 @@ def _add_to_four_beams(
 
 
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
-def _add_to_beam(rows_in: Singles, r: int, weights: Singles, beam: int, beams: Singles, begin: int, end: int) -> None:
+def _add_to_beam(
+    four_rows: Singles, r: int, weights: Singles, beam: int, beams: Singles, begin: int, end: int
+) -> None:
     """Add four rows from row r on to one beam."""
+    count = end - begin
     a, b, c, d = weights[beam, r], weights[beam, r + 1], weights[beam, r + 2], weights[beam, r + 3]
-    row_a, row_b = rows_in[r, begin:end], rows_in[r + 1, begin:end]
-    row_c, row_d = rows_in[r + 2, begin:end], rows_in[r + 3, begin:end]
+    row_a, row_b = four_rows[0, :count], four_rows[1, :count]
+    row_c, row_d = four_rows[2, :count], four_rows[3, :count]
     one_beam = beams[beam, begin:end]
-    for k in range(end - begin):
+    for k in range(count):
         one_beam[k] += a * row_a[k] + b * row_b[k] + c * row_c[k] + d * row_d[k]

@@ -68,8 +68,7 @@ class DirectionPowers(NamedTuple):
 
     def to_beams(self, sums: NDArray[Real]) -> NDArray[Real]:
         """Sums of all beams from those of the rows, added in single precision, shape (rows, ...) to (beams, ...)."""
-        row_sums = sums.reshape(len(sums), -1).astype(np.float32, copy=False)
-        beams = _combined(row_sums, self.beam_powers)
+        beams = _combined(sums.reshape(len(sums), -1), self.beam_powers)
         return beams.reshape(len(beams), *sums.shape[1:]).astype(sums.dtype, copy=False)
 
     def to_beams_by_lobes(self, sums: NDArray[Real]) -> NDArray[Real]:
@@ -81,7 +80,7 @@ class DirectionPowers(NamedTuple):
         return beams.reshape(len(beams), *sums.shape[1:]).astype(sums.dtype, copy=False)
 
 
-def _combined(rows: Singles, weights: Singles) -> Singles:
+def _combined(rows: NDArray[Real], weights: Singles) -> Singles:
     """Weighted sums of rows, (rows, n) to (beams, n)."""
     beams = np.empty((len(weights), rows.shape[1]), np.float32)
     combine_rows(rows, weights, beams)
