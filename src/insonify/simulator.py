@@ -436,11 +436,12 @@ def _sums(
     """
     required = accumulator.requirements
     engine = simulator.tracer if required.rays else _engine(simulator.engine, required, pool, reverberation)
-    blocks = engine.blocks(geometry, quadrature=required.quadrature)
+    blocks, first = engine.blocks(geometry, quadrature=required.quadrature), accumulator.empty()
+    count = min(parts_of(getattr(first, "nbytes", 0)), len(blocks)) if blocks else 0
 
-    def blocks_sum(some: list[Any]) -> Any:
-        buffer = accumulator.empty()
-        for block in some:
+    def blocks_sum(part: int) -> Any:
+        buffer = accumulator.empty() if part else first
+        for block in blocks[part::count]:
             for pairs in engine.pair_batches(geometry, block, include_negligible=required.negligible_pairs):
                 accumulator.add(buffer, pairs)
         return buffer
@@ -450,13 +451,12 @@ def _sums(
         cast(IncoherentAccumulator | LabelAccumulator, accumulator).add_fast_reverberation(buffer, samples)
         return buffer
 
-    count = min(parts_of(getattr(accumulator.empty(), "nbytes", 0)), len(blocks)) if blocks else 0
-    buffers = [reduce(iadd, pool.map(blocks_sum, [blocks[k::count] for k in range(count)]))] if count else []
+    buffers = [reduce(iadd, pool.map(blocks_sum, range(count)))] if count else []
     if known is not None:
         buffers.append(known)
     elif reverberation is not None:
         buffers.append(reduce(iadd, reverberation.accumulate(pool.map, samples_sum, labelled=required.origins)))
-    return reduce(iadd, buffers) if buffers else accumulator.empty()
+    return reduce(iadd, buffers) if buffers else first
 
 
 def _engine(

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from insonify.engines._polar_grid_kernel import GOLDEN, kept_points
 from insonify.engines.polar_grid import RINGS_PER_TILE, PolarGrid
 from insonify.engines.resolution import Resolution, receivable_range, two_way_gain_bound
 from insonify.propagation.families import families_reaching
@@ -140,3 +141,25 @@ def test_ground_that_rises_is_received_from_nearer_and_from_farther():
     _, here, received, simulator = rings()
     more = receivable_range(here, DEPTH, simulator.engine.rays, ("D",), rise=2.0)
     assert more.nearest < received.nearest and more.farthest > received.farthest
+
+
+def test_points_lie_in_the_cells_of_their_keys():
+    """At every kept cell: one point, between its rings and its sectors, at its bearing to rounding; areas add up."""
+    tiles, rings, sectors, slant, height, azimuth = np.array([[3, 2], [5, 0]]), 8, 6, 0.25, 4.0, 0.01
+    keep = np.random.default_rng(3).uniform(0.2, 1, (2, 4, sectors))
+    shape = len(tiles) * rings * sectors
+    position, area, key = np.empty((shape, 2)), np.empty(shape), np.empty(shape, np.uint64)
+    origin = 12.0, -5.0, 0.7
+    count = kept_points(tiles, keep, rings, slant, height, azimuth, origin, position, area, key)
+    assert 0.3 * shape < count < 0.9 * shape
+    ring, sector = (key[:count] >> np.uint64(29)).astype(int), (key[:count] % np.uint64(1 << 29)).astype(int)
+    assert len(set(key[:count].tolist())) == count
+    offset = position[:count] - origin[:2]
+    reach, turn = np.hypot(np.linalg.norm(offset, axis=1), height), np.arctan2(offset[:, 1], offset[:, 0]) - origin[2]
+    assert (reach >= ring * slant - 1e-9).all() and (reach <= (ring + 1) * slant + 1e-9).all()
+    shift = (ring + 0.5) * GOLDEN
+    np.testing.assert_allclose(turn, (sector + shift - np.floor(shift)) * azimuth, rtol=0, atol=1e-12)
+    tile = (ring >= 5 * rings).astype(int)
+    cell = np.diff(np.maximum((ring[:, None] + [0, 1]) * slant, height) ** 2, axis=1)[:, 0] / 2 * azimuth
+    probability = keep[tile, ring % rings // 2, sector - tiles[tile, 1] * sectors]
+    np.testing.assert_allclose(area[:count] * probability, cell, rtol=1e-12)

@@ -6,7 +6,7 @@ import finufft
 import numpy as np
 import pytest
 
-from insonify.synthesis._gridding import deposit_energy, deposit_pressure
+from insonify.synthesis._gridding import deposit_energy, deposit_energy_on_rows, deposit_pressure
 from insonify.synthesis.time_grid import convolve_energy, convolve_pulse, time_grid
 from synthesis.oracle import RATE, carried, pulse_spectrum, relative_rms, series, spikes
 
@@ -137,3 +137,21 @@ def test_mean_power_is_the_energy():
     expected = convolve_energy(energies, grid, pulse_spectrum(grid.frequencies))[0]
     strong = expected > 0.1 * expected.max()
     np.testing.assert_allclose(power[strong], expected[strong], rtol=0.05)
+
+
+def test_energies_on_rows_are_shared_by_the_distance_to_both():
+    """Single-precision cells of five rows: what double-precision cells of two rows hold, weighted, to rounding."""
+    draw = np.random.default_rng(4)
+    delay, energy, row = (
+        draw.uniform(GRID.start, GRID.start + 0.01, 400),
+        draw.uniform(0, 2, 400),
+        draw.uniform(0, 4, 400),
+    )
+    expected = GRID.energy_cells(5)
+    for k in range(5):
+        share = np.maximum(1 - np.abs(row - k), 0)
+        deposit_energy(expected[k], GRID.first_time, GRID.energy_rate, delay, energy * share)
+    found = np.zeros(expected.shape, np.float32)
+    deposit_energy_on_rows(found, GRID.first_time, GRID.energy_rate, delay, energy, row)
+    assert np.count_nonzero(found) > 1000
+    np.testing.assert_allclose(found, expected, rtol=0, atol=2e-6 * expected.max())

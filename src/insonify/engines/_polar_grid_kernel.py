@@ -74,7 +74,14 @@ def kept_points(
     """
     pieces, sectors = keep_probability.shape[1], keep_probability.shape[2]
     rings_per_piece, n = rings // pieces, 0
+    cosine, sine, across = np.empty(sectors), np.empty(sectors), np.empty(sectors)
     for t in range(tiles.shape[0]):
+        first = tiles[t, 1] * sectors
+        for j in range(sectors):
+            cosine[j] = math.cos(origin[2] + (first + j) * azimuth)
+            sine[j] = math.sin(origin[2] + (first + j) * azimuth)
+            across[j] = (first + j + 0.5) * GOLDEN
+            across[j] -= math.floor(across[j])
         for k in range(rings):
             ring = tiles[t, 0] * rings + k
             inner, outer = max(ring * slant, height), (ring + 1) * slant
@@ -82,17 +89,16 @@ def kept_points(
                 continue
             own, shift = (outer * outer - inner * inner) / 2 * azimuth, (ring + 0.5) * GOLDEN
             shift -= math.floor(shift)
+            cos_shift, sin_shift = math.cos(shift * azimuth), math.sin(shift * azimuth)
             for j in range(sectors):
-                cell_probability, sector = (keep_probability[t, k // rings_per_piece, j], tiles[t, 1] * sectors + j)
-                if priority(ring, sector) >= cell_probability:
+                cell_probability = keep_probability[t, k // rings_per_piece, j]
+                if priority(ring, first + j) >= cell_probability:
                     continue
-                across = (sector + 0.5) * GOLDEN
-                reach = inner + (outer - inner) * (across - math.floor(across))
+                reach = inner + (outer - inner) * across[j]
                 distance = math.sqrt(max(reach * reach - height * height, 0.0))
-                bearing = origin[2] + (sector + shift) * azimuth
-                position[n, 0] = origin[0] + distance * math.cos(bearing)
-                position[n, 1] = origin[1] + distance * math.sin(bearing)
+                position[n, 0] = origin[0] + distance * (cosine[j] * cos_shift - sine[j] * sin_shift)
+                position[n, 1] = origin[1] + distance * (sine[j] * cos_shift + cosine[j] * sin_shift)
                 area[n] = own / cell_probability
-                key[n] = np.uint64(ring << 29 | sector)
+                key[n] = np.uint64(ring << 29 | (first + j))
                 n += 1
     return n

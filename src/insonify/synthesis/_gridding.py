@@ -96,7 +96,7 @@ def deposit_energy(
 
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
 def deposit_energy_on_rows(
-    cells: NDArray[np.float64], first_time: float, cell_rate: float, delay: NDArray[np.float64],
+    cells: NDArray[np.float32], first_time: float, cell_rate: float, delay: NDArray[np.float64],
     energy: NDArray[np.float64], row: NDArray[np.float64],
 ) -> None:  # fmt: skip
     """Energies of echoes from many directions, each shared among the two rows beside its own.

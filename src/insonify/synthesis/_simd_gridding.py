@@ -316,14 +316,16 @@ def mix_nodes(
 
 @intrinsic
 def add_real_spike(typingctx: Any, cells: Any, first_cell: Any, fraction: Any, weight: Any) -> Any:
-    """cells[first_cell ...] += kernel(fraction) * weight; all float64."""
+    """cells[first_cell ...] += kernel(fraction) * weight; float64, cells possibly float32."""
 
     def codegen(context: Any, builder: Any, signature: Any, args: Any) -> Any:
         cells, first_cell, fraction, weight = args
         data = cgutils.create_struct_proxy(signature.args[0])(context, builder, cells).data
         kernel = _kernel_cells(builder, fraction)
         addend = builder.fmul(kernel, _splat(builder, weight, CELLS_PER_SPIKE), flags=("contract",))
-        _add_to(builder, builder.gep(data, [first_cell]), kernel.type, addend, 8)
+        if data.type.pointee != kernel.type.element:
+            addend = builder.fptrunc(addend, _vector(data.type.pointee, CELLS_PER_SPIKE))
+        _add_to(builder, builder.gep(data, [first_cell]), addend.type, addend, 4)
         return context.get_dummy_value()
 
     _require_contiguous(cells)

@@ -43,6 +43,7 @@ from insonify.synthesis.time_grid import EnergyFilter, TimeGrid, convolve_energy
 from insonify.units import amplitude_ratio
 
 Floats = NDArray[np.float64]
+Singles = NDArray[np.float32]
 Complexes = NDArray[np.complex128]
 SAME_DELAY = 1e-10
 """Delays closer than this share one pulse: phases are in the weights, and no envelope changes so fast [s]."""
@@ -65,7 +66,7 @@ class IntensityBuffer:
     """Intensity of groups of interfering arrivals, at the output samples, shape (channels, samples)."""
     specular_sums: list[SpecularSums] = field(default_factory=list)
     """Arrivals of the last smooth target, whose blocks may be incomplete; none or one."""
-    rows: Floats | None = None
+    rows: Singles | None = None
     """Energies of single arrivals for all beams, by direction, shape (rows, cells); None: no rows."""
 
     @property
@@ -110,9 +111,11 @@ class IncoherentAccumulator:
     def empty(self) -> IntensityBuffer:
         """Empty buffer."""
         channels = self.ping_geometry.channel_count
-        rows = None if self.directions is None else self.grid.energy_cells(self.directions.beam_powers.shape[1])
-        samples = np.zeros((channels, self.grid.sample_count))
-        return IntensityBuffer(self.grid.energy_cells(channels), samples, rows=rows)
+        cells, samples = self.grid.energy_cells(channels), np.zeros((channels, self.grid.sample_count))
+        rows = None
+        if self.directions is not None:
+            rows = np.zeros((self.directions.beam_powers.shape[1], cells.shape[1]), np.float32)
+        return IntensityBuffer(cells, samples, rows=rows)
 
     def add(self, energies: IntensityBuffer, pairs: Pairs) -> None:
         """Add the mean intensity of one block of scatterers."""
@@ -121,7 +124,7 @@ class IncoherentAccumulator:
         else:
             self.add_weighted(energies, pairs, *self.weights(pairs))
 
-    def _add_to_rows(self, rows: Floats, pairs: Pairs) -> None:
+    def _add_to_rows(self, rows: Singles, pairs: Pairs) -> None:
         """Add the energies of scatterers with one pair of legs each, about their directions."""
         assert self.directions is not None
         direction = receive_directions(pairs, self.ping_geometry)
