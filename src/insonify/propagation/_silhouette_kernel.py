@@ -308,11 +308,11 @@ def screen_fresnel_numbers(end: RayEnd, reach: float, wavelength: float, edges: 
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def fresnel_number_size(edge_offset: float, distance_behind: float, length: float, wavelength: float) -> float:
+def fresnel_number_size(edge_offset: Any, distance_behind: Any, length: float, wavelength: float) -> Any:
     """Size of `knife_edge_kernel.edge_fresnel_number` in single precision, in a form that compilers vectorise."""
     shortest = np.float32(wavelength)
-    behind = max(distance_behind, shortest)
-    before = max(np.float32(length) - behind, shortest)
+    behind: Any = max(distance_behind, shortest)
+    before: Any = max(np.float32(length) - behind, shortest)
     square = edge_offset * edge_offset
     first_sum, second_sum = math.sqrt(square + behind * behind) + behind, math.sqrt(square + before * before) + before
     return math.sqrt(np.float32(4 / wavelength) * square * (first_sum + second_sum) / (first_sum * second_sum))
