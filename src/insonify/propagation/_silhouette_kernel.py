@@ -322,7 +322,7 @@ def fresnel_number_size(edge_offset: Any, distance_behind: Any, length: float, w
 def edge_fields(numbers: Singles, polynomials: Singles, real: Singles, imag: Singles) -> None:
     """Fields past half planes, as `knife_edge_kernel.edge_diffraction` to 3e-6, in a loop that compilers vectorise.
 
-    Sine and cosine are Taylor's series of the quarter turns from the nearest even number, at most one.
+    Sine and cosine are Taylor's series of the angle from the nearest multiple of half a cycle.
 
     Args:
         numbers: Fresnel numbers, (n,).
