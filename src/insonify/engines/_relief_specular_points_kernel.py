@@ -181,20 +181,51 @@ def gradients_at_nodes(depth: Floats, margin: int, terrain: TerrainSpline, ends:
         ends: Ends of the paths.
         gradient: Filled: by north and by east [1], (2, a - 2 margin, b - 2 margin).
     """
-    c, half = terrain.coefficients, 1 / (12 * terrain.step)
+    is_homogeneous = ends.water.depth.size == 0
+    path_gradient = np.zeros((3, gradient.shape[2]))
     for i in range(gradient.shape[1]):
-        for j in range(gradient.shape[2]):
-            a, b = i + margin, j + margin
-            north1 = (c[a + 1, b - 1] - c[a - 1, b - 1] + c[a + 1, b + 1] - c[a - 1, b + 1]) * half
-            north1 += 4 * (c[a + 1, b] - c[a - 1, b]) * half
-            east1 = (c[a - 1, b + 1] - c[a - 1, b - 1] + c[a + 1, b + 1] - c[a + 1, b - 1]) * half
-            east1 += 4 * (c[a, b + 1] - c[a, b - 1]) * half
-            north, east = terrain.north + a * terrain.step, terrain.east + b * terrain.step
-            begin_gradient = _path_gradient(north, east, depth[a, b], ends.begin, ends.water)
-            stop_gradient = _path_gradient(north, east, depth[a, b], ends.stop, ends.water)
-            down = begin_gradient[2] + stop_gradient[2]
-            gradient[0, i, j] = begin_gradient[0] + stop_gradient[0] + down * north1
-            gradient[1, i, j] = begin_gradient[1] + stop_gradient[1] + down * east1
+        a, path_gradient[:] = i + margin, 0
+        row, north = depth[a, margin : margin + gradient.shape[2]], terrain.north + a * terrain.step
+        first_east = terrain.east + margin * terrain.step
+        for end in (ends.begin, ends.stop):
+            if is_homogeneous:
+                _add_straight_gradients(row, north, first_east, terrain.step, end, path_gradient)
+                continue
+            for j in range(row.size):
+                one = _path_gradient(north, first_east + j * terrain.step, row[j], end, ends.water)
+                for k in range(3):
+                    path_gradient[k, j] += one[k]
+        _add_slopes(terrain, a, margin, path_gradient, gradient[0, i], gradient[1, i])
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _add_straight_gradients(
+    depth: Floats, north: float, first_east: float, step: float, end: Floats, path_gradient: Floats
+) -> None:
+    """Add the gradients of straight paths from an end to a row of nodes, by north, east and depth [1], (3, n)."""
+    by_north, by_east, by_depth = path_gradient[0], path_gradient[1], path_gradient[2]
+    x, first, down = north - end[0], first_east - end[1], end[2]
+    for j in range(depth.size):
+        y, z = first + j * step, depth[j] - down
+        per_length = 1 / math.sqrt(x * x + y * y + z * z)
+        by_north[j] += x * per_length
+        by_east[j] += y * per_length
+        by_depth[j] += z * per_length
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _add_slopes(
+    terrain: TerrainSpline, row: int, margin: int, path_gradient: Floats, by_north: Floats, by_east: Floats
+) -> None:
+    """Write the gradient over the ground at a row of its nodes: horizontal, and vertical times the slopes [1], (n,)."""
+    half, before = 1 / (12 * terrain.step), margin - 1
+    low, same, high = terrain.coefficients[row - 1], terrain.coefficients[row], terrain.coefficients[row + 1]
+    low, same, high = low[before:], same[before:], high[before:]
+    for j in range(by_north.size):
+        north1 = (high[j] - low[j] + high[j + 2] - low[j + 2] + 4 * (high[j + 1] - low[j + 1])) * half
+        east1 = (low[j + 2] - low[j] + high[j + 2] - high[j] + 4 * (same[j + 2] - same[j])) * half
+        by_north[j] = path_gradient[0, j] + path_gradient[2, j] * north1
+        by_east[j] = path_gradient[1, j] + path_gradient[2, j] * east1
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
