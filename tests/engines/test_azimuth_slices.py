@@ -45,7 +45,7 @@ def test_every_point_lies_in_the_slice_that_passes_it(count, received):
         zone = np.searchsorted(cut.edges, seen.distance[points])
         assert len(set(zone.tolist())) == 1  # all of one zone, as far as its lines reach
         assert lines.depth.shape[1] * terrain_occlusion.step >= seen.distance[points].max()
-        off = np.abs(np.angle(np.exp(1j * (azimuth[points] - heading - lines.turn[rows]))))
+        off = np.abs(np.angle(np.exp(1j * (azimuth[points] - heading - lines.bearing[rows]))))
         half = np.pi / cut.counts[zone[0]]
         weak = off > half + 1e-7
         assert np.all(off < (4 * half if received else half) + 1e-7)
@@ -120,7 +120,7 @@ def test_zones_do_not_depend_on_how_far_is_requested():
     distance, azimuth = np.linspace(0.5, 59.5, 200), np.linspace(-3, 3, 200)
     for points in (slice(None, 100), slice(100, None)):
         cut = [
-            {(int(at), float(lines.turn[row])) for lines, computed, rows in one.profile_groups(azimuth[points],
+            {(int(at), float(lines.bearing[row])) for lines, computed, rows in one.profile_groups(azimuth[points],
             distance[points])
              for at, row in zip(computed, rows, strict=True)}
             for one in (near, far)
@@ -173,5 +173,5 @@ def test_concurrent_threads_read_the_same_ground():
     with ThreadPoolExecutor(8) as pool:
         found = list(pool.map(lambda position: described(together, position), places))
     np.testing.assert_array_equal(found, [described(alone, position) for position in places])
-    sizes = [sum(len(lines.depth) for lines in one.profiles._lines) for one in (alone, together)]
+    sizes = [sum(len(lines.depth) for lines in one.profiles._batches) for one in (alone, together)]
     assert sizes[0] == sizes[1]

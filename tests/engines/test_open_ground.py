@@ -7,10 +7,9 @@ from hypothesis import strategies as st
 
 from insonify.engines._terrain_diffraction_kernel import (
     NEGLIGIBLE_CHANGE,
-    LaunchHorizon,
     LineRays,
     diffract_over_crests,
-    find_crests,
+    launch_horizon,
     negligible_beyond,
     surely_unobstructed,
 )
@@ -23,11 +22,7 @@ STEP, WAVE = 0.25, 0.015
 def crests_of(depth: np.ndarray, image: np.float32) -> int:
     """Number of crests along lines, by the walk."""
     distance = (np.arange(depth.shape[1], dtype=np.float32) + 1) * np.float32(STEP)
-    launch = (depth - image) / distance
-    bound, crest = np.empty_like(launch), np.empty(launch.shape, np.int32)
-    crests = np.empty((len(launch), launch.shape[1] // 2 + 1, 4), np.float32)
-    find_crests(launch, distance, False, WAVE, bound, crest, crests)
-    return int(crest.max()) + 1
+    return int(launch_horizon((depth - image) / distance, distance, False, WAVE).last_crest.max()) + 1
 
 
 @given(st.integers(0, 10**6), st.floats(0.0, 0.1), st.floats(2.0, 60.0))
@@ -114,14 +109,13 @@ def test_crests_are_where_the_skyline_stops_sinking(seed: int, rising: bool) -> 
     launch = ((8 + rng.standard_normal((4, 120)).cumsum(axis=1) / 20) / distance).astype(np.float32)
     launch[rng.random(launch.shape) < 0.05] = np.nan
     by_hand = [walked_by_hand(line.astype(float), distance.astype(float), rising) for line in launch]
-    bound, crest = np.empty_like(launch), np.empty(launch.shape, np.int32)
-    crest_rows = np.empty((4, 61, 4), np.float32)
-    find_crests(launch, distance, rising, WAVE, bound, crest, crest_rows)
+    _, bound, crest, computed = launch_horizon(launch, distance, rising, WAVE)
     for s, (lowest, last, crests) in enumerate(by_hand):
         np.testing.assert_array_equal(bound[s], np.array(lowest, np.float32))
         np.testing.assert_array_equal(crest[s], last)
-        np.testing.assert_allclose(crest_rows[s, : len(crests), :3], np.reshape(crests, (-1, 3)), rtol=1e-5)
-        assert np.all(crest_rows[s, : len(crests), 3] > 0)
+        columns = [computed[name][s, : len(crests)] for name in ("sample", "launch_slope", "trough_depth")]
+        np.testing.assert_allclose(np.transpose(columns), np.reshape(crests, (-1, 3)), rtol=1e-5)
+        assert np.all(computed["negligible_beyond"][s, : len(crests)] > 0)
 
 
 def test_a_ray_to_ground_is_one_of_that_launch() -> None:
@@ -129,18 +123,17 @@ def test_a_ray_to_ground_is_one_of_that_launch() -> None:
     rng = np.random.default_rng(5)
     distance = (np.arange(400, dtype=np.float32) + 1) * np.float32(STEP)
     launch = ((8 + rng.standard_normal((2, 400)).cumsum(axis=1) / 30) / distance).astype(np.float32)
-    bound, crest, crests = np.empty_like(launch), np.empty(launch.shape, np.int32), np.empty((2, 201, 4), np.float32)
-    find_crests(launch, distance, False, WAVE, bound, crest, crests)
+    horizon = launch_horizon(launch, distance, False, WAVE)
     points, rows = np.arange(700), np.repeat([0, 1], 350)
     sample = np.tile(np.arange(20, 370), 2)
     reach, steep = distance[sample].astype(float), launch[rows, sample].astype(float)
     expected = []
     for ground in (True, False):
         lit, left = np.ones(700, bool), np.ones(700, complex)
-        horizon, rays = LaunchHorizon(launch, bound, crest, crests), LineRays(rows, points, steep, reach, lit, left)
+        rays = LineRays(rows, points, steep, reach, lit, left)
         diffract_over_crests(horizon, STEP, rays, reach, WAVE, edge_diffraction_table(), ground, True)
         expected.append((lit, left))
-    hidden = steep > bound[rows, sample]
+    hidden = steep > horizon.horizon[rows, sample]
     np.testing.assert_array_equal(expected[0][0], ~hidden)
     assert 0.1 < hidden.mean() < 0.9 and np.abs(expected[0][1] - 1).max() > 0.3
     np.testing.assert_allclose(expected[0][1], expected[1][1], atol=1e-6)

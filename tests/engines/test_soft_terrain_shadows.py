@@ -27,7 +27,9 @@ def lay_on_terrain(terrain_occlusion, family, distance):
     sine = (-1 if bounce_sequence(family).startswith("S") else 1) * tangent / np.hypot(1, tangent)
     left = np.empty((1, len(distance)), complex)
     depth, groups = np.full(distance.shape, DEPTH), terrain_occlusion.profile_groups(np.zeros(len(distance)), distance)
-    lit = terrain_occlusion.visible((family,), distance, sine[None], depth, groups, on_terrain=True, left=left)
+    lit = terrain_occlusion.visible(
+        (family,), distance, sine[None], depth, groups, on_terrain=True, diffraction_factor=left
+    )
     return lit[0], left[0]
 
 

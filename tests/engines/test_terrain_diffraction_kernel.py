@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from insonify.engines._terrain_diffraction_kernel import (
+    CREST,
     MAX_CRESTS,
     NEGLIGIBLE_CHANGE,
     CrestRay,
@@ -11,7 +12,7 @@ from insonify.engines._terrain_diffraction_kernel import (
     LineRays,
     diffract_over_crests,
     diffract_rising_rays,
-    find_crests,
+    launch_horizon,
     negligible_beyond,
     strongest_crest_factor,
     surely_unobstructed,
@@ -22,18 +23,14 @@ from insonify.propagation.knife_edge_kernel import ENDLESS, crest_diffraction_fa
 WAVELENGTH, STEP = 0.015, 0.5
 
 
-def found_along(launch, *, rising=False):
-    """LaunchHorizon, number of the last crest, and crests of some lines; launches that are no numbers are set."""
-    launch = np.array(launch, np.float32)
-    distance = ((np.arange(launch.shape[1]) + 1) * STEP).astype(np.float32)
-    bound, crest = np.empty_like(launch), np.empty(launch.shape, np.int32)
-    crests = np.full((len(launch), launch.shape[1] // 2 + 1, 4), np.nan, np.float32)
-    find_crests(launch, distance, rising, WAVELENGTH, bound, crest, crests)
-    return launch, distance, bound, crest, crests
+def horizon_along(slope, *, rising=False):
+    """Launch horizon of some lines with samples every `STEP`."""
+    slope = np.array(slope, np.float32)
+    return launch_horizon(slope, ((np.arange(slope.shape[1]) + 1) * STEP).astype(np.float32), rising, WAVELENGTH)
 
 
 def lines_of_ground(seed, count, samples):
-    """LaunchAngles of straight rays from 9 m above rough ground, with some that are unknown and some that are even."""
+    """Launch slopes of straight rays from 9 m above rough ground, with some that are unknown and some that are even."""
     rng = np.random.default_rng(seed)
     depth = 9 + np.cumsum(rng.normal(0, 0.2, (count, samples)), axis=1)
     launch = depth / ((np.arange(samples) + 1) * STEP)
@@ -48,7 +45,8 @@ def lines_of_ground(seed, count, samples):
 def test_a_skyline_is_the_least_launch_so_far_and_a_crest_where_it_stops_sinking(samples, rising):
     """50 lines: the running minimum (of rising rays the maximum from the far end), and crests one by one."""
     expected = lines_of_ground(samples, 50, samples)
-    launch, distance, bound, crest, computed = found_along(expected, rising=rising)
+    launch, bound, crest, computed = horizon_along(expected, rising=rising)
+    distance = ((np.arange(samples) + 1) * STEP).astype(np.float32)
     known, sense = np.where(np.isfinite(expected), expected, -np.inf if rising else np.inf), -1 if rising else 1
     np.testing.assert_array_equal(launch, known.astype(np.float32))
     order = slice(None, None, sense)
@@ -69,13 +67,13 @@ def test_a_skyline_is_the_least_launch_so_far_and_a_crest_where_it_stops_sinking
             if np.isfinite(walk[s, k]):
                 assert crest[s, order][k] == last
         ends = np.array([samples - 1 - at if rising else at for at in starts], int)
-        np.testing.assert_array_equal(computed[s, : len(ends), 0], ends)
-        np.testing.assert_array_equal(computed[s, : len(ends), 1], launch[s, ends])
-        np.testing.assert_allclose(computed[s, : len(ends), 2], deepest, rtol=1e-5)
+        np.testing.assert_array_equal(computed["sample"][s, : len(ends)], ends)
+        assert crest[s].max() == len(ends) - 1
+        np.testing.assert_array_equal(computed["launch_slope"][s, : len(ends)], launch[s, ends])
+        np.testing.assert_allclose(computed["trough_depth"][s, : len(ends)], deepest, rtol=1e-5)
         for number, at in enumerate(ends):
-            reported = negligible_beyond(float(distance[at]), float(computed[s, number, 2]), WAVELENGTH)
-            assert computed[s, number, 3] == pytest.approx(reported, rel=1e-6)
-        assert np.isnan(computed[s, len(ends) :]).all()
+            reported = negligible_beyond(float(distance[at]), float(computed["trough_depth"][s, number]), WAVELENGTH)
+            assert computed["negligible_beyond"][s, number] == pytest.approx(reported, rel=1e-6)
 
 
 def test_a_crest_that_is_no_longer_felt_changes_nothing_that_counts():
@@ -121,19 +119,19 @@ def test_ground_reported_open_hides_none_of_itself():
     for rms in np.repeat([0.003, 0.01, 0.03, 0.1], 25):
         depth = (20 + rng.normal(0, rms, (1, 60))).astype(np.float32)
         distance = ((np.arange(60) + 1) * STEP).astype(np.float32)
-        _, _, _, crest, _ = found_along((depth - 11) / distance)
         if surely_unobstructed(depth, distance, np.float32(11), 16):
             reported += 1
-            assert crest.max() == -1
+            assert horizon_along((depth - 11) / distance).last_crest.max() == -1
     assert 10 < reported < 90
 
 
-def past_the_worst(launch, computed, last, way, distance):
-    """Of the crests looked at, what the one leaves that differs most from 1."""
+def factor_of_strongest(computed, s, last, way, distance):
+    """Factor that differs most from 1 among those of the last crests of one line."""
     stretch, every = np.hypot(1, way), [1 + 0j]
     for number in range(last, max(last - MAX_CRESTS, -1), -1):
-        near = (computed[number, 0] + 1) * STEP
-        above, hollow = (way - computed[number, 1]) * near / stretch, computed[number, 2] / stretch
+        near = (computed["sample"][s, number] + 1) * STEP
+        above = (way - computed["launch_slope"][s, number]) * near / stretch
+        hollow = computed["trough_depth"][s, number] / stretch
         behind, length, table = (distance - near) * stretch, distance * stretch, edge_diffraction_table()
         every.append(crest_diffraction_factor(above, hollow, behind, length, WAVELENGTH, table))
     return max(every, key=lambda left: abs(left - 1))
@@ -141,15 +139,16 @@ def past_the_worst(launch, computed, last, way, distance):
 
 def test_the_crest_that_takes_most_is_found_whatever_is_passed_over():
     """1000 rays over rough lines: what is left is that of the worst of the last crests, within what is called weak."""
-    launch, _, bound, crest, computed = found_along(lines_of_ground(7, 40, 120))
+    horizon = horizon_along(lines_of_ground(7, 40, 120))
+    _, bound, crest, computed = horizon
     rng, checked = np.random.default_rng(8), 0
     for s, k in zip(rng.integers(0, 40, 1000), rng.integers(20, 120, 1000), strict=True):
         if crest[s, k] < 0:
             continue
         way, distance = float(bound[s, k] * rng.uniform(0.9, 1.1)), (k + 1.5) * STEP
-        ray, horizon = CrestRay(1.0, way, ENDLESS, distance), LaunchHorizon(launch, bound, crest, computed)
+        ray = CrestRay(1.0, way, ENDLESS, distance)
         found = strongest_crest_factor(horizon, s, crest[s, k], -1, ray, STEP, WAVELENGTH, edge_diffraction_table())
-        assert abs(found - past_the_worst(launch[s], computed[s], crest[s, k], way, distance)) < 2 * NEGLIGIBLE_CHANGE
+        assert abs(found - factor_of_strongest(computed, s, crest[s, k], way, distance)) < 2 * NEGLIGIBLE_CHANGE
         checked += 1
     assert checked > 500
 
@@ -159,9 +158,7 @@ def test_ground_that_still_rises_cuts_like_an_endless_screen():
     launch = np.full(50, 0.3, np.float32)
     for way in (0.2, 0.299, 0.3, 0.301, 0.35):
         stretch, near, distance = np.hypot(1, way), 21 * STEP, 40.0
-        horizon = LaunchHorizon(
-            launch[None], launch[None], np.empty((1, 50), np.int32), np.empty((1, 1, 4), np.float32)
-        )
+        horizon = LaunchHorizon(launch[None], launch[None], np.empty((1, 50), np.int32), np.empty((1, 1), CREST))
         ray = CrestRay(1.0, way, ENDLESS, distance)
         left = strongest_crest_factor(horizon, 0, -1, np.int32(20), ray, STEP, WAVELENGTH, edge_diffraction_table())
         high, d1, d2 = (way - float(launch[20])) * near / stretch, near * stretch, (distance - near) * stretch
@@ -170,12 +167,11 @@ def test_ground_that_still_rises_cuts_like_an_endless_screen():
         assert left == pytest.approx(complex(knife_edge(number)), abs=2e-5)
 
 
-def crest_factor_over(way, reach, launch, bound, crest, computed, *, ground, soft=True):
+def crest_factor_over(way, reach, horizon, *, ground, soft=True):
     """Visibility of some points of line 0, and the factors of their rays."""
     count = len(reach)
     lit, left = np.ones(count, bool), np.full(count, 1 + 0j)
     rays = LineRays(np.zeros(count, np.int64), np.arange(count), way, reach + 1.0, lit, left)
-    horizon = LaunchHorizon(launch, bound, crest, computed)
     diffract_over_crests(horizon, STEP, rays, reach, WAVELENGTH, edge_diffraction_table(), ground, soft)
     return lit, left
 
@@ -183,9 +179,10 @@ def crest_factor_over(way, reach, launch, bound, crest, computed, *, ground, sof
 @pytest.mark.parametrize("seed", range(6))
 def test_ground_is_visible_where_no_nearer_ground_has_a_flatter_launch(seed):
     """Positions between samples, a launch linear between two: lit where it is not above the least of all before it."""
-    launch, _, bound, crest, computed = found_along(np.nan_to_num(lines_of_ground(seed, 1, 80), nan=0.4))
+    horizon = horizon_along(np.nan_to_num(lines_of_ground(seed, 1, 80), nan=0.4))
+    launch, bound, _, _ = horizon
     reach = np.random.default_rng(seed).uniform(0.2, 40.4, 400)
-    lit, left = crest_factor_over(np.empty(400), reach, launch, bound, crest, computed, ground=True)
+    lit, left = crest_factor_over(np.empty(400), reach, horizon, ground=True)
     for far, seen, part in zip(reach, lit, left, strict=True):
         k = min(int(far / STEP) - 1, 78)
         if k < 0:
@@ -196,21 +193,20 @@ def test_ground_is_visible_where_no_nearer_ground_has_a_flatter_launch(seed):
         if abs(way - float(bound[0, k])) > 1e-6:
             assert seen == (way < bound[0, k])
         assert seen or part != 1  # what is dark is dimmed
-    hard, same = crest_factor_over(np.empty(400), reach, launch, bound, crest, computed, ground=True, soft=False)
+    hard, same = crest_factor_over(np.empty(400), reach, horizon, ground=True, soft=False)
     np.testing.assert_array_equal(hard, lit)
     assert np.all(same == 1)
 
 
 def test_points_do_not_depend_on_the_others_and_are_evaluated_once():
     """Any order, any part of them: bit-identical; rows not requested are unchanged."""
-    launch, _, bound, crest, computed = found_along(lines_of_ground(3, 5, 90))
+    horizon = horizon_along(lines_of_ground(3, 5, 90))
     rng = np.random.default_rng(4)
     reach, way, rows = rng.uniform(1, 45, 300), rng.uniform(0.1, 0.6, 300), rng.integers(0, 5, 300)
 
     def left_of(points):
         left = np.full(300, 2 - 1j)
         rays = LineRays(rows[points], points, way, reach + 1.0, np.empty(0, bool), left)
-        horizon = LaunchHorizon(launch, bound, crest, computed)
         diffract_over_crests(horizon, STEP, rays, reach, WAVELENGTH, edge_diffraction_table(), False, True)
         return left
 
@@ -224,8 +220,7 @@ def test_a_ray_that_rises_out_of_ground_is_as_one_that_comes_down_on_it():
     """A lone knife 2 m high half way of a long leg: from below or from above, the same pressure at equal clearance."""
     base = np.full((1, 79), 0.1)
     base[0, 39] = 0.3
-    up = found_along(base, rising=True)
-    down = found_along(-base)
+    up, down = horizon_along(base, rising=True), horizon_along(-base)
     for clearance in (-0.05, -0.001, 0.0, 0.001, 0.05):
         left = np.full((2, 1), 1 + 0j)
         way = np.array([0.3 - clearance])  # rising rays are launched below the knife's where they are cut
@@ -233,10 +228,6 @@ def test_a_ray_that_rises_out_of_ground_is_as_one_that_comes_down_on_it():
         rising = LineRays(points, points, way, reach, np.ones(1, bool), left[0])
         falling = LineRays(points, points, -way, reach, np.empty(0, bool), left[1])
         table = edge_diffraction_table()
-        diffract_rising_rays(
-            LaunchHorizon(up[0], *up[2:]), STEP, rising, np.ones(1), np.array([79.0]), WAVELENGTH, table
-        )
-        diffract_over_crests(
-            LaunchHorizon(down[0], *down[2:]), STEP, falling, np.array([39.5]), WAVELENGTH, table, False, True
-        )
+        diffract_rising_rays(up, STEP, rising, np.ones(1), np.array([79.0]), WAVELENGTH, table)
+        diffract_over_crests(down, STEP, falling, np.array([39.5]), WAVELENGTH, table, False, True)
         assert left[0, 0] == pytest.approx(left[1, 0], abs=1e-6)

@@ -20,13 +20,13 @@ EDGES, COUNTS = np.array([5.0, 20.0, 90.0]), np.array([64, 128, 512])
 STARTS = np.array([0, 64, 192, 704])
 
 
-def sliced(place, position, *, heading=0.0, merged=None, home=None):
+def sliced(place, position, *, heading=0.0, merged=None, batch=None):
     """Distances, slices, those requested and how many points want them."""
     count = len(position)
     distance, own, unsampled = np.empty(count), np.empty(count, np.int64), np.zeros(STARTS[-1], bool)
     merged = np.zeros(STARTS[-1] >> MERGE_BLOCK_LOG2, np.uint8) if merged is None else merged
-    home = np.full(STARTS[-1], -1, np.int32) if home is None else home
-    slices = AzimuthSlices(heading, EDGES, COUNTS, STARTS, merged, home)
+    batch = np.full(STARTS[-1], -1, np.int32) if batch is None else batch
+    slices = AzimuthSlices(heading, EDGES, COUNTS, STARTS, merged, batch)
     missing = profiles_of(place, position, slices, distance, own, unsampled)
     return distance, own, unsampled, missing
 
@@ -41,8 +41,8 @@ def test_the_slice_of_a_point_is_its_bearing_in_steps_of_its_zone(count):
     place, heading = rng.uniform(-500, 500, 3), 0.7
     position = place[:2] + rng.uniform(-80, 80, (count, 2))
     merged = rng.integers(0, 3, STARTS[-1] >> MERGE_BLOCK_LOG2).astype(np.uint8)
-    home = rng.integers(-1, 1, STARTS[-1]).astype(np.int32)
-    distance, own, unsampled, missing = sliced(place, position, heading=heading, merged=merged, home=home)
+    batch = rng.integers(-1, 1, STARTS[-1]).astype(np.int32)
+    distance, own, unsampled, missing = sliced(place, position, heading=heading, merged=merged, batch=batch)
     expected, want = [], set()
     for at, found in zip(position, own, strict=True):
         north, east = at - place[:2]
@@ -52,10 +52,10 @@ def test_the_slice_of_a_point_is_its_bearing_in_steps_of_its_zone(count):
         fours = 2 ** int(merged[index // 8])
         index -= index % fours
         expected.append(found if abs(among - round(among)) < 1e-5 else index)
-        want |= {int(found)} if home[found] < 0 else set()
+        want |= {int(found)} if batch[found] < 0 else set()
     np.testing.assert_array_equal(own, expected)
     np.testing.assert_allclose(distance, np.hypot(*(position - place[:2]).T), rtol=1e-14)
-    assert set(np.flatnonzero(unsampled).tolist()) == want and missing == np.sum(home[own] < 0)
+    assert set(np.flatnonzero(unsampled).tolist()) == want and missing == np.sum(batch[own] < 0)
 
 
 def test_a_point_right_above_has_a_slice_and_those_on_edges_the_inner_one():
@@ -88,13 +88,13 @@ def test_port_is_starboard_in_a_mirror():
 def test_points_sorted_by_lines_are_each_there_once_in_their_order(count):
     """As a stable sort of where each one's line is kept; positions not requested are empty."""
     rng = np.random.default_rng(count)
-    home, row = rng.integers(0, 9, 64).astype(np.int32), rng.integers(0, 50, 64).astype(np.int32)
+    batch, row = rng.integers(0, 9, 64).astype(np.int32), rng.integers(0, 50, 64).astype(np.int32)
     own, starts = rng.integers(0, 64, count), np.empty(12, np.int64)
     points, rows = np.empty((2, count), np.int64)
-    group_by_profile(own, home, row, starts, points, rows)
-    np.testing.assert_array_equal(points, np.argsort(home[own], kind="stable"))
+    group_by_profile(own, batch, row, starts, points, rows)
+    np.testing.assert_array_equal(points, np.argsort(batch[own], kind="stable"))
     np.testing.assert_array_equal(rows, row[own[points]])
-    np.testing.assert_array_equal(starts, np.searchsorted(np.sort(home[own]), np.arange(12)))
+    np.testing.assert_array_equal(starts, np.searchsorted(np.sort(batch[own]), np.arange(12)))
 
 
 @pytest.mark.parametrize("zone", [0, 1, 2])

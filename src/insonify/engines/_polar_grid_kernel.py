@@ -11,16 +11,18 @@ Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
 GOLDEN = 0.6180339887498949
-_RING_PACE, _SECTOR_PACE = 0.7548776662466927, 0.5698402909980532
-"""The inverse of the plastic number, and its square: their multiples fill the unit interval most evenly in two
-dimensions, and have no ratio with the golden one that shifts points within their cells."""
+"""Inverse of the golden ratio."""
+_RING_STEP, _SECTOR_STEP = 0.7548776662466927, 0.5698402909980532
+"""Steps of the priority from ring to ring and from sector to sector [1]: the inverse of the plastic number, and its
+square. Their multiples fill the unit interval most evenly in two dimensions, and have no rational ratio to `GOLDEN`, by
+which points are shifted within their cells."""
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def priority(ring: int, sector: int) -> float:
-    """Number of a cell, 0 to 1, spread evenly along rings and along sectors: few cells below it are still even."""
-    turn = (ring + 0.5) * _RING_PACE + (sector + 0.5) * _SECTOR_PACE
-    return turn - math.floor(turn)
+    """Priority of a cell, 0 to 1: the cells below any priority are evenly spread along rings and along sectors."""
+    steps = (ring + 0.5) * _RING_STEP + (sector + 0.5) * _SECTOR_STEP
+    return steps - math.floor(steps)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

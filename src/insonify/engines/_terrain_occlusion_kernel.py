@@ -15,34 +15,34 @@ CLEAR, OCCLUDED, TERRAIN = 0, 2, -2  # the values of records.legs.LegStatus, and
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def horizon_at(lowest: Floats, rows: Integers, reach: Floats, points: Integers, horizon: Floats) -> None:
+def horizon_at(line_horizon: Floats, rows: Integers, reach: Floats, points: Integers, horizon: Floats) -> None:
     """The launch horizon of some points at a distance, infinite before the first sample.
 
     Args:
-        lowest: Of `_terrain_diffraction_kernel.find_crests`, (s, n).
+        line_horizon: Launch horizon along lines, see `LaunchHorizon.horizon`, (s, n).
         rows: Line of each point, (points,).
         reach: Distance in steps of each point, (all,).
         points: Numbers of the points, (points,).
         horizon: Result, (all,).
     """
-    last = lowest.shape[1] - 1
+    last = line_horizon.shape[1] - 1
     for m in range(points.size):
         n = points[m]
         k = min(math.floor(reach[n]) - 1, last)
-        horizon[n] = lowest[rows[m], k] if k >= 0 else np.inf
+        horizon[n] = line_horizon[rows[m], k] if k >= 0 else np.inf
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def rising_rays_clear(
-    launch: Floats, highest: Floats, steepness: Floats, rows: Integers, start: Floats, stop: Floats, points: Integers,
-    clear: NDArray[np.bool_],
+    terrain_slope: Floats, horizon: Floats, launch_slope: Floats, rows: Integers, start: Floats, stop: Floats,
+    points: Integers, clear: NDArray[np.bool_],
 ) -> None:  # fmt: skip
-    """Return True if rays that rise from a bounce stay above the seabed, from one distance to another.
+    """Write False for rays that rise from a bounce and reach the seabed between two distances.
 
     Args:
-        launch: Launch that would reach the seabed at each sample, (s, n).
-        highest: Largest from each sample on, (s, n): most rays pass above all further samples.
-        steepness: Launch slopes of the rays, (all,).
+        terrain_slope: Launch slope of the ray that reaches the seabed at each sample, (s, n).
+        horizon: Largest from each sample on, (s, n): most rays pass above all further samples.
+        launch_slope: Launch slopes of the rays, (all,).
         rows: Line of each point, (points,).
         start: Distance from which the ray is tested [steps], (all,).
         stop: Distance at which it ends [steps], (all,).
@@ -51,22 +51,22 @@ def rising_rays_clear(
     """
     for m in range(points.size):
         n, s = points[m], rows[m]
-        first, end = max(math.ceil(start[n]) - 1, 0), min(math.floor(stop[n]), launch.shape[1])
-        if first >= end or highest[s, first] <= steepness[n]:
+        first, end = max(math.ceil(start[n]) - 1, 0), min(math.floor(stop[n]), terrain_slope.shape[1])
+        if first >= end or horizon[s, first] <= launch_slope[n]:
             continue
         for k in range(first, end):
-            if launch[s, k] > steepness[n]:
+            if terrain_slope[s, k] > launch_slope[n]:
                 clear[n] = False
                 break
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def mark_terrain_occlusion(clear: NDArray[np.bool_], status: NDArray[Any], occluder: NDArray[Any]) -> None:
-    """Mark the legs that the seabed cuts: those that are there but not lit.
+    """Mark the clear legs that the seabed cuts.
 
     Args:
-        clear: True if the seabed lets each pass, (f, n).
-        status: Changed from clear to cut, (f, n).
+        clear: False where the seabed cuts a leg, (f, n).
+        status: Changed from clear to occluded, (f, n).
         occluder: Changed to the seabed where that happens, (f, n).
     """
     for f in range(clear.shape[0]):
@@ -76,12 +76,14 @@ def mark_terrain_occlusion(clear: NDArray[np.bool_], status: NDArray[Any], occlu
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def keep_uncut_visibility(status: NDArray[Any], visibility: NDArray[Any], left: NDArray[np.complex128]) -> None:
-    """Put the visibility of legs that are not there, nor cut, into `left`; all are of shape (f, n)."""
-    for f in range(left.shape[0]):
-        for n in range(left.shape[1]):
+def keep_visibility_of_absent_legs(
+    status: NDArray[Any], visibility: NDArray[Any], factor: NDArray[np.complex128]
+) -> None:
+    """Set `factor` to the visibility of legs that are neither clear nor occluded; all are of shape (f, n)."""
+    for f in range(factor.shape[0]):
+        for n in range(factor.shape[1]):
             if status[f, n] != CLEAR and status[f, n] != OCCLUDED:
-                left[f, n] = visibility[f, n]
+                factor[f, n] = visibility[f, n]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -99,7 +101,7 @@ def clear_of_terrain(
         ends: Depth at which it ends [m], (n,).
         ignored_below: Depth below which it is not evaluated [m], (n,).
         penetration: Largest permitted depth below the seabed [m].
-        on_terrain: True if it is to end on the seabed of its line, and leans to it from end to end.
+        on_terrain: True if rays end on the seabed of their lines: each is shifted linearly, by nothing at its start.
 
     Returns:
         True where a ray is clear, (n,).
@@ -108,12 +110,12 @@ def clear_of_terrain(
     for n in range(rows.size):
         line = depth[rows[n]]
         last = min(math.floor(reach[n]) - 1, ray_depths.shape[1] - 1)
-        lean = 0.0
+        shift = 0.0
         if on_terrain and last >= 0 and last + 1 < line.size:
             part = min(reach[n] - (last + 1), 1.0)
-            lean = line[last] + part * (line[last + 1] - line[last]) - ends[n]
+            shift = line[last] + part * (line[last + 1] - line[last]) - ends[n]
         for k in range(last + 1):
-            ray = ray_depths[n, k] + lean * (k + 1) / reach[n]
+            ray = ray_depths[n, k] + shift * (k + 1) / reach[n]
             if ray > line[k] + penetration and ray <= ignored_below[n]:
                 clear[n] = False
                 break
@@ -136,7 +138,7 @@ def segments_clear(
     lines: LineDepths, rows: Integers, points: Integers, nodes: Floats, bounce_margin: Floats, on_terrain: bool,
     penetration: float, clear: NDArray[np.bool_],
 ) -> None:  # fmt: skip
-    """Return True if paths of straight segments clear the seabed of a profile; only parts below its highest are tested.
+    """Write False for paths of straight segments that the seabed cuts; only parts below its highest are tested.
 
     Args:
         lines: Seabed along the lines.

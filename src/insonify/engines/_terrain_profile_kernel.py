@@ -1,4 +1,4 @@
-"""Slices of azimuth about one end of the sonar: which points lie in which, and how deep the seabed is along them."""
+"""Slices of azimuth about one end of the sonar: the slice of each point, and the depth of the seabed along each."""
 
 import math
 from typing import Any, NamedTuple
@@ -46,8 +46,8 @@ class AzimuthSlices(NamedTuple):
     """Number of the first slice of each zone, (zones or more,)."""
     merged: NDArray[np.uint8]
     """Slices that are walked as one, as a power of two, for every 2^`MERGE_BLOCK_LOG2` of all slices."""
-    home: Rows
-    """Array in which the line of each slice is stored, -1 for none, (slices,)."""
+    batch: Rows
+    """Number of the batch that holds the profile of each slice, -1 for none, (slices,)."""
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -87,7 +87,7 @@ def sample_profiles(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _sample_line(
-    lines: ProfileLines, ray: Floats, first: int, plane_depth: np.float32, heightmap: HeightmapTiles,
+    lines: ProfileLines, line_direction: Floats, first: int, plane_depth: np.float32, heightmap: HeightmapTiles,
     missing: NDArray[np.bool_], cells: tuple[NDArray[np.uint32], Floats], depth: Floats,
 ) -> bool:  # fmt: skip
     """Depths along a run of one line from sample `first` on; returns True if no tile of the map is missing.
@@ -96,7 +96,7 @@ def _sample_line(
     vectors, into the work arrays `cells`. Other arguments see `sample_profiles`.
     """
     x0, y0 = lines.start[0] / heightmap.cell, lines.start[1] / heightmap.cell
-    dx, dy = ray[0] * lines.step / heightmap.cell, ray[1] * lines.step / heightmap.cell
+    dx, dy = line_direction[0] * lines.step / heightmap.cell, line_direction[1] * lines.step / heightmap.cell
     node_offset, cell_fraction = cells
     heights, slot_of_tile, height, width = heightmap.heights, heightmap.row_of, missing.shape[0], missing.shape[1]
     is_complete, k, stop = True, first, first + depth.size
@@ -114,7 +114,7 @@ def _sample_line(
         tile, north, east = (
             heights[slot * NODES * NODES : (slot + 1) * NODES * NODES], float(i << SHIFT), float(j << SHIFT),
         )  # fmt: skip
-        run = min(_samples_left(x0 - north, dx, k), _samples_left(y0 - east, dy, k), stop - k)
+        run = min(_samples_on_tile(x0 - north, dx, k), _samples_on_tile(y0 - east, dy, k), stop - k)
         for m in range(run):
             x, y = x0 + (k + m + 1) * dx - north, y0 + (k + m + 1) * dy - east
             a, b = np.int32(x), np.int32(y)
@@ -127,17 +127,16 @@ def _sample_line(
         cell_fraction[0, SAMPLES_PER_RUN] = prefetched
         for m in range(run):
             node, f, g = node_offset[m], cell_fraction[0, m], cell_fraction[1, m]  # unsigned: no index from the end
-            low = tile[node] + g * (tile[node + EAST_NEIGHBOUR] - tile[node])
-            high = tile[node + NORTH_NEIGHBOUR] + g * (
-                tile[node + NORTH_NEIGHBOUR + EAST_NEIGHBOUR] - tile[node + NORTH_NEIGHBOUR]
-            )
-            depth_of_run[m] = plane_depth - (low + f * (high - low))
+            south = tile[node] + g * (tile[node + EAST_NEIGHBOUR] - tile[node])
+            north_node = node + NORTH_NEIGHBOUR
+            north_height = tile[north_node] + g * (tile[north_node + EAST_NEIGHBOUR] - tile[north_node])
+            depth_of_run[m] = plane_depth - (south + f * (north_height - south))
         k += run
     return is_complete
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _samples_left(start: float, step: float, first: int) -> int:
+def _samples_on_tile(start: float, step: float, first: int) -> int:
     """Number of samples of a line, from one on a tile of the map on, that certainly lie on that tile along one axis.
 
     Args:
@@ -166,15 +165,13 @@ def profiles_of(
         slices: The slices.
         distance: Result, horizontal [m], (n,).
         slice_of: Result, number of the slice of each point, of merged ones the first, (n,).
-        to_sample: Result, True for slices whose lines are not stored, (slices,).
+        to_sample: Result, True for slices with points whose profiles are not stored, (slices,).
 
     Returns:
         Number of points whose profile is not stored.
     """
-    edges, counts, starts, merged, array_of_slice = (
-        slices.edges, slices.counts, slices.starts, slices.merged, slices.home,
-    )  # fmt: skip
-    c, s, missing, zones = math.cos(slices.heading), math.sin(slices.heading), 0, edges.size
+    heading, edges, counts, starts, merged, batch = slices
+    c, s, missing, zones = math.cos(heading), math.sin(heading), 0, edges.size
     turn = np.empty(distance.size)
     for n in range(distance.size):
         north, east = position[n, 0] - sonar[0], position[n, 1] - sonar[1]
@@ -188,7 +185,7 @@ def profiles_of(
         power = merged[index >> MERGE_BLOCK_LOG2]
         index = (index >> power) << power
         slice_of[n] = index
-        if array_of_slice[index] < 0:
+        if batch[index] < 0:
             to_sample[index] = True
             missing += 1
     return missing
@@ -213,8 +210,8 @@ def bearing_in_turns(x: float, y: float) -> float:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def profile_bearings(
-    slices: Integers, zone: int, counts: Integers, starts: Integers, merged: NDArray[np.uint8], turn: Floats,
-    rays: Floats,
+    slices: Integers, zone: int, counts: Integers, starts: Integers, merged: NDArray[np.uint8], bearing: Floats,
+    direction: Floats,
 ) -> None:  # fmt: skip
     """Middle lines of some slices of one zone, and of the wider slices of nearer zones in which these lie.
 
@@ -224,42 +221,42 @@ def profile_bearings(
         counts: See `profiles_of`.
         starts: See `profiles_of`.
         merged: See `profiles_of`.
-        turn: Result, bearings on the scatterer grid [rad], (s, zone + 1).
-        rays: Result, directions there, (s, zone + 1, 2).
+        bearing: Result, bearings on the scatterer grid [rad], (s, zone + 1).
+        direction: Result, unit vectors there, (s, zone + 1, 2).
     """
     for n in range(slices.size):
-        index, slice_of = slices[n] - starts[zone], 0.0
+        index, own_middle = slices[n] - starts[zone], 0.0
         for k in range(zone, -1, -1):
             power = merged[(starts[k] + index) >> MERGE_BLOCK_LOG2]
             middle = ((index >> power) << power) + (1 << power) / 2
-            turn[n, k] = middle * (2 * math.pi / counts[k])
-            rays[n, k, 0], rays[n, k, 1] = math.cos(turn[n, k]), math.sin(turn[n, k])
-            # its own middle throughout: that of merged slices is the border of two wider ones
-            slice_of = middle if k == zone else slice_of
-            index = int(slice_of * counts[k - 1] / counts[zone]) if k > 0 else index
+            bearing[n, k] = middle * (2 * math.pi / counts[k])
+            direction[n, k, 0], direction[n, k, 1] = math.cos(bearing[n, k]), math.sin(bearing[n, k])
+            # the slice's own middle throughout: that of merged slices is the border of two wider ones
+            own_middle = middle if k == zone else own_middle
+            index = int(own_middle * counts[k - 1] / counts[zone]) if k > 0 else index
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def group_by_profile(
-    slice_of: Integers, array_of_slice: Rows, row_of_slice: Rows, starts: Integers, points: Integers, rows: Integers
+    slice_of: Integers, batch: Rows, row: Rows, starts: Integers, points: Integers, rows: Integers
 ) -> None:
-    """Points sorted by the array in which the lines of their slices are stored, otherwise in their order.
+    """Points sorted by the batch that holds the profiles of their slices, otherwise in their order.
 
     Args:
         slice_of: Slice of each point, (n,).
-        array_of_slice: Array in which the line of each slice is stored, (slices,).
-        row_of_slice: Row of that array, (slices,).
-        starts: Result, where each position begins among `points`; the last number is the end of all, (positions + 1,).
-        points: Result, points by position, (n,).
-        rows: Result, row of the line of each of these, (n,).
+        batch: Number of the batch that holds the profile of each slice, (slices,).
+        row: Row of the profile in its batch, (slices,).
+        starts: Result, start of each batch among `points`; the last number is the end of all, (batches + 1,).
+        points: Result, points by batch, (n,).
+        rows: Result, row of the profile of each of these, (n,).
     """
     starts[:] = 0
     for n in range(slice_of.size):
-        starts[array_of_slice[slice_of[n]] + 1] += 1
-    for array in range(starts.size - 1):
-        starts[array + 1] += starts[array]
+        starts[batch[slice_of[n]] + 1] += 1
+    for number in range(starts.size - 1):
+        starts[number + 1] += starts[number]
     next_index = starts[:-1].copy()
     for n in range(slice_of.size):
-        array = array_of_slice[slice_of[n]]
-        points[next_index[array]], rows[next_index[array]] = n, row_of_slice[slice_of[n]]
-        next_index[array] += 1
+        number = batch[slice_of[n]]
+        points[next_index[number]], rows[next_index[number]] = n, row[slice_of[n]]
+        next_index[number] += 1

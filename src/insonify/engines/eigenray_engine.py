@@ -303,11 +303,9 @@ class EigenrayEngine:
         """Scatterers that a face may light from one end of the sonar, shape (n,)."""
         if not reflects_to(face, scatterers) or not is_in_reach(face, self.scene, ping_geometry):
             return np.zeros(len(scatterers), bool)
-        tall, wavelength = (
-            self.scene.seabed.depth * self.path_settings.max_reflections,
-            self._wavelength(ping_geometry, position),
-        )
-        return lit_points(face, position, scatterers.position, wavelength, tall=tall)
+        max_rise = self.scene.seabed.depth * self.path_settings.max_reflections
+        wavelength = self._wavelength(ping_geometry, position)
+        return lit_points(face, position, scatterers.position, wavelength, max_rise=max_rise)
 
     def _with_faces(
         self, transmit: Legs, receive: Legs, scatterers: Scatterers, ping_geometry: PingGeometry

@@ -29,23 +29,23 @@ class FaceImage:
     """The sonar with its ends and beams at the image."""
     families: tuple[str, ...]
     """Families from the image that reach the boundary."""
-    tall: float
-    """Largest vertical travel of a path [m]."""
+    max_rise: float
+    """Largest vertical distance that a path covers [m]."""
     origin: Floats
     """North and east of the origin of positions [m], shape (2,)."""
 
-    def lights(self, position: Floats, depth: float, around: Floats) -> NDArray[np.int64]:
+    def lights(self, position: Floats, depth: float, radius: Floats) -> NDArray[np.int64]:
         """Rows of the positions that the face may light, somewhere around them.
 
         Args:
             position: North and east about the origin [m], shape (n, 2).
             depth: Their depth [m].
-            around: Distance from them that counts to them [m], shape (n,).
+            radius: Radius of the neighbourhood of each that is lit with it [m], shape (n,).
         """
         points = np.column_stack([position + self.origin, np.full(len(position), depth)])
         lit = np.zeros(len(points), bool)
         for end in self.ends:
-            lit |= lit_points(self.face, end, points, self.sonar.wavelength, tall=self.tall, around=around)
+            lit |= lit_points(self.face, end, points, self.sonar.wavelength, max_rise=self.max_rise, radius=radius)
         return np.flatnonzero(lit)
 
     @property
@@ -95,6 +95,6 @@ def face_images(
             first_beam_bearing=float(np.arctan2(boresight[1], boresight[0])),
         )  # fmt: skip
         if families:
-            tall = scene.seabed.depth * path_settings.max_reflections
-            images.append(FaceImage(face, sonar, families, tall, np.zeros(2)))
+            max_rise = scene.seabed.depth * path_settings.max_reflections
+            images.append(FaceImage(face, sonar, families, max_rise, np.zeros(2)))
     return tuple(images)

@@ -81,20 +81,26 @@ def reflects_to(face: FlatFace, scatterers: Scatterers) -> bool:
 
 
 def lit_points(
-    face: FlatFace, position: Floats, points: Floats, wavelength: float, *, tall: float, around: Floats | float = 0.0
+    face: FlatFace,
+    position: Floats,
+    points: Floats,
+    wavelength: float,
+    *,
+    max_rise: float,
+    radius: Floats | float = 0.0,
 ) -> Marks:
-    """Points that reflection at a face may reach from a position, by its horizontal extent, shape (n,).
+    """True for points that a reflection at a face may reach from a position, by its horizontal extent, shape (n,).
 
     Args:
         face: The face.
         position: North, east, depth [m], shape (3,).
         points: The points [m], shape (n, 3).
         wavelength: Wavelength of the sound [m].
-        tall: Largest vertical travel of a path [m].
-        around: Distance from the points that counts to them [m], shape (n,).
+        max_rise: Largest vertical distance that a path covers [m].
+        radius: Radius of the neighbourhood of each point that is lit with it [m], shape (n,).
     """
     before, after = float(face.height_of(position)), face.height_of(points)
-    is_reached = after + around > NEAREST
+    is_reached = after + radius > NEAREST
     if before <= NEAREST or not is_reached.any():
         return np.zeros(len(points), bool)
     total_distance = before + np.maximum(after, NEAREST)
@@ -102,9 +108,12 @@ def lit_points(
     point_offset, sonar_offset = points @ face.axes[1], position @ face.axes[1]
     along = sonar_offset + part * (point_offset - sonar_offset)
     offset_length = np.hypot(total_distance, point_offset - sonar_offset)
-    clearance = around * (part + np.abs(point_offset - sonar_offset) / total_distance)
+    clearance = radius * (part + np.abs(point_offset - sonar_offset) / total_distance)
     clearance += (
-        RIPPLES * np.sqrt(wavelength / 2 * (offset_length + tall) * part * (1 - part)) * offset_length / total_distance
+        RIPPLES
+        * np.sqrt(wavelength / 2 * (offset_length + max_rise) * part * (1 - part))
+        * offset_length
+        / total_distance
     )
     low, high = ((face.strips[:, 1] + side * face.strips[:, 5]) for side in (-1, 1))
     return np.asarray(is_reached & (along > low.min() - clearance) & (along < high.max() + clearance))

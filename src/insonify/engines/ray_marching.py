@@ -36,7 +36,7 @@ class RayModel(NamedTuple):
 
 
 def march_over_terrain(
-    rays: RayModel, family: str, groups: list[ProfileGroup], distance: Floats, steepness: Floats, depth: Floats,
+    rays: RayModel, family: str, groups: list[ProfileGroup], distance: Floats, launch_slope: Floats, depth: Floats,
     marched: NDArray[np.bool_], *, on_terrain: bool,
 ) -> NDArray[np.bool_]:  # fmt: skip
     """Compare rays with the terrain profile that each follows.
@@ -49,7 +49,7 @@ def march_over_terrain(
         family: Name of the path family.
         groups: Points by the terrain profiles that pass them.
         distance: Horizontal distance of the points [m], shape (n,).
-        steepness: Steepness of their rays [1], see `insonify.propagation.launch_angles`, shape (n,).
+        launch_slope: Launch slopes of their rays [1], see `insonify.propagation.launch_angles`, shape (n,).
         depth: Depth of the points [m], shape (n,).
         marched: Points whose rays are marched, shape (n,).
         on_terrain: True if the points lie on the terrain; rays then end on the terrain of their profile instead.
@@ -67,7 +67,7 @@ def march_over_terrain(
             count = int(min(np.ceil(samples.max()), profiles.depth.shape[1] - 1))
             if count < 1:
                 continue
-            depths = rays.launches.ray_depths(family, steepness[mine], rays.step, count)
+            depths = rays.launches.ray_depths(family, launch_slope[mine], rays.step, count)
             spare = np.full(len(mine), np.inf)
             if "B" in family:
                 spare = rays.seabed_depth - np.sqrt(rays.wavelength * distance[mine]) / 2

@@ -17,7 +17,7 @@ from insonify.engines._relief_reflections_kernel import (
     set_path_nodes,
     write_bounced_legs,
 )
-from insonify.engines.terrain_occlusion import TerrainOcclusion, locate_points, occlude_by_terrain, steepness
+from insonify.engines.terrain_occlusion import TerrainOcclusion, launch_slope, locate_points, occlude_by_terrain
 from insonify.propagation.families import bounce_sequence
 from insonify.propagation.glints import leg_rows, update_grazing
 from insonify.propagation.image_path_kernel import ImagePaths
@@ -244,16 +244,16 @@ def _displace_refracted(
     distance, speed = np.hypot(north, east), float(scene.water.sound_speed_at(terrain_occlusion.bed.depth))
     for row in bounced:
         family = displaced.families[row]
-        launch = steepness(family, unbounced.departure[row, :, 2])
+        slope = launch_slope(family, unbounced.departure[row, :, 2])
         needed = np.array(
-            [np.clip(at, 0.0, distance) for at in terrain_occlusion.launches.bounce_ranges(family, launch)]
+            [np.clip(at, 0.0, distance) for at in terrain_occlusion.launches.bounce_ranges(family, slope)]
         )
         flat = flat_image_paths(family, position, scatterers.position, terrain_occlusion.bed.depth)
         local = local_plane_paths(
             family, position, scatterers.position, terrain_occlusion.bed, terrain_occlusion.wavelength,
             terrain_bounce_ranges=needed,
         )  # fmt: skip
-        tangent = terrain_occlusion.launches.bottom_grazing_tangent(launch)
+        tangent = terrain_occlusion.launches.bottom_grazing_tangent(slope)
         sine = tangent / np.hypot(1, tangent)
         flat_sine = flat.grazing_sine[bounce_sequence(family).index("B")]
         with np.errstate(invalid="ignore"):

@@ -77,7 +77,7 @@ class TerrainOcclusion:
 
     def visible(
         self, families: tuple[str, ...], distance: Floats, sine: Floats, depth: Floats, groups: list[ProfileGroup], *,
-        on_terrain: bool = False, left: NDArray[np.complex128] | None = None,
+        on_terrain: bool = False, diffraction_factor: NDArray[np.complex128] | None = None,
     ) -> NDArray[np.bool_]:  # fmt: skip
         """Return True if rays of some families reach positions without reaching the seabed before them.
 
@@ -88,7 +88,8 @@ class TerrainOcclusion:
             depth: Depth of each position [m], shape (n,).
             groups: Of `profile_groups` these positions.
             on_terrain: True if the positions lie on the seabed: then their depth is that of their slice's line.
-            left: Result where it is given: what of the pressure bends around crests of the seabed [1], shape (f, n).
+            diffraction_factor: Result where it is given: factor of crests of the seabed on the pressure [1], shape
+                (f, n).
 
         Returns:
             True where a ray is clear, shape (f, n).
@@ -97,24 +98,25 @@ class TerrainOcclusion:
         for row, name in enumerate(families):
             if on_terrain and self._cut_on_last_segment_only(name):
                 result[row] = True
-                if left is not None:
-                    left[row] = 1.0
-                self._occlude_terrain_points(groups, name, distance, result[row], None if left is None else left[row])
+                factor = None if diffraction_factor is None else diffraction_factor[row]
+                if factor is not None:
+                    factor[:] = 1.0
+                self._occlude_terrain_points(groups, name, distance, result[row], factor)
                 continue
-            soft = None if left is None else np.ones(len(distance), complex)
-            result[row] = self._clear(name, groups, distance, sine[row], on_terrain, soft)
-            steep = steepness(name, sine[row])
-            off_table = self.launches.off_table_rays(name, steep, distance, depth)
+            factor = None if diffraction_factor is None else np.ones(len(distance), complex)
+            result[row] = self._clear(name, groups, distance, sine[row], on_terrain, factor)
+            slope = launch_slope(name, sine[row])
+            off_table = self.launches.off_table_rays(name, slope, distance, depth)
             if off_table is not None and off_table.any():
                 rays = RayModel(self.launches, self.bed.depth, self.wavelength, self.step)
                 marched = march_over_terrain(
-                    rays, name, groups, distance, steep, depth, off_table, on_terrain=on_terrain
+                    rays, name, groups, distance, slope, depth, off_table, on_terrain=on_terrain
                 )
                 result[row, off_table] = marched[off_table]
-                if soft is not None:
-                    soft[off_table] = marched[off_table]
-            if left is not None:
-                left[row] = soft
+                if factor is not None:
+                    factor[off_table] = marched[off_table]
+            if diffraction_factor is not None:
+                diffraction_factor[row] = factor
         return result
 
     def _cut_on_last_segment_only(self, family: str) -> bool:
@@ -125,11 +127,10 @@ class TerrainOcclusion:
 
     def _occlude_terrain_points(
         self, groups: list[ProfileGroup], family: str, distance: Floats, is_clear: NDArray[np.bool_],
-        left: NDArray[np.complex128] | None,
+        factor: NDArray[np.complex128] | None,
     ) -> None:  # fmt: skip
-        """Mark ground that the seabed before it hides, and take what crests take of the rays to it, on one segment."""
-        soft = left is not None
-        crest_factor = np.empty(0, complex) if left is None else left
+        """Mark terrain that nearer terrain hides, and multiply `factor` by that of crests below the rays to it."""
+        soft, crest_factor = factor is not None, np.empty(0, complex) if factor is None else factor
         for lines, points, rows in groups:
             if not lines.unobstructed(family):
                 rays = crests.LineRays(rows, points, distance, distance, is_clear, crest_factor)
@@ -140,14 +141,14 @@ class TerrainOcclusion:
 
     def _clear(
         self, family: str, groups: list[ProfileGroup], distance: Floats, sine: Floats, on_terrain: bool,
-        left: NDArray[np.complex128] | None,
+        factor: NDArray[np.complex128] | None,
     ) -> NDArray[np.bool_]:  # fmt: skip
-        """Return True if rays of one family are clear, segment by segment; `left` gets the factor of their crests."""
+        """Return True if rays of one family are clear, segment by segment; `factor` gets the factor of their crests."""
         string = bounce_sequence(family)
-        steep = steepness(family, sine)
-        stops = [*self.launches.bounce_ranges(family, steep), distance]
+        slope = launch_slope(family, sine)
+        stops = [*self.launches.bounce_ranges(family, slope), distance]
         zone_lengths = {
-            k: fresnel_half_length(stops[k], distance, self.launches.bottom_grazing_tangent(steep), self.wavelength)
+            k: fresnel_half_length(stops[k], distance, self.launches.bottom_grazing_tangent(slope), self.wavelength)
             for k, letter in enumerate(string)
             if letter == "B"
         }
@@ -161,39 +162,39 @@ class TerrainOcclusion:
                 span = self._steps(stops[k - 1] + zone_lengths[k - 1]), self._steps(before)
                 segment_clear = np.ones(len(is_clear), bool)
                 for lines, points, rows in groups:
-                    kernel.rising_rays_clear(*lines.horizon(passed)[:2], steep, rows, *span, points, segment_clear)
+                    kernel.rising_rays_clear(*lines.horizon(passed)[:2], slope, rows, *span, points, segment_clear)
                 is_clear &= segment_clear
-                if left is not None:
-                    self._under_crests(groups, passed, span, steep, distance, segment_clear, left)
+                if factor is not None:
+                    self._under_crests(groups, passed, span, slope, distance, segment_clear, factor)
                 continue
-            leaves = -steep if k == 0 and string.startswith("S") else steep
+            downward_slope = -slope if k == 0 and string.startswith("S") else slope
             if ends:
                 segment_clear = np.ones(len(is_clear), bool)
-                self._occlude_terrain_points(groups, passed, distance, segment_clear, left)
+                self._occlude_terrain_points(groups, passed, distance, segment_clear, factor)
                 is_clear &= segment_clear
                 continue
-            is_clear &= leaves <= self._horizon(groups, passed, before)
-            if left is not None:
-                self._over_crests(groups, passed, before, leaves, distance, left)
+            is_clear &= downward_slope <= self._horizon(groups, passed, before)
+            if factor is not None:
+                self._over_crests(groups, passed, before, downward_slope, distance, factor)
         return is_clear
 
     def _over_crests(
-        self, groups: list[ProfileGroup], family: str, reach: Floats, steepness: Floats, distance: Floats,
-        left: NDArray[np.complex128],
+        self, groups: list[ProfileGroup], family: str, reach: Floats, slope: Floats, distance: Floats,
+        factor: NDArray[np.complex128],
     ) -> None:  # fmt: skip
         is_clear = np.empty(0, bool)
         for lines, points, rows in groups:
-            rays = crests.LineRays(rows, points, steepness, distance, is_clear, left)
+            rays = crests.LineRays(rows, points, slope, distance, is_clear, factor)
             crests.diffract_over_crests(
                 lines.horizon(family), self.step, rays, reach, self.wavelength, edge_diffraction_table(), False, True
             )
 
     def _under_crests(
-        self, groups: list[ProfileGroup], family: str, span: tuple[Floats, Floats], steepness: Floats, distance: Floats,
-        is_clear: NDArray[np.bool_], left: NDArray[np.complex128],
+        self, groups: list[ProfileGroup], family: str, span: tuple[Floats, Floats], slope: Floats, distance: Floats,
+        is_clear: NDArray[np.bool_], factor: NDArray[np.complex128],
     ) -> None:  # fmt: skip
         for lines, points, rows in groups:
-            rays = crests.LineRays(rows, points, steepness, distance, is_clear, left)
+            rays = crests.LineRays(rows, points, slope, distance, is_clear, factor)
             crests.diffract_rising_rays(
                 lines.horizon(family), self.step, rays, *span, self.wavelength, edge_diffraction_table()
             )
@@ -221,7 +222,7 @@ class TerrainOcclusion:
     def _horizon(self, groups: list[ProfileGroup], family: str, distance: Floats) -> Floats:
         horizon, reach = np.full(len(distance), np.inf), self._steps(distance)
         for lines, points, rows in groups:
-            kernel.horizon_at(lines.horizon(family).bound, rows, reach, points, horizon)
+            kernel.horizon_at(lines.horizon(family).horizon, rows, reach, points, horizon)
         return horizon
 
     def _steps(self, distance: Floats) -> Floats:
@@ -239,19 +240,19 @@ class TerrainOcclusion:
         return self.profiles.group_points(np.zeros(2), span)[1]
 
 
-def steepness(family: str, sine: Floats) -> Floats:
-    """Steepness of rays of a family, see `insonify.propagation.launch_angles`, from the sine of their launch angle [1].
+def launch_slope(family: str, sine: Floats) -> Floats:
+    """Launch slope of rays of a family, see `insonify.propagation.launch_angles`, from the sine of their angle [1].
 
     Args:
         family: Name of the family.
-        sine: Positive down [1], any shape.
+        sine: Sine of the launch angle, positive down [1], any shape.
     """
     tangent = np.asarray(sine / np.sqrt(np.maximum(1 - np.asarray(sine, float) ** 2, 1e-24)))
     return -tangent if family.startswith("S") else tangent
 
 
 def fresnel_half_length(bounce: Floats, distance: Floats, tangent: Floats, wavelength: float) -> Floats:
-    """Half the length, along the ray, of the first Fresnel zone of a bounce on a level bed [m].
+    """Half the length, along the ray, of the first Fresnel zone of a bounce on a horizontal seabed [m].
 
     Args:
         bounce: Horizontal distance of the bounce [m], shape (n,).
@@ -263,8 +264,8 @@ def fresnel_half_length(bounce: Floats, distance: Floats, tangent: Floats, wavel
     """
     steep = np.maximum(np.abs(tangent), 1e-9)
     stretch = np.sqrt(1 + steep**2)
-    share = np.clip(bounce / np.maximum(distance, 1e-9), 0, 1)
-    return np.asarray(np.sqrt(wavelength * distance * stretch * share * (1 - share)) * stretch / steep)
+    fraction = np.clip(bounce / np.maximum(distance, 1e-9), 0, 1)
+    return np.asarray(np.sqrt(wavelength * distance * stretch * fraction * (1 - fraction)) * stretch / steep)
 
 
 class ProfiledPoints(NamedTuple):
@@ -307,30 +308,31 @@ def occlude_by_terrain(
     if any("B" in family for family in legs.families):
         boundary = boundary.copy()
     sine = legs.departure[..., 2]
-    lay_on_terrain = scatterers.boundary == "seabed"
-    left = np.empty(legs.delay.shape, complex) if soft else None
+    on_terrain = scatterers.boundary == "seabed"
+    factor = np.empty(legs.delay.shape, complex) if soft else None
     unoccluded = terrain_occlusion.visible(
-        legs.families, distance, sine, scatterers.position[:, 2], groups, on_terrain=lay_on_terrain, left=left,
+        legs.families, distance, sine, scatterers.position[:, 2], groups, on_terrain=on_terrain,
+        diffraction_factor=factor,
     )  # fmt: skip
     visibility: NDArray[np.float64] | NDArray[np.complex128]
-    if left is None:
+    if factor is None:
         visibility = np.where(unoccluded | (status != LegStatus.CLEAR), legs.visibility, 0.0)
     else:
-        kernel.keep_uncut_visibility(status, legs.visibility, left)
-        visibility = left
+        kernel.keep_visibility_of_absent_legs(status, legs.visibility, factor)
+        visibility = factor
     kernel.mark_terrain_occlusion(unoccluded, status, occluder)
     for row, family in enumerate(legs.families):
         if "B" in family:
-            boundary[row] *= _roughness_factor(terrain_occlusion, family, distance, steepness(family, sine[row]))
+            boundary[row] *= _roughness_factor(terrain_occlusion, family, distance, launch_slope(family, sine[row]))
     return replace(legs, status=status, occluder=occluder, visibility=visibility, reflection_coefficient=boundary)
 
 
-def _roughness_factor(terrain_occlusion: TerrainOcclusion, family: str, distance: Floats, steepness: Floats) -> Floats:
+def _roughness_factor(terrain_occlusion: TerrainOcclusion, family: str, distance: Floats, slope: Floats) -> Floats:
     """Coherent reflection factor of all bottom bounces of a family [1]."""
-    left, launches = np.ones(len(distance)), terrain_occlusion.launches
-    tangent = launches.bottom_grazing_tangent(steepness)
+    factor, launches = np.ones(len(distance)), terrain_occlusion.launches
+    tangent = launches.bottom_grazing_tangent(slope)
     sine = np.asarray(tangent / np.hypot(1, tangent), float)
-    for letter, bounce in zip(bounce_sequence(family), launches.bounce_ranges(family, steepness), strict=True):
+    for letter, bounce in zip(bounce_sequence(family), launches.bounce_ranges(family, slope), strict=True):
         if letter == "B":
             bounce_range = np.where(
                 bounce < distance, bounce, distance / 2
@@ -338,5 +340,5 @@ def _roughness_factor(terrain_occlusion: TerrainOcclusion, family: str, distance
             half = fresnel_half_length(bounce_range, distance, tangent, terrain_occlusion.wavelength)
             # An ellipse, longer along the ray than across it: its mean axis.
             zone = np.asarray(np.maximum(2 * half * np.sqrt(sine), 1e-6), float)
-            left *= terrain_occlusion.bed.roughness_reflection_factor(sine, terrain_occlusion.wavelength, zone)
-    return left
+            factor *= terrain_occlusion.bed.roughness_reflection_factor(sine, terrain_occlusion.wavelength, zone)
+    return factor

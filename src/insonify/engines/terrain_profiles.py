@@ -32,40 +32,40 @@ and the farthest distance [m]; infinite where that is unknown."""
 
 PROFILES_PER_WAVE = 4
 FIRST_ZONE = 128
-"""Slices of the innermost zone; each zone further out is twice as far, in twice as many."""
+"""Slices of the innermost zone; each zone farther out reaches twice as far and has twice as many."""
 PROFILES_PER_BATCH = 64
-"""Lines that are kept together, at most."""
+"""Largest number of profiles that are sampled and stored together."""
 SAMPLES_PER_CHECK = 256
-"""Samples of a line that are looked at before it is evaluated whether that was enough."""
+"""Samples of a line that are tested before the result so far is evaluated."""
 LOW_GAIN = 0.1
 """Two-way gain re the largest at its distance, below which slices are merged [1]: a quarter of scatterers is kept."""
 MERGE_POWER = 2
 """Power of two of the number of slices that are merged."""
 MERGE_GROUP = 1 << kernel.MERGE_BLOCK_LOG2
-"""Slices that are merged alike."""
+"""Consecutive slices with one decision about merging."""
 PROFILES_PER_SECTOR = 4 * MERGE_GROUP
-"""Slices that are looked at together, before each eight are."""
+"""Slices whose gain is bounded together, before that of each `MERGE_GROUP` in the strongest of these."""
 
 
 class TerrainProfiles:
     """Seabed along some lines, from the sonar outwards, and the launch angles that reach it."""
 
     def __init__(
-        self, depth: Floats, turn: Floats, distance: Floats, launches: LaunchAngles, wavelength: float
+        self, depth: Floats, bearing: Floats, distance: Floats, launches: LaunchAngles, wavelength: float
     ) -> None:
         """Prepare without any launch angle.
 
         Args:
             depth: Depths of the seabed at even distances [m], shape (lines, samples).
-            turn: Bearing of each line from the scatterer grid's [rad], shape (lines,).
+            bearing: Bearing of each line from the scatterer grid's [rad], shape (lines,).
             distance: One step, two steps, ... [m], shape (samples,).
             launches: Launch angles as a function of position.
             wavelength: Acoustic wavelength [m].
         """
-        self.depth, self.turn, self._launches, self._wavelength = depth, turn, launches, wavelength
+        self.depth, self.bearing, self._launches, self._wavelength = depth, bearing, launches, wavelength
         self._distance = distance
-        self._made: dict[str, crests.LaunchHorizon] = {}
-        self._open: dict[str, bool] = {}
+        self._horizons: dict[str, crests.LaunchHorizon] = {}
+        self._unobstructed: dict[str, bool] = {}
         self._shallowest: Floats | None = None
         self._lock = Lock()
 
@@ -79,9 +79,9 @@ class TerrainProfiles:
     def unobstructed(self, family: str) -> bool:
         """Return True if no seabed along the lines is hidden from straight rays of a family without bottom bounces."""
         with self._lock:
-            if family not in self._open:
-                self._open[family] = self._never_rises(family)
-            return self._open[family]
+            if family not in self._unobstructed:
+                self._unobstructed[family] = self._never_rises(family)
+            return self._unobstructed[family]
 
     def _never_rises(self, family: str) -> bool:
         rays = self._launches
@@ -93,16 +93,12 @@ class TerrainProfiles:
     def horizon(self, family: str) -> crests.LaunchHorizon:
         """The launch horizon of rays of a family."""
         with self._lock:
-            if family not in self._made:
-                self._made[family] = self._built(family)
-            return self._made[family]
-
-    def _built(self, family: str) -> crests.LaunchHorizon:
-        launch = self._launches.launch_slope(family, self._distance, self.depth).astype(np.float32, copy=False)
-        bound, crest = np.empty_like(launch), np.empty(launch.shape, np.int32)
-        crossed = np.empty((len(launch), launch.shape[1] // 2 + 1, 4), np.float32)
-        crests.find_crests(launch, self._distance, family.endswith("B"), self._wavelength, bound, crest, crossed)
-        return crests.LaunchHorizon(launch, bound, crest, crossed)
+            if family not in self._horizons:
+                slope = self._launches.launch_slope(family, self._distance, self.depth).astype(np.float32, copy=False)
+                self._horizons[family] = crests.launch_horizon(
+                    slope, self._distance, family.endswith("B"), self._wavelength
+                )
+            return self._horizons[family]
 
 
 ProfileGroup = tuple[TerrainProfiles, Integers, Integers]
@@ -120,10 +116,10 @@ class AzimuthProfiles:
         min_profile_width: float,
         gain_bound: GainBound | None = None,
     ) -> None:  # fmt: skip
-        """Prepare without walking any line; arguments see `terrain_occlusion.TerrainOcclusion`."""
-        self._bed, self._launches, self._wavelength = terrain, launches, wavelength
+        """Prepare without any profile; arguments see `terrain_occlusion.TerrainOcclusion`."""
+        self._terrain, self._launches, self._wavelength = terrain, launches, wavelength
         self._scatterer_grid, self.step = terrain.relief.resolved.scatterer_grid, terrain.heightmap_cell_size
-        self._here = self._scatterer_grid.from_world(np.asarray(position, float)[:2])
+        self._sonar = self._scatterer_grid.from_world(np.asarray(position, float)[:2])
         self.edges, self.counts = azimuth_zones(
             max(terrain.relief.shortest_wavelength / PROFILES_PER_WAVE, self.step), farthest, min_profile_width
         )
@@ -132,10 +128,10 @@ class AzimuthProfiles:
         if gain_bound is not None:
             key = Identity(gain_bound), self._scatterer_grid.heading, self.edges.tobytes(), self.counts.tobytes()
             self.merged = _MERGED.get(key, lambda: self._low_gain_groups(gain_bound))
-        self._home, self._row = np.full((2, int(self.starts[-1])), -1, np.int32)
+        self._batch, self._row = np.full((2, int(self.starts[-1])), -1, np.int32)
         self._firsts = np.concatenate([[0], np.ceil(self.edges / self.step).astype(np.int64) + 1])
         self._distance = ((np.arange(self._firsts[-1]) + 1) * self.step).astype(np.float32)
-        self._lines: list[TerrainProfiles] = []
+        self._batches: list[TerrainProfiles] = []
         self._lock = Lock()
 
     def _low_gain_groups(self, gain_bound: GainBound) -> NDArray[np.uint8]:
@@ -144,17 +140,17 @@ class AzimuthProfiles:
         for start, count, outer in zip(self.starts, self.counts, self.edges, strict=False):
             width, zone, sectors = 2 * np.pi / count, (inner, float(outer)), np.arange(0, count, PROFILES_PER_SECTOR)
 
-            def is_high(first: Integers, slices: int, width: float = width, zone: tuple[float, float] = zone) -> Floats:
+            def bound(first: Integers, slices: int, width: float = width, zone: tuple[float, float] = zone) -> Floats:
                 return gain_bound(
                     np.asarray((first + slices / 2) * width + self._scatterer_grid.heading), slices * width, zone
                 )
 
-            gain, merged = is_high(sectors, PROFILES_PER_SECTOR), np.zeros(count // MERGE_GROUP)
+            gain, group_gain = bound(sectors, PROFILES_PER_SECTOR), np.zeros(count // MERGE_GROUP)
             strongest = sectors[gain >= LOW_GAIN * gain.max()]
-            eights = (strongest[:, None] + np.arange(0, PROFILES_PER_SECTOR, MERGE_GROUP)).ravel()
-            merged[eights // MERGE_GROUP] = is_high(eights, MERGE_GROUP)
-            first = int(start) // MERGE_GROUP
-            result[first : first + len(merged)] = np.where(merged < LOW_GAIN * merged.max(), MERGE_POWER, 0)
+            groups = (strongest[:, None] + np.arange(0, PROFILES_PER_SECTOR, MERGE_GROUP)).ravel()
+            group_gain[groups // MERGE_GROUP] = bound(groups, MERGE_GROUP)
+            first, is_low = int(start) // MERGE_GROUP, group_gain < LOW_GAIN * group_gain.max()
+            result[first : first + len(is_low)] = np.where(is_low, MERGE_POWER, 0)
             inner = float(outer)
         return result
 
@@ -168,24 +164,23 @@ class AzimuthProfiles:
         Returns:
             Their horizontal distances [m], shape (n,), and the points by the lines that pass them.
         """
-        distance, own = np.empty(len(position)), np.empty(len(position), np.int64)
-        slices = np.zeros(len(self._home), bool)
+        distance, slice_of = np.empty(len(position)), np.empty(len(position), np.int64)
+        to_sample = np.zeros(len(self._batch), bool)
         missing = kernel.profiles_of(
             sonar, position,
             kernel.AzimuthSlices(
-                self._scatterer_grid.heading, self.edges, self.counts, self.starts, self.merged, self._home
+                self._scatterer_grid.heading, self.edges, self.counts, self.starts, self.merged, self._batch
             ),
-            distance, own, slices,
+            distance, slice_of, to_sample,
         )  # fmt: skip
         if missing:
-            self._build(np.flatnonzero(slices))
-        points, rows = np.empty((2, len(own)), np.int64)
-        starts = np.empty(len(self._lines) + 1, np.int64)
-        kernel.group_by_profile(own, self._home, self._row, starts, points, rows)
-        cut = starts.tolist()
+            self._build(np.flatnonzero(to_sample))
+        points, rows = np.empty((2, len(slice_of)), np.int64)
+        starts = np.empty(len(self._batches) + 1, np.int64)
+        kernel.group_by_profile(slice_of, self._batch, self._row, starts, points, rows)
         return distance, [
-            (lines, points[start:stop], rows[start:stop])
-            for lines, (start, stop) in zip(self._lines, pairwise(cut), strict=False)
+            (profiles, points[start:stop], rows[start:stop])
+            for profiles, (start, stop) in zip(self._batches, pairwise(starts.tolist()), strict=False)
             if stop > start
         ]
 
@@ -196,31 +191,33 @@ class AzimuthProfiles:
             slices: Numbers of the slices, of merged ones the first, increasing, shape (n,).
         """
         with self._lock:
-            slices = slices[self._home[slices] < 0]  # another thread may have sampled them
-            cut = np.searchsorted(slices, self.starts).tolist()
-            for zone, (start, stop) in enumerate(pairwise(cut)):
+            slices = slices[self._batch[slices] < 0]  # another thread may have sampled them
+            zone_starts = np.searchsorted(slices, self.starts).tolist()
+            for zone, (start, stop) in enumerate(pairwise(zone_starts)):
                 for first in range(start, stop, PROFILES_PER_BATCH):
                     batch = slices[first : min(first + PROFILES_PER_BATCH, stop)]
-                    self._lines.append(self._built(zone, batch))
+                    self._batches.append(self._sample(zone, batch))
                     self._row[batch] = np.arange(len(batch))
-                    self._home[batch] = len(self._lines) - 1
+                    self._batch[batch] = len(self._batches) - 1
 
-    def _built(self, zone: int, slices: Integers) -> TerrainProfiles:
+    def _sample(self, zone: int, slices: Integers) -> TerrainProfiles:
         """Lines of some slices of one zone; nearer samples are those of the wider slices of nearer zones."""
         firsts = self._firsts[: zone + 2]
-        turn, rays = np.empty((len(slices), zone + 1)), np.empty((len(slices), zone + 1, 2))
-        kernel.profile_bearings(slices, zone, self.counts, self.starts, self.merged, turn, rays)
+        bearing, direction = np.empty((len(slices), zone + 1)), np.empty((len(slices), zone + 1, 2))
+        kernel.profile_bearings(slices, zone, self.counts, self.starts, self.merged, bearing, direction)
         depth = np.empty((len(slices), int(firsts[-1])), np.float32)
         done = np.zeros(int((-(-np.diff(firsts) // kernel.SAMPLES_PER_RUN)).sum()), bool)
 
-        lines = kernel.ProfileLines(self._here, rays, self.step, firsts)
+        lines = kernel.ProfileLines(self._sonar, direction, self.step, firsts)
 
         def sample(heightmap: HeightmapTiles, missing: NDArray[np.bool_]) -> bool:
-            return kernel.sample_profiles(lines, self._bed.depth, heightmap, missing, done, depth)
+            return kernel.sample_profiles(lines, self._terrain.depth, heightmap, missing, done, depth)
 
-        ends = np.concatenate([self._here + rays[:, -1] * (self.step * depth.shape[1]), self._here[None]])
-        self._bed.read_heightmap(ends, sample)
-        return TerrainProfiles(depth, turn[:, -1], self._distance[: depth.shape[1]], self._launches, self._wavelength)
+        ends = np.concatenate([self._sonar + direction[:, -1] * (self.step * depth.shape[1]), self._sonar[None]])
+        self._terrain.read_heightmap(ends, sample)
+        return TerrainProfiles(
+            depth, bearing[:, -1], self._distance[: depth.shape[1]], self._launches, self._wavelength
+        )
 
 
 def azimuth_zones(across: float, farthest: float, min_profile_width: float) -> tuple[Floats, Integers]:
@@ -237,5 +234,5 @@ def azimuth_zones(across: float, farthest: float, min_profile_width: float) -> t
     edges[-1] = min(edges[-1], max(farthest, innermost))
     widest = 2 ** max(0, int(np.ceil(np.log2(2 * np.pi / min_profile_width / FIRST_ZONE))))
     counts = FIRST_ZONE * np.minimum(2 ** np.arange(zones + 1), widest)
-    own = np.append(counts[1:] != counts[:-1], True)  # consecutive zones with the same slices are one
-    return edges[own], counts[own]
+    is_last = np.append(counts[1:] != counts[:-1], True)  # consecutive zones with the same slices are one
+    return edges[is_last], counts[is_last]

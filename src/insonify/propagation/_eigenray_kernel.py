@@ -39,26 +39,26 @@ from insonify.propagation._monotone_segment_kernel import GUESSES, MAX_RAYS, ROU
 from insonify.propagation._ray_branch_kernel import HORIZONTAL, ray_distance, ray_to_distance
 from insonify.propagation._ray_properties_kernel import (
     AMPLITUDE,
+    AT_BRANCH_END,
     AT_END,
-    B_FAR,
-    B_PINNED,
-    B_V,
     BLOCK,
-    BLOCK_ROWS,
     CAUSTICS,
     COLUMNS,
     DELAY,
     FOLD,
     FOLD_CURVATURE,
     FOLD_SIDE,
+    GUESS,
     LENGTH,
     MAX_AMPLITUDE,
     SIN_ARRIVAL,
     SIN_LAUNCH,
     SLOWNESS,
+    SOLVED,
     TURNS,
     RaySolutions,
     complete_rays,
+    empty_ray_block,
     newton_steps,
     write_ray_properties,
 )
@@ -95,9 +95,9 @@ def solve_eigenrays(
     """
     depth, speed, plane = water
     rays, count, status = solutions
-    lane = np.zeros((RAY_BRANCH_ROWS, max(depth.size + 2, LAYER_SEQUENCE_COLUMNS)))
+    ray_branch = np.zeros((RAY_BRANCH_ROWS, max(depth.size + 2, LAYER_SEQUENCE_COLUMNS)))
     slabs, edges = np.empty((2, 3, depth.size + 2)), np.empty((2, MAX_PIECES + 2))
-    block, pick = np.empty((BLOCK_ROWS, BLOCK)), np.empty(BLOCK, np.int64)
+    block, pick = empty_ray_block(), np.empty(BLOCK, np.int64)
     guesses = np.empty((3, GUESSES))
     workspace = (block, pick, guesses, edges)
     point_span = np.zeros(2, np.int64)
@@ -110,14 +110,14 @@ def solve_eigenrays(
         while end < ranges.size and end - begin < BLOCK and point_depth[end] == point_depth[begin]:
             low, high = min(low, ranges[end]), max(high, ranges[end])
             end += 1
-        build_nodes(depth, speed, plane, source_depth, point_depth[begin], lane)
+        build_nodes(depth, speed, plane, source_depth, point_depth[begin], ray_branch)
         point_span[0], point_span[1] = begin, end
-        limit = direct_rays(lane, bounces.number, bounces.first_up, workspace, out)
+        limit = direct_rays(ray_branch, bounces.number, bounces.first_up, workspace, out)
         farthest = limit
         if bounces.number == 0:
-            farthest = ducted_rays(lane, slabs, low, high, limit, workspace, out)
+            farthest = ducted_rays(ray_branch, slabs, low, high, limit, workspace, out)
         elif bounces.number == 1:
-            farthest = bounced_rays(lane, bounces.first_up, slabs, low, high, limit, workspace, out)
+            farthest = bounced_rays(ray_branch, bounces.first_up, slabs, low, high, limit, workspace, out)
         for i in range(begin, end):
             if count[i] > 0:
                 status[i] = CLEAR
@@ -172,19 +172,19 @@ def direct_rays(ray_branch: Floats, bounces: int, first_up: bool, workspace: Any
         if ranges[i] > limit * (1 + ROUNDING):
             continue
         ratio = vertical_distance / ranges[i]  # v in water of one speed
-        block[B_FAR, ray_count], block[B_PINNED, ray_count] = ranges[i], 0.0
-        block[B_V, ray_count] = math.sqrt(max(ratio * ratio - slower, 0.05 * ratio * ratio))
+        block.distance[ray_count], block.state[ray_count] = ranges[i], GUESS
+        block.v[ray_count] = math.sqrt(max(ratio * ratio - slower, 0.05 * ratio * ratio))
         if ranges[i] >= limit * (1 - ROUNDING):
-            block[B_V, ray_count], block[B_PINNED, ray_count] = HORIZONTAL, 1.0
+            block.v[ray_count], block.state[ray_count] = HORIZONTAL, AT_BRANCH_END
         elif ratio > 1e9:
-            block[B_V, ray_count], block[B_PINNED, ray_count] = min(ratio, 1e300), 2.0
+            block.v[ray_count], block.state[ray_count] = min(ratio, 1e300), SOLVED
         pick[ray_count] = i
         ray_count += 1
     newton_steps(ray_branch, block, ray_count, HORIZONTAL, math.inf, True)
     for i in range(ray_count):
-        if block[B_PINNED, i] == 0:
-            block[B_V, i] = ray_to_distance(
-                block[B_FAR, i], HORIZONTAL, 2 * vertical_distance / block[B_FAR, i], True, ray_branch
+        if block.state[i] == GUESS:
+            block.v[i] = ray_to_distance(
+                block.distance[i], HORIZONTAL, 2 * vertical_distance / block.distance[i], True, ray_branch
             )
     complete_rays(ray_branch, block, ray_count)
     for i in range(ray_count):

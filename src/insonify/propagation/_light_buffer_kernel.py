@@ -35,8 +35,8 @@ class LightBuffer(NamedTuple):
     """One corner and the two sides from it of each triangle [m], (t, 9)."""
     axes: Floats
     """Unit vectors towards the solid and of the two axes of the projection, (3, 3)."""
-    low: Floats
-    """Least distance along the first axis [m], and least of both coordinates [1], (3,)."""
+    lower_bound: Floats
+    """Lower bound of the distance along the first axis [m], and of both coordinates [1], (3,)."""
     cells_per_unit: Floats
     """Cells per unit of both coordinates, (2,)."""
     nearest: Floats
@@ -59,7 +59,7 @@ def light_buffer(source: Floats, middle: Floats, corners: Floats) -> LightBuffer
         corners: One corner and the two sides from it of each triangle [m], (t, 9).
     """
     axes, count = _projection_axes(source, middle), corners.shape[0]
-    projected, low, high = np.empty((count, 3, 3)), np.full(3, np.inf), np.full(3, -np.inf)
+    projected, lower_bound, upper_bound = np.empty((count, 3, 3)), np.full(3, np.inf), np.full(3, -np.inf)
     for t in range(count):
         for k in range(3):
             for a in range(3):
@@ -68,18 +68,29 @@ def light_buffer(source: Floats, middle: Floats, corners: Floats) -> LightBuffer
                     side = corners[t, 3 * k + c] if k > 0 else 0.0
                     offset += axes[a, c] * (corners[t, c] + side - source[c])
                 projected[t, k, a] = offset if a == 0 else offset / projected[t, k, 0]
-                low[a], high[a] = min(low[a], projected[t, k, a]), max(high[a], projected[t, k, a])
-    margin = _MARGIN * (high[0] - low[0] + high[0] * max(high[1] - low[1], high[2] - low[2])) / low[0]
-    low[0] -= margin * low[0]
+                lower_bound[a], upper_bound[a] = (
+                    min(lower_bound[a], projected[t, k, a]),
+                    max(upper_bound[a], projected[t, k, a]),
+                )
+    margin = (
+        _MARGIN
+        * (
+            upper_bound[0]
+            - lower_bound[0]
+            + upper_bound[0] * max(upper_bound[1] - lower_bound[1], upper_bound[2] - lower_bound[2])
+        )
+        / lower_bound[0]
+    )
+    lower_bound[0] -= margin * lower_bound[0]
     per_unit = np.empty(2)
     for a in range(2):
-        low[1 + a] -= 2 * margin
-        per_unit[a] = SIDE / (high[1 + a] + 2 * margin - low[1 + a])
+        lower_bound[1 + a] -= 2 * margin
+        per_unit[a] = SIDE / (upper_bound[1 + a] + 2 * margin - lower_bound[1 + a])
     cell_offsets, nearest = np.zeros(SIDE * SIDE + 1, np.int64), np.full(SIDE * SIDE, np.inf)
     spans, rows = np.empty((count, SIDE, 2), np.int16), np.empty((count, 2), np.int16)
     triangle_nearest = np.empty(count)
     for t in range(count):
-        _cells_of_triangle(projected[t], low, per_unit, margin, spans[t], rows[t])
+        _cells_of_triangle(projected[t], lower_bound, per_unit, margin, spans[t], rows[t])
         distance = min(projected[t, 0, 0], projected[t, 1, 0], projected[t, 2, 0]) * (1 - margin)
         triangle_nearest[t] = distance
         for row in range(rows[t, 0], rows[t, 1]):
@@ -94,7 +105,7 @@ def light_buffer(source: Floats, middle: Floats, corners: Floats) -> LightBuffer
             for cell in range(row * SIDE + spans[t, row, 0], row * SIDE + spans[t, row, 1]):
                 cell_triangles[following[cell]] = t
                 following[cell] += 1
-    return LightBuffer(corners, axes, low, per_unit, nearest, triangle_nearest, cell_offsets, cell_triangles)
+    return LightBuffer(corners, axes, lower_bound, per_unit, nearest, triangle_nearest, cell_offsets, cell_triangles)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -114,13 +125,13 @@ def _projection_axes(source: Floats, middle: Floats) -> Floats:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _cells_of_triangle(
-    projected: Floats, low: Floats, per_unit: Floats, margin: float, spans: Integers, rows: Integers
+    projected: Floats, lower_bound: Floats, per_unit: Floats, margin: float, spans: Integers, rows: Integers
 ) -> None:
     """Cells that one triangle may cover, row by row.
 
     Args:
         projected: Its projected corners, distance first, (3, 3).
-        low: See `LightBuffer`.
+        lower_bound: See `LightBuffer`.
         per_unit: See `LightBuffer`.
         margin: Margin about the triangle [1].
         spans: Result, first cell and after the last in each of its rows, (SIDE, 2).
@@ -130,10 +141,10 @@ def _cells_of_triangle(
         min(projected[0, 2], projected[1, 2], projected[2, 2]),
         max(projected[0, 2], projected[1, 2], projected[2, 2]),
     )
-    rows[0] = int((bottom - margin - low[2]) * per_unit[1])
-    rows[1] = min(int((top + margin - low[2]) * per_unit[1]) + 1, SIDE)
+    rows[0] = int((bottom - margin - lower_bound[2]) * per_unit[1])
+    rows[1] = min(int((top + margin - lower_bound[2]) * per_unit[1]) + 1, SIDE)
     for row in range(rows[0], rows[1]):
-        begin, stop = low[2] + row / per_unit[1] - margin, low[2] + (row + 1) / per_unit[1] + margin
+        begin, stop = lower_bound[2] + row / per_unit[1] - margin, lower_bound[2] + (row + 1) / per_unit[1] + margin
         left, right = np.inf, -np.inf
         for k in range(3):
             x, y = projected[k, 1], projected[k, 2]
@@ -145,8 +156,8 @@ def _cells_of_triangle(
             if enter <= leave:
                 left = min(left, x + enter * dx, x + leave * dx)
                 right = max(right, x + enter * dx, x + leave * dx)
-        spans[row, 0] = max(int((left - margin - low[1]) * per_unit[0]), 0) if left <= right else 0
-        spans[row, 1] = min(int((right + margin - low[1]) * per_unit[0]) + 1, SIDE) if left <= right else 0
+        spans[row, 0] = max(int((left - margin - lower_bound[1]) * per_unit[0]), 0) if left <= right else 0
+        spans[row, 1] = min(int((right + margin - lower_bound[1]) * per_unit[0]) + 1, SIDE) if left <= right else 0
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -166,7 +177,7 @@ def occlude_direct_legs(
         status: `LegStatus`, changed for occluded legs, (n,).
         occluder: Set to the solid for occluded legs, (n,).
     """
-    corners, axes, low, per_unit = buffer.corners, buffer.axes, buffer.low, buffer.cells_per_unit
+    corners, axes, lower_bound, per_unit = buffer.corners, buffer.axes, buffer.lower_bound, buffer.cells_per_unit
     start, likely = (source[0], source[1], source[2]), 0  # neighbouring legs mostly hit the same triangle
     for n in rows:
         if status[n] != _CLEAR:
@@ -175,10 +186,10 @@ def occlude_direct_legs(
         east = points[n, 1] + LEG_END_OFFSET * normals[n, 1] - source[1]
         down = points[n, 2] + LEG_END_OFFSET * normals[n, 2] - source[2]
         distance = axes[0, 0] * north + axes[0, 1] * east + axes[0, 2] * down
-        if distance < low[0]:
+        if distance < lower_bound[0]:
             continue
-        x = ((axes[1, 0] * north + axes[1, 1] * east + axes[1, 2] * down) / distance - low[1]) * per_unit[0]
-        y = ((axes[2, 0] * north + axes[2, 1] * east + axes[2, 2] * down) / distance - low[2]) * per_unit[1]
+        x = ((axes[1, 0] * north + axes[1, 1] * east + axes[1, 2] * down) / distance - lower_bound[1]) * per_unit[0]
+        y = ((axes[2, 0] * north + axes[2, 1] * east + axes[2, 2] * down) / distance - lower_bound[2]) * per_unit[1]
         if not (0 <= x < SIDE and 0 <= y < SIDE):
             continue
         cell, step = int(y) * SIDE + int(x), (north, east, down)

@@ -21,17 +21,16 @@ from insonify.propagation._ray_branch_kernel import (
     ray_to_distance,
 )
 from insonify.propagation._ray_properties_kernel import (
+    AT_BRANCH_END,
     AT_END,
-    B_FAR,
-    B_PINNED,
-    B_SLOPE,
-    B_V,
     DELAY,
     FOLD,
     FOLD_CURVATURE,
     FOLD_SIDE,
+    GUESS,
     SIN_LAUNCH,
     SLOWNESS,
+    RayBlock,
     complete_rays,
     newton_steps,
     write_ray_properties,
@@ -106,8 +105,11 @@ def segment_rays(
         if distance < nearest - tolerance or distance > farthest + tolerance or count[i] >= MAX_RAYS:
             continue
         is_nearest, is_farthest = distance <= nearest + tolerance, distance >= farthest - tolerance
-        block[B_FAR, ray_count], block[B_PINNED, ray_count] = distance, (1.0 if is_nearest or is_farthest else 0.0)
-        block[B_V, ray_count] = b if is_nearest == falls else a
+        block.distance[ray_count], block.state[ray_count] = (
+            distance,
+            (AT_BRANCH_END if is_nearest or is_farthest else GUESS),
+        )
+        block.v[ray_count] = b if is_nearest == falls else a
         point_index[ray_count] = i
         ray_count += 1
     if ray_count == 0:
@@ -116,8 +118,8 @@ def segment_rays(
         initial_guesses(ray_branch, block, ray_count, a, b, falls, guesses)
         newton_steps(ray_branch, block, ray_count, a, b, False)
     for i in range(ray_count):
-        if block[B_PINNED, i] == 0:
-            block[B_V, i] = ray_to_distance(block[B_FAR, i], a, b, falls, ray_branch)
+        if block.state[i] == GUESS:
+            block.v[i] = ray_to_distance(block.distance[i], a, b, falls, ray_branch)
     complete_rays(ray_branch, block, ray_count)
     turns = int(ray_branch[LAYER_SEQUENCE, HALF_TURNS] + ray_branch[LAYER_SEQUENCE, HALF_TURNS + 1]) // 2
     for i in range(ray_count):
@@ -125,20 +127,20 @@ def segment_rays(
         write_ray_properties(ray_branch, block, i, launch_sign, arrival_sign, turns, rays, k, count[k])
         for edge in range(segment, segment + 2):
             if edges[IS_FOLD, edge] > 0:
-                record_fold(rays[k, count[k]], block[B_FAR, i], edges[EDGE, edge], block[B_SLOPE, i], ray_branch)
+                record_fold(rays[k, count[k]], block.distance[i], edges[EDGE, edge], block.derivative[i], ray_branch)
         if not (rays[k, count[k], AT_END] == 1 and is_duplicate_ray(rays[k], count[k])):
             count[k] += 1
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def initial_guesses(
-    ray_branch: Floats, block: Floats, point_count: int, a: float, b: float, falls: bool, guesses: Floats
+    ray_branch: Floats, block: RayBlock, point_count: int, a: float, b: float, falls: bool, guesses: Floats
 ) -> None:
     """Guesses v for many points from a few rays of a segment, by Hermite cubics of v over distance.
 
     Args:
         ray_branch: The ray branch.
-        block: The rays; B_V changes where it is not pinned.
+        block: The rays; `v` changes where it is a guess.
         point_count: Number of points.
         a: Least v.
         b: Greatest v.
@@ -152,9 +154,9 @@ def initial_guesses(
         x, slope = ray_distance(v, ray_branch)
         guesses[0, k], guesses[1, k], guesses[2, k] = x, v, 1 / slope
     for i in range(point_count):
-        if block[B_PINNED, i] != 0:
+        if block.state[i] != GUESS:
             continue
-        distance = block[B_FAR, i]
+        distance = block.distance[i]
         lower, upper = 0, GUESSES - 1
         while upper - lower > 1:
             middle = (lower + upper) // 2
@@ -168,7 +170,7 @@ def initial_guesses(
         v = v0 * u * u * (1 + 2 * t) + v1 * t * t * (1 + 2 * u)
         v += width * t * u * (guesses[2, lower] * u - guesses[2, upper] * t)
         inside = min(v0, v1) <= v <= max(v0, v1)
-        block[B_V, i] = v if inside else v0 + (v1 - v0) * t
+        block.v[i] = v if inside else v0 + (v1 - v0) * t
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -64,97 +64,121 @@ class RaySolutions(NamedTuple):
     and rays that pass it), (n,)."""
 
 
-# Rows of a block of rays.
-B_FAR = 0  # distance of the point [m]
-B_V = 1  # v of the ray, see `_ray_branch_kernel`
-B_PINNED = 2  # 0: v is a guess; 1: v is known, at an end of the branch; 2: v is known
-B_X = 3  # its distance [m]; X / p during completion
-B_SLOPE = 4  # dX/dv; dX/dp [m^2/s] after completion
-B_SINE = 5  # at the fastest node
-B_COSINE = 6
-B_BEFORE = 7  # sine at the last node passed; t while Newton's steps are made
-B_DELAY = 8
-B_LENGTH = 9
-B_SLOW = 10  # time at the slab's speed, and its ratio to the real one
-B_RATIO = 11
-BLOCK_ROWS = 12
-BLOCK = 256
+BLOCK = 256  # rays that are computed together
+GUESS, AT_BRANCH_END, SOLVED = 0.0, 1.0, 2.0  # states of a ray's parameter v
+
+
+class RayBlock(NamedTuple):
+    """Rays of one ray branch to points of one depth, arrays of shape (BLOCK,)."""
+
+    distance: Floats
+    """Distance of the point [m]."""
+    v: Floats
+    """Parameter of the ray, see `_ray_branch_kernel`."""
+    state: Floats
+    """`GUESS`, `AT_BRANCH_END` (v is known, that of an end of the branch) or `SOLVED`."""
+    reach: Floats
+    """X, the distance of the ray at the depth of the point [m]; X / p after `complete_rays`."""
+    derivative: Floats
+    """dX/dv [m]; dX/dp [m^2/s] after `complete_rays`."""
+    sine: Floats
+    """Sine of the angle at the fastest node."""
+    cosine: Floats
+    """Cosine of the angle at the fastest node."""
+    sine_before: Floats
+    """Sine at the last node passed, divided by `cosine` while Newton's steps are made."""
+    delay: Floats
+    """One-way travel time [s]."""
+    length: Floats
+    """Path length [m]."""
+    factor: Floats
+    """Work array: a layer's time at its mean speed [s], or the like of its length."""
+    ratio: Floats
+    """Work array: ratio to `factor`, see `atanh_ratios`."""
+
 
 MAX_AMPLITUDE = 1e6  # amplitude where the ray tube has no width
 _SMALL, _MODERATE = 0.05**2, 0.3**2  # squares for which a few, or more, terms of a series give all digits
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def atanh_ratios(block: Floats, row: int, count: int, sign: float) -> None:
+def empty_ray_block() -> RayBlock:
+    """Return a block without values."""
+    rows = np.empty((12, BLOCK))
+    return RayBlock(
+        rows[0], rows[1], rows[2], rows[3], rows[4], rows[5], rows[6], rows[7], rows[8], rows[9], rows[10], rows[11]
+    )
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def atanh_ratios(u: Floats, count: int, sign: float) -> None:
     """atanh(u) / u (sign 1) or arctan(u) / u (sign -1), in place of u.
 
     Args:
-        block: Array with the arguments, below 1.
-        row: Row of the arguments.
+        u: Arguments, below 1.
         count: Number of arguments.
         sign: Selects the function.
     """
     max_square = 0.0
     for i in range(count):
-        max_square = max(max_square, block[row, i] * block[row, i])
+        max_square = max(max_square, u[i] * u[i])
     if max_square < _SMALL:
         for i in range(count):
-            q = sign * block[row, i] * block[row, i]
-            block[row, i] = 1 + q * (1 / 3 + q * (1 / 5 + q * (1 / 7 + q * (1 / 9 + q * (1 / 11)))))
+            q = sign * u[i] * u[i]
+            u[i] = 1 + q * (1 / 3 + q * (1 / 5 + q * (1 / 7 + q * (1 / 9 + q * (1 / 11)))))
     elif max_square < _MODERATE:
         for i in range(count):
-            q = sign * block[row, i] * block[row, i]
+            q = sign * u[i] * u[i]
             series = 1 / 19 + q * (1 / 21 + q * (1 / 23 + q * (1 / 25 + q * (1 / 27 + q * (1 / 29)))))
             series = 1 / 11 + q * (1 / 13 + q * (1 / 15 + q * (1 / 17 + q * series)))
-            block[row, i] = 1 + q * (1 / 3 + q * (1 / 5 + q * (1 / 7 + q * (1 / 9 + q * series))))
+            u[i] = 1 + q * (1 / 3 + q * (1 / 5 + q * (1 / 7 + q * (1 / 9 + q * series))))
     else:
         for i in range(count):
-            if abs(block[row, i]) > 1e-8:
-                block[row, i] = (
-                    0.5 * math.log1p(2 * block[row, i] / (1 - block[row, i])) if sign > 0 else math.atan(block[row, i])
-                ) / block[row, i]
+            if abs(u[i]) > 1e-8:
+                u[i] = (0.5 * math.log1p(2 * u[i] / (1 - u[i])) if sign > 0 else math.atan(u[i])) / u[i]
             else:
-                block[row, i] = 1.0
+                u[i] = 1.0
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def ray_distances(ray_branch: Floats, block: Floats, count: int) -> None:
-    """Distances B_X and slopes B_SLOPE of the first rays of a block; sums as in `_ray_branch_kernel.ray_distance`.
+def ray_distances(ray_branch: Floats, block: RayBlock, count: int) -> None:
+    """Distances `reach` of the first rays of a block, and their `derivative`, see `_ray_branch_kernel.ray_distance`.
 
     Args:
         ray_branch: The ray branch.
         block: The rays, changed.
         count: Number of rays.
     """
+    v, reach, derivative, sine_before = block.v, block.reach, block.derivative, block.sine_before
     first, last = int(ray_branch[LAYER_SEQUENCE, FIRST]), int(ray_branch[LAYER_SEQUENCE, LAST])
     kappa = ray_branch[KAPPA, first]
     for i in range(count):
-        block[B_BEFORE, i] = math.sqrt(block[B_V, i] * block[B_V, i] + kappa)
-        block[B_X, i] = block[B_SLOPE, i] = 0.0
+        sine_before[i] = math.sqrt(v[i] * v[i] + kappa)
+        reach[i] = derivative[i] = 0.0
     for j in range(first, last):
         kappa, stretch = ray_branch[KAPPA, j + 1], ray_branch[STRETCH, j]
         for i in range(count):
-            after = math.sqrt(block[B_V, i] * block[B_V, i] + kappa)
-            both = block[B_BEFORE, i] * after
-            part = stretch / (both * (block[B_BEFORE, i] + after))
-            block[B_X, i] += part * both
-            block[B_SLOPE, i] -= part
-            block[B_BEFORE, i] = after
+            after = math.sqrt(v[i] * v[i] + kappa)
+            both = sine_before[i] * after
+            part = stretch / (both * (sine_before[i] + after))
+            reach[i] += part * both
+            derivative[i] -= part
+            sine_before[i] = after
     for side in range(2):
         bend = ray_branch[LAYER_SEQUENCE, BEND + side]
         if bend > 0:
             kappa = ray_branch[KAPPA, int(ray_branch[LAYER_SEQUENCE, NEAR + side])]
             for i in range(count):
-                t = math.sqrt(block[B_V, i] * block[B_V, i] + kappa)
-                block[B_X, i] += bend * t
-                block[B_SLOPE, i] += bend / t
+                t = math.sqrt(v[i] * v[i] + kappa)
+                reach[i] += bend * t
+                derivative[i] += bend / t
     for i in range(count):
-        block[B_SLOPE, i] *= block[B_V, i]
+        derivative[i] *= v[i]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def newton_steps(ray_branch: Floats, block: Floats, count: int, a: float, b: float, direct: bool) -> None:
-    """A few Newton steps of all rays of a block; B_PINNED of a converged ray becomes 2 (1 stays).
+def newton_steps(ray_branch: Floats, block: RayBlock, count: int, a: float, b: float, direct: bool) -> None:
+    """A few Newton steps of all rays of a block; the `state` of one that converges becomes `SOLVED`.
 
     Args:
         ray_branch: The ray branch.
@@ -164,77 +188,77 @@ def newton_steps(ray_branch: Floats, block: Floats, count: int, a: float, b: flo
         b: Greatest v.
         direct: True for a ray branch without turns: then 1/X is nearly linear in v, and the steps are made on it.
     """
+    distance, v, state, reach, derivative = block.distance, block.v, block.state, block.reach, block.derivative
     tolerance = 3e-6 if direct else 1e-8  # of v: the remaining error is its square, or near a fold somewhat more
     for _ in range(6):
         ray_distances(ray_branch, block, count)
         moving = 0
         for i in range(count):
-            scale = block[B_X, i] / block[B_FAR, i] if direct else 1.0
-            step = scale * (block[B_FAR, i] - block[B_X, i]) / block[B_SLOPE, i]
-            free = block[B_PINNED, i] == 0
-            arrived = abs(step) <= tolerance * block[B_V, i]
-            block[B_V, i] = min(b, max(a, block[B_V, i] + step)) if free else block[B_V, i]
-            block[B_PINNED, i] = 2.0 if free and arrived else block[B_PINNED, i]
+            scale = reach[i] / distance[i] if direct else 1.0
+            step = scale * (distance[i] - reach[i]) / derivative[i]
+            free = state[i] == GUESS
+            arrived = abs(step) <= tolerance * v[i]
+            v[i] = min(b, max(a, v[i] + step)) if free else v[i]
+            state[i] = SOLVED if free and arrived else state[i]
             moving += 1 if free and not arrived else 0
         if moving == 0:
             break
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def complete_rays(ray_branch: Floats, block: Floats, count: int) -> None:
-    """Time, length and ray tube of rays of known v: B_DELAY, B_LENGTH, B_X = X / p, B_SLOPE = dX/dp.
+def complete_rays(ray_branch: Floats, block: RayBlock, count: int) -> None:
+    """Time, length and ray tube of rays of known v; `reach` becomes X / p, `derivative` dX/dp.
 
     Args:
         ray_branch: The ray branch.
         block: The rays, changed.
         count: Number of rays.
     """
+    _, v, _, reach, derivative, sine, cosine, sine_before, delay, length, factor, ratio = block
     first, last = int(ray_branch[LAYER_SEQUENCE, FIRST]), int(ray_branch[LAYER_SEQUENCE, LAST])
     top = ray_branch[LAYER_SEQUENCE, TOP]
     kappa = ray_branch[KAPPA, first]
     for i in range(count):
-        block[B_COSINE, i] = 1 / math.sqrt(1 + block[B_V, i] * block[B_V, i])
-        block[B_SINE, i] = block[B_V, i] * block[B_COSINE, i] if block[B_V, i] < 1e100 else 1.0
-        block[B_BEFORE, i] = math.sqrt(
-            block[B_SINE, i] * block[B_SINE, i] + block[B_COSINE, i] * block[B_COSINE, i] * kappa
-        )
-        block[B_X, i] = block[B_SLOPE, i] = block[B_DELAY, i] = block[B_LENGTH, i] = 0.0
+        cosine[i] = 1 / math.sqrt(1 + v[i] * v[i])
+        sine[i] = v[i] * cosine[i] if v[i] < 1e100 else 1.0
+        sine_before[i] = math.sqrt(sine[i] * sine[i] + cosine[i] * cosine[i] * kappa)
+        reach[i] = derivative[i] = delay[i] = length[i] = 0.0
     for j in range(first, last):
         c1, c2, g, n = ray_branch[SPEED, j], ray_branch[SPEED, j + 1], ray_branch[GRADIENT, j], ray_branch[PASSAGES, j]
         dz, kappa = ray_branch[DEPTH, j + 1] - ray_branch[DEPTH, j], ray_branch[KAPPA, j + 1]
         for i in range(count):
-            after = math.sqrt(block[B_SINE, i] * block[B_SINE, i] + block[B_COSINE, i] * block[B_COSINE, i] * kappa)
-            both, per = block[B_BEFORE, i] * after, dz / (block[B_BEFORE, i] + after)
+            after = math.sqrt(sine[i] * sine[i] + cosine[i] * cosine[i] * kappa)
+            both, per = sine_before[i] * after, dz / (sine_before[i] + after)
             part = (c1 + c2) * per
-            block[B_X, i] += n * part
-            block[B_SLOPE, i] += n * part / both
-            block[B_SLOW, i] = part * (1 + both) / (c1 * c1 + c2 * c2 * block[B_BEFORE, i] * block[B_BEFORE, i])
-            block[B_RATIO, i] = g * block[B_SLOW, i]
-            block[B_BEFORE, i] = after
+            reach[i] += n * part
+            derivative[i] += n * part / both
+            factor[i] = part * (1 + both) / (c1 * c1 + c2 * c2 * sine_before[i] * sine_before[i])
+            ratio[i] = g * factor[i]
+            sine_before[i] = after
         if g == 0:
             for i in range(count):
-                block[B_DELAY, i] += n * block[B_SLOW, i]
-                block[B_LENGTH, i] += n * dz / block[B_BEFORE, i]
+                delay[i] += n * factor[i]
+                length[i] += n * dz / sine_before[i]
             continue
-        atanh_ratios(block, B_RATIO, count, 1.0)
+        atanh_ratios(ratio, count, 1.0)
         for i in range(count):
-            block[B_DELAY, i] += n * block[B_SLOW, i] * block[B_RATIO, i]
+            delay[i] += n * factor[i] * ratio[i]
         # The sum of the sines from w: dz / (s1 + s2) again, as the sines are overwritten.
         kappa = ray_branch[KAPPA, j]
         for i in range(count):
-            upper = math.sqrt(block[B_SINE, i] * block[B_SINE, i] + block[B_COSINE, i] * block[B_COSINE, i] * kappa)
-            block[B_SLOW, i] = dz / (upper + block[B_BEFORE, i])
-            block[B_RATIO, i] = g / top * block[B_COSINE, i] * block[B_SLOW, i]
-        atanh_ratios(block, B_RATIO, count, -1.0)
+            upper = math.sqrt(sine[i] * sine[i] + cosine[i] * cosine[i] * kappa)
+            factor[i] = dz / (upper + sine_before[i])
+            ratio[i] = g / top * cosine[i] * factor[i]
+        atanh_ratios(ratio, count, -1.0)
         for i in range(count):
-            block[B_LENGTH, i] += 2 * n * block[B_SLOW, i] * block[B_RATIO, i]
+            length[i] += 2 * n * factor[i] * ratio[i]
     for side in range(2):
         if ray_branch[LAYER_SEQUENCE, HALF_TURNS + side] > 0:
             add_turns(ray_branch, block, count, side)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def add_turns(ray_branch: Floats, block: Floats, count: int, side: int) -> None:
+def add_turns(ray_branch: Floats, block: RayBlock, count: int, side: int) -> None:
     """Add the turns to the sums of `complete_rays`: half a turn is X = s / (p |g|), t = atanh(s) / |g|.
 
     Args:
@@ -243,31 +267,30 @@ def add_turns(ray_branch: Floats, block: Floats, count: int, side: int) -> None:
         count: Number of rays.
         side: The turns above (0) or below (1).
     """
+    _, _, _, reach, derivative, sine, cosine, _, delay, length, factor, ratio = block
     near_node, top = int(ray_branch[LAYER_SEQUENCE, NEAR + side]), ray_branch[LAYER_SEQUENCE, TOP]
     per = ray_branch[LAYER_SEQUENCE, HALF_TURNS + side] / abs(ray_branch[GRADIENT, near_node - 1 + side])
     kappa = ray_branch[KAPPA, near_node]
     for i in range(count):
-        block[B_SLOW, i] = math.sqrt(
-            block[B_SINE, i] * block[B_SINE, i] + block[B_COSINE, i] * block[B_COSINE, i] * kappa
-        )
-        block[B_RATIO, i] = block[B_SLOW, i]
-        p = block[B_COSINE, i] / top
-        block[B_X, i] += per * block[B_SLOW, i] / (p * p)
-        block[B_SLOPE, i] -= per / (p * p * block[B_SLOW, i])
-    atanh_ratios(block, B_RATIO, count, 1.0)
-    share = top / ray_branch[SPEED, near_node]
+        factor[i] = math.sqrt(sine[i] * sine[i] + cosine[i] * cosine[i] * kappa)
+        ratio[i] = factor[i]
+        p = cosine[i] / top
+        reach[i] += per * factor[i] / (p * p)
+        derivative[i] -= per / (p * p * factor[i])
+    atanh_ratios(ratio, count, 1.0)
+    speed_ratio = top / ray_branch[SPEED, near_node]
     for i in range(count):
-        block[B_DELAY, i] += per * block[B_SLOW, i] * block[B_RATIO, i]
-        block[B_SLOW, i] *= share / block[B_COSINE, i]  # tangent of the angle at the near node
-        block[B_RATIO, i] = block[B_SLOW, i]
-    atanh_ratios(block, B_RATIO, count, -1.0)
+        delay[i] += per * factor[i] * ratio[i]
+        factor[i] *= speed_ratio / cosine[i]  # tangent of the angle at the near node
+        ratio[i] = factor[i]
+    atanh_ratios(ratio, count, -1.0)
     for i in range(count):
-        block[B_LENGTH, i] += per * block[B_SLOW, i] * block[B_RATIO, i] * top / block[B_COSINE, i]
+        length[i] += per * factor[i] * ratio[i] * top / cosine[i]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def write_ray_properties(
-    ray_branch: Floats, block: Floats, i: int, launch_sign: float, arrival_sign: float, turns: int, rays: Floats,
+    ray_branch: Floats, block: RayBlock, i: int, launch_sign: float, arrival_sign: float, turns: int, rays: Floats,
     k: int, n: int,
 ) -> None:  # fmt: skip
     """Write one ray of a completed block, after one more Newton step.
@@ -291,15 +314,15 @@ def write_ray_properties(
     at_source, at_point = int(ray_branch[LAYER_SEQUENCE, SOURCE]), int(ray_branch[LAYER_SEQUENCE, POINT])
     k0, kr, c0 = ray_branch[KAPPA, at_source], ray_branch[KAPPA, at_point], ray_branch[SPEED, at_source]
     cr = ray_branch[SPEED, at_point]
-    v, sine, cosine, tube = block[B_V, i], block[B_SINE, i], block[B_COSINE, i], block[B_SLOPE, i]
+    v, sine, cosine, tube = block.v[i], block.sine[i], block.cosine[i], block.derivative[i]
     s0, sr = math.sqrt(sine * sine + cosine * cosine * k0), math.sqrt(sine * sine + cosine * cosine * kr)
-    width = block[B_X, i] * abs(s0 * sr * tube) / (c0 * cr)
+    width = block.reach[i] * abs(s0 * sr * tube) / (c0 * cr)
     rays[k, n, AMPLITUDE] = min(MAX_AMPLITUDE, 1 / math.sqrt(width)) if width > 0 else MAX_AMPLITUDE
     p = cosine / top
-    error = block[B_FAR, i] - p * block[B_X, i]
+    error = block.distance[i] - p * block.reach[i]
     step = -error * top / (tube * v * cosine * cosine * cosine)
-    rays[k, n, DELAY] = block[B_DELAY, i]
-    rays[k, n, LENGTH] = block[B_LENGTH, i] + error * p * cr
+    rays[k, n, DELAY] = block.delay[i]
+    rays[k, n, LENGTH] = block.length[i] + error * p * cr
     if error != 0 and abs(step) < 0.1 * v:
         rays[k, n, DELAY] += p * error + 0.5 * error * error / tube
         cosine = 1 / math.sqrt(1 + (v + step) * (v + step))
@@ -309,5 +332,5 @@ def write_ray_properties(
     rays[k, n, SIN_LAUNCH], rays[k, n, SIN_ARRIVAL] = launch_sign * s0, arrival_sign * sr
     rays[k, n, TURNS] = turns
     rays[k, n, CAUSTICS] = 0 if turns == 0 else turns - 1 + (1 if tube > 0 else 0)
-    rays[k, n, AT_END] = 1.0 if block[B_PINNED, i] == 1 else 0.0
+    rays[k, n, AT_END] = 1.0 if block.state[i] == AT_BRANCH_END else 0.0
     rays[k, n, FOLD], rays[k, n, FOLD_CURVATURE], rays[k, n, FOLD_SIDE] = math.inf, 1.0, 0.0
