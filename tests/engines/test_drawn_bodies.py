@@ -45,7 +45,8 @@ def test_of_a_quay_wall_only_what_is_in_reach_is_drawn(even, monkeypatch):
     rows = np.array([row[int(key)] for key in found.scatterer_id])
     for column in ("position", "normal", "area", "phase"):
         np.testing.assert_array_equal(getattr(found, column), getattr(whole, column)[rows])
-    received = sight.reaches(whole.position, np.zeros(len(whole))) & facing(whole.position, whole.normal, sight)
+    received = sight.reaches(whole.position, np.zeros(len(whole)))
+    received &= facing(whole.position, whole.normal, sight.point_images, max_deviation=sight.max_deviation)
     assert set(np.flatnonzero(received)) <= set(rows)
 
 

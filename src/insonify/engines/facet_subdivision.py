@@ -23,6 +23,7 @@ from insonify.engines.patch_subdivision import (
     pulse_sides,
     subdivide,
 )
+from insonify.engines.target_culling import facing
 from insonify.engines.target_insonification import target_insonification
 from insonify.propagation.path_settings import PathSettings
 from insonify.propagation.propagation_model import PropagationModel
@@ -204,11 +205,12 @@ def are_deep(scene: Scene, solid: Solid, insonification: TargetInsonification) -
 
 
 def towards(scene: Scene, solid: Solid, insonification: TargetInsonification) -> Floats:
-    """Corners of the triangles of a smooth mesh that look at both ends [m], shape (t, 3, 3)."""
+    """Corners of the triangles of a smooth mesh that face both ends [m], shape (t, 3, 3)."""
     corners = smooth_triangles(solid, scene.seabed)
-    return corners[
-        np.logical_and(*(_faces_any(corners, images, insonification.max_deviation) for images in insonification.images))
-    ]
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-300)
+    images, max_deviation = insonification.images, insonification.max_deviation
+    return corners[facing(corners.mean(axis=1), normal, images, max_deviation=max_deviation)]
 
 
 def _middle(scene: Scene, solid: Solid) -> Floats:
@@ -313,14 +315,3 @@ def _flat_side(nearness: Any, insonification: TargetInsonification) -> Any:
     # the path to a corner is longer by half the square of its distance over the path's length
     bend = insonification.wavenumber * CORNER_DISTANCE**2 * np.maximum(nearness, 1e-300)
     return np.sqrt(2 * MAX_WAVEFRONT_PHASE / bend)
-
-
-def _faces_any(corners: Floats, images: Floats, max_deviation: float) -> NDArray[np.bool_]:
-    """True for triangles that face any of some positions, within a sine of `max_deviation`, shape (t,)."""
-    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-300)
-    seen = np.zeros(len(corners), bool)
-    for position in images:
-        ray = position - corners.mean(axis=1)
-        seen |= np.einsum("tk,tk->t", ray, normal) > -max_deviation * np.linalg.norm(ray, axis=1)
-    return seen

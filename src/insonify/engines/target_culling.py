@@ -4,6 +4,8 @@ A long target has far more points than one ping reaches. Consecutive points lie 
 as spheres; of the remaining runs, points on faces turned away from all images of an end are dropped too.
 """
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -50,7 +52,9 @@ def rows_in_reach(
     away = np.linalg.norm(position - np.repeat(middle, count, axis=0), axis=1)
     radius = np.maximum.reduceat(away, starts)
     rows = np.flatnonzero(np.repeat(insonification.reaches(middle, radius), count))
-    return rows[facing(position[rows], normal[rows], insonification)]
+    return rows[
+        facing(position[rows], normal[rows], insonification.point_images, max_deviation=insonification.max_deviation)
+    ]
 
 
 def facing_both_ends(points: Scatterers, ping_geometry: PingGeometry) -> Scatterers:
@@ -60,28 +64,29 @@ def facing_both_ends(points: Scatterers, ping_geometry: PingGeometry) -> Scatter
         points: Points on the faces of one target.
         ping_geometry: The sonar at this ping.
     """
-    is_facing = np.ones(len(points), bool)
-    ends = ping_geometry.transmit_position, ping_geometry.receive_position
-    for end in ends[: 1 if ping_geometry.is_monostatic else 2]:
-        is_facing &= np.einsum("nk,nk->n", end - points.position, points.normal) > -GRAZING
-    return points.take(np.flatnonzero(is_facing))
+    ends = ping_geometry.transmit_position[None], ping_geometry.receive_position[None]
+    images = ends[:1] if ping_geometry.is_monostatic else ends
+    return points.take(np.flatnonzero(facing(points.position, points.normal, images, margin=GRAZING)))
 
 
-def facing(position: Floats, normal: Floats, insonification: TargetInsonification) -> NDArray[np.bool_]:
-    """True for points on faces that are turned to some image of both ends, shape (n,).
+def facing(
+    position: Floats, normal: Floats, images: Sequence[Floats], *, max_deviation: float = 0.0, margin: float = 0.0
+) -> NDArray[np.bool_]:
+    """True for points on faces that are turned to some image of each end, shape (n,).
 
     Args:
         position: Positions of points on the faces of one target [m], shape (n, 3).
         normal: Unit normals of the faces there, shape (n, 3).
-        insonification: Images of the sonar, window and beams with respect to the target.
+        images: Positions of the images of each end [m], shapes (f, 3).
+        max_deviation: Sine of the angle by which rays may arrive off the straight lines from the images [1].
+        margin: Distance of an image below a face up to which the face counts as turned to it [m].
     """
-    both = np.ones(len(position), bool)
-    for images in insonification.point_images:
-        faces_image = np.zeros(len(position), bool)
-        for image in images:
+    faces_all = np.ones(len(position), bool)
+    for images_of_end in images:
+        faces_any = np.zeros(len(position), bool)
+        for image in images_of_end:
             ray = image - position
-            faces_image |= np.einsum("nk,nk->n", ray, normal) > -insonification.max_deviation * np.linalg.norm(
-                ray, axis=1
-            )
-        both &= faces_image
-    return both
+            depth_below = margin + (max_deviation * np.linalg.norm(ray, axis=1) if max_deviation > 0 else 0.0)
+            faces_any |= np.einsum("nk,nk->n", ray, normal) > -depth_below
+        faces_all &= faces_any
+    return faces_all

@@ -264,7 +264,8 @@ def _points_of(
         if box_cells(target, scene.seabed_depth_under(target), pitch, rise) > MAX_UNCULLED:
             insonified = insonification()
             points = _box_points(*key, reaches=insonified.reaches)
-            return points.take(facing(points.position, points.normal, insonified))
+            images, max_deviation = insonified.point_images, insonified.max_deviation
+            return points.take(facing(points.position, points.normal, images, max_deviation=max_deviation))
         return _KEPT.get(key, partial(_box_points, *key))
     pitch = _solid_pitch(scene, target, ping_geometry, slant, cells)
     draw = partial(solid_scatterers, target, scene.seabed, seed, pitch, row, quadrature=quadrature)
