@@ -6,17 +6,7 @@ import pytest
 
 from insonify.cli import main
 from insonify.formats.label_store import open_labels
-
-SHORT = """
-targets: [{shape: box, position: [0 m, 150.5 m], size: [2 m, 1 m, 1 m]}]
-sonar:
-  source_level_db: 220
-  pulse: {kind: cw, frequency: 100 kHz, duration: 0.2 ms}
-  transmit: {kind: line, length: 1.5 m}
-  receive: {kind: line, length: 1.5 m}
-track: {kind: static, position: [0, 0, 11 m], window: [199 ms, 204 ms]}
-paths: {geometry: slice, max_reflections: 0}
-"""
+from oracles.short_window import WITH_TARGET
 
 
 def test_a_recording_is_labelled_and_drawn(
@@ -24,7 +14,7 @@ def test_a_recording_is_labelled_and_drawn(
 ) -> None:
     """Without labels `show --labels` states how to make them (2); `run --labels` adds them; then there is a picture."""
     monkeypatch.chdir(tmp_path)
-    Path("a.yaml").write_text(SHORT, encoding="utf-8")
+    Path("a.yaml").write_text(WITH_TARGET, encoding="utf-8")
     assert main(["run", "a.yaml", "-o", "a.zarr"]) == 0
     assert main(["show", "a.zarr", "--labels", "-o", "a.png"]) == 2
     assert "insonify run FILE -o a.zarr --labels" in capsys.readouterr().err
@@ -47,7 +37,9 @@ def test_elements_are_not_labelled_and_a_demo_needs_a_folder(tmp_path, capsys):
 
 def test_labels_of_elements_are_not_offered(tmp_path, capsys):
     """What `run --labels` refuses, `show --labels` does not advise: a recording of elements can have none."""
-    text = SHORT.replace("receive: {kind: line, length: 1.5 m}", "receive: {kind: line, length: 0.1 m, elements: 4}")
+    text = WITH_TARGET.replace(
+        "receive: {kind: line, length: 1.5 m}", "receive: {kind: line, length: 0.1 m, elements: 4}"
+    )
     text = text.replace("sonar:\n", "sonar:\n  receiver: {record: elements}\n").replace("geometry: slice, ", "")
     text = text.replace("199 ms, 204 ms", "20 ms, 21 ms")
     (tmp_path / "a.yaml").write_text(text, encoding="utf-8")

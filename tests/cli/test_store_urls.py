@@ -6,16 +6,8 @@ import pytest
 from fsspec.implementations.memory import MemoryFileSystem
 
 from insonify.cli import main
+from oracles.short_window import SHORT
 
-SHORT = """
-sonar:
-  source_level_db: 220
-  pulse: {kind: cw, frequency: 100 kHz, duration: 0.2 ms}
-  transmit: {kind: line, length: 1.5 m}
-  receive: {kind: line, length: 1.5 m}
-track: {kind: static, position: [0, 0, 11 m], window: [199 ms, 204 ms]}
-paths: {geometry: slice, max_reflections: 0}
-"""
 URL = "memory://store/harbour.zarr"
 
 

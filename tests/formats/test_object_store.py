@@ -3,7 +3,6 @@
 import os
 import random
 import shutil
-import subprocess
 import sys
 import uuid
 import warnings
@@ -30,10 +29,7 @@ from insonify.formats.store_writer import COMPLETE, StoreWriter
 from insonify.formats.zarr_store import identity, open_recording
 from insonify.kernel_cache import user_cache
 from insonify.part import Part
-from insonify.records.recording import RecordingLayout
-
-PINGS, CHANNELS, SAMPLES, PER_SHARD = 150, 2, 6, 64
-SAME = {"scenario": "title: here", "seed": 1, "version": "0"}
+from oracles.numbered_pings import PER_SHARD, PINGS, SAME, layout, sound, write_and_kill_apart
 
 
 @pytest.fixture(autouse=True)
@@ -48,17 +44,6 @@ def url(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[str]:
     """A place for a recording, in memory or on disk."""
     yield f"memory://{uuid.uuid4().hex}/a.zarr" if request.param == "memory" else f"file://{tmp_path}/store/a.zarr"
     MemoryFileSystem.store.clear()
-
-
-def layout(pings: int = PINGS) -> RecordingLayout:
-    """A track of a sonar with two beams."""
-    place = np.arange(3.0 * pings).reshape(pings, 3)
-    return RecordingLayout("pressure", np.arange(SAMPLES) / 25e3, 0.3 * np.arange(pings), np.zeros(2), place, place)
-
-
-def sound(ping: int) -> np.ndarray:
-    """Some pressure, another one for every ping."""
-    return np.random.default_rng(ping).normal(size=(CHANNELS, 2 * SAMPLES)).astype(np.float32).view(np.complex64)
 
 
 def write_part(path: str | Path, part: Part | None = None, pings: range = range(PINGS), count: int = PINGS) -> int:
@@ -352,43 +337,10 @@ def test_a_million_pings_are_a_few_objects(url: str, monkeypatch: pytest.MonkeyP
     assert len(mine.of_part(Part(977, 977), list(range(10**6)))) == 10**6 % 1024
 
 
-WORKERS = """
-import os, random, signal, sys, time, warnings
-sys.path.insert(0, {tests!r})
-import test_object_store as t
-t.shards.MOST_PINGS = t.PER_SHARD
-warnings.simplefilter("ignore")
-url, order, kills, parts = {url!r}, random.Random(5), 20, [t.Part(k, 3) for k in range(1, 4)]
-while parts or kills:
-    order.shuffle(parts)
-    pids = []
-    for part in [*parts[:2], *parts[:1]]:  # one of them twice
-        pids.append(os.fork())
-        if not pids[-1]:
-            try:
-                t.write_part(url, part)
-            except BaseException as error:
-                print(type(error), error, file=sys.stderr, flush=True)
-                os._exit(1)
-            os._exit(0)
-    for pid in pids:
-        if kills:
-            time.sleep(order.uniform(0.0, 0.06))
-            os.kill(pid, signal.SIGKILL)
-            kills -= 1
-    ended = [os.waitpid(pid, 0)[1] for pid in pids]
-    assert all(code in (0, signal.SIGKILL) for code in ended), ended
-    if not kills:
-        parts = parts[2:]
-t.write_part(url)
-"""
-
-
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="processes are forked")
 def test_twenty_processes_are_killed_and_the_recording_is_the_serial_one(tmp_path: Path) -> None:
     """Three parts, two at a time and one of them twice, 20 of these processes killed by SIGKILL: the same bytes."""
     url = f"file://{tmp_path}/store/a.zarr"
-    subprocess.run([sys.executable, "-c", WORKERS.format(tests=str(Path(__file__).parent), url=url)], check=True,
-                   timeout=120)  # fmt: skip
+    write_and_kill_apart(__file__, url, parts=3, at_once=2, longest=0.06)
     found = {name: content for name, content in objects(url).items() if not name.endswith(".partial")}
     assert found == on_disk(tmp_path)

@@ -2,8 +2,6 @@
 
 import os
 import random
-import subprocess
-import sys
 from contextlib import suppress
 from pathlib import Path
 
@@ -23,10 +21,7 @@ from insonify.formats.zarr_store import (
     write_ping,
 )
 from insonify.part import Part
-from insonify.records.recording import RecordingLayout
-
-PINGS, CHANNELS, SAMPLES, PER_SHARD = 150, 2, 6, 64
-SAME = {"scenario": "title: here", "seed": 1, "version": "0"}
+from oracles.numbered_pings import PER_SHARD, PINGS, SAME, layout, run_apart, sound, write_and_kill_apart
 
 
 @pytest.fixture(autouse=True)
@@ -35,28 +30,16 @@ def small_shards(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(shards, "MOST_PINGS", PER_SHARD)
 
 
-def layout(pings: int = PINGS) -> RecordingLayout:
-    """A track of a sonar with two beams."""
-    place = np.arange(3.0 * pings).reshape(pings, 3)
-    return RecordingLayout("pressure", np.arange(SAMPLES) / 25e3, 0.3 * np.arange(pings), np.zeros(2), place, place)
-
-
-def sound(ping: int) -> np.ndarray:
-    """Some pressure, another one for every ping."""
-    return np.random.default_rng(ping).normal(size=(CHANNELS, 2 * SAMPLES)).astype(np.float32).view(np.complex64)
-
-
 def writer(path: Path) -> RecordingWriter:
     """A writer into the recording."""
     return RecordingWriter(path, layout(), SAME)
 
 
-def write_part(path: Path, part: Part | None = None, order: random.Random | None = None) -> None:
-    """Write what is missing of a part, as `record` does, in a random order."""
-    mine = writer(path)
+def write_part(path: str | Path, part: Part | None = None) -> None:
+    """Write what is missing of a part in a random order, as `record` does."""
+    mine = writer(Path(path))
     missing, _ = mine.missing(mine.of_part(part, list(range(PINGS))))
-    if order is not None:
-        order.shuffle(missing)
+    random.Random(part.number if part else 0).shuffle(missing)
     for ping, *_ in missing:
         mine.write(ping, sound(ping), None)
     mine.pack()
@@ -113,7 +96,7 @@ def test_parts_in_any_order_are_the_serial_run(serial: Path, tmp_path: Path, cou
     parts = [Part(k, count) for k in range(1, count + 1)] * 2
     order.shuffle(parts)
     for part in parts:
-        write_part(tmp_path / "a.zarr", part, order)
+        write_part(tmp_path / "a.zarr", part)
     assert contents(tmp_path / "a.zarr") == contents(serial)
 
 
@@ -148,39 +131,11 @@ def test_killed_while_it_packs_nothing_is_lost(
     assert contents(path) == contents(serial)
 
 
-WORKERS = """
-import os, random, signal, sys, time
-sys.path.insert(0, {tests!r})
-import test_shards as t
-t.shards.MOST_PINGS = t.PER_SHARD
-path, order, kills, parts = t.Path({path!r}), random.Random(5), 20, [t.Part(k, 5) for k in range(1, 6)]
-while parts or kills:
-    order.shuffle(parts)
-    pids = []
-    for part in [*parts[:3], *parts[:1]]:  # one of them twice
-        pids.append(os.fork())
-        if not pids[-1]:
-            t.write_part(path, part, order)
-            os._exit(0)
-    for pid in pids:
-        if kills:
-            time.sleep(order.uniform(0.0, 0.03))
-            os.kill(pid, signal.SIGKILL)
-            kills -= 1
-    ended = [os.waitpid(pid, 0)[1] for pid in pids]
-    assert all(code in (0, signal.SIGKILL) for code in ended), ended
-    if not kills:
-        parts = parts[3:]
-t.write_part(path)
-"""
-
-
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="processes are forked")
 def test_twenty_processes_are_killed_and_the_recording_is_the_serial_one(serial: Path, tmp_path: Path) -> None:
     """Five parts, three at a time and one of them twice, 20 of these processes killed by SIGKILL: the same bytes."""
     path = tmp_path / "a.zarr"
-    script = WORKERS.format(tests=str(Path(__file__).parent), path=str(path))
-    subprocess.run([sys.executable, "-c", script], check=True, timeout=120)
+    write_and_kill_apart(__file__, str(path), parts=5, at_once=3, longest=0.03)
     found, expected = contents(path), contents(serial)
     assert {name: found[name] for name in expected} == expected
     left = found.keys() - expected.keys()
@@ -188,8 +143,7 @@ def test_twenty_processes_are_killed_and_the_recording_is_the_serial_one(serial:
 
 
 CREATORS = """
-import os, sys
-sys.path.insert(0, {tests!r})
+import os
 import test_shards as t
 start, output = os.pipe(), os.pipe()
 for _ in range(4):
@@ -207,9 +161,7 @@ print(codes, len(set(os.read(output[0], 9999).split())))
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="processes are forked")
 def test_the_first_creation_wins(tmp_path: Path) -> None:
     """Four processes that create a recording at once agree on one identity, and nothing else is left."""
-    script = CREATORS.format(tests=str(Path(__file__).parent), path=str(tmp_path / "a.zarr"))
-    output = subprocess.run([sys.executable, "-c", script], check=True, timeout=120, capture_output=True).stdout
-    assert output.split() == b"[0, 0, 0, 0] 1".split()
+    assert run_apart(CREATORS.format(path=str(tmp_path / "a.zarr"))) == "[0, 0, 0, 0] 1\n"
     assert [entry.name for entry in tmp_path.iterdir()] == ["a.zarr"]
 
 
@@ -267,7 +219,7 @@ def test_a_recording_of_an_earlier_version_is_read_and_continued(
         write_ping(path, ping, sound(ping))
     assert np.flatnonzero(open_recording(path).done).tolist() == [0, 7, 149]
     for number in (3, 1, 2):
-        write_part(path, Part(number, 3), random.Random(number))
+        write_part(path, Part(number, 3))
     assert recorded_pings(path).all() and not (path / ".loose").exists()
     assert len(list((path / "pressure" / "c").iterdir())) == PINGS
     np.testing.assert_array_equal(open_recording(path).pressure, np.stack([sound(k) for k in range(PINGS)]))

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 from scipy.special import airy
-from tests.oracles.wave import direct_field
 
 from insonify.propagation._eigenray_kernel import (
     AMPLITUDE,
@@ -18,6 +17,7 @@ from insonify.propagation._eigenray_kernel import (
 from insonify.propagation.caustic import fold_distance, fold_factor
 from insonify.propagation.eigenray_record import exact_solutions
 from insonify.propagation.sound_speed_layers import SoundSpeedLayers
+from oracles.wave import direct_field
 
 # A source at 11 m below a layer in which sound speed falls from 1510 m/s at 4 m to 1490 m/s at 8 m: rays that turn in
 # it come back to the source's depth at 6 / tan + 2 c tan / g, no nearer than 119.6 m: a fold.

@@ -4,7 +4,6 @@ import dataclasses
 
 import numpy as np
 import pytest
-from tests.oracles.columns import NAMED, nasty_column, random_column
 
 from insonify.ocean.profile import SoundSpeedProfile
 from insonify.propagation._eigenray_kernel import (
@@ -30,6 +29,7 @@ from insonify.propagation.eigenray_table import (
     eigenray_table,
 )
 from insonify.propagation.sound_speed_layers import sound_speed_layers
+from oracles.columns import NAMED, nasty_column, random_column
 
 FAMILIES = {"D": "", "S": "S", "B": "B", "SB": "SB", "BS": "BS"}
 

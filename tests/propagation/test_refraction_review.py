@@ -4,7 +4,6 @@ import warnings
 
 import numpy as np
 import pytest
-from tests.oracles.wave import direct_field
 
 from insonify.propagation.eigenray_tables import MAX_TABLES, exact_rays
 from insonify.propagation.propagation_model import RayDomain
@@ -16,6 +15,7 @@ from insonify.scene.scatterers import Scatterers
 from insonify.scene.scene import Scene
 from insonify.simulator import build_simulator
 from oracles.scenes import nominal
+from oracles.wave import direct_field
 
 DEPTH = 20.0
 THERMO = [[0.0, 1510.0], [8.0, 1510.0], [14.0, 1490.0], [20.0, 1490.0]]
