@@ -1,10 +1,12 @@
 """Files that a scenario names: where they lie, and whether they are still what they were."""
 
+import csv
 import hashlib
 import signal
 import stat
 import subprocess
 import sys
+from collections.abc import Iterator, Mapping
 from functools import lru_cache
 from pathlib import Path
 from typing import Annotated
@@ -120,6 +122,57 @@ def table_text(path: str | Path) -> str:
     except UnicodeDecodeError as fault:
         line = raw[: fault.start].count(b"\n") + 1
         raise ValueError(f"{path}, line {line}: not text. Save the table as CSV in UTF-8.") from None
+
+
+def table_rows(path: str | Path, example: str) -> Iterator[tuple[int, list[str]]]:
+    """Line number and cells of each row that is neither blank nor a comment, the header first.
+
+    Cells are separated by commas, semicolons or tabs. A line ends at a line feed, as in every editor: no cell continues
+    in the next line.
+
+    Args:
+        path: File of the table.
+        example: Header that the error message of an empty file proposes.
+
+    Raises:
+        OSError: The file cannot be opened.
+        ValueError: A row cannot be read, or has more or fewer cells than the header; file and line are named.
+    """
+    lines = table_text(path).replace("\r\n", "\n").replace("\r", "\n").split("\n")
+    filled = [(i, line) for i, line in enumerate(lines, 1) if line.strip(" \t,;") and not line.lstrip().startswith("#")]
+    if not filled:
+        raise ValueError(f"{path}, line 1: the file is empty. Write a header: {example}")
+    delimiter = next((mark for mark in ";\t" if mark in filled[0][1]), ",")
+    columns = 0
+    for i, line in filled:
+        if line.count('"') % 2:
+            raise ValueError(f"{path}, line {i}: a quote is opened and not closed. Close it, or delete it.")
+        try:
+            row = [cell.strip() for cell in next(csv.reader([line], delimiter=delimiter, skipinitialspace=True))]
+        except csv.Error as fault:
+            raise ValueError(f"{path}, line {i}: not a row of a table ({fault}). Correct or delete the line.") from None
+        columns = columns or len(row)
+        if len(row) != columns:
+            raise ValueError(
+                f"{path}, line {i}: {len(row)} columns where the header has {columns}. Is a value missing?"
+            )
+        yield i, row
+
+
+def name_and_unit(title: str, synonyms: Mapping[str, str]) -> tuple[str, str]:
+    """Name and unit of a column with a header such as "Depth [m]" or "heading (deg)"."""
+    name, _, unit = title.replace("(", "[").partition("[")
+    name = name.strip().lower()
+    return synonyms.get(name, name), unit.strip(" ])")
+
+
+def is_number(text: str) -> bool:
+    """True for a cell that holds a number."""
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
 
 
 def file_digest(file: str | Path) -> str:

@@ -4,14 +4,12 @@ Depth and speed, or depth, temperature and salinity; commas, semicolons or tabs;
 units or units in the header; lines that begin with # are comments. Every error names line and column.
 """
 
-import csv
-from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from insonify.data_file import table_text
+from insonify.data_file import is_number, name_and_unit, table_rows
 from insonify.ocean.profile import FASTEST, SLOWEST, SoundSpeedProfile
 from insonify.units import UNITS
 
@@ -41,7 +39,7 @@ class _ProfileColumn:
             number = float(text)
         except ValueError:
             point = text.replace(",", ".")
-            hint = f" The decimal mark is a point: {point}." if text.count(",") == 1 and _is_number(point) else ""
+            hint = f" The decimal mark is a point: {point}." if text.count(",") == 1 and is_number(point) else ""
             advice = hint or " Write a plain number, such as 12.5."
             raise ValueError(f"{cell}: {text!r} is not a number.{advice}") from None
         number *= units[self.unit]
@@ -66,14 +64,12 @@ def read_profile(path: str | Path, *, model: str = "teos10") -> SoundSpeedProfil
         FileNotFoundError: The file does not exist.
         ValueError: The table cannot be read; the message names file, line and column.
     """
-    rows = _rows(Path(path))
+    rows = table_rows(path, "depth,speed")
     line, header = next(rows, (1, []))
     columns = _columns(header, f"{path}, line {line}")
     table: list[list[float]] = []
     for line, row in rows:
         where = f"{path}, line {line}"
-        if len(row) != len(header):
-            raise ValueError(f"{where}: {len(row)} columns where the header has {len(header)}. Is a value missing?")
         if not table and (units := _units_row(row, columns, where)) is not None:
             columns = units
             continue
@@ -101,25 +97,11 @@ def _depth_order_advice(before: list[float], row: list[float]) -> str:
     return "Sort the rows."
 
 
-def _rows(path: Path) -> Iterator[tuple[int, list[str]]]:
-    """Line number and cells of each row that is neither blank nor a comment."""
-    lines = table_text(path).splitlines()
-    data = [(i, text) for i, text in enumerate(lines, 1) if text.strip(" \t,;") and not text.lstrip().startswith("#")]
-    if not data:
-        raise ValueError(f"{path}, line 1: the file is empty. Write a header: depth,speed")
-    delimiter = next((mark for mark in ";\t" if mark in data[0][1]), ",")
-    for i, text in data:
-        try:
-            yield i, [cell.strip() for cell in next(csv.reader([text], delimiter=delimiter))]
-        except csv.Error as fault:
-            raise ValueError(f"{path}, line {i}: not a row of a table ({fault}). Correct or delete the line.") from None
-
-
 def _columns(header: list[str], where: str) -> list[_ProfileColumn]:
     """Columns that are read, in the order depth, speed or depth, temperature, salinity."""
     by_name: dict[str, _ProfileColumn] = {}
     for index, title in enumerate(header):
-        name, unit = _title(title)
+        name, unit = name_and_unit(title, SYNONYMS)
         if name not in QUANTITIES:
             continue
         if name in by_name:
@@ -129,7 +111,7 @@ def _columns(header: list[str], where: str) -> list[_ProfileColumn]:
         )
     required = ["depth", "speed"] if "speed" in by_name else ["depth", "temperature", "salinity"]
     if missing := [name for name in required if name not in by_name]:
-        wrong = next((i for i, title in enumerate(header) if _title(title)[0] not in QUANTITIES), 0)
+        wrong = next((i for i, title in enumerate(header) if name_and_unit(title, SYNONYMS)[0] not in QUANTITIES), 0)
         raise ValueError(
             f"{where}, column {wrong + 1}: the header is {', '.join(header)!r}; no column is named {missing[0]}. "
             "Begin the table with depth,speed or with depth,temperature,salinity."
@@ -137,16 +119,9 @@ def _columns(header: list[str], where: str) -> list[_ProfileColumn]:
     return [by_name[name] for name in required]
 
 
-def _title(title: str) -> tuple[str, str]:
-    """Name and unit of a header such as "Depth [m]" or "speed (m/s)"."""
-    name, _, unit = title.replace("(", "[").partition("[")
-    name = name.strip().lower()
-    return SYNONYMS.get(name, name), unit.strip(" ])")
-
-
 def _units_row(row: list[str], columns: list[_ProfileColumn], where: str) -> list[_ProfileColumn] | None:
     """Columns with the units of this row; None if it is a row of values."""
-    if any(_is_number(row[column.index]) for column in columns if column.name != "salinity"):
+    if any(is_number(row[column.index]) for column in columns if column.name != "salinity"):
         return None
     if not any(row[column.index].strip("[]()") in QUANTITIES[column.name][0] for column in columns):
         return None
@@ -164,11 +139,3 @@ def _known_unit(name: str, unit: str, where: str) -> str:
 
 def _default_unit(name: str) -> str:
     return next(iter(QUANTITIES[name][0]))
-
-
-def _is_number(text: str) -> bool:
-    try:
-        float(text)
-    except ValueError:
-        return False
-    return True

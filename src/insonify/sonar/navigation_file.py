@@ -5,8 +5,6 @@ separated by commas, semicolons or tabs; units stand in the header, "heading [de
 seconds, or a date and time by ISO 8601. Every error is reported with its file, line and column.
 """
 
-import csv
-from collections.abc import Iterator
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
@@ -14,7 +12,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from insonify.data_file import table_text
+from insonify.data_file import is_number, name_and_unit, table_rows
 from insonify.units import UNITS
 
 Floats = NDArray[np.float64]
@@ -70,7 +68,7 @@ class _LogColumn:
         location = f"{where}, column {self.index + 1} ({self.name})"
         if not text:
             raise ValueError(f"{location}: nothing stands here. Fill it in, or delete the row.")
-        if self.name == "time" and not _is_number(text):
+        if self.name == "time" and not is_number(text):
             return _seconds_since_1970(text, location)
         try:
             number = float(text)
@@ -105,15 +103,13 @@ def read_navigation(path: str | Path, *, origin: tuple[float, float] | None = No
         OSError: The file cannot be opened.
         ValueError: The table cannot be read; the message names file, line and column.
     """
-    rows = _rows(Path(path))
+    rows = table_rows(path, "time,north,east,depth,heading [deg]")
     line, header = next(rows, (1, []))
     columns = _columns(header, f"{path}, line {line}")
     lines: list[int] = []
     table: list[list[float]] = []
     for line, row in rows:
         where = f"{path}, line {line}"
-        if len(row) != len(header):
-            raise ValueError(f"{where}: {len(row)} columns where the header has {len(header)}. Is a value missing?")
         table.append([column.value(row[column.index], where) for column in columns])
         lines.append(line)
         if len(table) > 1 and table[-1][0] <= table[-2][0]:
@@ -195,29 +191,11 @@ def _log(
     return NavigationLog(time, position, np.stack(angles, axis=-1), lines, log_origin)
 
 
-def _rows(path: Path) -> Iterator[tuple[int, list[str]]]:
-    """Line number and cells of each row that is neither blank nor a comment."""
-    text = table_text(path)
-    # only line feeds separate lines, as in every editor: no cell continues in the next line
-    lines = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
-    filled = [(i, line) for i, line in enumerate(lines, 1) if line.strip(" \t,;") and not line.lstrip().startswith("#")]
-    if not filled:
-        raise ValueError(f"{path}, line 1: the file is empty. Write a header: time,north,east,depth,heading [deg]")
-    delimiter = next((mark for mark in ";\t" if mark in filled[0][1]), ",")
-    for i, line in filled:
-        if line.count('"') % 2:
-            raise ValueError(f"{path}, line {i}: a quote is opened and not closed. Close it, or delete it.")
-        try:
-            yield i, [cell.strip() for cell in next(csv.reader([line], delimiter=delimiter, skipinitialspace=True))]
-        except csv.Error as fault:
-            raise ValueError(f"{path}, line {i}: no row of a table ({fault}). Mend or delete the line.") from None
-
-
 def _columns(header: list[str], where: str) -> list[_LogColumn]:
     """Columns that are read, time first."""
     columns: dict[str, _LogColumn] = {}
     for index, title in enumerate(header):
-        name, unit = _name_and_unit(title)
+        name, unit = name_and_unit(title, SYNONYMS)
         if name not in COLUMNS:
             continue
         location = f"{where}, column {index + 1}"
@@ -237,13 +215,6 @@ def _columns(header: list[str], where: str) -> list[_LogColumn]:
             f"column {missing[0]}."
         )
     return [columns.pop("time"), *columns.values()]
-
-
-def _name_and_unit(title: str) -> tuple[str, str]:
-    """Name and unit of a header such as "Heading [deg]" or "depth (m)"."""
-    name, _, unit = title.replace("(", "[").partition("[")
-    name = name.strip().lower()
-    return SYNONYMS.get(name, name), unit.strip(" ])")
 
 
 def _checked_unit(name: str, unit: str, where: str) -> str:
@@ -272,11 +243,3 @@ def _seconds_since_1970(text: str, location: str) -> float:
             f"{location}: {text!r} is neither a number nor a date and time. Write seconds, or 2026-05-04T12:30:00.25."
         ) from None
     return (time if time.tzinfo else time.replace(tzinfo=UTC)).timestamp()
-
-
-def _is_number(text: str) -> bool:
-    try:
-        float(text)
-    except ValueError:
-        return False
-    return True
