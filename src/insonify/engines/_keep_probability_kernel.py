@@ -163,6 +163,6 @@ def find_peaked_parts(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _max_corner_gain(corner: Floats, i: int, j: int, step: int) -> float:
-    """Largest of four values at the corners of a square of `step` parts."""
+    """Largest of the gains at the corners of a square whose sides are `step` nodes long and that starts at (i, j)."""
     low, high = max(corner[i, j], corner[i, j + step]), max(corner[i + step, j], corner[i + step, j + step])
     return max(low, high)

@@ -1,6 +1,6 @@
-"""Kernels of the path from one position to another by a point of the ground: its length and derivatives.
+"""Kernels of the path from one position to another by a point of the terrain: its length and derivatives.
 
-Lengths in layered water are travel times times the speed at the surface. The ground is a uniform cubic spline.
+Lengths in layered water are travel times times the speed at the surface. The terrain is a uniform cubic spline.
 """
 
 import math
@@ -22,6 +22,13 @@ Floats = NDArray[np.float64]
 
 COLUMNS = 12
 """Columns of `bottom_paths` [1]."""
+LENGTH, NORTH, EAST = 0, 1, 2
+"""Columns of the path length [m] and of its derivatives by north and by east [1]."""
+CURVATURE, PLANE_CURVATURE = 3, 6
+"""First columns of the second derivatives by north twice, both, and east twice [1/m]: of the path by the terrain, and
+of that by its tangent plane."""
+GRAZING_SINE, DEPTH, SECANT = 9, 10, 11
+"""Columns of the sine of the grazing angle [1], the depth [m] and the secant of the terrain's slope [1]."""
 NEWTON_STEPS = 8
 """Steps towards a stationary point [1]."""
 
@@ -40,7 +47,7 @@ class TerrainSpline(NamedTuple):
 
 
 class PathEnds(NamedTuple):
-    """Ends of paths by the ground, or their images, and the water between."""
+    """Ends of paths by the terrain, or their images, and the water between."""
 
     begin: Floats
     """North, east, depth [m], (3,)."""
@@ -133,25 +140,27 @@ def _second_derivatives(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _path(north: float, east: float, terrain: TerrainSpline, ends: PathEnds, row: Floats) -> None:
-    """Write the columns of the path by one point, (12,)."""
+    """Write the columns of the path by one point, (COLUMNS,)."""
     depth, north1, east1, north2, both, east2 = depth_derivatives(north, east, terrain)
     row[:] = 0.0
     total_north = total_east = down = 0.0
     for end in (ends.begin, ends.stop):
         gradient = _path_gradient(north, east, depth, end, ends.water)
         nn, ne, ee, nd, ed, dd = _second_derivatives(gradient, depth, ends.water)
-        row[0] += gradient[5]
+        row[LENGTH] += gradient[5]
         total_north += gradient[0]
         total_east += gradient[1]
         down += gradient[2]
-        row[6] += nn + 2 * nd * north1 + dd * north1 * north1
-        row[7] += ne + nd * east1 + ed * north1 + dd * north1 * east1
-        row[8] += ee + 2 * ed * east1 + dd * east1 * east1
-    row[1], row[2] = total_north + down * north1, total_east + down * east1
-    row[3], row[4], row[5] = row[6] + down * north2, row[7] + down * both, row[8] + down * east2
-    steepness = math.sqrt(1 + north1 * north1 + east1 * east1)
-    row[9] = abs(down - total_north * north1 - total_east * east1) / (2 * steepness)
-    row[10], row[11] = depth, steepness
+        row[PLANE_CURVATURE] += nn + 2 * nd * north1 + dd * north1 * north1
+        row[PLANE_CURVATURE + 1] += ne + nd * east1 + ed * north1 + dd * north1 * east1
+        row[PLANE_CURVATURE + 2] += ee + 2 * ed * east1 + dd * east1 * east1
+    row[NORTH], row[EAST] = total_north + down * north1, total_east + down * east1
+    row[CURVATURE] = row[PLANE_CURVATURE] + down * north2
+    row[CURVATURE + 1] = row[PLANE_CURVATURE + 1] + down * both
+    row[CURVATURE + 2] = row[PLANE_CURVATURE + 2] + down * east2
+    secant = math.sqrt(1 + north1 * north1 + east1 * east1)
+    row[GRAZING_SINE] = abs(down - total_north * north1 - total_east * east1) / (2 * secant)
+    row[DEPTH], row[SECANT] = depth, secant
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -162,9 +171,7 @@ def bottom_paths(positions: Floats, terrain: TerrainSpline, ends: PathEnds, rows
         positions: North, east [m], (n, 2).
         terrain: Depth of the terrain.
         ends: Ends of the paths.
-        rows: Result: length [m]; its derivatives by north, by east [1]; second ones by north twice, both, and east
-            twice; those over the tangent plane [1/m]; sine of the grazing angle [1]; depth [m]; secant of the slope
-            [1], (n, 12).
+        rows: Result: the columns from `LENGTH` to `SECANT`, (n, COLUMNS).
     """
     for n in range(positions.shape[0]):
         _path(positions[n, 0], positions[n, 1], terrain, ends, rows[n])
@@ -172,14 +179,14 @@ def bottom_paths(positions: Floats, terrain: TerrainSpline, ends: PathEnds, rows
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def gradients_at_nodes(depth: Floats, margin: int, terrain: TerrainSpline, ends: PathEnds, gradient: Floats) -> None:
-    """Gradient of the length at the nodes of the ground.
+    """Gradient of the length of the path between two ends by each node of the terrain's lattice.
 
     Args:
         depth: Depth of the nodes [m], (a, b).
         margin: Nodes left out along each edge, at least 1.
-        terrain: The ground.
+        terrain: Depth of the terrain.
         ends: Ends of the paths.
-        gradient: Filled: by north and by east [1], (2, a - 2 margin, b - 2 margin).
+        gradient: Result: derivative by north and by east [1], (2, a - 2 margin, b - 2 margin).
     """
     is_homogeneous = ends.water.depth.size == 0
     path_gradient = np.zeros((3, gradient.shape[2]))
@@ -260,7 +267,7 @@ def stationary_points(starts: Floats, terrain: TerrainSpline, ends: PathEnds, co
 
     Args:
         starts: North, east [m], replaced, (n, 2).
-        terrain: The ground; the starts are a step apart.
+        terrain: Depth of the terrain; the starts are a step apart.
         ends: Ends of the paths.
         converged: Filled: True where a stationary point is found, (n,).
     """
@@ -270,7 +277,8 @@ def stationary_points(starts: Floats, terrain: TerrainSpline, ends: PathEnds, co
         converged[n] = True
         for number in range(NEWTON_STEPS):
             _path(north, east, terrain, ends, row)
-            g, h, nn, ne, ee = row[1], row[2], row[3], row[4], row[5]
+            g, h = row[NORTH], row[EAST]
+            nn, ne, ee = row[CURVATURE], row[CURVATURE + 1], row[CURVATURE + 2]
             determinant = nn * ee - ne * ne
             if not abs(determinant) > 1e-12:
                 converged[n] = False
@@ -287,5 +295,5 @@ def stationary_points(starts: Floats, terrain: TerrainSpline, ends: PathEnds, co
             north, east = north + part * move, east + part * aside
         if converged[n]:
             _path(north, east, terrain, ends, row)
-            converged[n] = math.hypot(row[1], row[2]) < 1e-7
+            converged[n] = math.hypot(row[NORTH], row[EAST]) < 1e-7
         starts[n, 0], starts[n, 1] = north, east

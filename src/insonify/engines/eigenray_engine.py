@@ -514,7 +514,7 @@ class EigenrayEngine:
         if terrain is None or not len(scatterers):  # a block of water may lie wholly below the seabed
             return legs
 
-        def occlude() -> TerrainOcclusion:
+        def build_occlusion() -> TerrainOcclusion:
             separation = float(np.linalg.norm(ping_geometry.transmit_position - ping_geometry.receive_position))
             launches = self.rays.launch_angles(float(position[2]))
             wavelength = self._wavelength(ping_geometry, position)
@@ -538,10 +538,8 @@ class EigenrayEngine:
         is_boundary_echo = scatterers.boundary == BOUNDARY_ECHO
         bearing = None if is_boundary_echo else ping_geometry.first_beam_bearing
         key = (ping_geometry.ping, position.tobytes(), bearing)
-        soft, occlusion = (
-            self.path_settings.edge_diffraction == "knife-edge",
-            self.caches.terrain_occlusion.get(key, occlude),
-        )
+        soft = self.path_settings.edge_diffraction == "knife-edge"
+        occlusion = self.caches.terrain_occlusion.get(key, build_occlusion)
         return reflect_off_relief(legs, scatterers, position, occlusion, self.scene, soft=soft, needed=needed)
 
     def _wavelength(self, ping_geometry: PingGeometry, position: Floats) -> float:

@@ -116,7 +116,7 @@ def concatenate_patches(parts: list[Patches]) -> Patches:
 
 def initial_patches(panel: Panel) -> Patches:
     """The few large patches that a panel begins with."""
-    rows, columns, span_s, span_t = panel.start
+    rows, columns, span_s, span_t = panel.first_division
     half_s, half_t = span_s / rows / 2, span_t / columns / 2
     s, t = (axis.ravel().astype(float) for axis in np.indices((rows, columns)))
     zeros = np.zeros(s.size)

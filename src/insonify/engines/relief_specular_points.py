@@ -20,6 +20,12 @@ from numpy.typing import NDArray
 
 from insonify.engines._relief_specular_points_kernel import (
     COLUMNS,
+    CURVATURE,
+    DEPTH,
+    GRAZING_SINE,
+    LENGTH,
+    PLANE_CURVATURE,
+    SECANT,
     PathEnds,
     TerrainSpline,
     bottom_paths,
@@ -258,15 +264,15 @@ def _rms_slope(terrain: SeabedTerrain, middle: Floats, reach: float) -> float:
 
 
 def _paths(terrain: TerrainSpline, positions: Floats, ends: PathEnds) -> Floats:
-    """Columns of `bottom_paths` of paths by positions (n, 2), shape (n, 12)."""
+    """Columns of `bottom_paths` of paths by positions (n, 2), shape (n, COLUMNS)."""
     rows = np.empty((len(positions), COLUMNS))
     bottom_paths(np.ascontiguousarray(positions), terrain, ends, rows)
     return rows
 
 
-def _matrices(elements: Floats) -> Floats:
-    """Symmetric matrices from their elements north-north, north-east, east-east, shape (n, 2, 2)."""
-    return elements[:, [0, 1, 1, 2]].reshape(-1, 2, 2)
+def _matrices(rows: Floats, first: int) -> Floats:
+    """Symmetric matrices from columns of their elements north-north, north-east, east-east, shape (n, 2, 2)."""
+    return rows[:, [first, first + 1, first + 1, first + 2]].reshape(-1, 2, 2)
 
 
 def _starts(depth: Floats, terrain: TerrainSpline, ends: PathEnds) -> Floats:
@@ -306,13 +312,13 @@ def _at(
 ) -> SpecularPoints:
     """Pressure of the path by each stationary point, the strongest first."""
     rows, water = _paths(terrain, positions, ends), ends.water
-    length, curvature, plane, sine, depth = rows[:, 0], _matrices(rows[:, 3:6]), _matrices(rows[:, 6:9]), *rows.T[9:11]
-    value, vector = np.linalg.eigh(curvature)
+    length, sine, depth, plane = *rows.T[[LENGTH, GRAZING_SINE, DEPTH]], _matrices(rows, PLANE_CURVATURE)
+    value, vector = np.linalg.eigh(_matrices(rows, CURVATURE))
     wavenumber, step = 2 * np.pi / wavelength, scale / 8
     for axis in range(2):
         along = vector[:, :, axis]
         moved = (_paths(terrain, positions + side * step * along, ends) for side in (-1, 1))
-        bends = [np.einsum("na,nab,nb->n", along, _matrices(path_columns[:, 3:6]), along) for path_columns in moved]
+        bends = [np.einsum("na,nab,nb->n", along, _matrices(path_columns, CURVATURE), along) for path_columns in moved]
         third = np.abs(bends[1] - bends[0]) / (2 * step)
         min_curvature = AIRY * third ** (2 / 3) * wavenumber ** (-1 / 3)
         value[:, axis] = np.where(value[:, axis] < 0, -1, 1) * np.maximum(np.abs(value[:, axis]), min_curvature)
@@ -320,12 +326,8 @@ def _at(
     points = np.column_stack([positions, depth])
     if water.depth.size:  # Kirchhoff's integral: cosine / (d1 d2 sqrt |det H|), with d spreading distances
         spreading_distance = [rays_to(points, end, water)[:, 5] for end in (ends.begin, ends.stop)]
-        focusing *= (
-            length
-            * sine
-            * rows[:, 11]
-            / (spreading_distance[0] * spreading_distance[1] * np.sqrt(np.linalg.det(plane)))
-        )
+        spreading = spreading_distance[0] * spreading_distance[1] * np.sqrt(np.linalg.det(plane))
+        focusing *= length * sine * rows[:, SECANT] / spreading
         sine = sine * np.interp(depth, water.depth, water.speed) / water.speed[0]
     order = np.argsort(-focusing / length, kind="stable")[:MAX_SPECULAR_POINTS]
     return SpecularPoints(

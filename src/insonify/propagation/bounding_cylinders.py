@@ -83,7 +83,7 @@ def edge_clearance(longest: float, wavelength: float, fresnel_number: float) -> 
 
 
 def union(parts: list[NDArray[np.int64]], count: int) -> NDArray[np.int64]:
-    """Sorted union of rows, out of `count`."""
+    """Sorted union of sets of row numbers, all less than `count`."""
     if len(parts) == 1:
         return parts[0]
     inside = np.zeros(count, bool)

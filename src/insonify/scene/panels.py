@@ -46,7 +46,7 @@ class FlatPanel:
     """Side along t [m], shape (3,)."""
 
     @property
-    def start(self) -> tuple[int, int, float, float]:
+    def first_division(self) -> tuple[int, int, float, float]:
         """Patches of the first division along s and t, and the spans of s and t."""
         return 1, 1, 1.0, 1.0
 
@@ -75,7 +75,7 @@ class RevolvedPanel:
     """Radius of the half circle about the origin; s is the angle from its aft end, 0 to pi [m]."""
 
     @property
-    def start(self) -> tuple[int, int, float, float]:
+    def first_division(self) -> tuple[int, int, float, float]:
         """Patches of the first division along s (8 on a half circle) and t (16 sectors), and the spans of s and t."""
         return (8 if self.line is None else 1), 16, (np.pi if self.line is None else 1.0), 2 * np.pi
 

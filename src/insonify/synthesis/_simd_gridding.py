@@ -147,7 +147,10 @@ def moment_vectors(lanes: int) -> int:
 
 
 def _gathered_spike(lanes: int) -> Any:
-    """Intrinsic that adds spikes to the moments of a cell of 1, 2 or 4 waveforms."""
+    """Intrinsic that adds one spike to the moments of its cell, for 1, 2 or 4 waveforms (`lanes`).
+
+    A moment is a sum of the spikes' weights times a power of their position in the cell.
+    """
 
     @intrinsic
     def add(typingctx: Any, moments: Any, cell: Any, fraction: Any, weights: Any, x: Any, curve: Any, i: Any) -> Any:
@@ -188,7 +191,7 @@ gather_spike_of_4 = _gathered_spike(4)
 
 
 def _gathered_cell(lanes: int) -> Any:
-    """Intrinsic that turns the moments of a cell of 1, 2 or 4 waveforms into cells."""
+    """Intrinsic that deposits the spikes of one cell from their moments, for 1, 2 or 4 waveforms (`lanes`)."""
 
     @intrinsic
     def add(typingctx: Any, cells: Any, at: Any, moments: Any, cell: Any) -> Any:

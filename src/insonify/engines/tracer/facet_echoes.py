@@ -57,7 +57,7 @@ def facet_echoes(
 def _connected_echoes(
     ping: TracedPing, hits: RayHits, transmitted: Floats, vertices: SurfaceVertices, leg: tuple[str, int]
 ) -> Iterator[EchoEnergies]:  # fmt: skip
-    """Echoes back by one family, whose bounce off a facet is the last bounce of the chain of some surface points."""
+    """Echoes of hits that reach the receiver by one family, off a random facet at one of some surface points."""
     (family, vertex_group), n, facets = leg, len(hits.rays.delay), ping.facets
     remaining_family = family[len(vertices.chain) + 1 :] or "D"
     assert hits.law is not None and facets is not None
@@ -97,7 +97,7 @@ def _echoes_by_legs(
     ping: TracedPing, hits: RayHits, transmitted: Floats, vertices: SurfaceVertices, connected: _Connections,
     legs: TracedLegs, names: tuple[str, str],
 ) -> Iterator[EchoEnergies]:  # fmt: skip
-    """Echoes of connections by one ray of each from the surface to the hit.
+    """Echoes of connections, each by one ray between the hit and the point of the surface.
 
     Args:
         ping: The ping.

@@ -87,7 +87,7 @@ class TerrainTileCache:
         self.tile_maxima = np.empty(64, np.float32)
 
     def fetch(self, along: int, across: int) -> int:
-        """Row of a tile, synthesised if necessary; the caller holds `lock`."""
+        """Row of a tile in `tiles`, by its numbers in the scatterer grid; a new tile is synthesised. Hold `lock`."""
         key = (along, across)
         if key not in self.rows:
             row = len(self.rows)
