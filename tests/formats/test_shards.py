@@ -199,7 +199,7 @@ def test_a_damaged_shard_is_named_and_its_pings_simulated_again(serial: Path, tm
     write_part(path)
     file = path / "pressure" / "c" / "1" / "0" / "0"
     file.write_bytes(file.read_bytes()[:cut])
-    with pytest.raises(StoreError, match=r"pressure/c/1/0/0 is damaged.*Delete this file"):
+    with pytest.raises(StoreError, match=r"pressure/c/1/0/0 is damaged.*Delete it"):
         open_recording(path).pressure.load()
     file.unlink()
     assert np.flatnonzero(~recorded_pings(path)).tolist() == list(range(64, 128))

@@ -316,7 +316,7 @@ def test_a_damaged_chunk_is_named_and_its_ping_simulated_again(tmp_path: Path, d
         write_ping(path, ping, sound(ping))
     file = path / damaged
     file.write_bytes(file.read_bytes()[: min(cut, file.stat().st_size - 1)])
-    message = rf"{damaged} is damaged.*Delete this file and simulate its ping again"
+    message = rf"{damaged} is damaged.*Delete it and simulate its pings again"
     with pytest.raises(StoreError, match=message):
         open_recording(path).load()
     if damaged.startswith("pressure"):

@@ -20,10 +20,11 @@ from numpy.typing import NDArray
 from zarr.codecs import BloscCodec
 from zarr.core.common import JSON
 from zarr.errors import ZarrUserWarning
+from zarr.storage import LocalStore
 
-from insonify.formats.chunk_sizes import require_declared_axes
+from insonify.formats.checked_store import CheckedStore
 from insonify.formats.locations import is_url
-from insonify.formats.named_chunks import with_named_chunks
+from insonify.formats.named_chunks import open_named_chunks
 from insonify.formats.object_store import ObjectStore
 from insonify.formats.shards import pack_shards, put_chunks, recorded_rows, row_array
 from insonify.formats.store_description import (
@@ -252,18 +253,15 @@ def _open_on_disk(path: Path) -> xr.Dataset:
     folder = path / FOLDER
     if not (folder / "zarr.json").is_file():
         raise StoreError(f"{path} has no labels. Make them: insonify run FILE -o {path} --labels")
-    require_consistent_sizes(read_description(folder), folder / "zarr.json")
+    description = read_description(folder)
+    require_consistent_sizes(description, folder / "zarr.json")
     with errors_as_store_errors(folder):
         if _labelled_identity(folder) != identity(path):
             raise StoreError(
                 f"{folder} are labels of another recording. Make its own: insonify run FILE -o {path} --labels"
             )
-        require_declared_axes(folder)
-        dataset: xr.Dataset = xr.open_zarr(
-            folder, chunks=None, consolidated=True, decode_times=False, mask_and_scale=False
-        )
-        again = f"Delete {folder} and label again: insonify run FILE -o {path} --labels"
-        return with_named_chunks(dataset, folder, dict.fromkeys(map(str, dataset.variables), again))
+        store = CheckedStore(LocalStore(folder, read_only=True), path, description, FOLDER)
+        return open_named_chunks(store, folder, mask_and_scale=False)
 
 
 def _taken_apart(dataset: xr.Dataset, names: LabelNames) -> xr.Dataset:

@@ -1,7 +1,5 @@
 """Variables of a recording, read on access: from shards and loose pings; an error names the damaged file."""
 
-from collections.abc import Mapping
-from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -12,23 +10,32 @@ from numpy.typing import NDArray
 from xarray.backends import BackendArray
 from xarray.core import indexing
 
-from insonify.formats.chunk_sizes import require_declared_sizes
+from insonify.formats.checked_store import CheckedStore
 from insonify.formats.shards import LOOSE, row_array
-from insonify.formats.store_description import REPAIR_ADVICE, StoreError
+from insonify.formats.store_description import StoreError
 
 
-def with_named_chunks(dataset: xr.Dataset, folder: Path, advice: Mapping[str, str]) -> xr.Dataset:
-    """The same dataset, read from disk on access; access to a damaged chunk raises `StoreError` with its file.
+def open_named_chunks(store: CheckedStore, folder: Path | None, *, mask_and_scale: bool) -> xr.Dataset:
+    """Open a zarr group that is read on access; access to a damaged chunk raises `StoreError` with its name.
 
     Args:
-        dataset: Dataset of a zarr group.
-        folder: Folder of the group.
-        advice: Remedy for a damaged chunk, by variable; `REPAIR_ADVICE` for others.
+        store: Store with the group.
+        folder: Folder with its loose pings; None: none, in an object store.
+        mask_and_scale: False: numbers stay as they are stored, fill values too.
     """
+    try:
+        dataset: xr.Dataset = xr.open_zarr(
+            store, chunks=None, consolidated=True, decode_times=False, mask_and_scale=mask_and_scale
+        )
+    except Exception as fault:  # codecs fail in any way
+        for axis, values in zarr.open_group(store, mode="r", use_consolidated=True).arrays():
+            if getattr(values.metadata, "dimension_names", ()) == (axis,) and (key := _first_damaged(values)):
+                raise store.damaged(f"{axis}/{key}", f"it cannot be unpacked ({fault})") from None
+        raise
     named = {}
     for name, stored in dataset.variables.items():
         if name not in dataset.indexes:
-            array = _NamedChunks(stored, folder / str(name), advice.get(str(name), REPAIR_ADVICE))
+            array = _NamedChunks(stored, store, folder, str(name))
             on_access: Any = indexing.LazilyIndexedArray(array)  # copied when changed, and kept, as xarray's own
             cached = indexing.MemoryCachedArray(indexing.CopyOnWriteArray(on_access))
             named[name] = xr.Variable(stored.dims, cached, stored.attrs, stored.encoding, fastpath=True)
@@ -36,10 +43,10 @@ def with_named_chunks(dataset: xr.Dataset, folder: Path, advice: Mapping[str, st
 
 
 class _NamedChunks(BackendArray):
-    """Variable on disk; an error while it is read names the chunk."""
+    """Variable on disk or in an object store; an error while it is read names the chunk."""
 
-    def __init__(self, stored: xr.Variable, folder: Path, advice: str) -> None:
-        self.stored, self.folder, self.advice = stored, folder, advice
+    def __init__(self, stored: xr.Variable, store: CheckedStore, folder: Path | None, name: str) -> None:
+        self.stored, self.store, self.folder, self.name = stored, store, folder, name
         self.shape, self.dtype = stored.shape, stored.dtype
 
     def __getitem__(self, key: indexing.ExplicitIndexer) -> Any:
@@ -48,32 +55,14 @@ class _NamedChunks(BackendArray):
     def _values(self, key: tuple[Any, ...]) -> NDArray[np.generic]:
         try:
             loose = self._loose_values(key)
-            for rows in self._rows(key):
-                require_declared_sizes(self._array, self.folder, rows)
             values = np.array(self.stored[key].values)
             for index, row in loose.items():
                 values[index] = row
             return values
-        except MemoryError:
+        except (MemoryError, StoreError):
             raise
         except Exception as fault:  # codecs fail in any way
-            raise StoreError(
-                f"{self._first_damaged()} is damaged: it cannot be unpacked ({fault}). {self.advice}"
-            ) from None
-
-    @cached_property
-    def _array(self) -> "zarr.Array[Any]":
-        """The array by the description of its group, from which the dataset was opened."""
-        array = zarr.open_group(self.folder.parent, mode="r", use_consolidated=True)[self.folder.name]
-        assert isinstance(array, zarr.Array)
-        return array
-
-    def _rows(self, key: tuple[Any, ...]) -> list[range]:
-        """Rows of a key, as one range of them or as each row by itself; one empty range without an axis."""
-        if not key or isinstance(key[0], slice):
-            return [range(self.shape[0])[key[0]] if key else range(0)]
-        rows = np.unique(np.asarray(key[0]) % max(self.shape[0], 1)).tolist()
-        return [range(row, row + 1) for row in rows]
+            raise self.store.damaged(self._first_damaged(key), f"it cannot be unpacked ({fault})") from None
 
     def _loose_values(self, key: tuple[Any, ...]) -> dict[Any, NDArray[np.generic]]:
         """Values of the loose rows among those of a key, by their index in the result.
@@ -81,9 +70,9 @@ class _NamedChunks(BackendArray):
         They are read before the shards: a row that is packed meanwhile is in one of them.
         """
         loose_values: dict[Any, NDArray[np.generic]] = {}
-        if not (self.folder.parent / LOOSE / self.folder.name).is_dir():
+        if self.folder is None or not (self.folder / LOOSE / self.name).is_dir():
             return loose_values
-        array, rows = row_array(self.folder.parent, self.folder.name), np.arange(self.shape[0])[key[0]]
+        array, rows = row_array(self.folder, self.name), np.arange(self.shape[0])[key[0]]
         loose_rows = set(array.loose_rows())
         for index, row in enumerate(np.atleast_1d(rows).tolist()):
             values = array.read_loose(row) if row in loose_rows else None
@@ -92,15 +81,25 @@ class _NamedChunks(BackendArray):
                 loose_values[index if rows.ndim else ()] = one.values
         return loose_values
 
-    def _first_damaged(self) -> Path:
-        """File of the first chunk or shard that cannot be unpacked; the folder of the array if all can."""
-        array = self._array
-        rows = (array.shards or array.chunks)[0]
-        for number in range(-(-array.shape[0] // rows)):
-            part = range(number * rows, min((number + 1) * rows, array.shape[0]))
-            try:
-                require_declared_sizes(array, self.folder, part)
-                array[part.start : part.stop]
-            except Exception:
-                return self.folder / array.metadata.encode_chunk_key((number, *[0] * (array.ndim - 1)))
-        return self.folder
+    def _first_damaged(self, key: tuple[Any, ...]) -> str:
+        """Name of the first chunk or shard with a row of a key that cannot be unpacked; the array if all can."""
+        array = zarr.open_group(self.store, mode="r", use_consolidated=True)[self.name]
+        assert isinstance(array, zarr.Array)
+        rows = np.atleast_1d(np.arange(self.shape[0])[key[0]]) if key else np.zeros(1, int)
+        return f"{self.name}/{_first_damaged(array, rows) or ''}".rstrip("/")
+
+
+def _first_damaged(array: "zarr.Array[Any]", rows: NDArray[np.int64] | None = None) -> str | None:
+    """Name of the first chunk or shard with one of some rows that cannot be unpacked; None: all can.
+
+    Args:
+        array: The array.
+        rows: The rows; None: all.
+    """
+    length = (array.shards or array.chunks)[0]
+    for number in np.unique((np.arange(array.shape[0]) if rows is None else rows) // length).tolist():
+        try:
+            array[number * length : (number + 1) * length]
+        except Exception:
+            return str(array.metadata.encode_chunk_key((number, *[0] * (array.ndim - 1))))
+    return None

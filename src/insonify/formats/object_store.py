@@ -18,8 +18,11 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
+from zarr.storage import FsspecStore
 
 from insonify.data_file import install_advice
+from insonify.formats.checked_store import CheckedStore
+from insonify.formats.named_chunks import open_named_chunks
 from insonify.formats.shards import RowArray, described_array
 from insonify.formats.store_description import (
     IDENTITY,
@@ -134,16 +137,20 @@ class ObjectStore:
                 "list, read and write"
             ) from error
 
-    def names(self) -> set[str]:
-        """Names of all objects, relative to the recording."""
+    def sizes(self) -> dict[str, int]:
+        """Size of all objects [bytes], by their names relative to the recording."""
         with self._failures():
             self.files.invalidate_cache()
             try:
-                found = self.files.find(self.root)
+                found = self.files.find(self.root, detail=True)
             except FileNotFoundError:
-                return set()
-        names = {str(name).removeprefix(f"{self.root}/") for name in found}
-        return {name for name in names if not name.endswith(".partial")}
+                return {}
+        sizes = {str(name).removeprefix(f"{self.root}/"): int(about["size"]) for name, about in found.items()}
+        return {name: size for name, size in sizes.items() if not name.endswith(".partial")}
+
+    def names(self) -> set[str]:
+        """Names of all objects, relative to the recording."""
+        return set(self.sizes())
 
     def read(self, name: str) -> bytes | None:
         """Content of an object; None without."""
@@ -238,10 +245,8 @@ class ObjectStore:
             raise StoreError(f"{self.url} has no labels. Make them: insonify run FILE -o {self.url} --labels")
         url = f"{self.url}/{folder}".rstrip("/")
         with errors_as_store_errors(url):
-            dataset: xr.Dataset = xr.open_zarr(
-                url, chunks=None, consolidated=True, decode_times=False, mask_and_scale=not folder
-            )
-        return dataset
+            store = CheckedStore(FsspecStore.from_url(url, read_only=True), self.url, description, folder)
+            return open_named_chunks(store, None, mask_and_scale=not folder)
 
     def create(self, group: StoredGroup, recording: Path) -> None:
         """Put descriptions and small arrays of a recording on disk, unless they are there.

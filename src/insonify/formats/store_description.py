@@ -13,11 +13,14 @@ from pathlib import Path
 from typing import Any
 
 from insonify.formats.shards import MOST_PINGS
+from insonify.records.recording import FIELDS
 
 IDENTITY = "insonify_recording"
 """Attribute with the unique identity of a recording."""
 MUST_AGREE = ("scenario", "seed", "version")
 """Attributes that all writers of a recording share."""
+SOUND = (*FIELDS, "recorded")
+"""Arrays with results; a recording has one at least."""
 REPAIR_ADVICE = "Restore it from a copy, or delete the folder and simulate again"
 MOST_IN_PING = 1 << 28
 """Largest size of one chunk, which is a ping with all its channels [1]."""

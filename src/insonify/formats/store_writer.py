@@ -19,7 +19,7 @@ from insonify.formats.locations import is_url
 from insonify.formats.object_store import SPOOL, ObjectStore, StoredGroup, spooled_recording, stored_group
 from insonify.formats.recording_writer import RecordingWriter, writing
 from insonify.formats.shards import STALE, numbered, recorded_rows, row_array
-from insonify.formats.store_description import IDENTITY, StoreError, WriteError, read_description
+from insonify.formats.store_description import IDENTITY, SOUND, StoreError, WriteError, read_description
 from insonify.part import Part
 from insonify.processing.recorded_lines import RecordedLines
 from insonify.records.labels import LabelNames
@@ -45,7 +45,7 @@ def groups_of(description: Mapping[str, Any], labels: Mapping[str, Any] | None) 
         description: Description of the recording.
         labels: Description of its labels; None without.
     """
-    sound = stored_group(description, "", zarr_store.SOUND, tuple(FIELDS))
+    sound = stored_group(description, "", SOUND, tuple(FIELDS))
     if labels is None:
         return [sound]
     return [stored_group(labels, label_store.FOLDER, label_store.ARRAYS, (label_store.POSITION,)), sound]

@@ -27,15 +27,17 @@ from numpy.typing import ArrayLike, NDArray
 from zarr.codecs import ZstdCodec
 from zarr.core.common import JSON
 from zarr.errors import ZarrUserWarning
+from zarr.storage import LocalStore
 
-from insonify.formats.chunk_sizes import require_declared_axes
+from insonify.formats.checked_store import CheckedStore
 from insonify.formats.locations import is_url
-from insonify.formats.named_chunks import with_named_chunks
+from insonify.formats.named_chunks import open_named_chunks
 from insonify.formats.object_store import ObjectStore
 from insonify.formats.shards import STALE, RowArray, pings_per_shard, put_chunks, recorded_rows, row_array
 from insonify.formats.store_description import (
     IDENTITY,
     REPAIR_ADVICE,
+    SOUND,
     errors_as_store_errors,
     read_description,
     require_consistent_sizes,
@@ -56,8 +58,6 @@ from insonify.records.recording import (
 
 PACKED = (ZstdCodec(level=0),)  # zarr's own
 """Codec of sound and masks."""
-SOUND = (*FIELDS, "recorded")
-"""Arrays with results; a recording has one at least."""
 _FAILURES = (
     errno.ENOSPC,
     errno.EDQUOT,
@@ -303,10 +303,19 @@ def _open_on_disk(path: Path) -> xr.Dataset:
     """Arrays of a recording on disk."""
     require_recording(path)
     with errors_as_store_errors(path):
-        require_declared_axes(path)
-        dataset: xr.Dataset = xr.open_zarr(path, chunks=None, consolidated=True, decode_times=False)
-        again = f"Delete this file and simulate its ping again: insonify run FILE -o {path}"
-        return with_named_chunks(dataset, path, dict.fromkeys((*SOUND, "done"), again))
+        store = CheckedStore(LocalStore(path, read_only=True), path, read_description(path))
+        return open_named_chunks(store, path, mask_and_scale=True)
+
+
+def stored_bytes(path: str | Path) -> int:
+    """Size of all files or objects of a recording [bytes].
+
+    Args:
+        path: Folder of the recording, or its URL in an object store.
+    """
+    if is_url(path):
+        return sum(ObjectStore(str(path)).sizes().values())
+    return sum(file.stat().st_size for file in Path(path).rglob("*") if file.is_file())
 
 
 def shard_length(layout: RecordingLayout) -> int:
