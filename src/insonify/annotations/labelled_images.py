@@ -54,7 +54,7 @@ def labelled_images(
         raise StoreError(f"A tile of {tile[0]} x {tile[1]} is too small. Give at least {LEAST_TILE} x {LEAST_TILE}")
     source = labelled_pings(open_survey(recording), labels, gain)
     whole = _whole_images(source, projection, tile)
-    return _numbered(source, whole, tile, (first_index, name or source.survey.name.stem))
+    return _numbered(source, whole, tile, (first_index, name or Path(source.survey.name).stem))
 
 
 def _whole_images(source: LabelledPings, projection: Projection, tile: Tile | None) -> Iterator[LabelledImage]:

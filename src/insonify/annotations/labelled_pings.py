@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, field
 from functools import cached_property
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -131,7 +132,7 @@ def labelled_pings(survey: Survey, labels: xr.Dataset | None, gain: str) -> Labe
         raise StoreError(f"{gain!r} is no gain. Choose one of none, {', '.join(LAWS)}")
     survey.require_beams("a labelled image")
     if labels is None:
-        if not survey.name.is_dir():
+        if isinstance(survey.name, Path) and not survey.name.is_dir():
             raise StoreError(f"{survey.name}: labels are in the folder of a recording. Give the folder of one made "
                              "with: insonify run FILE -o OUT --labels")  # fmt: skip
         labels = open_labels(survey.name)

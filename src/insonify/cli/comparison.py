@@ -6,11 +6,12 @@ from typing import Annotated
 import typer
 
 from insonify.cli.arguments import InputError
+from insonify.formats.locations import location
 
 
 def compare(
-    real: Annotated[Path, typer.Argument(metavar="REAL", help="Recording of an instrument, or of ours.")],
-    simulated: Annotated[Path, typer.Argument(metavar="SIMULATED", help="Recording to compare with it.")],
+    real: Annotated[str, typer.Argument(metavar="REAL", help="Recording of an instrument, or of ours: file or URL.")],
+    simulated: Annotated[str, typer.Argument(metavar="SIMULATED", help="Recording to compare with it.")],
     out: Annotated[
         Path | None,
         typer.Option("-o", "--out", metavar="REPORT", help="Report to write, such as report.html, .json or .png."),
@@ -26,13 +27,14 @@ def compare(
     """
     if out is not None:
         _require_report(out)
-    for path in (real, simulated):
-        if not path.exists():
+    sources = [location(text) for text in (real, simulated)]
+    for path in sources:
+        if isinstance(path, Path) and not path.exists():
             raise InputError(f"{path}: there is no such file. Give two recordings: insonify compare REAL SIMULATED")
     from insonify.comparison.compare import compare as compared
     from insonify.comparison.report import text_report, write_report
 
-    comparison = compared(real, simulated, group=group)
+    comparison = compared(sources[0], sources[1], group=group)
     typer.echo(text_report(comparison))
     if out is not None:
         from insonify.cli.pictures import start_drawing

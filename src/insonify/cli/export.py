@@ -7,10 +7,11 @@ import typer
 
 from insonify.cli.arguments import InputError
 from insonify.cli.pictures import start_drawing
+from insonify.formats.locations import location
 
 
 def export(
-    recording: Annotated[Path, typer.Argument(metavar="OUT", help="Recording made by `insonify run`.")],
+    recording: Annotated[str, typer.Argument(metavar="OUT", help="Recording made by `insonify run`: folder or URL.")],
     file: Annotated[Path, typer.Argument(metavar="FILE", help="File to write; its suffix names the format.")],
     form: Annotated[
         str | None,
@@ -29,14 +30,14 @@ def export(
 
     Example: insonify export harbour.zarr harbour.xtf
 
-    Example: insonify export harbour.zarr harbour.tif --as waterfall
+    Example: insonify export s3://bucket/harbour.zarr harbour.tif --as waterfall
 
     Example: insonify export harbour.zarr harbour.coco --projection ground --tile 512x512
     """
     from insonify.writers.export import export as write
 
     start_drawing()
-    typer.echo(write(recording, file, form, projection=cast(Any, projection), tile=_tile(tile)))
+    typer.echo(write(location(recording), file, form, projection=cast(Any, projection), tile=_tile(tile)))
 
 
 def _tile(text: str | None) -> tuple[int, int] | None:

@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from insonify.formats.locations import location
+
 if TYPE_CHECKING:
     from rich.table import Table
 
@@ -18,7 +20,8 @@ _LISTED = 20  # omissions that a terminal shows; JSON has them all
 
 def info(
     file: Annotated[
-        Path, typer.Argument(metavar="FILE", help="Recording of a real instrument or of ours, or a scenario.")
+        str,
+        typer.Argument(metavar="FILE", help="Recording of a real instrument or of ours (or its URL), or a scenario."),
     ],
     as_json: Annotated[bool, typer.Option("--json", help="All of it as JSON, in SI units.")] = False,
     check: Annotated[
@@ -30,10 +33,10 @@ def info(
     Example: insonify info line.kmall
 
     Example: insonify info harbour.zarr --json
+
+    Example: insonify info s3://bucket/harbour.zarr
     """
-    about = _of_scenario(file) if file.suffix.lower() in (".yaml", ".yml") else (
-        _of_recording(file) if file.is_dir() else _of_instrument(file, check)
-    )  # fmt: skip
+    about = _about(location(file), check)
     if as_json:
         typer.echo(json.dumps(about, indent=2))
         return
@@ -47,6 +50,12 @@ def info(
         console.print(line, markup=False)
 
 
+def _about(file: str | Path, check: bool) -> dict[str, Any]:
+    if isinstance(file, str) or file.is_dir():
+        return _of_recording(file)
+    return _of_scenario(file) if file.suffix.lower() in (".yaml", ".yml") else _of_instrument(file, check)
+
+
 def _of_instrument(file: Path, check: bool) -> dict[str, Any]:
     from insonify.formats.instruments import open_instrument
     from insonify.formats.instruments.file_summary import file_summary
@@ -57,17 +66,16 @@ def _of_instrument(file: Path, check: bool) -> dict[str, Any]:
         return file_summary(opened)
 
 
-def _of_recording(folder: Path) -> dict[str, Any]:
-    from insonify.formats.zarr_store import open_recording
+def _of_recording(folder: str | Path) -> dict[str, Any]:
+    from insonify.formats.zarr_store import open_recording, stored_bytes
 
     recording = open_recording(folder)
     sizes = {str(dim): int(size) for dim, size in recording.sizes.items()}
     done = int(recording["done"].values.sum())
-    size = sum(part.stat().st_size for part in folder.rglob("*") if part.is_file())
     name = next(name for name in ("pressure", "intensity", "recorded") if name in recording)
     group = {"name": name, "pings": sizes.pop("ping"), "pings_read": done, "shape": sizes}
     return {
-        "file": str(folder), "format": "insonify recording", "bytes": size, "maker": "insonify",
+        "file": str(folder), "format": "insonify recording", "bytes": stored_bytes(folder), "maker": "insonify",
         "model": str(recording.attrs.get("version", "")), "serial": "", "start": None, "end": None, "groups": [group],
         "simulated": done,
     }  # fmt: skip

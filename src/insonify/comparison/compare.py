@@ -33,7 +33,7 @@ def compare(real: Source, simulated: Source, *, group: str | None = None, seed: 
     measures is limited to 5 % by Holm's rule.
 
     Args:
-        real: File of an instrument, a recording of ours (folder, netCDF file or dataset), an image, or samples.
+        real: File of an instrument, a recording of ours (folder, URL, netCDF file or dataset), an image, or samples.
         simulated: The other one, of any of these kinds.
         group: Group of data of a file with several, such as "38 kHz", "water column" or "port".
         seed: Seed of exchange and bootstrap: the same seed gives the same numbers.

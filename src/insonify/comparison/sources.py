@@ -10,6 +10,7 @@ from insonify.comparison.instrument_samples import group_samples, instrument_sam
 from insonify.comparison.recording_samples import image_samples, recording_samples
 from insonify.comparison.samples import Samples
 from insonify.formats.instruments import InstrumentFile, open_instrument
+from insonify.formats.locations import is_url
 from insonify.formats.netcdf_file import read_netcdf
 from insonify.formats.store_description import StoreError
 from insonify.formats.zarr_store import open_recording
@@ -22,7 +23,7 @@ def samples_of(source: Source, group: str | None = None, frequency: float = np.n
     """Samples of a source.
 
     Args:
-        source: File of an instrument, folder or netCDF file of ours, dataset, or samples.
+        source: File of an instrument, folder, URL or netCDF file of ours, dataset, or samples.
         group: Group of data, such as "38 kHz", "water column" or "port".
         frequency: Frequency of the other source [Hz], by which a group is chosen where none is named.
 
@@ -36,8 +37,8 @@ def samples_of(source: Source, group: str | None = None, frequency: float = np.n
     if isinstance(source, xr.Dataset):
         return _dataset_samples(source, str(source.attrs.get("title", "dataset")), group)
     path = Path(source)
-    if path.is_dir():
-        return _dataset_samples(open_recording(path), path.name, group)
+    if is_url(source) or path.is_dir():
+        return _dataset_samples(open_recording(source), path.name, group)
     if path.suffix.lower() in (".nc", ".nc4"):
         return _dataset_samples(read_netcdf(path), path.name, group)
     with open_instrument(path) as file:

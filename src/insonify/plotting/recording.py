@@ -30,7 +30,8 @@ def recording(
     has both), all others traces of level over time.
 
     Args:
-        recorded: `pressure` [uPa] or `intensity` [uPa^2] over (ping, channel, time), or the folder of a recording.
+        recorded: `pressure` [uPa] or `intensity` [uPa^2] over (ping, channel, time), or the folder of a recording, or
+            its URL.
         path: File of the figure, .png, .pdf or .svg; None: no file.
         ping: Row of a single ping; by default all, or for a sector image the first that is recorded.
         beam: Row of a single beam; all by default.

@@ -10,6 +10,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from insonify.formats.locations import is_url
 from insonify.formats.store_description import StoreError
 from insonify.formats.zarr_store import open_recording
 from insonify.processing.recorder import lines_as_pings
@@ -29,8 +30,8 @@ START = 946_684_800
 class Survey:
     """Recorded pings of a scenario; samples are read ping by ping."""
 
-    name: Path
-    """Folder of the recording, or the title of one in memory."""
+    name: str | Path
+    """Folder or URL of the recording, or the title of one in memory."""
     recording: xr.Dataset
     scenario: Scenario
 
@@ -64,7 +65,7 @@ class Survey:
     def tags(self) -> dict[str, str]:
         """Title, software and seed, as files state them."""
         version = self.recording.attrs.get("version", "")
-        return {"TITLE": self.name.name, "SOFTWARE": f"insonify {version}", "SEED": str(self.scenario.seed)}
+        return {"TITLE": Path(self.name).name, "SOFTWARE": f"insonify {version}", "SEED": str(self.scenario.seed)}
 
     @property
     def speed(self) -> Floats:
@@ -162,17 +163,18 @@ def open_survey(recording: Survey | xr.Dataset | str | Path) -> Survey:
     """Open a recording to be written to another format.
 
     Args:
-        recording: A recording, or its folder, or a survey that is open already.
+        recording: A recording, or its folder or URL, or a survey that is open already.
 
     Raises:
         StoreError: It has no scenario, or no ping yet.
     """
     if isinstance(recording, Survey):
         return recording
-    dataset = recording if isinstance(recording, xr.Dataset) else open_recording(recording)
-    name = (
-        Path(str(dataset.attrs.get("title") or "recording")) if isinstance(recording, xr.Dataset) else Path(recording)
-    )
+    name: str | Path
+    if isinstance(recording, xr.Dataset):
+        dataset, name = recording, Path(str(recording.attrs.get("title") or "recording"))
+    else:
+        dataset, name = open_recording(recording), recording if is_url(recording) else Path(recording)
     text = dataset.attrs.get("scenario")
     if not isinstance(text, str):
         raise StoreError(f"{name}: the recording has no scenario, which the settings of a file are taken from. Give "

@@ -76,7 +76,7 @@ def export(
     read one after the other, so that recordings larger than memory can be written.
 
     Args:
-        recording: As from `insonify.simulate` or `open_recording`, or the folder of a recording.
+        recording: As from `insonify.simulate` or `open_recording`, or the folder or URL of a recording.
         path: File to write, such as "harbour.xtf"; its suffix names the format.
         name: One of `insonify.writers.export.FORMATS`; None: the first with that suffix.
         projection: Grid of annotated images: "slant" range, "ground" range or "mosaic"; None: slant range.

@@ -106,7 +106,7 @@ def _provenance(survey: Survey, file: Any) -> None:
                      "conversion_time": _now(), "history": f"{_now()} insonify export"})  # fmt: skip
     group.createDimension("filenames", 1)
     names = {"long_name": "Source filenames"}
-    _put(group, "source_filenames", str, ("filenames",), [survey.name.name], names)
+    _put(group, "source_filenames", str, ("filenames",), [Path(survey.name).name], names)
 
 
 def _environment(survey: Survey, file: Any) -> None:

@@ -106,7 +106,8 @@ def _header(survey: Survey, kinds: NDArray[np.int64], dtype: str, note: str) -> 
     head = np.zeros((), layouts.FILE)
     about: dict[str, Any] = {
         "format": 123, "system": 1, "program": b"insonify", "version": b"1", "note": note.encode()[:63],
-        "sonar": b"simulated", "name": survey.name.name.encode("latin-1", "replace")[:63], "sonar_channels": len(kinds),
+        "sonar": b"simulated", "name": Path(survey.name).name.encode("latin-1", "replace")[:63],
+        "sonar_channels": len(kinds),
         "navigation_units": METRES if survey.frame.origin is None else DEGREES,
     }  # fmt: skip
     for name, value in about.items():
