@@ -11,6 +11,7 @@ import pytest
 from fsspec.implementations.memory import MemoryFileSystem
 
 from insonify.cli import main
+from insonify.formats import object_store
 from insonify.formats.netcdf_file import read_netcdf
 from insonify.formats.zarr_store import open_recording
 from oracles.short_window import SHORT
@@ -93,6 +94,7 @@ def test_what_is_at_a_url_is_read_as_what_is_in_a_folder(stored: str, capsys: py
         ("memory://", "names no folder in a store"),
         ("nowhere://a/b.zarr", "is no URL of a store: Protocol not known: nowhere"),
         ("s3://bucket/a.zarr", "[remote]"),
+        ("memory://empty/a.zarr", "there is no bucket empty, or no permission to list it. Check the URL and the"),
         ("memory://full/a.zarr", "cannot be reached: no such bucket. Check the URL, the credentials"),
     ],
 )
@@ -102,6 +104,8 @@ def test_a_url_that_cannot_be_read_is_refused_with_advice(
     """By every command that reads a recording: no store, no recording, no package, no bucket; nothing is written."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.setitem(sys.modules, "s3fs", None)
+    if "empty" in url:
+        monkeypatch.setattr(object_store, "BUCKETS", ("memory",))
     if "full" in url:
 
         def absent(*_: object, **__: object) -> None:

@@ -36,6 +36,7 @@ from oracles.numbered_pings import PER_SHARD, PINGS, SAME, layout, sound, write_
 def small_shards(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     """Shards of 64 pings, two whole ones and one of 22; loose pings in a folder of the test."""
     monkeypatch.setattr(shards, "MOST_PINGS", PER_SHARD)
+    monkeypatch.setattr(shards, "FEWEST_IN_OBJECT", PER_SHARD)  # as on disk, so that files can be compared
     monkeypatch.setenv("INSONIFY_SPOOL", str(tmp_path / "spool"))
 
 
@@ -89,6 +90,29 @@ def test_parts_in_any_order_are_the_run_on_disk(url: str, tmp_path: Path, order:
     for found in (held, plain):
         np.testing.assert_array_equal(found.pressure, [sound(k) for k in range(PINGS)])
     assert held.done.values.all() and held.position.attrs["units"] == "m"
+
+
+def test_a_modest_survey_can_be_divided(
+    url: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:  # fmt: skip
+    """Shards of 16 pings, where a disk has 64: ten parts, one of them killed, are resumed; the status agrees."""
+    monkeypatch.setattr(shards, "FEWEST_IN_OBJECT", 16)
+    mine = StoreWriter(url, layout(), SAME)
+    missing, _ = mine.missing(mine.of_part(Part(4, 10), list(range(PINGS))))
+    assert [missing[0][0], missing[-1][0]] == [48, 63]
+    for ping, *_ in missing[:9]:
+        mine.write(ping, sound(ping), None)  # and no further: killed
+    assert [write_part(url, Part(k, 10)) for k in (1, 3, 2, 10)] == [16, 16, 16, 6]
+    assert main(["status", url, "--tasks", "10"]) == 0
+    assert "9 of them loose" in (shown := capsys.readouterr().out) and "unfinished parts of 10: 4-9" in shown
+    assert [write_part(url, Part(k, 10)) for k in range(4, 10)] == [7, *[16] * 5]
+    monkeypatch.setattr(shards, "FEWEST_IN_OBJECT", 32)  # another version would choose other shards for a new one
+    monkeypatch.setenv("INSONIFY_SPOOL", str(spool_folder() / "of another machine"))
+    fsspec.url_to_fs(url)[0].rm(f"{fsspec.url_to_fs(url)[1]}/pressure/c/9/0/0")
+    assert write_part(url) == 6
+    names = ObjectStore(url).names()
+    assert sum(name.startswith("pressure/c/") for name in names) == 10
+    np.testing.assert_array_equal(open_recording(url).pressure, [sound(k) for k in range(PINGS)])
 
 
 def test_few_pings_are_an_object_each(url: str, tmp_path: Path) -> None:

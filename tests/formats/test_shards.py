@@ -192,6 +192,18 @@ def test_the_size_of_a_shard(monkeypatch: pytest.MonkeyPatch) -> None:
         assert pings_per_shard(pings, size, line) == expected, (pings, size, line)
 
 
+def test_shards_in_a_store_are_smaller(monkeypatch: pytest.MonkeyPatch) -> None:
+    """8 MB, or a 64th of the recording, of 16 pings at least; whole lines; never longer than on a disk."""
+    monkeypatch.setattr(shards, "MOST_PINGS", 1024)
+    for pings, size, line, expected in (
+        (64, 10**4, 1, 1), (65, 10**4, 1, 16), (1000, 10**4, 1, 16), (10**4, 10**4, 1, 156), (10**6, 2**13, 1, 1024),
+        (10**6, 2**15, 1, 256), (1000, 2**24, 1, 16), (10**6, 2**24, 1, 32), (10**6, 2**30, 1, 1), (1000, 1, 5, 15),
+        (1000, 1, 50, 50), (10**8, 2**20, 1, 64),
+    ):  # fmt: skip
+        assert pings_per_shard(pings, size, line, in_store=True) == expected, (pings, size, line)
+        assert expected <= pings_per_shard(pings, size, line)
+
+
 @pytest.mark.parametrize("cut", [10, 3000])
 def test_a_damaged_shard_is_named_and_its_pings_simulated_again(serial: Path, tmp_path: Path, cut: int) -> None:
     """Reading names the file; when it is deleted, as advised, its pings are missing, and a run restores the bytes."""

@@ -40,7 +40,7 @@ def write_and_kill(write_part: Callable[..., object], target: str, parts: int, a
         at_once: Parts that are written at the same time, one of them twice.
         longest: Longest time after which a process is killed [s].
     """
-    shards.MOST_PINGS = PER_SHARD
+    shards.MOST_PINGS = shards.FEWEST_IN_OBJECT = PER_SHARD
     order, kills, left = random.Random(5), 20, [Part(k, parts) for k in range(1, parts + 1)]
     while left or kills:
         order.shuffle(left)

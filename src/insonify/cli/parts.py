@@ -80,7 +80,7 @@ def _require_whole_shards(scenario: "Scenario", url: str, tasks: int) -> None:
     from insonify.simulator import build_simulator
 
     simulator = build_simulator(scenario)
-    pings = shard_length(recording_layout(scenario, simulator.platforms, simulator.grid.time))
+    pings = shard_length(recording_layout(scenario, simulator.platforms, simulator.grid.time), in_store=True)
     shards = math.ceil(scenario.track.ping_count / pings)
     if tasks > shards:
         raise InputError(

@@ -40,6 +40,8 @@ CLAIM = ".insonify.json"
 """Object with the scenario and the identity of a recording, the first that is put."""
 SPOOL = "INSONIFY_SPOOL"
 """Variable of the environment with the folder in which pings wait for the others of their shard."""
+BUCKETS = ("s3", "s3a", "gs", "gcs", "az", "abfs", "abfss")
+"""Schemes whose URLs begin with a bucket or container that must be there."""
 _SAME = ("shape", "chunk_grid", "codecs")
 
 
@@ -229,6 +231,12 @@ class ObjectStore:
     def require_recording(self) -> dict[str, Any]:
         """Description of the recording, refused if there is none, or a damaged one."""
         if (description := self.description()) is None:
+            bucket = self.root.strip("/").partition("/")[0]
+            with self._failures():
+                has_bucket = self.url.partition("://")[0] not in BUCKETS or self.files.exists(bucket)
+            if not has_bucket:
+                raise StoreError(f"{self.url}: there is no bucket {bucket}, or no permission to list it. Check the URL "
+                                 "and the credentials, or make the bucket with the tool of the store")  # fmt: skip
             raise StoreError(f"{self.url} is not a recording. Make one with: insonify run FILE -o {self.url}")
         return description
 

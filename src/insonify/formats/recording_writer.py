@@ -26,6 +26,7 @@ class RecordingWriter:
     def __init__(
         self, path: str | Path, layout: RecordingLayout, attributes: Mapping[str, Any], *,
         lines: RecordedLines | None = None, label_names: LabelNames | None = None, overwrite: bool = False,
+        shard: int | None = None,
     ) -> None:  # fmt: skip
         """Create the recording, or open that of an earlier run or of another process.
 
@@ -36,12 +37,13 @@ class RecordingWriter:
             lines: Lines of the recorder; None: none.
             label_names: Axes of the labels; None: none are written.
             overwrite: True: replace another recording at that path.
+            shard: Pings of one shard of a new recording; None: by their number and size.
         """
         self.location: str | Path = Path(path)
         """Location of the recording as given."""
         self.path, self._lines, self._labelled = Path(path), lines, label_names is not None
         with writing(self.path):
-            self._identity = zarr_store.create_recording(path, layout, attributes, overwrite=overwrite)
+            self._identity = zarr_store.create_recording(path, layout, attributes, overwrite=overwrite, shard=shard)
             if label_names is not None:
                 label_store.create_labels(path, label_names, layout, attributes, into=self._identity)
         self._per_shard = row_array(path, "done").per_shard

@@ -33,6 +33,8 @@ FEWEST_PINGS, MOST_PINGS = 64, 1024
 """Pings of a shard, where their size allows; recordings of fewer have a file for each ping [1]."""
 LEAST_BYTES, MOST_BYTES = 64 << 20, 512 << 20
 """Size of a shard, where its number of pings allows [bytes]."""
+OBJECT_BYTES, FEWEST_IN_OBJECT, OBJECTS, MOST_OBJECTS = 8 << 20, 16, 64, 1 << 14
+"""Size of a shard in an object store [bytes], its fewest pings, shards of a recording that they allow, and most [1]."""
 ABSENT = 2**64 - 1
 """Offset and length of a row that a shard lacks."""
 Confirm = Callable[[], object]
@@ -46,13 +48,17 @@ def _confirmed() -> None:
     """Nothing to confirm."""
 
 
-def pings_per_shard(pings: int, ping_bytes: int, line: int = 1) -> int:
+def pings_per_shard(pings: int, ping_bytes: int, line: int = 1, *, in_store: bool = False) -> int:
     """Pings of one shard: 64 to 1024 of them and 64 to 512 MB, as far as both can be.
+
+    In an object store a part of a run is whole shards, which are therefore smaller: 8 MB, or a 64th of the recording
+    where that is less, of 16 pings at least.
 
     Args:
         pings: Pings of the recording.
         ping_bytes: Size of one ping [bytes].
         line: Pings of one line of the recorder, which share a shard [1].
+        in_store: True: of a recording in an object store.
 
     Returns:
         1 where each ping has a file of its own.
@@ -60,11 +66,16 @@ def pings_per_shard(pings: int, ping_bytes: int, line: int = 1) -> int:
     Example:
         >>> [pings_per_shard(count, size) for count, size in ((50, 10**4), (10**6, 10**4), (10**6, 10**6))]
         [1, 1024, 67]
+        >>> [pings_per_shard(count, 10**4, in_store=True) for count in (50, 1000, 10**4, 10**6)]
+        [1, 16, 156, 838]
     """
     if pings <= FEWEST_PINGS:
         return 1
     length = min(max(FEWEST_PINGS, LEAST_BYTES // max(ping_bytes, 1)), MOST_PINGS, pings)
     count = max(min(length, MOST_BYTES // max(ping_bytes, 1)), 1)
+    if in_store:
+        smaller = min(OBJECT_BYTES // max(ping_bytes, 1), pings // OBJECTS)
+        count = min(count, max(smaller, FEWEST_IN_OBJECT, -(-pings // MOST_OBJECTS)))
     return min(max(count // line, 1) * line, pings // line * line) or 1
 
 

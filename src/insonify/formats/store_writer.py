@@ -93,7 +93,12 @@ class StoreWriter(RecordingWriter):
             raise StoreError(f"{spool.parent}, in which pings wait for the others of their shard, cannot be made: "
                              f"{error.strerror}. Set {SPOOL} to a folder that can") from None  # fmt: skip
         _tidy(spool)
-        super().__init__(spool, layout, {**attributes, IDENTITY: mine}, lines=lines, label_names=label_names)
+        description = self._store.description()  # its shards may be those of a recording that was copied here
+        super().__init__(
+            spool, layout, {**attributes, IDENTITY: mine}, lines=lines, label_names=label_names,
+            shard=zarr_store.shard_length(layout, in_store=True) if description is None
+            else groups_of(description, None)[0].done.per_shard,
+        )  # fmt: skip
         self.location = str(path)
         self._groups = self._groups_on_disk()
         self._shards = set[int]()

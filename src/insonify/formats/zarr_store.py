@@ -68,8 +68,9 @@ _FAILURES = (
 
 
 def create_recording(
-    path: str | Path, layout: RecordingLayout, attributes: Mapping[str, Any], *, overwrite: bool = False
-) -> str:
+    path: str | Path, layout: RecordingLayout, attributes: Mapping[str, Any], *, overwrite: bool = False,
+    shard: int | None = None,
+) -> str:  # fmt: skip
     """Create an empty recording, or keep that of an earlier run.
 
     Args:
@@ -78,6 +79,7 @@ def create_recording(
         attributes: Attributes of the recording, serialisable as JSON. An existing
             recording is continued only where `scenario`, `seed` and `version` are the same.
         overwrite: True to replace an existing recording.
+        shard: Pings of one shard; None: `shard_length`.
 
     Returns:
         The `identity` of the recording, to be given to the functions that write into it.
@@ -94,7 +96,7 @@ def create_recording(
         # Built under another name and renamed, so that a recording is either complete or absent.
         aside = _aside(target)
         try:
-            _build(aside, layout, attributes)
+            _build(aside, layout, attributes, shard or shard_length(layout))
             _move(aside, target, overwrite=overwrite)
         finally:
             shutil.rmtree(aside, ignore_errors=True)
@@ -318,23 +320,24 @@ def stored_bytes(path: str | Path) -> int:
     return sum(file.stat().st_size for file in Path(path).rglob("*") if file.is_file())
 
 
-def shard_length(layout: RecordingLayout) -> int:
-    """Pings of one shard of a recording; 1 where each ping has a file of its own.
+def shard_length(layout: RecordingLayout, *, in_store: bool = False) -> int:
+    """Pings of one shard of a new recording; 1 where each ping has a file of its own.
 
     Args:
         layout: Layout of the recording.
+        in_store: True: of a recording in an object store.
     """
     pings, ping_samples = layout.ping_time.size, layout.steer.size * layout.time.size
     ping_bytes = ping_samples * np.dtype(FIELDS[layout.field][0]).itemsize
-    return pings_per_shard(pings, ping_bytes, _pings_per_line(layout.line_ping, pings))
+    return pings_per_shard(pings, ping_bytes, _pings_per_line(layout.line_ping, pings), in_store=in_store)
 
 
-def _build(path: Path, layout: RecordingLayout, attributes: Mapping[str, Any]) -> None:
+def _build(path: Path, layout: RecordingLayout, attributes: Mapping[str, Any], shard: int) -> None:
     mine = attributes.get(IDENTITY, uuid.uuid4().hex)
     group = zarr.open_group(path, mode="w", zarr_format=3, attributes={**attributes, IDENTITY: mine})
     pings, channels, samples = layout.ping_time.size, layout.steer.size, layout.time.size
     names = ("recorded",) * bool(layout.bin_time.size)
-    line, shard = _pings_per_line(layout.line_ping, pings), shard_length(layout)
+    line = _pings_per_line(layout.line_ping, pings)
     for field in (layout.field, *names) if layout.keeps_field else names:
         dtype, units, long_name = FIELDS.get(field, (np.float32, layout.recorded_units, ""))
         lines, bins = layout.line_ping.size, layout.bin_time.size
