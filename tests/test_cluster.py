@@ -9,7 +9,6 @@ import pytest
 from insonify.cli import main
 from insonify.cluster import ENVIRONMENT, ClusterError, require_cluster, run_parts
 from insonify.formats.zarr_store import open_recording
-from insonify.part import Part
 from insonify.scenario.write import to_yaml
 from insonify.simulator import simulate
 from oracles.scenes import nominal, point
@@ -20,23 +19,28 @@ def test_a_killed_worker_costs_its_part_and_an_error_names_its_own(tmp_path: Pat
     """Of eight parts one kills its worker and goes on elsewhere, one fails; workers have one thread each."""
     pytest.importorskip("distributed")
 
-    def task(folder: str, part: Part, names: tuple[str, ...] = tuple(ENVIRONMENT)) -> None:
+    def task(folder: str, pings: range, names: tuple[str, ...] = tuple(ENVIRONMENT)) -> None:
         import os
         import signal
         from pathlib import Path
 
-        first = Path(folder) / f"first-{part.number}"
+        first = Path(folder) / f"first-{pings[0]}"
         again = first.exists()
         first.touch()
-        if part.number == 2 and not again:
+        if pings[0] == 2 and not again:
             os.kill(os.getpid(), signal.SIGKILL)
-        if part.number == 5:
+        if pings[0] == 5:
             raise ValueError("no such seabed")
-        (Path(folder) / f"done-{part.number}").write_text(" ".join(os.environ.get(name, "") for name in names))
+        (Path(folder) / f"done-{pings[0]}").write_text(" ".join(os.environ.get(name, "") for name in names))
+
+    def divide(workers: int) -> list[range]:
+        return [range(k, k + 1) for k in range(1, 4 * workers + 1)]
 
     reports: list[tuple[int, int]] = []
-    with pytest.raises(ClusterError, match=r"1 of 8 parts failed, the others are done\. part 5/8: ValueError: no such"):
-        run_parts(task, str(tmp_path), "local:2", 99, on_part=lambda done, count: reports.append((done, count)))
+    with pytest.raises(
+        ClusterError, match=r"1 of 8 parts failed, the others are done\. pings 5:6: ValueError: no such"
+    ):
+        run_parts(task, str(tmp_path), "local:2", divide, on_part=lambda done, count: reports.append((done, count)))
     assert {file.name for file in tmp_path.glob("done-*")} == {f"done-{k}" for k in (1, 2, 3, 4, 6, 7, 8)}
     assert {file.read_text() for file in tmp_path.glob("done-*")} == {"1 1 1 1"}
     assert reports == [(k, 8) for k in range(8)]
@@ -44,22 +48,28 @@ def test_a_killed_worker_costs_its_part_and_an_error_names_its_own(tmp_path: Pat
 
 
 @pytest.mark.slow
-def test_a_run_on_a_cluster_is_the_run(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+@pytest.mark.parametrize("scheme", ["", "file://"])
+def test_a_run_on_a_cluster_is_the_run(
+    scheme: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:  # fmt: skip
     """By the command line, on two workers, part of it done before: all pings have the bits of one process."""
     pytest.importorskip("distributed")
+    monkeypatch.setenv("INSONIFY_SPOOL", str(tmp_path / "spool"))
     scene = nominal(
-        targets=[point(0.0, 12.0, 15.0)], track={"window": (0.016, 0.018), "pings": 12},
+        targets=[point(0.0, 12.0, 15.0)], track={"window": (0.016, 0.018), "pings": 70},
         paths={"max_reflections": 0, "contributions": ("target",)},
         sonar={"transmit": {"kind": "point"}, "receive": {"kind": "point"}},
     )  # fmt: skip
-    file, out = tmp_path / "a.yaml", tmp_path / "a.zarr"
+    file, out = tmp_path / "a.yaml", f"{scheme}{tmp_path}/a.zarr"
     file.write_text(to_yaml(scene), encoding="utf-8")
-    assert main(["run", str(file), "-o", str(out), "--pings", "3:7"]) == 0
-    assert main(["run", str(file), "-o", str(out), "--cluster", "local:2"]) == 0
+    assert main(["run", str(file), "-o", out, "--pings", "3:7"]) == 0
+    assert main(["run", str(file), "-o", out, "--cluster", "local:2"]) == 0
     np.testing.assert_array_equal(open_recording(out).pressure, simulate(scene).pressure)
     capsys.readouterr()
-    assert main(["run", str(file), "-o", str(out), "--cluster", "local:2", "--threads", "2"]) == 2
+    assert main(["run", str(file), "-o", out, "--cluster", "local:2", "--threads", "2"]) == 2
     assert "--threads 2: for one process" in capsys.readouterr().err
+    assert main(["run", str(file), "-o", "memory://a/b.zarr", "--cluster", "local:2"]) == 2
+    assert "-o memory://a/b.zarr: for one process" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("typed", ["", "local", "local:0", "two", "slurm://normal", "udp://here:1"])

@@ -6,19 +6,18 @@ that dies costs what its part has not written, and the part goes on elsewhere.
 
 import importlib
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any
 
 from insonify.data_file import install_advice
-from insonify.part import Part
 
 ENVIRONMENT = dict.fromkeys(
     ("NUMBA_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS"), "1"
 )  # fmt: skip
 """Environment of the workers, set before they import anything."""
-PARTS_PER_WORKER = 4
-"""Parts for each worker: what a killed worker may cost, and what the slowest is late by [1]."""
+GARBAGE_SEARCH = 500_000
+"""New objects between two searches for cyclic garbage: imports make a million objects and no garbage [1]."""
 FORMS = "local:2, tcp://host:8786 or slurm://partition:64"
 """Addresses of clusters."""
 
@@ -50,16 +49,17 @@ def require_cluster(cluster: str) -> None:
 
 
 def run_parts(
-    task: Callable[..., Any], shared: Any, cluster: str, most_parts: int, *, memory: float = 2e9,
-    on_part: Callable[[int, int], None] | None = None,
+    task: Callable[..., Any], shared: Any, cluster: str, divide: Callable[[int], Sequence[range]], *,
+    memory: float = 2e9, on_part: Callable[[int, int], None] | None = None,
 ) -> None:  # fmt: skip
     """Run all parts of a job on a cluster.
 
     Args:
-        task: Called on a worker as task(shared, part=Part(i, N)); an importable function or a `partial` of one.
+        task: Called on a worker as task(shared, pings=range(...)); an importable function or a `partial` of one.
         shared: First argument, sent to each worker once.
         cluster: Address, see `FORMS`.
-        most_parts: Largest number of parts, such as that of pings; else there are `PARTS_PER_WORKER` for each worker.
+        divide: Called with the number of workers while they start; it prepares the job and returns the pings of each
+            part.
         memory: Memory of a worker that is started by SLURM [bytes].
         on_part: Called with the numbers of parts done and of all parts, before the first and after each.
 
@@ -69,22 +69,49 @@ def run_parts(
     from distributed import as_completed
 
     with _client(cluster, memory) as (client, workers):
-        count = min(PARTS_PER_WORKER * workers, most_parts)
-        done, report, failed = 0, on_part or (lambda *_: None), dict[int, str]()
-        report(done, count)
+        client.register_plugin(_worker_setup(task))
+        parts = divide(workers)
+        done, report, failed = 0, on_part or (lambda *_: None), dict[range, str]()
+        report(done, len(parts))
         client.wait_for_workers(1)
         sent = client.scatter(shared, broadcast=True, hash=False)
-        futures = {client.submit(task, sent, part=Part(k, count), pure=False): k for k in range(1, count + 1)}
+        futures = {client.submit(task, sent, pings=part, priority=-k, pure=False): part for k, part in enumerate(parts)}
         for future in as_completed(futures):
             error = future.exception()
             if error is None:
                 done += 1
-                report(done, count)
+                report(done, len(parts))
             else:
                 failed[futures[future]] = f"{type(error).__name__}: {error}"
     if failed:
-        listed = "; ".join(f"part {number}/{count}: {reason}" for number, reason in sorted(failed.items()))
-        raise ClusterError(f"{len(failed)} of {count} parts failed, the others are done. {listed}")
+        listed = (
+            f"pings {part.start}:{part.stop}: {failed[part]}" for part in sorted(failed, key=lambda part: part[0])
+        )
+        raise ClusterError(f"{len(failed)} of {len(parts)} parts failed, the others are done. {'; '.join(listed)}")
+
+
+def _worker_setup(task: Callable[..., Any]) -> Any:
+    """Plugin of workers: import what the task needs at the start, and search less often for cyclic garbage.
+
+    The last search at the end of a process goes through a million objects of imports; dask waits for it.
+    """
+    from distributed import WorkerPlugin
+
+    module = getattr(task, "func", task).__module__
+
+    class Setup(WorkerPlugin):
+        def setup(self, worker: object) -> None:
+            import atexit
+            import gc
+            import importlib
+            from contextlib import suppress
+
+            gc.set_threshold(GARBAGE_SEARCH)
+            atexit.register(gc.freeze)
+            with suppress(ImportError):
+                importlib.import_module(module)
+
+    return Setup()
 
 
 @contextmanager
@@ -95,9 +122,10 @@ def _client(cluster: str, memory: float) -> Iterator[tuple[Any, int]]:
     kind, _, rest = cluster.partition(":")
     if kind == "local":
         started: Any = LocalCluster(
-            n_workers=int(rest), threads_per_worker=1, processes=True, dashboard_address=None, env=ENVIRONMENT,
+            n_workers=0, threads_per_worker=1, processes=True, dashboard_address=None, env=ENVIRONMENT,
             memory_limit=0,
         )  # fmt: skip
+        started.scale(int(rest))  # they start while the recording is created
     elif kind == "slurm":
         queue, _, jobs = rest.removeprefix("//").partition(":")
         started = importlib.import_module("dask_jobqueue").SLURMCluster(

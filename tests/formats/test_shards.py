@@ -11,6 +11,7 @@ import xarray as xr
 import zarr
 
 from insonify.formats import shards
+from insonify.formats.recording_state import decreasing_shares
 from insonify.formats.recording_writer import RecordingWriter
 from insonify.formats.shards import pings_per_shard
 from insonify.formats.zarr_store import (
@@ -235,3 +236,20 @@ def test_a_recording_of_an_earlier_version_is_read_and_continued(
     assert recorded_pings(path).all() and not (path / ".loose").exists()
     assert len(list((path / "pressure" / "c").iterdir())) == PINGS
     np.testing.assert_array_equal(open_recording(path).pressure, np.stack([sound(k) for k in range(PINGS)]))
+
+
+@pytest.mark.parametrize("workers", [1, 2, 7])
+@pytest.mark.parametrize(("first", "count", "unit"), [(0, 1000, 1), (37, 100, 16), (0, 3, 1), (5, 1, 64), (0, 640, 64)])
+def test_shares_hold_each_ping_once_and_end_small(workers: int, first: int, count: int, unit: int) -> None:
+    """In order, from unit to unit; the first are half of the work, the last a sixteenth; done pings have no weight."""
+    weights = np.ones(count)
+    shares = decreasing_shares(weights, workers, first=first, unit=unit)
+    assert [ping for share in shares for ping in share] == list(range(first, first + count))
+    assert all(share.start % unit == 0 for share in shares[1:])
+    if count == 1000:
+        assert sum(map(len, shares[:workers])) == pytest.approx(500, abs=workers)
+        assert sum(map(len, shares[-workers:])) == pytest.approx(1000 / 16, abs=workers)
+        weights[:600] = 0
+        ends = [share.stop for share in decreasing_shares(weights, workers)]
+        assert ends[workers - 1] == pytest.approx(800, abs=workers)
+    assert sum(map(len, decreasing_shares(0 * weights, workers))) == count

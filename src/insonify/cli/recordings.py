@@ -70,7 +70,9 @@ def run(
     from insonify.simulator import record
 
     if cluster is not None:
-        arguments.require_cluster(cluster, {"--part": part, "--threads": threads})
+        arguments.require_cluster(cluster, {
+            "--part": part, "--threads": threads, "-o": out if out.startswith("memory:") else None,
+        })  # fmt: skip
         threads = 1
     cost = estimate_cost(scenario, labels=labels, threads=threads)
     if trouble := run_refusal(scenario, cost, labels=labels):
@@ -82,10 +84,14 @@ def run(
             simulate(scenario, overwrite=overwrite, on_ping=on_ping, part=mine)
     else:
         from insonify.cluster import run_parts
+        from insonify.formats.recording_state import recording_state
 
-        simulate(scenario, overwrite=overwrite, pings=[])  # the recording is there when the parts begin
+        def divide(workers: int) -> list[range]:
+            simulate(scenario, overwrite=overwrite, pings=[])  # the recording is there when the parts begin
+            return recording_state(path).shares(requested, workers)
+
         with progress(quiet, "part") as on_part:
-            run_parts(simulate, scenario, cluster, len(requested), memory=1.5 * cost.memory, on_part=on_part)
+            run_parts(simulate, scenario, cluster, divide, memory=1.5 * cost.memory, on_part=on_part)
     typer.echo(target)
 
 

@@ -1,7 +1,8 @@
 """Content of a recording on disk or in an object store: recorded and labelled pings, shards and loose pings."""
 
+from itertools import pairwise
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +14,11 @@ from insonify.formats.shards import row_array
 from insonify.formats.store_description import IDENTITY
 from insonify.formats.store_writer import groups_of
 from insonify.part import Part
+
+HALVINGS = 4
+"""Times that the work left is halved: the last shares are 1/16 of the work of all workers [1]."""
+TINY = 1e-6
+"""Work of an item that is done already, over that of one that is not [1]."""
 
 
 class RecordingState(NamedTuple):
@@ -35,6 +41,12 @@ class RecordingState(NamedTuple):
         if is_url(self.location):
             return part.share(self.recorded.size, self.per_shard)
         return zarr_store.pings_of_part(self.location, part)
+
+    def shares(self, pings: range, workers: int) -> list[range]:
+        """Shares of some pings for workers that take one after the other, by the number of missing pings in each."""
+        missing = ~self.recorded if self.labelled is None else ~(self.recorded & self.labelled)
+        unit = self.per_shard if is_url(self.location) else zarr_store.pings_together(self.location)
+        return decreasing_shares(missing[pings.start : pings.stop], workers, first=pings.start, unit=unit)
 
 
 def recording_state(path: str | Path) -> RecordingState:
@@ -73,3 +85,30 @@ def _state_in_store(store: ObjectStore) -> RecordingState:
 def _labelled_on_disk(folder: Path) -> NDArray[np.bool_] | None:
     has_labels = (folder / label_store.FOLDER / "zarr.json").is_file()
     return label_store.labelled_pings(folder) if has_labels else None
+
+
+def decreasing_shares(weights: NDArray[Any], workers: int, *, first: int = 0, unit: int = 1) -> list[range]:
+    """Consecutive shares of some items for workers that take one after the other: large ones first, small ones last.
+
+    All workers then end at nearly the same time, however fast each is: the first shares are half of the work, the next
+    ones half of what is left, and the last ones small.
+
+    Args:
+        weights: Work of each item, of any unit, shape (item,).
+        workers: Number of workers [1].
+        first: Number of the first item.
+        unit: Items that stay together, from number 0 on [1].
+
+    Returns:
+        Numbers of the items of each share; each item is in one.
+
+    Example:
+        >>> decreasing_shares(np.ones(64), 1)
+        [range(0, 32), range(32, 48), range(48, 56), range(56, 60), range(60, 64)]
+    """
+    sizes = np.repeat([*0.5 ** np.arange(1, HALVINGS + 1), 0.5**HALVINGS], workers) / workers
+    work = np.cumsum(np.asarray(weights, float) + TINY)
+    ends = np.searchsorted(work, np.cumsum(sizes)[:-1] * work[-1] * (1 + 1e-12), side="right") + first
+    last = first + work.size
+    edges = [first, *(min(-(-int(end) // unit) * unit, last) for end in ends), last]
+    return [range(start, end) for start, end in pairwise(edges) if start < end]

@@ -235,13 +235,17 @@ def pings_of_part(path: str | Path, part: Part) -> range:
         path: Folder of the recording.
         part: The part.
     """
-    done, unit = row_array(path, "done"), 1
+    done = row_array(path, "done")
     pings = done.shape[0]
-    if -(-pings // done.per_shard) >= part.count:
-        unit = done.per_shard
-    elif "recorded" in sound_arrays(path):
-        unit = _pings_per_line(np.asarray(zarr.open_array(Path(path) / "line_ping", mode="r")[:]), pings)
-    return part.share(pings, unit)
+    return part.share(pings, done.per_shard if -(-pings // done.per_shard) >= part.count else pings_together(path))
+
+
+def pings_together(path: str | Path) -> int:
+    """Number of pings that one process should simulate together: those of one line of a recorder [1]."""
+    if "recorded" not in sound_arrays(path):
+        return 1
+    lines = np.asarray(zarr.open_array(Path(path) / "line_ping", mode="r")[:])
+    return _pings_per_line(lines, row_array(path, "done").shape[0])
 
 
 def _pings_per_line(line_ping: NDArray[np.generic], pings: int) -> int:
