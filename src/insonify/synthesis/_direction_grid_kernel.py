@@ -270,9 +270,7 @@ def _add_to_four_beams(
 
 
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
-def _add_to_beam(
-    four_rows: Singles, r: int, weights: Singles, beam: int, beams: Singles, begin: int, end: int
-) -> None:
+def _add_to_beam(four_rows: Singles, r: int, weights: Singles, beam: int, beams: Singles, begin: int, end: int) -> None:
     """Add four rows from row r on to one beam."""
     count = end - begin
     a, b, c, d = weights[beam, r], weights[beam, r + 1], weights[beam, r + 2], weights[beam, r + 3]
