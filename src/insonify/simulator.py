@@ -28,7 +28,7 @@ from insonify.propagation.families import families_reaching
 from insonify.propagation.path_settings import PathSettings
 from insonify.propagation.propagation_model_choice import propagation_model_for
 from insonify.records.arrivals import Arrivals, concatenate_arrivals, expand_arrivals
-from insonify.records.labels import LabelNames, Labels, concatenate_channels, label_dataset
+from insonify.records.labels import LabelNames, Labels, MaskLabels, concatenate_channels, label_dataset
 from insonify.records.recording import FIELDS, recording_dataset
 from insonify.records.reverberation_samples import ReverberationSamples
 from insonify.scenario.attributes import attributes
@@ -86,6 +86,8 @@ class Simulator:
     grid: TimeGrid
     tracer: Any = None
     """The tracer, where the scenario has it for its expected intensities."""
+    with_positions: bool = True
+    """True: labels of pings are `Labels`; False: `MaskLabels` alone, without positions and pairs of families."""
 
     def ping_geometry(self, ping: int, *, channel: int = 0) -> PingGeometry:
         """Geometry of one ping: of the side that a channel belongs to."""
@@ -152,12 +154,12 @@ class Simulator:
 
     def label_accumulator(self, geometry: PingGeometry) -> LabelAccumulator:
         """Accumulator of the labels of one ping."""
-        occluder_names, grid = tuple(target.label for target in self.engine.scene.occluders), self.grid
-        is_fine = self.scenario.field == "incoherent"
+        is_fine, grid, noise = self.scenario.field == "incoherent", self.grid, self.noise.mean_power
         if not is_fine:  # without the filter's weak ringing
             grid = time_grid(*self.scenario.track.window, grid.sample_rate, self.pulse.start, self.pulse.stop)
-        expectation = replace(self.incoherent_accumulator(geometry), grid=grid, directions=None)
-        return LabelAccumulator(expectation, self.label_names, occluder_names, self.noise.mean_power, is_fine)
+        mean = IncoherentAccumulator(geometry, grid, self._jitter(geometry), self._table, delay_field(self.scenario))
+        occluder_names = tuple(target.label for target in self.engine.scene.occluders)
+        return LabelAccumulator(mean, self.label_names, occluder_names, noise, is_fine, self.with_positions)
 
     @cached_property
     def label_names(self) -> LabelNames:
@@ -295,13 +297,13 @@ def record(
     report(done, count)
     jobs = simulate_jobs(simulator, [Job(*request) for request in missing], threads)
     for number, (job, series, labelling) in enumerate(jobs, done + 1):
-        writer.write(job.ping, series, labelling)
+        writer.write(job.ping, series, cast(Labels | None, labelling))
         report(number, count)
     writer.finish()
     return writer.location
 
 
-SeriesAndLabels = tuple[NDArray[np.generic] | None, Labels | None]
+SeriesAndLabels = tuple[NDArray[np.generic] | None, MaskLabels | None]
 
 
 class Job(NamedTuple):
@@ -326,7 +328,7 @@ def simulate_pings(
 
 def simulate_jobs(
     simulator: Simulator, jobs: list[Job], threads: int | None
-) -> Iterator[tuple[Job, NDArray[np.generic] | None, Labels | None]]:
+) -> Iterator[tuple[Job, NDArray[np.generic] | None, MaskLabels | None]]:
     """Series and labels of some pings, one after the other.
 
     Many pings are shared among the threads, a few of them ahead of the one that is yielded; few pings, and those that
@@ -478,24 +480,23 @@ def _engine(
 def label_ping(simulator: Simulator, ping: int, threads: int | None = None) -> Labels:
     """The labels of one ping, all its sides."""
     with ThreadPoolExecutor(thread_count(threads)) as pool:
-        return _labels(simulator, simulator.ping_geometries(ping), pool)[0]
+        return cast(Labels, _labels(simulator, simulator.ping_geometries(ping), pool)[0])
 
 
 def _labels(
     simulator: Simulator, sides: list[PingGeometry], pool: WorkerPool
-) -> tuple[Labels, list[KnownSeabed | None]]:
+) -> tuple[MaskLabels, list[KnownSeabed | None]]:
     """Labels of one ping, and the seabed of each side where the recorded expectation has the same points."""
-    results, seabeds = list[Labels](), list[KnownSeabed | None]()
+    results, seabeds = list[MaskLabels](), list[KnownSeabed | None]()
     for geometry in sides:
         accumulator = simulator.label_accumulator(geometry)
         reverberation = simulator.label_reverberation(geometry) if accumulator.accumulator.is_short_pulse else None
         sums = _sums(simulator, accumulator, geometry, pool, reverberation)
         results.append(accumulator.time_series(sums))
-        known = None
+        seabeds.append(None)
         if reverberation is not None and simulator.shares_reverberation:
             remaining = reverberation.remaining_path_settings.contributions
-            known = reverberation, recorded_sums(sums, results[-1].object_intensity[:, 0], remaining)
-        seabeds.append(known)
+            seabeds[-1] = reverberation, recorded_sums(sums, results[-1].object_intensity[:, 0], remaining)
     return concatenate_channels(results), seabeds
 
 

@@ -1,12 +1,13 @@
 """Labels of uneven ground come from the very points that are recorded, and state what the general path states."""
 
-from dataclasses import replace
+from dataclasses import fields, replace
 
 import numpy as np
 import pytest
 
 from insonify.engines.fast_reverberation._origin_kernel import grazing_angles
 from insonify.engines.parts import SerialPool
+from insonify.records.labels import NO_ROW, Labels, MaskLabels, label_dataset
 from insonify.scenario.scenario import Scenario
 from insonify.simulator import Job, _labels, _simulate_ping, _sums, build_simulator, label_ping, simulate
 from oracles.scenes import SCATTERED
@@ -77,6 +78,29 @@ def test_the_sound_is_the_same_with_labels_and_without(targets, echoes, bits_sha
     beside, labels = _simulate_ping(simulator, Job(1, with_series=True, with_labels=True), SerialPool())
     assert labels is not None
     np.testing.assert_array_equal(alone, beside)
+
+
+@pytest.mark.parametrize(
+    ("order", "edges", "field"),
+    [
+        (0, "none", "incoherent"),
+        (0, "knife-edge", "incoherent"),
+        (2, "knife-edge", "incoherent"),
+        (1, "none", "coherent"),
+    ],
+)
+def test_masks_and_intensities_are_the_same_without_positions(order, edges, field):
+    """A target over relief: each variable that both kinds of labels have, bit for bit; masks are not empty."""
+    paths = {"max_reflections": order, "edge_diffraction": edges, "contributions": SCATTERED}
+    simulator = build_simulator(made(order, targets=[CRATE], paths=paths, field=field))
+    masks, _ = _labels(replace(simulator, with_positions=False), simulator.ping_geometries(0), SerialPool())
+    whole = label_ping(simulator, 0, threads=1)
+    assert type(masks) is MaskLabels and isinstance(whole, Labels)
+    assert masks.highlight.any() and masks.shadow.any() and masks.shadowing_object.min() < NO_ROW
+    for column in fields(MaskLabels):
+        np.testing.assert_array_equal(getattr(masks, column.name), getattr(whole, column.name), err_msg=column.name)
+    dataset = label_dataset([masks], simulator.label_names, simulator.grid.time, np.array([0]))
+    assert set(dataset.data_vars) == {column.name for column in fields(MaskLabels)}
 
 
 def ground_alone(simulator):

@@ -79,13 +79,13 @@ def scene_images(file: DatasetFile, base: Scenario, number: int, threads: int | 
 
 
 def expected_recording(scenario: Scenario, threads: int | None = 1) -> tuple[xr.Dataset, xr.Dataset]:
-    """Recording of a scenario in memory, and its labels; an incoherent one from the labels' expected intensity.
+    """Recording of a scenario in memory, and its masks; an incoherent one from the labels' expected intensity.
 
     Args:
         scenario: The scenario.
         threads: Number of threads.
     """
-    simulator = build_simulator(scenario)
+    simulator = replace(build_simulator(scenario), with_positions=False)
     coherent = scenario.field == "coherent"
     pings = list(range(scenario.track.ping_count))
     data, parts = [], []

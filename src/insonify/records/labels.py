@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -61,41 +61,51 @@ class LabelNames:
 
 
 @dataclass(frozen=True, slots=True)
-class Labels:
-    """Labels of one ping: the variables of `COLUMNS` without the ping axis."""
+class MaskLabels:
+    """Masks and intensities of objects of one ping: variables of `COLUMNS` without the ping axis."""
 
     expected_intensity: NDArray[np.floating[Any]]
     object_intensity: NDArray[np.floating[Any]]
-    pair_intensity: NDArray[np.floating[Any]]
     strongest_object: NDArray[np.uint8]
-    strongest_pair: NDArray[np.uint8]
     highlight: NDArray[np.bool_]
     shadow: NDArray[np.bool_]
     ghost: NDArray[np.bool_]
     shadowing_object: NDArray[np.uint8]
-    position: NDArray[np.float64]
-    distance: NDArray[np.floating[Any]]
-    grazing: NDArray[np.floating[Any]]
 
     def __post_init__(self) -> None:
         """Refuse columns of inconsistent shape."""
         channels, count = self.expected_intensity.shape
-        for name, (dims, *_) in COLUMNS.items():
-            shape = getattr(self, name).shape
+        for column in fields(self):
+            name, dims, shape = column.name, COLUMNS[column.name][0], getattr(self, column.name).shape
             sizes = {"channel": shape[0], "time": shape[dims.index("time") - 1]}
             if len(shape) != len(dims) - 1 or sizes != {"channel": channels, "time": count}:
                 raise ValueError(f"Labels.{name} has shape {shape}; there are {channels} channels, {count} samples")
 
 
-def concatenate_channels(parts: Sequence[Labels]) -> Labels:
+@dataclass(frozen=True, slots=True)
+class Labels(MaskLabels):
+    """Labels of one ping: all variables of `COLUMNS` without the ping axis."""
+
+    pair_intensity: NDArray[np.floating[Any]]
+    strongest_pair: NDArray[np.uint8]
+    position: NDArray[np.float64]
+    distance: NDArray[np.floating[Any]]
+    grazing: NDArray[np.floating[Any]]
+
+
+AnyLabels = TypeVar("AnyLabels", bound=MaskLabels)
+
+
+def concatenate_channels(parts: Sequence[AnyLabels]) -> AnyLabels:
     """Labels of several sides of a sonar, joined along the channel axis."""
     if len(parts) == 1:
         return parts[0]
-    return Labels(*(np.concatenate([getattr(part, column.name) for part in parts]) for column in fields(Labels)))
+    kind = type(parts[0])
+    return kind(*(np.concatenate([getattr(part, column.name) for part in parts]) for column in fields(kind)))
 
 
 def label_dataset(
-    parts: Sequence[Labels], names: LabelNames, time: NDArray[np.float64], pings: NDArray[np.int64]
+    parts: Sequence[MaskLabels], names: LabelNames, time: NDArray[np.float64], pings: NDArray[np.int64]
 ) -> xr.Dataset:
     """Labels of some pings, with the names of their objects and pairs.
 
@@ -106,7 +116,7 @@ def label_dataset(
         pings: Numbers of the pings.
 
     Returns:
-        The variables of `COLUMNS`, each with units and a long name.
+        The variables of `COLUMNS` that the labels have, each with units and a long name.
     """
     import xarray as xr
 
@@ -118,6 +128,7 @@ def label_dataset(
                 {"units": units, "long_name": meaning},
             )
             for name, (dims, dtype, units, meaning) in COLUMNS.items()
+            if hasattr(parts[0], name)
         },
         coords={
             "ping": ("ping", pings, {"units": "1", "long_name": "number of the ping"}),

@@ -5,6 +5,7 @@ columns that an expected intensity needs are held: no reasons for missing legs, 
 Weak pairs of legs are evaluated at a subset of the points, which stands for the rest.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -18,10 +19,9 @@ class Origins:
 
     families: tuple[str, ...]
     """Name of each row of legs."""
-    position: NDArray[np.float64]
-    """North, east, depth of each point [m], shape (3, n)."""
-    grazing: NDArray[np.float32]
-    """Grazing angle of each leg at its point [rad], shape (f, n)."""
+    positions: Callable[[], tuple[NDArray[np.float64], NDArray[np.float32]]]
+    """Function that evaluates north, east, depth of each point [m], shape (3, n), and the grazing angle of each leg
+    at its point [rad], shape (f, n)."""
     direct: int
     """Row of the direct legs."""
     straight: int

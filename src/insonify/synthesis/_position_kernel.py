@@ -102,6 +102,47 @@ def deposit_pair_positions(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
+def deposit_energies_in_bins(grid: DelayCells, delay: Floats, energy: Floats) -> None:
+    """Add energies to the two bins beside each delay, without positions: those of `deposit_positions`, to the bit.
+
+    Args:
+        grid: Bins of energy alone, (bins,).
+        delay: Two-way delay [s], (m,).
+        energy: Energies [uPa^2], (m,).
+    """
+    bins, start, rate = grid
+    last = bins.size - 1
+    for k in range(delay.size):
+        at = (delay[k] - start) * rate
+        if not (energy[k] > 0 and 0 <= at < last):
+            continue
+        b = np.uintp(at)
+        part = (at - b) * energy[k]
+        bins[b] += np.float32(energy[k] - part)
+        bins[b + np.uintp(1)] += np.float32(part)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def deposit_pair_energies_in_bins(samples: WeightedSamples, energies: DelayCells, grid: DelayCells) -> None:
+    """Deposit energies of all pairs as `deposit_pair_positions` does, without positions.
+
+    Args:
+        samples: The samples.
+        energies: Cells of the energies alone; or none, (cells,).
+        grid: Bins of energy alone, (p, bins).
+    """
+    late, energy = np.empty((2, BLOCK))
+    for p in range(samples.pair.shape[0]):
+        own = DelayCells(grid.cells[p], grid.first_time, grid.rate)
+        for begin in range(0, samples.point_count[p], BLOCK):
+            m = min(BLOCK, samples.point_count[p] - begin)
+            fill_pair_energies(samples, p, samples.rows[p, begin : begin + m], begin, late, energy)
+            if energies.cells.size:
+                deposit_energy(energies.cells, energies.first_time, energies.rate, late[:m], energy[:m])
+            deposit_energies_in_bins(own, late[:m], energy[:m])
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def smear_energies(bins: NDArray[Any], pulse: Floats, per_sample: int, out: Floats) -> None:
     """Convolve energies with a pulse, added to samples: sums over the bins that contribute to each.
 

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from insonify.propagation.families import families_reaching
-from insonify.records.labels import LabelNames, Labels
+from insonify.records.labels import LabelNames, MaskLabels
 from insonify.records.legs import SEABED_OCCLUDER, Legs, LegStatus
 from insonify.records.pairs import Pairs
 from insonify.records.reverberation_samples import ReverberationSamples
@@ -98,6 +98,9 @@ class LabelAccumulator:
     The latter is less work, and blurs the edges of pulses: off by 0.02 to 0.25 dB rms down to 20 dB below the largest.
     """
 
+    with_positions: bool = True
+    """True: `Labels`; False: `MaskLabels` alone, without positions and pairs of families."""
+
     @property
     def geometry(self) -> PingGeometry:
         """The sonar at that ping."""
@@ -166,7 +169,10 @@ class LabelAccumulator:
     def add_fast_reverberation(self, buffer: LabelBuffer, swath: ReverberationSamples) -> None:
         """Add the seabed from a block of reverberation samples, and its occluded echoes."""
         occluder_names = {SEABED_OCCLUDER: "seabed", **dict(enumerate(self.occluder_names))}
-        add_reverberation_labels(buffer, self.accumulator, swath, self._bins, occluder_names, is_fine=self.is_fine)
+        add_reverberation_labels(
+            buffer, self.accumulator, swath, self._bins, occluder_names, is_fine=self.is_fine,
+            with_positions=self.with_positions,
+        )  # fmt: skip
 
     def _workspace(
         self, buffer: LabelBuffer, object_name: str, pairs: Pairs, names: tuple[str, ...]
@@ -319,14 +325,16 @@ class LabelAccumulator:
             return bin_grid(self.accumulator)
         return bin_grid(self.accumulator, *(BINS_OF_CHANNELS if self._directions is None else BINS_OF_ROWS))
 
-    def time_series(self, buffer: LabelBuffer, _run: Mapper = map) -> Labels:
+    def time_series(self, buffer: LabelBuffer, _run: Mapper = map) -> MaskLabels:
         """Labels of the ping."""
         for (object_name, pair_names), added in buffer.cells.items():
             if self._directions is not None:
                 to_beams = self._directions.to_beams_by_lobes
                 added = replace(added, cells=to_beams(added.cells), bins=to_beams(added.bins))
             buffer.add_cells(object_name, pair_names, added, self.accumulator.grid.sample_count)
-        return labels_of(buffer, self.accumulator, self.names, self.noise, self._bins)
+        return labels_of(
+            buffer, self.accumulator, self.names, self.noise, self._bins, with_positions=self.with_positions
+        )
 
 
 def _half(pairs: Pairs) -> Rows:

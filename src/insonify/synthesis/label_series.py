@@ -1,10 +1,12 @@
 """Labels over time, from sums by object and by pair of families: intensities, masks and positions of every sample."""
 
+from dataclasses import fields
+
 import numpy as np
 from numpy.typing import NDArray
 
 from insonify.propagation.families import DIRECT
-from insonify.records.labels import NO_ROW, SURROUNDINGS, LabelNames, Labels
+from insonify.records.labels import NO_ROW, SURROUNDINGS, LabelNames, Labels, MaskLabels
 from insonify.synthesis._position_kernel import SamplePositions, smear_positions
 from insonify.synthesis._sample_mask_kernel import Contributions, SampleMasks, fill_masks, largest_rows
 from insonify.synthesis.incoherent import IncoherentAccumulator, IntensityBuffer
@@ -18,8 +20,9 @@ STRAIGHT = pair_name(DIRECT, DIRECT)
 
 
 def labels_of(
-    buffer: LabelBuffer, accumulator: IncoherentAccumulator, names: LabelNames, noise: float, grid: BinGrid
-) -> Labels:
+    buffer: LabelBuffer, accumulator: IncoherentAccumulator, names: LabelNames, noise: float, grid: BinGrid, *,
+    with_positions: bool = True,
+) -> MaskLabels:  # fmt: skip
     """Labels of one ping.
 
     Args:
@@ -28,24 +31,33 @@ def labels_of(
         names: Names of objects and pairs.
         noise: Mean-square noise pressure that a target has to exceed [uPa^2].
         grid: Its bins of energy and position.
+        with_positions: True: `Labels`; False: `MaskLabels` alone.
     """
-    bins, geometry = _bins(buffer), accumulator.ping_geometry
+    bins, geometry, curves = _bins(buffer), accumulator.ping_geometry, _Curves(buffer, accumulator)
     pulse, shape = pulse_energy(accumulator, grid), (geometry.channel_count, accumulator.grid.sample_count)
     energies = smeared((values[..., 0] for values in bins.values()), pulse, grid, shape)
     energy = dict(zip(bins, energies, strict=True))
-    by_object, by_pair = _Curves(buffer, accumulator).intensities(names, energy)
+    by_object = np.stack([curves.of_object(name) for name in names.objects], axis=1)
     shared = buffer.bins.keys() | buffer.flashes.keys()  # their energies are in curves
     own = {key: values[..., 0] for key, values in buffer.sampled.items() if key in shared}
     sampled = {key: energy[key] for key in buffer.sampled} | dict(
         zip(own, smeared(own.values(), pulse, grid, shape), strict=True)
     )
     excess = zip(buffer.excess, smeared(buffer.excess.values(), pulse, grid, shape), strict=True)
-    for (object_name, pair), intensity in [*sampled.items(), *excess]:
+    binned = [*sampled.items(), *excess]
+    for (object_name, _), intensity in binned:
         by_object[:, names.objects.index(object_name)] += intensity
-        if pair != ALL:
-            by_pair[:, names.pairs.index(pair)] += intensity
     by_object = np.maximum(by_object, 0.0, out=by_object)
     masks = _masks(by_object, energy, energies, names, noise)
+    columns = {"object_intensity": by_object} | {
+        column.name: getattr(masks, column.name) for column in fields(MaskLabels) if column.name != "object_intensity"
+    }
+    if not with_positions:
+        return MaskLabels(**columns)
+    by_pair = np.stack(curves.by_pair(names, energy), axis=1)
+    for (_, pair), intensity in binned:
+        if pair != ALL:
+            by_pair[:, names.pairs.index(pair)] += intensity
     means = SamplePositions(*(np.full(size, np.nan) for size in ((*shape, 3), shape, shape)))
     for number, (values, contribution) in enumerate(zip(bins.values(), energies, strict=True)):
         smear_positions(
@@ -54,11 +66,7 @@ def labels_of(
     strongest_pair = np.empty(shape, np.uint8)
     for values, received, largest in zip(by_pair, masks.received, strongest_pair, strict=True):
         largest_rows(values, received, NO_ROW, largest)
-    return Labels(
-        expected_intensity=masks.expected_intensity, object_intensity=by_object, pair_intensity=by_pair,
-        strongest_object=masks.strongest_object, strongest_pair=strongest_pair, highlight=masks.highlight,
-        shadow=masks.shadow, ghost=masks.ghost, shadowing_object=masks.shadowing_object, **means._asdict(),
-    )  # fmt: skip
+    return Labels(**columns, pair_intensity=by_pair, strongest_pair=strongest_pair, **means._asdict())
 
 
 def _bins(buffer: LabelBuffer) -> dict[Key, Singles]:
@@ -78,20 +86,21 @@ class _Curves:
         self._cached_series: dict[tuple[Key, ...], Floats] = {}
         self._made: list[tuple[IntensityBuffer, Floats]] = []
 
-    def intensities(self, names: LabelNames, energy: dict[Key, Floats]) -> tuple[Floats, Floats]:
-        """Expected intensity by object, (channels, objects, samples), and by pair alone, (channels, pairs, samples)."""
+    def of_object(self, object_name: str) -> Floats:
+        """Expected intensity of one object, (channels, samples)."""
+        return self._series(tuple(key for key in self._buffer.curves if is_curve_of(object_name, key)))
+
+    def by_pair(self, names: LabelNames, energy: dict[Key, Floats]) -> list[Floats]:
+        """Expected intensity of each pair alone, (channels, samples) each."""
         curves = self._buffer.curves
-        by_object = [
-            self._series(tuple(key for key in curves if is_curve_of(object_name, key))) for object_name in names.objects
-        ]
-        by_pair = [
+        series = [
             self._series(tuple(key for key in curves if key[1] in (name, PAIR_ONLY + name))) for name in names.pairs
         ]  # fmt: skip
-        for object_name, intensity in zip(names.objects, by_object, strict=True):
+        for object_name in names.objects:
             shared_keys = [key for key in energy if key[0] == object_name and self._lacks_curve(key)]
             if shared_keys:
-                self._divide_by_energy(object_name, intensity, shared_keys, energy, names, by_pair)
-        return np.stack(by_object, axis=1), np.stack(by_pair, axis=1)
+                self._divide_by_energy(object_name, self.of_object(object_name), shared_keys, energy, names, series)
+        return series
 
     def _divide_by_energy(
         self, object_name: str, whole: Floats, shared_keys: list[Key], energy: dict[Key, Floats], names: LabelNames,

@@ -9,7 +9,7 @@ beam a side. The general engine evaluates all other scenes.
 import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
-from functools import cached_property, lru_cache
+from functools import cache, cached_property, lru_cache, partial
 from math import prod
 from threading import local
 from typing import Any
@@ -195,9 +195,8 @@ class FastReverberation:
         if terrain is not None and terrain.span[0] < terrain.span[1]:
             bounce_off_relief(self.scene, terrain, ping_geometry, plan, part, legs, pairs)
         unlit = unlit_rows(plan, legs, pairs) if labelled else None
-        passes_target = bool(part.passes_target.any())
-        positions = sample_positions(ping_geometry, part, legs) if labelled or passes_target else np.empty((3, 0))
-        shaded = self._apply_target_shadows(part, legs, positions) if passes_target else None
+        positions = cache(partial(sample_positions, ping_geometry, part, legs))
+        shaded = self._apply_target_shadows(part, legs, positions()) if part.passes_target.any() else None
         if seabed.texture is not None:
             factor = self._texture(part.radials, legs).astype(np.float32)
             for k, many in enumerate(pairs.sample_count):

@@ -1,5 +1,6 @@
 """Origins of fast reverberation for labels: positions of its samples, and occluded direct legs by occluder."""
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -57,22 +58,26 @@ def sample_positions(ping_geometry: PingGeometry, part: RadialSet, legs: RadialL
 
 
 def sample_origins(
-    plan: ReverberationPlan, position: Floats, legs: RadialLegs, pairs: PairSamples, unlit: Rows,
+    plan: ReverberationPlan, position: Callable[[], Floats], legs: RadialLegs, pairs: PairSamples, unlit: Rows,
     shaded: ShadedSamples | None,
 ) -> Origins:  # fmt: skip
-    """Positions of the samples of some radials, and their occluded direct legs.
+    """Positions of the samples of some radials, evaluated where they are needed, and their occluded direct legs.
 
     Args:
         plan: The reverberation plan.
-        position: Result of `sample_positions`.
+        position: Function that returns the result of `sample_positions`.
         legs: Legs to the samples of the radials.
         pairs: Samples of each pair.
         unlit: Result of `unlit_rows`.
         shaded: Occlusion by targets; None: none.
     """
-    count = int(legs.radial_offsets[-1])
-    grazing = np.empty((len(plan.families), count), np.float32)
-    grazing_angles(legs.arrival[:, :, :count], legs.normal[:, :count], grazing)
+
+    def positions() -> tuple[Floats, Singles]:
+        count = int(legs.radial_offsets[-1])
+        grazing = np.empty((len(plan.families), count), np.float32)
+        grazing_angles(legs.arrival[:, :, :count], legs.normal[:, :count], grazing)
+        return position(), grazing
+
     direct_pair, direct = plan.direct_rows
     occluded, lost, occluder = _occluded_points(legs, pairs, unlit, shaded, direct_pair, direct)
     unoccluded = np.zeros(0, np.complex64)
@@ -84,7 +89,7 @@ def sample_origins(
         )  # fmt: skip
         nonzero = np.flatnonzero(unoccluded)
         occluded, unoccluded, lost, occluder = occluded[nonzero], unoccluded[nonzero], lost[nonzero], occluder[nonzero]
-    return Origins(plan.families, position, grazing, direct, direct_pair, occluded, unoccluded, lost, occluder)
+    return Origins(plan.families, positions, direct, direct_pair, occluded, unoccluded, lost, occluder)
 
 
 def _occluded_points(
