@@ -7,7 +7,7 @@ unit gain on the steered axis. Patterns come from cubic tables in direction cosi
 
 from collections.abc import Hashable
 from dataclasses import dataclass, field, replace
-from functools import lru_cache
+from functools import cached_property, lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -45,7 +45,7 @@ MIN_ELEMENT_GAIN = 1e-2
 """Smallest directivity of an element in the direction to which a beam may be steered [1]."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class Beams:
     """Beams of one array at one frequency and attitude."""
 
@@ -81,7 +81,7 @@ class Beams:
         """The beams as a tuple for kernels."""
         return BeamTables(self.axes, self.steer, self.scale, self.tables, self.per_unit, self.element)
 
-    @property
+    @cached_property
     def kernel_majorants(self) -> BeamMajorants:
         """The beams' majorants as a tuple for kernels."""
         first = np.arange(0, self.channel_count, CHANNELS_PER_BLOCK)

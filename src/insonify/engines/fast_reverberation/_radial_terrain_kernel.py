@@ -1,5 +1,6 @@
 """Terrain along radials, from its map, and the tiles of the map that it needs. Plain numbers and arrays only."""
 
+import math
 from typing import Any
 
 import numpy as np
@@ -16,6 +17,8 @@ Singles = NDArray[np.float32]
 
 CELLS = 64
 """Cells along a tile of the map."""
+RUN = 16
+"""Samples of a radial of which the first and the last are compared: where both are in one tile, so are all."""
 NODE_ROW = 3 * (CELLS + 1)
 VALUES_PER_TILE = NODE_ROW * (CELLS + 1)
 _SIX, _INSIDE, _THREE = np.uint32(6), np.uint32(CELLS - 1), np.uint32(3)
@@ -41,10 +44,56 @@ def mark_tiles(
         spacing = frame.step * radials[s, column.STRIDE]
         a, b = frame.origin_along / cell_size, frame.origin_across / cell_size
         step_a, step_b = radials[s, column.COSINE] * spacing / cell_size, radials[s, column.SINE] * spacing / cell_size
-        for k in range(sample_counts[list_rows[s]]):
-            distance_steps = k + radials[s, column.FIRST_SAMPLE]
-            tile_a, tile_b = np.uint32(a + distance_steps * step_a), np.uint32(b + distance_steps * step_b)
-            crossed[tile_a >> _SIX, tile_b >> _SIX] = True
+        first, count = radials[s, column.FIRST_SAMPLE], sample_counts[list_rows[s]]
+        for begin in range(0, count, RUN):
+            last = min(begin + RUN, count) - 1
+            early_a, early_b = _tile(a, begin + first, step_a), _tile(b, begin + first, step_b)
+            crossed[early_a, early_b] = True
+            if early_a == _tile(a, last + first, step_a) and early_b == _tile(b, last + first, step_b):
+                continue
+            for k in range(begin + 1, last + 1):
+                crossed[_tile(a, k + first, step_a), _tile(b, k + first, step_b)] = True
+
+
+@njit(inline="always")
+def _tile(start: float, steps: float, step: float) -> Any:
+    """Number of the tile at so many steps of a radial from its start, along one axis; all lengths in cells."""
+    return np.uint32(start + steps * step) >> _SIX
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def numbers_of_marked(crossed: NDArray[np.bool_]) -> Integers:
+    """Numbers of the tiles that are marked in a window, row by row, shape (n, 2)."""
+    numbers, n = np.empty((crossed.size, 2), np.int64), 0
+    for i in range(crossed.shape[0]):
+        for j in range(crossed.shape[1]):
+            if crossed[i, j]:
+                numbers[n, 0], numbers[n, 1] = i, j
+                n += 1
+    return numbers[:n].copy()
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def mark_passing(
+    radials: Floats, bearing: Floats, turn: Floats, half_angle: Floats, nearest: Floats, passing: NDArray[np.bool_]
+) -> None:
+    """Mark the radials that pass each of some targets.
+
+    Args:
+        radials: See `radial_columns`.
+        bearing: Bearing of each radial [rad], (s,).
+        turn: Angle that turns the bearing of each target to pi [rad], (t,).
+        half_angle: Half of the angle that each target takes up [rad], (t,).
+        nearest: Distance of each target's nearest point [m], not positive under or over the target, (t,).
+        passing: Result, (t, s).
+    """
+    for t in range(turn.size):
+        for s in range(bearing.size):
+            passing[t, s] = nearest[t] <= 0
+            if passing[t, s] or not radials[s, column.STOP] > nearest[t]:
+                continue
+            angle = abs((bearing[s] + turn[t]) % (2 * math.pi) - math.pi)
+            passing[t, s] = angle <= half_angle[t] + radials[s, column.CELL_WIDTH] / 2
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -6,8 +6,12 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from insonify.engines import radial_columns as column
-from insonify.engines.fast_reverberation._radial_terrain_kernel import CELLS, mark_tiles
+from insonify.engines.fast_reverberation._radial_terrain_kernel import (
+    CELLS,
+    mark_passing,
+    mark_tiles,
+    numbers_of_marked,
+)
 from insonify.engines.fast_reverberation.reverberation_plan import ReverberationPlan
 from insonify.engines.radial_tables import RadialFrame, RadialSet
 from insonify.propagation.knife_edge import ROUGH_RIPPLES
@@ -57,7 +61,7 @@ def terrain_window(
         mark_tiles(
             frame, part.radials, part.lists.sample_counts, part.list_rows, terrain.heightmap_cell_size, crossed
         )  # fmt: skip
-    tiles = np.argwhere(crossed)
+    tiles = numbers_of_marked(crossed)
     return None if len(tiles) > MAX_TILES else TerrainWindow(start, side, np.array(first), tiles)
 
 
@@ -72,15 +76,15 @@ def radials_past_targets(
         heading: Heading of the frame of the radials [rad].
         edges: Edge diffraction: "none" or "knife-edge".
     """
-    (north, east, radius), position = plan.bounding_cylinders[:, :3].T[..., None], ping_geometry.transmit_position
+    (north, east, radius), position = plan.bounding_cylinders[:, :3].T, ping_geometry.transmit_position
     distance = np.hypot(north - position[0], east - position[1])
     target_bearing = np.arctan2(east - position[1], north - position[0])
     half_angle = np.arcsin(np.minimum(radius / np.maximum(distance, 1e-9), 1.0))
     half_angle += _diffraction_margin(distance, ping_geometry.wavelength, edges)
-    angle = np.abs(np.mod(plan.bearings + (heading + np.pi - target_bearing), 2 * np.pi) - np.pi)
-    is_ahead = angle <= half_angle + plan.radials[:, column.CELL_WIDTH] / 2
-    is_ahead &= plan.radials[:, column.STOP] > distance - radius
-    return np.asarray(is_ahead | (distance <= radius))
+    passing = np.empty((len(north), len(plan.radials)), np.bool_)
+    turn, nearest = heading + np.pi - target_bearing, distance - radius
+    mark_passing(plan.radials, plan.bearings, turn, half_angle, nearest, passing)
+    return passing
 
 
 def _diffraction_margin(distance: Floats, wavelength: float, edges: str) -> Floats | float:
