@@ -60,14 +60,12 @@ class ReceivePoints:
 
 def receive_points(ping_geometry: PingGeometry) -> ReceivePoints:
     """Elements of the receiver in the world; for beams, the array's centre."""
-    elements = ping_geometry.elements
-    axes = ping_geometry.receive_beams.axes
-    element_position = np.zeros((1, 3)) if elements is None else elements.positions
-    position = element_position @ axes
+    elements, motion = ping_geometry.elements, ping_geometry.receive_motion
+    position = np.zeros((1, 3)) if elements is None else elements.positions @ ping_geometry.receive_beams.axes
     velocity, acceleration = np.zeros_like(position), np.zeros_like(position)
-    if ping_geometry.receive_motion is not None:
-        on_platform = ping_geometry.lever_arms[1] + position @ ping_geometry.receive_motion.rotation[0]
-        _, velocity, acceleration = ping_geometry.receive_motion.kinematics(on_platform)
+    if motion is not None:
+        offset = position if elements is None else position @ motion.rotation[0]
+        _, velocity, acceleration = motion.kinematics(ping_geometry.lever_arms[1] + offset)
     if elements is None:
         return ReceivePoints(position, velocity, acceleration, np.zeros(1, np.int64), np.zeros(1))
     orientations, row = np.unique(elements.orientations, return_inverse=True)

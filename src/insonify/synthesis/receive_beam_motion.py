@@ -55,9 +55,9 @@ def moving_array_axes(ping_geometry: PingGeometry) -> tuple[Floats, Floats] | No
     motion, axes = ping_geometry.receive_motion, ping_geometry.receive_beams.axes
     if motion is None:
         return None
-    points = receive_points(ping_geometry)
-    if not motion.is_rotating and not has_parallax(ping_geometry, points, ping_geometry.receive_sound_speed, 2.0):
+    points, is_rotating = receive_points(ping_geometry), motion.is_rotating
+    if not is_rotating and not has_parallax(ping_geometry, points, ping_geometry.receive_sound_speed, 2.0):
         return None
-    rate, acceleration = motion.rotation_rates
+    rate, acceleration = motion.rotation_rates if is_rotating else (np.zeros((3, 3)), np.zeros((3, 3)))
     displacement = np.concatenate([2 * points.velocity, 2 * points.acceleration]) / ping_geometry.receive_sound_speed
     return np.array([axes, 2 * axes @ rate, 4 * axes @ acceleration]), displacement
