@@ -5,6 +5,7 @@ import pytest
 
 from insonify.scenario.scenario import Scenario
 from insonify.simulator import build_simulator
+from insonify.synthesis._gridding import deposit_energy_on_rows
 from insonify.synthesis.direction_powers import LOW_POWER, direction_powers
 from insonify.synthesis.time_grid import convolve_energy
 
@@ -64,3 +65,25 @@ def test_a_single_direction_is_off_where_the_beam_is_low(powers):
     assert np.abs(by_lobes - exact)[high].max() < 1e-6 * peak.max()
     assert (np.abs(by_lobes - exact) <= LOW_POWER * peak).all()
     assert np.count_nonzero(powers.lobe_powers.high) < powers.beam_powers.size / 2  # what it saves
+
+
+def test_energies_in_rows_are_the_squared_weights_of_the_legs(simulator):
+    """Cells of every row: the energies of weights with their carriers, deposited at the same delays and directions."""
+    geometry, engine = simulator.ping_geometry(0), simulator.engine
+    accumulator = simulator.incoherent_accumulator(geometry)
+    powers, grid = accumulator.directions, accumulator.grid
+    energies = accumulator.empty()
+    expected = np.zeros_like(energies.rows)
+    assert energies.nbytes == energies.rows.nbytes + energies.cells.nbytes
+    for block in engine.blocks(geometry, quadrature=True)[:2]:
+        for pairs in engine.pair_batches(geometry, block):
+            direct = pairs.select(np.array([pairs.names().index(("D", "D"))]))
+            accumulator.add(energies, direct)
+            i, j = direct.pair[0]
+            transmit, receive = accumulator.weights(direct, None, powers.common)
+            energy = np.abs(transmit[0, i] * receive[0, j] * direct.strength[0]) ** 2
+            delay = direct.transmit_legs.delay[i] + direct.receive_legs.delay[j]
+            row = powers.rows(direct.receive_legs.departure[j])
+            deposit_energy_on_rows(expected, grid.first_time, grid.energy_rate, delay, energy, row)
+    assert np.count_nonzero(expected) > 1000
+    np.testing.assert_allclose(energies.rows, expected, rtol=0, atol=1e-6 * expected.max())

@@ -71,8 +71,8 @@ class IntensityBuffer:
 
     @property
     def nbytes(self) -> int:
-        """Memory of the rows, by which a ping has fewer parts [bytes]."""
-        return 0 if self.rows is None else self.rows.nbytes
+        """Memory where there are rows, by which a ping has fewer parts [bytes]."""
+        return 0 if self.rows is None else self.rows.nbytes + self.cells.nbytes
 
     def flush_specular(self) -> None:
         """Add the power of a completed smooth target to the intensity."""
@@ -127,12 +127,16 @@ class IncoherentAccumulator:
     def _add_to_rows(self, rows: Singles, pairs: Pairs) -> None:
         """Add the energies of scatterers with one pair of legs each, about their directions."""
         assert self.directions is not None
-        direction = receive_directions(pairs, self.ping_geometry)
-        transmit, receive = self.weights(pairs, direction, self.directions.common)
-        i, j = pairs.pair[0]
-        delay, row = pairs.transmit_legs.delay[i] + pairs.receive_legs.delay[j], self.directions.rows(direction[j])
+        geometry, (i, j) = self.ping_geometry, pairs.pair[0]
+        direction = receive_directions(pairs, geometry)[j]
+        transmit_gain = geometry.transmit_beams.gain(pairs.transmit_legs.departure[i])[0]
+        level = float(amplitude_ratio(geometry.source_level_db))
+        power = np.square(level * transmit_gain * self.directions.common.gain(direction)[0])
+        for leg in (pairs.transmit_legs.amplitude[i], pairs.receive_legs.amplitude[j]):
+            power *= np.square(leg.real) + np.square(leg.imag)
+        delay, row = pairs.transmit_legs.delay[i] + pairs.receive_legs.delay[j], self.directions.rows(direction)
         for one, *shares in self.replica_jitter.expected_parts(pairs):
-            energy = sum(shares) * np.abs(transmit[0, i] * receive[0, j] * one.strength[0]) ** 2
+            energy = sum(shares) * power * np.square(np.abs(one.strength[0]))
             deposit_energy_on_rows(rows, self.grid.first_time, self.grid.energy_rate, delay, energy, row)
 
     def weights(
