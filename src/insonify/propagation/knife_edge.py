@@ -34,8 +34,8 @@ TOUCHING = 0.01
 """Largest gap between a base and the seabed that counts as none [m]."""
 STANDING_OUT = 1e-6
 """Depth of a top above which a target pierces the surface [m]."""
-SKY = 1e30
-"""Height above the water at which such a screen ends [m]."""
+SKY = 1e10
+"""Height above the water at which such a screen ends; its cube is still a number of single precision [m]."""
 RIPPLES = 12.0
 """Fresnel number beyond which a solid beside or below a ray is neglected: its ripple is below 0.02 [1]."""
 ROUGH_RIPPLES = 6.0
