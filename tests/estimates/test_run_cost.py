@@ -138,15 +138,37 @@ def test_fast_reverberation_is_counted_as_it_is_walked():
 
 
 def test_processor_times_follow_the_pace_of_the_machine(monkeypatch):
-    """Transforms that take three times as long: three times the estimated time, compilation too; no other change."""
+    """Transforms that take nine times as long: three times the estimated time, compilation too; no other change."""
     cost = estimate_cost(nominal(track={"window": (0.02, 0.03)}))
-    now = iter(np.arange(1000) * 3 * 4 * machine_pace.TRANSFORM_SECONDS)
+    now = iter(np.arange(1000) * 9 * 4 * machine_pace.TRANSFORM_SECONDS)
     monkeypatch.setattr(machine_pace.time, "thread_time", lambda: next(now))
     machine_pace.machine_pace.cache_clear()
     slow = cost.on_this_machine()
     machine_pace.machine_pace.cache_clear()
     assert (slow.seconds, slow.compiling) == pytest.approx((3 * cost.seconds, 3 * cost.compiling))
     assert replace(slow, seconds=cost.seconds, compiling=cost.compiling) == cost
+
+
+def test_pairs_of_many_beams_on_rows_are_deposited_once():
+    """A frame of 256 beams, expected: a pair costs as in one channel; with reflections as in each; labels as in one."""
+    fan = {"kind": "planar", "width": 0.05, "height": 0.005}
+    sonar = {
+        "transmit": fan | {"width": 0.0015, "steer": (0.0,)},
+        "receive": fan | {"steer": tuple(np.radians(np.linspace(-60, 60, 256)))},
+    }
+    pulse = {"pulse": {"kind": "cw", "frequency": 750e3, "duration": 0.04e-3}, "receiver": {"bandwidth": 30e3}}
+    seconds = {}
+    for order in (0, 1):
+        scenario = nominal(
+            field="incoherent", sonar=sonar | pulse, track={"window": (0.0, 0.02)}, paths={"max_reflections": order}
+        )
+        simulator = build_simulator(scenario)
+        here = simulator.ping_geometry(0)
+        seconds[order] = ping_work._pair_seconds(simulator, here, boundary="seabed")
+        once = unit_costs.SECONDS_PER_PAIR + unit_costs.SECONDS_PER_LABEL
+        assert ping_work._pair_seconds(simulator, here, boundary="seabed", label=True) == pytest.approx(once)
+    assert seconds[0] == pytest.approx(sum(unit_costs.SECONDS_PER_EXPECTED_PAIR))
+    assert seconds[1] > 50 * seconds[0]
 
 
 def test_a_clock_without_resolution_gives_the_least_pace(monkeypatch):

@@ -39,7 +39,9 @@ from insonify.simulator import Simulator
 from insonify.sonar.ping_geometry import PingGeometry
 from insonify.sonar.two_way_beam import two_way_width
 from insonify.synthesis.direction_grid import WIDTH, direction_grid
+from insonify.synthesis.direction_powers import direction_powers
 from insonify.synthesis.label_accumulator import POINTS
+from insonify.synthesis.time_grid import OVERSAMPLING
 from insonify.synthesis.waveform_basis import waveform_basis
 
 Floats = NDArray[np.float64]
@@ -142,6 +144,9 @@ def _side_work(simulator: Simulator, ping_geometry: PingGeometry) -> PingWork:
     slow = expected and simulator.tracer is None and _fast_reverberation_steps(simulator, ping_geometry) is None
     start = unit_costs.PING_SECONDS + unit_costs.EXPECTED_SECONDS * slow
     start += unit_costs.ELEMENTS_SECONDS * (ping_geometry.elements is not None)
+    if expected and simulator.tracer is None:
+        cells = 2 * OVERSAMPLING * simulator.grid.sample_count
+        start += _expected_rows(simulator, ping_geometry) * beams * cells * unit_costs.SECONDS_PER_ROW_PRODUCT
     grid = direction_grid(ping_geometry) if ping_geometry.sub_bands else None
     if grid is None:
         start += beams * transform_seconds(simulator, expected=expected, shapes=shapes)
@@ -535,7 +540,14 @@ def _expected_pair_seconds(
     legs = legs_per_point(simulator.engine.scene, scenario.paths, boundary, drawn=boundary == "water")
     glints = (legs**2 - kept**2) / kept**2
     pair, beam = np.add(unit_costs.SECONDS_PER_EXPECTED_PAIR, np.multiply(glints, unit_costs.SECONDS_PER_GLINT_PAIR))
-    return float(section + pair + beam * scenario.sonar.beam_count)
+    by_rows = legs == 1 and _expected_rows(simulator, ping_geometry) > 0
+    return float(section + pair + beam * (1 if by_rows else scenario.sonar.beam_count))
+
+
+def _expected_rows(simulator: Simulator, ping_geometry: PingGeometry) -> int:
+    """Rows of directions of an expectation, on which single pairs are deposited once for all beams; 0: none."""
+    directions = simulator.incoherent_accumulator(ping_geometry).directions
+    return 0 if directions is None else directions.beam_powers.shape[1]
 
 
 def _pair_seconds(
@@ -546,7 +558,8 @@ def _pair_seconds(
     beams = simulator.scenario.sonar.beam_count
     section = 0.0 if law is None or isinstance(law, Lambert) else unit_costs.SECONDS_PER_SECTION
     if label:
-        return section + (unit_costs.SECONDS_PER_PAIR + unit_costs.SECONDS_PER_LABEL) * beams
+        channels = 1 if ping_geometry.is_monostatic and direction_powers(ping_geometry) is not None else beams
+        return section + (unit_costs.SECONDS_PER_PAIR + unit_costs.SECONDS_PER_LABEL) * channels
     if simulator.scenario.field == "incoherent":
         return _expected_pair_seconds(simulator, ping_geometry, section, boundary)
     on_rows = direction_grid(ping_geometry) is not None

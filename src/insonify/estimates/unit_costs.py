@@ -28,6 +28,8 @@ SECONDS_PER_CELL = 8e-9, 3.5e-9
 """A cell of a series and each doubling of their number, coherent and expected [s]."""
 SECONDS_PER_PHASOR = 2e-9
 """A row of directions or a beam at one point of an aperture, at one frequency [s]."""
+SECONDS_PER_ROW_PRODUCT = 0.07e-9
+"""One cell of a row of directions, weighted for one beam [s]."""
 SECONDS_PER_ELEMENT, SECONDS_PER_WAVEFORM = 14e-9, 3e-9
 """One echo at one element of an array, and each shape beyond the first [s]."""
 SECONDS_PER_TERRAIN_POINT = 0.36e-6
