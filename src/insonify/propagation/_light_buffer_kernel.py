@@ -72,15 +72,8 @@ def light_buffer(source: Floats, middle: Floats, corners: Floats) -> LightBuffer
                     min(lower_bound[a], projected[t, k, a]),
                     max(upper_bound[a], projected[t, k, a]),
                 )
-    margin = (
-        _MARGIN
-        * (
-            upper_bound[0]
-            - lower_bound[0]
-            + upper_bound[0] * max(upper_bound[1] - lower_bound[1], upper_bound[2] - lower_bound[2])
-        )
-        / lower_bound[0]
-    )
+    size = upper_bound - lower_bound
+    margin = _MARGIN * (size[0] + upper_bound[0] * max(size[1], size[2])) / lower_bound[0]
     lower_bound[0] -= margin * lower_bound[0]
     per_unit = np.empty(2)
     for a in range(2):

@@ -60,7 +60,7 @@ class SolidScreen(NamedTuple):
 
 
 class Outline(NamedTuple):
-    """Silhouette as `blocked_part` reads it: c columns, of which b have a base above the seabed.
+    """Silhouette as `blocked_part` reads it: c columns, some with a base above the seabed.
 
     Arrays of edges are filled up to a multiple of `LANES` with their last value: m borders and tops, q bases.
     """
@@ -259,28 +259,29 @@ def blocked_part(
         scratch: Arrays to overwrite.
     """
     reach, segment_length, cosine, sine = view
-    c, bearings, turn = outline.columns, outline.bearings, math.atan2(sine, cosine)
-    (numbers, real, imag), top = scratch, outline.tops.shape[1]
-    side_fresnel_numbers(end, view, wavelength, outline.borders, numbers[:top])
-    screen_fresnel_numbers(end, reach, wavelength, outline.tops, numbers[top : 2 * top])
-    screen_fresnel_numbers(end, reach, wavelength, outline.bases, numbers[2 * top :])
+    columns, bearings, turn = outline.columns, outline.bearings, math.atan2(sine, cosine)
+    (numbers, real, imag), first_top = scratch, outline.tops.shape[1]
+    first_base = 2 * first_top
+    side_fresnel_numbers(end, view, wavelength, outline.borders, numbers[:first_top])
+    screen_fresnel_numbers(end, reach, wavelength, outline.tops, numbers[first_top:first_base])
+    screen_fresnel_numbers(end, reach, wavelength, outline.bases, numbers[first_base:])
     edge_fields(numbers, polynomials, real, imag)
     blocked, is_visible = 0j, False
-    for k in range(c.shape[0]):
+    for k in range(columns.shape[0]):
         crosses = bearings[k] <= turn <= bearings[k + 1]
-        is_inside = crosses and c[k, 4] < reach < c[k, 5]
+        is_inside = crosses and columns[k, 4] < reach < columns[k, 5]
         behind = reach - (outline.borders[0, k + 1] * cosine + outline.borders[1, k + 1] * sine)
         if is_inside or behind >= segment_length:
             is_visible = is_visible and not is_inside
-        elif reach > c[k, 0]:
-            if numbers[top + k] > -FAR:
+        elif reach > columns[k, 0]:
+            if numbers[first_top + k] > -FAR:
                 across = complex(real[k] - real[k + 1], imag[k] - imag[k + 1])
                 if screen.infinitely_wide:
                     across = 1 + 0j if bearings[k] <= turn < bearings[k + 1] else 0j
-                base = 2 * top + outline.base_row[k]
-                passes_below = outline.base_row[k] >= 0 and reach > c[k, 2]
+                base = first_base + outline.base_row[k]
+                passes_below = outline.base_row[k] >= 0 and reach > columns[k, 2]
                 below = complex(real[base], imag[base]) if passes_below else 1 + 0j
-                blocked += across * (below - complex(real[top + k], imag[top + k]))
+                blocked += across * (below - complex(real[first_top + k], imag[first_top + k]))
             is_visible = is_visible or crosses
     return blocked, is_visible
 
@@ -291,10 +292,10 @@ def side_fresnel_numbers(end: RayEnd, view: PlanView, wavelength: float, borders
     reach, _, cosine, sine = view
     for k in range(borders.shape[1]):
         behind = reach - (borders[0, k] * cosine + borders[1, k] * sine)
-        off = np.float32(borders[1, k] * cosine - borders[0, k] * sine)
-        size = fresnel_number_size(off, np.float32(behind / end.horizontal_component), end.length, wavelength)
+        edge_offset = np.float32(borders[1, k] * cosine - borders[0, k] * sine)
+        size = fresnel_number_size(edge_offset, np.float32(behind / end.horizontal_component), end.length, wavelength)
         size = size if behind > 0 else np.float32(ENDLESS)
-        numbers[k] = size if off >= 0 else -size
+        numbers[k] = size if edge_offset >= 0 else -size
 
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
@@ -302,9 +303,9 @@ def screen_fresnel_numbers(end: RayEnd, reach: float, wavelength: float, edges: 
     """Write the `screen_fresnel_number` of edges at horizontal distances from the sonar and depths [m], (2, n)."""
     for k in range(edges.shape[1]):
         behind = reach - edges[0, k]
-        off = np.float32((end.depth - behind * end.slope - edges[1, k]) * end.horizontal_component)
-        size = fresnel_number_size(off, np.float32(behind / end.horizontal_component), end.length, wavelength)
-        numbers[k] = size if off >= 0 else -size
+        edge_offset = np.float32((end.depth - behind * end.slope - edges[1, k]) * end.horizontal_component)
+        size = fresnel_number_size(edge_offset, np.float32(behind / end.horizontal_component), end.length, wavelength)
+        numbers[k] = size if edge_offset >= 0 else -size
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")

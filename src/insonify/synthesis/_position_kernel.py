@@ -103,7 +103,7 @@ def deposit_pair_positions(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def deposit_energies_in_bins(grid: DelayCells, delay: Floats, energy: Floats) -> None:
-    """Add energies to the two bins beside each delay, without positions: those of `deposit_positions`, to the bit.
+    """Add energies to the two bins next to each delay, without positions: those of `deposit_positions`, to the bit.
 
     Args:
         grid: Bins of energy alone, (bins,).
