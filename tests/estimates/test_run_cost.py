@@ -150,7 +150,7 @@ def test_processor_times_follow_the_pace_of_the_machine(monkeypatch):
 
 
 def test_pairs_of_many_beams_on_rows_are_deposited_once():
-    """A frame of 256 beams, expected: a pair costs as in one channel; with reflections as in each; labels as in one."""
+    """A frame of 256 beams, expected: a pair costs as in one channel, with reflections too, and its labels."""
     fan = {"kind": "planar", "width": 0.05, "height": 0.005}
     sonar = {
         "transmit": fan | {"width": 0.0015, "steer": (0.0,)},
@@ -167,8 +167,7 @@ def test_pairs_of_many_beams_on_rows_are_deposited_once():
         seconds[order] = ping_work._pair_seconds(simulator, here, boundary="seabed")
         once = unit_costs.SECONDS_PER_PAIR + unit_costs.SECONDS_PER_LABEL
         assert ping_work._pair_seconds(simulator, here, boundary="seabed", label=True) == pytest.approx(once)
-    assert seconds[0] == pytest.approx(sum(unit_costs.SECONDS_PER_EXPECTED_PAIR))
-    assert seconds[1] > 50 * seconds[0]
+    assert seconds[0] == seconds[1] == pytest.approx(sum(unit_costs.SECONDS_PER_EXPECTED_PAIR))
 
 
 def test_a_clock_without_resolution_gives_the_least_pace(monkeypatch):
@@ -374,7 +373,7 @@ def test_a_surface_that_moves_costs_more_than_a_mirror(moves):
 
 
 def test_beams_share_the_pairs_of_an_expectation_under_a_moving_surface():
-    """Twelve times the beams took 6.5 times the time of 8 beams, measured, not twelve: glints are paired once."""
+    """64 beams take 5 times the time of 8: glints are paired once. 96, on rows of directions, take half of it."""
 
     def seconds(beams: int) -> float:
         fan = {"from": "-60 deg", "to": "60 deg", "step": f"{120 / beams} deg"}
@@ -383,7 +382,8 @@ def test_beams_share_the_pairs_of_an_expectation_under_a_moving_surface():
         scenario = nominal(field="incoherent", sonar=ends, surface=moving, track={"window": (0.0, 0.03)})
         return estimate_cost(scenario).seconds - unit_costs.START_SECONDS
 
-    assert 3.2 < seconds(96) / seconds(8) < 9
+    assert 2.3 < seconds(64) / seconds(8) < 6.3
+    assert 0.3 < seconds(96) / seconds(8) < 1
 
 
 def test_pairs_of_a_direction_grid_cost_the_same_for_any_number_of_beams():

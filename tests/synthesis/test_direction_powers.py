@@ -74,7 +74,7 @@ def test_energies_in_rows_are_the_squared_weights_of_the_legs(simulator):
     powers, grid = accumulator.directions, accumulator.grid
     energies = accumulator.empty()
     expected = np.zeros_like(energies.rows)
-    assert energies.nbytes == energies.rows.nbytes + energies.cells.nbytes
+    assert energies.nbytes == energies.rows.nbytes + energies.row_intensity.nbytes + energies.cells.nbytes
     for block in engine.blocks(geometry, quadrature=True)[:2]:
         for pairs in engine.pair_batches(geometry, block):
             direct = pairs.select(np.array([pairs.names().index(("D", "D"))]))

@@ -93,20 +93,24 @@ def test_expected_power_is_the_sum_over_groups_written_out(monkeypatch):
     assert np.abs(received - expected).max() < 1e-5 * expected.mean()
 
 
+MANY_BEAMS = {
+    "source_level_db": 200, "pulse": {"kind": "cw", "frequency": 300e3, "duration": 0.1e-3},
+    "transmit": {"kind": "planar", "width": 0.003, "height": 0.01, "steer": 0.0},
+    "receive": {
+        "kind": "planar", "width": 0.05, "height": 0.01,
+        "steer": [float(angle) for angle in np.radians(np.linspace(-60, 60, 65))],
+    },
+    "mounting": {"bearing": 0.0, "tilt": "20 deg"},
+}  # fmt: skip
+
+
 @pytest.mark.parametrize("moving", [False, True])
 def test_many_beams_from_rows_of_directions_are_those_of_each_beam(monkeypatch, moving):
     """65 beams over a bed and a point: 2 % of the largest beam at each time, 0.02 dB in the mean; whatever threads."""
-    steer = [float(angle) for angle in np.radians(np.linspace(-60, 60, 65))]
-    array = {"kind": "planar", "width": 0.05, "height": 0.01}
-    sonar = {
-        "source_level_db": 200, "pulse": {"kind": "cw", "frequency": 300e3, "duration": 0.1e-3},
-        "transmit": {"kind": "planar", "width": 0.003, "height": 0.01, "steer": 0.0},
-        "receive": array | {"steer": steer}, "mounting": {"bearing": 0.0, "tilt": "20 deg"},
-    }  # fmt: skip
     point = {"shape": "point", "label": "point", "position": (12.0, 3.0, 8.0), "target_strength_db": -5.0}
     paths = {"max_reflections": 0, "contributions": ("seabed", "target")}
     track = {"pings": 1, "window": (0.004, 0.024), "stop_and_hop": not moving}
-    scenario = sidescan(targets=[point], sonar=sonar, paths=paths, track=track)
+    scenario = sidescan(targets=[point], sonar=MANY_BEAMS, paths=paths, track=track)
     rows, again = (simulate(scenario, threads=threads).intensity.values for threads in (2, 1))
     np.testing.assert_array_equal(rows, again)
     monkeypatch.setattr("insonify.simulator.direction_powers", lambda *_: None)
@@ -114,5 +118,22 @@ def test_many_beams_from_rows_of_directions_are_those_of_each_beam(monkeypatch, 
     assert not np.array_equal(rows, each)
     assert np.abs(rows - each).max() <= 0.02 * each.max()
     assert (np.abs(rows - each) <= 0.02 * each.max(axis=1, keepdims=True)).all()
+    assert np.abs(10 * np.log10(rows.mean(axis=2) / each.mean(axis=2))).max() < 0.1
+    assert abs(10 * np.log10(rows.mean() / each.mean())) < 0.02
+
+
+@pytest.mark.parametrize("paths", [{}, {"jitter": 0.3}, {"amplitude_perturbation": 0.5}])
+def test_all_pairs_of_many_beams_from_rows_of_directions_are_those_of_each_beam(monkeypatch, paths):
+    """One bounce, 65 beams over a bed, and a point whose replicas overlap: 5 % of the largest beam; any threads."""
+    point = {"shape": "point", "label": "point", "position": (12.0, 3.0, 9.7), "target_strength_db": 5.0}
+    paths = {"max_reflections": 1, "contributions": ("seabed", "target")} | paths
+    track = {"pings": 1, "window": (0.004, 0.024)}
+    scenario = sidescan(targets=[point], sonar=MANY_BEAMS, paths=paths, track=track)
+    rows, again = (simulate(scenario, threads=threads).intensity.values for threads in (2, 1))
+    np.testing.assert_array_equal(rows, again)
+    monkeypatch.setattr("insonify.simulator.direction_powers", lambda *_: None)
+    each = simulate(scenario, threads=1).intensity.values
+    assert not np.array_equal(rows, each)
+    assert (np.abs(rows - each) <= 0.05 * each.max(axis=1, keepdims=True)).all()
     assert np.abs(10 * np.log10(rows.mean(axis=2) / each.mean(axis=2))).max() < 0.1
     assert abs(10 * np.log10(rows.mean() / each.mean())) < 0.02

@@ -532,20 +532,20 @@ def _expected_pair_seconds(
 ) -> float:
     """Processor time for the expectation of one pair of families in all channels of one side [s]."""
     scenario = simulator.scenario
+    channels = 1 if _expected_rows(simulator, ping_geometry) else scenario.sonar.beam_count
     if not ping_geometry.is_monostatic:
-        return unit_costs.SECONDS_PER_PAIR_APART * scenario.sonar.beam_count + (
+        return unit_costs.SECONDS_PER_PAIR_APART * channels + (
             unit_costs.SECONDS_PER_SURFACE_SECTION if section and boundary == "surface" else section
         )
     kept = len(families_reaching(boundary, scenario.paths.followed_families))
     legs = legs_per_point(simulator.engine.scene, scenario.paths, boundary, drawn=boundary == "water")
     glints = (legs**2 - kept**2) / kept**2
     pair, beam = np.add(unit_costs.SECONDS_PER_EXPECTED_PAIR, np.multiply(glints, unit_costs.SECONDS_PER_GLINT_PAIR))
-    by_rows = legs == 1 and _expected_rows(simulator, ping_geometry) > 0
-    return float(section + pair + beam * (1 if by_rows else scenario.sonar.beam_count))
+    return float(section + pair + beam * channels)
 
 
 def _expected_rows(simulator: Simulator, ping_geometry: PingGeometry) -> int:
-    """Rows of directions of an expectation, on which single pairs are deposited once for all beams; 0: none."""
+    """Rows of directions of an expectation, on which pairs are deposited once for all beams; 0: none."""
     directions = simulator.incoherent_accumulator(ping_geometry).directions
     return 0 if directions is None else directions.beam_powers.shape[1]
 

@@ -166,12 +166,12 @@ def have_same_geometry(first: Legs, second: Legs) -> bool:
     return first.families == second.families and all(getattr(first, c) is getattr(second, c) for c in columns)
 
 
-def legs_to_points(sets: tuple[Legs, Legs], points: slice) -> tuple[Legs, Legs]:
-    """Transmit and receive legs to some of their points, as views of the columns; columns that both share stay shared.
+def legs_to_points(sets: tuple[Legs, Legs], points: slice | NDArray[np.intp]) -> tuple[Legs, Legs]:
+    """Transmit and receive legs to some of their points; columns that both share stay shared.
 
     Args:
         sets: Transmit and receive legs to n points.
-        points: Points of the result.
+        points: Points of the result: by a slice, which makes views of the columns, or by their rows.
     """
     views: dict[int, Any] = {}
 

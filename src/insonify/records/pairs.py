@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from insonify.records._pair_strengths_kernel import amplitude_weights, separable_strengths
-from insonify.records.legs import Legs, ray_name
+from insonify.records.legs import Legs, legs_to_points, ray_name
 from insonify.scene.scatterers import BOUNDARY_ECHO, Scatterers
 
 Floats = NDArray[np.float64]
@@ -117,6 +117,11 @@ class Pairs:
             if isinstance(self.stored_strengths, SeparableStrengths)
             else self.stored_strengths
         )
+
+    def at(self, points: NDArray[np.intp]) -> "Pairs":
+        """Pairs at some of the points, given by their rows."""
+        legs = legs_to_points((self.transmit_legs, self.receive_legs), points)
+        return Pairs(self.scatterers.take(points), *legs, self.pair, self.strength[:, points])
 
     @property
     def interferes(self) -> bool:

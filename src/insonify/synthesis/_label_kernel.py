@@ -10,6 +10,7 @@ from insonify.jit import njit
 from insonify.synthesis._fast_reverberation_energies import DelayCells
 from insonify.synthesis._gridding import _SHIFT
 from insonify.synthesis._gridding_kernel import CELLS_PER_SPIKE
+from insonify.synthesis._row_energies_kernel import mean_gain_product
 from insonify.synthesis._simd_gridding import add_real_spike
 
 Floats = NDArray[np.float64]
@@ -152,13 +153,6 @@ def _deposit_position(
                 one[4] += share * grazing
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
-def _coherence(grid: LabelGrid, rows: float) -> float:
-    """Mean product over the beams of the gains towards two directions so many rows apart, re one direction [1]."""
-    phase = grid.row_phase * rows
-    return math.sin(phase) / phase if abs(phase) > 1e-6 else 1.0
-
-
 class PulseOverlap(NamedTuple):
     """Interference of two replicas of the pulse by their lag."""
 
@@ -226,7 +220,7 @@ def deposit_labels(
             grazing = (abs(points.grazing[i, n]) + abs(points.grazing[j, n])) / 2
             one, other = points.row[j, n], points.row[i, n]
             tau[m], w[m], row[m], interferes[m] = delay, value, 0.5 * (one + other), False
-            excess = 2.0 * (forward * np.conj(backward)).real * _coherence(grid, one - other)
+            excess = 2.0 * (forward * np.conj(backward)).real * mean_gain_product(grid.row_phase, one - other)
             if one == other:
                 _deposit_position(bins[:, p], grid, one, delay, there + back, offset, grazing)
                 if grid.is_fine:
@@ -244,7 +238,8 @@ def deposit_labels(
                     continue
                 if is_short:
                     early, late = (w[k], value) if lag > 0 else (value, w[k])
-                    excess = _interference(overlap, early, late, abs(lag)) * _coherence(grid, row[m] - row[k])
+                    excess = _interference(overlap, early, late, abs(lag))
+                    excess *= mean_gain_product(grid.row_phase, row[m] - row[k])
                     _deposit_energy(
                         cells, cells.shape[1] - 1, grid, 0.5 * (row[k] + row[m]), tau[k] + 0.5 * lag, excess
                     )

@@ -30,6 +30,14 @@ from insonify.synthesis._fast_reverberation_energies import (
     leg_amplitudes,
 )
 from insonify.synthesis._gridding import deposit_energy, deposit_energy_on_rows
+from insonify.synthesis._row_energies_kernel import (
+    SAME_DELAY,
+    PairEnergies,
+    RowGrid,
+    RowGroups,
+    RowLegs,
+    deposit_pairs_on_rows,
+)
 from insonify.synthesis.accumulator import Mapper, Requirements
 from insonify.synthesis.coherence_factors import split_by_coherence
 from insonify.synthesis.coherent_groups import PulseTable, add_groups
@@ -45,8 +53,6 @@ from insonify.units import amplitude_ratio
 Floats = NDArray[np.float64]
 Singles = NDArray[np.float32]
 Complexes = NDArray[np.complex128]
-SAME_DELAY = 1e-10
-"""Delays closer than this share one pulse: phases are in the weights, and no envelope changes so fast [s]."""
 
 CELLS_PER_TASK = 1024
 """Cells in which one thread adds up the rows of directions for all beams."""
@@ -67,12 +73,16 @@ class IntensityBuffer:
     specular_sums: list[SpecularSums] = field(default_factory=list)
     """Arrivals of the last smooth target, whose blocks may be incomplete; none or one."""
     rows: Singles | None = None
-    """Energies of single arrivals for all beams, by direction, shape (rows, cells); None: no rows."""
+    """Energies for all beams, by direction, shape (rows, cells); None: no rows."""
+    row_intensity: Floats | None = None
+    """Intensity of groups of interfering arrivals for all beams, by direction, shape (rows, samples); None: no rows."""
 
     @property
     def nbytes(self) -> int:
         """Memory where there are rows, by which a ping has fewer parts [bytes]."""
-        return 0 if self.rows is None else self.rows.nbytes + self.cells.nbytes
+        if self.rows is None or self.row_intensity is None:
+            return 0
+        return self.rows.nbytes + self.row_intensity.nbytes + self.cells.nbytes
 
     def flush_specular(self) -> None:
         """Add the power of a completed smooth target to the intensity."""
@@ -87,6 +97,8 @@ class IntensityBuffer:
         self.intensity[...] += other.intensity
         if self.rows is not None and other.rows is not None:
             self.rows[...] += other.rows
+        if self.row_intensity is not None and other.row_intensity is not None:
+            self.row_intensity[...] += other.row_intensity
         return self
 
 
@@ -112,19 +124,63 @@ class IncoherentAccumulator:
         """Empty buffer."""
         channels = self.ping_geometry.channel_count
         cells, samples = self.grid.energy_cells(channels), np.zeros((channels, self.grid.sample_count))
-        rows = None
-        if self.directions is not None:
-            rows = np.zeros((self.directions.beam_powers.shape[1], cells.shape[1]), np.float32)
-        return IntensityBuffer(cells, samples, rows=rows)
+        if self.directions is None:
+            return IntensityBuffer(cells, samples)
+        rows = self.directions.beam_powers.shape[1]
+        return IntensityBuffer(
+            cells, samples, rows=np.zeros((rows, cells.shape[1]), np.float32),
+            row_intensity=np.zeros((rows, samples.shape[1])),
+        )  # fmt: skip
 
     def add(self, energies: IntensityBuffer, pairs: Pairs) -> None:
         """Add the mean intensity of one block of scatterers."""
-        if energies.rows is not None and len(pairs.pair) == 1 and not pairs.interferes:
-            self._add_to_rows(energies.rows, pairs)
-        else:
+        if energies.rows is None or pairs.interferes:
             self.add_weighted(energies, pairs, *self.weights(pairs))
+        elif len(pairs.pair) == 1:
+            self._add_pair_to_rows(energies.rows, pairs)
+        else:
+            self._add_pairs_to_rows(energies, pairs)
 
-    def _add_to_rows(self, rows: Singles, pairs: Pairs) -> None:
+    def _add_pairs_to_rows(self, energies: IntensityBuffer, pairs: Pairs) -> None:
+        """Add the energies of all pairs about their directions; beam by beam where unlike directions interfere."""
+        assert self.directions is not None
+        assert energies.rows is not None
+        directions, geometry = self.directions, self.ping_geometry
+        grid = RowGrid(self.grid.first_time, self.grid.energy_rate, np.pi * directions.extent * directions.step)
+        support = len(self.table.samples) / self.table.rate
+        receive_direction = receive_directions(pairs, geometry)
+        weights = self.weights(pairs, receive_direction, directions.common)
+        legs = RowLegs(
+            pairs.transmit_legs.delay, pairs.receive_legs.delay, weights[0][0], weights[1][0],
+            directions.rows(receive_direction),
+        )  # fmt: skip
+        for copy in split_by_coherence(coherent_subsets(pairs), self.delay_field, geometry):
+            for one, interfering, independent in self.replica_jitter.expected_parts(copy):
+                some = PairEnergies(one.pair, one.strength, support, interfering, interfering + independent)
+                groups, left_out = deposit_pairs_on_rows(energies.rows, grid, legs, some)
+                self._add_groups_to_rows(energies, groups, interfering, independent)
+                if len(left_out):
+                    part = one.at(left_out)
+                    self._add_scatterers(energies, part, *self.weights(part), interfering, independent)
+
+    def _add_groups_to_rows(
+        self, energies: IntensityBuffer, groups: RowGroups, interference_factor: float, independent: float
+    ) -> None:
+        """Add the intensity of each group to the two rows adjacent to its direction."""
+        assert energies.row_intensity is not None
+        below = np.clip(np.floor(groups.row), 0, len(energies.row_intensity) - 2).astype(int)
+        sizes = np.diff(groups.first)
+        for number in np.unique(below):
+            some = below == number
+            part = np.repeat(np.clip(groups.row[some] - number, 0.0, 1.0), sizes[some])
+            replicas, first = np.repeat(some, sizes), np.append(0, np.cumsum(sizes[some]))
+            for row, share in ((number, 1 - part), (number + 1, part)):
+                self._add_groups(
+                    energies.row_intensity[row], first, groups.delay[replicas],
+                    groups.weight[replicas] * np.sqrt(share), interference_factor, independent,
+                )  # fmt: skip
+
+    def _add_pair_to_rows(self, rows: Singles, pairs: Pairs) -> None:
         """Add the energies of scatterers with one pair of legs each, about their directions."""
         assert self.directions is not None
         geometry, (i, j) = self.ping_geometry, pairs.pair[0]
@@ -199,12 +255,20 @@ class IncoherentAccumulator:
                 interference_factor, independent,
             )  # fmt: skip
             deposit_energy(energies.cells[channel], self.grid.first_time, self.grid.energy_rate, delay, energy)
-            if len(grouped_delay):
-                add_groups(
-                    energies.intensity[channel], self.grid.start, self.grid.sample_rate, self.table.samples,
-                    self.table.start, self.table.rate, first, grouped_delay, weight, interference_factor,
-                    independent,
-                )  # fmt: skip
+            self._add_groups(
+                energies.intensity[channel], first, grouped_delay, weight, interference_factor, independent
+            )
+
+    def _add_groups(
+        self, intensity: Floats, first: NDArray[np.int64], delay: Floats, weight: Complexes,
+        interference_factor: float, independent: float,
+    ) -> None:  # fmt: skip
+        """Add groups of arrivals that interfere to the intensity of one channel or row."""
+        if len(delay):
+            add_groups(
+                intensity, self.grid.start, self.grid.sample_rate, self.table.samples, self.table.start,
+                self.table.rate, first, delay, weight, interference_factor, independent,
+            )  # fmt: skip
 
     def _add_coherent_facets(
         self, energies: IntensityBuffer, pairs: Pairs, transmit_weights: Complexes, receive_weights: Complexes,
@@ -306,12 +370,16 @@ class IncoherentAccumulator:
         """
         energies.flush_specular()
         filtering, intensity = _energy_filter(self.ping_geometry.pulse, self.grid), np.empty_like(energies.intensity)
-        directions, rows = self.directions, energies.rows
+        directions, rows, row_intensity = self.directions, energies.rows, energies.row_intensity
         cells = energies.cells if rows is None else np.empty_like(energies.cells)
 
         def combine(some: slice) -> None:
             if directions is not None and rows is not None:
                 cells[:, some] = energies.cells[:, some] + directions.to_beams(rows[:, some])
+
+        def combine_intensity(some: slice) -> None:
+            if directions is not None and row_intensity is not None:
+                energies.intensity[:, some] += directions.to_beams(row_intensity[:, some])
 
         def convolve(channels: slice) -> None:
             series = convolve_energy_spectrum(cells[channels], self.grid, filtering)
@@ -319,6 +387,7 @@ class IncoherentAccumulator:
 
         if rows is not None:
             deque(run(combine, _slices(cells.shape[1], CELLS_PER_TASK)), 0)
+            deque(run(combine_intensity, _slices(intensity.shape[1], CELLS_PER_TASK)), 0)
         deque(run(convolve, _slices(len(cells), CHANNELS_PER_TASK)), 0)
         return intensity
 
