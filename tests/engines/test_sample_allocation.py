@@ -218,7 +218,7 @@ def test_ground_behind_a_target_is_fully_sampled():
 
 
 def test_legs_are_straight_lines_from_the_image_source():
-    """Delay, direction, spreading and absorption of 200 points against geometry; no leg behind a facet."""
+    """Delay, direction, spreading and absorption of 200 points of two radials against geometry; none behind a facet."""
     rng = np.random.default_rng(2)
     n, image, speed, loss = 200, -12.0, 1500.0, 0.01
     reach, depth = rng.uniform(1, 200, n), 20 + rng.normal(0, 0.1, n)
@@ -226,12 +226,13 @@ def test_legs_are_straight_lines_from_the_image_source():
     north, east, down, area, x, y, z, ahead, aside, out, size, slant = np.empty((12, n), np.float32)
     turn = np.array([np.cos(0.71), np.sin(0.71)], np.float32)[:, None] * np.ones(n, np.float32)
     delay, bits = np.empty(n), np.full(n, 2, np.int32)
-    c, s = np.cos(0.7), np.sin(0.7)
+    bearing, width = np.repeat([0.7, 2.1], n // 2), np.repeat([0.02, 0.01], n // 2)
+    c, s = np.cos(bearing), np.sin(bearing)
     facets = kernel.Facets(reach, slope[0], slope[1], north, east, down, area)
-    kernel.facet_normals(facets, 1.0, 0.0, 0.02)
+    kernel.facet_normals(facets, 1.0, 0.0, width)
     legs = kernel.FamilyLegs(delay, x, y, z, ahead, aside, out, size, slant)
-    bearing = kernel.RadialBearing(c, s, turn[0], turn[1])
-    kernel.straight_legs(facets, depth, kernel.FamilyImage(image, 1 / speed, loss, -1.0, 1), bearing, bits, legs)
+    bearings = kernel.RadialBearings(c.astype(np.float32), s.astype(np.float32), turn[0], turn[1])
+    kernel.straight_legs(facets, depth, kernel.FamilyImage(image, 1 / speed, loss, -1.0, 1), bearings, bits, legs)
     way = np.stack([reach * c, reach * s, depth - image])
     length = np.linalg.norm(way, axis=0)
     normal = -np.stack([slope[0], slope[1], np.ones(n)]) / np.sqrt(1 + (slope**2).sum(axis=0))
@@ -240,7 +241,7 @@ def test_legs_are_straight_lines_from_the_image_source():
     np.testing.assert_allclose(out, -z)
     np.testing.assert_allclose(np.stack([ahead, aside]), turn * (reach / length), atol=3e-7)
     np.testing.assert_allclose(np.stack([north, east, down]), normal, atol=3e-7)
-    np.testing.assert_allclose(area, reach * 0.02 * np.sqrt(1 + (slope**2).sum(axis=0)), rtol=1e-6)
+    np.testing.assert_allclose(area, reach * width * np.sqrt(1 + (slope**2).sum(axis=0)), rtol=1e-6)
     sine = -np.sum(way / length * normal, axis=0)
     lit = sine > 1e-6
     np.testing.assert_allclose(size[lit], (2.0 ** (-loss * length) / length)[lit], rtol=5e-6)

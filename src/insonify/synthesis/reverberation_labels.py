@@ -102,11 +102,11 @@ def _add_occluded(
     source_amplitude = float(amplitude_ratio(accumulator.ping_geometry.source_level_db))
     pressure = source_amplitude * transmit_amplitude[0].astype(float) * receive_amplitude[0]
     energy = pressure**2 * swath.cross_section[origins.straight, origins.cut] * origins.lost
-    occluding, moments = set(origins.occluder_row.tolist()), 1 if positions is None else MOMENTS
+    moments = 1 if positions is None else MOMENTS
     for occluder_row, name in occluder_names.items():
-        if occluder_row not in occluding:
-            continue
         some = np.flatnonzero(origins.occluder_row == occluder_row)
+        if not len(some):
+            continue
         bins = buffer.bins.setdefault((name, HIDDEN), np.zeros((1, grid.size, moments), np.float32))[0]
         delay, occluded_energy = 2 * legs.delay[0, some], energy[some]
         if positions is None:

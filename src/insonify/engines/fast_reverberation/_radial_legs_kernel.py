@@ -1,4 +1,4 @@
-"""Straight legs to the samples of one radial: delay, directions, pressure, facets. Plain numbers and arrays only."""
+"""Straight legs to the samples of radials: delay, directions, pressure, facets. Plain numbers and arrays only."""
 
 import math
 from typing import Any, NamedTuple
@@ -6,8 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from insonify.engines import radial_columns as column
-from insonify.engines.radial_tables import FamilyTable, IsovelocityChannel, RadialFrame, RadialLegs
+from insonify.engines.radial_tables import FamilyTable, IsovelocityChannel, RadialLegs
 from insonify.jit import njit
 
 Floats = NDArray[np.float64]
@@ -19,7 +18,7 @@ _E = tuple(np.float32(c) for c in (1.0, 0.69314718, 0.24022651, 0.05550411, 0.00
 
 
 class Facets(NamedTuple):
-    """Facets at the n samples of one radial."""
+    """Facets at n samples of radials."""
 
     distance: Floats
     """Horizontal distance [m]."""
@@ -52,13 +51,13 @@ class FamilyImage(NamedTuple):
     """Row of the family, and its bit in columns of families."""
 
 
-class RadialBearing(NamedTuple):
-    """Bearing of a radial, and those at which the beams are evaluated at its n samples."""
+class RadialBearings(NamedTuple):
+    """Bearings of the radials of n samples, and those at which the beams are evaluated at the samples."""
 
-    cosine: float
-    """Cosine of the bearing."""
-    sine: float
-    """Sine of the bearing."""
+    cosine: Singles
+    """Cosine of the bearing, (n,)."""
+    sine: Singles
+    """Sine of the bearing, (n,)."""
     beam_n: Singles
     """North component of the bearing for the beams [1], (n,)."""
     beam_e: Singles
@@ -88,15 +87,17 @@ class FamilyLegs(NamedTuple):
     """Root of one less the sine of the facet's grazing angle [1]."""
 
 
-class RadialScratch(NamedTuple):
-    """Working arrays for the samples of one radial, reused for the next."""
+class SampleBlock(NamedTuple):
+    """Samples of successive radials, up to m of them, whose legs are evaluated together."""
 
     facet: Singles
-    """Two slopes [1]; pressure of a leg [1]; area [m^2]; see `FamilyLegs.root_slant`; (5, at least m)."""
+    """Two slopes [1]; pressure of a leg [1]; area [m^2]; see `FamilyLegs.root_slant`; (5, m)."""
     reached_families: Integers
-    """Families that reach each point, a bit for each, (at least m,)."""
-    begin: int
-    """Number of the radial's first point."""
+    """Families that reach each sample, a bit for each, (m,)."""
+    bearing: Singles
+    """Columns of `RadialBearings` [1], (4, m)."""
+    cell_width: Floats
+    """Step [m] times angular width [rad] of the cells of the radial of each sample, (m,)."""
 
 
 @njit(inline="always")
@@ -111,14 +112,14 @@ def exp2_nonpositive(x: Any) -> Any:
 
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath=_FAST)
-def facet_normals(facets: Facets, cos_h: float, sin_h: float, cell_width: float) -> None:
+def facet_normals(facets: Facets, cos_h: float, sin_h: float, cell_width: Floats) -> None:
     """Fill unit normals into the water, and areas, of facets.
 
     Args:
         facets: Reach and slopes; its normals and areas are the result.
         cos_h: Cosine of the frame's heading.
         sin_h: Sine of the frame's heading.
-        cell_width: Step [m] times angular width [rad] of the radial's cell.
+        cell_width: Step [m] times angular width [rad] of the cell of each, (n,).
     """
     distance, along, across, north, east, down, area = facets
     c, s = np.float32(cos_h), np.float32(sin_h)
@@ -127,43 +128,46 @@ def facet_normals(facets: Facets, cos_h: float, sin_h: float, cell_width: float)
         stretch = math.sqrt(np.float32(1) + a * a + b * b)
         up = np.float32(1) / stretch
         north[i], east[i], down[i] = -a * up, -b * up, -up
-        area[i] = np.float32(distance[i] * cell_width) * stretch
+        area[i] = np.float32(distance[i] * cell_width[i]) * stretch
 
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath=_FAST)
 def straight_legs(
-    facets: Facets, depth: Floats, image: FamilyImage, bearing: RadialBearing, reached_families: Integers,
+    facets: Facets, depth: Floats, image: FamilyImage, bearings: RadialBearings, reached_families: Integers,
     legs: FamilyLegs,
 ) -> None:  # fmt: skip
-    """Fill straight legs of one family to samples of one radial: delay, directions, spreading with absorption.
+    """Fill straight legs of one family to samples of radials: delay, directions, spreading with absorption.
 
     Args:
         facets: Facets at the samples, (n,).
         depth: Depths of the samples [m], (n,).
         image: Image source of the family.
-        bearing: Bearing of the radial.
+        bearings: Bearings of the radials.
         reached_families: Families that reach each sample, (n,); the family's bit is cleared where the facet faces away.
         legs: Result.
     """
     distance, _, _, normal_n, normal_e, normal_d, _ = facets
     delay, arrival_n, arrival_e, arrival_d, departure_n, departure_e, departure_d, pressure, root_slant = legs
-    beam_n, beam_e, slowness = bearing.beam_n, bearing.beam_e, image.slowness
-    c, s, sign = np.float32(bearing.cosine), np.float32(bearing.sine), np.float32(image.vertical_sign)
+    (cosines, sines, beam_n, beam_e), slowness, sign = bearings, image.slowness, np.float32(image.vertical_sign)
     mask, absorption = np.int32(1 << image.family), np.float32(image.absorption_octaves)
+    cosine = root_slant  # of the leg's elevation, until the last loop
+    # Three loops: the compiler vectorises no loop over all of these columns.
     for i in range(distance.size):
         dz = depth[i] - image.depth
         length = math.sqrt(distance[i] * distance[i] + dz * dz)
         inverse = np.float32(1) / np.float32(length)
         delay[i] = length * slowness
-        cosine, vertical = np.float32(distance[i]) * inverse, np.float32(dz) * inverse
-        x, y = cosine * c, cosine * s
-        departure_n[i], departure_e[i] = cosine * beam_n[i], cosine * beam_e[i]
-        arrival_n[i], arrival_e[i], arrival_d[i], departure_d[i] = x, y, vertical, vertical * sign
-        facing = x * normal_n[i] + y * normal_e[i] + vertical * normal_d[i]
+        cosine[i], vertical = np.float32(distance[i]) * inverse, np.float32(dz) * inverse
+        arrival_d[i], departure_d[i] = vertical, vertical * sign
+        pressure[i] = inverse * exp2_nonpositive(-absorption * np.float32(length))
+    for i in range(distance.size):
+        arrival_n[i], arrival_e[i] = cosine[i] * cosines[i], cosine[i] * sines[i]
+        departure_n[i], departure_e[i] = cosine[i] * beam_n[i], cosine[i] * beam_e[i]
+    for i in range(distance.size):
+        facing = arrival_n[i] * normal_n[i] + arrival_e[i] * normal_e[i] + arrival_d[i] * normal_d[i]
         exists = ((reached_families[i] & mask) != 0) & (facing < np.float32(0))
         root_slant[i] = math.sqrt(max(np.float32(1) + facing, np.float32(0)))
-        value = inverse * exp2_nonpositive(-absorption * np.float32(length))
-        pressure[i] = value if exists else np.float32(0)
+        pressure[i] = pressure[i] if exists else np.float32(0)
         reached_families[i] &= np.int32(-1) if exists else ~mask
 
 
@@ -185,36 +189,33 @@ def apply_direction_factor(factor: Singles, root_slant: Singles, pressure: Singl
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def legs_along_radial(
-    radial: Floats, frame: RadialFrame, channel: IsovelocityChannel, table: FamilyTable, family_bits: int,
-    beam_bearing: Singles, scratch: RadialScratch, legs: RadialLegs,
+def legs_to_samples(
+    samples: tuple[int, int], heading: float, channel: IsovelocityChannel, table: FamilyTable, family_bits: int,
+    block: SampleBlock, legs: RadialLegs,
 ) -> None:  # fmt: skip
-    """Fill the legs to the m samples of one radial, as rows from `scratch.begin` on.
+    """Fill the legs to the m samples of some radials.
 
     Args:
-        radial: One row of `RadialSet.radials`, (9,).
-        frame: Frame of the radials.
+        samples: First row of `legs` that is filled, and the one after the last.
+        heading: Heading of the frame of the radials [rad].
         channel: Water of the straight rays.
         table: Tables of the families.
         family_bits: Families requested at any of the samples, a bit for each.
-        beam_bearing: Bearings at which the beams are evaluated [1], (2, m).
-        scratch: Slopes of the facets, and families that reach each sample; the fourth row of `facet` becomes the areas.
+        block: The samples, in the order of these rows; the fourth row of `facet` becomes the areas.
         legs: Result.
     """
-    n, m, facet, reached_families = scratch.begin, beam_bearing.shape[1], scratch.facet, scratch.reached_families
+    (n, stop), facet, bearing = samples, block.facet, block.bearing
+    m, reached_families = stop - n, block.reached_families
     range_depth, normal, delay = legs.range_depth, legs.normal, legs.delay
     departure, arrival = legs.departure, legs.arrival
     amplitude, reflection_products, bounce_codes = legs.amplitude, table.reflection_products, table.bounce_codes
-    stop = n + m
-    cos_h, sin_h = math.cos(frame.heading), math.sin(frame.heading)
-    bearing_cosine, bearing_sine = radial[column.COSINE], radial[column.SINE]
-    cosine, sine = cos_h * bearing_cosine - sin_h * bearing_sine, sin_h * bearing_cosine + cos_h * bearing_sine
     # rows of whole arrays: the compiler must see that they are contiguous
     depth, pressure, area, root_slant = range_depth[1, n:stop], facet[2, :m], facet[3, :m], facet[4, :m]
     facets = Facets(range_depth[0, n:stop], facet[0, :m], facet[1, :m], normal[0, n:stop], normal[1, n:stop],
                     normal[2, n:stop], area)  # fmt: skip
-    facet_normals(facets, cos_h, sin_h, frame.step * radial[column.STRIDE] * radial[column.CELL_WIDTH])
-    bearing, nodes = RadialBearing(cosine, sine, beam_bearing[0], beam_bearing[1]), reflection_products.shape[1] - 1
+    facet_normals(facets, math.cos(heading), math.sin(heading), block.cell_width[:m])
+    bearings = RadialBearings(bearing[0, :m], bearing[1, :m], bearing[2, :m], bearing[3, :m])
+    nodes = reflection_products.shape[1] - 1
     for f in range(table.image_depths.size):
         if family_bits & (1 << f) == 0:
             amplitude[f, n:stop] = 0
@@ -227,7 +228,7 @@ def legs_along_radial(
                              departure[f, 0, n:stop], departure[f, 1, n:stop], departure[f, 2, n:stop], pressure,
                              root_slant)  # fmt: skip
         image = FamilyImage(table.image_depths[f], 1 / channel.sound_speed, table.absorption_octaves, sign, f)
-        straight_legs(facets, depth, image, bearing, reached_families[:m], columns)
+        straight_legs(facets, depth, image, bearings, reached_families[:m], columns)
         if table.direction_factor.size > 0:
             apply_direction_factor(table.direction_factor, root_slant, pressure)
         if bounces == 0:

@@ -4,6 +4,7 @@ A radial is a line of one azimuth. Its depths are read from the map, sample by s
 follow by the rules of `insonify.engines.terrain_occlusion`. The results are columns of its listed samples.
 """
 
+import math
 from typing import Any
 
 import numpy as np
@@ -16,7 +17,7 @@ from insonify.engines.fast_reverberation._line_of_sight_kernel import (
     mark_reached_samples,
     running_horizon,
 )
-from insonify.engines.fast_reverberation._radial_legs_kernel import RadialScratch, legs_along_radial
+from insonify.engines.fast_reverberation._radial_legs_kernel import SampleBlock, legs_to_samples
 from insonify.engines.fast_reverberation._radial_terrain_kernel import sample_radial_terrain
 from insonify.engines.radial_tables import (
     FamilyTable,
@@ -33,6 +34,9 @@ from insonify.jit import njit
 Floats = NDArray[np.float64]
 Integers = NDArray[Any]
 Singles = NDArray[np.float32]
+
+BLOCK = 256
+"""Samples of whole radials, at least, whose legs are evaluated together: long loops, in the first-level cache."""
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -64,59 +68,79 @@ def walk_radials(
     line_depth, slope = np.empty(max_sample_count, np.float32), np.empty((2, max_sample_count), np.float32)
     horizon_count = families.horizon_image_depths.size
     launch_slope, horizon = np.empty((2, horizon_count, max_sample_count), np.float32)
-    facet, reached_families = np.empty((5, max_list_length), np.float32), np.empty(max_list_length, np.int32)
-    node_index = np.empty(max_sample_count, np.uint32)
-    n, ranges = 0, 0
+    node_index, size = np.empty(max_sample_count, np.uint32), BLOCK + max_list_length
+    block = SampleBlock(np.empty((5, size), np.float32), np.empty(size, np.int32), np.empty((4, size), np.float32),
+                        np.empty(size))  # fmt: skip
+    n, ranges, block_start, first_radial, family_bits = 0, 0, 0, 0, 0
     pairs.sample_count[:] = 0
     for s in range(radials.shape[0]):
         legs.radial_offsets[s], list_row = n, list_rows[s]
         begin, stop = lists.list_offsets[list_row], lists.list_offsets[list_row + 1]
-        if stop == begin:
+        if stop > begin:
+            spacing, start_steps = frame.step * radials[s, column.STRIDE], radials[s, column.FIRST_SAMPLE]
+            span = first_occluding_sample(lists.sample_number[begin], channel, families), lists.sample_counts[list_row]
+            sample_radial_terrain(frame, radials[s], span, channel.water_depth, tiles, node_index, line_depth, slope)
+            for w in range(horizon_count):
+                if lists.needed_horizons[list_row, w]:
+                    running_horizon(line_depth, families.horizon_image_depths[w], families.horizon_rising[w], spacing,
+                                    start_steps, span, launch_slope[w], horizon[w])  # fmt: skip
+            gather_samples(lists, (begin, stop, n - block_start, n), radials[s], frame, line_depth, slope, block,
+                           legs.range_depth)  # fmt: skip
+            profile = RadialProfile(line_depth, span[1], start_steps, spacing, launch_slope, horizon)
+            for f in range(families.image_depths.size):
+                mark_reached_samples(f, block.reached_families[n - block_start :], lists.sample_number[begin:stop],
+                                     lists.requested_families[begin:stop], profile, channel, families)  # fmt: skip
+            family_bits |= lists.family_bits[list_row]
+            n += stop - begin
+        if n - block_start < BLOCK and s + 1 < radials.shape[0]:
             continue
-        spacing, start_steps = frame.step * radials[s, column.STRIDE], radials[s, column.FIRST_SAMPLE]
-        count, list_length = lists.sample_counts[list_row], stop - begin
-        span = first_occluding_sample(lists.sample_number[begin], channel, families), count
-        sample_radial_terrain(frame, radials[s], span, channel.water_depth, tiles, node_index, line_depth, slope)
-        for w in range(horizon_count):
-            if lists.needed_horizons[list_row, w]:
-                running_horizon(line_depth, families.horizon_image_depths[w], families.horizon_rising[w], spacing,
-                                start_steps, span, launch_slope[w], horizon[w])  # fmt: skip
-        legs.range_depth[0, n : n + list_length] = lists.distance[begin:stop]
-        gather_samples(lists.sample_number[begin:stop], line_depth, slope, legs.range_depth[1, n : n + list_length],
-                       facet, reached_families)  # fmt: skip
-        profile = RadialProfile(line_depth, count, start_steps, spacing, launch_slope, horizon)
-        for f in range(families.image_depths.size):
-            mark_reached_samples(f, reached_families, lists.sample_number[begin:stop],
-                                 lists.requested_families[begin:stop], profile, channel, families)  # fmt: skip
-        scratch = RadialScratch(facet, reached_families, n)
-        legs_along_radial(radials[s], frame, channel, families, lists.family_bits[list_row],
-                          lists.beam_bearing[:, begin:stop], scratch, legs)  # fmt: skip
-        append_pair_samples(lists, list_row, facet[3], n, pairs.rows, pairs.weight, pairs.sample_count)
-        ranges = append_interference_ranges(lists, list_row, n, interference_ranges, ranges)
-        n += list_length
+        legs_to_samples((block_start, n), frame.heading, channel, families, family_bits, block, legs)
+        area = block.facet[3]
+        for r in range(first_radial, s + 1):
+            offset = legs.radial_offsets[r]
+            append_pair_samples(lists, list_rows[r], area[offset - block_start :], offset, pairs.rows, pairs.weight,
+                                pairs.sample_count)  # fmt: skip
+            ranges = append_interference_ranges(lists, list_rows[r], offset, interference_ranges, ranges)
+        block_start, first_radial, family_bits = n, s + 1, 0
     legs.radial_offsets[radials.shape[0]] = n
     return ranges
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def gather_samples(
-    sample_number: Integers, line_depth: Singles, slope: Singles, depth: Floats, facet: Singles,
-    reached_families: Integers,
+    lists: SampleLists, rows: tuple[int, int, int, int], radial: Floats, frame: RadialFrame, line_depth: Singles,
+    slope: Singles, block: SampleBlock, range_depth: Floats,
 ) -> None:  # fmt: skip
-    """Gather the terrain at the listed samples of one radial.
+    """Gather the listed samples of one radial into a block.
 
     Args:
-        sample_number: Number of each listed sample along the radial, (m,).
-        line_depth: Depth at all samples [m], (samples,).
+        lists: Lists of samples.
+        rows: First of the radial's rows in `lists` and the one after the last; first row in `block`, in `range_depth`.
+        radial: One row of `RadialSet.radials`, (9,).
+        frame: Frame of the radials.
+        line_depth: Depth at all samples of the radial [m], (samples,).
         slope: Slopes along the axes of the map at all samples [1], (2, samples).
-        depth: Result [m], (m,).
-        facet: Result, slopes [1] in the first two rows, (5, at least m).
-        reached_families: Result, set to 0 (no family), (at least m,).
+        block: Result, without families (0).
+        range_depth: Result, see `RadialLegs`.
     """
-    slope_a, slope_b, facet_a, facet_b = slope[0], slope[1], facet[0], facet[1]
-    for i in range(sample_number.size):
-        k = np.uint32(sample_number[i])
-        depth[i], facet_a[i], facet_b[i], reached_families[i] = line_depth[k], slope_a[k], slope_b[k], 0
+    begin, stop, first, n = rows
+    cos_h, sin_h = math.cos(frame.heading), math.sin(frame.heading)
+    cosine, sine = radial[column.COSINE], radial[column.SINE]
+    north, east = np.float32(cos_h * cosine - sin_h * sine), np.float32(sin_h * cosine + cos_h * sine)
+    cell_width = frame.step * radial[column.STRIDE] * radial[column.CELL_WIDTH]
+    # Unsigned indices: a possibly negative index prevents vectorisation.
+    source, target, sample = np.uint64(begin), np.uint64(first), np.uint64(n)
+    number, listed, beam_n, beam_e = lists.sample_number, lists.distance, lists.beam_bearing[0], lists.beam_bearing[1]
+    slope_a, slope_b, facet_a, facet_b = slope[0], slope[1], block.facet[0], block.facet[1]
+    cosines, sines, norths, easts = block.bearing[0], block.bearing[1], block.bearing[2], block.bearing[3]
+    distance, depth, reached, width = range_depth[0], range_depth[1], block.reached_families, block.cell_width
+    for i in range(np.uint64(stop - begin)):
+        k = np.uint32(number[source + i])
+        distance[sample + i], depth[sample + i] = listed[source + i], line_depth[k]
+        facet_a[target + i], facet_b[target + i], reached[target + i] = slope_a[k], slope_b[k], 0
+    for i in range(np.uint64(stop - begin)):
+        cosines[target + i], sines[target + i], width[target + i] = north, east, cell_width
+        norths[target + i], easts[target + i] = beam_n[source + i], beam_e[source + i]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

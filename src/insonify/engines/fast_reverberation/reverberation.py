@@ -251,15 +251,13 @@ class FastReverberation:
             positions: North, east, depth of the samples [m], shape (3, n).
         """
         position = self.ping_geometry.transmit_position
-        nearest = min(
-            np.hypot(north - position[0], east - position[1]) - radius
-            for north, east, radius in self.plan.bounding_cylinders[:, :3]
-        )
+        north, east, radius = self.plan.bounding_cylinders[:, :3].T
+        nearest = (np.hypot(north - position[0], east - position[1]) - radius).min()
         passes = np.repeat(part.passes_target, np.diff(legs.radial_offsets))
         row = np.flatnonzero(passes & (legs.range_depth[0, : len(passes)] > nearest))
         if not len(row):
             return None
-        points, up = (np.ascontiguousarray(columns[:, row].T, float) for columns in (positions, legs.normal))
+        points, up = (np.ascontiguousarray(columns.take(row, axis=1).T, float) for columns in (positions, legs.normal))
         edges = self.path_settings.edge_diffraction
         shaded = shaded_legs(self.scene, self.ping_geometry, self.plan, edges, points, up)
         legs.amplitude[:, row] *= shaded.visibility
