@@ -18,8 +18,9 @@ The path starts at the model whose validator raises it.
 
 import difflib
 import warnings
-from collections.abc import Iterable, Mapping, Sequence
-from typing import Annotated, Any, Self
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import wraps
+from typing import Annotated, Any, Self, TypeVar
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationInfo, model_validator
 from pydantic_core import PydanticCustomError
@@ -72,19 +73,39 @@ def raise_errors(errors: Iterable[PydanticCustomError]) -> None:
         raise field_errors(listed)
 
 
+Value = TypeVar("Value")
+Instance = TypeVar("Instance", bound="Model")
+
+
+def evaluated_once(method: Callable[[Instance], Value]) -> Callable[[Instance], Value]:
+    """Decorate a method of a model, without arguments, so that its value is evaluated once for each object.
+
+    The value lasts as long as the frozen object. A copy, which may have other fields, has values of its own.
+    """
+
+    @wraps(method)
+    def evaluated(model: Instance) -> Value:
+        values: dict[Callable[[Instance], Value], Value] | None = getattr(model, "_values", None)
+        if values is None:
+            values = {}
+            object.__setattr__(model, "_values", values)
+        if method not in values:
+            values[method] = method(model)
+        return values[method]
+
+    return evaluated
+
+
 class Model(BaseModel):
     """A frozen, validated thing of the scenario; unknown fields and NaN are refused."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, defer_build=True)
-    __slots__ = ("_hash",)  # neither copied nor pickled
+    __slots__ = ("_values",)  # of `evaluated_once`: neither copied nor pickled
 
+    @evaluated_once
     def __hash__(self) -> int:
         """Hash of the fields, evaluated once: whole scenes are keys of caches."""
-        value: int | None = getattr(self, "_hash", None)
-        if value is None:
-            value = hash(tuple(self.__dict__[name] for name in type(self).model_fields))
-            object.__setattr__(self, "_hash", value)
-        return value
+        return hash(tuple(self.__dict__[name] for name in type(self).model_fields))
 
     @model_validator(mode="before")
     @classmethod

@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
-from insonify.model import Model, raise_errors
+from insonify.model import Model, evaluated_once, raise_errors
 from insonify.ocean.water import Water
 from insonify.propagation.path_settings import PathSettings
 from insonify.scenario.bistatic_errors import with_transmitter_clock
@@ -31,8 +31,6 @@ class Output(Model):
 
 class Scenario(Model):
     """A scenario to simulate: scene, sonar, track, paths and field."""
-
-    __slots__ = ("_completed_seabed", "_scene")  # neither copied nor pickled
 
     title: str = ""
     """One line about it."""
@@ -94,25 +92,18 @@ class Scenario(Model):
         return changed
 
     @property
+    @evaluated_once
     def scene(self) -> Scene:
         """Water, boundaries and targets: one object, which caches with it as a key find without comparing fields."""
-        scene: Scene | None = getattr(self, "_scene", None)
-        if scene is None:
-            bed, surface = self.completed_seabed, self.surface
-            scene = Scene(water=self.water, seabed=bed, surface=surface, targets=self.targets)
-            object.__setattr__(self, "_scene", scene)
-        return scene
+        return Scene(water=self.water, seabed=self.completed_seabed, surface=self.surface, targets=self.targets)
 
     @property
+    @evaluated_once
     def completed_seabed(self) -> Seabed:
         """The seabed with the relief that this seed, sonar, water and targets give it: one object, as the scene."""
-        completed: Seabed | None = getattr(self, "_completed_seabed", None)
-        if completed is None:
-            sound_speed = float(self.water.sound_speed_at(self.seabed.depth))
-            whole = with_scour_pits(self.seabed, self.targets)
-            completed = whole.completed(self.seed, self.sonar.pulse.frequency, sound_speed)
-            object.__setattr__(self, "_completed_seabed", completed)
-        return completed
+        sound_speed = float(self.water.sound_speed_at(self.seabed.depth))
+        whole = with_scour_pits(self.seabed, self.targets)
+        return whole.completed(self.seed, self.sonar.pulse.frequency, sound_speed)
 
     @model_validator(mode="after")
     def _check_consistency(self, info: ValidationInfo) -> Self:
