@@ -1,5 +1,6 @@
 """How every test is run."""
 
+import gc
 import os
 from collections.abc import Callable, Iterator
 
@@ -14,6 +15,14 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 # a failure on one machine is a failure on all.
 settings.register_profile("insonify", deadline=None, derandomize=True)
 settings.load_profile("insonify")
+
+gc.disable()  # while tests are collected: next to nothing that is made there is garbage
+
+
+def pytest_collection_finish() -> None:
+    """Leave the collected tests and all modules out of garbage collection: a pass over them takes 0.2 s."""
+    gc.freeze()
+    gc.enable()
 
 
 @pytest.fixture(scope="session", autouse=True)
