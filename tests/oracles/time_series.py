@@ -4,9 +4,10 @@ Apertures summed point by point, pulses integrated, echoes added by frequency. S
 """
 
 import numpy as np
+from scipy.special import roots_legendre
 
 STEPS = 64
-NODES, WEIGHTS = np.polynomial.legendre.leggauss(400)
+NODES, WEIGHTS = roots_legendre(400)
 
 
 def shading(name, place):

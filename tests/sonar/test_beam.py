@@ -5,6 +5,7 @@ from time import process_time
 import numpy as np
 import pytest
 from scipy.optimize import brentq
+from scipy.special import roots_legendre
 
 from insonify.frames import array_axes, mounting_rotation, pose_rotation
 from insonify.sonar import LineArray, PlanarArray, PointTransducer, beams, grating_lobes
@@ -12,7 +13,7 @@ from insonify.sonar.aperture import element_positions, pattern, shading_weight
 
 FREQUENCY, SPEED = 100e3, 1500.0
 WAVELENGTH = SPEED / FREQUENCY
-NODES = np.polynomial.legendre.leggauss(400)
+NODES = roots_legendre(400)
 SHADINGS = ["uniform", "cosine", "hann", "hamming", "taylor"]
 
 
