@@ -5,6 +5,7 @@ VENV   := .venv
 BIN    := $(VENV)/bin
 READY  := $(VENV)/.ready
 SHOWN  := src tests tools benchmarks examples
+unexport PYTHONDONTWRITEBYTECODE  # pytest would rewrite the assertions of 500 files anew in each process: 15 s
 
 .PHONY: help setup demo test check format-check lint types contract shape words fast bench validate format clean clean-venv
 
