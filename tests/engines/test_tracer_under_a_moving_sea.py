@@ -107,10 +107,9 @@ def profile(*knots):
     return {"water": {"profile": knots, "noise_level_db": None}}
 
 
-@pytest.mark.parametrize("apart", [0.0, -0.1])
-def test_nearly_uniform_water_sounds_as_uniform_water_under_a_moving_sea(apart):
+def test_nearly_uniform_water_sounds_as_uniform_water_under_a_moving_sea():
     """2 mm/s over the depth, refracted legs for straight ones, rays alike: 1 m/s at 20 kHz, pairs within 0.01 dB."""
-    changes = {"surface": sea(1.0), "paths": PATHS, "receive": {"offset": (0.0, 0.0, apart)}, "rays": 10_000, **LOW}
+    changes = {"surface": sea(1.0), "paths": PATHS, "receive": {"offset": (0.0, 0.0, -0.1)}, "rays": 10_000, **LOW}
     straight, refracted = (
         curves(scene("tracer", **changes, **profile((0, 1500.0), (20, speed)))) for speed in (1500.0, 1500.002)
     )
@@ -118,10 +117,11 @@ def test_nearly_uniform_water_sounds_as_uniform_water_under_a_moving_sea(apart):
         assert apart_db(refracted["seabed", pair], straight["seabed", pair]) == pytest.approx(0, abs=0.01), pair
 
 
-@pytest.mark.parametrize("apart", [0.0, -0.1])
-@pytest.mark.parametrize("knots", [((0, 1520.0), (20, 1490.0)), ((0, 1490.0), (8, 1500.0), (20, 1515.0))])
+@pytest.mark.parametrize(
+    ("knots", "apart"), [(((0, 1520.0), (20, 1490.0)), -0.1), (((0, 1490.0), (8, 1500.0), (20, 1515.0)), 0.0)]
+)
 def test_a_moving_sea_over_layered_water_returns_what_the_engine_has(knots, apart):
-    """1 m/s at 20 kHz, rays bent down or up by 2 %: D-S within 0.03 dB, S-S within 0.12 dB.
+    """1 m/s at 20 kHz, rays bent down or up by 2 %, arrays apart or together: D-S within 0.03 dB, S-S within 0.12 dB.
 
     Four standard errors of 20 000 rays and of four seeds of the engine, added to 0.02 and 0.06 dB, by which 80 000 rays
     and eight seeds differ.

@@ -18,6 +18,7 @@ BOX = {
     "scattering": ROUGH,
 }
 SMALL = {**BOX, "size": (0.2, 0.2, 0.2)}
+MEDIUM = {**BOX, "size": (0.4, 0.4, 0.4)}
 ONCE = {"contributions": ["target"], "max_reflections": 1}
 ROUGH_SEA = {"reflection": "statistical", "wind_speed": 5.0}
 
@@ -34,9 +35,9 @@ def scene(**changes):
 
 
 CHANGES = {
-    "still": {},
+    "still": {"targets": [MEDIUM]},
     "moving sea": {"surface": ROUGH_SEA, "targets": [SMALL], "paths": ONCE},
-    "jitter": {"field": "incoherent", "paths": {"contributions": ["target"], "max_reflections": 1, "jitter": 0.3}},
+    "jitter": {"field": "incoherent", "targets": [MEDIUM], "paths": {**ONCE, "jitter": 0.3}},
     "expected moving sea": {"field": "incoherent", "surface": ROUGH_SEA, "targets": [SMALL], "paths": ONCE},
     "large, moving sea": {"surface": ROUGH_SEA},
     "large, expected moving sea": {"field": "incoherent", "surface": ROUGH_SEA},
@@ -67,7 +68,7 @@ def test_a_target_in_parts_echoes_as_the_whole(change, monkeypatch):
 
 def test_a_target_in_parts_is_labelled_as_the_whole(monkeypatch):
     """Facets interfere across parts: energies and places of a smooth box in parts are those of the box at once."""
-    simulator = build_simulator(scene(field="incoherent", paths={"contributions": ["target"], "max_reflections": 1}))
+    simulator = build_simulator(scene(field="incoherent", targets=[MEDIUM], paths=ONCE))
     here = simulator.ping_geometry(0)
     reading = simulator.label_accumulator(here)
     made = []
