@@ -290,9 +290,10 @@ def has_parallax(
     waves = float(ping_geometry.receive_beams.per_unit.max()) / POINTS_PER_LOBE
     if not waves > 1:
         return False
-    displacement = np.linalg.norm(receive_points.position, axis=1) + latest_arrival * np.linalg.norm(
-        receive_points.velocity, axis=1
+    distance, speed = (
+        np.sqrt((vectors * vectors).sum(axis=1)) for vectors in (receive_points.position, receive_points.velocity)
     )
+    displacement = distance + latest_arrival * speed
     return bool(np.pi * waves * displacement.max() > PARALLAX_TOLERANCE * max(min_path_length, CLOSEST))
 
 

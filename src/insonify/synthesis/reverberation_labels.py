@@ -93,15 +93,15 @@ def _add_occluded(
 ) -> None:  # fmt: skip
     """Add the energies that occluded direct legs would have without occlusion, to the bins of their occluders."""
     row = slice(origins.direct, origins.direct + 1)
-    points = swath.rows[origins.straight, origins.cut]
+    points = swath.rows[origins.straight].take(origins.cut)
     legs = replace(
-        swath, delay=np.ascontiguousarray(swath.delay[row, points]), amplitude=origins.free[None],
-        departure=np.ascontiguousarray(swath.departure[row][:, :, points]),
+        swath, delay=swath.delay[row].take(points, axis=1), amplitude=origins.free[None],
+        departure=swath.departure[row].take(points, axis=2),
     )  # fmt: skip
     transmit_amplitude, receive_amplitude = accumulator.beam_amplitudes(legs)
     source_amplitude = float(amplitude_ratio(accumulator.ping_geometry.source_level_db))
     pressure = source_amplitude * transmit_amplitude[0].astype(float) * receive_amplitude[0]
-    energy = pressure**2 * swath.cross_section[origins.straight, origins.cut] * origins.lost
+    energy = pressure**2 * swath.cross_section[origins.straight].take(origins.cut) * origins.lost
     moments = 1 if positions is None else MOMENTS
     for occluder_row, name in occluder_names.items():
         some = np.flatnonzero(origins.occluder_row == occluder_row)

@@ -267,9 +267,9 @@ class FastReverberation:
 def _columns(part: RadialSet, f: int, p: int) -> tuple[RadialLegs, PairSamples, NDArray[np.int64]]:
     """Columns to be filled: legs of f families to samples, samples of p pairs, and interference ranges."""
     lists, list_rows = part.lists, part.list_rows
-    size = int(np.diff(lists.pair_offsets, axis=1)[list_rows].sum(axis=0).max())
+    size = int((lists.pair_offsets[:, 1:] - lists.pair_offsets[:, :-1]).take(list_rows, axis=0).sum(axis=0).max())
     points, ranges = (
-        int((offsets[list_rows + 1] - offsets[list_rows]).sum())
+        int((offsets[1:] - offsets[:-1]).take(list_rows).sum())
         for offsets in (lists.list_offsets, lists.interference_offsets)
     )
     legs = RadialLegs(

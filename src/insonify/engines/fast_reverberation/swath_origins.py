@@ -87,8 +87,9 @@ def sample_origins(
             pairs.rows[direct_pair, occluded], legs.range_depth, plan.table.image_depths[direct], legs.arrival[direct],
             legs.normal, plan.table.absorption_octaves, plan.table.direction_factor, unoccluded,
         )  # fmt: skip
-        nonzero = np.flatnonzero(unoccluded)
-        occluded, unoccluded, lost, occluder = occluded[nonzero], unoccluded[nonzero], lost[nonzero], occluder[nonzero]
+        if not unoccluded.all():
+            row = np.flatnonzero(unoccluded)
+            occluded, unoccluded, lost, occluder = occluded[row], unoccluded[row], lost[row], occluder[row]
     return Origins(plan.families, positions, direct, direct_pair, occluded, unoccluded, lost, occluder)
 
 
@@ -105,12 +106,12 @@ def _occluded_points(
     lost_fraction, occluder_row = np.ones(len(unlit)), np.full(len(unlit), SEABED_OCCLUDER, np.int16)
     if shaded is None or direct_pair < 0:
         return unlit, lost_fraction, occluder_row
-    listed = pairs.rows[direct_pair, : pairs.sample_count[direct_pair]]  # increasing
+    count = int(pairs.sample_count[direct_pair])
+    position = np.full(int(legs.radial_offsets[-1]), -1, np.int64)
+    position[pairs.rows[direct_pair, :count]] = np.arange(count)
     columns = np.flatnonzero(shaded.legs.status[direct] == LegStatus.OCCLUDED)
-    points = shaded.points[columns].astype(np.int32)
-    rows = np.searchsorted(listed, points)
-    is_listed = listed[np.minimum(rows, len(listed) - 1)] == points if len(listed) else np.zeros(len(points), bool)
-    columns, rows, is_unlit = columns[is_listed], rows[is_listed], np.zeros(len(listed), bool)
+    columns = columns[position[shaded.points[columns]] >= 0]
+    rows, is_unlit = position[shaded.points[columns]], np.zeros(count, bool)
     is_unlit[unlit] = True
     remaining = np.abs(shaded.legs.visibility[direct, columns]) ** 4
     shaded_loss = np.where(is_unlit[rows], 1.0, np.maximum(1 - remaining, 0.0))
