@@ -104,6 +104,16 @@ MANY_BEAMS = {
 }  # fmt: skip
 
 
+def by_rows_and_by_beams(monkeypatch, scenario):
+    """Expected intensity by rows of directions, the same for any number of threads, and beam by beam."""
+    rows, again = (simulate(scenario, threads=threads).intensity.values for threads in (2, 1))
+    np.testing.assert_array_equal(rows, again)
+    monkeypatch.setattr("insonify.simulator.direction_powers", lambda *_: None)
+    each = simulate(scenario, threads=1).intensity.values
+    assert not np.array_equal(rows, each)
+    return rows, each
+
+
 @pytest.mark.parametrize("moving", [False, True])
 def test_many_beams_from_rows_of_directions_are_those_of_each_beam(monkeypatch, moving):
     """65 beams over a bed and a point: 2 % of the largest beam at each time, 0.02 dB in the mean; whatever threads."""
@@ -111,29 +121,52 @@ def test_many_beams_from_rows_of_directions_are_those_of_each_beam(monkeypatch, 
     paths = {"max_reflections": 0, "contributions": ("seabed", "target")}
     track = {"pings": 1, "window": (0.004, 0.024), "stop_and_hop": not moving}
     scenario = sidescan(targets=[point], sonar=MANY_BEAMS, paths=paths, track=track)
-    rows, again = (simulate(scenario, threads=threads).intensity.values for threads in (2, 1))
-    np.testing.assert_array_equal(rows, again)
-    monkeypatch.setattr("insonify.simulator.direction_powers", lambda *_: None)
-    each = simulate(scenario, threads=1).intensity.values
-    assert not np.array_equal(rows, each)
+    rows, each = by_rows_and_by_beams(monkeypatch, scenario)
     assert np.abs(rows - each).max() <= 0.02 * each.max()
     assert (np.abs(rows - each) <= 0.02 * each.max(axis=1, keepdims=True)).all()
     assert np.abs(10 * np.log10(rows.mean(axis=2) / each.mean(axis=2))).max() < 0.1
     assert abs(10 * np.log10(rows.mean() / each.mean())) < 0.02
 
 
-@pytest.mark.parametrize("paths", [{}, {"jitter": 0.3}, {"amplitude_perturbation": 0.5}])
-def test_all_pairs_of_many_beams_from_rows_of_directions_are_those_of_each_beam(monkeypatch, paths):
-    """One bounce, 65 beams over a bed, and a point whose replicas overlap: 5 % of the largest beam; any threads."""
-    point = {"shape": "point", "label": "point", "position": (12.0, 3.0, 9.7), "target_strength_db": 5.0}
+DIRECT_AND_BED = {"families": ("D", "B")}
+
+
+@pytest.mark.parametrize(
+    ("paths", "strength", "apart"),
+    [({}, 5.0, 0.05), ({"jitter": 0.3}, 5.0, 0.05), (DIRECT_AND_BED, -20.0, 0.02),
+     (DIRECT_AND_BED | {"amplitude_perturbation": 0.5}, -20.0, 0.02)],
+)  # fmt: skip
+def test_all_pairs_of_many_beams_from_rows_of_directions_are_those_of_each_beam(monkeypatch, paths, strength, apart):
+    """One bounce, 65 beams over a bed, and a point whose replicas overlap: 2 or 5 % of the largest beam at each time.
+
+    By way of the surface too, its replicas come from directions neither alike nor apart, and are added beam by beam.
+    The point on rows is weak: a beam with a null towards it is too high, as its pattern is linear between two rows.
+    """
+    point = {"shape": "point", "label": "point", "position": (12.0, 3.0, 9.7), "target_strength_db": strength}
     paths = {"max_reflections": 1, "contributions": ("seabed", "target")} | paths
     track = {"pings": 1, "window": (0.004, 0.024)}
     scenario = sidescan(targets=[point], sonar=MANY_BEAMS, paths=paths, track=track)
-    rows, again = (simulate(scenario, threads=threads).intensity.values for threads in (2, 1))
-    np.testing.assert_array_equal(rows, again)
-    monkeypatch.setattr("insonify.simulator.direction_powers", lambda *_: None)
-    each = simulate(scenario, threads=1).intensity.values
-    assert not np.array_equal(rows, each)
-    assert (np.abs(rows - each) <= 0.05 * each.max(axis=1, keepdims=True)).all()
+    rows, each = by_rows_and_by_beams(monkeypatch, scenario)
+    assert (np.abs(rows - each) <= apart * each.max(axis=1, keepdims=True)).all()
     assert np.abs(10 * np.log10(rows.mean(axis=2) / each.mean(axis=2))).max() < 0.1
     assert abs(10 * np.log10(rows.mean() / each.mean())) < 0.02
+
+
+def test_a_time_series_does_not_change_its_buffer():
+    """A bed and a target with bounces on rows of directions: evaluated twice, the same intensity."""
+    point = {"shape": "point", "label": "point", "position": (12.0, 3.0, 9.7), "target_strength_db": 5.0}
+    scenario = sidescan(
+        targets=[point], sonar=MANY_BEAMS,
+        paths=DIRECT_AND_BED | {"max_reflections": 1, "contributions": ("target",)},
+        track={"pings": 1, "window": (0.004, 0.024)},
+    )  # fmt: skip
+    simulator = build_simulator(scenario)
+    geometry = simulator.ping_geometry(0)
+    accumulator = simulator.incoherent_accumulator(geometry)
+    energies = accumulator.empty()
+    for block in simulator.engine.blocks(geometry, quadrature=True):
+        for pairs in simulator.engine.pair_batches(geometry, block):
+            accumulator.add(energies, pairs)
+    assert energies.row_intensity.any()
+    once = accumulator.time_series(energies)
+    np.testing.assert_array_equal(accumulator.time_series(energies), once)

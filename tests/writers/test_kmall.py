@@ -20,8 +20,8 @@ PROFILE = [[0, 1495], [3, 1497], [6, 1480], [14, 1476]]
 
 @pytest.fixture(scope="module")
 def sound():
-    """Four pings in layered water, from arrays with lever arms on a ship that rolls, pitches and heaves, on Earth."""
-    base = multibeam(pings=4, water={"profile": PROFILE, "noise_level_db": None})
+    """Eight pings in layered water, from arrays with lever arms on a ship that rolls, pitches and heaves, on Earth."""
+    base = multibeam(pings=8, water={"profile": PROFILE, "noise_level_db": None})
     track = base.track.model_dump() | {"motion": MOTION, "interval": 0.25}
     changed = base.with_({"sonar.transmit.offset": TRANSMITTER, "sonar.receive.offset": RECEIVER, "track": track})
     return insonify.simulate(changed, threads=1).assign_attrs(ORIGIN)
@@ -73,7 +73,7 @@ def test_a_survey_reprocesses_to_the_true_depth(files):
     steep = np.abs(np.degrees(np.arctan2(beam[..., 1], beam[..., 2])))
     found = np.isfinite(depth) & (sounded.detection.values == 0)
     nadir, oblique = found & (steep < 15), found & (np.abs(steep - 60) < 3)
-    assert nadir.sum() > 150 and oblique.sum() > 50
+    assert nadir.sum() > 300 and oblique.sum() > 100
     assert abs(depth[nadir].mean() - 10) < 0.01, depth[nadir].mean() - 10
     assert abs(np.median(depth[oblique]) - 10) < 0.02, np.median(depth[oblique]) - 10
     ours = sounded.depth.values
@@ -101,9 +101,9 @@ def test_navigation_and_settings_keep_their_signs(sound, files):
     with insonify.open_instrument(files[0]) as file:
         attitude, navigation, sounded = file.attitude(), file.navigation(), file.soundings()
     for column, name in enumerate(("yaw", "pitch", "roll")):
-        np.testing.assert_allclose(attitude[name][:4], sound.logged_attitude[:, column], atol=1e-6)
+        np.testing.assert_allclose(attitude[name][:8], sound.logged_attitude[:, column], atol=1e-6)
     heave = sound.logged_position[:, 2] - sound.logged_position[:, 2].mean()
-    np.testing.assert_allclose(attitude.heave[:4], heave, atol=1e-6)
+    np.testing.assert_allclose(attitude.heave[:8], heave, atol=1e-6)
     np.testing.assert_allclose((np.degrees(navigation.latitude) - 54) * 111_284, sound.logged_position[:, 0], atol=2e-3)
     assert np.all(sounded.frequency == 300e3) and np.ptp(attitude["roll"].values) > 0.05
     assert np.corrcoef(sounded.starboard[0], sounded.beam_angle[0])[0, 1] > 0.9
@@ -119,7 +119,7 @@ def test_the_water_column_gives_back_the_beams(sound, files):
     survey = open_survey(sound)
     with insonify.open_instrument(files[1]) as file:
         column = file.read("water column", slice(2, 3))
-        assert not file.omissions and file.groups["water column"] == 4
+        assert not file.omissions and file.groups["water column"] == 8
     angle = np.linspace(-np.radians(64), np.radians(64), 256)
     from insonify.demos.products.forward_looking import compressed
 

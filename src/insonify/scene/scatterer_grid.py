@@ -63,9 +63,7 @@ class ScattererGrid(Model):
         """Grid coordinates [m] of north and east [m], shape (..., 2) both."""
         c, s = np.cos(self.heading), np.sin(self.heading)
         north, east = position[..., 0] - self.origin[0], position[..., 1] - self.origin[1]
-        coordinates = np.empty((*np.shape(north), 2))
-        coordinates[..., 0], coordinates[..., 1] = c * north + s * east, c * east - s * north
-        return coordinates
+        return np.stack([c * north + s * east, c * east - s * north], axis=-1)
 
 
 class Tiles(NamedTuple):

@@ -94,6 +94,17 @@ def deposit_energy(
                 add_real_spike(cells, np.intp(first_cell[i]), np.float64(fraction[i]), weight[i])
 
 
+@njit(inline="always")
+def add_to_adjacent_rows(
+    cells: NDArray[np.float32], row: float, first_cell: int, fraction: float, energy: float
+) -> None:  # fmt: skip
+    """Share an energy among the two rows adjacent to its own, which has a fraction."""
+    k = min(max(int(row), 0), cells.shape[0] - 2)
+    part = row - k
+    add_real_spike(cells[k], first_cell, fraction, energy * (1 - part))
+    add_real_spike(cells[k + 1], first_cell, fraction, energy * part)
+
+
 @njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
 def deposit_energy_on_rows(
     cells: NDArray[np.float32], first_time: float, cell_rate: float, delay: NDArray[np.float64],
@@ -116,8 +127,4 @@ def deposit_energy_on_rows(
         _locate(tau, first_time, cell_rate, last, first_cell, fraction)
         for i in range(tau.size):
             if first_cell[i] >= 0 and weight[i] != 0:
-                k = min(max(int(index[i]), 0), cells.shape[0] - 2)
-                part = index[i] - k
-                cell, shift = np.intp(first_cell[i]), np.float64(fraction[i])
-                add_real_spike(cells[k], cell, shift, weight[i] * (1 - part))
-                add_real_spike(cells[k + 1], cell, shift, weight[i] * part)
+                add_to_adjacent_rows(cells, index[i], np.intp(first_cell[i]), np.float64(fraction[i]), weight[i])

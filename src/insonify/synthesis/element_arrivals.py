@@ -290,10 +290,9 @@ def has_parallax(
     waves = float(ping_geometry.receive_beams.per_unit.max()) / POINTS_PER_LOBE
     if not waves > 1:
         return False
-    distance, speed = (
-        np.sqrt((vectors * vectors).sum(axis=1)) for vectors in (receive_points.position, receive_points.velocity)
+    displacement = np.linalg.norm(receive_points.position, axis=1) + latest_arrival * np.linalg.norm(
+        receive_points.velocity, axis=1
     )
-    displacement = distance + latest_arrival * speed
     return bool(np.pi * waves * displacement.max() > PARALLAX_TOLERANCE * max(min_path_length, CLOSEST))
 
 

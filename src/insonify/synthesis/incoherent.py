@@ -42,7 +42,7 @@ from insonify.synthesis.accumulator import Mapper, Requirements
 from insonify.synthesis.coherence_factors import split_by_coherence
 from insonify.synthesis.coherent_groups import PulseTable, add_groups
 from insonify.synthesis.coherent_subsets import coherent_subsets
-from insonify.synthesis.direction_powers import DirectionPowers
+from insonify.synthesis.direction_powers import DirectionPowers, Real
 from insonify.synthesis.leg_weights import leg_weights, weights_from_gain, weights_from_two_gains
 from insonify.synthesis.receive_beam_motion import moving_array_axes, receive_directions
 from insonify.synthesis.replica_jitter import ReplicaJitter
@@ -370,26 +370,29 @@ class IncoherentAccumulator:
         """
         energies.flush_specular()
         filtering, intensity = _energy_filter(self.ping_geometry.pulse, self.grid), np.empty_like(energies.intensity)
-        directions, rows, row_intensity = self.directions, energies.rows, energies.row_intensity
-        cells = energies.cells if rows is None else np.empty_like(energies.cells)
-
-        def combine(some: slice) -> None:
-            if directions is not None and rows is not None:
-                cells[:, some] = energies.cells[:, some] + directions.to_beams(rows[:, some])
-
-        def combine_intensity(some: slice) -> None:
-            if directions is not None and row_intensity is not None:
-                energies.intensity[:, some] += directions.to_beams(row_intensity[:, some])
+        cells, groups = (
+            self._with_rows(energies.cells, energies.rows, run),
+            self._with_rows(energies.intensity, energies.row_intensity, run),
+        )
 
         def convolve(channels: slice) -> None:
             series = convolve_energy_spectrum(cells[channels], self.grid, filtering)
-            intensity[channels] = series + energies.intensity[channels]
+            intensity[channels] = series + groups[channels]
 
-        if rows is not None:
-            deque(run(combine, _slices(cells.shape[1], CELLS_PER_TASK)), 0)
-            deque(run(combine_intensity, _slices(intensity.shape[1], CELLS_PER_TASK)), 0)
         deque(run(convolve, _slices(len(cells), CHANNELS_PER_TASK)), 0)
         return intensity
+
+    def _with_rows(self, channels: Floats, rows: NDArray[Real] | None, run: Mapper) -> Floats:
+        """Sums of all channels, shape (channels, n), with those of the rows of directions, shape (rows, n)."""
+        directions, total = self.directions, np.empty_like(channels)
+        if directions is None or rows is None:
+            return channels
+
+        def combine(some: slice) -> None:
+            total[:, some] = channels[:, some] + directions.to_beams(rows[:, some])
+
+        deque(run(combine, _slices(channels.shape[1], CELLS_PER_TASK)), 0)
+        return total
 
 
 def _slices(count: int, size: int) -> list[slice]:
