@@ -68,8 +68,6 @@ MAX_CONCURRENT_PING_BYTES = 64 << 20
 """Memory of a coherent ping's buffer, of one side and part, up to which pings are simulated concurrently [bytes]."""
 PINGS_JUDGED = 5
 """Pings of a track at which the part of the seabed hidden by terrain is measured."""
-MAX_ROWS_PER_BEAM = 4.0
-"""Largest number of rows of directions per beam for an expected intensity, which limits the memory [1]."""
 QUEUED_PINGS = 2
 """Pings that are simulated, or wait for a thread, beyond one for each thread."""
 
@@ -108,7 +106,7 @@ class Simulator:
 
     def incoherent_accumulator(self, geometry: PingGeometry) -> IncoherentAccumulator:
         """Accumulator of the expected intensity of one ping, by eigenrays."""
-        delays, rows = delay_field(self.scenario), direction_powers(geometry, MAX_ROWS_PER_BEAM)
+        delays, rows = delay_field(self.scenario), direction_powers(geometry)
         return IncoherentAccumulator(geometry, self.grid, self._jitter(geometry), self._table, delays, rows)
 
     def fast_reverberation(self, geometry: PingGeometry) -> FastReverberation | None:

@@ -23,6 +23,7 @@ from insonify.synthesis._arrival_kernel import (
     locate_arrivals,
 )
 from insonify.synthesis._gridding_kernel import CELLS_PER_SPIKE, DEGREE, WIDTH, tap_coefficients
+from insonify.synthesis._simd_product import TILE, multiply_tile
 from insonify.synthesis._waveform_basis_kernel import basis_weights, deposit_waveforms
 
 Floats = NDArray[np.float64]
@@ -208,74 +209,52 @@ def _deposit_rows(cells: NDArray[np.complex64], sort_buffer: RowSortBuffer, buff
                      buffer.basis_weights, end - begin)  # fmt: skip
 
 
-@njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
-def combine_rows(rows_in: Reals, weights: Singles, beams: Singles) -> None:
-    """Weighted sums of rows: a matrix product, without the blocks that hold nothing or have no weight.
-
-    Rows outside the received sector, and times before the first echo and after the last, are empty. The filled rows of
-    a block of times are copied next to each other: at the stride of a whole row most of the cache would stay unused.
+@njit(cache=True, nogil=True, error_model="numpy")
+def _gather_filled_rows(rows_in: Reals, begin: int, end: int, tiles: Singles, filled: NDArray[np.int64]) -> int:
+    """Copy some columns of the rows that hold something there next to each other; their number.
 
     Args:
-        rows_in: Rows of the grid, (rows, n); rows are a multiple of 4.
+        rows_in: Rows of the grid, (rows, n).
+        begin: First column.
+        end: One past the last column.
+        tiles: Copies, written, (tiles, rows, columns of a tile).
+        filled: Number of each row, written, (rows,).
+    """
+    count = 0
+    for r in range(rows_in.shape[0]):
+        row, is_filled = rows_in[r, begin:end], False
+        for column in range(row.size):
+            is_filled |= row[column] != 0  # without a jump: several at once
+        if is_filled:
+            for column in range(row.size):
+                tiles[column // TILE[1], count, column % TILE[1]] = row[column]
+            filled[count] = r
+            count += 1
+    return count
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def combine_rows(rows_in: Reals, weights: Singles, beams: Singles) -> None:
+    """Weighted sums of rows: a matrix product, without the parts of rows that hold nothing.
+
+    Rows outside the received sector, and times before the first echo and after the last, are empty.
+
+    Args:
+        rows_in: Rows of the grid, (rows, n).
         weights: Weight of each row in each beam, (beams, rows).
         beams: Result, (beams, n).
     """
-    filled, block = np.empty(rows_in.shape[0] // 4, np.int64), np.empty((rows_in.shape[0], _CELLS), np.float32)
-    has_weight = np.empty(((weights.shape[0] + 3) // 4, rows_in.shape[0] // 4), np.bool_)
-    for group in range(has_weight.shape[0]):
-        for r in range(has_weight.shape[1]):
-            has_weight[group, r] = weights[4 * group : 4 * group + 4, 4 * r : 4 * r + 4].any()
-    grouped_beams = weights.shape[0] // 4 * 4
+    row_count, count = rows_in.shape[0], len(beams)
+    filled, tiles = np.empty(row_count, np.int64), np.zeros((_CELLS // TILE[1], row_count, TILE[1]), np.float32)
+    products = np.empty(TILE, np.float32)
+    padded = np.zeros((-(-count // TILE[0]) * TILE[0], row_count), np.float32)
+    padded[:count] = weights
     for begin in range(0, rows_in.shape[1], _CELLS):
         end = min(begin + _CELLS, rows_in.shape[1])
-        count = 0
-        for r in range(0, weights.shape[1], 4):
-            block[4 * count : 4 * count + 4, : end - begin] = rows_in[r : r + 4, begin:end]
-            if block[4 * count : 4 * count + 4, : end - begin].any():
-                filled[count] = r
-                count += 1
-        beams[:, begin:end] = 0
-        for beam in range(0, grouped_beams, 4):
-            for k in range(count):
-                if has_weight[beam // 4, filled[k] // 4]:
-                    _add_to_four_beams(block[4 * k : 4 * k + 4], filled[k], weights, beam, beams, begin, end)
-        for beam in range(grouped_beams, weights.shape[0]):
-            for k in range(count):
-                if has_weight[beam // 4, filled[k] // 4]:
-                    _add_to_beam(block[4 * k : 4 * k + 4], filled[k], weights, beam, beams, begin, end)
-
-
-@njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
-def _add_to_four_beams(
-    four_rows: Singles, r: int, weights: Singles, beam: int, beams: Singles, begin: int, end: int
-) -> None:
-    """Add four rows from row r on to four beams: each is read a quarter as often as for one beam after the other."""
-    count = end - begin
-    row_a, row_b = four_rows[0, :count], four_rows[1, :count]
-    row_c, row_d = four_rows[2, :count], four_rows[3, :count]
-    w0, w1 = weights[beam, r : r + 4], weights[beam + 1, r : r + 4]
-    w2, w3 = weights[beam + 2, r : r + 4], weights[beam + 3, r : r + 4]
-    a0, b0, c0, d0 = w0[0], w0[1], w0[2], w0[3]
-    a1, b1, c1, d1 = w1[0], w1[1], w1[2], w1[3]
-    a2, b2, c2, d2 = w2[0], w2[1], w2[2], w2[3]
-    a3, b3, c3, d3 = w3[0], w3[1], w3[2], w3[3]
-    beam_0, beam_1 = beams[beam, begin:end], beams[beam + 1, begin:end]
-    beam_2, beam_3 = beams[beam + 2, begin:end], beams[beam + 3, begin:end]
-    for k in range(count):
-        a, b, c, d = row_a[k], row_b[k], row_c[k], row_d[k]
-        beam_0[k] += a0 * a + b0 * b + c0 * c + d0 * d
-        beam_1[k] += a1 * a + b1 * b + c1 * c + d1 * d
-        beam_2[k] += a2 * a + b2 * b + c2 * c + d2 * d
-        beam_3[k] += a3 * a + b3 * b + c3 * c + d3 * d
-
-
-@njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
-def _add_to_beam(four_rows: Singles, r: int, weights: Singles, beam: int, beams: Singles, begin: int, end: int) -> None:
-    """Add four rows from row r on to one beam."""
-    count = end - begin
-    a, b, c, d = weights[beam, r], weights[beam, r + 1], weights[beam, r + 2], weights[beam, r + 3]
-    row_a, row_b = four_rows[0, :count], four_rows[1, :count]
-    row_c, row_d = four_rows[2, :count], four_rows[3, :count]
-    one_beam = beams[beam, begin:end]
-    for k in range(count):
-        one_beam[k] += a * row_a[k] + b * row_b[k] + c * row_c[k] + d * row_d[k]
+        filled_count = _gather_filled_rows(rows_in, begin, end, tiles, filled)
+        for tile in range(-(-(end - begin) // TILE[1])):
+            start = begin + tile * TILE[1]
+            stop = min(start + TILE[1], end)
+            for first in range(0, count, TILE[0]):
+                multiply_tile(products, padded, tiles[tile], filled, (filled_count, row_count), first)
+                beams[first : first + TILE[0], start:stop] = products[: count - first, : stop - start]

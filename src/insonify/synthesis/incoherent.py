@@ -385,7 +385,7 @@ class IncoherentAccumulator:
     def _with_rows(self, channels: Floats, rows: NDArray[Real] | None, run: Mapper) -> Floats:
         """Sums of all channels, shape (channels, n), with those of the rows of directions, shape (rows, n)."""
         directions, total = self.directions, np.empty_like(channels)
-        if directions is None or rows is None:
+        if directions is None or rows is None or not rows.any():
             return channels
 
         def combine(some: slice) -> None:

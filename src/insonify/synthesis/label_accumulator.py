@@ -329,7 +329,7 @@ class LabelAccumulator:
         """Labels of the ping."""
         for (object_name, pair_names), added in buffer.cells.items():
             if self._directions is not None:
-                to_beams = self._directions.to_beams_by_lobes
+                to_beams = self._directions.to_beams
                 added = replace(added, cells=to_beams(added.cells), bins=to_beams(added.bins))
             buffer.add_cells(object_name, pair_names, added, self.accumulator.grid.sample_count)
         return labels_of(

@@ -25,7 +25,7 @@ OVERSAMPLING = 2
 
 ROUNDING = 1e-14
 """Intensity re the largest of its channel below which the transforms leave rounding errors, and there is none [1]."""
-FEW = 64
+FEW = 16
 """Cells of a channel with energy up to which their responses are added up, in less time than by transforms [1]."""
 _CHANNELS = 16
 """Channels that are transformed at once."""
