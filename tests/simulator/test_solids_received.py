@@ -6,6 +6,8 @@ import pytest
 from insonify.engines.ping_scatterers import ping_scatterers
 from insonify.engines.targets import target_points
 from insonify.scenario.scenario import Scenario
+from insonify.scene import solid
+from insonify.scene.scene import Scene
 from insonify.simulator import arrivals, build_simulator, levels, simulate
 from oracles.scenes import nominal
 from oracles.sonar_equation import pulse_energy
@@ -63,6 +65,19 @@ def test_the_coherent_echo_of_a_solid_has_the_mean_of_the_incoherent_one() -> No
         sound = simulate(quiet.model_copy(update={"seed": seed})).pressure.values
         found.append(np.sum(np.abs(sound) ** 2) / 25e3)
     assert 10 * np.log10(np.mean(found) / expected) == pytest.approx(0, abs=0.7)
+
+
+def test_another_seed_has_other_points_in_the_same_cells(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Cells follow from the shape alone: the surface is divided once for two seeds."""
+    divided, divide = [], solid.surface_cells
+    monkeypatch.setattr(solid, "surface_cells", lambda *arguments: divided.append(arguments) or divide(*arguments))
+    scene = Scene(
+        seabed={"depth": 20.0}, targets=[{"shape": "cylinder", "length": 0.53, "diameter": 0.29, "position": (0, 9)}]
+    )
+    one, other = (solid.solid_scatterers(scene.solids[0], scene.seabed, seed, 0.03, 0) for seed in (1, 2))
+    assert len(divided) == 1
+    apart = np.linalg.norm(one.position - other.position, axis=1)
+    assert 0.01 < np.median(apart) < 0.03
 
 
 def test_a_scene_moved_as_a_whole_sounds_the_same() -> None:

@@ -1,5 +1,6 @@
 """Attributes of a recording as a whole."""
 
+from functools import cache
 from importlib.metadata import version
 from typing import Any
 
@@ -15,9 +16,12 @@ def attributes(scenario: Scenario) -> dict[str, Any]:
         "title": scenario.title,
         "scenario": to_yaml(scenario),
         "seed": scenario.seed,
-        "version": version("insonify"),
+        "version": _version("insonify"),
         "centre_frequency": scenario.sonar.pulse.frequency,
         "centre_frequency_units": "Hz",
         "citations": citations(scenario),
         **georeference(scenario),
     }
+
+
+_version = cache(version)  # 1 ms: it reads a file

@@ -191,7 +191,7 @@ def solid_scatterers(
         rotation, shift = resting_pose(submerged(solid, seabed), seabed)
         body = world_triangles(solid, seabed).transformed(rotation.T, -shift @ rotation)
     area = float(body.area.sum())
-    cells = _even_points(body, cell_side(area, pitch)) if quadrature else surface_cells(body, cell_side(area, pitch))
+    cells = (_even_points if quadrature else _cells)(body, cell_side(area, pitch))
     n = np.arange(len(cells))
     u = random_keys.uniforms(
         seed, random_keys.TARGET, n // PER_ROW, n % PER_ROW, SOLID_FACE, zlib.crc32(key_label(solid).encode())
@@ -207,6 +207,11 @@ def solid_scatterers(
     return points.take(position[:, 2] < seabed_depth_at(seabed, position[:, :2]) - STANDING)
 
 
+def _cells(body: Triangles, side: float) -> SurfaceCells:
+    """Cells of a surface in its own axes, the same for all seeds."""
+    return _CELLS.get((body.corners.tobytes(), side), lambda: surface_cells(body, side))
+
+
 def _even_points(body: Triangles, side: float) -> Floats:
     """Evenly spaced points on a surface in its own axes [m], and unit normals there, shape (n, 2, 3)."""
 
@@ -217,6 +222,7 @@ def _even_points(body: Triangles, side: float) -> Floats:
     return _EVEN_POINTS.get((body.corners.tobytes(), side), evaluate)
 
 
+_CELLS: RecentResults[SurfaceCells] = RecentResults(4)
 _EVEN_POINTS: RecentResults[Floats] = RecentResults(16)  # many scenes of a data set have the same shape
 
 

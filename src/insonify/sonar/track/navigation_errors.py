@@ -110,11 +110,11 @@ class NavigationSystem:
             time: Times of the pings [s], shape (pings,).
             row: Number of the column in `COLUMNS`.
         """
-        from scipy.signal import lfilter
-
         total = np.asarray(error.offset + error.drift * time)
         if error.noise == 0:
             return total
+        from scipy.signal import lfilter  # loading takes half a second, which runs without noise avoid
+
         draws = random_keys.complex_normals(
             self._seed, random_keys.NAVIGATION, 0, row, len(time), start=self._logged_count
         )
