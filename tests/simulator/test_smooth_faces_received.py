@@ -1,11 +1,9 @@
 """Smooth faces as they are received: both readings of one flash, jitter, spikes, labels; both parts of one target."""
 
-from concurrent.futures import ThreadPoolExecutor
-
 import numpy as np
 import pytest
 
-from insonify.simulator import accumulate_ping, arrivals, build_simulator, labels, simulate
+from insonify.simulator import arrivals, build_simulator, labels, simulate
 from oracles.arrival_sum import coherent_from_arrivals
 from oracles.scenes import nominal
 from oracles.smooth import ROUGH
@@ -61,12 +59,18 @@ def test_the_mean_over_jitter_is_the_expected_intensity():
     """
     shaken = {"jitter": 1 / 3, "size": (0.2, 0.1, 0.2)}  # small: few rough points
     expected = intensity(scene(**shaken)).sum()
-    ready = build_simulator(scene(field="coherent", **shaken).model_copy(update={"track": _pings(80)}))
-    with ThreadPoolExecutor(1) as pool:
-        found = [
-            np.sum(np.abs(accumulate_ping(ready, ready.coherent_accumulator(here), here, pool)) ** 2)
-            for here in (ready.ping_geometry(ping) for ping in range(80))
-        ]
+    scenario = scene(field="coherent", **shaken).model_copy(update={"track": _pings(80)})
+    ready = build_simulator(scenario)
+    facets = [block() for block in ready.engine.blocks(ready.ping_geometry(0))]  # the same at each ping
+
+    def energy(here):
+        reading = ready.coherent_accumulator(here)
+        total = reading.empty()
+        for points in facets:
+            reading.add(total, ready.engine.path_pairs(here, points))
+        return np.sum(np.abs(reading.time_series(total)) ** 2)
+
+    found = [energy(ready.ping_geometry(ping)) for ping in range(80)]
     assert 10 * np.log10(np.mean(found) / expected) == pytest.approx(0, abs=0.7)
     alone = scene(max_reflections=0, **shaken)
     assert intensity(alone).sum() == pytest.approx(
@@ -194,7 +198,7 @@ def _box_patches(turn, size, middle, side):
     found = []
     for out, along, depth, width in ((right, ahead, size[1], size[0]), (ahead, right, size[0], size[1])):
         spans = (width, size[2])
-        counts = int(np.ceil(width / side)), int(np.ceil(size[2] / side / 8))  # in height the phase hardly turns
+        counts = int(np.ceil(width / side)), int(np.ceil(size[2] / side / 64))  # in height the phase hardly turns
         s, t = (((np.arange(n) + 0.5) / n - 0.5) * span for n, span in zip(counts, spans, strict=True))
         s, t = (part.ravel() for part in np.meshgrid(s, t))
         for sign in (1, -1):
