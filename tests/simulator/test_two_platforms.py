@@ -115,12 +115,12 @@ def test_turning_platforms_swing_their_own_arms():
 
     rate, sends = 1e6, swung(scenario.track, scenario.seed, arms[0])
     time = np.arange(0, GOES["window"][1] + 0.01, 1 / rate)
-    raw = np.zeros((4, len(time)), complex)
-    for row, right in enumerate((np.arange(4) - 1.5) * 0.06):  # an array that looks to starboard
+    rows, raw = [0, 2], np.zeros((2, len(time)), complex)
+    for row, right in enumerate((np.array(rows) - 1.5) * 0.06):  # an array that looks to starboard
         receiver = swung(scenario.receiver_track, receiver_seed(scenario), arms[1] - [right, 0, 0])
         for place, out, back in itertools.product(TARGETS, "DS", "DS"):
             raw[row] += echo(scenario.sonar, sends, receiver, place, time, out=out, back=back)
-    error = relative_rms(simulate(scenario).pressure.values[0], recorded(raw, scenario, rate))
+    error = relative_rms(simulate(scenario).pressure.values[0, rows], recorded(raw, scenario, rate))
     assert error < 1e-4
 
 

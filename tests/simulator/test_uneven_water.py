@@ -70,13 +70,13 @@ def test_pings_near_each_other_share_the_water():
     """
     step, s = 0.4, (np.arange(100) + 0.5) / 100
     alike = np.exp(-(((1 - s) * step / 2) ** 2)).mean()
-    square = []
+    square, even = [], []
     for seed in range(1, 41):
         line = {"kind": "line", "start": (0.0, -40.0, 11.0), "heading": np.pi / 2, "speed": 4.0, "pings": 200,
                 "interval": 0.1, "window": (0.0, 0.08), "stop_and_hop": True}  # fmt: skip
-        scenario = uneven(seed=seed, track=line)
-        late = np.array([_delay(scenario, ping) for ping in (50, 51)])
-        square.append((2 * np.pi * 1e5 * (late[1] - late[0])) ** 2)
+        late = [arrivals(uneven(seed=seed, track=line), ping).delay[0] for ping in (50, 51)]
+        even = even or [arrivals(uneven(0.0, track=line), ping).delay[0] for ping in (50, 51)]
+        square.append((2 * np.pi * 1e5 * (late[1] - late[0] - (even[1] - even[0]))) ** 2)
     scenario = uneven(track=line)
     way = np.linalg.norm(np.subtract(FAR, (0.0, -20.0, 11.0)))
     expected = 8 * phase_variance(scenario, way) * (1 - alike)
@@ -103,18 +103,18 @@ def test_elements_share_the_delays_of_their_centre():
 @pytest.mark.slow
 @pytest.mark.parametrize("receiver_track", [None, STATIC_RECEIVER], ids=["one platform", "two"])
 def test_expectations_keep_the_mean_of_what_paths_make_together(receiver_track):
-    """Paths D and S to a point near the sea, mean energy over 200 seeds: the expectation's, 3 standard errors.
+    """Paths D and S to a point near the sea, mean energy over 200 pings: the expectation's, 3 standard errors.
 
-    Patches of 0.8 m, which the paths share only in part; in even water the energy is another.
+    Patches of 0.8 m, which the paths share only in part, and water that is another one at each ping; in even water the
+    energy is another.
     """
     near = {**ONE, "position": (40.0, 10.0, 1.0)}
     common = {"targets": [near], "families": ("D", "S"), "receiver_track": receiver_track,
-              "track": {**STAYS, "position": (0.0, 0.0, 1.5)}}  # fmt: skip
-    scenario = uneven(4e-4, 0.8, **common)
-    drawn = (simulate(scenario.model_copy(update={"seed": seed})) for seed in range(1, 201))
-    energy = [np.sum(np.abs(received.pressure.values) ** 2) for received in drawn]
+              "track": {**STAYS, "position": (0.0, 0.0, 1.5), "pings": 200, "interval": 10.0},
+              "patches": {"correlation_time": 1.0}}  # fmt: skip
+    energy = np.sum(np.abs(simulate(uneven(4e-4, 0.8, **common)).pressure.values) ** 2, axis=(1, 2))
     expected, even = (
-        np.sum(simulate(uneven(strength, 0.8, field="incoherent", **common)).intensity.values)
+        np.sum(simulate(uneven(strength, 0.8, field="incoherent", **common), pings=0).intensity.values)
         for strength in (4e-4, 0.0)
     )
     error = np.std(energy) / np.sqrt(len(energy))
@@ -162,8 +162,7 @@ def test_parts_of_a_block_share_the_covariance_of_its_families(monkeypatch):
     At most one factor of the covariance is evaluated for every set of pairs of families, however many glints there are.
     """
     scenario = uneven(families=("D", "S", "B", "BS", "SB"), surface={"reflection": "statistical", "wind_speed": 5.0},
-                      targets=[{**ONE, "position": (10.0, 5.0, 15.0)}], field="incoherent",
-                      paths={"contributions": ["target"], "max_reflections": 3})  # fmt: skip
+                      targets=[{**ONE, "position": (10.0, 5.0, 15.0)}], field="incoherent")  # fmt: skip
     simulator = build_simulator(scenario)
     here = simulator.ping_geometry(0)
     parts = coherent_subsets(simulator.engine.pairs(here, simulator.engine.blocks(here, quadrature=True)[0]))
