@@ -43,22 +43,35 @@ def contents(path: Path) -> dict[str, bytes]:
 
 
 @pytest.fixture(scope="module")
-def serial(tmp_path_factory: pytest.TempPathFactory) -> dict[str, bytes]:
-    """The files of one run."""
+def serial_run(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder of one run."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(shards, "FEWEST_PINGS", 4)
         patch.setattr(shards, "MOST_PINGS", 4)
-        return contents(record(scene(), tmp_path_factory.mktemp("serial") / "a.zarr", threads=2))
+        return record(scene(), tmp_path_factory.mktemp("serial") / "a.zarr", threads=2)
+
+
+@pytest.fixture(scope="module")
+def serial(serial_run: Path) -> dict[str, bytes]:
+    """The files of one run."""
+    return contents(serial_run)
+
+
+@pytest.fixture(scope="module")
+def held() -> xr.Dataset:
+    """All pings in memory."""
+    return simulate(scene())
 
 
 @pytest.mark.parametrize("order", [(2, 1), (3, 1, 2, 1), (6, 2, 5, 1, 4, 3), (9, 1, 7, 3, 5, 8, 2, 6, 4)])
-def test_parts_are_the_serial_run(serial: dict[str, bytes], tmp_path: Path, order: tuple[int, ...]) -> None:
+def test_parts_are_the_serial_run(
+    serial: dict[str, bytes], held: xr.Dataset, tmp_path: Path, order: tuple[int, ...]
+) -> None:
     """Sound, recorded lines and labels, with fewer parts than shards or more, on one thread or two: the same bytes."""
     path = tmp_path / "a.zarr"
     for number in order:
         record(scene(), path, part=Part(number, max(order)), threads=1 + number % 2)
     assert contents(path) == serial
-    held = simulate(scene())
     plain = xr.open_zarr(path, chunks=None, decode_times=False)  # without this program
     for found in (open_recording(path), plain):
         np.testing.assert_array_equal(found.intensity, held.intensity)
@@ -77,8 +90,9 @@ def objects(url: str) -> dict[str, bytes]:
 @pytest.mark.parametrize("order", [(2, 1), (3, 1, 2, 1)])
 @pytest.mark.parametrize("kind", ["memory", "file"])
 def test_parts_in_a_store_are_the_serial_run(
-    serial: dict[str, bytes], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, order: tuple[int, ...], kind: str
-) -> None:
+    serial: dict[str, bytes], serial_run: Path, held: xr.Dataset, tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
+    order: tuple[int, ...], kind: str,
+) -> None:  # fmt: skip
     """Sound, recorded lines and labels, which are made by a run of their own: the same bytes, and the same numbers."""
     monkeypatch.setenv("INSONIFY_SPOOL", str(tmp_path / "spool"))
     url = f"{kind}://{tmp_path}/{order}/a.zarr/"
@@ -90,8 +104,8 @@ def test_parts_in_a_store_are_the_serial_run(
     record(scene(), url, on_ping=lambda done, count: reports.append((done, count)))
     assert reports == [(9, 9)]  # sound, lines and labels are known to be there
     assert objects(url) == serial and not list((tmp_path / "spool").rglob(".loose/*/*"))
-    np.testing.assert_array_equal(open_recording(url).recorded, simulate(scene()).recorded)
-    assert open_labels(url).load().equals(open_labels(record(scene(), tmp_path / "a.zarr")).load())
+    np.testing.assert_array_equal(open_recording(url).recorded, held.recorded)
+    assert open_labels(url).load().equals(open_labels(serial_run).load())
 
 
 def test_few_pings_in_a_store_and_on_the_command_line(

@@ -30,7 +30,7 @@ SURVEY: dict[str, Any] = {
     },
     "track": {
         "kind": "line", "start": [0.0, 0.0, 4.0], "heading": 0.0, "speed": "3 m/s", "pings": PINGS, "interval": 0.1,
-        "window": [0.0, "30 ms"], "motion": {"roll": {"rms": "2 deg", "period": 4.0}},
+        "window": [0.0, "24 ms"], "motion": {"roll": {"rms": "2 deg", "period": 4.0}},
     },
     "paths": {"max_reflections": 0},
 }  # fmt: skip
@@ -45,11 +45,11 @@ def survey(**changes: Any) -> Scenario:
 def test_any_number_of_threads_gives_the_same_bits(field: str) -> None:
     """One, two, five and sixteen threads, together and ping by ping, forwards and backwards: not one bit differs."""
     simulator = build_simulator(survey(field=field))
-    pings = list(range(PINGS))
+    pings = list(range(8))
     assert simulator_module._pings_fit_concurrently(simulator, 0)
     first = dict(simulate_pings(simulator, pings, 1))
     assert list(first) == pings
-    for order, threads in ((pings, 2), (pings[::-1], 5), (pings, 16), ([7], 1), ([3, 3, 9, 0], 2)):
+    for order, threads in ((pings, 2), (pings[::-1], 5), (pings, 16), ([7], 1), ([3, 3, 6, 0], 2)):
         again = list(simulate_pings(build_simulator(survey(field=field)), order, threads))
         assert [ping for ping, _ in again] == order
         for ping, series in again:
