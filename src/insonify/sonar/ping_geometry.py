@@ -6,7 +6,7 @@ Positions and attitudes are those at the start of the pulse; the motion from the
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from functools import cached_property, partial
+from functools import cached_property, lru_cache, partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -337,16 +337,9 @@ class MountedSonar:
 
     def _count_bands(self, shared: bool) -> tuple[int, int]:
         """Numbers of sub-bands and of `horizontal_bands`, without the cache; arguments see `_band_counts`."""
-        setting = self.sonar.receiver.sub_bands
-        if setting == 1:
-            return 0, 0
         depth = self.platforms.end_poses[0].position[0, 2] + self._lever_arms[0, 2]
         speed = float(self.water.sound_speed_at(depth))
-        error = BandError(self.sonar, self.pulse, self.water, speed, self.window[1] * speed, shared=shared)
-        count = setting if isinstance(setting, int) else error.sufficient_count or SUB_BAND_COUNTS[-1]
-        if count == 1:
-            return 0, 0
-        return count, max(error.horizontal_count, count) if shared else 0
+        return _sufficient_counts(self.sonar, self.pulse, self.water, speed, self.window[1] * speed, shared)
 
     @cached_property
     def _band_count_cache(self) -> dict[bool, tuple[int, int]]:
@@ -427,3 +420,18 @@ def array_depths(sonar: Sonar, poses: Poses | Platforms) -> Floats:
     depths = [end_poses.offset_depths(array.offset) for array, end_poses in ends]
     sorted_depths = np.sort(np.round(depths, 9), axis=None)  # rounded, so that equal depths are one
     return sorted_depths[np.append(True, np.diff(sorted_depths) > 0)]
+
+
+@lru_cache(maxsize=8)  # the search takes longer than a short ping, and draws of one scene repeat it
+def _sufficient_counts(
+    sonar: Sonar, pulse: ReceivedPulse, water: Water, sound_speed: float, distance: float, shared: bool
+) -> tuple[int, int]:
+    """Numbers of sub-bands, 0 for none, and of `horizontal_bands`; arguments see `BandError`."""
+    setting = sonar.receiver.sub_bands
+    if setting == 1:
+        return 0, 0
+    error = BandError(sonar, pulse, water, sound_speed, distance, shared=shared)
+    count = setting if isinstance(setting, int) else error.sufficient_count or SUB_BAND_COUNTS[-1]
+    if count == 1:
+        return 0, 0
+    return count, max(error.horizontal_count, count) if shared else 0
