@@ -49,9 +49,10 @@ def _deposit(
         part = slice(start, start + AT_ONCE)
         row = np.ceil((first[part] + ping_geometry.pulse.start - time[0]) / step).astype(int)[:, None] + samples
         sample_time = time[0] + row * step
-        first_pulse, second_pulse = (
-            ping_geometry.pulse.samples(sample_time - delay[part, None]) for delay in (first, second)
-        )
+        first_pulse = ping_geometry.pulse.samples(sample_time - first[part, None])
+        second_pulse = first_pulse
+        if second is not first:
+            second_pulse = ping_geometry.pulse.samples(sample_time - second[part, None])
         inside = (row >= 0) & (row < len(time))
         power += np.bincount(
             row[inside], (product[part, None] * first_pulse * np.conj(second_pulse)).real[inside], len(time)
