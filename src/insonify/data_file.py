@@ -80,6 +80,8 @@ else:
                 allow(8 * row * min(rows, found.shape[0]))
                 found[first : first + rows]
 """
+_TRIED: set[tuple[str, int, int, int]] = set()
+"""Files that need no second trial: path, inode, size [bytes] and time of change [ns]."""
 MAX_TABLE_BYTES = 256 << 20
 """Most bytes of a table in text: some millions of rows."""
 
@@ -241,8 +243,8 @@ def require_readable_hdf5(path: str | Path) -> None:
     """Refuse an HDF5 file (netCDF 4, BAG) over which its library would brood for ever, or end this process.
 
     A damaged file can lead the library round in circles (one in two to five hundred did), from which nothing in the
-    same process can call it back. So such files are first read in a process of their own, for half a second; its
-    processor time is limited by the size of the file, and of each variable, so that a busy machine changes nothing.
+    same process can call it back. So such files are first read in a process of their own, once and for half a second;
+    its processor time is limited by the size of the file, and of each variable, so that a busy machine changes nothing.
 
     Args:
         path: The file; other kinds pass.
@@ -254,7 +256,10 @@ def require_readable_hdf5(path: str | Path) -> None:
         is_hdf5 = file.read(len(_HDF5)) == _HDF5
     if not is_hdf5 or not sys.executable:
         return
-    size = Path(path).stat().st_size
+    about = Path(path).stat()
+    size, state = about.st_size, (str(path), about.st_ino, about.st_size, about.st_mtime_ns)
+    if state in _TRIED:
+        return
     patience = _TRIAL_TIMEOUT + size / 1e6
     try:
         tried = subprocess.run(
@@ -265,6 +270,7 @@ def require_readable_hdf5(path: str | Path) -> None:
         why = f"its library gave no result in {patience:.0f} s"
     else:
         if tried.returncode >= 0:  # what failed there fails here as well, and is reported here
+            _TRIED.add(state)
             return
         hung = tried.returncode == -_OUT_OF_TIME
         why = "its library gave no result in the time that ten such files take" if hung else "its library crashed"
