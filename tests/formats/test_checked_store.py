@@ -27,6 +27,8 @@ DAMAGES = {
     "another format": lambda content: b"<html>" + content,
     "of another codec": lambda content: b"\2\1\1\1" + bytes(4) + content,
 }
+FILES = ("pressure/c/0/0/0", "done/c/0", "time/c/0", "ping_time/c/0", "labels/float32/c.0.0.0.0")
+PLACES = ("disk", "file", "memory")
 
 
 @pytest.fixture(scope="module")
@@ -45,7 +47,7 @@ def file(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
-@pytest.fixture(params=["disk", "file", "memory"])
+@pytest.fixture(params=PLACES)
 def place(
     request: pytest.FixtureRequest, file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> Iterator[str]:  # fmt: skip
@@ -70,10 +72,12 @@ def read(place: str, key: str) -> None:
         dataset[variable].load()
 
 
-@pytest.mark.parametrize("damage", DAMAGES)
 @pytest.mark.parametrize(
-    "key", ["pressure/c/0/0/0", "done/c/0", "time/c/0", "ping_time/c/0", "labels/float32/c.0.0.0.0"]
-)
+    ("place", "key", "damage"),
+    [(PLACES[(row + column) % 3], key, damage)  # each damage of each file in one place, each in all places
+     for row, key in enumerate(FILES) for column, damage in enumerate(DAMAGES)],
+    indirect=["place"],
+)  # fmt: skip
 def test_a_damaged_chunk_is_refused_by_name(place: str, key: str, damage: str) -> None:
     """Empty, cut, random, or of another codec: never numbers, a traceback, or silence taken for a recorded ping."""
     files, root = fsspec.url_to_fs(place)
@@ -86,7 +90,12 @@ def test_a_damaged_chunk_is_refused_by_name(place: str, key: str, damage: str) -
     assert remedy in str(refused.value)
 
 
-@pytest.mark.parametrize("key", ["pressure/c/0/0/0", "done/c/0", "labels"])
+@pytest.mark.parametrize(
+    ("place", "key"),
+    [("disk", FILES[0]), ("disk", FILES[1]), ("disk", "labels"), ("memory", FILES[0]), ("file", FILES[1]),
+     ("memory", "labels")],
+    indirect=["place"],
+)  # fmt: skip
 def test_the_remedy_mends_the_recording(
     place: str, key: str, file: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:  # fmt: skip

@@ -8,7 +8,9 @@ import uuid
 import warnings
 from collections.abc import Iterator
 from contextlib import suppress
+from functools import cache
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import fsspec
 import numpy as np
@@ -65,12 +67,14 @@ def objects(url: str) -> dict[str, bytes]:
     return {names[name]: files.cat_file(name) for name in names if names[name] not in ("zarr.json", CLAIM)}
 
 
-def on_disk(tmp_path: Path, count: int = PINGS) -> dict[str, bytes]:
+@cache
+def on_disk(count: int = PINGS) -> dict[str, bytes]:
     """The files of the same recording on disk."""
-    path = tmp_path / "serial.zarr"
-    write_part(path, count=count, pings=range(count))
-    files = (file for file in path.rglob("*") if file.is_file() and file != path / "zarr.json")
-    return {file.relative_to(path).as_posix(): file.read_bytes() for file in files}
+    with TemporaryDirectory() as folder:
+        path = Path(folder, "serial.zarr")
+        write_part(path, count=count, pings=range(count))
+        files = (file for file in path.rglob("*") if file.is_file() and file != path / "zarr.json")
+        return {file.relative_to(path).as_posix(): file.read_bytes() for file in files}
 
 
 def spooled() -> list[Path]:
@@ -78,14 +82,18 @@ def spooled() -> list[Path]:
     return [folder.parent for folder in spool_folder().glob("*/.loose") if not (folder.parent / COMPLETE).exists()]
 
 
-@pytest.mark.parametrize("order", [(1,), (3, 1, 2, 1), (2, 1), (9, 1, 7, 3, 5, 8, 2, 6, 4)])
-def test_parts_in_any_order_are_the_run_on_disk(url: str, tmp_path: Path, order: tuple[int, ...]) -> None:
+@pytest.mark.parametrize(
+    ("url", "order"),
+    [("file", (1,)), ("memory", (3, 1, 2, 1)), ("memory", (2, 1)), ("file", (9, 1, 7, 3, 5, 8, 2, 6, 4))],
+    indirect=["url"],
+)
+def test_parts_in_any_order_are_the_run_on_disk(url: str, order: tuple[int, ...]) -> None:
     """Byte by byte, with fewer parts than shards or more, one of them twice; nothing is left on disk."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # of nine parts, six have no pings
         written = [write_part(url, Part(number, max(order))) for number in order]
     assert sum(written) == PINGS and spooled() == []
-    assert objects(url) == on_disk(tmp_path)
+    assert objects(url) == on_disk()
     held, plain = open_recording(url), xr.open_zarr(url, chunks=None, decode_times=False)
     for found in (held, plain):
         np.testing.assert_array_equal(found.pressure, [sound(k) for k in range(PINGS)])
@@ -115,14 +123,14 @@ def test_a_modest_survey_can_be_divided(
     np.testing.assert_array_equal(open_recording(url).pressure, [sound(k) for k in range(PINGS)])
 
 
-def test_few_pings_are_an_object_each(url: str, tmp_path: Path) -> None:
+def test_few_pings_are_an_object_each(url: str) -> None:
     """Up to 64 pings there are no shards: parts of any size, each ping in the store as soon as it is written."""
     mine = StoreWriter(url, layout(20), SAME)
     mine.missing([3])
     mine.write(3, sound(3), None)
     assert np.flatnonzero(open_recording(url).done).tolist() == [3]
     assert sum(write_part(url, Part(k, 7), range(20), 20) for k in (5, 1, 2, 3, 4, 6, 7)) == 19
-    assert objects(url) == on_disk(tmp_path, 20)
+    assert objects(url) == on_disk(20)
 
 
 def test_a_part_is_whole_shards(url: str) -> None:
@@ -186,8 +194,12 @@ def test_what_is_no_recording_is_not_written_into(url: str, tmp_path: Path) -> N
     assert (tmp_path / "file").read_text() == "mine" and spooled() == []
 
 
-@pytest.mark.parametrize("step", [0, 1, 12, 20, 21, 22, 23, 24, 25, 26])
-def test_a_store_that_fails_loses_nothing(url: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, step: int) -> None:
+@pytest.mark.parametrize(
+    ("url", "step"),
+    [*(("memory", step) for step in (0, 1, 12, 20, 21, 22, 23, 24, 25, 26)), ("file", 20), ("file", 21), ("file", 24)],
+    indirect=["url"],
+)
+def test_a_store_that_fails_loses_nothing(url: str, monkeypatch: pytest.MonkeyPatch, step: int) -> None:
     """Whichever put fails, nothing is half there: no recording, or one of complete shards; the next run completes it.
 
     From the creation on, the failure is one of the run: what was simulated is kept.
@@ -214,7 +226,7 @@ def test_a_store_that_fails_loses_nothing(url: str, tmp_path: Path, monkeypatch:
         for ping in np.flatnonzero(held.done):
             np.testing.assert_array_equal(held.pressure[ping], sound(int(ping)))
     assert write_part(url) == PINGS - len(written)
-    assert objects(url) == on_disk(tmp_path) and spooled() == []
+    assert objects(url) == on_disk() and spooled() == []
 
 
 def test_messages_are_advice(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -255,7 +267,7 @@ def test_a_recording_that_is_deleted_or_replaced_meanwhile(url: str, monkeypatch
     assert not any(name.startswith(("pressure/c", "done/c")) for name in objects(url))
 
 
-def test_a_second_writer_on_this_machine_ends_well(url: str, tmp_path: Path) -> None:
+def test_a_second_writer_on_this_machine_ends_well(url: str) -> None:
     """Of the same part: the first completes the recording and deletes the spool, the second has pings to write yet."""
     both = [StoreWriter(url, layout(), SAME) for _ in range(2)]
     for mine in both:
@@ -271,7 +283,7 @@ def test_a_second_writer_on_this_machine_ends_well(url: str, tmp_path: Path) -> 
     assert not spool.exists()
     both[1].write(2, sound(2), None)
     both[1].finish()
-    assert objects(url) == on_disk(tmp_path) and not spool.parent.exists()
+    assert objects(url) == on_disk() and not spool.parent.exists()
 
 
 def test_two_machines_put_the_same_bytes(url: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -284,7 +296,7 @@ def test_two_machines_put_the_same_bytes(url: str, tmp_path: Path, monkeypatch: 
     for ping in range(PINGS):
         for mine in writers:
             mine.write(ping, sound(ping), None)
-    assert objects(url) == on_disk(tmp_path)
+    assert objects(url) == on_disk()
     monkeypatch.setenv("INSONIFY_SPOOL", str(tmp_path / "c"))
     assert write_part(url) == 0
     for number, mine in enumerate(writers):
@@ -301,7 +313,7 @@ def test_a_copied_recording_goes_on_in_the_store(url: str, tmp_path: Path) -> No
         if file.is_file():
             files.pipe_file(f"{root}/{file.relative_to(tmp_path / 'a.zarr').as_posix()}", file.read_bytes())
     assert write_part(url) == PINGS - PER_SHARD
-    found, expected = objects(url), on_disk(tmp_path)
+    found, expected = objects(url), on_disk()
     assert {name: found[name] for name in expected} == expected
     assert ObjectStore(url).claim(SAME) == identity(tmp_path / "a.zarr")
 
@@ -367,4 +379,4 @@ def test_twenty_processes_are_killed_and_the_recording_is_the_serial_one(tmp_pat
     url = f"file://{tmp_path}/store/a.zarr"
     write_and_kill_apart(__file__, url, parts=3, at_once=2, longest=0.06)
     found = {name: content for name, content in objects(url).items() if not name.endswith(".partial")}
-    assert found == on_disk(tmp_path)
+    assert found == on_disk()

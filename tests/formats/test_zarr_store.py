@@ -2,10 +2,8 @@
 
 import os
 import shutil
-import signal
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import numpy as np
@@ -245,31 +243,47 @@ def test_killed_between_any_two_writes_the_mask_promises_nothing_false(
         np.testing.assert_array_equal(open_recording(tmp_path / "a.zarr")["pressure"][ping], sound(ping))
 
 
-WRITER = """
-import sys
+KILLS = """
+import os, random, shutil, signal, sys, time
 sys.path.insert(0, {tests!r})
-from test_zarr_store import PINGS, SAME, create, layout, sound, write_ping
-print("ready", flush=True)
-while True:
-    create({path!r}, layout(), SAME, overwrite=True)
-    for ping in range(PINGS):
-        write_ping({path!r}, ping, sound(ping))
+from test_zarr_store import PINGS, SAME, create_recording, layout, sound, write_ping
+
+def write(pipe):
+    while True:
+        create_recording({path!r}, layout(), SAME, overwrite=True)
+        for ping in range(PINGS):
+            write_ping({path!r}, ping, sound(ping))
+        os.write(pipe, b"ready")  # more than once, which the pipe holds
+
+order = random.Random(1)
+for run in range(4):
+    ends = os.pipe()
+    writer = os.fork()
+    if not writer:
+        try:
+            write(ends[1])
+        finally:
+            os._exit(1)
+    os.read(ends[0], 5)
+    time.sleep(order.uniform(0.0, 0.2))
+    os.kill(writer, signal.SIGKILL)
+    assert os.waitpid(writer, 0)[1] == signal.SIGKILL
+    if os.path.exists({path!r}):
+        shutil.copytree({path!r}, f"{path}.{{run}}")
 """
 
 
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="processes are forked")
 def test_killed_at_any_moment_what_the_mask_states_is_there(tmp_path: Path) -> None:
     """Four runs are killed without warning; the recording is whole, or absent, or begun, never wrong."""
     path = tmp_path / "a.zarr"
-    script = WRITER.format(tests=str(Path(__file__).parent), path=str(path))
-    rng = np.random.default_rng(1)
-    for _ in range(4):
-        with subprocess.Popen([sys.executable, "-c", script], stdout=subprocess.PIPE) as run:
-            run.stdout.readline()
-            time.sleep(rng.uniform(0.0, 0.2))
-            os.kill(run.pid, signal.SIGKILL)
-        if path.exists():
-            for ping in np.flatnonzero(recorded_pings(path)):
-                np.testing.assert_array_equal(open_recording(path)["pressure"][ping], sound(ping))
+    script = KILLS.format(tests=str(Path(__file__).parent), path=str(path))
+    subprocess.run([sys.executable, "-c", script], check=True, timeout=120)
+    left = list(tmp_path.glob("a.zarr.?"))
+    assert left
+    for killed in left:
+        for ping in np.flatnonzero(recorded_pings(killed)):
+            np.testing.assert_array_equal(open_recording(killed)["pressure"][ping], sound(ping))
     create_recording(path, layout(), SAME)
     write_ping(path, 0, sound(0))
     assert recorded_pings(path)[0]

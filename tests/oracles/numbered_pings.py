@@ -7,6 +7,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -25,6 +26,7 @@ def layout(pings: int = PINGS) -> RecordingLayout:
     return RecordingLayout("pressure", np.arange(SAMPLES) / 25e3, 0.3 * np.arange(pings), np.zeros(2), place, place)
 
 
+@cache
 def sound(ping: int) -> np.ndarray:
     """Some pressure, another one for every ping."""
     return np.random.default_rng(ping).normal(size=(CHANNELS, 2 * SAMPLES)).astype(np.float32).view(np.complex64)
